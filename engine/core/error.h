@@ -1,0 +1,23 @@
+// Error policy: assert() for mistakes in our own logic, Error for what the world does (files, drivers, arguments),
+// a return value for what is expected. The library neither prints nor exits: a program shows Error::what() as one line.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+namespace halflight {
+
+/// One line "subject: what is wrong"; the subject names file and element ("room.glb: accessors[3]").
+class Error : public std::runtime_error {
+  public:
+    Error(std::string_view subject, std::string_view what);
+
+    template <class... Args>
+    Error(std::string_view subject, fmt::format_string<Args...> format, Args&&... args) requires(sizeof...(Args) > 0)
+        : Error(subject, std::string_view(fmt::format(format, std::forward<Args>(args)...))) {}
+};
+
+}  // namespace halflight
