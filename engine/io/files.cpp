@@ -1,0 +1,176 @@
+#include "engine/io/files.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <atomic>
+#include <cerrno>
+#include <random>
+#include <system_error>
+
+#include "engine/core/error.h"
+
+namespace halflight {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::string reason(int error) {
+    return std::generic_category().message(error);
+}
+
+/// Removes its file unless told to keep it.
+struct Temporary {
+    explicit Temporary(fs::path p) : path(std::move(p)) {}
+    Temporary(const Temporary&) = delete;
+    Temporary& operator=(const Temporary&) = delete;
+    ~Temporary() {
+        if (!path.empty()) unlink(path.c_str());
+    }
+    void keep() { path.clear(); }
+    fs::path path;
+};
+
+class Descriptor {
+  public:
+    Descriptor(const fs::path& path, int flags, mode_t mode = 0) : fd_(open(path.c_str(), flags | O_CLOEXEC, mode)) {}
+    Descriptor(const Descriptor&) = delete;
+    Descriptor& operator=(const Descriptor&) = delete;
+    ~Descriptor() {
+        if (fd_ >= 0) ::close(fd_);
+    }
+    operator int() const { return fd_; }
+
+  private:
+    int fd_;
+};
+
+/// Where `path` leads through symbolic links; the last one may point at nothing yet.
+fs::path follow_links(const fs::path& path) {
+    constexpr int kMaxLinks = 40;  // as Linux, path_resolution(7)
+    fs::path target = path;
+    std::error_code none;
+    for (int i = 0; i < kMaxLinks; ++i) {
+        if (!fs::is_symlink(target, none)) return target;
+        target = target.parent_path() / fs::read_symlink(target, none);
+    }
+    throw Error(path.string(), "cannot write: {}", reason(ELOOP));
+}
+
+/// Creates an empty file beside `target` under a name that nobody has. The extension stays: some writers go by it.
+fs::path create_beside(const fs::path& target, const std::string& subject) {
+    static std::atomic<unsigned> counter{0};
+    std::random_device random;
+    for (;;) {
+        const fs::path path = target.parent_path() / fmt::format(".halflight-{}-{}-{:08x}{}", getpid(), counter++,
+                                                                 random(), target.extension().string());
+        if (Descriptor(path, O_CREAT | O_EXCL | O_WRONLY, 0666) >= 0) return path;
+        if (errno != EEXIST) throw Error(subject, "cannot write: {}", reason(errno));
+    }
+}
+
+void sync(const fs::path& path, const std::string& subject) {
+    const Descriptor file(path, O_RDONLY);
+    if (file < 0 || fsync(file) != 0) throw Error(subject, "cannot write: {}", reason(errno));
+}
+
+/// Makes the rename itself survive a power cut. The file is complete either way, so folders that cannot sync are fine.
+void sync_folder(const fs::path& folder) {
+    const Descriptor file(folder.empty() ? fs::path(".") : folder, O_RDONLY | O_DIRECTORY);
+    if (file >= 0) fsync(file);
+}
+
+}  // namespace
+
+void write_atomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
+    const std::string subject = path.string();
+    if (!path.has_filename()) throw Error(subject.empty() ? "output" : subject, "does not name a file to write");
+    const fs::path target = follow_links(path);
+
+    struct stat old {};
+    const bool exists = stat(target.c_str(), &old) == 0;
+    if (exists && S_ISDIR(old.st_mode)) throw Error(subject, "cannot write: {}", reason(EISDIR));
+    if (exists && !S_ISREG(old.st_mode)) throw Error(subject, "cannot write: not a regular file");
+    // rename() asks only the folder; a file that its owner made read-only is refused here.
+    if (exists && access(target.c_str(), W_OK) != 0) throw Error(subject, "cannot write: {}", reason(errno));
+
+    Temporary temporary(create_beside(target, subject));
+    write(temporary.path);
+    sync(temporary.path, subject);
+    if (exists && chmod(temporary.path.c_str(), old.st_mode & 07777) != 0)
+        throw Error(subject, "cannot keep permissions: {}", reason(errno));
+    if (rename(temporary.path.c_str(), target.c_str()) != 0) throw Error(subject, "cannot write: {}", reason(errno));
+    temporary.keep();
+    sync_folder(target.parent_path());
+}
+
+void write_file(const fs::path& path, std::string_view bytes) {
+    write_atomically(path, [&](const fs::path& temporary) {
+        CheckedFile file(temporary, path.string());
+        file.write(bytes.data(), bytes.size());
+        file.close();
+    });
+}
+
+std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
+    const std::string subject = path.string();
+    // O_NONBLOCK: opening a pipe without a writer would wait for ever; regular files do not care.
+    const Descriptor file(path, O_RDONLY | O_NONBLOCK);
+    if (file < 0) throw Error(subject, "cannot read: {}", reason(errno));
+    struct stat info {};
+    if (fstat(file, &info) != 0) throw Error(subject, "cannot read: {}", reason(errno));
+    if (S_ISDIR(info.st_mode)) throw Error(subject, "cannot read: {}", reason(EISDIR));
+    if (!S_ISREG(info.st_mode)) throw Error(subject, "cannot read: not a regular file");
+    const auto size = static_cast<std::uint64_t>(info.st_size);
+    if (size > max_bytes) throw Error(subject, "has {} bytes, more than the limit of {}", size, max_bytes);
+
+    std::string bytes(size, '\0');
+    std::size_t done = 0;
+    while (done < bytes.size()) {
+        const ssize_t got = read(file, bytes.data() + done, bytes.size() - done);
+        if (got < 0 && errno == EINTR) continue;
+        if (got < 0) throw Error(subject, "cannot read: {}", reason(errno));
+        if (got == 0) throw Error(subject, "cannot read: became shorter while it was read");
+        done += static_cast<std::size_t>(got);
+    }
+    return bytes;
+}
+
+bool is_lfs_pointer(std::string_view bytes) {
+    return bytes.starts_with("version https://git-lfs.github.com/spec/");
+}
+
+CheckedFile::CheckedFile(const fs::path& existing, std::string subject)
+    : subject_(std::move(subject)), file_(std::fopen(existing.c_str(), "r+be")) {
+    check(file_ != nullptr);
+}
+
+CheckedFile::~CheckedFile() {
+    if (file_) std::fclose(file_);
+}
+
+void CheckedFile::check(bool succeeded) {
+    if (succeeded) return;
+    if (error_ == 0) error_ = errno;
+    throw Error(subject_, "cannot write: {}", reason(error_));
+}
+
+void CheckedFile::write(const void* bytes, std::size_t count) {
+    check(std::fwrite(bytes, 1, count, file_) == count);
+}
+
+std::uint64_t CheckedFile::tell() const {
+    return static_cast<std::uint64_t>(ftello(file_));
+}
+
+void CheckedFile::seek(std::uint64_t position) {
+    check(fseeko(file_, static_cast<off_t>(position), SEEK_SET) == 0);
+}
+
+void CheckedFile::close() {
+    const int closed = std::fclose(std::exchange(file_, nullptr));
+    check(closed == 0 && error_ == 0);
+}
+
+}  // namespace halflight

@@ -1,0 +1,7 @@
+// The one place where stb's single-header libraries are compiled. Memory only: files are read and written by files.h.
+#define STBI_NO_STDIO
+#define STBI_WRITE_NO_STDIO
+#define STB_IMAGE_IMPLEMENTATION
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#include <stb/stb_image.h>
+#include <stb/stb_image_write.h>
