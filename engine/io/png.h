@@ -1,0 +1,25 @@
+// 8-bit PNG files.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "engine/core/image.h"
+
+namespace halflight {
+
+/// Display-encoded [0,1] to 8 bits, rounded to nearest; values outside are clamped, NaN is 0.
+std::uint8_t quantize_8bit(float value);
+std::vector<std::uint8_t> quantize_8bit(const Image& image);
+
+/// `bytes`: width * height * channels, top row first, display-encoded (sRGB unless told otherwise by the file's user);
+/// channels: 1 grey, 2 grey + alpha, 3 RGB, 4 RGB + straight alpha. The same bytes give the same file.
+/// Throws Error; the file is there complete or not at all (files.h).
+void write_png(const std::filesystem::path& path, int width, int height, int channels,
+               const std::vector<std::uint8_t>& bytes);
+
+/// write_png() of the quantized image.
+void write_png(const std::filesystem::path& path, const Image& image);
+
+}  // namespace halflight
