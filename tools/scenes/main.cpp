@@ -1,0 +1,45 @@
+// halflight-scenes: writes the scenes of this project. Equal arguments give equal bytes.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <exception>
+#include <string>
+
+#include "tools/scenes/scenes.h"
+
+namespace {
+
+using namespace halflight;
+
+int run(int argc, char** argv) {
+    CLI::App app("Writes the scenes of this project as .glb files.", "halflight-scenes");
+    app.require_subcommand(1);
+    std::string output;
+    const auto command = [&](const char* name, const char* what) {
+        CLI::App* sub = app.add_subcommand(name, what);
+        sub->add_option("OUT", output, "the .glb to write")->required();
+        return sub;
+    };
+    bool metal = false;
+    CLI::App* cornell = command("cornell", "The Cornell box");
+    cornell->add_flag("--metal", metal, "two metal blocks");
+    double albedo = 0;
+    CLI::App* furnace = command("furnace", "A white furnace: radiance 1 everywhere");
+    furnace->add_option("--albedo", albedo, "of the enclosure, which emits 1 - albedo")->check(CLI::Range(0.0, 0.99));
+    CLI11_PARSE(app, argc, argv);
+
+    const scenes::Document document = *cornell ? scenes::cornell(metal) : scenes::furnace(albedo);
+    document.write(output);
+    std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(document.triangles()));
+    return 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    try {
+        return run(argc, argv);
+    } catch (const std::exception& error) {
+        std::fprintf(stderr, "halflight-scenes: %s\n", error.what());
+        return 1;
+    }
+}

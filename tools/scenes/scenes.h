@@ -1,0 +1,15 @@
+// The scenes that this project makes for itself. scenes/README.md says what each is for.
+#pragma once
+
+#include "tools/scenes/document.h"
+
+namespace halflight::scenes {
+
+/// The Cornell box; all of it diffuse, or with two metal boxes.
+Document cornell(bool metal_boxes);
+
+/// A closed box that emits 1 - albedo and reflects albedo, around spheres that reflect everything: the radiance is 1
+/// at every point in every direction. Precondition: 0 <= albedo < 1.
+Document furnace(double albedo);
+
+}  // namespace halflight::scenes
