@@ -1,0 +1,49 @@
+# shellcheck shell=bash
+# What demo, test and bundle share.
+set -euo pipefail
+
+root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+
+say() { printf '%s\n' "$*" >&2; }
+die() {
+    say "${0##*/}: $*"
+    exit 1
+}
+
+as_root() {
+    if [ "$(id -u)" -eq 0 ]; then
+        "$@"
+    elif command -v sudo >/dev/null; then
+        sudo "$@"
+    else
+        die "needs root or sudo to run: $*"
+    fi
+}
+
+# Installs those of packages.txt that are not there; a second call finds nothing to do.
+install_packages() {
+    local wanted missing package
+    wanted=$(sed 's/#.*//' "$root/tools/packages.txt")
+    missing=()
+    for package in $wanted; do
+        dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed ||
+            missing+=("$package")
+    done
+    [ ${#missing[@]} -gt 0 ] || return 0
+    command -v apt-get >/dev/null || die "missing, and there is no apt-get to install them: ${missing[*]}"
+    say "installing ${missing[*]}"
+    as_root apt-get update --quiet=2
+    as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes --no-install-recommends "${missing[@]}" \
+        </dev/null
+}
+
+# build_release TARGET: the release preset into build/. Warnings are errors in CI.
+build_release() {
+    local werror=OFF
+    [ -z "${CI:-}" ] || werror=ON
+    (
+        cd "$root"
+        cmake --preset release -DHALFLIGHT_WERROR=$werror
+        cmake --build --preset release --target "$1"
+    )
+}
