@@ -1,9 +1,10 @@
 // The scene flattened into the arrays that the GPU reads. Pure: no OpenGL. What a scene does not have stays empty.
 //
-// Geometry is cut into *blocks*, each with a hierarchy of its own. All meshes that are used exactly once are transformed
-// and merged into block 0 (its instance is the identity), so that most scenes need no second level; every mesh used more
-// often is a block of its own, kept relative to the centre of its bounds. World positions are relative to `origin` (the
-// centre of the scene's bounds, subtracted in double), so that a scene far from the world's origin keeps float precision.
+// Geometry is cut into *blocks*, each with a hierarchy of its own. All meshes that are used exactly once are
+// transformed and merged into block 0 (its instance is the identity), so that most scenes need no second level; every
+// mesh used more often is a block of its own, kept relative to the centre of its bounds. World positions are relative
+// to `origin` (the centre of the scene's bounds, subtracted in double), so that a scene far from the world's origin
+// keeps float precision.
 #pragma once
 
 #include <cstdint>
@@ -18,37 +19,65 @@ namespace halflight {
 inline constexpr std::uint32_t kTriangleMaterialMask = 0x00ffffffu;
 inline constexpr std::uint32_t kTriangleAlpha = 0x80000000u;  // alpha mask or blend: a hit needs the alpha test
 
+/// Triangles that share one space and one hierarchy.
 struct Block {
     std::uint32_t first_triangle = 0;
     std::uint32_t triangle_count = 0;  // > 0
     Bounds bounds;                     // block space
+    dvec3 origin{0};  // what was subtracted: object space; world for merged meshes (TraceTables::origin)
 };
 
 struct BlockInstance {
     std::uint32_t block = 0;
-    glm::mat4x3 block_to_world{1};  // affine, world relative to SceneTables::origin
-    glm::mat4x3 world_to_block{1};  // its inverse, computed in double
-    bool identity = false;
+    glm::mat4x3 block_to_world{1};     // affine, world relative to TraceTables::origin
+    glm::mat4x3 world_to_block{1};     // its inverse, computed in double
+    bool identity = false;             // true for the block of merged meshes, and only for that
+    std::uint32_t scene_instance = 0;  // index into Scene::instances; meaningless where `identity`
 };
 
-/// Where a triangle of the tables comes from, for the id outputs.
+/// One mesh in the tables: table vertex `first_vertex + i` is vertex i of the mesh and table triangle
+/// `first_triangle + j` its triangle j, corners in file order (also where a merged transform mirrors), so that the
+/// barycentrics (u, v) of a hit are weights of the file's second and third corner. Ordered by both firsts, no gaps:
+/// merged meshes in the order of Scene::instances, then shared ones in the order of Scene::meshes.
+struct MeshRange {
+    std::uint32_t mesh = 0;      // index into Scene::meshes
+    std::uint32_t instance = 0;  // index into Scene::instances; shared: the first one
+    bool merged = false;         // transformed by the instance into block 0; else object space less Block::origin
+    std::uint32_t block = 0;
+    std::uint32_t first_vertex = 0;
+    std::uint32_t vertex_count = 0;
+    std::uint32_t first_triangle = 0;
+    std::uint32_t triangle_count = 0;  // > 0
+};
+
+/// Where a hit of the tables comes from, for the id outputs.
 struct TriangleSource {
-    std::uint32_t instance = 0;  // index into Scene::instances; for blocks used more than once: of the first of them
+    std::uint32_t instance = 0;  // index into Scene::instances
     std::uint32_t triangle = 0;  // within its mesh
 };
 
 struct TraceTables {
-    dvec3 origin{0};
-    Bounds bounds;                     // of everything, relative to origin
-    std::vector<vec3> positions;       // block space
-    std::vector<uvec4> triangles;      // xyz: indices into positions (and vertex attributes); w: flags | material
+    dvec3 origin{0};               // world
+    Bounds bounds;                 // of everything, relative to origin; empty without a triangle
+    std::vector<vec3> positions;   // block space
+    std::vector<uvec4> triangles;  // xyz: indices into positions (and vertex attributes); w: flags | material
+    std::vector<MeshRange> ranges;
     std::vector<Block> blocks;
-    std::vector<BlockInstance> instances;  // at least one where there is a triangle
+    std::vector<BlockInstance> instances;  // at least one where there is a triangle; identity first, then scene order
     bool alpha_tested = false;             // whether any triangle has kTriangleAlpha
 };
+
+/// Precondition: validate(scene) passes. A mesh used once is merged into block 0, and so is each instance whose
+/// transform is singular, or so ill-conditioned that rays brought to object space would lose more than half of their
+/// bits. kTriangleAlpha is set only where alpha can decide a hit: not where every alpha is 1 or no alpha is below the
+/// cutoff. Throws Error where an instance reaches beyond 2^40 from the scene's centre (products of three coordinates
+/// must stay finite in float), where a mesh names 2^24 materials or more, or where there are 2^29 triangles or more.
 TraceTables build_trace_tables(const Scene& scene);
 
+/// The source of triangle `triangle` hit through table instance `instance` (Hit of shaders/shared/rays.h).
+TriangleSource source_of(const TraceTables& tables, std::uint32_t instance, std::uint32_t triangle);
+
 /// Everything that shading needs, packed as shaders/shared/{material,light,vertex}.h say.
-struct ShadingTables;  // the shading tables' owner completes this (materials, textures, vertex attributes, lights, environment)
+struct ShadingTables;  // the shading tables' owner completes this (materials, textures, attributes, lights, environment)
 
 }  // namespace halflight

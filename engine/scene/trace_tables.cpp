@@ -1,0 +1,216 @@
+#include <algorithm>
+#include <cmath>
+
+#include "engine/core/error.h"
+#include "engine/scene/tables.h"
+
+namespace halflight {
+namespace {
+
+constexpr double kReach = 0x1p40;                   // see build_trace_tables
+constexpr std::size_t kTriangleLimit = 1ull << 29;  // ids must fit the tracer's nodes
+// An instance is shared only where |M| |M^-1| stays below this. Bringing a ray to object space and its hit back
+// multiplies float's 2^-24 by that product, which leaves half of the bits.
+constexpr double kMaxCondition = 0x1p12;
+
+/// Largest sum of absolute values of a row: the norm induced by the maximum norm.
+double max_norm(const dmat3& m) {
+    double norm = 0;
+    for (int row = 0; row < 3; ++row) {
+        norm = std::max(norm, std::abs(m[0][row]) + std::abs(m[1][row]) + std::abs(m[2][row]));
+    }
+    return norm;
+}
+
+bool well_conditioned(const dmat4& object_to_world) {
+    const dmat3 linear(object_to_world);
+    const double condition = max_norm(linear) * max_norm(glm::inverse(linear));
+    return condition <= kMaxCondition;  // false for NaN, thus for singular ones
+}
+
+/// Lowest alpha that a material can show, given the lowest vertex alpha.
+float lowest_alpha(const Material& material, const std::vector<float>& image_alpha, float vertex_alpha) {
+    const TextureRef& texture = material.base_color_texture;
+    return material.base_color.a * vertex_alpha *
+           (texture ? image_alpha[static_cast<std::size_t>(texture.image)] : 1.0f);
+}
+
+class Builder {
+  public:
+    explicit Builder(const Scene& scene) : scene_(scene) {}
+
+    TraceTables build() {
+        const WorldBounds world = world_bounds(scene_);
+        if (!world.empty()) tables_.origin = 0.5 * world.lower + 0.5 * world.upper;
+        classify();
+        find_alpha();
+        add_merged();
+        add_shared();
+        return std::move(tables_);
+    }
+
+  private:
+    bool has_triangles(const Instance& instance) const { return !mesh_of(instance).triangles.empty(); }
+    const Mesh& mesh_of(const Instance& instance) const {
+        return scene_.meshes[static_cast<std::size_t>(instance.mesh)];
+    }
+
+    /// Which instances are merged into block 0, which share their mesh's block.
+    void classify() {
+        std::vector<std::uint32_t> uses(scene_.meshes.size(), 0);
+        shared_.assign(scene_.instances.size(), 0);
+        for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+            shared_[i] = has_triangles(scene_.instances[i]) && well_conditioned(scene_.instances[i].object_to_world);
+            if (shared_[i]) ++uses[static_cast<std::size_t>(scene_.instances[i].mesh)];
+        }
+        for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+            shared_[i] = shared_[i] && uses[static_cast<std::size_t>(scene_.instances[i].mesh)] > 1;
+        }
+    }
+
+    void find_alpha() {
+        if (scene_.materials.size() >= kTriangleMaterialMask) throw Error(scene_.name, "more than 2^24 materials");
+        for (const TextureImage& image : scene_.images) {
+            std::uint8_t lowest = 255;
+            for (std::size_t i = 3; i < image.rgba.size(); i += 4) lowest = std::min(lowest, image.rgba[i]);
+            image_alpha_.push_back(static_cast<float>(lowest) / 255.0f);
+        }
+    }
+
+    /// The word w of each triangle of a mesh depends on its material only.
+    std::vector<std::uint32_t> material_words(const Mesh& mesh) const {
+        float vertex_alpha = 1;
+        for (const vec4& color : mesh.colors) vertex_alpha = std::min(vertex_alpha, color.a);
+        std::vector<std::uint32_t> words(scene_.materials.size());
+        for (std::uint32_t m = 0; m < words.size(); ++m) {
+            const Material& material = scene_.materials[m];
+            const float alpha = lowest_alpha(material, image_alpha_, vertex_alpha);
+            const bool decides = (material.alpha_mode == AlphaMode::mask && alpha < material.alpha_cutoff) ||
+                                 (material.alpha_mode == AlphaMode::blend && alpha < 1.0f);
+            words[m] = m | (decides ? kTriangleAlpha : 0u);
+        }
+        return words;
+    }
+
+    /// Appends a mesh; `place` takes its positions to block space in double.
+    template <class Place>
+    void append(std::size_t instance, bool merged, const Place& place) {
+        const Mesh& mesh = mesh_of(scene_.instances[instance]);
+        if (tables_.triangles.size() + mesh.triangles.size() >= kTriangleLimit) {
+            throw Error(scene_.name, "2^29 triangles or more");
+        }
+        MeshRange range;
+        range.mesh = static_cast<std::uint32_t>(scene_.instances[instance].mesh);
+        range.instance = static_cast<std::uint32_t>(instance);
+        range.merged = merged;
+        range.block = static_cast<std::uint32_t>(tables_.blocks.size() - 1);
+        range.first_vertex = static_cast<std::uint32_t>(tables_.positions.size());
+        range.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
+        range.first_triangle = static_cast<std::uint32_t>(tables_.triangles.size());
+        range.triangle_count = static_cast<std::uint32_t>(mesh.triangles.size());
+        tables_.ranges.push_back(range);
+
+        Block& block = tables_.blocks.back();
+        for (const vec3& position : mesh.positions) {
+            const dvec3 placed = place(dvec3(position));
+            if (!glm::all(glm::lessThan(glm::abs(placed), dvec3(kReach)))) {
+                throw Error(scene_.name, "instance {} reaches beyond 2^40 from the scene's centre", instance);
+            }
+            tables_.positions.emplace_back(placed);
+        }
+        const std::vector<std::uint32_t> words = material_words(mesh);
+        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+            const uvec3 corners = mesh.triangles[i] + range.first_vertex;
+            const std::uint32_t word = words[mesh.triangle_material[i]];
+            tables_.triangles.emplace_back(corners, word);
+            tables_.alpha_tested |= (word & kTriangleAlpha) != 0;
+            for (int k = 0; k < 3; ++k) block.bounds.add(tables_.positions[corners[k]]);
+        }
+        block.triangle_count += range.triangle_count;
+    }
+
+    void begin_block(const dvec3& origin) {
+        Block block;
+        block.first_triangle = static_cast<std::uint32_t>(tables_.triangles.size());
+        block.origin = origin;
+        tables_.blocks.push_back(block);
+    }
+
+    void add_merged() {
+        for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+            const Instance& instance = scene_.instances[i];
+            if (shared_[i] || !has_triangles(instance)) continue;
+            if (tables_.blocks.empty()) begin_block(tables_.origin);
+            append(i, true,
+                   [&](const dvec3& p) { return dvec3(instance.object_to_world * dvec4(p, 1)) - tables_.origin; });
+        }
+        if (tables_.blocks.empty()) return;
+        BlockInstance identity;
+        identity.identity = true;
+        tables_.instances.push_back(identity);
+        tables_.bounds.add(tables_.blocks.front().bounds);
+    }
+
+    void add_shared() {
+        std::vector<std::size_t> first_use(scene_.meshes.size(), scene_.instances.size());
+        for (std::size_t i = scene_.instances.size(); i-- > 0;) {
+            if (shared_[i]) first_use[static_cast<std::size_t>(scene_.instances[i].mesh)] = i;
+        }
+        std::vector<std::uint32_t> block_of_mesh(scene_.meshes.size());
+        for (std::size_t m = 0; m < scene_.meshes.size(); ++m) {
+            if (first_use[m] == scene_.instances.size()) continue;
+            Bounds object;
+            for (const uvec3& t : scene_.meshes[m].triangles) {
+                for (int k = 0; k < 3; ++k) object.add(scene_.meshes[m].positions[t[k]]);
+            }
+            const dvec3 centre(object.centre());
+            block_of_mesh[m] = static_cast<std::uint32_t>(tables_.blocks.size());
+            begin_block(centre);
+            append(first_use[m], false, [&](const dvec3& p) { return p - centre; });
+        }
+        for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+            if (shared_[i]) add_instance(i, block_of_mesh[static_cast<std::size_t>(scene_.instances[i].mesh)]);
+        }
+    }
+
+    void add_instance(std::size_t index, std::uint32_t block_index) {
+        const Block& block = tables_.blocks[block_index];
+        dmat4 block_to_world = scene_.instances[index].object_to_world;
+        block_to_world[3] = block_to_world * dvec4(block.origin, 1) - dvec4(tables_.origin, 0);
+        BlockInstance instance;
+        instance.block = block_index;
+        instance.block_to_world = glm::mat4x3(block_to_world);
+        instance.world_to_block = glm::mat4x3(glm::inverse(block_to_world));
+        instance.scene_instance = static_cast<std::uint32_t>(index);
+        tables_.instances.push_back(instance);
+        for (int corner = 0; corner < 8; ++corner) {
+            const vec3 p = glm::mix(block.bounds.lower, block.bounds.upper,
+                                    vec3(corner & 1 ? 1.0f : 0.0f, corner & 2 ? 1.0f : 0.0f, corner & 4 ? 1.0f : 0.0f));
+            const dvec3 placed(block_to_world * dvec4(p, 1));
+            if (!glm::all(glm::lessThan(glm::abs(placed), dvec3(kReach)))) {
+                throw Error(scene_.name, "instance {} reaches beyond 2^40 from the scene's centre", index);
+            }
+            tables_.bounds.add(vec3(placed));
+        }
+    }
+
+    const Scene& scene_;
+    std::vector<char> shared_;        // per scene instance
+    std::vector<float> image_alpha_;  // lowest of each image
+    TraceTables tables_;
+};
+
+}  // namespace
+
+TraceTables build_trace_tables(const Scene& scene) {
+    return Builder(scene).build();
+}
+
+TriangleSource source_of(const TraceTables& tables, std::uint32_t instance, std::uint32_t triangle) {
+    const auto after = std::upper_bound(tables.ranges.begin(), tables.ranges.end(), triangle,
+                                        [](std::uint32_t t, const MeshRange& r) { return t < r.first_triangle; });
+    const MeshRange& range = *(after - 1);
+    return {range.merged ? range.instance : tables.instances[instance].scene_instance, triangle - range.first_triangle};
+}
+
+}  // namespace halflight
