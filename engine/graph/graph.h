@@ -1,19 +1,24 @@
 // Render graph: passes declare what they read and write; the graph culls, orders, places and executes them.
 //
 //   Graph g;
-//   Pass p = g.add_pass("diffuse");                      // setup runs now
+//   Pass p = g.add_pass("diffuse");                            // setup runs now
 //   BufferHandle rays = p.write(g.create_buffer("diffuse rays", {bytes}), Access::storage_write);
 //   p.read(surface, Access::storage_read);
 //   p.execute([=](Resources& r) { ... r.buffer(rays) ... });   // runs later, maybe many times, maybe never
-//   g.output(rays);                                      // what is not needed for an output is culled
-//   CompiledGraph c = compile(g);                        // pure: no OpenGL
-//   Executor e; e.run(c, ...);
+//   g.output(rays);                                            // what is not needed for an output is culled
+//   CompiledGraph c = compile(g);                              // compile.h; pure: no OpenGL
+//   Executor e(programs); e.run(c);                            // execute.h
 //
 // A handle names one version of a resource. write() returns the next version and retires the old one: reading or writing
-// a retired version afterwards throws Error naming pass and resource, and so does a read of what nobody has written.
+// a retired version afterwards throws Error naming pass and resource, and so does a read of what nobody has written. A
+// pass is closed when the next one is added: passes therefore run in the order of their declaration, and no cycle can be
+// declared. A pass that needs what it has just written itself is two passes; one that updates in place says
+// storage_read_write.
+//
 // An execute function may capture handles, values, and references to what outlives the graph; never other passes' data.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -32,51 +37,94 @@ enum class Access : std::uint8_t {
     texture_read,        // sampler, samplerBuffer
     uniform_read,        // uniform block
     indirect_read,       // indirect dispatch or draw arguments
-    image_write,         // imageStore
-    color_attachment,    // rendered to
-    depth_attachment,    // depth tested and written
+    image_write,         // imageStore; the old content is kept where there is one
+    color_attachment,    // rendered to; the old content is kept where there is one
+    depth_attachment,    // depth tested and written; the old content is kept where there is one
     transfer_read,       // copied from, read back
     transfer_write,      // copied to, cleared; the old content is lost
 };
+const char* name(Access access);
+bool writes(Access access);
 
 struct BufferDesc {
     std::size_t bytes = 0;
     bool operator==(const BufferDesc&) const = default;
 };
 
-/// Typed index of one version of one resource.
+/// Typed index of one version of one resource of one graph.
 template <class Tag>
 struct Handle {
     std::uint32_t resource = ~0u;
     std::uint32_t version = 0;
+    std::uint32_t graph = 0;
     explicit operator bool() const { return resource != ~0u; }
     bool operator==(const Handle&) const = default;
 };
 using BufferHandle = Handle<struct BufferTag>;
 using TextureHandle = Handle<struct TextureTag>;
 
-/// State carried from one run to the next, owned by the executor's History. `previous` is what `now` was in the last run
-/// (zeros in the first run and after an invalidation).
+/// State carried from one run to the next, owned by the executor's History under its name. `previous` is what `now` was in
+/// the last run of a graph that has this pair (zeros in the first run and after an invalidation), and is only read; `now`
+/// starts unwritten. A live reader of `previous` keeps the writers of `now` alive.
 template <class H>
 struct HistoryPair {
     H now;
     H previous;
 };
 
+enum class ResourceKind : std::uint8_t { transient, imported, history_now, history_previous };
+
+/// A declared resource. Exactly one of the two descriptors counts.
+struct ResourceNode {
+    std::string name;
+    ResourceKind kind = ResourceKind::transient;
+    bool is_texture = false;
+    BufferDesc buffer;
+    gpu::TextureDesc texture;
+    gpu::Buffer* imported_buffer = nullptr;
+    gpu::Texture* imported_texture = nullptr;
+    std::uint32_t partner = ~0u;  // history: the other half of the pair
+    bool output = false;
+    std::vector<std::uint32_t> writers;  // of version i: pass index, or kNobody
+
+    static constexpr std::uint32_t kNobody = ~0u;   // nobody has written it
+    static constexpr std::uint32_t kOutside = ~1u;  // it has content from before the run
+    std::uint32_t current() const { return static_cast<std::uint32_t>(writers.size()) - 1; }
+};
+
+/// One declared use. A write makes `version`, and depends on version - 1 if `keeps` (the old content matters).
+struct Use {
+    std::uint32_t resource = 0;
+    std::uint32_t version = 0;
+    Access access = Access::storage_read;
+    bool write = false;
+    bool keeps = false;
+};
+
 class Graph;
 class Resources;
 
-/// A pass under construction; cheap to copy, valid as long as its graph.
+struct PassNode {
+    std::string name;
+    std::vector<Use> uses;  // in order of declaration
+    bool kept = false;
+    std::function<void(Resources&)> execute;
+};
+
+/// A pass under construction; cheap to copy, valid as long as its graph stays where it is.
 class Pass {
   public:
-    BufferHandle read(BufferHandle, Access);
-    TextureHandle read(TextureHandle, Access);
-    [[nodiscard]] BufferHandle write(BufferHandle, Access);
-    [[nodiscard]] TextureHandle write(TextureHandle, Access);
+    /// Both return the handle they were given. Throw Error on a retired or unwritten version.
+    BufferHandle read(BufferHandle handle, Access access);
+    TextureHandle read(TextureHandle handle, Access access);
+    /// The next version. Throws Error on a retired version, on a `previous`, on an output, and on storage_read_write of
+    /// what nobody has written.
+    [[nodiscard]] BufferHandle write(BufferHandle handle, Access access);
+    [[nodiscard]] TextureHandle write(TextureHandle handle, Access access);
     /// The pass is kept although nothing reads what it writes (it reports to the outside world).
     void keep();
-    void execute(std::function<void(Resources&)>);
-    // private part: see the implementation
+    void execute(std::function<void(Resources&)> function);
+
   private:
     friend class Graph;
     Pass(Graph& graph, std::uint32_t index) : graph_(&graph), index_(index) {}
@@ -86,17 +134,47 @@ class Pass {
 
 class Graph {
   public:
+    Graph();
+    Graph(const Graph&) = delete;
+    Graph& operator=(const Graph&) = delete;
+
+    /// Closes the pass before it. The same name may be used again; times are then added up under it.
     Pass add_pass(std::string name);
-    BufferHandle create_buffer(std::string name, BufferDesc);
-    TextureHandle create_texture(std::string name, gpu::TextureDesc);
-    /// Owned by somebody else and outliving every run; may be written in place (its content survives runs).
-    BufferHandle import_buffer(std::string name, gpu::Buffer&);
-    TextureHandle import_texture(std::string name, gpu::Texture&);
-    HistoryPair<BufferHandle> history_buffer(std::string name, BufferDesc);
-    HistoryPair<TextureHandle> history_texture(std::string name, gpu::TextureDesc);
-    void output(BufferHandle);
-    void output(TextureHandle);
-    // ... the graph room's owner completes this: data for compile(), CompiledGraph, Executor, History, dot dump.
+    /// Content undefined until written. The buffer that a pass gets has at least so many bytes, maybe more (it may share
+    /// memory with others): count by what you know, not by .length().
+    BufferHandle create_buffer(std::string name, BufferDesc desc);
+    TextureHandle create_texture(std::string name, gpu::TextureDesc desc);
+    /// Owned by somebody else and outliving every run; has content, may be written in place (its content survives runs).
+    /// Its last version must be an output for its writers to stay.
+    BufferHandle import_buffer(std::string name, gpu::Buffer& buffer);
+    TextureHandle import_texture(std::string name, gpu::Texture& texture);
+    /// Throw Error if the name is taken by another history pair.
+    HistoryPair<BufferHandle> history_buffer(std::string name, BufferDesc desc);
+    HistoryPair<TextureHandle> history_texture(std::string name, gpu::TextureDesc desc);
+    /// Wanted: readable after a run (Executor::buffer, Executor::texture). It must be the last version.
+    void output(BufferHandle handle);
+    void output(TextureHandle handle);
+
+    const std::vector<PassNode>& passes() const { return passes_; }
+    const std::vector<ResourceNode>& resources() const { return resources_; }
+    std::uint32_t serial() const { return serial_; }  ///< Handle::graph of this graph's handles.
+    BufferDesc desc(BufferHandle handle) const;
+    gpu::TextureDesc desc(TextureHandle handle) const;
+
+  private:
+    friend class Pass;
+    std::uint32_t add_resource(ResourceNode node, bool has_content);
+    void mark_output(std::uint32_t graph, std::uint32_t resource, std::uint32_t version);
+    void read(std::uint32_t pass, std::uint32_t graph, std::uint32_t resource, std::uint32_t version, Access access);
+    std::uint32_t write(std::uint32_t pass, std::uint32_t graph, std::uint32_t resource, std::uint32_t version,
+                        Access access);
+    ResourceNode& checked(const std::string& who, std::uint32_t graph, std::uint32_t resource, std::uint32_t version,
+                          const char* verb);
+    PassNode& open_pass(std::uint32_t pass);
+
+    std::uint32_t serial_;
+    std::vector<PassNode> passes_;
+    std::vector<ResourceNode> resources_;
 };
 
 }  // namespace halflight::graph

@@ -1,0 +1,78 @@
+// Programs, compiled from the shaders/ folder (see shader_source.h).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+
+#include "engine/core/math.h"
+#include "engine/gpu/buffer.h"
+#include "engine/gpu/object.h"
+#include "engine/gpu/shader_source.h"
+
+namespace halflight::gpu {
+
+/// Uniforms keep their value between uses. Binding points are fixed in the shaders (layout(binding = ...)).
+class Program {
+  public:
+    /// Throw Error("shaders/x.comp:12", what the compiler says) where a shader does not compile, or does not link.
+    static Program compute(const ShaderSource& source, const Defines& defines = {});
+    static Program graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {});
+
+    GLuint id() const { return object_.id(); }
+    const std::string& name() const { return name_; }
+    void bind() const;
+
+    /// -1 where the name is declared but not active. Throws Error where it does not even occur in the source.
+    GLint uniform(std::string_view name) const;
+    void set(std::string_view name, bool value) const { set(name, static_cast<int>(value)); }
+    void set(std::string_view name, int value) const;
+    void set(std::string_view name, std::uint32_t value) const;
+    void set(std::string_view name, float value) const;
+    void set(std::string_view name, const vec2& value) const;
+    void set(std::string_view name, const vec3& value) const;
+    void set(std::string_view name, const vec4& value) const;
+    void set(std::string_view name, const ivec2& value) const;
+    void set(std::string_view name, const ivec3& value) const;
+    void set(std::string_view name, const ivec4& value) const;
+    void set(std::string_view name, const uvec2& value) const;
+    void set(std::string_view name, const uvec3& value) const;
+    void set(std::string_view name, const uvec4& value) const;
+    void set(std::string_view name, const mat3& value) const;
+    void set(std::string_view name, const mat4& value) const;
+
+    /// Bind and start so many workgroups. The graph places the memory barriers.
+    void dispatch(std::uint32_t x, std::uint32_t y = 1, std::uint32_t z = 1) const;
+    /// Workgroup counts are three uints at `offset` bytes of the buffer.
+    void dispatch_indirect(const Buffer& arguments, std::size_t offset = 0) const;
+    /// Bind and draw `vertices` vertices without attributes (gl_VertexID), `instances` times.
+    void draw(GLenum mode, std::uint32_t vertices, std::uint32_t instances = 1) const;
+
+  private:
+    Program() = default;
+    void link(std::string_view subject);
+
+    std::string name_;
+    std::string text_;  // all stages
+    Object<delete_program> object_;
+    mutable std::map<std::string, GLint, std::less<>> uniforms_;
+};
+
+/// Every variant is compiled once. References stay valid as long as the cache.
+class ProgramCache {
+  public:
+    const Program& compute(const ShaderSource& source, const Defines& defines = {});
+    const Program& graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {});
+
+    std::size_t count() const { return programs_.size(); }
+    double seconds() const { return seconds_; }  ///< spent compiling and linking, CPU clock
+
+  private:
+    std::unordered_map<std::string, std::unique_ptr<Program>> programs_;
+    double seconds_ = 0;
+};
+
+}  // namespace halflight::gpu

@@ -1,0 +1,68 @@
+// Textures without mip levels, and the formats that we use.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "engine/gpu/object.h"
+
+namespace halflight::gpu {
+
+struct TextureDesc {
+    int width = 1;                 // texels, >= 1
+    int height = 1;                // texels, >= 1; 1 for 1D
+    GLenum format = GL_RGBA32F;    // sized internal format, one that format_info knows
+    int depth = 1;                 // texels, >= 1; 1 unless 3D
+    GLenum target = GL_TEXTURE_2D; // or GL_TEXTURE_1D, GL_TEXTURE_3D
+    bool operator==(const TextureDesc&) const = default;
+};
+
+enum class TexelKind : std::uint8_t { color, integer, depth };
+
+struct FormatInfo {
+    GLenum format;    // GL_RGBA, GL_RED_INTEGER, ...
+    int channels;     // 1 to 4
+    int texel_bytes;  // in device memory; drivers may pad formats of three channels
+    TexelKind kind;   // color: float or normalised
+};
+/// Throws Error for a format that nothing here uses yet. Needs no context.
+FormatInfo format_info(GLenum internal_format);
+/// width x height x depth x bytes per texel. Needs no context.
+std::size_t texture_bytes(const TextureDesc& desc);
+
+/// Nearest filter and clamped to the edge unless set otherwise.
+class Texture {
+  public:
+    /// Zeros. Throws Error where the size is out of the driver's range.
+    Texture(std::string name, const TextureDesc& desc);
+
+    GLuint id() const { return object_.id(); }
+    const std::string& name() const { return name_; }
+    const TextureDesc& desc() const { return desc_; }
+    std::uint64_t serial() const { return serial_; }  ///< Never used twice in a process, unlike id().
+
+    void set_filter(GLenum filter);                               ///< GL_NEAREST, GL_LINEAR
+    void set_wrap(GLenum wrap_s, GLenum wrap_t, GLenum wrap_r = GL_CLAMP_TO_EDGE);
+
+    /// Whole image, channels interleaved, first row first. The element count must be that of the texture.
+    void upload(std::span<const float> values);          ///< color and depth formats
+    void upload(std::span<const std::uint8_t> values);   ///< 8-bit normalised formats
+    void upload(std::span<const std::uint32_t> values);  ///< integer formats
+    std::vector<float> read_float() const;         ///< color and depth formats, in the texture's channels
+    std::vector<std::uint32_t> read_uint() const;  ///< integer formats
+    void clear(float r = 0, float g = 0, float b = 0, float a = 0);  ///< color and depth (r) formats
+    void clear_uint(std::uint32_t value);                            ///< integer formats, all channels
+
+    void bind(GLuint unit) const;                       ///< sampler
+    void bind_image(GLuint unit, GLenum access) const;  ///< GL_READ_ONLY, GL_WRITE_ONLY, GL_READ_WRITE
+
+  private:
+    std::string name_;
+    TextureDesc desc_;
+    std::uint64_t serial_ = 0;
+    Object<delete_texture> object_;
+};
+
+}  // namespace halflight::gpu
