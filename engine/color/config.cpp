@@ -1,0 +1,250 @@
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdlib>
+#include <sstream>
+
+#include "engine/color/ocio.h"
+#include "engine/core/error.h"
+
+namespace halflight {
+
+extern const char* const kEmbeddedConfig;  // embedded.cpp
+
+namespace {
+
+std::string lower(std::string text) {
+    std::transform(text.begin(), text.end(), text.begin(), [](unsigned char c) { return std::tolower(c); });
+    return text;
+}
+
+/// The valid name that is meant by `name`: exact, or the only one that agrees in any case, or that without " -
+/// Display".
+std::string resolve(const std::string& name, const std::vector<std::string>& valid, const std::string& source,
+                    const std::string& kind) {
+    if (std::find(valid.begin(), valid.end(), name) != valid.end()) return name;
+    std::vector<std::string> matches;
+    for (const std::string& candidate : valid) {
+        if (lower(candidate) == lower(name) || lower(candidate) == lower(name + " - Display"))
+            matches.push_back(candidate);
+    }
+    if (matches.size() == 1) return matches.front();
+    throw Error(source, "has no {} \"{}\"; it has: {}", kind, name,
+                valid.empty() ? "none" : fmt::format("{}", fmt::join(valid, ", ")));
+}
+
+/// "a, -b": every name must be a look of the config.
+std::string resolve_looks(const std::string& looks, const std::vector<std::string>& valid, const std::string& source) {
+    std::string resolved;
+    std::istringstream list(looks);
+    for (std::string item; std::getline(list, item, ',');) {
+        const std::string space = " \t";
+        item.erase(0, item.find_first_not_of(space));
+        item.erase(item.find_last_not_of(space) + 1);
+        const bool inverse = item.starts_with('-');
+        if (inverse || item.starts_with('+')) item.erase(0, 1);
+        resolved +=
+            (resolved.empty() ? "" : ", ") + std::string(inverse ? "-" : "") + resolve(item, valid, source, "look");
+    }
+    return resolved;
+}
+
+/// Rec.709 to ACES2065-1, Bradford adapted, out of OCIO's built-in transforms.
+ocio::TransformRcPtr rec709_to_aces() {
+    const auto to_ap1 = ocio::BuiltinTransform::Create();
+    to_ap1->setStyle("UTILITY - ACES-AP1_to_LINEAR-REC709_BFD");
+    to_ap1->setDirection(ocio::TRANSFORM_DIR_INVERSE);
+    const auto to_ap0 = ocio::BuiltinTransform::Create();
+    to_ap0->setStyle("ACEScg_to_ACES2065-1");
+    const auto group = ocio::GroupTransform::Create();
+    group->appendTransform(to_ap1);
+    group->appendTransform(to_ap0);
+    return group;
+}
+
+ocio::ConstConfigRcPtr open(const std::string& file) {
+    ocio::ConstConfigRcPtr config = ocio::Config::CreateFromFile(file.c_str());
+    if (config->getNumDisplays() == 0) throw ocio::Exception("the config has no active displays");
+    return config;
+}
+
+/// OCIO says which file it is, and so do we; once is enough.
+std::string without_preamble(std::string message) {
+    const std::string preamble = " failed. ";
+    const std::size_t end = message.find(preamble);
+    return message.starts_with("Error: Loading") && end != std::string::npos ? message.substr(end + preamble.size())
+                                                                             : message;
+}
+
+/// What linear Rec.709 is called by well-known configs that have no aces_interchange role.
+constexpr const char* kRec709Names[] = {"Linear Rec.709 (sRGB)",   "lin_rec709",  "lin_srgb",     "Linear Rec.709",
+                                        "Utility - Linear - sRGB", "Linear sRGB", "Linear BT.709"};
+
+}  // namespace
+
+ColorConfig ColorConfig::load(const std::optional<std::filesystem::path>& file) {
+    ocio::SetLoggingFunction([](const char*) {});  // a library does not print; what matters is thrown
+    const char* const environment = std::getenv("OCIO");
+    auto data = std::make_shared<Data>();
+    std::string subject = "built-in colour config";
+    try {
+        if (file) {
+            subject = data->source = file->string();
+            data->config = open(data->source);
+        } else if (environment && *environment) {
+            data->source = environment;
+            subject = "$OCIO (" + data->source + ")";
+            data->config = open(data->source);
+        } else {
+            data->source = "built-in";
+            std::istringstream text(kEmbeddedConfig);
+            data->config = ocio::Config::CreateFromStream(text);
+        }
+    } catch (const ocio::Exception& e) {
+        throw Error(subject, "cannot be used as OpenColorIO {} config: {}", ocio::GetVersion(),
+                    without_preamble(e.what()));
+    }
+
+    if (data->config->hasRole("aces_interchange")) {
+        data->rendering_space = "aces_interchange";
+        data->from_rec709 = rec709_to_aces();
+    } else {
+        for (const char* name : kRec709Names) {
+            if (!data->config->getColorSpace(name)) continue;
+            data->rendering_space = name;
+            break;
+        }
+    }
+    if (data->rendering_space.empty())
+        throw Error(subject, "has neither an aces_interchange role nor one of the colour spaces {}",
+                    fmt::join(kRec709Names, ", "));
+    return ColorConfig(std::move(data));
+}
+
+const std::string& ColorConfig::source() const {
+    return data_->source;
+}
+
+std::vector<std::string> ColorConfig::displays() const {
+    std::vector<std::string> names;
+    for (int i = 0; i < data_->config->getNumDisplays(); ++i) names.emplace_back(data_->config->getDisplay(i));
+    return names;
+}
+
+std::vector<std::string> ColorConfig::views(const std::string& display) const {
+    const std::string resolved = resolve(display, displays(), data_->source, "display");
+    std::vector<std::string> names;
+    for (int i = 0; i < data_->config->getNumViews(resolved.c_str()); ++i)
+        names.emplace_back(data_->config->getView(resolved.c_str(), i));
+    return names;
+}
+
+std::vector<std::string> ColorConfig::looks() const {
+    std::vector<std::string> names;
+    for (int i = 0; i < data_->config->getNumLooks(); ++i) names.emplace_back(data_->config->getLookNameByIndex(i));
+    return names;
+}
+
+std::vector<std::string> ColorConfig::color_spaces() const {
+    std::vector<std::string> names;
+    for (int i = 0; i < data_->config->getNumColorSpaces(); ++i)
+        names.emplace_back(data_->config->getColorSpaceNameByIndex(i));
+    return names;
+}
+
+std::string ColorConfig::default_display() const {
+    return data_->config->getDefaultDisplay();
+}
+
+std::string ColorConfig::default_view(const std::string& display) const {
+    return data_->config->getDefaultView(resolve(display, displays(), data_->source, "display").c_str());
+}
+
+ViewProcessor ColorConfig::view(const ViewTransform& wanted) const {
+    auto data = std::make_shared<ViewProcessor::Data>();
+    if (!std::isfinite(wanted.exposure)) throw Error("exposure", "{} is not a number of stops", wanted.exposure);
+    data->exposure_scale = std::exp2(wanted.exposure);
+    data->display =
+        wanted.display.empty() ? default_display() : resolve(wanted.display, displays(), data_->source, "display");
+    data->view = wanted.view.empty()
+                     ? default_view(data->display)
+                     : resolve(wanted.view, views(data->display), data_->source + ": " + data->display, "view");
+    data->look = resolve_looks(wanted.look, looks(), data_->source);
+
+    const ocio::Config& config = *data_->config;
+    const char* const src = data_->rendering_space.c_str();
+    try {
+        const auto group = ocio::GroupTransform::Create();
+        // A view that shows plain numbers must see those of the rendering, not those of the interchange space.
+        const auto end =
+            config.getColorSpace(config.getDisplayViewColorSpaceName(data->display.c_str(), data->view.c_str()));
+        const bool is_data = end && end->isData();
+        if (data_->from_rec709 && !is_data) group->appendTransform(data_->from_rec709->createEditableCopy());
+        if (!data->look.empty() && !is_data) {
+            const auto look = ocio::LookTransform::Create();
+            look->setSrc(src);
+            look->setDst(src);
+            look->setLooks(data->look.c_str());
+            group->appendTransform(look);
+        }
+        const auto view = ocio::DisplayViewTransform::Create();
+        view->setSrc(src);
+        view->setDisplay(data->display.c_str());
+        view->setView(data->view.c_str());
+        view->setLooksBypass(!data->look.empty());
+        group->appendTransform(view);
+        data->processor = config.getProcessor(group);
+        data->cpu = data->processor->getOptimizedCPUProcessor(kOptimization);
+    } catch (const ocio::Exception& e) {
+        throw Error(data_->source, "view \"{}\" of \"{}\": {}", data->view, data->display, e.what());
+    }
+    return ViewProcessor(std::move(data));
+}
+
+LinearSpace ColorConfig::linear_space(const std::string& name) const {
+    if (name.empty()) return {"linear Rec.709", mat3(1), kRec709};
+    const ocio::ConstColorSpaceRcPtr found = data_->config->getColorSpace(name.c_str());
+    if (!found)
+        throw Error(data_->source, "has no colour space \"{}\"; it has: {}", name, fmt::join(color_spaces(), ", "));
+    LinearSpace space{found->getName(), mat3(1), std::nullopt};
+    const auto group = ocio::GroupTransform::Create();
+    if (data_->from_rec709) group->appendTransform(data_->from_rec709->createEditableCopy());
+    const auto to_space = ocio::ColorSpaceTransform::Create();
+    to_space->setSrc(data_->rendering_space.c_str());
+    to_space->setDst(found->getName());
+    group->appendTransform(to_space);
+    try {
+        const auto cpu = data_->config->getProcessor(group)->getOptimizedCPUProcessor(kOptimization);
+        const auto convert = [&](vec3 rgb) {
+            cpu->applyRGB(&rgb.x);
+            return rgb;
+        };
+        for (int i = 0; i < 3; ++i) {
+            vec3 primary(0);
+            primary[i] = 1;
+            space.from_rec709[i] = convert(primary);
+        }
+        // A matrix maps these as the columns say; curves and offsets do not. Four roundings of values of about one
+        // each.
+        for (const vec3& probe : {vec3(0), vec3(0.25f), vec3(4, 2, 1)}) {
+            const vec3 error = glm::abs(convert(probe) - space.from_rec709 * probe);
+            if (!(glm::max(error.x, glm::max(error.y, error.z)) <= 1e-5f * (1 + glm::length(probe))))
+                throw Error(data_->source, "colour space \"{}\" is not linear", name);
+        }
+    } catch (const ocio::Exception& e) {
+        throw Error(data_->source, "colour space \"{}\": {}", name, e.what());
+    }
+    // Published matrices are rounded to six digits or more; the spaces themselves differ by 1e-2 and more.
+    constexpr double kSameSpace = 1e-4;
+    for (const Chromaticities& known : {kRec709, kAp1, kAp0}) {
+        const dmat3 expected = rgb_conversion(kRec709, known);
+        double difference = 0;
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j)
+                difference = std::max(difference, std::abs(expected[i][j] - space.from_rec709[i][j]));
+        if (difference < kSameSpace) space.chromaticities = known;
+    }
+    return space;
+}
+
+}  // namespace halflight

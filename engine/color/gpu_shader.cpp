@@ -1,0 +1,77 @@
+#include "engine/color/ocio.h"
+#include "engine/core/error.h"
+
+namespace halflight {
+namespace {
+
+// As ViewProcessor::apply() does on the CPU. mix() with a bool vector selects, so that a NaN is not multiplied.
+constexpr const char* kWrapper = R"glsl(
+vec4 ocio_view(vec4 pixel)
+{
+    vec3 colour = clamp(mix(pixel.rgb, vec3(0.0), isnan(pixel.rgb)), -65504.0, 65504.0);
+    colour = ocio_transform(vec4(colour, 1.0)).rgb;
+    return vec4(clamp(mix(colour, vec3(0.0), isnan(colour)), 0.0, 1.0), pixel.a);
+}
+)glsl";
+
+GpuLut texture_2d(const ocio::GpuShaderDesc& desc, unsigned index) {
+    const char* name = nullptr;
+    const char* sampler = nullptr;
+    unsigned width = 0;
+    unsigned height = 0;
+    auto channel = ocio::GpuShaderDesc::TEXTURE_RGB_CHANNEL;
+    auto interpolation = ocio::INTERP_LINEAR;
+    desc.getTexture(index, name, sampler, width, height, channel, interpolation);
+    const float* values = nullptr;
+    desc.getTextureValues(index, values);
+    GpuLut lut;
+    lut.sampler = sampler;
+    lut.dimensions = height > 1 ? 2 : 1;
+    lut.width = static_cast<int>(width);
+    lut.height = static_cast<int>(height);
+    lut.channels = channel == ocio::GpuShaderDesc::TEXTURE_RED_CHANNEL ? 1 : 3;
+    lut.linear = interpolation != ocio::INTERP_NEAREST;
+    lut.values.assign(values, values + std::size_t{width} * height * static_cast<unsigned>(lut.channels));
+    return lut;
+}
+
+GpuLut texture_3d(const ocio::GpuShaderDesc& desc, unsigned index) {
+    const char* name = nullptr;
+    const char* sampler = nullptr;
+    unsigned edge = 0;
+    auto interpolation = ocio::INTERP_LINEAR;
+    desc.get3DTexture(index, name, sampler, edge, interpolation);
+    const float* values = nullptr;
+    desc.get3DTextureValues(index, values);
+    GpuLut lut;
+    lut.sampler = sampler;
+    lut.width = lut.height = lut.depth = static_cast<int>(edge);
+    lut.linear = interpolation != ocio::INTERP_NEAREST && interpolation != ocio::INTERP_TETRAHEDRAL;
+    lut.values.assign(values, values + std::size_t{3} * edge * edge * edge);
+    return lut;
+}
+
+}  // namespace
+
+GpuShader ViewProcessor::gpu_shader() const {
+    try {
+        ocio::GpuShaderDescRcPtr desc = ocio::GpuShaderDesc::CreateShaderDesc();
+        desc->setLanguage(ocio::GPU_LANGUAGE_GLSL_4_0);
+        desc->setFunctionName("ocio_transform");
+        desc->setResourcePrefix("ocio_");
+        data_->processor->getOptimizedGPUProcessor(kOptimization)->extractGpuShaderInfo(desc);
+        // Uniforms stand for properties that change after extraction; what we ask for has none.
+        if (desc->getNumUniforms() != 0)
+            throw Error("view transform", "view \"{}\" has dynamic properties, which are not supported", data_->view);
+        GpuShader shader;
+        shader.glsl = std::string(desc->getShaderText()) + kWrapper;
+        for (unsigned i = 0; i < desc->getNumTextures(); ++i) shader.luts.push_back(texture_2d(*desc, i));
+        for (unsigned i = 0; i < desc->getNum3DTextures(); ++i) shader.luts.push_back(texture_3d(*desc, i));
+        shader.cache_id = desc->getCacheID();
+        return shader;
+    } catch (const ocio::Exception& e) {
+        throw Error("view transform", "view \"{}\" has no GPU form: {}", data_->view, e.what());
+    }
+}
+
+}  // namespace halflight

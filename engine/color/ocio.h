@@ -1,0 +1,32 @@
+// What the files of this folder share, and the only place that names OpenColorIO's types.
+#pragma once
+
+#include <OpenColorIO/OpenColorIO.h>
+
+#include <string>
+
+#include "engine/color/color.h"
+
+namespace halflight {
+
+namespace ocio = OCIO_NAMESPACE;
+
+/// Exact arithmetic, so that CPU and GPU differ by rounding only; inverse LUTs have no exact GPU form, so fast on both.
+inline constexpr auto kOptimization =
+    static_cast<ocio::OptimizationFlags>(ocio::OPTIMIZATION_LOSSLESS | ocio::OPTIMIZATION_LUT_INV_FAST);
+
+struct ColorConfig::Data {
+    ocio::ConstConfigRcPtr config;
+    std::string source;
+    std::string rendering_space;       // a name of the config that `from_rec709` leads to
+    ocio::TransformRcPtr from_rec709;  // null where rendering_space is linear Rec.709 itself
+};
+
+struct ViewProcessor::Data {
+    std::string display, view, look;
+    float exposure_scale = 1;
+    ocio::ConstProcessorRcPtr processor;
+    ocio::ConstCPUProcessorRcPtr cpu;
+};
+
+}  // namespace halflight

@@ -1,0 +1,63 @@
+#include <algorithm>
+#include <cmath>
+
+#include "engine/color/ocio.h"
+#include "engine/core/error.h"
+
+namespace halflight {
+namespace {
+
+constexpr float kLargest = 65504;  // of half: far beyond display white, and matrices cannot overflow on it
+
+float presentable(float value) {
+    return std::isnan(value) ? 0.0f : std::clamp(value, -kLargest, kLargest);
+}
+
+float displayable(float value) {
+    return std::isnan(value) ? 0.0f : std::clamp(value, 0.0f, 1.0f);
+}
+
+}  // namespace
+
+Image ViewProcessor::apply(const Image& image) const {
+    if (image.channels != 3 && image.channels != 4)
+        throw Error("view transform", "needs an image of 3 or 4 channels, not {}", image.channels);
+    Image result = image;
+    if (result.pixels.empty()) return result;
+    const std::size_t stride = static_cast<std::size_t>(image.channels);
+    const auto for_each_colour = [&](auto&& change) {
+        for (std::size_t i = 0; i < result.pixels.size(); i += stride)
+            for (std::size_t c = 0; c < 3; ++c) result.pixels[i + c] = change(result.pixels[i + c]);
+    };
+    for_each_colour([scale = data_->exposure_scale](float v) { return presentable(v * scale); });
+    std::vector<float> alpha;
+    if (stride == 4)
+        for (std::size_t i = 3; i < result.pixels.size(); i += 4) alpha.push_back(result.pixels[i]);
+    try {
+        ocio::PackedImageDesc pixels(result.pixels.data(), result.width, result.height, result.channels);
+        data_->cpu->apply(pixels);
+    } catch (const ocio::Exception& e) {
+        throw Error("view transform", e.what());
+    }
+    for_each_colour(displayable);
+    for (std::size_t i = 0; i < alpha.size(); ++i) result.pixels[4 * i + 3] = alpha[i];
+    return result;
+}
+
+float ViewProcessor::exposure_scale() const {
+    return data_->exposure_scale;
+}
+
+const std::string& ViewProcessor::display() const {
+    return data_->display;
+}
+
+const std::string& ViewProcessor::view() const {
+    return data_->view;
+}
+
+const std::string& ViewProcessor::look() const {
+    return data_->look;
+}
+
+}  // namespace halflight

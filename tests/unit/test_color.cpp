@@ -1,0 +1,345 @@
+// Colour: the built-in config, display views against published curves, other people's configs, errors, the GPU text.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+
+#include "engine/color/color.h"
+#include "engine/color/ocio.h"
+#include "engine/core/error.h"
+
+namespace halflight {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kShared = HALFLIGHT_SHARED_DIR;
+const fs::path kConfigs = kShared / "assets/ocio";
+const fs::path kCgConfig = kConfigs / "cg-config-v1.0.0_aces-v1.3_ocio-v2.1.ocio";
+
+/// Sets or clears $OCIO for the length of a test.
+class Ocio {
+  public:
+    explicit Ocio(const char* value) { value ? setenv("OCIO", value, 1) : unsetenv("OCIO"); }
+    ~Ocio() { unsetenv("OCIO"); }
+};
+
+ColorConfig built_in() {
+    Ocio none(nullptr);
+    return ColorConfig::load();
+}
+
+vec3 shown(const ViewProcessor& view, const vec3& colour) {
+    Image image(1, 1, 3);
+    for (int c = 0; c < 3; ++c) image.pixels[c] = colour[c];
+    image = view.apply(image);
+    return {image.pixels[0], image.pixels[1], image.pixels[2]};
+}
+
+std::string error_of(const auto& call) {
+    try {
+        call();
+    } catch (const Error& e) {
+        return e.what();
+    }
+    return "no error";
+}
+
+/// IEC 61966-2-1.
+double srgb_curve(double v) {
+    return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
+}
+
+TEST(Color, BuiltInConfigIsValid) {
+    Ocio none(nullptr);
+    const fs::path file = fs::path(HALFLIGHT_SOURCE_DIR) / "engine/color/halflight.ocio";
+    EXPECT_NO_THROW(ocio::Config::CreateFromFile(file.c_str())->validate());
+    const ColorConfig config = ColorConfig::load();
+    EXPECT_EQ(config.source(), "built-in");
+    EXPECT_EQ(config.displays(),
+              (std::vector<std::string>{"sRGB - Display", "Rec.1886 Rec.709 - Display", "Display P3 - Display"}));
+    for (const std::string& display : config.displays()) {
+        EXPECT_EQ(config.views(display), (std::vector<std::string>{"ACES 1.0 - SDR Video", "Un-tone-mapped", "Raw"}));
+        EXPECT_EQ(config.default_view(display), "ACES 1.0 - SDR Video");
+    }
+    EXPECT_EQ(config.default_display(), "sRGB - Display");
+    EXPECT_EQ(config.looks(), (std::vector<std::string>{"ACES 1.3 Reference Gamut Compression"}));
+}
+
+TEST(Color, UnToneMappedIsTheDisplaysCurve) {
+    const ColorConfig config = built_in();
+    const ViewProcessor srgb = config.view({"sRGB - Display", "Un-tone-mapped", "", 0});
+    const ViewProcessor rec1886 = config.view({"Rec.1886 Rec.709 - Display", "Un-tone-mapped", "", 0});
+    for (double v : {0.0, 0.001, 0.0031308, 0.01, 0.18, 0.5, 0.9, 1.0}) {
+        const vec3 colour(static_cast<float>(v), static_cast<float>(1 - v), 0.25f);
+        for (int c = 0; c < 3; ++c) {
+            EXPECT_NEAR(shown(srgb, colour)[c], srgb_curve(colour[c]), 1e-4) << "channel " << c << " of " << v;
+            EXPECT_NEAR(shown(rec1886, colour)[c], std::pow(colour[c], 1 / 2.4), 1e-3)
+                << "channel " << c << " of " << v;
+        }
+    }
+}
+
+TEST(Color, DisplayP3HasItsPrimaries) {
+    const Chromaticities p3{{0.680, 0.320}, {0.265, 0.690}, {0.150, 0.060}, {0.3127, 0.3290}};  // SMPTE EG 432-1
+    const ViewProcessor view = built_in().view({"Display P3 - Display", "Un-tone-mapped", "", 0});
+    const vec3 colour(0.1f, 0.7f, 0.4f);
+    const dvec3 expected = rgb_conversion(kRec709, p3) * dvec3(colour);
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(shown(view, colour)[c], srgb_curve(expected[c]), 1e-4);
+}
+
+TEST(Color, ExposureIsInStops) {
+    const ColorConfig config = built_in();
+    const ViewProcessor raw = config.view({"", "Raw", "", 0});
+    const ViewProcessor brighter = config.view({"", "Raw", "", 1});
+    const ViewProcessor darker = config.view({"", "Raw", "", -2});
+    const vec3 colour(0.1f, 0.2f, 0.4f);
+    for (int c = 0; c < 3; ++c) {
+        EXPECT_EQ(shown(raw, colour)[c], colour[c]);
+        EXPECT_EQ(shown(brighter, colour)[c], 2 * colour[c]);
+        EXPECT_EQ(shown(darker, colour)[c], colour[c] / 4);
+    }
+    EXPECT_EQ(brighter.exposure_scale(), 2.0f);
+    EXPECT_THROW(config.view({"", "", "", std::numeric_limits<float>::quiet_NaN()}), Error);
+}
+
+TEST(Color, AcesViewIsPlausibleAndMonotonic) {
+    const ViewProcessor view = built_in().view({});
+    // ACES puts middle grey near 10 nits of 100: (0.1)^(1/2.4) or so, below the plain sRGB curve's 0.46.
+    const vec3 grey = shown(view, vec3(0.18f));
+    EXPECT_GT(grey.y, 0.3f);
+    EXPECT_LT(grey.y, 0.45f);
+    EXPECT_NEAR(grey.x, grey.y, 1e-3);
+    EXPECT_NEAR(grey.z, grey.y, 1e-3);
+    float last = -1;
+    for (float v = 0; v < 16; v += 0.05f) {
+        const float now = shown(view, vec3(v)).y;
+        EXPECT_GE(now, last);
+        last = now;
+    }
+    EXPECT_GT(last, 0.95f);
+}
+
+TEST(Color, AgreesWithTheAcesConfig) {
+    if (!fs::exists(kCgConfig)) GTEST_SKIP() << kCgConfig << " is not there";
+    const ColorConfig ours = built_in();
+    const ColorConfig aces = ColorConfig::load(kCgConfig);
+    for (const char* view : {"ACES 1.0 - SDR Video", "Un-tone-mapped", "Raw"}) {
+        for (const char* display : {"sRGB - Display", "Rec.1886 Rec.709 - Display"}) {
+            for (const vec3& colour : {vec3(0.18f), vec3(0), vec3(5, 0.1f, 0.02f), vec3(0.01f, 0.5f, 2), vec3(100)}) {
+                const vec3 a = shown(ours.view({display, view, "", 0}), colour);
+                const vec3 b = shown(aces.view({display, view, "", 0}), colour);
+                for (int c = 0; c < 3; ++c) EXPECT_NEAR(a[c], b[c], 1e-3) << display << ", " << view;
+            }
+        }
+    }
+}
+
+TEST(Color, NonFiniteNumbersAreDefined) {
+    const float inf = std::numeric_limits<float>::infinity();
+    const float nan = std::numeric_limits<float>::quiet_NaN();
+    const ColorConfig config = built_in();
+    for (const char* name : {"ACES 1.0 - SDR Video", "Un-tone-mapped", "Raw"}) {
+        const ViewProcessor view = config.view({"", name, "", 0});
+        EXPECT_EQ(shown(view, vec3(nan)), shown(view, vec3(0)));
+        EXPECT_GT(shown(view, vec3(inf)).y, 0.99f) << name;
+        EXPECT_EQ(shown(view, vec3(-inf)), shown(view, vec3(-65504)));
+        for (const vec3& colour : {vec3(inf, 0, nan), vec3(3e38f, -3e38f, 1), vec3(-1, 0.5f, 1e20f)}) {
+            const vec3 result = shown(view, colour);
+            EXPECT_TRUE(all_finite(result)) << name;
+            for (int c = 0; c < 3; ++c) EXPECT_TRUE(result[c] >= 0 && result[c] <= 1) << name;
+        }
+    }
+}
+
+TEST(Color, AlphaPassesAndOtherChannelCountsAreRefused) {
+    const ViewProcessor view = built_in().view({"", "Un-tone-mapped", "", 3});
+    Image image(2, 1, 4);
+    image.pixels = {0.1f, 0.1f, 0.1f, 0.25f, 1, 1, 1, 0.75f};
+    const Image result = view.apply(image);
+    EXPECT_EQ(result.pixels[3], 0.25f);
+    EXPECT_EQ(result.pixels[7], 0.75f);
+    EXPECT_THROW(view.apply(Image(1, 1, 2)), Error);
+    EXPECT_TRUE(view.apply(Image(0, 0, 3)).pixels.empty());
+}
+
+TEST(Color, LookReplacesThoseOfTheView) {
+    const ColorConfig config = built_in();
+    const std::string look = config.looks().at(0);
+    const ViewProcessor without = config.view({"", "Un-tone-mapped", "", 0});
+    const ViewProcessor with = config.view({"", "Un-tone-mapped", look, 0});
+    const ViewProcessor undone = config.view({"", "Un-tone-mapped", look + ", -" + look, 0});
+    EXPECT_EQ(with.look(), look);
+    const vec3 saturated(0.02f, 0.9f, 0.02f);
+    const vec3 blue(-0.1f, 0.1f, 0.9f);  // outside Rec.709, so the compression moves it
+    EXPECT_GT(glm::length(shown(without, blue) - shown(with, blue)), 5e-3f);
+    EXPECT_LT(glm::length(shown(without, saturated) - shown(undone, saturated)), 1e-3f);
+}
+
+TEST(Color, NamesInAnyCaseAndErrorsThatList) {
+    const ColorConfig config = built_in();
+    EXPECT_EQ(config.view({"srgb", "un-tone-mapped", "", 0}).display(), "sRGB - Display");
+    EXPECT_EQ(config.view({"DISPLAY P3", "RAW", "", 0}).view(), "Raw");
+    EXPECT_EQ(error_of([&] {
+                  config.view({"CRT", "", "", 0});
+              }),
+              "built-in: has no display \"CRT\"; it has: sRGB - Display, Rec.1886 Rec.709 - Display, Display P3 - "
+              "Display");
+    EXPECT_EQ(error_of([&] {
+                  config.view({"", "Filmic", "", 0});
+              }),
+              "built-in: sRGB - Display: has no view \"Filmic\"; it has: ACES 1.0 - SDR Video, Un-tone-mapped, Raw");
+    EXPECT_EQ(error_of([&] {
+                  config.view({"", "", "teal", 0});
+              }),
+              "built-in: has no look \"teal\"; it has: ACES 1.3 Reference Gamut Compression");
+    EXPECT_NE(error_of([&] { config.linear_space("Rec.9000"); }).find("Linear Rec.709 (sRGB), ACEScg"),
+              std::string::npos);
+}
+
+TEST(Color, LinearSpaces) {
+    const ColorConfig config = built_in();
+    EXPECT_EQ(config.linear_space("").from_rec709, mat3(1));
+    struct {
+        const char* name;
+        Chromaticities expected;
+    } const cases[] = {{"Linear Rec.709 (sRGB)", kRec709}, {"acescg", kAp1}, {"ACES2065-1", kAp0}};
+    for (const auto& [name, expected] : cases) {
+        const LinearSpace space = config.linear_space(name);
+        const dmat3 matrix = rgb_conversion(kRec709, expected);
+        for (int i = 0; i < 3; ++i)
+            for (int j = 0; j < 3; ++j) EXPECT_NEAR(space.from_rec709[i][j], matrix[i][j], 1e-5) << name;
+        ASSERT_TRUE(space.chromaticities) << name;
+        EXPECT_EQ(space.chromaticities->green, expected.green) << name;
+    }
+    EXPECT_NE(error_of([&] { config.linear_space("sRGB - Texture"); }).find("is not linear"), std::string::npos);
+    EXPECT_NE(error_of([&] { config.linear_space("ACEScct"); }).find("is not linear"), std::string::npos);
+}
+
+TEST(Color, EnvironmentVariableIsObeyedOrAnError) {
+    {
+        Ocio missing("/nonexistent/config.ocio");
+        const std::string error = error_of([] { ColorConfig::load(); });
+        EXPECT_TRUE(error.starts_with("$OCIO (/nonexistent/config.ocio): cannot be used")) << error;
+        EXPECT_EQ(error.find('\n'), std::string::npos);
+    }
+    {
+        Ocio folder(HALFLIGHT_SOURCE_DIR);
+        EXPECT_NE(error_of([] { ColorConfig::load(); }), "no error");
+    }
+    {
+        Ocio empty("");
+        EXPECT_EQ(ColorConfig::load().source(), "built-in");
+    }
+    const fs::path own = fs::path(HALFLIGHT_SOURCE_DIR) / "engine/color/halflight.ocio";
+    {
+        Ocio set(own.c_str());
+        EXPECT_EQ(ColorConfig::load().source(), own);
+    }
+    {
+        Ocio missing("/nonexistent/config.ocio");
+        EXPECT_EQ(ColorConfig::load(own).source(), own) << "a file that is given comes first";
+    }
+    EXPECT_TRUE(error_of([] { ColorConfig::load("/nonexistent.ocio"); }).starts_with("/nonexistent.ocio: cannot"));
+}
+
+TEST(Color, OtherPeoplesConfigs) {
+    if (!fs::exists(kConfigs)) GTEST_SKIP() << kConfigs << " is not there";
+    for (const auto& entry : fs::directory_iterator(kConfigs)) {
+        if (entry.path().extension() != ".ocio") continue;
+        SCOPED_TRACE(entry.path());
+        try {
+            const ColorConfig config = ColorConfig::load(entry.path());
+            EXPECT_FALSE(config.displays().empty());
+            for (const std::string& display : config.displays())
+                for (const std::string& view : config.views(display)) {
+                    const ViewProcessor processor = config.view({display, view, "", 0});
+                    EXPECT_TRUE(all_finite(shown(processor, vec3(0.18f)))) << display << ", " << view;
+                    EXPECT_NE(processor.gpu_shader().glsl.find("vec4 ocio_view(vec4 pixel)"), std::string::npos);
+                }
+            EXPECT_TRUE(config.linear_space("ACEScg").chromaticities);
+        } catch (const Error& e) {
+            const std::string error = e.what();
+            EXPECT_NE(error.find("ocio-v2.3"), std::string::npos) << error;
+            EXPECT_EQ(error.find('\n'), std::string::npos);
+            EXPECT_NE(error.find("version"), std::string::npos) << error;
+            std::cout << "refused, as it should be: " << error << "\n";
+        }
+    }
+}
+
+/// A folder with a config whose views are files: a 3D table that swaps red and blue, a 1D table that halves.
+fs::path config_of_tables() {
+    const fs::path folder = fs::path(testing::TempDir()) / "halflight-tables";
+    fs::create_directories(folder);
+    std::ofstream cube(folder / "swap.cube");
+    cube << "LUT_3D_SIZE 2\n";
+    for (int i = 0; i < 8; ++i) cube << (i >> 2) << " " << (i >> 1) % 2 << " " << i % 2 << "\n";
+    std::ofstream curve(folder / "half.spi1d");
+    curve << "Version 1\nFrom 0.0 1.0\nLength 8192\nComponents 1\n{\n";
+    for (int i = 0; i < 8192; ++i) curve << 0.5 * i / 8191 << "\n";
+    curve << "}\n";
+    std::ofstream(folder / "config.ocio") << R"(ocio_profile_version: 1
+search_path: "."
+strictparsing: true
+luma: [0.2126, 0.7152, 0.0722]
+roles:
+  default: lin_srgb
+  scene_linear: lin_srgb
+displays:
+  table:
+    - !<View> {name: swap, colorspace: swap}
+    - !<View> {name: half, colorspace: half}
+active_displays: []
+active_views: []
+colorspaces:
+  - !<ColorSpace>
+    name: lin_srgb
+  - !<ColorSpace>
+    name: swap
+    from_reference: !<FileTransform> {src: swap.cube, interpolation: linear}
+  - !<ColorSpace>
+    name: half
+    from_reference: !<FileTransform> {src: half.spi1d, interpolation: linear}
+)";
+    return folder / "config.ocio";
+}
+
+TEST(Color, TablesReachCpuAndGpu) {
+    const ColorConfig config = ColorConfig::load(config_of_tables());  // OCIO 1, without interchange roles
+    const ViewProcessor swap = config.view({"", "swap", "", 0});
+    const ViewProcessor half = config.view({"", "half", "", 0});
+    for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(shown(swap, vec3(0.1f, 0.2f, 0.3f))[c], vec3(0.3f, 0.2f, 0.1f)[c], 1e-6);
+        EXPECT_NEAR(shown(half, vec3(0.1f, 0.2f, 0.3f))[c], vec3(0.05f, 0.1f, 0.15f)[c], 1e-6);
+    }
+    for (const ViewProcessor& view : {swap, half}) {
+        const GpuShader shader = view.gpu_shader();
+        ASSERT_EQ(shader.luts.size(), 1u);
+        const GpuLut& lut = shader.luts[0];
+        const std::string declaration = fmt::format("uniform sampler{}D {};", lut.dimensions, lut.sampler);
+        EXPECT_NE(shader.glsl.find(declaration), std::string::npos) << shader.glsl;
+        EXPECT_EQ(lut.values.size(), static_cast<std::size_t>(lut.width * lut.height * lut.depth * lut.channels));
+    }
+    const GpuLut cube = swap.gpu_shader().luts[0];
+    EXPECT_EQ(cube.depth, 2);
+    const GpuLut curve = half.gpu_shader().luts[0];
+    EXPECT_EQ(curve.dimensions, 2) << "8192 entries do not fit one row of the size that OpenGL promises";
+    EXPECT_TRUE(curve.linear);
+}
+
+TEST(Color, GpuShaderDeclaresWhatItReturns) {
+    const ColorConfig config = built_in();
+    const GpuShader shader = config.view({}).gpu_shader();
+    EXPECT_NE(shader.glsl.find("vec4 ocio_view(vec4 pixel)"), std::string::npos);
+    EXPECT_EQ(shader.glsl.find("#version"), std::string::npos);
+    EXPECT_EQ(shader.glsl, config.view({}).gpu_shader().glsl);
+    EXPECT_EQ(shader.cache_id, config.view({"", "", "", 1.5f}).gpu_shader().cache_id) << "exposure costs no new shader";
+    EXPECT_NE(shader.cache_id, config.view({"", "Raw", "", 0}).gpu_shader().cache_id);
+}
+
+}  // namespace
+}  // namespace halflight
