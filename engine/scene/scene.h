@@ -158,7 +158,8 @@ struct Scene {
     SceneReport report;
 };
 
-/// World bounds of all instances, in double so that a scene far from the origin keeps its precision.
+/// World bounds, in double so that a scene far from the origin keeps its precision. Holds every instance's transformed
+/// object-space box: exact where instances are turned by right angles only, otherwise somewhat too large.
 struct WorldBounds {
     dvec3 lower{std::numeric_limits<double>::infinity()};
     dvec3 upper{-std::numeric_limits<double>::infinity()};
@@ -172,10 +173,13 @@ void validate(const Scene& scene);
 bool has_emission(const Material& material);
 /// Whether anything in the scene gives light: emissive triangles, unlit ones, punctual lights, environment.
 bool has_light(const Scene& scene);
-/// A neutral sky for scenes without any light; the caller says that it was added.
+/// A neutral sky for scenes without any light; the caller says that it was added. The CIE overcast sky (Moon and
+/// Spencer 1942), L = L_zenith (1 + 2 sin(elevation)) / 3, scaled to an irradiance of pi on the horizontal, so that a
+/// white floor shows 1; below the horizon it goes on with the horizon's 3/7.
 Environment default_sky();
 
-/// A camera that sees the whole scene from the front, right and above (+Z, +X, +Y); vertical fov 45 degrees.
+/// A camera that sees the whole scene (as world_bounds() has it) from the front, right and above (+Z, +X, +Y) in every
+/// picture that is at least as wide as high; vertical fov 45 degrees.
 Camera framing_camera(const Scene& scene);
 /// Throws Error where the three do not define a view.
 Camera look_at_camera(const dvec3& from, const dvec3& at, const dvec3& up, double vertical_fov);

@@ -1,0 +1,59 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/core/error.h"
+#include "engine/scene/scene.h"
+
+namespace halflight {
+namespace {
+
+bool finite(const dvec3& v) {
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+}  // namespace
+
+Camera look_at_camera(const dvec3& from, const dvec3& at, const dvec3& up, double vertical_fov) {
+    if (!finite(from) || !finite(at) || !finite(up)) throw Error("camera", "from, at and up must be finite");
+    if (!(vertical_fov > 0 && vertical_fov < kPi))
+        throw Error("camera", "vertical field of view must be between 0 and 180 degrees");
+    if (from == at) throw Error("camera", "from and at are the same point");
+    const dvec3 back = glm::normalize(from - at);
+    const dvec3 right = glm::cross(up, back);
+    // Normalised before it is judged: the length of `up` says nothing.
+    const double sine = glm::length(right) / glm::length(up);
+    if (!(sine > std::numeric_limits<float>::epsilon())) throw Error("camera", "up is zero or along the line of sight");
+    const dvec3 x = glm::normalize(right);
+    Camera camera;
+    camera.camera_to_world = dmat4(dvec4(x, 0), dvec4(glm::cross(back, x), 0), dvec4(back, 0), dvec4(from, 1));
+    camera.vertical_fov = vertical_fov;
+    return camera;
+}
+
+Camera framing_camera(const Scene& scene) {
+    constexpr double kFov = kPi / 4;
+    WorldBounds bounds = world_bounds(scene);
+    if (bounds.empty()) bounds = {dvec3(-1), dvec3(1)};
+    const dvec3 centre = 0.5 * bounds.lower + 0.5 * bounds.upper;
+    const dvec3 half = 0.5 * (bounds.upper - bounds.lower);
+    // 30 degrees to the right and 20 above: three sides of a box are seen, the front one most.
+    const double azimuth = kPi / 6, elevation = kPi / 9;
+    const dvec3 back(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
+                     std::cos(azimuth) * std::cos(elevation));
+    Camera camera = look_at_camera(back, dvec3(0), dvec3(0, 1, 0), kFov);
+    // The nearest place from which all corners lie within the pyramid of a square picture.
+    const double slope = std::tan(kFov / 2);
+    double distance = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+        const dvec3 sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
+        const dvec3 p = glm::transpose(dmat3(camera.camera_to_world)) * (sign * half);
+        distance = std::max(distance, p.z + std::max(std::abs(p.x), std::abs(p.y)) / slope);
+    }
+    if (distance == 0) distance = 1;  // a single point
+    camera.name = "framing";
+    camera.camera_to_world[3] = dvec4(centre + distance * back, 1);
+    return camera;
+}
+
+}  // namespace halflight

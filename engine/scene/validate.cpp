@@ -1,0 +1,214 @@
+#include <algorithm>
+#include <cmath>
+
+#include "engine/core/error.h"
+#include "engine/scene/geometry.h"
+#include "engine/scene/scene.h"
+
+namespace halflight {
+namespace {
+
+// Normalising in float32 leaves the square of a length within a few roundings of one; so does a rotation in double of
+// values that came from float32.
+constexpr double kUnitTolerance = 16 * double(std::numeric_limits<float>::epsilon());
+
+/// Builds "meshes[3].normals[7]" only when it is needed.
+struct Element {
+    const char* list;
+    std::size_t index;
+    std::string at(const char* field) const { return fmt::format("{}[{}].{}", list, index, field); }
+    std::string at(const char* field, std::size_t i) const {
+        return fmt::format("{}[{}].{}[{}]", list, index, field, i);
+    }
+};
+
+bool in_unit_range(float x) {
+    return x >= 0 && x <= 1;
+}
+
+bool non_negative(const vec3& v) {
+    return all_finite(v) && glm::all(glm::greaterThanEqual(v, vec3(0)));
+}
+
+bool is_unit(const dvec3& v) {
+    return std::abs(glm::dot(v, v) - 1) <= kUnitTolerance;
+}
+
+bool is_finite(const dmat4& m) {
+    for (int i = 0; i < 16; ++i) {
+        if (!std::isfinite(m[i / 4][i % 4])) return false;
+    }
+    return true;
+}
+
+bool is_affine(const dmat4& m) {
+    return is_finite(m) && m[0].w == 0 && m[1].w == 0 && m[2].w == 0 && m[3].w == 1;
+}
+
+void check(const TextureImage& image, const Element& e) {
+    if (image.width < 1 || image.height < 1) throw Error(e.at("width"), "an image has at least one texel");
+    const std::size_t expected = 4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
+    if (image.rgba.size() != expected) throw Error(e.at("rgba"), "{} bytes, expected {}", image.rgba.size(), expected);
+}
+
+void check(const TextureRef& t, const std::string& subject, std::size_t images) {
+    if (t.image == kNone) return;
+    if (t.image < 0 || static_cast<std::size_t>(t.image) >= images)
+        throw Error(subject, "image {} of {}", t.image, images);
+    if (t.uv_set < 0 || t.uv_set > 1) throw Error(subject, "uv set {} is neither 0 nor 1", t.uv_set);
+    for (int column = 0; column < 3; ++column) {
+        if (!std::isfinite(t.uv_transform[column].x) || !std::isfinite(t.uv_transform[column].y))
+            throw Error(subject, "uv transform is not finite");
+    }
+}
+
+void check(const Material& m, const Element& e, std::size_t images) {
+    const struct {
+        const char* name;
+        const TextureRef& texture;
+    } textures[] = {
+        {"base_color_texture", m.base_color_texture},
+        {"metallic_roughness_texture", m.metallic_roughness_texture},
+        {"normal_texture", m.normal_texture},
+        {"emission_texture", m.emission_texture},
+        {"specular_texture", m.specular_texture},
+        {"specular_color_texture", m.specular_color_texture},
+        {"clearcoat_texture", m.clearcoat_texture},
+        {"clearcoat_roughness_texture", m.clearcoat_roughness_texture},
+        {"clearcoat_normal_texture", m.clearcoat_normal_texture},
+        {"transmission_texture", m.transmission_texture},
+    };
+    for (const auto& [name, texture] : textures) check(texture, e.at(name), images);
+    const struct {
+        const char* name;
+        float value;
+    } fractions[] = {
+        {"base_color.r", m.base_color.r},
+        {"base_color.g", m.base_color.g},
+        {"base_color.b", m.base_color.b},
+        {"base_color.a", m.base_color.a},
+        {"metallic", m.metallic},
+        {"roughness", m.roughness},
+        {"specular", m.specular},
+        {"clearcoat", m.clearcoat},
+        {"clearcoat_roughness", m.clearcoat_roughness},
+        {"transmission", m.transmission},
+    };
+    for (const auto& [name, value] : fractions) {
+        if (!in_unit_range(value)) throw Error(e.at(name), "{} is outside [0, 1]", value);
+    }
+    if (!non_negative(m.emission)) throw Error(e.at("emission"), "negative or not finite");
+    if (!non_negative(m.specular_color)) throw Error(e.at("specular_color"), "negative or not finite");
+    if (!(m.ior >= 1 && std::isfinite(m.ior))) throw Error(e.at("ior"), "{} is below 1 or not finite", m.ior);
+    if (!(m.alpha_cutoff >= 0)) throw Error(e.at("alpha_cutoff"), "{} is negative", m.alpha_cutoff);
+    if (!std::isfinite(m.normal_scale)) throw Error(e.at("normal_scale"), "not finite");
+    if (!std::isfinite(m.clearcoat_normal_scale)) throw Error(e.at("clearcoat_normal_scale"), "not finite");
+}
+
+template <class T>
+void check_length(const std::vector<T>& values, const Mesh& mesh, const Element& e, const char* name, bool required) {
+    if (values.size() == mesh.positions.size() || (values.empty() && !required)) return;
+    throw Error(e.at(name), "{} values for {} vertices", values.size(), mesh.positions.size());
+}
+
+void check(const Mesh& mesh, const Element& e, std::size_t materials) {
+    check_length(mesh.normals, mesh, e, "normals", true);
+    check_length(mesh.tangents, mesh, e, "tangents", false);
+    check_length(mesh.uvs[0], mesh, e, "uvs[0]", false);
+    check_length(mesh.uvs[1], mesh, e, "uvs[1]", false);
+    check_length(mesh.colors, mesh, e, "colors", false);
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i) {
+        if (!all_finite(mesh.positions[i])) throw Error(e.at("positions", i), "not finite");
+        if (!is_unit(mesh.normals[i])) throw Error(e.at("normals", i), "not of unit length");
+    }
+    for (std::size_t i = 0; i < mesh.tangents.size(); ++i) {
+        const vec4& t = mesh.tangents[i];
+        if (!is_unit(vec3(t)) || std::abs(t.w) != 1) throw Error(e.at("tangents", i), "not unit, or w is not 1 or -1");
+    }
+    for (int set = 0; set < 2; ++set) {
+        for (std::size_t i = 0; i < mesh.uvs[set].size(); ++i) {
+            if (!all_finite(vec3(mesh.uvs[set][i], 0)))
+                throw Error(e.at(set == 0 ? "uvs[0]" : "uvs[1]", i), "not finite");
+        }
+    }
+    for (std::size_t i = 0; i < mesh.colors.size(); ++i) {
+        const vec4& c = mesh.colors[i];
+        if (!(in_unit_range(c.r) && in_unit_range(c.g) && in_unit_range(c.b) && in_unit_range(c.a)))
+            throw Error(e.at("colors", i), "outside [0, 1]");
+    }
+    if (mesh.triangle_material.size() != mesh.triangles.size())
+        throw Error(e.at("triangle_material"), "{} values for {} triangles", mesh.triangle_material.size(),
+                    mesh.triangles.size());
+    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+        const uvec3& t = mesh.triangles[i];
+        if (std::max({t.x, t.y, t.z}) >= mesh.positions.size())
+            throw Error(e.at("triangles", i), "vertex {} of {}", std::max({t.x, t.y, t.z}), mesh.positions.size());
+        if (area_vector(mesh, t) == dvec3(0)) throw Error(e.at("triangles", i), "has no area");
+        if (mesh.triangle_material[i] >= materials)
+            throw Error(e.at("triangle_material", i), "material {} of {}", mesh.triangle_material[i], materials);
+    }
+}
+
+void check(const Instance& instance, const Element& e, std::size_t meshes) {
+    if (instance.mesh < 0 || static_cast<std::size_t>(instance.mesh) >= meshes)
+        throw Error(e.at("mesh"), "mesh {} of {}", instance.mesh, meshes);
+    if (!is_affine(instance.object_to_world)) throw Error(e.at("object_to_world"), "not finite, or not affine");
+}
+
+void check(const PunctualLight& light, const Element& e) {
+    if (!non_negative(light.intensity)) throw Error(e.at("intensity"), "negative or not finite");
+    for (int axis = 0; axis < 3; ++axis) {
+        if (!std::isfinite(light.position[axis])) throw Error(e.at("position"), "not finite");
+    }
+    if (!is_unit(light.direction)) throw Error(e.at("direction"), "not of unit length");
+    // Stored as float32, pi/2 is a little more than pi/2.
+    if (!(light.inner_cone >= 0 && light.inner_cone < light.outer_cone && light.outer_cone <= float(kPi / 2)))
+        throw Error(e.at("outer_cone"), "cones are not 0 <= inner < outer <= pi/2");
+}
+
+void check(const Camera& camera, const Element& e) {
+    const dmat4& m = camera.camera_to_world;
+    bool orthonormal = is_affine(m);
+    for (int i = 0; i < 3; ++i) {
+        orthonormal = orthonormal && is_unit(m[i]) && std::abs(glm::dot(m[i], m[(i + 1) % 3])) <= kUnitTolerance;
+    }
+    if (!orthonormal) throw Error(e.at("camera_to_world"), "not orthonormal");
+    if (!camera.orthographic && !(camera.vertical_fov > 0 && camera.vertical_fov < kPi))
+        throw Error(e.at("vertical_fov"), "{} is outside (0, pi)", camera.vertical_fov);
+    if (camera.orthographic && !(camera.ortho_height > 0 && std::isfinite(camera.ortho_height)))
+        throw Error(e.at("ortho_height"), "{} is not positive and finite", camera.ortho_height);
+    for (const double x : {camera.aspect, camera.near_plane, camera.far_plane}) {
+        if (!(x >= 0 && std::isfinite(x))) throw Error(e.at("aspect"), "aspect and planes are finite and not negative");
+    }
+    if (camera.far_plane != 0 && camera.far_plane <= camera.near_plane)
+        throw Error(e.at("far_plane"), "not beyond the near plane");
+}
+
+void check(const Environment& environment) {
+    if (!non_negative(environment.color)) throw Error("environment.color", "negative or not finite");
+    const Image& map = environment.map;
+    if (map.pixels.empty()) return;
+    if (map.channels != 3 || map.width < 1 || map.height < 1 ||
+        map.pixels.size() != 3 * static_cast<std::size_t>(map.width) * static_cast<std::size_t>(map.height))
+        throw Error("environment.map", "not three channels of width x height");
+    for (const float x : map.pixels) {
+        if (!(x >= 0 && std::isfinite(x))) throw Error("environment.map", "negative or not finite");
+    }
+}
+
+}  // namespace
+
+void validate(const Scene& scene) {
+    const auto each = [](const char* list, const auto& elements, auto... counts) {
+        for (std::size_t i = 0; i < elements.size(); ++i) check(elements[i], Element{list, i}, counts...);
+    };
+    each("images", scene.images);
+    each("materials", scene.materials, scene.images.size());
+    each("meshes", scene.meshes, scene.materials.size());
+    each("instances", scene.instances, scene.meshes.size());
+    each("lights", scene.lights);
+    each("cameras", scene.cameras);
+    check(scene.environment);
+}
+
+}  // namespace halflight
