@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/core/chromaticities.h"
@@ -64,6 +65,9 @@ struct ExrFile {
     /// 1 to 4 channels interleaved, uint32 converted to float. Throws Error that names the one that is missing.
     Image image(const std::vector<std::string>& names) const;
 };
+
+/// Whether these are the first bytes of an OpenEXR file.
+bool is_exr(std::string_view bytes);
 
 /// What a reader is willing to hold in memory.
 struct ExrLimits {

@@ -1,0 +1,115 @@
+#include "engine/io/environment.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/core/chromaticities.h"
+#include "engine/core/error.h"
+#include "engine/io/exr.h"
+#include "engine/io/files.h"
+#include "engine/io/radiance.h"
+
+namespace halflight {
+namespace {
+
+/// Channels of an EXR file to take as R, G, B: those names, bare or of the first layer that has them, else luminance.
+std::vector<std::string> colour_channels(const std::string& subject, const ExrFile& file) {
+    std::vector<std::string> others;
+    if (file.find("R") && file.find("G") && file.find("B")) return {"R", "G", "B"};
+    for (const ExrChannel& channel : file.channels) {
+        const std::string& name = channel.name;
+        if (name.ends_with(".R")) {
+            const std::string layer = name.substr(0, name.size() - 1);
+            if (file.find(layer + "G") && file.find(layer + "B")) return {name, layer + "G", layer + "B"};
+        }
+        if (name != "A" && !name.ends_with(".A")) others.push_back(name);
+    }
+    if (file.find("Y")) return {"Y", "Y", "Y"};
+    if (others.size() == 1) return {others[0], others[0], others[0]};
+    throw Error(subject, "has no colour among its channels: {}",
+                others.empty() ? "none" : fmt::format("{}", fmt::join(others, ", ")));
+}
+
+/// NaN and negative to 0, infinity to the largest finite value. Returns the number of texels that had one.
+std::size_t repair(Image& map) {
+    float largest = 0;
+    for (float v : map.pixels)
+        if (std::isfinite(v)) largest = std::max(largest, v);
+    std::size_t repaired = 0;
+    for (std::size_t i = 0; i < map.pixels.size(); i += 3) {
+        bool bad = false;
+        for (std::size_t c = i; c < i + 3; ++c) {
+            float& v = map.pixels[c];
+            if (std::isfinite(v) && v >= 0) continue;
+            v = std::isinf(v) && v > 0 ? largest : 0;
+            bad = true;
+        }
+        repaired += bad;
+    }
+    return repaired;
+}
+
+/// To linear Rec.709; colours outside it are cut off at its boundary.
+void convert(const std::string& subject, Image& map, const Chromaticities& from) {
+    const mat3 matrix(rgb_conversion(from, kRec709));
+    for (int i = 0; i < 3; ++i)
+        if (!all_finite(matrix[i])) throw Error(subject, "is damaged: its chromaticities span no colours");
+    for (std::size_t i = 0; i < map.pixels.size(); i += 3) {
+        const vec3 colour = matrix * vec3(map.pixels[i], map.pixels[i + 1], map.pixels[i + 2]);
+        for (std::size_t c = 0; c < 3; ++c)
+            map.pixels[i + c] = std::clamp(colour[static_cast<int>(c)], 0.0f, std::numeric_limits<float>::max());
+    }
+}
+
+/// Chromaticities are stored as floats and often rounded to four digits.
+bool same(const Chromaticities& a, const Chromaticities& b) {
+    const auto near = [](const glm::dvec2& p, const glm::dvec2& q) { return glm::distance(p, q) < 1e-3; };
+    return near(a.red, b.red) && near(a.green, b.green) && near(a.blue, b.blue) && near(a.white, b.white);
+}
+
+}  // namespace
+
+Environment load_environment(const std::filesystem::path& path, SceneReport& report) {
+    const std::string subject = path.string();
+    const ExrLimits limits;
+    Environment environment;
+    environment.name = path.filename().string();
+    environment.color = vec3(1);
+
+    std::optional<Chromaticities> primaries;
+    std::string bytes = read_file(path, limits.max_bytes);
+    if (is_lfs_pointer(bytes)) throw Error(subject, "is a Git LFS pointer, not the file itself");
+    if (is_radiance(bytes)) {
+        RadiancePicture picture = read_radiance(subject, bytes, limits.max_side);
+        if (picture.exposure != 1)
+            report.warnings.push_back(fmt::format("{}: EXPOSURE {} is not divided out", subject, picture.exposure));
+        environment.map = std::move(picture.image);
+    } else if (is_exr(bytes)) {
+        bytes.clear();
+        bytes.shrink_to_fit();
+        const ExrFile file = read_exr(path, limits);
+        environment.map = file.image(colour_channels(subject, file));
+        primaries = file.attributes.chromaticities;
+    } else {
+        throw Error(subject, "is neither an OpenEXR nor a Radiance file");
+    }
+
+    Image& map = environment.map;
+    if (const std::size_t repaired = repair(map)) {
+        report.environment_texels_repaired += repaired;
+        report.warnings.push_back(
+            fmt::format("{}: {} texels that were not finite or negative were repaired", subject, repaired));
+    }
+    if (primaries && !same(*primaries, kRec709)) convert(subject, map, *primaries);
+    if (map.width != 2 * map.height)
+        report.warnings.push_back(fmt::format("{}: {} x {} is not 2:1; the map is stretched over the sphere", subject,
+                                              map.width, map.height));
+    if (std::all_of(map.pixels.begin(), map.pixels.end(), [](float v) { return v == 0; })) {
+        report.warnings.push_back(fmt::format("{}: is entirely black", subject));
+        environment.color = vec3(0);
+        map = Image();
+    }
+    return environment;
+}
+
+}  // namespace halflight

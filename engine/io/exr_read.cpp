@@ -1,0 +1,225 @@
+#include <ImfChannelList.h>
+#include <ImfChromaticitiesAttribute.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfInputPart.h>
+#include <ImfMatrixAttribute.h>
+#include <ImfMultiPartInputFile.h>
+#include <ImfPartType.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+
+#include <algorithm>
+#include <bit>
+#include <cstring>
+
+#include "engine/core/error.h"
+#include "engine/io/exr.h"
+#include "engine/io/exr_common.h"
+
+namespace halflight {
+namespace {
+
+/// Walks over the attributes of all headers (OpenEXR file layout: name\0 type\0 size value) before OpenEXR does,
+/// because it allocates what a damaged header asks for.
+class HeaderGuard {
+  public:
+    HeaderGuard(const std::string& subject, std::string_view bytes, const ExrLimits& limits)
+        : subject_(subject), bytes_(bytes), limits_(limits) {}
+
+    void check() {
+        if (is_lfs_pointer(bytes_)) throw Error(subject_, "is a Git LFS pointer, not the file itself");
+        if (!is_exr(bytes_)) throw Error(subject_, "is not an OpenEXR file");
+        position_ = 4;
+        constexpr std::uint32_t kMultiPart = 0x1000;
+        const bool multi_part = read_uint32() & kMultiPart;
+        do check_header();
+        while (multi_part && peek() != '\0');
+    }
+
+  private:
+    void check_header() {
+        while (peek() != '\0') {
+            const std::string_view name = read_name();
+            const std::string_view type = read_name();
+            const std::uint32_t size = read_uint32();
+            if (size > bytes_.size() - position_) fail();
+            const std::size_t end = position_ + size;
+            if (name == "dataWindow" && type == "box2i" && size == 16) check_window();
+            if (name == "tiles" && type == "tiledesc" && size == 9) {
+                check_side(read_uint32());
+                check_side(read_uint32());
+            }
+            position_ = end;
+        }
+        ++position_;
+    }
+
+    void check_window() {
+        std::int64_t corner[4];
+        for (std::int64_t& c : corner) c = static_cast<std::int32_t>(read_uint32());
+        check_side(corner[2] - corner[0] + 1);
+        check_side(corner[3] - corner[1] + 1);
+    }
+
+    void check_side(std::int64_t side) const {
+        if (side < 1) throw Error(subject_, "is damaged: a side of {} pixels", side);
+        if (side > limits_.max_side)
+            throw Error(subject_, "has a side of {} pixels, more than the limit of {}", side, limits_.max_side);
+    }
+
+    char peek() const {
+        if (position_ >= bytes_.size()) fail();
+        return bytes_[position_];
+    }
+
+    std::string_view read_name() {
+        const std::size_t end = bytes_.find('\0', position_);
+        if (end == std::string_view::npos) fail();
+        const std::string_view name = bytes_.substr(position_, end - position_);
+        position_ = end + 1;
+        return name;
+    }
+
+    std::uint32_t read_uint32() {
+        if (bytes_.size() - position_ < 4) fail();
+        std::uint32_t value = 0;
+        for (std::size_t i = 0; i < 4; ++i)
+            value |= std::uint32_t{static_cast<unsigned char>(bytes_[position_ + i])} << (8 * i);
+        position_ += 4;
+        return value;
+    }
+
+    [[noreturn]] void fail() const { throw Error(subject_, "is damaged or truncated: its header does not end"); }
+
+    const std::string& subject_;
+    std::string_view bytes_;
+    const ExrLimits& limits_;
+    std::size_t position_ = 0;
+};
+
+dmat4 from_row_vector_form(const Imath::M44f& m) {
+    dmat4 result;
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) result[i][j] = m[i][j];
+    return result;
+}
+
+glm::dvec2 dvec2_of(const Imath::V2f& v) {
+    return {v.x, v.y};
+}
+
+ExrAttributes attributes_of(const Imf::Header& header) {
+    ExrAttributes attributes;
+    if (Imf::hasChromaticities(header)) {
+        const Imf::Chromaticities& c = Imf::chromaticities(header);
+        attributes.chromaticities = {dvec2_of(c.red), dvec2_of(c.green), dvec2_of(c.blue), dvec2_of(c.white)};
+    }
+    if (Imf::hasWorldToCamera(header))
+        attributes.world_to_camera = exr_camera_from_camera() * from_row_vector_form(Imf::worldToCamera(header));
+    if (Imf::hasWorldToNDC(header))
+        attributes.world_to_clip = glm::inverse(exr_ndc_from_clip()) * from_row_vector_form(Imf::worldToNDC(header));
+    for (auto i = header.begin(); i != header.end(); ++i) {
+        const auto* text = dynamic_cast<const Imf::StringAttribute*>(&i.attribute());
+        const std::string name = i.name();
+        if (!text || name == "type") continue;  // of the part
+        if (name == "capDate") {
+            attributes.capture_date = text->value();
+        } else if (name == "software") {
+            attributes.software = text->value();
+        } else if (name == "comments") {
+            attributes.comments = text->value();
+        } else {
+            attributes.extra[name] = text->value();
+        }
+    }
+    return attributes;
+}
+
+ExrType type_of(Imf::PixelType type) {
+    return type == Imf::HALF ? ExrType::half : type == Imf::UINT ? ExrType::uint32 : ExrType::float32;
+}
+
+void read_pixels(Imf::MultiPartInputFile& file, ExrFile& result) {
+    Imf::InputPart part(file, 0);
+    const Imf::Header& header = part.header();
+    const Imath::Box2i window = header.dataWindow();
+    const auto width = static_cast<std::size_t>(result.width);
+    // Whole rows of tiles, so that none is decoded twice; 64 rows keep all threads busy with blocks of 16.
+    int band = 64;
+    if (header.hasTileDescription()) band = std::max(band, static_cast<int>(header.tileDescription().ySize));
+    for (int done = 0; done < result.height; done += band) {
+        const int rows = std::min(band, result.height - done);
+        Imf::FrameBuffer buffer;
+        for (ExrChannel& channel : result.channels) {
+            channel.values.resize(width * static_cast<std::size_t>(done + rows));
+            const Imath::V2i origin(window.min.x, window.min.y + done);
+            buffer.insert(channel.name,
+                          Imf::Slice::Make(channel.type == ExrType::uint32 ? Imf::UINT : Imf::FLOAT,
+                                           channel.values.data() + width * static_cast<std::size_t>(done), origin,
+                                           result.width, rows, sizeof(float), sizeof(float) * width));
+        }
+        part.setFrameBuffer(buffer);
+        part.readPixels(window.min.y + done, window.min.y + done + rows - 1);
+    }
+}
+
+}  // namespace
+
+bool is_exr(std::string_view bytes) {
+    return bytes.starts_with("\x76\x2f\x31\x01");
+}
+
+ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits) {
+    const std::string subject = path.string();
+    const std::string bytes = read_file(path, limits.max_bytes);
+    HeaderGuard(subject, bytes, limits).check();
+    try {
+        ExrInput stream(subject, bytes);
+        Imf::MultiPartInputFile file(stream, exr_threads());
+        const Imf::Header& header = file.header(0);
+        if (header.hasType() && Imf::isDeepData(header.type())) throw Error(subject, "deep data is not supported");
+        if (!file.partComplete(0)) throw Error(subject, "is truncated");
+
+        ExrFile result;
+        result.width = header.dataWindow().max.x - header.dataWindow().min.x + 1;
+        result.height = header.dataWindow().max.y - header.dataWindow().min.y + 1;
+        for (auto c = header.channels().begin(); c != header.channels().end(); ++c) {
+            if (c.channel().xSampling != 1 || c.channel().ySampling != 1)
+                throw Error(subject, "channel {} is subsampled, which is not supported", c.name());
+            result.channels.push_back({c.name(), type_of(c.channel().type), {}});
+        }
+        const std::uint64_t size = sizeof(float) * result.channels.size() * static_cast<std::uint64_t>(result.width) *
+                                   static_cast<std::uint64_t>(result.height);
+        if (size > limits.max_bytes)
+            throw Error(subject, "has {} bytes of pixels, more than the limit of {}", size, limits.max_bytes);
+        result.attributes = attributes_of(header);
+        read_pixels(file, result);
+        return result;
+    } catch (const Error&) {
+        throw;
+    } catch (const std::exception& e) {
+        throw Error(subject, "cannot read OpenEXR: {}", e.what());
+    }
+}
+
+const ExrChannel* ExrFile::find(const std::string& name) const {
+    const auto found = std::find_if(channels.begin(), channels.end(), [&](const auto& c) { return c.name == name; });
+    return found == channels.end() ? nullptr : &*found;
+}
+
+Image ExrFile::image(const std::vector<std::string>& names) const {
+    Image result(width, height, static_cast<int>(names.size()));
+    for (std::size_t c = 0; c < names.size(); ++c) {
+        const ExrChannel* channel = find(names[c]);
+        if (!channel) throw Error("OpenEXR file", "has no channel {}", names[c]);
+        for (std::size_t i = 0; i < channel->values.size(); ++i) {
+            const float value = channel->values[i];
+            result.pixels[i * names.size() + c] =
+                channel->type == ExrType::uint32 ? static_cast<float>(std::bit_cast<std::uint32_t>(value)) : value;
+        }
+    }
+    return result;
+}
+
+}  // namespace halflight

@@ -1,0 +1,138 @@
+#include <ImfChannelList.h>
+#include <ImfChromaticitiesAttribute.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfMatrixAttribute.h>
+#include <ImfOutputFile.h>
+#include <ImfStandardAttributes.h>
+#include <ImfStringAttribute.h>
+#include <half.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <ctime>
+
+#include "engine/core/error.h"
+#include "engine/io/exr.h"
+#include "engine/io/exr_common.h"
+
+namespace halflight {
+namespace {
+
+Imf::PixelType pixel_type(ExrType type) {
+    return type == ExrType::half ? Imf::HALF : type == ExrType::uint32 ? Imf::UINT : Imf::FLOAT;
+}
+
+half to_half(float value) {
+    if (std::isinf(value)) return half(value);
+    return half(std::clamp(value, -float(HALF_MAX), float(HALF_MAX)));  // a NaN stays one
+}
+
+/// Column vectors to row vectors is a transpose, and so is GLM's column-major storage to Imath's row-major one.
+Imath::M44f row_vector_form(const dmat4& m) {
+    Imath::M44f result;
+    for (int i = 0; i < 4; ++i)
+        for (int j = 0; j < 4; ++j) result[i][j] = static_cast<float>(m[i][j]);
+    return result;
+}
+
+Imath::V2f v2f(const glm::dvec2& v) {
+    return {static_cast<float>(v.x), static_cast<float>(v.y)};
+}
+
+void add_attributes(Imf::Header& header, const ExrAttributes& attributes) {
+    if (const auto& c = attributes.chromaticities)
+        Imf::addChromaticities(header, {v2f(c->red), v2f(c->green), v2f(c->blue), v2f(c->white)});
+    if (attributes.world_to_camera)
+        Imf::addWorldToCamera(header, row_vector_form(exr_camera_from_camera() * *attributes.world_to_camera));
+    if (attributes.world_to_clip)
+        Imf::addWorldToNDC(header, row_vector_form(exr_ndc_from_clip() * *attributes.world_to_clip));
+    if (!attributes.capture_date.empty()) Imf::addCapDate(header, attributes.capture_date);
+    if (!attributes.comments.empty()) Imf::addComments(header, attributes.comments);
+    if (!attributes.software.empty()) header.insert("software", Imf::StringAttribute(attributes.software));
+    for (const auto& [name, value] : attributes.extra) header.insert(name, Imf::StringAttribute(value));
+}
+
+void check_layers(const std::string& subject, const std::vector<ExrLayer>& layers) {
+    if (layers.empty()) throw Error(subject, "no layers to write");
+    const Image& first = layers.front().image;
+    if (first.width < 1 || first.height < 1) throw Error(subject, "no pixels to write");
+    std::vector<std::string> names;
+    for (const ExrLayer& layer : layers) {
+        if (layer.channels.empty() || layer.channels.size() != static_cast<std::size_t>(layer.image.channels))
+            throw Error(subject, "layer with {} channel names has an image of {} channels", layer.channels.size(),
+                        layer.image.channels);
+        if (layer.image.width != first.width || layer.image.height != first.height)
+            throw Error(subject, "channel {} is {} x {}, but {} is {} x {}", layer.channels.front(), layer.image.width,
+                        layer.image.height, layers.front().channels.front(), first.width, first.height);
+        names.insert(names.end(), layer.channels.begin(), layer.channels.end());
+    }
+    std::sort(names.begin(), names.end());
+    const auto twice = std::adjacent_find(names.begin(), names.end());
+    if (twice != names.end()) throw Error(subject, "channel {} comes twice", *twice);
+}
+
+}  // namespace
+
+std::string capture_date_now() {
+    std::time_t now = std::time(nullptr);
+    const char* const epoch = std::getenv("SOURCE_DATE_EPOCH");
+    if (epoch) now = static_cast<std::time_t>(std::strtoll(epoch, nullptr, 10));
+    std::tm parts{};
+    epoch ? gmtime_r(&now, &parts) : localtime_r(&now, &parts);
+    char text[32];
+    return {text, std::strftime(text, sizeof text, "%Y:%m:%d %H:%M:%S", &parts)};
+}
+
+void write_exr(const std::filesystem::path& path, const std::vector<ExrLayer>& layers,
+               const ExrAttributes& attributes) {
+    const std::string subject = path.string();
+    check_layers(subject, layers);
+    const int width = layers.front().image.width;
+    const int height = layers.front().image.height;
+    try {
+        Imf::Header header(width, height);
+        header.compression() = Imf::ZIP_COMPRESSION;
+        header.lineOrder() = Imf::INCREASING_Y;
+        add_attributes(header, attributes);
+
+        Imf::FrameBuffer buffer;
+        std::vector<std::vector<half>> halves(layers.size());
+        for (std::size_t l = 0; l < layers.size(); ++l) {
+            const ExrLayer& layer = layers[l];
+            const Imf::PixelType type = pixel_type(layer.type);
+            const char* base = reinterpret_cast<const char*>(layer.image.pixels.data());
+            std::size_t sample = sizeof(float);  // as wide as the bits of a uint32
+            if (layer.type == ExrType::half) {
+                halves[l].resize(layer.image.pixels.size());
+                std::transform(layer.image.pixels.begin(), layer.image.pixels.end(), halves[l].begin(), to_half);
+                base = reinterpret_cast<const char*>(halves[l].data());
+                sample = sizeof(half);
+            }
+            const std::size_t pixel = sample * layer.channels.size();
+            for (std::size_t c = 0; c < layer.channels.size(); ++c) {
+                header.channels().insert(layer.channels[c], Imf::Channel(type));
+                // Writing only reads through a slice; its pointer is not const because reading shares the type.
+                char* const first = const_cast<char*>(base + c * sample);
+                buffer.insert(layer.channels[c],
+                              Imf::Slice(type, first, pixel, pixel * static_cast<std::size_t>(width)));
+            }
+        }
+        write_atomically(path, [&](const std::filesystem::path& temporary) {
+            ExrOutput stream(temporary, subject);
+            {
+                Imf::OutputFile file(stream, header, exr_threads());
+                file.setFrameBuffer(buffer);
+                file.writePixels(height);
+            }  // writes the table of lines
+            stream.close();
+        });
+    } catch (const Error&) {
+        throw;
+    } catch (const std::exception& e) {
+        throw Error(subject, "cannot write OpenEXR: {}", e.what());
+    }
+}
+
+}  // namespace halflight

@@ -1,0 +1,51 @@
+#include "engine/io/png.h"
+
+#include <stb/stb_image_write.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+
+#include "engine/core/error.h"
+#include "engine/io/files.h"
+
+namespace halflight {
+namespace {
+
+constexpr std::size_t kLargest = std::size_t{1} << 30;  // bytes: the encoder counts in int, also what it adds
+
+}  // namespace
+
+std::uint8_t quantize_8bit(float value) {
+    if (std::isnan(value)) return 0;
+    return static_cast<std::uint8_t>(std::lround(std::clamp(value, 0.0f, 1.0f) * 255.0f));
+}
+
+std::vector<std::uint8_t> quantize_8bit(const Image& image) {
+    std::vector<std::uint8_t> bytes(image.pixels.size());
+    std::transform(image.pixels.begin(), image.pixels.end(), bytes.begin(), [](float v) { return quantize_8bit(v); });
+    return bytes;
+}
+
+void write_png(const std::filesystem::path& path, int width, int height, int channels,
+               const std::vector<std::uint8_t>& bytes) {
+    if (width < 1 || height < 1) throw Error(path.string(), "no pixels to write");
+    if (channels < 1 || channels > 4 ||
+        bytes.size() !=
+            static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels))
+        throw Error(path.string(), "{} bytes are no image of {} x {} x {}", bytes.size(), width, height, channels);
+    if (bytes.size() > kLargest) throw Error(path.string(), "{} x {} pixels are too many for a PNG", width, height);
+    std::string file;
+    const auto append = [](void* out, void* data, int size) {
+        static_cast<std::string*>(out)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
+    };
+    if (!stbi_write_png_to_func(append, &file, width, height, channels, bytes.data(), width * channels))
+        throw Error(path.string(), "cannot compress {} x {} pixels", width, height);
+    write_file(path, file);
+}
+
+void write_png(const std::filesystem::path& path, const Image& image) {
+    write_png(path, image.width, image.height, image.channels, quantize_8bit(image));
+}
+
+}  // namespace halflight
