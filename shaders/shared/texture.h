@@ -1,0 +1,28 @@
+// Texture descriptors (UNIT_TEXTURES, RGBA32UI): kTextureStride texels per use of an image.
+//
+//   texel 0   first texel in its pool, width, height, flags below
+//   texel 1   transform: bits of m00, m01, m02 and 0, u = m00 s + m01 t + m02
+//   texel 2   transform: bits of m10, m11, m12 and 0, v likewise
+//
+// Pools hold level 0 only, row-major, top row first: colour as linear half floats, everything else as 8-bit unorm.
+#ifndef HALFLIGHT_SHARED_TEXTURE_H
+#define HALFLIGHT_SHARED_TEXTURE_H
+
+#include "shaders/shared/portable.h"
+
+HALFLIGHT_SHARED_BEGIN
+
+HALFLIGHT_SHARED_CONST int kTextureStride = 3;
+
+HALFLIGHT_SHARED_CONST uint kWrapRepeat = 0u;  // Wrap of engine/scene/scene.h
+HALFLIGHT_SHARED_CONST uint kWrapMirroredRepeat = 1u;
+HALFLIGHT_SHARED_CONST uint kWrapClampToEdge = 2u;
+
+HALFLIGHT_SHARED_CONST uint kTextureWrapMask = 3u;     // bits 0-1: wrap of u
+HALFLIGHT_SHARED_CONST uint kTextureWrapVShift = 2u;   // bits 2-3: wrap of v
+HALFLIGHT_SHARED_CONST uint kTextureNearest = 16u;
+HALFLIGHT_SHARED_CONST uint kTextureUvSet1 = 32u;
+
+HALFLIGHT_SHARED_END
+
+#endif
