@@ -6,23 +6,24 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-HALFLIGHT_SHARED_CONST uint kLobeNone = 0u;     // the path ended at the first surface
-HALFLIGHT_SHARED_CONST uint kLobeDiffuse = 1u;  // how light left the first surface: decides the component
+// How light left the first surface: decides the component. None: the path ended there.
+HALFLIGHT_SHARED_CONST uint kLobeNone = 0u;
+HALFLIGHT_SHARED_CONST uint kLobeDiffuse = 1u;
 HALFLIGHT_SHARED_CONST uint kLobeGlossy = 2u;
 
 struct PathState {
-    vec3 throughput;   // of the ray now on its way, selection probabilities included
-    float pdf;         // solid-angle density of its direction within the component, times the component's probability; 0: delta
-    vec3 direct;       // emitter met right after the first surface
-    uint lobe;         // kLobe*
-    vec3 indirect;     // everything later
-    float visibility_pending;  // 1: `pending` waits for the shadow ray's answer
-    vec3 pending;      // radiance of the last light sample if it is visible
-    float reserved;
+    vec3 throughput;     // of the ray now on its way, all selection probabilities included
+    float pdf;           // solid-angle density of its direction within its component times the component's probability; 0: delta
+    vec3 direct;         // radiance met by the first surface's own ray, MIS weight included
+    uint lobe;           // kLobe*
+    vec3 indirect;       // everything later
+    uint pending_light;  // 1: `pending` waits for the answer of a shadow ray
+    vec3 pending;        // radiance of the last light sample, if it is visible
+    uint reserved;
 };
 HALFLIGHT_SHARED_SIZE(PathState, 64)
 
-// Light sampled at the first surface, if it is visible.
+// Light sampled at the first surface, if it is visible; by component.
 struct DirectLight {
     vec3 diffuse;
     float reserved0;
@@ -30,6 +31,13 @@ struct DirectLight {
     float reserved1;
 };
 HALFLIGHT_SHARED_SIZE(DirectLight, 32)
+
+// Where a value that is not finite came from.
+HALFLIGHT_SHARED_CONST uint kCountGBuffer = 0u;
+HALFLIGHT_SHARED_CONST uint kCountShadow = 1u;
+HALFLIGHT_SHARED_CONST uint kCountScatter = 2u;  // diffuse and glossy
+HALFLIGHT_SHARED_CONST uint kCountContinuation = 3u;
+HALFLIGHT_SHARED_CONST uint kCountedPasses = 4u;
 
 HALFLIGHT_SHARED_END
 

@@ -1,0 +1,97 @@
+#include "passes/continuation.h"
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/path.h"
+#include "shaders/shared/rays.h"
+
+namespace halflight {
+namespace {
+
+using graph::Access;
+
+/// Buffers that all bounces share.
+struct Shadowing {
+    graph::BufferHandle rays;      // of the light samples
+    graph::BufferHandle occluded;  // their answers
+    bool answered() const { return occluded.version != 0; }
+};
+
+/// One vertex of the paths in `arriving`: light met and light sampled are added, and where `leaving` is given, rays are sent on.
+void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const PathList& arriving, PathBuffers& paths,
+                Shadowing& shadowing, PathList* lit, PathList* leaving) {
+    const bool last = leaving == nullptr;
+    graph::Pass pass = graph.add_pass(last ? "continuation: last vertex" : "continuation: vertex");
+    pass.read(view.frame_constants, Access::uniform_read);
+    pass.read(arriving.list, Access::storage_read);
+    pass.read(arriving.header, Access::indirect_read);
+    pass.read(arriving.header, Access::storage_read);
+    pass.read(paths.hits, Access::storage_read);
+    paths.states = pass.write(paths.states, Access::storage_read_write);
+    const graph::BufferHandle answered = shadowing.occluded;
+    const bool pending = shadowing.answered();
+    if (pending) pass.read(answered, Access::storage_read);
+    if (last) {
+        pass.read(paths.rays, Access::storage_read);
+    } else {
+        paths.rays = pass.write(paths.rays, Access::storage_read_write);
+        shadowing.rays = pass.write(shadowing.rays, partial_write(shadowing.rays));
+        for (PathList* list : {lit, leaving}) {
+            list->list = pass.write(list->list, Access::storage_read_write);
+            list->header = pass.write(list->header, Access::storage_read_write);
+        }
+    }
+    gpu::Defines defines = view.scene.defines();
+    if (pending) defines.set("HALFLIGHT_PENDING");
+    if (last) defines.set("HALFLIGHT_LAST_VERTEX");
+    if (depth == 1) defines.set("HALFLIGHT_FIRST_HIT");
+    if (depth >= 3) defines.set("HALFLIGHT_ROULETTE");
+    pass.execute([=, shadow_rays = shadowing.rays, lit_list = lit ? *lit : PathList{},
+                  next = leaving ? *leaving : PathList{}](graph::Resources& r) {
+        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
+        r.buffer(arriving.list).bind_storage(0);
+        r.buffer(arriving.header).bind_storage(1);
+        r.buffer(paths.rays).bind_storage(2);
+        r.buffer(paths.hits).bind_storage(3);
+        r.buffer(paths.states).bind_storage(4);
+        if (pending) r.buffer(answered).bind_storage(5);
+        if (!last) {
+            r.buffer(shadow_rays).bind_storage(6);
+            r.buffer(lit_list.list).bind_storage(7);
+            r.buffer(lit_list.header).bind_storage(8);
+            r.buffer(next.list).bind_storage(9);
+            r.buffer(next.header).bind_storage(10);
+        }
+        view.trace.bind();
+        view.scene.bind();
+        const gpu::Program& program = r.programs().compute("shaders/continuation.comp", defines);
+        program.set("depth", static_cast<std::uint32_t>(depth));
+        program.dispatch_indirect(r.buffer(arriving.header));
+    });
+}
+
+}  // namespace
+
+Continuation add_continuation(graph::Graph& graph, const SceneView& view, const std::vector<PathList>& batches, int bounces,
+                              PathBuffers& paths) {
+    const std::size_t capacity = view.band.paths();
+    Shadowing shadowing{graph.create_buffer("light sample rays", {capacity * sizeof(shared::Ray)}),
+                        graph.create_buffer("light sample occluded", {capacity * sizeof(shared::uint)})};
+    std::vector<PathList> arriving = batches;
+    for (int depth = 1; depth < bounces; ++depth) {
+        PathList lit = create_path_list(graph, view, "light samples");
+        PathList leaving = create_path_list(graph, view, "continuation");
+        for (const PathList& batch : arriving) add_vertex(graph, view, depth, batch, paths, shadowing, &lit, &leaving);
+        shadowing.occluded = rays::any_hit(
+            graph, view.trace, {rays::RayKind::shadow, view.band.paths(), shadowing.rays, lit.list, lit.header},
+            shadowing.occluded);
+        paths.hits = rays::closest_hit(
+            graph, view.trace, {rays::RayKind::continuation, view.band.paths(), paths.rays, leaving.list, leaving.header},
+            paths.hits);
+        arriving = {leaving};
+    }
+    for (const PathList& batch : arriving)
+        add_vertex(graph, view, bounces, batch, paths, shadowing, nullptr, nullptr);
+    return {shadowing.answered() ? shadowing.occluded : graph::BufferHandle{}};
+}
+
+}  // namespace halflight

@@ -1,0 +1,20 @@
+// The wavefront beyond the first bounce: one kernel per vertex, one batch of shadow rays, one of closest-hit rays.
+#pragma once
+
+#include <vector>
+
+#include "passes/scatter.h"
+
+namespace halflight {
+
+/// What later bounces add to a path lies in its PathState; the answer to its last shadow ray lies here.
+struct Continuation {
+    graph::BufferHandle occluded;  // uint by path: valid where the state's `pending` is
+};
+
+/// Follows the paths of `batches` from their first hit on, up to `bounces` reflections in all (the first surface's is one), with
+/// next-event estimation at every vertex and Russian roulette from depth 3 on. Updates `paths`.
+Continuation add_continuation(graph::Graph& graph, const SceneView& view, const std::vector<PathList>& batches, int bounces,
+                              PathBuffers& paths);
+
+}  // namespace halflight

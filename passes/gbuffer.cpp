@@ -1,0 +1,64 @@
+#include "passes/gbuffer.h"
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/rays.h"
+#include "shaders/shared/surface.h"
+
+namespace halflight {
+namespace {
+
+using graph::Access;
+
+void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
+    const gpu::TextureDesc visibility{view.band.image.x, view.band.rows, GL_RG32UI};
+    const gpu::TextureDesc depth{view.band.image.x, view.band.rows, GL_DEPTH_COMPONENT32F};
+    graph::Pass pass = graph.add_pass("gbuffer: rasterize");
+    pass.read(view.frame_constants, Access::uniform_read);
+    g.visibility = pass.write(graph.create_texture("visibility", visibility), Access::color_attachment);
+    g.depth = pass.write(graph.create_texture("depth", depth), Access::depth_attachment);
+    pass.execute([view, g](graph::Resources& r) {
+        const gpu::Program& program =
+            r.programs().graphics("shaders/gbuffer.vert", "shaders/gbuffer.frag", view.scene.defines());
+        const gpu::Framebuffer& target = r.framebuffer({g.visibility}, g.depth);
+        target.bind();
+        target.clear_color_uint(0, 0);
+        target.clear_depth(0);  // reversed: 0 is infinitely far
+        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
+        view.trace.bind();
+        view.scene.bind();
+        program.bind();
+        view.scene.draw(program);
+    });
+}
+
+void evaluate(const SceneView& view, GBuffer& g, graph::Graph& graph) {
+    const std::size_t paths = view.band.paths();
+    graph::Pass pass = graph.add_pass("gbuffer: evaluate");
+    pass.read(view.frame_constants, Access::uniform_read);
+    pass.read(g.visibility, Access::texture_read);
+    g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
+    g.hits = pass.write(graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}), Access::storage_write);
+    g.surfaces = pass.write(graph.create_buffer("primary surfaces", {paths * sizeof(shared::SurfaceRecord)}),
+                            Access::storage_write);
+    pass.execute([view, g, paths](graph::Resources& r) {
+        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
+        r.texture(g.visibility).bind(UNIT_FREE);
+        r.buffer(g.rays).bind_storage(0);
+        r.buffer(g.hits).bind_storage(1);
+        r.buffer(g.surfaces).bind_storage(2);
+        view.trace.bind();
+        view.scene.bind();
+        r.programs().compute("shaders/gbuffer.comp", view.scene.defines()).dispatch(static_cast<std::uint32_t>(paths / 64));
+    });
+}
+
+}  // namespace
+
+GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view) {
+    GBuffer g;
+    rasterize(view, g, graph);
+    evaluate(view, g, graph);
+    return g;
+}
+
+}  // namespace halflight

@@ -1,0 +1,21 @@
+// Primary visibility by rasterization, and the surfaces that it sees.
+#pragma once
+
+#include "passes/scene_view.h"
+
+namespace halflight {
+
+/// In path order (shaders/shared/pixel_order.h) except for the two textures.
+struct GBuffer {
+    graph::TextureHandle visibility;  // RG32UI, band size: triangle + 1 (0: nothing), block instance
+    graph::TextureHandle depth;       // D32F, reversed, infinite far plane
+    graph::BufferHandle rays;         // Ray: the camera ray through the sample point, unit direction
+    graph::BufferHandle hits;         // Hit
+    graph::BufferHandle surfaces;     // SurfaceRecord: normals, position, material parameters, emission
+};
+
+/// Rasterizes the band once, jittered as the frame constants say, and evaluates material and geometry at every pixel
+/// (a visibility buffer: Burns and Hunt 2013). Where nothing is seen, the record's emission is the environment's radiance.
+GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view);
+
+}  // namespace halflight

@@ -1,0 +1,44 @@
+// What the passes that send rays on from the first surface share.
+#pragma once
+
+#include <string>
+
+#include "passes/gbuffer.h"
+
+namespace halflight {
+
+/// Rays on their way and the state of their paths; one set of buffers for all batches, each path being in one of them.
+struct PathBuffers {
+    graph::BufferHandle rays;    // Ray
+    graph::BufferHandle hits;    // Hit
+    graph::BufferHandle states;  // PathState
+};
+
+/// The paths of one batch.
+struct PathList {
+    graph::BufferHandle list;    // uint path indices, tile by tile
+    graph::BufferHandle header;  // ListHeader
+};
+
+PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view);
+/// An empty list with room for every path.
+PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name);
+
+/// How a pass writes its part of a buffer that several passes fill: the first one need not keep what was there.
+template <class H>
+graph::Access partial_write(const H& handle) {
+    return handle.version == 0 ? graph::Access::storage_write : graph::Access::storage_read_write;
+}
+
+/// A component of the first surface's BSDF as a pass.
+struct FirstScatter {
+    const char* name;
+    const char* kernel;
+    rays::RayKind kind;
+};
+/// Samples the component where it was picked (one of all components is, at random), and traces the rays. Updates `paths`;
+/// the first such pass of a frame also sets up the states of paths that end here.
+PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer, const FirstScatter& what,
+                           PathBuffers& paths);
+
+}  // namespace halflight

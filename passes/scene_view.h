@@ -1,0 +1,32 @@
+// What the passes of a frame have in common: the scene on the GPU, the band of paths, the compiled kernels.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/gpu/program.h"
+#include "engine/graph/graph.h"
+#include "engine/rays/rays.h"
+#include "passes/scene_buffers.h"
+
+namespace halflight {
+
+/// The part of the image that one run of the frame graph renders: whole rows, padded to 16x16 blocks.
+struct Band {
+    ivec2 image{0};  // size of the whole image, pixels
+    int y = 0;       // first row
+    int rows = 0;    // rows, > 0
+
+    uvec2 tiles() const { return {(image.x + 15) / 16, (rows + 15) / 16}; }
+    std::uint32_t paths() const { return tiles().x * tiles().y * 256; }
+};
+
+/// References outlive the graph; passes may capture them.
+struct SceneView {
+    gpu::ProgramCache& programs;
+    const SceneBuffers& scene;
+    const rays::TraceScene& trace;
+    Band band;                            // the largest one: buffers are made for it
+    graph::BufferHandle frame_constants;  // struct Frame
+};
+
+}  // namespace halflight

@@ -1,0 +1,49 @@
+// Mean of the components' sums, and the mean as a display shows it. With HALFLIGHT_VIEW the text of ocio_view() stands above.
+#include "shaders/shared/pixel_order.h"
+
+layout(local_size_x = 64) in;
+
+layout(std430, binding = 0) readonly buffer Emission { double emission[]; };  // rgb, coverage
+#ifdef HALFLIGHT_DIRECT
+layout(std430, binding = 1) readonly buffer Direct { double direct[]; };  // diffuse rgb, glossy rgb
+#endif
+#ifdef HALFLIGHT_INDIRECT
+layout(std430, binding = 2) readonly buffer Indirect { double indirect[]; };  // diffuse rgb, glossy rgb
+#endif
+layout(rgba32f, binding = 0) writeonly uniform image2D beauty;
+#ifdef HALFLIGHT_VIEW
+layout(rgba32f, binding = 1) writeonly uniform image2D view;
+uniform float exposure_scale;
+#endif
+
+uniform uint samples;
+uniform ivec2 size;   // of the band
+uniform uvec2 tiles;  // of the band
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    ivec2 pixel = ivec2(pixel_of_path(path, tiles));
+    double share = 1.0LF / double(samples);
+    vec4 mean = vec4(0.0);
+    for (uint i = 0u; i < 3u; ++i) {
+        double sum = emission[path * 4u + i];
+#ifdef HALFLIGHT_DIRECT
+        sum += direct[path * 6u + i] + direct[path * 6u + 3u + i];
+#endif
+#ifdef HALFLIGHT_INDIRECT
+        sum += indirect[path * 6u + i] + indirect[path * 6u + 3u + i];
+#endif
+        mean[i] = float(sum * share);
+    }
+#ifdef HALFLIGHT_OPAQUE_BACKGROUND
+    mean.a = 1.0;
+#else
+    mean.a = float(emission[path * 4u + 3u] * share);
+#endif
+    if (pixel.x < size.x && pixel.y < size.y) {
+        imageStore(beauty, pixel, mean);
+#ifdef HALFLIGHT_VIEW
+        imageStore(view, pixel, vec4(ocio_view(vec4(mean.rgb * exposure_scale, 1.0)).rgb, mean.a));
+#endif
+    }
+}

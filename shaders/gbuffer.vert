@@ -1,0 +1,16 @@
+// Primary visibility: block instances to clip space. Drawn indexed, once per block, instanced.
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/frame.h"
+#include "shaders/scene_tables.glsl"
+
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+
+layout(location = 0) in vec3 block_position;
+layout(location = 1) in uint block_instance;  // per instance
+
+flat out uint instance;
+
+void main() {
+    instance = block_instance;
+    gl_Position = frame.view_projection * vec4(block_to_world(block_instance, block_position), 1.0);
+}
