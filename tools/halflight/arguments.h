@@ -1,0 +1,77 @@
+// The command line as values.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "engine/color/color.h"
+#include "engine/core/error.h"
+#include "engine/core/math.h"
+
+namespace halflight {
+
+inline constexpr int kMaxSide = 65536;  ///< of a picture, pixels; what the driver can do is told by the renderer
+
+/// `halflight render`; ranges are checked, names of cameras and displays are not yet.
+struct RenderArguments {
+    std::filesystem::path scene;
+    std::vector<std::filesystem::path> outputs;  // .exr or .png, no two alike
+    bool allow_outside = false;                  // files that the scene names outside its folder
+
+    std::optional<int> width;   // pixels
+    std::optional<int> height;  // pixels
+    std::optional<std::string> camera;
+    std::optional<dvec3> look_from;
+    std::optional<dvec3> look_at;
+    dvec3 up{0, 1, 0};
+    double vertical_fov = 45;  // degrees
+
+    std::optional<int> samples;
+    std::optional<double> time;  // seconds
+    int bounces = 8;
+    std::uint32_t seed = 0;
+    std::uint32_t frame = 0;
+    std::variant<std::monostate, vec3, std::filesystem::path> environment;  // none, constant radiance, map
+
+    std::vector<std::string> aovs;
+    bool half = false;
+    std::optional<std::filesystem::path> ocio;
+    ViewTransform view;
+    std::string working_space;  // of EXR colour; empty: linear Rec.709
+
+    std::string device;
+    bool gl_debug = false;
+    std::optional<std::filesystem::path> stats;
+    std::optional<std::filesystem::path> graph;
+    bool quiet = false;
+};
+
+/// `halflight info`.
+struct InfoArguments {
+    std::optional<std::filesystem::path> scene;
+    bool device = false;  // list devices
+    bool json = false;
+    bool allow_outside = false;
+};
+
+/// Lines for stdout, the last one without its end: --help, --version.
+struct Help {
+    std::string text;
+};
+
+/// The command line asks for something that makes no sense; what() is one line "subject: what is wrong".
+class UsageError : public Error {
+  public:
+    using Error::Error;
+};
+
+using Arguments = std::variant<Help, RenderArguments, InfoArguments>;
+Arguments parse_arguments(int argc, const char* const* argv);
+
+/// Whether the name ends in `.extension`, in any case.
+bool has_extension(const std::filesystem::path& path, std::string_view extension);
+
+}  // namespace halflight

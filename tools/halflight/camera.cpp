@@ -1,0 +1,68 @@
+#include "tools/halflight/camera.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+namespace halflight {
+namespace {
+
+std::string list_of_cameras(const Scene& scene) {
+    std::string list;
+    for (std::size_t i = 0; i < scene.cameras.size(); ++i)
+        list += fmt::format("{}{} '{}'", i == 0 ? "" : ", ", i, scene.cameras[i].name);
+    return list.empty() ? "it has none" : "it has " + list;
+}
+
+/// By name, which comes first since a name may be a number, or by index.
+const Camera& find_camera(const Scene& scene, const std::string& wanted) {
+    const auto named = std::ranges::find(scene.cameras, wanted, &Camera::name);
+    if (named != scene.cameras.end()) return *named;
+    std::size_t index = 0;
+    const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
+    if (error == std::errc() && end == wanted.data() + wanted.size() && index < scene.cameras.size())
+        return scene.cameras[index];
+    throw Error(scene.name, "no camera '{}': {}", wanted, list_of_cameras(scene));
+}
+
+}  // namespace
+
+ChosenCamera choose_camera(const Scene& scene, const RenderArguments& a) {
+    if (a.look_from)
+        return {look_at_camera(*a.look_from, *a.look_at, a.up, glm::radians(a.vertical_fov)), "of the command line"};
+    if (a.camera) {
+        const Camera& camera = find_camera(scene, *a.camera);
+        return {camera, fmt::format("'{}' of the scene", camera.name)};
+    }
+    if (scene.cameras.empty()) return {framing_camera(scene), "that frames the scene, which has none of its own"};
+    return {scene.cameras[0], fmt::format("'{}', the scene's first", scene.cameras[0].name)};
+}
+
+ivec2 picture_size(const RenderArguments& a, const Camera& camera) {
+    constexpr double kUsualAspect = 16.0 / 9.0;
+    constexpr int kUsualWidth = 1280;
+    const double aspect = camera.aspect > 0 ? camera.aspect : kUsualAspect;
+    const auto pixels = [](double x) { return static_cast<int>(std::clamp(std::round(x), 1.0, double{kMaxSide})); };
+    if (a.width) return {*a.width, a.height ? *a.height : pixels(*a.width / aspect)};
+    if (a.height) return {pixels(*a.height * aspect), *a.height};
+    return {kUsualWidth, pixels(kUsualWidth / aspect)};
+}
+
+dmat4 world_to_clip(const Camera& camera, double aspect) {
+    // Readers of the attribute use x, y and w; depth only needs some range where the camera leaves it open.
+    const double near_plane = camera.near_plane > 0 ? camera.near_plane : 1;
+    const bool bounded = camera.far_plane > near_plane;
+    dmat4 projection;
+    if (camera.orthographic) {
+        const double y = camera.ortho_height / 2, x = y * aspect;
+        projection = glm::ortho(-x, x, -y, y, near_plane, bounded ? camera.far_plane : 2 * near_plane);
+    } else if (bounded) {
+        projection = glm::perspective(camera.vertical_fov, aspect, near_plane, camera.far_plane);
+    } else {
+        projection = glm::infinitePerspective(camera.vertical_fov, aspect, near_plane);
+    }
+    return projection * glm::inverse(camera.camera_to_world);
+}
+
+}  // namespace halflight

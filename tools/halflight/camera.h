@@ -1,0 +1,23 @@
+// Which camera, which size of picture, and the matrices that describe them.
+#pragma once
+
+#include "engine/scene/scene.h"
+#include "tools/halflight/arguments.h"
+
+namespace halflight {
+
+struct ChosenCamera {
+    Camera camera;
+    std::string origin;  // "camera 'nave' of the scene", "camera of the command line", ...
+};
+
+/// Throws Error that lists the scene's cameras where the one asked for is not among them.
+ChosenCamera choose_camera(const Scene& scene, const RenderArguments& arguments);
+
+/// Pixels; what is not given follows from the camera's shape (16:9 if it has none) and a width of 1280.
+ivec2 picture_size(const RenderArguments& arguments, const Camera& camera);
+
+/// World to OpenGL clip space of a picture with this ratio of width to height.
+dmat4 world_to_clip(const Camera& camera, double aspect);
+
+}  // namespace halflight

@@ -1,0 +1,18 @@
+// The program's commands. Each returns when all that was asked for is done, and throws Error otherwise.
+#pragma once
+
+#include "tools/halflight/arguments.h"
+
+namespace halflight {
+
+/// Asked to stop by a signal before the work was done; nothing was written.
+class Interrupted : public Error {
+  public:
+    Interrupted(int signal, std::string_view subject, std::string_view what) : Error(subject, what), signal(signal) {}
+    int signal;
+};
+
+void run_render(const RenderArguments& arguments);
+void run_info(const InfoArguments& arguments);
+
+}  // namespace halflight

@@ -1,0 +1,131 @@
+#include "tools/halflight/facts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+
+namespace halflight {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class T>
+std::size_t bytes_of(const std::vector<T>& values) {
+    return values.size() * sizeof(T);
+}
+
+std::size_t geometry_bytes(const Mesh& mesh) {
+    return bytes_of(mesh.positions) + bytes_of(mesh.normals) + bytes_of(mesh.tangents) + bytes_of(mesh.uvs[0]) +
+           bytes_of(mesh.uvs[1]) + bytes_of(mesh.colors) + bytes_of(mesh.triangles) + bytes_of(mesh.triangle_material);
+}
+
+std::size_t instanced_triangles(const Scene& scene, const std::function<bool(const Material&)>& wanted) {
+    std::vector<std::size_t> of_mesh;
+    for (const Mesh& mesh : scene.meshes)
+        of_mesh.push_back(static_cast<std::size_t>(std::ranges::count_if(
+            mesh.triangle_material, [&](std::uint32_t material) { return wanted(scene.materials[material]); })));
+    std::size_t count = 0;
+    for (const Instance& instance : scene.instances) count += of_mesh[static_cast<std::size_t>(instance.mesh)];
+    return count;
+}
+
+Json triple(const dvec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+Json bounds(const Scene& scene) {
+    const WorldBounds box = world_bounds(scene);
+    if (box.empty()) return nullptr;
+    return {{"lower", triple(box.lower)}, {"upper", triple(box.upper)}, {"size", triple(box.upper - box.lower)}};
+}
+
+Json memory(const Scene& scene) {
+    std::size_t geometry = 0, textures = 0;
+    for (const Mesh& mesh : scene.meshes) geometry += geometry_bytes(mesh);
+    for (const TextureImage& image : scene.images) textures += image.rgba.size();
+    return {{"geometry_bytes", geometry}, {"texture_bytes", textures}};
+}
+
+Json cameras(const Scene& scene) {
+    Json list = Json::array();
+    for (const Camera& camera : scene.cameras) {
+        Json one{{"name", camera.name}, {"type", camera.orthographic ? "orthographic" : "perspective"}};
+        if (camera.orthographic)
+            one["height"] = camera.ortho_height;
+        else
+            one["vertical_fov_degrees"] = glm::degrees(camera.vertical_fov);
+        if (camera.aspect > 0) one["aspect"] = camera.aspect;
+        list.push_back(one);
+    }
+    return list;
+}
+
+Json lights(const Scene& scene) {
+    constexpr const char* kTypes[] = {"point", "spot", "directional"};
+    Json punctual = Json::array();
+    for (const PunctualLight& light : scene.lights)
+        punctual.push_back({{"name", light.name},
+                            {"type", kTypes[static_cast<int>(light.type)]},
+                            {"intensity", triple(light.intensity)},
+                            {"unit", light.type == LightType::directional ? "lux" : "candela"}});
+    return {{"emissive_triangles", instanced_triangles(scene, has_emission)}, {"punctual", punctual}};
+}
+
+Json features(const Scene& scene) {
+    const std::pair<const char*, bool (*)(const Material&)> kFeatures[] = {
+        {"alpha_mask", [](const Material& m) { return m.alpha_mode == AlphaMode::mask; }},
+        {"alpha_blend", [](const Material& m) { return m.alpha_mode == AlphaMode::blend; }},
+        {"emission", has_emission},
+        {"normal_map", [](const Material& m) { return static_cast<bool>(m.normal_texture); }},
+        {"clearcoat", [](const Material& m) { return m.clearcoat > 0; }},
+        {"transmission", [](const Material& m) { return m.transmission > 0; }},
+        {"unlit", [](const Material& m) { return m.unlit; }},
+    };
+    Json counts = Json::object();
+    for (const auto& [name, has] : kFeatures)
+        if (const auto count = std::ranges::count_if(scene.materials, has)) counts[name] = count;
+    return counts;
+}
+
+Json repaired(const SceneReport& report) {
+    const std::pair<const char*, std::size_t> kCounts[] = {
+        {"non_finite_triangles_dropped", report.non_finite_triangles_dropped},
+        {"degenerate_triangles_dropped", report.degenerate_triangles_dropped},
+        {"normals_generated", report.normals_generated},
+        {"tangents_generated", report.tangents_generated},
+        {"point_primitives_skipped", report.point_primitives_skipped},
+        {"line_primitives_skipped", report.line_primitives_skipped},
+    };
+    Json counts = Json::object();
+    for (const auto& [name, count] : kCounts)
+        if (count > 0) counts[name] = count;
+    return counts;
+}
+
+}  // namespace
+
+Json scene_counts(const Scene& scene) {
+    std::size_t vertices = 0, triangles = 0;
+    for (const Mesh& mesh : scene.meshes) vertices += mesh.positions.size(), triangles += mesh.triangles.size();
+    return {{"meshes", scene.meshes.size()},
+            {"instances", scene.instances.size()},
+            {"vertices", vertices},
+            {"triangles", triangles},
+            {"triangles_with_instances", instanced_triangles(scene, [](const Material&) { return true; })},
+            {"materials", scene.materials.size()},
+            {"textures", scene.images.size()}};
+}
+
+Json scene_facts(const Scene& scene) {
+    return {{"counts", scene_counts(scene)},
+            {"bounds", bounds(scene)},
+            {"memory", memory(scene)},
+            {"cameras", cameras(scene)},
+            {"lights", lights(scene)},
+            {"material_features", features(scene)},
+            {"repaired", repaired(scene.report)},
+            {"warnings", scene.report.warnings}};
+}
+
+}  // namespace halflight

@@ -1,0 +1,79 @@
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "engine/gpu/context.h"
+#include "engine/io/gltf.h"
+#include "tools/halflight/commands.h"
+#include "tools/halflight/facts.h"
+#include "tools/halflight/loading.h"
+
+namespace halflight {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+std::string scalar_text(const Json& value) {
+    return value.is_string() ? one_line(value.get<std::string>()) : value.is_null() ? "none" : value.dump();
+}
+
+/// One line: "a, b", or "name: x, type: y" of an object.
+std::string flat_text(const Json& value) {
+    if (!value.is_structured()) return scalar_text(value);
+    std::string text;
+    for (const auto& [key, item] : value.items())
+        text += (text.empty() ? "" : ", ") + (value.is_object() ? key + " " : "") + flat_text(item);
+    return text;
+}
+
+/// Indented "key value" lines for people; the JSON says the same for programs.
+void print_text(const Json& value, int indent) {
+    constexpr int kKeyWidth = 32;
+    for (const auto& [key, item] : value.items()) {
+        const bool lines = item.is_object() || (item.is_array() && !item.empty() && !item[0].is_number());
+        if (item.is_structured() && item.empty())
+            fmt::print("{:{}}{:<{}}none\n", "", indent, key, kKeyWidth - indent);
+        else if (lines && item.is_object())
+            fmt::print("{:{}}{}\n", "", indent, key), print_text(item, indent + 2);
+        else if (lines)
+            for (std::size_t i = 0; i < item.size(); ++i)
+                fmt::print("{:{}}{:<{}}{}\n", "", indent, fmt::format("{} {}", key, i), kKeyWidth - indent,
+                           flat_text(item[i]));
+        else
+            fmt::print("{:{}}{:<{}}{}\n", "", indent, key, kKeyWidth - indent, flat_text(item));
+    }
+}
+
+Json device_facts() {
+    Json attempts = Json::array();
+    for (const gpu::DeviceAttempt& attempt : gpu::Context::probe())
+        attempts.push_back({{"name", attempt.name}, {"taken", attempt.taken}, {"reason", attempt.reason}});
+    return attempts;
+}
+
+void print_devices(const Json& attempts) {
+    for (std::size_t i = 0; i < attempts.size(); ++i)
+        fmt::print("{} {} {}: {}\n", attempts[i]["taken"].get<bool>() ? "*" : " ", i, scalar_text(attempts[i]["name"]),
+                   scalar_text(attempts[i]["reason"]));
+}
+
+}  // namespace
+
+void run_info(const InfoArguments& a) {
+    Json all = Json::object();
+    if (a.device) all["devices"] = device_facts();
+    if (a.scene) {
+        const Scene scene = load_scene(*a.scene, a.allow_outside, Console(true));  // the warnings are in the facts
+        all["file"] = a.scene->string();
+        all["bytes"] = std::filesystem::file_size(*a.scene);
+        all.update(scene_facts(scene));
+    }
+    if (a.json) {
+        fmt::print("{}\n", all.dump(2));
+        return;
+    }
+    if (a.device) print_devices(all["devices"]);
+    all.erase("devices");
+    print_text(all, 0);
+}
+
+}  // namespace halflight

@@ -1,0 +1,40 @@
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "tools/halflight/commands.h"
+#include "tools/halflight/console.h"
+#include "tools/halflight/stop.h"
+
+namespace {
+
+constexpr int kFailure = 1;
+constexpr int kUsage = 2;
+
+int fail(int status, const char* what) {
+    fmt::print(stderr, "halflight: {}\n", halflight::one_line(what));
+    return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    using namespace halflight;
+    catch_stop_signals();
+    try {
+        const Arguments arguments = parse_arguments(argc, argv);
+        if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());
+        if (const auto* render = std::get_if<RenderArguments>(&arguments)) run_render(*render);
+        if (const auto* info = std::get_if<InfoArguments>(&arguments)) run_info(*info);
+        if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw Error("standard output", "cannot write");
+        return 0;
+    } catch (const UsageError& error) {
+        return fail(kUsage, error.what());
+    } catch (const Interrupted& error) {
+        return fail(128 + error.signal, error.what());  // as a shell reports a death by signal
+    } catch (const std::bad_alloc&) {
+        return fail(kFailure, "memory: there is not enough of it");
+    } catch (const std::exception& error) {
+        return fail(kFailure, error.what());
+    }
+}

@@ -1,0 +1,75 @@
+#include "tools/halflight/picture.h"
+
+#include <algorithm>
+
+#include "engine/io/files.h"
+#include "engine/io/png.h"
+#include "tools/halflight/arguments.h"
+#include "tools/halflight/camera.h"
+
+namespace halflight {
+namespace {
+
+bool is_color(const ExrLayer& layer) {
+    const auto ends_in = [&](std::size_t i, const char* name) {
+        const std::string& channel = layer.channels[i];
+        return channel == name || channel.ends_with(std::string(".") + name);
+    };
+    return layer.channels.size() >= 3 && ends_in(0, "R") && ends_in(1, "G") && ends_in(2, "B");
+}
+
+void convert(Image& image, const mat3& matrix) {
+    if (matrix == mat3(1)) return;
+    for (int y = 0; y < image.height; ++y) {
+        for (int x = 0; x < image.width; ++x) {
+            float* const p = image.at(x, y);
+            const vec3 converted = matrix * vec3(p[0], p[1], p[2]);
+            p[0] = converted.x, p[1] = converted.y, p[2] = converted.z;
+        }
+    }
+}
+
+/// Without alpha: the picture over black, as every viewer shows it.
+Image opaque(const Image& rgba) {
+    Image rgb(rgba.width, rgba.height, 3);
+    for (int y = 0; y < rgba.height; ++y)
+        for (int x = 0; x < rgba.width; ++x) std::copy_n(rgba.at(x, y), 3, rgb.at(x, y));
+    return rgb;
+}
+
+void write_exr_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
+    std::vector<ExrLayer> layers;
+    layers.push_back({{"R", "G", "B", "A"}, result.beauty, info.half ? ExrType::half : ExrType::float32});
+    layers.insert(layers.end(), result.aovs.begin(), result.aovs.end());
+    for (ExrLayer& layer : layers)
+        if (is_color(layer)) convert(layer.image, info.working_space.from_rec709);
+
+    const double aspect = static_cast<double>(result.beauty.width) / result.beauty.height;
+    ExrAttributes attributes;
+    attributes.chromaticities = info.working_space.chromaticities;
+    attributes.world_to_camera = glm::inverse(info.camera.camera_to_world);
+    attributes.world_to_clip = world_to_clip(info.camera, aspect);
+    attributes.capture_date = capture_date_now();
+    attributes.software = "halflight " HALFLIGHT_VERSION;
+    attributes.comments = info.comments;
+    write_exr(path, layers, attributes);
+}
+
+}  // namespace
+
+void check_writable(const std::filesystem::path& path) {
+    struct WouldWork {};
+    try {
+        write_atomically(path, [](const auto&) { throw WouldWork{}; });
+    } catch (const WouldWork&) {
+    }
+}
+
+void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
+    if (has_extension(path, "png"))
+        write_png(path, opaque(result.view));
+    else
+        write_exr_picture(path, result, info);
+}
+
+}  // namespace halflight

@@ -1,0 +1,26 @@
+// A render as files.
+#pragma once
+
+#include <filesystem>
+#include <string>
+
+#include "engine/color/color.h"
+#include "passes/render.h"
+
+namespace halflight {
+
+/// What an EXR tells beside its pixels.
+struct PictureInfo {
+    Camera camera;
+    LinearSpace working_space;  // of the colour layers that are written
+    bool half = false;          // beauty as half floats; the AOVs bring their own type
+    std::string comments;
+};
+
+/// Throws Error if a file of this name cannot be written here, as far as that can be told without writing it.
+void check_writable(const std::filesystem::path& path);
+
+/// The picture as .exr or .png, told by the extension.
+void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info);
+
+}  // namespace halflight

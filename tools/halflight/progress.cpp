@@ -1,0 +1,86 @@
+#include "tools/halflight/progress.h"
+
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <string_view>
+
+namespace halflight {
+namespace {
+
+constexpr double kSecondsPerBar = 0.1;  // as fast as an eye can read
+
+bool is_terminal(std::FILE* stream) {
+    const char* term = std::getenv("TERM");
+    return isatty(fileno(stream)) && term && std::string_view(term) != "dumb";
+}
+
+int columns(std::FILE* stream) {
+    winsize size{};
+    return ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
+}
+
+/// Of the work, [0, 1].
+double fraction(const RenderProgress& progress, double time_limit) {
+    const double samples = static_cast<double>(progress.samples_done) / std::max(progress.samples_total, 1);
+    return std::clamp(time_limit > 0 ? std::max(samples, progress.seconds / time_limit) : samples, 0.0, 1.0);
+}
+
+}  // namespace
+
+std::string clock_text(double seconds) {
+    const auto whole = static_cast<long long>(std::max(seconds, 0.0));
+    const auto h = whole / 3600, m = whole / 60 % 60, s = whole % 60;
+    return h > 0 ? fmt::format("{}:{:02}:{:02}", h, m, s) : fmt::format("{}:{:02}", m, s);
+}
+
+double seconds_remaining(const RenderProgress& progress, double time_limit) {
+    const double done = fraction(progress, time_limit);
+    return done > 0 ? progress.seconds * (1 - done) / done : 0;
+}
+
+std::string progress_text(const RenderProgress& progress, double time_limit) {
+    const std::string goal = time_limit > 0 ? "" : fmt::format("/{}", progress.samples_total);
+    return fmt::format("{}{} samples, {} elapsed, {} remaining", progress.samples_done, goal,
+                       clock_text(progress.seconds), clock_text(std::ceil(seconds_remaining(progress, time_limit))));
+}
+
+ProgressDisplay::ProgressDisplay(std::FILE* stream, bool quiet, double time_limit)
+    : stream_(stream),
+      time_limit_(time_limit),
+      mode_(quiet                 ? Mode::quiet
+            : is_terminal(stream) ? Mode::bar
+                                  : Mode::lines) {}
+
+ProgressDisplay::~ProgressDisplay() {
+    if (bar_shown_) fmt::print(stream_, "\r\033[K");
+    std::fflush(stream_);
+}
+
+void ProgressDisplay::show(const RenderProgress& progress) {
+    if (mode_ == Mode::bar) {
+        const bool due = drawn_at_ < 0 || progress.seconds - drawn_at_ >= kSecondsPerBar;
+        if (due) draw_bar(progress);
+    } else if (mode_ == Mode::lines) {
+        const int tenths = static_cast<int>(fraction(progress, time_limit_) * 10);
+        if (tenths > tenths_) fmt::print(stream_, "halflight: {}\n", progress_text(progress, time_limit_));
+        tenths_ = tenths;
+    }
+}
+
+void ProgressDisplay::draw_bar(const RenderProgress& progress) {
+    const std::string text = progress_text(progress, time_limit_);
+    const int width = std::max(0, columns(stream_) - static_cast<int>(text.size()) - 4);  // "[", "] ", last column
+    const int filled = static_cast<int>(std::lround(fraction(progress, time_limit_) * width));
+    const std::string bar = width < 4 ? "" : fmt::format("[{:#<{}}{:.<{}}] ", "", filled, "", width - filled);
+    fmt::print(stream_, "\r{}{}\033[K", bar, text);
+    std::fflush(stream_);
+    drawn_at_ = progress.seconds;
+    bar_shown_ = true;
+}
+
+}  // namespace halflight

@@ -1,0 +1,29 @@
+// What a run was and what it cost, as JSON.
+#pragma once
+
+#include <nlohmann/json.hpp>
+
+#include "engine/gpu/context.h"
+#include "passes/render.h"
+#include "tools/halflight/arguments.h"
+
+namespace halflight {
+
+/// Seconds of wall time that the steps around the renderer took.
+struct StepTimes {
+    double context = 0;  // OpenGL context
+    double load = 0;     // reading scene, environment and colour config
+    double render = 0;   // Renderer: preparing, compiling, sampling, reading back
+    double write = 0;    // files
+    double total = 0;    // since the program's start
+};
+
+/// The settings as one line, for the picture's comments.
+std::string settings_line(const RenderArguments& arguments, const RenderSettings& settings, const Scene& scene,
+                          int samples_done);
+
+nlohmann::ordered_json run_statistics(const RenderArguments& arguments, const RenderSettings& settings,
+                                      const Scene& scene, const gpu::Context& context, const RenderStats& stats,
+                                      const StepTimes& times);
+
+}  // namespace halflight

@@ -1,0 +1,42 @@
+#include "tools/halflight/stop.h"
+
+#include <unistd.h>
+
+#include <csignal>
+
+namespace halflight {
+namespace {
+
+volatile std::sig_atomic_t received = 0;
+volatile std::sig_atomic_t writing = 0;
+
+extern "C" void on_stop_signal(int signal) {
+    if (received && !writing) _exit(128 + signal);  // as a shell reports a death by signal
+    received = signal;
+}
+
+}  // namespace
+
+void catch_stop_signals() {
+    struct sigaction action {};
+    action.sa_handler = on_stop_signal;
+    action.sa_flags = SA_RESTART;  // no system call of a library fails because of it
+    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+        struct sigaction old {};
+        sigaction(signal, nullptr, &old);
+        if (old.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);  // nohup keeps its say
+    }
+}
+
+int stop_signal() {
+    return received;
+}
+
+WritingFiles::WritingFiles() {
+    writing = 1;
+}
+WritingFiles::~WritingFiles() {
+    writing = 0;
+}
+
+}  // namespace halflight
