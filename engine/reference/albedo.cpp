@@ -1,0 +1,128 @@
+#include "engine/reference/albedo.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "engine/reference/ggx.h"
+
+namespace halflight::reference {
+namespace {
+
+struct Rule {
+    std::vector<double> x, weight;  // on [0, 1]
+};
+
+/// Gauss-Legendre nodes by Newton's iteration on the Legendre polynomial (Abramowitz, Stegun 25.4.29).
+Rule gauss_legendre(int n) {
+    Rule rule{std::vector<double>(n), std::vector<double>(n)};
+    for (int i = 0; i < n; ++i) {
+        double z = std::cos(kPi * (i + 0.75) / (n + 0.5)), derivative = 1;
+        for (double step = 1; std::abs(step) > 1e-15;) {
+            double p0 = 1, p1 = z;
+            for (int k = 2; k <= n; ++k) p0 = std::exchange(p1, ((2 * k - 1) * z * p1 - (k - 1) * p0) / k);
+            derivative = n * (z * p1 - p0) / (z * z - 1);
+            step = p1 / derivative;
+            z -= step;
+        }
+        rule.x[i] = 0.5 * (1 - z);
+        rule.weight[i] = 1 / ((1 - z * z) * derivative * derivative);
+    }
+    return rule;
+}
+
+Albedo mirror_albedo(double mu) {
+    return {1 - schlick(mu), schlick(mu)};
+}
+
+constexpr int kNodes = 64;
+
+std::array<Albedo, kNodes * kNodes> build_table() {
+    std::array<Albedo, kNodes * kNodes> table;
+    tbb::parallel_for(0, kNodes, [&](int j) {
+        const double y = double(j) / (kNodes - 1);
+        for (int i = 0; i < kNodes; ++i) {
+            const double x = double(i) / (kNodes - 1);
+            table[j * kNodes + i] = integrate_albedo(x * x, y * y);
+        }
+    });
+    return table;
+}
+
+/// Cubic convolution weights (Keys 1981) of the nodes first .. first + 3 at x in [0, 1]; beyond the ends the table is
+/// continued linearly, folded into the inner weights.
+struct Cubic {
+    int first = 0;
+    std::array<double, 4> weight{};
+
+    explicit Cubic(double x) {
+        const double s = x * (kNodes - 1);
+        const int i = std::clamp(static_cast<int>(s), 0, kNodes - 2);
+        const double t = s - i;
+        std::array<double, 4> w{t * (-0.5 + t * (1 - 0.5 * t)), 1 + t * t * (-2.5 + 1.5 * t),
+                                t * (0.5 + t * (2 - 1.5 * t)), t * t * (-0.5 + 0.5 * t)};
+        if (i == 0) {
+            w = {w[1] + 2 * w[0], w[2] - w[0], w[3], 0};
+        } else if (i == kNodes - 2) {
+            w = {0, w[0], w[1] - w[3], w[2] + 2 * w[3]};
+        }
+        first = std::clamp(i - 1, 0, kNodes - 4);
+        weight = w;
+    }
+};
+
+}  // namespace
+
+// With theta and phi the polar angles of the half vector m against the plane of wo = (s, 0, c), and tan(theta) =
+// alpha tan(omega), the distribution D cos(theta) is sin(2 omega) domega dphi / (2 pi), and the albedo is its mean of
+// 4 V dot(wo, m) F mu_i / cos(theta). The reflected direction is above the horizon where
+// mu_i = s cos(phi) sin(2 theta) + c cos(2 theta) >= 0, that is theta <= (pi / 2 + atan2(s cos(phi), c)) / 2.
+Albedo integrate_albedo(double mu, double alpha) {
+    if (alpha < kMirrorAlpha) return mirror_albedo(mu);
+    static const Rule rule = gauss_legendre(32);
+    const double c = mu, s = std::sqrt(std::max(1 - mu * mu, 0.0));
+    Albedo sum;
+    for (int half = 0; half < 2; ++half) {
+        for (std::size_t j = 0; j < rule.x.size(); ++j) {
+            const double forward = s * std::cos(0.5 * kPi * (half + rule.x[j]));
+            const double theta_max = 0.5 * (0.5 * kPi + std::atan2(forward, c));
+            const double omega_max = std::atan2(std::sin(theta_max), alpha * std::cos(theta_max));
+            for (std::size_t i = 0; i < rule.x.size(); ++i) {
+                // At grazing angles the shadowing falls off within mu_i ~ c of the horizon: cluster the nodes there.
+                const double omega = omega_max * (1 - rule.x[i] * rule.x[i]);
+                const double theta = std::atan(alpha * std::tan(omega));
+                const double cosine = std::cos(theta), sine = std::sin(theta);
+                const double x = forward * sine + c * cosine;
+                const double mu_i = 2 * x * cosine - c;
+                if (mu_i <= 0 || x <= 0) continue;  // by rounding at theta_max
+                const double density = 2 * rule.x[i] * omega_max * std::sin(2 * omega);
+                const double value = 4 * ggx_visibility(c, mu_i, alpha) * x * mu_i / cosine;
+                const double weight = 0.5 * rule.weight[j] * rule.weight[i] * density * value;
+                sum.a += weight * (1 - schlick(x));
+                sum.b += weight * schlick(x);
+            }
+        }
+    }
+    return sum;
+}
+
+Albedo directional_albedo(double mu, double alpha) {
+    if (alpha < kMirrorAlpha) return mirror_albedo(mu);
+    static const std::array<Albedo, kNodes* kNodes> table = build_table();
+    const Cubic x(std::sqrt(glm::clamp(mu, 0.0, 1.0))), y(std::sqrt(alpha));
+    Albedo sum;
+    for (int j = 0; j < 4; ++j) {
+        for (int i = 0; i < 4; ++i) {
+            const Albedo& node = table[(y.first + j) * kNodes + x.first + i];
+            const double weight = x.weight[i] * y.weight[j];
+            sum.a += weight * node.a;
+            sum.b += weight * node.b;
+        }
+    }
+    return sum;
+}
+
+}  // namespace halflight::reference

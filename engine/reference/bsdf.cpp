@@ -1,0 +1,160 @@
+#include "engine/reference/bsdf.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace halflight::reference {
+namespace {
+
+constexpr double kCoatF0 = 0.04;
+
+double mean(const dvec3& v) {
+    return (v.x + v.y + v.z) / 3;
+}
+
+double max_component(const dvec3& v) {
+    return std::max({v.x, v.y, v.z});
+}
+
+dvec3 mirror_at(const dvec3& w, const dvec3& n) {
+    return 2 * dot(w, n) * n - w;
+}
+
+/// D V cosine and the density of one GGX reflection lobe in its own frame, both directions above the horizon.
+struct LobeValue {
+    double value = 0;  // D G2 / (4 mu_o mu_i) * mu_i
+    double pdf = 0;
+    double x = 0;  // dot(wo, h)
+};
+
+LobeValue evaluate_lobe(const dvec3& wo, const dvec3& wi, double alpha) {
+    const dvec3 h = normalize(wo + wi);
+    return {ggx_distribution(h, alpha) * ggx_visibility(wo.z, wi.z, alpha) * wi.z, reflection_pdf(wo, h, alpha),
+            dot(wo, h)};
+}
+
+}  // namespace
+
+Bsdf::Bsdf(const BsdfParameters& p, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k)
+    : wo_(wo),
+      n_g_(n_g),
+      base_frame_(n),
+      coat_frame_(n_k),
+      wo_base_(base_frame_.to_local(wo)),
+      wo_coat_(coat_frame_.to_local(wo)),
+      alpha_(p.roughness * p.roughness),
+      alpha_coat_(p.clearcoat_roughness * p.clearcoat_roughness) {
+    const dvec3 c = p.base_color;
+    const double m = p.metallic, k = p.clearcoat;
+
+    double under_coat = 1;
+    coat_scale_ = 0;
+    double coat_albedo = 0;
+    if (k > 0) {
+        const Albedo e = directional_albedo(wo_coat_.z, alpha_coat_);
+        coat_scale_ = k * (1 + kCoatF0 * (1 - e.one()) / e.one());
+        coat_albedo = coat_scale_ * (kCoatF0 * e.a + e.b);
+        under_coat = 1 - coat_albedo;
+    }
+
+    const Albedo e = directional_albedo(wo_base_.z, alpha_);
+    const double lost = (1 - e.one()) / e.one();
+    const double r0 = (p.ior - 1) / (p.ior + 1);
+    const dvec3 f0_dielectric = min(r0 * r0 * p.specular_color, dvec3(1)) * p.specular;
+    const dvec3 scale_metal = m * (1.0 + c * lost);
+    const dvec3 scale_dielectric = 1.0 + f0_dielectric * lost;
+    specular_f0_ = under_coat * (scale_metal * c + (1 - m) * scale_dielectric * f0_dielectric);
+    specular_f90_ = under_coat * (scale_metal + (1 - m) * scale_dielectric * p.specular);
+
+    const dvec3 dielectric_albedo = scale_dielectric * (f0_dielectric * e.a + p.specular * e.b);
+    const double below = under_coat * (1 - m) * (1 - std::min(max_component(dielectric_albedo), 1.0));
+    diffuse_ = below * (1 - p.transmission) * c;
+    transmission_ = below * p.transmission * c;
+    transmission_scale_ = 1 / e.one();
+
+    choice_ = {mean(diffuse_), mean(specular_f0_ * e.a + specular_f90_ * e.b), mean(transmission_), coat_albedo};
+    const double total = choice_[kDiffuse] + choice_[kSpecular] + choice_[kTransmission] + choice_[kCoat];
+    black_ = !(total > 0);
+    if (!black_) {
+        for (double& probability : choice_) probability /= total;
+    }
+}
+
+Bsdf::Value Bsdf::evaluate(const dvec3& wi) const {
+    Value result;
+    const double side_g = dot(wi, n_g_);
+    const dvec3 wi_base = base_frame_.to_local(wi);
+    if (side_g > 0 && wi_base.z > 0) {
+        result.diffuse = diffuse_ * (wi_base.z / kPi);
+        result.pdf_diffuse = choice_[kDiffuse] * wi_base.z / kPi;
+        if (alpha_ >= kMirrorAlpha && choice_[kSpecular] > 0) {
+            const LobeValue lobe = evaluate_lobe(wo_base_, wi_base, alpha_);
+            result.glossy += specular_factor(lobe.x) * lobe.value;
+            result.pdf_glossy += choice_[kSpecular] * lobe.pdf;
+        }
+    } else if (side_g < 0 && wi_base.z < 0 && alpha_ >= kMirrorAlpha && choice_[kTransmission] > 0) {
+        const LobeValue lobe = evaluate_lobe(wo_base_, {wi_base.x, wi_base.y, -wi_base.z}, alpha_);
+        result.glossy += transmission_ * (lobe.value * transmission_scale_);
+        result.pdf_glossy += choice_[kTransmission] * lobe.pdf;
+    }
+    if (side_g > 0 && alpha_coat_ >= kMirrorAlpha && choice_[kCoat] > 0) {
+        const dvec3 wi_coat = coat_frame_.to_local(wi);
+        if (wi_coat.z > 0) {
+            const LobeValue lobe = evaluate_lobe(wo_coat_, wi_coat, alpha_coat_);
+            result.glossy += coat_scale_ * (kCoatF0 + (1 - kCoatF0) * schlick(lobe.x)) * lobe.value;
+            result.pdf_glossy += choice_[kCoat] * lobe.pdf;
+        }
+    }
+    return result;
+}
+
+std::optional<Bsdf::Sample> Bsdf::sample_mirror(Lobe lobe) const {
+    Sample s;
+    s.mirror = true;
+    s.component = Component::glossy;
+    if (lobe == kTransmission) {
+        s.wi = -wo_;
+        s.weight = transmission_ / choice_[lobe];
+    } else {
+        s.wi = mirror_at(wo_, lobe == kCoat ? coat_frame_.z : base_frame_.z);
+        if (dot(s.wi, n_g_) <= 0) return std::nullopt;
+        const dvec3 fresnel = lobe == kCoat ? dvec3(coat_scale_ * (kCoatF0 + (1 - kCoatF0) * schlick(wo_coat_.z)))
+                                            : specular_factor(wo_base_.z);
+        s.weight = fresnel / choice_[lobe];
+    }
+    return s;
+}
+
+std::optional<Bsdf::Sample> Bsdf::sample(double u_lobe, double u1, double u2) const {
+    if (black_) return std::nullopt;
+    int chosen = 0;
+    while (chosen < kLobes - 1 && u_lobe >= choice_[chosen]) u_lobe -= choice_[chosen++];
+    const Lobe lobe = static_cast<Lobe>(chosen);
+    if (!(choice_[lobe] > 0)) return std::nullopt;  // u_lobe ran past the last lobe by rounding
+
+    const double alpha = lobe == kCoat ? alpha_coat_ : alpha_;
+    if (lobe != kDiffuse && alpha < kMirrorAlpha) return sample_mirror(lobe);
+
+    const Frame& frame = lobe == kCoat ? coat_frame_ : base_frame_;
+    dvec3 wi;
+    if (lobe == kDiffuse) {
+        const double r = std::sqrt(u1), phi = 2 * kPi * u2;
+        wi = {r * std::cos(phi), r * std::sin(phi), std::sqrt(1 - u1)};
+    } else {
+        const dvec3& wo = lobe == kCoat ? wo_coat_ : wo_base_;
+        wi = mirror_at(wo, sample_visible_normal(wo, alpha, u1, u2));
+        if (wi.z <= 0) return std::nullopt;
+        if (lobe == kTransmission) wi.z = -wi.z;
+    }
+
+    Sample s;
+    s.wi = normalize(frame.to_world(wi));
+    s.component = lobe == kDiffuse ? Component::diffuse : Component::glossy;
+    const Value value = evaluate(s.wi);
+    s.pdf = lobe == kDiffuse ? value.pdf_diffuse : value.pdf_glossy;
+    if (!(s.pdf > 0)) return std::nullopt;
+    s.weight = (lobe == kDiffuse ? value.diffuse : value.glossy) / s.pdf;
+    return s;
+}
+
+}  // namespace halflight::reference

@@ -1,0 +1,74 @@
+// The layered material of SHADING.md ("BSDF") at one point, seen from one direction: diffuse and rough transmission
+// under a metal/dielectric GGX lobe under a clearcoat.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+#include "engine/core/math.h"
+#include "engine/reference/albedo.h"
+#include "engine/reference/ggx.h"
+
+namespace halflight::reference {
+
+/// Material with its textures looked up; ranges as in Material.
+struct BsdfParameters {
+    dvec3 base_color{1};
+    double metallic = 1;
+    double roughness = 1;
+    double specular = 1;
+    dvec3 specular_color{1};
+    double ior = 1.5;
+    double clearcoat = 0;
+    double clearcoat_roughness = 0;
+    double transmission = 0;
+};
+
+/// How light left a surface (SHADING.md, "Estimator").
+enum class Component : std::uint8_t { diffuse, glossy };
+
+/// All directions are unit, in world space, and point away from the surface.
+class Bsdf {
+  public:
+    /// n_g, n and n_k (the coat's normal) are already on wo's side and bent towards it.
+    Bsdf(const BsdfParameters& parameters, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k);
+
+    bool black() const { return black_; }  ///< Reflects nothing.
+
+    /// f times cosine by component, mirrors left out, and what sample() chooses: P_c p_c(wi), per solid angle.
+    struct Value {
+        dvec3 diffuse{0}, glossy{0};
+        double pdf_diffuse = 0, pdf_glossy = 0;
+    };
+    Value evaluate(const dvec3& wi) const;
+
+    struct Sample {
+        dvec3 wi{0};
+        dvec3 weight{0};  // f cosine / pdf
+        double pdf = 0;   // P_c p_c(wi); 0 for a mirror
+        bool mirror = false;
+        Component component = Component::diffuse;
+    };
+    /// One direction; none where the sampled one contributes nothing. The three numbers are uniform in [0, 1).
+    std::optional<Sample> sample(double u_lobe, double u1, double u2) const;
+
+  private:
+    enum Lobe { kDiffuse, kSpecular, kTransmission, kCoat, kLobes };
+
+    std::optional<Sample> sample_mirror(Lobe lobe) const;
+    dvec3 specular_factor(double x) const { return specular_f0_ + (specular_f90_ - specular_f0_) * schlick(x); }
+
+    dvec3 wo_, n_g_;
+    Frame base_frame_, coat_frame_;
+    dvec3 wo_base_, wo_coat_;
+    double alpha_, alpha_coat_;
+    dvec3 specular_f0_, specular_f90_;     // mixture of both Fresnel terms, compensation and the coat's loss included
+    dvec3 diffuse_, transmission_;         // albedos
+    double coat_scale_;                    // k M(0.04)
+    double transmission_scale_;            // 1 / E_1
+    std::array<double, kLobes> choice_{};  // probabilities
+    bool black_ = true;
+};
+
+}  // namespace halflight::reference

@@ -1,0 +1,166 @@
+#include "engine/reference/path.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace halflight::reference {
+namespace {
+
+/// Through the point (px, py) of the image, in pixels from its top left corner; relative to Tracer::origin().
+ReferenceRay camera_ray(const Prepared& scene, const ReferenceSettings& settings, double px, double py) {
+    const Camera& camera = settings.camera;
+    const double aspect = static_cast<double>(settings.width) / settings.height;
+    const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
+    const double x = (2 * px / settings.width - 1) * half * aspect;
+    const double y = (1 - 2 * py / settings.height) * half;
+    const dvec3 from = camera.orthographic ? dvec3(x, y, 0) : dvec3(0);
+    const dvec3 along = camera.orthographic ? dvec3(0, 0, -1) : dvec3(x, y, -1);  // t is depth along -Z
+
+    ReferenceRay ray;
+    const dmat4& m = camera.camera_to_world;
+    ray.origin = dvec3(m[3]) - scene.tracer.origin() + dmat3(m) * from;
+    ray.direction = dmat3(m) * along;
+    ray.t_min = camera.near_plane;
+    if (camera.far_plane > 0) ray.t_max = camera.far_plane;
+    return ray;
+}
+
+/// Veach 1997, eq. 9.13, beta = 2: the weight of the strategy with density `a`.
+double power_heuristic(double a, double b) {
+    if (!(a > 0)) return 0;
+    const double r = b / a;
+    return 1 / (1 + r * r);
+}
+
+double max_component(const dvec3& v) {
+    return std::max({v.x, v.y, v.z});
+}
+
+/// State of a path at its current surface.
+class Path {
+  public:
+    Path(const Prepared& scene, const ReferenceSettings& settings, Random& random)
+        : scene_(scene), settings_(settings), random_(random) {}
+
+    PathResult trace(const ReferenceRay& ray);
+
+  private:
+    void add(Component component, const dvec3& value) {
+        const auto way = static_cast<std::size_t>(bounce_ == 1 ? component : first_);
+        (bounce_ == 1 ? result_.radiance.direct : result_.radiance.indirect)[way] += value;
+    }
+    void sample_light(const Surface& surface, const Bsdf& bsdf);
+    bool visible(const Surface& surface, const LightSample& light);
+    double surface_weight(const Bsdf::Sample& sample, double light_pdf) const;
+    AlphaTest alpha() { return {random_.bits()}; }
+
+    const Prepared& scene_;
+    const ReferenceSettings& settings_;
+    Random& random_;
+    PathResult result_;
+    dvec3 throughput_{1};
+    int bounce_ = 0;                        // reflections so far, the next one included
+    Component first_ = Component::diffuse;  // how the path left its first surface
+};
+
+bool Path::visible(const Surface& surface, const LightSample& light) {
+    ReferenceRay ray;
+    ray.origin = surface.leave(light.wi);
+    if (light.infinite) {
+        ray.direction = light.wi;
+    } else {
+        ray.direction = light.end - ray.origin;
+        ray.t_max = 1;
+    }
+    return !scene_.tracer.occluded(ray, alpha(), {surface.triangle, light.triangle});
+}
+
+void Path::sample_light(const Surface& surface, const Bsdf& bsdf) {
+    const std::optional<LightSample> light = scene_.lights.sample(surface, random_);
+    if (!light || !(light->pdf > 0) || light->radiance == dvec3(0)) return;
+    const Bsdf::Value value = bsdf.evaluate(light->wi);
+    if (value.diffuse == dvec3(0) && value.glossy == dvec3(0)) return;
+    if (!visible(surface, *light)) return;
+    const auto weight = [&](double surface_pdf) {
+        const bool alone = light->punctual || settings_.strategy == ReferenceStrategy::lights_only;
+        return alone ? 1 : power_heuristic(light->pdf, surface_pdf);
+    };
+    const dvec3 received = throughput_ * light->radiance / light->pdf;
+    add(Component::diffuse, received * value.diffuse * weight(value.pdf_diffuse));
+    add(Component::glossy, received * value.glossy * weight(value.pdf_glossy));
+}
+
+/// Of light found by a sampled ray that sample_light() finds with density `light_pdf`.
+double Path::surface_weight(const Bsdf::Sample& sample, double light_pdf) const {
+    if (sample.mirror || !(light_pdf > 0) || settings_.strategy == ReferenceStrategy::surfaces_only) return 1;
+    if (settings_.strategy == ReferenceStrategy::lights_only) return 0;
+    return power_heuristic(sample.pdf, light_pdf);
+}
+
+PathResult Path::trace(const ReferenceRay& camera_ray) {
+    const EnvironmentLight& environment = scene_.lights.environment();
+    const dvec3 view = normalize(camera_ray.direction);
+    std::optional<ReferenceHit> hit = scene_.tracer.closest_hit(camera_ray, alpha());
+    if (!hit) {
+        result_.radiance.emission = environment.radiance(view);
+        return result_;
+    }
+    result_.covered = true;
+    Surface surface = make_surface(scene_.tracer, *hit, -view);
+    result_.radiance.emission = surface.emitted;
+
+    for (bounce_ = 1; bounce_ <= settings_.bounces && !surface.unlit; ++bounce_) {
+        const Bsdf bsdf(surface.parameters, surface.wo, surface.n_g, surface.n, surface.n_k);
+        if (bsdf.black()) break;
+        if (settings_.strategy != ReferenceStrategy::surfaces_only && !scene_.lights.empty())
+            sample_light(surface, bsdf);
+
+        const double u_lobe = random_.uniform(), u1 = random_.uniform(), u2 = random_.uniform();
+        const std::optional<Bsdf::Sample> sample = bsdf.sample(u_lobe, u1, u2);
+        if (!sample) break;
+        if (bounce_ == 1) first_ = sample->component;
+        throughput_ *= sample->weight;
+        if (bounce_ >= 3) {
+            const double survival = std::min(max_component(throughput_), 0.95);
+            if (random_.uniform() >= survival) break;
+            throughput_ /= survival;
+        }
+
+        const ReferenceRay ray{surface.leave(sample->wi), sample->wi};
+        hit = scene_.tracer.closest_hit(ray, alpha(), {surface.triangle, TriangleId{}});
+        if (!hit) {
+            const dvec3 sky = environment.radiance(sample->wi);
+            add(first_, throughput_ * sky * surface_weight(*sample, scene_.lights.pdf_environment(sample->wi)));
+            break;
+        }
+        const dvec3 from = surface.position;
+        surface = make_surface(scene_.tracer, *hit, -sample->wi);
+        if (surface.emitted == dvec3(0)) continue;
+        const double light_pdf = surface.unlit ? 0 : scene_.lights.pdf(from, surface);
+        add(first_, throughput_ * surface.emitted * surface_weight(*sample, light_pdf));
+    }
+    return result_;
+}
+
+}  // namespace
+
+Radiance& Radiance::operator+=(const Radiance& other) {
+    emission += other.emission;
+    for (std::size_t i = 0; i < 2; ++i) direct[i] += other.direct[i], indirect[i] += other.indirect[i];
+    return *this;
+}
+
+PathResult trace_path(const Prepared& scene, const ReferenceSettings& settings, int x, int y, Random& random) {
+    const double dx = random.uniform(), dy = random.uniform();
+    return Path(scene, settings, random).trace(camera_ray(scene, settings, x + dx, y + dy));
+}
+
+std::optional<Surface> first_surface(const Prepared& scene, const ReferenceSettings& settings, int x, int y) {
+    const ReferenceRay ray = camera_ray(scene, settings, x + 0.5, y + 0.5);
+    const auto pixel = (static_cast<std::uint64_t>(y) << 32) | static_cast<std::uint64_t>(x);
+    const std::optional<ReferenceHit> hit = scene.tracer.closest_hit(ray, {combine(settings.seed, pixel)});
+    if (!hit) return std::nullopt;
+    return make_surface(scene.tracer, *hit, -normalize(ray.direction));
+}
+
+}  // namespace halflight::reference

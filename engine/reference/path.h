@@ -1,0 +1,41 @@
+// One path from the camera (SHADING.md, "Estimator").
+#pragma once
+
+#include <array>
+
+#include "engine/reference/lights.h"
+#include "engine/reference/random.h"
+#include "engine/reference/reference.h"
+#include "engine/reference/surface.h"
+#include "engine/reference/tracer.h"
+
+namespace halflight::reference {
+
+/// A scene with all that is derived from it.
+struct Prepared {
+    Tracer tracer;
+    Lights lights;
+    explicit Prepared(const Scene& scene) : tracer(scene), lights(tracer) {}
+};
+
+/// Radiance by the way it took; the arrays are indexed by Component.
+struct Radiance {
+    dvec3 emission{0};
+    std::array<dvec3, 2> direct{dvec3(0), dvec3(0)};
+    std::array<dvec3, 2> indirect{dvec3(0), dvec3(0)};
+
+    dvec3 sum() const { return emission + direct[0] + direct[1] + indirect[0] + indirect[1]; }
+    Radiance& operator+=(const Radiance& other);
+};
+
+struct PathResult {
+    Radiance radiance;
+    bool covered = false;  // the camera ray met a surface
+};
+
+PathResult trace_path(const Prepared& scene, const ReferenceSettings& settings, int x, int y, Random& random);
+
+/// What the ray through the pixel's centre meets; alpha `blend` is decided by a hash of seed and pixel.
+std::optional<Surface> first_surface(const Prepared& scene, const ReferenceSettings& settings, int x, int y);
+
+}  // namespace halflight::reference

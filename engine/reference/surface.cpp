@@ -1,0 +1,136 @@
+#include "engine/reference/surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/reference/texture.h"
+
+namespace halflight::reference {
+namespace {
+
+/// Attributes of a mesh at a point of one of its triangles.
+class Vertex {
+  public:
+    Vertex(const Mesh& mesh, int triangle, double u, double v)
+        : mesh_(mesh), index_(mesh.triangles[static_cast<std::size_t>(triangle)]), weight_(1 - u - v, u, v) {}
+
+    template <class T>
+    auto operator()(const std::vector<T>& values) const {
+        using Double = glm::vec<T::length(), double>;
+        return Double(values[index_.x]) * weight_.x + Double(values[index_.y]) * weight_.y +
+               Double(values[index_.z]) * weight_.z;
+    }
+    dvec2 uv(int set) const {
+        const std::vector<vec2>& values = mesh_.uvs[static_cast<std::size_t>(set)];
+        return values.empty() ? dvec2(0) : (*this)(values);
+    }
+    dvec4 color() const { return mesh_.colors.empty() ? dvec4(1) : (*this)(mesh_.colors); }
+    double tangent_sign() const { return mesh_.tangents[index_.x].w; }
+
+  private:
+    const Mesh& mesh_;
+    uvec3 index_;
+    dvec3 weight_;
+};
+
+/// White where there is no texture, so that factors stand alone.
+dvec4 lookup(const Scene& scene, const TextureRef& ref, const Vertex& vertex, Encoding encoding = Encoding::linear) {
+    return ref ? sample_texture(scene, ref, vertex.uv(ref.uv_set), encoding) : dvec4(1);
+}
+
+dvec4 base_color(const Scene& scene, const Material& m, const Vertex& vertex) {
+    return dvec4(m.base_color) * lookup(scene, m.base_color_texture, vertex, Encoding::srgb) * vertex.color();
+}
+
+dvec3 emission(const Scene& scene, const Material& m, const Vertex& vertex) {
+    if (m.emission == vec3(0)) return dvec3(0);
+    return dvec3(m.emission) * dvec3(lookup(scene, m.emission_texture, vertex, Encoding::srgb));
+}
+
+BsdfParameters look_up_parameters(const Scene& scene, const Material& m, const Vertex& vertex) {
+    const dvec4 metallic_roughness = lookup(scene, m.metallic_roughness_texture, vertex);
+    BsdfParameters p;
+    p.base_color = dvec3(base_color(scene, m, vertex));
+    p.metallic = m.metallic * metallic_roughness.b;
+    p.roughness = m.roughness * metallic_roughness.g;
+    p.specular = m.specular * lookup(scene, m.specular_texture, vertex).a;
+    p.specular_color = dvec3(m.specular_color) * dvec3(lookup(scene, m.specular_color_texture, vertex, Encoding::srgb));
+    p.ior = m.ior;
+    p.clearcoat = m.clearcoat * lookup(scene, m.clearcoat_texture, vertex).r;
+    p.clearcoat_roughness = m.clearcoat_roughness * lookup(scene, m.clearcoat_roughness_texture, vertex).g;
+    p.transmission = m.transmission * lookup(scene, m.transmission_texture, vertex).r;
+    return p;
+}
+
+dvec3 normalize_or(const dvec3& v, const dvec3& otherwise) {
+    const double length2 = dot(v, v);
+    return length2 > 0 ? v / std::sqrt(length2) : otherwise;
+}
+
+/// SHADING.md, "Surfaces".
+dvec3 bend_towards(const dvec3& n, const dvec3& wo) {
+    const double mu = dot(n, wo);
+    return mu > 0 ? n : normalize(n + wo * (1e-3 - mu));
+}
+
+/// The normals of base and coat: interpolated, mapped, turned to the side of n_g, bent towards wo.
+void find_normals(const Tracer& tracer, const Vertex& vertex, Surface& s) {
+    const Scene& scene = tracer.scene();
+    const Placed& placed = tracer.placed(s.triangle.instance);
+    const Material& m = tracer.material(s.triangle);
+    const dvec3 interpolated = normalize_or(placed.normals * vertex(placed.mesh->normals), s.n_g);
+    const double side = dot(interpolated, s.n_g) < 0 ? -1 : 1;
+
+    const auto mapped = [&](const TextureRef& texture, double scale) {
+        if (!texture || placed.mesh->tangents.empty()) return interpolated;
+        const dvec3 t = normalize_or(placed.linear * dvec3(vertex(placed.mesh->tangents)), dvec3(0));
+        const dvec3 b = cross(interpolated, t) * (vertex.tangent_sign() * placed.handedness);
+        const dvec3 texel = dvec3(lookup(scene, texture, vertex)) * 2.0 - 1.0;
+        return normalize_or(texel.x * scale * t + texel.y * scale * b + texel.z * interpolated, interpolated);
+    };
+    s.n = bend_towards(side * mapped(m.normal_texture, m.normal_scale), s.wo);
+    s.n_k = bend_towards(side * mapped(m.clearcoat_normal_texture, m.clearcoat_normal_scale), s.wo);
+}
+
+double norm1(const dvec3& v) {
+    return std::abs(v.x) + std::abs(v.y) + std::abs(v.z);
+}
+
+}  // namespace
+
+double offset_bound(const dvec3& p, const std::array<dvec3, 3>& corners) {
+    constexpr double kRoundings = 10 * 0x1p-24;
+    constexpr double kGamma = kRoundings / (1 - kRoundings);
+    const double extent = std::max({norm1(corners[0] - p), norm1(corners[1] - p), norm1(corners[2] - p)});
+    return kGamma * (norm1(p) + extent);
+}
+
+Surface make_surface(const Tracer& tracer, const ReferenceHit& hit, const dvec3& wo) {
+    Surface s;
+    s.triangle = {hit.instance, hit.triangle};
+    s.wo = wo;
+    const std::array<dvec3, 3> corners = tracer.corners(s.triangle);
+    s.position = (1 - hit.u - hit.v) * corners[0] + hit.u * corners[1] + hit.v * corners[2];
+    s.offset = offset_bound(s.position, corners);
+    s.n_g = normalize_or(cross(corners[1] - corners[0], corners[2] - corners[0]), wo);
+    if (dot(s.n_g, wo) < 0) s.n_g = -s.n_g;
+
+    const Material& material = tracer.material(s.triangle);
+    const Vertex vertex(*tracer.placed(hit.instance).mesh, hit.triangle, hit.u, hit.v);
+    find_normals(tracer, vertex, s);
+    s.unlit = material.unlit;
+    s.parameters = look_up_parameters(tracer.scene(), material, vertex);
+    s.emitted = s.unlit ? s.parameters.base_color : emission(tracer.scene(), material, vertex);
+    return s;
+}
+
+double coverage(const Tracer& tracer, const TriangleId& id, double u, double v) {
+    return base_color(tracer.scene(), tracer.material(id), Vertex(*tracer.placed(id.instance).mesh, id.triangle, u, v))
+        .a;
+}
+
+dvec3 emission(const Tracer& tracer, const TriangleId& id, double u, double v) {
+    return emission(tracer.scene(), tracer.material(id), Vertex(*tracer.placed(id.instance).mesh, id.triangle, u, v));
+}
+
+}  // namespace halflight::reference

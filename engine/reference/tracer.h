@@ -1,0 +1,71 @@
+// Geometry in Embree: all instances flattened, relative to the centre of the scene's bounds.
+#pragma once
+
+#include <embree3/rtcore.h>
+
+#include <array>
+#include <memory>
+#include <optional>
+#include <type_traits>
+#include <vector>
+
+#include "engine/core/math.h"
+#include "engine/reference/reference.h"
+#include "engine/scene/scene.h"
+
+namespace halflight::reference {
+
+struct TriangleId {
+    int instance = kNone;
+    int triangle = kNone;
+    bool operator==(const TriangleId&) const = default;
+};
+
+/// Triangles that a ray cannot meet because it starts or ends on them: exact where an offset can only bound.
+using Excluded = std::array<TriangleId, 2>;
+
+/// One instance as it lies in the world.
+struct Placed {
+    const Mesh* mesh = nullptr;
+    const vec3* vertices = nullptr;  // relative to Tracer::origin(); null where the mesh has no triangle
+    dmat3 linear{1};                 // of object_to_world
+    dmat3 normals{1};                // det(linear) / |det(linear)| times its cofactors: like the inverse transpose, but
+                                     // defined for flattened instances too; gives normals of any length
+    double handedness = 1;           // -1 where the instance mirrors
+    bool alpha_tested = false;       // any of its triangles is
+};
+
+/// Rays here are relative to origin().
+class Tracer {
+  public:
+    explicit Tracer(const Scene& scene);  ///< Keeps a reference.
+
+    std::optional<ReferenceHit> closest_hit(const ReferenceRay& ray, const AlphaTest& alpha,
+                                            const Excluded& excluded = {}) const;
+    bool occluded(const ReferenceRay& ray, const AlphaTest& alpha, const Excluded& excluded = {}) const;
+
+    const Scene& scene() const { return scene_; }
+    const dvec3& origin() const { return origin_; }
+    double radius() const { return radius_; }  ///< Of a sphere about the origin that holds everything.
+    const Placed& placed(int instance) const { return placed_[static_cast<std::size_t>(instance)]; }
+    const Material& material(const TriangleId& id) const;
+    std::array<dvec3, 3> corners(const TriangleId& id) const;
+
+  private:
+    struct Release {
+        void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+        void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+    };
+
+    void find_origin();
+    void attach(int instance);
+
+    const Scene& scene_;
+    dvec3 origin_{0};
+    double radius_ = 0;
+    std::vector<Placed> placed_;
+    std::unique_ptr<std::remove_pointer_t<RTCDevice>, Release> device_;
+    std::unique_ptr<std::remove_pointer_t<RTCScene>, Release> geometry_;
+};
+
+}  // namespace halflight::reference
