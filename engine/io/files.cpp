@@ -94,7 +94,8 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
     if (exists && S_ISDIR(old.st_mode)) throw Error(subject, "cannot write: {}", reason(EISDIR));
     if (exists && !S_ISREG(old.st_mode)) throw Error(subject, "cannot write: not a regular file");
     // rename() asks only the folder; a file that its owner made read-only is refused here.
-    if (exists && access(target.c_str(), W_OK) != 0) throw Error(subject, "cannot write: {}", reason(errno));
+    if (exists && faccessat(AT_FDCWD, target.c_str(), W_OK, AT_EACCESS) != 0)
+        throw Error(subject, "cannot write: {}", reason(errno));
 
     Temporary temporary(create_beside(target, subject));
     write(temporary.path);

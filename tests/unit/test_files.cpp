@@ -1,0 +1,172 @@
+// Atomic output and guarded reading.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <fstream>
+
+#include "engine/core/error.h"
+#include "engine/io/files.h"
+
+namespace halflight {
+namespace {
+
+namespace fs = std::filesystem;
+
+class Files : public testing::Test {
+  protected:
+    void SetUp() override {
+        folder_ = fs::path(testing::TempDir()) / fmt::format("halflight-files-{}", getpid());
+        fs::remove_all(folder_);
+        fs::create_directories(folder_);
+    }
+    void TearDown() override { fs::remove_all(folder_); }
+
+    std::size_t entries() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
+
+    fs::path folder_;
+};
+
+std::string error_of(const auto& call) {
+    try {
+        call();
+    } catch (const Error& e) {
+        return e.what();
+    }
+    return "no error";
+}
+
+TEST_F(Files, RoundTripOfAnyBytes) {
+    const std::string bytes("\0\n\r\xff text", 9);
+    write_file(folder_ / "a.bin", bytes);
+    EXPECT_EQ(read_file(folder_ / "a.bin", 9), bytes);
+    write_file(folder_ / "a.bin", "");
+    EXPECT_EQ(read_file(folder_ / "a.bin", 0), "");
+    EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(Files, NothingIsSeenBeforeItIsComplete) {
+    const fs::path path = folder_ / "image.exr";
+    write_file(path, "old");
+    write_atomically(path, [&](const fs::path& temporary) {
+        EXPECT_EQ(temporary.parent_path(), folder_);
+        EXPECT_EQ(temporary.extension(), ".exr");
+        std::ofstream(temporary) << "new";
+        EXPECT_EQ(read_file(path, 100), "old");
+    });
+    EXPECT_EQ(read_file(path, 100), "new");
+    EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(Files, AFailureLeavesTheOldFileAndNoTemporary) {
+    const fs::path path = folder_ / "a.txt";
+    write_file(path, "old");
+    const auto fail = [](const fs::path& temporary) {
+        std::ofstream(temporary) << "half of";
+        throw std::runtime_error("no more");
+    };
+    EXPECT_THROW(write_atomically(path, fail), std::runtime_error);
+    EXPECT_THROW(write_atomically(folder_ / "b.txt", fail), std::runtime_error);
+    EXPECT_EQ(read_file(path, 100), "old");
+    EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(Files, ErrorsNameTheFileAndTheReason) {
+    const std::string folder = folder_.string();
+    EXPECT_EQ(error_of([&] { write_file(folder_ / "no/a.txt", ""); }),
+              folder + "/no/a.txt: cannot write: No such file or directory");
+    EXPECT_EQ(error_of([&] { write_file(folder_, ""); }), folder + ": cannot write: Is a directory");
+    EXPECT_EQ(error_of([&] { write_file(folder + "/", ""); }), folder + "/: does not name a file to write");
+    EXPECT_EQ(error_of([&] { write_file("", ""); }), "output: does not name a file to write");
+    EXPECT_EQ(error_of([&] { write_file("/dev/full", "x"); }), "/dev/full: cannot write: not a regular file");
+    write_file(folder_ / "file", "");
+    EXPECT_EQ(error_of([&] { write_file(folder_ / "file/a.txt", ""); }),
+              folder + "/file/a.txt: cannot write: Not a directory");
+    EXPECT_EQ(error_of([&] { write_file(folder_ / std::string(300, 'x'), ""); }),
+              folder + "/" + std::string(300, 'x') + ": cannot write: File name too long");
+    EXPECT_EQ(entries(), 1u);
+
+    EXPECT_EQ(error_of([&] { read_file(folder_ / "none", 9); }),
+              folder + "/none: cannot read: No such file or directory");
+    EXPECT_EQ(error_of([&] { read_file(folder_, 9); }), folder + ": cannot read: Is a directory");
+    EXPECT_EQ(error_of([] { read_file("/dev/zero", 9); }), "/dev/zero: cannot read: not a regular file");
+    write_file(folder_ / "ten", "0123456789");
+    EXPECT_EQ(error_of([&] { read_file(folder_ / "ten", 9); }),
+              folder + "/ten: has 10 bytes, more than the limit of 9");
+    ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
+    EXPECT_EQ(error_of([&] { read_file(folder_ / "pipe", 9); }), folder + "/pipe: cannot read: not a regular file");
+}
+
+/// Root may write everywhere; for a while it becomes nobody.
+struct Nobody {
+    explicit Nobody(const fs::path& folder) {
+        if (geteuid() != 0) return;
+        constexpr uid_t kNobody = 65534;
+        EXPECT_EQ(chown(folder.c_str(), kNobody, kNobody), 0);
+        EXPECT_EQ(seteuid(kNobody), 0);
+    }
+    ~Nobody() { EXPECT_EQ(seteuid(getuid()), 0); }
+};
+
+TEST_F(Files, ReadOnlyFolderAndFile) {
+    const Nobody nobody(folder_);
+    const fs::path path = folder_ / "a.txt";
+    write_file(path, "old");
+    fs::permissions(path, fs::perms::owner_read);
+    EXPECT_EQ(error_of([&] { write_file(path, "new"); }), path.string() + ": cannot write: Permission denied");
+    fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
+    EXPECT_EQ(error_of([&] { write_file(folder_ / "b", "new"); }),
+              (folder_ / "b").string() + ": cannot write: Permission denied");
+    fs::permissions(folder_, fs::perms::owner_all);
+    EXPECT_EQ(read_file(path, 100), "old");
+}
+
+TEST_F(Files, PermissionsAreKeptAndOtherwiseFollowTheUmask) {
+    const auto mode = [&](const char* name) { return fs::status(folder_ / name).permissions(); };
+    const mode_t old = umask(027);
+    write_file(folder_ / "new", "");
+    umask(old);
+    EXPECT_EQ(mode("new"), fs::perms(0640));
+    fs::permissions(folder_ / "new", fs::perms(0604));
+    write_file(folder_ / "new", "again");
+    EXPECT_EQ(mode("new"), fs::perms(0604));
+}
+
+TEST_F(Files, SymbolicLinksAreFollowed) {
+    fs::create_directories(folder_ / "far");
+    write_file(folder_ / "far/target", "old");
+    fs::create_symlink("far/target", folder_ / "link");
+    fs::create_symlink("link", folder_ / "second");
+    write_file(folder_ / "second", "new");
+    EXPECT_EQ(read_file(folder_ / "far/target", 9), "new");
+    EXPECT_TRUE(fs::is_symlink(folder_ / "link"));
+    EXPECT_TRUE(fs::is_symlink(folder_ / "second"));
+    fs::create_symlink("far/later", folder_ / "dangling");
+    write_file(folder_ / "dangling", "made");
+    EXPECT_EQ(read_file(folder_ / "far/later", 9), "made");
+    fs::create_symlink("loop", folder_ / "loop");
+    EXPECT_NE(error_of([&] { write_file(folder_ / "loop", ""); }).find("symbolic links"), std::string::npos);
+}
+
+TEST_F(Files, AFullDiskIsNoticedByCloseAtTheLatest) {
+    CheckedFile file("/dev/full", "out.exr");
+    file.write("x", 1);  // buffered
+    EXPECT_EQ(error_of([&] { file.close(); }), "out.exr: cannot write: No space left on device");
+
+    CheckedFile swallowed("/dev/full", "out.exr");
+    const std::string much(1 << 20, 'x');
+    EXPECT_EQ(error_of([&] { swallowed.write(much.data(), much.size()); }),
+              "out.exr: cannot write: No space left on device");
+    EXPECT_EQ(error_of([&] { swallowed.close(); }), "out.exr: cannot write: No space left on device");
+}
+
+TEST_F(Files, KnowsLfsPointers) {
+    EXPECT_TRUE(is_lfs_pointer("version https://git-lfs.github.com/spec/v1\noid sha256:15258e\nsize 2616\n"));
+    EXPECT_FALSE(is_lfs_pointer("version"));
+    EXPECT_FALSE(is_lfs_pointer(""));
+}
+
+}  // namespace
+}  // namespace halflight
