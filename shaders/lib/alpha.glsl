@@ -1,0 +1,54 @@
+// Alpha coverage (SHADING.md, Surfaces). Needs shaders/scene_tables.glsl.
+#include "shaders/lib/hash.glsl"
+#include "shaders/lib/texture.glsl"
+#include "shaders/lib/vertex.glsl"
+#include "shaders/shared/material.h"
+
+struct Coverage {
+    float alpha;
+    float cutoff;  // kAlphaBlend; 0: opaque
+};
+
+#ifdef HALFLIGHT_ALPHA
+// u, v: weights of the triangle's second and third corner.
+Coverage coverage_at(uint triangle, float u, float v) {
+    uvec4 t = triangle_row(triangle);
+    int row = int(t.w & 0x00ffffffu) * kMaterialStride;
+    vec4 cutoff_slots = texelFetch(scene_materials, row + 5);
+    Coverage c;
+    c.alpha = texelFetch(scene_materials, row).a;
+    c.cutoff = cutoff_slots.x;
+    vec3 weights = vec3(1.0 - u - v, u, v);
+#ifdef HALFLIGHT_TEXTURE_BASE_COLOR
+    vec4 uvs = interpolate_uvs(t.xyz, weights);
+    c.alpha *= color_texture(floatBitsToUint(cutoff_slots.y), uvs.xy, uvs.zw).a;
+#endif
+#ifdef HALFLIGHT_VERTEX_COLORS
+    c.alpha *= interpolate_row(t.xyz, weights, HALFLIGHT_VERTEX_STRIDE - 1).a;
+#endif
+    return c;
+}
+#endif
+
+// Whether a ray that meets the triangle at barycentrics (u, v) hits it; the same for a ray whatever was met before.
+// key: ray_key(). True for opaque triangles. Blend accepts u < alpha for a u in [0, 1), so alpha 1 always, alpha 0 never.
+bool alpha_accept(uint triangle, uint instance, float u, float v, uint key) {
+#ifdef HALFLIGHT_ALPHA
+    Coverage c = coverage_at(triangle, u, v);
+    bool blend = c.cutoff == kAlphaBlend;
+    float random = unit_float(hash_combine(hash_combine(key, instance), triangle));
+    return blend ? random < c.alpha : c.alpha >= c.cutoff;
+#else
+    return true;
+#endif
+}
+
+// Expected share of rays for which alpha_accept is true, for light points picked on such a triangle.
+float alpha_share(uint triangle, float u, float v) {
+#ifdef HALFLIGHT_ALPHA
+    Coverage c = coverage_at(triangle, u, v);
+    return c.cutoff == kAlphaBlend ? clamp(c.alpha, 0.0, 1.0) : (c.alpha >= c.cutoff ? 1.0 : 0.0);
+#else
+    return 1.0;
+#endif
+}

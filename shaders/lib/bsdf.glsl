@@ -1,0 +1,192 @@
+// The BSDF of shaders/SHADING.md at one vertex, for one outgoing direction.
+#include "shaders/lib/material.glsl"
+#include "shaders/lib/microfacet.glsl"
+#include "shaders/lib/onb.glsl"
+#include "shaders/lib/sampling.glsl"
+
+// Everything that depends on wo alone is folded in: Fresnel mixture, multiple-scattering gain, coat attenuation.
+struct Bsdf {
+    vec3 geometric_normal;  // n_g
+    float p_diffuse;        // P_d of the estimator; of the glossy component: 1 - P_d
+    vec3 normal;            // n
+    float alpha;            // of specular and transmission; 0: mirror
+    vec3 diffuse;           // albedo
+    float p_transmission;   // among the glossy lobes
+    vec3 specular;          // the lobe is D G2 / (4 mu_o mu_i) (specular + specular_edge (1 - x)^5)
+    float p_coat;           // among the glossy lobes
+    vec3 specular_edge;
+    float coat_alpha;       // 0: mirror
+    vec3 transmission;      // times the mirrored D G2 / (4 mu_o mu_i)
+    float coat;             // times D G2 / (4 mu mu_i) F(0.04, 1, x)
+    vec3 coat_normal;       // n_k
+};
+
+const float kCoatF0 = 0.04;
+
+// M: gain of a lobe for the energy lost to multiple scattering (Turquin 2019, eq. 16).
+vec3 multiple_scattering_gain(vec3 f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
+
+float average(vec3 c) { return (c.r + c.g + c.b) * (1.0 / 3.0); }
+
+float ggx_alpha(float roughness) {
+    float alpha = roughness * roughness;
+    return alpha < kMirrorAlpha ? 0.0 : alpha;
+}
+
+Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
+    Bsdf b;
+    b.geometric_normal = geometric_normal;
+    b.normal = m.normal;
+    b.coat_normal = m.coat_normal;
+    b.alpha = ggx_alpha(m.roughness);
+
+    vec2 albedo = ggx_albedo(dot(m.normal, wo), b.alpha);
+    float whole = albedo.x + albedo.y;  // E_1
+    vec3 f0 = min(m.dielectric_f0 * m.specular_color, vec3(1.0)) * m.specular;
+    vec3 gain = multiple_scattering_gain(f0, whole);
+    vec3 metal = m.metallic * m.base_color * multiple_scattering_gain(m.base_color, whole);
+    vec3 metal_edge = m.metallic * (1.0 - m.base_color) * multiple_scattering_gain(m.base_color, whole);
+    b.specular = metal + (1.0 - m.metallic) * f0 * gain;
+    b.specular_edge = metal_edge + (1.0 - m.metallic) * (m.specular - f0) * gain;
+
+    vec3 reflected = gain * (f0 * albedo.x + m.specular * albedo.y);
+    float e_d = min(max(reflected.r, max(reflected.g, reflected.b)), 1.0);
+    vec3 base = (1.0 - m.metallic) * (1.0 - e_d) * m.base_color;
+    b.diffuse = base * (1.0 - m.transmission);
+    b.transmission = base * (m.transmission / whole);
+
+    b.coat = 0.0;
+    b.coat_alpha = 0.0;
+    float coat_albedo = 0.0;
+#ifdef HALFLIGHT_CLEARCOAT
+    b.coat_alpha = ggx_alpha(m.coat_roughness);
+    vec2 e_k = ggx_albedo(dot(m.coat_normal, wo), b.coat_alpha);
+    float coat_gain = multiple_scattering_gain(vec3(kCoatF0), e_k.x + e_k.y).x;
+    b.coat = m.coat * coat_gain;
+    coat_albedo = b.coat * (kCoatF0 * e_k.x + e_k.y);
+    b.diffuse *= 1.0 - coat_albedo;
+    b.specular *= 1.0 - coat_albedo;
+    b.specular_edge *= 1.0 - coat_albedo;
+    b.transmission *= 1.0 - coat_albedo;
+#endif
+
+    float diffuse = average(b.diffuse);
+    float specular = average(b.specular * whole + b.specular_edge * albedo.y);
+    float transmission = average(b.transmission) * whole;
+    float glossy = specular + transmission + coat_albedo;
+    float sum = diffuse + glossy;
+    b.p_diffuse = sum > 0.0 ? diffuse / sum : 1.0;  // black: either will do
+    b.p_transmission = glossy > 0.0 ? transmission / glossy : 0.0;
+    b.p_coat = glossy > 0.0 ? coat_albedo / glossy : 0.0;
+    return b;
+}
+
+// Value times |cosine|, by component; densities are conditional on the component. Mirror lobes count nothing.
+struct BsdfValue {
+    vec3 diffuse;
+    float pdf_diffuse;
+    vec3 glossy;
+    float pdf_glossy;
+};
+
+BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
+    float side_g = dot(b.geometric_normal, wi);
+    float side_n = dot(b.normal, wi);
+    bool reflected = side_g > 0.0 && side_n > 0.0;
+    BsdfValue value;
+    value.pdf_diffuse = reflected ? side_n * 0.318309886184 : 0.0;
+    value.diffuse = b.diffuse * value.pdf_diffuse;
+    value.glossy = vec3(0.0);
+    value.pdf_glossy = 0.0;
+#ifdef HALFLIGHT_GLOSSY
+    bool lobe = reflected;
+    vec3 scale = b.specular;
+    vec3 edge = b.specular_edge;
+    float p = 1.0 - b.p_transmission - b.p_coat;
+    vec3 folded = wi;
+#ifdef HALFLIGHT_TRANSMISSION
+    bool transmitted = side_g < 0.0 && side_n < 0.0;
+    lobe = lobe || transmitted;
+    scale = transmitted ? b.transmission : scale;
+    edge = transmitted ? vec3(0.0) : edge;
+    p = transmitted ? b.p_transmission : p;
+    folded = transmitted ? wi - 2.0 * side_n * b.normal : wi;
+#endif
+    if (lobe && b.alpha > 0.0) {
+        GgxValue ggx = ggx_evaluate(b.normal, b.alpha, wo, folded);
+        value.glossy = ggx.scattered * (scale + edge * ggx.schlick);
+        value.pdf_glossy = p * ggx.pdf;
+    }
+#ifdef HALFLIGHT_CLEARCOAT
+    if (b.coat > 0.0 && b.coat_alpha > 0.0 && side_g > 0.0 && dot(b.coat_normal, wi) > 0.0) {
+        GgxValue ggx = ggx_evaluate(b.coat_normal, b.coat_alpha, wo, wi);
+        value.glossy += vec3(ggx.scattered * b.coat * mix(ggx.schlick, 1.0, kCoatF0));
+        value.pdf_glossy += b.p_coat * ggx.pdf;
+    }
+#endif
+#endif
+    return value;
+}
+
+struct BsdfSample {
+    vec3 direction;  // unit
+    float pdf;       // conditional on the component; 0: mirror direction, or no sample
+    vec3 weight;     // value |cosine| / pdf, conditional on the component; 0: the path ends
+};
+
+BsdfSample sample_diffuse(Bsdf b, vec3 wo, vec2 xi) {
+    vec3 local = sample_cosine(xi);
+    BsdfSample s;
+    s.direction = basis_around(b.normal) * local;
+    bool usable = local.z > 0.0 && dot(s.direction, b.geometric_normal) > 0.0;
+    s.pdf = usable ? local.z * 0.318309886184 : 0.0;
+    s.weight = usable ? b.diffuse : vec3(0.0);
+    return s;
+}
+
+// choice: uniform, picks specular, transmission or coat.
+BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
+    bool coat = false;
+    bool transmitted = false;
+    vec3 n = b.normal;
+    float alpha = b.alpha;
+    float p = 1.0 - b.p_transmission - b.p_coat;
+#ifdef HALFLIGHT_CLEARCOAT
+    coat = choice < b.p_coat;
+    n = coat ? b.coat_normal : n;
+    alpha = coat ? b.coat_alpha : alpha;
+    p = coat ? b.p_coat : p;
+#endif
+#ifdef HALFLIGHT_TRANSMISSION
+    transmitted = !coat && choice < b.p_coat + b.p_transmission;
+    p = transmitted ? b.p_transmission : p;
+#endif
+    bool mirror = alpha == 0.0;
+    mat3 basis = basis_around(n);
+    vec3 wo_local = wo * basis;
+    wo_local.z = max(wo_local.z, 1e-20);  // bent normals see wo; this is for the product's rounding
+    vec3 h = mirror ? vec3(0.0, 0.0, 1.0) : sample_visible_normal(wo_local, alpha, xi);
+    float x = dot(wo_local, h);
+    vec3 local = 2.0 * x * h - wo_local;
+    bool usable = local.z > 0.0;
+    local.z = transmitted ? -local.z : local.z;
+    vec3 wi = normalize(basis * local);
+    float side_g = dot(wi, b.geometric_normal);
+    usable = usable && (transmitted ? side_g < 0.0 : side_g > 0.0);
+
+    BsdfSample s;
+    s.direction = wi;
+    BsdfValue value = evaluate_bsdf(b, wo, wi);
+    s.pdf = value.pdf_glossy;
+    s.weight = usable && s.pdf > 0.0 ? value.glossy / s.pdf : vec3(0.0);
+    if (mirror) {
+        float rest = 1.0 - clamp(x, 0.0, 1.0);
+        float schlick = rest * rest * rest * rest * rest;
+        vec3 reflectance = coat          ? vec3(b.coat * mix(schlick, 1.0, kCoatF0))
+                           : transmitted ? b.transmission
+                                         : b.specular + b.specular_edge * schlick;
+        s.pdf = 0.0;
+        s.weight = usable && p > 0.0 ? reflectance / p : vec3(0.0);
+    }
+    return s;
+}

@@ -1,0 +1,137 @@
+// Next-event estimation: one of all lights, picked by its share of the power. Needs shaders/scene_tables.glsl.
+#include "shaders/lib/alpha.glsl"
+#include "shaders/lib/environment.glsl"
+#include "shaders/lib/offset.glsl"
+#include "shaders/lib/sampling.glsl"
+#include "shaders/shared/light.h"
+#include "shaders/shared/rays.h"
+
+struct LightSample {
+    vec3 direction;  // unit, towards the light
+    float pdf;       // per solid angle, with the choice of the light; 0: a delta light, which BSDF sampling cannot meet
+    vec3 weight;     // radiance / pdf; delta lights: irradiance at normal incidence / probability. 0: nothing to see
+    bool at_infinity;
+    vec3 end;        // what the shadow ray ends at, on this side of the light's surface; unless at infinity
+};
+
+#ifdef HALFLIGHT_LIGHTS
+void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi, inout LightSample s) {
+    vec4 edge1_triangle = texelFetch(scene_lights, row + 1);
+    vec4 edge2_bound = texelFetch(scene_lights, row + 2);
+    vec2 at = sample_triangle(xi);
+    vec3 point = head.xyz + at.x * edge1_triangle.xyz + at.y * edge2_bound.xyz;
+    vec3 extent = max(abs(edge1_triangle.xyz), abs(edge2_bound.xyz));
+    float scale = 1.0 / max(max(extent.x, extent.y), max(extent.z, 1e-30));  // see face_vector
+    vec3 face = cross(edge1_triangle.xyz * scale, edge2_bound.xyz * scale);
+    vec3 normal = face * inversesqrt(max(dot(face, face), 1e-30));
+    vec3 to_light = point - position;
+    normal = dot(normal, to_light) > 0.0 ? -normal : normal;
+    s.end = point + edge2_bound.w * normal;
+    float square = dot(to_light, to_light);
+    s.direction = to_light * inversesqrt(max(square, 1e-37));
+    float cosine = -dot(normal, s.direction);
+    s.pdf = last.w * square / cosine;
+    vec3 emission = last.rgb;
+    uint triangle = floatBitsToUint(edge1_triangle.w);
+#ifdef HALFLIGHT_TEXTURE_EMISSION
+    uvec4 t = triangle_row(triangle);
+    uint slot = floatBitsToUint(texelFetch(scene_materials, int(t.w & 0x00ffffffu) * kMaterialStride + 6).x);
+    vec4 uvs = interpolate_uvs(t.xyz, vec3(1.0 - at.x - at.y, at));
+    emission *= color_texture(slot, uvs.xy, uvs.zw).rgb;
+#endif
+    emission *= alpha_share(triangle, at.x, at.y);
+    // Edge-on the light covers no solid angle; a point on the light itself is no place to be lit from it.
+    bool visible = cosine > 0.0 && square > 0.0 && s.pdf > 0.0 && !isinf(s.pdf);
+    s.pdf = visible ? s.pdf : 0.0;
+    s.weight = visible ? emission / s.pdf : vec3(0.0);
+}
+
+void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 last, inout LightSample s) {
+    vec4 axis = texelFetch(scene_lights, row + 1);
+    float cone_scale = texelFetch(scene_lights, row + 2).x;
+    vec3 to_light = head.xyz - position;
+    float square = dot(to_light, to_light);
+    bool directional = kind == kLightDirectional;
+    s.direction = directional ? -axis.xyz : to_light * inversesqrt(max(square, 1e-37));
+    float cone = clamp((dot(-s.direction, axis.xyz) - axis.w) * cone_scale, 0.0, 1.0);
+    float falloff = directional ? 1.0 : (square > 0.0 ? 1.0 / square : 0.0);
+    falloff *= kind == kLightSpot ? cone * cone : 1.0;
+    s.weight = last.rgb * (isinf(falloff) ? 0.0 : falloff / last.w);
+    s.end = head.xyz;
+    s.at_infinity = directional;
+}
+#endif
+
+// choice: 32 uniform bits that pick the light; xi: the point on it. position: relative to the tables' origin.
+LightSample sample_light(vec3 position, uint choice, vec2 xi) {
+    LightSample s;
+    s.direction = vec3(0.0, 0.0, 1.0);
+    s.pdf = 0.0;
+    s.weight = vec3(0.0);
+    s.at_infinity = false;
+    s.end = position;
+#ifdef HALFLIGHT_LIGHTS
+    uint light, fraction;
+    umulExtended(choice, uint(textureSize(light_alias)), light, fraction);
+    vec2 alias = texelFetch(light_alias, int(light)).xy;
+    float u = unit_float(fraction);
+    bool keep = u < alias.x;
+    light = keep ? light : floatBitsToUint(alias.y);
+    int row = int(light) * kLightStride;
+    vec4 head = texelFetch(scene_lights, row);
+    vec4 last = texelFetch(scene_lights, row + 3);
+    uint kind = floatBitsToUint(head.w);
+#ifdef HALFLIGHT_AREA_LIGHTS
+    if (kind == kLightTriangle) sample_triangle_light(position, row, head, last, xi, s);
+#endif
+#ifdef HALFLIGHT_PUNCTUAL_LIGHTS
+    if (kind >= kLightPoint && kind <= kLightDirectional) sample_punctual_light(position, row, kind, head, last, s);
+#endif
+#ifdef HALFLIGHT_ENVIRONMENT
+    if (kind == kLightEnvironment) {
+        // What the decision left of `choice` is uniform and still stratified. It picks the cell; a hash fills the bits
+        // below its resolution, which is 2^-32 per light, or 2^-24, of the share that led here.
+        float low = keep ? 0.0 : alias.x;
+        float share = keep ? alias.x : 1.0 - alias.x;
+        float resolution = max(float(textureSize(light_alias)), 256.0) / share;
+        uint mask = (2u << findMSB(uint(min(resolution, 1e9)))) - 1u;
+        uint rest = uint(clamp((u - low) / share, 0.0, 0.99999994) * 4294967296.0);
+        EnvironmentSample e = sample_environment((rest & ~mask) | (hash_u32(choice) & mask), xi);
+        s.direction = e.direction;
+        s.pdf = e.pdf;
+        s.weight = e.pdf > 0.0 ? e.radiance / e.pdf : vec3(0.0);
+        s.at_infinity = true;
+    }
+#endif
+#endif
+    return s;
+}
+
+// Density per solid angle with which sample_light() at a point picks what a ray of unit direction from there hits, at
+// `distance`, on a surface of geometric normal n_g. 0 for what is no light.
+float light_pdf(Hit hit, vec3 direction, float distance, vec3 geometric_normal) {
+#ifdef HALFLIGHT_AREA_LIGHTS
+    uint rank = texelFetch(light_of_triangle, int(hit.triangle)).x;
+    if (rank == kNoLight) return 0.0;
+    uint first = 0u;
+#ifdef HALFLIGHT_INSTANCES
+    first = texelFetch(light_of_triangle, textureSize(scene_triangles) + int(hit.instance)).x;
+#endif
+    float density = texelFetch(scene_lights, int(first + rank) * kLightStride + 3).w;
+    float cosine = abs(dot(direction, geometric_normal));
+    return cosine > 0.0 ? density * distance * distance / cosine : 0.0;
+#else
+    return 0.0;
+#endif
+}
+
+// From a surface (position, its error bound, n_g) to the light; t = 1 is the light. Roundings of the tracer's t near 1:
+// the end already lies on this side of the light by its error bound.
+Ray shadow_ray(vec3 position, vec3 position_error, vec3 geometric_normal, LightSample s) {
+    Ray ray;
+    ray.origin = offset_ray_origin(position, position_error, geometric_normal, s.direction);
+    ray.t_min = 0.0;
+    ray.direction = s.at_infinity ? s.direction : s.end - ray.origin;
+    ray.t_max = s.at_infinity ? uintBitsToFloat(0x7f800000u) : 1.0 - rounding_bound(8.0);
+    return ray;
+}

@@ -1,0 +1,70 @@
+// Isotropic GGX (Trowbridge-Reitz) with the height-correlated Smith term. alpha in [1e-4, 1], cosines > 0, float throughout.
+#include "shaders/shared/albedo.h"
+
+const float kMirrorAlpha = 1e-4;  // below: a perfect mirror (SHADING.md)
+
+// D; `cross_squared` = |h x n|^2, which keeps its precision where cos(h, n) has rounded to 1.
+float ggx_density(float cosine, float cross_squared, float alpha) {
+    float a2 = alpha * alpha;
+    float k = cross_squared / a2 + cosine * cosine;
+    return 0.318309886184 / (a2 * k * k);
+}
+
+// sqrt(alpha^2 + (1 - alpha^2) cos^2): Lambda = (L / cos - 1) / 2 (Heitz 2014, eq. 72).
+float ggx_root(float cosine, float alpha) {
+    float a2 = alpha * alpha;
+    return sqrt(a2 + (1.0 - a2) * cosine * cosine);
+}
+
+// What one lobe gives towards one direction; reflection and mirrored transmission alike.
+struct GgxValue {
+    float scattered;  // D G2 / (4 mu_o mu_i), times mu_i
+    float pdf;        // of visible-normal sampling, per solid angle
+    float schlick;    // (1 - dot(wo, h))^5
+};
+
+// wo, wi: unit, dot(n, wi) > 0. G2 and pdf in the forms where the cosines cancel, so that nothing is 0 / 0.
+GgxValue ggx_evaluate(vec3 n, float alpha, vec3 wo, vec3 wi) {
+    vec3 sum = wo + wi;
+    vec3 h = sum * inversesqrt(max(dot(sum, sum), 1e-30));  // opposite directions, both grazing: no half vector, D ~ 0
+    vec3 across = cross(h, n);
+    float density = ggx_density(dot(h, n), dot(across, across), alpha);
+    float mu_o = max(dot(n, wo), 0.0);  // n is bent towards wo, but for rounding
+    float mu_i = dot(n, wi);
+    float root_o = ggx_root(mu_o, alpha);
+    float root_i = ggx_root(mu_i, alpha);
+    float rest = 1.0 - clamp(dot(wo, h), 0.0, 1.0);
+    GgxValue value;
+    value.scattered = 0.5 * density / (mu_o * root_i / mu_i + root_o);
+    value.pdf = 0.5 * density / (mu_o + root_o);
+    value.schlick = rest * rest * rest * rest * rest;
+    return value;
+}
+
+// A visible normal of the lobe around +z (Dupuy and Benyoub 2023, Sampling Visible GGX Normals with Spherical Caps).
+// wo.z > 0.
+vec3 sample_visible_normal(vec3 wo, float alpha, vec2 xi) {
+    vec3 stretched = normalize(vec3(alpha * wo.xy, wo.z));
+    float z = (1.0 - xi.y) * (1.0 + stretched.z) - stretched.z;
+    float sine = sqrt(max(0.0, (1.0 - z) * (1.0 + z)));
+    float phi = 6.28318530718 * xi.x;
+    vec3 h = vec3(sine * cos(phi), sine * sin(phi), z) + stretched;
+    // h.z >= 0 up to rounding; the floor leaves a normal where all of h has cancelled.
+    return normalize(vec3(alpha * h.xy, max(h.z, 1e-20)));
+}
+
+// Directional albedo of the lobe (SHADING.md): x = E_A, y = E_B. The table's axes are described in
+// engine/scene/albedo.h.
+vec2 ggx_albedo(float cosine, float alpha) {
+    float rest = 1.0 - clamp(cosine, 0.0, 1.0);
+    float edge = rest * rest * rest * rest * rest;
+    if (alpha < kMirrorAlpha) return vec2(1.0 - edge, edge);
+    vec2 size = vec2(textureSize(albedo_table, 0));
+    vec2 at = albedo_coordinates(clamp(cosine, 0.0, 1.0), alpha) * (size - 1.0);
+    vec2 cell = min(floor(at), size - 2.0);
+    vec2 f = at - cell;
+    ivec2 c = ivec2(cell);
+    vec2 low = mix(texelFetch(albedo_table, c, 0).rg, texelFetch(albedo_table, c + ivec2(1, 0), 0).rg, f.x);
+    vec2 high = mix(texelFetch(albedo_table, c + ivec2(0, 1), 0).rg, texelFetch(albedo_table, c + ivec2(1, 1), 0).rg, f.x);
+    return mix(low, high, f.y);
+}

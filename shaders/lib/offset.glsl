@@ -1,0 +1,13 @@
+// Origins of new rays, off the surface by a bound of the hit's error instead of by a constant (pbrt-v4, section 6.8).
+
+// n roundings of floats, each of relative error 2^-24 (Higham 2002, section 3.1).
+float rounding_bound(float n) {
+    float e = n * 5.9604644775390625e-8;
+    return e / (1.0 - e);
+}
+
+// position_error: bound per axis; normal: unit, geometric. To the side of `direction`.
+vec3 offset_ray_origin(vec3 position, vec3 position_error, vec3 normal, vec3 direction) {
+    float distance = dot(abs(normal), position_error);
+    return position + (dot(normal, direction) < 0.0 ? -distance : distance) * normal;
+}

@@ -1,0 +1,16 @@
+// Orthonormal bases and the sphere.
+
+// Columns: two tangents and n. Continuous except at n.z = 0 (Duff et al. 2017, Building an Orthonormal Basis, Revisited).
+mat3 basis_around(vec3 n) {
+    float s = n.z >= 0.0 ? 1.0 : -1.0;
+    float a = -1.0 / (s + n.z);
+    float b = n.x * n.y * a;
+    return mat3(vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3(b, s + n.y * n.y * a, -n.y), n);
+}
+
+// cosine in [-1, 1] towards +z, turn in [0, 1]
+vec3 sphere_direction(float cosine, float turn) {
+    float sine = sqrt(max(0.0, 1.0 - cosine * cosine));
+    float phi = 6.28318530718 * turn;
+    return vec3(sine * cos(phi), sine * sin(phi), cosine);
+}

@@ -1,0 +1,31 @@
+// Maps from the unit square.
+
+// Unit vector around +z with density cos / pi, by the concentric map (Shirley and Chiu 1997): a square's strata stay
+// compact on the disk.
+vec3 sample_cosine(vec2 xi) {
+    vec2 p = 2.0 * xi - 1.0;
+    bool wide = abs(p.x) > abs(p.y);
+    float radius = wide ? p.x : p.y;
+    float ratio = wide ? p.y / p.x : (p.y != 0.0 ? p.x / p.y : 0.0);
+    float phi = 0.785398163397 * ratio;
+    vec2 around = wide ? vec2(cos(phi), sin(phi)) : vec2(sin(phi), cos(phi));
+    // 1 - radius^2 by factors keeps the cosine's precision at the rim.
+    return vec3(radius * around, sqrt((1.0 - abs(radius)) * (1.0 + abs(radius))));
+}
+
+// Weights of a triangle's second and third corner, uniform per area (Heitz 2019, A Low-Distortion Map Between Triangle
+// and Square).
+vec2 sample_triangle(vec2 xi) {
+    return xi.y > xi.x ? vec2(0.5 * xi.x, xi.y - 0.5 * xi.x) : vec2(xi.x - 0.5 * xi.y, 0.5 * xi.y);
+}
+
+// Weight of a sample drawn with density a where another technique has density b (Veach 1997, section 9.2.4, beta = 2).
+// The division first keeps squares of large densities finite. a = 0 and b = 0: 0.
+float power_heuristic(float a, float b) {
+    if (a <= b) {
+        float r = b > 0.0 ? a / b : 0.0;
+        return r * r / (1.0 + r * r);
+    }
+    float r = b / a;
+    return 1.0 / (1.0 + r * r);
+}

@@ -1,0 +1,100 @@
+// Geometry at a hit. Needs shaders/scene_tables.glsl.
+#include "shaders/lib/offset.glsl"
+#include "shaders/lib/vertex.glsl"
+#include "shaders/shared/rays.h"
+
+struct Surface {
+    vec3 position;          // relative to the tables' origin
+    vec3 position_error;    // bound per axis, for offset_ray_origin
+    vec3 geometric_normal;  // n_g: unit, on the side of wo
+    vec3 normal;            // interpolated, unit, on the side of n_g; neither normal-mapped nor bent
+    uint material;
+#ifdef HALFLIGHT_TEXTURES
+    vec2 uv0;
+    vec2 uv1;
+#endif
+#ifdef HALFLIGHT_NORMAL_MAPS
+    vec4 tangent;  // unit, with the sign that `normal` has; w: bitangent = cross(normal, tangent) * w; 0: no tangent
+#endif
+#ifdef HALFLIGHT_VERTEX_COLORS
+    vec4 color;
+#endif
+};
+
+// Perpendicular to two edges, of no particular length. Scaling first keeps products of four lengths within a float.
+vec3 face_vector(vec3 e1, vec3 e2) {
+    vec3 extent = max(abs(e1), abs(e2));
+    float scale = 1.0 / max(max(extent.x, extent.y), max(extent.z, 1e-30));
+    return cross(e1 * scale, e2 * scale);
+}
+
+// direction: of the ray that hit, of any length; wo = -direction. Precondition: the hit is no miss.
+Surface surface_at(Hit hit, vec3 direction) {
+    uvec4 triangle = triangle_row(hit.triangle);
+    vec3 weights = vec3(1.0 - hit.u - hit.v, hit.u, hit.v);
+    vec3 a = corner_position(triangle.x);
+    vec3 b = corner_position(triangle.y);
+    vec3 c = corner_position(triangle.z);
+    Surface s;
+    s.material = triangle.w & 0x00ffffffu;
+    s.position = weights.x * a + weights.y * b + weights.z * c;
+    // pbrt-v4 6.8.4: seven roundings; two more for adding the offset to the position (offset_ray_origin).
+    s.position_error = rounding_bound(9.0) * (abs(weights.x * a) + abs(weights.y * b) + abs(weights.z * c));
+    vec3 face = face_vector(b - a, c - a);
+    vec4 normal_u = interpolate_row(triangle.xyz, weights, kVertexNormalTexel);
+    vec3 normal = normal_u.xyz;
+#ifdef HALFLIGHT_TEXTURES
+    vec4 uv_rest = interpolate_row(triangle.xyz, weights, kVertexUvTexel);
+    s.uv0 = vec2(normal_u.w, uv_rest.x);
+    s.uv1 = uv_rest.yz;
+#endif
+#ifdef HALFLIGHT_NORMAL_MAPS
+    vec3 tangent = interpolate_row(triangle.xyz, weights, kVertexTangentTexel).xyz;
+    float handedness = uv_rest.w < 0.0 ? -1.0 : 1.0;
+#endif
+#ifdef HALFLIGHT_VERTEX_COLORS
+    s.color = interpolate_row(triangle.xyz, weights, HALFLIGHT_VERTEX_STRIDE - 1);
+#endif
+#ifdef HALFLIGHT_INSTANCES
+    vec4 m0 = instance_row(hit.instance, kInstanceBlockToWorld, 0);
+    vec4 m1 = instance_row(hit.instance, kInstanceBlockToWorld, 1);
+    vec4 m2 = instance_row(hit.instance, kInstanceBlockToWorld, 2);
+    mat3 inverse_rows = mat3(instance_row(hit.instance, kInstanceWorldToBlock, 0).xyz,
+                             instance_row(hit.instance, kInstanceWorldToBlock, 1).xyz,
+                             instance_row(hit.instance, kInstanceWorldToBlock, 2).xyz);
+    vec4 p = vec4(s.position, 1.0);
+    vec3 world = vec3(dot(m0, p), dot(m1, p), dot(m2, p));
+    // Placing the point, and the tracer's bringing of rays to block space by the rounded inverse, which is off by one
+    // rounding of each product W x and, seen from the world, by |M| times that: all within four roundings of the sums
+    // of absolute values, |M| (|p| + |W| |world - t| + |W t|) <= |M| (|p| + |W| (|world| + 2 |t|)).
+    vec3 translation = vec3(m0.w, m1.w, m2.w);
+    vec3 reach = abs(world) + 2.0 * abs(translation);
+    vec3 in_block = abs(s.position) + reach * mat3(abs(inverse_rows[0]), abs(inverse_rows[1]), abs(inverse_rows[2]));
+    vec3 spread = s.position_error + rounding_bound(5.0) * in_block;
+    s.position_error = vec3(dot(abs(m0.xyz), spread), dot(abs(m1.xyz), spread), dot(abs(m2.xyz), spread)) +
+                       rounding_bound(5.0) * (abs(world) + abs(translation));
+    s.position = world;
+    face = inverse_rows * face;      // the rows of W as columns: by the transpose of W
+    normal = inverse_rows * normal;
+#ifdef HALFLIGHT_NORMAL_MAPS
+    tangent = vec3(dot(m0.xyz, tangent), dot(m1.xyz, tangent), dot(m2.xyz, tangent));
+    handedness *= dot(cross(m0.xyz, m1.xyz), m2.xyz) < 0.0 ? -1.0 : 1.0;
+#endif
+#endif
+    // Where the cross product of a sliver is lost to rounding, any normal will do: the one that faces the ray.
+    float face_squared = dot(face, face);
+    face = face_squared > 0.0 ? face * inversesqrt(face_squared) : -normalize(direction);
+    s.geometric_normal = dot(face, direction) > 0.0 ? -face : face;
+    // Normals that cancel out leave the face's.
+    float length_squared = dot(normal, normal);
+    normal = length_squared > 0.0 ? normal * inversesqrt(length_squared) : s.geometric_normal;
+    float side = dot(normal, s.geometric_normal) < 0.0 ? -1.0 : 1.0;
+    s.normal = side * normal;
+#ifdef HALFLIGHT_NORMAL_MAPS
+    float tangent_squared = dot(tangent, tangent);
+    bool has_tangent = tangent_squared > 0.0;
+    s.tangent = vec4(has_tangent ? tangent * (side * inversesqrt(tangent_squared)) : vec3(0.0),
+                     has_tangent ? side * handedness : 0.0);
+#endif
+    return s;
+}

@@ -1,0 +1,64 @@
+// Texture lookups: level 0, bilinear or nearest, wraps and transforms of glTF. Needs shaders/scene_tables.glsl.
+#include "shaders/shared/texture.h"
+
+struct TexelFootprint {
+    ivec4 texel;  // upper left, upper right, lower left, lower right
+    vec2 weight;  // of the right and of the lower ones
+};
+
+// One axis of a lookup at coordinate s, in texels of an axis that has `size` of them.
+void wrap_axis(float s, int size, uint wrap, bool nearest, out int first, out int second, out float weight) {
+    bool repeat = wrap == kWrapRepeat;
+    float folded = repeat                        ? fract(s)
+                   : wrap == kWrapMirroredRepeat ? 1.0 - abs(1.0 - 2.0 * fract(0.5 * s))
+                                                 : clamp(s, 0.0, 1.0);
+    float x = folded * float(size) - (nearest ? 0.0 : 0.5);
+    float cell = floor(x);
+    weight = nearest ? 0.0 : x - cell;
+    first = int(cell);
+    second = first + 1;
+    first = first < 0 && repeat ? size - 1 : first;
+    second = second >= size && repeat ? 0 : second;
+    first = clamp(first, 0, size - 1);  // also what keeps a NaN coordinate inside of the pool
+    second = clamp(second, 0, size - 1);
+}
+
+TexelFootprint texture_footprint(uint descriptor, vec2 uv0, vec2 uv1) {
+    int row = int(descriptor) * kTextureStride;
+    uvec4 head = texelFetch(scene_textures, row);
+    uint flags = head.w;
+    vec2 uv = (flags & kTextureUvSet1) != 0u ? uv1 : uv0;
+#ifdef HALFLIGHT_TEXTURE_TRANSFORMS
+    uv = vec2(dot(uintBitsToFloat(texelFetch(scene_textures, row + 1).xyz), vec3(uv, 1.0)),
+              dot(uintBitsToFloat(texelFetch(scene_textures, row + 2).xyz), vec3(uv, 1.0)));
+#endif
+    bool nearest = (flags & kTextureNearest) != 0u;
+    ivec2 size = ivec2(head.yz);
+    ivec2 first, second;
+    TexelFootprint f;
+    wrap_axis(uv.x, size.x, flags & kTextureWrapMask, nearest, first.x, second.x, f.weight.x);
+    wrap_axis(uv.y, size.y, (flags >> kTextureWrapVShift) & kTextureWrapMask, nearest, first.y, second.y, f.weight.y);
+    ivec2 rows = int(head.x) + ivec2(first.y, second.y) * size.x;
+    f.texel = ivec4(rows.x + first.x, rows.x + second.x, rows.y + first.x, rows.y + second.x);
+    return f;
+}
+
+vec4 blend_footprint(TexelFootprint f, vec4 a, vec4 b, vec4 c, vec4 d) {
+    return mix(mix(a, b, f.weight.x), mix(c, d, f.weight.x), f.weight.y);
+}
+
+// Linear colour and alpha; 1 where the slot is empty.
+vec4 color_texture(uint descriptor, vec2 uv0, vec2 uv1) {
+    if (descriptor == kNoTexture) return vec4(1.0);
+    TexelFootprint f = texture_footprint(descriptor, uv0, uv1);
+    return blend_footprint(f, texelFetch(color_texels, f.texel.x), texelFetch(color_texels, f.texel.y),
+                           texelFetch(color_texels, f.texel.z), texelFetch(color_texels, f.texel.w));
+}
+
+// Data in [0, 1]; 1 where the slot is empty.
+vec4 data_texture(uint descriptor, vec2 uv0, vec2 uv1) {
+    if (descriptor == kNoTexture) return vec4(1.0);
+    TexelFootprint f = texture_footprint(descriptor, uv0, uv1);
+    return blend_footprint(f, texelFetch(data_texels, f.texel.x), texelFetch(data_texels, f.texel.y),
+                           texelFetch(data_texels, f.texel.z), texelFetch(data_texels, f.texel.w));
+}

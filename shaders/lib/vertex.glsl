@@ -1,0 +1,17 @@
+// Vertex attributes (shaders/shared/vertex.h). Needs shaders/scene_tables.glsl.
+#include "shaders/shared/vertex.h"
+
+vec4 vertex_row(uint vertex, int texel) {
+    return texelFetch(scene_vertices, int(vertex) * HALFLIGHT_VERTEX_STRIDE + texel);
+}
+
+vec4 interpolate_row(uvec3 corners, vec3 weights, int texel) {
+    return weights.x * vertex_row(corners.x, texel) + weights.y * vertex_row(corners.y, texel) +
+           weights.z * vertex_row(corners.z, texel);
+}
+
+// uv set 0 in xy, uv set 1 in zw
+vec4 interpolate_uvs(uvec3 corners, vec3 weights) {
+    return vec4(interpolate_row(corners, weights, kVertexNormalTexel).w,
+                interpolate_row(corners, weights, kVertexUvTexel).xyz);
+}

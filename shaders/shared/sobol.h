@@ -1,0 +1,101 @@
+// Owen-scrambled Sobol points, one copy for C++ and GLSL: padded pairs of the first two Sobol dimensions with shuffled
+// indices (Burley 2020, Practical Hash-based Owen Scrambling, JCGT 9(4)); the Laine-Karras hash with the constants of
+// Vegdahl 2021, "Building a Better LK Hash". Everything is 32-bit integer arithmetic, hence the same bits everywhere.
+#ifndef HALFLIGHT_SHARED_SOBOL_H
+#define HALFLIGHT_SHARED_SOBOL_H
+
+#include "shaders/shared/portable.h"
+
+HALFLIGHT_SHARED_BEGIN
+
+#ifdef __cplusplus
+inline uint bitfieldReverse(uint v) {
+    v = (v >> 16) | (v << 16);
+    v = ((v >> 8) & 0x00ff00ffu) | ((v & 0x00ff00ffu) << 8);
+    v = ((v >> 4) & 0x0f0f0f0fu) | ((v & 0x0f0f0f0fu) << 4);
+    v = ((v >> 2) & 0x33333333u) | ((v & 0x33333333u) << 2);
+    return ((v >> 1) & 0x55555555u) | ((v & 0x55555555u) << 1);
+}
+#endif
+
+// A permutation of 32-bit words that mixes well (Wellons 2018, "Prospecting for Hash Functions", lowbias32).
+HALFLIGHT_SHARED_FUNCTION uint hash_u32(uint v) {
+    v ^= v >> 16;
+    v *= 0x7feb352du;
+    v ^= v >> 15;
+    v *= 0x846ca68bu;
+    return v ^ (v >> 16);
+}
+
+// Order matters.
+HALFLIGHT_SHARED_FUNCTION uint hash_combine(uint seed, uint v) { return hash_u32(seed ^ (v * 0x9e3779b9u + 0x85ebca6bu)); }
+
+// Nested uniform scrambling of a bit-reversed number: every bit is flipped by a hash of the bits below it.
+HALFLIGHT_SHARED_FUNCTION uint scramble_reversed(uint v, uint seed) {
+    v ^= v * 0x3d20adeau;
+    v += seed;
+    v *= (seed >> 16) | 1u;
+    v ^= v * 0x05526c56u;
+    return v ^ (v * 0x53a22864u);
+}
+
+// Second Sobol dimension, bit-reversed. Its generator matrix is Pascal's triangle modulo 2 (Sobol 1967), which by Lucas'
+// theorem is the fifth Kronecker power of (1 1; 0 1): one butterfly stage for each factor instead of 32 columns.
+HALFLIGHT_SHARED_FUNCTION uint sobol_second_reversed(uint index) {
+    index ^= (index >> 1) & 0x55555555u;
+    index ^= (index >> 2) & 0x33333333u;
+    index ^= (index >> 4) & 0x0f0f0f0fu;
+    index ^= (index >> 8) & 0x00ff00ffu;
+    return index ^ (index >> 16);
+}
+
+// Key of one sample's points: dimensions of one seed are mutually shuffled (0,2)-sequences in the index.
+struct Sampler {
+    uint seed;   // of pixel and frame
+    uint index;  // sample number
+};
+
+HALFLIGHT_SHARED_FUNCTION Sampler make_sampler(uint pixel_x, uint pixel_y, uint sample_index, uint frame_seed) {
+    Sampler s;
+    s.seed = hash_combine(hash_combine(hash_u32(frame_seed), pixel_x), pixel_y);
+    s.index = sample_index;
+    return s;
+}
+
+HALFLIGHT_SHARED_FUNCTION uint shuffled_index(Sampler s, uint seed) {
+    return bitfieldReverse(scramble_reversed(bitfieldReverse(s.index), seed));
+}
+
+// Fixed-point numbers in [0, 1): 32 bits after the point. `dimension` may be any number; each is a stream of its own.
+HALFLIGHT_SHARED_FUNCTION uint sample_1d_bits(Sampler s, uint dimension) {
+    uint seed = hash_combine(s.seed, dimension);
+    return bitfieldReverse(scramble_reversed(shuffled_index(s, seed), hash_u32(seed + 1u)));
+}
+
+struct SampleBits {
+    uint x;
+    uint y;
+};
+
+HALFLIGHT_SHARED_FUNCTION SampleBits sample_2d_bits(Sampler s, uint dimension) {
+    uint seed = hash_combine(s.seed, dimension);
+    uint index = shuffled_index(s, seed);
+    SampleBits bits;
+    bits.x = bitfieldReverse(scramble_reversed(index, hash_u32(seed + 1u)));
+    bits.y = bitfieldReverse(scramble_reversed(sobol_second_reversed(index), hash_u32(seed + 2u)));
+    return bits;
+}
+
+// [0, 1) in steps of 2^-24, so that it never rounds up to 1.
+HALFLIGHT_SHARED_FUNCTION float unit_float(uint bits) { return float(bits >> 8) * (1.0f / 16777216.0f); }
+
+HALFLIGHT_SHARED_FUNCTION float sample_1d(Sampler s, uint dimension) { return unit_float(sample_1d_bits(s, dimension)); }
+
+HALFLIGHT_SHARED_FUNCTION vec2 sample_2d(Sampler s, uint dimension) {
+    SampleBits bits = sample_2d_bits(s, dimension);
+    return vec2(unit_float(bits.x), unit_float(bits.y));
+}
+
+HALFLIGHT_SHARED_END
+
+#endif
