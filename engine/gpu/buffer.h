@@ -1,8 +1,10 @@
 // Buffers of the GPU and their views as texture buffers.
 #pragma once
 
+#include <algorithm>
 #include <cassert>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <type_traits>

@@ -42,7 +42,8 @@ class Context {
   public:
     /// Throws Error with the reason of every attempt if no device gives a context.
     static Context create(const ContextOptions& options = {});
-    /// What create() would try and why, also where none can be taken. A context that is current on this thread stops to be.
+    /// What create() would try and why, also where none can be taken. A context that is current on this thread stops to
+    /// be.
     static std::vector<DeviceAttempt> probe(const ContextOptions& options = {});
 
     Context(Context&&) noexcept;
@@ -79,8 +80,8 @@ void finish();
 /// Seconds of CPU clock that f() and all GL work it starts take. (Software drivers give meaningless GL timers.)
 class Stopwatch {
   public:
-    Stopwatch();            ///< waits for earlier work
-    double seconds() const; ///< waits for all work until now
+    Stopwatch();             ///< waits for earlier work
+    double seconds() const;  ///< waits for all work until now
   private:
     std::int64_t start_;  // nanoseconds
 };

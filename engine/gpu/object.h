@@ -23,6 +23,7 @@ class Object {
         if (id_ != 0) Delete(id_);
     }
     GLuint id() const { return id_; }
+    GLuint release() { return std::exchange(id_, 0); }
 
   private:
     GLuint id_ = 0;
@@ -31,7 +32,6 @@ class Object {
 void delete_buffer(GLuint id);
 void delete_texture(GLuint id);
 void delete_framebuffer(GLuint id);
-void delete_vertex_array(GLuint id);
 void delete_shader(GLuint id);
 void delete_program(GLuint id);
 

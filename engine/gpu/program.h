@@ -52,8 +52,7 @@ class Program {
     void draw(GLenum mode, std::uint32_t vertices, std::uint32_t instances = 1) const;
 
   private:
-    Program() = default;
-    void link(std::string_view subject);
+    Program(std::string name, std::string text, GLuint id);
 
     std::string name_;
     std::string text_;  // all stages
@@ -71,6 +70,8 @@ class ProgramCache {
     double seconds() const { return seconds_; }  ///< spent compiling and linking, CPU clock
 
   private:
+    template <class Make>
+    const Program& get(std::string key, Make make);
     std::unordered_map<std::string, std::unique_ptr<Program>> programs_;
     double seconds_ = 0;
 };

@@ -2,8 +2,8 @@
 //
 // All of shaders/ (*.glsl *.comp *.vert *.frag, shared/*.h) is part of the library. The environment variable
 // HALFLIGHT_SHADERS names a folder that is read instead, for development: the one that holds lib/ and shared/.
-// `#include "shaders/lib/x.glsl"` is relative to the root and includes a file once per shader. `#version 450 core` and the
-// defines are put in front; a #version line of a file itself is ignored.
+// `#include "shaders/lib/x.glsl"` is relative to the root and includes a file once per shader. `#version 450 core` and
+// the defines are put in front; a #version line of a file itself is ignored.
 #pragma once
 
 #include <initializer_list>
@@ -14,7 +14,8 @@
 
 namespace halflight::gpu {
 
-/// A file of shaders/, named from the root ("shaders/gbuffer.vert"), or a text of one's own, which may include such files.
+/// A file of shaders/, named from the root ("shaders/gbuffer.vert"), or a text of one's own, which may include such
+/// files.
 struct ShaderSource {
     ShaderSource(const char* file) : name(file) {}
     ShaderSource(std::string file) : name(std::move(file)) {}
@@ -47,8 +48,9 @@ struct ExpandedSource {
 /// Throws Error naming file and line of an include that cannot be found.
 ExpandedSource expand(const ShaderSource& source, const Defines& defines = {});
 
-/// The first error of a compiler's log with the place it speaks of, "shaders/x.comp:12" (just the shader's name where the
-/// log has no place), for Mesa's ("0:12(5): error: ...") and NVIDIA's ("0(12) : error C1008: ...") way of telling it.
+/// The first error of a compiler's log with the place it speaks of, "shaders/x.comp:12" (just the shader's name where
+/// the log has no place), for Mesa's ("0:12(5): error: ...") and NVIDIA's ("0(12) : error C1008: ...") way of telling
+/// it.
 struct CompileMessage {
     std::string place;
     std::string what;

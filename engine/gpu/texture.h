@@ -11,11 +11,11 @@
 namespace halflight::gpu {
 
 struct TextureDesc {
-    int width = 1;                 // texels, >= 1
-    int height = 1;                // texels, >= 1; 1 for 1D
-    GLenum format = GL_RGBA32F;    // sized internal format, one that format_info knows
-    int depth = 1;                 // texels, >= 1; 1 unless 3D
-    GLenum target = GL_TEXTURE_2D; // or GL_TEXTURE_1D, GL_TEXTURE_3D
+    int width = 1;                  // texels, >= 1
+    int height = 1;                 // texels, >= 1; 1 for 1D
+    GLenum format = GL_RGBA32F;     // sized internal format, one that format_info knows
+    int depth = 1;                  // texels, >= 1; 1 unless 3D
+    GLenum target = GL_TEXTURE_2D;  // or GL_TEXTURE_1D, GL_TEXTURE_3D
     bool operator==(const TextureDesc&) const = default;
 };
 
@@ -43,17 +43,18 @@ class Texture {
     const TextureDesc& desc() const { return desc_; }
     std::uint64_t serial() const { return serial_; }  ///< Never used twice in a process, unlike id().
 
-    void set_filter(GLenum filter);                               ///< GL_NEAREST, GL_LINEAR
+    void set_filter(GLenum filter);  ///< GL_NEAREST, GL_LINEAR
     void set_wrap(GLenum wrap_s, GLenum wrap_t, GLenum wrap_r = GL_CLAMP_TO_EDGE);
 
     /// Whole image, channels interleaved, first row first. The element count must be that of the texture.
     void upload(std::span<const float> values);          ///< color and depth formats
-    void upload(std::span<const std::uint8_t> values);   ///< 8-bit normalised formats
+    void upload(std::span<const std::uint8_t> values);   ///< 0 to 255 stand for 0 to 1; color formats
     void upload(std::span<const std::uint32_t> values);  ///< integer formats
-    std::vector<float> read_float() const;         ///< color and depth formats, in the texture's channels
-    std::vector<std::uint32_t> read_uint() const;  ///< integer formats
+    std::vector<float> read_float() const;               ///< color and depth formats, in the texture's channels
+    std::vector<std::uint32_t> read_uint() const;        ///< integer formats
     void clear(float r = 0, float g = 0, float b = 0, float a = 0);  ///< color and depth (r) formats
     void clear_uint(std::uint32_t value);                            ///< integer formats, all channels
+    void zero();                                                     ///< any format
 
     void bind(GLuint unit) const;                       ///< sampler
     void bind_image(GLuint unit, GLenum access) const;  ///< GL_READ_ONLY, GL_WRITE_ONLY, GL_READ_WRITE

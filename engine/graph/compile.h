@@ -12,14 +12,15 @@ namespace halflight::graph {
 struct PlannedPass {
     std::string name;
     std::vector<Use> uses;
-    GLbitfield barriers = 0;              // for glMemoryBarrier, before the pass; 0: none
-    std::vector<std::uint32_t> fresh;     // transients whose content is undefined when the pass starts and that it writes
+    GLbitfield barriers = 0;           // for glMemoryBarrier, before the pass; 0: none
+    std::vector<std::uint32_t> fresh;  // transients whose content is undefined when the pass starts and that it writes
     std::function<void(Resources&)> execute;
 };
 
 struct CulledPass {
     std::string name;
     std::string reason;
+    std::vector<Use> uses;
 };
 
 /// A resource of the plan, at the index that its handles have.
@@ -35,8 +36,8 @@ struct PlannedResource {
 /// A piece of memory that transients share in turn.
 struct Slot {
     bool is_texture = false;
-    BufferDesc buffer;         // the largest of its tenants
-    gpu::TextureDesc texture;  // that of all its tenants
+    BufferDesc buffer;                   // the largest of its tenants
+    gpu::TextureDesc texture;            // that of all its tenants
     std::vector<std::uint32_t> tenants;  // resources, in order of first use
     std::size_t bytes() const { return is_texture ? gpu::texture_bytes(texture) : buffer.bytes; }
 };
@@ -55,8 +56,8 @@ struct CompileOptions {
     bool alias = true;  // off: each transient has memory of its own, and exactly the size that was asked for
 };
 
-/// Pure. A pass runs if it is kept, or if a running pass or an output needs what it writes. Throws Error if a history is
-/// read but never written.
+/// Pure. A pass runs if it is kept, or if a running pass or an output needs what it writes. Throws Error if a history
+/// is read but never written.
 CompiledGraph compile(const Graph& graph, const CompileOptions& options = {});
 
 /// Graphviz: passes as boxes (culled ones dashed, with the reason), resource versions as ellipses with their slot.

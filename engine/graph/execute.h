@@ -4,7 +4,6 @@
 #include <initializer_list>
 #include <map>
 #include <memory>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -30,7 +29,7 @@ class Resources {
     friend class Executor;
     Resources(Executor& executor, const CompiledGraph& graph, const PlannedPass& pass)
         : executor_(executor), graph_(graph), pass_(pass) {}
-    void check(std::uint32_t graph, std::uint32_t resource, std::uint32_t version) const;
+    std::uint32_t checked(std::uint32_t graph, std::uint32_t resource) const;
     Executor& executor_;
     const CompiledGraph& graph_;
     const PlannedPass& pass_;
@@ -48,14 +47,12 @@ class History {
   private:
     friend class Executor;
     struct Pair {
-        BufferDesc buffer_desc;
-        gpu::TextureDesc texture_desc;
         std::vector<gpu::Buffer> buffers;    // two, or none
         std::vector<gpu::Texture> textures;  // two, or none
         std::uint32_t now = 0;               // which of the two
         bool written = false;                // `now` was completed in the last run
     };
-    Pair& turn(const ResourceNode& now);
+    Pair& turn(const ResourceNode& node);
     std::map<std::string, Pair, std::less<>> pairs_;
     std::string reason_;
 };
@@ -82,14 +79,14 @@ class Executor {
     /// All elements of an output that fit into the size it was declared with.
     template <class T>
     std::vector<T> read(BufferHandle handle) {
-        return buffer(handle).read<T>(0, declared_bytes(handle) / sizeof(T));
+        return buffer(handle).read<T>(0, nodes_[handle.resource].buffer.bytes / sizeof(T));
     }
 
     History& history() { return history_; }
 
     /// Wait before and after each pass and add up its time. Off at first: it costs the overlap of passes.
     void measure(bool on) { measure_ = on; }
-    std::vector<PassTime> times() const;  ///< in the order of first execution
+    const std::vector<PassTime>& times() const { return times_; }  ///< in the order of first execution
     void reset_times() { times_.clear(); }
 
     /// For tests: fill what is undefined with 0xff (NaN) before a pass writes it, so that reading it shows.
@@ -97,18 +94,23 @@ class Executor {
 
   private:
     friend class Resources;
+    struct Memory {  // of a slot: one of the two
+        std::unique_ptr<gpu::Buffer> buffer;
+        std::unique_ptr<gpu::Texture> texture;
+        bool fits(const Slot& slot) const;
+    };
+    void allocate(const CompiledGraph& graph);
     void place(const CompiledGraph& graph);
-    std::size_t declared_bytes(BufferHandle handle) const;
+    void run_pass(const CompiledGraph& graph, const PlannedPass& pass);
     std::uint32_t output_index(std::uint32_t graph, std::uint32_t resource) const;
 
     gpu::ProgramCache& programs_;
     History history_;
-    std::uint32_t serial_ = 0;  // graph that ran last
-    std::vector<PlannedResource> resources_;
+    std::vector<Memory> slots_;
+    std::uint32_t serial_ = 0;               // of the graph that ran last
+    std::vector<ResourceNode> nodes_;        // its resources
     std::vector<gpu::Buffer*> buffer_of_;    // by resource
     std::vector<gpu::Texture*> texture_of_;  // by resource
-    std::vector<std::unique_ptr<gpu::Buffer>> buffers_;    // by slot
-    std::vector<std::unique_ptr<gpu::Texture>> textures_;  // by slot
     std::map<std::vector<std::uint64_t>, gpu::Framebuffer> framebuffers_;
     std::vector<PassTime> times_;
     bool measure_ = false;

@@ -9,11 +9,11 @@
 //   CompiledGraph c = compile(g);                              // compile.h; pure: no OpenGL
 //   Executor e(programs); e.run(c);                            // execute.h
 //
-// A handle names one version of a resource. write() returns the next version and retires the old one: reading or writing
-// a retired version afterwards throws Error naming pass and resource, and so does a read of what nobody has written. A
-// pass is closed when the next one is added: passes therefore run in the order of their declaration, and no cycle can be
-// declared. A pass that needs what it has just written itself is two passes; one that updates in place says
-// storage_read_write.
+// A handle names one version of a resource. write() returns the next version and retires the old one: reading or
+// writing a retired version afterwards throws Error naming pass and resource, and so does a read of what nobody has
+// written. A pass is closed when the next one is added: passes therefore run in the order of their declaration, and no
+// cycle can be declared. A pass that needs what it has just written itself is two passes; one that updates in place
+// says storage_read_write.
 //
 // An execute function may capture handles, values, and references to what outlives the graph; never other passes' data.
 #pragma once
@@ -63,9 +63,9 @@ struct Handle {
 using BufferHandle = Handle<struct BufferTag>;
 using TextureHandle = Handle<struct TextureTag>;
 
-/// State carried from one run to the next, owned by the executor's History under its name. `previous` is what `now` was in
-/// the last run of a graph that has this pair (zeros in the first run and after an invalidation), and is only read; `now`
-/// starts unwritten. A live reader of `previous` keeps the writers of `now` alive.
+/// State carried from one run to the next, owned by the executor's History under its name. `previous` is what `now` was
+/// in the last run of a graph that has this pair (zeros in the first run and after an invalidation), and is only read;
+/// `now` starts unwritten. A live reader of `previous` keeps the writers of `now` alive.
 template <class H>
 struct HistoryPair {
     H now;
@@ -140,12 +140,12 @@ class Graph {
 
     /// Closes the pass before it. The same name may be used again; times are then added up under it.
     Pass add_pass(std::string name);
-    /// Content undefined until written. The buffer that a pass gets has at least so many bytes, maybe more (it may share
-    /// memory with others): count by what you know, not by .length().
+    /// Content undefined until written. The buffer that a pass gets has at least so many bytes, maybe more (it may
+    /// share memory with others): count by what you know, not by .length().
     BufferHandle create_buffer(std::string name, BufferDesc desc);
     TextureHandle create_texture(std::string name, gpu::TextureDesc desc);
-    /// Owned by somebody else and outliving every run; has content, may be written in place (its content survives runs).
-    /// Its last version must be an output for its writers to stay.
+    /// Owned by somebody else and outliving every run; has content, may be written in place (its content survives
+    /// runs). Its last version must be an output for its writers to stay.
     BufferHandle import_buffer(std::string name, gpu::Buffer& buffer);
     TextureHandle import_texture(std::string name, gpu::Texture& texture);
     /// Throw Error if the name is taken by another history pair.
@@ -163,14 +163,15 @@ class Graph {
 
   private:
     friend class Pass;
-    std::uint32_t add_resource(ResourceNode node, bool has_content);
+    std::uint32_t add_resource(ResourceNode node);
     void mark_output(std::uint32_t graph, std::uint32_t resource, std::uint32_t version);
     void read(std::uint32_t pass, std::uint32_t graph, std::uint32_t resource, std::uint32_t version, Access access);
     std::uint32_t write(std::uint32_t pass, std::uint32_t graph, std::uint32_t resource, std::uint32_t version,
                         Access access);
-    ResourceNode& checked(const std::string& who, std::uint32_t graph, std::uint32_t resource, std::uint32_t version,
-                          const char* verb);
-    PassNode& open_pass(std::uint32_t pass);
+    ResourceNode& checked(const std::string& who, std::uint32_t graph, std::uint32_t resource, std::uint32_t version);
+    PassNode& open_pass(std::uint32_t pass, std::string& who);
+    template <class H>
+    HistoryPair<H> make_pair(H now, H previous);
 
     std::uint32_t serial_;
     std::vector<PassNode> passes_;

@@ -1,0 +1,84 @@
+#include "engine/gpu/buffer.h"
+
+#include "engine/core/error.h"
+
+namespace halflight::gpu {
+namespace {
+
+constexpr std::size_t kRounding = 16;  // bytes: the largest texel and vector, and what backs an empty buffer
+
+std::size_t backing(std::size_t bytes) {
+    return std::max(kRounding, (bytes + kRounding - 1) / kRounding * kRounding);
+}
+
+void fill_range(GLuint id, std::size_t offset, std::size_t bytes, std::uint32_t word) {
+    glClearNamedBufferSubData(id, GL_R32UI, static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes),
+                              GL_RED_INTEGER, GL_UNSIGNED_INT, &word);
+}
+
+}  // namespace
+
+Buffer::Buffer(std::string name, std::size_t bytes, const void* data) : name_(std::move(name)), bytes_(bytes) {
+    GLuint id = 0;
+    glCreateBuffers(1, &id);
+    object_ = Object<delete_buffer>(id);
+    label(GL_BUFFER, id, name_);
+    const std::size_t size = backing(bytes);
+    const bool whole = data != nullptr && size == bytes;
+    glNamedBufferStorage(id, static_cast<GLsizeiptr>(size), whole ? data : nullptr, GL_DYNAMIC_STORAGE_BIT);
+    GLint64 got = 0;
+    glGetNamedBufferParameteri64v(id, GL_BUFFER_SIZE, &got);
+    if (static_cast<std::size_t>(got) != size) {
+        glGetError();  // told here
+        throw Error("buffer '" + name_ + "'", "the driver has no {} bytes", size);
+    }
+    if (whole) return;
+    const std::size_t kept = data == nullptr ? 0 : bytes / kRounding * kRounding;
+    fill_range(id, kept, size - kept, 0);
+    if (data != nullptr) write(0, bytes, data);
+}
+
+void Buffer::write(std::size_t offset, std::size_t bytes, const void* data) {
+    assert(offset + bytes <= bytes_);
+    if (bytes == 0) return;
+    glNamedBufferSubData(id(), static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes), data);
+}
+
+void Buffer::read_bytes(std::size_t offset, std::size_t bytes, void* to) const {
+    assert(offset + bytes <= bytes_);
+    if (bytes == 0) return;
+    glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+    glGetNamedBufferSubData(id(), static_cast<GLintptr>(offset), static_cast<GLsizeiptr>(bytes), to);
+}
+
+void Buffer::fill(std::uint32_t word) {
+    fill_range(id(), 0, backing(bytes_), word);
+}
+
+void Buffer::bind_storage(GLuint index) const {
+    // The range, not the base: .length() of a runtime array then tells the size that was asked for.
+    glBindBufferRange(GL_SHADER_STORAGE_BUFFER, index, id(), 0,
+                      static_cast<GLsizeiptr>(bytes_ == 0 ? kRounding : bytes_));
+}
+
+void Buffer::bind_uniform(GLuint index) const {
+    glBindBufferBase(GL_UNIFORM_BUFFER, index, id());
+}
+
+GLuint Buffer::texture(GLenum format) const {
+    for (const auto& [view_format, view] : views_) {
+        if (view_format == format) return view.id();
+    }
+    GLuint view = 0;
+    glCreateTextures(GL_TEXTURE_BUFFER, 1, &view);
+    views_.emplace_back(format, Object<delete_texture>(view));
+    label(GL_TEXTURE, view, name_);
+    glTextureBuffer(view, format, id());
+    return view;
+}
+
+void Buffer::bind_texture(GLuint unit, GLenum format) const {
+    glBindTextureUnit(unit, texture(format));
+}
+
+}  // namespace halflight::gpu

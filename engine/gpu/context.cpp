@@ -1,0 +1,280 @@
+#include "engine/gpu/context.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <charconv>
+#include <chrono>
+#include <optional>
+#include <utility>
+
+#include "engine/core/error.h"
+#include "engine/gpu/device.h"
+
+namespace halflight::gpu {
+namespace {
+
+std::string lower(std::string_view text) {
+    std::string result(text);
+    std::transform(result.begin(), result.end(), result.begin(), [](unsigned char c) { return std::tolower(c); });
+    return result;
+}
+
+std::optional<std::size_t> parse_index(std::string_view text) {
+    std::size_t value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size()) return std::nullopt;
+    return value;
+}
+
+std::string gl_string(GLenum name) {
+    const GLubyte* text = glGetString(name);
+    return text == nullptr ? "" : reinterpret_cast<const char*>(text);
+}
+
+template <class T>
+T gl_value(GLenum name) {
+    GLint64 value = 0;
+    glGetInteger64v(name, &value);
+    return static_cast<T>(value);
+}
+
+Limits query_limits() {
+    Limits limits;
+    limits.texture_buffer_texels = gl_value<std::size_t>(GL_MAX_TEXTURE_BUFFER_SIZE);
+    limits.storage_block_bytes = gl_value<std::size_t>(GL_MAX_SHADER_STORAGE_BLOCK_SIZE);
+    limits.uniform_block_bytes = gl_value<std::size_t>(GL_MAX_UNIFORM_BLOCK_SIZE);
+    limits.texture_size = gl_value<int>(GL_MAX_TEXTURE_SIZE);
+    limits.texture_3d_size = gl_value<int>(GL_MAX_3D_TEXTURE_SIZE);
+    limits.texture_units = gl_value<int>(GL_MAX_TEXTURE_IMAGE_UNITS);
+    limits.storage_blocks = gl_value<int>(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS);
+    limits.color_attachments = gl_value<int>(GL_MAX_COLOR_ATTACHMENTS);
+    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &limits.workgroup_count);
+    return limits;
+}
+
+const char* error_name(GLenum error) {
+    switch (error) {
+        case GL_INVALID_ENUM:
+            return "GL_INVALID_ENUM";
+        case GL_INVALID_VALUE:
+            return "GL_INVALID_VALUE";
+        case GL_INVALID_OPERATION:
+            return "GL_INVALID_OPERATION";
+        case GL_INVALID_FRAMEBUFFER_OPERATION:
+            return "GL_INVALID_FRAMEBUFFER_OPERATION";
+        case GL_OUT_OF_MEMORY:
+            return "GL_OUT_OF_MEMORY";
+        case GL_CONTEXT_LOST:
+            return "GL_CONTEXT_LOST";
+        default:
+            return "unknown GL error";
+    }
+}
+
+std::int64_t now() {
+    return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+        .count();
+}
+
+}  // namespace
+
+struct Context::State {
+    explicit State(EglContext&& context) : egl(std::move(context)) {}
+    EglContext egl;
+    std::vector<DeviceAttempt> attempts;
+    std::string renderer;
+    std::string version;
+    Limits limits;
+    bool debug = false;
+    std::uint64_t errors = 0;  // since creation
+    std::uint64_t unseen = 0;  // since the last check
+    std::string first;         // message of the first unseen one
+
+    void add_error(std::string message) {
+        ++errors;
+        if (unseen++ == 0) first = std::move(message);
+    }
+
+    static void GLAPIENTRY on_message(GLenum source, GLenum type, GLuint, GLenum, GLsizei length, const GLchar* text,
+                                      const void* user) {
+        // What the shader compiler says is thrown by Program.
+        const bool error = type == GL_DEBUG_TYPE_ERROR || type == GL_DEBUG_TYPE_UNDEFINED_BEHAVIOR;
+        if (!error || source == GL_DEBUG_SOURCE_SHADER_COMPILER) return;
+        static_cast<State*>(const_cast<void*>(user))->add_error(std::string(text, static_cast<std::size_t>(length)));
+    }
+
+    void set_up() {
+        renderer = gl_string(GL_RENDERER);
+        version = gl_string(GL_VERSION);
+        limits = query_limits();
+        GLuint vertex_array = 0;  // core profiles draw nothing without one; it goes with the context
+        glCreateVertexArrays(1, &vertex_array);
+        glBindVertexArray(vertex_array);
+        glPixelStorei(GL_PACK_ALIGNMENT, 1);
+        glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+        if (!debug) return;
+        glEnable(GL_DEBUG_OUTPUT);
+        glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+        glDebugMessageCallback(&on_message, this);
+    }
+};
+
+namespace {
+
+/// The walk over the devices that create() and probe() share.
+struct Search {
+    std::vector<DeviceAttempt> attempts;
+    std::optional<EglContext> context;
+
+    explicit Search(const ContextOptions& options) : options_(options), devices_(enumerate_devices()) {
+        for (const Device& device : devices_) attempts.push_back({device.name, false, ""});
+        const bool automatic = options.device.empty();
+        const bool by_kind = options.device == "hardware" || options.device == "software";
+        const auto index = parse_index(options.device);
+        for (std::size_t i = 0; i < devices_.size(); ++i) {
+            if (index && *index != i) attempts[i].reason = "not the one that was asked for";
+            if (options.device == "hardware" && devices_[i].software) attempts[i].reason = "not hardware";
+        }
+        // First what may be hardware, and is; then the others in order.
+        const bool hardware_first = automatic || options.device == "hardware";
+        for (const bool hardware_only : {true, false}) {
+            if (hardware_only != hardware_first && hardware_only) continue;
+            for (std::size_t i = 0; i < devices_.size() && !context; ++i) {
+                const Device& device = devices_[i];
+                const bool later = hardware_only && (device.software || device.last_resort);
+                if (later || !attempts[i].reason.empty()) continue;
+                try_device(i, [&](bool software) -> std::string {
+                    if (by_kind && software != (options.device == "software")) return "not " + options.device;
+                    if (hardware_only && software) return "hardware by name, but renders in software";
+                    if (!automatic && !by_kind && !index &&
+                        lower(attempts[i].name).find(lower(options.device)) == std::string::npos) {
+                        return "its name has no '" + options.device + "'";
+                    }
+                    return "";
+                });
+            }
+        }
+        for (DeviceAttempt& attempt : attempts) {
+            if (attempt.reason.empty()) attempt.reason = "not needed";
+        }
+    }
+
+  private:
+    /// `refuse` sees the attempt's full name in place, and tells why not ("": take it).
+    template <class Refuse>
+    void try_device(std::size_t i, Refuse refuse) {
+        DeviceAttempt& attempt = attempts[i];
+        try {
+            EglContext candidate(devices_[i], options_.debug);
+            const std::string renderer = gl_string(GL_RENDERER);
+            if (attempt.name.find(renderer) == std::string::npos) (attempt.name += ", ") += renderer;
+            attempt.reason = refuse(is_software_renderer(renderer));
+            if (!attempt.reason.empty()) return;
+            attempt.taken = true;
+            attempt.reason = options_.device.empty() ? "the first that works" : "asked for";
+            context.emplace(std::move(candidate));
+        } catch (const Error& error) {
+            attempt.reason = error.what();
+        }
+    }
+
+    const ContextOptions& options_;
+    std::vector<Device> devices_;
+};
+
+}  // namespace
+
+Context::Context(std::unique_ptr<State> state) : state_(std::move(state)) {}
+Context::Context(Context&&) noexcept = default;
+Context& Context::operator=(Context&&) noexcept = default;
+Context::~Context() = default;
+
+Context Context::create(const ContextOptions& options) {
+    Search search(options);
+    if (!search.context) {
+        std::string reasons;
+        for (const DeviceAttempt& attempt : search.attempts) {
+            reasons += (reasons.empty() ? "" : "; ") + attempt.name + ": " + attempt.reason;
+        }
+        if (search.attempts.empty()) reasons = "EGL lists no device";
+        const std::string asked = options.device.empty() ? "" : " for device '" + options.device + "'";
+        throw Error("GPU", "no OpenGL 4.5 context{} ({})", asked, reasons);
+    }
+    auto state = std::make_unique<State>(std::move(*search.context));
+    state->attempts = std::move(search.attempts);
+    state->debug = options.debug;
+    state->set_up();
+    return Context(std::move(state));
+}
+
+std::vector<DeviceAttempt> Context::probe(const ContextOptions& options) {
+    return Search(options).attempts;
+}
+
+void Context::make_current() const {
+    state_->egl.make_current();
+}
+const std::vector<DeviceAttempt>& Context::attempts() const {
+    return state_->attempts;
+}
+const std::string& Context::renderer() const {
+    return state_->renderer;
+}
+const std::string& Context::version() const {
+    return state_->version;
+}
+bool Context::software() const {
+    return is_software_renderer(state_->renderer);
+}
+const Limits& Context::limits() const {
+    return state_->limits;
+}
+std::uint64_t Context::error_count() const {
+    return state_->errors;
+}
+
+void Context::check(std::string_view subject) {
+    if (glGetGraphicsResetStatus() != GL_NO_ERROR) throw Error(subject, "the GPU's context was lost");
+    const bool told = state_->unseen > 0;  // a debug context has told every error already, with its text
+    for (GLenum error = glGetError(); error != GL_NO_ERROR; error = glGetError()) {
+        if (error == GL_CONTEXT_LOST) throw Error(subject, "the GPU's context was lost");
+        if (!told) state_->add_error(error_name(error));
+    }
+    if (state_->unseen == 0) return;
+    const std::uint64_t more = std::exchange(state_->unseen, 0) - 1;
+    const std::string others = more == 0 ? "" : fmt::format(" (and {} more)", more);
+    throw Error(subject, "{}{}", std::exchange(state_->first, {}), others);
+}
+
+bool is_software_renderer(std::string_view renderer) {
+    static constexpr std::array<std::string_view, 3> kNames{"llvmpipe", "softpipe", "swrast"};
+    const std::string name = lower(renderer);
+    return std::any_of(kNames.begin(), kNames.end(), [&](std::string_view n) { return name.find(n) != name.npos; });
+}
+
+void default_state() {
+    for (const GLenum capability : {GL_DEPTH_TEST, GL_BLEND, GL_CULL_FACE, GL_SCISSOR_TEST}) glDisable(capability);
+    glDepthFunc(GL_LESS);
+    glDepthMask(GL_TRUE);
+    glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+    glUseProgram(0);
+}
+
+void finish() {
+    glFinish();
+}
+
+Stopwatch::Stopwatch() {
+    glFinish();
+    start_ = now();
+}
+
+double Stopwatch::seconds() const {
+    glFinish();
+    return 1e-9 * static_cast<double>(now() - start_);
+}
+
+}  // namespace halflight::gpu

@@ -1,0 +1,181 @@
+#include "engine/gpu/program.h"
+
+#include <array>
+#include <span>
+#include <vector>
+
+#include "engine/core/error.h"
+#include "engine/gpu/context.h"
+
+namespace halflight::gpu {
+namespace {
+
+using Shader = Object<delete_shader>;
+
+Shader compile_stage(GLenum stage, const ShaderSource& source, const ExpandedSource& expanded) {
+    Shader shader(glCreateShader(stage));
+    label(GL_SHADER, shader.id(), source.name);
+    const char* text = expanded.text.data();
+    const auto length = static_cast<GLint>(expanded.text.size());
+    glShaderSource(shader.id(), 1, &text, &length);
+    glCompileShader(shader.id());
+    GLint ok = 0, log_length = 0;
+    glGetShaderiv(shader.id(), GL_COMPILE_STATUS, &ok);
+    if (ok != 0) return shader;
+    glGetShaderiv(shader.id(), GL_INFO_LOG_LENGTH, &log_length);
+    std::string log(static_cast<std::size_t>(log_length), '\0');
+    glGetShaderInfoLog(shader.id(), log_length, &log_length, log.data());
+    log.resize(static_cast<std::size_t>(log_length));
+    const CompileMessage message = first_message(log, expanded);
+    throw Error(message.place, message.what.empty() ? "does not compile" : message.what);
+}
+
+GLuint linked(std::string_view name, std::span<const Shader> shaders) {
+    Object<delete_program> program(glCreateProgram());
+    label(GL_PROGRAM, program.id(), name);
+    for (const Shader& shader : shaders) glAttachShader(program.id(), shader.id());
+    glLinkProgram(program.id());
+    for (const Shader& shader : shaders) glDetachShader(program.id(), shader.id());
+    GLint ok = 0, log_length = 0;
+    glGetProgramiv(program.id(), GL_LINK_STATUS, &ok);
+    if (ok == 0) {
+        glGetProgramiv(program.id(), GL_INFO_LOG_LENGTH, &log_length);
+        std::string log(static_cast<std::size_t>(log_length), '\0');
+        glGetProgramInfoLog(program.id(), log_length, &log_length, log.data());
+        log.resize(static_cast<std::size_t>(log_length));
+        throw Error(name, "does not link: {}", log);
+    }
+    return program.release();
+}
+
+/// Text of their own is part of the key, so that it may be generated.
+void add_to_key(std::string& key, const ShaderSource& source) {
+    ((key += source.name) += '\0') += source.text;
+    key += '\0';
+}
+
+void add_to_key(std::string& key, const Defines& defines) {
+    for (const auto& [name, value] : defines.values()) {
+        (((key += name) += '=') += value) += '\0';
+    }
+}
+
+}  // namespace
+
+Program::Program(std::string name, std::string text, GLuint id)
+    : name_(std::move(name)), text_(std::move(text)), object_(id) {}
+
+Program Program::compute(const ShaderSource& source, const Defines& defines) {
+    ExpandedSource expanded = expand(source, defines);
+    const std::array shaders{compile_stage(GL_COMPUTE_SHADER, source, expanded)};
+    const GLuint id = linked(source.name, shaders);
+    return Program(source.name, std::move(expanded.text), id);
+}
+
+Program Program::graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines) {
+    const ExpandedSource vertex_text = expand(vertex, defines);
+    const ExpandedSource fragment_text = expand(fragment, defines);
+    const std::array shaders{compile_stage(GL_VERTEX_SHADER, vertex, vertex_text),
+                             compile_stage(GL_FRAGMENT_SHADER, fragment, fragment_text)};
+    const std::string name = vertex.name + " + " + fragment.name;
+    const GLuint id = linked(name, shaders);
+    return Program(name, vertex_text.text + fragment_text.text, id);
+}
+
+void Program::bind() const {
+    glUseProgram(id());
+}
+
+GLint Program::uniform(std::string_view name) const {
+    if (const auto found = uniforms_.find(name); found != uniforms_.end()) return found->second;
+    const std::string_view identifier = name.substr(0, name.find_first_of(".["));
+    if (text_.find(identifier) == std::string::npos) throw Error(name_, "has no uniform '{}'", name);
+    std::string key(name);
+    const GLint location = glGetUniformLocation(id(), key.c_str());
+    return uniforms_.emplace(std::move(key), location).first->second;
+}
+
+void Program::set(std::string_view name, int value) const {
+    glProgramUniform1i(id(), uniform(name), value);
+}
+void Program::set(std::string_view name, std::uint32_t value) const {
+    glProgramUniform1ui(id(), uniform(name), value);
+}
+void Program::set(std::string_view name, float value) const {
+    glProgramUniform1f(id(), uniform(name), value);
+}
+void Program::set(std::string_view name, const vec2& value) const {
+    glProgramUniform2fv(id(), uniform(name), 1, &value.x);
+}
+void Program::set(std::string_view name, const vec3& value) const {
+    glProgramUniform3fv(id(), uniform(name), 1, &value.x);
+}
+void Program::set(std::string_view name, const vec4& value) const {
+    glProgramUniform4fv(id(), uniform(name), 1, &value.x);
+}
+void Program::set(std::string_view name, const ivec2& value) const {
+    glProgramUniform2iv(id(), uniform(name), 1, &value.x);
+}
+void Program::set(std::string_view name, const ivec3& value) const {
+    glProgramUniform3iv(id(), uniform(name), 1, &value.x);
+}
+void Program::set(std::string_view name, const ivec4& value) const {
+    glProgramUniform4iv(id(), uniform(name), 1, &value.x);
+}
+void Program::set(std::string_view name, const uvec2& value) const {
+    glProgramUniform2uiv(id(), uniform(name), 1, &value.x);
+}
+void Program::set(std::string_view name, const uvec3& value) const {
+    glProgramUniform3uiv(id(), uniform(name), 1, &value.x);
+}
+void Program::set(std::string_view name, const uvec4& value) const {
+    glProgramUniform4uiv(id(), uniform(name), 1, &value.x);
+}
+void Program::set(std::string_view name, const mat3& value) const {
+    glProgramUniformMatrix3fv(id(), uniform(name), 1, GL_FALSE, &value[0].x);
+}
+void Program::set(std::string_view name, const mat4& value) const {
+    glProgramUniformMatrix4fv(id(), uniform(name), 1, GL_FALSE, &value[0].x);
+}
+
+void Program::dispatch(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {
+    bind();
+    glDispatchCompute(x, y, z);
+}
+
+void Program::dispatch_indirect(const Buffer& arguments, std::size_t offset) const {
+    bind();
+    glBindBuffer(GL_DISPATCH_INDIRECT_BUFFER, arguments.id());
+    glDispatchComputeIndirect(static_cast<GLintptr>(offset));
+}
+
+void Program::draw(GLenum mode, std::uint32_t vertices, std::uint32_t instances) const {
+    bind();
+    glDrawArraysInstanced(mode, 0, static_cast<GLsizei>(vertices), static_cast<GLsizei>(instances));
+}
+
+template <class Make>
+const Program& ProgramCache::get(std::string key, Make make) {
+    if (const auto found = programs_.find(key); found != programs_.end()) return *found->second;
+    std::unique_ptr<Program> program;
+    seconds_ += timed([&] { program = std::make_unique<Program>(make()); });
+    return *programs_.emplace(std::move(key), std::move(program)).first->second;
+}
+
+const Program& ProgramCache::compute(const ShaderSource& source, const Defines& defines) {
+    std::string key;
+    add_to_key(key, source);
+    add_to_key(key, defines);
+    return get(std::move(key), [&] { return Program::compute(source, defines); });
+}
+
+const Program& ProgramCache::graphics(const ShaderSource& vertex, const ShaderSource& fragment,
+                                      const Defines& defines) {
+    std::string key;
+    add_to_key(key, vertex);
+    add_to_key(key, fragment);
+    add_to_key(key, defines);
+    return get(std::move(key), [&] { return Program::graphics(vertex, fragment, defines); });
+}
+
+}  // namespace halflight::gpu

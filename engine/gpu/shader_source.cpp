@@ -1,0 +1,142 @@
+#include "engine/gpu/shader_source.h"
+
+#include <algorithm>
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <regex>
+
+#include "engine/core/error.h"
+#include "engine/gpu/embedded_shaders.h"
+
+namespace halflight::gpu {
+namespace {
+
+constexpr std::string_view kRoot = "shaders/";
+
+/// Text of a file of shaders/, if there is such a one.
+std::optional<std::string> load(std::string_view name) {
+    if (!name.starts_with(kRoot)) return std::nullopt;
+    if (const char* folder = std::getenv("HALFLIGHT_SHADERS"); folder != nullptr && *folder != '\0') {
+        std::ifstream file(std::string(folder) + "/" + std::string(name.substr(kRoot.size())), std::ios::binary);
+        if (!file) return std::nullopt;
+        return std::string(std::istreambuf_iterator<char>(file), {});
+    }
+    const auto& shaders = all_embedded_shaders();
+    const auto found =
+        std::lower_bound(shaders.begin(), shaders.end(), name,
+                         [](const EmbeddedShader& shader, std::string_view n) { return shader.name < n; });
+    if (found == shaders.end() || found->name != name) return std::nullopt;
+    return std::string(found->text);
+}
+
+std::string_view trimmed(std::string_view s) {
+    const auto first = s.find_first_not_of(" \t\r");
+    if (first == std::string_view::npos) return {};
+    return s.substr(first, s.find_last_not_of(" \t\r") - first + 1);
+}
+
+/// What follows a directive on its line: directive("  # include <x>", "include") is "<x>".
+std::optional<std::string_view> directive(std::string_view line, std::string_view word) {
+    line = trimmed(line);
+    if (!line.starts_with('#')) return std::nullopt;
+    line = trimmed(line.substr(1));
+    if (!line.starts_with(word)) return std::nullopt;
+    return trimmed(line.substr(word.size()));
+}
+
+class Expander {
+  public:
+    explicit Expander(ExpandedSource& out) : out_(out) {}
+
+    void add(const std::string& name, std::string_view text) {
+        const std::size_t id = out_.files.size();
+        out_.files.push_back(name);
+        start(1, id);
+        for (std::size_t line_number = 1; !text.empty(); ++line_number) {
+            const std::size_t end = std::min(text.find('\n'), text.size());
+            const std::string_view line = text.substr(0, end);
+            text.remove_prefix(std::min(end + 1, text.size()));
+            if (directive(line, "version")) {
+                out_.text += '\n';
+            } else if (const auto target = included(line)) {
+                include(*target, name, line_number);
+                start(line_number + 1, id);
+            } else {
+                (out_.text += line) += '\n';
+            }
+        }
+    }
+
+  private:
+    void start(std::size_t line, std::size_t id) { out_.text += fmt::format("#line {} {}\n", line, id); }
+
+    /// Includes of other folders ("engine/...") stand behind #ifdef __cplusplus: the compiler skips them, or complains.
+    static std::optional<std::string> included(std::string_view line) {
+        const auto rest = directive(line, "include");
+        if (!rest || !rest->starts_with('"')) return std::nullopt;
+        const std::string_view target = rest->substr(1, rest->find('"', 1) - 1);
+        if (target.starts_with("engine/")) return std::nullopt;
+        return std::string(target);
+    }
+
+    void include(const std::string& target, const std::string& from, std::size_t line) {
+        if (std::find(out_.files.begin(), out_.files.end(), target) != out_.files.end()) return;
+        const auto text = load(target);
+        if (!text) throw Error(fmt::format("{}:{}", from, line), "there is no shader file \"{}\"", target);
+        add(target, *text);
+    }
+
+    ExpandedSource& out_;
+};
+
+}  // namespace
+
+void Defines::set(std::string name, std::string value) {
+    const auto at = std::lower_bound(values_.begin(), values_.end(), name,
+                                     [](const auto& entry, const std::string& n) { return entry.first < n; });
+    if (at != values_.end() && at->first == name) {
+        at->second = std::move(value);
+    } else {
+        values_.emplace(at, std::move(name), std::move(value));
+    }
+}
+
+ExpandedSource expand(const ShaderSource& source, const Defines& defines) {
+    std::optional<std::string> text = source.text;
+    if (text->empty()) text = load(source.name);
+    if (!text) throw Error(source.name, "there is no such shader file");
+    ExpandedSource out;
+    out.text = "#version 450 core\n";
+    for (const auto& [name, value] : defines.values()) out.text += fmt::format("#define {} {}\n", name, value);
+    Expander(out).add(source.name, *text);
+    return out;
+}
+
+CompileMessage first_message(std::string_view log, const ExpandedSource& source) {
+    static const std::regex kPlace(R"(^\s*(?:ERROR:\s*)?(\d+)(?::(\d+)\(\d+\)|\((\d+)\)|:(\d+))\s*:\s*(.*)$)");
+    std::string first;
+    for (std::size_t begin = 0; begin < log.size();) {
+        const std::size_t end = std::min(log.find('\n', begin), log.size());
+        const std::string line(trimmed(log.substr(begin, end - begin)));
+        begin = end + 1;
+        const bool is_error = line.find("error") != std::string::npos || line.find("ERROR") != std::string::npos;
+        if (first.empty() || is_error) first = line;
+        if (is_error) break;
+    }
+    std::smatch match;
+    if (!std::regex_match(first, match, kPlace)) return {source.files.front(), first};
+    const std::size_t file = std::stoul(match[1]);
+    const std::string line = match[2].str() + match[3].str() + match[4].str();
+    if (file >= source.files.size()) return {source.files.front(), first};
+    return {source.files[file] + ":" + line, match[5]};
+}
+
+std::vector<std::string_view> embedded_shaders() {
+    std::vector<std::string_view> names;
+    for (const EmbeddedShader& shader : all_embedded_shaders()) names.push_back(shader.name);
+    return names;
+}
+
+}  // namespace halflight::gpu
