@@ -125,11 +125,11 @@ float light_pdf(Hit hit, vec3 direction, float distance, vec3 geometric_normal) 
 #endif
 }
 
-// From a surface (position, its error bound, n_g) to the light; t = 1 is the light. Roundings of the tracer's t near 1:
+// From a surface (position, Surface::offset, n_g) to the light; t = 1 is the light. Roundings of the tracer's t near 1:
 // the end already lies on this side of the light by its error bound.
-Ray shadow_ray(vec3 position, vec3 position_error, vec3 geometric_normal, LightSample s) {
+Ray shadow_ray(vec3 position, float offset, vec3 geometric_normal, LightSample s) {
     Ray ray;
-    ray.origin = offset_ray_origin(position, position_error, geometric_normal, s.direction);
+    ray.origin = offset_ray_origin(position, offset, geometric_normal, s.direction);
     ray.t_min = 0.0;
     ray.direction = s.at_infinity ? s.direction : s.end - ray.origin;
     ray.t_max = s.at_infinity ? uintBitsToFloat(0x7f800000u) : 1.0 - rounding_bound(8.0);

@@ -6,8 +6,7 @@ float rounding_bound(float n) {
     return e / (1.0 - e);
 }
 
-// position_error: bound per axis; normal: unit, geometric. To the side of `direction`.
-vec3 offset_ray_origin(vec3 position, vec3 position_error, vec3 normal, vec3 direction) {
-    float distance = dot(abs(normal), position_error);
-    return position + (dot(normal, direction) < 0.0 ? -distance : distance) * normal;
+// offset: Surface::offset; normal: geometric, unit. To the side of `direction`.
+vec3 offset_ray_origin(vec3 position, float offset, vec3 normal, vec3 direction) {
+    return position + (dot(normal, direction) < 0.0 ? -offset : offset) * normal;
 }

@@ -5,8 +5,9 @@
 
 struct Surface {
     vec3 position;          // relative to the tables' origin
-    vec3 position_error;    // bound per axis, for offset_ray_origin
+    vec3 position_error;    // bound per axis
     vec3 geometric_normal;  // n_g: unit, on the side of wo
+    float offset;           // how far along n_g new rays start (offset_ray_origin)
     vec3 normal;            // interpolated, unit, on the side of n_g; neither normal-mapped nor bent
     uint material;
 #ifdef HALFLIGHT_TEXTURES
@@ -85,6 +86,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     float face_squared = dot(face, face);
     face = face_squared > 0.0 ? face * inversesqrt(face_squared) : -normalize(direction);
     s.geometric_normal = dot(face, direction) > 0.0 ? -face : face;
+    s.offset = dot(abs(face), s.position_error);
     // Normals that cancel out leave the face's.
     float length_squared = dot(normal, normal);
     normal = length_squared > 0.0 ? normal * inversesqrt(length_squared) : s.geometric_normal;
