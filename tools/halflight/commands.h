@@ -8,7 +8,8 @@ namespace halflight {
 /// Asked to stop by a signal before the work was done; nothing was written.
 class Interrupted : public Error {
   public:
-    Interrupted(int signal, std::string_view subject, std::string_view what) : Error(subject, what), signal(signal) {}
+    Interrupted(int by_signal, std::string_view subject, std::string_view what)
+        : Error(subject, what), signal(by_signal) {}
     int signal;
 };
 

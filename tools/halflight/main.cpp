@@ -4,7 +4,7 @@
 
 #include "tools/halflight/commands.h"
 #include "tools/halflight/console.h"
-#include "tools/halflight/stop.h"
+#include "tools/halflight/signals.h"
 
 namespace {
 
@@ -20,7 +20,7 @@ int fail(int status, const char* what) {
 
 int main(int argc, char** argv) {
     using namespace halflight;
-    catch_stop_signals();
+    handle_signals();
     try {
         const Arguments arguments = parse_arguments(argc, argv);
         if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());

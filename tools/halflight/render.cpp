@@ -8,8 +8,8 @@
 #include "tools/halflight/loading.h"
 #include "tools/halflight/picture.h"
 #include "tools/halflight/progress.h"
+#include "tools/halflight/signals.h"
 #include "tools/halflight/statistics.h"
-#include "tools/halflight/stop.h"
 
 namespace halflight {
 namespace {

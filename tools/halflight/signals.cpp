@@ -1,8 +1,9 @@
-#include "tools/halflight/stop.h"
+#include "tools/halflight/signals.h"
 
 #include <unistd.h>
 
 #include <csignal>
+#include <initializer_list>
 
 namespace halflight {
 namespace {
@@ -17,7 +18,7 @@ extern "C" void on_stop_signal(int signal) {
 
 }  // namespace
 
-void catch_stop_signals() {
+void handle_signals() {
     struct sigaction action {};
     action.sa_handler = on_stop_signal;
     action.sa_flags = SA_RESTART;  // no system call of a library fails because of it
@@ -26,6 +27,7 @@ void catch_stop_signals() {
         sigaction(signal, nullptr, &old);
         if (old.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);  // nohup keeps its say
     }
+    std::signal(SIGXFSZ, SIG_IGN);  // beyond a limit of file size, write() fails and we say so
 }
 
 int stop_signal() {
