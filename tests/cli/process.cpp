@@ -1,0 +1,158 @@
+#include "tests/cli/process.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <pty.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <fstream>
+#include <stdexcept>
+
+namespace halflight::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Replaces the child by the program.
+[[noreturn]] void start(const std::vector<std::string>& arguments, const RunOptions& options) {
+    for (const std::string& variable : options.environment) {
+        const auto equals = variable.find('=');
+        setenv(variable.substr(0, equals).c_str(), variable.substr(equals + 1).c_str(), 1);
+    }
+    if (options.in_child) options.in_child();
+    std::vector<char*> argv = {const_cast<char*>("halflight")};
+    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+    argv.push_back(nullptr);
+    execv(HALFLIGHT_PROGRAM, argv.data());
+    _exit(127);
+}
+
+/// Appends what can be read; false at the end. (A terminal whose other side has gone says EIO.)
+bool read_some(int fd, std::string& text) {
+    std::array<char, 4096> buffer;
+    const ssize_t count = read(fd, buffer.data(), buffer.size());
+    if (count > 0) text.append(buffer.data(), static_cast<std::size_t>(count));
+    return count > 0;
+}
+
+int wait_for(pid_t child) {
+    int status = 0;
+    waitpid(child, &status, 0);
+    return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+}
+
+Outcome run_on_terminal(const std::vector<std::string>& arguments, const RunOptions& options) {
+    winsize size{};
+    size.ws_row = 24, size.ws_col = 80;
+    int master = -1;
+    const pid_t child = forkpty(&master, nullptr, nullptr, &size);
+    if (child < 0) throw std::runtime_error("forkpty failed");
+    if (child == 0) start(arguments, options);
+    Outcome outcome;
+    while (read_some(master, outcome.err)) {
+    }
+    close(master);
+    outcome.status = wait_for(child);
+    return outcome;
+}
+
+}  // namespace
+
+Outcome run_program(const std::vector<std::string>& arguments, const RunOptions& options) {
+    if (options.terminal) return run_on_terminal(arguments, options);
+    std::array<int, 2> out, err;
+    if (pipe2(out.data(), O_CLOEXEC) != 0 || pipe2(err.data(), O_CLOEXEC) != 0) throw std::runtime_error("no pipe");
+    const pid_t child = fork();
+    if (child < 0) throw std::runtime_error("fork failed");
+    if (child == 0) {
+        const int to = options.stdout_path.empty() ? out[1] : open(options.stdout_path.c_str(), O_WRONLY);
+        dup2(to, STDOUT_FILENO);
+        dup2(err[1], STDERR_FILENO);
+        start(arguments, options);
+    }
+    close(out[1]);
+    close(err[1]);
+    Outcome outcome;
+    std::array<pollfd, 2> open_ends = {{{out[0], POLLIN, 0}, {err[0], POLLIN, 0}}};
+    while (open_ends[0].fd >= 0 || open_ends[1].fd >= 0) {
+        poll(open_ends.data(), open_ends.size(), -1);
+        if (open_ends[0].revents && !read_some(out[0], outcome.out)) open_ends[0].fd = -1;
+        if (open_ends[1].revents && !read_some(err[0], outcome.err)) open_ends[1].fd = -1;
+        if (open_ends[1].revents && options.watch) options.watch(child, outcome.err);
+    }
+    close(out[0]);
+    close(err[0]);
+    outcome.status = wait_for(child);
+    return outcome;
+}
+
+TemporaryFolder::TemporaryFolder() {
+    std::string name = (fs::temp_directory_path() / "halflight-test-XXXXXX").string();
+    if (!mkdtemp(name.data())) throw std::runtime_error("no temporary folder");
+    path = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code ignored;
+    fs::remove_all(path, ignored);
+}
+
+std::vector<std::string> TemporaryFolder::entries() const {
+    std::vector<std::string> names;
+    for (const auto& entry : fs::directory_iterator(path)) names.push_back(entry.path().filename());
+    std::ranges::sort(names);
+    return names;
+}
+
+void write_text(const fs::path& path, const std::string& text) {
+    std::ofstream(path, std::ios::binary) << text;
+}
+
+std::string read_text(const fs::path& path) {
+    std::ifstream file(path, std::ios::binary);
+    return {std::istreambuf_iterator<char>(file), {}};
+}
+
+fs::path write_room(const fs::path& folder, bool lit) {
+    // A square of side 2 in the plane y = 0, facing up: positions, then two triangles.
+    const std::array<float, 12> positions = {-1, 0, -1, -1, 0, 1, 1, 0, 1, 1, 0, -1};
+    const std::array<std::uint16_t, 6> indices = {0, 1, 2, 0, 2, 3};
+    std::string bytes(reinterpret_cast<const char*>(positions.data()), sizeof positions);
+    bytes.append(reinterpret_cast<const char*>(indices.data()), sizeof indices);
+    write_text(folder / "room.bin", bytes);
+
+    const std::string emission = lit ? R"("emissiveFactor": [1, 1, 1],)" : "";
+    const fs::path scene = folder / "room.gltf";
+    write_text(scene, R"({
+  "asset": {"version": "2.0"},
+  "buffers": [{"uri": "room.bin", "byteLength": 60}],
+  "bufferViews": [{"buffer": 0, "byteLength": 48}, {"buffer": 0, "byteOffset": 48, "byteLength": 12}],
+  "accessors": [
+    {"bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3", "min": [-1, 0, -1], "max": [1, 0, 1]},
+    {"bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR"}],
+  "materials": [
+    {"name": "floor", "pbrMetallicRoughness": {"baseColorFactor": [0.7, 0.5, 0.3, 1], "metallicFactor": 0}},
+    {"name": "lamp", )" + emission +
+                          R"( "pbrMetallicRoughness": {"metallicFactor": 0}}],
+  "meshes": [
+    {"name": "floor", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 0}]},
+    {"name": "lamp", "primitives": [{"attributes": {"POSITION": 0}, "indices": 1, "material": 1}]}],
+  "cameras": [
+    {"name": "front", "type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1, "aspectRatio": 1}},
+    {"name": "above", "type": "orthographic", "orthographic": {"xmag": 4, "ymag": 2, "znear": 0.1, "zfar": 20}}],
+  "nodes": [
+    {"mesh": 0, "scale": [2, 1, 2]},
+    {"mesh": 1, "translation": [0, 2, 0], "scale": [0.5, 1, 0.5]},
+    {"camera": 0, "name": "front", "translation": [0, 1, 6]},
+    {"camera": 1, "name": "above", "translation": [0, 8, 0], "rotation": [-0.7071067811865476, 0, 0, 0.7071067811865476]}],
+  "scenes": [{"nodes": [0, 1, 2, 3]}],
+  "scene": 0
+})");
+    return scene;
+}
+
+}  // namespace halflight::test

@@ -1,0 +1,173 @@
+// What the program says no to: exit status, one clear line, and nothing left behind.
+#include <gtest/gtest.h>
+#include <sys/mount.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <regex>
+
+#include "tests/cli/process.h"
+
+namespace halflight::test {
+namespace {
+
+class Refusal : public testing::Test {
+  protected:
+    /// Runs `render` and expects this status and, as the only line, "halflight: " and `message` (a regular expression).
+    void expect(const std::vector<std::string>& arguments, int status, const std::string& message,
+                const RunOptions& options = {}) {
+        const auto before = folder.entries();
+        const Outcome outcome = run_program(arguments, options);
+        std::string command;
+        for (const std::string& argument : arguments) command += " " + argument;
+        EXPECT_EQ(outcome.status, status) << command << "\n" << outcome.err;
+        EXPECT_EQ(outcome.out, "") << command;
+        EXPECT_TRUE(std::regex_match(outcome.err, std::regex("halflight: " + message + "\n"))) << command << "\n"
+                                                                                               << outcome.err;
+        EXPECT_EQ(folder.entries(), before) << command << " left something behind";
+    }
+    /// The same for a render of the room to out.exr, kept short in case that it is not refused.
+    void expect_render(std::vector<std::string> more, int status, const std::string& message,
+                       const RunOptions& options = {}) {
+        std::vector<std::string> arguments = {"render", scene, folder / "out.exr", "--width", "8", "--height", "8"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        expect(arguments, status, message, options);
+    }
+
+    TemporaryFolder folder;
+    std::string scene = write_room(folder.path);
+};
+
+TEST_F(Refusal, CommandsThatMakeNoSense) {
+    const std::string exr = folder / "out.exr", png = folder / "out.png";
+    expect({}, 2, "command: is missing; see halflight --help");
+    expect({"frobnicate"}, 2, "frobnicate: is not expected; .*");
+    expect({"--frobnicate"}, 2, "--frobnicate: is not expected; .*");
+    expect({"render"}, 2, "SCENE: is missing.*");
+    expect({"render", scene}, 2, "OUTPUT: is missing.*");
+    expect({"info"}, 2, "SCENE: is missing.*");
+    expect({"info", scene, scene}, 2, ".*: is not expected; .*");
+    expect({"render", scene, exr, exr}, 2, ".*out.exr: is given twice as output");
+    expect({"render", scene, folder / "out.jpg"}, 2, ".*out.jpg: an output is an .exr or a .png");
+    expect({"render", scene, folder / "exr"}, 2, ".*exr: an output is an .exr or a .png");
+    expect({"render", scene, png, "--aov", "albedo"}, 2, "--aov: is for an .exr, and none is asked for");
+    expect({"render", scene, exr, "--exposure", "1"}, 2, "--exposure: is for a .png, and none is asked for");
+}
+
+TEST_F(Refusal, OptionsOutOfRange) {
+    expect_render({"--frobnicate"}, 2, "--frobnicate: is not expected; .*");
+    expect_render({"--samples"}, 2, "--samples: wants exactly one value");
+    expect_render({"--samples", "1", "--samples", "2"}, 2, "--samples: wants exactly one value");
+    for (const char* value : {"0", "-1", "1.5", "many", "", "1e3", "99999999999999999999"})
+        expect_render({"--samples", value}, 2, "--samples: wants a whole number from 1 to [0-9]+, not '.*'");
+    for (const char* value : {"0", "-1", "nan", "inf", "soon"})
+        expect_render({"--time", value}, 2, "--time: wants a number from .* to .*, not '.*'");
+    expect_render({"--samples", "1", "--time", "1"}, 2, "--samples: cannot be given together with --time");
+    expect_render({"--bounces", "-1"}, 2, "--bounces: wants a whole number from 0 to .*");
+    expect_render({"--seed", "-1"}, 2, "--seed: wants a whole number from 0 to 4294967295, not '-1'");
+    expect({"render", scene, folder / "out.exr", "--width", "0"}, 2, "--width: wants a whole number from 1 to .*");
+    expect_render({"--look-from", "0,0,1"}, 2, "--look-from: goes together with --look-at");
+    expect_render({"--look-from", "0,0", "--look-at", "0,0,0"}, 2, "--look-from: wants X,Y,Z, not '0,0'");
+    expect_render({"--look-from", "0,0,nan", "--look-at", "0,0,0"}, 2, "--look-from: wants X,Y,Z, not '0,0,nan'");
+    expect_render({"--up", "0,1,0"}, 2, "--up: needs --look-from and --look-at");
+    expect_render({"--camera", "0", "--look-from", "0,0,1", "--look-at", "0,0,0"}, 2,
+                  "--camera: cannot be given together with --look-from");
+    expect_render({"--env", "1,-1,1"}, 2, "--env: radiance is never negative: '1,-1,1'");
+    expect_render({"--aov", "albedo,smell"}, 2, "--aov: there is no 'smell', only all, .*albedo.*");
+}
+
+TEST_F(Refusal, WhatTheSceneDoesNotHave) {
+    expect_render({"--camera", "rear"}, 1, ".*: no camera 'rear': it has 0 'front', 1 'above'");
+    expect_render({"--camera", "2"}, 1, ".*: no camera '2': it has 0 'front', 1 'above'");
+    expect_render({"--look-from", "0,0,0", "--look-at", "0,0,0"}, 1, ".*");
+    expect_render({"--look-from", "0,5,0", "--look-at", "0,0,0", "--up", "0,1,0"}, 1, ".*");
+}
+
+TEST_F(Refusal, FilesThatCannotBeRead) {
+    const std::string out = folder / "out.exr";
+    expect({"render", folder / "none.glb", out}, 1, ".*none.glb: cannot read: No such file or directory");
+    expect({"render", folder.path, out}, 1, ".*: cannot read: Is a directory");
+    write_text(folder / "empty.glb", "");
+    expect({"render", folder / "empty.glb", out}, 1, ".*empty.glb.*");
+    write_text(folder / "cut.gltf", read_text(scene).substr(0, 300));
+    expect({"render", folder / "cut.gltf", out}, 1, ".*cut.gltf.*");
+    std::filesystem::create_directory(folder / "sub");
+    std::string outside = read_text(scene);
+    outside.replace(outside.find("room.bin"), 8, "../room.bin");
+    write_text(folder / "sub" / "outside.gltf", outside);
+    expect({"info", folder / "sub" / "outside.gltf"}, 1, ".*outside.gltf.*room.bin.*");
+    EXPECT_EQ(run_program({"info", folder / "sub" / "outside.gltf", "--allow-outside"}).status, 0);
+    expect_render({"--env", folder / "none.exr"}, 1, ".*none.exr: cannot read: No such file or directory");
+    expect({"info", folder / "none\n.glb"}, 1, R"(.*none\?.glb: cannot read: .*)");
+}
+
+TEST_F(Refusal, ColourThatIsNotThere) {
+    const std::string png = folder / "out.png";
+    expect_render({"--ocio", folder / "none.ocio"}, 1, ".*none.ocio.*");
+    write_text(folder / "bad.ocio", "ocio_profile_version: 2\nroles: [\n");
+    expect_render({"--ocio", folder / "bad.ocio"}, 1, ".*bad.ocio.*");
+    expect_render({}, 1, ".*none.ocio.*", {.environment = {"OCIO=" + (folder / "none.ocio").string()}});
+    expect({"render", scene, png, "--view", "Rosy"}, 1, ".*Rosy.*");
+    expect({"render", scene, png, "--display", "Wall"}, 1, ".*Wall.*");
+    expect({"render", scene, png, "--look", "Wistful"}, 1, ".*Wistful.*");
+    expect_render({"--working-space", "sideways"}, 1, ".*sideways.*");
+}
+
+TEST_F(Refusal, FilesThatCannotBeWritten) {
+    expect({"render", scene, folder / "none" / "out.exr"}, 1, ".*out.exr: cannot write: No such file or directory");
+    std::filesystem::create_directory(folder / "dir.exr");
+    expect({"render", scene, folder / "dir.exr"}, 1, ".*dir.exr: cannot write: Is a directory");
+    expect_render({"--stats", folder / "none" / "stats.json"}, 1, ".*stats.json: cannot write: .*");
+    expect_render({"--dump-graph", folder / "none" / "graph.dot"}, 1, ".*graph.dot: cannot write: .*");
+    // Permissions do not hold root back; /sys holds everybody back.
+    std::filesystem::path unwritable = "/sys";
+    if (geteuid() != 0) {
+        unwritable = folder / "locked";
+        std::filesystem::create_directory(unwritable);
+        std::filesystem::permissions(unwritable, std::filesystem::perms::owner_read);
+    }
+    expect({"render", scene, unwritable / "out.exr"}, 1,
+           ".*out.exr: cannot write: (Permission denied|Operation not permitted|Read-only file system)");
+}
+
+TEST_F(Refusal, StandardOutputThatIsFull) {
+    expect({"info", scene}, 1, "standard output: cannot write", {.stdout_path = "/dev/full"});
+}
+
+TEST_F(Refusal, NoDevice) {
+    expect_render({"--device", "abacus"}, 1, ".*abacus.*");
+    expect_render({}, 1, ".*", {.environment = {"__EGL_VENDOR_LIBRARY_DIRS=" + folder.path.string()}});
+}
+
+/// 64 x 64 pixels of four floats of noise need more than this many bytes, zipped or not.
+constexpr int kTooFewBytes = 16384;
+
+TEST_F(Refusal, LimitOfFileSize) {
+    const auto limit = [] {
+        const rlimit size{kTooFewBytes, kTooFewBytes};
+        setrlimit(RLIMIT_FSIZE, &size);
+    };
+    // The driver's shader cache must not run into the limit.
+    expect({"render", scene, folder / "out.exr", "--width", "64", "--height", "64", "--samples", "1", "--quiet"}, 1,
+           ".*out.exr: .*File too large", {.environment = {"MESA_SHADER_CACHE_DISABLE=true"}, .in_child = limit});
+}
+
+TEST_F(Refusal, DiskIsFull) {
+    const std::string disk = folder / "disk";
+    std::filesystem::create_directory(disk);
+    const std::string size = "size=" + std::to_string(kTooFewBytes);
+    if (mount("tmpfs", disk.c_str(), "tmpfs", 0, size.c_str()) != 0)
+        GTEST_SKIP() << "needs the right to mount a small disk";
+    const Outcome outcome = run_program(
+        {"render", scene, disk + "/out.exr", "--width", "64", "--height", "64", "--samples", "1", "--quiet"});
+    const bool empty = std::filesystem::is_empty(disk);
+    umount(disk.c_str());
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_TRUE(std::regex_match(outcome.err, std::regex("halflight: .*out.exr: .*No space left on device\n")))
+        << outcome.err;
+    EXPECT_TRUE(empty) << "something was left on the full disk";
+}
+
+}  // namespace
+}  // namespace halflight::test

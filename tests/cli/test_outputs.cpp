@@ -1,0 +1,309 @@
+// What the program writes, and when.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+
+#include "engine/io/exr.h"
+#include "passes/render.h"
+#include "tests/cli/process.h"
+
+namespace halflight::test {
+namespace {
+
+using Strings = std::vector<std::string>;
+
+class Output : public testing::Test {
+  protected:
+    /// Renders the room, 32 x 32 pixels and one sample unless told otherwise, and expects success.
+    Outcome render(Strings more, const RunOptions& options = {}) {
+        Strings arguments = {"render", scene};
+        const auto add = [&](const char* option, const char* value) {
+            if (std::find(more.begin(), more.end(), option) == more.end())
+                arguments.insert(arguments.end(), {option, value});
+        };
+        add("--width", "32"), add("--height", "32"), add("--samples", "1");
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        Outcome outcome = run_program(arguments, options);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(outcome.out, "");
+        return outcome;
+    }
+    std::string file(const std::string& name) const { return folder / name; }
+
+    TemporaryFolder folder;
+    std::string scene = write_room(folder.path);
+    const RunOptions fixed_date{.environment = {"SOURCE_DATE_EPOCH=0"}};
+};
+
+Strings channel_names(const ExrFile& exr) {
+    Strings names;
+    for (const ExrChannel& channel : exr.channels) names.push_back(channel.name);
+    return names;
+}
+
+bool same_pixels(const std::string& a, const std::string& b) {
+    const ExrFile x = read_exr(a), y = read_exr(b);
+    if (channel_names(x) != channel_names(y)) return false;
+    for (std::size_t i = 0; i < x.channels.size(); ++i)
+        if (x.channels[i].values != y.channels[i].values) return false;
+    return true;
+}
+
+/// Width and height in a PNG's header; the file must also have its end.
+std::pair<int, int> png_size(const std::string& path) {
+    const std::string bytes = read_text(path);
+    EXPECT_TRUE(bytes.starts_with("\x89PNG\r\n\x1a\n"));
+    EXPECT_EQ(bytes.substr(bytes.size() - 8, 4), "IEND");
+    const auto number = [&](std::size_t at) {
+        int value = 0;
+        for (std::size_t i = at; i < at + 4; ++i) value = value * 256 + static_cast<unsigned char>(bytes.at(i));
+        return value;
+    };
+    return {number(16), number(20)};
+}
+
+TEST_F(Output, ExrAndPngInOneRun) {
+    render({file("a.exr"), file("a.png"), "--width", "40", "--height", "20"});
+    const ExrFile exr = read_exr(file("a.exr"));
+    EXPECT_EQ(exr.width, 40);
+    EXPECT_EQ(exr.height, 20);
+    EXPECT_EQ(channel_names(exr), (Strings{"A", "B", "G", "R"}));
+    EXPECT_EQ(exr.find("R")->type, ExrType::float32);
+    EXPECT_EQ(png_size(file("a.png")), std::pair(40, 20));
+    EXPECT_EQ(folder.entries(), (Strings{"a.exr", "a.png", "room.bin", "room.gltf"}));
+
+    EXPECT_NE(exr.attributes.software.find("halflight"), std::string::npos);
+    EXPECT_NE(exr.attributes.comments.find("1 samples"), std::string::npos) << exr.attributes.comments;
+    ASSERT_TRUE(exr.attributes.world_to_camera && exr.attributes.world_to_clip && exr.attributes.chromaticities);
+    // The camera "front" stands at (0, 1, 6): its place is the origin of camera space, straight ahead is mid-picture.
+    EXPECT_NEAR(glm::length(dvec3(*exr.attributes.world_to_camera * dvec4(0, 1, 6, 1))), 0, 1e-6);
+    const dvec4 ahead = *exr.attributes.world_to_clip * dvec4(0, 1, 0, 1);
+    EXPECT_NEAR(ahead.x / ahead.w, 0, 1e-6);
+    EXPECT_NEAR(ahead.y / ahead.w, 0, 1e-6);
+    // The upper edge of its view, 0.4 radians up, is the upper edge of the picture.
+    const dvec4 top = *exr.attributes.world_to_clip * dvec4(0, 1 + 6 * std::tan(0.4), 0, 1);
+    EXPECT_NEAR(top.y / top.w, 1, 1e-6);
+}
+
+TEST_F(Output, LayersAreThoseAskedFor) {
+    render({file("all.exr"), "--aov", "all", "--half"});
+    const ExrFile all = read_exr(file("all.exr"));
+    std::size_t channels = 4;
+    for (const AovInfo& aov : known_aovs()) channels += aov.channels.size();
+    EXPECT_EQ(all.channels.size(), channels);
+    EXPECT_EQ(all.find("R")->type, ExrType::half);
+    for (const ExrChannel& channel : all.channels) {
+        if (channel.type == ExrType::uint32) continue;
+        EXPECT_TRUE(std::ranges::all_of(channel.values, [](float v) { return std::isfinite(v); })) << channel.name;
+    }
+
+    render({file("two.exr"), "--aov", "normal,albedo", "--aov", "albedo"});
+    EXPECT_EQ(channel_names(read_exr(file("two.exr"))),
+              (Strings{"A", "B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "normal.X", "normal.Y", "normal.Z"}));
+}
+
+TEST_F(Output, CameraAndSizeFollowTheScene) {
+    render({file("front.exr"), "--width", "24", "--height", "24"});
+    render({file("zero.exr"), "--width", "24", "--height", "24", "--camera", "0"});
+    render({file("above.exr"), "--width", "24", "--height", "24", "--camera", "above"});
+    EXPECT_TRUE(same_pixels(file("front.exr"), file("zero.exr")));
+    EXPECT_FALSE(same_pixels(file("front.exr"), file("above.exr")));
+    // "above" is twice as wide as high.
+    const Outcome outcome =
+        run_program({"render", scene, file("size.exr"), "--camera", "above", "--width", "40", "--samples", "1"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_EQ(read_exr(file("size.exr")).height, 20);
+    // The same view by hand.
+    render({file("hand.exr"), "--width", "24", "--height", "24", "--look-from", "0,1,6", "--look-at", "0,1,0", "--vfov",
+            "45.836623610465857"});  // 0.8 radians
+    const Image front = read_exr(file("front.exr")).image({"R", "G", "B"});
+    const Image hand = read_exr(file("hand.exr")).image({"R", "G", "B"});
+    double difference = 0;
+    for (std::size_t i = 0; i < front.pixels.size(); ++i) difference += std::abs(front.pixels[i] - hand.pixels[i]);
+    EXPECT_LT(difference / static_cast<double>(front.pixels.size()), 0.01);
+}
+
+TEST_F(Output, SameCommandSamePicture) {
+    const Strings settings = {"--samples", "3", "--seed", "7", "--aov", "all"};
+    const auto with = [&](const std::string& output) {
+        Strings arguments = settings;
+        arguments.push_back(file(output));
+        return arguments;
+    };
+    render(with("a.exr"), fixed_date);
+    render(with("b.exr"), fixed_date);
+    EXPECT_EQ(read_text(file("a.exr")), read_text(file("b.exr")));
+    RunOptions threads = fixed_date;
+    threads.environment.push_back("LP_NUM_THREADS=1");
+    render(with("c.exr"), threads);
+    EXPECT_EQ(read_text(file("a.exr")), read_text(file("c.exr"))) << "the number of threads shows";
+    render({file("d.exr"), "--samples", "3", "--seed", "8", "--aov", "all"}, fixed_date);
+    EXPECT_FALSE(same_pixels(file("a.exr"), file("d.exr"))) << "the seed does nothing";
+    render({file("e.exr"), "--samples", "3", "--seed", "7", "--aov", "all", "--frame", "1"}, fixed_date);
+    EXPECT_FALSE(same_pixels(file("a.exr"), file("e.exr"))) << "the frame does nothing";
+}
+
+TEST_F(Output, ViewChangesThePngOnly) {
+    render({file("a.exr"), file("a.png")});
+    render({file("b.exr"), file("b.png"), "--exposure", "1"});
+    EXPECT_TRUE(same_pixels(file("a.exr"), file("b.exr")));
+    EXPECT_NE(read_text(file("a.png")), read_text(file("b.png")));
+}
+
+TEST_F(Output, WorkingSpace) {
+    render({file("rec709.exr"), "--working-space", "rec709"});
+    render({file("acescg.exr"), "--working-space", "acescg"});
+    const ExrFile rec709 = read_exr(file("rec709.exr")), acescg = read_exr(file("acescg.exr"));
+    ASSERT_TRUE(acescg.attributes.chromaticities);
+    EXPECT_NEAR(acescg.attributes.chromaticities->red.x, 0.713, 1e-5);
+    // White stays white, so that the sum of each matrix row is 1 (rgb_conversion).
+    const Image a = rec709.image({"R", "G", "B"}), b = acescg.image({"R", "G", "B"});
+    const mat3 matrix(rgb_conversion(kRec709, kAp1));
+    for (int y = 0; y < a.height; ++y) {
+        for (int x = 0; x < a.width; ++x) {
+            const vec3 expected = matrix * vec3(a.at(x, y)[0], a.at(x, y)[1], a.at(x, y)[2]);
+            for (int c = 0; c < 3; ++c) ASSERT_NEAR(b.at(x, y)[c], expected[c], 1e-4f * (1 + std::abs(expected[c])));
+        }
+    }
+}
+
+TEST_F(Output, StatisticsTellTheRun) {
+    render({file("a.exr"), "--samples", "2", "--stats", file("stats.json"), "--dump-graph", file("graph.dot")});
+    const auto stats = nlohmann::json::parse(read_text(file("stats.json")));
+    EXPECT_EQ(stats.at("samples"), 2);
+    EXPECT_EQ(stats.at("paths"), 32 * 32 * 2);
+    EXPECT_EQ(stats.at("counts").at("triangles_with_instances"), 4);
+    EXPECT_EQ(stats.at("settings").at("width"), 32);
+    EXPECT_EQ(stats.at("outputs"), Strings{file("a.exr")});
+    EXPECT_GT(stats.at("gpu_bytes"), 0);
+    EXPECT_GT(stats.at("peak_memory_bytes"), 0);
+    EXPECT_FALSE(stats.at("device").at("renderer").get<std::string>().empty());
+    EXPECT_EQ(stats.at("device").at("errors"), 0);
+    for (const auto& [component, count] : stats.at("non_finite").items()) EXPECT_EQ(count, 0) << component;
+    const auto& seconds = stats.at("seconds");
+    double sum = 0;
+    for (const char* step : {"load", "context", "prepare", "compile", "render", "finish", "write"})
+        sum += seconds.at(step).get<double>();
+    EXPECT_NEAR(sum, seconds.at("total").get<double>(), 0.05 * sum + 0.01) << seconds;
+    std::set<std::string> passes;
+    for (const auto& pass : stats.at("passes")) {
+        EXPECT_GE(pass.at("seconds"), 0);
+        EXPECT_GE(pass.at("runs"), 2) << pass;
+        passes.insert(pass.at("name"));
+    }
+    EXPECT_FALSE(passes.empty());
+    const std::string dot = read_text(file("graph.dot"));
+    EXPECT_TRUE(dot.starts_with("digraph")) << dot.substr(0, 80);
+    EXPECT_NE(dot.find("gbuffer"), std::string::npos);
+}
+
+TEST_F(Output, TimeDecides) {
+    render({file("a.exr"), "--samples", "1"});  // fills the driver's shader cache
+    const Outcome outcome = run_program({"render", scene, file("b.exr"), "--width", "32", "--height", "32", "--time",
+                                         "0.5", "--stats", file("stats.json")});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    const auto stats = nlohmann::json::parse(read_text(file("stats.json")));
+    EXPECT_GT(stats.at("samples"), 1);
+    EXPECT_GE(stats.at("seconds").at("render"), 0.4);
+    EXPECT_LT(stats.at("seconds").at("render"), 5);
+}
+
+TEST_F(Output, SceneWithoutLightGetsASky) {
+    scene = write_room(folder.path, false);
+    EXPECT_NE(render({file("a.exr")}).err.find("a neutral sky is added"), std::string::npos);
+    EXPECT_EQ(render({file("b.exr"), "--env", "0,0,0"}).err.find("sky"), std::string::npos);
+    const Image dark = read_exr(file("b.exr")).image({"R", "G", "B"});
+    EXPECT_TRUE(std::ranges::all_of(dark.pixels, [](float v) { return v == 0; }));
+}
+
+TEST_F(Output, ProgressInLinesAndAsABar) {
+    const std::regex lines("(halflight: .*\n)*");
+    const Outcome plain = render({file("a.exr"), "--samples", "20"});
+    EXPECT_TRUE(std::regex_match(plain.err, lines)) << plain.err;
+    EXPECT_NE(plain.err.find("20/20 samples, "), std::string::npos) << plain.err;
+    EXPECT_LT(std::count(plain.err.begin(), plain.err.end(), '\n'), 15) << plain.err;
+
+    RunOptions terminal{.environment = {"TERM=xterm"}, .terminal = true};
+    const Strings arguments = {"render", scene, file("b.exr"), "--width", "32", "--height", "32", "--samples", "20"};
+    const Outcome bar = run_program(arguments, terminal);
+    EXPECT_EQ(bar.status, 0) << bar.err;
+    EXPECT_TRUE(std::regex_search(bar.err, std::regex(R"(\r\[#*\.*\] [0-9]+/20 samples, 0:[0-9]+ elapsed, )")))
+        << bar.err;
+    for (std::size_t at = 0; (at = bar.err.find("\r[", at)) != std::string::npos; ++at)
+        EXPECT_LT(bar.err.find("\033[K", at) - at, 80u) << "wider than the terminal";
+
+    terminal.environment = {"TERM=dumb"};
+    const Outcome dumb = run_program(arguments, terminal);
+    EXPECT_EQ(dumb.err.find('\033'), std::string::npos) << dumb.err;
+
+    EXPECT_EQ(render({file("c.exr"), "--quiet"}).err, "");
+}
+
+TEST_F(Output, StoppedInTheMiddleLeavesNothing) {
+    const auto files = folder.entries();
+    const Strings endless = {"render", scene,      file("a.exr"), file("a.png"), "--width",
+                             "32",     "--height", "32",          "--samples",   "10000000"};
+    for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
+        bool sent = false;
+        RunOptions options;
+        options.watch = [&](pid_t child, const std::string& err) {
+            // Once the device is known, rendering begins.
+            if (!sent && err.find("pixels, camera") != std::string::npos) sent = kill(child, signal) == 0;
+        };
+        const Outcome outcome = run_program(endless, options);
+        EXPECT_EQ(outcome.status, 128 + signal) << outcome.err;
+        EXPECT_EQ(folder.entries(), files);
+        if (signal == SIGKILL) continue;
+        EXPECT_TRUE(
+            std::regex_search(outcome.err, std::regex("halflight: .*a.exr: not written: interrupted after .*\n$")))
+            << outcome.err;
+    }
+}
+
+TEST_F(Output, OldPictureStaysUntilTheNewOneIsThere) {
+    write_text(file("a.exr"), "old");
+    const Outcome bad = run_program({"render", scene, file("a.exr"), "--camera", "rear"});
+    EXPECT_EQ(bad.status, 1);
+    EXPECT_EQ(read_text(file("a.exr")), "old");
+    render({file("a.exr")});
+    EXPECT_EQ(read_exr(file("a.exr")).width, 32);
+}
+
+TEST_F(Output, InfoTellsTheScene) {
+    const Outcome text = run_program({"info", scene});
+    EXPECT_EQ(text.status, 0) << text.err;
+    EXPECT_EQ(text.err, "");
+    EXPECT_NE(text.out.find("front"), std::string::npos) << text.out;
+    const Outcome json = run_program({"info", "--json", scene});
+    ASSERT_EQ(json.status, 0) << json.err;
+    const auto facts = nlohmann::json::parse(json.out);
+    EXPECT_EQ(facts.at("counts").at("triangles"), 4);
+    EXPECT_EQ(facts.at("cameras").at(1).at("name"), "above");
+    EXPECT_EQ(facts.at("lights").at("emissive_triangles"), 2);
+    EXPECT_EQ(facts.at("repaired").at("normals_generated"), 8);
+    EXPECT_NEAR(facts.at("bounds").at("size").at(0), 4, 1e-6);
+}
+
+TEST_F(Output, InfoListsDevices) {
+    const Outcome text = run_program({"info", "--device"});
+    EXPECT_EQ(text.status, 0) << text.err;
+    EXPECT_EQ(std::count(text.out.begin(), text.out.end(), '*'), 1) << text.out;
+    const auto devices = nlohmann::json::parse(run_program({"info", "--device", "--json"}).out).at("devices");
+    for (const auto& device : devices) EXPECT_FALSE(device.at("reason").get<std::string>().empty()) << device;
+}
+
+TEST_F(Output, HelpAndVersion) {
+    for (const Strings& arguments : {Strings{"--help"}, Strings{"render", "--help"}, Strings{"info", "-h"}}) {
+        const Outcome help = run_program(arguments);
+        EXPECT_EQ(help.status, 0);
+        EXPECT_EQ(help.err, "");
+        EXPECT_NE(help.out.find("Usage: halflight"), std::string::npos);
+    }
+    EXPECT_TRUE(std::regex_match(run_program({"--version"}).out, std::regex(R"(halflight \d+\.\d+\.\d+\n)")));
+}
+
+}  // namespace
+}  // namespace halflight::test
