@@ -12,6 +12,8 @@
 #include <algorithm>
 #include <bit>
 #include <cstring>
+#include <iterator>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/io/exr.h"
@@ -38,6 +40,16 @@ class HeaderGuard {
     }
 
   private:
+    static constexpr std::pair<std::string_view, std::uint32_t> kFixedSizes[] = {
+        {"box2i", 16},      {"box2f", 16},   {"chromaticities", 32},
+        {"compression", 1}, {"double", 8},   {"envmap", 1},
+        {"float", 4},       {"int", 4},      {"keycode", 28},
+        {"lineOrder", 1},   {"m33d", 72},    {"m33f", 36},
+        {"m44d", 128},      {"m44f", 64},    {"rational", 8},
+        {"tiledesc", 9},    {"timecode", 8}, {"v2d", 16},
+        {"v2f", 8},         {"v2i", 8},      {"v3d", 24},
+        {"v3f", 12},        {"v3i", 12}};
+
     void check_header() {
         while (peek() != '\0') {
             const std::string_view name = read_name();
@@ -45,14 +57,28 @@ class HeaderGuard {
             const std::uint32_t size = read_uint32();
             if (size > bytes_.size() - position_) fail();
             const std::size_t end = position_ + size;
-            if (name == "dataWindow" && type == "box2i" && size == 16) check_window();
-            if (name == "tiles" && type == "tiledesc" && size == 9) {
+            // OpenEXR reads these types by their contents and trusts the size of the others: both must lead to `end`.
+            const auto fixed = std::find_if(std::begin(kFixedSizes), std::end(kFixedSizes),
+                                            [&](const auto& known) { return known.first == type; });
+            if (fixed != std::end(kFixedSizes) && fixed->second != size) fail();
+            if (type == "chlist") check_channels(end);
+            if (name == "dataWindow" && type == "box2i") check_window();
+            if (type == "tiledesc") {
                 check_side(read_uint32());
                 check_side(read_uint32());
             }
             position_ = end;
         }
         ++position_;
+    }
+
+    void check_channels(std::size_t end) {
+        constexpr std::size_t kChannel = 16;  // bytes that follow the name: type, linearity, sampling
+        while (peek() != '\0') {
+            read_name();
+            position_ += kChannel;
+        }
+        if (position_ + 1 != end) fail();
     }
 
     void check_window() {
@@ -90,7 +116,7 @@ class HeaderGuard {
         return value;
     }
 
-    [[noreturn]] void fail() const { throw Error(subject_, "is damaged or truncated: its header does not end"); }
+    [[noreturn]] void fail() const { throw Error(subject_, "is damaged or truncated: its header makes no sense"); }
 
     const std::string& subject_;
     std::string_view bytes_;

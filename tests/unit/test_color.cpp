@@ -228,7 +228,7 @@ TEST(Color, EnvironmentVariableIsObeyedOrAnError) {
     }
     {
         Ocio folder(HALFLIGHT_SOURCE_DIR);
-        EXPECT_NE(error_of([] { ColorConfig::load(); }), "no error");
+        EXPECT_TRUE(error_of([] { ColorConfig::load(); }).ends_with("it is a folder"));
     }
     {
         Ocio empty("");
@@ -243,6 +243,13 @@ TEST(Color, EnvironmentVariableIsObeyedOrAnError) {
         Ocio missing("/nonexistent/config.ocio");
         EXPECT_EQ(ColorConfig::load(own).source(), own) << "a file that is given comes first";
     }
+    const fs::path bad = fs::path(testing::TempDir()) / "halflight-bad.ocio";
+    for (const char* text : {"", "ocio_profile_version: 2\ndisplays: [", "\x01\x02 {", "ocio_profile_version: 2.1\n"}) {
+        std::ofstream(bad) << text;
+        const std::string error = error_of([&] { ColorConfig::load(bad); });
+        EXPECT_TRUE(error.starts_with(bad.string() + ": cannot be used")) << error;
+    }
+    fs::remove(bad);
     EXPECT_TRUE(error_of([] { ColorConfig::load("/nonexistent.ocio"); }).starts_with("/nonexistent.ocio: cannot"));
 }
 
