@@ -26,16 +26,16 @@ struct Sums {
 
 }  // namespace
 
-Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const SampleInputs& sample, bool want_squares,
-                           gpu::Buffer& non_finite) {
+Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
+                           const AccumulateOptions& options, gpu::Buffer& non_finite) {
     const std::size_t paths = view.band.paths();
     graph::Pass pass = graph.add_pass("accumulate");
-    gpu::Defines defines;
+    gpu::Defines defines = view.scene.defines();
     pass.read(sample.gbuffer.surfaces, Access::storage_read);
     if (sample.direct) {
         pass.read(sample.direct->light, Access::storage_read);
         pass.read(sample.direct->occluded, Access::storage_read);
-        defines.set("HALFLIGHT_DIRECT");
+        defines.set("HALFLIGHT_LIGHT_SAMPLES");
     }
     if (sample.paths) {
         pass.read(sample.paths->states, Access::storage_read);
@@ -54,11 +54,15 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         return sums.back().pair.now;
     };
     out.emission = keep("emission sums", 4, 5);
-    if (sample.direct) out.direct = keep("direct sums", 6, 7);
+    if (sample.direct || sample.paths) out.direct = keep("direct sums", 6, 7);
     if (pending) out.indirect = keep("indirect sums", 6, 9);
-    if (want_squares) {
+    if (options.squares) {
         out.squares = keep("square sums", 3, 11);
         defines.set("HALFLIGHT_SQUARES");
+    }
+    if (options.features) {
+        out.features = keep("feature sums", 6, 14);
+        defines.set("HALFLIGHT_FEATURES");
     }
     out.non_finite = pass.write(graph.import_buffer("non-finite counts", non_finite), Access::storage_read_write);
 

@@ -20,16 +20,23 @@ struct SampleInputs {
 /// Sums over all samples so far, at the path index; divide by the number of samples.
 /// Handles of what the frame left out are empty.
 struct Accumulated {
-    graph::BufferHandle emission;    // 4 doubles: rgb, coverage (1 for every sample that met a surface)
-    graph::BufferHandle direct;      // 6 doubles: diffuse rgb, glossy rgb
-    graph::BufferHandle indirect;    // 6 doubles: diffuse rgb, glossy rgb
-    graph::BufferHandle squares;     // 3 doubles: squares of the samples' beauty, for its variance
+    graph::BufferHandle emission;  // 4 doubles: rgb, coverage (1 for every sample that met a surface)
+    graph::BufferHandle direct;    // 6 doubles: diffuse rgb, glossy rgb; light met by next-event estimation or by a ray
+    graph::BufferHandle indirect;  // 6 doubles: diffuse rgb, glossy rgb
+    graph::BufferHandle squares;   // 3 doubles: squares of the samples' beauty, for its variance
+    graph::BufferHandle features;  // 6 doubles: albedo rgb (diffuse, transmitted and specular at normal
+                                   // incidence), shading normal xyz (world); zero where there is no surface
     graph::BufferHandle non_finite;  // kCountedPasses uints: values that were NaN or infinite and taken as zero
 };
 
-/// The sums live in the graph's history: a run adds one sample, an invalidation starts anew. `non_finite`: kCountedPasses
-/// uints that outlive the graph and are counted up.
-Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const SampleInputs& sample, bool want_squares,
-                           gpu::Buffer& non_finite);
+struct AccumulateOptions {
+    bool squares = false;
+    bool features = false;
+};
+
+/// The sums live in the graph's history: a run adds one sample, an invalidation starts anew. `non_finite`:
+/// kCountedPasses uints that outlive the graph and are counted up.
+Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
+                           const AccumulateOptions& options, gpu::Buffer& non_finite);
 
 }  // namespace halflight

@@ -29,8 +29,8 @@ void ViewKernel::bind(const gpu::Program& program) const {
     }
 }
 
-Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples, bool opaque_background,
-                        const ViewKernel* view_kernel) {
+Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples,
+                        bool opaque_background, const ViewKernel* view_kernel) {
     Composite out;
     gpu::Defines defines;
     graph::Pass pass = graph.add_pass("composite");

@@ -35,9 +35,9 @@ struct Composite {
     graph::TextureHandle view;    // RGBA32F: display-encoded, [0,1]; empty without a view kernel
 };
 
-/// Mean of `samples` samples. `view_kernel` may be null and must outlive the graph. `opaque_background`: an environment is seen
-/// where no surface is.
-Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples, bool opaque_background,
-                        const ViewKernel* view_kernel);
+/// Mean of `samples` samples. `view_kernel` may be null and must outlive the graph. `opaque_background`: an environment
+/// is seen where no surface is.
+Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples,
+                        bool opaque_background, const ViewKernel* view_kernel);
 
 }  // namespace halflight

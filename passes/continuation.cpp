@@ -16,7 +16,8 @@ struct Shadowing {
     bool answered() const { return occluded.version != 0; }
 };
 
-/// One vertex of the paths in `arriving`: light met and light sampled are added, and where `leaving` is given, rays are sent on.
+/// One vertex of the paths in `arriving`: light met and light sampled are added, and where `leaving` is given, rays are
+/// sent on.
 void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const PathList& arriving, PathBuffers& paths,
                 Shadowing& shadowing, PathList* lit, PathList* leaving) {
     const bool last = leaving == nullptr;
@@ -71,8 +72,8 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
 
 }  // namespace
 
-Continuation add_continuation(graph::Graph& graph, const SceneView& view, const std::vector<PathList>& batches, int bounces,
-                              PathBuffers& paths) {
+Continuation add_continuation(graph::Graph& graph, const SceneView& view, const std::vector<PathList>& batches,
+                              int bounces, PathBuffers& paths) {
     const std::size_t capacity = view.band.paths();
     Shadowing shadowing{graph.create_buffer("light sample rays", {capacity * sizeof(shared::Ray)}),
                         graph.create_buffer("light sample occluded", {capacity * sizeof(shared::uint)})};
@@ -85,12 +86,11 @@ Continuation add_continuation(graph::Graph& graph, const SceneView& view, const 
             graph, view.trace, {rays::RayKind::shadow, view.band.paths(), shadowing.rays, lit.list, lit.header},
             shadowing.occluded);
         paths.hits = rays::closest_hit(
-            graph, view.trace, {rays::RayKind::continuation, view.band.paths(), paths.rays, leaving.list, leaving.header},
-            paths.hits);
+            graph, view.trace,
+            {rays::RayKind::continuation, view.band.paths(), paths.rays, leaving.list, leaving.header}, paths.hits);
         arriving = {leaving};
     }
-    for (const PathList& batch : arriving)
-        add_vertex(graph, view, bounces, batch, paths, shadowing, nullptr, nullptr);
+    for (const PathList& batch : arriving) add_vertex(graph, view, bounces, batch, paths, shadowing, nullptr, nullptr);
     return {shadowing.answered() ? shadowing.occluded : graph::BufferHandle{}};
 }
 

@@ -12,9 +12,9 @@ struct Continuation {
     graph::BufferHandle occluded;  // uint by path: valid where the state's `pending` is
 };
 
-/// Follows the paths of `batches` from their first hit on, up to `bounces` reflections in all (the first surface's is one), with
-/// next-event estimation at every vertex and Russian roulette from depth 3 on. Updates `paths`.
-Continuation add_continuation(graph::Graph& graph, const SceneView& view, const std::vector<PathList>& batches, int bounces,
-                              PathBuffers& paths);
+/// Follows the paths of `batches` from their first hit on, up to `bounces` reflections in all (the first surface's is
+/// one), with next-event estimation at every vertex and Russian roulette from depth 3 on. Updates `paths`.
+Continuation add_continuation(graph::Graph& graph, const SceneView& view, const std::vector<PathList>& batches,
+                              int bounces, PathBuffers& paths);
 
 }  // namespace halflight

@@ -2,7 +2,6 @@
 
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/rays.h"
-#include "shaders/shared/surface.h"
 
 namespace halflight {
 namespace {
@@ -38,7 +37,7 @@ void evaluate(const SceneView& view, GBuffer& g, graph::Graph& graph) {
     pass.read(g.visibility, Access::texture_read);
     g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
     g.hits = pass.write(graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}), Access::storage_write);
-    g.surfaces = pass.write(graph.create_buffer("primary surfaces", {paths * sizeof(shared::SurfaceRecord)}),
+    g.surfaces = pass.write(graph.create_buffer("primary surfaces", {paths * view.scene.surface_record_bytes()}),
                             Access::storage_write);
     pass.execute([view, g, paths](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
@@ -48,7 +47,9 @@ void evaluate(const SceneView& view, GBuffer& g, graph::Graph& graph) {
         r.buffer(g.surfaces).bind_storage(2);
         view.trace.bind();
         view.scene.bind();
-        r.programs().compute("shaders/gbuffer.comp", view.scene.defines()).dispatch(static_cast<std::uint32_t>(paths / 64));
+        r.programs()
+            .compute("shaders/gbuffer.comp", view.scene.defines())
+            .dispatch(static_cast<std::uint32_t>(paths / 64));
     });
 }
 

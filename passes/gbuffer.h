@@ -15,7 +15,8 @@ struct GBuffer {
 };
 
 /// Rasterizes the band once, jittered as the frame constants say, and evaluates material and geometry at every pixel
-/// (a visibility buffer: Burns and Hunt 2013). Where nothing is seen, the record's emission is the environment's radiance.
+/// (a visibility buffer: Burns and Hunt 2013). Where nothing is seen, the record's emission is the environment's
+/// radiance.
 GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view);
 
 }  // namespace halflight

@@ -5,8 +5,8 @@
 
 namespace halflight {
 
-/// Sends a ray by the distribution of visible GGX normals (Heitz 2018) from every surface at which the glossy component was
-/// picked, and traces it.
+/// Sends a ray by the distribution of visible GGX normals (Heitz 2018) from every surface at which the glossy component
+/// was picked, and traces it.
 PathList add_glossy(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer, PathBuffers& paths);
 
 }  // namespace halflight

@@ -25,19 +25,19 @@ struct AovInfo {
 std::span<const AovInfo> known_aovs();
 
 struct RenderSettings {
-    int width = 1280;   // pixels, > 0
-    int height = 720;   // pixels, > 0
+    int width = 1280;  // pixels, > 0
+    int height = 720;  // pixels, > 0
     Camera camera;
-    int samples = 64;          // per pixel, > 0
-    double time_limit = 0;     // seconds; > 0: samples are added until it is spent, at least one, `samples` at most
-    int bounces = 8;           // reflections along a path, >= 0: 0 emission only, 1 direct light
-    std::uint32_t seed = 0;    // independent pictures of the same frame
-    std::uint32_t frame = 0;   // frame number: other noise for every frame
+    int samples = 64;         // per pixel, > 0
+    double time_limit = 0;    // seconds; > 0: samples are added until it is spent, at least one, `samples` at most
+    int bounces = 8;          // reflections along a path, >= 0: 0 emission only, 1 direct light
+    std::uint32_t seed = 0;   // independent pictures of the same frame
+    std::uint32_t frame = 0;  // frame number: other noise for every frame
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32
     bool want_view = false;         // also the picture through `view`
     ViewTransform view;
-    bool measure = false;           // wait for the GPU after each pass to tell its time (slower)
+    bool measure = false;  // wait for the GPU after each pass to tell its time (slower)
 };
 
 struct RenderProgress {
@@ -60,29 +60,30 @@ struct NonFiniteCount {
 };
 
 struct RenderStats {
-    int samples = 0;             // per pixel, done
-    bool interrupted = false;    // by the callback
-    double prepare_seconds = 0;  // tables, hierarchies, upload
-    double compile_seconds = 0;  // shaders
-    double render_seconds = 0;   // samples
-    std::uint64_t paths = 0;     // width x height x samples
-    std::size_t gpu_bytes = 0;   // buffers and textures, scene and frame
-    std::vector<PassTime> passes;          // with settings.measure, else empty
-    std::vector<std::string> left_out;     // passes that the scene or the settings did not need, with the reason
+    int samples = 0;                    // per pixel, done
+    bool interrupted = false;           // by the callback
+    double prepare_seconds = 0;         // tables, hierarchies, upload
+    double compile_seconds = 0;         // shaders
+    double render_seconds = 0;          // samples
+    std::uint64_t paths = 0;            // width x height x samples
+    std::size_t gpu_bytes = 0;          // buffers and textures, scene and frame
+    std::vector<PassTime> passes;       // with settings.measure, else empty
+    std::vector<std::string> left_out;  // passes that the scene or the settings did not need, with the reason
     std::vector<NonFiniteCount> non_finite;
 };
 
 struct RenderResult {
-    Image beauty;                 // RGBA, scene-linear Rec.709; A: 0 only where neither surface nor environment is seen
-    std::vector<ExrLayer> aovs;   // in the order asked for
-    Image view;                   // RGBA, display-encoded, [0,1]; empty unless wanted
+    Image beauty;                // RGBA, scene-linear Rec.709; A: 0 only where neither surface nor environment is seen
+    std::vector<ExrLayer> aovs;  // in the order asked for
+    Image view;                  // RGBA, display-encoded, [0,1]; empty unless wanted
     RenderStats stats;
 };
 
 /// Needs its context current on the calling thread for as long as it lives. Scene and context must outlive it.
 class Renderer {
   public:
-    /// Uploads the scene and compiles what it needs. Throws Error for settings out of range and for limits of the driver.
+    /// Uploads the scene and compiles what it needs. Throws Error for settings out of range and for limits of the
+    /// driver.
     Renderer(gpu::Context&, const Scene&, const ColorConfig&, RenderSettings);
     Renderer(Renderer&&) noexcept;
     ~Renderer();

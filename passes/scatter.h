@@ -36,8 +36,8 @@ struct FirstScatter {
     const char* kernel;
     rays::RayKind kind;
 };
-/// Samples the component where it was picked (one of all components is, at random), and traces the rays. Updates `paths`;
-/// the first such pass of a frame also sets up the states of paths that end here.
+/// Samples the component where it was picked (one of all components is, at random), and traces the rays. Updates
+/// `paths`; the first such pass of a frame also sets up the states of paths that end here.
 PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer, const FirstScatter& what,
                            PathBuffers& paths);
 

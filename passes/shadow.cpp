@@ -34,10 +34,13 @@ DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const
         r.buffer(batch.list_header).bind_storage(5);
         view.trace.bind();
         view.scene.bind();
-        r.programs().compute("shaders/shadow.comp", view.scene.defines()).dispatch(static_cast<std::uint32_t>(paths / 64));
+        r.programs()
+            .compute("shaders/shadow.comp", view.scene.defines())
+            .dispatch(static_cast<std::uint32_t>(paths / 64));
     });
 
-    direct.occluded = rays::any_hit(graph, view.trace, batch, graph.create_buffer("occluded", {paths * sizeof(shared::uint)}));
+    direct.occluded =
+        rays::any_hit(graph, view.trace, batch, graph.create_buffer("occluded", {paths * sizeof(shared::uint)}));
     return direct;
 }
 

@@ -10,8 +10,8 @@ struct DirectLightEstimate {
     graph::BufferHandle occluded;  // uint: 1 where the shadow ray met something, or where there was none
 };
 
-/// Picks one of all lights by power (area, punctual, environment), weights it by the power heuristic against BSDF sampling of
-/// each component (SHADING.md, Estimator), and traces the shadow ray through any_hit.
+/// Picks one of all lights by power (area, punctual, environment), weights it by the power heuristic against BSDF
+/// sampling of each component (SHADING.md, Estimator), and traces the shadow ray through any_hit.
 DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer);
 
 }  // namespace halflight

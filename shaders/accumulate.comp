@@ -1,12 +1,12 @@
 // Adds one sample to the sums of its pixel. No NaN or infinity gets into them: such values are counted, by the pass they come
 // from, and taken as zero.
 #include "shaders/shared/path.h"
-#include "shaders/shared/surface.h"
+#include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) readonly buffer Surfaces { SurfaceRecord surfaces[]; };
-#ifdef HALFLIGHT_DIRECT
+layout(std430, binding = 0) readonly buffer Surfaces { vec4 surfaces[]; };
+#ifdef HALFLIGHT_LIGHT_SAMPLES
 layout(std430, binding = 1) readonly buffer Light { DirectLight light[]; };
 layout(std430, binding = 2) readonly buffer Occluded { uint occluded[]; };
 #endif
@@ -19,7 +19,8 @@ layout(std430, binding = 4) readonly buffer LightOccluded { uint light_occluded[
 
 layout(std430, binding = 5) readonly buffer EmissionBefore { double emission_before[]; };  // rgb, coverage
 layout(std430, binding = 6) writeonly buffer EmissionNow { double emission_now[]; };
-#ifdef HALFLIGHT_DIRECT
+#if defined(HALFLIGHT_LIGHT_SAMPLES) || defined(HALFLIGHT_PATHS)
+#define HALFLIGHT_DIRECT
 layout(std430, binding = 7) readonly buffer DirectBefore { double direct_before[]; };  // diffuse rgb, glossy rgb
 layout(std430, binding = 8) writeonly buffer DirectNow { double direct_now[]; };
 #endif
@@ -31,7 +32,13 @@ layout(std430, binding = 10) writeonly buffer IndirectNow { double indirect_now[
 layout(std430, binding = 11) readonly buffer SquaresBefore { double squares_before[]; };
 layout(std430, binding = 12) writeonly buffer SquaresNow { double squares_now[]; };
 #endif
+#ifdef HALFLIGHT_FEATURES
+layout(std430, binding = 14) readonly buffer FeaturesBefore { double features_before[]; };  // albedo, normal
+layout(std430, binding = 15) writeonly buffer FeaturesNow { double features_now[]; };
+#endif
 layout(std430, binding = 13) buffer Counts { uint non_finite[kCountedPasses]; };
+
+#include "shaders/lib/surface_record.glsl"
 
 // Bits decide: a compiler may take isnan() of arithmetic for always false.
 bool finite(float v) { return (floatBitsToUint(v) & 0x7f800000u) != 0x7f800000u; }
@@ -48,18 +55,21 @@ vec3 guarded(vec3 v, uint pass) {
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
-    vec3 emission = guarded(surfaces[path].emission, kCountGBuffer);
+    SurfacePoint point = load_surface_point(path);
+    vec3 emission = guarded(point.emission, kCountGBuffer);
     vec3 beauty = emission;
     for (uint i = 0u; i < 3u; ++i) emission_now[path * 4u + i] = emission_before[path * 4u + i] + double(emission[i]);
-    emission_now[path * 4u + 3u] = emission_before[path * 4u + 3u] + double(is_surface(surfaces[path]) ? 1.0 : 0.0);
+    emission_now[path * 4u + 3u] = emission_before[path * 4u + 3u] + double(point.is_surface ? 1.0 : 0.0);
 
 #ifdef HALFLIGHT_DIRECT
     vec3 diffuse = vec3(0.0);
     vec3 glossy = vec3(0.0);
-    if (is_surface(surfaces[path]) && occluded[path] == 0u) {
+#ifdef HALFLIGHT_LIGHT_SAMPLES
+    if (point.is_surface && occluded[path] == 0u) {
         diffuse = guarded(light[path].diffuse, kCountShadow);
         glossy = guarded(light[path].glossy, kCountShadow);
     }
+#endif
 #ifdef HALFLIGHT_PATHS
     uint lobe = states[path].lobe;
     vec3 met = lobe == kLobeNone ? vec3(0.0) : guarded(states[path].direct, kCountScatter);
@@ -85,6 +95,16 @@ void main() {
         indirect_now[path * 6u + i] = indirect_before[path * 6u + i] + double(lobe == kLobeDiffuse ? later[i] : 0.0);
         indirect_now[path * 6u + 3u + i] =
             indirect_before[path * 6u + 3u + i] + double(lobe == kLobeGlossy ? later[i] : 0.0);
+    }
+#endif
+
+#ifdef HALFLIGHT_FEATURES
+    Bsdf b = load_bsdf(path);
+    vec3 albedo = point.is_surface ? b.diffuse + b.transmission + b.specular : vec3(0.0);
+    vec3 normal = point.is_surface ? b.normal : vec3(0.0);
+    for (uint i = 0u; i < 3u; ++i) {
+        features_now[path * 6u + i] = features_before[path * 6u + i] + double(albedo[i]);
+        features_now[path * 6u + 3u + i] = features_before[path * 6u + 3u + i] + double(normal[i]);
     }
 #endif
 

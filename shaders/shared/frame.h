@@ -7,7 +7,7 @@
 HALFLIGHT_SHARED_BEGIN
 
 // A frame is rendered in horizontal bands so that no buffer outgrows a driver's limit. Paths of a band are numbered in tile
-// order (shaders/lib/pixel_order.glsl); sampling is keyed by the pixel of the whole image, so bands change no result.
+// order (shaders/shared/pixel_order.h); sampling is keyed by the pixel of the whole image, so bands change no result.
 struct Frame {
     mat4 view_projection;       // world (relative to origin) to clip, reversed infinite depth, jitter included
     mat4 previous_view_projection;  // of the frame before, without jitter

@@ -1,0 +1,161 @@
+#include "passes/film.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include "shaders/shared/pixel_order.h"
+#include "shaders/shared/rays.h"
+
+namespace halflight {
+namespace {
+
+constexpr std::array kAovs = {
+    AovInfo{"emission", "RGB", "radiance of lights and environment seen directly"},
+    AovInfo{"direct_diffuse", "RGB", "radiance: light reflected once, diffusely"},
+    AovInfo{"direct_glossy", "RGB", "radiance: light reflected or transmitted once, by specular, coat or transmission"},
+    AovInfo{"indirect_diffuse", "RGB", "radiance: light reflected more than once, diffusely at the surface seen"},
+    AovInfo{"indirect_glossy", "RGB", "radiance: light reflected more than once, glossily at the surface seen"},
+    AovInfo{"variance", "RGB", "variance of the pixel's mean radiance, estimated from its samples"},
+    AovInfo{"samples", "Y", "samples of the pixel"},
+    AovInfo{"albedo", "RGB", "reflectance: diffuse, transmission and specular at normal incidence; filtered"},
+    AovInfo{"normal", "XYZ", "shading normal, world; filtered, not normalised"},
+    AovInfo{"position", "XYZ", "world position at the pixel's centre, world units; 0 where there is no surface"},
+    AovInfo{"depth", "Z",
+            "distance along the camera's axis at the pixel's centre, world units; +inf where there is no surface"},
+    AovInfo{"motion", "XY", "pixels moved since the previous frame, x right, y down, at the pixel's centre"},
+    AovInfo{
+        "ids", "",
+        "uint32 ids.instance, ids.primitive, ids.material at the pixel's centre; 4294967295 where there is no surface"},
+};
+
+const AovInfo& info(std::string_view name) {
+    return *std::find_if(kAovs.begin(), kAovs.end(), [&](const AovInfo& a) { return a.name == name; });
+}
+
+bool is_color(const AovInfo& a) {
+    return a.channels == "RGB" && a.name != "variance";
+}
+
+/// Names of the EXR channels. Depth is the standard's plain "Z".
+std::vector<std::string> channel_names(const AovInfo& a) {
+    if (a.name == "ids") return {"ids.instance", "ids.primitive", "ids.material"};
+    if (a.name == "depth") return {"Z"};
+    std::vector<std::string> names;
+    for (char c : a.channels) names.push_back(std::string(a.name) + "." + c);
+    return names;
+}
+
+/// Calls f(x, y of the whole image, path) for every pixel of the band that is in the image.
+template <class F>
+void for_each_pixel(const Band& band, F&& f) {
+    const int rows = std::min(band.rows, band.image.y - band.y);
+    for (int y = 0; y < rows; ++y)
+        for (int x = 0; x < band.image.x; ++x)
+            f(x, band.y + y, std::size_t{shared::path_of_pixel({x, y}, band.tiles())});
+}
+
+/// Mean of three channels of sums that has `stride` doubles per path.
+void add_mean(const Band& band, Image* to, const std::vector<double>& sums, std::size_t stride, std::size_t first,
+              int samples) {
+    if (!to || sums.empty()) return;
+    for_each_pixel(band, [&](int x, int y, std::size_t path) {
+        for (std::size_t c = 0; c < 3; ++c)
+            to->at(x, y)[c] = static_cast<float>(sums[path * stride + first + c] / samples);
+    });
+}
+
+}  // namespace
+
+std::span<const AovInfo> known_aovs() {
+    return kAovs;
+}
+
+bool asked_for(const RenderSettings& s, std::initializer_list<std::string_view> names) {
+    return std::any_of(s.aovs.begin(), s.aovs.end(),
+                       [&](const std::string& a) { return std::find(names.begin(), names.end(), a) != names.end(); });
+}
+
+Film::Film(const RenderSettings& settings, const TraceTables& tables)
+    : settings_(settings), tables_(tables), beauty_(settings.width, settings.height, 4) {
+    if (settings.want_view) view_ = Image(settings.width, settings.height, 4);
+    for (const std::string& name : settings.aovs)
+        planes_.push_back(
+            {name, Image(settings.width, settings.height, static_cast<int>(channel_names(info(name)).size()))});
+}
+
+Image* Film::plane(std::string_view aov) {
+    const auto found = std::find_if(planes_.begin(), planes_.end(), [&](const Plane& p) { return p.aov == aov; });
+    return found == planes_.end() ? nullptr : &found->image;
+}
+
+void Film::add_sums(const Band& band, int samples, const Sums& sums) {
+    add_mean(band, plane("emission"), sums.emission, 4, 0, samples);
+    add_mean(band, plane("direct_diffuse"), sums.direct, 6, 0, samples);
+    add_mean(band, plane("direct_glossy"), sums.direct, 6, 3, samples);
+    add_mean(band, plane("indirect_diffuse"), sums.indirect, 6, 0, samples);
+    add_mean(band, plane("indirect_glossy"), sums.indirect, 6, 3, samples);
+    add_mean(band, plane("albedo"), sums.features, 6, 0, samples);
+    add_mean(band, plane("normal"), sums.features, 6, 3, samples);
+    if (Image* count = plane("samples"))
+        for_each_pixel(band, [&](int x, int y, std::size_t) { *count->at(x, y) = static_cast<float>(samples); });
+    if (Image* variance = plane("variance"); variance && samples > 1) {
+        for_each_pixel(band, [&](int x, int y, std::size_t path) {
+            for (std::size_t c = 0; c < 3; ++c) {
+                double sum = sums.emission[path * 4 + c];
+                for (const std::vector<double>* light : {&sums.direct, &sums.indirect})
+                    if (!light->empty()) sum += (*light)[path * 6 + c] + (*light)[path * 6 + 3 + c];
+                const double of_samples =
+                    std::max(sums.squares[path * 3 + c] - sum * sum / samples, 0.0) / (samples - 1);
+                variance->at(x, y)[c] = static_cast<float>(of_samples / samples);
+            }
+        });
+    }
+}
+
+void Film::add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view) {
+    const int rows = std::min(band.rows, band.image.y - band.y);
+    const auto count = static_cast<std::ptrdiff_t>(rows) * band.image.x * 4;
+    std::copy_n(beauty.begin(), count, beauty_.at(0, band.y));
+    if (!view.empty()) std::copy_n(view.begin(), count, view_.at(0, band.y));
+}
+
+void Film::add_data(const Band& band, const std::vector<shared::AovRecord>& records) {
+    Image* position = plane("position");
+    Image* depth = plane("depth");
+    Image* motion = plane("motion");
+    Image* ids = plane("ids");
+    for_each_pixel(band, [&](int x, int y, std::size_t path) {
+        const shared::AovRecord& r = records[path];
+        const bool seen = r.triangle != shared::kMiss;
+        if (position) {
+            const vec3 world = seen ? vec3(dvec3(r.position) + tables_.origin) : vec3(0);
+            std::copy_n(&world.x, 3, position->at(x, y));
+        }
+        if (depth) *depth->at(x, y) = r.depth;
+        if (motion) std::copy_n(&r.motion.x, 2, motion->at(x, y));
+        if (ids) {
+            const TriangleSource source = seen ? source_of(tables_, r.instance, r.triangle) : TriangleSource{~0u, ~0u};
+            const std::uint32_t material = seen ? tables_.triangles[r.triangle].w & kTriangleMaterialMask : ~0u;
+            float* to = ids->at(x, y);
+            to[0] = std::bit_cast<float>(source.instance);
+            to[1] = std::bit_cast<float>(source.triangle);
+            to[2] = std::bit_cast<float>(material);
+        }
+    });
+}
+
+void Film::take(RenderResult& result) {
+    result.beauty = std::move(beauty_);
+    result.view = std::move(view_);
+    for (Plane& p : planes_) {
+        const AovInfo& a = info(p.aov);
+        const ExrType type = a.name == "ids"                       ? ExrType::uint32
+                             : settings_.half_color && is_color(a) ? ExrType::half
+                                                                   : ExrType::float32;
+        result.aovs.push_back({channel_names(a), std::move(p.image), type});
+    }
+    planes_.clear();
+}
+
+}  // namespace halflight

@@ -1,0 +1,50 @@
+// The picture in memory: bands of sums come in, images go out.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "engine/core/image.h"
+#include "engine/io/exr.h"
+#include "engine/scene/tables.h"
+#include "passes/render.h"
+#include "passes/scene_view.h"
+#include "shaders/shared/aov.h"
+
+namespace halflight {
+
+/// Whether any of `names` was asked for.
+bool asked_for(const RenderSettings& settings, std::initializer_list<std::string_view> names);
+
+class Film {
+  public:
+    Film(const RenderSettings& settings, const TraceTables& tables);
+
+    /// What a band's samples added up to, by path index (see Accumulated); empty where the frame left it out.
+    struct Sums {
+        std::vector<double> emission, direct, indirect, squares, features;
+    };
+    void add_sums(const Band& band, int samples, const Sums& sums);
+    void add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view);
+    void add_data(const Band& band, const std::vector<shared::AovRecord>& records);
+
+    /// Beauty, view and the AOVs that were asked for, in that order. Leaves the film empty.
+    void take(RenderResult& result);
+
+  private:
+    struct Plane {
+        std::string aov;
+        Image image;
+    };
+    Image* plane(std::string_view aov);
+
+    RenderSettings settings_;
+    const TraceTables& tables_;
+    Image beauty_;
+    Image view_;
+    std::vector<Plane> planes_;  // as asked for
+};
+
+}  // namespace halflight

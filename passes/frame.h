@@ -1,0 +1,28 @@
+// The whole frame, top to bottom.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "passes/accumulate.h"
+#include "passes/gbuffer.h"
+
+namespace halflight {
+
+/// What was asked for.
+struct FrameOptions {
+    int bounces = 8;             // >= 0
+    bool want_squares = false;   // for the variance
+    bool want_features = false;  // albedo and normal
+};
+
+struct Frame {
+    GBuffer gbuffer;
+    Accumulated sums;
+    std::vector<std::string> left_out;  // "pass: the fact that makes it contribute nothing"
+};
+
+/// Adds every pass that scene and options need for one sample of one band, and nothing else. Marks the sums as outputs.
+Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& non_finite);
+
+}  // namespace halflight

@@ -1,0 +1,89 @@
+#include "passes/frame_constants.h"
+
+#include <cmath>
+
+namespace halflight {
+namespace {
+
+struct Clip {
+    double near_plane;
+    double far_plane;
+};
+
+/// Reversed float depth is as fine near the far plane as the distances themselves, so that the near plane may be as
+/// close as floats of the scene's size can tell apart (2^-20 of its reach).
+Clip clip_of(const Camera& camera, double reach) {
+    const double chosen = camera.orthographic ? 0.0 : std::max(reach, 1e-30) * 0x1p-20;
+    return {camera.near_plane > 0 ? camera.near_plane : chosen,
+            camera.far_plane > 0 ? camera.far_plane : std::numeric_limits<double>::infinity()};
+}
+
+/// Half width and height of the view on the plane at distance 1 (orthographic: on any plane).
+dvec2 half_extent(const Camera& camera, const ivec2& image) {
+    const double half = camera.orthographic ? 0.5 * camera.ortho_height : std::tan(0.5 * camera.vertical_fov);
+    return {half * image.x / image.y, half};
+}
+
+}  // namespace
+
+dmat4 world_to_clip(const Camera& camera, const ivec2& image, double reach) {
+    const Clip clip = clip_of(camera, reach);
+    const dvec2 half = half_extent(camera, image);
+    dmat4 projection(0);
+    projection[0][0] = 1 / half.x;
+    projection[1][1] = 1 / half.y;
+    if (camera.orthographic) {
+        // Depth 1 at the near plane, 0 at the far one or just beyond the scene.
+        const double far_plane =
+            std::isfinite(clip.far_plane) ? clip.far_plane : clip.near_plane + 2 * std::max(reach, 1e-30);
+        projection[2][2] = 1 / (far_plane - clip.near_plane);
+        projection[3][2] = far_plane / (far_plane - clip.near_plane);
+        projection[3][3] = 1;
+    } else {
+        // z = near / distance; a finite far plane is kept by the camera rays' t_max.
+        projection[2][3] = -1;
+        projection[3][2] = clip.near_plane;
+    }
+    return projection * glm::inverse(camera.camera_to_world);
+}
+
+shared::Frame frame_constants(const Camera& camera, const Camera& previous, const dvec3& origin, double reach,
+                              const SampleView& view) {
+    const ivec2 image = view.band.image;
+    const Clip clip = clip_of(camera, reach);
+    const dvec2 half = half_extent(camera, image);
+    const auto from_origin = [&](const dmat4& clip_from_world) {
+        dmat4 shift(1);
+        shift[3] = dvec4(origin, 1);
+        dmat4 y_down(1);
+        y_down[1][1] = -1;
+        return y_down * clip_from_world * shift;
+    };
+    // Pixel coordinates of the whole image to the band's clip space, the sample point moved to the pixel's centre.
+    const dvec2 size(image.x, view.band.rows);
+    dmat4 window(1);
+    window[0][0] = 1;
+    window[3][0] = 2 * (0.5 - view.jitter.x) / size.x;
+    window[1][1] = image.y / size.y;
+    window[3][1] = (image.y - 2.0 * view.band.y + 2 * (0.5 - view.jitter.y)) / size.y - 1;
+
+    shared::Frame frame{};
+    frame.view_projection = mat4(window * from_origin(world_to_clip(camera, image, reach)));
+    frame.previous_view_projection = mat4(from_origin(world_to_clip(previous, image, reach)));
+    frame.camera_position = vec4(vec3(dvec3(camera.camera_to_world[3]) - origin), camera.orthographic ? 0 : 1);
+    frame.camera_right = vec4(vec3(dvec3(camera.camera_to_world[0]) * half.x), 0);
+    frame.camera_up = vec4(vec3(dvec3(camera.camera_to_world[1]) * half.y), 0);
+    frame.camera_forward = vec4(vec3(-dvec3(camera.camera_to_world[2])), 0);
+    frame.jitter = view.jitter;
+    frame.clip = vec2(clip.near_plane, clip.far_plane);
+    frame.size = image;
+    frame.band_y = view.band.y;
+    frame.band_rows = std::min(view.band.rows, image.y - view.band.y);
+    frame.sample_index = view.sample;
+    frame.seed = view.seed;
+    frame.tiles_x = view.band.tiles().x;
+    frame.tiles_y = view.band.tiles().y;
+    return frame;
+}
+
+}  // namespace halflight

@@ -1,0 +1,27 @@
+// From a camera to the constants that kernels read.
+#pragma once
+
+#include "engine/scene/scene.h"
+#include "passes/scene_view.h"
+#include "shaders/shared/frame.h"
+
+namespace halflight {
+
+/// Where and how a sample of a band looks at the scene.
+struct SampleView {
+    Band band;
+    vec2 jitter{0.5f};         // sample point within every pixel, [0,1)^2
+    std::uint32_t sample = 0;  // index
+    std::uint32_t seed = 0;    // of the frame
+};
+
+/// `origin`: TraceTables::origin. `previous`: the camera of the frame before. `reach`: world units, the scene lies
+/// within this distance of the camera; decides the near plane where the camera leaves it open.
+shared::Frame frame_constants(const Camera& camera, const Camera& previous, const dvec3& origin, double reach,
+                              const SampleView& view);
+
+/// World to OpenGL clip space of the whole image: +y up, reversed depth (near 1, far 0). Orthographic cameras use
+/// `reach`.
+dmat4 world_to_clip(const Camera& camera, const ivec2& image, double reach);
+
+}  // namespace halflight

@@ -1,0 +1,35 @@
+// Data outputs of the surfaces seen through the pixels' centres.
+#include "shaders/shared/aov.h"
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/frame.h"
+#include "shaders/shared/pixel_order.h"
+#include "shaders/shared/rays.h"
+#include "shaders/scene_tables.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std430, binding = 0) readonly buffer Hits { Hit hits[]; };
+layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430, binding = 2) writeonly buffer Records { AovRecord records[]; };
+
+#include "shaders/lib/surface_record.glsl"
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    SurfacePoint point = load_surface_point(path);
+    bool seen = point.is_surface;
+    vec3 position = point.position;
+    vec4 before = frame.previous_view_projection * vec4(position, 1.0);
+    vec2 here = vec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y))) + vec2(0.0, frame.band_y) + frame.jitter;
+    vec2 there = (before.xy / before.w * 0.5 + 0.5) * vec2(frame.size);
+    AovRecord record;
+    record.position = seen ? position : vec3(0.0);
+    record.depth = seen ? dot(position - frame.camera_position.xyz, frame.camera_forward.xyz)
+                        : uintBitsToFloat(0x7f800000u);
+    // A point that was behind the camera had no place in the picture before.
+    record.motion = seen && before.w > 0.0 ? here - there : vec2(0.0);
+    record.triangle = hits[path].triangle;
+    record.instance = hits[path].instance;
+    records[path] = record;
+}

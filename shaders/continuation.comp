@@ -1,0 +1,119 @@
+// One vertex of the paths in a list: light that they met is added, light is sampled, and they go on or end.
+//
+// Variants: HALFLIGHT_FIRST_HIT (vertex 1: light met is direct light), HALFLIGHT_PENDING (the last vertex sampled a light),
+// HALFLIGHT_ROULETTE (depth 3 and on), HALFLIGHT_LAST_VERTEX (nothing goes on from here).
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/frame.h"
+#include "shaders/shared/path.h"
+#include "shaders/shared/rays.h"
+#include "shaders/scene_tables.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std430, binding = 0) readonly buffer Arriving { uint arriving[]; };
+layout(std430, binding = 1) readonly buffer ArrivingHeader { ListHeader arriving_header; };
+layout(std430, binding = 2) buffer PathRays { Ray path_rays[]; };
+layout(std430, binding = 3) readonly buffer Hits { Hit hits[]; };
+layout(std430, binding = 4) buffer States { PathState states[]; };
+#ifdef HALFLIGHT_PENDING
+layout(std430, binding = 5) readonly buffer Occluded { uint occluded[]; };
+#endif
+#ifndef HALFLIGHT_LAST_VERTEX
+layout(std430, binding = 6) writeonly buffer ShadowRays { Ray shadow_rays[]; };
+layout(std430, binding = 7) writeonly buffer Lit { uint lit[]; };
+layout(std430, binding = 8) buffer LitHeader { ListHeader lit_header; };
+layout(std430, binding = 9) writeonly buffer Leaving { uint leaving[]; };
+layout(std430, binding = 10) buffer LeavingHeader { ListHeader leaving_header; };
+#endif
+
+uniform uint depth;  // of this vertex, > 0
+
+#include "shaders/lib/dimensions.glsl"
+#include "shaders/lib/next_event.glsl"
+#include "shaders/lib/path_list.glsl"
+
+#ifndef HALFLIGHT_LAST_VERTEX
+DEFINE_APPEND(append_lit, lit_header)
+DEFINE_APPEND(append_leaving, leaving_header)
+#endif
+
+void main() {
+    uint entry = gl_GlobalInvocationID.x;
+    bool active_path = entry < arriving_header.count;
+    uint path = arriving[active_path ? entry : 0u];
+    Ray ray = path_rays[path];
+    Hit hit = hits[path];
+    PathState state = states[path];
+    bool is_hit = hit.triangle != kMiss;
+    vec3 direction = normalize(ray.direction);
+    vec3 wo = -direction;
+
+#ifdef HALFLIGHT_PENDING
+    if (state.pending_light != 0u && occluded[path] == 0u) state.indirect += state.pending;
+#endif
+    state.pending_light = 0u;
+
+    // A miss looks at some triangle too, for nothing: lanes of one register cannot part.
+    hit.triangle = is_hit ? hit.triangle : 0u;
+    hit.instance = is_hit ? hit.instance : 0u;
+    Surface surface = surface_at(hit, ray.direction);
+    Material material = evaluate_material(surface, wo);
+
+    vec3 met = is_hit ? material.emission : environment_radiance(direction);
+    float density = is_hit ? light_pdf(hit, direction, hit.t * length(ray.direction), surface.geometric_normal)
+                           : environment_pdf(direction);
+    met *= state.throughput * met_light_weight(state.pdf, density);
+#ifdef HALFLIGHT_FIRST_HIT
+    state.direct = met;
+#else
+    state.indirect += met;
+#endif
+
+#ifdef HALFLIGHT_LAST_VERTEX
+    if (active_path) states[path] = state;
+#else
+    Bsdf b = make_bsdf(material, surface.geometric_normal, wo);
+    float offset = dot(abs(surface.geometric_normal), surface.position_error);
+    Sampler random = path_sampler(frame, path);
+
+    NextEvent e = sample_next_event(surface.position, offset, b, wo,
+                                    sample_1d_bits(random, vertex_dimension(depth, kDimensionLightChoice)),
+                                    sample_2d(random, vertex_dimension(depth, kDimensionLightPoint)));
+    state.pending = state.throughput * (e.diffuse + e.glossy);
+    bool is_lit = active_path && is_hit && contributes(state.pending);
+    state.pending_light = is_lit ? 1u : 0u;
+
+    vec2 choice = sample_2d(random, vertex_dimension(depth, kDimensionLobe));
+    vec2 xi = sample_2d(random, vertex_dimension(depth, kDimensionDirection));
+    bool is_diffuse = choice.x < b.p_diffuse;
+    BsdfSample s = sample_diffuse(b, wo, xi);
+#ifdef HALFLIGHT_GLOSSY
+    BsdfSample glossy = sample_glossy(b, wo, xi, choice.y);
+    s.direction = is_diffuse ? s.direction : glossy.direction;
+    s.weight = is_diffuse ? s.weight : glossy.weight;
+    s.pdf = is_diffuse ? s.pdf : glossy.pdf;
+#endif
+    float p = is_diffuse ? b.p_diffuse : 1.0 - b.p_diffuse;
+    state.throughput *= s.weight / p;
+    state.pdf = p * s.pdf;
+    bool goes_on = active_path && is_hit && contributes(state.throughput);
+#ifdef HALFLIGHT_ROULETTE
+    float survival = min(max(state.throughput.r, max(state.throughput.g, state.throughput.b)), 0.95);
+    goes_on = goes_on && sample_1d(random, vertex_dimension(depth, kDimensionRoulette)) < survival;
+    state.throughput /= survival;
+#endif
+
+    uint lit_place = append_lit(is_lit);
+    uint leaving_place = append_leaving(goes_on);
+    if (is_lit) {
+        shadow_rays[path] = e.ray;
+        lit[lit_place] = path;
+    }
+    if (goes_on) {
+        path_rays[path] = ray_from(surface.position, offset, b.geometric_normal, s.direction);
+        leaving[leaving_place] = path;
+    }
+    if (active_path) states[path] = state;
+#endif
+}

@@ -1,0 +1,45 @@
+// From the visibility buffer to rays, hits and surfaces in path order.
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/frame.h"
+#include "shaders/shared/pixel_order.h"
+#include "shaders/scene_tables.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(binding = UNIT_FREE) uniform usampler2D visibility;
+layout(std430, binding = 0) writeonly buffer Rays { Ray rays[]; };
+layout(std430, binding = 1) writeonly buffer Hits { Hit hits[]; };
+layout(std430, binding = 2) writeonly buffer Surfaces { vec4 surfaces[]; };
+
+#define HALFLIGHT_STORE_SURFACE
+#include "shaders/lib/camera.glsl"
+#include "shaders/lib/primary_hit.glsl"
+#include "shaders/lib/surface_record.glsl"
+#include "shaders/lib/environment.glsl"
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    ivec2 pixel = ivec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y)));
+    bool inside = pixel.x < frame.size.x && pixel.y < frame.band_rows;
+    // Beyond the picture's edge the last pixel is looked at again, and then nothing is made of it.
+    uvec2 seen = texelFetch(visibility, min(pixel, ivec2(frame.size.x, frame.band_rows) - 1), 0).xy;
+    Ray ray = camera_ray(frame, pixel + ivec2(0, frame.band_y));
+    vec3 wo = -ray.direction;
+    Hit hit = primary_hit(ray, seen.x != 0u ? seen.x - 1u : 0u, seen.y);
+    bool is_hit = inside && seen.x != 0u && hit.t <= ray.t_max;
+    Surface surface = surface_at(hit, ray.direction);
+    Material material = evaluate_material(surface, wo);
+    Bsdf bsdf = make_bsdf(material, surface.geometric_normal, wo);
+
+    SurfacePoint point;
+    point.position = surface.position;
+    point.offset = dot(abs(surface.geometric_normal), surface.position_error);
+    point.emission = is_hit ? material.emission : inside ? environment_radiance(ray.direction) : vec3(0.0);
+    point.is_surface = is_hit;
+    store_surface(path, point, bsdf);
+    hit.triangle = is_hit ? hit.triangle : kMiss;
+    ray.t_max = inside ? ray.t_max : -1.0;
+    rays[path] = ray;
+    hits[path] = hit;
+}

@@ -1,0 +1,18 @@
+// Which random numbers a path uses at its vertex number `depth` (0: the surface seen by the camera).
+#include "shaders/lib/sobol.glsl"
+#include "shaders/shared/frame.h"
+#include "shaders/shared/pixel_order.h"
+
+const uint kDimensionLightChoice = 0u;  // 1d, bits
+const uint kDimensionLightPoint = 1u;   // 2d
+const uint kDimensionLobe = 2u;         // 2d: component, lobe within the glossy one
+const uint kDimensionDirection = 3u;    // 2d
+const uint kDimensionRoulette = 4u;     // 1d
+const uint kDimensionsPerVertex = 5u;
+
+uint vertex_dimension(uint depth, uint which) { return depth * kDimensionsPerVertex + which; }
+
+Sampler path_sampler(Frame frame, uint path) {
+    uvec2 pixel = pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y)) + uvec2(0u, frame.band_y);
+    return make_sampler(pixel.x, pixel.y, frame.sample_index, frame.seed);
+}

@@ -1,0 +1,54 @@
+// Kernel body shared by shaders/diffuse.comp and shaders/glossy.comp: sends a ray from the first surface through the component
+// that COMPONENT_GLOSSY (0 or 1) names, where that component is picked.
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/frame.h"
+#include "shaders/shared/path.h"
+#include "shaders/shared/rays.h"
+#include "shaders/scene_tables.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std430, binding = 0) readonly buffer PrimaryRays { Ray primary_rays[]; };
+layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430, binding = 2) writeonly buffer PathRays { Ray path_rays[]; };
+layout(std430, binding = 3) writeonly buffer States { PathState states[]; };
+layout(std430, binding = 4) writeonly buffer List { uint list[]; };
+layout(std430, binding = 5) buffer Header { ListHeader header; };
+
+#include "shaders/lib/dimensions.glsl"
+#include "shaders/lib/path_list.glsl"
+#include "shaders/lib/surface_record.glsl"
+
+DEFINE_APPEND(append_path, header)
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    SurfacePoint point = load_surface_point(path);
+    Bsdf b = load_bsdf(path);
+    vec3 wo = -primary_rays[path].direction;
+    Sampler random = path_sampler(frame, path);
+    vec2 choice = sample_2d(random, vertex_dimension(0u, kDimensionLobe));
+    vec2 xi = sample_2d(random, vertex_dimension(0u, kDimensionDirection));
+    bool is_diffuse = choice.x < b.p_diffuse;
+#if COMPONENT_GLOSSY
+    BsdfSample s = sample_glossy(b, wo, xi, choice.y);
+    float p = 1.0 - b.p_diffuse;
+    bool wanted = point.is_surface && !is_diffuse && s.weight != vec3(0.0);
+    const uint lobe = kLobeGlossy;
+#else
+    BsdfSample s = sample_diffuse(b, wo, xi);
+    float p = b.p_diffuse;
+    bool wanted = point.is_surface && is_diffuse && s.weight != vec3(0.0);
+    const uint lobe = kLobeDiffuse;
+#endif
+#ifdef HALFLIGHT_FIRST_SCATTER
+    if (!wanted) states[path].lobe = kLobeNone;
+#endif
+    uint place = append_path(wanted);
+    if (wanted) {
+        states[path] = PathState(s.weight / p, p * s.pdf, vec3(0.0), lobe, vec3(0.0), 0u, vec3(0.0), 0u);
+        path_rays[path] = ray_from(point.position, point.offset, b.geometric_normal, s.direction);
+        list[place] = path;
+    }
+}

@@ -1,0 +1,26 @@
+// One light sample at a vertex, weighted by component (SHADING.md, Estimator).
+#include "shaders/lib/bsdf.glsl"
+#include "shaders/lib/lights.glsl"
+
+struct NextEvent {
+    vec3 diffuse;  // radiance towards wo, if the light is visible
+    vec3 glossy;
+    Ray ray;       // tells whether it is
+};
+
+bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // true for NaN, which must be seen
+
+NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, uint choice, vec2 xi) {
+    LightSample light = sample_light(position, choice, xi);
+    BsdfValue f = evaluate_bsdf(b, wo, light.direction);
+    bool delta = light.pdf == 0.0;
+    NextEvent e;
+    e.diffuse = f.diffuse * light.weight * (delta ? 1.0 : power_heuristic(light.pdf, b.p_diffuse * f.pdf_diffuse));
+    e.glossy = f.glossy * light.weight * (delta ? 1.0 : power_heuristic(light.pdf, (1.0 - b.p_diffuse) * f.pdf_glossy));
+    e.ray = shadow_ray(position, offset, b.geometric_normal, light);
+    return e;
+}
+
+// MIS weight of light that a sampled ray meets: pdf is the ray's density within its component times the component's
+// probability (0: delta).
+float met_light_weight(float pdf, float light_density) { return pdf == 0.0 ? 1.0 : power_heuristic(pdf, light_density); }

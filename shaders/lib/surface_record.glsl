@@ -1,0 +1,88 @@
+// Reading and writing of G-buffer rows (shaders/shared/surface.h). Include after `buffer ... { vec4 surfaces[]; }`.
+#include "shaders/lib/bsdf.glsl"
+#include "shaders/shared/surface.h"
+
+const uint kGlossyRow = 5u;
+#ifdef HALFLIGHT_GLOSSY
+const uint kTransmissionRow = 7u;
+#else
+const uint kTransmissionRow = 5u;
+#endif
+#ifdef HALFLIGHT_TRANSMISSION
+const uint kCoatRow = kTransmissionRow + 1u;
+#else
+const uint kCoatRow = kTransmissionRow;
+#endif
+
+// What passes need besides the BSDF.
+struct SurfacePoint {
+    vec3 position;    // relative to TraceTables::origin
+    float offset;     // new rays start this far off along the geometric normal
+    vec3 emission;    // radiance towards the camera
+    bool is_surface;  // false: the environment is seen
+};
+
+SurfacePoint load_surface_point(uint path) {
+    vec4 position = surfaces[path * HALFLIGHT_SURFACE_ROWS];
+    vec4 emission = surfaces[path * HALFLIGHT_SURFACE_ROWS + 1u];
+    return SurfacePoint(position.xyz, position.w, emission.xyz, emission.w != 0.0);
+}
+
+Bsdf load_bsdf(uint path) {
+    uint row = path * HALFLIGHT_SURFACE_ROWS;
+    vec4 geometric = surfaces[row + 2u];
+    vec4 shading = surfaces[row + 3u];
+    vec4 diffuse = surfaces[row + 4u];
+    Bsdf b;
+    b.geometric_normal = geometric.xyz;
+    b.p_diffuse = geometric.w;
+    b.normal = shading.xyz;
+    b.alpha = shading.w;
+    b.diffuse = diffuse.rgb;
+    b.p_transmission = diffuse.w;
+    b.specular = vec3(0.0);
+    b.p_coat = 0.0;
+    b.specular_edge = vec3(0.0);
+    b.coat_alpha = 0.0;
+    b.transmission = vec3(0.0);
+    b.coat_normal = b.normal;
+    b.coat = 0.0;
+#ifdef HALFLIGHT_GLOSSY
+    vec4 specular = surfaces[row + kGlossyRow];
+    vec4 edge = surfaces[row + kGlossyRow + 1u];
+    b.specular = specular.rgb;
+    b.p_coat = specular.w;
+    b.specular_edge = edge.rgb;
+    b.coat_alpha = edge.w;
+#endif
+#ifdef HALFLIGHT_TRANSMISSION
+    b.transmission = surfaces[row + kTransmissionRow].rgb;
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+    vec4 coat = surfaces[row + kCoatRow];
+    b.coat_normal = coat.xyz;
+    b.coat = coat.w;
+#endif
+    return b;
+}
+
+#ifdef HALFLIGHT_STORE_SURFACE
+void store_surface(uint path, SurfacePoint point, Bsdf b) {
+    uint row = path * HALFLIGHT_SURFACE_ROWS;
+    surfaces[row] = vec4(point.position, point.offset);
+    surfaces[row + 1u] = vec4(point.emission, point.is_surface ? 1.0 : 0.0);
+    surfaces[row + 2u] = vec4(b.geometric_normal, b.p_diffuse);
+    surfaces[row + 3u] = vec4(b.normal, b.alpha);
+    surfaces[row + 4u] = vec4(b.diffuse, b.p_transmission);
+#ifdef HALFLIGHT_GLOSSY
+    surfaces[row + kGlossyRow] = vec4(b.specular, b.p_coat);
+    surfaces[row + kGlossyRow + 1u] = vec4(b.specular_edge, b.coat_alpha);
+#endif
+#ifdef HALFLIGHT_TRANSMISSION
+    surfaces[row + kTransmissionRow] = vec4(b.transmission, 0.0);
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+    surfaces[row + kCoatRow] = vec4(b.coat_normal, b.coat);
+#endif
+}
+#endif

@@ -1,0 +1,40 @@
+// One light sample for every surface that the camera sees.
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/frame.h"
+#include "shaders/shared/path.h"
+#include "shaders/shared/rays.h"
+#include "shaders/scene_tables.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std430, binding = 0) readonly buffer PrimaryRays { Ray primary_rays[]; };
+layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430, binding = 2) writeonly buffer ShadowRays { Ray shadow_rays[]; };
+layout(std430, binding = 3) writeonly buffer Light { DirectLight light[]; };
+layout(std430, binding = 4) writeonly buffer List { uint list[]; };
+layout(std430, binding = 5) buffer Header { ListHeader header; };
+
+#include "shaders/lib/dimensions.glsl"
+#include "shaders/lib/next_event.glsl"
+#include "shaders/lib/path_list.glsl"
+#include "shaders/lib/surface_record.glsl"
+
+DEFINE_APPEND(append_path, header)
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    SurfacePoint point = load_surface_point(path);
+    Bsdf b = load_bsdf(path);
+    Sampler random = path_sampler(frame, path);
+    NextEvent e = sample_next_event(point.position, point.offset, b, -primary_rays[path].direction,
+                                    sample_1d_bits(random, vertex_dimension(0u, kDimensionLightChoice)),
+                                    sample_2d(random, vertex_dimension(0u, kDimensionLightPoint)));
+    light[path] = DirectLight(point.is_surface ? e.diffuse : vec3(0.0), 0.0, point.is_surface ? e.glossy : vec3(0.0), 0.0);
+    bool wanted = point.is_surface && contributes(e.diffuse + e.glossy);
+    uint place = append_path(wanted);
+    if (wanted) {
+        shadow_rays[path] = e.ray;
+        list[place] = path;
+    }
+}

@@ -1,0 +1,20 @@
+// Data outputs per pixel, by path index.
+#ifndef HALFLIGHT_SHARED_AOV_H
+#define HALFLIGHT_SHARED_AOV_H
+
+#include "shaders/shared/portable.h"
+
+HALFLIGHT_SHARED_BEGIN
+
+struct AovRecord {
+    vec3 position;   // relative to TraceTables::origin; 0 where there is no surface
+    float depth;     // distance along the camera's axis, world units; +inf where there is no surface
+    vec2 motion;     // pixels, x right, y down: here minus where the point was in the previous frame
+    uint triangle;   // of the tables; kMiss where there is no surface
+    uint instance;   // block instance
+};
+HALFLIGHT_SHARED_SIZE(AovRecord, 32)
+
+HALFLIGHT_SHARED_END
+
+#endif

@@ -1,0 +1,26 @@
+// The G-buffer: what is known of the surface that a path's camera ray sees, as rows of vec4 at the path's index. Only the rows
+// that the scene's materials need are there.
+//
+//   row 0   position relative to TraceTables::origin; distance by which new rays start off along the geometric normal
+//   row 1   emission towards the camera (of the environment where there is no surface); 1: a surface, 0: none
+//   row 2   geometric normal on the camera's side; P_d
+//   row 3   shading normal; alpha
+//   row 4   diffuse albedo; probability of transmission
+//   with HALFLIGHT_GLOSSY        specular, probability of the coat; specular edge, coat alpha
+//   with HALFLIGHT_TRANSMISSION  transmission, 0
+//   with HALFLIGHT_CLEARCOAT     coat normal, coat
+// The names are those of struct Bsdf in shaders/lib/bsdf.glsl.
+#ifndef HALFLIGHT_SHARED_SURFACE_H
+#define HALFLIGHT_SHARED_SURFACE_H
+
+#include "shaders/shared/portable.h"
+
+HALFLIGHT_SHARED_BEGIN
+
+HALFLIGHT_SHARED_FUNCTION uint surface_rows(bool glossy, bool transmission, bool clearcoat) {
+    return 5u + (glossy ? 2u : 0u) + (transmission ? 1u : 0u) + (clearcoat ? 1u : 0u);
+}
+
+HALFLIGHT_SHARED_END
+
+#endif
