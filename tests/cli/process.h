@@ -43,8 +43,8 @@ class TemporaryFolder {
 void write_text(const std::filesystem::path& path, const std::string& text);
 std::string read_text(const std::filesystem::path& path);
 
-/// room.gltf and room.bin in `folder`: a floor under a square light, cameras "front" (square) and "above" (2:1).
-/// `lit` false leaves the light's emission out.
-std::filesystem::path write_room(const std::filesystem::path& folder, bool lit = true);
+/// A copy of tests/cli/room in `folder`: a floor under a square lamp, cameras "front" (square) and "above" (2:1). The
+/// lamp is dark unless `lit`. Returns the path of room.gltf.
+std::filesystem::path copy_room(const std::filesystem::path& folder, bool lit = true);
 
 }  // namespace halflight::test

@@ -36,7 +36,7 @@ class Refusal : public testing::Test {
     }
 
     TemporaryFolder folder;
-    std::string scene = write_room(folder.path);
+    std::string scene = copy_room(folder.path);
 };
 
 TEST_F(Refusal, CommandsThatMakeNoSense) {

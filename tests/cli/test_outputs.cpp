@@ -34,7 +34,7 @@ class Output : public testing::Test {
     std::string file(const std::string& name) const { return folder / name; }
 
     TemporaryFolder folder;
-    std::string scene = write_room(folder.path);
+    std::string scene = copy_room(folder.path);
     const RunOptions fixed_date{.environment = {"SOURCE_DATE_EPOCH=0"}};
 };
 
@@ -212,7 +212,7 @@ TEST_F(Output, TimeDecides) {
 }
 
 TEST_F(Output, SceneWithoutLightGetsASky) {
-    scene = write_room(folder.path, false);
+    scene = copy_room(folder.path, false);
     EXPECT_NE(render({file("a.exr")}).err.find("a neutral sky is added"), std::string::npos);
     EXPECT_EQ(render({file("b.exr"), "--env", "0,0,0"}).err.find("sky"), std::string::npos);
     const Image dark = read_exr(file("b.exr")).image({"R", "G", "B"});

@@ -1,0 +1,35 @@
+#!/usr/bin/env bash
+# test_bundle.sh PROGRAM: bundles the program, moves the bundle, and renders from it with an empty environment.
+set -euo pipefail
+program=$1
+here=$(cd "$(dirname "$0")" && pwd)
+work=$(mktemp -d)
+trap 'rm -rf "$work"' EXIT
+cd "$work"
+fail() {
+    echo "$*" >&2
+    exit 1
+}
+
+"$here/../../tools/bundle" --program "$program" first
+mv first "bundle, moved"
+halflight="$work/bundle, moved/bin/halflight"
+
+megabytes=$(du -sm "bundle, moved" | cut -f1)
+[ "$megabytes" -lt 64 ] || fail "the bundle has $megabytes MiB"
+
+# Everything comes from the bundle, but for the C library, the GL driver, and what is shared with that driver.
+allowed='^(linux-vdso|.*/ld-linux|lib(c|m|dl|rt|pthread|EGL|GLdispatch|stdc\+\+|gcc_s|z|expat|X11|xcb|Xau|Xdmcp|bsd|md)\.so)'
+outside=$(env -i LD_TRACE_LOADED_OBJECTS=1 "$halflight" | grep -v 'bundle, moved' | awk '{print $1}' |
+    grep -Ev "$allowed" || true)
+[ -z "$outside" ] || fail "not in the bundle: $outside"
+for library in lib/fallback/libstdc++.so.6 lib/fallback/libgcc_s.so.1 licences/halflight.txt; do
+    [ -s "bundle, moved/$library" ] || fail "$library is missing"
+done
+
+cp -r "$here/../cli/room" room
+env -i "$halflight" render room/room.gltf a.exr a.png --width 16 --height 16 --samples 1
+[ -s a.exr ] && [ -s a.png ]
+
+# A folder with something in it is left alone.
+! "$here/../../tools/bundle" --program "$program" room 2>/dev/null || fail "overwrote a folder"
