@@ -71,7 +71,8 @@ class Context {
 /// Whether a GL_RENDERER string names one of Mesa's software rasterizers.
 bool is_software_renderer(std::string_view renderer);
 
-/// Depth test, blending, culling, scissor off; all channels written; depth func less; no program bound.
+/// Depth test, blending, culling, scissor off; all channels written; depth func less, clip depth -1 to 1; no program
+/// bound.
 void default_state();
 
 /// Waits until all commands are executed.

@@ -51,27 +51,23 @@ class Expander {
     explicit Expander(ExpandedSource& out) : out_(out) {}
 
     void add(const std::string& name, std::string_view text) {
-        const std::size_t id = out_.files.size();
+        const std::size_t file = out_.files.size();
         out_.files.push_back(name);
-        start(1, id);
-        for (std::size_t line_number = 1; !text.empty(); ++line_number) {
+        for (std::size_t number = 1; !text.empty(); ++number) {
             const std::size_t end = std::min(text.find('\n'), text.size());
             const std::string_view line = text.substr(0, end);
             text.remove_prefix(std::min(end + 1, text.size()));
-            if (directive(line, "version")) {
-                out_.text += '\n';
-            } else if (const auto target = included(line)) {
-                include(*target, name, line_number);
-                start(line_number + 1, id);
+            if (directive(line, "version")) continue;
+            if (const auto target = included(line)) {
+                include(*target, name, number);
             } else {
                 (out_.text += line) += '\n';
+                out_.lines.push_back({file, number});
             }
         }
     }
 
   private:
-    void start(std::size_t line, std::size_t id) { out_.text += fmt::format("#line {} {}\n", line, id); }
-
     /// Includes of other folders ("engine/...") stand behind #ifdef __cplusplus: the compiler skips them, or complains.
     static std::optional<std::string> included(std::string_view line) {
         const auto rest = directive(line, "include");
@@ -110,12 +106,13 @@ ExpandedSource expand(const ShaderSource& source, const Defines& defines) {
     ExpandedSource out;
     out.text = "#version 450 core\n";
     for (const auto& [name, value] : defines.values()) out.text += fmt::format("#define {} {}\n", name, value);
+    out.lines.resize(1 + defines.values().size(), {0, 1});
     Expander(out).add(source.name, *text);
     return out;
 }
 
 CompileMessage first_message(std::string_view log, const ExpandedSource& source) {
-    static const std::regex kPlace(R"(^\s*(?:ERROR:\s*)?(\d+)(?::(\d+)\(\d+\)|\((\d+)\)|:(\d+))\s*:\s*(.*)$)");
+    static const std::regex kPlace(R"(^\d+(?::(\d+)\(\d+\)|\((\d+)\)) ?: (.*)$)");
     std::string first;
     for (std::size_t begin = 0; begin < log.size();) {
         const std::size_t end = std::min(log.find('\n', begin), log.size());
@@ -127,10 +124,10 @@ CompileMessage first_message(std::string_view log, const ExpandedSource& source)
     }
     std::smatch match;
     if (!std::regex_match(first, match, kPlace)) return {source.files.front(), first};
-    const std::size_t file = std::stoul(match[1]);
-    const std::string line = match[2].str() + match[3].str() + match[4].str();
-    if (file >= source.files.size()) return {source.files.front(), first};
-    return {source.files[file] + ":" + line, match[5]};
+    const std::size_t line = std::stoul(match[1].str() + match[2].str());
+    if (line == 0 || line > source.lines.size()) return {source.files.front(), first};
+    const auto [file, number] = source.lines[line - 1];
+    return {fmt::format("{}:{}", source.files[file], number), match[3]};
 }
 
 std::vector<std::string_view> embedded_shaders() {

@@ -6,6 +6,7 @@
 // the defines are put in front; a #version line of a file itself is ignored.
 #pragma once
 
+#include <cstddef>
 #include <initializer_list>
 #include <string>
 #include <string_view>
@@ -40,10 +41,15 @@ class Defines {
     std::vector<std::pair<std::string, std::string>> values_;  // sorted by name, each once
 };
 
-/// What the compiler sees.
+/// What the compiler sees, and where each line of it comes from. (#line would say it, too, but Mesa loses the file.)
 struct ExpandedSource {
+    struct Line {
+        std::size_t file;    // index into files
+        std::size_t number;  // from 1
+    };
     std::string text;
-    std::vector<std::string> files;  // the source-string number of #line is an index into these
+    std::vector<Line> lines;
+    std::vector<std::string> files;
 };
 /// Throws Error naming file and line of an include that cannot be found.
 ExpandedSource expand(const ShaderSource& source, const Defines& defines = {});

@@ -1,0 +1,273 @@
+// Context, buffers, textures, framebuffers.
+#include <epoxy/gl.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "engine/core/math.h"
+#include "engine/gpu/buffer.h"
+#include "engine/gpu/context.h"
+#include "engine/gpu/framebuffer.h"
+#include "engine/gpu/texture.h"
+#include "tests/support/error_message.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight::gpu {
+namespace {
+
+int taken(const std::vector<DeviceAttempt>& attempts) {
+    return static_cast<int>(std::count_if(attempts.begin(), attempts.end(), [](const auto& a) { return a.taken; }));
+}
+
+// --- Context --------------------------------------------------------------------------------------------------------
+
+TEST(Context, IsMadeAutomaticallyAndSaysWhy) {
+    const Context context = Context::create();
+    ASSERT_FALSE(context.attempts().empty());
+    EXPECT_EQ(taken(context.attempts()), 1);
+    for (const DeviceAttempt& attempt : context.attempts()) {
+        EXPECT_FALSE(attempt.name.empty());
+        EXPECT_FALSE(attempt.reason.empty()) << attempt.name;
+    }
+    EXPECT_FALSE(context.renderer().empty());
+    EXPECT_NE(context.version().find("4."), std::string::npos);
+}
+
+TEST(Context, LimitsAreAtLeastThoseOfOpenGL45) {
+    const Context context = Context::create();
+    const Limits& limits = context.limits();
+    EXPECT_GE(limits.texture_buffer_texels, 65536u);
+    EXPECT_GE(limits.storage_block_bytes, std::size_t{1} << 27);
+    EXPECT_GE(limits.uniform_block_bytes, 16384u);
+    EXPECT_GE(limits.texture_size, 16384);
+    EXPECT_GE(limits.texture_3d_size, 2048);
+    EXPECT_GE(limits.texture_units, 16);
+    EXPECT_GE(limits.storage_blocks, 8);
+    EXPECT_GE(limits.workgroup_count, 65535);
+    EXPECT_GE(limits.color_attachments, 8);
+}
+
+TEST(Context, SoftwareCanBeAskedFor) {
+    const Context context = Context::create({.device = "software"});
+    EXPECT_TRUE(context.software()) << context.renderer();
+}
+
+TEST(Context, CanBeChosenByIndexAndByName) {
+    const auto attempts = Context::probe({.device = "software"});
+    const auto chosen = std::find_if(attempts.begin(), attempts.end(), [](const auto& a) { return a.taken; });
+    ASSERT_NE(chosen, attempts.end());
+    const std::string index = std::to_string(chosen - attempts.begin());
+    const auto by_index = Context::probe({.device = index});
+    EXPECT_TRUE(by_index[static_cast<std::size_t>(chosen - attempts.begin())].taken);
+    EXPECT_EQ(taken(by_index), 1);
+    const auto by_name = Context::probe({.device = "LLVMPIPE"});
+    EXPECT_EQ(taken(by_name), 1);
+}
+
+TEST(Context, ABadDeviceIsOneClearLine) {
+    for (const char* device : {"no such device", "4711"}) {
+        const std::string message = error_message([&] { Context::create({.device = device}); });
+        EXPECT_NE(message.find(device), std::string::npos) << message;
+        EXPECT_NE(message.find("no OpenGL 4.5 context"), std::string::npos) << message;
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+        const auto attempts = Context::probe({.device = device});
+        EXPECT_EQ(taken(attempts), 0);
+        for (const DeviceAttempt& attempt : attempts) EXPECT_FALSE(attempt.reason.empty()) << attempt.name;
+    }
+}
+
+TEST(Context, SeveralMayExist) {
+    Context first = Context::create({.device = "", .debug = true});
+    {
+        const Context second = Context::create();
+        const Buffer buffer("second's", 4);
+    }
+    first.make_current();
+    const Buffer buffer = Buffer::from("first's", std::vector{7u});
+    EXPECT_EQ(buffer.read<std::uint32_t>(), std::vector{7u});
+    Context moved = std::move(first);
+    EXPECT_NO_THROW(moved.check("after the other one"));
+}
+
+TEST(Context, CountsErrorsAndKeepsTheFirstText) {
+    Context context = Context::create({.device = "software", .debug = true});
+    EXPECT_NO_THROW(context.check("nothing yet"));
+    glEnable(GL_TEXTURE_BUFFER_DATA_STORE_BINDING);
+    glBindTextureUnit(0, 123456);
+    EXPECT_EQ(context.error_count(), 2u);
+    const std::string message = error_message([&] { context.check("frame 3"); });
+    EXPECT_EQ(message.find("frame 3: GL_INVALID_ENUM"), 0u) << message;
+    EXPECT_NE(message.find("and 1 more"), std::string::npos) << message;
+    EXPECT_NO_THROW(context.check("reported once"));
+    EXPECT_EQ(context.error_count(), 2u);
+}
+
+TEST(Context, SeesErrorsWithoutDebugOutput) {
+    Context context = Context::create({.device = "software"});
+    glEnable(GL_TEXTURE_BUFFER_DATA_STORE_BINDING);
+    EXPECT_EQ(error_message([&] { context.check("frame"); }), "frame: GL_INVALID_ENUM");
+    EXPECT_EQ(context.error_count(), 1u);
+}
+
+TEST(Context, KnowsSoftwareByName) {
+    EXPECT_TRUE(is_software_renderer("llvmpipe (LLVM 15.0.6, 256 bits)"));
+    EXPECT_TRUE(is_software_renderer("softpipe"));
+    EXPECT_FALSE(is_software_renderer("NVIDIA H200/PCIe/SSE2"));
+}
+
+// --- Buffers --------------------------------------------------------------------------------------------------------
+
+using BufferTest = GpuTest;
+
+TEST_F(BufferTest, RoundTrip) {
+    std::vector<std::uint32_t> values(1001);
+    std::iota(values.begin(), values.end(), 5u);
+    Buffer buffer = Buffer::from("values", values);
+    EXPECT_EQ(buffer.bytes(), 4004u);
+    EXPECT_EQ(buffer.name(), "values");
+    EXPECT_EQ(buffer.read<std::uint32_t>(), values);
+    EXPECT_EQ(buffer.read<std::uint32_t>(1000), std::vector{1005u});
+    EXPECT_EQ(buffer.read<std::uint32_t>(2, 3), (std::vector{7u, 8u, 9u}));
+    buffer.write(std::span<const std::uint32_t>(values).first(2), 10);
+    EXPECT_EQ(buffer.read<std::uint32_t>(9, 4), (std::vector{14u, 5u, 6u, 17u}));
+    buffer.fill(0xffffffffu);
+    EXPECT_EQ(buffer.read<std::uint32_t>(1000), std::vector{0xffffffffu});
+    buffer.clear();
+    EXPECT_EQ(buffer.read<std::uint32_t>(), std::vector<std::uint32_t>(1001, 0));
+}
+
+TEST_F(BufferTest, StartsAsZeros) {
+    const Buffer buffer("zeros", 37);
+    EXPECT_EQ(buffer.read<std::uint8_t>(), std::vector<std::uint8_t>(37, 0));
+}
+
+TEST_F(BufferTest, OddSizesKeepTheirLastBytes) {
+    const std::vector<std::uint8_t> bytes{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19};
+    EXPECT_EQ(Buffer::from("odd", bytes).read<std::uint8_t>(), bytes);
+}
+
+TEST_F(BufferTest, AnEmptyOneCanBeBound) {
+    const Buffer buffer = Buffer::from("empty", std::vector<vec4>());
+    EXPECT_EQ(buffer.bytes(), 0u);
+    EXPECT_TRUE(buffer.read<vec4>().empty());
+    buffer.bind_storage(0);
+    buffer.bind_uniform(0);
+    buffer.bind_texture(3, GL_RGBA32F);
+    EXPECT_NO_THROW(context.check("binding an empty buffer"));
+}
+
+TEST_F(BufferTest, HasOneViewPerFormat) {
+    Buffer buffer("viewed", 64);
+    const GLuint floats = buffer.texture(GL_RGBA32F);
+    EXPECT_EQ(buffer.texture(GL_RGBA32F), floats);
+    EXPECT_NE(buffer.texture(GL_R32UI), floats);
+    const Buffer moved = std::move(buffer);
+    EXPECT_EQ(moved.texture(GL_RGBA32F), floats);
+}
+
+TEST_F(BufferTest, TooLargeIsAnErrorNamingTheBuffer) {
+    const std::string message = error_message([] { Buffer("whale", std::size_t{1} << 50); });
+    EXPECT_EQ(message.find("buffer 'whale': "), 0u) << message;
+    EXPECT_ANY_THROW(context.check("the driver reports it, too"));
+}
+
+// --- Textures -------------------------------------------------------------------------------------------------------
+
+using TextureTest = GpuTest;
+
+TEST_F(TextureTest, FloatRoundTripInEveryShape) {
+    const std::array descs{
+        TextureDesc{.width = 5, .format = GL_R32F, .target = GL_TEXTURE_1D},
+        TextureDesc{.width = 3, .height = 2, .format = GL_RGBA32F},
+        TextureDesc{.width = 3, .height = 5, .format = GL_RGB32F},
+        TextureDesc{.width = 2, .height = 3, .format = GL_RG32F, .depth = 4, .target = GL_TEXTURE_3D}};
+    for (const TextureDesc& desc : descs) {
+        Texture texture("floats", desc);
+        const std::size_t count = texture_bytes(desc) / 4;
+        EXPECT_EQ(texture.read_float(), std::vector<float>(count, 0.f));
+        std::vector<float> values(count);
+        std::iota(values.begin(), values.end(), -1.5f);
+        texture.upload(values);
+        EXPECT_EQ(texture.read_float(), values);
+    }
+}
+
+TEST_F(TextureTest, IntegersAndBytes) {
+    Texture ids("ids", {.width = 3, .height = 1, .format = GL_RG32UI});
+    const std::vector<std::uint32_t> values{0, 1, 0xffffffffu, 3, 0x80000000u, 5};
+    ids.upload(std::span<const std::uint32_t>(values));
+    EXPECT_EQ(ids.read_uint(), values);
+    ids.clear_uint(9);
+    EXPECT_EQ(ids.read_uint(), std::vector<std::uint32_t>(6, 9));
+    Texture bytes("bytes", {.width = 3, .height = 1, .format = GL_R8});
+    bytes.upload(std::vector<std::uint8_t>{0, 51, 255});
+    const auto read = bytes.read_float();
+    EXPECT_FLOAT_EQ(read[1], 0.2f);
+    EXPECT_EQ(read[2], 1.f);
+}
+
+TEST_F(TextureTest, ClearsColorAndDepth) {
+    Texture color("color", {.width = 2, .height = 1});
+    color.clear(1, 2, 3, 4);
+    EXPECT_EQ(color.read_float(), (std::vector<float>{1, 2, 3, 4, 1, 2, 3, 4}));
+    Texture depth("depth", {.width = 2, .height = 1, .format = GL_DEPTH_COMPONENT32F});
+    depth.clear(0.25f);
+    EXPECT_EQ(depth.read_float(), (std::vector<float>{0.25f, 0.25f}));
+}
+
+TEST_F(TextureTest, BadSizesAndFormatsAreErrors) {
+    EXPECT_NE(error_message([] { Texture("t", {.width = 0}); }).find("texture 't': 0 x 1 x 1"), std::string::npos);
+    EXPECT_ANY_THROW(Texture("t", {.width = 1 << 20}));
+    EXPECT_ANY_THROW(Texture("t", {.width = 2, .height = 2, .depth = 2}));
+    EXPECT_EQ(error_message([] { Texture("t", {.format = GL_RGB9_E5}); }).find("texture format: "), 0u);
+}
+
+TEST(TextureFormats, AreKnownWithoutAContext) {
+    EXPECT_EQ(texture_bytes({.width = 1920, .height = 1080, .format = GL_RGBA16F}), 1920u * 1080 * 8);
+    EXPECT_EQ(format_info(GL_DEPTH_COMPONENT32F).kind, TexelKind::depth);
+    EXPECT_ANY_THROW(format_info(GL_RGBA));
+}
+
+// --- Framebuffers ---------------------------------------------------------------------------------------------------
+
+using FramebufferTest = GpuTest;
+
+TEST_F(FramebufferTest, ClearsItsAttachments) {
+    const Texture color("color", {.width = 4, .height = 2});
+    const Texture id("id", {.width = 4, .height = 2, .format = GL_R32UI});
+    const Texture depth("depth", {.width = 4, .height = 2, .format = GL_DEPTH_COMPONENT32F});
+    const std::array<const Texture*, 3> colors{&color, nullptr, &id};
+    const Framebuffer framebuffer("target", colors, &depth);
+    EXPECT_EQ(framebuffer.width(), 4);
+    EXPECT_EQ(framebuffer.height(), 2);
+    framebuffer.bind();
+    framebuffer.clear_color(0, 1, 2, 3, 4);
+    framebuffer.clear_color_uint(2, 77);
+    framebuffer.clear_depth(0.5f);
+    EXPECT_EQ(color.read_float()[7], 4.f);
+    EXPECT_EQ(id.read_uint(), std::vector<std::uint32_t>(8, 77));
+    EXPECT_EQ(depth.read_float(), std::vector<float>(8, 0.5f));
+}
+
+TEST_F(FramebufferTest, SizesMustAgree) {
+    const Texture a("a", {.width = 4, .height = 2}), b("b", {.width = 2, .height = 4});
+    const std::array<const Texture*, 2> colors{&a, &b};
+    const std::string message = error_message([&] { Framebuffer("target", colors); });
+    EXPECT_EQ(message.find("framebuffer 'target': texture 'b' is 2 x 4"), 0u) << message;
+}
+
+TEST_F(FramebufferTest, WhatCannotBeDrawnToIsAnError) {
+    const Texture depth("depth", {.width = 4, .height = 2, .format = GL_DEPTH_COMPONENT32F});
+    const std::array<const Texture*, 1> colors{&depth};
+    EXPECT_ANY_THROW(Framebuffer("target", colors));
+    EXPECT_ANY_THROW(Framebuffer("nothing", {}));
+}
+
+TEST_F(FramebufferTest, StopwatchRuns) {
+    EXPECT_GE(timed([] {}), 0.0);
+}
+
+}  // namespace
+}  // namespace halflight::gpu

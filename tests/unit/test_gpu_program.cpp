@@ -1,0 +1,279 @@
+// Shader text, programs, and the structs that C++ and GLSL share.
+#include <epoxy/gl.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+
+#include "engine/gpu/framebuffer.h"
+#include "engine/gpu/program.h"
+#include "shaders/shared/rays.h"
+#include "tests/support/error_message.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight::gpu {
+namespace {
+
+/// Reads shaders from a folder of its own for as long as it lives.
+class ShaderFolder {
+  public:
+    ShaderFolder() : folder_(std::filesystem::path(::testing::TempDir()) / "halflight_shader_folder") {
+        std::filesystem::create_directories(folder_ / "lib");
+        setenv("HALFLIGHT_SHADERS", folder_.c_str(), 1);
+    }
+    ~ShaderFolder() {
+        unsetenv("HALFLIGHT_SHADERS");
+        std::filesystem::remove_all(folder_);
+    }
+    void add(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+
+  private:
+    std::filesystem::path folder_;
+};
+
+// --- Text -----------------------------------------------------------------------------------------------------------
+
+TEST(ShaderSource, EmbedsEveryFileOfTheFolder) {
+    std::vector<std::string> expected;
+    const std::filesystem::path root(HALFLIGHT_SOURCE_DIR);
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(root / "shaders")) {
+        const std::string extension = entry.path().extension();
+        if (entry.is_regular_file() && extension != ".md") {
+            expected.push_back(entry.path().lexically_relative(root).generic_string());
+        }
+    }
+    std::sort(expected.begin(), expected.end());
+    const auto embedded = embedded_shaders();
+    EXPECT_EQ(std::vector<std::string>(embedded.begin(), embedded.end()), expected);
+}
+
+TEST(ShaderSource, PutsVersionAndDefinesInFront) {
+    Defines defines{{"B", "2"}, {"A", "first"}};
+    defines.set("A", 1);
+    const ExpandedSource out = expand({"own", "#version 450\nvoid main() {}\n"}, defines);
+    EXPECT_EQ(out.text, "#version 450 core\n#define A 1\n#define B 2\nvoid main() {}\n");
+}
+
+TEST(ShaderSource, IncludesOnceAndKnowsWhereLinesComeFrom) {
+    const ShaderFolder folder;
+    folder.add("lib/a.glsl", "int a;\n");
+    folder.add("lib/b.glsl", "#include \"shaders/lib/a.glsl\"\nint b;\n");
+    const ExpandedSource out =
+        expand({"own", "  # include \"shaders/lib/b.glsl\"\n#include \"shaders/lib/a.glsl\"\nint c;"});
+    EXPECT_EQ(out.files, (std::vector<std::string>{"own", "shaders/lib/b.glsl", "shaders/lib/a.glsl"}));
+    EXPECT_EQ(out.text, "#version 450 core\nint a;\nint b;\nint c;\n");
+    ASSERT_EQ(out.lines.size(), 4u);
+    EXPECT_EQ(out.lines[1].file, 2u);
+    EXPECT_EQ(out.lines[1].number, 1u);
+    EXPECT_EQ(out.lines[2].file, 1u);
+    EXPECT_EQ(out.lines[2].number, 2u);
+    EXPECT_EQ(out.lines[3].file, 0u);
+    EXPECT_EQ(out.lines[3].number, 3u);
+}
+
+TEST(ShaderSource, MissingFilesAreNamedWithTheirPlace) {
+    EXPECT_EQ(error_message([] { expand("shaders/nowhere.comp"); }),
+              "shaders/nowhere.comp: there is no such shader file");
+    EXPECT_EQ(error_message([] {
+                  expand({"own", "\n#include \"shaders/lib/nowhere.glsl\"\n"});
+              }),
+              "own:2: there is no shader file \"shaders/lib/nowhere.glsl\"");
+}
+
+TEST(ShaderSource, UnderstandsTheLogsOfTwoVendors) {
+    ExpandedSource source;
+    source.files = {"main", "shaders/lib/x.glsl"};
+    source.lines = {{0, 1}, {0, 1}, {1, 12}};
+    const CompileMessage mesa = first_message("0:2(1): warning: hm\n0:3(5): error: `foo' undeclared\n", source);
+    EXPECT_EQ(mesa.place, "shaders/lib/x.glsl:12");
+    EXPECT_EQ(mesa.what, "error: `foo' undeclared");
+    const CompileMessage nvidia = first_message("0(3) : error C1008: undefined variable \"foo\"\n", source);
+    EXPECT_EQ(nvidia.place, "shaders/lib/x.glsl:12");
+    EXPECT_EQ(nvidia.what, "error C1008: undefined variable \"foo\"");
+    const CompileMessage other = first_message("out of registers", source);
+    EXPECT_EQ(other.place, "main");
+    EXPECT_EQ(other.what, "out of registers");
+    EXPECT_EQ(first_message("0:99(1): error: beyond", source).place, "main");
+    EXPECT_EQ(first_message("", source).what, "");
+}
+
+// --- Programs -------------------------------------------------------------------------------------------------------
+
+using ProgramTest = GpuTest;
+
+const char* const kDouble = R"(
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) buffer Values { uint values[]; };
+uniform uint factor;
+void main() {
+    if (gl_GlobalInvocationID.x < values.length()) values[gl_GlobalInvocationID.x] *= factor + OFFSET;
+})";
+
+TEST_F(ProgramTest, AKernelRuns) {
+    const Program program = Program::compute({"double", kDouble}, {{"OFFSET", "1"}});
+    const Buffer values = Buffer::from("values", std::vector{1u, 2u, 3u});
+    values.bind_storage(0);
+    program.set("factor", 2u);
+    program.dispatch(1);
+    EXPECT_EQ(values.read<std::uint32_t>(), (std::vector{3u, 6u, 9u}));
+}
+
+TEST_F(ProgramTest, WorkgroupsCanComeFromABuffer) {
+    const Program program = Program::compute({"double", kDouble}, {{"OFFSET", "0"}});
+    const Buffer values = Buffer::from("values", std::vector<std::uint32_t>(200, 1));
+    const Buffer arguments = Buffer::from("arguments", std::vector{9u, 2u, 1u, 1u});
+    values.bind_storage(0);
+    program.set("factor", 5u);
+    program.dispatch_indirect(arguments, 4);
+    std::vector<std::uint32_t> expected(200, 1);
+    std::fill_n(expected.begin(), 128, 5u);
+    EXPECT_EQ(values.read<std::uint32_t>(), expected);
+}
+
+TEST_F(ProgramTest, UniformsOfEveryType) {
+    const Program program = Program::compute({"uniforms", R"(
+layout(local_size_x = 1) in;
+layout(std430, binding = 0) buffer Out { float sum; };
+uniform bool b; uniform int i; uniform uint u; uniform float f;
+uniform vec2 v2; uniform vec3 v3; uniform vec4 v4; uniform ivec2 i2; uniform ivec3 i3; uniform ivec4 i4;
+uniform uvec2 u2; uniform uvec3 u3; uniform uvec4 u4; uniform mat3 m3; uniform mat4 m4;
+struct Nested { float x; }; uniform Nested nested[2];
+void main() {
+    sum = float(b) + i + u + f + dot(v2, vec2(1)) + dot(v3, vec3(1)) + dot(v4, vec4(1)) + i2.y + i3.z + i4.w + u2.y +
+          u3.z + u4.w + m3[2][1] + m4[3][2] + nested[1].x;
+})"});
+    const Buffer out("out", 4);
+    out.bind_storage(0);
+    mat3 m3(0);
+    mat4 m4(0);
+    m3[2][1] = 4096;
+    m4[3][2] = 8192;
+    program.set("b", true);
+    program.set("i", -1);
+    program.set("u", 2u);
+    program.set("f", 0.25f);
+    program.set("v2", vec2(1, 3));
+    program.set("v3", vec3(1, 2, 5));
+    program.set("v4", vec4(1, 2, 3, 10));
+    program.set("i2", ivec2(0, 32));
+    program.set("i3", ivec3(0, 0, 64));
+    program.set("i4", ivec4(0, 0, 0, 128));
+    program.set("u2", uvec2(0, 256));
+    program.set("u3", uvec3(0, 0, 512));
+    program.set("u4", uvec4(0, 0, 0, 1024));
+    program.set("m3", m3);
+    program.set("m4", m4);
+    program.set("nested[1].x", 16384.f);
+    program.dispatch(1);
+    EXPECT_EQ(out.read<float>()[0], 2 + 0.25f + 4 + 8 + 16 + 32 + 64 + 128 + 256 + 512 + 1024 + 4096 + 8192 + 16384);
+}
+
+TEST_F(ProgramTest, AMisspeltUniformIsAnErrorButAnUnusedOneIsNot) {
+    const Program program = Program::compute({"double", kDouble}, {{"OFFSET", "1"}});
+    EXPECT_EQ(error_message([&] { program.set("facter", 1u); }), "double: has no uniform 'facter'");
+    const Program unused =
+        Program::compute({"unused", "layout(local_size_x = 1) in;\nuniform float unused;\nvoid main() {}\n"});
+    EXPECT_EQ(unused.uniform("unused"), -1);
+    EXPECT_NO_THROW(unused.set("unused", 1.f));
+}
+
+TEST_F(ProgramTest, CompileErrorsNameFileAndLine) {
+    const ShaderFolder folder;
+    folder.add("lib/bad.glsl", "float good() { return 1.0; }\n\nfloat bad() { return missing; }\n");
+    folder.add("kernel.comp",
+               "layout(local_size_x = 1) in;\n#include \"shaders/lib/bad.glsl\"\nvoid main() { bad(); }\n");
+    const std::string message = error_message([] { Program::compute("shaders/kernel.comp"); });
+    EXPECT_EQ(message.find("shaders/lib/bad.glsl:3: "), 0u) << message;
+    EXPECT_NE(message.find("missing"), std::string::npos) << message;
+    folder.add("lib/bad.glsl", "float bad() { return 1.0; }\n");
+    folder.add("kernel.comp",
+               "layout(local_size_x = 1) in;\n#include \"shaders/lib/bad.glsl\"\n\nvoid main() { worse(); }\n");
+    const std::string own = error_message([] { Program::compute("shaders/kernel.comp"); });
+    EXPECT_EQ(own.find("shaders/kernel.comp:4: "), 0u) << own;
+}
+
+TEST_F(ProgramTest, LinkErrorsNameTheProgram) {
+    const ShaderSource vertex("v", "out float a;\nvoid main() { a = 1; gl_Position = vec4(a); }\n");
+    const ShaderSource fragment("f", "in vec3 a;\nout vec4 c;\nvoid main() { c = a.xyzz; }\n");
+    const std::string message = error_message([&] { Program::graphics(vertex, fragment); });
+    EXPECT_EQ(message.find("v + f: does not link: "), 0u) << message;
+}
+
+TEST_F(ProgramTest, DrawsWithoutAttributes) {
+    const Program program = Program::graphics(
+        {"corner", "void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0, 1); }\n"},
+        {"constant", "out vec4 color;\nvoid main() { color = vec4(gl_FragCoord.x, 2, 3, 4); }\n"});
+    const Texture color("color", {.width = 3, .height = 2});
+    const std::array<const Texture*, 1> colors{&color};
+    const Framebuffer framebuffer("target", colors);
+    framebuffer.bind();
+    program.draw(GL_TRIANGLES, 3);
+    EXPECT_EQ(color.read_float(), (std::vector<float>{0.5f, 2, 3, 4, 1.5f, 2, 3, 4, 2.5f, 2, 3, 4,  //
+                                                      0.5f, 2, 3, 4, 1.5f, 2, 3, 4, 2.5f, 2, 3, 4}));
+}
+
+TEST_F(ProgramTest, TheCacheCompilesEachVariantOnce) {
+    ProgramCache cache;
+    const Program& one = cache.compute({"double", kDouble}, {{"OFFSET", "1"}});
+    EXPECT_EQ(&cache.compute({"double", kDouble}, {{"OFFSET", "1"}}), &one);
+    const Program& two = cache.compute({"double", kDouble}, {{"OFFSET", "2"}});
+    EXPECT_NE(&two, &one);
+    EXPECT_NE(&cache.compute({"double", std::string(kDouble) + "\n"}, {{"OFFSET", "1"}}), &one);
+    EXPECT_EQ(cache.count(), 3u);
+    EXPECT_GT(cache.seconds(), 0.0);
+    EXPECT_ANY_THROW(cache.compute({"broken", "nonsense"}));
+    EXPECT_EQ(cache.count(), 3u);
+}
+
+// --- Shared structs -------------------------------------------------------------------------------------------------
+
+TEST_F(ProgramTest, EverySharedHeaderIsGlsl) {
+    for (const std::string_view name : embedded_shaders()) {
+        if (!name.starts_with("shaders/shared/")) continue;
+        const std::string text =
+            "#include \"" + std::string(name) + "\"\nlayout(local_size_x = 1) in;\nvoid main() {}\n";
+        EXPECT_NO_THROW(Program::compute({std::string(name), text}));
+    }
+}
+
+TEST_F(ProgramTest, GlslWritesWhatCppReads) {
+    const Program program = Program::compute({"layout", R"(
+#include "shaders/shared/rays.h"
+layout(local_size_x = 1) in;
+layout(std430, binding = 0) buffer Rays { Ray rays[]; };
+layout(std430, binding = 1) buffer Hits { Hit hits[]; };
+layout(std430, binding = 2) buffer Headers { ListHeader header; };
+void main() {
+    for (uint i = 0; i < 2; ++i) {
+        rays[i] = Ray(vec3(1, 2, 3) + i, 4 + i, vec3(5, 6, 7) + i, 8 + i);
+        hits[i] = Hit(1 + i, 2 + i, 3 + i, kMiss - i, 5 + i);
+    }
+    header = ListHeader(1, 2, 3, 4);
+})"});
+    const Buffer rays("rays", 2 * sizeof(shared::Ray)), hits("hits", 2 * sizeof(shared::Hit));
+    const Buffer header("header", sizeof(shared::ListHeader));
+    rays.bind_storage(0);
+    hits.bind_storage(1);
+    header.bind_storage(2);
+    program.dispatch(1);
+    const shared::Ray ray = rays.read<shared::Ray>()[1];
+    EXPECT_EQ(ray.origin, vec3(2, 3, 4));
+    EXPECT_EQ(ray.t_min, 5.f);
+    EXPECT_EQ(ray.direction, vec3(6, 7, 8));
+    EXPECT_EQ(ray.t_max, 9.f);
+    const shared::Hit hit = hits.read<shared::Hit>()[1];
+    EXPECT_EQ(hit.t, 2.f);
+    EXPECT_EQ(hit.u, 3.f);
+    EXPECT_EQ(hit.v, 4.f);
+    EXPECT_EQ(hit.triangle, shared::kMiss - 1);
+    EXPECT_EQ(hit.instance, 6u);
+    const shared::ListHeader list = header.read<shared::ListHeader>()[0];
+    EXPECT_EQ(list.groups_x, 1u);
+    EXPECT_EQ(list.count, 4u);
+}
+
+}  // namespace
+}  // namespace halflight::gpu
