@@ -1,5 +1,6 @@
 // Colour: the built-in config, display views against published curves, other people's configs, errors, the GPU text.
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdlib>
@@ -243,7 +244,7 @@ TEST(Color, EnvironmentVariableIsObeyedOrAnError) {
         Ocio missing("/nonexistent/config.ocio");
         EXPECT_EQ(ColorConfig::load(own).source(), own) << "a file that is given comes first";
     }
-    const fs::path bad = fs::path(testing::TempDir()) / "halflight-bad.ocio";
+    const fs::path bad = fs::path(testing::TempDir()) / fmt::format("halflight-{}.ocio", getpid());
     for (const char* text : {"", "ocio_profile_version: 2\ndisplays: [", "\x01\x02 {", "ocio_profile_version: 2.1\n"}) {
         std::ofstream(bad) << text;
         const std::string error = error_of([&] { ColorConfig::load(bad); });
@@ -278,9 +279,8 @@ TEST(Color, OtherPeoplesConfigs) {
     }
 }
 
-/// A folder with a config whose views are files: a 3D table that swaps red and blue, a 1D table that halves.
-fs::path config_of_tables() {
-    const fs::path folder = fs::path(testing::TempDir()) / "halflight-tables";
+/// A config in `folder` whose views are files: a 3D table that swaps red and blue, a 1D table that halves.
+fs::path config_of_tables(const fs::path& folder) {
     fs::create_directories(folder);
     std::ofstream cube(folder / "swap.cube");
     cube << "LUT_3D_SIZE 2\n";
@@ -316,7 +316,8 @@ colorspaces:
 }
 
 TEST(Color, TablesReachCpuAndGpu) {
-    const ColorConfig config = ColorConfig::load(config_of_tables());  // OCIO 1, without interchange roles
+    const fs::path folder = fs::path(testing::TempDir()) / fmt::format("halflight-color-{}", getpid());
+    const ColorConfig config = ColorConfig::load(config_of_tables(folder));  // OCIO 1, without interchange roles
     const ViewProcessor swap = config.view({"", "swap", "", 0});
     const ViewProcessor half = config.view({"", "half", "", 0});
     for (int c = 0; c < 3; ++c) {
@@ -336,6 +337,7 @@ TEST(Color, TablesReachCpuAndGpu) {
     const GpuLut curve = half.gpu_shader().luts[0];
     EXPECT_EQ(curve.dimensions, 2) << "8192 entries do not fit one row of the size that OpenGL promises";
     EXPECT_TRUE(curve.linear);
+    fs::remove_all(folder);
 }
 
 TEST(Color, GpuShaderDeclaresWhatItReturns) {
