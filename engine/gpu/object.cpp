@@ -13,6 +13,9 @@ void delete_texture(GLuint id) {
 void delete_framebuffer(GLuint id) {
     glDeleteFramebuffers(1, &id);
 }
+void delete_vertex_array(GLuint id) {
+    glDeleteVertexArrays(1, &id);
+}
 void delete_shader(GLuint id) {
     glDeleteShader(id);
 }

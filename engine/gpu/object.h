@@ -32,6 +32,7 @@ class Object {
 void delete_buffer(GLuint id);
 void delete_texture(GLuint id);
 void delete_framebuffer(GLuint id);
+void delete_vertex_array(GLuint id);
 void delete_shader(GLuint id);
 void delete_program(GLuint id);
 
