@@ -1,7 +1,5 @@
 // The Cornell box, from the measurements that its makers published (Cornell University Program of Computer Graphics,
 // "Cornell Box Data", in millimetres): +x to the left of the picture, +y up, +z away from the camera.
-#include <cmath>
-
 #include "tools/scenes/scenes.h"
 
 namespace halflight::scenes {
@@ -57,8 +55,8 @@ Document cornell(bool metal_boxes) {
                   document.mesh(block("short block", low, 165, {{130, 65}, {82, 225}, {240, 272}, {290, 114}})));
     document.node("tall block",
                   document.mesh(block("tall block", tall, 330, {{423, 247}, {265, 296}, {314, 456}, {472, 406}})));
-    // A film of 25 mm behind a lens of 35 mm.
-    document.camera("camera", {0.278, 0.273, -0.8}, {0.278, 0.273, 0}, 2 * std::atan2(12.5, 35) * 180 / kPi, 1);
+    // A film of 25 mm behind a lens of 35 mm: 2 atan(12.5 / 35).
+    document.camera("camera", {0.278, 0.273, -0.8}, {0.278, 0.273, 0}, 39.30765, 1);
     return document;
 }
 

@@ -25,9 +25,12 @@ int run(int argc, char** argv) {
     double albedo = 0;
     CLI::App* furnace = command("furnace", "A white furnace: radiance 1 everywhere");
     furnace->add_option("--albedo", albedo, "of the enclosure, which emits 1 - albedo")->check(CLI::Range(0.0, 0.99));
+    CLI::App* atrium = command("atrium", "A courtyard under sun and sky");
     CLI11_PARSE(app, argc, argv);
 
-    const scenes::Document document = *cornell ? scenes::cornell(metal) : scenes::furnace(albedo);
+    const scenes::Document document = *cornell  ? scenes::cornell(metal)
+                                      : *atrium ? scenes::atrium_scene()
+                                                : scenes::furnace(albedo);
     document.write(output);
     std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(document.triangles()));
     return 0;

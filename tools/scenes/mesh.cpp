@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <array>
-#include <cassert>
-#include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
+
+#include "tools/scenes/exact.h"
 
 namespace halflight::scenes {
 
@@ -56,7 +56,10 @@ void MeshBuilder::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
 
 void MeshBuilder::quad(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
     const dvec3 n = glm::normalize(glm::cross(c - a, d - b));
-    const dvec3 u = glm::normalize(b - a), v = glm::cross(n, u);
+    // Upright faces have u level, others along their longer side.
+    const dvec3 level = glm::cross(dvec3(0, 1, 0), n),
+                longer = glm::length(b - a) >= glm::length(d - a) ? b - a : d - a;
+    const dvec3 u = glm::normalize(glm::length(level) > 0.7 ? level : longer), v = glm::cross(n, u);
     // uv start at the mesh's origin, so that neighbouring quads in a plane continue each other's pattern.
     const auto uv = [&](const dvec3& p) { return dvec2(glm::dot(p, u), -glm::dot(p, v)) / texel_size_; };
     const std::uint32_t first = vertex({a, n, uv(a)});
@@ -98,33 +101,18 @@ dmat4 grow(double x, double y, double z) {
     return glm::scale(dmat4(1), dvec3(x, y, z));
 }
 
-namespace {
-
-dvec2 cos_sin(double degrees) {
-    const double quarters = degrees / 90;
-    if (quarters == std::floor(quarters)) {  // no 6e-17 where 0 is meant
-        static constexpr double kCos[] = {1, 0, -1, 0};
-        const int i = static_cast<int>(std::fmod(std::fmod(quarters, 4) + 4, 4));
-        return {kCos[i], kCos[(i + 3) % 4]};
-    }
-    const double radians = degrees * kPi / 180;
-    return {std::cos(radians), std::sin(radians)};
-}
-
-}  // namespace
-
 dmat4 turn_x(double degrees) {
-    const dvec2 t = cos_sin(degrees);
+    const dvec2 t = cos_sin_degrees(degrees);
     return {{1, 0, 0, 0}, {0, t.x, t.y, 0}, {0, -t.y, t.x, 0}, {0, 0, 0, 1}};
 }
 
 dmat4 turn_y(double degrees) {
-    const dvec2 t = cos_sin(degrees);
+    const dvec2 t = cos_sin_degrees(degrees);
     return {{t.x, 0, -t.y, 0}, {0, 1, 0, 0}, {t.y, 0, t.x, 0}, {0, 0, 0, 1}};
 }
 
 dmat4 turn_z(double degrees) {
-    const dvec2 t = cos_sin(degrees);
+    const dvec2 t = cos_sin_degrees(degrees);
     return {{t.x, t.y, 0, 0}, {-t.y, t.x, 0, 0}, {0, 0, 1, 0}, {0, 0, 0, 1}};
 }
 

@@ -46,7 +46,7 @@ class MeshBuilder {
     std::uint32_t vertex(const Vertex& v);
     void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
 
-    /// Flat quadrilateral, corners counter-clockwise from the front; uv in metres along a-b and a-d.
+    /// Flat quadrilateral, corners counter-clockwise from the front; uv in metres, upright on upright faces.
     void quad(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d);
     /// The same with uv (0,1) (1,1) (1,0) (0,0): the whole texture, a being its lower left corner.
     void picture(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d);

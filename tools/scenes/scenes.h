@@ -12,4 +12,7 @@ Document cornell(bool metal_boxes);
 /// at every point in every direction. Precondition: 0 <= albedo < 1.
 Document furnace(double albedo);
 
+/// A courtyard of two storeys under sun and sky; about 80 000 triangles.
+Document atrium_scene();
+
 }  // namespace halflight::scenes

@@ -1,0 +1,69 @@
+// The pieces that the atrium is put together from. Each function fills one mesh in a frame of its own, in metres.
+#pragma once
+
+#include "tools/scenes/document.h"
+
+namespace halflight::scenes::atrium {
+
+struct Materials {
+    int floor, blocks, stone, plaster, wood, brass, iron, water, clay, soil, leaf, lawn, cushion;
+    int banners[3];
+};
+Materials add_materials(Document& document);
+
+// The building is a row of bays of 3 m along x; the court is 8.4 m wide between the axes of its columns.
+inline constexpr int kBays = 9;
+inline constexpr double kBay = 3, kHalfLength = 13.5;  // kHalfLength = kBays * kBay / 2
+inline constexpr double kHalfCourt = 4.2;              // column axes at z = +-
+inline constexpr double kHalfWidth = 8;                // inner faces of the outer walls at z = +-
+inline constexpr double kAisle = kHalfWidth - kHalfCourt;
+inline constexpr double kSpring = 3;   // where the lower arches begin
+inline constexpr double kGallery = 5;  // floor of the upper storey
+inline constexpr double kUpperSpring = 7.2;
+inline constexpr double kRoof = 9.4;   // top of the aisles' roofs
+inline constexpr double kWall = 0.35;  // thickness of outer walls
+
+// --- atrium_building.cpp, atrium_walls.cpp ---
+Mesh column(const Materials& m);        ///< lower storey, standing on the origin, kSpring high
+Mesh upper_column(const Materials& m);  ///< from kGallery to kUpperSpring
+/// One bay of arcade above the columns, centred on x = 0, z = 0, of the given span; both faces moulded.
+Mesh arcade(const Materials& m, const char* name, double span, double spring, double radius, double top,
+            double thickness);
+Mesh vault(const Materials& m);                   ///< groin vault over one bay of the aisle, centred on the bay
+Mesh cornice(const Materials& m, double length);  ///< along x, centred, 0.42 high, standing out towards +z from z = 0
+Mesh transverse_arch(const Materials& m);         ///< between two vaults, over the aisle, centred
+Mesh ceiling(const Materials& m);                 ///< beams and boards over one bay of the gallery, centred
+Mesh balustrade(const Materials& m, double length, int balusters);  ///< along x, centred, standing on y = 0
+Mesh door_bay(const Materials& m);     ///< outer wall of one bay, 5 m high, facing +z, with a door
+Mesh niche_bay(const Materials& m);    ///< the same with an arched niche and an urn in it
+Mesh window_bay(const Materials& m);   ///< outer wall of the upper storey with a shuttered window
+Mesh shell(const Materials& m);        ///< floors, roofs and end walls
+Mesh stairs(const Materials& m);       ///< from the court's floor up to the gallery at the west end
+Mesh window_wall(const Materials& m);  ///< the east end: mullions between stone piers
+Mesh beams(const Materials& m);        ///< timber over the court
+Mesh garden(const Materials& m);       ///< what is seen through the window wall
+
+// --- atrium_furnishing.cpp ---
+Mesh hanging(const Materials& m, int which, double width,
+             double height);  ///< a banner on its rod, hanging from the origin
+Mesh fountain(const Materials& m);
+Mesh potted_bush(const Materials& m, std::uint32_t seed);
+Mesh potted_tree(const Materials& m, std::uint32_t seed);
+Mesh bench(const Materials& m);
+Mesh table(const Materials& m);
+Mesh chair(const Materials& m);
+Mesh lantern(const Materials& m);  ///< hangs from the origin
+Mesh urn(const Materials& m);      ///< brass, on a stone foot
+
+/// A wall |x| <= half, 0 <= y <= rise around a half-round opening about the origin, from z = -depth / 2 to depth / 2.
+/// The ring between `radius` and `outer` stands proud by `proud` on the faces that are wanted.
+struct ArchWall {
+    double half, rise, radius, outer, depth, proud;
+    bool back;
+};
+
+void arch_wall(MeshBuilder& mesh, const ArchWall& wall, int ring_material, int wall_material);
+/// One piece of turned stone, `height` high. Leaves the builder's frame at identity.
+void baluster(MeshBuilder& mesh, double x, double y, double z, double height);
+
+}  // namespace halflight::scenes::atrium
