@@ -1,6 +1,7 @@
 #include "engine/reference/lights.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace halflight::reference {
@@ -35,14 +36,41 @@ double mean_emission(const Tracer& tracer, const TriangleId& id) {
     return sum / (kGrid * kGrid) + 0.01 * untextured;
 }
 
+/// Total for a local light, irradiance for a directional one.
+double punctual_power(const PunctualLight& light) {
+    const double strength = mean(dvec3(light.intensity));
+    switch (light.type) {
+        case LightType::point:
+            return 4 * kPi * strength;
+        case LightType::spot:
+            return 2 * kPi * (1 - std::cos(double(light.outer_cone))) * strength;
+        case LightType::directional:
+            break;
+    }
+    return strength;
+}
+
 }  // namespace
 
 Lights::Lights(const Tracer& tracer) : tracer_(tracer), environment_(tracer.scene().environment) {
     std::vector<double> powers;
+    std::vector<bool> infinite;
     add_emitters(powers);
-    for (const PunctualLight& light : tracer.scene().lights) powers.push_back(punctual_power(light));
-    const double radius = tracer.radius() > 0 ? tracer.radius() : 1;
-    powers.push_back(environment_.power() * kPi * radius * radius);
+    infinite.resize(powers.size(), false);
+    for (const PunctualLight& light : tracer.scene().lights) {
+        powers.push_back(punctual_power(light));
+        infinite.push_back(light.type == LightType::directional);
+    }
+    powers.push_back(environment_.power());
+    infinite.push_back(true);
+
+    // Power cannot weigh light from infinity against local light without a size of the scene, which says little about
+    // any one point: where there are both, each gets half of the samples.
+    std::array<double, 2> totals{};
+    for (std::size_t i = 0; i < powers.size(); ++i) totals[infinite[i]] += powers[i];
+    for (std::size_t i = 0; i < powers.size(); ++i) {
+        if (powers[i] > 0) powers[i] /= totals[infinite[i]];
+    }
     table_ = AliasTable(powers);
 }
 
@@ -63,20 +91,6 @@ void Lights::add_emitters(std::vector<double>& powers) {
             powers.push_back(2 * kPi * area * mean_emission(tracer_, id));
         }
     }
-}
-
-double Lights::punctual_power(const PunctualLight& light) const {
-    const double strength = mean(dvec3(light.intensity));
-    switch (light.type) {
-        case LightType::point:
-            return 4 * kPi * strength;
-        case LightType::spot:
-            return 2 * kPi * (1 - std::cos(double(light.outer_cone))) * strength;
-        case LightType::directional:
-            break;
-    }
-    const double radius = tracer_.radius();
-    return kPi * radius * radius * strength;
 }
 
 std::optional<LightSample> Lights::sample(const Surface& surface, Random& random) const {

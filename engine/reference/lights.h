@@ -43,7 +43,6 @@ class Lights {
     };
 
     void add_emitters(std::vector<double>& powers);
-    double punctual_power(const PunctualLight& light) const;
     std::optional<LightSample> sample_triangle(const Emitter& emitter, const Surface& surface, Random& random) const;
     std::optional<LightSample> sample_punctual(const PunctualLight& light, const Surface& surface) const;
 

@@ -1,10 +1,12 @@
 #include "engine/reference/reference.h"
 
 #include <tbb/blocked_range2d.h>
+#include <tbb/info.h>
 #include <tbb/parallel_for.h>
 #include <tbb/partitioner.h>
 #include <tbb/task_arena.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cmath>
 
@@ -125,7 +127,8 @@ ReferenceResult render_reference(const ReferenceScene& scene, const ReferenceSet
             }
         }
     };
-    tbb::task_arena arena(settings.threads > 0 ? settings.threads : tbb::task_arena::automatic);
+    const int available = tbb::info::default_concurrency();
+    tbb::task_arena arena(settings.threads > 0 ? std::min(settings.threads, available) : available);
     arena.execute([&] {
         tbb::parallel_for(tbb::blocked_range2d<int>(0, settings.height, kTile, 0, settings.width, kTile), render_tile,
                           tbb::simple_partitioner());

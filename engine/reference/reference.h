@@ -74,7 +74,7 @@ struct ReferenceSettings {
     int bounces = 8;       // >= 0, SHADING.md "Estimator"
     std::uint64_t seed = 0;
     Camera camera;
-    int threads = 0;  // 0: all; the result does not depend on it
+    int threads = 0;  // at most; 0: all there are; the result does not depend on it
     /// lights_only: no light by sampled rays where a light table could have found it. surfaces_only: the reverse,
     /// which leaves out punctual lights.
     ReferenceStrategy strategy = ReferenceStrategy::mis;

@@ -46,7 +46,6 @@ class Tracer {
 
     const Scene& scene() const { return scene_; }
     const dvec3& origin() const { return origin_; }
-    double radius() const { return radius_; }  ///< Of a sphere about the origin that holds everything.
     const Placed& placed(int instance) const { return placed_[static_cast<std::size_t>(instance)]; }
     const Material& material(const TriangleId& id) const;
     std::array<dvec3, 3> corners(const TriangleId& id) const;

@@ -11,12 +11,6 @@
 namespace halflight::test {
 namespace {
 
-/// Chance of a chi-square of k degrees of freedom being as high as `x` (Wilson, Hilferty 1931).
-double chi_square_tail(double x, double k) {
-    const double s = 2 / (9 * k);
-    return 0.5 * std::erfc((std::cbrt(x / k) - (1 - s)) / std::sqrt(2 * s));
-}
-
 /// Mean over a block, and its variance.
 struct BlockMean {
     double mean = 0;
@@ -102,6 +96,11 @@ void write_ppm(const std::filesystem::path& path, const Image& image, const Colo
 }
 
 }  // namespace
+
+double chi_square_tail(double x, double k) {
+    const double s = 2 / (9 * k);
+    return 0.5 * std::erfc((std::cbrt(x / k) - (1 - s)) / std::sqrt(2 * s));
+}
 
 ZTest compare_means(const Estimate& a, const Estimate& b, int block) {
     require_same_size(a.mean, b.mean);

@@ -9,6 +9,9 @@
 
 namespace halflight::test {
 
+/// Chance of a chi-square of k degrees of freedom being as high as x (Wilson, Hilferty 1931; good from k = 5 on).
+double chi_square_tail(double x, double k);
+
 /// A Monte Carlo image: per-pixel mean, and unbiased variance of one sample. Same size and channels.
 struct Estimate {
     const Image& mean;

@@ -1,0 +1,354 @@
+// The oracle's paths: closed furnaces, components, determinism, transforms, precision.
+#include "engine/reference/reference.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/image_tests.h"
+#include "tests/support/reference_renders.h"
+#include "tests/support/scenes.h"
+
+namespace halflight {
+namespace {
+
+using namespace test;
+
+/// Within four standard errors, and known well enough: a 95 % interval narrower than +- `precision`.
+void expect_mean(const ReferenceResult& result, double expected, double precision, const std::string& what) {
+    for (int c = 0; c < 3; ++c) {
+        const MeanRadiance mean = mean_radiance(result, c);
+        EXPECT_NEAR(mean.value, expected, 4 * mean.error + 2e-4 * expected) << what;
+        EXPECT_LT(1.96 * mean.error, precision * expected) << what;
+    }
+    EXPECT_EQ(result.non_finite_samples, 0u) << what;
+    EXPECT_EQ(count_non_finite(result.beauty).nans, 0u) << what;
+}
+
+Material glowing(double albedo) {
+    Material m = diffuse_material(vec3(static_cast<float>(albedo)));
+    m.emission = vec3(1);
+    return m;
+}
+
+TEST(Reference, ClosedBoxSumsTheSeriesOfItsAlbedo) {
+    const double albedo = 0.8;
+    Scene scene;
+    add_box(scene, add_material(scene, glowing(albedo)), vec3(-1), vec3(1));
+    const Camera inside = look_at_camera({0.3, 0.2, 0.5}, {-1, -0.4, -0.6}, {0, 1, 0}, 1.2);
+    double expected = 0, power = 1;
+    for (int bounces = 0; bounces <= 40; ++bounces, power *= albedo) {
+        expected += power;
+        if (bounces != 0 && bounces != 1 && bounces != 2 && bounces != 5 && bounces != 40) continue;
+        const ReferenceResult result = render_oracle(scene, inside, 24, 512, bounces);
+        expect_mean(result, expected, 0.003, "bounces " + std::to_string(bounces));
+    }
+    EXPECT_NEAR(expected, 1 / (1 - albedo), 1e-3);
+}
+
+TEST(Reference, WhiteFurnaceIsOneForEveryMaterial) {
+    struct Case {
+        const char* name;
+        Material material;
+    };
+    std::vector<Case> cases;
+    for (const float roughness : {0.0f, 0.1f, 0.5f, 1.0f}) {
+        cases.push_back({"metal", metal_material(vec3(1), roughness)});
+        Material dielectric = metal_material(vec3(1), roughness);
+        dielectric.metallic = 0;
+        for (const float ior : {1.0f, 1.5f, 2.5f}) {
+            dielectric.ior = ior;
+            cases.push_back({"dielectric", dielectric});
+        }
+        dielectric.specular = 0.4f;
+        cases.push_back({"specular", dielectric});
+        dielectric.specular = 1;
+        dielectric.clearcoat = 0.9f;
+        dielectric.clearcoat_roughness = 0.3f;
+        cases.push_back({"clearcoat", dielectric});
+        dielectric.transmission = 0.7f;
+        cases.push_back({"transmission under clearcoat", dielectric});
+        dielectric.clearcoat = 0;
+        cases.push_back({"transmission", dielectric});
+    }
+    cases.push_back({"diffuse", diffuse_material(vec3(1))});
+    for (const Case& c : cases) {
+        Scene scene;
+        scene.environment.color = vec3(1);
+        add_quad(scene, add_material(scene, c.material), {-50, 0, -50}, {0, 0, 100}, {100, 0, 0});
+        for (const double height : {0.3, 4.0}) {  // grazing and steep; both sides are front sides
+            const Camera camera = look_at_camera({2, height == 4.0 ? -height : height, 1}, {0, 0, 0}, {0, 1, 0}, 0.02);
+            const std::string what = std::string(c.name) + " roughness " + std::to_string(c.material.roughness) +
+                                     " ior " + std::to_string(c.material.ior) + " height " + std::to_string(height);
+            const int samples = c.material.roughness == 1 ? 640 : 320;
+            expect_mean(render_oracle(scene, camera, 24, samples, 1), 1, 0.003, what);
+        }
+    }
+}
+
+TEST(Reference, DentedWhiteBoxStaysWhite) {
+    // Concave: light meets it many times, and the sky in the end.
+    Scene scene;
+    scene.environment.color = vec3(1);
+    const int white = add_material(scene, diffuse_material(vec3(1)));
+    add_box(scene, white, {-1, -1, -1}, {1, -0.9f, 1});
+    add_box(scene, white, {-1, -0.9f, -1}, {-0.8f, 1, 1});
+    add_box(scene, white, {-0.8f, -0.9f, -1}, {1, 1, -0.8f});
+    const ReferenceResult result =
+        render_oracle(scene, look_at_camera({3, 3, 3}, {-0.4, -0.4, -0.4}, {0, 1, 0}, 0.3), 24, 256, 64);
+    expect_mean(result, 1, 0.003, "dented");
+    EXPECT_EQ(*result.alpha.at(12, 12), 1);
+}
+
+TEST(Reference, NoLightLeaksThroughClosedWalls) {
+    for (const dvec3& at : {dvec3(0), dvec3(1e6, -3e5, 2e6)}) {
+        Scene scene;
+        scene.environment.color = vec3(1e9f);
+        const int instance = add_box(scene, add_material(scene, diffuse_material(vec3(0.9f))), vec3(-1), {1, 1, 3});
+        const double c = std::cos(0.5), s = std::sin(0.5);
+        scene.instances[instance].object_to_world =
+            dmat4(dvec4(c, s, 0, 0), dvec4(-s * c, c * c, s, 0), dvec4(s * s, -c * s, c, 0), dvec4(at, 1));
+        const Camera inside = look_at_camera(at, at + dvec3(1, 0.7, 0.2), {0, 1, 0}, 2.5);
+        const ReferenceResult result = render_oracle(scene, inside, 32, 64, 16);
+        double leaked = 0;
+        for (const float value : result.beauty.pixels) leaked += value > 0;
+        EXPECT_EQ(leaked, 0) << "at x = " << at.x;
+    }
+}
+
+TEST(Reference, ComponentsSumToBeauty) {
+    const Scene scene = cornell_box(metal_material({0.9f, 0.7f, 0.4f}, 0.3f));
+    const ReferenceResult r = render_oracle(scene, scene.cameras[0], 32, 16, 5);
+    double direct_glossy = 0, indirect_glossy = 0;
+    for (std::size_t i = 0; i < r.beauty.pixels.size(); ++i) {
+        const ReferenceComponents& c = r.components;
+        const float sum = c.emission.pixels[i] + c.direct_diffuse.pixels[i] + c.direct_glossy.pixels[i] +
+                          c.indirect_diffuse.pixels[i] + c.indirect_glossy.pixels[i];
+        EXPECT_NEAR(sum, r.beauty.pixels[i], 1e-5f * (1 + sum));
+        direct_glossy += c.direct_glossy.pixels[i], indirect_glossy += c.indirect_glossy.pixels[i];
+    }
+    EXPECT_GT(direct_glossy, 0);
+    EXPECT_GT(indirect_glossy, 0);
+
+    // One bounce holds the direct components and nothing else, and shows the metal in no diffuse one.
+    const ReferenceResult one = render_oracle(scene, scene.cameras[0], 32, 16, 1);
+    for (const float value : one.components.indirect_diffuse.pixels) EXPECT_EQ(value, 0);
+    for (std::size_t i = 0; i < r.aovs.instance.size(); ++i) {
+        if (r.aovs.instance[i] == 7 && *r.alpha.at(int(i % 32), int(i / 32)) == 1) {
+            const bool edge = i % 32 == 0 || r.aovs.instance[i - 1] != 7 || r.aovs.instance[i + 1] != 7 ||
+                              r.aovs.instance[i - 32] != 7 || r.aovs.instance[i + 32] != 7;
+            if (!edge) {
+                EXPECT_EQ(one.components.direct_diffuse.pixels[3 * i], 0);
+            }
+        }
+    }
+}
+
+TEST(Reference, DoesNotDependOnThreadsAndSplitsIntoRanges) {
+    const Scene scene = cornell_box();
+    const ReferenceScene prepared(scene);
+    ReferenceSettings settings;
+    settings.width = 40, settings.height = 24, settings.samples = 8, settings.camera = scene.cameras[0];
+    const ReferenceResult all = render_reference(prepared, settings);
+    for (const int threads : {1, 2, 3}) {
+        settings.threads = threads;
+        const ReferenceResult other = render_reference(ReferenceScene(scene), settings);
+        EXPECT_EQ(all.beauty.pixels, other.beauty.pixels);
+        EXPECT_EQ(all.variance.pixels, other.variance.pixels);
+    }
+    settings.samples = 4;
+    const ReferenceResult first = render_reference(prepared, settings);
+    settings.first_sample = 4;
+    const ReferenceResult second = render_reference(prepared, settings);
+    for (std::size_t i = 0; i < all.beauty.pixels.size(); ++i) {
+        EXPECT_NEAR(all.beauty.pixels[i], 0.5f * (first.beauty.pixels[i] + second.beauty.pixels[i]),
+                    1e-5f * (1 + all.beauty.pixels[i]));
+    }
+    settings.seed = 5;
+    EXPECT_NE(second.beauty.pixels, render_reference(prepared, settings).beauty.pixels);
+}
+
+/// Applies a matrix to the object and takes it back in the mesh.
+Scene with_baked_transform(Scene scene, const dmat4& transform) {
+    const dmat4 inverse = glm::inverse(transform);
+    const dmat3 normals = transpose(dmat3(transform));
+    for (Instance& instance : scene.instances) instance.object_to_world = instance.object_to_world * transform;
+    for (Mesh& mesh : scene.meshes) {
+        for (vec3& p : mesh.positions) p = vec3(inverse * dvec4(p, 1));
+        for (vec3& n : mesh.normals) n = vec3(normalize(normals * dvec3(n)));
+        for (vec4& t : mesh.tangents) {
+            t = vec4(vec3(normalize(dmat3(inverse) * dvec3(t))), determinant(transform) < 0 ? -t.w : t.w);
+        }
+    }
+    return scene;
+}
+
+/// A Cornell box whose tall block is a bumpy metal.
+Scene bumpy_box() {
+    Material bumpy = metal_material({0.9f, 0.8f, 0.6f}, 0.4f);
+    bumpy.normal_texture.image = 0;
+    Scene scene = cornell_box(bumpy);
+    scene.images.push_back({"bumps",
+                            2,
+                            2,
+                            {160, 128, 240, 255, 100, 160, 240, 255,  //
+                             128, 90, 240, 255, 150, 150, 230, 255}});
+    Mesh& block = scene.meshes.back();
+    for (std::size_t i = 0; i < block.normals.size(); i += 4) {
+        const vec3 t = normalize(block.positions[i + 1] - block.positions[i]);  // along u; v is along -cross(n, t)
+        block.tangents.insert(block.tangents.end(), 4, vec4(t, 1));
+    }
+    return scene;
+}
+
+TEST(Reference, TransformsOfInstancesAndMeshesAreTheSame) {
+    const Scene scene = bumpy_box();
+    const ReferenceResult plain = render_oracle(scene, scene.cameras[0], 32, 64, 4);
+    const dmat4 mirror(dvec4(-1, 0, 0, 0), dvec4(0, 1, 0, 0), dvec4(0, 0, 1, 0), dvec4(0.3, 0, 0, 1));
+    const dmat4 stretch(dvec4(3, 0, 0, 0), dvec4(0.5, 0.2, 0, 0), dvec4(0, 0, -7, 0), dvec4(0, 5, 0, 1));
+    for (const auto& [name, transform] : {std::pair{"reference-mirrored", mirror}, {"reference-stretched", stretch}}) {
+        Scene moved = with_baked_transform(scene, transform);
+        if (transform == stretch) {  // not orthogonal: tangent frames are not kept by baking, so leave the bumps out
+            for (Mesh& mesh : moved.meshes) mesh.tangents.clear();
+        }
+        Scene flat = scene;
+        for (Mesh& mesh : flat.meshes) mesh.tangents.clear();
+        const ReferenceResult expected =
+            transform == stretch ? render_oracle(flat, scene.cameras[0], 32, 64, 4) : plain;
+        const ReferenceResult result = render_oracle(moved, scene.cameras[0], 32, 64, 4, 2);
+        EXPECT_TRUE(agree(name, {result.beauty, result.variance, 64}, {expected.beauty, expected.variance, 64},
+                          {.block = 8, .relative_difference = 0}));
+        // With the same seed the paths are the same, but for rounding.
+        const ReferenceResult twin = render_oracle(moved, scene.cameras[0], 32, 64, 4, 1);
+        EXPECT_NEAR(mean_radiance(twin).value, mean_radiance(expected).value, 1e-3 * mean_radiance(expected).value);
+        int same_normals = 0;
+        for (std::size_t i = 0; i < twin.aovs.normal.pixels.size(); ++i) {
+            same_normals += std::abs(twin.aovs.normal.pixels[i] - expected.aovs.normal.pixels[i]) < 1e-4f;
+        }
+        EXPECT_GT(same_normals, 0.995 * static_cast<double>(twin.aovs.normal.pixels.size()));
+    }
+}
+
+TEST(Reference, WindingAndNormalSignsDoNotMatter) {
+    const Scene scene = bumpy_box();
+    Scene flipped = scene;
+    for (Mesh& mesh : flipped.meshes) {
+        for (uvec3& t : mesh.triangles) std::swap(t.y, t.z);
+    }
+    const ReferenceResult a = render_oracle(scene, scene.cameras[0], 32, 16, 3);
+    const ReferenceResult b = render_oracle(flipped, scene.cameras[0], 32, 16, 3);
+    for (std::size_t i = 0; i < a.aovs.normal.pixels.size(); ++i) {
+        ASSERT_NEAR(a.aovs.normal.pixels[i], b.aovs.normal.pixels[i], 1e-5f);
+    }
+    EXPECT_TRUE(agree("reference-winding", {a.beauty, a.variance, 16}, {b.beauty, b.variance, 16}, {.block = 8}));
+}
+
+TEST(Reference, FarFromTheOriginLooksLikeTheOrigin) {
+    const dvec3 far(1e6, 2e6, -3e6);
+    const Scene scene = cornell_box();
+    Scene moved = scene;
+    for (Instance& instance : moved.instances) instance.object_to_world[3] += dvec4(far, 0);
+    moved.cameras[0].camera_to_world[3] += dvec4(far, 0);
+    const ReferenceResult a = render_oracle(scene, scene.cameras[0], 32, 64, 4, 1);
+    const ReferenceResult b = render_oracle(moved, moved.cameras[0], 32, 64, 4, 2);
+    EXPECT_TRUE(agree("reference-far", {b.beauty, b.variance, 64}, {a.beauty, a.variance, 64}, {.block = 4}));
+    for (std::size_t i = 0; i < a.aovs.position.pixels.size(); ++i) {
+        ASSERT_NEAR(a.aovs.position.pixels[i], b.aovs.position.pixels[i], 1e-5f);
+    }
+    // A camera far from the scene sees it sharp, too.
+    const Camera distant = look_at_camera({0, 0, 1e6}, {0, 0, 0}, {0, 1, 0}, 1.5e-6);
+    const ReferenceResult c = render_oracle(scene, distant, 8, 1, 0);
+    EXPECT_NEAR(*c.aovs.depth.at(0, 0), 1e6 + 1, 0.13);  // the back wall; half a unit in the last place of float
+    EXPECT_NEAR(c.aovs.position.at(0, 0)[0], -0.75 * 7 / 8, 1e-3);
+}
+
+TEST(Reference, AlphaAndUnlitShowThrough) {
+    Scene scene;
+    scene.environment.color = vec3(3);
+    Material paint;
+    paint.unlit = true;
+    paint.base_color = {0.25f, 0.5f, 1, 0.5f};
+    paint.alpha_mode = AlphaMode::blend;
+    add_quad(scene, add_material(scene, paint), {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
+    const Camera camera = look_at_camera({0, 0, 2}, {0, 0, 0}, {0, 1, 0}, 0.3);
+    const ReferenceResult result = render_oracle(scene, camera, 16, 256, 4);
+    for (int c = 0; c < 3; ++c) {
+        const MeanRadiance mean = mean_radiance(result, c);
+        EXPECT_NEAR(mean.value, 0.5 * paint.base_color[c] + 0.5 * 3, 4 * mean.error);
+        EXPECT_LT(mean.error, 0.01);
+    }
+    EXPECT_NEAR(*result.alpha.at(3, 4), 0.5, 0.2);
+
+    scene.materials[0].alpha_mode = AlphaMode::mask;
+    EXPECT_EQ(mean_radiance(render_oracle(scene, camera, 4, 4, 4)).value, 0.25);  // 0.5 >= 0.5: there
+    scene.materials[0].alpha_cutoff = 0.51f;
+    EXPECT_EQ(mean_radiance(render_oracle(scene, camera, 4, 4, 4)).value, 3);
+    scene.materials[0].alpha_mode = AlphaMode::opaque;
+    EXPECT_EQ(mean_radiance(render_oracle(scene, camera, 4, 4, 4)).value, 0.25);
+}
+
+TEST(Reference, OutputsOfThePixelCentre) {
+    Scene scene;
+    Material material = diffuse_material({0.2f, 0.4f, 0.6f});
+    add_quad(scene, add_material(scene, material), {-4, -4, -3}, {8, 0, 0}, {0, 8, 0});
+    scene.meshes[0].colors.assign(4, vec4(0.5f, 1, 1, 1));
+    Camera camera;
+    camera.orthographic = true;
+    camera.ortho_height = 4;
+    camera.camera_to_world[3] = dvec4(10, 0, 1, 1);
+    scene.instances[0].object_to_world[3] = dvec4(10, 0, 0, 1);
+    const ReferenceResult r = render_oracle(scene, camera, 4, 1, 0);
+    EXPECT_EQ(*r.aovs.depth.at(1, 0), 4);
+    EXPECT_EQ(r.aovs.position.at(1, 0)[0], -0.5f);
+    EXPECT_EQ(r.aovs.position.at(1, 0)[1], 1.5f);
+    EXPECT_EQ(r.aovs.normal.at(3, 3)[2], 1);
+    EXPECT_FLOAT_EQ(r.aovs.albedo.at(3, 3)[0], 0.1f);
+    EXPECT_EQ(r.aovs.instance[0], 0);
+    EXPECT_EQ(r.aovs.triangle[0], 1);
+
+    camera.near_plane = 4.5;  // clips the wall away
+    EXPECT_EQ(*render_oracle(scene, camera, 4, 1, 0).alpha.at(0, 0), 0);
+    camera.near_plane = 0;
+    camera.far_plane = 3.5;
+    EXPECT_EQ(*render_oracle(scene, camera, 4, 1, 0).alpha.at(0, 0), 0);
+}
+
+TEST(Reference, HitsAreDecidedByTheLowerTriangleAndByTheCaller) {
+    Scene scene;
+    const int plain = add_material(scene, diffuse_material(vec3(1)));
+    Material veil = diffuse_material(vec3(1));
+    veil.alpha_mode = AlphaMode::blend;
+    veil.base_color.a = 0.5f;
+    for (int i = 0; i < 5; ++i) add_quad(scene, plain, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});  // all at one place
+    add_quad(scene, add_material(scene, veil), {-1, -1, 1}, {2, 0, 0}, {0, 2, 0});
+    const ReferenceScene prepared(scene);
+    const ReferenceRay ray{{0.25, 0.125, 5}, {0, 0, -2}, 0, 100};
+    const auto never = +[](std::uint64_t, std::uint32_t, std::uint32_t) { return 0.75; };
+    const auto always = +[](std::uint64_t, std::uint32_t, std::uint32_t) { return 0.25; };
+    const auto through = prepared.closest_hit(ray, {0, never});
+    ASSERT_TRUE(through);
+    EXPECT_EQ(through->instance, 0);
+    EXPECT_EQ(through->triangle, 0);
+    EXPECT_NEAR(through->t, 2.5, 1e-6);
+    EXPECT_EQ(prepared.closest_hit(ray, {0, always})->instance, 5);
+    ReferenceRay before = ray;
+    before.t_max = 2.25;
+    EXPECT_TRUE(prepared.occluded(before, {0, always}));
+    EXPECT_FALSE(prepared.occluded(before, {0, never}));
+    int hits = 0;
+    for (std::uint64_t key = 0; key < 1000; ++key) hits += prepared.occluded(before, {key});
+    EXPECT_NEAR(hits, 500, 4 * std::sqrt(250.0));
+}
+
+TEST(Reference, EmptyScenesAndWrongSettings) {
+    const Scene empty;
+    const ReferenceResult nothing = render_oracle(empty, Camera{}, 4, 2, 8);
+    EXPECT_EQ(mean_radiance(nothing).value, 0);
+    EXPECT_EQ(nothing.aovs.instance[0], kNone);
+    EXPECT_THROW(render_oracle(empty, Camera{}, 0, 1, 1), std::exception);
+    EXPECT_THROW(render_oracle(empty, Camera{}, 4, 0, 1), std::exception);
+    EXPECT_THROW(render_oracle(empty, Camera{}, 4, 1, -1), std::exception);
+}
+
+}  // namespace
+}  // namespace halflight

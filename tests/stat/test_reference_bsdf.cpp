@@ -1,0 +1,215 @@
+// The oracle's material and its albedo tables, without any scene.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "engine/core/statistics.h"
+#include "engine/reference/bsdf.h"
+#include "engine/reference/random.h"
+#include "tests/support/image_tests.h"
+
+namespace halflight::reference {
+namespace {
+
+dvec3 direction_at(double mu, double phi = 0) {
+    const double s = std::sqrt(1 - mu * mu);
+    return {s * std::cos(phi), s * std::sin(phi), mu};
+}
+
+const dvec3 kUp{0, 0, 1};
+
+struct Case {
+    const char* name;
+    BsdfParameters parameters;
+};
+
+/// White ones of every kind: albedo 1 (SHADING.md, "White furnace").
+std::vector<Case> white_materials() {
+    std::vector<Case> cases;
+    for (const double roughness : {0.0, 0.1, 0.5, 1.0}) {
+        cases.push_back({"metal", {.roughness = roughness}});
+        for (const double ior : {1.0, 1.5, 2.5}) {
+            cases.push_back({"dielectric", {.metallic = 0, .roughness = roughness, .ior = ior}});
+        }
+        cases.push_back({"half metal", {.metallic = 0.5, .roughness = roughness}});
+        cases.push_back({"specular 0.5", {.metallic = 0, .roughness = roughness, .specular = 0.5}});
+        cases.push_back({"specular colour", {.metallic = 0, .roughness = roughness, .specular_color = dvec3(30)}});
+        cases.push_back({"transmission", {.metallic = 0, .roughness = roughness, .transmission = 0.7}});
+        for (const double coat : {0.0, 0.3, 1.0}) {
+            cases.push_back(
+                {"coated", {.metallic = 0, .roughness = roughness, .clearcoat = 0.8, .clearcoat_roughness = coat}});
+        }
+    }
+    return cases;
+}
+
+TEST(ReferenceAlbedo, QuadratureAgreesWithMonteCarlo) {
+    Random random(1);
+    for (const double alpha : {0.001, 0.01, 0.1, 0.4, 1.0}) {
+        for (const double mu : {0.01, 0.1, 0.5, 1.0}) {
+            const dvec3 wo = direction_at(mu);
+            RunningMoments one, b;
+            for (int i = 0; i < 40000; ++i) {
+                const double u1 = random.uniform(), u2 = random.uniform();
+                const dvec3 h = sample_visible_normal(wo, alpha, u1, u2);
+                const dvec3 wi = 2 * dot(wo, h) * h - wo;
+                const double f = wi.z <= 0 ? 0 : ggx_visibility(mu, wi.z, alpha) * ggx_distribution(h, alpha) * wi.z;
+                const double value = f / reflection_pdf(wo, h, alpha);
+                one.add(value);
+                b.add(value * schlick(dot(wo, h)));
+            }
+            const Albedo e = integrate_albedo(mu, alpha);
+            // What is almost always 1 or 0 has no normal error: allow it one sample in all.
+            EXPECT_NEAR(e.one(), one.mean(), 4 * one.standard_error() + 3e-5) << mu << ' ' << alpha;
+            EXPECT_NEAR(e.b, b.mean(), 4 * b.standard_error() + 3e-5) << mu << ' ' << alpha;
+        }
+    }
+}
+
+TEST(ReferenceAlbedo, TableAgreesWithQuadrature) {
+    Random random(2);
+    RunningMoments error;
+    for (int i = 0; i < 1000; ++i) {
+        const double mu = 0.02 + 0.98 * random.uniform(), roughness = 0.03 + 0.97 * random.uniform();
+        const Albedo exact = integrate_albedo(mu, roughness * roughness);
+        const Albedo table = directional_albedo(mu, roughness * roughness);
+        EXPECT_NEAR(table.one(), exact.one(), 2e-4) << mu << ' ' << roughness;
+        EXPECT_NEAR(table.b, exact.b, 2e-4) << mu << ' ' << roughness;
+        error.add(std::abs(table.one() - exact.one()));
+    }
+    EXPECT_LT(error.mean(), 5e-6);
+}
+
+TEST(ReferenceAlbedo, LimitsAreKnown) {
+    EXPECT_DOUBLE_EQ(directional_albedo(0.3, 0).one(), 1);
+    EXPECT_DOUBLE_EQ(directional_albedo(0.3, 0).b, std::pow(0.7, 5));
+    EXPECT_NEAR(integrate_albedo(0.5, 2 * kMirrorAlpha).one(), 1, 1e-5);
+    EXPECT_NEAR(integrate_albedo(0, 0.5).one(), 1, 1e-5);  // at grazing angles all that is visible is lit
+}
+
+TEST(ReferenceBsdf, WhiteMaterialsLoseNothing) {
+    Random random(3);
+    for (const Case& c : white_materials()) {
+        for (const double mu : {0.05, 0.4, 0.95}) {
+            const Bsdf bsdf(c.parameters, direction_at(mu), kUp, kUp, kUp);
+            RunningMoments weight;
+            for (int i = 0; i < 20000; ++i) {
+                const double u = random.uniform(), u1 = random.uniform(), u2 = random.uniform();
+                const auto sample = bsdf.sample(u, u1, u2);
+                weight.add(sample ? sample->weight.x : 0);
+            }
+            EXPECT_NEAR(weight.mean(), 1, 4 * weight.standard_error() + 2e-4)
+                << c.name << " roughness " << c.parameters.roughness << " mu " << mu;
+            EXPECT_LT(weight.standard_error(), 0.01) << c.name;
+        }
+    }
+}
+
+TEST(ReferenceBsdf, ColouredMaterialsNeverGainEnergy) {
+    Random random(4);
+    for (Case c : white_materials()) {
+        c.parameters.base_color = {0.9, 0.5, 0.1};
+        for (const double mu : {0.05, 0.4, 0.95}) {
+            const Bsdf bsdf(c.parameters, direction_at(mu), kUp, kUp, kUp);
+            RunningMoments weight;
+            for (int i = 0; i < 5000; ++i) {
+                const double u = random.uniform(), u1 = random.uniform(), u2 = random.uniform();
+                const auto sample = bsdf.sample(u, u1, u2);
+                weight.add(sample ? std::max({sample->weight.x, sample->weight.y, sample->weight.z}) : 0);
+            }
+            EXPECT_LT(weight.mean(), 1.0002 + 4 * weight.standard_error()) << c.name << " mu " << mu;
+        }
+    }
+}
+
+/// Histogram of sampled directions of one component against the integral of the density that evaluate() gives.
+void test_sampling(const Bsdf& bsdf, Component component, Random& random, const std::string& name) {
+    constexpr int kRows = 20, kColumns = 24, kSub = 12, kSamples = 100000;
+    const auto pdf = [&](double z, double phi) {
+        const Bsdf::Value value = bsdf.evaluate(direction_at(z, phi));
+        return component == Component::diffuse ? value.pdf_diffuse : value.pdf_glossy;
+    };
+    std::vector<double> expected(kRows * kColumns), counted(kRows * kColumns);
+    const double dz = 2.0 / kRows, dphi = 2 * kPi / kColumns;
+    for (int j = 0; j < kRows; ++j) {
+        for (int i = 0; i < kColumns; ++i) {
+            double sum = 0;
+            for (int k = 0; k < kSub * kSub; ++k) {
+                sum += pdf(-1 + (j + (k / kSub + 0.5) / kSub) * dz, (i + (k % kSub + 0.5) / kSub) * dphi);
+            }
+            expected[j * kColumns + i] = sum * dz * dphi / (kSub * kSub) * kSamples;
+        }
+    }
+    for (int n = 0; n < kSamples; ++n) {
+        const double u = random.uniform(), u1 = random.uniform(), u2 = random.uniform();
+        const auto s = bsdf.sample(u, u1, u2);
+        if (!s || s->mirror || s->component != component) continue;
+        const Bsdf::Value value = bsdf.evaluate(s->wi);
+        const dvec3 f = component == Component::diffuse ? value.diffuse : value.glossy;
+        ASSERT_NEAR(s->weight.x * s->pdf, f.x, 1e-9 * f.x) << name;
+        const double phi = std::atan2(s->wi.y, s->wi.x);
+        const int j = std::min(static_cast<int>((s->wi.z + 1) / dz), kRows - 1);
+        const int i = std::min(static_cast<int>((phi < 0 ? phi + 2 * kPi : phi) / dphi), kColumns - 1);
+        ++counted[j * kColumns + i];
+    }
+    double chi_square = 0, cells = 0, rest_expected = 0, rest_counted = 0;
+    for (std::size_t i = 0; i < expected.size(); ++i) {
+        if (expected[i] < 10) {
+            rest_expected += expected[i], rest_counted += counted[i];
+            continue;
+        }
+        chi_square += std::pow(counted[i] - expected[i], 2) / expected[i];
+        ++cells;
+    }
+    EXPECT_NEAR(rest_counted, rest_expected, 5 * std::sqrt(rest_expected) + 5) << name;
+    EXPECT_GT(cells, 10) << name;
+    EXPECT_GT(test::chi_square_tail(chi_square, cells), 1e-4) << name << ": " << chi_square << " over " << cells;
+}
+
+TEST(ReferenceBsdf, SamplesFollowTheirDensity) {
+    const Case cases[] = {
+        {"metal 0.4", {.roughness = 0.4}},
+        {"metal 1", {.roughness = 1}},
+        {"dielectric", {.metallic = 0, .roughness = 0.5}},
+        {"transmission", {.metallic = 0, .roughness = 0.6, .transmission = 0.8}},
+        {"coated", {.metallic = 0, .roughness = 0.8, .clearcoat = 1, .clearcoat_roughness = 0.4}},
+        {"coated metal", {.roughness = 0, .clearcoat = 1, .clearcoat_roughness = 0.5}},
+    };
+    Random random(5);
+    // Normals that differ from each other and from the geometric one, so that the side rules cut into the lobes.
+    const dvec3 n = normalize(dvec3(0.3, 0.1, 1)), n_k = normalize(dvec3(-0.1, 0.2, 1));
+    for (const Case& c : cases) {
+        for (const double mu : {0.2, 0.9}) {
+            const Bsdf straight(c.parameters, direction_at(mu, 1), kUp, kUp, kUp);
+            const Bsdf tilted(c.parameters, direction_at(mu, 1), kUp, n, n_k);
+            test_sampling(straight, Component::glossy, random, c.name);
+            test_sampling(tilted, Component::glossy, random, std::string("tilted ") + c.name);
+            if (c.parameters.metallic < 1) test_sampling(tilted, Component::diffuse, random, c.name);
+        }
+    }
+}
+
+TEST(ReferenceBsdf, MirrorsReflectAndPassStraight) {
+    const dvec3 wo = direction_at(0.6, 0.4);
+    const Bsdf metal({.base_color = {0.9, 0.5, 0.2}, .roughness = 0}, wo, kUp, kUp, kUp);
+    const auto reflected = metal.sample(0.5, 0.5, 0.5);
+    ASSERT_TRUE(reflected && reflected->mirror);
+    EXPECT_NEAR(length(reflected->wi - dvec3(-wo.x, -wo.y, wo.z)), 0, 1e-15);
+    EXPECT_NEAR(reflected->weight.y, 0.5 + 0.5 * std::pow(0.4, 5), 1e-15);
+    EXPECT_EQ(metal.evaluate(reflected->wi).glossy, dvec3(0));
+
+    const Bsdf glass({.metallic = 0, .roughness = 0, .transmission = 1}, wo, kUp, kUp, kUp);
+    const double f0 = 0.04, fresnel = f0 + (1 - f0) * std::pow(0.4, 5);
+    int passed = 0;
+    for (int i = 0; i < 1000; ++i) {
+        const auto s = glass.sample((i + 0.5) / 1000, 0.5, 0.5);
+        ASSERT_TRUE(s && s->mirror);
+        EXPECT_NEAR(s->weight.x, 1, 1e-12);
+        if (s->wi == -wo) ++passed;
+    }
+    EXPECT_NEAR(passed / 1000.0, 1 - fresnel, 1e-3);
+}
+
+}  // namespace
+}  // namespace halflight::reference
