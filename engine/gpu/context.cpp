@@ -7,6 +7,7 @@
 #include <cctype>
 #include <charconv>
 #include <chrono>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -130,39 +131,46 @@ struct Search {
     std::optional<EglContext> context;
 
     explicit Search(const ContextOptions& options) : options_(options), devices_(enumerate_devices()) {
+        const std::string& wanted = options.device;
+        const bool by_kind = wanted == "hardware" || wanted == "software";
+        const auto index = parse_index(wanted);
         for (const Device& device : devices_) attempts.push_back({device.name, false, ""});
-        const bool automatic = options.device.empty();
-        const bool by_kind = options.device == "hardware" || options.device == "software";
-        const auto index = parse_index(options.device);
-        for (std::size_t i = 0; i < devices_.size(); ++i) {
-            if (index && *index != i) attempts[i].reason = "not the one that was asked for";
-            if (options.device == "hardware" && devices_[i].software) attempts[i].reason = "not hardware";
-        }
-        // First what may be hardware, and is; then the others in order.
-        const bool hardware_first = automatic || options.device == "hardware";
-        for (const bool hardware_only : {true, false}) {
-            if (hardware_only != hardware_first && hardware_only) continue;
-            for (std::size_t i = 0; i < devices_.size() && !context; ++i) {
-                const Device& device = devices_[i];
-                const bool later = hardware_only && (device.software || device.last_resort);
-                if (later || !attempts[i].reason.empty()) continue;
+        for (const std::size_t i : order()) {
+            DeviceAttempt& attempt = attempts[i];
+            if (context) {
+                attempt.reason = "not needed";
+            } else if (index && *index != i) {
+                attempt.reason = "not the one that was asked for";
+            } else if (wanted == "hardware" && devices_[i].kind == DeviceKind::software) {
+                attempt.reason = "not hardware";
+            } else {
                 try_device(i, [&](bool software) -> std::string {
-                    if (by_kind && software != (options.device == "software")) return "not " + options.device;
-                    if (hardware_only && software) return "hardware by name, but renders in software";
-                    if (!automatic && !by_kind && !index &&
-                        lower(attempts[i].name).find(lower(options.device)) == std::string::npos) {
-                        return "its name has no '" + options.device + "'";
+                    if (by_kind && software != (wanted == "software")) return "not " + wanted;
+                    if (wanted.empty() && software && devices_[i].kind == DeviceKind::hardware) {
+                        return "hardware by name, but renders in software";
                     }
-                    return "";
+                    const bool by_name = !wanted.empty() && !by_kind && !index;
+                    const bool named = lower(attempt.name).find(lower(wanted)) != std::string::npos;
+                    return by_name && !named ? "its name has no '" + wanted + "'" : "";
                 });
             }
-        }
-        for (DeviceAttempt& attempt : attempts) {
-            if (attempt.reason.empty()) attempt.reason = "not needed";
         }
     }
 
   private:
+    /// Hardware first, unless software is asked for: making a context on hardware may take long.
+    std::vector<std::size_t> order() const {
+        std::vector<std::size_t> indices(devices_.size());
+        std::iota(indices.begin(), indices.end(), std::size_t{0});
+        const auto rank = [&](std::size_t i) {
+            const int kind = static_cast<int>(devices_[i].kind);
+            return options_.device == "software" ? -kind : kind;
+        };
+        std::stable_sort(indices.begin(), indices.end(),
+                         [&](std::size_t a, std::size_t b) { return rank(a) < rank(b); });
+        return indices;
+    }
+
     /// `refuse` sees the attempt's full name in place, and tells why not ("": take it).
     template <class Refuse>
     void try_device(std::size_t i, Refuse refuse) {

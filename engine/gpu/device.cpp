@@ -71,9 +71,10 @@ std::vector<Device> egl_devices(const char* client_extensions) {
     for (EGLint i = 0; i < count; ++i) {
         const EGLDeviceEXT egl_device = found[static_cast<std::size_t>(i)];
         const char* extensions = query_string(egl_device, EGL_EXTENSIONS);
-        Device device{fmt::format("EGL device {}", i), has_extension(extensions, "EGL_MESA_device_software"), false,
+        const bool software = has_extension(extensions, "EGL_MESA_device_software");
+        Device device{fmt::format("EGL device {}", i), software ? DeviceKind::software : DeviceKind::hardware,
                       EGL_PLATFORM_DEVICE_EXT, egl_device};
-        if (device.software) device.name += ", software";
+        if (software) device.name += ", software";
         const auto append = [&](const char* extension, EGLint what) {
             const char* text = has_extension(extensions, extension) ? query_string(egl_device, what) : nullptr;
             if (text != nullptr) (device.name += ", ") += text;
@@ -92,7 +93,7 @@ std::vector<Device> enumerate_devices() {
     const char* extensions = eglQueryString(EGL_NO_DISPLAY, EGL_EXTENSIONS);
     std::vector<Device> devices = egl_devices(extensions);
     if (has_extension(extensions, "EGL_MESA_platform_surfaceless")) {
-        devices.push_back({"Mesa surfaceless platform", false, true, EGL_PLATFORM_SURFACELESS_MESA, nullptr});
+        devices.push_back({"Mesa surfaceless platform", DeviceKind::unknown, EGL_PLATFORM_SURFACELESS_MESA, nullptr});
     }
     return devices;
 }

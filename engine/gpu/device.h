@@ -3,19 +3,23 @@
 
 #include <epoxy/egl.h>
 
+#include <cstdint>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace halflight::gpu {
 
+/// What a device is known to be before it is tried; unknown: Mesa's surfaceless platform, with whatever driver it
+/// finds.
+enum class DeviceKind : std::uint8_t { hardware, software, unknown };
+
 /// Something that may give a context without a window system.
 struct Device {
     std::string name;
-    bool software = false;     // known to be before it is tried
-    bool last_resort = false;  // Mesa's surfaceless platform: whatever driver it finds
-    EGLenum platform = 0;      // for eglGetPlatformDisplay
-    void* native = nullptr;    // EGLDeviceEXT, or nothing
+    DeviceKind kind = DeviceKind::unknown;
+    EGLenum platform = 0;    // for eglGetPlatformDisplay
+    void* native = nullptr;  // EGLDeviceEXT, or nothing
 };
 /// EGL devices in EGL's order, then the surfaceless platform. Throws Error where EGL or OpenGL are not installed.
 std::vector<Device> enumerate_devices();
