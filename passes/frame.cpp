@@ -15,7 +15,8 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
     };
 
     frame.gbuffer = add_gbuffer(graph, view);
-    SampleInputs sample{.gbuffer = frame.gbuffer};
+    SampleInputs sample;
+    sample.gbuffer = frame.gbuffer;
 
     const bool reflects = needs.diffuse || needs.glossy;
     const char* no_light_transport = !reflects              ? "no material reflects light"

@@ -169,8 +169,10 @@ struct Renderer::State {
         const auto import = [&](graph::BufferHandle h) {
             return h ? graph.import_buffer("sums", executor.buffer(h)) : graph::BufferHandle{};
         };
-        const Accumulated imported{
-            .emission = import(a.emission), .direct = import(a.direct), .indirect = import(a.indirect)};
+        Accumulated imported;
+        imported.emission = import(a.emission);
+        imported.direct = import(a.direct);
+        imported.indirect = import(a.indirect);
         const Composite composite = add_composite(graph, band, imported, samples, !scene.environment.black(),
                                                   view_kernel ? &*view_kernel : nullptr);
         graph.output(composite.beauty);

@@ -29,6 +29,13 @@ PathList create_path_list(graph::Graph& graph, const SceneView& view, const std:
     return list;
 }
 
+rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays, const PathList& list,
+                         int depth) {
+    // Camera rays have salt 0 (shaders/gbuffer.frag).
+    const auto salt = static_cast<std::uint32_t>(1 + 2 * depth + (kind == rays::RayKind::shadow ? 1 : 0));
+    return {kind, view.band.paths(), rays, list.list, list.header, view.frame_constants, salt};
+}
+
 PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBuffer& g, const FirstScatter& what,
                            PathBuffers& paths) {
     PathList list = create_path_list(graph, view, what.name);
@@ -55,7 +62,7 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
         if (first) defines.set("HALFLIGHT_FIRST_SCATTER");
         r.programs().compute(what.kernel, defines).dispatch(view.band.paths() / 64);
     });
-    const rays::RayBatch batch{what.kind, view.band.paths(), paths.rays, list.list, list.header};
+    const rays::RayBatch batch = ray_batch(view, what.kind, paths.rays, list, 0);
     paths.hits = rays::closest_hit(graph, view.trace, batch, paths.hits);
     return list;
 }

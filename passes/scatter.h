@@ -24,6 +24,10 @@ PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view);
 /// An empty list with room for every path.
 PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name);
 
+/// The rays of a list, sent from the path vertex number `depth` (0: the surface seen by the camera).
+rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays, const PathList& list,
+                         int depth);
+
 /// How a pass writes its part of a buffer that several passes fill: the first one need not keep what was there.
 template <class H>
 graph::Access partial_write(const H& handle) {

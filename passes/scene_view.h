@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "engine/gpu/program.h"
-#include "engine/graph/graph.h"
+#include "engine/graph/execute.h"
 #include "engine/rays/rays.h"
 #include "passes/scene_buffers.h"
 

@@ -13,25 +13,25 @@ DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const
     const std::size_t paths = view.band.paths();
     PathList shadowed = create_path_list(graph, view, "shadow");
     DirectLightEstimate direct;
-    rays::RayBatch batch{rays::RayKind::shadow, view.band.paths()};
 
     graph::Pass pass = graph.add_pass("shadow: sample lights");
     pass.read(view.frame_constants, Access::uniform_read);
     pass.read(g.rays, Access::storage_read);
     pass.read(g.surfaces, Access::storage_read);
-    batch.rays = pass.write(graph.create_buffer("shadow rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
+    const graph::BufferHandle shadow_rays =
+        pass.write(graph.create_buffer("shadow rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
     direct.light =
         pass.write(graph.create_buffer("direct light", {paths * sizeof(shared::DirectLight)}), Access::storage_write);
-    batch.list = pass.write(shadowed.list, Access::storage_read_write);
-    batch.list_header = pass.write(shadowed.header, Access::storage_read_write);
+    shadowed.list = pass.write(shadowed.list, Access::storage_read_write);
+    shadowed.header = pass.write(shadowed.header, Access::storage_read_write);
     pass.execute([=](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
         r.buffer(g.rays).bind_storage(0);
         r.buffer(g.surfaces).bind_storage(1);
-        r.buffer(batch.rays).bind_storage(2);
+        r.buffer(shadow_rays).bind_storage(2);
         r.buffer(direct.light).bind_storage(3);
-        r.buffer(batch.list).bind_storage(4);
-        r.buffer(batch.list_header).bind_storage(5);
+        r.buffer(shadowed.list).bind_storage(4);
+        r.buffer(shadowed.header).bind_storage(5);
         view.trace.bind();
         view.scene.bind();
         r.programs()
@@ -39,8 +39,8 @@ DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const
             .dispatch(static_cast<std::uint32_t>(paths / 64));
     });
 
-    direct.occluded =
-        rays::any_hit(graph, view.trace, batch, graph.create_buffer("occluded", {paths * sizeof(shared::uint)}));
+    direct.occluded = rays::any_hit(graph, view.trace, ray_batch(view, rays::RayKind::shadow, shadow_rays, shadowed, 0),
+                                    graph.create_buffer("occluded", {paths * sizeof(shared::uint)}));
     return direct;
 }
 

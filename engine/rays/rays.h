@@ -24,7 +24,11 @@ struct RayBatch {
     graph::BufferHandle rays;         // capacity x Ray
     graph::BufferHandle list;         // optional: capacity x uint
     graph::BufferHandle list_header;  // with list: ListHeader of shaders/shared/rays.h
-    std::uint32_t alpha_seed = 0;     // changes with sample and depth; keys the alpha test of blended surfaces
+    // Keys the alpha test of blended surfaces, only read where TraceTables::alpha_tested: uniform block of struct Frame
+    // (shaders/shared/frame.h), whose seed and sample_index change from run to run, and a salt that tells batches of one
+    // run apart. The kernel's key: ray_key(path, hash_combine(hash_combine(frame.seed, frame.sample_index), alpha_salt)).
+    graph::BufferHandle frame_constants;
+    std::uint32_t alpha_salt = 0;
 };
 
 /// Hierarchies and triangles of one scene on the GPU. Immutable.

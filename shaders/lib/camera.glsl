@@ -16,6 +16,3 @@ Ray camera_ray(Frame frame, ivec2 pixel) {
     ray.t_max = frame.clip.y * scale;
     return ray;
 }
-
-// Keys the alpha test of camera rays, in the raster pass and in any tracer that takes its place.
-uint primary_alpha_seed(Frame frame) { return frame.sample_index * 0x9e3779b9u ^ frame.seed; }
