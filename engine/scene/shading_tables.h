@@ -13,8 +13,8 @@
 
 namespace halflight {
 
-/// What the scene has that a shader must know of. On a software driver an untaken branch costs as much as a taken one, so
-/// everything that is false here is compiled away (shader_defines).
+/// What the scene has that a shader must know of. On a software driver an untaken branch costs as much as a taken one,
+/// so everything that is false here is compiled away (shader_defines).
 struct SceneNeeds {
     bool instances = false;  // some block is not in world space
     bool vertex_colors = false;
@@ -68,11 +68,11 @@ struct ShadingTables {
     std::vector<std::uint32_t> light_of_triangle;            // R32UI
     Image environment;                                       // 3 channels, colour multiplied in; 1x1 where constant
     std::vector<vec4> environment_cells;                     // RGBA32F
-    Image albedo;                                            // 2 channels, E_A and E_B (albedo.h); empty unless glossy
+    Image albedo;                                            // 2 channels (albedo.h); empty unless glossy
 };
 
-/// Precondition: validate(scene) passes, `trace` was built from it. Throws Error where a table exceeds 2^32 texels or 2^31
-/// lights.
+/// Precondition: validate(scene) passes, `trace` was built from it. Throws Error where a table exceeds 2^32 texels or
+/// 2^31 lights.
 ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace);
 
 }  // namespace halflight

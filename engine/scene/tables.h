@@ -77,7 +77,4 @@ TraceTables build_trace_tables(const Scene& scene);
 /// The source of triangle `triangle` hit through table instance `instance` (Hit of shaders/shared/rays.h).
 TriangleSource source_of(const TraceTables& tables, std::uint32_t instance, std::uint32_t triangle);
 
-/// Everything that shading needs, packed as shaders/shared/{material,light,vertex}.h say.
-struct ShadingTables;  // the shading tables' owner completes this (materials, textures, attributes, lights, environment)
-
 }  // namespace halflight

@@ -38,46 +38,52 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     b.geometric_normal = geometric_normal;
     b.normal = m.normal;
     b.coat_normal = m.coat_normal;
+    b.alpha = 0.0;
+    b.specular = vec3(0.0);
+    b.specular_edge = vec3(0.0);
+    b.transmission = vec3(0.0);
+    b.coat = 0.0;
+    b.coat_alpha = 0.0;
+    b.p_diffuse = 1.0;
+    b.p_transmission = 0.0;
+    b.p_coat = 0.0;
+    b.diffuse = (1.0 - m.metallic) * m.base_color;
+#ifdef HALFLIGHT_GLOSSY
     b.alpha = ggx_alpha(m.roughness);
-
     vec2 albedo = ggx_albedo(dot(m.normal, wo), b.alpha);
     float whole = albedo.x + albedo.y;  // E_1
     vec3 f0 = min(m.dielectric_f0 * m.specular_color, vec3(1.0)) * m.specular;
-    vec3 gain = multiple_scattering_gain(f0, whole);
-    vec3 metal = m.metallic * m.base_color * multiple_scattering_gain(m.base_color, whole);
-    vec3 metal_edge = m.metallic * (1.0 - m.base_color) * multiple_scattering_gain(m.base_color, whole);
-    b.specular = metal + (1.0 - m.metallic) * f0 * gain;
-    b.specular_edge = metal_edge + (1.0 - m.metallic) * (m.specular - f0) * gain;
+    vec3 gain = (1.0 - m.metallic) * multiple_scattering_gain(f0, whole);
+    vec3 metal_gain = m.metallic * multiple_scattering_gain(m.base_color, whole);
+    b.specular = metal_gain * m.base_color + gain * f0;
+    b.specular_edge = metal_gain * (1.0 - m.base_color) + gain * (m.specular - f0);
 
-    vec3 reflected = gain * (f0 * albedo.x + m.specular * albedo.y);
-    float e_d = min(max(reflected.r, max(reflected.g, reflected.b)), 1.0);
-    vec3 base = (1.0 - m.metallic) * (1.0 - e_d) * m.base_color;
-    b.diffuse = base * (1.0 - m.transmission);
-    b.transmission = base * (m.transmission / whole);
-
-    b.coat = 0.0;
-    b.coat_alpha = 0.0;
+    vec3 reflected = multiple_scattering_gain(f0, whole) * (f0 * albedo.x + m.specular * albedo.y);
+    b.diffuse *= 1.0 - min(max(reflected.r, max(reflected.g, reflected.b)), 1.0);
     float coat_albedo = 0.0;
 #ifdef HALFLIGHT_CLEARCOAT
     b.coat_alpha = ggx_alpha(m.coat_roughness);
     vec2 e_k = ggx_albedo(dot(m.coat_normal, wo), b.coat_alpha);
-    float coat_gain = multiple_scattering_gain(vec3(kCoatF0), e_k.x + e_k.y).x;
-    b.coat = m.coat * coat_gain;
+    b.coat = m.coat * multiple_scattering_gain(vec3(kCoatF0), e_k.x + e_k.y).x;
     coat_albedo = b.coat * (kCoatF0 * e_k.x + e_k.y);
     b.diffuse *= 1.0 - coat_albedo;
     b.specular *= 1.0 - coat_albedo;
     b.specular_edge *= 1.0 - coat_albedo;
-    b.transmission *= 1.0 - coat_albedo;
 #endif
-
+    float transmission = 0.0;
+#ifdef HALFLIGHT_TRANSMISSION
+    b.transmission = b.diffuse * (m.transmission / whole);
+    b.diffuse *= 1.0 - m.transmission;
+    transmission = average(b.transmission) * whole;
+#endif
     float diffuse = average(b.diffuse);
     float specular = average(b.specular * whole + b.specular_edge * albedo.y);
-    float transmission = average(b.transmission) * whole;
     float glossy = specular + transmission + coat_albedo;
     float sum = diffuse + glossy;
     b.p_diffuse = sum > 0.0 ? diffuse / sum : 1.0;  // black: either will do
     b.p_transmission = glossy > 0.0 ? transmission / glossy : 0.0;
     b.p_coat = glossy > 0.0 ? coat_albedo / glossy : 0.0;
+#endif
     return b;
 }
 
@@ -180,8 +186,7 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     s.pdf = value.pdf_glossy;
     s.weight = usable && s.pdf > 0.0 ? value.glossy / s.pdf : vec3(0.0);
     if (mirror) {
-        float rest = 1.0 - clamp(x, 0.0, 1.0);
-        float schlick = rest * rest * rest * rest * rest;
+        float schlick = pow5(1.0 - clamp(x, 0.0, 1.0));
         vec3 reflectance = coat          ? vec3(b.coat * mix(schlick, 1.0, kCoatF0))
                            : transmitted ? b.transmission
                                          : b.specular + b.specular_edge * schlick;

@@ -45,11 +45,14 @@ vec3 mapped_normal(Surface s, uint slot, float scale) {
 // wo: unit, from the surface to where the ray came from.
 Material evaluate_material(Surface s, vec3 wo) {
     vec4 base = material_row(s.material, 0);
-    vec4 emission_unlit = material_row(s.material, 1);
     vec4 lobe = material_row(s.material, 2);
     Material m;
     m.base_color = base.rgb;
+    m.emission = vec3(0.0);
+#ifdef HALFLIGHT_EMISSION
+    vec4 emission_unlit = material_row(s.material, 1);
     m.emission = emission_unlit.rgb;
+#endif
     m.metallic = lobe.x;
     m.roughness = lobe.y;
     m.specular = lobe.z;
@@ -58,9 +61,13 @@ Material evaluate_material(Surface s, vec3 wo) {
     m.transmission = 0.0;
     m.coat = 0.0;
     m.coat_roughness = 0.0;
-#ifdef HALFLIGHT_SPECULAR_TRANSMISSION
+#if defined(HALFLIGHT_SPECULAR_COLOR) || defined(HALFLIGHT_TRANSMISSION)
     vec4 color_transmission = material_row(s.material, 3);
+#endif
+#ifdef HALFLIGHT_SPECULAR_COLOR
     m.specular_color = color_transmission.rgb;
+#endif
+#ifdef HALFLIGHT_TRANSMISSION
     m.transmission = color_transmission.a;
 #endif
 #if defined(HALFLIGHT_CLEARCOAT) || defined(HALFLIGHT_NORMAL_MAPS)

@@ -1,7 +1,7 @@
 // Isotropic GGX (Trowbridge-Reitz) with the height-correlated Smith term. alpha in [1e-4, 1], cosines > 0, float throughout.
 #include "shaders/shared/albedo.h"
 
-const float kMirrorAlpha = 1e-4;  // below: a perfect mirror (SHADING.md)
+float pow5(float v) { return v * v * v * v * v; }
 
 // D; `cross_squared` = |h x n|^2, which keeps its precision where cos(h, n) has rounded to 1.
 float ggx_density(float cosine, float cross_squared, float alpha) {
@@ -33,11 +33,10 @@ GgxValue ggx_evaluate(vec3 n, float alpha, vec3 wo, vec3 wi) {
     float mu_i = dot(n, wi);
     float root_o = ggx_root(mu_o, alpha);
     float root_i = ggx_root(mu_i, alpha);
-    float rest = 1.0 - clamp(dot(wo, h), 0.0, 1.0);
     GgxValue value;
     value.scattered = 0.5 * density / (mu_o * root_i / mu_i + root_o);
     value.pdf = 0.5 * density / (mu_o + root_o);
-    value.schlick = rest * rest * rest * rest * rest;
+    value.schlick = pow5(1.0 - clamp(dot(wo, h), 0.0, 1.0));
     return value;
 }
 
@@ -53,18 +52,18 @@ vec3 sample_visible_normal(vec3 wo, float alpha, vec2 xi) {
     return normalize(vec3(alpha * h.xy, max(h.z, 1e-20)));
 }
 
-// Directional albedo of the lobe (SHADING.md): x = E_A, y = E_B. The table's axes are described in
-// engine/scene/albedo.h.
+// Directional albedo of the lobe (SHADING.md): x = E_A, y = E_B. The table is described in engine/scene/albedo.h.
 vec2 ggx_albedo(float cosine, float alpha) {
-    float rest = 1.0 - clamp(cosine, 0.0, 1.0);
-    float edge = rest * rest * rest * rest * rest;
-    if (alpha < kMirrorAlpha) return vec2(1.0 - edge, edge);
-    vec2 size = vec2(textureSize(albedo_table, 0));
-    vec2 at = albedo_coordinates(clamp(cosine, 0.0, 1.0), alpha) * (size - 1.0);
-    vec2 cell = min(floor(at), size - 2.0);
+    float mu = clamp(cosine, 0.0, 1.0);
+    float mirror = pow5(1.0 - mu);
+    if (alpha < kMirrorAlpha) return vec2(1.0 - mirror, mirror);
+    vec2 at = albedo_coordinates(mu, alpha) * float(kAlbedoTableSize - 1);
+    vec2 cell = clamp(floor(at), 0.0, float(kAlbedoTableSize - 2));
     vec2 f = at - cell;
     ivec2 c = ivec2(cell);
     vec2 low = mix(texelFetch(albedo_table, c, 0).rg, texelFetch(albedo_table, c + ivec2(1, 0), 0).rg, f.x);
     vec2 high = mix(texelFetch(albedo_table, c + ivec2(0, 1), 0).rg, texelFetch(albedo_table, c + ivec2(1, 1), 0).rg, f.x);
-    return mix(low, high, f.y);
+    vec2 entry = mix(low, high, f.y);
+    float edge = entry.x * clamp(mirror + entry.y, 0.0, 1.0);
+    return vec2(entry.x - edge, edge);
 }

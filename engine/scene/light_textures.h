@@ -1,0 +1,31 @@
+// How bright an emission texture is over a triangle.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace halflight {
+
+/// Sums of an image's linear luminance over rectangles of texels.
+class LuminanceSums {
+  public:
+    explicit LuminanceSums(const TextureImage& image);
+
+    /// Mean over a bounding box of all texels that lookups within the triangle can touch; uvs: of its corners, before
+    /// the texture's transform. Exactly 0 only where all of them are black.
+    double mean(const TextureRef& texture, const std::array<vec2, 3>& uvs) const;
+
+  private:
+    std::uint64_t sum(ivec2 lower, ivec2 upper) const;
+
+    ivec2 size_;
+    std::vector<std::uint64_t> sums_;  // (width + 1) x (height + 1), of ceil(luminance 2^20): exact, so 0 means 0
+};
+
+/// 8-bit sRGB value to linear (IEC 61966-2-1).
+double srgb_to_linear(std::uint8_t value);
+
+}  // namespace halflight

@@ -1,0 +1,46 @@
+// Lights as shaders/shared/{light,environment}.h lay them out, and how they are picked.
+//
+// A light is picked by its share of the radiant power (of luminance, in nit m^2 sr): an emissive triangle 2 pi A L, a
+// point 4 pi I, a spot I times the solid angle of its cone, a directional light E times the scene's shadow disk pi R^2,
+// the environment pi R^2 int L dw. Since the latter two grow with the scene while what they light may be one room of
+// it, a quarter of the choices goes in equal parts to the kinds that are present (triangles, points and spots,
+// directional, environment).
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "engine/core/image.h"
+#include "engine/scene/tables.h"
+
+namespace halflight {
+
+struct LightTables {
+    std::vector<vec4> rows;                        // UNIT_LIGHTS: triangles, then punctual lights, then the environment
+    std::vector<vec2> alias;                       // UNIT_LIGHT_ALIAS
+    std::vector<std::uint32_t> light_of_triangle;  // UNIT_LIGHT_OF_TRIANGLE; empty without emissive triangles
+    Image environment;                             // UNIT_ENVIRONMENT; empty where it is black
+    std::vector<vec4> environment_cells;           // UNIT_ENVIRONMENT_ALIAS
+    std::vector<double> probabilities;             // of each light
+    std::size_t triangle_count = 0;
+    std::size_t punctual_count = 0;
+};
+
+/// Empty where nothing shines. Precondition: validate(scene) passes, `trace` was built from it. Throws Error for 2^29
+/// lights or more.
+LightTables build_lights(const Scene& scene, const TraceTables& trace);
+
+/// Importance of an environment map. Directions within a cell are uniform, so the best weight is the root of solid
+/// angle times the integral of the squared luminance; bilinear interpolation being convex, that integral is bounded by
+/// the filtered squares of the texels. 0 only where every bilinear lookup in the cell is 0.
+struct EnvironmentCells {
+    int columns = 0;
+    int rows = 0;
+    std::vector<double> weights;       // row-major from the top
+    std::vector<double> solid_angles;  // of one cell of each row, sr
+    double integral = 0;               // of the luminance over the sphere, nit sr
+};
+/// A texel each, unless that were more than max_cells.
+EnvironmentCells environment_cells(const Image& map, int max_cells = 1 << 21);
+
+}  // namespace halflight

@@ -1,0 +1,34 @@
+// Texel pools and texture descriptors (shaders/shared/texture.h).
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include "engine/scene/shading_tables.h"
+
+namespace halflight {
+
+/// Adds images to the pools of `tables` when they are first referred to; every (image, use) is stored once, and so is
+/// every descriptor.
+class TexturePools {
+  public:
+    TexturePools(const Scene& scene, ShadingTables& tables) : scene_(scene), tables_(tables) {}
+
+    /// Index of a descriptor. Colour is decoded from sRGB. Throws Error where a pool would exceed 2^31 texels.
+    std::uint32_t color(const TextureRef& texture) { return add(texture, true); }
+    std::uint32_t data(const TextureRef& texture) { return add(texture, false); }
+
+  private:
+    std::uint32_t add(const TextureRef& texture, bool is_color);
+    std::uint32_t first_texel(int image, bool is_color);
+
+    const Scene& scene_;
+    ShadingTables& tables_;
+    std::map<std::pair<int, bool>, std::uint32_t> first_texels_;
+    std::map<std::pair<std::string, bool>, std::uint32_t> descriptors_;  // by the bytes of a descriptor
+};
+
+}  // namespace halflight
