@@ -17,11 +17,11 @@ struct Outcome {
 };
 
 struct RunOptions {
-    std::vector<std::string> environment;                      // "NAME=value" on top of the test's own
-    std::string stdout_path;                                   // instead of a pipe
-    bool terminal = false;                                     // stdout and stderr are a terminal of 80 columns
-    std::function<void()> in_child;                            // before the program starts
-    std::function<void(pid_t, const std::string& err)> watch;  // called whenever stderr has said something
+    std::vector<std::string> environment{};                      // "NAME=value" on top of the test's own
+    std::string stdout_path{};                                   // instead of a pipe
+    bool terminal = false;                                       // stdout and stderr are a terminal of 80 columns
+    std::function<void()> in_child{};                            // before the program starts
+    std::function<void(pid_t, const std::string& err)> watch{};  // called whenever stderr has said something
 };
 
 /// Runs build/halflight with these arguments, in the folder that is current, until it ends.

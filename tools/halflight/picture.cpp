@@ -10,12 +10,14 @@
 namespace halflight {
 namespace {
 
+/// Whether a matrix between RGB spaces applies: not to variances, which would need covariances.
 bool is_color(const ExrLayer& layer) {
     const auto ends_in = [&](std::size_t i, const char* name) {
         const std::string& channel = layer.channels[i];
         return channel == name || channel.ends_with(std::string(".") + name);
     };
-    return layer.channels.size() >= 3 && ends_in(0, "R") && ends_in(1, "G") && ends_in(2, "B");
+    return layer.channels.size() >= 3 && !layer.channels[0].starts_with("variance.") && ends_in(0, "R") &&
+           ends_in(1, "G") && ends_in(2, "B");
 }
 
 void convert(Image& image, const mat3& matrix) {

@@ -12,7 +12,7 @@ namespace halflight {
 /// What an EXR tells beside its pixels.
 struct PictureInfo {
     Camera camera;
-    LinearSpace working_space;  // of the colour layers that are written
+    LinearSpace working_space;  // of the colour layers that are written; variances stay linear Rec.709
     bool half = false;          // beauty as half floats; the AOVs bring their own type
     std::string comments;
 };
