@@ -74,10 +74,9 @@ void main() {
     if (active_path) states[path] = state;
 #else
     Bsdf b = make_bsdf(material, surface.geometric_normal, wo);
-    float offset = dot(abs(surface.geometric_normal), surface.position_error);
     Sampler random = path_sampler(frame, path);
 
-    NextEvent e = sample_next_event(surface.position, offset, b, wo,
+    NextEvent e = sample_next_event(surface.position, surface.offset, b, wo,
                                     sample_1d_bits(random, vertex_dimension(depth, kDimensionLightChoice)),
                                     sample_2d(random, vertex_dimension(depth, kDimensionLightPoint)));
     state.pending = state.throughput * (e.diffuse + e.glossy);
@@ -111,7 +110,7 @@ void main() {
         lit[lit_place] = path;
     }
     if (goes_on) {
-        path_rays[path] = ray_from(surface.position, offset, b.geometric_normal, s.direction);
+        path_rays[path] = ray_from(surface.position, surface.offset, b.geometric_normal, s.direction);
         leaving[leaving_place] = path;
     }
     if (active_path) states[path] = state;

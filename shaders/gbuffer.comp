@@ -2,6 +2,7 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
+#include "shaders/shared/rays.h"
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
@@ -34,7 +35,7 @@ void main() {
 
     SurfacePoint point;
     point.position = surface.position;
-    point.offset = dot(abs(surface.geometric_normal), surface.position_error);
+    point.offset = surface.offset;
     point.emission = is_hit ? material.emission : inside ? environment_radiance(ray.direction) : vec3(0.0);
     point.is_surface = is_hit;
     store_surface(path, point, bsdf);
