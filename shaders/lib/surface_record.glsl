@@ -1,4 +1,5 @@
-// Reading and writing of G-buffer rows (shaders/shared/surface.h). Include after `buffer ... { vec4 surfaces[]; }`.
+// Reading of G-buffer rows (shaders/shared/surface.h), or writing with HALFLIGHT_STORE_SURFACE. Include after
+// `buffer ... { vec4 surfaces[]; }`.
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/shared/surface.h"
 
@@ -22,6 +23,26 @@ struct SurfacePoint {
     bool is_surface;  // false: the environment is seen
 };
 
+#ifdef HALFLIGHT_STORE_SURFACE
+void store_surface(uint path, SurfacePoint point, Bsdf b) {
+    uint row = path * HALFLIGHT_SURFACE_ROWS;
+    surfaces[row] = vec4(point.position, point.offset);
+    surfaces[row + 1u] = vec4(point.emission, point.is_surface ? 1.0 : 0.0);
+    surfaces[row + 2u] = vec4(b.geometric_normal, b.p_diffuse);
+    surfaces[row + 3u] = vec4(b.normal, b.alpha);
+    surfaces[row + 4u] = vec4(b.diffuse, b.p_transmission);
+#ifdef HALFLIGHT_GLOSSY
+    surfaces[row + kGlossyRow] = vec4(b.specular, b.p_coat);
+    surfaces[row + kGlossyRow + 1u] = vec4(b.specular_edge, b.coat_alpha);
+#endif
+#ifdef HALFLIGHT_TRANSMISSION
+    surfaces[row + kTransmissionRow] = vec4(b.transmission, 0.0);
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+    surfaces[row + kCoatRow] = vec4(b.coat_normal, b.coat);
+#endif
+}
+#else
 SurfacePoint load_surface_point(uint path) {
     vec4 position = surfaces[path * HALFLIGHT_SURFACE_ROWS];
     vec4 emission = surfaces[path * HALFLIGHT_SURFACE_ROWS + 1u];
@@ -64,25 +85,5 @@ Bsdf load_bsdf(uint path) {
     b.coat = coat.w;
 #endif
     return b;
-}
-
-#ifdef HALFLIGHT_STORE_SURFACE
-void store_surface(uint path, SurfacePoint point, Bsdf b) {
-    uint row = path * HALFLIGHT_SURFACE_ROWS;
-    surfaces[row] = vec4(point.position, point.offset);
-    surfaces[row + 1u] = vec4(point.emission, point.is_surface ? 1.0 : 0.0);
-    surfaces[row + 2u] = vec4(b.geometric_normal, b.p_diffuse);
-    surfaces[row + 3u] = vec4(b.normal, b.alpha);
-    surfaces[row + 4u] = vec4(b.diffuse, b.p_transmission);
-#ifdef HALFLIGHT_GLOSSY
-    surfaces[row + kGlossyRow] = vec4(b.specular, b.p_coat);
-    surfaces[row + kGlossyRow + 1u] = vec4(b.specular_edge, b.coat_alpha);
-#endif
-#ifdef HALFLIGHT_TRANSMISSION
-    surfaces[row + kTransmissionRow] = vec4(b.transmission, 0.0);
-#endif
-#ifdef HALFLIGHT_CLEARCOAT
-    surfaces[row + kCoatRow] = vec4(b.coat_normal, b.coat);
-#endif
 }
 #endif
