@@ -5,7 +5,6 @@
 
 struct Surface {
     vec3 position;          // relative to the tables' origin
-    vec3 position_error;    // bound per axis
     vec3 geometric_normal;  // n_g: unit, on the side of wo
     float offset;           // how far along n_g new rays start (offset_ray_origin)
     vec3 normal;            // interpolated, unit, on the side of n_g; neither normal-mapped nor bent
@@ -40,7 +39,11 @@ Surface surface_at(Hit hit, vec3 direction) {
     s.material = triangle.w & 0x00ffffffu;
     s.position = weights.x * a + weights.y * b + weights.z * c;
     // pbrt-v4 6.8.4: seven roundings; two more for adding the offset to the position (offset_ray_origin).
-    s.position_error = rounding_bound(9.0) * (abs(weights.x * a) + abs(weights.y * b) + abs(weights.z * c));
+    vec3 error = rounding_bound(9.0) * (abs(weights.x * a) + abs(weights.y * b) + abs(weights.z * c));
+    // The tracer sees the corners from the ray's origin and shears them, each coordinate with a few roundings of their
+    // distance. Moved along the plane by as much, a ray that leaves it at a slant would meet it again.
+    vec3 spread = rounding_bound(8.0) *
+                  (weights.x * abs(a - s.position) + weights.y * abs(b - s.position) + weights.z * abs(c - s.position));
     vec3 face = face_vector(b - a, c - a);
     vec4 normal_u = interpolate_row(triangle.xyz, weights, kVertexNormalTexel);
     vec3 normal = normal_u.xyz;
@@ -65,17 +68,17 @@ Surface surface_at(Hit hit, vec3 direction) {
                              instance_row(hit.instance, kInstanceWorldToBlock, 2).xyz);
     vec4 p = vec4(s.position, 1.0);
     vec3 world = vec3(dot(m0, p), dot(m1, p), dot(m2, p));
-    // Placing the point, and the tracer's bringing of rays to block space by the rounded inverse, which is off by one
-    // rounding of each product W x and, seen from the world, by |M| times that: all within four roundings of the sums
-    // of absolute values, |M| (|p| + |W| |world - t| + |W t|) <= |M| (|p| + |W| (|world| + 2 |t|)).
-    vec3 translation = vec3(m0.w, m1.w, m2.w);
-    vec3 reach = abs(world) + 2.0 * abs(translation);
-    vec3 in_block = abs(s.position) + reach * mat3(abs(inverse_rows[0]), abs(inverse_rows[1]), abs(inverse_rows[2]));
-    vec3 spread = s.position_error + rounding_bound(5.0) * in_block;
-    s.position_error = vec3(dot(abs(m0.xyz), spread), dot(abs(m1.xyz), spread), dot(abs(m2.xyz), spread)) +
-                       rounding_bound(5.0) * (abs(world) + abs(translation));
+    // Five roundings for placing the point. Five for the tracer's way to block space, W x: the rounding of W itself and
+    // four of the sums. Seen from the world they are |M| times that, and |W x| <= |W| (|world| + 2 |translation|).
+    vec3 translation = abs(vec3(m0.w, m1.w, m2.w));
+    vec3 reach = abs(world) + 2.0 * translation;
+    mat3 absolute_inverse = mat3(abs(inverse_rows[0]), abs(inverse_rows[1]), abs(inverse_rows[2]));
+    error += rounding_bound(5.0) * (abs(s.position) + reach * absolute_inverse);
+    error = vec3(dot(abs(m0.xyz), error), dot(abs(m1.xyz), error), dot(abs(m2.xyz), error)) +
+            rounding_bound(5.0) * translation;
+    spread = vec3(dot(abs(m0.xyz), spread), dot(abs(m1.xyz), spread), dot(abs(m2.xyz), spread));
     s.position = world;
-    face = inverse_rows * face;      // the rows of W as columns: by the transpose of W
+    face = inverse_rows * face;  // columns are the rows of W, so this is by its transpose
     normal = inverse_rows * normal;
 #ifdef HALFLIGHT_NORMAL_MAPS
     tangent = vec3(dot(m0.xyz, tangent), dot(m1.xyz, tangent), dot(m2.xyz, tangent));
@@ -86,7 +89,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     float face_squared = dot(face, face);
     face = face_squared > 0.0 ? face * inversesqrt(face_squared) : -normalize(direction);
     s.geometric_normal = dot(face, direction) > 0.0 ? -face : face;
-    s.offset = dot(abs(face), s.position_error);
+    s.offset = dot(abs(face), error) + length(spread);
     // Normals that cancel out leave the face's.
     float length_squared = dot(normal, normal);
     normal = length_squared > 0.0 ? normal * inversesqrt(length_squared) : s.geometric_normal;
