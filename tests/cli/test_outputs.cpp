@@ -291,6 +291,22 @@ TEST_F(Output, InfoTellsTheScene) {
     EXPECT_NEAR(facts.at("bounds").at("size").at(0), 4, 1e-6);
 }
 
+TEST_F(Output, InfoNamesThePassesThatRun) {
+    const auto check = [&](const std::string& path) {
+        const auto named = nlohmann::json::parse(run_program({"info", "--json", path}).out).at("passes").get<Strings>();
+        const Outcome outcome = run_program({"render", path, file("a.exr"), "--env", "0,0,0", "--width", "8",
+                                             "--height", "8", "--samples", "1", "--stats", file("stats.json")});
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        std::set<std::string> left_out;
+        const auto stats = nlohmann::json::parse(read_text(file("stats.json")));
+        for (const std::string line : stats.at("left_out")) left_out.insert(line.substr(0, line.find(':')));
+        for (const char* pass : {"gbuffer", "shadow", "diffuse", "glossy", "continuation"})
+            EXPECT_NE(std::ranges::count(named, pass), left_out.count(pass)) << pass;
+    };
+    check(scene);
+    check(copy_room(folder.path, false));
+}
+
 TEST_F(Output, InfoListsDevices) {
     const Outcome text = run_program({"info", "--device"});
     EXPECT_EQ(text.status, 0) << text.err;

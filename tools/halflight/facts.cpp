@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <functional>
 
+#include "engine/scene/shading_tables.h"
+
 namespace halflight {
 namespace {
 
@@ -103,6 +105,21 @@ Json repaired(const SceneReport& report) {
     return counts;
 }
 
+/// The passes that light needs here; add_frame (passes/frame.h) decides by the same facts.
+Json passes(const Scene& scene) {
+    const SceneNeeds needs = build_shading_tables(scene, build_trace_tables(scene)).needs;
+    const bool reflects = needs.diffuse || needs.glossy;
+    const std::pair<const char*, bool> kPasses[] = {
+        {"gbuffer", true},          {"shadow", reflects && needs.lights()},
+        {"diffuse", needs.diffuse}, {"glossy", needs.glossy},
+        {"continuation", reflects},
+    };
+    Json names = Json::array();
+    for (const auto& [name, needed] : kPasses)
+        if (needed) names.push_back(name);
+    return names;
+}
+
 }  // namespace
 
 Json scene_counts(const Scene& scene) {
@@ -118,13 +135,10 @@ Json scene_counts(const Scene& scene) {
 }
 
 Json scene_facts(const Scene& scene) {
-    return {{"counts", scene_counts(scene)},
-            {"bounds", bounds(scene)},
-            {"memory", memory(scene)},
-            {"cameras", cameras(scene)},
-            {"lights", lights(scene)},
-            {"material_features", features(scene)},
-            {"repaired", repaired(scene.report)},
+    return {{"counts", scene_counts(scene)},    {"bounds", bounds(scene)},
+            {"memory", memory(scene)},          {"cameras", cameras(scene)},
+            {"lights", lights(scene)},          {"material_features", features(scene)},
+            {"passes", passes(scene)},          {"repaired", repaired(scene.report)},
             {"warnings", scene.report.warnings}};
 }
 

@@ -28,18 +28,22 @@ std::string flat_text(const Json& value) {
 /// Indented "key value" lines for people; the JSON says the same for programs.
 void print_text(const Json& value, int indent) {
     constexpr int kKeyWidth = 32;
+    constexpr std::size_t kLineWidth = 80;
+    const auto line = [&](const std::string& key, const std::string& text) {
+        fmt::print("{:{}}{:<{}} {}\n", "", indent, key, kKeyWidth - indent, text);
+    };
     for (const auto& [key, item] : value.items()) {
-        const bool lines = item.is_object() || (item.is_array() && !item.empty() && !item[0].is_number());
-        if (item.is_structured() && item.empty())
-            fmt::print("{:{}}{:<{}}none\n", "", indent, key, kKeyWidth - indent);
-        else if (lines && item.is_object())
-            fmt::print("{:{}}{}\n", "", indent, key), print_text(item, indent + 2);
-        else if (lines)
-            for (std::size_t i = 0; i < item.size(); ++i)
-                fmt::print("{:{}}{:<{}}{}\n", "", indent, fmt::format("{} {}", key, i), kKeyWidth - indent,
-                           flat_text(item[i]));
-        else
-            fmt::print("{:{}}{:<{}}{}\n", "", indent, key, kKeyWidth - indent, flat_text(item));
+        const std::string text = flat_text(item);
+        if (item.is_structured() && item.empty()) {
+            line(key, "none");
+        } else if (item.is_object()) {
+            fmt::print("{:{}}{}\n", "", indent, key);
+            print_text(item, indent + 2);
+        } else if (item.is_array() && (item[0].is_object() || text.size() > kLineWidth)) {
+            for (std::size_t i = 0; i < item.size(); ++i) line(fmt::format("{} {}", key, i), flat_text(item[i]));
+        } else {
+            line(key, text);
+        }
     }
 }
 
