@@ -71,7 +71,9 @@ Json lights(const Scene& scene) {
                             {"type", kTypes[static_cast<int>(light.type)]},
                             {"intensity", triple(light.intensity)},
                             {"unit", light.type == LightType::directional ? "lux" : "candela"}});
-    return {{"emissive_triangles", instanced_triangles(scene, has_emission)}, {"punctual", punctual}};
+    return {{"emissive_triangles", instanced_triangles(scene, has_emission)},
+            {"punctual", punctual},
+            {"environment", scene.environment.black() ? Json(nullptr) : triple(scene.environment.color)}};
 }
 
 Json features(const Scene& scene) {

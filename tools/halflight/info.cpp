@@ -13,7 +13,9 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 std::string scalar_text(const Json& value) {
-    return value.is_string() ? one_line(value.get<std::string>()) : value.is_null() ? "none" : value.dump();
+    if (value.is_null()) return "none";
+    if (value.is_string()) return one_line(value.get<std::string>());
+    return value.is_number_float() ? fmt::format("{:.6g}", value.get<double>()) : value.dump();
 }
 
 /// One line: "a, b", or "name: x, type: y" of an object.
