@@ -26,13 +26,19 @@ int run(int argc, char** argv) {
     CLI::App* furnace = command("furnace", "A white furnace: radiance 1 everywhere");
     furnace->add_option("--albedo", albedo, "of the enclosure, which emits 1 - albedo")->check(CLI::Range(0.0, 0.99));
     CLI::App* atrium = command("atrium", "A courtyard under sun and sky");
+    CLI::App* still_life = command("still-life", "Glossy things on a table");
+    CLI::App* room = command("room", "A room lit through one small window");
     CLI11_PARSE(app, argc, argv);
 
-    const scenes::Document document = *cornell  ? scenes::cornell(metal)
-                                      : *atrium ? scenes::atrium_scene()
-                                                : scenes::furnace(albedo);
-    document.write(output);
-    std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(document.triangles()));
+    const auto write = [&](const scenes::Document& document) {
+        document.write(output);
+        std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(document.triangles()));
+    };
+    if (*cornell) write(scenes::cornell(metal));
+    if (*furnace) write(scenes::furnace(albedo));
+    if (*atrium) write(scenes::atrium_scene());
+    if (*still_life) write(scenes::still_life());
+    if (*room) write(scenes::room());
     return 0;
 }
 

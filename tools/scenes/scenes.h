@@ -15,4 +15,10 @@ Document furnace(double albedo);
 /// A courtyard of two storeys under sun and sky; about 80 000 triangles.
 Document atrium_scene();
 
+/// Metals, coats, ceramics and a frosted pane on a table, under two area lights.
+Document still_life();
+
+/// A room lit through one small window: the hard case for indirect light.
+Document room();
+
 }  // namespace halflight::scenes

@@ -200,6 +200,21 @@ void bevelled_box(MeshBuilder& mesh, const dvec3& lower, const dvec3& upper, dou
     }
 }
 
+void pierced_wall(MeshBuilder& mesh, double half, double y0, double y1, const dvec2& low, const dvec2& high,
+                  double depth) {
+    const auto face = [&](double xa, double ya, double xb, double yb) {
+        mesh.quad({xa, ya, 0}, {xb, ya, 0}, {xb, yb, 0}, {xa, yb, 0});
+    };
+    face(-half, y0, low.x, y1), face(high.x, y0, half, y1);
+    if (low.y > y0) face(low.x, y0, high.x, low.y);
+    mesh.quad({low.x, low.y, 0}, {low.x, low.y, -depth}, {low.x, high.y, -depth}, {low.x, high.y, 0});
+    mesh.quad({high.x, low.y, -depth}, {high.x, low.y, 0}, {high.x, high.y, 0}, {high.x, high.y, -depth});
+    if (low.y > y0) mesh.quad({low.x, low.y, -depth}, {low.x, low.y, 0}, {high.x, low.y, 0}, {high.x, low.y, -depth});
+    if (high.y == y1) return;  // something else goes on above
+    face(low.x, high.y, high.x, y1);
+    mesh.quad({low.x, high.y, 0}, {low.x, high.y, -depth}, {high.x, high.y, -depth}, {high.x, high.y, 0});
+}
+
 void faceted_sphere(MeshBuilder& mesh, const dvec3& centre, double radius, int levels) {
     const double g = (1 + std::sqrt(5.0)) / 2;  // corners of an icosahedron: cyclic (0, +-1, +-g)
     std::array<dvec3, 12> p{{{-1, g, 0},

@@ -29,6 +29,11 @@ void tube(MeshBuilder& mesh, std::span<const dvec3> path, double radius, int sid
 /// A box whose edges and corners are cut off by `bevel`, so that they catch the light.
 void bevelled_box(MeshBuilder& mesh, const dvec3& lower, const dvec3& upper, double bevel);
 
+/// A wall |x| <= half, y0 to y1, at z = 0 facing +z, with a rectangular hole and the reveal behind it down to -depth.
+/// Where the hole reaches y1, something else is expected to go on above it.
+void pierced_wall(MeshBuilder& mesh, double half, double y0, double y1, const dvec2& low, const dvec2& high,
+                  double depth);
+
 /// A geodesic sphere of 20 * 4^levels triangles with a flat normal on each, so that shading and geometry agree.
 void faceted_sphere(MeshBuilder& mesh, const dvec3& centre, double radius, int levels);
 
