@@ -1,0 +1,236 @@
+// The frame's constants against SHADING.md, "Camera", written down a second time here, in double.
+#include "passes/frame_constants.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "engine/gpu/program.h"
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/rays.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight {
+namespace {
+
+constexpr double kRounding = 0x1p-24;  // of one float operation
+
+struct View {
+    Camera camera;
+    dvec3 origin;
+    double reach;
+    SampleView sample;
+};
+
+/// Random cameras near and far from the world's origin, images, bands and jitters.
+class RandomViews {
+  public:
+    View next() {
+        View v;
+        v.reach = std::exp(real(-3, 5));
+        const dvec3 centre = random_.operator()() % 2 == 0 ? dvec3(0) : dvec3(real(-1e6, 1e6), real(-1e6, 1e6), 3e5);
+        v.origin = centre;
+        const dvec3 from = centre + v.reach * direction();
+        v.camera = look_at_camera(from, from + direction(), direction(), real(0.1, 2.8));
+        v.camera.orthographic = integer(0, 2) == 0;
+        v.camera.ortho_height = v.reach * real(0.1, 3);
+        v.sample.band.image = {integer(1, 700), integer(1, 500)};
+        const int first_block = integer(0, (v.sample.band.image.y - 1) / 16);
+        v.sample.band.y = first_block * 16;
+        v.sample.band.rows = integer(1, v.sample.band.image.y);  // the last band may reach over the edge
+        v.sample.jitter = {static_cast<float>(real(0, 1)), static_cast<float>(real(0, 1))};
+        return v;
+    }
+    /// A pixel of the band that is in the image.
+    ivec2 pixel(const View& v) {
+        const Band& b = v.sample.band;
+        return {integer(0, b.image.x - 1), integer(b.y, std::min(b.y + b.rows, b.image.y) - 1)};
+    }
+    double real(double lower, double upper) { return std::uniform_real_distribution(lower, upper)(random_); }
+    int integer(int lower, int upper) { return std::uniform_int_distribution(lower, upper)(random_); }
+
+  private:
+    dvec3 direction() {
+        const double z = real(-1, 1), turn = real(0, 2 * kPi), r = std::sqrt(1 - z * z);
+        return {r * std::cos(turn), r * std::sin(turn), z};
+    }
+    std::mt19937 random_{7};
+};
+
+struct CameraRay {
+    dvec3 origin;  // world
+    dvec3 along;   // 1 per unit of distance along the camera's axis
+};
+
+CameraRay camera_ray(const Camera& camera, const ivec2& image, const dvec2& at) {
+    const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
+    const double x = (2 * at.x / image.x - 1) * half * image.x / image.y, y = (1 - 2 * at.y / image.y) * half;
+    const dmat3 turn(camera.camera_to_world);
+    const dvec3 place(camera.camera_to_world[3]);
+    return camera.orthographic ? CameraRay{place + turn * dvec3(x, y, 0), turn * dvec3(0, 0, -1)}
+                               : CameraRay{place, turn * dvec3(x, y, -1)};
+}
+
+/// Clip coordinates, and how far a matrix of floats and a sum of floats can move them.
+struct Projected {
+    dvec4 clip;
+    dvec4 error;
+};
+
+Projected project(const mat4& m, const dvec3& p) {
+    const dvec4 q(p, 1);
+    const dmat4 exact(m);
+    Projected out{exact * q, dvec4(0)};
+    for (int c = 0; c < 4; ++c) out.error += glm::abs(exact[c] * q[c]);
+    // One rounding of each entry (the entry itself is computed in double), one of each coordinate, four of the sum.
+    out.error *= 6 * kRounding;
+    return out;
+}
+
+TEST(FrameConstants, TheSamplePointLandsInTheCentreOfItsTexel) {
+    RandomViews random;
+    for (int i = 0; i < 4000; ++i) {
+        const View v = random.next();
+        const ivec2 pixel = random.pixel(v);
+        const shared::Frame frame = frame_constants(v.camera, v.camera, v.origin, v.reach, v.sample);
+        const CameraRay ray = camera_ray(v.camera, v.sample.band.image, dvec2(pixel) + dvec2(v.sample.jitter));
+        const double distance = v.reach * random.real(0.01, 1.9);
+        const dvec3 point = ray.origin + distance * ray.along - v.origin;
+        const Projected p = project(frame.view_projection, point);
+        ASSERT_GT(p.clip.w, 0);
+        const ivec2 size(v.sample.band.image.x, v.sample.band.rows);
+        for (int axis = 0; axis < 2; ++axis) {
+            const double ndc = p.clip[axis] / p.clip.w;
+            const double texel = (0.5 * ndc + 0.5) * size[axis];
+            const double expected = pixel[axis] - (axis == 1 ? v.sample.band.y : 0) + 0.5;
+            const double error = 0.5 * size[axis] * (p.error[axis] + std::abs(ndc) * p.error.w) / p.clip.w;
+            EXPECT_NEAR(texel, expected, error) << "view " << i << ", axis " << axis;
+            EXPECT_LT(error, 0.05) << "the bound says something";
+        }
+    }
+}
+
+TEST(FrameConstants, DepthIsReversedAndBeginsAtTheNearPlane) {
+    RandomViews random;
+    for (int i = 0; i < 500; ++i) {
+        View v = random.next();
+        if (i % 2 == 0) v.camera.near_plane = 0.01 * v.reach;
+        if (i % 3 == 0) v.camera.far_plane = 1.5 * v.reach;
+        const double near = v.camera.near_plane > 0 ? v.camera.near_plane
+                            : v.camera.orthographic ? 0
+                                                    : v.reach * 0x1p-20;
+        const dmat4 to_clip = world_to_clip(v.camera, v.sample.band.image, v.reach);
+        const auto depth = [&](double distance) {
+            const dvec4 clip = to_clip * v.camera.camera_to_world * dvec4(0, 0, -distance, 1);
+            return clip.z / clip.w;
+        };
+        // Points are given in world space: what is left of doubles once the camera's place is taken away.
+        const double scale = v.camera.orthographic ? v.reach : near;
+        EXPECT_NEAR(depth(near), 1, 32 * 0x1p-53 * (1 + glm::length(dvec3(v.camera.camera_to_world[3])) / scale));
+        double before = 1;
+        for (const double share : {0.02, 0.1, 0.5, 1.0, 1.45}) {
+            const double now = depth(share * v.reach);
+            EXPECT_LT(now, before);
+            EXPECT_GT(now, 0) << "nothing within reach is clipped";
+            before = now;
+        }
+        const shared::Frame frame = frame_constants(v.camera, v.camera, v.origin, v.reach, v.sample);
+        EXPECT_EQ(frame.clip.x, static_cast<float>(near));
+        EXPECT_EQ(frame.clip.y, v.camera.far_plane > 0 ? static_cast<float>(v.camera.far_plane) : kInfinity);
+        EXPECT_EQ(frame.camera_position.w, v.camera.orthographic ? 0 : 1);
+    }
+}
+
+TEST(FrameConstants, PreviousCameraHasNeitherJitterNorBand) {
+    RandomViews random;
+    for (int i = 0; i < 500; ++i) {
+        const View v = random.next();
+        View before = random.next();
+        const dvec2 at(random.real(0, v.sample.band.image.x), random.real(0, v.sample.band.image.y));
+        const shared::Frame frame = frame_constants(v.camera, before.camera, before.origin, before.reach, v.sample);
+        const CameraRay ray = camera_ray(before.camera, v.sample.band.image, at);
+        const Projected p =
+            project(frame.previous_view_projection, ray.origin + before.reach * ray.along - before.origin);
+        for (int axis = 0; axis < 2; ++axis) {
+            const double ndc = p.clip[axis] / p.clip.w;
+            EXPECT_NEAR((0.5 * ndc + 0.5) * v.sample.band.image[axis], at[axis],
+                        0.5 * v.sample.band.image[axis] * (p.error[axis] + std::abs(ndc) * p.error.w) / p.clip.w);
+        }
+    }
+}
+
+TEST(FrameConstants, TheLastBandEndsWithTheImage) {
+    const Camera camera = look_at_camera({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, 1);
+    SampleView view;
+    view.band = {{100, 70}, 48, 48};
+    view.sample = 5, view.seed = 77;
+    const shared::Frame frame = frame_constants(camera, camera, dvec3(0), 1, view);
+    EXPECT_EQ(frame.band_rows, 22);
+    EXPECT_EQ(frame.band_y, 48);
+    EXPECT_EQ(frame.size, ivec2(100, 70));
+    EXPECT_EQ(uvec2(frame.tiles_x, frame.tiles_y), uvec2(7, 3)) << "of the band as it was allocated";
+    EXPECT_EQ(frame.sample_index, 5u);
+    EXPECT_EQ(frame.seed, 77u);
+}
+
+using CameraRayTest = GpuTest;
+
+TEST_F(CameraRayTest, KernelsSeeTheSameRays) {
+    const gpu::Program program = gpu::Program::compute({"camera rays", R"(
+#include "shaders/shared/bindings.h"
+#include "shaders/lib/camera.glsl"
+layout(local_size_x = 1) in;
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std430, binding = 0) writeonly buffer Rays { Ray rays[]; };
+uniform ivec2 pixel;
+uniform int place;
+void main() { rays[place] = camera_ray(frame, pixel); }
+)"});
+    constexpr int kViews = 300;
+    RandomViews random;
+    const gpu::Buffer rays("rays", kViews * sizeof(shared::Ray));
+    rays.bind_storage(0);
+    std::vector<View> views;
+    std::vector<ivec2> pixels;
+    for (int i = 0; i < kViews; ++i) {
+        View v = random.next();
+        if (i % 2 == 0) v.camera.near_plane = 0.01 * v.reach;
+        if (i % 3 == 0) v.camera.far_plane = 1.5 * v.reach;
+        const shared::Frame frame = frame_constants(v.camera, v.camera, v.origin, v.reach, v.sample);
+        gpu::Buffer constants("frame", sizeof(frame));
+        constants.write(0, sizeof(frame), &frame);
+        constants.bind_uniform(BLOCK_FRAME);
+        pixels.push_back(random.pixel(v));
+        program.set("pixel", pixels.back());
+        program.set("place", i);
+        program.dispatch(1);
+        views.push_back(v);
+    }
+    const std::vector<shared::Ray> found = rays.read<shared::Ray>();
+    for (int i = 0; i < kViews; ++i) {
+        const View& v = views[i];
+        const CameraRay ray = camera_ray(v.camera, v.sample.band.image, dvec2(pixels[i]) + dvec2(v.sample.jitter));
+        const shared::Ray& r = found[i];
+        const double slope = glm::length(ray.along);
+        // Origins: rounded to float, then at most an offset of the view's size added. Directions: some ten roundings of
+        // components that are as long as the direction itself, the image's half size among them.
+        const double size = glm::length(ray.origin - v.origin) + v.camera.ortho_height * v.sample.band.image.x;
+        EXPECT_LT(glm::length(dvec3(r.origin) - (ray.origin - v.origin)), 10 * kRounding * size) << i;
+        const double half_width = std::tan(v.camera.vertical_fov / 2) * v.sample.band.image.x / v.sample.band.image.y;
+        EXPECT_LT(glm::length(dvec3(r.direction) - ray.along / slope), 12 * kRounding * (1 + half_width / slope)) << i;
+        EXPECT_NEAR(glm::length(r.direction), 1, 4 * kRounding);
+        const double near = v.camera.near_plane > 0 ? v.camera.near_plane
+                            : v.camera.orthographic ? 0
+                                                    : v.reach * 0x1p-20;
+        EXPECT_NEAR(r.t_min, near * slope, 8 * kRounding * near * slope);
+        if (v.camera.far_plane > 0) {
+            EXPECT_NEAR(r.t_max, v.camera.far_plane * slope, 8 * kRounding * v.camera.far_plane * slope);
+        } else {
+            EXPECT_EQ(r.t_max, kInfinity);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace halflight

@@ -1,0 +1,58 @@
+// Path index <-> pixel of a band.
+#include "shaders/shared/pixel_order.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace halflight::shared {
+namespace {
+
+/// Every path has a pixel of its own within the band's blocks, and the way back leads to it.
+void expect_bijection(const uvec2& tiles) {
+    const uvec2 size = tiles * 16u;
+    std::vector<char> taken(std::size_t{size.x} * size.y);
+    for (uint path = 0; path < taken.size(); ++path) {
+        const uvec2 pixel = pixel_of_path(path, tiles);
+        ASSERT_TRUE(pixel.x < size.x && pixel.y < size.y) << path << " of " << tiles.x << "x" << tiles.y;
+        ASSERT_EQ(path_of_pixel(pixel, tiles), path) << tiles.x << "x" << tiles.y;
+        char& mark = taken[std::size_t{pixel.y} * size.x + pixel.x];
+        ASSERT_FALSE(mark) << path << " of " << tiles.x << "x" << tiles.y;
+        mark = 1;
+    }
+}
+
+TEST(PixelOrder, IsABijectionForEverySize) {
+    for (uint y = 1; y <= 12; ++y)
+        for (uint x = 1; x <= 12; ++x) expect_bijection({x, y});
+    for (const uvec2 tiles : {uvec2(80, 45), uvec2(81, 46), uvec2(1, 257), uvec2(257, 1), uvec2(4096, 1)})
+        expect_bijection(tiles);
+}
+
+TEST(PixelOrder, SixtyFourPathsAreATileAndFourTilesABlock) {
+    for (const uvec2 tiles : {uvec2(1, 1), uvec2(3, 4), uvec2(5, 3)}) {
+        for (uint path = 0; path < tiles.x * tiles.y * 256; ++path) {
+            const uvec2 pixel = pixel_of_path(path, tiles);
+            EXPECT_EQ(pixel / 8u, pixel_of_path(path & ~63u, tiles) / 8u) << path;
+            EXPECT_EQ(pixel / 16u, pixel_of_path(path & ~255u, tiles) / 16u) << path;
+        }
+    }
+}
+
+TEST(PixelOrder, EveryAlignedPowerOfFourPathsIsASquare) {
+    for (const uint side : {2u, 4u, 8u, 16u})
+        for (uint path = 0; path < 512; ++path)
+            EXPECT_EQ(pixel_of_path(path, {2, 1}) / side, pixel_of_path(path & ~(side * side - 1), {2, 1}) / side);
+}
+
+TEST(PixelOrder, FirstHalfOfThePathsHoldsEveryOtherRowOfBlocks) {
+    for (const uint rows : {2u, 5u, 8u, 45u}) {
+        const uvec2 tiles(3, rows);
+        const uint even = (rows + 1) / 2;
+        for (uint block = 0; block < tiles.x * rows; ++block)
+            EXPECT_EQ(pixel_of_path(block * 256, tiles).y / 16 % 2 == 0, block / tiles.x < even) << block;
+    }
+}
+
+}  // namespace
+}  // namespace halflight::shared
