@@ -1,0 +1,126 @@
+// Tiny kernels over a scene's shading tables.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <string>
+#include <vector>
+
+#include "engine/gpu/buffer.h"
+#include "engine/gpu/context.h"
+#include "engine/gpu/program.h"
+#include "engine/gpu/texture.h"
+#include "engine/scene/albedo.h"
+#include "engine/scene/shading_tables.h"
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/instances.h"
+
+namespace halflight {
+
+/// The tables of a scene, bound to their units, without the passes' and the tracer's rooms.
+class ShadingScene {
+  public:
+    explicit ShadingScene(const Scene& scene)
+        : trace(build_trace_tables(scene)), tables(build_shading_tables(scene, trace)) {
+        for (const auto& [name, value] : shader_defines(tables.needs)) defines.set(name, value);
+        add(UNIT_INSTANCES, GL_RGBA32F, instance_rows());
+        add(UNIT_TRIANGLES, GL_RGBA32UI, trace.triangles);
+        add(UNIT_POSITIONS, GL_RGB32F, trace.positions);
+        add(UNIT_VERTICES, GL_RGBA32F, tables.vertices);
+        add(UNIT_MATERIALS, GL_RGBA32F, tables.materials);
+        add(UNIT_TEXTURES, GL_RGBA32UI, tables.textures);
+        add(UNIT_COLOR_TEXELS, GL_RGBA16F, tables.color_texels);
+        add(UNIT_DATA_TEXELS, GL_RGBA8, tables.data_texels);
+        add(UNIT_LIGHTS, GL_RGBA32F, tables.lights);
+        add(UNIT_LIGHT_ALIAS, GL_RG32F, tables.light_alias);
+        add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, tables.light_of_triangle);
+        add(UNIT_ENVIRONMENT_ALIAS, GL_RGBA32F, tables.environment_cells);
+        add(UNIT_ENVIRONMENT, GL_RGB32F, tables.environment);
+        add(UNIT_ALBEDO, GL_RG32F, tables.albedo);
+    }
+
+    /// `rows` vec4 for each i in [0, count): what `main_body` leaves in result[0..rows-1]; it sees `uint i` and
+    /// vec4 inputs[]. `library`: includes and functions before it.
+    std::vector<vec4> run(const std::string& library, const std::string& main_body, std::uint32_t count,
+                          std::uint32_t rows = 1, const std::vector<vec4>& inputs = {}) const {
+        const std::string text =
+            "#include \"shaders/scene_tables.glsl\"\n"
+            "layout(local_size_x = 64) in;\n"
+            "layout(std430, binding = 0) writeonly buffer Results { vec4 results[]; };\n"
+            "layout(std430, binding = 1) readonly buffer Inputs { vec4 inputs[]; };\n" +
+            library +
+            "\nuniform uint count;"
+            "\nvoid main() {\nuint i = gl_GlobalInvocationID.x;\nif (i >= count) return;\nvec4 result[ROWS];\n" +
+            main_body + "\nfor (int r = 0; r < ROWS; ++r) results[i * ROWS + r] = result[r];\n}\n";
+        gpu::Defines all = defines;
+        all.set("ROWS", static_cast<long long>(rows));
+        const gpu::Program program = gpu::Program::compute({"shading test", text}, all);
+        gpu::Buffer results("results", std::size_t{count} * rows * sizeof(vec4));
+        const gpu::Buffer in = gpu::Buffer::from("inputs", inputs);
+        for (const View& view : views_) view.buffer.bind_texture(view.unit, view.format);
+        for (const auto& [unit, texture] : textures_) texture.bind(unit);
+        results.bind_storage(0);
+        in.bind_storage(1);
+        program.set("count", count);
+        program.dispatch((count + 63) / 64);
+        glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+        return results.read<vec4>();
+    }
+
+    TraceTables trace;
+    ShadingTables tables;
+    gpu::Defines defines;
+
+  private:
+    struct View {
+        GLuint unit;
+        GLenum format;
+        gpu::Buffer buffer;
+    };
+
+    template <class T>
+    void add(GLuint unit, GLenum format, const std::vector<T>& values) {
+        views_.push_back({unit, format, gpu::Buffer::from("table", values)});
+    }
+    void add(GLuint unit, GLenum format, const Image& image) {
+        if (image.pixels.empty()) return;
+        gpu::Texture texture("table", {.width = image.width, .height = image.height, .format = format});
+        texture.upload(image.pixels);
+        textures_.emplace_back(unit, std::move(texture));
+    }
+    std::vector<vec4> instance_rows() const {
+        std::vector<vec4> rows;
+        for (const BlockInstance& instance : trace.instances) {
+            for (const glm::mat4x3& m : {instance.block_to_world, instance.world_to_block}) {
+                for (int r = 0; r < 3; ++r) rows.emplace_back(m[0][r], m[1][r], m[2][r], m[3][r]);
+            }
+            rows.emplace_back(0);
+        }
+        return rows;
+    }
+
+    std::vector<View> views_;
+    std::vector<std::pair<GLuint, gpu::Texture>> textures_;
+};
+
+/// One triangle (0,0,0), (1,0,0), (0,1,0), normal +z, with the given material.
+inline Scene triangle_scene(const Material& material) {
+    Scene scene;
+    scene.name = "triangle";
+    scene.materials = {material};
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.normals.assign(3, vec3(0, 0, 1));
+    mesh.tangents.assign(3, vec4(1, 0, 0, 1));
+    mesh.uvs[0] = {{0, 0}, {1, 0}, {0, 1}};
+    mesh.uvs[1] = {{1, 1}, {0, 1}, {1, 0}};
+    mesh.triangles = {{0, 1, 2}};
+    mesh.triangle_material = {0};
+    scene.meshes = {mesh};
+    Instance instance;
+    instance.mesh = 0;
+    scene.instances = {instance};
+    return scene;
+}
+
+}  // namespace halflight
