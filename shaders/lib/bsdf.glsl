@@ -87,6 +87,9 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     return b;
 }
 
+// Among the glossy lobes.
+float p_specular(Bsdf b) { return max(1.0 - b.p_transmission - b.p_coat, 0.0); }
+
 // Value times |cosine|, by component; densities are conditional on the component. Mirror lobes count nothing.
 struct BsdfValue {
     vec3 diffuse;
@@ -108,7 +111,7 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
     bool lobe = reflected;
     vec3 scale = b.specular;
     vec3 edge = b.specular_edge;
-    float p = 1.0 - b.p_transmission - b.p_coat;
+    float p = p_specular(b);
     vec3 folded = wi;
 #ifdef HALFLIGHT_TRANSMISSION
     bool transmitted = side_g < 0.0 && side_n < 0.0;
@@ -156,7 +159,7 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     bool transmitted = false;
     vec3 n = b.normal;
     float alpha = b.alpha;
-    float p = 1.0 - b.p_transmission - b.p_coat;
+    float p = p_specular(b);
 #ifdef HALFLIGHT_CLEARCOAT
     coat = choice < b.p_coat;
     n = coat ? b.coat_normal : n;
@@ -183,8 +186,8 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     BsdfSample s;
     s.direction = wi;
     BsdfValue value = evaluate_bsdf(b, wo, wi);
-    s.pdf = value.pdf_glossy;
-    s.weight = usable && s.pdf > 0.0 ? value.glossy / s.pdf : vec3(0.0);
+    s.pdf = usable ? value.pdf_glossy : 0.0;
+    s.weight = s.pdf > 0.0 ? value.glossy / s.pdf : vec3(0.0);
     if (mirror) {
         float schlick = pow5(1.0 - clamp(x, 0.0, 1.0));
         vec3 reflectance = coat          ? vec3(b.coat * mix(schlick, 1.0, kCoatF0))
