@@ -1,0 +1,217 @@
+// Light tables: what is a light, how often it is picked, and how the environment is divided.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <numeric>
+
+#include "engine/scene/light_textures.h"
+#include "engine/scene/lights.h"
+#include "shaders/shared/environment.h"
+#include "shaders/shared/light.h"
+
+namespace halflight {
+namespace {
+
+std::uint32_t bits(float value) {
+    return std::bit_cast<std::uint32_t>(value);
+}
+
+/// Two triangles of area 1/2 and 2, the first dark; `instances` copies along x.
+Scene triangles(int instances) {
+    Scene scene;
+    scene.name = "triangles";
+    scene.materials.resize(2);
+    scene.materials[1].emission = vec3(3);
+    Mesh mesh;
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 5}, {2, 0, 5}, {0, 2, 5}};
+    mesh.normals.assign(6, vec3(0, 0, 1));
+    mesh.uvs[0] = {{0, 0}, {1, 0}, {0, 1}, {0, 0}, {0.25f, 0}, {0, 0.25f}};
+    mesh.triangles = {{0, 1, 2}, {3, 4, 5}};
+    mesh.triangle_material = {0, 1};
+    scene.meshes = {mesh};
+    for (int i = 0; i < instances; ++i) {
+        Instance instance;
+        instance.mesh = 0;
+        instance.object_to_world[3] = dvec4(10 * i, 0, 0, 1);
+        scene.instances.push_back(instance);
+    }
+    return scene;
+}
+
+LightTables lights_of(const Scene& scene) {
+    return build_lights(scene, build_trace_tables(scene));
+}
+
+TEST(Lights, DarkSceneHasNone) {
+    Scene scene = triangles(1);
+    scene.materials[1].emission = vec3(0);
+    const LightTables lights = lights_of(scene);
+    EXPECT_TRUE(lights.rows.empty() && lights.alias.empty() && lights.light_of_triangle.empty());
+    EXPECT_TRUE(lights.environment.pixels.empty() && lights.environment_cells.empty());
+}
+
+TEST(Lights, UnlitMaterialsAreNoLights) {
+    Scene scene = triangles(1);
+    scene.materials[1].unlit = true;
+    EXPECT_TRUE(lights_of(scene).rows.empty());
+}
+
+TEST(Lights, EmissiveTriangleOfMergedMesh) {
+    const LightTables lights = lights_of(triangles(1));
+    ASSERT_EQ(lights.rows.size(), std::size_t{shared::kLightStride});
+    EXPECT_EQ(lights.light_of_triangle, (std::vector<std::uint32_t>{shared::kNoLight, 0}));
+    EXPECT_EQ(bits(lights.rows[0].w), shared::kLightTriangle);
+    EXPECT_EQ(bits(lights.rows[1].w), 1u);
+    EXPECT_FLOAT_EQ(lights.rows[3].w, 1 / 2.0f);  // probability 1 over area 2
+    EXPECT_GT(lights.rows[2].w, 0);
+    EXPECT_LT(lights.rows[2].w, 1e-5f);
+    EXPECT_EQ(vec3(lights.rows[1]), vec3(2, 0, 0));
+    EXPECT_EQ(vec3(lights.rows[3]), vec3(3));
+}
+
+TEST(Lights, EveryInstanceOfASharedMeshIsALight) {
+    const LightTables lights = lights_of(triangles(3));
+    ASSERT_EQ(lights.triangle_count, 3u);
+    EXPECT_EQ(lights.light_of_triangle, (std::vector<std::uint32_t>{shared::kNoLight, 0, 0, 1, 2}));
+    for (std::size_t i = 0; i < 3; ++i) {
+        const vec4* row = &lights.rows[i * shared::kLightStride];
+        EXPECT_NEAR(row[3].w, 1 / 3.0 / 2.0, 1e-6);
+        EXPECT_NEAR(row[0].x, 10.0 * double(i) - 11, 1e-5);  // the scene's centre is at x = 11
+    }
+}
+
+TEST(Lights, KindsShareAQuarterAndPowerTheRest) {
+    Scene scene = triangles(1);
+    PunctualLight sun;
+    sun.type = LightType::directional;
+    sun.intensity = vec3(1000);
+    PunctualLight bulb;
+    bulb.position = dvec3(1, 1, 2.5);
+    scene.lights = {bulb, sun};
+    scene.environment.color = vec3(0.5f);
+    const TraceTables trace = build_trace_tables(scene);
+    const LightTables lights = build_lights(scene, trace);
+    EXPECT_EQ(lights.triangle_count, 1u);
+    EXPECT_EQ(lights.punctual_count, 2u);
+    const double disk = kPi * 0.25 * double(glm::dot(trace.bounds.extent(), trace.bounds.extent()));
+    const std::vector<double> power = {2 * kPi * 2 * 3, 4 * kPi, 1000 * disk, 0.5 * 4 * kPi * disk};
+    const double total = std::accumulate(power.begin(), power.end(), 0.0);
+    ASSERT_EQ(lights.probabilities.size(), 4u);
+    for (std::size_t i = 0; i < 4; ++i) {
+        EXPECT_NEAR(lights.probabilities[i], 0.75 * power[i] / total + 0.25 / 4, 1e-6) << i;
+    }
+    EXPECT_NEAR(lights.environment_cells[0].z, lights.probabilities[3], 1e-7);
+    EXPECT_EQ(vec3(lights.environment_cells[1]), vec3(0.5f));
+    EXPECT_EQ(lights.environment.width, 1);
+    const vec4* row = &lights.rows[shared::kLightStride];
+    EXPECT_EQ(bits(row[0].w), shared::kLightPoint);
+    EXPECT_NEAR(glm::length(vec3(row[0]) - vec3(bulb.position - trace.origin)), 0, 1e-6);
+}
+
+TEST(Lights, EmissionTextureWeighsAndExcludes) {
+    Scene scene = triangles(1);
+    scene.materials[0].emission = vec3(1);
+    TextureImage image;
+    image.width = image.height = 64;
+    image.rgba.assign(4 * 64 * 64, 0);
+    // Lit in one corner, which only the first triangle's texture coordinates reach.
+    for (int y = 40; y < 60; ++y) {
+        for (int x = 2; x < 10; ++x) image.rgba[static_cast<std::size_t>(4 * (64 * y + x))] = 255;
+    }
+    scene.images = {image};
+    for (Material& m : scene.materials) {
+        m.emission_texture.image = 0;
+        m.emission_texture.wrap_u = m.emission_texture.wrap_v = Wrap::clamp_to_edge;
+    }
+    const LightTables lights = lights_of(scene);
+    EXPECT_EQ(lights.light_of_triangle, (std::vector<std::uint32_t>{0, shared::kNoLight}));
+    EXPECT_EQ(lights.triangle_count, 1u);
+}
+
+TEST(LuminanceSums, MeanOverWrappedBoxes) {
+    TextureImage image;
+    image.width = 32;
+    image.height = 8;
+    image.rgba.assign(4 * 32 * 8, 0);
+    for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
+        const bool white = i / 4 % 32 < 2;  // the first two columns
+        for (std::size_t k = 0; k < 3; ++k) image.rgba[i + k] = white ? 255 : 0;
+    }
+    const LuminanceSums sums(image);
+    TextureRef texture;
+    texture.image = 0;
+    const auto mean = [&](float u, Wrap wrap) {
+        texture.wrap_u = wrap;
+        return sums.mean(texture, {vec2(u, 0.2f), vec2(u + 0.01f, 0.2f), vec2(u, 0.8f)});
+    };
+    for (const Wrap wrap : {Wrap::repeat, Wrap::mirrored_repeat, Wrap::clamp_to_edge}) {
+        EXPECT_GT(mean(0.01f, wrap), 0);
+        EXPECT_EQ(mean(0.5f, wrap), 0);
+    }
+    EXPECT_GT(mean(0.99f, Wrap::repeat), 0);
+    EXPECT_EQ(mean(0.97f - 0.1f, Wrap::mirrored_repeat), 0);
+    EXPECT_EQ(mean(1.05f, Wrap::mirrored_repeat), 0);
+    EXPECT_GT(mean(1.97f, Wrap::mirrored_repeat), 0);
+    EXPECT_GT(mean(-0.02f, Wrap::mirrored_repeat), 0);
+    EXPECT_EQ(mean(-0.2f, Wrap::mirrored_repeat), 0);
+    EXPECT_GT(mean(-5, Wrap::clamp_to_edge), 0);
+    EXPECT_EQ(mean(5, Wrap::clamp_to_edge), 0);
+    EXPECT_GT(mean(1e9f, Wrap::repeat), 0);  // where coordinates have lost their fraction, everything counts
+    EXPECT_NEAR(sums.mean(texture, {vec2(0), vec2(1), vec2(0, 1)}), 2 / 32.0, 1e-6);
+}
+
+TEST(EnvironmentCells, IntegralAndPositivity) {
+    Image map(40, 20, 3);
+    for (float& p : map.pixels) p = 0;
+    for (int c = 0; c < 3; ++c) map.at(7, 5)[c] = 100;
+    const EnvironmentCells cells = environment_cells(map);
+    ASSERT_EQ(cells.columns, 40);
+    ASSERT_EQ(cells.rows, 20);
+    double sphere = 0;
+    for (const double s : cells.solid_angles) sphere += 40 * s;
+    EXPECT_NEAR(sphere, 4 * kPi, 1e-12);
+    for (int y = 0; y < 20; ++y) {
+        for (int x = 0; x < 40; ++x) {
+            // A bilinear lookup in a cell sees the cell's texel and its eight neighbours.
+            const bool lit = std::abs(x - 7) <= 1 && std::abs(y - 5) <= 1;
+            EXPECT_EQ(cells.weights[static_cast<std::size_t>(y * 40 + x)] > 0, lit) << x << ' ' << y;
+        }
+    }
+    Image gray(16, 8, 3);
+    for (float& p : gray.pixels) p = 2;
+    EXPECT_NEAR(environment_cells(gray).integral, 8 * kPi, 1e-9);
+}
+
+TEST(EnvironmentCells, LargeMapsShareCells) {
+    Image map(130, 61, 3);
+    for (std::size_t i = 0; i < map.pixels.size(); ++i) map.pixels[i] = i % 7 == 0 ? 5.0f : 0.1f;
+    const EnvironmentCells whole = environment_cells(map), few = environment_cells(map, 500);
+    EXPECT_LE(few.columns * few.rows, 500);
+    EXPECT_GT(few.columns * few.rows, 200);
+    EXPECT_NEAR(few.integral, whole.integral, 1e-9 * whole.integral);
+    double sphere = 0;
+    for (const double s : few.solid_angles) sphere += few.columns * s;
+    EXPECT_NEAR(sphere, 4 * kPi, 1e-12);
+    for (const double weight : few.weights) EXPECT_GT(weight, 0);
+}
+
+TEST(Lights, EnvironmentDensityIntegratesToItsProbability) {
+    Scene scene = triangles(1);
+    scene.environment.color = vec3(1, 2, 0.5f);
+    scene.environment.map = Image(24, 12, 3);
+    for (std::size_t i = 0; i < scene.environment.map.pixels.size(); ++i) {
+        scene.environment.map.pixels[i] = static_cast<float>(i * 37 % 11) + (i % 97 == 0 ? 500.0f : 0.0f);
+    }
+    const LightTables lights = lights_of(scene);
+    const EnvironmentCells cells = environment_cells(lights.environment);
+    double sum = 0;
+    for (std::size_t i = 0; i < cells.weights.size(); ++i) {
+        sum += double(lights.environment_cells[shared::kEnvironmentFirstCell + i].z) * cells.solid_angles[i / 24];
+    }
+    EXPECT_NEAR(sum, lights.probabilities.back(), 1e-6);
+    EXPECT_FLOAT_EQ(lights.environment.at(3, 4)[1], 2 * scene.environment.map.at(3, 4)[1]);
+}
+
+}  // namespace
+}  // namespace halflight

@@ -1,0 +1,194 @@
+// Shading tables: needs, defines, materials, textures, vertex rows.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <glm/gtc/matrix_transform.hpp>
+#include <glm/gtc/packing.hpp>
+
+#include "engine/scene/light_textures.h"
+#include "engine/scene/shading_tables.h"
+#include "shaders/shared/material.h"
+#include "shaders/shared/texture.h"
+#include "shaders/shared/vertex.h"
+
+namespace halflight {
+namespace {
+
+std::uint32_t bits(float value) {
+    return std::bit_cast<std::uint32_t>(value);
+}
+
+/// A triangle in the plane x + y + z = 1 with everything per vertex; black and dull but for what a test adds.
+Scene plain_scene() {
+    Scene scene;
+    scene.name = "plain";
+    scene.materials.resize(1);
+    scene.materials[0].metallic = 0;
+    scene.materials[0].specular = 0;
+    Mesh mesh;
+    mesh.positions = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    mesh.normals.assign(3, glm::normalize(vec3(1)));
+    mesh.tangents.assign(3, vec4(glm::normalize(vec3(-1, 1, 0)), 1));
+    mesh.uvs[0] = {{0, 0}, {1, 0}, {0, 1}};
+    mesh.triangles = {{0, 1, 2}};
+    mesh.triangle_material = {0};
+    scene.meshes = {mesh};
+    scene.instances.resize(1);
+    scene.instances[0].mesh = 0;
+    return scene;
+}
+
+ShadingTables tables_of(const Scene& scene) {
+    return build_shading_tables(scene, build_trace_tables(scene));
+}
+
+bool defines(const ShadingTables& tables, const std::string& name) {
+    const auto all = shader_defines(tables.needs);
+    return std::any_of(all.begin(), all.end(), [&](const auto& d) { return d.first == name; });
+}
+
+TEST(ShadingTables, DullSceneNeedsNothingButDiffuse) {
+    const ShadingTables tables = tables_of(plain_scene());
+    EXPECT_EQ(shader_defines(tables.needs), (std::vector<std::pair<std::string, std::string>>{
+                                                {"HALFLIGHT_DIFFUSE", "1"}, {"HALFLIGHT_VERTEX_STRIDE", "1"}}));
+    EXPECT_TRUE(tables.textures.empty() && tables.color_texels.empty() && tables.data_texels.empty());
+    EXPECT_TRUE(tables.lights.empty() && tables.environment.pixels.empty() && tables.albedo.pixels.empty());
+    EXPECT_EQ(tables.vertices.size(), 3u);
+    EXPECT_EQ(tables.materials.size(), std::size_t{shared::kMaterialStride});
+}
+
+TEST(ShadingTables, NeedsFollowMaterials) {
+    const auto with = [](auto&& change) {
+        Scene scene = plain_scene();
+        change(scene.materials[0]);
+        return tables_of(scene);
+    };
+    EXPECT_TRUE(with([](Material& m) { m.specular = 0.5f; }).needs.glossy);
+    EXPECT_TRUE(with([](Material& m) { m.metallic = 0.5f; }).needs.glossy);
+    EXPECT_FALSE(with([](Material& m) { m.metallic = 1; }).needs.diffuse);
+    EXPECT_TRUE(with([](Material& m) { m.transmission = 0.5f; }).needs.transmission);
+    EXPECT_FALSE(with([](Material& m) { m.transmission = 1; }).needs.diffuse);
+    EXPECT_TRUE(with([](Material& m) { m.clearcoat = 1; }).needs.clearcoat);
+    EXPECT_FALSE(with([](Material& m) { m.specular_color = vec3(0.5f); }).needs.specular_color);  // nothing specular
+    EXPECT_TRUE(with([](Material& m) { m.specular = 1, m.specular_color = vec3(0.5f); }).needs.specular_color);
+    const ShadingTables unlit = with([](Material& m) { m.unlit = true, m.emission = vec3(7); });
+    EXPECT_TRUE(unlit.needs.unlit && unlit.needs.emission);
+    EXPECT_FALSE(unlit.needs.diffuse || unlit.needs.glossy || unlit.needs.lights());
+    EXPECT_EQ(vec3(unlit.materials[1]), vec3(0));
+    const ShadingTables glowing = with([](Material& m) { m.emission = vec3(7); });
+    EXPECT_TRUE(glowing.needs.emission && glowing.needs.area_lights);
+    EXPECT_TRUE(defines(glowing, "HALFLIGHT_LIGHTS") && defines(glowing, "HALFLIGHT_AREA_LIGHTS"));
+    EXPECT_FALSE(with([](Material& m) { m.base_color = vec4(0, 0, 0, 1); }).needs.diffuse);
+}
+
+TEST(ShadingTables, UnusedMaterialsCountForNothing) {
+    Scene scene = plain_scene();
+    Material unused;
+    unused.clearcoat = unused.transmission = 1;
+    unused.base_color_texture.image = 0;
+    scene.images.push_back({"", 1, 1, {1, 2, 3, 4}});
+    scene.materials.push_back(unused);
+    const ShadingTables tables = tables_of(scene);
+    EXPECT_FALSE(tables.needs.clearcoat || tables.needs.transmission || tables.needs.textures());
+    EXPECT_EQ(tables.materials.size(), 2u * shared::kMaterialStride);
+}
+
+TEST(ShadingTables, TexturesAreStoredOncePerUse) {
+    Scene scene = plain_scene();
+    scene.images.push_back({"a", 2, 1, {0, 128, 255, 255, 1, 2, 3, 4}});
+    scene.images.push_back({"b", 1, 1, {9, 8, 7, 6}});
+    Material& m = scene.materials[0];
+    m.metallic = m.specular = 1;
+    m.base_color_texture.image = 0;
+    m.emission = vec3(1);
+    m.emission_texture = m.base_color_texture;          // same descriptor
+    m.normal_texture.image = 0;                         // same image, as data
+    m.metallic_roughness_texture.image = 1;             //
+    m.specular_texture = m.metallic_roughness_texture;  //
+    m.specular_texture.wrap_v = Wrap::mirrored_repeat;  // same texels, other descriptor
+    m.specular_texture.uv_set = 1;
+    m.specular_texture.uv_transform[2] = vec2(0.5f, 0.25f);
+    const ShadingTables tables = tables_of(scene);
+    EXPECT_EQ(tables.color_texels.size(), 2u);
+    EXPECT_EQ(tables.data_texels.size(), 3u);
+    EXPECT_EQ(tables.textures.size(), 4u * shared::kTextureStride);
+    EXPECT_TRUE(tables.needs.texture_transforms);
+    const vec4* row = tables.materials.data();
+    EXPECT_EQ(bits(row[5].y), bits(row[6].x));
+    EXPECT_EQ(bits(row[7].x), shared::kNoTexture);
+    const uvec4* specular = &tables.textures[bits(row[6].y) * shared::kTextureStride];
+    EXPECT_EQ(tables.data_texels[specular[0].x], (std::array<std::uint8_t, 4>{9, 8, 7, 6}));
+    EXPECT_EQ(uvec2(specular[0].y, specular[0].z), uvec2(1, 1));
+    EXPECT_EQ(specular[0].w, (shared::kWrapMirroredRepeat << shared::kTextureWrapVShift) | shared::kTextureUvSet1);
+    EXPECT_EQ(std::bit_cast<float>(specular[1].z), 0.5f);
+    EXPECT_EQ(std::bit_cast<float>(specular[2].z), 0.25f);
+    EXPECT_EQ(std::bit_cast<float>(specular[2].y), 1.0f);
+}
+
+TEST(ShadingTables, ColourTexelsAreLinearHalves) {
+    Scene scene = plain_scene();
+    TextureImage ramp{"ramp", 256, 1, {}};
+    for (int i = 0; i < 256; ++i) {
+        const auto v = static_cast<std::uint8_t>(i);
+        ramp.rgba.insert(ramp.rgba.end(), {v, v, v, v});
+    }
+    scene.images = {ramp};
+    scene.materials[0].base_color_texture.image = 0;
+    const ShadingTables tables = tables_of(scene);
+    for (std::size_t i = 0; i < 256; ++i) {
+        const double expected = srgb_to_linear(static_cast<std::uint8_t>(i));
+        const float red = glm::unpackHalf1x16(tables.color_texels[i][0]);
+        // Half a unit in the last of 11 bits; half a step of 2^-24 for subnormal halves, of which sRGB has none but 0.
+        EXPECT_NEAR(red, expected, expected * 0x1p-11) << i;
+        EXPECT_NEAR(glm::unpackHalf1x16(tables.color_texels[i][3]), double(i) / 255, double(i) / 255 * 0x1p-11) << i;
+    }
+    EXPECT_EQ(tables.color_texels[0][0], 0);
+    EXPECT_EQ(glm::unpackHalf1x16(tables.color_texels[255][0]), 1.0f);
+}
+
+TEST(ShadingTables, NormalsAndTangentsOfMergedMeshesAreInWorldSpace) {
+    Scene scene = plain_scene();
+    scene.images.push_back({"n", 1, 1, {128, 128, 255, 255}});
+    scene.materials[0].normal_texture.image = 0;
+    scene.meshes[0].colors.assign(3, vec4(0.1f, 0.2f, 0.3f, 0.4f));
+    // Mirrors and stretches.
+    scene.instances[0].object_to_world = glm::scale(glm::rotate(dmat4(1), 0.7, dvec3(1, 2, 3)), dvec3(-2, 1, 0.1));
+    const TraceTables trace = build_trace_tables(scene);
+    const ShadingTables tables = build_shading_tables(scene, trace);
+    ASSERT_EQ(tables.needs.vertex_stride(), 4);
+    const dmat3 m(scene.instances[0].object_to_world);
+    const dvec3 normal = glm::normalize(glm::transpose(glm::inverse(m)) * dvec3(scene.meshes[0].normals[0]));
+    const dvec3 tangent = glm::normalize(m * dvec3(scene.meshes[0].tangents[0]));
+    for (std::size_t i = 0; i < 3; ++i) {
+        const vec4* row = &tables.vertices[4 * i];
+        EXPECT_NEAR(glm::dot(glm::normalize(dvec3(row[0])), normal), 1, 1e-12);
+        EXPECT_NEAR(glm::dot(glm::normalize(dvec3(row[2])), tangent), 1, 1e-12);
+        EXPECT_EQ(row[0].w, scene.meshes[0].uvs[0][i].x);
+        EXPECT_EQ(row[1], vec4(scene.meshes[0].uvs[0][i].y, 0, 0, -1));
+        EXPECT_EQ(row[3], scene.meshes[0].colors[i]);
+    }
+}
+
+TEST(ShadingTables, FlatteningInstanceKeepsItsNormals) {
+    Scene scene = plain_scene();
+    scene.meshes[0].normals.assign(3, vec3(0, 0, 1));
+    scene.instances[0].object_to_world = glm::scale(dmat4(1), dvec3(1, 1, 0));
+    const ShadingTables tables = tables_of(scene);
+    for (const vec4& row : tables.vertices) EXPECT_EQ(vec3(row), vec3(0, 0, 1));
+}
+
+TEST(ShadingTables, AlphaCutoffCarriesTheMode) {
+    Scene scene = plain_scene();
+    scene.materials[0].base_color.a = 0.3f;
+    EXPECT_EQ(tables_of(scene).materials[5].x, 0.0f);
+    scene.materials[0].alpha_mode = AlphaMode::mask;
+    EXPECT_EQ(tables_of(scene).materials[5].x, 0.5f);
+    scene.materials[0].alpha_mode = AlphaMode::blend;
+    const ShadingTables blended = tables_of(scene);
+    EXPECT_EQ(blended.materials[5].x, shared::kAlphaBlend);
+    EXPECT_TRUE(blended.needs.alpha);
+}
+
+}  // namespace
+}  // namespace halflight
