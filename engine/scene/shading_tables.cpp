@@ -117,16 +117,17 @@ class Builder {
         row[2] = vec4(m.metallic, m.roughness, m.specular, r0 * r0);
         row[3] = vec4(m.specular_color, m.transmission);
         row[4] = vec4(m.clearcoat, m.clearcoat_roughness, m.normal_scale, m.clearcoat_normal_scale);
-        row[5] = vec4(cutoff, color_slot(m.base_color_texture, true, needs.base_color_texture),
-                      data_slot(m.metallic_roughness_texture, lit, needs.metallic_roughness_texture),
-                      data_slot(m.normal_texture, lit && has_tangents_, needs.normal_texture));
-        row[6] = vec4(color_slot(m.emission_texture, emission, needs.emission_texture),
-                      data_slot(m.specular_texture, specular, needs.specular_texture),
-                      color_slot(m.specular_color_texture, specular, needs.specular_color_texture),
-                      data_slot(m.transmission_texture, transmission, needs.transmission_texture));
-        row[7] = vec4(data_slot(m.clearcoat_texture, coat, needs.clearcoat_texture),
-                      data_slot(m.clearcoat_roughness_texture, coat, needs.clearcoat_roughness_texture),
-                      data_slot(m.clearcoat_normal_texture, coat && has_tangents_, needs.clearcoat_normal_texture), 0);
+        row[5].x = cutoff;
+        row[5].y = color_slot(m.base_color_texture, true, needs.base_color_texture);
+        row[5].z = data_slot(m.metallic_roughness_texture, lit, needs.metallic_roughness_texture);
+        row[5].w = data_slot(m.normal_texture, lit && has_tangents_, needs.normal_texture);
+        row[6].x = color_slot(m.emission_texture, emission, needs.emission_texture);
+        row[6].y = data_slot(m.specular_texture, specular, needs.specular_texture);
+        row[6].z = color_slot(m.specular_color_texture, specular, needs.specular_color_texture);
+        row[6].w = data_slot(m.transmission_texture, transmission, needs.transmission_texture);
+        row[7].x = data_slot(m.clearcoat_texture, coat, needs.clearcoat_texture);
+        row[7].y = data_slot(m.clearcoat_roughness_texture, coat, needs.clearcoat_roughness_texture);
+        row[7].z = data_slot(m.clearcoat_normal_texture, coat && has_tangents_, needs.clearcoat_normal_texture);
     }
 
     // --- Vertices -------------------------------------------------------------------------------------------------
