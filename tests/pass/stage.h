@@ -1,0 +1,105 @@
+// What a pass needs to run alone: a scene on the GPU, and the constants of one sample of one band.
+#pragma once
+
+#include <vector>
+
+#include "engine/graph/compile.h"
+#include "engine/graph/execute.h"
+#include "engine/rays/rays.h"
+#include "passes/frame_constants.h"
+#include "passes/scene_view.h"
+#include "shaders/shared/rays.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight::test {
+
+/// Scene and constants outlive the graphs that look at them.
+class Stage {
+  public:
+    /// One band of the whole image; sample 0 through the pixels' centres.
+    Stage(gpu::ProgramCache& programs, const Scene& scene, const Camera& camera, const ivec2& image);
+
+    void look(const SampleView& sample);
+    void look_through(const Camera& camera, const Camera& previous);
+    /// Sample number `index` through a point of the pixels that is its own.
+    void look(std::uint32_t index, std::uint32_t seed = 1);
+
+    SceneView view(graph::Graph& graph);
+    const shared::Frame& frame() const { return frame_; }
+    const Band& band() const { return sample_.band; }
+    const TraceTables& trace_tables() const { return trace_tables_; }
+    const SceneBuffers& buffers() const { return buffers_; }
+    double reach() const { return reach_; }
+    std::size_t paths() const { return sample_.band.paths(); }
+    /// Path of a pixel of the image; it must be one of the band's.
+    std::size_t path(int x, int y) const;
+
+  private:
+    void update();
+
+    gpu::ProgramCache& programs_;
+    TraceTables trace_tables_;
+    ShadingTables shading_tables_;
+    rays::TraceScene trace_;
+    SceneBuffers buffers_;
+    gpu::Buffer constants_{"frame constants", sizeof(shared::Frame)};
+    Camera camera_, previous_;
+    double reach_ = 0;
+    SampleView sample_;
+    shared::Frame frame_{};
+};
+
+/// Rows of the G-buffer as shaders/shared/surface.h has them; what the scene has not got stays 0.
+struct SurfaceRecord {
+    vec3 position{0};  // relative to TraceTables::origin
+    float offset = 0;
+    vec3 emission{0};
+    bool is_surface = false;
+    vec3 geometric_normal{0};
+    float p_diffuse = 0;
+    vec3 normal{0};
+    float alpha = 0;
+    vec3 diffuse{0};
+    float p_transmission = 0;
+    vec3 specular{0};
+    float p_coat = 0;
+    vec3 specular_edge{0};
+    float coat_alpha = 0;
+    vec3 transmission{0};
+    vec3 coat_normal{0};
+    float coat = 0;
+};
+std::vector<SurfaceRecord> unpack_surfaces(const std::vector<vec4>& rows, const SceneNeeds& needs);
+/// The rows of `records`, for kernels that are fed by hand.
+std::vector<vec4> pack_surfaces(const std::vector<SurfaceRecord>& records, const SceneNeeds& needs);
+
+/// Runs a graph with undefined memory poisoned.
+class PassTest : public GpuTest {
+  protected:
+    PassTest() { executor.poison(true); }
+    void run(const graph::Graph& graph) { executor.run(graph::compile(graph)); }
+
+    gpu::ProgramCache programs;
+    graph::Executor executor{programs};
+};
+
+/// What a ray of the camera sees, found in double by trying every triangle.
+struct Seen {
+    std::uint32_t instance = 0;  // of the scene
+    std::uint32_t triangle = 0;  // of its mesh
+    double depth = 0;            // along the camera's axis
+    double u = 0, v = 0;         // weights of the second and third corner
+    dvec3 position{0};           // world
+    dvec3 geometric_normal{0};   // unit, towards the camera
+    dvec3 normal{0};             // interpolated, unit, on the side of geometric_normal
+    dvec3 direction{0};          // unit, of the ray
+};
+struct LookResult {
+    bool hit = false;
+    bool clear = true;  // the same triangle, or none, is seen 1/100 pixel away: no edge is near
+    Seen seen;          // of a hit
+};
+/// Through point `at` of the image, pixels.
+LookResult look_at(const Scene& scene, const Camera& camera, const ivec2& image, const dvec2& at);
+
+}  // namespace halflight::test
