@@ -80,19 +80,16 @@ int GltfAccessors::components(int accessor) const {
 
 GltfAccessors::View GltfAccessors::packed(int buffer_view, std::uint64_t offset, std::uint64_t count,
                                           std::size_t element_size, const std::string& element) const {
-    // gltf_schema.h keeps all sizes below 2^53 and strides below 2^8, so that nothing here overflows.
-    const auto& v = document_.model.bufferViews[static_cast<std::size_t>(buffer_view)];
-    const auto& buffer = document_.model.buffers[static_cast<std::size_t>(v.buffer)].data;
-    if (v.byteOffset + v.byteLength > buffer.size())
-        document_.fail(fmt::format("bufferViews[{}]", buffer_view), "ends at byte {} of buffers[{}], which has {}",
-                       v.byteOffset + v.byteLength, v.buffer, buffer.size());
-    const std::size_t stride = v.byteStride == 0 ? element_size : v.byteStride;
+    const std::string_view bytes = document_.view_bytes(buffer_view);
+    const std::size_t given = document_.model.bufferViews[static_cast<std::size_t>(buffer_view)].byteStride;
+    const std::size_t stride = given == 0 ? element_size : given;
     if (stride < element_size)
         document_.fail(element, "elements of {} bytes overlap, byteStride is {}", element_size, stride);
+    // gltf_schema.h keeps sizes below 2^53 and tinygltf strides below 2^8: nothing overflows.
     const std::uint64_t end = count == 0 ? offset : offset + (count - 1) * stride + element_size;
-    if (end > v.byteLength)
-        document_.fail(element, "ends at byte {} of bufferViews[{}], which has {}", end, buffer_view, v.byteLength);
-    return {buffer.data() + v.byteOffset + offset, stride};
+    if (end > bytes.size())
+        document_.fail(element, "ends at byte {} of bufferViews[{}], which has {}", end, buffer_view, bytes.size());
+    return {reinterpret_cast<const unsigned char*>(bytes.data()) + offset, stride};
 }
 
 GltfAccessors::View GltfAccessors::view(int accessor) const {

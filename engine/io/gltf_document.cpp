@@ -196,6 +196,17 @@ void GltfWarnings::write_to(SceneReport& report) const {
     }
 }
 
+std::string_view GltfDocument::view_bytes(int buffer_view) const {
+    // gltf_schema.h keeps sizes below 2^53, so that their sum does not overflow.
+    const auto& view = model.bufferViews[static_cast<std::size_t>(buffer_view)];
+    const auto& data = model.buffers[static_cast<std::size_t>(view.buffer)].data;
+    if (data.empty()) fail(fmt::format("buffers[{}]", view.buffer), "has no URI, and there is no binary chunk for it");
+    if (view.byteOffset + view.byteLength > data.size())
+        fail(fmt::format("bufferViews[{}]", buffer_view), "ends at byte {} of buffers[{}], which has {}",
+             view.byteOffset + view.byteLength, view.buffer, data.size());
+    return {reinterpret_cast<const char*>(data.data()) + view.byteOffset, view.byteLength};
+}
+
 std::string GltfDocument::read_uri(const std::string& uri, const std::string& element) {
     std::string bytes;
     if (uri_scheme(uri) == "data") {
@@ -246,6 +257,9 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     document.images = take_images(root, document);
     BufferFiles files = take_buffers(root, document, chunks.binary);
     parse_model(document, root, files);
+    for (std::size_t i = 0; i < files.uris.size(); ++i) {
+        if (files.byte_lengths[i] == BufferFiles::kNothing) document.model.buffers[i].data.clear();
+    }
     return document;
 }
 

@@ -5,6 +5,7 @@
 
 #include <map>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -51,6 +52,8 @@ struct GltfDocument {
     [[noreturn]] void fail(std::string_view element, fmt::format_string<Args...> format, Args&&... args) const {
         throw Error(fmt::format("{}: {}", file, element), "{}", fmt::format(format, std::forward<Args>(args)...));
     }
+    /// The bytes of a buffer view. Throws Error where its buffer does not have them.
+    std::string_view view_bytes(int buffer_view) const;
     /// The bytes that a URI stands for; `element` is whose URI it is.
     std::string read_uri(const std::string& uri, const std::string& element);
 };

@@ -27,11 +27,7 @@ Encoded read_encoded(GltfDocument& document, std::size_t image) {
         encoded.file = document.read_uri(source.uri, element_name(document, image));
         return encoded;
     }
-    const auto& view = document.model.bufferViews[static_cast<std::size_t>(source.buffer_view)];
-    const auto& buffer = document.model.buffers[static_cast<std::size_t>(view.buffer)].data;
-    if (view.byteOffset + view.byteLength > buffer.size())
-        document.fail(element_name(document, image), "bufferViews[{}] ends beyond its buffer", source.buffer_view);
-    encoded.bytes = {reinterpret_cast<const char*>(buffer.data()) + view.byteOffset, view.byteLength};
+    encoded.bytes = document.view_bytes(source.buffer_view);
     return encoded;
 }
 

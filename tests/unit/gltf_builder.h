@@ -1,0 +1,125 @@
+// Small glTF files for tests, written into a folder of their own.
+#pragma once
+
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/io/gltf.h"
+#include "tests/support/error_message.h"
+
+namespace halflight {
+
+using Json = nlohmann::json;
+
+enum ComponentType { kI8 = 5120, kU8 = 5121, kI16 = 5122, kU16 = 5123, kU32 = 5125, kF32 = 5126 };
+
+/// A glTF whose only buffer is a .glb's chunk. `json` may be changed at will before save().
+class GltfBuilder {
+  public:
+    Json json = {{"asset", {{"version", "2.0"}}}};
+
+    /// Index of a new view of these values.
+    template <class T>
+    int view(const std::vector<T>& values) {
+        bytes_.resize((bytes_.size() + 3) / 4 * 4);  // accessors want their alignment
+        const Json v = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", values.size() * sizeof(T)}};
+        bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
+        return push("bufferViews", v);
+    }
+
+    /// Index of a new accessor; `type` is SCALAR, VEC3, ...
+    template <class T>
+    int accessor(const char* type, int component_type, const std::vector<T>& components, bool normalized = false) {
+        const std::string name = type;
+        const std::size_t per_element = name == "SCALAR" ? 1
+                                        : name == "MAT4" ? 16
+                                                         : static_cast<std::size_t>(name[3] - '0');
+        Json a = {{"bufferView", view(components)},
+                  {"componentType", component_type},
+                  {"count", components.size() / per_element},
+                  {"type", type}};
+        if (normalized) a["normalized"] = true;
+        return push("accessors", a);
+    }
+    int floats(const char* type, const std::vector<float>& components) { return accessor(type, kF32, components); }
+
+    int push(const char* list, const Json& value) {
+        json[list].push_back(value);
+        return static_cast<int>(json[list].size()) - 1;
+    }
+
+    /// A mesh of one primitive and a node that shows it; returns the primitive.
+    Json& add_mesh(const Json& attributes) {
+        const int mesh = push("meshes", {{"primitives", {{{"attributes", attributes}}}}});
+        push("nodes", {{"mesh", mesh}});
+        return json["meshes"].back()["primitives"][0];
+    }
+    /// The same of a unit right triangle in the plane z = 0.
+    Json& add_triangle() { return add_mesh({{"POSITION", floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0})}}); }
+
+    /// The buffer as it is now; glb() adds it where nobody has.
+    void add_buffer() { push("buffers", {{"byteLength", bytes_.size()}}); }
+
+    std::string glb() const {
+        GltfBuilder whole = *this;
+        if (!bytes_.empty() && !json.contains("buffers")) whole.add_buffer();
+        std::string text = whole.json.dump();
+        text.resize((text.size() + 3) / 4 * 4, ' ');
+        std::string binary = bytes_;
+        binary.resize((binary.size() + 3) / 4 * 4);
+        std::string file = "glTF" + u32(2) + u32(static_cast<std::uint32_t>(12 + 8 + text.size() + 8 + binary.size()));
+        file += u32(static_cast<std::uint32_t>(text.size())) + "JSON" + text;
+        file += u32(static_cast<std::uint32_t>(binary.size())) + std::string("BIN\0", 4) + binary;
+        return file;
+    }
+    const std::string& bytes() const { return bytes_; }
+
+  private:
+    static std::string u32(std::uint32_t value) {
+        std::string bytes(4, '\0');
+        std::memcpy(bytes.data(), &value, 4);
+        return bytes;
+    }
+
+    std::string bytes_;
+};
+
+/// A folder that lasts as long as the test.
+class GltfTest : public testing::Test {
+  protected:
+    void SetUp() override { std::filesystem::create_directories(folder_); }
+    void TearDown() override { std::filesystem::remove_all(folder_); }
+
+    std::filesystem::path write(const std::string& name, const std::string& bytes) const {
+        std::filesystem::remove(folder_ / name);  // some file systems flush what is overwritten, which takes long
+        std::ofstream(folder_ / name, std::ios::binary) << bytes;
+        return folder_ / name;
+    }
+    Scene load(const GltfBuilder& builder) const { return load_gltf(write("scene.glb", builder.glb())); }
+    Scene load_text(const std::string& json) const { return load_gltf(write("scene.gltf", json)); }
+
+    /// What loading says went wrong, without the file's name.
+    std::string refusal(const GltfBuilder& builder) const {
+        return without_name(error_message([&] { load(builder); }));
+    }
+    std::string refusal_of_text(const std::string& json) const {
+        return without_name(error_message([&] { load_text(json); }));
+    }
+    static std::string without_name(const std::string& message) {
+        const std::size_t end = message.find(": ");
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+        return end == std::string::npos ? message : message.substr(end + 2);
+    }
+
+    const std::filesystem::path folder_ =
+        std::filesystem::path(testing::TempDir()) / fmt::format("halflight-gltf-{}", getpid());
+};
+
+}  // namespace halflight

@@ -1,0 +1,134 @@
+// Files by other people: those that are good load whole, those that are bad are refused in one line, or load.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "engine/io/gltf.h"
+#include "tests/support/error_message.h"
+
+namespace halflight {
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kAssets = fs::path(HALFLIGHT_SHARED_DIR) / "assets";
+
+class GltfAssets : public testing::Test {
+  protected:
+    void SetUp() override {
+        if (!fs::exists(kAssets)) GTEST_SKIP() << "no assets in " << kAssets;
+    }
+};
+
+std::size_t count_triangles(const Scene& scene) {
+    std::size_t count = 0;
+    for (const Instance& i : scene.instances) count += scene.meshes[static_cast<std::size_t>(i.mesh)].triangles.size();
+    return count;
+}
+
+std::vector<fs::path> scenes_below(const fs::path& folder) {
+    std::vector<fs::path> paths;
+    for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+        if (entry.path().extension() == ".glb" || entry.path().extension() == ".gltf") paths.push_back(entry.path());
+    }
+    return paths;
+}
+
+TEST_F(GltfAssets, LoadWithAllTheirTriangles) {
+    // Lines of STATS.txt: "path sizeMB ... instTri=123 ... inst=4 ...", as somebody else's program counted them.
+    std::ifstream stats(kAssets / "STATS.txt");
+    std::size_t loaded = 0;
+    for (std::string line; std::getline(stats, line); ++loaded) {
+        std::istringstream words(line);
+        std::string path;
+        words >> path;
+        std::map<std::string, std::size_t> counts;
+        for (std::string word; words >> word;) {
+            const std::size_t equals = word.find('=');
+            if (equals != std::string::npos)
+                counts[word.substr(0, equals)] = std::strtoull(&word[equals + 1], nullptr, 10);
+        }
+        const Scene scene = load_gltf(kAssets / path);
+        const std::size_t dropped =
+            scene.report.degenerate_triangles_dropped + scene.report.non_finite_triangles_dropped;
+        EXPECT_EQ(count_triangles(scene) + dropped, counts["instTri"]) << path;
+        EXPECT_EQ(scene.lights.size(), counts["lightNodes"]) << path;
+        EXPECT_EQ(scene.cameras.size(), counts["cam"]) << path;
+    }
+    EXPECT_GE(loaded, 30u);
+}
+
+TEST_F(GltfAssets, SomeInDetail) {
+    const Scene instanced = load_gltf(kAssets / "instancing/simple-instancing.glb");
+    EXPECT_EQ(instanced.meshes.size(), 1u);
+    EXPECT_EQ(instanced.instances.size(), 125u);
+    EXPECT_EQ(count_triangles(instanced), 1500u);
+
+    const Scene room = load_gltf(kAssets / "interior/living_room/living_room.glb");
+    EXPECT_EQ(room.report.degenerate_triangles_dropped, 3537u) << "its exporter left two thirds of a mesh collapsed";
+
+    const Scene modes = load_gltf(kAssets / "materials/PrimitiveModeNormalsTest.glb");
+    EXPECT_EQ(modes.report.point_primitives_skipped, 8u);
+    EXPECT_EQ(modes.report.line_primitives_skipped, 8u);
+
+    const Scene lights = load_gltf(kAssets / "lights/Lights.glb");
+    ASSERT_EQ(lights.lights.size(), 4u);
+    EXPECT_EQ(lights.cameras.size(), 1u);
+
+    const Scene normals = load_gltf(kAssets / "materials/NormalTangentTest.glb");
+    EXPECT_EQ(normals.report.tangents_generated, normals.meshes.at(0).tangents.size());
+}
+
+/// The Fox stands on its feet, in units of centimetres; without its skin it would lie about its joints.
+TEST_F(GltfAssets, SkinnedFoxIsWhereItsJointsAre) {
+    const Scene fox = load_gltf(kAssets / "animation/Fox.glb");
+    const WorldBounds bounds = world_bounds(fox);
+    EXPECT_NEAR(bounds.lower.y, 0, 1);
+    EXPECT_NEAR(bounds.upper.y, 79, 1);
+    EXPECT_NEAR(bounds.upper.z - bounds.lower.z, 155, 2);
+}
+
+TEST_F(GltfAssets, BadOnesNeverCrash) {
+    for (const fs::path& path : scenes_below(kAssets / "bad")) {
+        const std::string message = error_message([&] { load_gltf(path); });
+        EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+        EXPECT_TRUE(message.empty() || message.starts_with(path.string() + ": ")) << message;
+    }
+}
+
+TEST_F(GltfAssets, BadOnesAreRefusedWithTheReason) {
+    const struct {
+        const char* folder;
+        const char* reason;
+    } cases[] = {
+        {"lfs-buffers", "Git LFS pointer"},
+        {"lfs-pointer", "Git LFS pointer"},
+        {"truncated", ""},
+        {"unsupported-ext/bunny_meshopt.glb", "EXT_meshopt_compression"},
+        {"unsupported-ext/chess-board_draco", "KHR_draco_mesh_compression"},
+        {"unsupported-ext/heart_draco.glb", "KHR_draco_mesh_compression"},
+        {"unsupported-ext/truck_town_webp_OMI", "EXT_texture_webp"},
+        {"unsupported-ext/AnisotropyBarnLamp_ktx2", "is neither PNG nor JPEG"},
+        {"gltf-validator/glb/truncated_chunk_data.glb", "truncated"},
+        {"gltf-validator/glb/chunk_too_big.glb", "damaged"},
+        {"gltf-validator/glb/invalid_magic.glb", "neither GLB nor"},
+        {"gltf-validator/mesh/unresolved_positions.gltf", "accessors"},
+        {"gltf-validator/accessor/unresolved_bufferviews.gltf", "bufferViews"},
+    };
+    for (const auto& [folder, reason] : cases) {
+        const fs::path path = kAssets / "bad" / folder;
+        for (const fs::path& scene : fs::is_directory(path) ? scenes_below(path) : std::vector{path}) {
+            const std::string message = error_message([&] { load_gltf(scene); });
+            EXPECT_FALSE(message.empty()) << scene;
+            EXPECT_NE(message.find(reason), std::string::npos) << message;
+        }
+    }
+}
+
+}  // namespace
+}  // namespace halflight

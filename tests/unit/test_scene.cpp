@@ -1,0 +1,189 @@
+// Scene values: validation, bounds, light, sky, cameras.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "engine/scene/scene.h"
+#include "tests/support/error_message.h"
+
+namespace halflight {
+namespace {
+
+/// One triangle, one instance, everything as it should be.
+Scene good_scene() {
+    Scene scene;
+    scene.images.push_back({"white", 1, 1, {255, 255, 255, 255}});
+    scene.materials.emplace_back().base_color_texture.image = 0;
+    Mesh& mesh = scene.meshes.emplace_back();
+    mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+    mesh.normals.assign(3, {0, 0, 1});
+    mesh.tangents.assign(3, {1, 0, 0, -1});
+    mesh.uvs[0].assign(3, vec2(0.5f));
+    mesh.colors.assign(3, vec4(1));
+    mesh.triangles = {{0, 1, 2}};
+    mesh.triangle_material = {0};
+    scene.instances.push_back({"triangle", 0, dmat4(1), 0});
+    scene.lights.emplace_back();
+    scene.cameras.emplace_back();
+    return scene;
+}
+
+TEST(SceneValidation, AcceptsWhatIsPromised) {
+    EXPECT_NO_THROW(validate(good_scene()));
+    EXPECT_NO_THROW(validate(Scene()));
+}
+
+TEST(SceneValidation, NamesWhatIsNot) {
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    const struct {
+        const char* subject;
+        std::function<void(Scene&)> spoil;
+    } cases[] = {
+        {"images[0].rgba", [](Scene& s) { s.images[0].rgba.pop_back(); }},
+        {"images[0].width", [](Scene& s) { s.images[0].width = 0; }},
+        {"materials[0].base_color_texture", [](Scene& s) { s.materials[0].base_color_texture.image = 1; }},
+        {"materials[0].normal_texture", [](Scene& s) { s.materials[0].normal_texture.image = -2; }},
+        {"materials[0].base_color_texture", [](Scene& s) { s.materials[0].base_color_texture.uv_set = 2; }},
+        {"materials[0].base_color_texture",
+         [](Scene& s) { s.materials[0].base_color_texture.uv_transform[2].y = kNan; }},
+        {"materials[0].roughness", [](Scene& s) { s.materials[0].roughness = 1.5f; }},
+        {"materials[0].metallic", [](Scene& s) { s.materials[0].metallic = kNan; }},
+        {"materials[0].emission", [](Scene& s) { s.materials[0].emission.g = -1; }},
+        {"materials[0].ior", [](Scene& s) { s.materials[0].ior = 0.5f; }},
+        {"meshes[0].normals", [](Scene& s) { s.meshes[0].normals.pop_back(); }},
+        {"meshes[0].normals[1]",
+         [](Scene& s) {
+             s.meshes[0].normals[1] = {0, 0, 2};
+         }},
+        {"meshes[0].positions[2]", [](Scene& s) { s.meshes[0].positions[2].x = kInfinity; }},
+        {"meshes[0].tangents[0]", [](Scene& s) { s.meshes[0].tangents[0].w = 0; }},
+        {"meshes[0].uvs[1]", [](Scene& s) { s.meshes[0].uvs[1].resize(2); }},
+        {"meshes[0].uvs[0][1]", [](Scene& s) { s.meshes[0].uvs[0][1].y = kNan; }},
+        {"meshes[0].colors[2]", [](Scene& s) { s.meshes[0].colors[2].a = 1.5f; }},
+        {"meshes[0].triangles[0]", [](Scene& s) { s.meshes[0].triangles[0].z = 3; }},
+        {"meshes[0].triangles[0]",
+         [](Scene& s) {
+             s.meshes[0].positions[2] = {2, 0, 0};
+         }},
+        {"meshes[0].triangle_material[0]", [](Scene& s) { s.meshes[0].triangle_material[0] = 1; }},
+        {"meshes[0].triangle_material", [](Scene& s) { s.meshes[0].triangle_material.clear(); }},
+        {"instances[0].mesh", [](Scene& s) { s.instances[0].mesh = 1; }},
+        {"instances[0].mesh", [](Scene& s) { s.instances[0].mesh = kNone; }},
+        {"instances[0].object_to_world", [](Scene& s) { s.instances[0].object_to_world[1].z = kNan; }},
+        {"instances[0].object_to_world", [](Scene& s) { s.instances[0].object_to_world[1].w = 1; }},
+        {"lights[0].intensity", [](Scene& s) { s.lights[0].intensity.r = -1; }},
+        {"lights[0].direction", [](Scene& s) { s.lights[0].direction = vec3(0); }},
+        {"lights[0].outer_cone", [](Scene& s) { s.lights[0].inner_cone = s.lights[0].outer_cone; }},
+        {"cameras[0].camera_to_world", [](Scene& s) { s.cameras[0].camera_to_world[0].x = 2; }},
+        {"cameras[0].vertical_fov", [](Scene& s) { s.cameras[0].vertical_fov = 0; }},
+        {"cameras[0].far_plane", [](Scene& s) { s.cameras[0].near_plane = 2, s.cameras[0].far_plane = 1; }},
+        {"environment.color", [](Scene& s) { s.environment.color.b = -1; }},
+        {"environment.map", [](Scene& s) { s.environment.map = Image(2, 1, 1); }},
+    };
+    for (const auto& [subject, spoil] : cases) {
+        Scene scene = good_scene();
+        spoil(scene);
+        const std::string message = error_message([&] { validate(scene); });
+        EXPECT_EQ(message.substr(0, message.find(": ")), subject) << message;
+    }
+}
+
+TEST(SceneBounds, HoldAllInstances) {
+    Scene scene = good_scene();
+    scene.instances.push_back({"far", 0, glm::translate(dmat4(1), dvec3(1e6, 0, -2)), 0});
+    scene.instances.push_back({"mirrored", 0, glm::scale(dmat4(1), dvec3(-3, 1, 1)), 0});
+    const WorldBounds bounds = world_bounds(scene);
+    EXPECT_EQ(bounds.lower, dvec3(-3, 0, -2));
+    EXPECT_EQ(bounds.upper, dvec3(1e6 + 1, 1, 0));
+    EXPECT_TRUE(world_bounds(Scene()).empty());
+}
+
+TEST(SceneLight, IsFoundWhereverItComesFrom) {
+    Scene dark = good_scene();
+    dark.lights.clear();
+    EXPECT_FALSE(has_light(dark));
+    Scene scene = dark;
+    scene.materials[0].emission = {0, 0.1f, 0};
+    EXPECT_TRUE(has_light(scene));
+    EXPECT_TRUE(has_emission(scene.materials[0]));
+    scene.instances.clear();
+    EXPECT_FALSE(has_light(scene)) << "nobody shows the emitter";
+    scene = dark;
+    scene.materials[0].unlit = true;
+    EXPECT_TRUE(has_light(scene));
+    scene.materials[0].emission = vec3(1);
+    EXPECT_FALSE(has_emission(scene.materials[0])) << "unlit surfaces show their base colour only";
+    scene = dark;
+    scene.lights.emplace_back().intensity = vec3(0);
+    EXPECT_FALSE(has_light(scene));
+    scene.lights[0].intensity = vec3(0, 0, 1);
+    EXPECT_TRUE(has_light(scene));
+    scene = dark;
+    scene.environment = default_sky();
+    EXPECT_TRUE(has_light(scene));
+}
+
+TEST(SceneSky, GivesAHorizontalPlaneAnIrradianceOfPi) {
+    const Environment sky = default_sky();
+    EXPECT_NO_THROW(validate([&] {
+        Scene scene;
+        scene.environment = sky;
+        return scene;
+    }()));
+    double irradiance = 0;
+    for (int y = 0; y < sky.map.height; ++y) {
+        const double v0 = kPi * y / sky.map.height, v1 = kPi * (y + 1) / sky.map.height;
+        // Integral of cos(theta) over the row's band of the upper hemisphere.
+        const double projected =
+            std::pow(std::cos(std::min(v0, kPi / 2)), 2) - std::pow(std::cos(std::min(v1, kPi / 2)), 2);
+        irradiance += sky.color.g * sky.map.at(0, y)[1] * kPi * projected;
+    }
+    EXPECT_NEAR(irradiance, kPi, 0.001 * kPi);
+    EXPECT_EQ(sky.map.at(0, 20)[0], sky.map.at(63, 31)[2]) << "neutral, and constant below the horizon";
+}
+
+TEST(SceneCamera, LooksFromThereToThere) {
+    const Camera camera = look_at_camera({1, 2, 3}, {1, 2, -5}, {0, 7, 7}, 1.0);
+    EXPECT_EQ(camera.camera_to_world, glm::translate(dmat4(1), dvec3(1, 2, 3)));
+    const Camera down = look_at_camera({0, 5, 0}, {0, 0, 0}, {0, 0, -1}, 1.0);
+    EXPECT_EQ(dvec3(down.camera_to_world[2]), dvec3(0, 1, 0));
+    EXPECT_EQ(dvec3(down.camera_to_world[0]), dvec3(1, 0, 0));
+}
+
+TEST(SceneCamera, RefusesWhatIsNoView) {
+    const dvec3 a(0), b(0, 0, -1), up(0, 1, 0);
+    EXPECT_NE(error_message([&] { look_at_camera(a, a, up, 1); }).find("same point"), std::string::npos);
+    EXPECT_NE(error_message([&] { look_at_camera(a, b, dvec3(0, 0, 3), 1); }).find("up"), std::string::npos);
+    EXPECT_NE(error_message([&] { look_at_camera(a, b, dvec3(0), 1); }).find("up"), std::string::npos);
+    EXPECT_NE(error_message([&] { look_at_camera(a, b, up, 0); }).find("field of view"), std::string::npos);
+    EXPECT_NE(error_message([&] { look_at_camera(a, b, up, kPi); }).find("field of view"), std::string::npos);
+    EXPECT_NE(error_message([&] { look_at_camera(a, dvec3(NAN), up, 1); }).find("finite"), std::string::npos);
+}
+
+TEST(SceneCamera, FramesTheWholeScene) {
+    Scene scene = good_scene();
+    scene.instances[0].object_to_world = glm::scale(glm::translate(dmat4(1), dvec3(100, -20, 7)), dvec3(1, 50, 3));
+    scene.instances.push_back({"other", 0, glm::translate(dmat4(1), dvec3(90, 0, 9)), 0});
+    const Camera camera = framing_camera(scene);
+    EXPECT_GT(camera.camera_to_world[2].x, 0);
+    EXPECT_GT(camera.camera_to_world[2].y, 0);
+    EXPECT_GT(camera.camera_to_world[2].z, 0);
+    const dmat4 world_to_camera = glm::inverse(camera.camera_to_world);
+    double widest = 0;
+    const WorldBounds bounds = world_bounds(scene);
+    for (int corner = 0; corner < 8; ++corner) {
+        const dvec3 p(corner & 1 ? bounds.upper.x : bounds.lower.x, corner & 2 ? bounds.upper.y : bounds.lower.y,
+                      corner & 4 ? bounds.upper.z : bounds.lower.z);
+        const dvec3 q(world_to_camera * dvec4(p, 1));
+        ASSERT_LT(q.z, 0);
+        const double slope = std::tan(camera.vertical_fov / 2) * -q.z;
+        widest = std::max({widest, std::abs(q.x) / slope, std::abs(q.y) / slope});
+    }
+    EXPECT_NEAR(widest, 1, 1e-9) << "all of it, and no farther away than need be";
+    EXPECT_NO_THROW(framing_camera(Scene()));
+}
+
+}  // namespace
+}  // namespace halflight
