@@ -1,7 +1,6 @@
 #include "engine/scene/lights.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 #include <map>
 #include <numeric>
@@ -12,13 +11,10 @@
 #include "engine/scene/light_textures.h"
 #include "shaders/shared/environment.h"
 #include "shaders/shared/light.h"
+#include "shaders/shared/word.h"
 
 namespace halflight {
 namespace {
-
-float bits(std::uint32_t value) {
-    return std::bit_cast<float>(value);
-}
 
 double luminance_of(const dvec3& c) {
     return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
@@ -132,8 +128,9 @@ class Builder {
                 8 * kUlp * absolute(to_world, block_reach + absolute(to_block, reach + 2.0 * glm::abs(to_world[3])));
         }
         const Material& material = scene_.materials[corners.w & kTriangleMaterialMask];
-        add({vec4(vec3(p[0]), bits(shared::kLightTriangle)), vec4(vec3(e1), bits(triangle)),
-             vec4(vec3(e2), static_cast<float>(glm::length(error))), vec4(material.emission, 0)},
+        add({vec4(vec3(p[0]), shared::float_of_word(shared::kLightTriangle)),
+             vec4(vec3(e1), shared::float_of_word(triangle)), vec4(vec3(e2), static_cast<float>(glm::length(error))),
+             vec4(material.emission, 0)},
             area > 0 ? 2 * kPi * area * brightness : 0, kTriangles);
         area_.push_back(area);
     }
@@ -151,7 +148,7 @@ class Builder {
                                                                     : shared::kLightSpot;
         const double solid_angle =
             light.type == LightType::spot ? 2 * kPi * (1 - std::cos(double(light.outer_cone))) : 4 * kPi;
-        add({vec4(vec3(light.position - trace_.origin), bits(kind)), vec4(light.direction, cos_outer),
+        add({vec4(vec3(light.position - trace_.origin), shared::float_of_word(kind)), vec4(light.direction, cos_outer),
              vec4(1 / cone, 0, 0, 0), vec4(light.intensity, 0)},
             intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal);
     }
@@ -173,8 +170,8 @@ class Builder {
             tables_.environment = Image();
             return;
         }
-        add({vec4(0, 0, 0, bits(shared::kLightEnvironment)), vec4(0), vec4(0), vec4(0)}, shadow_disk_ * integral,
-            kEnvironment);
+        add({vec4(0, 0, 0, shared::float_of_word(shared::kLightEnvironment)), vec4(0), vec4(0), vec4(0)},
+            shadow_disk_ * integral, kEnvironment);
     }
 
     // --- The choice -----------------------------------------------------------------------------------------------
@@ -191,7 +188,8 @@ class Builder {
             weights[i] = kind > 0 ? power_[i] * (0.75 / total + 0.25 / (kinds * kind)) : 0;
         }
         AliasTable table = build_alias_table(weights);
-        for (const AliasEntry& entry : table.entries) tables_.alias.emplace_back(entry.threshold, bits(entry.alias));
+        for (const AliasEntry& entry : table.entries)
+            tables_.alias.emplace_back(entry.threshold, shared::float_of_word(entry.alias));
         for (std::size_t i = 0; i < power_.size(); ++i) {
             const double density =
                 i < area_.size() ? (area_[i] > 0 ? table.probabilities[i] / area_[i] : 0) : table.probabilities[i];
@@ -217,7 +215,8 @@ class Builder {
         rows.reserve(rows.size() + table.entries.size());
         for (std::size_t i = 0; i < table.entries.size(); ++i) {
             const AliasEntry& entry = table.entries[i];
-            rows.emplace_back(entry.threshold, bits(entry.alias), density_of(i), density_of(entry.alias));
+            rows.emplace_back(entry.threshold, shared::float_of_word(entry.alias), density_of(i),
+                              density_of(entry.alias));
         }
     }
 

@@ -1,7 +1,6 @@
 #include "engine/scene/shading_tables.h"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "engine/scene/albedo.h"
@@ -11,13 +10,10 @@
 #include "shaders/shared/material.h"
 #include "shaders/shared/texture.h"
 #include "shaders/shared/vertex.h"
+#include "shaders/shared/word.h"
 
 namespace halflight {
 namespace {
-
-float bits(std::uint32_t value) {
-    return std::bit_cast<float>(value);
-}
 
 /// How an instance carries normals and tangents of a merged mesh to world space, by matrices scaled to a largest
 /// coefficient of 1, so that neither overflows nor are the vertices of a mesh weighted differently.
@@ -80,14 +76,14 @@ class Builder {
 
     /// Bits of the descriptor's index; `need` is raised where there is one.
     float color_slot(const TextureRef& texture, bool matters, bool& need) {
-        if (!texture || !matters) return bits(shared::kNoTexture);
+        if (!texture || !matters) return shared::float_of_word(shared::kNoTexture);
         need = true;
-        return bits(pools_.color(texture));
+        return shared::float_of_word(pools_.color(texture));
     }
     float data_slot(const TextureRef& texture, bool matters, bool& need) {
-        if (!texture || !matters) return bits(shared::kNoTexture);
+        if (!texture || !matters) return shared::float_of_word(shared::kNoTexture);
         need = true;
-        return bits(pools_.data(texture));
+        return shared::float_of_word(pools_.data(texture));
     }
 
     void add_material(const Material& m, vec4* row) {

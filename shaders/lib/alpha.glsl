@@ -3,6 +3,7 @@
 #include "shaders/lib/texture.glsl"
 #include "shaders/lib/vertex.glsl"
 #include "shaders/shared/material.h"
+#include "shaders/shared/word.h"
 
 struct Coverage {
     float alpha;
@@ -21,7 +22,7 @@ Coverage coverage_at(uint triangle, float u, float v) {
     vec3 weights = vec3(1.0 - u - v, u, v);
 #ifdef HALFLIGHT_TEXTURE_BASE_COLOR
     vec4 uvs = interpolate_uvs(t.xyz, weights);
-    c.alpha *= color_texture(floatBitsToUint(cutoff_slots.y), uvs.xy, uvs.zw).a;
+    c.alpha *= color_texture(word_of_float(cutoff_slots.y), uvs.xy, uvs.zw).a;
 #endif
 #ifdef HALFLIGHT_VERTEX_COLORS
     c.alpha *= interpolate_row(t.xyz, weights, HALFLIGHT_VERTEX_STRIDE - 1).a;

@@ -2,6 +2,7 @@
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/sobol.glsl"
 #include "shaders/shared/environment.h"
+#include "shaders/shared/word.h"
 
 // u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi; by atan also for v, since acos loses half of the bits at the poles.
 vec2 environment_uv(vec3 d) {
@@ -68,7 +69,7 @@ EnvironmentSample sample_environment(uint choice, vec2 xi) {
     umulExtended(choice, rows * columns, cell, fraction);
     vec4 row = texelFetch(environment_cells, kEnvironmentFirstCell + int(cell));
     bool keep = unit_float(fraction) < row.x;
-    cell = keep ? cell : floatBitsToUint(row.y);
+    cell = keep ? cell : word_of_float(row.y);
     s.pdf = keep ? row.z : row.w;
     uint y = cell / columns;
     // Uniform per solid angle: linear in cos(theta), by the sines of half sum and half difference for thin rows.

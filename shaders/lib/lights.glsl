@@ -5,6 +5,7 @@
 #include "shaders/lib/sampling.glsl"
 #include "shaders/shared/light.h"
 #include "shaders/shared/rays.h"
+#include "shaders/shared/word.h"
 
 struct LightSample {
     vec3 direction;  // unit, towards the light
@@ -32,10 +33,10 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     float cosine = -dot(normal, s.direction);
     s.pdf = last.w * square / cosine;
     vec3 emission = last.rgb;
-    uint triangle = floatBitsToUint(edge1_triangle.w);
+    uint triangle = word_of_float(edge1_triangle.w);
 #ifdef HALFLIGHT_TEXTURE_EMISSION
     uvec4 t = triangle_row(triangle);
-    uint slot = floatBitsToUint(texelFetch(scene_materials, int(t.w & 0x00ffffffu) * kMaterialStride + 6).x);
+    uint slot = word_of_float(texelFetch(scene_materials, int(t.w & 0x00ffffffu) * kMaterialStride + 6).x);
     vec4 uvs = interpolate_uvs(t.xyz, vec3(1.0 - at.x - at.y, at));
     emission *= color_texture(slot, uvs.xy, uvs.zw).rgb;
 #endif
@@ -76,11 +77,11 @@ LightSample sample_light(vec3 position, uint choice, vec2 xi) {
     vec2 alias = texelFetch(light_alias, int(light)).xy;
     float u = unit_float(fraction);
     bool keep = u < alias.x;
-    light = keep ? light : floatBitsToUint(alias.y);
+    light = keep ? light : word_of_float(alias.y);
     int row = int(light) * kLightStride;
     vec4 head = texelFetch(scene_lights, row);
     vec4 last = texelFetch(scene_lights, row + 3);
-    uint kind = floatBitsToUint(head.w);
+    uint kind = word_of_float(head.w);
 #ifdef HALFLIGHT_AREA_LIGHTS
     if (kind == kLightTriangle) sample_triangle_light(position, row, head, last, xi, s);
 #endif

@@ -2,6 +2,7 @@
 #include "shaders/lib/surface.glsl"
 #include "shaders/lib/texture.glsl"
 #include "shaders/shared/material.h"
+#include "shaders/shared/word.h"
 
 // Extensions that no material of the scene has are constants here, which the compiler folds away.
 struct Material {
@@ -83,7 +84,7 @@ Material evaluate_material(Surface s, vec3 wo) {
     m.normal = s.normal;
     m.coat_normal = s.normal;
 #ifdef HALFLIGHT_TEXTURES
-    uvec4 slots = floatBitsToUint(material_row(s.material, 5));
+    uvec4 slots = words_of_floats(material_row(s.material, 5));
 #ifdef HALFLIGHT_TEXTURE_BASE_COLOR
     m.base_color *= color_texture(slots.y, s.uv0, s.uv1).rgb;
 #endif
@@ -97,7 +98,7 @@ Material evaluate_material(Surface s, vec3 wo) {
 #endif
 #if defined(HALFLIGHT_TEXTURE_EMISSION) || defined(HALFLIGHT_TEXTURE_SPECULAR) || \
     defined(HALFLIGHT_TEXTURE_SPECULAR_COLOR) || defined(HALFLIGHT_TEXTURE_TRANSMISSION)
-    uvec4 more_slots = floatBitsToUint(material_row(s.material, 6));
+    uvec4 more_slots = words_of_floats(material_row(s.material, 6));
 #endif
 #ifdef HALFLIGHT_TEXTURE_EMISSION
     m.emission *= color_texture(more_slots.x, s.uv0, s.uv1).rgb;
@@ -112,7 +113,7 @@ Material evaluate_material(Surface s, vec3 wo) {
     m.transmission *= data_texture(more_slots.w, s.uv0, s.uv1).r;
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
-    uvec4 coat_slots = floatBitsToUint(material_row(s.material, 7));
+    uvec4 coat_slots = words_of_floats(material_row(s.material, 7));
 #ifdef HALFLIGHT_TEXTURE_CLEARCOAT
     m.coat *= data_texture(coat_slots.x, s.uv0, s.uv1).r;
 #endif

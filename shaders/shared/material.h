@@ -1,5 +1,5 @@
 // Material rows (UNIT_MATERIALS, RGBA32F): kMaterialStride texels per material of Scene::materials. Texture slots hold
-// the bits of a uint, index of a descriptor (texture.h) or kNoTexture.
+// a word (word.h), index of a descriptor (texture.h) or kNoTexture.
 //
 //   texel 0   base colour, alpha
 //   texel 1   emission (unlit: 0), 1 where unlit

@@ -1,7 +1,6 @@
 // Light tables: what is a light, how often it is picked, and how the environment is divided.
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
 #include <numeric>
 
@@ -9,13 +8,10 @@
 #include "engine/scene/lights.h"
 #include "shaders/shared/environment.h"
 #include "shaders/shared/light.h"
+#include "shaders/shared/word.h"
 
 namespace halflight {
 namespace {
-
-std::uint32_t bits(float value) {
-    return std::bit_cast<std::uint32_t>(value);
-}
 
 /// Two triangles of area 1/2 and 2, the first dark; `instances` copies along x.
 Scene triangles(int instances) {
@@ -61,8 +57,8 @@ TEST(Lights, EmissiveTriangleOfMergedMesh) {
     const LightTables lights = lights_of(triangles(1));
     ASSERT_EQ(lights.rows.size(), std::size_t{shared::kLightStride});
     EXPECT_EQ(lights.light_of_triangle, (std::vector<std::uint32_t>{shared::kNoLight, 0}));
-    EXPECT_EQ(bits(lights.rows[0].w), shared::kLightTriangle);
-    EXPECT_EQ(bits(lights.rows[1].w), 1u);
+    EXPECT_EQ(shared::word_of_float(lights.rows[0].w), shared::kLightTriangle);
+    EXPECT_EQ(shared::word_of_float(lights.rows[1].w), 1u);
     EXPECT_FLOAT_EQ(lights.rows[3].w, 1 / 2.0f);  // probability 1 over area 2
     EXPECT_GT(lights.rows[2].w, 0);
     EXPECT_LT(lights.rows[2].w, 1e-5f);
@@ -105,7 +101,7 @@ TEST(Lights, KindsShareAQuarterAndPowerTheRest) {
     EXPECT_EQ(vec3(lights.environment_cells[1]), vec3(0.5f));
     EXPECT_EQ(lights.environment.width, 1);
     const vec4* row = &lights.rows[shared::kLightStride];
-    EXPECT_EQ(bits(row[0].w), shared::kLightPoint);
+    EXPECT_EQ(shared::word_of_float(row[0].w), shared::kLightPoint);
     EXPECT_NEAR(glm::length(vec3(row[0]) - vec3(bulb.position - trace.origin)), 0, 1e-6);
 }
 

@@ -11,13 +11,10 @@
 #include "shaders/shared/material.h"
 #include "shaders/shared/texture.h"
 #include "shaders/shared/vertex.h"
+#include "shaders/shared/word.h"
 
 namespace halflight {
 namespace {
-
-std::uint32_t bits(float value) {
-    return std::bit_cast<std::uint32_t>(value);
-}
 
 /// A triangle in the plane x + y + z = 1 with everything per vertex; black and dull but for what a test adds.
 Scene plain_scene() {
@@ -115,9 +112,9 @@ TEST(ShadingTables, TexturesAreStoredOncePerUse) {
     EXPECT_EQ(tables.textures.size(), 4u * shared::kTextureStride);
     EXPECT_TRUE(tables.needs.texture_transforms);
     const vec4* row = tables.materials.data();
-    EXPECT_EQ(bits(row[5].y), bits(row[6].x));
-    EXPECT_EQ(bits(row[7].x), shared::kNoTexture);
-    const uvec4* specular = &tables.textures[bits(row[6].y) * shared::kTextureStride];
+    EXPECT_EQ(shared::word_of_float(row[5].y), shared::word_of_float(row[6].x));
+    EXPECT_EQ(shared::word_of_float(row[7].x), shared::kNoTexture);
+    const uvec4* specular = &tables.textures[shared::word_of_float(row[6].y) * shared::kTextureStride];
     EXPECT_EQ(tables.data_texels[specular[0].x], (std::array<std::uint8_t, 4>{9, 8, 7, 6}));
     EXPECT_EQ(uvec2(specular[0].y, specular[0].z), uvec2(1, 1));
     EXPECT_EQ(specular[0].w, (shared::kWrapMirroredRepeat << shared::kTextureWrapVShift) | shared::kTextureUvSet1);
