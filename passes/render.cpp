@@ -103,8 +103,8 @@ struct Renderer::State {
         check(settings);
         const Clock::time_point start = Clock::now();
         trace_tables = build_trace_tables(scene);
-        trace.emplace(trace_tables);
         buffers.emplace(trace_tables, build_shading_tables(scene, trace_tables));
+        trace.emplace(trace_tables, buffers->defines());
         if (settings.want_view) view_kernel.emplace(colors.view(settings.view));
         prepare_seconds = seconds_since(start);
 

@@ -2,10 +2,11 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
-#include <vector>
 
+#include "engine/gpu/buffer.h"
+#include "engine/gpu/shader_source.h"
 #include "engine/graph/graph.h"
+#include "engine/rays/packed_bvh.h"
 #include "engine/scene/tables.h"
 
 namespace halflight::rays {
@@ -15,9 +16,9 @@ enum class RayKind : std::uint8_t { primary, shadow, diffuse, glossy, continuati
 const char* name(RayKind kind);
 
 /// Rays and hits lie at their path's index (structs Ray and Hit of shaders/shared/rays.h), `capacity` of each.
-/// Which of them are to be traced: with `list`, the first `count` entries of that list of path indices, in tile order (64
-/// consecutive entries are one 8x8 tile, or what is left of several); without, all of them. A ray with t_max < t_min is dead: it is
-/// not traced and reports a miss.
+/// Which of them are to be traced: with `list`, the first `count` entries of that list of path indices, in tile order
+/// (64 consecutive entries are one 8x8 tile, or what is left of several); without, all of them. A ray with t_max <
+/// t_min is dead: it is not traced and reports a miss.
 struct RayBatch {
     RayKind kind = RayKind::primary;
     std::uint32_t capacity = 0;       // rays; a multiple of 256
@@ -25,25 +26,61 @@ struct RayBatch {
     graph::BufferHandle list;         // optional: capacity x uint
     graph::BufferHandle list_header;  // with list: ListHeader of shaders/shared/rays.h
     // Keys the alpha test of blended surfaces, only read where TraceTables::alpha_tested: uniform block of struct Frame
-    // (shaders/shared/frame.h), whose seed and sample_index change from run to run, and a salt that tells batches of one
-    // run apart. The kernel's key: ray_key(path, hash_combine(hash_combine(frame.seed, frame.sample_index), alpha_salt)).
+    // (shaders/shared/frame.h), whose seed and sample_index change from run to run, and a salt that tells batches of
+    // one run apart. The kernel's key: ray_key(path, hash_combine(hash_combine(frame.seed, frame.sample_index),
+    // alpha_salt)).
     graph::BufferHandle frame_constants;
     std::uint32_t alpha_salt = 0;
+};
+
+struct TraceStatistics {
+    std::size_t triangles = 0;
+    std::size_t instances = 0;
+    std::size_t nodes = 0;  // four-wide, of all hierarchies
+    NodeFormat node_format = NodeFormat::grid;
+    bool two_level = false;
+    std::uint32_t stack_entries = 0;  // that the deepest traversal can need: the kernels' stacks have so many
+    std::size_t bytes = 0;            // in device memory
+    double build_seconds = 0;
 };
 
 /// Hierarchies and triangles of one scene on the GPU. Immutable.
 class TraceScene {
   public:
-    /// Builds one BVH4 per block with Embree's builder and, for more than one instance, one over the instances.
-    /// Throws Error where a table exceeds what the driver can address.
-    explicit TraceScene(const TraceTables& tables);
-    // ... the rays room's owner completes this: binding, sizes in bytes, build seconds, node counts.
+    /// Builds one BVH4 per block with Embree's builder and, unless all triangles are in world space, one over the
+    /// instances. shading: SceneBuffers::defines(), needed where tables.alpha_tested, for the kernels then read
+    /// coverage (shaders/lib/alpha.glsl); the scene's texture units must be bound whenever such a graph runs. Throws
+    /// Error where a table exceeds what the driver can address.
+    explicit TraceScene(const TraceTables& tables, const gpu::Defines& shading = {});
+    /// packed: what pack_scene() made of the tables.
+    TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading);
+
+    /// Binds UNIT_NODES, UNIT_TRIANGLE_VERTICES and UNIT_INSTANCES.
+    void bind() const;
+    /// Variant of shaders/trace_scene.glsl and shaders/lib/traverse.glsl.
+    const gpu::Defines& defines() const { return defines_; }
+    /// Whether hits depend on coverage, and so on RayBatch::frame_constants and the scene's texture units.
+    bool alpha_tested() const { return alpha_tested_; }
+    const TraceStatistics& statistics() const { return statistics_; }
+
+  private:
+    bool alpha_tested_;
+    TraceStatistics statistics_;
+    gpu::Defines defines_;
+    gpu::Buffer nodes_;
+    gpu::Buffer triangles_;
+    gpu::Buffer instances_;
 };
 
-/// Adds the passes that fill one Hit per ray of the batch (index: path). Returns the hits.
-graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch, graph::BufferHandle hits);
+/// Adds the passes that fill one Hit per ray of the batch (index: path); with a list, other paths keep what they had.
+/// A miss has triangle kMiss and t +inf. Nearest of what lies in (t_min, t_max), both ends open, from both sides; among
+/// equal t the lower (instance, triangle). Returns the hits. Throws Error where the driver cannot start so many rays.
+graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
+                                graph::BufferHandle hits);
 
-/// Adds the passes that tell for each ray of the batch whether anything lies in (t_min, t_max): one uint per path, 1 = occluded.
-graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch, graph::BufferHandle occluded);
+/// Adds the passes that tell for each ray of the batch whether anything lies in (t_min, t_max): one uint per path, 1 =
+/// occluded.
+graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
+                            graph::BufferHandle occluded);
 
 }  // namespace halflight::rays

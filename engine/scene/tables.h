@@ -68,10 +68,10 @@ struct TraceTables {
 };
 
 /// Precondition: validate(scene) passes. A mesh used once is merged into block 0, and so is each instance whose
-/// transform is singular, or so ill-conditioned that rays brought to object space would lose more than half of their
+/// transform is singular, or so ill-conditioned that rays brought to object space would lose nearly half of their
 /// bits. kTriangleAlpha is set only where alpha can decide a hit: not where every alpha is 1 or no alpha is below the
 /// cutoff. Throws Error where an instance reaches beyond 2^40 from the scene's centre (products of three coordinates
-/// must stay finite in float), where a mesh names 2^24 materials or more, or where there are 2^29 triangles or more.
+/// must stay finite in float), where a mesh names 2^24 materials or more, or where there are 2^28 triangles or more.
 TraceTables build_trace_tables(const Scene& scene);
 
 /// The source of triangle `triangle` hit through table instance `instance` (Hit of shaders/shared/rays.h).

@@ -8,10 +8,11 @@ namespace halflight {
 namespace {
 
 constexpr double kReach = 0x1p40;                   // see build_trace_tables
-constexpr std::size_t kTriangleLimit = 1ull << 29;  // ids must fit the tracer's nodes
+constexpr std::size_t kTriangleLimit = 1ull << 28;  // ids must fit the tracer's nodes
 // An instance is shared only where |M| |M^-1| stays below this. Bringing a ray to object space and its hit back
-// multiplies float's 2^-24 by that product, which leaves half of the bits.
-constexpr double kMaxCondition = 0x1p12;
+// multiplies float's 2^-24 by that product, which leaves more than half of the bits, and the tracer pads the boxes of
+// instances by it.
+constexpr double kMaxCondition = 0x1p10;
 
 /// Largest sum of absolute values of a row: the norm induced by the maximum norm.
 double max_norm(const dmat3& m) {
@@ -97,7 +98,7 @@ class Builder {
     void append(std::size_t instance, bool merged, const Place& place) {
         const Mesh& mesh = mesh_of(scene_.instances[instance]);
         if (tables_.triangles.size() + mesh.triangles.size() >= kTriangleLimit) {
-            throw Error(scene_.name, "2^29 triangles or more");
+            throw Error(scene_.name, "2^28 triangles or more");
         }
         MeshRange range;
         range.mesh = static_cast<std::uint32_t>(scene_.instances[instance].mesh);

@@ -1,0 +1,155 @@
+#include "engine/rays/rays.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <bit>
+
+#include "engine/core/error.h"
+#include "engine/graph/execute.h"
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/bvh.h"
+#include "shaders/shared/instances.h"
+#include "shaders/shared/rays.h"
+
+namespace halflight::rays {
+namespace {
+
+using graph::Access;
+
+/// One texture buffer of 16-byte texels.
+template <class Texel>
+gpu::Buffer table(const char* name, const std::vector<Texel>& texels) {
+    GLint limit = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+    if (texels.size() > static_cast<std::size_t>(limit)) {
+        throw Error(name, "{} texels; the driver's texture buffers end at {}", texels.size(), limit);
+    }
+    return gpu::Buffer::from(name, texels);
+}
+
+/// Rows as in shaders/shared/instances.h.
+std::vector<vec4> instance_rows(const TraceTables& tables, const PackedScene& packed) {
+    std::vector<vec4> rows;
+    rows.reserve(tables.instances.size() * shared::kInstanceStride);
+    for (std::size_t i = 0; i < tables.instances.size(); ++i) {
+        for (const glm::mat4x3& m : {tables.instances[i].block_to_world, tables.instances[i].world_to_block}) {
+            for (int r = 0; r < 3; ++r) rows.emplace_back(m[0][r], m[1][r], m[2][r], m[3][r]);
+        }
+        rows.emplace_back(std::bit_cast<float>(shared::kBvhTag | packed.instance_head[i]), 0, 0, 0);
+    }
+    return rows;
+}
+
+graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
+                          graph::BufferHandle results, bool any_hit) {
+    const std::uint32_t groups = (batch.capacity + 63) / 64;
+    GLint limit = 0;
+    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &limit);
+    if (groups > static_cast<std::uint32_t>(limit)) {
+        throw Error("rays", "a batch of {} rays; the driver starts at most {}", batch.capacity,
+                    std::uint64_t(limit) * 64);
+    }
+
+    const bool alpha = scene.alpha_tested();
+    gpu::Defines defines = scene.defines();
+    if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
+    if (batch.list) defines.set("HALFLIGHT_LIST");
+
+    graph::Pass pass =
+        graph.add_pass(fmt::format("{} rays: {}", name(batch.kind), any_hit ? "any hit" : "closest hit"));
+    pass.read(batch.rays, Access::storage_read);
+    if (alpha) pass.read(batch.frame_constants, Access::uniform_read);
+    if (batch.list) {
+        pass.read(batch.list, Access::storage_read);
+        pass.read(batch.list_header, Access::storage_read);
+        pass.read(batch.list_header, Access::indirect_read);
+    }
+    // With a list, what other paths had stays, if there is anything yet.
+    const bool keeps = batch.list && results.version != 0;
+    results = pass.write(results, keeps ? Access::storage_read_write : Access::storage_write);
+    pass.execute([=, &scene](graph::Resources& r) {
+        const gpu::Program& program = r.programs().compute("shaders/trace.comp", defines);
+        scene.bind();
+        r.buffer(batch.rays).bind_storage(0);
+        r.buffer(results).bind_storage(1);
+        if (alpha) {
+            r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
+            program.set("alpha_salt", batch.alpha_salt);
+        }
+        if (batch.list) {
+            r.buffer(batch.list).bind_storage(2);
+            r.buffer(batch.list_header).bind_storage(3);
+            program.dispatch_indirect(r.buffer(batch.list_header));
+        } else {
+            program.dispatch(groups);
+        }
+    });
+    return results;
+}
+
+}  // namespace
+
+const char* name(RayKind kind) {
+    switch (kind) {
+        case RayKind::primary:
+            return "primary";
+        case RayKind::shadow:
+            return "shadow";
+        case RayKind::diffuse:
+            return "diffuse";
+        case RayKind::glossy:
+            return "glossy";
+        case RayKind::continuation:
+            return "continuation";
+        case RayKind::occlusion:
+            return "occlusion";
+    }
+    return "unknown";
+}
+
+TraceScene::TraceScene(const TraceTables& tables, const gpu::Defines& shading)
+    : TraceScene(tables, pack_scene(tables), shading) {}
+
+TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading)
+    : alpha_tested_(tables.alpha_tested),
+      nodes_(table("hierarchy nodes", packed.nodes)),
+      triangles_(table("hierarchy triangles", packed.triangles)),
+      instances_(table("block instances", instance_rows(tables, packed))) {
+    if (alpha_tested_) {
+        defines_ = shading;
+        const auto& values = shading.values();
+        if (std::none_of(values.begin(), values.end(), [](const auto& d) { return d.first == "HALFLIGHT_ALPHA"; })) {
+            throw Error("rays", "alpha-tested triangles, but no shading defines to read their coverage by");
+        }
+    }
+    defines_.set("HALFLIGHT_STACK", packed.stack_entries);
+    if (packed.two_level) defines_.set("HALFLIGHT_TWO_LEVEL");
+    if (packed.format == NodeFormat::floating) defines_.set("HALFLIGHT_NODES_FLOAT");
+    statistics_ = {.triangles = tables.triangles.size(),
+                   .instances = tables.instances.size(),
+                   .nodes = packed.node_count,
+                   .node_format = packed.format,
+                   .two_level = packed.two_level,
+                   .stack_entries = packed.stack_entries,
+                   .bytes = nodes_.bytes() + triangles_.bytes() + instances_.bytes(),
+                   .build_seconds = packed.build_seconds};
+}
+
+void TraceScene::bind() const {
+    nodes_.bind_texture(UNIT_NODES, statistics_.node_format == NodeFormat::grid ? GL_RGBA32UI : GL_RGBA32F);
+    triangles_.bind_texture(UNIT_TRIANGLE_VERTICES, GL_RGBA32F);
+    instances_.bind_texture(UNIT_INSTANCES, GL_RGBA32F);
+}
+
+graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
+                                graph::BufferHandle hits) {
+    return trace(graph, scene, batch, hits, false);
+}
+
+graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
+                            graph::BufferHandle occluded) {
+    return trace(graph, scene, batch, occluded, true);
+}
+
+}  // namespace halflight::rays

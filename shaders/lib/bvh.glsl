@@ -1,0 +1,81 @@
+// One step down a hierarchy. Needs shaders/trace_scene.glsl.
+#include "shaders/lib/box.glsl"
+
+struct BvhHead {
+    vec3 base;
+    vec3 cell;
+    float slack;
+};
+
+// What a ray meets among the children of a node, near ones first.
+struct BvhStep {
+    vec4 near;        // ascending, +inf where there is no more
+    uvec4 reference;  // of the same children
+};
+
+const float kBvhFar = uintBitsToFloat(0x7f800000u);
+
+#ifdef HALFLIGHT_NODES_FLOAT
+BvhHead bvh_head(uint index) {
+    int texel = int(index) * kBvhFloatTexels;
+    vec4 base = texelFetch(trace_nodes, texel);
+    return BvhHead(base.xyz, texelFetch(trace_nodes, texel + 1).xyz, base.w);
+}
+#else
+BvhHead bvh_head(uint index) {
+    int texel = int(index) * kBvhGridTexels;
+    vec4 base = uintBitsToFloat(texelFetch(trace_nodes, texel));
+    return BvhHead(base.xyz, uintBitsToFloat(texelFetch(trace_nodes, texel + 1).xyz), base.w);
+}
+
+// Four cells out of two words. Through int, as few processors convert from unsigned.
+vec4 cells_of(uvec2 words) {
+    return vec4(ivec4(words.x & 0xffffu, words.x >> 16, words.y & 0xffffu, words.y >> 16));
+}
+#endif
+
+void order_pair(inout BvhStep s, const int i, const int j) {
+    bool swapped = s.near[j] < s.near[i];
+    vec2 near = swapped ? vec2(s.near[j], s.near[i]) : vec2(s.near[i], s.near[j]);
+    uvec2 reference =
+        swapped ? uvec2(s.reference[j], s.reference[i]) : uvec2(s.reference[i], s.reference[j]);
+    s.near[i] = near.x;
+    s.near[j] = near.y;
+    s.reference[i] = reference.x;
+    s.reference[j] = reference.y;
+}
+
+// [t_min, t_exit]: the part of the ray that matters. sorted: otherwise only the nearest is in its place.
+BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, const bool sorted) {
+    int index = int(node & kBvhIndexMask);
+#ifdef HALFLIGHT_NODES_FLOAT
+    // The texture unit picks the side that the ray enters by.
+    ivec3 enter = index * kBvhFloatTexels + ivec3(0, 2, 4) + ivec3(ray.backward);
+    ivec3 leave = index * kBvhFloatTexels + ivec3(1, 3, 5) - ivec3(ray.backward);
+    BoxHits hits = intersect_boxes(ray, texelFetch(trace_nodes, enter.x), texelFetch(trace_nodes, enter.y),
+                                   texelFetch(trace_nodes, enter.z), texelFetch(trace_nodes, leave.x),
+                                   texelFetch(trace_nodes, leave.y), texelFetch(trace_nodes, leave.z), t_min, t_exit);
+    BvhStep s;
+    s.reference = floatBitsToUint(texelFetch(trace_nodes, index * kBvhFloatTexels + 6));
+#else
+    int texel = index * kBvhGridTexels;
+    uvec4 x = texelFetch(trace_nodes, texel);
+    uvec4 y = texelFetch(trace_nodes, texel + 1);
+    uvec4 z = texelFetch(trace_nodes, texel + 2);
+    BoxHits hits = intersect_boxes(
+        ray, cells_of(ray.backward.x ? x.zw : x.xy), cells_of(ray.backward.y ? y.zw : y.xy),
+        cells_of(ray.backward.z ? z.zw : z.xy), cells_of(ray.backward.x ? x.xy : x.zw),
+        cells_of(ray.backward.y ? y.xy : y.zw), cells_of(ray.backward.z ? z.xy : z.zw), t_min, t_exit);
+    BvhStep s;
+    s.reference = texelFetch(trace_nodes, texel + 3);
+#endif
+    s.near = mix(vec4(kBvhFar), hits.near, hits.met);
+    order_pair(s, 0, 1);
+    order_pair(s, 2, 3);
+    order_pair(s, 0, 2);
+    if (sorted) {
+        order_pair(s, 1, 3);
+        order_pair(s, 1, 2);
+    }
+    return s;
+}

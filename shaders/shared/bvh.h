@@ -1,0 +1,42 @@
+// Layout of the hierarchies in UNIT_NODES and of the triangles in UNIT_TRIANGLE_VERTICES. One copy for C++ and GLSL.
+//
+// Nodes are four wide. Their bounds come in one of two formats, the same for all hierarchies of a scene:
+//   grid   RGBA32UI, 4 texels. 16-bit cells of a grid over the hierarchy's space. Texel 0 to 2 is an axis:
+//          (lower of children 0 | 1 << 16, of 2 | 3 << 16, upper of 0 | 1 << 16, of 2 | 3 << 16). Texel 3: references.
+//   float  RGBA32F, 8 texels. Texel 2a is the lower bound of the four children along axis a, 2a + 1 the upper one.
+//          Texel 6: references. Texel 7 is padding.
+// A hierarchy begins with a head that takes the place of a node: texel 0 (base.xyz, slack), texel 1 (cell.xyz, 0), as
+// floats. The grid is base + cell * [0, kGridCells]; both formats are inside of it. Node 1 after the head is the root.
+// The head of the hierarchy where traversal begins is at index 0.
+//
+// A triangle is 3 texels, one per axis: that coordinate of the three corners in xyz, the same id in each w.
+//
+// References and ids are 32-bit words with kBvhTag set and bit 31 not, so that they are also normal floats, which no
+// texture unit flushes or quiets.
+#ifndef HALFLIGHT_SHARED_BVH_H
+#define HALFLIGHT_SHARED_BVH_H
+
+#include "shaders/shared/portable.h"
+
+HALFLIGHT_SHARED_BEGIN
+
+HALFLIGHT_SHARED_CONST uint kBvhTag = 0x40000000u;
+
+// References: inner nodes (no flag) < leaves < instances < what only a traversal's stack holds.
+HALFLIGHT_SHARED_CONST uint kBvhLeaf = 0x10000000u;        // flag: `count` triangles; 0: there is no such child
+HALFLIGHT_SHARED_CONST uint kBvhInstance = 0x20000000u;    // flag: leaf of the top level
+HALFLIGHT_SHARED_CONST int kBvhCountShift = 25;            // leaf: 3 bits
+HALFLIGHT_SHARED_CONST uint kBvhIndexMask = 0x01ffffffu;   // node, first triangle of a leaf, or instance
+HALFLIGHT_SHARED_CONST uint kBvhNoChild = 0x50000000u;     // kBvhTag | kBvhLeaf
+
+// Ids of triangles.
+HALFLIGHT_SHARED_CONST uint kBvhAlphaTested = 0x10000000u;  // flag
+HALFLIGHT_SHARED_CONST uint kBvhTriangleMask = 0x0fffffffu;  // index into TraceTables::triangles
+
+HALFLIGHT_SHARED_CONST int kBvhGridTexels = 4;   // per node
+HALFLIGHT_SHARED_CONST int kBvhFloatTexels = 8;  // per node
+HALFLIGHT_SHARED_CONST float kGridCells = 65535.0f;
+
+HALFLIGHT_SHARED_END
+
+#endif

@@ -1,0 +1,10 @@
+// The tracer's arrays (TraceScene::bind) and the reading of nodes and triangles. Variant: TraceScene::defines().
+#include "shaders/shared/bvh.h"
+#include "shaders/scene_tables.glsl"
+
+#ifdef HALFLIGHT_NODES_FLOAT
+layout(binding = UNIT_NODES) uniform samplerBuffer trace_nodes;
+#else
+layout(binding = UNIT_NODES) uniform usamplerBuffer trace_nodes;
+#endif
+layout(binding = UNIT_TRIANGLE_VERTICES) uniform samplerBuffer trace_triangles;

@@ -1,0 +1,198 @@
+#include "tests/pass/tracer_harness.h"
+
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <random>
+
+namespace halflight::test {
+
+using graph::Access;
+
+template <class Result>
+std::vector<Result> Tracer::run(std::span<const Ray> rays, const std::vector<std::uint32_t>* list, bool any_hit) {
+    std::vector<Ray> padded(rays.begin(), rays.end());
+    padded.resize((rays.size() + 255) / 256 * 256, {vec3(0), 1, vec3(1), 0});  // dead rays
+    gpu::Buffer ray_buffer = gpu::Buffer::from("rays", padded);
+    gpu::Buffer results("results", padded.size() * sizeof(Result));
+    std::vector<std::uint32_t> padded_list = list ? *list : std::vector<std::uint32_t>{};
+    const auto count = static_cast<std::uint32_t>(padded_list.size());
+    padded_list.resize(padded.size());
+    gpu::Buffer list_buffer = gpu::Buffer::from("list", padded_list);
+    const shared::ListHeader head{(count + 63) / 64, 1, 1, count};
+    gpu::Buffer head_buffer("list header", sizeof(head), &head);
+
+    graph::Graph graph;
+    rays::RayBatch batch;
+    batch.capacity = static_cast<std::uint32_t>(padded.size());
+    batch.rays = graph.import_buffer("rays", ray_buffer);
+    if (list) {
+        batch.list = graph.import_buffer("list", list_buffer);
+        batch.list_header = graph.import_buffer("list header", head_buffer);
+    }
+    const graph::BufferHandle target = graph.import_buffer("results", results);
+    graph.output(any_hit ? rays::any_hit(graph, scene, batch, target) : rays::closest_hit(graph, scene, batch, target));
+    graph::Executor(programs_).run(graph::compile(graph));
+    return results.read<Result>(0, rays.size());
+}
+
+std::vector<Hit> Tracer::closest(std::span<const Ray> rays, const std::vector<std::uint32_t>* list) {
+    return run<Hit>(rays, list, false);
+}
+std::vector<std::uint32_t> Tracer::any(std::span<const Ray> rays, const std::vector<std::uint32_t>* list) {
+    return run<std::uint32_t>(rays, list, true);
+}
+
+EmbreeOracle::EmbreeOracle(const TraceTables& tables)
+    : tables_(tables), device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_.get())) {
+    rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
+    for (std::uint32_t i = 0; i < tables.instances.size(); ++i) {  // geometry id: instance
+        const Block& block = tables.blocks[tables.instances[i].block];
+        RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
+        auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
+                                                                     RTC_FORMAT_FLOAT3, 12, 3 * block.triangle_count));
+        auto* indices = static_cast<std::uint32_t*>(
+            rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 12, block.triangle_count));
+        for (std::uint32_t t = 0; t < block.triangle_count; ++t) {
+            const auto placed = corners(i, block.first_triangle + t);
+            for (std::uint32_t k = 0; k < 3; ++k) {
+                for (int a = 0; a < 3; ++a) *vertices++ = static_cast<float>(placed[k][a]);
+                *indices++ = 3 * t + k;
+            }
+        }
+        rtcCommitGeometry(geometry);
+        rtcAttachGeometryByID(scene_.get(), geometry, i);
+        rtcReleaseGeometry(geometry);
+    }
+    rtcCommitScene(scene_.get());
+}
+
+std::array<dvec3, 3> EmbreeOracle::corners(std::uint32_t instance, std::uint32_t triangle) const {
+    const glm::mat4x3& m = tables_.instances[instance].block_to_world;
+    std::array<dvec3, 3> result;
+    for (int k = 0; k < 3; ++k) {
+        const dvec3 p(tables_.positions[tables_.triangles[triangle][k]]);
+        result[static_cast<std::size_t>(k)] =
+            dvec3(m[0]) * p.x + dvec3(m[1]) * p.y + dvec3(m[2]) * p.z + dvec3(m[3]);
+    }
+    return result;
+}
+
+std::vector<Hit> EmbreeOracle::closest(std::span<const Ray> rays) const {
+    std::vector<Hit> hits;
+    for (const Ray& ray : rays) {
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        RTCRayHit query{};
+        query.ray = {ray.origin.x,    ray.origin.y, ray.origin.z, ray.t_min, ray.direction.x, ray.direction.y,
+                     ray.direction.z, 0,            ray.t_max,    ~0u,       0,               0};
+        query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
+        if (ray.t_max >= ray.t_min) rtcIntersect1(scene_.get(), &context, &query);
+        const bool hit = query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
+        const std::uint32_t first =
+            hit ? tables_.blocks[tables_.instances[query.hit.geomID].block].first_triangle : 0;
+        hits.push_back(hit ? Hit{query.ray.tfar, query.hit.u, query.hit.v, first + query.hit.primID, query.hit.geomID}
+                           : Hit{kInfinity, 0, 0, kMiss, kMiss});
+    }
+    return hits;
+}
+
+std::vector<std::uint32_t> EmbreeOracle::any(std::span<const Ray> rays) const {
+    std::vector<std::uint32_t> occluded;
+    for (const Ray& ray : rays) {
+        RTCIntersectContext context;
+        rtcInitIntersectContext(&context);
+        RTCRay query = {ray.origin.x,    ray.origin.y, ray.origin.z, ray.t_min, ray.direction.x, ray.direction.y,
+                        ray.direction.z, 0,            ray.t_max,    ~0u,       0,               0};
+        if (ray.t_max >= ray.t_min) rtcOccluded1(scene_.get(), &context, &query);
+        occluded.push_back(query.tfar < 0 ? 1u : 0u);
+    }
+    return occluded;
+}
+
+namespace {
+
+/// Distance between a line (unit direction) and a segment.
+double line_segment_distance(const dvec3& origin, const dvec3& direction, const dvec3& a, const dvec3& b) {
+    const auto across = [&](const dvec3& p) { return p - direction * glm::dot(p, direction); };
+    const dvec3 p = across(a - origin), e = across(b - origin) - p;
+    const double length2 = glm::dot(e, e);
+    const double s = length2 > 0 ? glm::clamp(-glm::dot(p, e) / length2, 0.0, 1.0) : 0.0;
+    return glm::length(p + s * e);
+}
+
+}  // namespace
+
+Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, const std::vector<Hit>& hits,
+                        double condition) {
+    Comparison result;
+    const std::vector<Hit> expected = oracle.closest(rays);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        const Hit &mine = hits[i], &theirs = expected[i];
+        ++result.rays;
+        if (theirs.triangle != kMiss) ++result.hits;
+        if (mine.triangle == theirs.triangle && mine.instance == theirs.instance && mine.triangle == kMiss) continue;
+
+        // The nearer of the two is what one of them missed.
+        const bool extra = mine.triangle != kMiss && (theirs.triangle == kMiss || mine.t < theirs.t);
+        const Hit& claim = extra ? mine : theirs;
+        const Hit& other = extra ? theirs : mine;
+        const auto c = oracle.corners(claim.instance, claim.triangle);
+        const dvec3 origin(rays[i].origin);
+        const double scale = glm::length(dvec3(rays[i].direction));
+        const dvec3 direction = dvec3(rays[i].direction) / scale;
+        double reach = 0;
+        for (const dvec3& p : c) {
+            for (int a = 0; a < 3; ++a) reach = std::max({reach, std::abs(p[a] - origin[a]), std::abs(p[a])});
+        }
+        const double error = condition * reach * 0x1p-18;
+        const dvec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
+        const double slant = std::abs(glm::dot(normal, direction)) / std::max(glm::length(normal), 1e-300);
+        const double t_error = std::min(error / std::max(slant, 1e-12) + error, 2 * reach) / scale;
+        if (other.triangle != kMiss && std::abs(double{claim.t} - double{other.t}) <= t_error) continue;
+
+        double edge = kInfinity;
+        for (std::size_t k = 0; k < 3; ++k) {
+            edge = std::min(edge, line_segment_distance(origin, direction, c[k], c[(k + 1) % 3]));
+        }
+        const bool at_end = std::abs(claim.t - rays[i].t_min) <= t_error || std::abs(claim.t - rays[i].t_max) <= t_error;
+        if (edge <= error || at_end) {
+            ++result.excused;
+        } else {
+            ++(extra ? result.false_hits : result.missed);
+        }
+    }
+    return result;
+}
+
+std::vector<Ray> rays_through(const Bounds& bounds, std::size_t count, std::uint32_t seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> uniform(0, 1);
+    const auto point = [&](float grow) {
+        const vec3 s = (vec3(uniform(random), uniform(random), uniform(random)) - 0.5f) * grow + 0.5f;
+        return glm::mix(bounds.lower, bounds.upper, s);
+    };
+    std::vector<Ray> rays;
+    while (rays.size() < count) {
+        const vec3 from = point(rays.size() % 2 ? 3.0f : 1.0f), to = point(1);
+        if (from == to) continue;
+        const float length = rays.size() % 3 ? glm::length(to - from) : 1.0f;
+        rays.push_back({from, 0, (to - from) / length, rays.size() % 5 ? kInfinity : 1.5f * length});
+    }
+    return rays;
+}
+
+std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction) {
+    const vec3 centre = bounds.centre(), back = glm::normalize(from_direction);
+    const float radius = 0.5f * glm::length(bounds.extent());
+    const vec3 right = glm::normalize(glm::cross(std::abs(back.y) < 0.9f ? vec3(0, 1, 0) : vec3(1, 0, 0), back));
+    const vec3 up = glm::cross(back, right);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 64 * 64; ++i) {
+        const vec2 p = (vec2(i % 64, i / 64) + 0.5f) / 32.0f - 1.0f;
+        rays.push_back({centre + 2.0f * radius * back, 0, glm::normalize(0.6f * (p.x * right + p.y * up) - back), kInfinity});
+    }
+    return rays;
+}
+
+}  // namespace halflight::test
