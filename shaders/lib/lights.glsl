@@ -27,8 +27,9 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     vec3 normal = face * inversesqrt(max(dot(face, face), 1e-30));
     vec3 to_light = point - position;
     normal = dot(normal, to_light) > 0.0 ? -normal : normal;
-    s.end = point + edge2_bound.w * normal;
     float square = dot(to_light, to_light);
+    // The tracer's roundings grow with the distance from which it looks.
+    s.end = point + (edge2_bound.w + rounding_bound(8.0) * sqrt(square)) * normal;
     s.direction = to_light * inversesqrt(max(square, 1e-37));
     float cosine = -dot(normal, s.direction);
     s.pdf = last.w * square / cosine;
