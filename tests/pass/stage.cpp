@@ -14,8 +14,8 @@ Stage::Stage(gpu::ProgramCache& programs, const Scene& scene, const Camera& came
     : programs_(programs),
       trace_tables_(build_trace_tables(scene)),
       shading_tables_(build_shading_tables(scene, trace_tables_)),
-      trace_(trace_tables_),
-      buffers_(trace_tables_, shading_tables_) {
+      buffers_(trace_tables_, shading_tables_),
+      trace_(trace_tables_, buffers_.defines()) {
     sample_.band = {image, 0, image.y};
     look_through(camera, camera);
 }

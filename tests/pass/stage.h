@@ -40,8 +40,8 @@ class Stage {
     gpu::ProgramCache& programs_;
     TraceTables trace_tables_;
     ShadingTables shading_tables_;
-    rays::TraceScene trace_;
     SceneBuffers buffers_;
+    rays::TraceScene trace_;
     gpu::Buffer constants_{"frame constants", sizeof(shared::Frame)};
     Camera camera_, previous_;
     double reach_ = 0;
