@@ -1,0 +1,58 @@
+#include "tests/pass/renders.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "engine/core/statistics.h"
+
+namespace halflight::test {
+
+RenderSettings small_settings(const Camera& camera, int width, int height, int samples, int bounces) {
+    RenderSettings s;
+    s.width = width, s.height = height;
+    s.camera = camera;
+    s.samples = samples;
+    s.bounces = bounces;
+    s.aovs = {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy", "variance"};
+    return s;
+}
+
+RenderResult render(gpu::Context& context, const Scene& scene, const RenderSettings& settings) {
+    return Renderer(context, scene, ColorConfig::load(), settings).render();
+}
+
+const Image& layer(const RenderResult& result, const std::string& channel) {
+    for (const ExrLayer& l : result.aovs)
+        if (std::find(l.channels.begin(), l.channels.end(), channel) != l.channels.end()) return l.image;
+    throw std::out_of_range(channel);
+}
+
+Image rgb(const Image& rgba) {
+    Image out(rgba.width, rgba.height, 3);
+    for (int y = 0; y < out.height; ++y)
+        for (int x = 0; x < out.width; ++x) std::copy_n(rgba.at(x, y), 3, out.at(x, y));
+    return out;
+}
+
+MeanValue mean_radiance(const RenderResult& result, int channel) {
+    const Image& variances = layer(result, "variance.R");
+    const double count = static_cast<double>(variances.width) * variances.height;
+    double sum = 0, variance = 0;
+    for (int y = 0; y < variances.height; ++y) {
+        for (int x = 0; x < variances.width; ++x) {
+            sum += result.beauty.at(x, y)[channel];
+            variance += variances.at(x, y)[channel];
+        }
+    }
+    return {sum / count, std::sqrt(variance) / count};
+}
+
+MeanValue mean_of_pixels(const Image& image, int channel) {
+    RunningMoments moments;
+    for (int y = 0; y < image.height; ++y)
+        for (int x = 0; x < image.width; ++x) moments.add(image.at(x, y)[channel]);
+    return {moments.mean(), moments.standard_error()};
+}
+
+}  // namespace halflight::test
