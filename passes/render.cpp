@@ -230,7 +230,7 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
     stats.prepare_seconds = s.prepare_seconds;
     stats.compile_seconds = s.programs.seconds();
     stats.gpu_bytes =
-        s.buffers->bytes() + s.trace->bytes() + s.sample.compiled.slot_bytes + s.executor.history().bytes();
+        s.buffers->bytes() + s.trace->statistics().bytes + s.sample.compiled.slot_bytes + s.executor.history().bytes();
     stats.left_out = s.sample.frame.left_out;
     for (const graph::PassTime& t : s.executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     const auto counts = s.non_finite.read<std::uint32_t>();
