@@ -74,7 +74,8 @@ LightSample sample_light(vec3 position, uint choice, vec2 xi) {
     s.end = position;
 #ifdef HALFLIGHT_LIGHTS
     uint light, fraction;
-    umulExtended(choice, uint(textureSize(light_alias)), light, fraction);
+    uint count = uint(textureSize(scene_lights) / kLightStride);
+    umulExtended(choice, count, light, fraction);
     vec2 alias = texelFetch(light_alias, int(light)).xy;
     float u = unit_float(fraction);
     bool keep = u < alias.x;
@@ -95,7 +96,7 @@ LightSample sample_light(vec3 position, uint choice, vec2 xi) {
         // below its resolution, which is 2^-32 per light, or 2^-24, of the share that led here.
         float low = keep ? 0.0 : alias.x;
         float share = keep ? alias.x : 1.0 - alias.x;
-        float resolution = max(float(textureSize(light_alias)), 256.0) / share;
+        float resolution = max(float(count), 256.0) / share;
         uint mask = (2u << findMSB(uint(min(resolution, 1e9)))) - 1u;
         uint rest = uint(clamp((u - low) / share, 0.0, 0.99999994) * 4294967296.0);
         EnvironmentSample e = sample_environment((rest & ~mask) | (hash_u32(choice) & mask), xi);
