@@ -90,6 +90,14 @@ int Document::view(std::uint64_t bytes, int target, Producer write) {
     return append("bufferViews", std::move(view));
 }
 
+template <class T>
+int Document::stored(std::vector<T> values, int target) {
+    const std::uint64_t bytes = values.size() * sizeof(T);
+    return view(bytes, target, [values = std::move(values)](CheckedFile& file) {
+        file.write(values.data(), values.size() * sizeof(T));
+    });
+}
+
 int Document::accessor(int view, int component_type, const char* type, std::uint64_t count) {
     return append("accessors",
                   {{"bufferView", view}, {"componentType", component_type}, {"count", count}, {"type", type}});
@@ -165,10 +173,7 @@ int Document::mesh(const Mesh& mesh) {
         const auto attribute = [&]<class T>(auto get, const char* type) {
             std::vector<T> data(count);
             std::transform(vertices.begin(), vertices.end(), data.begin(), get);
-            const int bytes_view = view(count * sizeof(T), kArrayBuffer, [data = std::move(data)](CheckedFile& file) {
-                file.write(data.data(), data.size() * sizeof(T));
-            });
-            return accessor(bytes_view, kFloat, type, count);
+            return accessor(stored(std::move(data), kArrayBuffer), kFloat, type, count);
         };
         Json attributes;
         attributes["POSITION"] =
@@ -183,16 +188,9 @@ int Document::mesh(const Mesh& mesh) {
                 attribute.template operator()<vec2>([](const Vertex& v) { return vec2(v.uv); }, "VEC2");
         const bool narrow = count < 65535;  // 65535 itself is the primitive restart value
         const std::uint64_t index_count = part.indices.size();
-        int indices_view;
-        if (narrow) {
-            std::vector<std::uint16_t> data(part.indices.begin(), part.indices.end());
-            indices_view = view(2 * index_count, kElementArrayBuffer, [data = std::move(data)](CheckedFile& file) {
-                file.write(data.data(), 2 * data.size());
-            });
-        } else {
-            indices_view = view(4 * index_count, kElementArrayBuffer,
-                                [data = part.indices](CheckedFile& file) { file.write(data.data(), 4 * data.size()); });
-        }
+        const int indices_view =
+            narrow ? stored(std::vector<std::uint16_t>(part.indices.begin(), part.indices.end()), kElementArrayBuffer)
+                   : stored(part.indices, kElementArrayBuffer);
         const int indices = accessor(indices_view, narrow ? kUnsignedShort : kUnsignedInt, "SCALAR", index_count);
         primitives.push_back(
             {{"attributes", std::move(attributes)}, {"indices", indices}, {"material", part.material}});
@@ -211,6 +209,20 @@ int Document::node(const std::string& name, int mesh, const dmat4& matrix) {
     if (scale != dvec3(1)) node["scale"] = triple(scale);
     triangles_ += mesh_triangles_[static_cast<std::size_t>(mesh)];
     return root_node(std::move(node));
+}
+
+void Document::instances(const std::string& name, int mesh, std::vector<vec3> translations,
+                         std::vector<vec4> rotations) {
+    const char* const extension = "EXT_mesh_gpu_instancing";
+    use(extension);
+    json_["extensionsRequired"] = Json::array({extension});
+    const std::uint64_t count = translations.size();
+    triangles_ += count * mesh_triangles_[static_cast<std::size_t>(mesh)];
+    const int t = accessor(stored(std::move(translations), 0), kFloat, "VEC3", count);
+    const int r = accessor(stored(std::move(rotations), 0), kFloat, "VEC4", count);
+    root_node({{"name", name},
+               {"mesh", mesh},
+               {"extensions", {{extension, {{"attributes", {{"TRANSLATION", t}, {"ROTATION", r}}}}}}}});
 }
 
 void Document::camera(const std::string& name, const dvec3& from, const dvec3& at, double vertical_fov, double aspect) {

@@ -58,6 +58,8 @@ class Document {
     int mesh(const Mesh& mesh);
     /// A named node under the root. `matrix` must be a move, turn and grow (no shear).
     int node(const std::string& name, int mesh, const dmat4& matrix = dmat4(1));
+    /// The same mesh at many places, as one node with EXT_mesh_gpu_instancing; rotations are quaternions x, y, z, w.
+    void instances(const std::string& name, int mesh, std::vector<vec3> translations, std::vector<vec4> rotations);
     /// vertical_fov in degrees; aspect = width / height, 0: that of the picture.
     void camera(const std::string& name, const dvec3& from, const dvec3& at, double vertical_fov, double aspect);
     /// `toward` points from the scene to the sun; lux is what a surface facing it receives.
@@ -87,6 +89,8 @@ class Document {
         Producer write;
     };
     int view(std::uint64_t bytes, int target, Producer write);
+    template <class T>
+    int stored(std::vector<T> values, int target);
     int accessor(int view, int component_type, const char* type, std::uint64_t count);
     void use(const char* extension);
     int append(const char* list, nlohmann::ordered_json value);

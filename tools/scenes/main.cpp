@@ -4,6 +4,7 @@
 #include <exception>
 #include <string>
 
+#include "tools/scenes/city.h"
 #include "tools/scenes/scenes.h"
 
 namespace {
@@ -28,6 +29,22 @@ int run(int argc, char** argv) {
     CLI::App* atrium = command("atrium", "A courtyard under sun and sky");
     CLI::App* still_life = command("still-life", "Glossy things on a table");
     CLI::App* room = command("room", "A room lit through one small window");
+    scenes::CityOptions options;
+    std::uint64_t part_mib = options.part_bytes >> 20;
+    CLI::App* city = command("city", "A procedural city of any size");
+    city->add_option("--triangles", options.triangles, "how many, instances counted as often as they are used")
+        ->capture_default_str();
+    CLI::Option* flatten = city->add_flag("--flatten", options.flatten, "unique geometry instead of shared meshes");
+    city->add_flag("--gpu-instancing", options.gpu_instancing,
+                   "EXT_mesh_gpu_instancing instead of a node for each instance")
+        ->excludes(flatten);
+    CLI::Option* parts =
+        city->add_flag("--parts", options.parts, "several files OUT.000.glb, ... and the list OUT.parts.json")
+            ->needs(flatten);
+    city->add_option("--part-size", part_mib, "MiB, upper limit of a part")
+        ->needs(parts)
+        ->check(CLI::Range(16, 4095))
+        ->capture_default_str();
     CLI11_PARSE(app, argc, argv);
 
     const auto write = [&](const scenes::Document& document) {
@@ -39,6 +56,11 @@ int run(int argc, char** argv) {
     if (*atrium) write(scenes::atrium_scene());
     if (*still_life) write(scenes::still_life());
     if (*room) write(scenes::room());
+    if (*city) {
+        options.part_bytes = part_mib << 20;
+        const std::uint64_t triangles = scenes::write_city(output, options);
+        std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(triangles));
+    }
     return 0;
 }
 
