@@ -57,14 +57,18 @@ class ShadingScene {
         const gpu::Program program = gpu::Program::compute({"shading test", text}, all);
         gpu::Buffer results("results", std::size_t{count} * rows * sizeof(vec4));
         const gpu::Buffer in = gpu::Buffer::from("inputs", inputs);
-        for (const View& view : views_) view.buffer.bind_texture(view.unit, view.format);
-        for (const auto& [unit, texture] : textures_) texture.bind(unit);
+        bind();
         results.bind_storage(0);
         in.bind_storage(1);
         program.set("count", count);
         program.dispatch((count + 63) / 64);
         glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
         return results.read<vec4>();
+    }
+
+    void bind() const {
+        for (const View& view : views_) view.buffer.bind_texture(view.unit, view.format);
+        for (const auto& [unit, texture] : textures_) texture.bind(unit);
     }
 
     TraceTables trace;

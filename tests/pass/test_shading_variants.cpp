@@ -1,0 +1,92 @@
+// Every variant of shaders/lib that shader_defines can ask for compiles.
+#include <gtest/gtest.h>
+
+#include "tests/pass/shading_kernel.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight {
+namespace {
+
+const char* const kEverything = R"(
+#include "shaders/scene_tables.glsl"
+layout(local_size_x = 64) in;
+layout(std430, binding = 0) writeonly buffer Results { vec4 results[]; };
+#include "shaders/lib/bsdf.glsl"
+#include "shaders/lib/lights.glsl"
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    Sampler random = make_sampler(i, 0u, 0u, 0u);
+    Hit hit = Hit(1.0, 0.3, 0.3, i, i);
+    vec3 wo = vec3(0.0, 0.0, 1.0);
+    Surface s = surface_at(hit, -wo);
+    Material m = evaluate_material(s, wo);
+    Bsdf b = make_bsdf(m, s.geometric_normal, wo);
+    LightSample l = sample_light(s.position, sample_1d_bits(random, 0u), sample_2d(random, 1u));
+    BsdfValue v = evaluate_bsdf(b, wo, l.direction);
+    BsdfSample d = sample_diffuse(b, wo, sample_2d(random, 2u));
+    BsdfSample g = sample_glossy(b, wo, sample_2d(random, 3u), sample_1d(random, 4u));
+    Ray ray = shadow_ray(s.position, s.offset, s.geometric_normal, l);
+    vec3 sum = m.emission + v.diffuse * v.pdf_diffuse + v.glossy * v.pdf_glossy + d.weight + g.weight + ray.direction +
+               environment_radiance(d.direction) * environment_pdf(g.direction);
+    results[i] = vec4(sum, light_pdf(hit, wo, 1.0, s.geometric_normal) +
+                               (alpha_accept(i, i, 0.3, 0.3, ray_key(i, 1u)) ? 1.0 : 0.0));
+}
+)";
+
+class ShadingVariants : public GpuTest {};
+
+TEST_F(ShadingVariants, Compile) {
+    const std::vector<bool SceneNeeds::*> alone = {
+        &SceneNeeds::instances,   &SceneNeeds::vertex_colors,   &SceneNeeds::alpha,
+        &SceneNeeds::unlit,       &SceneNeeds::diffuse,         &SceneNeeds::glossy,
+        &SceneNeeds::emission,    &SceneNeeds::area_lights,     &SceneNeeds::environment,
+        &SceneNeeds::normal_maps, &SceneNeeds::punctual_lights, &SceneNeeds::texture_transforms};
+    const std::vector<bool SceneNeeds::*> textures = {
+        &SceneNeeds::base_color_texture,       &SceneNeeds::metallic_roughness_texture,
+        &SceneNeeds::normal_texture,           &SceneNeeds::emission_texture,
+        &SceneNeeds::specular_texture,         &SceneNeeds::specular_color_texture,
+        &SceneNeeds::clearcoat_texture,        &SceneNeeds::clearcoat_roughness_texture,
+        &SceneNeeds::clearcoat_normal_texture, &SceneNeeds::transmission_texture};
+    // What each implies, as build_shading_tables sets it.
+    const auto complete = [](SceneNeeds n) {
+        n.emission |= n.unlit || n.area_lights || n.emission_texture;
+        n.area_lights |= n.emission_texture;
+        n.clearcoat |= n.clearcoat_texture || n.clearcoat_roughness_texture || n.clearcoat_normal_texture;
+        n.transmission |= n.transmission_texture;
+        n.specular_color |= n.specular_color_texture;
+        n.normal_maps = n.normal_texture || n.clearcoat_normal_texture;
+        n.base_color_texture |= n.texture_transforms;
+        n.glossy |= n.clearcoat || n.transmission || n.specular_color || n.specular_texture;
+        return n;
+    };
+    std::vector<SceneNeeds> variants(1);
+    SceneNeeds all;
+    for (const auto& flags : {alone, textures}) {
+        for (const auto flag : flags) {
+            SceneNeeds one;
+            one.*flag = true;
+            all.*flag = true;
+            variants.push_back(complete(one));
+        }
+    }
+    for (const bool map : {false, true}) {
+        SceneNeeds lobes;
+        lobes.glossy = lobes.clearcoat = lobes.transmission = lobes.environment = true;
+        lobes.environment_map = map;
+        variants.push_back(lobes);
+    }
+    all.environment_map = true;
+    variants.push_back(complete(all));
+    for (const SceneNeeds& needs : variants) {
+        gpu::Defines defines;
+        std::string text;
+        for (const auto& [name, value] : shader_defines(needs)) {
+            defines.set(name, value);
+            text += " " + name;
+        }
+        EXPECT_NO_THROW(gpu::Program::compute({"shading variant", kEverything}, defines)) << text;
+    }
+}
+
+}  // namespace
+}  // namespace halflight
