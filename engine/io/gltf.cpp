@@ -132,6 +132,17 @@ class Instances {
     std::map<MeshKey, int> found_;
 };
 
+Environment convert_environment(const GltfDocument& document) {
+    Environment environment;
+    const tinygltf::Value* extension = find_extension(document.model.extensions, "HALFLIGHT_environment");
+    if (!extension) return environment;
+    environment.name = "HALFLIGHT_environment";
+    environment.color = vec3(vector(*extension, "color", dvec3(0)));
+    if (!all_finite(environment.color) || glm::any(glm::lessThan(environment.color, vec3(0))))
+        document.fail("extensions.HALFLIGHT_environment", "color is negative or not finite");
+    return environment;
+}
+
 void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
     if (report.point_primitives_skipped > 0)
         warnings.add(fmt::format("{} primitives of points are left out", report.point_primitives_skipped));
@@ -152,6 +163,7 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path) {
     if (meshes.used_default_material()) scene.materials.emplace_back().name = "default";
     scene.cameras = convert_cameras(document, nodes);
     scene.lights = convert_lights(document, nodes);
+    scene.environment = convert_environment(document);
     warn_of_left_out(scene.report, document.warnings);
     document.warnings.write_to(scene.report);
     return scene;

@@ -21,7 +21,9 @@ struct GltfOptions {
 /// share a mesh become instances of one Mesh.
 ///
 /// Extensions: KHR_lights_punctual, KHR_materials_{clearcoat, emissive_strength, ior, pbrSpecularGlossiness, specular,
-/// transmission, unlit}, KHR_mesh_quantization, KHR_texture_transform, EXT_mesh_gpu_instancing. Others are refused
+/// transmission, unlit}, KHR_mesh_quantization, KHR_texture_transform, EXT_mesh_gpu_instancing; and one of our own, at
+/// the root: HALFLIGHT_environment {"color": [r, g, b]}, constant radiance (linear Rec.709) from all around, for which
+/// glTF has nothing. Others are refused
 /// where the file requires them, otherwise named in a warning.
 ///
 /// What can be mended is, and the report says so. All else throws Error, one line that names file and element. The

@@ -246,7 +246,8 @@ void Document::sun(const std::string& name, const dvec3& toward, const dvec3& co
 }
 
 void Document::sky(const dvec3& radiance) {
-    json_["extras"]["halflight"]["environment"]["color"] = triple(radiance);
+    use("HALFLIGHT_environment");
+    json_["extensions"]["HALFLIGHT_environment"]["color"] = triple(radiance);
 }
 
 std::uint64_t Document::triangles() const {

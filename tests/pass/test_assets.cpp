@@ -1,0 +1,94 @@
+// Other people's scenes: each loads and renders without a GL error and without a NaN or an infinity in any output.
+// Leaves contact-sheet.png behind, to be looked at.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+
+#include "engine/io/environment.h"
+#include "engine/io/gltf.h"
+#include "engine/io/png.h"
+#include "passes/render.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr int kWidth = 160;
+constexpr int kHeight = 90;
+constexpr int kColumns = 6;
+
+std::vector<fs::path> scenes_under(const fs::path& folder) {
+    std::vector<fs::path> found;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+        const fs::path& path = entry.path();
+        const bool bad = fs::relative(path, folder).begin()->string() == "bad";
+        if (!bad && (path.extension() == ".gltf" || path.extension() == ".glb")) found.push_back(path);
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+}
+
+/// The depth output is infinite where there is no surface; ids are not numbers.
+bool may_be_infinite(const ExrLayer& layer) {
+    return layer.channels.front() == "Z";
+}
+
+class Assets : public GpuTest {};
+
+TEST_F(Assets, LoadAndRenderCleanly) {
+    const fs::path folder = fs::path(HALFLIGHT_SHARED_DIR) / "assets";
+    if (!fs::exists(folder)) GTEST_SKIP() << "no folder of other people's scenes at " << folder;
+    const std::vector<fs::path> scenes = scenes_under(folder);
+    ASSERT_GE(scenes.size(), 30u);
+
+    const ColorConfig colors = ColorConfig::load();
+    RenderSettings settings;
+    settings.width = kWidth;
+    settings.height = kHeight;
+    settings.samples = 4;
+    settings.want_view = true;
+    for (const AovInfo& aov : known_aovs()) settings.aovs.emplace_back(aov.name);
+
+    const int rows = static_cast<int>(scenes.size() + kColumns - 1) / kColumns;
+    Image sheet(kColumns * kWidth, rows * kHeight, 3);
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+        const std::string name = fs::relative(scenes[i], folder).string();
+        SCOPED_TRACE(name);
+        Scene scene = load_gltf(scenes[i]);
+        if (!has_light(scene)) scene.environment = default_sky();
+        settings.camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras.front();
+        RenderResult result;
+        ASSERT_NO_THROW(result = Renderer(context, scene, colors, settings).render());
+        EXPECT_NO_THROW(context.check(name));
+
+        EXPECT_EQ(count_non_finite(result.beauty).nans + count_non_finite(result.beauty).infinities, 0u);
+        double light = 0;
+        for (float v : result.beauty.pixels) light += v;
+        EXPECT_GT(light, 0);
+        for (const ExrLayer& layer : result.aovs) {
+            if (layer.type == ExrType::uint32) continue;
+            const NonFinite bad = count_non_finite(layer.image);
+            EXPECT_EQ(bad.nans, 0u) << layer.channels.front();
+            if (!may_be_infinite(layer)) EXPECT_EQ(bad.infinities, 0u) << layer.channels.front();
+        }
+        for (const NonFiniteCount& n : result.stats.non_finite) EXPECT_EQ(n.values, 0u) << n.component;
+
+        const int left = static_cast<int>(i) % kColumns * kWidth;
+        const int top = static_cast<int>(i) / kColumns * kHeight;
+        for (int y = 0; y < kHeight; ++y)
+            for (int x = 0; x < kWidth; ++x) std::copy_n(result.view.at(x, y), 3, sheet.at(left + x, top + y));
+        fmt::print("[ {:>2},{} ] {}: {:.2f} s to prepare, {:.2f} s to render\n", i / kColumns + 1, i % kColumns + 1,
+                   name, result.stats.prepare_seconds, result.stats.render_seconds);
+        std::fflush(stdout);
+    }
+    write_png("contact-sheet.png", sheet);
+    fmt::print("contact sheet: {}\n", fs::absolute("contact-sheet.png").string());
+}
+
+}  // namespace
+}  // namespace halflight
