@@ -320,7 +320,7 @@ TEST_F(ShadowTest, ManyLightsAreSummedByPickingOne) {
     scene.lights[1].position = {0, 1, 0};
     scene.lights[2].intensity = {0.1f, 1, 0.5f};
     Stage stage(programs, scene, spot_camera(dvec3(0), kUp, 1e-3), {64, 64});
-    const Found found = mean_over(stage, 8);
+    const Found found = mean_over(stage, 32);
     for (int i = 0; i < 3; ++i) {
         double expected = 0;
         for (const PunctualLight& l : scene.lights) expected += 0.5 / kPi * irradiance(l, dvec3(0))[i];

@@ -257,7 +257,7 @@ TEST(Film, HalvesAreForColourOnly) {
     Film film(settings, tables);
     RenderResult result;
     film.take(result);
-    for (const std::string& name :
+    for (const char* name :
          {"emission.R", "direct_diffuse.R", "direct_glossy.R", "indirect_diffuse.R", "indirect_glossy.R", "albedo.R"})
         EXPECT_EQ(layer(result, name).type, ExrType::half) << name;
     for (const char* name : {"variance.R", "samples.Y", "normal.X", "position.X", "Z", "motion.X"})
