@@ -78,7 +78,7 @@ Mesh door_bay(const Materials& m) {
     mesh.quad({-0.62, 0, -0.25}, {0.62, 0, -0.25}, {0.62, 2.4, -0.25}, {-0.62, 2.4, -0.25});
     for (const double x : {-0.58, 0.02})
         for (int row = 0; row < 3; ++row)
-            bevelled_box(mesh, {x + 0.06, 0.14 + 0.76 * row, -0.27}, {x + 0.50, 0.76 + 0.76 * row, -0.22}, 0.025);
+            bevelled_box(mesh, {x + 0.06, 0.14 + 0.76 * row, -0.28}, {x + 0.50, 0.76 + 0.76 * row, -0.22}, 0.025);
     mesh.material(m.brass);
     sphere(mesh, {-0.05, 1.07, -0.20}, 0.035, 8, 6);
     sphere(mesh, {0.05, 1.07, -0.20}, 0.035, 8, 6);

@@ -1,0 +1,273 @@
+// halflight-scenes: the committed scenes can be made again, byte by byte, and are sound; cities of every kind.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "engine/core/math.h"
+#include "tests/cli/process.h"
+
+namespace halflight::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+const fs::path kScenes = fs::path(HALFLIGHT_SOURCE_DIR) / "scenes";
+
+const std::map<std::string, std::vector<std::string>> kCommands{
+    {"cornell.glb", {"cornell"}}, {"cornell-metal.glb", {"cornell", "--metal"}},
+    {"furnace.glb", {"furnace"}}, {"furnace-half.glb", {"furnace", "--albedo", "0.5"}},
+    {"atrium.glb", {"atrium"}},   {"still-life.glb", {"still-life"}},
+    {"room.glb", {"room"}},
+};
+
+/// A .glb as its JSON and its binary chunk; the sizes that it tells of itself are checked.
+struct Glb {
+    Json json;
+    std::string bytes;
+
+    explicit Glb(const fs::path& path) {
+        const std::string file = read_text(path);
+        const auto word = [&](std::size_t at) {
+            std::uint32_t value = 0;
+            std::memcpy(&value, file.data() + at, 4);
+            return value;
+        };
+        EXPECT_EQ(word(0), 0x46546C67U);
+        EXPECT_EQ(word(8), file.size());
+        const std::size_t text = word(12);
+        json = Json::parse(file.substr(20, text));
+        EXPECT_EQ(word(20 + text), file.size() - text - 28);
+        EXPECT_EQ(json["buffers"][0]["byteLength"], file.size() - text - 28);
+        bytes = file.substr(28 + text);
+    }
+
+    /// The elements of an accessor; T is as wide as its type.
+    template <class T>
+    std::vector<T> values(const Json& accessor) const {
+        const Json& view = json["bufferViews"][accessor["bufferView"].get<std::size_t>()];
+        const std::size_t count = accessor["count"];
+        EXPECT_EQ(view["byteLength"], count * sizeof(T));
+        EXPECT_EQ(view["byteOffset"].get<std::size_t>() % 4, 0U);
+        std::vector<T> result(count);
+        std::memcpy(result.data(), bytes.data() + view["byteOffset"].get<std::size_t>(), count * sizeof(T));
+        return result;
+    }
+    const Json& accessor(const Json& index) const { return json["accessors"][index.get<std::size_t>()]; }
+
+    std::vector<std::uint32_t> indices(const Json& primitive) const {
+        const Json& source = accessor(primitive["indices"]);
+        if (source["componentType"] == 5125) return values<std::uint32_t>(source);
+        const auto narrow = values<std::uint16_t>(source);
+        return {narrow.begin(), narrow.end()};
+    }
+
+    std::uint64_t triangles_of_mesh(std::size_t mesh) const {
+        std::uint64_t count = 0;
+        for (const Json& primitive : json["meshes"][mesh]["primitives"])
+            count += accessor(primitive["indices"])["count"].get<std::uint64_t>() / 3;
+        return count;
+    }
+
+    std::uint64_t triangles() const {
+        std::uint64_t count = 0;
+        for (const Json& node : json["nodes"]) {
+            if (!node.contains("mesh")) continue;
+            const std::uint64_t mesh = triangles_of_mesh(node["mesh"]);
+            const Json::json_pointer many("/extensions/EXT_mesh_gpu_instancing/attributes/TRANSLATION");
+            count += mesh * (node.contains(many) ? accessor(node.at(many))["count"].get<std::uint64_t>() : 1);
+        }
+        return count;
+    }
+};
+
+vec3 triple(const Json& json) {
+    return {json[0].get<float>(), json[1].get<float>(), json[2].get<float>()};
+}
+
+/// What every mesh must be: bounds exact, indices within, normals of unit length and on the side that the winding says,
+/// no triangle without area, none twice.
+void expect_sound(const Glb& glb, const std::string& name) {
+    for (const Json& mesh : glb.json["meshes"]) {
+        std::set<std::array<std::array<float, 3>, 3>> seen;
+        for (const Json& primitive : mesh["primitives"]) {
+            SCOPED_TRACE(name + ": " + mesh["name"].get<std::string>() + ", material " + primitive["material"].dump());
+            const Json& source = glb.accessor(primitive["attributes"]["POSITION"]);
+            const auto positions = glb.values<vec3>(source);
+            const auto normals = glb.values<vec3>(glb.accessor(primitive["attributes"]["NORMAL"]));
+            const std::vector<std::uint32_t> indices = glb.indices(primitive);
+            ASSERT_EQ(positions.size(), normals.size());
+            ASSERT_LT(*std::max_element(indices.begin(), indices.end()), positions.size());
+            Bounds bounds;
+            for (const vec3& p : positions) bounds.add(p);
+            EXPECT_EQ(bounds.lower, triple(source["min"]));
+            EXPECT_EQ(bounds.upper, triple(source["max"]));
+            for (const vec3& n : normals) ASSERT_NEAR(glm::length(n), 1, 1e-6);
+            std::size_t flat = 0, turned = 0, twice = 0;
+            for (std::size_t i = 0; i < indices.size(); i += 3) {
+                const vec3 &a = positions[indices[i]], &b = positions[indices[i + 1]], &c = positions[indices[i + 2]];
+                const dvec3 area = glm::cross(dvec3(b) - dvec3(a), dvec3(c) - dvec3(a));
+                const vec3 shading = normals[indices[i]] + normals[indices[i + 1]] + normals[indices[i + 2]];
+                flat += area == dvec3(0);
+                turned += glm::dot(area, dvec3(shading)) < 0;
+                std::array<std::array<float, 3>, 3> corners{{{a.x, a.y, a.z}, {b.x, b.y, b.z}, {c.x, c.y, c.z}}};
+                std::sort(corners.begin(), corners.end());
+                twice += !seen.insert(corners).second;
+            }
+            EXPECT_EQ(flat, 0U);
+            EXPECT_EQ(turned, 0U);
+            EXPECT_EQ(twice, 0U);
+        }
+    }
+}
+
+Outcome make(const std::vector<std::string>& command, const fs::path& output) {
+    std::vector<std::string> arguments = command;
+    arguments.insert(arguments.begin() + 1, output.string());
+    return run_program(arguments);
+}
+
+TEST(Scenes, AreMadeAgainByteByByte) {
+    const TemporaryFolder folder;
+    for (const auto& [name, command] : kCommands) {
+        const Outcome outcome = make(command, folder / name);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_TRUE(read_text(folder / name) == read_text(kScenes / name)) << name;
+    }
+}
+
+TEST(Scenes, EveryCommittedSceneHasACommand) {
+    for (const fs::directory_entry& entry : fs::directory_iterator(kScenes))
+        EXPECT_TRUE(entry.path().extension() != ".glb" || kCommands.count(entry.path().filename())) << entry.path();
+}
+
+TEST(Scenes, AreSmallAndSelfContained) {
+    std::uintmax_t bytes = 0;
+    for (const auto& [name, command] : kCommands) {
+        const Glb glb(kScenes / name);
+        bytes += fs::file_size(kScenes / name);
+        EXPECT_FALSE(glb.json["buffers"][0].contains("uri")) << name;
+        EXPECT_FALSE(glb.json["cameras"].empty()) << name;
+        for (const Json& image : glb.json.value("images", Json::array())) EXPECT_FALSE(image.contains("uri")) << name;
+    }
+    EXPECT_LT(bytes, 12U << 20);
+}
+
+TEST(Scenes, HaveSoundGeometry) {
+    for (const auto& [name, command] : kCommands) expect_sound(Glb(kScenes / name), name);
+}
+
+TEST(Scenes, AtriumHasThePromisedSizeAndViews) {
+    const Glb glb(kScenes / "atrium.glb");
+    EXPECT_GE(glb.triangles(), 50'000U);
+    EXPECT_LE(glb.triangles(), 100'000U);
+    std::vector<std::string> cameras;
+    for (const Json& camera : glb.json["cameras"]) cameras.push_back(camera["name"]);
+    EXPECT_EQ(cameras, (std::vector<std::string>{"nave", "balcony", "detail"}));
+    EXPECT_EQ(glb.json["extensions"]["HALFLIGHT_environment"]["color"].size(), 3U);
+}
+
+class City : public ::testing::Test {
+  protected:
+    Glb city(std::vector<std::string> arguments) {
+        arguments.insert(arguments.begin(), "city");
+        const Outcome outcome = make(arguments, folder / "city.glb");
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return Glb(folder / "city.glb");
+    }
+
+    TemporaryFolder folder;
+};
+
+TEST_F(City, HasTheNumberOfTrianglesAskedFor) {
+    for (const int triangles : {1000, 20'000, 300'000}) {
+        const auto within = [&](std::uint64_t count) {
+            EXPECT_NEAR(static_cast<double>(count), triangles, 0.01 * triangles);
+        };
+        const std::vector<std::string> arguments{"--triangles", std::to_string(triangles)};
+        const auto with = [&](const char* option) {
+            std::vector<std::string> more = arguments;
+            more.emplace_back(option);
+            return more;
+        };
+        const std::uint64_t instanced = city(arguments).triangles();
+        within(instanced);
+        EXPECT_EQ(city(with("--flatten")).triangles(), instanced);
+        EXPECT_EQ(city(with("--gpu-instancing")).triangles(), instanced);
+    }
+}
+
+TEST_F(City, IsSoundInEveryForm) {
+    expect_sound(city({"--triangles", "20000"}), "instanced");
+    const Glb flat = city({"--triangles", "20000", "--flatten"});
+    expect_sound(flat, "flattened");
+    std::set<int> meshes;
+    for (const Json& node : flat.json["nodes"])
+        EXPECT_TRUE(!node.contains("mesh") || meshes.insert(node["mesh"].get<int>()).second) << "shared mesh";
+    EXPECT_EQ(flat.json["cameras"].size(), 2U);
+}
+
+TEST_F(City, FlattenedIsTheInstancedOneMovedToItsPlaces) {
+    const auto sum_of = [](const Glb& glb) {  // of all corners in world space: turns about +y and moves only
+        dvec3 sum(0);
+        for (const Json& node : glb.json["nodes"]) {
+            if (!node.contains("mesh")) continue;
+            const dvec3 move = node.contains("translation") ? dvec3(triple(node["translation"])) : dvec3(0);
+            const double y = node.contains("rotation") ? node["rotation"][1].get<double>() : 0;
+            const double w = node.contains("rotation") ? node["rotation"][3].get<double>() : 1;
+            const double cosine = 1 - 2 * y * y, sine = 2 * y * w;
+            for (const Json& primitive : glb.json["meshes"][node["mesh"].get<std::size_t>()]["primitives"])
+                for (const vec3& p : glb.values<vec3>(glb.accessor(primitive["attributes"]["POSITION"])))
+                    sum += dvec3(cosine * p.x + sine * p.z, p.y, cosine * p.z - sine * p.x) + move;
+        }
+        return sum;
+    };
+    const dvec3 instanced = sum_of(city({"--triangles", "50000"}));
+    const dvec3 flattened = sum_of(city({"--triangles", "50000", "--flatten"}));
+    for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(instanced[axis] / flattened[axis], 1, 1e-6);
+}
+
+TEST_F(City, ComesInPartsBelowTheirLimit) {
+    constexpr std::uintmax_t kLimit = 16U << 20;
+    const Outcome outcome =
+        make({"city", "--triangles", "800000", "--flatten", "--parts", "--part-size", "16"}, folder / "big.glb");
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Json index = Json::parse(read_text(folder / "big.parts.json"));
+    EXPECT_GT(index["parts"].size(), 2U);
+    EXPECT_EQ(folder.entries().size(), index["parts"].size() + 1);
+    std::uint64_t triangles = 0;
+    for (const Json& part : index["parts"]) {
+        const fs::path path = folder / part["uri"].get<std::string>();
+        const Glb glb(path);
+        EXPECT_LE(fs::file_size(path), kLimit);
+        EXPECT_EQ(part["bytes"], fs::file_size(path));
+        EXPECT_EQ(part["triangles"], glb.triangles());
+        EXPECT_EQ(glb.json.contains("cameras"), part == index["parts"][0]);
+        triangles += glb.triangles();
+    }
+    EXPECT_EQ(index["triangles"], triangles);
+    EXPECT_NEAR(static_cast<double>(triangles), 800'000, 8'000);
+}
+
+TEST_F(City, RefusesInOneLine) {
+    const auto refused = [&](std::vector<std::string> arguments, const char* why) {
+        const Outcome outcome = make(arguments, folder / "city.glb");
+        EXPECT_NE(outcome.status, 0);
+        EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
+        EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+        EXPECT_TRUE(folder.entries().empty());
+    };
+    refused({"city", "--triangles", "50"}, "fewer than");
+    refused({"city", "--triangles", "200000000", "--flatten"}, "--parts");
+    const Outcome unwritable = make({"cornell"}, folder / "missing" / "cornell.glb");
+    EXPECT_NE(unwritable.status, 0);
+    EXPECT_NE(unwritable.err.find("missing/cornell.glb"), std::string::npos) << unwritable.err;
+}
+
+}  // namespace
+}  // namespace halflight::test
