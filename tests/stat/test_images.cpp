@@ -1,0 +1,147 @@
+// Pictures of the engine against the oracle's: scenes/ and small scenes that hold what those do not.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "engine/io/gltf.h"
+#include "engine/reference/reference.h"
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
+#include "tests/support/image_tests.h"
+
+namespace halflight::test {
+namespace {
+
+struct Trial {
+    std::string name;
+    Camera camera;
+    int width = 64, height = 48;
+    int samples = 256;         // per pixel and batch, of the engine
+    int oracle_samples = 256;  // per pixel and batch
+    int bounces = 8;
+    Agreement beauty = {.block = 1};
+    Agreement component = {.block = 8};
+};
+
+/// Means over batches that share nothing, and how much single batches scatter around them: the variance is that of a
+/// batch, whatever its samples have in common.
+class Batches {
+  public:
+    void add(const Image& image) {
+        if (count_ == 0) {
+            mean_ = Image(image.width, image.height, 3);
+            squares_ = mean_;
+        }
+        ++count_;
+        for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+            const double deviation = image.pixels[i] - mean_.pixels[i];
+            mean_.pixels[i] += static_cast<float>(deviation / count_);
+            squares_.pixels[i] += static_cast<float>(deviation * (image.pixels[i] - mean_.pixels[i]));
+        }
+    }
+    const Image& mean() const { return mean_; }
+    Estimate estimate() {
+        variance_ = squares_;
+        for (float& v : variance_.pixels) v /= static_cast<float>(count_ - 1);
+        return {mean_, variance_, static_cast<double>(count_)};
+    }
+
+  private:
+    int count_ = 0;
+    Image mean_, squares_, variance_;
+};
+
+constexpr int kBatches = 8;
+constexpr const char* kComponents[] = {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse",
+                                       "indirect_glossy"};
+
+class ImageTest : public GpuTest {
+  protected:
+    /// Beauty and every component of both, from kBatches batches each.
+    void expect_agreement(const Scene& scene, const Trial& trial) {
+        using Clock = std::chrono::steady_clock;
+        std::array<Batches, 6> ours, oracle;
+        Batches our_variance, oracle_variance;  // of one sample
+        const auto start = Clock::now();
+        std::uint64_t non_finite = 0;
+        for (int b = 0; b < kBatches; ++b) {
+            RenderSettings settings =
+                small_settings(trial.camera, trial.width, trial.height, trial.samples / kBatches, trial.bounces);
+            settings.seed = static_cast<std::uint32_t>(b);
+            const RenderResult r = render(context, scene, settings);
+            ours[5].add(rgb(r.beauty));
+            Image variance = layer(r, "variance.R");
+            for (float& v : variance.pixels) v *= static_cast<float>(settings.samples);
+            our_variance.add(variance);
+            for (std::size_t c = 0; c < 5; ++c) ours[c].add(layer(r, std::string(kComponents[c]) + ".R"));
+            for (const NonFiniteCount& n : r.stats.non_finite) non_finite += n.values;
+        }
+        const auto middle = Clock::now();
+        const ReferenceScene reference(scene);
+        for (int b = 0; b < kBatches; ++b) {
+            ReferenceSettings settings;
+            settings.width = trial.width, settings.height = trial.height;
+            settings.samples = trial.oracle_samples / kBatches;
+            settings.first_sample = b * settings.samples;
+            settings.bounces = trial.bounces;
+            settings.camera = trial.camera;
+            const ReferenceResult r = render_reference(reference, settings);
+            const ReferenceComponents& k = r.components;
+            const Image* images[] = {&k.emission,         &k.direct_diffuse,  &k.direct_glossy,
+                                     &k.indirect_diffuse, &k.indirect_glossy, &r.beauty};
+            for (std::size_t c = 0; c < 6; ++c) oracle[c].add(*images[c]);
+            oracle_variance.add(r.variance);
+            EXPECT_EQ(r.non_finite_samples, 0u);
+        }
+        const auto seconds = [](auto d) { return std::chrono::duration<double>(d).count(); };
+        RecordProperty("engine_seconds", static_cast<int>(seconds(middle - start)));
+        EXPECT_EQ(non_finite, 0u);
+        std::printf("%s: engine %.1f s, oracle %.1f s\n", trial.name.c_str(), seconds(middle - start),
+                    seconds(Clock::now() - middle));
+        for (std::size_t c = 0; c < 5; ++c) {
+            report(agree(trial.name + "-" + kComponents[c], ours[c].estimate(), oracle[c].estimate(), trial.component));
+        }
+        report(agree(trial.name + "-beauty", {ours[5].mean(), our_variance.mean(), static_cast<double>(trial.samples)},
+                     {oracle[5].mean(), oracle_variance.mean(), static_cast<double>(trial.oracle_samples)},
+                     trial.beauty));
+    }
+
+    static void report(const ::testing::AssertionResult& result) {
+        std::printf("  %s\n", result.message());
+        EXPECT_TRUE(result);
+    }
+    static Scene load(const std::string& name) {
+        return load_gltf(std::string(HALFLIGHT_SOURCE_DIR "/scenes/") + name + ".glb");
+    }
+};
+
+TEST_F(ImageTest, Cornell) {
+    const Scene scene = load("cornell");
+    expect_agreement(scene, {.name = "cornell", .camera = scene.cameras[0]});
+}
+
+TEST_F(ImageTest, CornellMetal) {
+    const Scene scene = load("cornell-metal");
+    expect_agreement(scene, {.name = "cornell-metal", .camera = scene.cameras[0]});
+}
+
+TEST_F(ImageTest, Atrium) {
+    const Scene scene = load("atrium");
+    expect_agreement(scene, {.name = "atrium", .camera = scene.cameras[0]});
+}
+
+TEST_F(ImageTest, StillLife) {
+    const Scene scene = load("still-life");
+    expect_agreement(scene, {.name = "still-life", .camera = scene.cameras[0]});
+}
+
+TEST_F(ImageTest, Room) {
+    const Scene scene = load("room");
+    expect_agreement(scene, {.name = "room", .camera = scene.cameras[0]});
+}
+
+}  // namespace
+}  // namespace halflight::test
