@@ -57,13 +57,13 @@ void main() {
     uint path = gl_GlobalInvocationID.x;
     SurfacePoint point = load_surface_point(path);
     vec3 emission = guarded(point.emission, kCountGBuffer);
-    vec3 beauty = emission;
+    dvec3 beauty = emission;  // of finite floats no sum of doubles overflows
     for (uint i = 0u; i < 3u; ++i) emission_now[path * 4u + i] = emission_before[path * 4u + i] + double(emission[i]);
     emission_now[path * 4u + 3u] = emission_before[path * 4u + 3u] + double(point.is_surface ? 1.0 : 0.0);
 
 #ifdef HALFLIGHT_DIRECT
-    vec3 diffuse = vec3(0.0);
-    vec3 glossy = vec3(0.0);
+    dvec3 diffuse = dvec3(0.0);
+    dvec3 glossy = dvec3(0.0);
 #ifdef HALFLIGHT_LIGHT_SAMPLES
     if (point.is_surface && occluded[path] == 0u) {
         diffuse = guarded(light[path].diffuse, kCountShadow);
@@ -73,13 +73,13 @@ void main() {
 #ifdef HALFLIGHT_PATHS
     uint lobe = states[path].lobe;
     vec3 met = lobe == kLobeNone ? vec3(0.0) : guarded(states[path].direct, kCountScatter);
-    diffuse += lobe == kLobeDiffuse ? met : vec3(0.0);
-    glossy += lobe == kLobeGlossy ? met : vec3(0.0);
+    diffuse += dvec3(lobe == kLobeDiffuse ? met : vec3(0.0));
+    glossy += dvec3(lobe == kLobeGlossy ? met : vec3(0.0));
 #endif
     beauty += diffuse + glossy;
     for (uint i = 0u; i < 3u; ++i) {
-        direct_now[path * 6u + i] = direct_before[path * 6u + i] + double(diffuse[i]);
-        direct_now[path * 6u + 3u + i] = direct_before[path * 6u + 3u + i] + double(glossy[i]);
+        direct_now[path * 6u + i] = direct_before[path * 6u + i] + diffuse[i];
+        direct_now[path * 6u + 3u + i] = direct_before[path * 6u + 3u + i] + glossy[i];
     }
 #endif
 
@@ -90,7 +90,7 @@ void main() {
         if (states[path].pending_light != 0u && light_occluded[path] == 0u) later += states[path].pending;
     }
     later = guarded(later, kCountContinuation);
-    beauty += later;
+    beauty += dvec3(later);
     for (uint i = 0u; i < 3u; ++i) {
         indirect_now[path * 6u + i] = indirect_before[path * 6u + i] + double(lobe == kLobeDiffuse ? later[i] : 0.0);
         indirect_now[path * 6u + 3u + i] =
@@ -100,8 +100,8 @@ void main() {
 
 #ifdef HALFLIGHT_FEATURES
     Bsdf b = load_bsdf(path);
-    vec3 albedo = point.is_surface ? b.diffuse + b.transmission + b.specular : vec3(0.0);
-    vec3 normal = point.is_surface ? b.normal : vec3(0.0);
+    vec3 albedo = guarded(point.is_surface ? b.diffuse + b.transmission + b.specular : vec3(0.0), kCountGBuffer);
+    vec3 normal = guarded(point.is_surface ? b.normal : vec3(0.0), kCountGBuffer);
     for (uint i = 0u; i < 3u; ++i) {
         features_now[path * 6u + i] = features_before[path * 6u + i] + double(albedo[i]);
         features_now[path * 6u + 3u + i] = features_before[path * 6u + 3u + i] + double(normal[i]);
@@ -110,6 +110,6 @@ void main() {
 
 #ifdef HALFLIGHT_SQUARES
     for (uint i = 0u; i < 3u; ++i)
-        squares_now[path * 3u + i] = squares_before[path * 3u + i] + double(beauty[i]) * double(beauty[i]);
+        squares_now[path * 3u + i] = squares_before[path * 3u + i] + beauty[i] * beauty[i];
 #endif
 }
