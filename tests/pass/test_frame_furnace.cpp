@@ -1,0 +1,101 @@
+// Scenes whose radiance is known everywhere, through the whole frame.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/io/gltf.h"
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight::test {
+namespace {
+
+class FurnaceTest : public GpuTest {
+  protected:
+    /// The picture's mean within four standard errors, and known to +- `precision` with 95 % confidence.
+    void expect_mean(const Image& image, double expected, double precision, const std::string& what) {
+        for (int c = 0; c < 3; ++c) {
+            const MeanValue m = mean_of_pixels(image, c);
+            EXPECT_NEAR(m.value, expected, 4 * m.error + 2e-4 * expected) << what;
+            EXPECT_LE(1.96 * m.error, precision * expected) << what << ": the test says nothing";
+        }
+    }
+    static void expect_finite(const RenderResult& r, const std::string& what) {
+        for (const NonFiniteCount& n : r.stats.non_finite) EXPECT_EQ(n.values, 0u) << what << ", " << n.component;
+        const NonFinite n = count_non_finite(r.beauty);
+        EXPECT_EQ(n.nans + n.infinities, 0u) << what;
+    }
+};
+
+TEST_F(FurnaceTest, ClosedBoxSumsTheSeriesOfItsAlbedo) {
+    const double albedo = 0.8;
+    Material glowing = diffuse_material(vec3(0.8f));
+    glowing.emission = vec3(1);
+    const Scene scene = closed_box(glowing);
+    double expected = 0, power = 1;
+    for (int bounces = 0; bounces <= 40; ++bounces, power *= albedo) {
+        expected += power;
+        if (bounces != 0 && bounces != 1 && bounces != 2 && bounces != 5 && bounces != 40) continue;
+        const std::string what = "bounces " + std::to_string(bounces);
+        const RenderResult r = render(context, scene, small_settings(camera_in_box(), 32, 32, 96, bounces));
+        expect_finite(r, what);
+        expect_mean(r.beauty, expected, 0.01, what);
+        expect_mean(layer(r, "emission.R"), 1, 1e-6, what);
+        if (bounces > 0) expect_mean(layer(r, "direct_diffuse.R"), albedo, 0.01, what);
+        if (bounces > 1) expect_mean(layer(r, "indirect_diffuse.R"), expected - 1 - albedo, 0.01, what);
+    }
+    EXPECT_NEAR(expected, 1 / (1 - albedo), 1e-3);
+}
+
+TEST_F(FurnaceTest, WhiteSurfacesUnderAWhiteSkyAreWhite) {
+    struct Case {
+        const char* name;
+        Material material;
+    };
+    std::vector<Case> cases{{"diffuse", diffuse_material(vec3(1))}};
+    for (const float roughness : {0.0f, 0.15f, 0.5f, 1.0f}) {
+        cases.push_back({"metal", metal_material(vec3(1), roughness)});
+        Material m = metal_material(vec3(1), roughness);
+        m.metallic = 0;
+        cases.push_back({"dielectric", m});
+        m.ior = 2.5f;
+        m.specular = 0.4f;
+        cases.push_back({"specular, ior 2.5", m});
+        m.ior = 1.5f;
+        m.specular = 1;
+        m.clearcoat = 0.9f;
+        m.clearcoat_roughness = 0.3f;
+        cases.push_back({"clearcoat", m});
+        m.transmission = 0.7f;
+        cases.push_back({"transmission under clearcoat", m});
+        m.clearcoat = 0;
+        cases.push_back({"transmission", m});
+    }
+    for (const Case& c : cases) {
+        Scene scene = floor_scene(c.material);
+        scene.environment.color = vec3(1);
+        for (const double elevation : {0.1, 1.2}) {
+            const std::string what = std::string(c.name) + ", roughness " + std::to_string(c.material.roughness) +
+                                     ", elevation " + std::to_string(elevation);
+            const dvec3 towards(std::cos(elevation), std::sin(elevation), 0.3 * std::cos(elevation));
+            const RenderResult r =
+                render(context, scene, small_settings(spot_camera(dvec3(0), towards, 0.01), 48, 48, 64, 1));
+            expect_finite(r, what);
+            expect_mean(r.beauty, 1, 0.005, what);
+            if (c.material.metallic == 1) expect_mean(layer(r, "direct_diffuse.R"), 0, 0, what);
+        }
+    }
+}
+
+TEST_F(FurnaceTest, ScenesThatLoseNothing) {
+    for (const char* name : {"furnace", "furnace-half"}) {
+        const Scene scene = load_gltf(std::string(HALFLIGHT_SOURCE_DIR "/scenes/") + name + ".glb");
+        const RenderResult r = render(context, scene, small_settings(scene.cameras[0], 48, 32, 64, 48));
+        expect_finite(r, name);
+        expect_mean(r.beauty, 1, 0.01, name);
+    }
+}
+
+}  // namespace
+}  // namespace halflight::test
