@@ -170,8 +170,8 @@ Document atrium_scene() {
     document.node("garden", document.mesh(garden(m)));
     add_side(document, m);
     add_furnishing(document, m);
-    document.sun("sun", {0.5, 1, 0.4}, {1, 0.93, 0.82}, 8);
-    document.sky({0.75, 0.95, 1.3});
+    document.sun("sun", {0.5, 1, 0.4}, {1, 0.93, 0.82}, 12);
+    document.sky({1.4, 1.7, 2.2});
     document.camera("nave", {12.4, 2.3, 1.5}, {-6, 3.3, -0.4}, 52, 16.0 / 9);
     document.camera("balcony", {-9, 6.8, 3.85}, {4, 3.2, -3}, 55, 16.0 / 9);
     document.camera("detail", {4.9, 1.45, 1.7}, {0.6, 0.85, -0.9}, 40, 16.0 / 9);
