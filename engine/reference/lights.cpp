@@ -133,7 +133,6 @@ std::optional<LightSample> Lights::sample_triangle(const Emitter& emitter, const
     if (!(cosine > 0)) return std::nullopt;
     s.pdf = distance2 / (cosine * emitter.area);
     s.end = point + offset_bound(point, corners) * n;
-    s.triangle = emitter.id;
     s.radiance = emission(tracer_, emitter.id, b.x, b.y);
     const Material& material = tracer_.material(emitter.id);
     if (material.alpha_mode != AlphaMode::opaque) {

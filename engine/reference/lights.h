@@ -18,7 +18,6 @@ struct LightSample {
     bool punctual = false;  // cannot be met by a sampled ray
     bool infinite = false;  // the shadow ray has no end
     dvec3 end{0};           // its end otherwise, relative to Tracer::origin()
-    TriangleId triangle;    // where it lies on one
 };
 
 class Lights {

@@ -72,7 +72,7 @@ bool Path::visible(const Surface& surface, const LightSample& light) {
         ray.direction = light.end - ray.origin;
         ray.t_max = 1;
     }
-    return !scene_.tracer.occluded(ray, alpha(), {surface.triangle, light.triangle});
+    return !scene_.tracer.occluded(ray, alpha());
 }
 
 void Path::sample_light(const Surface& surface, const Bsdf& bsdf) {
@@ -127,7 +127,7 @@ PathResult Path::trace(const ReferenceRay& camera_ray) {
         }
 
         const ReferenceRay ray{surface.leave(sample->wi), sample->wi};
-        hit = scene_.tracer.closest_hit(ray, alpha(), {surface.triangle, TriangleId{}});
+        hit = scene_.tracer.closest_hit(ray, alpha());
         if (!hit) {
             const dvec3 sky = environment.radiance(sample->wi);
             add(first_, throughput_ * sky * surface_weight(*sample, scene_.lights.pdf_environment(sample->wi)));

@@ -19,14 +19,11 @@ double hashed_uniform(std::uint64_t key, std::uint32_t instance, std::uint32_t t
 struct Query {
     RTCIntersectContext context;
     const Tracer* tracer;
-    const Excluded* excluded;
     const AlphaTest* alpha;
     float nearest_t = kInfinity;
     TriangleId nearest{};
 
-    Query(const Tracer& t, const Excluded& e, const AlphaTest& a) : tracer(&t), excluded(&e), alpha(&a) {
-        rtcInitIntersectContext(&context);
-    }
+    Query(const Tracer& t, const AlphaTest& a) : tracer(&t), alpha(&a) { rtcInitIntersectContext(&context); }
 };
 
 bool is_there(const Query& query, const TriangleId& id, double u, double v) {
@@ -44,8 +41,8 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
     const TriangleId id{static_cast<int>(RTCHitN_geomID(arguments->hit, 1, 0)),
                         static_cast<int>(RTCHitN_primID(arguments->hit, 1, 0))};
     const float t = RTCRayN_tfar(arguments->ray, 1, 0);
-    bool accept = id != (*query.excluded)[0] && id != (*query.excluded)[1];
-    if (accept && t == query.nearest_t) {
+    bool accept = true;
+    if (t == query.nearest_t) {
         accept = std::tie(id.instance, id.triangle) < std::tie(query.nearest.instance, query.nearest.triangle);
     }
     if (accept && query.tracer->placed(id.instance).alpha_tested) {
@@ -143,12 +140,11 @@ void Tracer::attach(int index) {
     rtcReleaseGeometry(geometry);
 }
 
-std::optional<ReferenceHit> Tracer::closest_hit(const ReferenceRay& ray, const AlphaTest& alpha,
-                                                const Excluded& excluded) const {
+std::optional<ReferenceHit> Tracer::closest_hit(const ReferenceRay& ray, const AlphaTest& alpha) const {
     const Prepared32 prepared = to_float(ray, radius_);
     RTCRayHit hit{prepared.ray, {}};
     hit.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    Query query(*this, excluded, alpha);
+    Query query(*this, alpha);
     query.context.filter = filter;
     rtcIntersect1(geometry_.get(), &query.context, &hit);
     if (hit.hit.geomID == RTC_INVALID_GEOMETRY_ID) return std::nullopt;
@@ -156,9 +152,9 @@ std::optional<ReferenceHit> Tracer::closest_hit(const ReferenceRay& ray, const A
                         static_cast<int>(hit.hit.primID)};
 }
 
-bool Tracer::occluded(const ReferenceRay& ray, const AlphaTest& alpha, const Excluded& excluded) const {
+bool Tracer::occluded(const ReferenceRay& ray, const AlphaTest& alpha) const {
     Prepared32 prepared = to_float(ray, radius_);
-    Query query(*this, excluded, alpha);
+    Query query(*this, alpha);
     query.context.filter = filter;
     rtcOccluded1(geometry_.get(), &query.context, &prepared.ray);
     return prepared.ray.tfar < 0;

@@ -21,9 +21,6 @@ struct TriangleId {
     bool operator==(const TriangleId&) const = default;
 };
 
-/// Triangles that a ray cannot meet because it starts or ends on them: exact where an offset can only bound.
-using Excluded = std::array<TriangleId, 2>;
-
 /// One instance as it lies in the world.
 struct Placed {
     const Mesh* mesh = nullptr;
@@ -40,9 +37,8 @@ class Tracer {
   public:
     explicit Tracer(const Scene& scene);  ///< Keeps a reference.
 
-    std::optional<ReferenceHit> closest_hit(const ReferenceRay& ray, const AlphaTest& alpha,
-                                            const Excluded& excluded = {}) const;
-    bool occluded(const ReferenceRay& ray, const AlphaTest& alpha, const Excluded& excluded = {}) const;
+    std::optional<ReferenceHit> closest_hit(const ReferenceRay& ray, const AlphaTest& alpha) const;
+    bool occluded(const ReferenceRay& ray, const AlphaTest& alpha) const;
 
     const Scene& scene() const { return scene_; }
     const dvec3& origin() const { return origin_; }

@@ -190,6 +190,26 @@ TEST(ReferenceBsdf, SamplesFollowTheirDensity) {
     }
 }
 
+TEST(ReferenceBsdf, NothingWhereTheSidesOfNormalsDiffer) {
+    const dvec3 n = normalize(dvec3(1, 0, 1)), wo = normalize(dvec3(0.5, 0.2, 1));
+    const BsdfParameters everything{
+        .metallic = 0.3, .roughness = 0.7, .clearcoat = 1, .clearcoat_roughness = 0.5, .transmission = 0.5};
+    const Bsdf bsdf(everything, wo, kUp, n, n);
+    for (const dvec3& wi :
+         {normalize(dvec3(1, 0, -0.2)), normalize(dvec3(-1, 0, 0.2))}) {  // above one, below the other
+        const Bsdf::Value value = bsdf.evaluate(wi);
+        EXPECT_EQ(value.diffuse, dvec3(0));
+        EXPECT_EQ(value.glossy, dvec3(0));
+        EXPECT_EQ(value.pdf_diffuse + value.pdf_glossy, 0);
+    }
+    EXPECT_GT(bsdf.evaluate(normalize(dvec3(1, 0, 0.2))).diffuse.x, 0);
+    EXPECT_GT(bsdf.evaluate(normalize(dvec3(-1, 0, -0.2))).glossy.x, 0);
+    // The coat goes by its own normal.
+    const Bsdf coat(everything, wo, kUp, n, kUp);
+    EXPECT_GT(coat.evaluate(normalize(dvec3(-1, 0, 0.2))).glossy.x, 0);
+    EXPECT_EQ(coat.evaluate(normalize(dvec3(-1, 0, 0.2))).diffuse.x, 0);
+}
+
 TEST(ReferenceBsdf, MirrorsReflectAndPassStraight) {
     const dvec3 wo = direction_at(0.6, 0.4);
     const Bsdf metal({.base_color = {0.9, 0.5, 0.2}, .roughness = 0}, wo, kUp, kUp, kUp);
