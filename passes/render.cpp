@@ -51,14 +51,16 @@ void check(const RenderSettings& s) {
     }
 }
 
-/// The largest band of whole block rows whose buffers any driver limit allows.
+/// The largest band of whole block rows whose buffers and textures any driver limit allows.
 Band first_band(const RenderSettings& s, const SceneBuffers& scene, const gpu::Limits& limits) {
     // The widest records by path: the G-buffer's, and six doubles of sums.
     const std::size_t record = std::max(scene.surface_record_bytes(), 6 * sizeof(double));
     const std::size_t paths = std::min(kBandPaths, limits.storage_block_bytes / record);
     const std::size_t row_paths = (static_cast<std::size_t>(s.width) + 15) / 16 * 256;  // of a row of blocks
+    if (s.width > limits.texture_size)
+        throw Error("render settings", "{} pixels wide: the driver takes {}", s.width, limits.texture_size);
     const auto rows = static_cast<int>(std::max<std::size_t>(paths / row_paths, 1)) * 16;
-    return {{s.width, s.height}, 0, std::min(rows, s.height)};
+    return {{s.width, s.height}, 0, std::min({rows, limits.texture_size / 16 * 16, s.height})};
 }
 
 /// Distance within which the camera sees everything there is; 1 for an empty scene.
