@@ -2,6 +2,7 @@
 #include "shaders/lib/alpha.glsl"
 #include "shaders/lib/environment.glsl"
 #include "shaders/lib/offset.glsl"
+#include "shaders/lib/onb.glsl"
 #include "shaders/lib/sampling.glsl"
 #include "shaders/shared/light.h"
 #include "shaders/shared/rays.h"
@@ -21,9 +22,7 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     vec4 edge2_bound = texelFetch(scene_lights, row + 2);
     vec2 at = sample_triangle(xi);
     vec3 point = head.xyz + at.x * edge1_triangle.xyz + at.y * edge2_bound.xyz;
-    vec3 extent = max(abs(edge1_triangle.xyz), abs(edge2_bound.xyz));
-    float scale = 1.0 / max(max(extent.x, extent.y), max(extent.z, 1e-30));  // see face_vector
-    vec3 face = cross(edge1_triangle.xyz * scale, edge2_bound.xyz * scale);
+    vec3 face = face_vector(edge1_triangle.xyz, edge2_bound.xyz);
     vec3 normal = face * inversesqrt(max(dot(face, face), 1e-30));
     vec3 to_light = point - position;
     normal = dot(normal, to_light) > 0.0 ? -normal : normal;

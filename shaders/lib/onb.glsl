@@ -1,4 +1,11 @@
-// Orthonormal bases and the sphere.
+// Normals, orthonormal bases, the sphere.
+
+// Perpendicular to two edges, of no particular length. Scaling first keeps products of four lengths within a float.
+vec3 face_vector(vec3 e1, vec3 e2) {
+    vec3 extent = max(abs(e1), abs(e2));
+    float scale = 1.0 / max(max(extent.x, extent.y), max(extent.z, 1e-30));
+    return cross(e1 * scale, e2 * scale);
+}
 
 // Columns: two tangents and n. Continuous except at n.z = 0 (Duff et al. 2017, Building an Orthonormal Basis, Revisited).
 mat3 basis_around(vec3 n) {

@@ -1,5 +1,6 @@
 // Geometry at a hit. Needs shaders/scene_tables.glsl.
 #include "shaders/lib/offset.glsl"
+#include "shaders/lib/onb.glsl"
 #include "shaders/lib/vertex.glsl"
 #include "shaders/shared/rays.h"
 
@@ -20,13 +21,6 @@ struct Surface {
     vec4 color;
 #endif
 };
-
-// Perpendicular to two edges, of no particular length. Scaling first keeps products of four lengths within a float.
-vec3 face_vector(vec3 e1, vec3 e2) {
-    vec3 extent = max(abs(e1), abs(e2));
-    float scale = 1.0 / max(max(extent.x, extent.y), max(extent.z, 1e-30));
-    return cross(e1 * scale, e2 * scale);
-}
 
 // direction: of the ray that hit, of any length; wo = -direction. Precondition: the hit is no miss.
 Surface surface_at(Hit hit, vec3 direction) {
