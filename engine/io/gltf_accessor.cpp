@@ -10,7 +10,7 @@ namespace halflight {
 namespace {
 
 // An accessor without data is all zeros, of any count that it likes. Only sparse ones have a use for that.
-constexpr std::size_t kMaxZeros = std::size_t{1} << 26;
+constexpr std::size_t kMaxZeros = std::size_t{1} << 24;
 
 std::string name(int accessor) {
     return fmt::format("accessors[{}]", accessor);

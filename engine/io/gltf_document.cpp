@@ -110,7 +110,7 @@ struct BufferFiles {
     std::vector<std::uint64_t> byte_lengths{};
 
     /// Length of a buffer that no URI and no chunk stand for, which is allowed as long as nobody reads it. tinygltf
-    /// wants a byte of it; whoever asks for more is told that it ends there.
+    /// wants a byte of it all the same.
     static constexpr std::uint64_t kNothing = 0;
 
     static std::string name(std::size_t buffer) { return std::to_string(buffer); }

@@ -103,7 +103,12 @@ void GltfMeshes::add_primitive(Mesh& mesh, Source source, std::span<const double
     morph(part, source, weights);
     apply_pose(part, source, pose);
     finish(part, source);
-    append(mesh, part);
+    if (mesh.triangles.empty()) {
+        part.name = mesh.name;
+        mesh = std::move(part);  // large meshes mostly have one primitive: spare them the copy
+    } else {
+        append(mesh, part);
+    }
 }
 
 std::vector<uvec3> GltfMeshes::read_triangles(Source& source) {
@@ -154,11 +159,13 @@ void GltfMeshes::read_attributes(Mesh& part, const Source& source) {
     const std::array<int, 2> sets = source.material ? source.material->uv_sets : std::array{0, 1};
     for (std::size_t set = 0; set < 2; ++set) {
         part.uvs[set] = read<vec2>(source, fmt::format("TEXCOORD_{}", sets[set]));
+        bool mended = false;
         for (vec2& uv : part.uvs[set]) {
             if (all_finite(vec3(uv, 0))) continue;
-            document_.warnings.add("texture coordinates are not finite, taken as 0", source.element);
             uv = vec2(0);
+            mended = true;
         }
+        if (mended) document_.warnings.add("texture coordinates are not finite, taken as 0", source.element);
     }
     if (source.material) {
         for_each_texture(source.material->material, [&](const TextureRef& t) {
@@ -176,12 +183,14 @@ void GltfMeshes::read_attributes(Mesh& part, const Source& source) {
     } else {
         part.colors = read<vec4>(source, "COLOR_0", true);
     }
+    bool mended = false;
     for (vec4& c : part.colors) {
-        // NaN fails every comparison, so that it comes out as 1.
+        // NaN is not equal to itself and comes out as 1.
         const vec4 clamped = glm::mix(vec4(1), glm::clamp(c, 0.0f, 1.0f), glm::equal(c, c));
-        if (clamped != c) document_.warnings.add("vertex colours are outside [0, 1], clamped", source.element);
+        mended = mended || clamped != c;
         c = clamped;
     }
+    if (mended) document_.warnings.add("vertex colours are outside [0, 1], clamped", source.element);
 }
 
 void GltfMeshes::morph(Mesh& part, const Source& source, std::span<const double> weights) {
@@ -201,6 +210,10 @@ void GltfMeshes::morph(Mesh& part, const Source& source, std::span<const double>
     for (std::size_t i = 0; i < std::min(targets.size(), weights.size()); ++i) {
         const auto weight = static_cast<float>(weights[i]);
         if (weight == 0) continue;
+        for (const auto& [attribute, accessor] : targets[i]) {
+            if (attribute != "POSITION" && attribute != "NORMAL" && attribute != "TANGENT")
+                document_.warnings.add(fmt::format("morphing of {} is not supported", attribute), source.element);
+        }
         add(part.positions, targets[i], "POSITION", weight);
         add(part.normals, targets[i], "NORMAL", weight);
         add(part.tangents, targets[i], "TANGENT", weight);

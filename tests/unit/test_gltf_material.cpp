@@ -302,8 +302,25 @@ TEST_F(GltfMaterials, ATextureWithoutAnImageThatWeCanReadIsLeftOut) {
                                         "textures[0]: has no PNG or JPEG image, it is not used"}));
 }
 
+using GltfSky = GltfTest;
 using GltfLight = GltfTest;
 using GltfCamera = GltfTest;
+
+TEST_F(GltfSky, InsideTheFile) {
+    GltfBuilder b;
+    EXPECT_TRUE(load(b).environment.black());
+    b.json["extensionsUsed"] = {"HALFLIGHT_environment"};
+    b.json["extensions"]["HALFLIGHT_environment"]["color"] = {0.5, 1, 2};
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.environment.color, vec3(0.5f, 1, 2));
+    EXPECT_TRUE(scene.environment.map.pixels.empty() && scene.report.warnings.empty());
+    b.json["extensions"]["HALFLIGHT_environment"]["color"] = {0.5, -1, 2};
+    EXPECT_EQ(refusal(b), "extensions.HALFLIGHT_environment: color is negative or not finite");
+    b.json["extensions"]["HALFLIGHT_environment"]["color"] = {0.5, 1e200, 2};
+    EXPECT_EQ(refusal(b), "extensions.HALFLIGHT_environment: color is negative or not finite");
+    b.json["extensions"]["HALFLIGHT_environment"].erase("color");
+    EXPECT_NE(refusal(b), "");
+}
 
 TEST_F(GltfLight, OfEveryType) {
     GltfBuilder b;

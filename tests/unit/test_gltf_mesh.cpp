@@ -287,6 +287,15 @@ TEST_F(GltfDeformed, MorphTargetsAtTheirDefaultWeights) {
     EXPECT_EQ(scene.meshes[1].normals[0], vec3(1, 0, 0));
 }
 
+TEST_F(GltfDeformed, WhatCannotBeMorphedIsSaid) {
+    GltfBuilder b;
+    b.add_triangle()["targets"] = {{{"COLOR_0", b.floats("VEC3", std::vector<float>(9, 0))}}};
+    EXPECT_TRUE(load(b).report.warnings.empty()) << "its weight is zero";
+    b.json["meshes"][0]["weights"] = {1};
+    EXPECT_EQ(load(b).report.warnings,
+              (std::vector<std::string>{"meshes[0].primitives[0]: morphing of COLOR_0 is not supported"}));
+}
+
 /// A triangle whose corners follow joint 0, joint 1, and both.
 GltfBuilder skinned() {
     GltfBuilder b;
