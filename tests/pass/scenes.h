@@ -21,6 +21,14 @@ Camera spot_camera(const dvec3& at, const dvec3& towards_camera, double size);
 /// A floor of 2000 x 2000 at y = 0.
 Scene floor_scene(const Material& material);
 
+/// What the scenes of scenes/ have little of, each with a camera: every texture slot, wrap and transform, with normal
+/// maps, vertex colours and an environment map;
+Scene textured_scene();
+/// masked and blended curtains, one of which glows, in the light of lamps and sky;
+Scene curtain_scene();
+/// pyramids turned, scaled and mirrored, one of them emissive, under all kinds of punctual lights.
+Scene instanced_scene();
+
 /// Closed box [-1, 1]^3, all walls of one material, and a camera in it that sees no symmetry.
 Scene closed_box(const Material& material);
 Camera camera_in_box();

@@ -143,5 +143,29 @@ TEST_F(ImageTest, Room) {
     expect_agreement(scene, {.name = "room", .camera = scene.cameras[0]});
 }
 
+TEST_F(ImageTest, Textures) {
+    const Scene scene = textured_scene();
+    expect_agreement(scene, {.name = "textures", .camera = scene.cameras[0], .bounces = 4});
+}
+
+TEST_F(ImageTest, MaskAndBlend) {
+    const Scene scene = curtain_scene();
+    expect_agreement(scene, {.name = "curtains", .camera = scene.cameras[0], .bounces = 4});
+}
+
+TEST_F(ImageTest, Instances) {
+    const Scene scene = instanced_scene();
+    expect_agreement(scene, {.name = "instances", .camera = scene.cameras[0], .bounces = 4});
+}
+
+TEST_F(ImageTest, OrthographicFarFromTheOrigin) {
+    Scene scene = instanced_scene();
+    const dvec3 away(3e5, -1e5, 2e5);
+    for (Instance& i : scene.instances) i.object_to_world[3] += dvec4(away, 0);
+    for (PunctualLight& l : scene.lights) l.position += away;
+    scene.cameras[1].camera_to_world[3] += dvec4(away, 0);
+    expect_agreement(scene, {.name = "orthographic", .camera = scene.cameras[1], .bounces = 2});
+}
+
 }  // namespace
 }  // namespace halflight::test
