@@ -1,6 +1,7 @@
 // Materials, textures, images, lights and cameras out of glTF.
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <numbers>
 
 #include "engine/io/files.h"
@@ -30,7 +31,14 @@ class GltfMaterials : public GltfTest {
 
     /// Index of a texture whose image is a new file.
     int texture(const std::string& uri, std::vector<std::uint8_t> rgba = {255, 255, 255, 255}) {
-        write_png(folder_ / uri, static_cast<int>(rgba.size() / 4), 1, 4, rgba);
+        // write_png() waits for the disk, so that each picture is written by it only once.
+        static std::map<std::vector<std::uint8_t>, std::string> encoded;
+        std::string& bytes = encoded[rgba];
+        if (bytes.empty()) {
+            write_png(folder_ / uri, static_cast<int>(rgba.size() / 4), 1, 4, rgba);
+            bytes = read_file(folder_ / uri, 10000);
+        }
+        write(uri, bytes);
         return b.push("textures", {{"source", b.push("images", {{"uri", uri}})}});
     }
     Scene load() { return GltfTest::load(b); }
