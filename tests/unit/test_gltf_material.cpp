@@ -32,8 +32,8 @@ class GltfMaterials : public GltfTest {
     /// Index of a texture whose image is a new file.
     int texture(const std::string& uri, std::vector<std::uint8_t> rgba = {255, 255, 255, 255}) {
         // write_png() waits for the disk, so that each picture is written by it only once.
-        static std::map<std::vector<std::uint8_t>, std::string> encoded;
-        std::string& bytes = encoded[rgba];
+        static std::map<std::string, std::string> encoded;
+        std::string& bytes = encoded[std::string(rgba.begin(), rgba.end())];
         if (bytes.empty()) {
             write_png(folder_ / uri, static_cast<int>(rgba.size() / 4), 1, 4, rgba);
             bytes = read_file(folder_ / uri, 10000);
