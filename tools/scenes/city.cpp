@@ -2,6 +2,7 @@
 #include "tools/scenes/city.h"
 
 #include <algorithm>
+#include <cassert>
 #include <memory>
 
 #include "engine/core/error.h"
@@ -72,9 +73,10 @@ struct District {
     Bounds bounds;
 };
 
-std::vector<District> districts(const City& city, std::uint64_t triangles) {
-    // Small enough for one part to hold many, large enough for the JSON to stay small.
-    const std::uint64_t target = std::max<std::uint64_t>(65536, triangles / 256);
+std::vector<District> districts(const City& city, const CityOptions& options) {
+    // Large enough for the JSON to stay small; at 60 bytes a triangle, small enough for a part to hold some.
+    const std::uint64_t target =
+        std::min(std::max<std::uint64_t>(65536, options.triangles / 256), options.part_bytes / (4 * 60));
     std::vector<District> result;
     for (std::size_t i = 0; i < city.plan.size(); ++i) {
         if (result.empty() || result.back().triangles >= target) result.push_back({i, i, 0, kDistrictJson, {}});
@@ -164,8 +166,8 @@ void add_views(Document& document, const Bounds& bounds) {
     land.material(kLandMaterial).quad({-out, -0.05, out}, {out, -0.05, out}, {out, -0.05, -out}, {-out, -0.05, -out});
     document.node("land", document.mesh(land.take()));
     const double reach = std::min<double>(std::max(bounds.upper.x, bounds.upper.z), 500);
-    document.sun("sun", {-0.8, 0.62, 0.17}, {1, 0.92, 0.80}, 7);
-    document.sky({0.55, 0.72, 1.0});
+    document.sun("sun", {-0.55, 0.78, 0.16}, {1, 0.92, 0.80}, 10);
+    document.sky({0.8, 1.05, 1.45});
     document.camera("street", {-4.5, 1.7, 3.5}, {30, 5.5, 0.5}, 55, 16.0 / 9);
     document.camera("aerial", {-0.75 * reach, 60 + 0.35 * reach, 0.95 * reach}, {0.1 * reach, 0, -0.05 * reach}, 38,
                     16.0 / 9);
@@ -188,12 +190,14 @@ void write_parts(const std::filesystem::path& path, const std::shared_ptr<const 
         Document document = start();
         if (number == 0) add_views(document, whole);
         Bounds bounds;
-        const std::size_t first = next;
-        for (; next < all.size() && (next == first || document.bytes() + all[next].bytes + kFixedJson <= part_bytes);
-             ++next) {
+        [[maybe_unused]] const std::size_t first = next;
+        std::uint64_t bytes = kFixedJson;
+        for (; next < all.size() && bytes + all[next].bytes <= part_bytes; ++next) {
+            bytes += all[next].bytes;
             add_district(document, city, all[next], next);
             bounds.add(all[next].bounds);
         }
+        assert(next > first);  // districts() makes none that is too large for a part
         const std::string name = part_name(path, number);
         document.write(path.parent_path() / name);
         index["parts"].push_back({{"uri", name},
@@ -241,7 +245,7 @@ std::uint64_t write_city(const std::filesystem::path& path, const CityOptions& o
     const std::shared_ptr<const City> city =
         make_city(models, city_plan(models, options.triangles - std::min(options.triangles, kLandTriangles)),
                   city_materials().size());
-    const std::vector<District> all = districts(*city, options.triangles);
+    const std::vector<District> all = districts(*city, options);
     Bounds whole;
     std::uint64_t triangles = kLandTriangles, bytes = 0;
     for (const District& district : all)

@@ -64,7 +64,8 @@ class Document {
     void camera(const std::string& name, const dvec3& from, const dvec3& at, double vertical_fov, double aspect);
     /// `toward` points from the scene to the sun; lux is what a surface facing it receives.
     void sun(const std::string& name, const dvec3& toward, const dvec3& color, double lux);
-    /// Constant radiance from all around: this project's extension HALFLIGHT_environment, since glTF has nothing for it.
+    /// Constant radiance from all around: this project's extension HALFLIGHT_environment, since glTF has nothing for
+    /// it.
     void sky(const dvec3& radiance);
 
     /// For meshes that are produced while writing: shape, bounds and byte counts are known, the bytes come later.

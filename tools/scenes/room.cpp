@@ -123,7 +123,7 @@ Document room() {
 
     // A bright sky's worth of light outside, high up, so that its patch falls on floor and table.
     MeshBuilder panel("panel outside");
-    panel.material(document.material(light("panel", {165, 171, 180})))
+    panel.material(document.material(light("panel", {420, 435, 460})))
         .frame(move(-3.2, 2.65, -0.5) * turn_y(90) * turn_x(40));
     panel.quad({-0.6, -0.4, 0}, {0.6, -0.4, 0}, {0.6, 0.4, 0}, {-0.6, 0.4, 0});
     place(panel.take());

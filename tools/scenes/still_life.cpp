@@ -145,9 +145,9 @@ Document still_life() {
     place(ball("jade ball", add(glossy("jade", {0.10, 0.42, 0.22}, 0.2)), 0.09), move(0.40, 0, -0.42));
 
     const dvec3 middle(0, 0.1, 0);
-    place(panel("key light", add(light("key light", {22, 20.2, 17.6})), {-1.15, 1.25, 0.95}, middle, 0.8, 0.6));
-    place(panel("rim light", add(light("rim light", {10, 11.8, 14.5})), {1.3, 0.75, 0.25}, middle, 0.18, 1.0));
-    document.sky({0.10, 0.11, 0.13});
+    place(panel("key light", add(light("key light", {38, 35, 30.5})), {-1.15, 1.25, 0.95}, middle, 0.8, 0.6));
+    place(panel("rim light", add(light("rim light", {17, 20, 25})), {1.3, 0.75, 0.25}, middle, 0.18, 1.0));
+    document.sky({0.18, 0.20, 0.24});
     document.camera("camera", {0.10, 0.50, 1.60}, {0.015, 0.175, 0}, 23, 16.0 / 9);
     return document;
 }
