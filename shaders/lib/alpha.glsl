@@ -32,7 +32,7 @@ Coverage coverage_at(uint triangle, float u, float v) {
 #endif
 
 // Whether a ray that meets the triangle at barycentrics (u, v) hits it; the same for a ray whatever was met before.
-// key: ray_key(). True for opaque triangles. Blend accepts u < alpha for a u in [0, 1), so alpha 1 always, alpha 0 never.
+// key: ray_key(). True for opaque triangles. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never.
 bool alpha_accept(uint triangle, uint instance, float u, float v, uint key) {
 #ifdef HALFLIGHT_ALPHA
     Coverage c = coverage_at(triangle, u, v);

@@ -4,7 +4,7 @@
 #include "shaders/shared/environment.h"
 #include "shaders/shared/word.h"
 
-// u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi; by atan also for v, since acos loses half of the bits at the poles.
+// u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi, by atan too, since acos loses half of its bits at the poles.
 vec2 environment_uv(vec3 d) {
     float around = length(d.xz);
     return vec2(around > 0.0 ? atan(d.z, d.x) * 0.159154943092 + 0.5 : 0.5, atan(around, d.y) * 0.318309886184);

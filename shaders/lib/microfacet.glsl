@@ -1,4 +1,4 @@
-// Isotropic GGX (Trowbridge-Reitz) with the height-correlated Smith term. alpha in [1e-4, 1], cosines > 0, float throughout.
+// Isotropic GGX (Trowbridge-Reitz) with the height-correlated Smith term; alpha in [1e-4, 1].
 #include "shaders/shared/albedo.h"
 
 float pow5(float v) { return v * v * v * v * v; }
@@ -62,7 +62,8 @@ vec2 ggx_albedo(float cosine, float alpha) {
     vec2 f = at - cell;
     ivec2 c = ivec2(cell);
     vec2 low = mix(texelFetch(albedo_table, c, 0).rg, texelFetch(albedo_table, c + ivec2(1, 0), 0).rg, f.x);
-    vec2 high = mix(texelFetch(albedo_table, c + ivec2(0, 1), 0).rg, texelFetch(albedo_table, c + ivec2(1, 1), 0).rg, f.x);
+    ++c.y;
+    vec2 high = mix(texelFetch(albedo_table, c, 0).rg, texelFetch(albedo_table, c + ivec2(1, 0), 0).rg, f.x);
     vec2 entry = mix(low, high, f.y);
     float edge = entry.x * clamp(mirror + entry.y, 0.0, 1.0);
     return vec2(entry.x - edge, edge);

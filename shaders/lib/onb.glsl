@@ -7,7 +7,7 @@ vec3 face_vector(vec3 e1, vec3 e2) {
     return cross(e1 * scale, e2 * scale);
 }
 
-// Columns: two tangents and n. Continuous except at n.z = 0 (Duff et al. 2017, Building an Orthonormal Basis, Revisited).
+// Columns: two tangents and n (Duff et al. 2017, Building an Orthonormal Basis, Revisited).
 mat3 basis_around(vec3 n) {
     float s = n.z >= 0.0 ? 1.0 : -1.0;
     float a = -1.0 / (s + n.z);

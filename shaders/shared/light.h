@@ -1,20 +1,20 @@
 // Lights: rows, alias table, and which light a triangle is.
 //
 // Rows (UNIT_LIGHTS, RGBA32F), kLightStride texels per light; kinds and indices are words (word.h):
-//              triangle                        point, spot, directional            environment
-//   texel 0    corner 0, kind                  position, kind                      -, kind
-//   texel 1    edge to corner 1, triangle      direction of travel, cos(outer)     -
-//   texel 2    edge to corner 2, error bound   1 / max(cos(inner) - cos(outer), 0.001), -, -, -   -
-//   texel 3    emission, density per area      intensity, probability              -, probability
+//              triangle                        point, spot, directional          environment
+//   texel 0    corner 0, kind                  position, kind                    -, kind
+//   texel 1    edge to corner 1, triangle      direction of travel, cos(outer)   -
+//   texel 2    edge to corner 2, error bound   1 / (cos(inner) - cos(outer)), -  -
+//   texel 3    emission, density per area      intensity, probability            -, probability
 // Positions are relative to TraceTables::origin. "Density per area" is the light's probability over its area; the error
 // bound says how far, in world units, the triangle may lie off its row's plane in the tracer's arithmetic.
 //
-// Alias table (UNIT_LIGHT_ALIAS, RG32F; Walker 1977), one entry per light: keep this one where a uniform number is below
-// x, else take light y (a word).
+// Alias table (UNIT_LIGHT_ALIAS, RG32F; Walker 1977), one entry per light: keep this one where a uniform number is
+// below x, else take light y (a word).
 //
-// Light of a triangle (UNIT_LIGHT_OF_TRIANGLE, R32UI): entry t of the first triangle_count is the rank of table triangle t
-// among the emissive ones of its block, kNoLight for the others; with HALFLIGHT_INSTANCES entry triangle_count + i is the
-// first light of block instance i. The light is the sum of the two.
+// Light of a triangle (UNIT_LIGHT_OF_TRIANGLE, R32UI): entry t of the first triangle_count is the rank of triangle t
+// among the emissive ones of its block, kNoLight for the others; with HALFLIGHT_INSTANCES entry triangle_count + i is
+// the first light of block instance i. The light is the sum of the two.
 #ifndef HALFLIGHT_SHARED_LIGHT_H
 #define HALFLIGHT_SHARED_LIGHT_H
 

@@ -28,7 +28,9 @@ HALFLIGHT_SHARED_FUNCTION uint hash_u32(uint v) {
 }
 
 // Order matters.
-HALFLIGHT_SHARED_FUNCTION uint hash_combine(uint seed, uint v) { return hash_u32(seed ^ (v * 0x9e3779b9u + 0x85ebca6bu)); }
+HALFLIGHT_SHARED_FUNCTION uint hash_combine(uint seed, uint v) {
+    return hash_u32(seed ^ (v * 0x9e3779b9u + 0x85ebca6bu));
+}
 
 // Nested uniform scrambling of a bit-reversed number: every bit is flipped by a hash of the bits below it.
 HALFLIGHT_SHARED_FUNCTION uint scramble_reversed(uint v, uint seed) {
@@ -39,8 +41,8 @@ HALFLIGHT_SHARED_FUNCTION uint scramble_reversed(uint v, uint seed) {
     return v ^ (v * 0x53a22864u);
 }
 
-// Second Sobol dimension, bit-reversed. Its generator matrix is Pascal's triangle modulo 2 (Sobol 1967), which by Lucas'
-// theorem is the fifth Kronecker power of (1 1; 0 1): one butterfly stage for each factor instead of 32 columns.
+// Second Sobol dimension, bit-reversed. Its generator matrix is Pascal's triangle modulo 2 (Sobol 1967), by Lucas'
+// theorem the fifth Kronecker power of (1 1; 0 1): one butterfly stage for each factor instead of 32 columns.
 HALFLIGHT_SHARED_FUNCTION uint sobol_second_reversed(uint index) {
     index ^= (index >> 1) & 0x55555555u;
     index ^= (index >> 2) & 0x33333333u;
@@ -89,7 +91,9 @@ HALFLIGHT_SHARED_FUNCTION SampleBits sample_2d_bits(Sampler s, uint dimension) {
 // [0, 1) in steps of 2^-24, so that it never rounds up to 1.
 HALFLIGHT_SHARED_FUNCTION float unit_float(uint bits) { return float(bits >> 8) * (1.0f / 16777216.0f); }
 
-HALFLIGHT_SHARED_FUNCTION float sample_1d(Sampler s, uint dimension) { return unit_float(sample_1d_bits(s, dimension)); }
+HALFLIGHT_SHARED_FUNCTION float sample_1d(Sampler s, uint dimension) {
+    return unit_float(sample_1d_bits(s, dimension));
+}
 
 HALFLIGHT_SHARED_FUNCTION vec2 sample_2d(Sampler s, uint dimension) {
     SampleBits bits = sample_2d_bits(s, dimension);

@@ -328,8 +328,9 @@ TEST_F(ShadingBsdf, EverythingStaysFiniteAndNonNegative) {
                                 max(max(v.glossy.x, v.diffuse.x), max(g.weight.x, d.weight.x)));
             bad += smallest >= 0.0 && largest < 1e30 ? 0.0 : 1.0;  // false for NaN
             worst = max(worst, max(g.weight.x, d.weight.x));
-            bool leaks = dot(wi, b.geometric_normal) * dot(wi, b.normal) <= 0.0 && dot(v.diffuse + v.glossy, vec3(1.0)) > 0.0;
-            bad += leaks && b.coat == 0.0 ? 1.0 : 0.0;
+            bool is_dark = v.diffuse + v.glossy == vec3(0.0);
+            bool between = dot(wi, b.geometric_normal) * dot(wi, b.normal) <= 0.0;  // the sides of n_g and n
+            bad += between && !is_dark && b.coat == 0.0 ? 1.0 : 0.0;
         }
         result[0] = vec4(bad, worst, b.p_diffuse, b.p_coat + b.p_transmission);
     )",

@@ -167,7 +167,8 @@ TEST_F(ShadingLights, DensitiesAndShadowRays) {
                     stopped += hit.t < ray.t_max && hit.t > 0.999 ? 1.0 : 0.0;
                     if (hit.triangle != kMiss && hit.t >= ray.t_max && hit.t < 1.001) {
                         Surface surface = surface_at(hit, ray.direction);
-                        float pdf = light_pdf(hit, s.direction, distance(p, surface.position), surface.geometric_normal);
+                        float far = distance(p, surface.position);
+                        float pdf = light_pdf(hit, s.direction, far, surface.geometric_normal);
                         worst = max(worst, abs(pdf / s.pdf - 1.0));
                     } else {
                         unmatched += hit.t > 0.999 ? 1.0 : 0.0;
@@ -366,7 +367,8 @@ TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
         const auto found = shading.run(kLibrary, R"(
             // Independent numbers: chi-square wants them.
             uint seed = hash_combine(hash_u32(i), 77u);
-            LightSample s = sample_light(vec3(0.0), seed, vec2(unit_float(hash_combine(seed, 1u)), unit_float(hash_combine(seed, 2u))));
+            vec2 xi = vec2(unit_float(hash_combine(seed, 1u)), unit_float(hash_combine(seed, 2u)));
+            LightSample s = sample_light(vec3(0.0), seed, xi);
             result[0] = vec4(s.direction, s.pdf);
             result[1] = vec4(s.weight * s.pdf - environment_radiance(s.direction), environment_pdf(s.direction));
             result[2] = vec4(s.weight, 0.0);

@@ -1,11 +1,11 @@
 // Sobol points: stratification, uniformity, and the same bits on CPU and GPU.
 #include <gtest/gtest.h>
 
-#include <bit>
 #include <cmath>
 #include <set>
 
 #include "shaders/shared/sobol.h"
+#include "shaders/shared/word.h"
 #include "tests/pass/shading_kernel.h"
 #include "tests/support/gpu_test.h"
 
@@ -91,19 +91,21 @@ TEST_F(ShadingSampling, GpuGivesTheBitsOfTheCpu) {
     const auto found = scene.run("#include \"shaders/lib/sobol.glsl\"", R"(
         Sampler s = make_sampler(i % 97u, 2u * (i % 97u), i, 5u);
         SampleBits bits = sample_2d_bits(s, i % 13u);
-        result[0] = uintBitsToFloat(uvec4(bits.x & 0x007fffffu, bits.y & 0x007fffffu, sample_1d_bits(s, 40u) & 0x007fffffu,
-                                          (bits.x ^ bits.y ^ sample_1d_bits(s, 41u)) >> 9));
+        // As words of shaders/shared/word.h, 29 bits each.
+        uvec4 words = uvec4(bits.x >> 3, bits.y >> 3, sample_1d_bits(s, 40u) >> 3,
+                            (bits.x ^ bits.y ^ sample_1d_bits(s, 41u)) & 0x1fffffffu);
+        result[0] = uintBitsToFloat(words | 0x40000000u);
         result[1] = vec4(sample_2d(s, 3u), sample_1d(s, 4u), unit_float(0xffffffffu));
     )",
                                  1 << 14, 2);
     for (uint i = 0; i < 1u << 14; ++i) {
         const Sampler s = sampler(i % 97, i);
         const shared::SampleBits bits = shared::sample_2d_bits(s, i % 13);
-        const auto word = [&](int k) { return std::bit_cast<uint>(found[2 * i][k]); };
-        ASSERT_EQ(word(0), bits.x & 0x007fffffu);
-        ASSERT_EQ(word(1), bits.y & 0x007fffffu);
-        ASSERT_EQ(word(2), shared::sample_1d_bits(s, 40) & 0x007fffffu);
-        ASSERT_EQ(word(3), (bits.x ^ bits.y ^ shared::sample_1d_bits(s, 41)) >> 9);
+        const auto word = [&](int k) { return shared::word_of_float(found[2 * i][k]); };
+        ASSERT_EQ(word(0), bits.x >> 3);
+        ASSERT_EQ(word(1), bits.y >> 3);
+        ASSERT_EQ(word(2), shared::sample_1d_bits(s, 40) >> 3);
+        ASSERT_EQ(word(3), (bits.x ^ bits.y ^ shared::sample_1d_bits(s, 41)) & 0x1fffffffu);
         const vec2 pair = shared::sample_2d(s, 3);
         ASSERT_EQ(found[2 * i + 1], vec4(pair, shared::sample_1d(s, 4), 0x1p0f - 0x1p-24f));
     }

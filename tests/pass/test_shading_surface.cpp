@@ -248,7 +248,8 @@ TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
             #endif
             }
             bool meets(Hit hit, vec3 origin, vec3 direction) {
-                TriangleRay ray = triangle_ray(to_block(hit.instance, origin, 1.0), to_block(hit.instance, direction, 0.0));
+                TriangleRay ray =
+            triangle_ray(to_block(hit.instance, origin, 1.0), to_block(hit.instance, direction, 0.0));
                 uvec3 corner = triangle_corners(hit.triangle);
                 vec3 a = corner_position(corner.x), b = corner_position(corner.y), c = corner_position(corner.z);
                 TriangleHit h = intersect_triangle(ray, vec3(a[ray.axes.x], b[ray.axes.x], c[ray.axes.x]),
