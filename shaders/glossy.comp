@@ -1,3 +1,3 @@
 // Sends a ray through the glossy component of the first surface where that is picked.
 #define COMPONENT_GLOSSY 1
-#include "shaders/lib/first_scatter.glsl"
+#include "shaders/first_scatter.glsl"
