@@ -1,6 +1,7 @@
 #include "engine/reference/albedo.h"
 
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -42,13 +43,15 @@ constexpr int kNodes = 64;
 
 std::array<Albedo, kNodes * kNodes> build_table() {
     std::array<Albedo, kNodes * kNodes> table;
-    tbb::parallel_for(0, kNodes, [&](int j) {
+    const auto fill_row = [&](int j) {
         const double y = double(j) / (kNodes - 1);
         for (int i = 0; i < kNodes; ++i) {
             const double x = double(i) / (kNodes - 1);
-            table[j * kNodes + i] = integrate_albedo(x * x, y * y);
+            table[j * kNodes + i] = integrate_albedo(x * x * x, y * y * y);
         }
-    });
+    };
+    // Isolated: while it waits, this thread must not take up a task of the renderer, which would want this table.
+    tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, kNodes, fill_row); });
     return table;
 }
 
@@ -112,7 +115,7 @@ Albedo integrate_albedo(double mu, double alpha) {
 Albedo directional_albedo(double mu, double alpha) {
     if (alpha < kMirrorAlpha) return mirror_albedo(mu);
     static const std::array<Albedo, kNodes* kNodes> table = build_table();
-    const Cubic x(std::sqrt(glm::clamp(mu, 0.0, 1.0))), y(std::sqrt(alpha));
+    const Cubic x(std::cbrt(glm::clamp(mu, 0.0, 1.0))), y(std::cbrt(alpha));
     Albedo sum;
     for (int j = 0; j < 4; ++j) {
         for (int i = 0; i < 4; ++i) {

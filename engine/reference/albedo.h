@@ -10,11 +10,13 @@ struct Albedo {
     double one() const { return a + b; }  ///< E_1, the albedo where nothing is absorbed.
 };
 
-/// By quadrature; error below 1e-5 for alpha >= kMirrorAlpha (test_reference_bsdf holds it against Monte Carlo).
-/// mu in [0, 1]; a mirror below kMirrorAlpha.
+/// By quadrature, within 3e-6 of the same rule with 150 times the nodes, for alpha >= kMirrorAlpha; a mirror below.
+/// mu in [0, 1].
 Albedo integrate_albedo(double mu, double alpha);
 
-/// From a table of integrate_albedo, 64 x 64 nodes over (sqrt(mu), sqrt(alpha)), cubic in between.
+/// From a table of integrate_albedo, 64 x 64 nodes over (cbrt(mu), cbrt(alpha)), cubic in between. Error of either
+/// coefficient: 2e-6 on average, at most 1.2e-4 for mu > 0.02 and roughness > 0.03, 4e-4 for roughness > 0.05; up to
+/// 1e-2 in the corner of grazing near-mirrors, roughness < 0.02 and mu < 0.001.
 Albedo directional_albedo(double mu, double alpha);
 
 }  // namespace halflight::reference
