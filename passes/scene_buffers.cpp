@@ -63,12 +63,14 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
     add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, "light of triangle", shading.light_of_triangle);
     add(UNIT_ENVIRONMENT_ALIAS, GL_RGBA32F, "environment cells", shading.environment_cells);
 
+    bind();  // for its errors
+
+    for (const Block& block : trace.blocks) draws_.push_back({block.first_triangle, block.triangle_count, 0, 0});
+    for (const BlockInstance& instance : trace.instances) ++draws_[instance.block].instance_count;
     std::uint32_t first_instance = 0;
-    for (std::uint32_t b = 0; b < trace.blocks.size(); ++b) {
-        const auto count = static_cast<std::uint32_t>(std::count_if(
-            trace.instances.begin(), trace.instances.end(), [&](const BlockInstance& i) { return i.block == b; }));
-        draws_.push_back({trace.blocks[b].first_triangle, trace.blocks[b].triangle_count, first_instance, count});
-        first_instance += count;
+    for (Draw& draw : draws_) {
+        draw.first_instance = first_instance;
+        first_instance += draw.instance_count;
     }
 
     GLuint id = 0;

@@ -16,6 +16,7 @@ namespace halflight {
 /// Immutable. Arrays that the scene does not need are not there.
 class SceneBuffers {
   public:
+    /// Throws Error where an array exceeds what the driver can address.
     SceneBuffers(const TraceTables& trace, const ShadingTables& shading);
 
     const SceneNeeds& needs() const { return needs_; }

@@ -1,6 +1,7 @@
 #include "engine/gpu/buffer.h"
 
 #include "engine/core/error.h"
+#include "engine/gpu/texture.h"
 
 namespace halflight::gpu {
 namespace {
@@ -68,6 +69,13 @@ void Buffer::bind_uniform(GLuint index) const {
 GLuint Buffer::texture(GLenum format) const {
     for (const auto& [view_format, view] : views_) {
         if (view_format == format) return view.id();
+    }
+    // Beyond the limit a driver shows the first texels and says nothing.
+    const std::size_t texels = bytes_ / static_cast<std::size_t>(format_info(format).texel_bytes);
+    GLint limit = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
+    if (texels > static_cast<std::size_t>(limit)) {
+        throw Error("buffer '" + name_ + "'", "{} texels; the driver's texture buffers end at {}", texels, limit);
     }
     GLuint view = 0;
     glCreateTextures(GL_TEXTURE_BUFFER, 1, &view);

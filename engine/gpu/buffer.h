@@ -61,7 +61,8 @@ class Buffer {
     void bind_uniform(GLuint index) const;  ///< uniform block
     /// As a texture buffer of a sized format ("samplerBuffer"): GL_RGBA32F, GL_R32UI, ...
     void bind_texture(GLuint unit, GLenum format) const;
-    /// The texture behind bind_texture, made on first use and owned by the buffer.
+    /// The texture behind bind_texture, made on first use and owned by the buffer. Throws Error where it has more
+    /// texels than the driver can address.
     GLuint texture(GLenum format) const;
 
   private:

@@ -17,17 +17,6 @@ namespace {
 
 using graph::Access;
 
-/// One texture buffer of 16-byte texels.
-template <class Texel>
-gpu::Buffer table(const char* name, const std::vector<Texel>& texels) {
-    GLint limit = 0;
-    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
-    if (texels.size() > static_cast<std::size_t>(limit)) {
-        throw Error(name, "{} texels; the driver's texture buffers end at {}", texels.size(), limit);
-    }
-    return gpu::Buffer::from(name, texels);
-}
-
 /// Rows as in shaders/shared/instances.h.
 std::vector<vec4> instance_rows(const TraceTables& tables, const PackedScene& packed) {
     std::vector<vec4> rows;
@@ -58,7 +47,7 @@ graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const Ra
 
     graph::Pass pass =
         graph.add_pass(fmt::format("{} rays: {}", name(batch.kind), any_hit ? "any hit" : "closest hit"));
-    pass.read(batch.rays, Access::storage_read);
+    pass.read(batch.rays, Access::texture_read);
     if (alpha) pass.read(batch.frame_constants, Access::uniform_read);
     if (batch.list) {
         pass.read(batch.list, Access::storage_read);
@@ -71,15 +60,15 @@ graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const Ra
     pass.execute([=, &scene](graph::Resources& r) {
         const gpu::Program& program = r.programs().compute("shaders/trace.comp", defines);
         scene.bind();
-        r.buffer(batch.rays).bind_storage(0);
-        r.buffer(results).bind_storage(1);
+        r.buffer(batch.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
+        r.buffer(results).bind_storage(0);
         if (alpha) {
             r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
             program.set("alpha_salt", batch.alpha_salt);
         }
         if (batch.list) {
-            r.buffer(batch.list).bind_storage(2);
-            r.buffer(batch.list_header).bind_storage(3);
+            r.buffer(batch.list).bind_storage(1);
+            r.buffer(batch.list_header).bind_storage(2);
             program.dispatch_indirect(r.buffer(batch.list_header));
         } else {
             program.dispatch(groups);
@@ -113,9 +102,9 @@ TraceScene::TraceScene(const TraceTables& tables, const gpu::Defines& shading)
 
 TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading)
     : alpha_tested_(tables.alpha_tested),
-      nodes_(table("hierarchy nodes", packed.nodes)),
-      triangles_(table("hierarchy triangles", packed.triangles)),
-      instances_(table("block instances", instance_rows(tables, packed))) {
+      nodes_(gpu::Buffer::from("hierarchy nodes", packed.nodes)),
+      triangles_(gpu::Buffer::from("hierarchy triangles", packed.triangles)),
+      instances_(gpu::Buffer::from("block instances", instance_rows(tables, packed))) {
     if (alpha_tested_) {
         defines_ = shading;
         const auto& values = shading.values();
@@ -134,6 +123,7 @@ TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, con
                    .stack_entries = packed.stack_entries,
                    .bytes = nodes_.bytes() + triangles_.bytes() + instances_.bytes(),
                    .build_seconds = packed.build_seconds};
+    bind();  // for its errors
 }
 
 void TraceScene::bind() const {

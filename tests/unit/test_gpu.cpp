@@ -167,6 +167,15 @@ TEST_F(BufferTest, HasOneViewPerFormat) {
     EXPECT_EQ(moved.texture(GL_RGBA32F), floats);
 }
 
+TEST_F(BufferTest, AViewBeyondTheDriversLimitIsAnErrorNamingTheBuffer) {
+    const std::size_t limit = context.limits().texture_buffer_texels;
+    if (limit > std::size_t{1} << 28) GTEST_SKIP() << "a limit of " << limit << " texels takes too much memory";
+    const Buffer buffer("texels", limit + 4);
+    const std::string message = error_message([&] { buffer.bind_texture(0, GL_R8); });
+    EXPECT_NE(message.find("'texels'"), std::string::npos) << message;
+    EXPECT_NO_THROW(buffer.bind_texture(0, GL_R32UI));
+}
+
 TEST_F(BufferTest, TooLargeIsAnErrorNamingTheBuffer) {
     const std::string message = error_message([] { Buffer("whale", std::size_t{1} << 50); });
     EXPECT_EQ(message.find("buffer 'whale': "), 0u) << message;
