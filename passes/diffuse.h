@@ -6,7 +6,6 @@
 namespace halflight {
 
 /// Sends a cosine-distributed ray from every surface at which the diffuse component was picked, and traces it.
-///
 PathList add_diffuse(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer, PathBuffers& paths);
 
 }  // namespace halflight

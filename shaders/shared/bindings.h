@@ -1,10 +1,10 @@
-// Binding points, one place for C++ and GLSL. Texture units are shared by every kernel; storage blocks 0 to 7 belong to
-// the kernel that declares them.
+// Binding points, one place for C++ and GLSL. Texture units are shared by every kernel; storage blocks belong to the
+// kernel that declares them, at most 16 (GL promises 8; accumulate.comp may take all).
 #ifndef HALFLIGHT_SHARED_BINDINGS_H
 #define HALFLIGHT_SHARED_BINDINGS_H
 
 // Texture units (texture buffers unless said otherwise).
-#define UNIT_NODES 0             // RGBA32F: BVH4 nodes of all blocks and of the top level
+#define UNIT_NODES 0             // RGBA32UI or RGBA32F: BVH4 nodes of all blocks and of the top level
 #define UNIT_TRIANGLE_VERTICES 1 // RGBA32F: triangles in leaf order
 #define UNIT_INSTANCES 2         // RGBA32F: BlockInstance rows
 #define UNIT_TRIANGLES 3         // RGBA32UI: TraceTables::triangles
@@ -24,6 +24,5 @@
 
 // Uniform blocks.
 #define BLOCK_FRAME 0            // struct Frame of shaders/shared/frame.h
-#define BLOCK_PASS 1             // a kernel's own constants
 
 #endif

@@ -8,7 +8,7 @@ namespace halflight {
 
 struct ChosenCamera {
     Camera camera;
-    std::string origin;  // "camera 'nave' of the scene", "camera of the command line", ...
+    std::string origin;  // after "camera": "'nave' of the scene", "of the command line", ...
 };
 
 /// Throws Error that lists the scene's cameras where the one asked for is not among them.
