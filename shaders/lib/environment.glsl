@@ -43,7 +43,8 @@ vec3 environment_radiance(vec3 d) {
 float environment_pdf(vec3 d) {
 #if defined(HALFLIGHT_ENVIRONMENT_MAP)
     vec2 cells = texelFetch(environment_cells, 0).xy;
-    vec2 cell = min(floor(environment_uv(d) * cells), cells - 1.0);
+    // An atan that rounds beyond pi leaves [0, 1] at either end.
+    vec2 cell = clamp(floor(environment_uv(d) * cells), vec2(0.0), cells - 1.0);
     return texelFetch(environment_cells, kEnvironmentFirstCell + int(cell.y) * int(cells.x) + int(cell.x)).z;
 #elif defined(HALFLIGHT_ENVIRONMENT)
     return texelFetch(environment_cells, 0).z * 0.0795774715459;
