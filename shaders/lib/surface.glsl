@@ -22,6 +22,15 @@ struct Surface {
 #endif
 };
 
+// Barycentric weights moved at least so far into the triangle that its edges are `distance` away; to its middle where it is
+// not that large. e1, e2: edges from the first corner.
+vec3 weights_inside(vec3 weights, vec3 e1, vec3 e2, float distance) {
+    float longest = sqrt(max(max(dot(e1, e1), dot(e2, e2)), dot(e2 - e1, e2 - e1)));
+    float doubled_area = max(length(cross(e1, e2)), 1e-30);
+    vec3 inside = max(weights, vec3(min(distance * longest / doubled_area, 1.0 / 3.0)));
+    return inside / (inside.x + inside.y + inside.z);
+}
+
 // direction: of the ray that hit, of any length; wo = -direction. Precondition: the hit is no miss.
 Surface surface_at(Hit hit, vec3 direction) {
     uvec4 triangle = triangle_row(hit.triangle);
@@ -61,17 +70,24 @@ Surface surface_at(Hit hit, vec3 direction) {
                              instance_row(hit.instance, kInstanceWorldToBlock, 1).xyz,
                              instance_row(hit.instance, kInstanceWorldToBlock, 2).xyz);
     vec4 p = vec4(s.position, 1.0);
-    vec3 world = vec3(dot(m0, p), dot(m1, p), dot(m2, p));
     // Five roundings for placing the point. Five for the tracer's way to block space, W x: the rounding of W itself and
     // four of the sums. Seen from the world they are |M| times that, and |W x| <= |W| (|world| + 2 |translation|).
     vec3 translation = abs(vec3(m0.w, m1.w, m2.w));
-    vec3 reach = abs(world) + 2.0 * translation;
+    vec3 reach = abs(vec3(dot(m0, p), dot(m1, p), dot(m2, p))) + 2.0 * translation;
     mat3 absolute_inverse = mat3(abs(inverse_rows[0]), abs(inverse_rows[1]), abs(inverse_rows[2]));
     error += rounding_bound(5.0) * (abs(s.position) + reach * absolute_inverse);
+#endif
+    // Rays that start on an edge where walls meet would pass through the other wall as often as not: the point is kept off
+    // the edges by what it may be off itself. Attributes stay those of the hit.
+    vec3 doubt = error + spread;
+    vec3 inside = weights_inside(weights, b - a, c - a, doubt.x + doubt.y + doubt.z);
+    s.position = inside.x * a + inside.y * b + inside.z * c;
+#ifdef HALFLIGHT_INSTANCES
+    p = vec4(s.position, 1.0);
     error = vec3(dot(abs(m0.xyz), error), dot(abs(m1.xyz), error), dot(abs(m2.xyz), error)) +
             rounding_bound(5.0) * translation;
     spread = vec3(dot(abs(m0.xyz), spread), dot(abs(m1.xyz), spread), dot(abs(m2.xyz), spread));
-    s.position = world;
+    s.position = vec3(dot(m0, p), dot(m1, p), dot(m2, p));
     face = inverse_rows * face;  // columns are the rows of W, so this is by its transpose
     normal = inverse_rows * normal;
 #ifdef HALFLIGHT_NORMAL_MAPS

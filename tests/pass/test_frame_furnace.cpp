@@ -97,5 +97,28 @@ TEST_F(FurnaceTest, ScenesThatLoseNothing) {
     }
 }
 
+TEST_F(FurnaceTest, ClosedWallsKeepTheSkyOut) {
+    for (const dvec3& at : {dvec3(0), dvec3(1e6, -3e5, 2e6)}) {
+        for (const bool instanced : {false, true}) {
+            Scene scene;
+            scene.environment.color = vec3(1);
+            add_box(scene, add_material(scene, diffuse_material(vec3(0.9f))), vec3(-1), {1, 1, 3});
+            const double c = std::cos(0.5), s = std::sin(0.5);
+            scene.instances[0].object_to_world =
+                dmat4(dvec4(c, s, 0, 0), dvec4(-s * c, c * c, s, 0), dvec4(s * s, -c * s, c, 0), dvec4(at, 1));
+            if (instanced) {
+                scene.instances.push_back(scene.instances[0]);
+                scene.instances[1].object_to_world[3] += dvec4(9, 9, 9, 0);
+            }
+            const Camera inside = look_at_camera(at, at + dvec3(1, 0.7, 0.2), {0, 1, 0}, 2.5);
+            const RenderResult r = render(context, scene, small_settings(inside, 64, 64, 256, 8));
+            int leaks = 0;
+            for (int y = 0; y < 64; ++y)
+                for (int x = 0; x < 64; ++x) leaks += *r.beauty.at(x, y) > 0;
+            EXPECT_EQ(leaks, 0) << "x = " << at.x << ", instanced " << instanced;
+        }
+    }
+}
+
 }  // namespace
 }  // namespace halflight::test
