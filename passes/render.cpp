@@ -104,7 +104,7 @@ struct Renderer::State {
         : context(c), scene(s), settings(std::move(r)) {
         check(settings);
         const Clock::time_point start = Clock::now();
-        trace_tables = build_trace_tables(scene);
+        trace_tables = build_trace_tables(scene, kFlattenLimit);
         buffers.emplace(trace_tables, build_shading_tables(scene, trace_tables));
         trace.emplace(trace_tables, buffers->defines());
         if (settings.want_view) view_kernel.emplace(colors.view(settings.view));

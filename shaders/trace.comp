@@ -7,20 +7,26 @@
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) readonly buffer Rays { Ray rays[]; };
+layout(binding = UNIT_FREE) uniform samplerBuffer rays;  // RGBA32F, two texels each
 #ifdef HALFLIGHT_ANY_HIT
-layout(std430, binding = 1) writeonly buffer Occluded { uint occluded[]; };
+layout(std430, binding = 0) writeonly buffer Occluded { uint occluded[]; };
 #else
-layout(std430, binding = 1) writeonly buffer Hits { Hit hits[]; };
+layout(std430, binding = 0) writeonly buffer Hits { Hit hits[]; };
 #endif
 #ifdef HALFLIGHT_LIST
-layout(std430, binding = 2) readonly buffer List { uint list[]; };
-layout(std430, binding = 3) readonly buffer Header { ListHeader header; };
+layout(std430, binding = 1) readonly buffer List { uint list[]; };
+layout(std430, binding = 2) readonly buffer Header { ListHeader header; };
 #endif
 #ifdef HALFLIGHT_ALPHA
 layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
 uniform uint alpha_salt;
 #endif
+
+Ray load_ray(uint path) {
+    vec4 origin = texelFetch(rays, int(2u * path));
+    vec4 direction = texelFetch(rays, int(2u * path + 1u));
+    return Ray(origin.xyz, origin.w, direction.xyz, direction.w);
+}
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
@@ -34,8 +40,8 @@ void main() {
     uint key = 0u;
 #endif
 #ifdef HALFLIGHT_ANY_HIT
-    occluded[path] = traverse(rays[path], key, true).triangle != kMiss ? 1u : 0u;
+    occluded[path] = traverse(load_ray(path), key, true).triangle != kMiss ? 1u : 0u;
 #else
-    hits[path] = traverse(rays[path], key, false);
+    hits[path] = traverse(load_ray(path), key, false);
 #endif
 }

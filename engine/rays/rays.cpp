@@ -47,7 +47,7 @@ graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const Ra
 
     graph::Pass pass =
         graph.add_pass(fmt::format("{} rays: {}", name(batch.kind), any_hit ? "any hit" : "closest hit"));
-    pass.read(batch.rays, Access::storage_read);
+    pass.read(batch.rays, Access::texture_read);
     if (alpha) pass.read(batch.frame_constants, Access::uniform_read);
     if (batch.list) {
         pass.read(batch.list, Access::storage_read);
@@ -60,15 +60,15 @@ graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const Ra
     pass.execute([=, &scene](graph::Resources& r) {
         const gpu::Program& program = r.programs().compute("shaders/trace.comp", defines);
         scene.bind();
-        r.buffer(batch.rays).bind_storage(0);
-        r.buffer(results).bind_storage(1);
+        r.buffer(batch.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
+        r.buffer(results).bind_storage(0);
         if (alpha) {
             r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
             program.set("alpha_salt", batch.alpha_salt);
         }
         if (batch.list) {
-            r.buffer(batch.list).bind_storage(2);
-            r.buffer(batch.list_header).bind_storage(3);
+            r.buffer(batch.list).bind_storage(1);
+            r.buffer(batch.list_header).bind_storage(2);
             program.dispatch_indirect(r.buffer(batch.list_header));
         } else {
             program.dispatch(groups);

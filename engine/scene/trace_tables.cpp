@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "engine/core/error.h"
 #include "engine/scene/tables.h"
@@ -38,7 +39,7 @@ float lowest_alpha(const Material& material, const std::vector<float>& image_alp
 
 class Builder {
   public:
-    explicit Builder(const Scene& scene) : scene_(scene) {}
+    Builder(const Scene& scene, std::size_t flatten_limit) : scene_(scene), flatten_limit_(flatten_limit) {}
 
     TraceTables build() {
         const WorldBounds world = world_bounds(scene_);
@@ -64,9 +65,25 @@ class Builder {
             shared_[i] = has_triangles(scene_.instances[i]) && well_conditioned(scene_.instances[i].object_to_world);
             if (shared_[i]) ++uses[static_cast<std::size_t>(scene_.instances[i].mesh)];
         }
+        const std::vector<char> flattened = flattened_meshes(uses);
         for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
-            shared_[i] = shared_[i] && uses[static_cast<std::size_t>(scene_.instances[i].mesh)] > 1;
+            const auto mesh = static_cast<std::size_t>(scene_.instances[i].mesh);
+            shared_[i] = shared_[i] && uses[mesh] > 1 && !flattened[mesh];
         }
+    }
+
+    std::vector<char> flattened_meshes(const std::vector<std::uint32_t>& uses) const {
+        const auto triangles = [&](std::size_t mesh) { return uses[mesh] * scene_.meshes[mesh].triangles.size(); };
+        std::vector<std::size_t> order(scene_.meshes.size());
+        std::iota(order.begin(), order.end(), std::size_t{0});
+        std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) { return triangles(a) < triangles(b); });
+        std::vector<char> flattened(scene_.meshes.size(), 0);
+        std::size_t total = 0;
+        for (const std::size_t mesh : order) {
+            if (uses[mesh] > 1) total += triangles(mesh);
+            flattened[mesh] = total <= flatten_limit_;
+        }
+        return flattened;
     }
 
     void find_alpha() {
@@ -196,6 +213,7 @@ class Builder {
     }
 
     const Scene& scene_;
+    std::size_t flatten_limit_;
     std::vector<char> shared_;        // per scene instance
     std::vector<float> image_alpha_;  // lowest of each image
     TraceTables tables_;
@@ -203,8 +221,8 @@ class Builder {
 
 }  // namespace
 
-TraceTables build_trace_tables(const Scene& scene) {
-    return Builder(scene).build();
+TraceTables build_trace_tables(const Scene& scene, std::size_t flatten_limit) {
+    return Builder(scene, flatten_limit).build();
 }
 
 TriangleSource source_of(const TraceTables& tables, std::uint32_t instance, std::uint32_t triangle) {

@@ -14,8 +14,10 @@ struct BoxRay {
     bvec3 backward;  // the ray runs against the axis: it enters by the upper bound
 };
 
+// Distances along a ray are compared as the bits of floats: among those >= 0 the order is that of ints, of which
+// processors have a min and max without a care for NaN. Anything negative is below all of them.
 struct BoxHits {
-    vec4 near;  // where the ray enters each of four boxes, at least t_min
+    ivec4 near;  // where the ray enters each of four boxes, at least t_min
     bvec4 met;
 };
 
@@ -47,8 +49,8 @@ BoxRay box_ray(vec3 origin, vec3 direction, vec3 base, vec3 cell, float slack) {
     return ray;
 }
 
-// Which of four boxes are met within [t_min, t_exit]? enter_*, leave_*: their bounds along an axis, those first that the
-// ray passes first.
+// Which of four boxes are met within [t_min, t_exit], both >= 0? enter_*, leave_*: their bounds along an axis, those
+// first that the ray passes first.
 BoxHits intersect_boxes(BoxRay ray, vec4 enter_x, vec4 enter_y, vec4 enter_z, vec4 leave_x, vec4 leave_y, vec4 leave_z,
                         float t_min, float t_exit) {
     precise vec4 near_x = (enter_x - ray.near_origin.x) * ray.near_inverse.x;
@@ -58,7 +60,10 @@ BoxHits intersect_boxes(BoxRay ray, vec4 enter_x, vec4 enter_y, vec4 enter_z, ve
     precise vec4 far_y = (leave_y - ray.far_origin.y) * ray.far_inverse.y;
     precise vec4 far_z = (leave_z - ray.far_origin.z) * ray.far_inverse.z;
     BoxHits hits;
-    hits.near = max(max(near_x, near_y), max(near_z, vec4(t_min)));
-    hits.met = lessThanEqual(hits.near, min(min(far_x, far_y), min(far_z, vec4(t_exit))));
+    hits.near = max(max(floatBitsToInt(near_x), floatBitsToInt(near_y)),
+                    max(floatBitsToInt(near_z), ivec4(floatBitsToInt(t_min))));
+    ivec4 far = min(min(floatBitsToInt(far_x), floatBitsToInt(far_y)),
+                    min(floatBitsToInt(far_z), ivec4(floatBitsToInt(t_exit))));
+    hits.met = lessThanEqual(hits.near, far);
     return hits;
 }

@@ -9,11 +9,11 @@ struct BvhHead {
 
 // What a ray meets among the children of a node, near ones first.
 struct BvhStep {
-    vec4 near;        // ascending, +inf where there is no more
+    ivec4 near;       // bits of floats, ascending; kBvhFar where there is no more
     uvec4 reference;  // of the same children
 };
 
-const float kBvhFar = uintBitsToFloat(0x7f800000u);
+const int kBvhFar = 0x7f800000;  // bits of +inf
 
 #ifdef HALFLIGHT_NODES_FLOAT
 BvhHead bvh_head(uint index) {
@@ -36,7 +36,7 @@ vec4 cells_of(uvec2 words) {
 
 void order_pair(inout BvhStep s, const int i, const int j) {
     bool swapped = s.near[j] < s.near[i];
-    vec2 near = swapped ? vec2(s.near[j], s.near[i]) : vec2(s.near[i], s.near[j]);
+    ivec2 near = swapped ? ivec2(s.near[j], s.near[i]) : ivec2(s.near[i], s.near[j]);
     uvec2 reference =
         swapped ? uvec2(s.reference[j], s.reference[i]) : uvec2(s.reference[i], s.reference[j]);
     s.near[i] = near.x;
@@ -45,8 +45,8 @@ void order_pair(inout BvhStep s, const int i, const int j) {
     s.reference[j] = reference.y;
 }
 
-// [t_min, t_exit]: the part of the ray that matters. sorted: otherwise only the nearest is in its place.
-BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, const bool sorted) {
+// [t_min, t_exit]: the part of the ray that matters.
+BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit) {
     int index = int(node & kBvhIndexMask);
 #ifdef HALFLIGHT_NODES_FLOAT
     // The texture unit picks the side that the ray enters by.
@@ -69,13 +69,11 @@ BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, const bool so
     BvhStep s;
     s.reference = texelFetch(trace_nodes, texel + 3);
 #endif
-    s.near = mix(vec4(kBvhFar), hits.near, hits.met);
+    s.near = mix(ivec4(kBvhFar), hits.near, hits.met);
     order_pair(s, 0, 1);
     order_pair(s, 2, 3);
     order_pair(s, 0, 2);
-    if (sorted) {
-        order_pair(s, 1, 3);
-        order_pair(s, 1, 2);
-    }
+    order_pair(s, 1, 3);
+    order_pair(s, 1, 2);
     return s;
 }

@@ -4,7 +4,8 @@
 //
 // Without doubles: a float edge function, the difference of two rounded products, never has the wrong sign, since
 // rounding is monotone; at worst it is zero. Zero counts as inside, so of the triangles around a point the one that
-// contains it is hit. Only if all three are zero is that no answer; they are then computed again without error.
+// contains it is met. Where all three are zero, the ray passes a needle within the rounding of its corners; that is met
+// where the bounds of the corners contain the ray, unless they have no area.
 
 struct TriangleRay {
     ivec3 axes;    // z: that of the greatest direction component
@@ -33,19 +34,8 @@ TriangleRay triangle_ray(vec3 origin, vec3 direction) {
     return ray;
 }
 
-// a * b - c * d to within one rounding of the exact value's leading part, sign included: products without error (Dekker
-// 1971; Veltkamp's split), of which the rounded parts cancel where this is needed.
-float exact_difference_of_products(float a, float b, float c, float d) {
-    precise vec4 x = vec4(a, b, c, d);
-    precise vec4 scaled = x * 4097.0;
-    precise vec4 head = scaled - (scaled - x);
-    precise vec4 tail = x - head;
-    precise float p = a * b;
-    precise float q = c * d;
-    precise float p_error = ((head.x * head.y - p) + head.x * tail.y + tail.x * head.y) + tail.x * tail.y;
-    precise float q_error = ((head.z * head.w - q) + head.z * tail.w + tail.z * head.w) + tail.z * tail.w;
-    precise float difference = (p - q) + (p_error - q_error);
-    return difference;
+bool may_contain_zero(vec3 v) {
+    return any(lessThanEqual(v, vec3(0.0))) && any(greaterThanEqual(v, vec3(0.0))) && any(notEqual(v, vec3(0.0)));
 }
 
 // row_*: coordinates of the three corners along axes.x, .y and .z. t is not yet compared with anything.
@@ -54,18 +44,12 @@ TriangleHit intersect_triangle(TriangleRay ray, vec3 row_x, vec3 row_y, vec3 row
     precise vec3 x = (row_x - ray.origin.x) - ray.shear.x * z;
     precise vec3 y = (row_y - ray.origin.y) - ray.shear.y * z;
     precise vec3 edges = x.zxy * y.yzx - y.zxy * x.yzx;  // weights of the corners, times the determinant
-    float least = min(edges.x, min(edges.y, edges.z));
-    float greatest = max(edges.x, max(edges.y, edges.z));
-    // A loop that runs once at most: software drivers skip those, but not branches.
-    for (bool all_zero = least == 0.0 && greatest == 0.0; all_zero; all_zero = false) {
-        edges = vec3(exact_difference_of_products(x.z, y.y, y.z, x.y), exact_difference_of_products(x.x, y.z, y.x, x.z),
-                     exact_difference_of_products(x.y, y.x, y.y, x.x));
-        least = min(edges.x, min(edges.y, edges.z));
-        greatest = max(edges.x, max(edges.y, edges.z));
-    }
+    bool positive = all(greaterThanEqual(edges, vec3(0.0)));
+    bool negative = all(lessThanEqual(edges, vec3(0.0)));
+    if (positive && negative && may_contain_zero(x) && may_contain_zero(y)) edges = vec3(1.0);
     precise float determinant = edges.x + edges.y + edges.z;
     precise float inverse = 1.0 / determinant;
     precise float t = (edges.x * z.x + edges.y * z.y + edges.z * z.z) * ray.shear.z * inverse;
     precise vec2 weights = edges.yz * inverse;
-    return TriangleHit((least >= 0.0 || greatest <= 0.0) && determinant != 0.0, t, weights.x, weights.y);
+    return TriangleHit((positive || negative) && determinant != 0.0, t, weights.x, weights.y);
 }

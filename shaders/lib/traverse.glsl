@@ -17,8 +17,7 @@ const uint kStackDone = 0xffffffffu;
 const uint kStackLeaveBlock = 0x70000000u;  // back to the top level
 
 bool is_inner_node(uint node) { return node < (kBvhTag | kBvhLeaf); }
-
-Hit no_hit() { return Hit(kBvhFar, 0.0, 0.0, kMiss, kMiss); }
+bool is_leaf(uint node) { return (node & (kBvhLeaf | kBvhInstance)) == kBvhLeaf; }
 
 #ifdef HALFLIGHT_TWO_LEVEL
 // The ray in the space of a block; t is the same in both, as the direction keeps its scale.
@@ -38,64 +37,145 @@ Ray ray_in_block(Ray ray, uint instance) {
 
 // any_hit (a constant): stops at the first hit found, of which only `triangle != kMiss` has a meaning.
 // alpha_key: ray_key() of shaders/lib/hash.glsl; not read without HALFLIGHT_ALPHA.
+//
+// Software drivers run both sides of a branch, and the body of a loop once before they see that nobody is in it. So loops
+// test at their end, and what is rare stands in the outermost one, where rays wait for each other.
 Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
     uint stack[HALFLIGHT_STACK];
-    float stack_near[HALFLIGHT_STACK];
+    int stack_near[HALFLIGHT_STACK];  // where the ray enters; bits of a float >= 0, like all `near`
     int entries = 0;
     uint node = ray.t_max >= ray.t_min ? kBvhTag | 1u : kStackDone;
-    float near = ray.t_min;     // where the ray enters `node`
-    float t_enter = ray.t_min;  // where it enters the instance
-    float below_t_max = uintBitsToFloat(floatBitsToUint(ray.t_max) - 1u);  // t_max > 0, else nothing is met
+    int near = floatBitsToInt(ray.t_min);  // of `node`
+    int instance_near = near;
     uint instance = 0u;
 
     BvhHead head = bvh_head(0u);
     BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
-    TriangleRay triangle = triangle_ray(ray.origin, ray.direction);
-    Hit best = Hit(ray.t_max, 0.0, 0.0, 0u, 0u);  // loses no tie at t_max
+    TriangleRay sheared = triangle_ray(ray.origin, ray.direction);
+    float below_t_max = uintBitsToFloat(floatBitsToUint(ray.t_max) - 1u);  // t_max > 0, else nothing is met
+    Hit nearest = Hit(ray.t_max, 0.0, 0.0, 0u, 0u);  // loses no tie at t_max
     bool found = false;
+#ifdef HALFLIGHT_ALPHA
+    Hit asked = nearest;  // would be nearest, if its triangle covers it
+    bool asks = false;
+#else
+    const bool asks = false;
+#endif
 
-    while (node != kStackDone) {
-        while (is_inner_node(node)) {
-            BvhStep s = bvh_step(box, node, ray.t_min, any_hit ? below_t_max : best.t, !any_hit);
-            for (int i = 3; i > 0; --i) {
-                if (s.near[i] < kBvhFar) {
-                    stack[entries] = s.reference[i];
-                    if (!any_hit) stack_near[entries] = s.near[i];
-                    ++entries;
+    do {
+        do {
+            do {
+                if (is_inner_node(node)) {
+                    BvhStep s = bvh_step(box, node, ray.t_min, any_hit ? below_t_max : nearest.t);
+                    for (int i = 3; i > 0; --i) {
+                        if (s.near[i] < kBvhFar) {
+                            stack[entries] = s.reference[i];
+                            if (!any_hit) stack_near[entries] = s.near[i];
+                            ++entries;
+                        }
+                    }
+                    node = s.reference.x;
+                    near = s.near.x;
+                    if (near == kBvhFar) {
+                        node = kStackDone;
+                        if (entries > 0) {
+                            --entries;
+                            node = stack[entries];
+                            if (!any_hit) near = stack_near[entries];
+                        }
+                    }
                 }
-            }
-            node = s.reference.x;
-            near = s.near.x;
-            if (near == kBvhFar) {
-                node = kStackDone;
-                if (entries > 0) {
-                    --entries;
-                    node = stack[entries];
-                    if (!any_hit) near = stack_near[entries];
+            } while (is_inner_node(node));
+
+            int slot = int(node & kBvhIndexMask);
+            int left = is_leaf(node) ? int((node >> kBvhCountShift) & 7u) : 0;
+            float leaf_near = intBitsToFloat(max(near, instance_near));
+            do {
+                if (left > 0) {
+                    int texel = slot * 3;
+                    vec4 row_x = texelFetch(trace_triangles, texel + sheared.axes.x);
+                    vec4 row_y = texelFetch(trace_triangles, texel + sheared.axes.y);
+                    vec4 row_z = texelFetch(trace_triangles, texel + sheared.axes.z);
+                    TriangleHit hit = intersect_triangle(sheared, row_x.xyz, row_y.xyz, row_z.xyz);
+                    uint id = floatBitsToUint(row_x.w);
+                    uint triangle = id & kBvhTriangleMask;
+                    bool nearer = hit.met && hit.t > ray.t_min;
+                    if (any_hit) {
+                        nearer = nearer && hit.t < nearest.t;
+                    } else {
+                        hit.t = max(hit.t, leaf_near);
+                        bool wins_tie = instance < nearest.instance ||
+                                        (instance == nearest.instance && triangle < nearest.triangle);
+                        nearer = nearer && (hit.t < nearest.t || (hit.t == nearest.t && wins_tie));
+                    }
+                    --left;
+                    ++slot;
+#ifdef HALFLIGHT_ALPHA
+                    if (nearer && (id & kBvhAlphaTested) != 0u) {
+                        asked = Hit(hit.t, hit.u, hit.v, triangle, instance);
+                        asks = true;
+                        node = kBvhTag | kBvhLeaf | uint(left << kBvhCountShift) | uint(slot);  // to be continued
+                        nearer = false;
+                        left = 0;
+                    }
+#endif
+                    if (nearer) {
+                        found = true;
+                        if (any_hit) {
+                            left = 0;
+                            entries = 0;
+                        } else {
+                            nearest = Hit(hit.t, hit.u, hit.v, triangle, instance);
+                        }
+                    }
                 }
+            } while (left > 0);
+
+            bool popped = is_leaf(node) && !asks;
+            do {
+                if (popped) {
+                    node = kStackDone;
+                    popped = false;
+                    if (entries > 0) {
+                        --entries;
+                        node = stack[entries];
+                        if (!any_hit) {
+                            near = stack_near[entries];
+                            popped = near > floatBitsToInt(nearest.t);
+                        }
+                    }
+                }
+            } while (popped);
+        } while (node < (kBvhTag | kBvhInstance) && !asks);
+
+#ifdef HALFLIGHT_ALPHA
+        if (asks) {
+            asks = false;
+            if (alpha_accept(asked.triangle, asked.instance, asked.u, asked.v, alpha_key)) {
+                found = true;
+                nearest = asked;
+                if (any_hit) node = kStackDone;
             }
         }
+#endif
 #ifdef HALFLIGHT_TWO_LEVEL
-        while (node >= (kBvhTag | kBvhInstance) && node != kStackDone) {
-            Ray local = ray;
-            uint index = 0u;
+        if (node >= (kBvhTag | kBvhInstance) && node != kStackDone) {
             bool enters = node != kStackLeaveBlock;
-            uint entered = node & kBvhIndexMask;
-            instance = enters ? entered : instance;
+            if (enters) instance = node & kBvhIndexMask;
+            uint index = enters ? floatBitsToUint(instance_row(instance, kInstanceTracer, 0).x) & kBvhIndexMask : 0u;
             Ray inside = ray_in_block(ray, instance);
-            index = enters ? floatBitsToUint(instance_row(instance, kInstanceTracer, 0).x) & kBvhIndexMask : 0u;
-            if (enters) local = inside;
+            vec3 origin = enters ? inside.origin : ray.origin;
+            vec3 direction = enters ? inside.direction : ray.direction;
             head = bvh_head(index);
-            box = box_ray(local.origin, local.direction, head.base, head.cell, head.slack);
-            triangle = triangle_ray(local.origin, local.direction);
+            box = box_ray(origin, direction, head.base, head.cell, head.slack);
+            sheared = triangle_ray(origin, direction);
+            instance_near = enters ? near : floatBitsToInt(ray.t_min);
             if (enters) {
                 stack[entries] = kStackLeaveBlock;
-                if (!any_hit) stack_near[entries] = 0.0;
+                if (!any_hit) stack_near[entries] = 0;
                 ++entries;
                 node = kBvhTag | (index + 1u);
-                t_enter = near;
             } else {
-                t_enter = ray.t_min;
                 node = kStackDone;
                 if (entries > 0) {
                     --entries;
@@ -104,53 +184,9 @@ Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
                 }
             }
         }
-        if (is_inner_node(node)) continue;
 #endif
-        int slot = int(node & kBvhIndexMask);
-        int end = node == kStackDone ? slot : slot + int((node >> kBvhCountShift) & 7u);
-        for (; slot < end; ++slot) {
-            int texel = slot * 3;
-            vec4 row_x = texelFetch(trace_triangles, texel + triangle.axes.x);
-            vec4 row_y = texelFetch(trace_triangles, texel + triangle.axes.y);
-            vec4 row_z = texelFetch(trace_triangles, texel + triangle.axes.z);
-            TriangleHit hit = intersect_triangle(triangle, row_x.xyz, row_y.xyz, row_z.xyz);
-            uint id = floatBitsToUint(row_x.w);
-            uint index = id & kBvhTriangleMask;
-            bool in_range = hit.met && hit.t > ray.t_min;
-            bool nearer;
-            if (any_hit) {
-                nearer = in_range && hit.t < best.t;
-            } else {
-                hit.t = max(hit.t, max(near, t_enter));
-                bool tie = instance < best.instance || (instance == best.instance && index < best.triangle);
-                nearer = in_range && (hit.t < best.t || (hit.t == best.t && tie));
-            }
-#ifdef HALFLIGHT_ALPHA
-            for (bool ask = nearer && (id & kBvhAlphaTested) != 0u; ask; ask = false) {
-                nearer = alpha_accept(index, instance, hit.u, hit.v, alpha_key);
-            }
-#endif
-            if (nearer) {
-                found = true;
-                if (!any_hit) best = Hit(hit.t, hit.u, hit.v, index, instance);
-                if (any_hit) {
-                    end = 0;
-                    entries = 0;
-                }
-            }
-        }
-        node = kStackDone;
-        for (bool more = entries > 0; more;) {
-            --entries;
-            bool culled = false;
-            if (!any_hit) {
-                near = stack_near[entries];
-                culled = near > best.t;
-            }
-            if (!culled) node = stack[entries];
-            more = culled && entries > 0;
-        }
-    }
-    if (any_hit) return found ? Hit(0.0, 0.0, 0.0, 0u, 0u) : no_hit();
-    return found ? best : no_hit();
+    } while (node != kStackDone);
+
+    if (!found) return Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss);
+    return nearest;
 }

@@ -72,8 +72,7 @@ std::array<dvec3, 3> EmbreeOracle::corners(std::uint32_t instance, std::uint32_t
     std::array<dvec3, 3> result;
     for (int k = 0; k < 3; ++k) {
         const dvec3 p(tables_.positions[tables_.triangles[triangle][k]]);
-        result[static_cast<std::size_t>(k)] =
-            dvec3(m[0]) * p.x + dvec3(m[1]) * p.y + dvec3(m[2]) * p.z + dvec3(m[3]);
+        result[static_cast<std::size_t>(k)] = dvec3(m[0]) * p.x + dvec3(m[1]) * p.y + dvec3(m[2]) * p.z + dvec3(m[3]);
     }
     return result;
 }
@@ -84,13 +83,22 @@ std::vector<Hit> EmbreeOracle::closest(std::span<const Ray> rays) const {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
         RTCRayHit query{};
-        query.ray = {ray.origin.x,    ray.origin.y, ray.origin.z, ray.t_min, ray.direction.x, ray.direction.y,
-                     ray.direction.z, 0,            ray.t_max,    ~0u,       0,               0};
+        query.ray = {ray.origin.x,
+                     ray.origin.y,
+                     ray.origin.z,
+                     ray.t_min,
+                     ray.direction.x,
+                     ray.direction.y,
+                     ray.direction.z,
+                     0,
+                     ray.t_max,
+                     ~0u,
+                     0,
+                     0};
         query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         if (ray.t_max >= ray.t_min) rtcIntersect1(scene_.get(), &context, &query);
         const bool hit = query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
-        const std::uint32_t first =
-            hit ? tables_.blocks[tables_.instances[query.hit.geomID].block].first_triangle : 0;
+        const std::uint32_t first = hit ? tables_.blocks[tables_.instances[query.hit.geomID].block].first_triangle : 0;
         hits.push_back(hit ? Hit{query.ray.tfar, query.hit.u, query.hit.v, first + query.hit.primID, query.hit.geomID}
                            : Hit{kInfinity, 0, 0, kMiss, kMiss});
     }
@@ -102,8 +110,18 @@ std::vector<std::uint32_t> EmbreeOracle::any(std::span<const Ray> rays) const {
     for (const Ray& ray : rays) {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
-        RTCRay query = {ray.origin.x,    ray.origin.y, ray.origin.z, ray.t_min, ray.direction.x, ray.direction.y,
-                        ray.direction.z, 0,            ray.t_max,    ~0u,       0,               0};
+        RTCRay query = {ray.origin.x,
+                        ray.origin.y,
+                        ray.origin.z,
+                        ray.t_min,
+                        ray.direction.x,
+                        ray.direction.y,
+                        ray.direction.z,
+                        0,
+                        ray.t_max,
+                        ~0u,
+                        0,
+                        0};
         if (ray.t_max >= ray.t_min) rtcOccluded1(scene_.get(), &context, &query);
         occluded.push_back(query.tfar < 0 ? 1u : 0u);
     }
@@ -155,7 +173,8 @@ Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, c
         for (std::size_t k = 0; k < 3; ++k) {
             edge = std::min(edge, line_segment_distance(origin, direction, c[k], c[(k + 1) % 3]));
         }
-        const bool at_end = std::abs(claim.t - rays[i].t_min) <= t_error || std::abs(claim.t - rays[i].t_max) <= t_error;
+        const bool at_end =
+            std::abs(claim.t - rays[i].t_min) <= t_error || std::abs(claim.t - rays[i].t_max) <= t_error;
         if (edge <= error || at_end) {
             ++result.excused;
         } else {
@@ -190,7 +209,8 @@ std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction) {
     std::vector<Ray> rays;
     for (int i = 0; i < 64 * 64; ++i) {
         const vec2 p = (vec2(i % 64, i / 64) + 0.5f) / 32.0f - 1.0f;
-        rays.push_back({centre + 2.0f * radius * back, 0, glm::normalize(0.6f * (p.x * right + p.y * up) - back), kInfinity});
+        rays.push_back(
+            {centre + 2.0f * radius * back, 0, glm::normalize(0.6f * (p.x * right + p.y * up) - back), kInfinity});
     }
     return rays;
 }

@@ -58,8 +58,8 @@ class EmbreeOracle {
 };
 
 /// How hits differ from the oracle's. A ray is excused where the triangle in question is missed or hit by less than the
-/// float error of positions (condition x 2^-18 of the greatest distance in play), measured to its nearest edge, or where
-/// t lies that close to t_min or t_max.
+/// float error of positions (condition x 2^-18 of the greatest distance in play), measured to its nearest edge, or
+/// where t lies that close to t_min or t_max.
 struct Comparison {
     std::size_t rays = 0;
     std::size_t hits = 0;  // the oracle's

@@ -24,6 +24,7 @@ struct Arguments {
     std::string nodes = "auto";
     int repeats = 9;
     bool robust = false;
+    bool keep_instances = false;
 };
 
 Camera pick_camera(const Scene& scene, const std::string& wanted) {
@@ -35,8 +36,8 @@ Camera pick_camera(const Scene& scene, const std::string& wanted) {
 }
 
 /// What is measured is the way to triangles: alpha tests, which Embree would leave to a callback, are taken off.
-TraceTables opaque_tables(const Scene& scene) {
-    TraceTables tables = build_trace_tables(scene);
+TraceTables opaque_tables(const Scene& scene, bool flatten) {
+    TraceTables tables = build_trace_tables(scene, flatten ? kFlattenLimit : 0);
     for (uvec4& t : tables.triangles) t.w &= ~kTriangleAlpha;
     tables.alpha_tested = false;
     return tables;
@@ -56,7 +57,7 @@ bench::SceneResult measure_scene(const Arguments& arguments, const std::string& 
         throw Error("--size", "\"{}\" is not WIDTHxHEIGHT", arguments.size);
     }
     const Scene scene = load_gltf(file);
-    const TraceTables tables = opaque_tables(scene);
+    const TraceTables tables = opaque_tables(scene, !arguments.keep_instances);
     const bench::EmbreeTracer embree(tables, arguments.robust);
     const rays::TraceScene plain = plain_scene(tables, arguments.nodes);
     result.statistics = plain.statistics();
@@ -84,6 +85,7 @@ int run(int argc, char** argv) {
     app.add_option("--nodes", arguments.nodes, "format of the hierarchy's nodes")
         ->check(CLI::IsMember({"auto", "grid", "float"}))
         ->capture_default_str();
+    app.add_flag("--keep-instances", arguments.keep_instances, "no flattening of small scenes");
     app.add_flag("--robust", arguments.robust, "Embree's watertight mode instead of its fast one");
     app.add_option("--device", arguments.device, "as of halflight render");
     app.add_option("--json", arguments.json, "a file for the figures");

@@ -109,7 +109,7 @@ Json repaired(const SceneReport& report) {
 
 /// The passes that light needs here; add_frame (passes/frame.h) decides by the same facts.
 Json passes(const Scene& scene) {
-    const SceneNeeds needs = build_shading_tables(scene, build_trace_tables(scene)).needs;
+    const SceneNeeds needs = build_shading_tables(scene, build_trace_tables(scene, kFlattenLimit)).needs;
     const bool reflects = needs.diffuse || needs.glossy;
     const std::pair<const char*, bool> kPasses[] = {
         {"gbuffer", true},          {"shadow", reflects && needs.lights()},
