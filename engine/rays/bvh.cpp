@@ -3,6 +3,7 @@
 #include <embree3/rtcore.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 
 #include "engine/core/error.h"
@@ -44,9 +45,10 @@ void set_bounds(void* node, const RTCBounds** bounds, unsigned child_count, void
 
 void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count, void*) {
     BuiltNode* leaf = allocate(allocator);
-    leaf->primitive_count = static_cast<std::uint32_t>(count);
     for (std::size_t i = 0; i < count; ++i) leaf->primitives[i] = primitives[i].primID;
     std::sort(leaf->primitives, leaf->primitives + count);
+    const auto* end = std::unique(leaf->primitives, leaf->primitives + count);  // parts of one triangle
+    leaf->primitive_count = static_cast<std::uint32_t>(end - leaf->primitives);
     return leaf;
 }
 
@@ -70,12 +72,89 @@ std::uint32_t flatten(const BuiltNode& built, Bvh& bvh) {
 }
 
 /// A root that is a leaf gets a node above it, so that every traversal begins with a node.
-BuiltNode above(BuiltNode& leaf, std::span<const Bounds> boxes) {
+BuiltNode above(BuiltNode& leaf, std::span<const RTCBuildPrimitive> primitives) {
     BuiltNode root;
     root.child_count = 1;
     root.children[0] = &leaf;
-    for (const Bounds& b : boxes) root.bounds[0].add(b);
+    for (const RTCBuildPrimitive& p : primitives) {
+        root.bounds[0].add(Bounds{{p.lower_x, p.lower_y, p.lower_z}, {p.upper_x, p.upper_y, p.upper_z}});
+    }
     return root;
+}
+
+/// The part of a box that holds what a triangle has on either side of a plane, rounded outwards.
+void split_triangle(const RTCBuildPrimitive* primitive, unsigned dimension, float position, RTCBounds* left,
+                    RTCBounds* right, void* corners) {
+    const Corners& corner = static_cast<const Corners*>(corners)[primitive->primID];
+    const auto axis = static_cast<int>(dimension);
+    Bounds sides[2];
+    for (std::size_t k = 0; k < 3; ++k) {
+        const vec3 &a = corner[k], &b = corner[(k + 1) % 3];
+        if (a[axis] <= position) sides[0].add(a);
+        if (a[axis] >= position) sides[1].add(a);
+        if (std::min(a[axis], b[axis]) >= position || std::max(a[axis], b[axis]) <= position) continue;
+        const double s = (double{position} - a[axis]) / (double{b[axis]} - a[axis]);
+        const vec3 crossing(glm::mix(dvec3(a), dvec3(b), s));
+        for (Bounds& side : sides) {
+            for (int i = 0; i < 3; ++i) {
+                side.lower[i] = std::min(side.lower[i], std::nextafter(crossing[i], -kInfinity));
+                side.upper[i] = std::max(side.upper[i], std::nextafter(crossing[i], kInfinity));
+            }
+        }
+    }
+    sides[0].upper[axis] = std::min(sides[0].upper[axis], position);
+    sides[1].lower[axis] = std::max(sides[1].lower[axis], position);
+    // An earlier split may have cut off all there is on a side; that side must still be a box.
+    const vec3 lower(primitive->lower_x, primitive->lower_y, primitive->lower_z);
+    const vec3 upper(primitive->upper_x, primitive->upper_y, primitive->upper_z);
+    RTCBounds* const results[2] = {left, right};
+    for (int side = 0; side < 2; ++side) {
+        const vec3 l = glm::clamp(sides[side].lower, lower, upper);
+        const vec3 u = glm::max(glm::clamp(sides[side].upper, lower, upper), l);
+        *results[side] = {l.x, l.y, l.z, 0, u.x, u.y, u.z, 0};
+    }
+}
+
+/// `primitives` has `count` elements and room for more where `corners` are given.
+Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::uint32_t max_leaf,
+          const Corners* corners) {
+    Bvh bvh;
+    if (count == 0) return bvh;
+    // Several threads would number the parts of split triangles in the order of their arrival.
+    const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice("threads=1"), rtcReleaseDevice);
+    const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> storage(rtcNewBVH(device.get()), rtcReleaseBVH);
+    RTCBuildArguments arguments = rtcDefaultBuildArguments();
+    arguments.bvh = storage.get();
+    arguments.buildQuality = RTC_BUILD_QUALITY_HIGH;
+    arguments.maxBranchingFactor = 4;
+    arguments.maxDepth = 64;
+    arguments.sahBlockSize = kMaxLeafPrimitives;  // a leaf costs about the same with one triangle or four
+    arguments.minLeafSize = 1;
+    arguments.maxLeafSize = max_leaf;
+    arguments.primitives = primitives.data();
+    arguments.primitiveCount = count;
+    arguments.primitiveArrayCapacity = primitives.size();
+    arguments.createNode = create_node;
+    arguments.setNodeChildren = set_children;
+    arguments.setNodeBounds = set_bounds;
+    arguments.createLeaf = create_leaf;
+    arguments.splitPrimitive = corners ? split_triangle : nullptr;
+    arguments.userPtr = const_cast<Corners*>(corners);
+    auto* built = static_cast<BuiltNode*>(rtcBuildBVH(&arguments));
+    if (built == nullptr) {
+        throw Error("bvh", "Embree failed with error {}", static_cast<int>(rtcGetDeviceError(device.get())));
+    }
+    if (built->primitive_count != 0) {
+        bvh.stack_entries = flatten(above(*built, {primitives.data(), count}), bvh);
+    } else {
+        bvh.stack_entries = flatten(*built, bvh);
+    }
+    return bvh;
+}
+
+RTCBuildPrimitive primitive_of(const Bounds& box, std::size_t id) {
+    const auto& [lower, upper] = box;
+    return {lower.x, lower.y, lower.z, 0, upper.x, upper.y, upper.z, static_cast<unsigned>(id)};
 }
 
 }  // namespace
@@ -85,42 +164,21 @@ int BvhNode::child_count() const {
         std::count_if(children.begin(), children.end(), [](const BvhChild& c) { return !c.bounds.empty(); }));
 }
 
-Bvh build_bvh(std::span<const Bounds> boxes, std::uint32_t max_leaf) {
-    Bvh bvh;
-    if (boxes.empty()) return bvh;
-
+Bvh build_bvh(std::span<const Bounds> boxes) {
     std::vector<RTCBuildPrimitive> primitives(boxes.size());
-    for (std::size_t i = 0; i < boxes.size(); ++i) {
-        const auto& [lower, upper] = boxes[i];
-        primitives[i] = {lower.x, lower.y, lower.z, 0, upper.x, upper.y, upper.z, static_cast<unsigned>(i)};
-    }
-    const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice(nullptr), rtcReleaseDevice);
-    const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> storage(rtcNewBVH(device.get()), rtcReleaseBVH);
-    RTCBuildArguments arguments = rtcDefaultBuildArguments();
-    arguments.bvh = storage.get();
-    arguments.buildQuality = RTC_BUILD_QUALITY_HIGH;
-    arguments.maxBranchingFactor = 4;
-    arguments.maxDepth = 64;
-    arguments.sahBlockSize = 4;  // a leaf costs the same with one triangle or four: 8 % faster than 1
-    arguments.minLeafSize = 1;
-    arguments.maxLeafSize = max_leaf;
-    arguments.primitives = primitives.data();
-    arguments.primitiveCount = arguments.primitiveArrayCapacity = primitives.size();
-    arguments.createNode = create_node;
-    arguments.setNodeChildren = set_children;
-    arguments.setNodeBounds = set_bounds;
-    arguments.createLeaf = create_leaf;
-    auto* built = static_cast<BuiltNode*>(rtcBuildBVH(&arguments));
-    if (built == nullptr)
-        throw Error("bvh", "Embree failed with error {}", static_cast<int>(rtcGetDeviceError(device.get())));
+    for (std::size_t i = 0; i < boxes.size(); ++i) primitives[i] = primitive_of(boxes[i], i);
+    return build(primitives, boxes.size(), 1, nullptr);
+}
 
-    bvh.primitives.reserve(boxes.size());
-    if (built->primitive_count != 0) {
-        bvh.stack_entries = flatten(above(*built, boxes), bvh);
-    } else {
-        bvh.stack_entries = flatten(*built, bvh);
+Bvh build_triangle_bvh(std::span<const Corners> triangles) {
+    const auto capacity = static_cast<std::size_t>(kSplitBudget * static_cast<double>(triangles.size())) + 1;
+    std::vector<RTCBuildPrimitive> primitives(capacity);
+    for (std::size_t i = 0; i < triangles.size(); ++i) {
+        Bounds box;
+        for (const vec3& p : triangles[i]) box.add(p);
+        primitives[i] = primitive_of(box, i);
     }
-    return bvh;
+    return build(primitives, triangles.size(), kMaxLeafPrimitives, triangles.data());
 }
 
 }  // namespace halflight::rays

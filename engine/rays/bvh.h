@@ -13,7 +13,7 @@ namespace halflight::rays {
 inline constexpr std::uint32_t kMaxLeafPrimitives = 4;
 
 struct BvhChild {
-    Bounds bounds;            // exact union of what is below; empty: there is no such child
+    Bounds bounds;            // holds all boxes below it; empty: there is no such child
     std::uint32_t first = 0;  // leaf: first entry in Bvh::primitives; inner node: index into Bvh::nodes
     std::uint32_t count = 0;  // leaf: 1 to kMaxLeafPrimitives; 0: inner node
 
@@ -27,12 +27,19 @@ struct BvhNode {
 
 struct Bvh {
     std::vector<BvhNode> nodes;             // depth first, the root first; empty without a primitive
-    std::vector<std::uint32_t> primitives;  // every primitive once, in leaf order; ascending within a leaf
+    std::vector<std::uint32_t> primitives;  // in leaf order, ascending within a leaf; each at least once
     std::uint32_t stack_entries = 0;        // most children that a traversal in any order has put aside at one time
 };
 
-/// One box per primitive; empty boxes are not allowed. Surface area heuristic, leaves of at most `max_leaf` primitives.
-/// The result is a function of the boxes alone, whatever the number of threads. Throws Error when Embree does.
-Bvh build_bvh(std::span<const Bounds> boxes, std::uint32_t max_leaf = kMaxLeafPrimitives);
+/// Surface area heuristic; the result is a function of the input alone. Throw Error when Embree does.
+/// One box per primitive, none of them empty. A leaf holds one primitive.
+Bvh build_bvh(std::span<const Bounds> boxes);
+
+/// Leaves of at most kMaxLeafPrimitives triangles. Large triangles may be split between leaves (Stich, Friedrich,
+/// Dietrich 2009, Spatial Splits in Bounding Volume Hierarchies), up to kSplitBudget references per triangle: each
+/// leaf's box then holds a part of the triangle, and all of them together hold it all.
+using Corners = std::array<vec3, 3>;
+inline constexpr double kSplitBudget = 1.5;
+Bvh build_triangle_bvh(std::span<const Corners> triangles);
 
 }  // namespace halflight::rays

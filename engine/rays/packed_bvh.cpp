@@ -163,22 +163,24 @@ class Packer {
             all.add(boxes.back());
             condition = std::max(condition, condition_of(instance));
         }
-        hierarchies_.push_back(build_bvh(boxes, 1));
+        hierarchies_.push_back(build_bvh(boxes));
         grids_.push_back(grid_over(all));
         slacks_.push_back(static_cast<float>(kInstanceSlack * condition));
         first_triangle_.push_back(0);
     }
 
     void add_block(const Block& block) {
-        std::vector<Bounds> boxes(block.triangle_count);
+        std::vector<Corners> triangles(block.triangle_count);
         for (std::uint32_t i = 0; i < block.triangle_count; ++i) {
-            for (int k = 0; k < 3; ++k) boxes[i].add(corner_of(tables_, block.first_triangle + i, k));
+            for (int k = 0; k < 3; ++k) {
+                triangles[i][static_cast<std::size_t>(k)] = corner_of(tables_, block.first_triangle + i, k);
+            }
         }
-        hierarchies_.push_back(build_bvh(boxes));
+        hierarchies_.push_back(build_triangle_bvh(triangles));
         grids_.push_back(grid_over(block.bounds));
         slacks_.push_back(static_cast<float>(kSlack));
         const std::size_t slot = packed_.triangles.size() / 3;
-        index_word(slot + block.triangle_count, "triangles");
+        index_word(slot + hierarchies_.back().primitives.size(), "triangles");
         first_triangle_.push_back(static_cast<std::uint32_t>(slot));
         for (const std::uint32_t primitive : hierarchies_.back().primitives) {
             const std::uint32_t triangle = block.first_triangle + primitive;
