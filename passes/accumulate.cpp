@@ -1,30 +1,11 @@
 #include "passes/accumulate.h"
 
-#include "shaders/shared/bindings.h"
+#include <utility>
+#include <vector>
 
 namespace halflight {
 
 using graph::Access;
-
-namespace {
-
-/// A history pair whose previous sums the pass reads and whose new ones it writes, bound one after the other.
-struct Sums {
-    graph::HistoryPair<graph::BufferHandle> pair;
-    GLuint binding = 0;
-
-    Sums(graph::Graph& graph, graph::Pass& pass, const char* name, std::size_t bytes, GLuint at)
-        : pair(graph.history_buffer(name, {bytes})), binding(at) {
-        pass.read(pair.previous, Access::storage_read);
-        pair.now = pass.write(pair.now, Access::storage_write);
-    }
-    void bind(graph::Resources& r) const {
-        r.buffer(pair.previous).bind_storage(binding);
-        r.buffer(pair.now).bind_storage(binding + 1);
-    }
-};
-
-}  // namespace
 
 Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
                            const AccumulateOptions& options, gpu::Buffer& non_finite) {
@@ -47,21 +28,21 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         defines.set("HALFLIGHT_PENDING");
     }
 
-    std::vector<Sums> sums;
     Accumulated out;
+    std::vector<std::pair<GLuint, graph::BufferHandle>> sums;
     const auto keep = [&](const char* name, std::size_t doubles, GLuint binding) {
-        sums.emplace_back(graph, pass, name, paths * doubles * sizeof(double), binding);
-        return sums.back().pair.now;
+        const graph::BufferHandle before = graph.carried_buffer(name, {paths * doubles * sizeof(double)});
+        return sums.emplace_back(binding, pass.write(before, Access::storage_read_write)).second;
     };
     out.emission = keep("emission sums", 4, 5);
-    if (sample.direct || sample.paths) out.direct = keep("direct sums", 6, 7);
-    if (pending) out.indirect = keep("indirect sums", 6, 9);
+    if (sample.direct || sample.paths) out.direct = keep("direct sums", 6, 6);
+    if (pending) out.indirect = keep("indirect sums", 6, 7);
     if (options.squares) {
-        out.squares = keep("square sums", 3, 11);
+        out.squares = keep("square sums", 3, 8);
         defines.set("HALFLIGHT_SQUARES");
     }
     if (options.features) {
-        out.features = keep("feature sums", 6, 14);
+        out.features = keep("feature sums", 6, 9);
         defines.set("HALFLIGHT_FEATURES");
     }
     out.non_finite = pass.write(graph.import_buffer("non-finite counts", non_finite), Access::storage_read_write);
@@ -74,8 +55,8 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         }
         if (sample.paths) r.buffer(sample.paths->states).bind_storage(3);
         if (pending) r.buffer(sample.continuation->occluded).bind_storage(4);
-        for (const Sums& s : sums) s.bind(r);
-        r.buffer(out.non_finite).bind_storage(13);
+        for (const auto& [binding, handle] : sums) r.buffer(handle).bind_storage(binding);
+        r.buffer(out.non_finite).bind_storage(10);
         r.programs().compute("shaders/accumulate.comp", defines).dispatch(view.band.paths() / 64);
     });
     return out;

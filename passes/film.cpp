@@ -22,7 +22,7 @@ constexpr std::array kAovs = {
     AovInfo{"normal", "XYZ", "shading normal, world; filtered, not normalised"},
     AovInfo{"position", "XYZ", "world position at the pixel's centre, world units; 0 where there is no surface"},
     AovInfo{"depth", "Z",
-            "distance along the camera's axis at the pixel's centre, world units; +inf where there is no surface"},
+            "distance along the camera's axis at the pixel's centre, world units; 1e10 where there is no surface"},
     AovInfo{"motion", "XY", "pixels moved since the previous frame, x right, y down, at the pixel's centre"},
     AovInfo{
         "ids", "",

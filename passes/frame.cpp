@@ -7,42 +7,34 @@
 
 namespace halflight {
 
-Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& non_finite) {
-    const SceneNeeds& needs = view.scene.needs();
-    Frame frame;
-    const auto leave_out = [&](const char* pass, const char* reason) {
-        frame.left_out.push_back(std::string(pass) + ": " + reason);
+std::array<PassNeed, 4> needed_passes(const SceneNeeds& needs, int bounces) {
+    const char* no_transport = !(needs.diffuse || needs.glossy) ? "no material reflects light"
+                               : bounces == 0                   ? "no bounces were asked for"
+                                                                : nullptr;
+    const auto unless = [&](bool needed, const char* reason) {
+        return no_transport ? no_transport : needed ? nullptr : reason;
     };
+    return {{{"shadow", unless(needs.lights(), "no light can be sampled")},
+             {"diffuse", unless(needs.diffuse, "no material has a diffuse component")},
+             {"glossy", unless(needs.glossy, "no material has a specular, coat or transmission component")},
+             {"continuation", no_transport}}};
+}
+
+Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& non_finite) {
+    const auto [shadow, diffuse, glossy, continuation] = needed_passes(view.scene.needs(), options.bounces);
+    Frame frame;
+    for (const PassNeed& need : {shadow, diffuse, glossy, continuation})
+        if (need.left_out) frame.left_out.push_back(std::string(need.pass) + ": " + need.left_out);
 
     frame.gbuffer = add_gbuffer(graph, view);
     SampleInputs sample;
     sample.gbuffer = frame.gbuffer;
-
-    const bool reflects = needs.diffuse || needs.glossy;
-    const char* no_light_transport = !reflects              ? "no material reflects light"
-                                     : options.bounces == 0 ? "no bounces were asked for"
-                                                            : nullptr;
-    if (no_light_transport) {
-        for (const char* pass : {"shadow", "diffuse", "glossy", "continuation"}) leave_out(pass, no_light_transport);
-    } else {
-        if (needs.lights()) {
-            sample.direct = add_shadow(graph, view, frame.gbuffer);
-        } else {
-            leave_out("shadow", "no light can be sampled");
-        }
-
+    if (!shadow.left_out) sample.direct = add_shadow(graph, view, frame.gbuffer);
+    if (!continuation.left_out) {
         PathBuffers paths = create_path_buffers(graph, view);
         std::vector<PathList> batches;
-        if (needs.diffuse) {
-            batches.push_back(add_diffuse(graph, view, frame.gbuffer, paths));
-        } else {
-            leave_out("diffuse", "no material has a diffuse component");
-        }
-        if (needs.glossy) {
-            batches.push_back(add_glossy(graph, view, frame.gbuffer, paths));
-        } else {
-            leave_out("glossy", "no material has a specular, coat or transmission component");
-        }
+        if (!diffuse.left_out) batches.push_back(add_diffuse(graph, view, frame.gbuffer, paths));
+        if (!glossy.left_out) batches.push_back(add_glossy(graph, view, frame.gbuffer, paths));
         sample.continuation = add_continuation(graph, view, batches, options.bounces, paths);
         sample.paths = paths;
     }

@@ -1,6 +1,7 @@
 // The whole frame, top to bottom.
 #pragma once
 
+#include <array>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,14 @@ struct FrameOptions {
     bool want_squares = false;   // for the variance
     bool want_features = false;  // albedo and normal
 };
+
+/// Whether a pass has anything to contribute, and the fact that says so where it has not.
+struct PassNeed {
+    const char* pass;
+    const char* left_out = nullptr;  // null: it is needed
+};
+/// Of shadow, diffuse, glossy and continuation. Pure; what add_frame decides by.
+std::array<PassNeed, 4> needed_passes(const SceneNeeds& needs, int bounces);
 
 struct Frame {
     GBuffer gbuffer;

@@ -29,7 +29,7 @@ double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-/// Paths of a band: enough to keep any device busy, few enough that a frame's buffers stay near 300 MB.
+/// Paths of a band: enough to keep any device busy, few enough that a frame's buffers stay near half a gigabyte.
 constexpr std::size_t kBandPaths = std::size_t{1} << 20;
 
 void check(const RenderSettings& s) {
@@ -40,6 +40,9 @@ void check(const RenderSettings& s) {
     require(s.width <= 65536 && s.height <= 65536, "width and height must be at most 65536");
     require(s.samples > 0, "samples must be positive");
     require(s.bounces >= 0, "bounces must not be negative");
+    require(
+        s.camera.orthographic ? s.camera.ortho_height > 0 : s.camera.vertical_fov > 0 && s.camera.vertical_fov < kPi,
+        "the camera's field of view is not between 0 and 180 degrees, or its height is not positive");
     require(s.time_limit >= 0 && std::isfinite(s.time_limit), "the time limit must be zero or positive");
     for (const std::string& name : s.aovs) {
         const auto known = known_aovs();
@@ -51,7 +54,8 @@ void check(const RenderSettings& s) {
     }
 }
 
-/// The largest band of whole block rows whose buffers and textures any driver limit allows.
+/// Bands of whole block rows, as few as the driver's limits on buffers and textures allow, and all alike: each costs as
+/// much as the largest.
 Band first_band(const RenderSettings& s, const SceneBuffers& scene, const gpu::Limits& limits) {
     // The widest records by path: the G-buffer's, and six doubles of sums.
     const std::size_t record = std::max(scene.surface_record_bytes(), 6 * sizeof(double));
@@ -59,8 +63,11 @@ Band first_band(const RenderSettings& s, const SceneBuffers& scene, const gpu::L
     const std::size_t row_paths = (static_cast<std::size_t>(s.width) + 15) / 16 * 256;  // of a row of blocks
     if (s.width > limits.texture_size)
         throw Error("render settings", "{} pixels wide: the driver takes {}", s.width, limits.texture_size);
-    const auto rows = static_cast<int>(std::max<std::size_t>(paths / row_paths, 1)) * 16;
-    return {{s.width, s.height}, 0, std::min({rows, limits.texture_size / 16 * 16, s.height})};
+    const int most =
+        std::min(static_cast<int>(std::max<std::size_t>(paths / row_paths, 1)) * 16, limits.texture_size / 16 * 16);
+    const int bands = (s.height + most - 1) / most;
+    const int rows = ((s.height + bands - 1) / bands + 15) / 16 * 16;
+    return {{s.width, s.height}, 0, std::min(rows, s.height)};
 }
 
 /// Distance within which the camera sees everything there is; 1 for an empty scene.
@@ -103,6 +110,7 @@ struct Renderer::State {
     State(gpu::Context& c, const Scene& s, const ColorConfig& colors, RenderSettings r)
         : context(c), scene(s), settings(std::move(r)) {
         check(settings);
+        validate(scene);
         const Clock::time_point start = Clock::now();
         trace_tables = build_trace_tables(scene, kFlattenLimit);
         buffers.emplace(trace_tables, build_shading_tables(scene, trace_tables));
@@ -134,8 +142,8 @@ struct Renderer::State {
 
     void set_frame(const Band& where, const vec2& jitter, int index) {
         const shared::Frame constants = frame_constants(
-            settings.camera, settings.camera, trace_tables.origin, reach_of(trace_tables, settings.camera),
-            {where, jitter, static_cast<std::uint32_t>(index), frame_seed()});
+            settings.camera, settings.previous_camera.value_or(settings.camera), trace_tables.origin,
+            reach_of(trace_tables, settings.camera), {where, jitter, static_cast<std::uint32_t>(index), frame_seed()});
         frame_constants_buffer.write(0, sizeof(constants), &constants);
     }
 
@@ -154,6 +162,7 @@ struct Renderer::State {
             set_frame(where, jitter(done - 1), done - 1);
             executor.run(sample.compiled);
             glFinish();
+            context.check("rendering");
             const bool go_on = after_sample(done);
             if (!go_on || done == settings.samples) return done;
             // Another sample like those so far would end late.
@@ -199,6 +208,7 @@ Renderer::~Renderer() = default;
 RenderResult Renderer::render(const ProgressCallback& progress) {
     State& s = *state_;
     const Clock::time_point start = Clock::now();
+    const double compiled_before = s.programs.seconds();
     s.executor.reset_times();
     s.non_finite.clear();
     const int bands = (s.settings.height + s.band.rows - 1) / s.band.rows;
@@ -228,11 +238,13 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
     s.context.check("rendering");
     film.take(result);
 
-    stats.render_seconds = seconds_since(start) - s.programs.seconds();
+    stats.compile_seconds = s.programs.seconds() - compiled_before;
+    stats.render_seconds = seconds_since(start) - stats.compile_seconds;
     stats.prepare_seconds = s.prepare_seconds;
-    stats.compile_seconds = s.programs.seconds();
-    stats.gpu_bytes =
-        s.buffers->bytes() + s.trace->statistics().bytes + s.sample.compiled.slot_bytes + s.executor.history().bytes();
+    const std::size_t pictures =
+        (s.view_kernel ? 2 : 1) * sizeof(vec4) * std::size_t(s.band.image.x) * std::size_t(s.band.rows);
+    stats.gpu_bytes = s.buffers->bytes() + s.trace->statistics().bytes + s.executor.history().bytes() + pictures +
+                      std::max(s.sample.compiled.slot_bytes, s.data.compiled.slot_bytes);
     stats.left_out = s.sample.frame.left_out;
     for (const graph::PassTime& t : s.executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     const auto counts = s.non_finite.read<std::uint32_t>();

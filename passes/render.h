@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -28,7 +29,8 @@ struct RenderSettings {
     int width = 1280;  // pixels, > 0
     int height = 720;  // pixels, > 0
     Camera camera;
-    int samples = 64;         // per pixel, > 0
+    std::optional<Camera> previous_camera;  // of the frame before, for the motion output; without: `camera`
+    int samples = 64;                       // per pixel, > 0
     double time_limit = 0;    // seconds; > 0: samples are added until it is spent, at least one, `samples` at most
     int bounces = 8;          // reflections along a path, >= 0: 0 emission only, 1 direct light
     std::uint32_t seed = 0;   // independent pictures of the same frame
@@ -63,7 +65,7 @@ struct RenderStats {
     int samples = 0;                    // per pixel, done
     bool interrupted = false;           // by the callback
     double prepare_seconds = 0;         // tables, hierarchies, upload
-    double compile_seconds = 0;         // shaders
+    double compile_seconds = 0;         // shaders that this render was the first to need
     double render_seconds = 0;          // samples
     std::uint64_t paths = 0;            // width x height x samples
     std::size_t gpu_bytes = 0;          // buffers and textures, scene and frame

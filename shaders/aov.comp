@@ -26,7 +26,7 @@ void main() {
     AovRecord record;
     record.position = seen ? position : vec3(0.0);
     record.depth = seen ? dot(position - frame.camera_position.xyz, frame.camera_forward.xyz)
-                        : uintBitsToFloat(0x7f800000u);
+                        : kNoDepth;
     // A point that was behind the camera had no place in the picture before.
     record.motion = seen && before.w > 0.0 ? here - there : vec2(0.0);
     record.triangle = hits[path].triangle;

@@ -31,6 +31,7 @@ uniform uint depth;  // of this vertex, > 0
 
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/next_event.glsl"
+#include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/path_list.glsl"
 
 #ifndef HALFLIGHT_LAST_VERTEX
@@ -45,12 +46,13 @@ void main() {
     Ray ray = path_rays[path];
     Hit hit = hits[path];
     PathState state = states[path];
-    bool is_hit = hit.triangle != kMiss;
+    bool is_hit = hit.triangle != kMiss && finite(hit.t);
+    bool unfinished = hit.triangle != kMiss && !is_hit;
     vec3 direction = normalize(ray.direction);
     vec3 wo = -direction;
 
 #ifdef HALFLIGHT_PENDING
-    if (state.pending_light != 0u && occluded[path] == 0u) state.indirect += state.pending;
+    if (state.pending_light != 0u) state.indirect += answered_light(state.pending, occluded[path]);
 #endif
     state.pending_light = 0u;
 
@@ -63,6 +65,7 @@ void main() {
     vec3 met = is_hit ? material.emission : environment_radiance(direction);
     float density = is_hit ? light_pdf(hit, direction, hit.t * length(ray.direction), surface.geometric_normal)
                            : environment_pdf(direction);
+    if (unfinished) met = vec3(not_a_number());  // to be counted
     met *= state.throughput * met_light_weight(state.pdf, density);
 #ifdef HALFLIGHT_FIRST_HIT
     state.direct = met;
@@ -97,6 +100,11 @@ void main() {
     state.throughput *= s.weight / p;
     state.pdf = p * s.pdf;
     bool goes_on = active_path && is_hit && contributes(state.throughput);
+    // Roulette would end a path of NaN unseen; here it ends where it is counted.
+    if (goes_on && !all_finite(state.throughput)) {
+        state.indirect = state.throughput;
+        goes_on = false;
+    }
 #ifdef HALFLIGHT_ROULETTE
     float survival = min(max(state.throughput.r, max(state.throughput.g, state.throughput.b)), 0.95);
     goes_on = goes_on && sample_1d(random, vertex_dimension(depth, kDimensionRoulette)) < survival;

@@ -40,7 +40,8 @@ void main() {
     uint key = 0u;
 #endif
 #ifdef HALFLIGHT_ANY_HIT
-    occluded[path] = traverse(load_ray(path), key, true).triangle != kMiss ? 1u : 0u;
+    Hit hit = traverse(load_ray(path), key, true);
+    occluded[path] = hit.triangle == kMiss ? kFree : floatBitsToUint(hit.t) != floatBitsToUint(not_a_number()) ? kOccluded : kUnfinished;
 #else
     hits[path] = traverse(load_ray(path), key, false);
 #endif

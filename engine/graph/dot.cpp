@@ -68,6 +68,7 @@ class DotWriter {
         if (resource.slot != PlannedResource::kNoSlot) label += fmt::format(", slot {}", resource.slot);
         if (resource.node.kind == ResourceKind::imported) label += ", imported";
         if (resource.node.kind == ResourceKind::history_now) label += ", history";
+        if (resource.node.kind == ResourceKind::carried) label += ", carried";
         const bool output = resource.node.output && version == resource.node.current();
         const char* style = output ? ", peripheries=2" : resource.used ? "" : ", style=dashed";
         out_ += fmt::format("    {} [shape=ellipse, label=\"{}\"{}];\n", id, label, style);

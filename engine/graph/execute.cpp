@@ -117,6 +117,15 @@ History::Pair& History::turn(const ResourceNode& node) {
     return pair;
 }
 
+gpu::Buffer& History::carried(const ResourceNode& node) {
+    Pair& pair = pairs_[node.name];
+    if (pair.buffers.size() != 1 || pair.buffers[0].bytes() != node.buffer.bytes) {
+        pair = Pair();
+        pair.buffers.emplace_back(node.name, node.buffer.bytes);
+    }
+    return pair.buffers[0];
+}
+
 // --- Executor -------------------------------------------------------------------------------------------------------
 
 void Executor::allocate(const CompiledGraph& graph) {
@@ -167,6 +176,8 @@ void Executor::place(const CompiledGraph& graph) {
         if (node.kind == ResourceKind::imported) {
             buffer_of_[r] = node.imported_buffer;
             texture_of_[r] = node.imported_texture;
+        } else if (node.kind == ResourceKind::carried && resource.used) {
+            buffer_of_[r] = &history_.carried(node);
         } else if (resource.slot != PlannedResource::kNoSlot) {
             buffer_of_[r] = slots_[resource.slot].buffer.get();
             texture_of_[r] = slots_[resource.slot].texture.get();

@@ -36,7 +36,8 @@ class Resources {
 };
 
 /// All state that is carried from one run to the next. Pairs are found by name, turned once per run of a graph that has
-/// them, and forgotten in one place: invalidate(). A pair whose descriptor changes starts from zeros again.
+/// them; carried buffers stay as they are. All is forgotten in one place: invalidate(). What changes its descriptor
+/// starts from zeros again.
 class History {
   public:
     /// Resize, camera cut, scene change: every `previous` reads as zeros in the next run.
@@ -47,12 +48,13 @@ class History {
   private:
     friend class Executor;
     struct Pair {
-        std::vector<gpu::Buffer> buffers;    // two, or none
+        std::vector<gpu::Buffer> buffers;    // two, none, or one that is carried
         std::vector<gpu::Texture> textures;  // two, or none
         std::uint32_t now = 0;               // which of the two
         bool written = false;                // `now` was completed in the last run
     };
     Pair& turn(const ResourceNode& node);
+    gpu::Buffer& carried(const ResourceNode& node);
     std::map<std::string, Pair, std::less<>> pairs_;
     std::string reason_;
 };

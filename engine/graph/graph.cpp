@@ -150,15 +150,21 @@ TextureHandle Graph::import_texture(std::string resource_name, gpu::Texture& tex
     return handle;
 }
 
+void Graph::check_history_name(std::uint32_t resource) const {
+    for (std::uint32_t i = 0; i < resource; ++i) {
+        const ResourceNode& other = resources_[i];
+        const bool is_history = other.kind == ResourceKind::history_now || other.kind == ResourceKind::carried;
+        if (is_history && other.name == resources_[resource].name) {
+            throw Error(quoted("history", other.name), "is declared twice");
+        }
+    }
+}
+
 template <class H>
 HistoryPair<H> Graph::make_pair(H now, H previous) {
     ResourceNode& first = resources_[now.resource];
     ResourceNode& second = resources_[previous.resource];
-    for (std::uint32_t i = 0; i < now.resource; ++i) {
-        if (resources_[i].kind == ResourceKind::history_now && resources_[i].name == first.name) {
-            throw Error(quoted("history", first.name), "is declared twice");
-        }
-    }
+    check_history_name(now.resource);
     first.kind = ResourceKind::history_now;
     first.partner = previous.resource;
     second.kind = ResourceKind::history_previous;
@@ -175,6 +181,14 @@ HistoryPair<BufferHandle> Graph::history_buffer(std::string resource_name, Buffe
 HistoryPair<TextureHandle> Graph::history_texture(std::string resource_name, gpu::TextureDesc desc) {
     const TextureHandle now = create_texture(resource_name, desc);
     return make_pair(now, create_texture(resource_name + " (previous)", desc));
+}
+
+BufferHandle Graph::carried_buffer(std::string resource_name, BufferDesc desc) {
+    const BufferHandle handle = create_buffer(std::move(resource_name), desc);
+    check_history_name(handle.resource);
+    resources_[handle.resource].kind = ResourceKind::carried;
+    resources_[handle.resource].writers = {ResourceNode::kOutside};
+    return handle;
 }
 
 void Graph::mark_output(std::uint32_t graph, std::uint32_t resource, std::uint32_t version) {

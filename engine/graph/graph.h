@@ -72,7 +72,7 @@ struct HistoryPair {
     H previous;
 };
 
-enum class ResourceKind : std::uint8_t { transient, imported, history_now, history_previous };
+enum class ResourceKind : std::uint8_t { transient, imported, history_now, history_previous, carried };
 
 /// A declared resource. Exactly one of the two descriptors counts.
 struct ResourceNode {
@@ -151,6 +151,10 @@ class Graph {
     /// Throw Error if the name is taken by another history pair.
     HistoryPair<BufferHandle> history_buffer(std::string name, BufferDesc desc);
     HistoryPair<TextureHandle> history_texture(std::string name, gpu::TextureDesc desc);
+    /// State that is updated in place (storage_read_write): half the memory of a pair where every element depends on
+    /// its own past alone, as sums do. Owned by History like a pair; zeros in the first run and after an invalidation.
+    /// Its last version must be an output for its writers to stay. Throws Error if the name is taken.
+    BufferHandle carried_buffer(std::string name, BufferDesc desc);
     /// Wanted: readable after a run (Executor::buffer, Executor::texture). It must be the last version.
     void output(BufferHandle handle);
     void output(TextureHandle handle);
@@ -172,6 +176,7 @@ class Graph {
     PassNode& open_pass(std::uint32_t pass, std::string& who);
     template <class H>
     HistoryPair<H> make_pair(H now, H previous);
+    void check_history_name(std::uint32_t resource) const;
 
     std::uint32_t serial_;
     std::vector<PassNode> passes_;

@@ -73,13 +73,14 @@ class TraceScene {
 };
 
 /// Adds the passes that fill one Hit per ray of the batch (index: path); with a list, other paths keep what they had.
-/// A miss has triangle kMiss and t +inf. Nearest of what lies in (t_min, t_max), both ends open, from both sides; among
-/// equal t the lower (instance, triangle). Returns the hits. Throws Error where the driver cannot start so many rays.
+/// A miss has triangle kMiss and t +inf; a search that the driver cut short has t NaN. Nearest of what lies in (t_min,
+/// t_max), both ends open, from both sides; among equal t the lower (instance, triangle). Returns the hits. Throws
+/// Error where the driver cannot start so many rays.
 graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                                 graph::BufferHandle hits);
 
-/// Adds the passes that tell for each ray of the batch whether anything lies in (t_min, t_max): one uint per path, 1 =
-/// occluded.
+/// Adds the passes that tell for each ray of the batch whether anything lies in (t_min, t_max): one uint per path,
+/// kFree, kOccluded, or kUnfinished where the driver cut the search short (shaders/shared/rays.h).
 graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle occluded);
 

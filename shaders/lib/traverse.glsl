@@ -8,6 +8,7 @@
 // Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles).
 #include "shaders/shared/rays.h"
 #include "shaders/lib/bvh.glsl"
+#include "shaders/lib/finite.glsl"
 #include "shaders/lib/intersect.glsl"
 #ifdef HALFLIGHT_ALPHA
 #include "shaders/lib/alpha.glsl"
@@ -36,6 +37,7 @@ Ray ray_in_block(Ray ray, uint instance) {
 #endif
 
 // any_hit (a constant): stops at the first hit found, of which only `triangle != kMiss` has a meaning.
+// t is NaN where the driver ended the search before it was over.
 // alpha_key: ray_key() of shaders/lib/hash.glsl; not read without HALFLIGHT_ALPHA.
 //
 // Software drivers run both sides of a branch, and the body of a loop once before they see that nobody is in it. So loops
@@ -187,6 +189,8 @@ Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
 #endif
     } while (node != kStackDone);
 
+    // llvmpipe ends the loops of an invocation after 65535 turns in all, silently. What was found by then is no answer.
+    if (node != kStackDone && !(any_hit && found)) return Hit(not_a_number(), 0.0, 0.0, 0u, 0u);
     if (!found) return Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss);
     return nearest;
 }

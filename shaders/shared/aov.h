@@ -6,9 +6,12 @@
 
 HALFLIGHT_SHARED_BEGIN
 
+// Behind everything, and finite, as compositing programs expect.
+HALFLIGHT_SHARED_CONST float kNoDepth = 1e10f;
+
 struct AovRecord {
     vec3 position;   // relative to TraceTables::origin; 0 where there is no surface
-    float depth;     // distance along the camera's axis, world units; +inf where there is no surface
+    float depth;     // distance along the camera's axis, world units; kNoDepth where there is no surface
     vec2 motion;     // pixels, x right, y down: here minus where the point was in the previous frame
     uint triangle;   // of the tables; kMiss where there is no surface
     uint instance;   // block instance

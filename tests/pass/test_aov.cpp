@@ -45,7 +45,7 @@ class AovTest : public PassTest {
                 if (!expected.hit) {
                     ++misses;
                     EXPECT_EQ(r.triangle, shared::kMiss);
-                    EXPECT_EQ(r.depth, kInfinity);
+                    EXPECT_EQ(r.depth, shared::kNoDepth);
                     EXPECT_EQ(r.position, vec3(0));
                     EXPECT_EQ(r.motion, vec2(0));
                     continue;

@@ -263,7 +263,7 @@ TEST_F(FrameTest, EmptyScene) {
     const RenderResult sky = render(context, scene, everything(scene, 20, 20, 2));
     for (std::size_t i = 0; i < sky.beauty.pixels.size(); ++i)
         EXPECT_EQ(sky.beauty.pixels[i], (std::array{0.25f, 0.5f, 1.0f, 1.0f}[i % 4]));
-    for (const float z : layer(sky, "Z").pixels) EXPECT_EQ(z, kInfinity);
+    for (const float z : layer(sky, "Z").pixels) EXPECT_EQ(z, 1e10f);
 }
 
 TEST_F(FrameTest, BandsJoinWithoutASeam) {

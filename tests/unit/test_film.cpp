@@ -233,14 +233,14 @@ TEST(Film, DataGoesThroughTheTables) {
     records[shared::path_of_pixel({0, 0}, {1, 1})] = {
         .position = {1, 2, 3}, .depth = 7, .motion = {-1, 4}, .triangle = 1, .instance = 0};
     records[shared::path_of_pixel({1, 0}, {1, 1})] = {
-        .position = vec3(0), .depth = kInfinity, .motion = vec2(0), .triangle = shared::kMiss, .instance = 0};
+        .position = vec3(0), .depth = shared::kNoDepth, .motion = vec2(0), .triangle = shared::kMiss, .instance = 0};
     film.add_data({{2, 1}, 0, 1}, records);
     RenderResult result;
     film.take(result);
     using Values = std::vector<float>;
     EXPECT_EQ(layer(result, "position.X").image.pixels, (Values{1001, 2, 1, 0, 0, 0}));
     EXPECT_EQ(layer(result, "position.X").channels[2], "position.Z");
-    EXPECT_EQ(layer(result, "Z").image.pixels, (Values{7, kInfinity}));
+    EXPECT_EQ(layer(result, "Z").image.pixels, (Values{7, shared::kNoDepth}));
     EXPECT_EQ(layer(result, "motion.X").image.pixels, (Values{-1, 4, 0, 0}));
     const ExrLayer& ids = layer(result, "ids.instance");
     EXPECT_EQ(ids.channels, (std::vector<std::string>{"ids.instance", "ids.primitive", "ids.material"}));

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "engine/core/error.h"
 #include "engine/gpu/program.h"
 #include "engine/graph/execute.h"
 #include "tests/support/error_message.h"
@@ -121,6 +122,31 @@ TEST_F(GraphTest, HistoryCarriesStateOverRuns) {
     EXPECT_EQ(executor.read<std::uint32_t>(now), Words(kCount, 1));
     executor.run(plan);
     EXPECT_EQ(executor.read<std::uint32_t>(now), Words(kCount, 2));
+}
+
+TEST_F(GraphTest, CarriedBufferIsUpdatedInPlace) {
+    Graph graph;
+    const BufferHandle before = graph.carried_buffer("sum", {kCount * sizeof(std::uint32_t)});
+    Pass add = graph.add_pass("add two");
+    const BufferHandle sum = add.write(before, storage_read_write);
+    add.execute([=](Resources& r) {
+        gpu::Buffer& buffer = r.buffer(sum);
+        Words values = buffer.read<std::uint32_t>();
+        for (std::uint32_t& v : values) v += 2;
+        buffer.write(std::span<const std::uint32_t>(values));
+    });
+    graph.output(sum);
+    const CompiledGraph plan = compile(graph);
+    executor.poison(true);
+    for (std::uint32_t run = 1; run <= 3; ++run) {
+        executor.run(plan);
+        EXPECT_EQ(executor.read<std::uint32_t>(sum), Words(kCount, 2 * run));
+    }
+    EXPECT_EQ(executor.history().bytes(), kCount * sizeof(std::uint32_t)) << "one buffer, not two";
+    executor.history().invalidate("camera cut");
+    executor.run(plan);
+    EXPECT_EQ(executor.read<std::uint32_t>(sum), Words(kCount, 2));
+    EXPECT_THROW(graph.history_buffer("sum", {16}), Error);
 }
 
 TEST_F(GraphTest, HistoryOutlivesAGraphButNotAResize) {

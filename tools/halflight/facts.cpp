@@ -6,6 +6,8 @@
 #include <functional>
 
 #include "engine/scene/shading_tables.h"
+#include "passes/frame.h"
+#include "passes/render.h"
 
 namespace halflight {
 namespace {
@@ -107,18 +109,12 @@ Json repaired(const SceneReport& report) {
     return counts;
 }
 
-/// The passes that light needs here; add_frame (passes/frame.h) decides by the same facts.
+/// The passes that light needs here, with the default number of bounces.
 Json passes(const Scene& scene) {
     const SceneNeeds needs = build_shading_tables(scene, build_trace_tables(scene, kFlattenLimit)).needs;
-    const bool reflects = needs.diffuse || needs.glossy;
-    const std::pair<const char*, bool> kPasses[] = {
-        {"gbuffer", true},          {"shadow", reflects && needs.lights()},
-        {"diffuse", needs.diffuse}, {"glossy", needs.glossy},
-        {"continuation", reflects},
-    };
-    Json names = Json::array();
-    for (const auto& [name, needed] : kPasses)
-        if (needed) names.push_back(name);
+    Json names = {"gbuffer"};
+    for (const PassNeed& need : needed_passes(needs, RenderSettings().bounces))
+        if (!need.left_out) names.push_back(need.pass);
     return names;
 }
 
