@@ -1,6 +1,7 @@
 #include "engine/rays/bvh.h"
 
 #include <embree3/rtcore.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <cmath>
@@ -120,8 +121,7 @@ Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::ui
           const Corners* corners) {
     Bvh bvh;
     if (count == 0) return bvh;
-    // Several threads would number the parts of split triangles in the order of their arrival.
-    const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice("threads=1"), rtcReleaseDevice);
+    const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice(nullptr), rtcReleaseDevice);
     const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> storage(rtcNewBVH(device.get()), rtcReleaseBVH);
     RTCBuildArguments arguments = rtcDefaultBuildArguments();
     arguments.bvh = storage.get();
@@ -140,7 +140,9 @@ Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::ui
     arguments.createLeaf = create_leaf;
     arguments.splitPrimitive = corners ? split_triangle : nullptr;
     arguments.userPtr = const_cast<Corners*>(corners);
-    auto* built = static_cast<BuiltNode*>(rtcBuildBVH(&arguments));
+    // Alone: several threads would number the parts of split triangles in the order of their arrival.
+    tbb::task_arena one_thread(1);
+    auto* built = one_thread.execute([&] { return static_cast<BuiltNode*>(rtcBuildBVH(&arguments)); });
     if (built == nullptr) {
         throw Error("bvh", "Embree failed with error {}", static_cast<int>(rtcGetDeviceError(device.get())));
     }

@@ -26,8 +26,8 @@ double max_norm(const dmat3& m) {
 
 bool well_conditioned(const dmat4& object_to_world) {
     const dmat3 linear(object_to_world);
-    const double condition = max_norm(linear) * max_norm(glm::inverse(linear));
-    return condition <= kMaxCondition;  // false for NaN, thus for singular ones
+    const dmat3 inverse = glm::inverse(linear);
+    return std::isfinite(glm::determinant(inverse)) && max_norm(linear) * max_norm(inverse) <= kMaxCondition;
 }
 
 /// Lowest alpha that a material can show, given the lowest vertex alpha.

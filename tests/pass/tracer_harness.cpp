@@ -164,9 +164,16 @@ Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, c
             for (int a = 0; a < 3; ++a) reach = std::max({reach, std::abs(p[a] - origin[a]), std::abs(p[a])});
         }
         const double error = condition * reach * 0x1p-18;
+        // t is interpolated with weights that are as wrong as the projected triangle is long for its area.
         const dvec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
-        const double slant = std::abs(glm::dot(normal, direction)) / std::max(glm::length(normal), 1e-300);
-        const double t_error = std::min(error / std::max(slant, 1e-12) + error, 2 * reach) / scale;
+        const double projected = std::abs(glm::dot(normal, direction));
+        double longest2 = 0;
+        for (std::size_t k = 0; k < 3; ++k) {
+            const dvec3 e = c[(k + 1) % 3] - c[k];
+            longest2 = std::max(longest2, glm::dot(e, e));
+        }
+        const double steep = (glm::length(normal) + longest2) / std::max(projected, 1e-300);
+        const double t_error = std::min(error * (1 + steep), 2 * reach) / scale;
         if (other.triangle != kMiss && std::abs(double{claim.t} - double{other.t}) <= t_error) continue;
 
         double edge = kInfinity;

@@ -1,0 +1,166 @@
+// Scenes flattened for tracing: what is merged, what is shared, and where everything comes from.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "engine/scene/tables.h"
+#include "tests/support/error_message.h"
+
+namespace halflight {
+namespace {
+
+Mesh one_triangle(const vec3& at) {
+    Mesh mesh;
+    mesh.positions = {at, at + vec3(1, 0, 0), at + vec3(0, 1, 0)};
+    mesh.normals.assign(3, vec3(0, 0, 1));
+    mesh.triangles = {{0, 1, 2}};
+    mesh.triangle_material = {0};
+    return mesh;
+}
+
+Instance instance_of(int mesh, const dmat4& object_to_world = dmat4(1)) {
+    Instance instance;
+    instance.mesh = mesh;
+    instance.object_to_world = object_to_world;
+    return instance;
+}
+
+Scene scene_of(std::vector<Mesh> meshes, std::vector<Instance> instances) {
+    Scene scene;
+    scene.name = "test";
+    scene.materials.emplace_back();
+    scene.meshes = std::move(meshes);
+    scene.instances = std::move(instances);
+    return scene;
+}
+
+dmat4 moved(double x, double y, double z) {
+    return glm::translate(dmat4(1), dvec3(x, y, z));
+}
+
+/// Where the tables put corner k of a triangle in the world.
+dvec3 placed(const TraceTables& tables, std::uint32_t instance, std::uint32_t triangle, int k) {
+    return dvec3(tables.instances[instance].block_to_world * vec4(tables.positions[tables.triangles[triangle][k]], 1)) +
+           tables.origin;
+}
+
+TEST(TraceTables, MergesWhatIsUsedOnceAndSharesTheRest) {
+    const Scene scene =
+        scene_of({one_triangle(vec3(0)), one_triangle(vec3(5)), one_triangle(vec3(9))},
+                 {instance_of(1, moved(1, 0, 0)), instance_of(0, moved(0, 2, 0)), instance_of(1, moved(3, 0, 0)),
+                  instance_of(2, glm::scale(dmat4(1), dvec3(-1, 1, 1)))});
+    const TraceTables tables = build_trace_tables(scene);
+    ASSERT_EQ(tables.blocks.size(), 2u);
+    ASSERT_EQ(tables.instances.size(), 3u);
+    EXPECT_TRUE(tables.instances[0].identity);
+    EXPECT_EQ(tables.instances[1].scene_instance, 0u);
+    EXPECT_EQ(tables.instances[2].scene_instance, 2u);
+    ASSERT_EQ(tables.ranges.size(), 3u);
+    EXPECT_TRUE(tables.ranges[0].merged && tables.ranges[1].merged && !tables.ranges[2].merged);
+    EXPECT_EQ(tables.ranges[0].instance, 1u);
+    EXPECT_EQ(tables.ranges[1].instance, 3u);
+    EXPECT_EQ(tables.ranges[2].mesh, 1u);
+
+    const std::pair<std::uint32_t, std::uint32_t> hits[] = {{0, 0}, {0, 1}, {1, 2}, {2, 2}};
+    const std::uint32_t expected[] = {1, 3, 0, 2};
+    for (int i = 0; i < 4; ++i) {
+        const auto [instance, triangle] = hits[i];
+        const TriangleSource source = source_of(tables, instance, triangle);
+        EXPECT_EQ(source.instance, expected[i]);
+        EXPECT_EQ(source.triangle, 0u);
+        const Instance& from = scene.instances[source.instance];
+        for (int k = 0; k < 3; ++k) {  // corners in file order, mirrored or not
+            const vec3 p = scene.meshes[static_cast<std::size_t>(from.mesh)].positions[static_cast<std::size_t>(k)];
+            EXPECT_NEAR(glm::distance(placed(tables, instance, triangle, k), dvec3(from.object_to_world * dvec4(p, 1))),
+                        0, 1e-5);
+        }
+    }
+}
+
+TEST(TraceTables, FlattensSmallSharedMeshesUpToTheLimit) {
+    Mesh large = one_triangle(vec3(0));
+    for (int i = 0; i < 9; ++i) large.triangles.push_back(large.triangles[0]);
+    large.triangle_material.assign(10, 0);
+    std::vector<Instance> instances;
+    for (int i = 0; i < 4; ++i) instances.push_back(instance_of(i % 2, moved(i, 0, 0)));
+    const Scene scene = scene_of({large, one_triangle(vec3(1))}, instances);
+    EXPECT_EQ(build_trace_tables(scene, 1).instances.size(), 4u);
+    const TraceTables some = build_trace_tables(scene, 2);
+    EXPECT_EQ(some.instances.size(), 3u);
+    EXPECT_EQ(some.ranges.size(), 3u);
+    EXPECT_EQ(build_trace_tables(scene, 21).instances.size(), 3u);
+    const TraceTables all = build_trace_tables(scene, 22);
+    EXPECT_EQ(all.instances.size(), 1u);
+    EXPECT_EQ(all.triangles.size(), 22u);
+    EXPECT_EQ(all.positions.size(), 12u);
+}
+
+TEST(TraceTables, MergesSingularAndIllConditionedInstances) {
+    const Scene scene =
+        scene_of({one_triangle(vec3(0))},
+                 {instance_of(0), instance_of(0, glm::scale(dmat4(1), dvec3(1, 1, 0))),
+                  instance_of(0, glm::scale(dmat4(1), dvec3(1, 1, 1e-6))), instance_of(0, moved(4, 0, 0))});
+    const TraceTables tables = build_trace_tables(scene);
+    ASSERT_EQ(tables.instances.size(), 3u);
+    EXPECT_TRUE(tables.instances[0].identity);
+    EXPECT_EQ(tables.blocks[0].triangle_count, 2u);
+    for (std::size_t i = 1; i < 3; ++i) {
+        const glm::mat4x3 m = tables.instances[i].block_to_world;
+        EXPECT_NEAR(glm::distance(tables.instances[i].world_to_block * vec4(m * vec4(1, 2, 3, 1), 1), vec3(1, 2, 3)), 0,
+                    1e-5);
+    }
+}
+
+TEST(TraceTables, KeepPrecisionFarFromTheOrigin) {
+    const dvec3 far(1e6, -2e6, 3e6);
+    const Scene scene =
+        scene_of({one_triangle(vec3(0)), one_triangle(vec3(0, 0, 2))},
+                 {instance_of(0, moved(far.x, far.y, far.z)), instance_of(1, moved(far.x + 3, far.y, far.z)),
+                  instance_of(1, moved(far.x + 6, far.y, far.z))});
+    const TraceTables tables = build_trace_tables(scene);
+    EXPECT_LT(glm::length(tables.bounds.extent()), 10.0f);
+    EXPECT_NEAR(glm::distance(placed(tables, 0, 0, 1), far + dvec3(1, 0, 0)), 0, 1e-6);
+    EXPECT_NEAR(glm::distance(placed(tables, 2, 1, 2), far + dvec3(6, 1, 2)), 0, 1e-6);
+}
+
+TEST(TraceTables, RefuseWhatFloatsCannotHold) {
+    const Scene scene = scene_of({one_triangle(vec3(0))}, {instance_of(0, glm::scale(dmat4(1), dvec3(1e14)))});
+    EXPECT_EQ(error_message([&] { build_trace_tables(scene); }),
+              "test: instance 0 reaches beyond 2^40 from the scene's centre");
+}
+
+TEST(TraceTables, FlagAlphaOnlyWhereItDecides) {
+    const auto flagged = [](AlphaMode mode, float alpha, float cutoff, float vertex_alpha, int texel_alpha) {
+        Scene scene = scene_of({one_triangle(vec3(0))}, {instance_of(0)});
+        Material& material = scene.materials[0];
+        material.alpha_mode = mode;
+        material.base_color.a = alpha;
+        material.alpha_cutoff = cutoff;
+        if (vertex_alpha < 1) scene.meshes[0].colors.assign(3, vec4(1, 1, 1, vertex_alpha));
+        if (texel_alpha < 256) {
+            scene.images.push_back({"image", 2, 1, {0, 0, 0, 255, 0, 0, 0, static_cast<std::uint8_t>(texel_alpha)}});
+            material.base_color_texture.image = 0;
+        }
+        const TraceTables tables = build_trace_tables(scene);
+        EXPECT_EQ(tables.alpha_tested, (tables.triangles[0].w & kTriangleAlpha) != 0);
+        return tables.alpha_tested;
+    };
+    EXPECT_FALSE(flagged(AlphaMode::opaque, 0.1f, 0.5f, 1, 0));
+    EXPECT_FALSE(flagged(AlphaMode::blend, 1, 0.5f, 1, 255));
+    EXPECT_TRUE(flagged(AlphaMode::blend, 0.9f, 0.5f, 1, 256));
+    EXPECT_TRUE(flagged(AlphaMode::blend, 1, 0.5f, 0.5f, 256));
+    EXPECT_TRUE(flagged(AlphaMode::blend, 1, 0.5f, 1, 254));
+    EXPECT_FALSE(flagged(AlphaMode::mask, 1, 0.5f, 0.6f, 256));
+    EXPECT_FALSE(flagged(AlphaMode::mask, 1, 0.5f, 1, 200));
+    EXPECT_TRUE(flagged(AlphaMode::mask, 1, 0.5f, 1, 100));
+    EXPECT_TRUE(flagged(AlphaMode::mask, 0.4f, 0.5f, 1, 256));
+}
+
+TEST(TraceTables, OfNothingAreEmpty) {
+    const TraceTables tables = build_trace_tables(scene_of({}, {}));
+    EXPECT_TRUE(tables.triangles.empty() && tables.blocks.empty() && tables.instances.empty() && tables.bounds.empty());
+}
+
+}  // namespace
+}  // namespace halflight
