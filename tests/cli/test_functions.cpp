@@ -55,7 +55,7 @@ TEST(WorldToClip, CornersOfTheView) {
     camera.camera_to_world[3] = dvec4(1, 2, 3, 1);
     const double up = 10 * std::tan(0.5), right = 2 * up;
     const auto project = [&](const dvec3& p) {
-        const dvec4 clip = world_to_clip(camera, 2) * dvec4(p, 1);
+        const dvec4 clip = standard_clip(camera, 2) * dvec4(p, 1);
         return dvec2(clip) / clip.w;
     };
     for (const double far_plane : {0.0, 100.0}) {

@@ -49,7 +49,7 @@ ivec2 picture_size(const RenderArguments& a, const Camera& camera) {
     return {kUsualWidth, pixels(kUsualWidth / aspect)};
 }
 
-dmat4 world_to_clip(const Camera& camera, double aspect) {
+dmat4 standard_clip(const Camera& camera, double aspect) {
     // Readers of the attribute use x, y and w; depth only needs some range where the camera leaves it open.
     const double near_plane = camera.near_plane > 0 ? camera.near_plane : 1;
     const bool bounded = camera.far_plane > near_plane;

@@ -17,7 +17,8 @@ ChosenCamera choose_camera(const Scene& scene, const RenderArguments& arguments)
 /// Pixels; what is not given follows from the camera's shape (16:9 if it has none) and a width of 1280.
 ivec2 picture_size(const RenderArguments& arguments, const Camera& camera);
 
-/// World to OpenGL clip space of a picture with this ratio of width to height.
-dmat4 world_to_clip(const Camera& camera, double aspect);
+/// World to OpenGL's usual clip space, for files; the rasterizer has its own, with reversed depth
+/// (passes/frame_constants.h). aspect: width / height.
+dmat4 standard_clip(const Camera& camera, double aspect);
 
 }  // namespace halflight

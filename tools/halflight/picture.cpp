@@ -50,7 +50,7 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     ExrAttributes attributes;
     attributes.chromaticities = info.working_space.chromaticities;
     attributes.world_to_camera = glm::inverse(info.camera.camera_to_world);
-    attributes.world_to_clip = world_to_clip(info.camera, aspect);
+    attributes.world_to_clip = standard_clip(info.camera, aspect);
     attributes.capture_date = capture_date_now();
     attributes.software = "halflight " HALFLIGHT_VERSION;
     attributes.comments = info.comments;
