@@ -4,8 +4,8 @@
 //
 // Without doubles: a float edge function, the difference of two rounded products, never has the wrong sign, since
 // rounding is monotone; at worst it is zero. Zero counts as inside, so of the triangles around a point the one that
-// contains it is met. Where all three are zero, the ray passes a needle within the rounding of its corners; that is met
-// where the bounds of the corners contain the ray, unless they have no area.
+// contains it is met, and others that the ray passes within the rounding of their corners. These are kept few by asking
+// that the corners' bounds contain the ray and have an area; a needle of which all three are zero is met on that alone.
 
 struct TriangleRay {
     ivec3 axes;    // z: that of the greatest direction component
@@ -46,10 +46,11 @@ TriangleHit intersect_triangle(TriangleRay ray, vec3 row_x, vec3 row_y, vec3 row
     precise vec3 edges = x.zxy * y.yzx - y.zxy * x.yzx;  // weights of the corners, times the determinant
     bool positive = all(greaterThanEqual(edges, vec3(0.0)));
     bool negative = all(lessThanEqual(edges, vec3(0.0)));
-    if (positive && negative && may_contain_zero(x) && may_contain_zero(y)) edges = vec3(1.0);
+    bool in_bounds = may_contain_zero(x) && may_contain_zero(y);
+    if (positive && negative && in_bounds) edges = vec3(1.0);
     precise float determinant = edges.x + edges.y + edges.z;
     precise float inverse = 1.0 / determinant;
     precise float t = (edges.x * z.x + edges.y * z.y + edges.z * z.z) * ray.shear.z * inverse;
     precise vec2 weights = edges.yz * inverse;
-    return TriangleHit((positive || negative) && determinant != 0.0, t, weights.x, weights.y);
+    return TriangleHit((positive || negative) && in_bounds && determinant != 0.0, t, weights.x, weights.y);
 }

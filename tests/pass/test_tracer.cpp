@@ -1,6 +1,7 @@
 // The plain tracer against Embree, and against what can be said without it.
 #include <gtest/gtest.h>
 
+#include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
 #include "tests/pass/tracer_harness.h"
@@ -9,84 +10,12 @@
 namespace halflight {
 namespace {
 
-using test::compare_hits;
-using test::Comparison;
-using test::EmbreeOracle;
-using test::Hit;
-using test::kMiss;
-using test::Ray;
-using test::Tracer;
-
-int add_mesh(Scene& scene, std::vector<vec3> positions, std::vector<uvec3> triangles) {
-    if (scene.materials.empty()) scene.materials.emplace_back();
-    Mesh mesh;
-    mesh.normals.assign(positions.size(), vec3(0, 1, 0));
-    mesh.triangle_material.assign(triangles.size(), 0);
-    mesh.positions = std::move(positions);
-    mesh.triangles = std::move(triangles);
-    scene.meshes.push_back(std::move(mesh));
-    return static_cast<int>(scene.meshes.size()) - 1;
-}
-
-void add_instance(Scene& scene, int mesh, const dmat4& object_to_world = dmat4(1)) {
-    Instance instance;
-    instance.mesh = mesh;
-    instance.object_to_world = object_to_world;
-    scene.instances.push_back(instance);
-}
-
-Scene of_one_mesh(const std::vector<vec3>& positions, const std::vector<uvec3>& triangles) {
-    Scene scene;
-    scene.name = "test";
-    add_instance(scene, add_mesh(scene, positions, triangles));
-    return scene;
-}
-
-/// Closed, n x 2n quads, poles included: every edge has two triangles.
-Scene sphere(unsigned n, const vec3& centre, float radius) {
-    std::vector<vec3> positions{centre + vec3(0, radius, 0), centre - vec3(0, radius, 0)};
-    std::vector<uvec3> triangles;
-    const unsigned columns = 2 * n;
-    const auto at = [&](unsigned row, unsigned column) {
-        if (row == 0) return 0u;
-        return row == n ? 1u : 2 + (row - 1) * columns + column % columns;
-    };
-    for (unsigned row = 1; row < n; ++row) {
-        for (unsigned column = 0; column < columns; ++column) {
-            const double theta = kPi * row / n, phi = 2 * kPi * column / columns;
-            positions.push_back(centre + radius * vec3(std::sin(theta) * std::cos(phi), std::cos(theta),
-                                                       std::sin(theta) * std::sin(phi)));
-        }
-    }
-    for (unsigned row = 0; row < n; ++row) {
-        for (unsigned column = 0; column < columns; ++column) {
-            const unsigned a = at(row, column), b = at(row + 1, column), c = at(row + 1, column + 1),
-                           d = at(row, column + 1);
-            if (row + 1 < n) triangles.emplace_back(a, b, c);
-            if (row > 0) triangles.emplace_back(a, c, d);
-        }
-    }
-    return of_one_mesh(positions, triangles);
-}
-
-Scene soup(std::size_t count, float size, const vec3& stretch, std::uint32_t seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<float> uniform(-1, 1);
-    const auto point = [&] { return vec3(uniform(random), uniform(random), uniform(random)); };
-    std::vector<vec3> positions;
-    std::vector<uvec3> triangles;
-    for (unsigned i = 0; i < count; ++i) {
-        const vec3 centre = point();
-        for (int k = 0; k < 3; ++k) positions.push_back(centre + size * stretch * point());
-        triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
-    }
-    return of_one_mesh(positions, triangles);
-}
+using namespace test;
 
 std::vector<Ray> all_rays(const Bounds& bounds, std::size_t count, std::uint32_t seed) {
-    std::vector<Ray> rays = test::rays_through(bounds, count, seed);
+    std::vector<Ray> rays = rays_through(bounds, count, seed);
     for (const vec3& from : {vec3(1, 0.3f, 0.2f), vec3(0, 0, 1), vec3(-1, 1, -1)}) {
-        const std::vector<Ray> view = test::camera_rays(bounds, from);
+        const std::vector<Ray> view = camera_rays(bounds, from);
         rays.insert(rays.end(), view.begin(), view.end());
     }
     return rays;
@@ -118,6 +47,7 @@ class TracerTest : public GpuTest {
     }
 };
 
+// The bounds are what these very rays gave, with room for another processor's Embree.
 TEST_F(TracerTest, AgreesWithEmbreeOnASphere) {
     EXPECT_LE(check(sphere(64, vec3(0), 1), 20000), 4u);
 }
@@ -126,8 +56,65 @@ TEST_F(TracerTest, AgreesWithEmbreeOnTriangleSoup) {
     EXPECT_LE(check(soup(5000, 0.1f, vec3(1), 3), 20000), 4u);
 }
 
+TEST_F(TracerTest, AgreesWithEmbreeOnLargeTriangles) {
+    EXPECT_LE(check(soup(500, 1, vec3(1), 5), 20000), 4u);
+}
+
 TEST_F(TracerTest, AgreesWithEmbreeOnSlivers) {
     EXPECT_LE(check(soup(5000, 0.5f, vec3(1, 1e-3f, 1e-3f), 4), 20000), 40u);
+}
+
+TEST_F(TracerTest, AgreesWithEmbreeOnAGridSeenAlongItsPlane) {
+    Scene scene = height_field(64, 0.0f);
+    EXPECT_LE(check(scene, 20000), 400u);  // two of the three views, and half the rays, are in its plane
+}
+
+TEST_F(TracerTest, AgreesWithEmbreeOnTinyAndHugeScenes) {
+    EXPECT_LE(check(sphere(32, vec3(0), 1e-6f), 5000), 4u);
+    EXPECT_LE(check(sphere(32, vec3(0), 1e6f), 5000), 4u);
+}
+
+TEST_F(TracerTest, TrianglesBelowFloatResolutionAreNotHitFromAfar) {
+    const TraceTables tables = build_trace_tables(soup(2000, 1e-7f, vec3(1), 6));
+    const std::vector<Ray> rays = all_rays(tables.bounds, 20000, 2);
+    const Comparison c = compare_hits(EmbreeOracle(tables), rays, Tracer(tables).closest(rays));
+    EXPECT_EQ(c.missed, 0u);
+    EXPECT_EQ(c.false_hits, 0u);
+}
+
+TEST_F(TracerTest, FarFromTheOriginIsLikeAtTheOrigin) {
+    Scene near = sphere(32, vec3(0), 1), far = near;
+    far.instances[0].object_to_world[3] = dvec4(1e6, -1e6, 1e6, 1);
+    const TraceTables at_origin = build_trace_tables(near), away = build_trace_tables(far);
+    const std::vector<Ray> rays = all_rays(at_origin.bounds, 5000, 1);
+    EXPECT_TRUE(bits_of(Tracer(at_origin).closest(rays)) == bits_of(Tracer(away).closest(rays)));
+}
+
+TEST_F(TracerTest, AgreesWithEmbreeOnInstances) {
+    Scene scene = sphere(16, vec3(5, 0, 0), 1);
+    scene.instances.clear();
+    const int cube =
+        add_mesh(scene, soup(50, 0.3f, vec3(1), 7).meshes[0].positions, soup(50, 0.3f, vec3(1), 7).meshes[0].triangles);
+    std::mt19937 random(8);
+    std::uniform_real_distribution<double> uniform(-1, 1);
+    for (int i = 0; i < 60; ++i) {
+        dmat4 m = glm::translate(dmat4(1), 20.0 * dvec3(uniform(random), uniform(random), uniform(random)));
+        m = glm::rotate(m, 3 * uniform(random), dvec3(uniform(random), 1, uniform(random)));
+        m = glm::scale(m,
+                       dvec3(i % 3 == 0 ? -1.0 : 1.0, 1 + 4 * (uniform(random) + 1), 1));  // condition below 3 * 9 * 3
+        add_instance(scene, i % 2 ? cube : 0, m);
+    }
+    ASSERT_EQ(build_trace_tables(scene).instances.size(), 60u);
+    EXPECT_LE(check(scene, 20000, 81), 60u);
+}
+
+TEST_F(TracerTest, MergedAndSharedBlocksTogether) {
+    Scene scene = sphere(16, vec3(0), 1);
+    add_instance(scene, 0, glm::translate(dmat4(1), dvec3(3, 0, 0)));
+    add_instance(scene,
+                 add_mesh(scene, height_field(8, 0.1f).meshes[0].positions, height_field(8, 0.1f).meshes[0].triangles));
+    ASSERT_EQ(build_trace_tables(scene).blocks.size(), 2u);
+    EXPECT_LE(check(scene, 10000, 3), 4u);
 }
 
 }  // namespace

@@ -191,6 +191,94 @@ Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, c
     return result;
 }
 
+int add_mesh(Scene& scene, const std::vector<vec3>& positions, const std::vector<uvec3>& triangles) {
+    if (scene.materials.empty()) scene.materials.emplace_back();
+    Mesh mesh;
+    mesh.normals.assign(positions.size(), vec3(0, 1, 0));
+    mesh.triangle_material.assign(triangles.size(), 0);
+    mesh.positions = positions;
+    mesh.triangles = triangles;
+    scene.meshes.push_back(std::move(mesh));
+    return static_cast<int>(scene.meshes.size()) - 1;
+}
+
+void add_instance(Scene& scene, int mesh, const dmat4& object_to_world) {
+    Instance instance;
+    instance.mesh = mesh;
+    instance.object_to_world = object_to_world;
+    scene.instances.push_back(instance);
+}
+
+Scene of_one_mesh(const std::vector<vec3>& positions, const std::vector<uvec3>& triangles) {
+    Scene scene;
+    scene.name = "test";
+    add_instance(scene, add_mesh(scene, positions, triangles));
+    return scene;
+}
+
+Scene sphere(unsigned n, const vec3& centre, float radius) {
+    std::vector<vec3> positions{centre + vec3(0, radius, 0), centre - vec3(0, radius, 0)};
+    std::vector<uvec3> triangles;
+    const unsigned columns = 2 * n;
+    const auto at = [&](unsigned row, unsigned column) {
+        if (row == 0) return 0u;
+        return row == n ? 1u : 2 + (row - 1) * columns + column % columns;
+    };
+    for (unsigned row = 1; row < n; ++row) {
+        for (unsigned column = 0; column < columns; ++column) {
+            const double theta = kPi * row / n, phi = 2 * kPi * column / columns;
+            positions.push_back(centre + radius * vec3(std::sin(theta) * std::cos(phi), std::cos(theta),
+                                                       std::sin(theta) * std::sin(phi)));
+        }
+    }
+    for (unsigned row = 0; row < n; ++row) {
+        for (unsigned column = 0; column < columns; ++column) {
+            const unsigned a = at(row, column), b = at(row + 1, column), c = at(row + 1, column + 1),
+                           d = at(row, column + 1);
+            if (row + 1 < n) triangles.emplace_back(a, b, c);
+            if (row > 0) triangles.emplace_back(a, c, d);
+        }
+    }
+    return of_one_mesh(positions, triangles);
+}
+
+Scene height_field(unsigned n, float height) {
+    std::vector<vec3> positions;
+    std::vector<uvec3> triangles;
+    for (unsigned j = 0; j <= n; ++j) {
+        for (unsigned i = 0; i <= n; ++i) {
+            const float x = 2 * static_cast<float>(i) / static_cast<float>(n) - 1;
+            const float z = 2 * static_cast<float>(j) / static_cast<float>(n) - 1;
+            positions.emplace_back(x, height * std::sin(5 * x) * std::cos(7 * z), z);
+            const unsigned a = j * (n + 1) + i;
+            if (i == n || j == n) continue;
+            triangles.emplace_back(a, a + n + 1, a + 1);
+            triangles.emplace_back(a + 1, a + n + 1, a + n + 2);
+        }
+    }
+    return of_one_mesh(positions, triangles);
+}
+
+Scene soup(unsigned count, float size, const vec3& stretch, std::uint32_t seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    const auto point = [&] { return vec3(uniform(random), uniform(random), uniform(random)); };
+    std::vector<vec3> positions;
+    std::vector<uvec3> triangles;
+    for (unsigned i = 0; i < count; ++i) {
+        const vec3 centre = point();
+        for (int k = 0; k < 3; ++k) positions.push_back(centre + size * stretch * point());
+        triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    return of_one_mesh(positions, triangles);
+}
+
+std::vector<std::uint32_t> bits_of(const std::vector<Hit>& hits) {
+    std::vector<std::uint32_t> bits(hits.size() * sizeof(Hit) / sizeof(std::uint32_t));
+    std::memcpy(bits.data(), hits.data(), hits.size() * sizeof(Hit));
+    return bits;
+}
+
 std::vector<Ray> rays_through(const Bounds& bounds, std::size_t count, std::uint32_t seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> uniform(0, 1);

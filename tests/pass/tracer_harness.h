@@ -3,6 +3,7 @@
 
 #include <embree3/rtcore.h>
 
+#include <array>
 #include <memory>
 #include <span>
 #include <type_traits>
@@ -23,7 +24,8 @@ using shared::Ray;
 class Tracer {
   public:
     explicit Tracer(const TraceTables& tables) : scene(tables) {}
-    Tracer(const TraceTables& tables, rays::NodeFormat format) : scene(tables, rays::pack_scene(tables, format), {}) {}
+    Tracer(const TraceTables& tables, const rays::PackedScene& packed) : scene(tables, packed, {}) {}
+    Tracer(const TraceTables& tables, rays::NodeFormat format) : Tracer(tables, rays::pack_scene(tables, format)) {}
 
     /// Without `list`: all rays; with it: results of unlisted rays are 0.
     std::vector<Hit> closest(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr);
@@ -69,6 +71,20 @@ struct Comparison {
 };
 Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, const std::vector<Hit>& hits,
                         double condition = 1);
+
+/// Scenes of one material; each function returns an index or a scene of one mesh and one instance.
+int add_mesh(Scene& scene, const std::vector<vec3>& positions, const std::vector<uvec3>& triangles);
+void add_instance(Scene& scene, int mesh, const dmat4& object_to_world = dmat4(1));
+Scene of_one_mesh(const std::vector<vec3>& positions, const std::vector<uvec3>& triangles);
+/// Closed, n x 2n quads, poles included: every edge has two triangles.
+Scene sphere(unsigned n, const vec3& centre, float radius);
+/// n x n quads over [-1, 1]^2 in x and z.
+Scene height_field(unsigned n, float height);
+/// Triangles with centres in [-1, 1]^3 and corners within size * stretch of them.
+Scene soup(unsigned count, float size, const vec3& stretch, std::uint32_t seed);
+
+/// For comparisons of floats bit by bit.
+std::vector<std::uint32_t> bits_of(const std::vector<Hit>& hits);
 
 /// Rays that look through the scene from all sides: from points in and around its bounds, to points in it.
 std::vector<Ray> rays_through(const Bounds& bounds, std::size_t count, std::uint32_t seed);

@@ -1,0 +1,75 @@
+// The plain tracer against Embree on every scene of ours, and of other people where they are there.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <filesystem>
+
+#include "engine/io/gltf.h"
+#include "tests/pass/tracer_harness.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test;
+
+std::vector<fs::path> scenes_under(const fs::path& folder) {
+    std::vector<fs::path> files;
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+        const bool bad = entry.path().string().find("/bad/") != std::string::npos;  // must not load
+        if (!bad && (entry.path().extension() == ".glb" || entry.path().extension() == ".gltf"))
+            files.push_back(entry.path());
+    }
+    std::sort(files.begin(), files.end());
+    return files;
+}
+
+class TracerScenes : public GpuTest {
+  protected:
+    /// flatten: as the renderer does; otherwise with all the instances there are.
+    static void check(const fs::path& file, std::size_t flatten) {
+        SCOPED_TRACE(file.string());
+        const Scene scene = load_gltf(file);
+        TraceTables tables = build_trace_tables(scene, flatten);
+        if (tables.triangles.empty()) return;
+        for (uvec4& t : tables.triangles) t.w &= ~kTriangleAlpha;  // Embree knows nothing of coverage
+        tables.alpha_tested = false;
+        const std::size_t instances = tables.instances.size();
+        std::vector<Ray> rays = rays_through(tables.bounds, 4000, 1);
+        for (const vec3& from : {vec3(1, 0.4f, 0.3f), vec3(0, 0, 1), vec3(-0.2f, 1, -0.3f)}) {
+            const std::vector<Ray> view = camera_rays(tables.bounds, from);
+            rays.insert(rays.end(), view.begin(), view.end());
+        }
+        Tracer tracer(tables);
+        const std::vector<Hit> hits = tracer.closest(rays);
+        // A few instances are scaled unevenly, by 1:4 at most.
+        const Comparison c = compare_hits(EmbreeOracle(tables), rays, hits, instances > 1 ? 12 : 1);
+        EXPECT_GT(c.hits, c.rays / 100);
+        EXPECT_EQ(c.missed, 0u);
+        EXPECT_EQ(c.false_hits, 0u);
+        EXPECT_LE(c.excused, c.rays / 2000);
+        RecordProperty(file.filename().string(), fmt::format("{} hits, {} excused", c.hits, c.excused));
+        const std::vector<std::uint32_t> occluded = tracer.any(rays);
+        std::size_t different = 0;
+        for (std::size_t i = 0; i < rays.size(); ++i) different += (hits[i].triangle != kMiss) != (occluded[i] == 1);
+        EXPECT_EQ(different, 0u);
+    }
+};
+
+TEST_F(TracerScenes, OurOwn) {
+    for (const fs::path& file : scenes_under(fs::path(HALFLIGHT_SOURCE_DIR) / "scenes")) {
+        check(file, kFlattenLimit);
+        check(file, 0);
+    }
+}
+
+TEST_F(TracerScenes, OfOtherPeople) {
+    const fs::path folder = fs::path(HALFLIGHT_SHARED_DIR) / "assets";
+    if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
+    for (const fs::path& file : scenes_under(folder)) check(file, 0);
+}
+
+}  // namespace
+}  // namespace halflight
