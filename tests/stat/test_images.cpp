@@ -20,13 +20,24 @@ struct Trial {
     std::string name;
     Camera camera;
     int width = 64, height = 48;
-    int samples = 256;         // per pixel and batch, of the engine
-    int oracle_samples = 256;  // per pixel and batch
+    int samples = 256;         // per pixel, of the engine
+    int oracle_samples = 256;  // per pixel
     int bounces = 8;
     // Single pixels against the variance of their samples; components in blocks, against the scatter of the batches.
-    Agreement beauty = {.block = 1, .above_3 = 0.01, .relative_difference = 0.005};
-    Agreement component = {.block = 8, .relative_difference = 0.01};
+    Agreement beauty = {.above_3 = 0.01, .relative_difference = 0.005};
+    Agreement component = {.p_value = 1e-5, .relative_difference = 0.01};
 };
+
+/// Means over 8 x 8 pixels. Their scatter tells their errors, whatever neighbours have in common: the engine's samples
+/// look through the same point of every pixel.
+Image block_means(const Image& image) {
+    constexpr int kBlock = 8;
+    Image blocks(image.width / kBlock, image.height / kBlock, 3);
+    for (int y = 0; y < blocks.height * kBlock; ++y)
+        for (int x = 0; x < blocks.width * kBlock; ++x)
+            for (int c = 0; c < 3; ++c) blocks.at(x / kBlock, y / kBlock)[c] += image.at(x, y)[c] / (kBlock * kBlock);
+    return blocks;
+}
 
 /// Means over batches that share nothing, and how much single batches scatter around them: the variance is that of a
 /// batch, whatever its samples have in common.
@@ -56,7 +67,7 @@ class Batches {
     Image mean_, squares_, variance_;
 };
 
-constexpr int kBatches = 8;
+constexpr int kBatches = 16;
 constexpr const char* kComponents[] = {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse",
                                        "indirect_glossy"};
 
@@ -76,7 +87,7 @@ class ImageTest : public GpuTest {
             Image variance = layer(r, "variance.R");
             for (float& v : variance.pixels) v *= static_cast<float>(settings.samples);
             our_variance.add(variance);
-            for (std::size_t c = 0; c < 5; ++c) ours[c].add(layer(r, std::string(kComponents[c]) + ".R"));
+            for (std::size_t c = 0; c < 5; ++c) ours[c].add(block_means(layer(r, std::string(kComponents[c]) + ".R")));
             for (const NonFiniteCount& n : r.stats.non_finite) non_finite += n.values;
         }
         const ReferenceScene reference(scene);
@@ -89,9 +100,10 @@ class ImageTest : public GpuTest {
             settings.camera = trial.camera;
             const ReferenceResult r = render_reference(reference, settings);
             const ReferenceComponents& k = r.components;
-            const Image* images[] = {&k.emission,         &k.direct_diffuse,  &k.direct_glossy,
-                                     &k.indirect_diffuse, &k.indirect_glossy, &r.beauty};
-            for (std::size_t c = 0; c < 6; ++c) oracle[c].add(*images[c]);
+            const Image* images[] = {&k.emission, &k.direct_diffuse, &k.direct_glossy, &k.indirect_diffuse,
+                                     &k.indirect_glossy};
+            for (std::size_t c = 0; c < 5; ++c) oracle[c].add(block_means(*images[c]));
+            oracle[5].add(r.beauty);
             oracle_variance.add(r.variance);
             EXPECT_EQ(r.non_finite_samples, 0u);
         }
@@ -103,14 +115,15 @@ class ImageTest : public GpuTest {
         report(agree(trial.name + "-beauty", {ours[5].mean(), our_variance.mean(), static_cast<double>(trial.samples)},
                      {oracle[5].mean(), oracle_variance.mean(), static_cast<double>(trial.oracle_samples)},
                      trial.beauty));
-        // The same lights and lobes are picked with the same probabilities, so that samples scatter alike.
+        // Both weigh the same two ways of sampling; how they pick among lights, and where roulette begins, is their
+        // own.
         std::vector<double> ratios;
         for (std::size_t i = 0; i < our_variance.mean().pixels.size(); ++i) {
             const double mine = our_variance.mean().pixels[i], other = oracle_variance.mean().pixels[i];
             if (mine > 0 && other > 0) ratios.push_back(mine / other);
         }
         std::printf("  %s: variance %.3f of the oracle's (median of pixels)\n", trial.name.c_str(), median(ratios));
-        EXPECT_NEAR(median(ratios), 1, 0.1);
+        EXPECT_LT(median(ratios), 1.5);
     }
 
     /// Prints the numbers, also where all is well: they are what reports quote.
@@ -125,12 +138,13 @@ class ImageTest : public GpuTest {
 
 TEST_F(ImageTest, Cornell) {
     const Scene scene = load("cornell");
-    expect_agreement(scene, {.name = "cornell", .camera = scene.cameras[0]});
+    expect_agreement(scene, {.name = "cornell", .camera = scene.cameras[0], .samples = 1024, .oracle_samples = 1024});
 }
 
 TEST_F(ImageTest, CornellMetal) {
     const Scene scene = load("cornell-metal");
-    expect_agreement(scene, {.name = "cornell-metal", .camera = scene.cameras[0]});
+    expect_agreement(scene,
+                     {.name = "cornell-metal", .camera = scene.cameras[0], .samples = 1024, .oracle_samples = 1024});
 }
 
 TEST_F(ImageTest, Atrium) {
