@@ -201,6 +201,28 @@ TEST_F(FrameTest, AlphaTellsWhereNothingIsSeen) {
     EXPECT_GT(part, 30);
 }
 
+TEST_F(FrameTest, MotionIsTheWayFromThePreviousFrame) {
+    // An orthographic camera that has moved by a tenth of its view's height, along both axes.
+    Scene scene;
+    add_quad(scene, add_material(scene, diffuse_material(vec3(0.5f))), {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
+    const Camera camera = spot_camera(dvec3(0), {0, 1, 0}, 2);
+    RenderSettings settings = small_settings(camera, 20, 20, 1, 0);
+    settings.aovs = {"motion"};
+    const RenderResult still = render(context, scene, settings);
+    for (const float v : layer(still, "motion.X").pixels) EXPECT_NEAR(v, 0, 1e-4);
+    settings.previous_camera = camera;
+    settings.previous_camera->camera_to_world[3] += 0.2 * camera.camera_to_world[0] + 0.2 * camera.camera_to_world[1];
+    const RenderResult r = render(context, scene, settings);
+    const Image& motion = layer(r, "motion.X");
+    for (int y = 0; y < 20; ++y) {
+        for (int x = 0; x < 20; ++x) {
+            // The camera went left and down: things went right and up.
+            EXPECT_NEAR(motion.at(x, y)[0], 2, 1e-4);
+            EXPECT_NEAR(motion.at(x, y)[1], -2, 1e-4);
+        }
+    }
+}
+
 // --- What is left out -----------------------------------------------------------------------------------------------
 
 std::string left_out(gpu::Context& context, const Scene& scene, int bounces) {
