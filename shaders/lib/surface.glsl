@@ -22,12 +22,12 @@ struct Surface {
 #endif
 };
 
-// Barycentric weights moved at least so far into the triangle that its edges are `distance` away; to its middle where it is
-// not that large. e1, e2: edges from the first corner.
+// Barycentric weights moved so far into the triangle that its edges are at least `distance` away, but by no more than a
+// thousandth of the triangle's length: slivers keep less. e1, e2: edges from the first corner.
 vec3 weights_inside(vec3 weights, vec3 e1, vec3 e2, float distance) {
     float longest = sqrt(max(max(dot(e1, e1), dot(e2, e2)), dot(e2 - e1, e2 - e1)));
     float doubled_area = max(length(cross(e1, e2)), 1e-30);
-    vec3 inside = max(weights, vec3(min(distance * longest / doubled_area, 1.0 / 3.0)));
+    vec3 inside = max(weights, vec3(min(distance * longest / doubled_area, 1.0 / 1024.0)));
     return inside / (inside.x + inside.y + inside.z);
 }
 
@@ -79,8 +79,7 @@ Surface surface_at(Hit hit, vec3 direction) {
 #endif
     // Rays that start on an edge where walls meet would pass through the other wall as often as not: the point is kept off
     // the edges by what it may be off itself. Attributes stay those of the hit.
-    vec3 doubt = error + spread;
-    vec3 inside = weights_inside(weights, b - a, c - a, doubt.x + doubt.y + doubt.z);
+    vec3 inside = weights_inside(weights, b - a, c - a, length(error) + length(spread));
     s.position = inside.x * a + inside.y * b + inside.z * c;
 #ifdef HALFLIGHT_INSTANCES
     p = vec4(s.position, 1.0);
