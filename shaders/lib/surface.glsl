@@ -78,8 +78,9 @@ Surface surface_at(Hit hit, vec3 direction) {
     error += rounding_bound(5.0) * (abs(s.position) + reach * absolute_inverse);
 #endif
     // Rays that start on an edge where walls meet would pass through the other wall as often as not: the point is kept off
-    // the edges by what it may be off itself. Attributes stay those of the hit.
-    vec3 inside = weights_inside(weights, b - a, c - a, length(error) + length(spread));
+    // the edges, four times as far as it may be off itself, so that walls may meet at angles down to 1/4. Attributes stay
+    // those of the hit.
+    vec3 inside = weights_inside(weights, b - a, c - a, 4.0 * (length(error) + length(spread)));
     s.position = inside.x * a + inside.y * b + inside.z * c;
 #ifdef HALFLIGHT_INSTANCES
     p = vec4(s.position, 1.0);

@@ -120,5 +120,16 @@ TEST_F(FurnaceTest, ClosedWallsKeepTheSkyOut) {
     }
 }
 
+TEST_F(FurnaceTest, WallsThatMeetAtSharpAnglesKeepTheSkyOut) {
+    Scene scene = pyramids();
+    scene.instances.resize(1);
+    scene.instances[0].object_to_world[1] *= 0.15;  // sides rise by 12 to 16 degrees
+    scene.environment.color = vec3(1);
+    const Camera inside = look_at_camera({0.1, 0.06, 0.05}, {1, 0.015, 0.3}, {0, 1, 0}, 2.8);
+    const RenderResult r = render(context, scene, small_settings(inside, 64, 64, 512, 4));
+    for (int y = 0; y < 64; ++y)
+        for (int x = 0; x < 64; ++x) EXPECT_EQ(*r.beauty.at(x, y), 0) << x << ", " << y;
+}
+
 }  // namespace
 }  // namespace halflight::test
