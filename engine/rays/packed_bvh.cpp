@@ -1,5 +1,7 @@
 #include "engine/rays/packed_bvh.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <bit>
 #include <chrono>
@@ -120,7 +122,10 @@ class Packer {
     explicit Packer(const TraceTables& tables) : tables_(tables) {
         packed_.two_level = tables.instances.size() > 1 || (!tables.instances.empty() && !tables.instances[0].identity);
         if (packed_.two_level) add_top_level();
-        for (const Block& block : tables.blocks) add_block(block);
+        std::vector<Bvh> built(tables.blocks.size());
+        tbb::parallel_for(std::size_t{0}, built.size(),
+                          [&](std::size_t i) { built[i] = build_block(tables.blocks[i]); });
+        for (std::size_t i = 0; i < built.size(); ++i) add_block(tables.blocks[i], std::move(built[i]));
         if (hierarchies_.empty()) add_nothing();
         packed_.looseness = looseness_of(hierarchies_, grids_);
     }
@@ -169,14 +174,18 @@ class Packer {
         first_triangle_.push_back(0);
     }
 
-    void add_block(const Block& block) {
+    Bvh build_block(const Block& block) const {
         std::vector<Corners> triangles(block.triangle_count);
         for (std::uint32_t i = 0; i < block.triangle_count; ++i) {
             for (int k = 0; k < 3; ++k) {
                 triangles[i][static_cast<std::size_t>(k)] = corner_of(tables_, block.first_triangle + i, k);
             }
         }
-        hierarchies_.push_back(build_triangle_bvh(triangles));
+        return build_triangle_bvh(triangles);
+    }
+
+    void add_block(const Block& block, Bvh hierarchy) {
+        hierarchies_.push_back(std::move(hierarchy));
         grids_.push_back(grid_over(block.bounds));
         slacks_.push_back(static_cast<float>(kSlack));
         const std::size_t slot = packed_.triangles.size() / 3;

@@ -296,6 +296,25 @@ std::vector<Ray> rays_through(const Bounds& bounds, std::size_t count, std::uint
     return rays;
 }
 
+std::vector<Ray> rays_onward(const EmbreeOracle& oracle, std::span<const Ray> rays, const std::vector<Hit>& hits,
+                             float diagonal) {
+    std::mt19937 random(1);
+    std::normal_distribution<float> normal_distribution;
+    std::vector<Ray> onward;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        if (hits[i].triangle == kMiss) continue;
+        const auto c = oracle.corners(hits[i].instance, hits[i].triangle);
+        vec3 normal(glm::normalize(glm::cross(c[1] - c[0], c[2] - c[0])));
+        if (glm::dot(normal, rays[i].direction) > 0) normal = -normal;
+        vec3 direction(normal_distribution(random), normal_distribution(random), normal_distribution(random));
+        if (i % 10 == 0) direction -= 0.99f * normal * glm::dot(normal, direction);
+        if (direction == vec3(0)) continue;
+        const vec3 from = rays[i].origin + hits[i].t * rays[i].direction + 1e-4f * diagonal * normal;
+        onward.push_back({from, 0, glm::normalize(direction), kInfinity});
+    }
+    return onward;
+}
+
 std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction) {
     const vec3 centre = bounds.centre(), back = glm::normalize(from_direction);
     const float radius = 0.5f * glm::length(bounds.extent());

@@ -88,6 +88,9 @@ std::vector<std::uint32_t> bits_of(const std::vector<Hit>& hits);
 
 /// Rays that look through the scene from all sides: from points in and around its bounds, to points in it.
 std::vector<Ray> rays_through(const Bounds& bounds, std::size_t count, std::uint32_t seed);
+/// From a little above what rays have hit, to all sides: a tenth of them almost along the surface.
+std::vector<Ray> rays_onward(const EmbreeOracle& oracle, std::span<const Ray> rays, const std::vector<Hit>& hits,
+                             float diagonal);
 /// 64 x 64 pixels, from a point outside towards the centre of the bounds.
 std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction);
 

@@ -69,7 +69,8 @@ KindResult measure(const RaySet& set, const rays::TraceScene& plain, const Embre
         const std::vector<shared::Hit> mine = results.read<shared::Hit>();
         for (std::size_t i = 0; i < mine.size(); ++i) {
             const bool one = mine[i].triangle != shared::kMiss, other = hits[i].triangle != shared::kMiss;
-            result.different += one != other || (one && std::abs(mine[i].t - hits[i].t) > 1e-4f * hits[i].t);
+            result.different +=
+                one != other || (one && std::abs(mine[i].t - hits[i].t) > set.tolerance + 1e-5f * hits[i].t);
         }
     }
     return result;

@@ -21,7 +21,7 @@ struct KindResult {
     std::size_t live = 0;
     Times plain;
     Times embree;
-    std::size_t different = 0;  // rays for which only one of the two hits, or at another t
+    std::size_t different = 0;  // rays that only one of the two has hit, or at another t
 };
 
 /// `repeats` turns after one to warm up.

@@ -123,6 +123,7 @@ std::vector<RaySet> make_rays(const Scene& scene, const TraceTables& tables, con
         ao.rays[i] = {from, 0, random.cosine(normal), 0.05f * diagonal};
     }
     for (RaySet& set : sets) {
+        set.tolerance = diagonal * 0x1p-20f;
         set.live = static_cast<std::size_t>(
             std::count_if(set.rays.begin(), set.rays.end(), [](const Ray& r) { return r.t_max >= r.t_min; }));
     }

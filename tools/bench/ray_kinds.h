@@ -17,6 +17,7 @@ struct RaySet {
     bool coherent = false;
     std::vector<shared::Ray> rays;  // in tile order (shaders/shared/pixel_order.h), a multiple of 256
     std::size_t live = 0;           // the others have no surface to start from
+    float tolerance = 0;            // of t: 2^-20 of the scene's diagonal, all directions being of unit length
 };
 
 /// Names in the order of reports.
