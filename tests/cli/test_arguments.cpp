@@ -44,8 +44,8 @@ TEST_F(Refusal, CommandsThatMakeNoSense) {
     expect({}, 2, "command: is missing; see halflight --help");
     expect({"frobnicate"}, 2, "frobnicate: is not expected; .*");
     expect({"--frobnicate"}, 2, "--frobnicate: is not expected; .*");
-    expect({"render"}, 2, "SCENE: is missing.*");
-    expect({"render", scene}, 2, "OUTPUT: is missing.*");
+    expect({"render"}, 2, "SCENE: is missing; see halflight render --help");
+    expect({"render", scene}, 2, "OUTPUT: is missing; see halflight render --help");
     expect({"info"}, 2, "SCENE: is missing.*");
     expect({"info", scene, scene}, 2, ".*: is not expected; .*");
     expect({"render", scene, exr, exr}, 2, ".*out.exr: is given twice as output");
@@ -112,6 +112,20 @@ TEST_F(Refusal, ColourThatIsNotThere) {
     expect({"render", scene, png, "--display", "Wall"}, 1, ".*Wall.*");
     expect({"render", scene, png, "--look", "Wistful"}, 1, ".*Wistful.*");
     expect_render({"--working-space", "sideways"}, 1, ".*sideways.*");
+}
+
+TEST_F(Refusal, FilesThatWouldBeOverwritten) {
+    const std::string exr = folder / "out.exr", link = folder / "link.png", sky = folder / "sky.exr";
+    const std::string detour = folder / "." / "out.exr";
+    std::filesystem::create_symlink(scene, link);
+    const std::string before = read_text(scene);
+    expect({"render", scene, link}, 2, ".*link.png: is both input and output");
+    expect({"render", scene, exr, "--stats", scene}, 2, ".*room.gltf: is both input and output");
+    expect({"render", scene, sky, "--env", sky}, 2, ".*sky.exr: is both input and output");
+    expect({"render", scene, exr, detour}, 2, ".*out.exr: is given twice as output");
+    expect({"render", scene, exr, "--stats", exr}, 2, ".*out.exr: is given twice as output");
+    expect({"render", scene, exr, "--stats", folder / "s", "--dump-graph", folder / "s"}, 2, ".*s: is given twice.*");
+    EXPECT_EQ(read_text(scene), before);
 }
 
 TEST_F(Refusal, FilesThatCannotBeWritten) {

@@ -1,6 +1,8 @@
 // What the program writes, and when.
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
@@ -244,6 +246,16 @@ TEST_F(Output, ProgressAsABar) {
     terminal.environment = {"TERM=dumb"};
     const Outcome dumb = run_program(arguments, terminal);
     EXPECT_EQ(dumb.err.find('\033'), std::string::npos) << dumb.err;
+}
+
+TEST_F(Output, NoOneHasToListen) {
+    render({file("heard.exr"), "--samples", "10"});
+    render({file("closed.exr"), "--samples", "10"}, {.in_child = [] {
+               for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) close(stream);
+           }});
+    render({file("full.exr"), "--samples", "10"},
+           {.in_child = [] { dup2(open("/dev/full", O_WRONLY), STDERR_FILENO); }});
+    for (const char* name : {"closed.exr", "full.exr"}) EXPECT_TRUE(same_pixels(file("heard.exr"), file(name))) << name;
 }
 
 TEST_F(Output, StoppedInTheMiddleLeavesNothing) {

@@ -200,6 +200,28 @@ void add_run_options(Options& options, RenderArguments& a) {
     options.flag("--quiet", a.quiet, "no progress, no notes; errors only");
 }
 
+/// The file that a name leads to, there or not.
+std::filesystem::path place(const std::filesystem::path& name) {
+    std::error_code error;  // is told by whoever opens it
+    const auto absolute = std::filesystem::absolute(name, error);
+    const auto canonical = std::filesystem::weakly_canonical(absolute, error);
+    return error ? absolute : canonical;
+}
+
+/// No file is written twice, or over what is read.
+void check_files(const RenderArguments& a) {
+    std::vector<std::filesystem::path> read = {a.scene}, written = a.outputs;
+    if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
+    if (a.ocio) read.push_back(*a.ocio);
+    if (a.stats) written.push_back(*a.stats);
+    if (a.graph) written.push_back(*a.graph);
+    for (const auto& path : written) {
+        const auto same = [&, at = place(path)](const auto& other) { return place(other) == at; };
+        if (std::ranges::count_if(written, same) > 1) throw UsageError(path.string(), "is given twice as output");
+        if (std::ranges::any_of(read, same)) throw UsageError(path.string(), "is both input and output");
+    }
+}
+
 void check(const RenderArguments& a, const CLI::App& app) {
     const auto given = [&](const char* option) { return app.count(option) > 0; };
     const auto exclude = [&](const char* one, const char* other) {
@@ -208,8 +230,8 @@ void check(const RenderArguments& a, const CLI::App& app) {
     for (const auto& path : a.outputs) {
         if (!has_extension(path, "exr") && !has_extension(path, "png"))
             throw UsageError(path.string(), "an output is an .exr or a .png");
-        if (std::ranges::count(a.outputs, path) > 1) throw UsageError(path.string(), "is given twice as output");
     }
+    check_files(a);
     exclude("--samples", "--time");
     exclude("--camera", "--look-from");
     if (given("--look-from") != given("--look-at")) throw UsageError("--look-from", "goes together with --look-at");
@@ -233,11 +255,11 @@ void check_leftovers(const CLI::App& app, const std::string& command) {
 }
 
 /// CLI11's messages are "--option: what" or a sentence.
-UsageError usage_error(const CLI::ParseError& error) {
+UsageError usage_error(const CLI::ParseError& error, const std::string& command) {
     const std::string text = error.what();
     const auto colon = text.find(": ");
     if (dynamic_cast<const CLI::RequiredError*>(&error))
-        return UsageError(text.substr(0, text.find(' ')), "is missing; see --help");
+        return UsageError(text.substr(0, text.find(' ')), "is missing; see {} --help", command);
     if (colon == std::string::npos) return UsageError("arguments", text);
     if (dynamic_cast<const CLI::ArgumentMismatch*>(&error))
         return UsageError(text.substr(0, colon), "wants exactly one value");
@@ -289,7 +311,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     } catch (const CLI::CallForVersion& version) {
         return Help{version.what()};
     } catch (const CLI::ParseError& error) {
-        throw usage_error(error);
+        throw usage_error(error, render_app.parsed() ? "halflight render" : "halflight info");
     }
     check_leftovers(app, "halflight");
     if (render_app.parsed()) {

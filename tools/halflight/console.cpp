@@ -1,7 +1,9 @@
 #include "tools/halflight/console.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
-#include <cstdio>
 
 namespace halflight {
 
@@ -12,8 +14,17 @@ std::string one_line(std::string_view text) {
     return line;
 }
 
+void put(std::FILE* stream, std::string_view text) {
+    std::fwrite(text.data(), 1, text.size(), stream);
+}
+
+void hold_standard_streams() {
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})  // open() takes the lowest number
+        if (fcntl(stream, F_GETFD) == -1) open("/dev/null", O_RDONLY);
+}
+
 void Console::line(std::string_view text) const {
-    if (!quiet_) fmt::print(stderr, "halflight: {}\n", one_line(text));
+    if (!quiet_) put(stderr, fmt::format("halflight: {}\n", one_line(text)));
 }
 
 }  // namespace halflight

@@ -12,7 +12,7 @@ constexpr int kFailure = 1;
 constexpr int kUsage = 2;
 
 int fail(int status, const char* what) {
-    fmt::print(stderr, "halflight: {}\n", halflight::one_line(what));
+    halflight::put(stderr, fmt::format("halflight: {}\n", halflight::one_line(what)));
     return status;
 }
 
@@ -20,6 +20,7 @@ int fail(int status, const char* what) {
 
 int main(int argc, char** argv) {
     using namespace halflight;
+    hold_standard_streams();
     handle_signals();
     try {
         const Arguments arguments = parse_arguments(argc, argv);

@@ -9,6 +9,8 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "tools/halflight/console.h"
+
 namespace halflight {
 namespace {
 
@@ -57,7 +59,7 @@ ProgressDisplay::ProgressDisplay(std::FILE* stream, bool quiet, double time_limi
                                   : Mode::lines) {}
 
 ProgressDisplay::~ProgressDisplay() {
-    if (bar_shown_) fmt::print(stream_, "\r\033[K");
+    if (bar_shown_) put(stream_, "\r\033[K");
     std::fflush(stream_);
 }
 
@@ -67,7 +69,7 @@ void ProgressDisplay::show(const RenderProgress& progress) {
         if (due) draw_bar(progress);
     } else if (mode_ == Mode::lines) {
         const int tenths = static_cast<int>(fraction(progress, time_limit_) * 10);
-        if (tenths > tenths_) fmt::print(stream_, "halflight: {}\n", progress_text(progress, time_limit_));
+        if (tenths > tenths_) put(stream_, fmt::format("halflight: {}\n", progress_text(progress, time_limit_)));
         tenths_ = tenths;
     }
 }
@@ -77,7 +79,7 @@ void ProgressDisplay::draw_bar(const RenderProgress& progress) {
     const int width = std::max(0, columns(stream_) - static_cast<int>(text.size()) - 4);  // "[", "] ", last column
     const int filled = static_cast<int>(std::lround(fraction(progress, time_limit_) * width));
     const std::string bar = width < 4 ? "" : fmt::format("[{:#<{}}{:.<{}}] ", "", filled, "", width - filled);
-    fmt::print(stream_, "\r{}{}\033[K", bar, text);
+    put(stream_, fmt::format("\r{}{}\033[K", bar, text));
     std::fflush(stream_);
     drawn_at_ = progress.seconds;
     bar_shown_ = true;
