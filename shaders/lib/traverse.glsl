@@ -2,8 +2,9 @@
 //
 // A triangle is hit by a ray where intersect_triangle says so with a t > t_min, where the boxes of its leaf and of its
 // instance are met, and where t, raised to where the ray enters these boxes, is < t_max. With box.glsl's monotone boxes,
-// nothing that skips boxes entered beyond the current t, in any order, changes a hit. Among equal t the lowest
-// (instance, triangle) wins.
+// nothing that skips boxes entered beyond the current t, in any order, changes a hit. Of a triangle split between leaves
+// the least such t counts, which is that of the leaf where the ray meets it. Among equal t the lowest (instance, triangle)
+// wins.
 //
 // Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles).
 #include "shaders/shared/rays.h"
