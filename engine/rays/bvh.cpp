@@ -123,6 +123,8 @@ Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::ui
     if (count == 0) return bvh;
     const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice(nullptr), rtcReleaseDevice);
     const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> storage(rtcNewBVH(device.get()), rtcReleaseBVH);
+    if (!storage)
+        throw Error("bvh", "Embree cannot start: error {}", static_cast<int>(rtcGetDeviceError(device.get())));
     RTCBuildArguments arguments = rtcDefaultBuildArguments();
     arguments.bvh = storage.get();
     arguments.buildQuality = RTC_BUILD_QUALITY_HIGH;
