@@ -42,8 +42,8 @@ Camera framing_camera(const Scene& scene) {
     const dvec3 back(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
                      std::cos(azimuth) * std::cos(elevation));
     Camera camera = look_at_camera(back, dvec3(0), dvec3(0, 1, 0), kFov);
-    // The nearest place from which all corners lie within the pyramid of a square picture.
-    const double slope = std::tan(kFov / 2);
+    // The nearest place from which all corners lie within the pyramid of a square picture, a tenth of which stays free.
+    const double slope = 0.9 * std::tan(kFov / 2);
     double distance = 0;
     for (int corner = 0; corner < 8; ++corner) {
         const dvec3 sign(corner & 1 ? 1 : -1, corner & 2 ? 1 : -1, corner & 4 ? 1 : -1);
