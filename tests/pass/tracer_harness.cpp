@@ -77,24 +77,18 @@ std::array<dvec3, 3> EmbreeOracle::corners(std::uint32_t instance, std::uint32_t
     return result;
 }
 
+static RTCRay embree_ray(const Ray& ray) {
+    const auto& [o, t_min, d, t_max] = ray;
+    return {o.x, o.y, o.z, t_min, d.x, d.y, d.z, 0, t_max, ~0u, 0, 0};
+}
+
 std::vector<Hit> EmbreeOracle::closest(std::span<const Ray> rays) const {
     std::vector<Hit> hits;
     for (const Ray& ray : rays) {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
         RTCRayHit query{};
-        query.ray = {ray.origin.x,
-                     ray.origin.y,
-                     ray.origin.z,
-                     ray.t_min,
-                     ray.direction.x,
-                     ray.direction.y,
-                     ray.direction.z,
-                     0,
-                     ray.t_max,
-                     ~0u,
-                     0,
-                     0};
+        query.ray = embree_ray(ray);
         query.hit.geomID = query.hit.instID[0] = RTC_INVALID_GEOMETRY_ID;
         if (ray.t_max >= ray.t_min) rtcIntersect1(scene_.get(), &context, &query);
         const bool hit = query.hit.geomID != RTC_INVALID_GEOMETRY_ID;
@@ -110,18 +104,7 @@ std::vector<std::uint32_t> EmbreeOracle::any(std::span<const Ray> rays) const {
     for (const Ray& ray : rays) {
         RTCIntersectContext context;
         rtcInitIntersectContext(&context);
-        RTCRay query = {ray.origin.x,
-                        ray.origin.y,
-                        ray.origin.z,
-                        ray.t_min,
-                        ray.direction.x,
-                        ray.direction.y,
-                        ray.direction.z,
-                        0,
-                        ray.t_max,
-                        ~0u,
-                        0,
-                        0};
+        RTCRay query = embree_ray(ray);
         if (ray.t_max >= ray.t_min) rtcOccluded1(scene_.get(), &context, &query);
         occluded.push_back(query.tfar < 0 ? 1u : 0u);
     }

@@ -2,11 +2,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
-#include <fstream>
 #include <thread>
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
+#include "engine/io/files.h"
 #include "engine/io/gltf.h"
 #include "tools/bench/report.h"
 
@@ -108,11 +108,7 @@ int run(int argc, char** argv) {
         std::fflush(stdout);
         report["scenes"].push_back(bench::json(result));
     }
-    if (!arguments.json.empty()) {
-        std::ofstream out(arguments.json);
-        out << report.dump(2) << '\n';
-        if (!out.flush()) throw Error(arguments.json, "cannot be written");
-    }
+    if (!arguments.json.empty()) write_file(arguments.json, report.dump(2) + '\n');
     return 0;
 }
 
