@@ -1,29 +1,37 @@
-// Embree on the tables of a scene, one ray at a time on all threads: what the plain tracer is measured against.
+// Embree on the tables of a scene, on all threads: what the engine's tracers are measured against.
 #pragma once
 
 #include <embree3/rtcore.h>
 
 #include <memory>
-#include <span>
 #include <type_traits>
 #include <vector>
 
 #include "engine/scene/tables.h"
-#include "shaders/shared/rays.h"
+#include "tools/bench/ray_set.h"
 
 namespace halflight::bench {
 
+/// How rays are handed over.
+enum class EmbreeMode {
+    single,    // rtcIntersect1
+    packet8,   // rtcIntersect8
+    packet16,  // rtcIntersect16
+    stream,    // rtcIntersect1M
+    packets,   // rtcIntersectNM, packets of 16
+};
+const char* name(EmbreeMode mode);
+
 class EmbreeTracer {
   public:
-    /// As fast as Embree goes with single rays: its default build, its fast (not watertight) mode unless `robust`.
-    /// Blocks used through transforms are Embree instances.
+    /// As fast as Embree goes: its default build, its fast (not watertight) mode unless `robust`. Blocks used through
+    /// transforms are Embree instances.
     EmbreeTracer(const TraceTables& tables, bool robust);
 
-    /// coherent: hint to Embree. Hits as of the plain tracer, but for ties; instances are not told apart.
-    void closest(std::span<const shared::Ray> rays, std::vector<shared::Hit>& hits, bool coherent) const;
-    void any(std::span<const shared::Ray> rays, std::vector<std::uint32_t>& occluded, bool coherent) const;
-    /// Geometric normal, of any length, in world space.
-    vec3 normal_at(const shared::Ray& ray) const;
+    bool supports(EmbreeMode mode) const;
+    /// Answers for the paths in set.order; `answers` has room for all paths. coherent: hint to Embree. Hits as of the
+    /// plain tracer, but for ties.
+    void trace(const RaySet& set, EmbreeMode mode, bool coherent, Answers& answers) const;
 
     double build_seconds() const { return build_seconds_; }
 

@@ -2,13 +2,18 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <numeric>
+#include <random>
 
-#include "engine/gpu/context.h"
-#include "engine/graph/execute.h"
+#include "engine/core/statistics.h"
 
 namespace halflight::bench {
 namespace {
+
+using shared::Hit;
 
 double cpu_seconds() {
     rusage usage;
@@ -19,61 +24,82 @@ double cpu_seconds() {
     return seconds(usage.ru_utime) + seconds(usage.ru_stime);
 }
 
-template <class F>
-void time_into(Times& times, const F& f) {
-    const double cpu = cpu_seconds();
-    times.seconds.push_back(gpu::timed(f));
-    times.cpu_seconds.push_back(cpu_seconds() - cpu);
+bool same_bits(float a, float b) {
+    return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
+}
+
+bool same(const Hit& a, const Hit& b) {
+    const bool miss = a.triangle == shared::kMiss && b.triangle == shared::kMiss;
+    return same_bits(a.t, b.t) && (miss || (same_bits(a.u, b.u) && same_bits(a.v, b.v) && a.triangle == b.triangle &&
+                                            a.instance == b.instance));
+}
+
+bool close(const Hit& a, const Hit& b, float tolerance) {
+    const bool one = a.triangle != shared::kMiss, other = b.triangle != shared::kMiss;
+    return one == other && (!one || std::abs(a.t - b.t) <= tolerance + 1e-5f * b.t);
+}
+
+std::size_t count_different(const RaySet& set, const Answers& a, const Answers& b, bool exact) {
+    return static_cast<std::size_t>(std::ranges::count_if(set.order, [&](std::uint32_t path) {
+        if (set.any_hit) return a.occluded[path] != b.occluded[path];
+        return exact ? !same(a.hits[path], b.hits[path]) : !close(a.hits[path], b.hits[path], set.tolerance);
+    }));
+}
+
+std::size_t count_hits(const RaySet& set, const Answers& a) {
+    return static_cast<std::size_t>(std::ranges::count_if(set.order, [&](std::uint32_t path) {
+        return set.any_hit ? a.occluded[path] == shared::kOccluded : a.hits[path].triangle != shared::kMiss;
+    }));
 }
 
 }  // namespace
 
-KindResult measure(const RaySet& set, const rays::TraceScene& plain, const EmbreeTracer& embree,
-                   gpu::ProgramCache& programs, int repeats) {
-    const std::size_t result_bytes = set.any_hit ? sizeof(std::uint32_t) : sizeof(shared::Hit);
-    gpu::Buffer rays = gpu::Buffer::from("rays", set.rays);
-    gpu::Buffer results("results", set.rays.size() * result_bytes);
-    graph::Graph graph;
-    rays::RayBatch batch;
-    batch.capacity = static_cast<std::uint32_t>(set.rays.size());
-    batch.rays = graph.import_buffer("rays", rays);
-    const graph::BufferHandle target = graph.import_buffer("results", results);
-    graph.output(set.any_hit ? rays::any_hit(graph, plain, batch, target)
-                             : rays::closest_hit(graph, plain, batch, target));
-    const graph::CompiledGraph compiled = graph::compile(graph);
-    graph::Executor executor(programs);
-
-    std::vector<shared::Hit> hits(set.rays.size());
-    std::vector<std::uint32_t> occluded(set.rays.size());
-    const auto run_plain = [&] { executor.run(compiled); };
-    const auto run_embree = [&] {
-        if (set.any_hit) {
-            embree.any(set.rays, occluded, set.coherent);
-        } else {
-            embree.closest(set.rays, hits, set.coherent);
-        }
-    };
-
-    KindResult result{.kind = set.kind, .live = set.live, .plain = {}, .embree = {}, .different = 0};
-    gpu::timed(run_plain);
-    run_embree();
-    for (int i = 0; i < repeats; ++i) {
-        time_into(result.plain, run_plain);
-        time_into(result.embree, run_embree);
+KindResult measure(const RaySet& set, const std::vector<Method>& methods, int turns, int repeats,
+                   const std::function<void()>& between) {
+    KindResult result{set.kind, set.any_hit, set.order.size(), set.live, 0, {}};
+    std::vector<Prepared> runs;
+    for (const Method& method : methods) {
+        runs.push_back(method.prepare(set));
+        gpu::timed(runs.back().run);
+        result.methods.push_back({method.name, runs.back().note, method.exact, {}, {}, 0});
     }
 
-    if (set.any_hit) {
-        const std::vector<std::uint32_t> mine = results.read<std::uint32_t>();
-        for (std::size_t i = 0; i < mine.size(); ++i) result.different += mine[i] != occluded[i];
-    } else {
-        const std::vector<shared::Hit> mine = results.read<shared::Hit>();
-        for (std::size_t i = 0; i < mine.size(); ++i) {
-            const bool one = mine[i].triangle != shared::kMiss, other = hits[i].triangle != shared::kMiss;
-            result.different +=
-                one != other || (one && std::abs(mine[i].t - hits[i].t) > set.tolerance + 1e-5f * hits[i].t);
+    std::vector<std::size_t> order(methods.size());
+    std::iota(order.begin(), order.end(), 0);
+    std::mt19937 random(1);
+    for (int turn = 0; turn < turns; ++turn) {
+        between();
+        std::ranges::shuffle(order, random);
+        for (const std::size_t m : order) {
+            const double cpu = cpu_seconds();
+            double seconds = 0;
+            for (int i = 0; i < repeats; ++i) seconds += gpu::timed(runs[m].run);
+            result.methods[m].seconds.push_back(seconds / repeats);
+            result.methods[m].cpu_seconds.push_back((cpu_seconds() - cpu) / repeats);
+        }
+    }
+
+    std::vector<Answers> answers;
+    for (const Prepared& run : runs) answers.push_back(run.answers());
+    result.hits = count_hits(set, answers.front());
+    const auto plain = std::ranges::find(methods, "plain", &Method::name);
+    if (plain != methods.end()) {
+        for (std::size_t m = 0; m < methods.size(); ++m) {
+            result.methods[m].different = count_different(
+                set, answers[m], answers[static_cast<std::size_t>(plain - methods.begin())], methods[m].exact);
         }
     }
     return result;
+}
+
+Quartiles quartiles(const std::vector<double>& values) {
+    return {quantile(values, 0.25), median(values), quantile(values, 0.75)};
+}
+
+Quartiles speedup(const std::vector<double>& mine, const std::vector<double>& theirs) {
+    std::vector<double> ratios(mine.size());
+    std::ranges::transform(theirs, mine, ratios.begin(), std::divides<>());
+    return quartiles(ratios);
 }
 
 }  // namespace halflight::bench

@@ -2,73 +2,154 @@
 
 #include <fmt/format.h>
 
-#include "engine/core/statistics.h"
+#include <algorithm>
+#include <array>
 
 namespace halflight::bench {
 namespace {
 
-double mrays(std::size_t rays, const std::vector<double>& seconds) {
-    return static_cast<double>(rays) / median(seconds) * 1e-6;
-}
-double spread(const std::vector<double>& seconds) {
-    return 0.5 * (quantile(seconds, 0.75) - quantile(seconds, 0.25)) / median(seconds);
-}
-double ratio(const std::vector<double>& mine, const std::vector<double>& theirs) {
-    return median(mine) / median(theirs);
+/// What others are compared with, and how that is said.
+struct Reference {
+    const char* method;
+    const char* title;
+};
+constexpr std::array kReferences{
+    Reference{"plain", "times as fast as plain"}, Reference{"naive", "times as fast as naive"},
+    Reference{"embree", "times as fast as embree"}, Reference{"ceiling", "share of the ceiling"}};
+
+const std::vector<double>& times(const MethodResult& m, Clock clock) {
+    return clock == Clock::wall ? m.seconds : m.cpu_seconds;
 }
 
-nlohmann::json times_json(std::size_t rays, const Times& times) {
-    return {{"mrays_per_second", mrays(rays, times.seconds)},
-            {"spread", spread(times.seconds)},
-            {"mrays_per_cpu_second", mrays(rays, times.cpu_seconds)},
-            {"seconds", times.seconds},
-            {"cpu_seconds", times.cpu_seconds}};
+/// Millions of rays per second.
+Quartiles rate(const KindResult& kind, const std::vector<double>& seconds) {
+    std::vector<double> rates;
+    for (const double s : seconds) rates.push_back(1e-6 * static_cast<double>(kind.live) / s);
+    return quartiles(rates);
 }
 
-}  // namespace
+const MethodResult* find(const KindResult& kind, std::string_view method) {
+    const auto found = std::ranges::find(kind.methods, method, &MethodResult::method);
+    return found == kind.methods.end() ? nullptr : &*found;
+}
 
-std::string table(const SceneResult& r) {
-    const rays::TraceStatistics& s = r.statistics;
-    std::string text =
-        fmt::format("{}: {} triangles, {} instances, {}x{}\n", r.file, s.triangles, s.instances, r.width, r.height);
-    text += fmt::format("  {} nodes ({}), stack of {}, {:.1f} MiB, built in {:.2f} s (Embree's own: {:.2f} s)\n",
-                        s.nodes, s.node_format == rays::NodeFormat::grid ? "grid" : "float", s.stack_entries,
-                        static_cast<double>(s.bytes) / 1048576.0, s.build_seconds, r.embree_build_seconds);
-    text += "            plain Mray/s  spread   Embree Mray/s  spread   Embree is faster by  in CPU time   differ\n";
-    for (const KindResult& k : r.kinds) {
-        text +=
-            fmt::format("  {:8}  {:12.2f}  {:5.1f}%  {:14.2f}  {:5.1f}%  {:20.2f}  {:11.2f}  {:7}\n", k.kind,
-                        mrays(k.live, k.plain.seconds), 100 * spread(k.plain.seconds), mrays(k.live, k.embree.seconds),
-                        100 * spread(k.embree.seconds), ratio(k.plain.seconds, k.embree.seconds),
-                        ratio(k.plain.cpu_seconds, k.embree.cpu_seconds), k.different);
+constexpr int kKindWidth = 11, kCellWidth = 20;
+
+std::string heading(const std::string& title, const KindResult& any) {
+    std::string line = fmt::format("  {:{}}", "", kKindWidth);
+    for (const MethodResult& m : any.methods) line += fmt::format("{:>{}}", m.method, kCellWidth);
+    return "  " + title + '\n' + line + '\n';
+}
+
+template <class Cell>
+std::string rows(const SceneResult& r, const Cell& cell) {
+    std::string text;
+    for (const KindResult& kind : r.kinds) {
+        text += fmt::format("  {:{}}", kind.kind, kKindWidth);
+        for (const MethodResult& m : kind.methods) text += fmt::format("{:>{}}", cell(kind, m), kCellWidth);
+        text += '\n';
     }
     return text;
 }
 
-nlohmann::json json(const SceneResult& r) {
+nlohmann::json quartiles_json(const Quartiles& q) {
+    return {{"lower", q.lower}, {"median", q.median}, {"upper", q.upper}};
+}
+
+nlohmann::json method_json(const KindResult& kind, const MethodResult& m, Clock clock) {
+    nlohmann::json ratios = nlohmann::json::object();
+    for (const Reference& reference : kReferences) {
+        if (const MethodResult* other = find(kind, reference.method))
+            ratios[reference.method] = quartiles_json(speedup(times(m, clock), times(*other, clock)));
+    }
+    return {{"mrays_per_second", quartiles_json(rate(kind, times(m, clock)))},
+            {"times_as_fast_as", ratios},
+            {"exact", m.exact},
+            {"rays_that_differ", m.different},
+            {"note", m.note},
+            {"seconds", m.seconds},
+            {"cpu_seconds", m.cpu_seconds}};
+}
+
+const char* name(rays::NodeFormat format) {
+    return format == rays::NodeFormat::grid ? "grid" : "float";
+}
+
+}  // namespace
+
+std::size_t SceneResult::disagreements() const {
+    std::size_t sum = 0;
+    for (const KindResult& kind : kinds)
+        for (const MethodResult& m : kind.methods) sum += m.exact ? m.different : 0;
+    return sum;
+}
+
+std::string table(const SceneResult& r, Clock clock) {
+    const rays::TraceStatistics& s = r.statistics;
+    std::string text = fmt::format("{}, camera {}, {}x{}: {} triangles, {} instances\n", r.file, r.camera, r.size.x,
+                                   r.size.y, s.triangles, s.instances);
+    text += fmt::format("  {} nodes ({}), stack of {}, {:.1f} MiB, built in {:.2f} s (Embree's own: {:.2f} s)\n",
+                        s.nodes, name(s.node_format), s.stack_entries, static_cast<double>(s.bytes) / 1048576.0,
+                        s.build_seconds, r.embree_build_seconds);
+    for (const std::string& line : r.left_out) text += "  left out: " + line + '\n';
+    if (r.kinds.empty()) return text;
+
+    text += heading(fmt::format("Mrays/s, {}", clock == Clock::wall ? "by the clock" : "by CPU time"), r.kinds.front());
+    text += rows(r, [&](const KindResult& kind, const MethodResult& m) {
+        return fmt::format("{:.2f}", rate(kind, times(m, clock)).median);
+    });
+    for (const Reference& reference : kReferences) {
+        if (!find(r.kinds.front(), reference.method)) continue;
+        text += heading(reference.title, r.kinds.front());
+        text += rows(r, [&](const KindResult& kind, const MethodResult& m) -> std::string {
+            if (m.method == reference.method) return "-";
+            const Quartiles q = speedup(times(m, clock), times(*find(kind, reference.method), clock));
+            return fmt::format("{:.2f} {:.2f}..{:.2f}", q.median, q.lower, q.upper);
+        });
+    }
+    text += heading("rays that differ from plain's", r.kinds.front());
+    text += rows(r, [&](const KindResult&, const MethodResult& m) {
+        return fmt::format("{}{}", m.different, m.exact && m.different > 0 ? " WRONG" : "");
+    });
+    text += "  rays\n";
+    for (const KindResult& kind : r.kinds) {
+        text += fmt::format("  {:{}}{:9} live of {:9}, {:5.1f} % hit", kind.kind, kKindWidth, kind.live, kind.listed,
+                            100.0 * static_cast<double>(kind.hits) / static_cast<double>(kind.live));
+        for (const MethodResult& m : kind.methods)
+            if (!m.note.empty()) text += fmt::format("; {}: {}", m.method, m.note);
+        text += '\n';
+    }
+    return text;
+}
+
+nlohmann::json json(const SceneResult& r, Clock clock) {
     const rays::TraceStatistics& s = r.statistics;
     nlohmann::json kinds = nlohmann::json::array();
     for (const KindResult& k : r.kinds) {
+        nlohmann::json methods = nlohmann::json::object();
+        for (const MethodResult& m : k.methods) methods[m.method] = method_json(k, m, clock);
         kinds.push_back({{"kind", k.kind},
+                         {"any_hit", k.any_hit},
+                         {"rays", k.listed},
                          {"live_rays", k.live},
-                         {"plain", times_json(k.live, k.plain)},
-                         {"embree", times_json(k.live, k.embree)},
-                         {"embree_faster_by", ratio(k.plain.seconds, k.embree.seconds)},
-                         {"embree_faster_by_cpu", ratio(k.plain.cpu_seconds, k.embree.cpu_seconds)},
-                         {"rays_that_differ", k.different}});
+                         {"hits", k.hits},
+                         {"methods", methods}});
     }
     return {{"file", r.file},
-            {"width", r.width},
-            {"height", r.height},
+            {"camera", r.camera},
+            {"width", r.size.x},
+            {"height", r.size.y},
             {"triangles", s.triangles},
             {"instances", s.instances},
             {"nodes", s.nodes},
-            {"node_format", s.node_format == rays::NodeFormat::grid ? "grid" : "float"},
+            {"node_format", name(s.node_format)},
             {"two_level", s.two_level},
             {"stack_entries", s.stack_entries},
             {"bytes", s.bytes},
             {"build_seconds", s.build_seconds},
             {"embree_build_seconds", r.embree_build_seconds},
+            {"left_out", r.left_out},
+            {"rays_that_disagree", r.disagreements()},
             {"kinds", kinds}};
 }
 

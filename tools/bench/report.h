@@ -1,4 +1,4 @@
-// What was measured, as a table and as JSON.
+// What was measured, as tables and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -9,18 +9,27 @@
 
 namespace halflight::bench {
 
+inline constexpr int kSchema = 2;  // of the JSON
+
+/// Which time the figures are made of. cpu: of all threads; the one to trust where the machine is shared.
+enum class Clock { wall, cpu };
+
 struct SceneResult {
     std::string file;
-    int width = 0;
-    int height = 0;
+    std::string camera;
+    ivec2 size{0};
     rays::TraceStatistics statistics;
     double embree_build_seconds = 0;
+    std::vector<std::string> left_out;  // "method: why it cannot take the scene", "kind: no rays"
     std::vector<KindResult> kinds;
+
+    /// Rays whose answers are wrong: of exact methods, those that are not the plain tracer's.
+    std::size_t disagreements() const;
 };
 
-/// Lines of text. Mrays/s are medians over wall time; "spread" is half the distance of the quartiles by the median; the
-/// ratio by CPU time is the one to trust where the machine is shared.
-std::string table(const SceneResult& result);
-nlohmann::json json(const SceneResult& result);
+/// Lines of text: a row per kind, a column per method. Rates are medians; ratios are taken turn by turn, their median
+/// is followed by their quartiles.
+std::string table(const SceneResult& result, Clock clock);
+nlohmann::json json(const SceneResult& result, Clock clock);
 
 }  // namespace halflight::bench

@@ -1,0 +1,56 @@
+// Connection rays, as path reuse traces them (Bekaert, Sbert, Halton 2002): from the 16 pixels of an interleaved group, 4
+// apart within a 16x16 block, to what the diffuse ray of each of them has met. An entry is (block, group, point, receiver),
+// the receiver changing fastest. Without a point, without a surface, or where one is behind the other, the ray is dead.
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/path.h"
+#include "shaders/shared/pixel_order.h"
+#include "shaders/shared/rays.h"
+#include "shaders/scene_tables.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(std430, binding = 0) readonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430, binding = 1) readonly buffer PathRays { Ray path_rays[]; };
+layout(std430, binding = 2) readonly buffer Hits { Hit hits[]; };
+layout(std430, binding = 3) readonly buffer States { PathState states[]; };
+layout(std430, binding = 4) writeonly buffer Connections { Ray connections[]; };
+
+uniform uint first_block;
+uniform uint block_stride;
+
+#include "shaders/lib/finite.glsl"
+#include "shaders/lib/surface.glsl"
+#include "shaders/lib/surface_record.glsl"
+
+uint path_of_member(uint block, uint group, uint member) {
+    uvec2 pixel = uvec2(group & 3u, group >> 2) + 4u * uvec2(member & 3u, member >> 2);
+    return (block << 8) | (morton_spread(pixel.y) << 1) | morton_spread(pixel.x);
+}
+
+void main() {
+    uint entry = gl_GlobalInvocationID.x;
+    uint block = first_block + (entry >> 12) * block_stride;
+    uint group = (entry >> 8) & 15u;
+    uint sender = path_of_member(block, group, (entry >> 4) & 15u);
+    uint receiver = path_of_member(block, group, entry & 15u);
+
+    Hit hit = hits[sender];
+    bool has_point = states[sender].lobe == kLobeDiffuse && hit.triangle != kMiss && finite(hit.t);
+    hit.triangle = has_point ? hit.triangle : 0u;
+    hit.instance = has_point ? hit.instance : 0u;
+    Surface point = surface_at(hit, path_rays[sender].direction);
+
+    SurfacePoint from = load_surface_point(receiver);
+    Bsdf b = load_bsdf(receiver);
+    vec3 to_point = point.position - from.position;
+    bool faces = dot(to_point, b.geometric_normal) > 0.0 && dot(to_point, b.normal) > 0.0 &&
+                 dot(to_point, point.geometric_normal) < 0.0;
+    // As to a light: the end is on this side of the point's surface by its error and by the tracer's.
+    float margin = point.offset + rounding_bound(8.0) * length(to_point);
+    Ray ray;
+    ray.origin = offset_ray_origin(from.position, from.offset, b.geometric_normal, to_point);
+    ray.t_min = 0.0;
+    ray.direction = point.position + margin * point.geometric_normal - ray.origin;
+    ray.t_max = has_point && from.is_surface && faces ? 1.0 - rounding_bound(8.0) : -1.0;
+    connections[entry] = ray;
+}

@@ -1,0 +1,158 @@
+// What is usually meant by ray tracing in a shader, for figures to be compared with: a binary tree of boxes and the
+// triangles in storage buffers, one thread per ray, in the order of the picture's rows, a stack, near child first (Aila and
+// Laine 2009 call it if-if), triangles by Moeller and Trumbore 1997. It is written as such tracers are: neither for software
+// drivers, nor watertight.
+//
+// Variants: HALFLIGHT_ANY_HIT; HALFLIGHT_TWO_LEVEL: the root is that of a tree over instances, each of which names the root
+// of its block.
+#include "shaders/shared/rays.h"
+
+layout(local_size_x = 64) in;
+
+struct Node {
+    vec3 lower;
+    uint first;  // inner node: its two children stand here and behind; leaf: first triangle, or instance
+    vec3 upper;
+    uint count;  // triangles of a leaf; 0: inner node
+};
+struct Triangle {
+    vec3 corner;
+    uint id;
+    vec3 edge1;
+    uint unused1;
+    vec3 edge2;
+    uint unused2;
+};
+struct Instance {
+    vec4 rows[3];  // world to block
+    uint root;
+    uint unused1;
+    uint unused2;
+    uint unused3;
+};
+
+layout(std430, binding = 0) readonly buffer Nodes { Node nodes[]; };
+layout(std430, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430, binding = 2) readonly buffer Instances { Instance instances[]; };
+layout(std430, binding = 3) readonly buffer Rays { Ray rays[]; };
+#ifdef HALFLIGHT_ANY_HIT
+layout(std430, binding = 4) writeonly buffer Occluded { uint occluded[]; };
+#else
+layout(std430, binding = 4) writeonly buffer Hits { Hit hits[]; };
+#endif
+
+uniform uint root;
+uniform uint ray_count;
+
+const float kFar = uintBitsToFloat(0x7f800000u);
+const uint kLeaveBlock = 0xffffffffu;
+
+// Where the ray enters the box; kFar: it does not.
+float enter_box(vec3 origin, vec3 inverse, uint node, float t_min, float t_max) {
+    vec3 a = (nodes[node].lower - origin) * inverse;
+    vec3 b = (nodes[node].upper - origin) * inverse;
+    vec3 near = min(a, b);
+    vec3 far = max(a, b);
+    float enter = max(max(near.x, near.y), max(near.z, t_min));
+    float leave = min(min(far.x, far.y), min(far.z, t_max));
+    return enter <= leave ? enter : kFar;
+}
+
+void main() {
+    uint index = gl_GlobalInvocationID.x;
+    if (index >= ray_count) return;
+    Ray ray = rays[index];
+    Hit hit = Hit(ray.t_max, 0.0, 0.0, kMiss, kMiss);
+    vec3 origin = ray.origin;
+    vec3 direction = ray.direction;
+    vec3 inverse = 1.0 / direction;
+    uint instance = 0u;
+    bool in_block = true;
+#ifdef HALFLIGHT_TWO_LEVEL
+    in_block = false;
+#endif
+
+    uint stack[64];
+    int size = 0;
+    uint node = root;
+    bool running = ray.t_max >= ray.t_min;
+    while (running) {
+        bool pop = false;
+#ifdef HALFLIGHT_TWO_LEVEL
+        if (node == kLeaveBlock) {
+            in_block = false;
+            origin = ray.origin;
+            direction = ray.direction;
+            inverse = 1.0 / direction;
+            pop = true;
+        } else
+#endif
+        if (nodes[node].count == 0u) {
+            uint near = nodes[node].first;
+            uint far = near + 1u;
+            float near_t = enter_box(origin, inverse, near, ray.t_min, hit.t);
+            float far_t = enter_box(origin, inverse, far, ray.t_min, hit.t);
+            if (far_t < near_t) {
+                uint n = near;
+                near = far;
+                far = n;
+                float t = near_t;
+                near_t = far_t;
+                far_t = t;
+            }
+            if (near_t < kFar) {
+                node = near;
+                if (far_t < kFar) stack[size++] = far;
+            } else {
+                pop = true;
+            }
+#ifdef HALFLIGHT_TWO_LEVEL
+        } else if (!in_block) {
+            instance = nodes[node].first;
+            Instance i = instances[instance];
+            origin = vec3(dot(i.rows[0], vec4(ray.origin, 1.0)), dot(i.rows[1], vec4(ray.origin, 1.0)),
+                          dot(i.rows[2], vec4(ray.origin, 1.0)));
+            direction = vec3(dot(i.rows[0].xyz, ray.direction), dot(i.rows[1].xyz, ray.direction),
+                             dot(i.rows[2].xyz, ray.direction));
+            inverse = 1.0 / direction;
+            in_block = true;
+            stack[size++] = kLeaveBlock;
+            node = i.root;
+#endif
+        } else {
+            uint first = nodes[node].first;
+            uint end = first + nodes[node].count;
+            for (uint k = first; k < end; ++k) {
+                vec3 edge1 = triangles[k].edge1;
+                vec3 edge2 = triangles[k].edge2;
+                vec3 p = cross(direction, edge2);
+                float inverse_determinant = 1.0 / dot(edge1, p);
+                vec3 from_corner = origin - triangles[k].corner;
+                float u = dot(from_corner, p) * inverse_determinant;
+                vec3 q = cross(from_corner, edge1);
+                float v = dot(direction, q) * inverse_determinant;
+                float t = dot(edge2, q) * inverse_determinant;
+                if (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > ray.t_min && t < hit.t) {
+                    hit = Hit(t, u, v, triangles[k].id, instance);
+                }
+            }
+            pop = true;
+        }
+#ifdef HALFLIGHT_ANY_HIT
+        if (hit.triangle != kMiss) running = false;
+#endif
+        if (pop) {
+            if (size > 0) {
+                node = stack[--size];
+            } else {
+                running = false;
+            }
+        }
+    }
+#ifdef HALFLIGHT_ANY_HIT
+    occluded[index] = hit.triangle == kMiss ? kFree : kOccluded;
+#else
+    if (hit.triangle == kMiss) hit.t = kFar;
+    hits[index] = hit;
+#endif
+}

@@ -1,0 +1,48 @@
+// Ways to trace a ray set, ready to be measured.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/gpu/context.h"
+#include "engine/gpu/program.h"
+#include "tools/bench/embree_tracer.h"
+#include "tools/bench/ray_set.h"
+
+namespace halflight::bench {
+
+/// A method with a ray set uploaded and all else done that is not to be measured.
+struct Prepared {
+    std::function<void()> run;         // all of the work, again and again; may leave work to the GPU
+    std::function<Answers()> answers;  // of the last run, by path; undefined where no ray was to be traced
+    std::string note;                  // what was chosen; may be empty
+};
+
+struct Method {
+    std::string name;
+    bool exact = false;  // its answers are to be the plain tracer's, bit for bit
+    /// The set must outlive what is returned.
+    std::function<Prepared(const RaySet&)> prepare;
+};
+
+/// What methods trace with; outlives them.
+struct Bench {
+    const gpu::Context& context;
+    gpu::ProgramCache& programs;
+    const TraceTables& tables;
+    const rays::TraceScene& trace;
+    const EmbreeTracer& embree;
+};
+
+/// Names in the order of reports:
+///   naive    shaders/naive.comp, rays along the picture's rows
+///   plain    the engine's kernel without culling, rays in the order of the pass
+///   embree   Embree, ray by ray
+///   packets  Embree, the fastest of its packet and stream modes for that set
+const std::vector<std::string>& method_names();
+/// Throws Error where a method cannot take the scene.
+Method make_method(const std::string& name, const Bench& bench);
+
+}  // namespace halflight::bench

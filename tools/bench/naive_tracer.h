@@ -1,0 +1,34 @@
+// The tracer of shaders/naive.comp: what is usually meant by ray tracing in a shader.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/gpu/buffer.h"
+#include "engine/gpu/program.h"
+#include "engine/scene/tables.h"
+
+namespace halflight::bench {
+
+class NaiveTracer {
+  public:
+    /// A binary tree per block by Embree's binned surface area heuristic, leaves of at most four triangles; one above
+    /// them over the instances unless all triangles are in world space. Throws Error where a buffer exceeds what a
+    /// shader can address, `storage_block_bytes`.
+    NaiveTracer(const TraceTables& tables, std::size_t storage_block_bytes);
+
+    /// Traces `count` rays; one Hit or one uint each.
+    void trace(gpu::ProgramCache& programs, const gpu::Buffer& rays, std::uint32_t count, bool any_hit,
+               gpu::Buffer& results) const;
+
+    double build_seconds() const { return build_seconds_; }
+
+  private:
+    double build_seconds_ = 0;
+    bool two_level_ = false;
+    std::uint32_t root_ = 0;
+    gpu::Buffer nodes_{"naive nodes", 0};
+    gpu::Buffer triangles_{"naive triangles", 0};
+    gpu::Buffer instances_{"naive instances", 0};
+};
+
+}  // namespace halflight::bench
