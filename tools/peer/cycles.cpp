@@ -12,17 +12,18 @@
 #include "engine/core/error.h"
 #include "engine/io/exr.h"
 
-namespace halflight {
+namespace halflight::peer {
 
 CyclesRun render_with_cycles(const std::filesystem::path& scene, const CyclesSettings& s) {
     const std::filesystem::path output =
         std::filesystem::temp_directory_path() / fmt::format("halflight-peer-{}.exr", getpid());
     const std::string command = fmt::format(
-        "blender -b --factory-startup -P '{}/tools/cycles_lambert.py' -P '{}' -- '{}' '{}' --spp {} --size {}x{} "
+        "{}blender -b --factory-startup -P '{}/tools/cycles_materials.py' -P '{}' -- '{}' '{}' --spp {} --size {}x{} "
         "--bounces {} "
         "--seed {} --threads 2 {} 2>/dev/null",
-        HALFLIGHT_SOURCE_DIR, s.script.string(), scene.string(), output.string(), s.samples, s.width, s.height,
-        std::max(s.reflections - 1, 0), s.seed, s.camera.empty() ? "" : fmt::format("--camera '{}'", s.camera));
+        s.imported_metals ? "HALFLIGHT_IMPORTED_METALS=1 " : "", HALFLIGHT_SOURCE_DIR, s.script.string(),
+        scene.string(), output.string(), s.samples, s.width, s.height, std::max(s.reflections - 1, 0), s.seed,
+        s.camera.empty() ? "" : fmt::format("--camera '{}'", s.camera));
     const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
     if (!pipe) throw Error("blender", "cannot be started");
     CyclesRun run;
@@ -37,4 +38,4 @@ CyclesRun render_with_cycles(const std::filesystem::path& scene, const CyclesSet
     return run;
 }
 
-}  // namespace halflight
+}  // namespace halflight::peer

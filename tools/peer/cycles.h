@@ -6,7 +6,7 @@
 
 #include "engine/core/image.h"
 
-namespace halflight {
+namespace halflight::peer {
 
 struct CyclesRun {
     Image image;         // RGB, scene-linear
@@ -21,9 +21,10 @@ struct CyclesSettings {
     int samples = 64;
     int reflections = 8;  // along a path; Cycles calls one less its bounces
     int seed = 0;
+    bool imported_metals = false;  // as Blender imports them, rather than in our model (tools/cycles_materials.py)
 };
 
 /// Throws Error where Blender or the script fail.
 CyclesRun render_with_cycles(const std::filesystem::path& scene, const CyclesSettings& settings);
 
-}  // namespace halflight
+}  // namespace halflight::peer

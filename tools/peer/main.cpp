@@ -5,62 +5,43 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "engine/core/error.h"
 #include "engine/core/statistics.h"
 #include "engine/gpu/context.h"
+#include "engine/io/files.h"
 #include "engine/io/gltf.h"
+#include "engine/io/png.h"
 #include "passes/render.h"
+#include "tools/peer/agreement.h"
 #include "tools/peer/cycles.h"
+#include "tools/peer/report.h"
 
-namespace halflight {
+namespace halflight::peer {
 namespace {
 
 struct Options {
     std::string scene;
     CyclesSettings cycles;
     int repeats = 5;
-    int reference_samples = 1024;
-    int block = 16;
+    int reference_seeds = 8;
+    int reference_samples = 256;
+    int block = 16;                 // pixels
+    double mean_tolerance = 0.01;   // relative, of the whole picture
+    double block_tolerance = 0.02;  // relative, of a block, beside one standard error
+    bool check = false;
+    std::string picture;
+    std::string json;
 };
 
-/// Mean squared error over pixels and channels, less what the noise of the reference adds.
-double squared_error(const Image& image, const Image& reference, double reference_error) {
-    double sum = 0;
-    for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < image.width; ++x)
-            for (int c = 0; c < 3; ++c) sum += std::pow(double{image.at(x, y)[c]} - reference.at(x, y)[c], 2);
-    return sum / (3.0 * image.width * image.height) - reference_error;
-}
-
-double mean_of(const Image& image) {
-    double sum = 0;
-    for (int y = 0; y < image.height; ++y)
-        for (int x = 0; x < image.width; ++x)
-            for (int c = 0; c < 3; ++c) sum += image.at(x, y)[c];
-    return sum / (3.0 * image.width * image.height);
-}
-
-/// A converged picture: the mean of two independent ones. Half their difference has its noise, whatever the samplers
-/// correlate.
-struct Reference {
-    Image mean;
-    Image noise;
-    double error = 0;  // mean squared noise
-};
-
-Reference mean_of_two(const Image& a, const Image& b) {
-    Reference r{Image(a.width, a.height, 3), Image(a.width, a.height, 3), 0};
-    for (int y = 0; y < a.height; ++y)
-        for (int x = 0; x < a.width; ++x)
-            for (int c = 0; c < 3; ++c) {
-                r.mean.at(x, y)[c] = 0.5f * (a.at(x, y)[c] + b.at(x, y)[c]);
-                r.noise.at(x, y)[c] = 0.5f * (a.at(x, y)[c] - b.at(x, y)[c]);
-            }
-    r.error = squared_error(r.noise, Image(a.width, a.height, 3), 0);
-    return r;
+Image rgb(const Image& rgba) {
+    Image result(rgba.width, rgba.height, 3);
+    for (int y = 0; y < rgba.height; ++y)
+        for (int x = 0; x < rgba.width; ++x) std::copy_n(rgba.at(x, y), 3, result.at(x, y));
+    return result;
 }
 
 class Ours {
@@ -88,69 +69,49 @@ class Ours {
     Camera camera_;
 };
 
-double block_mean(const Image& image, int left, int top, int block) {
-    double sum = 0;
-    for (int y = top; y < top + block; ++y)
-        for (int x = left; x < left + block; ++x)
-            for (int c = 0; c < 3; ++c) sum += image.at(x, y)[c];
-    return sum / (3.0 * block * block);
-}
-
-/// Means over blocks of pixels, and their differences beside the standard error that the noise of both sides gives a
-/// block.
-void print_agreement(const Reference& ours, const Reference& theirs, int block) {
-    double worst = 0, variance = 0;
-    std::vector<double> differences;
-    for (int top = 0; top + block <= ours.mean.height; top += block) {
-        for (int left = 0; left + block <= ours.mean.width; left += block) {
-            const double mean = block_mean(ours.mean, left, top, block);
-            if (mean <= 0) continue;
-            differences.push_back(std::abs(block_mean(theirs.mean, left, top, block) / mean - 1));
-            worst = std::max(worst, differences.back());
-            for (const Image* noise : {&ours.noise, &theirs.noise})
-                variance += std::pow(block_mean(*noise, left, top, block) / mean, 2);
-        }
-    }
-    const double error = std::sqrt(variance / static_cast<double>(differences.size()));
-    const auto beyond =
-        std::count_if(differences.begin(), differences.end(), [&](double d) { return d > 0.02 + error; });
-    fmt::print(
-        "agreement: Cycles' mean is {:+.3f} % of ours; {} blocks of {}x{} differ by {:.2f} % in the median, {:.2f} % "
-        "at most, "
-        "with a standard error of {:.2f} %; {} by more than 2 % plus that\n",
-        100 * (mean_of(theirs.mean) / mean_of(ours.mean) - 1), differences.size(), block, block,
-        100 * median(differences), 100 * worst, 100 * error, beyond);
+CyclesRun cycles(const Options& options, int samples, int seed) {
+    CyclesSettings settings = options.cycles;
+    settings.samples = samples, settings.seed = seed;
+    return render_with_cycles(options.scene, settings);
 }
 
 std::string spread(const std::vector<double>& v) {
     return fmt::format("{:.4g} [{:.4g}, {:.4g}]", median(v), quantile(v, 0), quantile(v, 1));
 }
 
-void compare(const Options& options) {
-    Ours ours(options);
-    const int many = options.reference_samples;
-    const Reference reference = mean_of_two(ours.render(many, 1001).beauty, ours.render(many, 1002).beauty);
-    const auto cycles = [&](int cycles_samples, int seed) {
-        CyclesSettings settings = options.cycles;
-        settings.samples = cycles_samples, settings.seed = seed;
-        return render_with_cycles(options.scene, settings);
-    };
-    const Reference peer_reference = mean_of_two(cycles(many, 1001).image, cycles(many, 1002).image);
-    print_agreement(reference, peer_reference, options.block);
+/// Agreement of converged pictures, and these.
+struct Ground {
+    Converged ours;
+    Converged theirs;
+    Agreement agreement;
+};
 
-    // Each side's error is measured against its own converged picture, so that no difference of models counts as noise.
+Ground measure_agreement(const Options& options, Ours& ours) {
+    std::vector<Image> mine, theirs;
+    for (int i = 0; i < options.reference_seeds; ++i) {
+        const int seed = 1001 + i;  // none of the timed pictures'
+        mine.push_back(rgb(ours.render(options.reference_samples, static_cast<std::uint32_t>(seed)).beauty));
+        theirs.push_back(cycles(options, options.reference_samples, seed).image);
+    }
+    return {converge(mine), converge(theirs), compare(mine, theirs, options.block, options.block_tolerance)};
+}
+
+/// Each side's error is measured against its own converged picture, so that no difference of models counts as noise.
+nlohmann::json measure_speed(const Options& options, Ours& ours, const Ground& ground) {
     const int samples = options.cycles.samples;
     const double paths = 1.0 * options.cycles.width * options.cycles.height * samples;
+    const auto cost = [](const Image& image, const Converged& truth, double seconds) {
+        return (mean_squared_error(image, truth.mean) - truth.squared_error) * seconds;
+    };
     std::vector<double> our_rate, their_rate, rate_ratio, our_cost, their_cost, cost_ratio;
     for (int i = 0; i < options.repeats; ++i) {
-        const auto seed = static_cast<std::uint32_t>(i + 1);
-        const RenderResult a = ours.render(samples, seed);
-        const CyclesRun b = cycles(samples, i + 1);
+        const RenderResult a = ours.render(samples, static_cast<std::uint32_t>(i + 1));
+        const CyclesRun b = cycles(options, samples, i + 1);
         our_rate.push_back(paths / a.stats.render_seconds);
         their_rate.push_back(paths / b.seconds);
         rate_ratio.push_back(our_rate.back() / their_rate.back());
-        our_cost.push_back(squared_error(a.beauty, reference.mean, reference.error) * a.stats.render_seconds);
-        their_cost.push_back(squared_error(b.image, peer_reference.mean, peer_reference.error) * b.seconds);
+        our_cost.push_back(cost(rgb(a.beauty), ground.ours, a.stats.render_seconds));
+        their_cost.push_back(cost(b.image, ground.theirs, b.seconds));
         cost_ratio.push_back(their_cost.back() / our_cost.back());
         fmt::print("run {}: {:.3f} s, {:.3f} s\n", i + 1, a.stats.render_seconds, b.seconds);
         std::fflush(stdout);
@@ -160,6 +121,36 @@ void compare(const Options& options) {
                spread(rate_ratio));
     fmt::print("  MSE x seconds        ours {}   Cycles {}   Cycles / ours {}\n", spread(our_cost), spread(their_cost),
                spread(cost_ratio));
+    return {{"samples", samples},
+            {"paths_per_second", {{"ours", our_rate}, {"cycles", their_rate}, {"ours_by_cycles", rate_ratio}}},
+            {"mse_seconds", {{"ours", our_cost}, {"cycles", their_cost}, {"cycles_by_ours", cost_ratio}}}};
+}
+
+/// Returns whether the pictures agree as asked.
+bool measure(const Options& options) {
+    Ours ours(options);
+    const Ground ground = measure_agreement(options, ours);
+    const Agreement& agreement = ground.agreement;
+    fmt::print("agreement of {} pictures of {} samples each\n{}", options.reference_seeds, options.reference_samples,
+               text(agreement));
+    std::fflush(stdout);
+    const bool agree = std::abs(agreement.whole.relative) <= options.mean_tolerance && agreement.beyond == 0;
+    if (!options.picture.empty()) {
+        write_png(options.picture, picture(ground.ours.mean, ground.theirs.mean, agreement,
+                                           ColorConfig::load().view({}), 2 * options.block_tolerance));
+    }
+    nlohmann::json report = {{"schema", 1},
+                             {"scene", options.scene},
+                             {"width", options.cycles.width},
+                             {"height", options.cycles.height},
+                             {"imported_metals", options.cycles.imported_metals},
+                             {"reference_seeds", options.reference_seeds},
+                             {"reference_samples", options.reference_samples},
+                             {"agreement", json(agreement)}};
+    report["agreement"]["agree"] = agree;
+    if (options.repeats > 0) report["speed"] = measure_speed(options, ours, ground);
+    if (!options.json.empty()) write_file(options.json, report.dump(2) + '\n');
+    return agree;
 }
 
 int run(int argc, char** argv) {
@@ -173,14 +164,29 @@ int run(int argc, char** argv) {
     app.add_option("--height", o.cycles.height, "pixels")->capture_default_str();
     app.add_option("--samples", o.cycles.samples, "of each timed picture")->capture_default_str();
     app.add_option("--bounces", o.cycles.reflections, "reflections along a path")->capture_default_str();
-    app.add_option("--repeats", o.repeats, "timed pairs")->capture_default_str();
-    app.add_option("--reference-samples", o.reference_samples,
-                   "of each of the two pictures whose mean errors are measured against")
+    app.add_option("--repeats", o.repeats, "timed pairs; 0: the agreement only")
+        ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
-    app.add_option("--block", o.block, "side of the blocks whose means are compared, pixels")->capture_default_str();
+    app.add_option("--reference-seeds", o.reference_seeds,
+                   "pictures of each, whose means are compared and whose scatter tells the standard errors")
+        ->check(CLI::Range(2, 50))
+        ->capture_default_str();
+    app.add_option("--reference-samples", o.reference_samples, "of each of these pictures")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_option("--block", o.block, "side of the blocks whose means are compared, pixels")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
+    app.add_flag("--imported-metals", o.cycles.imported_metals,
+                 "metals as Blender imports them: another model, but the one to time");
+    app.add_flag("--check", o.check,
+                 "fail where the whole picture differs by more than 1 %, or a block by more than 2 % and "
+                 "its standard error");
+    app.add_option("--picture", o.picture, "PNG of ours, Cycles', and the difference by pixel and block, +-4 %");
+    app.add_option("--json", o.json, "a file for the figures");
     CLI11_PARSE(app, argc, argv);
     try {
-        compare(o);
+        if (!measure(o) && o.check) throw Error(o.scene, "the renderers do not agree");
     } catch (const Error& e) {
         fmt::print(stderr, "halflight-peer: {}\n", e.what());
         return 1;
@@ -189,8 +195,8 @@ int run(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace halflight
+}  // namespace halflight::peer
 
 int main(int argc, char** argv) {
-    return halflight::run(argc, argv);
+    return halflight::peer::run(argc, argv);
 }

@@ -1,0 +1,123 @@
+// The statistics of halflight-peer on pictures whose differences and noise are known.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "tools/peer/agreement.h"
+#include "tools/peer/report.h"
+
+namespace halflight::peer {
+namespace {
+
+constexpr int kSide = 4;  // of a block, pixels
+
+/// Pictures of `blocks` x `blocks` blocks: `value` with independent Gaussian noise of deviation `noise` in every block,
+/// as of a converged block's mean.
+std::vector<Image> noisy(int pictures, int blocks, double value, double noise, unsigned seed) {
+    std::mt19937 generator(seed);
+    std::normal_distribution<double> normal(value, noise);
+    std::vector<Image> result;
+    for (int i = 0; i < pictures; ++i) {
+        Image& image = result.emplace_back(blocks * kSide, blocks * kSide, 3);
+        for (int by = 0; by < blocks; ++by) {
+            for (int bx = 0; bx < blocks; ++bx) {
+                const auto v = static_cast<float>(normal(generator));
+                for (int y = 0; y < kSide; ++y)
+                    for (int x = 0; x < kSide; ++x) std::fill_n(image.at(bx * kSide + x, by * kSide + y), 3, v);
+            }
+        }
+    }
+    return result;
+}
+
+TEST(StudentTails, AreThoseOfTheTables) {
+    EXPECT_NEAR(student_tails(0, 7), 1, 1e-9);
+    EXPECT_NEAR(student_tails(1, 1), 0.5, 1e-9);  // Cauchy
+    EXPECT_NEAR(student_tails(3, 1), 1 - 2 / std::acos(-1.0) * std::atan(3.0), 1e-9);
+    EXPECT_NEAR(student_tails(std::sqrt(2.0), 2), 1 - std::sqrt(0.5), 1e-9);  // 1 - t / sqrt(2 + t^2)
+    EXPECT_NEAR(student_tails(2.364624, 7), 0.05, 1e-6);
+    EXPECT_NEAR(student_tails(2.976843, 14), 0.01, 1e-6);
+    EXPECT_NEAR(student_tails(1.983972, 100), 0.05, 1e-6);
+    EXPECT_LT(student_tails(40, 14), 1e-14);
+}
+
+TEST(Converge, TellsTheErrorOfTheMean) {
+    std::vector<Image> pictures;
+    for (const float v : {1.0f, 2.0f, 3.0f, 6.0f}) pictures.push_back({2, 1, 3}), pictures.back().pixels.assign(6, v);
+    const Converged c = converge(pictures);
+    for (const float v : c.mean.pixels) EXPECT_FLOAT_EQ(v, 3);
+    EXPECT_NEAR(c.squared_error, (4 + 1 + 0 + 9) / 3.0 / 4, 1e-12);
+    EXPECT_NEAR(mean_squared_error(pictures[3], c.mean), 9, 1e-12);
+}
+
+TEST(Compare, GivesEveryBlockItsOwnError) {
+    // Ours is exact; of theirs only the right block is noisy: 1.1, 1.3 and 1.2 against 1.
+    std::vector<Image> ours(3, Image(2 * kSide, kSide + 1, 1)), theirs = ours;
+    for (Image& image : ours) image.pixels.assign(image.pixels.size(), 1);
+    const float right[] = {1.1f, 1.3f, 1.2f};
+    for (int i = 0; i < 3; ++i)
+        for (int y = 0; y <= kSide; ++y)
+            for (int x = 0; x < 2 * kSide; ++x) *theirs[i].at(x, y) = x < kSide ? 0.99f : right[i];
+    const Agreement a = compare(ours, theirs, kSide, 0.02);
+    ASSERT_EQ(a.blocks.size(), 2u);  // the last row of pixels fills no block
+    EXPECT_NEAR(a.blocks[0].difference.relative, -0.01, 1e-6);
+    EXPECT_NEAR(a.blocks[0].difference.error, 0, 1e-9);
+    EXPECT_FALSE(a.blocks[0].beyond);
+    EXPECT_EQ(a.blocks[1].x, kSide);
+    EXPECT_EQ(a.blocks[1].y, 0);
+    EXPECT_NEAR(a.blocks[1].difference.relative, 0.2, 1e-6);
+    EXPECT_NEAR(a.blocks[1].difference.error, 0.1 / std::sqrt(3.0), 1e-6);
+    EXPECT_NEAR(a.blocks[1].difference.freedom, 2, 1e-6);
+    EXPECT_TRUE(a.blocks[1].beyond);
+    EXPECT_EQ(a.beyond, 1u);
+    EXPECT_NEAR(a.whole.relative, 0.095, 1e-6);
+    EXPECT_NEAR(a.whole.error, 0.05 / std::sqrt(3.0), 1e-6);
+    EXPECT_NEAR(json(a)["blocks"][1]["difference"].get<double>(), 0.2, 1e-6);
+    EXPECT_NE(text(a).find("beyond 2 % + 1 standard error: 1 blocks"), std::string::npos) << text(a);
+    EXPECT_NE(text(a).find("worst: (4, 0) +20.00 +- 5.77 % beyond, (0, 0) -1.00 +- 0.00 %"), std::string::npos)
+        << text(a);
+}
+
+// Errors are estimated from as few as five pictures: the count that noise is said to cause must hold on average.
+TEST(Compare, ExpectsAsManyBeyondAsNoiseCauses) {
+    constexpr int kBlocks = 40;
+    const Agreement a = compare(noisy(5, kBlocks, 1, 0.03, 1), noisy(5, kBlocks, 1, 0.01, 2), kSide, 0.01);
+    const double n = kBlocks * kBlocks, share = a.expected_beyond / n;
+    EXPECT_GT(share, 0.05);
+    EXPECT_LT(share, 0.3);
+    // The expectation itself is noisy where it's told from the same errors: six rather than four deviations.
+    EXPECT_NEAR(static_cast<double>(a.beyond), a.expected_beyond, 6 * std::sqrt(n * share * (1 - share)));
+}
+
+TEST(Compare, SeesADifferenceInTheNoise) {
+    constexpr int kBlocks = 20;
+    const Agreement a = compare(noisy(8, kBlocks, 1, 0.01, 3), noisy(8, kBlocks, 0.95, 0.01, 4), kSide, 0.02);
+    EXPECT_GT(a.beyond, 390u);
+    EXPECT_LT(a.expected_beyond, 4);
+    EXPECT_NEAR(a.whole.relative, -0.05, 4 * a.whole.error);
+}
+
+TEST(Compare, LeavesOutBlackBlocks) {
+    std::vector<Image> ours(2, Image(kSide, kSide, 3)), theirs = ours;
+    EXPECT_TRUE(compare(ours, theirs, kSide, 0.02).blocks.empty());
+}
+
+TEST(Picture, ShowsTheSignOfTheDifference) {
+    std::vector<Image> ours(2, Image(kSide, kSide, 3)), theirs = ours;
+    for (Image& image : ours) image.pixels.assign(image.pixels.size(), 0.5f);
+    for (Image& image : theirs) image.pixels.assign(image.pixels.size(), 0.49f);
+    const Agreement a = compare(ours, theirs, kSide, 0.02);
+    const Image p = picture(ours[0], theirs[0], a, ColorConfig::load().view({}), 0.04);
+    ASSERT_EQ(p.width, 4 * kSide);
+    ASSERT_EQ(p.height, kSide);
+    EXPECT_GT(p.at(0, 0)[0], p.at(kSide, 0)[0]);
+    for (const int x : {2 * kSide, 3 * kSide}) {  // -2 % of +-4 %: half way from white to blue
+        EXPECT_NEAR(p.at(x, 0)[0], 0.5, 1e-3);
+        EXPECT_NEAR(p.at(x, 0)[1], 0.5, 1e-3);
+        EXPECT_NEAR(p.at(x, 0)[2], 1, 1e-3);
+    }
+}
+
+}  // namespace
+}  // namespace halflight::peer
