@@ -1,0 +1,382 @@
+#include "engine/rays/raster.h"
+
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <chrono>
+#include <cmath>
+
+#include "engine/core/error.h"
+#include "engine/gpu/context.h"
+#include "engine/graph/execute.h"
+#include "shaders/shared/raster.h"
+#include "shaders/shared/rays.h"
+#include "shaders/shared/word.h"
+
+namespace halflight::rays {
+namespace {
+
+using graph::Access;
+
+void delete_query(GLuint id) {
+    glDeleteQueries(1, &id);
+}
+using Query = gpu::Object<delete_query>;
+
+constexpr int kTileEdge = 8;  // texels
+constexpr std::uint32_t kTileRays = 64;
+constexpr std::uint32_t kBlockTiles = 64;
+constexpr std::size_t kKinds = static_cast<std::size_t>(RayKind::occlusion) + 1;
+
+/// Texels of a batch: shaders/lib/raster_texels.glsl.
+struct Layout {
+    std::uint32_t blocks;
+    std::uint32_t columns;  // of blocks
+    ivec2 tile_texels;
+
+    explicit Layout(std::uint32_t capacity) {
+        blocks = std::max((capacity + kTileRays * kBlockTiles - 1) / (kTileRays * kBlockTiles), 1u);
+        columns = static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(blocks))));
+        tile_texels = kTileEdge * ivec2(columns, (blocks + columns - 1) / columns);
+    }
+    std::uint32_t tiles() const { return blocks * kBlockTiles; }
+    ivec2 ray_texels() const { return kTileEdge * tile_texels; }
+};
+
+void check_driver(const Layout& layout) {
+    std::array<GLfloat, 2> points{};
+    GLint largest = 0;
+    glGetFloatv(GL_POINT_SIZE_RANGE, points.data());
+    glGetIntegerv(GL_MAX_FRAMEBUFFER_WIDTH, &largest);
+    const ivec2 texels = layout.ray_texels();
+    if (points[1] < kTileEdge) throw Error("raster culling", "the driver draws points of at most {} texels", points[1]);
+    if (std::max(texels.x, texels.y) > largest) {
+        throw Error("raster culling", "a batch of {} x {} texels; the driver draws to at most {}", texels.x, texels.y,
+                    largest);
+    }
+}
+
+/// Rows of UNIT_RASTER_BOXES: pieces, then nodes.
+std::vector<vec4> box_rows(const CullTree& tree) {
+    std::vector<vec4> rows;
+    for (const Piece& p : tree.pieces) {
+        rows.emplace_back(p.box.lower, shared::float_of_word(p.node));
+        rows.emplace_back(p.box.upper, shared::float_of_word(p.slots));
+    }
+    for (const CullNode& n : tree.nodes) {
+        rows.emplace_back(n.box.lower, 0.0f);
+        rows.emplace_back(n.box.upper, 0.0f);
+    }
+    return rows;
+}
+
+float greatest_coordinate(const Bounds& box) {
+    const vec3 v = glm::max(glm::abs(box.lower), glm::abs(box.upper));
+    return box.empty() ? 0.0f : std::max({v.x, v.y, v.z});
+}
+
+}  // namespace
+
+struct RasterCulling::Parts {
+    RasterSettings settings;
+    CullTree tree;
+    gpu::Buffer boxes;
+    std::array<CullState, kKinds> states;
+    std::array<RasterStatistics, kKinds> statistics;
+    std::vector<Query> queries;  // used again by every run
+};
+
+RasterCulling::RasterCulling(const TraceTables& tables, const PackedScene& packed, const RasterSettings& settings) {
+    CullTree tree = build_cull_tree(packed, tables, settings.cut);
+    gpu::Buffer boxes = gpu::Buffer::from("culling boxes", box_rows(tree));
+    parts_ = std::make_unique<Parts>(Parts{settings, std::move(tree), std::move(boxes), {}, {}, {}});
+}
+RasterCulling::RasterCulling(RasterCulling&&) noexcept = default;
+RasterCulling& RasterCulling::operator=(RasterCulling&&) noexcept = default;
+RasterCulling::~RasterCulling() = default;
+
+const RasterSettings& RasterCulling::settings() const {
+    return parts_->settings;
+}
+const CullTree& RasterCulling::tree() const {
+    return parts_->tree;
+}
+CullState& RasterCulling::state(RayKind kind) {
+    return parts_->states[static_cast<std::size_t>(kind)];
+}
+RasterStatistics& RasterCulling::statistics(RayKind kind) {
+    return parts_->statistics[static_cast<std::size_t>(kind)];
+}
+
+void RasterCulling::invalidate() {
+    parts_->states.fill({});
+}
+
+std::size_t RasterCulling::bytes() const {
+    const CullTree& tree = parts_->tree;
+    std::size_t sum = parts_->boxes.bytes() + tree.nodes.size() * sizeof(CullNode) +
+                      tree.pieces.size() * sizeof(Piece) + tree.spaces.size() * sizeof(Space);
+    for (const CullState& state : parts_->states) sum += state.nodes.size() * sizeof(CullMemory);
+    return sum;
+}
+
+/// Handles of one batch's pass.
+struct RasterTargets {
+    graph::BufferHandle results;
+    graph::BufferHandle shafts;  // vec4[4] per tile, then per block
+    graph::BufferHandle alive;   // uvec2 per tile: a bit per ray
+    graph::TextureHandle depth;  // a texel per tile
+    graph::TextureHandle mask;   // a texel per tile
+};
+
+/// One run of one batch.
+class RasterRun final : public CullDevice {
+  public:
+    RasterRun(graph::Resources& r, const TraceScene& scene, RasterCulling& culling, const RayBatch& batch,
+              const RasterTargets& targets, bool any_hit)
+        : parts_(*culling.parts_), layout_(batch.capacity), resources_(r), batch_(batch), targets_(targets) {
+        gpu::Defines defines = scene.defines();
+        if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
+        if (batch.list) defines.set("HALFLIGHT_LIST");
+        gpu::ProgramCache& cache = r.programs();
+        bounds_ = &cache.graphics("shaders/raster_cover.vert", "shaders/raster_bounds.frag", defines);
+        ends_ = &cache.graphics("shaders/raster_cover.vert", "shaders/raster_ends.frag", defines);
+        trace_ = &cache.graphics("shaders/raster_tiles.vert", "shaders/raster_trace.frag", defines);
+        blocks_ = &cache.compute("shaders/raster_blocks.comp");
+        ask_ = &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_candidates.frag");
+        mask_ =
+            &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_candidates.frag", {{"HALFLIGHT_MASK", "1"}});
+        bind(scene);
+        GLuint id = 0;
+        glCreateFramebuffers(1, &id);
+        ray_target_ = gpu::Object<gpu::delete_framebuffer>(id);
+        gpu::label(GL_FRAMEBUFFER, id, "rays");
+        glNamedFramebufferParameteri(id, GL_FRAMEBUFFER_DEFAULT_WIDTH, layout_.ray_texels().x);
+        glNamedFramebufferParameteri(id, GL_FRAMEBUFFER_DEFAULT_HEIGHT, layout_.ray_texels().y);
+        add_bounds();
+    }
+
+    void ask(std::span<const std::uint32_t> nodes) override {
+        if (asked_ == parts_.queries.size()) {
+            GLuint id = 0;
+            glCreateQueries(GL_ANY_SAMPLES_PASSED, 1, &id);
+            parts_.queries.emplace_back(id);
+        }
+        std::vector<std::uint32_t> boxes(nodes.begin(), nodes.end());
+        for (std::uint32_t& box : boxes) box += static_cast<std::uint32_t>(parts_.tree.pieces.size());
+        set_candidates(*ask_, boxes);
+        ask_->set("candidate_count", static_cast<std::uint32_t>(boxes.size()));
+        resources_.framebuffer({}, targets_.depth).bind();
+        test_depth();
+        glBeginQuery(GL_ANY_SAMPLES_PASSED, parts_.queries[asked_++].id());
+        ask_->draw(GL_POINTS, layout_.blocks);
+        glEndQuery(GL_ANY_SAMPLES_PASSED);
+        // Software drivers overcount where thousands of queries wait.
+        if (asked_ % 256 == 0) glFlush();
+    }
+
+    std::optional<bool> answer(std::size_t question, bool wait) override {
+        const GLuint query = parts_.queries[question].id();
+        GLuint known = GL_TRUE, passed = GL_TRUE;
+        if (!wait) glGetQueryObjectuiv(query, GL_QUERY_RESULT_AVAILABLE, &known);
+        if (known == GL_FALSE) return std::nullopt;
+        glGetQueryObjectuiv(query, GL_QUERY_RESULT, &passed);
+        return passed != GL_FALSE || !parts_.settings.believe_queries;
+    }
+
+    void trace(std::span<const std::uint32_t> pieces, const Space& space) override {
+        mark_tiles(pieces);
+        trace_tiles(pieces, space);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+        end_tiles();
+    }
+
+    /// Where rays start, on average over blocks.
+    vec3 eye() const {
+        const std::vector<vec4> rows =
+            resources_.buffer(targets_.shafts).read<vec4>(std::size_t{layout_.tiles()} * 4, layout_.blocks * 4);
+        vec3 sum(0);
+        float count = 0;
+        for (std::size_t i = 0; i < rows.size(); i += 4) {
+            const vec3 lower(rows[i]), upper(rows[i + 1]);
+            if (lower.x > upper.x) continue;
+            sum += 0.5f * (lower + upper);
+            count += 1;
+        }
+        return count == 0 ? sum : sum / count;
+    }
+
+    std::size_t pairs() const { return pairs_; }
+
+  private:
+    void bind(const TraceScene& scene) {
+        scene.bind();
+        parts_.boxes.bind_texture(UNIT_RASTER_BOXES, GL_RGBA32F);
+        resources_.buffer(batch_.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
+        resources_.buffer(targets_.shafts).bind_texture(UNIT_RASTER_SHAFTS, GL_RGBA32F);
+        resources_.texture(targets_.depth).bind(UNIT_RASTER_DEPTH);
+        resources_.texture(targets_.mask).bind(UNIT_RASTER_MASK);
+        resources_.buffer(targets_.results).bind_storage(0);
+        if (batch_.list) {
+            resources_.buffer(batch_.list).bind_storage(1);
+            resources_.buffer(batch_.list_header).bind_storage(2);
+        }
+        resources_.buffer(targets_.shafts).bind_storage(3);
+        resources_.buffer(targets_.alive).bind_storage(4);
+        for (const gpu::Program* program : {bounds_, ends_, trace_, ask_, mask_}) {
+            program->set("block_columns", layout_.columns);
+        }
+        for (const gpu::Program* program : {bounds_, blocks_, ask_, mask_}) program->set("tile_count", layout_.tiles());
+        for (const gpu::Program* program : {trace_, ask_, mask_}) program->set("tile_texels", layout_.tile_texels);
+        for (const gpu::Program* program : {ask_, mask_}) {
+            program->set("hull", greatest_coordinate(parts_.tree.hull));
+            program->set("slack", parts_.tree.slack);
+        }
+        if (!batch_.list) {
+            for (const gpu::Program* program : {bounds_, ends_, trace_}) program->set("capacity", batch_.capacity);
+        }
+        if (scene.alpha_tested()) {
+            resources_.buffer(batch_.frame_constants).bind_uniform(BLOCK_FRAME);
+            trace_->set("alpha_salt", batch_.alpha_salt);
+        }
+    }
+
+    void set_candidates(const gpu::Program& program, std::span<const std::uint32_t> boxes) const {
+        std::array<std::uint32_t, shared::kRasterCandidates> padded{};
+        std::copy(boxes.begin(), boxes.end(), padded.begin());
+        glProgramUniform4uiv(program.id(), program.uniform("candidate_boxes"),
+                             static_cast<GLsizei>((boxes.size() + 3) / 4), padded.data());
+    }
+
+    /// Tiles whose rays end nearer fail.
+    static void test_depth() {
+        glEnable(GL_DEPTH_TEST);
+        glDepthFunc(GL_LEQUAL);
+        glDepthMask(GL_FALSE);
+        glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+        glPointSize(kTileEdge);
+    }
+
+    /// What fragments say becomes the depth.
+    static void write_depth() {
+        glEnable(GL_DEPTH_TEST);
+        glDepthFunc(GL_ALWAYS);
+        glDepthMask(GL_TRUE);
+    }
+
+    void add_bounds() const {
+        const gpu::Framebuffer& target = resources_.framebuffer({}, targets_.depth);
+        target.bind();
+        target.clear_depth(0);  // dead
+        write_depth();
+        bounds_->draw(GL_TRIANGLES, 3);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+        blocks_->dispatch((layout_.blocks + 7) / 8);
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
+    }
+
+    void mark_tiles(std::span<const std::uint32_t> pieces) {
+        const gpu::Framebuffer& target = resources_.framebuffer({targets_.mask}, targets_.depth);
+        target.bind();
+        target.clear_color_uint(0, 0);
+        set_candidates(*mask_, pieces);
+        mask_->set("candidate_count", static_cast<std::uint32_t>(pieces.size()));
+        test_depth();
+        mask_->draw(GL_POINTS, layout_.blocks);
+        if (!parts_.settings.count_pairs) return;
+        for (const std::uint32_t word : resources_.texture(targets_.mask).read_uint()) {
+            pairs_ += static_cast<std::size_t>(std::popcount(word));
+        }
+    }
+
+    void trace_tiles(std::span<const std::uint32_t> pieces, const Space& space) const {
+        glBindFramebuffer(GL_FRAMEBUFFER, ray_target_.id());
+        glViewport(0, 0, layout_.ray_texels().x, layout_.ray_texels().y);
+        glDisable(GL_DEPTH_TEST);
+        glPointSize(kTileEdge);
+        set_candidates(*trace_, pieces);
+        trace_->set("space_instance", space.instance);
+        trace_->set("space_door", space.door);
+        trace_->draw(GL_POINTS, layout_.tiles());
+    }
+
+    void end_tiles() const {
+        resources_.framebuffer({}, targets_.depth).bind();
+        write_depth();
+        ends_->draw(GL_TRIANGLES, 3);
+    }
+
+    RasterCulling::Parts& parts_;
+    Layout layout_;
+    graph::Resources& resources_;
+    const RayBatch& batch_;
+    const RasterTargets& targets_;
+    const gpu::Program* bounds_;
+    const gpu::Program* blocks_;
+    const gpu::Program* ask_;
+    const gpu::Program* mask_;
+    const gpu::Program* trace_;
+    const gpu::Program* ends_;
+    gpu::Object<gpu::delete_framebuffer> ray_target_;  // of texels without content
+    std::size_t asked_ = 0;
+    std::size_t pairs_ = 0;
+};
+
+namespace {
+
+graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, RasterCulling& culling, const RayBatch& batch,
+                          graph::BufferHandle results, bool any_hit) {
+    const Layout layout(batch.capacity);
+    check_driver(layout);
+    graph::Pass pass =
+        graph.add_pass(fmt::format("{} rays: {}, raster", name(batch.kind), any_hit ? "any hit" : "closest hit"));
+    pass.read(batch.rays, Access::texture_read);
+    if (scene.alpha_tested()) pass.read(batch.frame_constants, Access::uniform_read);
+    if (batch.list) {
+        pass.read(batch.list, Access::storage_read);
+        pass.read(batch.list_header, Access::storage_read);
+    }
+    const std::size_t tiles = layout.tiles();
+    const auto texels = [&](GLenum format) {
+        return gpu::TextureDesc{layout.tile_texels.x, layout.tile_texels.y, format};
+    };
+    RasterTargets targets;
+    targets.results =
+        pass.write(results, batch.list && results.version != 0 ? Access::storage_read_write : Access::storage_write);
+    targets.shafts = pass.write(graph.create_buffer("ray shafts", {(tiles + layout.blocks) * 4 * sizeof(vec4)}),
+                                Access::storage_write);
+    targets.alive = pass.write(graph.create_buffer("living rays", {tiles * sizeof(uvec2)}), Access::storage_write);
+    targets.depth =
+        pass.write(graph.create_texture("ray ends", texels(GL_DEPTH_COMPONENT32F)), Access::depth_attachment);
+    targets.mask =
+        pass.write(graph.create_texture("candidates of tiles", texels(GL_RGBA32UI)), Access::color_attachment);
+    pass.execute([=, &scene, &culling](graph::Resources& r) {
+        const auto start = std::chrono::steady_clock::now();
+        RasterStatistics& statistics = culling.statistics(batch.kind);
+        CullState& state = culling.state(batch.kind);
+        RasterRun run(r, scene, culling, batch, targets, any_hit);
+        walk(culling.tree(), state, run, statistics);
+        state.eye = run.eye();
+        statistics.pairs += run.pairs();
+        glPointSize(1);
+        gpu::default_state();
+        statistics.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    });
+    return targets.results;
+}
+
+}  // namespace
+
+graph::BufferHandle raster_closest_hit(graph::Graph& graph, const TraceScene& scene, RasterCulling& culling,
+                                       const RayBatch& batch, graph::BufferHandle hits) {
+    return trace(graph, scene, culling, batch, hits, false);
+}
+
+graph::BufferHandle raster_any_hit(graph::Graph& graph, const TraceScene& scene, RasterCulling& culling,
+                                   const RayBatch& batch, graph::BufferHandle occluded) {
+    return trace(graph, scene, culling, batch, occluded, true);
+}
+
+}  // namespace halflight::rays

@@ -1,0 +1,64 @@
+// The raster back end of CHC+RT (Mattausch, Bittner, Jaspe, Gobbetti, Wimmer, Pajarola 2015, CHC+RT: Coherent
+// Hierarchical Culling for Ray Tracing, Computer Graphics Forum 34(2)): the CPU walks the object hierarchy front to
+// back, occlusion queries over rasterized tiles of rays tell which of its nodes rays can meet, and fragment kernels
+// trace those.
+//
+// A tile is 64 consecutive entries of a batch. A query draws the tiles, in blocks, against the boxes of nodes; the
+// vertex kernel drops blocks, the depth test what has ended, the fragment kernel tiles whose shaft misses. Pieces of
+// visible leaves are traced up to 128 at a time: one more such draw leaves a mask of candidates per tile, and tiles
+// that have any are drawn at one texel per ray. Draws are separated by barriers and a ray has one fragment in each, so
+// the kernel itself keeps the nearest hit and breaks ties exactly as the plain tracer does; depth, which cannot hold
+// all t >= 0 exactly, only rejects.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "engine/rays/raster_walk.h"
+#include "engine/rays/rays.h"
+
+namespace halflight::rays {
+
+struct RasterSettings {
+    CutSizes cut;
+    bool believe_queries = true;  // false: every answer is "visible", as from a driver that overcounts
+    bool count_pairs = false;     // fill in RasterStatistics::pairs; waits for every draw
+};
+
+/// What the raster back end knows of a scene, and what it remembers from run to run, by ray kind.
+class RasterCulling {
+  public:
+    /// packed: what the TraceScene was made of. Needs a current context.
+    RasterCulling(const TraceTables& tables, const PackedScene& packed, const RasterSettings& settings = {});
+    RasterCulling(RasterCulling&&) noexcept;
+    RasterCulling& operator=(RasterCulling&&) noexcept;
+    ~RasterCulling();
+
+    const RasterSettings& settings() const;
+    const CullTree& tree() const;
+    /// By kind; may be overwritten with anything.
+    CullState& state(RayKind kind);
+    /// Forgets all states: camera cut, scene edit, resize.
+    void invalidate();
+    /// Of tree and states, on both sides.
+    std::size_t bytes() const;
+    /// Sums since construction.
+    RasterStatistics& statistics(RayKind kind);
+
+  private:
+    friend class RasterRun;
+    struct Parts;
+    std::unique_ptr<Parts> parts_;
+};
+
+/// As rays::closest_hit and rays::any_hit, with the same results, bit for bit. (A search that the driver would have cut
+/// short may come to its end here, being divided.) culling must outlive the graph's runs. Throw Error where the
+/// driver's points or targets are too small for the batch.
+graph::BufferHandle raster_closest_hit(graph::Graph& graph, const TraceScene& scene, RasterCulling& culling,
+                                       const RayBatch& batch, graph::BufferHandle hits);
+graph::BufferHandle raster_any_hit(graph::Graph& graph, const TraceScene& scene, RasterCulling& culling,
+                                   const RayBatch& batch, graph::BufferHandle occluded);
+
+}  // namespace halflight::rays

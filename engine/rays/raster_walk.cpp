@@ -1,0 +1,225 @@
+#include "engine/rays/raster_walk.h"
+
+#include <algorithm>
+#include <cmath>
+#include <deque>
+#include <functional>
+#include <queue>
+#include <utility>
+
+#include "shaders/shared/raster.h"
+#include "shaders/shared/sobol.h"
+
+namespace halflight::rays {
+namespace {
+
+using shared::kRasterCandidates;
+
+constexpr std::size_t kHiddenAtOnce = 64;  // nodes that wait for a query, at most
+constexpr std::uint32_t kRetestMean = 6;   // runs between two re-tests of a visible leaf (5 to 10 in the paper)
+
+/// Chance that a node which has been hidden for so many runs still is (eq. 6 of the paper, fitted there).
+double stays_hidden(std::uint32_t runs) {
+    return 0.98 - 0.7 * std::exp(-static_cast<double>(runs));
+}
+
+class Walk {
+  public:
+    Walk(const CullTree& tree, CullState& state, CullDevice& device, RasterStatistics& statistics)
+        : tree_(tree), state_(state), device_(device), statistics_(statistics), ready_(tree.spaces.size()) {
+        if (state_.nodes.size() != tree_.nodes.size()) {
+            state_.nodes.assign(tree_.nodes.size(), {});
+            state_.eye = tree_.hull.centre();
+        }
+        if (!all_finite(state_.eye)) state_.eye = tree_.hull.centre();
+        ++state_.run;
+    }
+
+    void run() {
+        open(0);
+        while (true) {
+            if (traced_) {
+                traced_ = false;
+                while (!asked_.empty() && hear(false)) {
+                }
+            }
+            if (!front_.empty()) {
+                const std::uint32_t node = front_.top().second;
+                front_.pop();
+                visit(node);
+            } else if (std::any_of(ready_.begin(), ready_.end(), [](const auto& r) { return !r.empty(); })) {
+                for (std::uint32_t space = 0; space < ready_.size(); ++space) trace(space);
+            } else if (!hidden_.empty()) {
+                ask_hidden();
+            } else if (!again_.empty()) {
+                ask(std::exchange(again_, {}), 1);
+            } else if (!asked_.empty()) {
+                ++statistics_.waits;
+                hear(true);
+            } else {
+                return;
+            }
+        }
+    }
+
+  private:
+    struct Question {
+        std::size_t number;
+        std::vector<std::uint32_t> nodes;
+    };
+
+    CullMemory& memory(std::uint32_t node) { return state_.nodes[node]; }
+
+    void set_visible(std::uint32_t node, bool visible) {
+        CullMemory& m = memory(node);
+        if ((m.visible == 1) == visible) return;
+        m.visible = visible ? 1 : 0;
+        m.since = state_.run;
+    }
+
+    /// A node is visible where one below it is.
+    void pull_up(std::uint32_t node) {
+        for (set_visible(node, true); node != 0; set_visible(node, true)) node = tree_.nodes[node].parent;
+    }
+
+    void visit(std::uint32_t node) {
+        ++statistics_.nodes;
+        if (memory(node).visible != 1) {
+            hidden_.push_back(node);
+            if (hidden_.size() == kHiddenAtOnce) ask_hidden();
+            return;
+        }
+        if (tree_.nodes[node].child_count == 0) {
+            // Due, or nonsense.
+            if (memory(node).retest - state_.run - 1 >= 2 * kRetestMean) {
+                again_.push_back(node);
+            } else {
+                ++statistics_.saved_visible;
+                pull_up(node);
+            }
+        }
+        open(node);
+    }
+
+    void open(std::uint32_t node) {
+        const CullNode& n = tree_.nodes[node];
+        if (n.child_count != 0) {
+            set_visible(node, false);  // until a child turns out to be visible
+            for (std::uint32_t c = n.first_child; c < n.first_child + n.child_count; ++c)
+                front_.emplace(distance(c), c);
+            return;
+        }
+        ++statistics_.leaves;
+        std::vector<std::uint32_t>& ready = ready_[n.space];
+        for (std::uint32_t p = n.first_piece; p < n.first_piece + n.piece_count; ++p) {
+            ready.push_back(p);
+            if (ready.size() == kRasterCandidates) trace(n.space);
+        }
+    }
+
+    /// From the eye, squared.
+    static float distance(const vec3& eye, const Bounds& box) {
+        const vec3 away = glm::max(glm::max(box.lower - eye, eye - box.upper), vec3(0));
+        return glm::dot(away, away);
+    }
+    float distance(std::uint32_t node) const { return distance(state_.eye, tree_.nodes[node].box); }
+
+    void trace(std::uint32_t space) {
+        std::vector<std::uint32_t> pieces = std::exchange(ready_[space], {});
+        if (pieces.empty()) return;
+        const auto from_eye = [&](std::uint32_t p) { return distance(state_.eye, tree_.pieces[p].box); };
+        std::stable_sort(pieces.begin(), pieces.end(),
+                         [&](std::uint32_t a, std::uint32_t b) { return from_eye(a) < from_eye(b); });
+        ++statistics_.traces;
+        statistics_.pieces += pieces.size();
+        device_.trace(pieces, tree_.spaces[space]);
+        traced_ = true;
+    }
+
+    /// One question for each run of `at_once` nodes.
+    void ask(const std::vector<std::uint32_t>& nodes, std::size_t at_once) {
+        for (std::size_t i = 0; i < nodes.size(); i += at_once) {
+            const std::size_t end = std::min(i + at_once, nodes.size());
+            const auto first = nodes.begin() + static_cast<std::ptrdiff_t>(i);
+            Question question{questions_++, {first, nodes.begin() + static_cast<std::ptrdiff_t>(end)}};
+            ++statistics_.queries;
+            if (question.nodes.size() > 1) ++statistics_.multi_queries;
+            device_.ask(question.nodes);
+            asked_.push_back(std::move(question));
+        }
+    }
+
+    /// Nodes that have been hidden for long are asked about together, as many as make the best of one query (section 5
+    /// of the paper): benefit, the number of nodes, by cost, one query and with the chance of a "yes" one more for
+    /// each.
+    void ask_hidden() {
+        std::vector<std::uint32_t> nodes = std::exchange(hidden_, {});
+        const auto runs = [&](std::uint32_t node) { return state_.run - memory(node).since; };
+        std::stable_sort(nodes.begin(), nodes.end(),
+                         [&](std::uint32_t a, std::uint32_t b) { return runs(a) > runs(b); });
+        for (std::size_t first = 0; first < nodes.size();) {
+            double all_hidden = 1, best = 0;
+            std::size_t end = first;
+            while (end < nodes.size() && end - first < kRasterCandidates) {
+                all_hidden *= stays_hidden(runs(nodes[end]));
+                const auto count = static_cast<double>(end + 1 - first);
+                const double value = count / (1 + (1 - all_hidden) * count);
+                if (value <= best) break;
+                best = value;
+                ++end;
+            }
+            const auto at = nodes.begin() + static_cast<std::ptrdiff_t>(first);
+            ask({at, nodes.begin() + static_cast<std::ptrdiff_t>(end)}, end - first);
+            first = end;
+        }
+    }
+
+    /// Takes the answer to the oldest question, if there is one.
+    bool hear(bool wait) {
+        const std::optional<bool> answer = device_.answer(asked_.front().number, wait);
+        if (!answer) return false;
+        const Question question = std::move(asked_.front());
+        asked_.pop_front();
+        if (*answer && question.nodes.size() > 1) {
+            ask(question.nodes, 1);
+            return true;
+        }
+        if (!*answer) statistics_.saved_hidden += question.nodes.size() - 1;
+        for (const std::uint32_t node : question.nodes) {
+            const bool leaf = tree_.nodes[node].child_count == 0;
+            const bool opened = leaf && memory(node).visible == 1;
+            set_visible(node, *answer);
+            if (!*answer) continue;
+            if (leaf) {
+                const std::uint32_t random = shared::hash_combine(node, state_.run);
+                memory(node).retest = state_.run + 1 + random % (2 * kRetestMean);
+                pull_up(node);
+            }
+            if (!opened) open(node);
+        }
+        return true;
+    }
+
+    const CullTree& tree_;
+    CullState& state_;
+    CullDevice& device_;
+    RasterStatistics& statistics_;
+
+    using Near = std::pair<float, std::uint32_t>;
+    std::priority_queue<Near, std::vector<Near>, std::greater<>> front_;
+    std::vector<std::uint32_t> hidden_;              // to be asked about before they are opened
+    std::vector<std::uint32_t> again_;               // visible leaves that are due for a re-test
+    std::deque<Question> asked_;                     // oldest first
+    std::vector<std::vector<std::uint32_t>> ready_;  // pieces to be traced, by space
+    std::size_t questions_ = 0;
+    bool traced_ = false;  // since answers were last looked for
+};
+
+}  // namespace
+
+void walk(const CullTree& tree, CullState& state, CullDevice& device, RasterStatistics& statistics) {
+    ++statistics.runs;
+    if (!tree.nodes.empty()) Walk(tree, state, device, statistics).run();
+}
+
+}  // namespace halflight::rays

@@ -1,0 +1,27 @@
+// What the raster back end's passes at one texel per tile share: shafts, and up to 128 candidates to hold against them.
+#include "shaders/shared/raster.h"
+#include "shaders/lib/raster_shaft.glsl"
+#include "shaders/lib/raster_texels.glsl"
+
+layout(binding = UNIT_RASTER_BOXES) uniform samplerBuffer boxes;  // 2 texels each, xyz: lower and upper end, world
+layout(binding = UNIT_RASTER_SHAFTS) uniform samplerBuffer shafts;  // 4 texels each: tiles, then blocks
+
+uniform uint tile_count;  // a multiple of 64
+uniform ivec2 tile_texels;  // size of the target
+uniform float hull;         // greatest coordinate of the hierarchy
+uniform float slack;        // of the hierarchy at index 0
+uniform uint candidate_count;
+uniform uvec4 candidate_boxes[32];  // indices into boxes, near ones first
+
+Shaft fetch_shaft(uint index) {
+    int texel = int(index) * 4;
+    vec4 from_lower = texelFetch(shafts, texel);
+    return Shaft(from_lower.xyz, texelFetch(shafts, texel + 1).xyz, texelFetch(shafts, texel + 2).xyz,
+                 texelFetch(shafts, texel + 3).xyz, from_lower.w);
+}
+
+// Where rays of the shaft enter the candidate's box, or negative.
+float candidate_near(ShaftTest shaft, uint candidate) {
+    int box = int(candidate_boxes[candidate >> 2][candidate & 3u]) * 2;
+    return shaft_near(shaft, texelFetch(boxes, box).xyz, texelFetch(boxes, box + 1).xyz);
+}

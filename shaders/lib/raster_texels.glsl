@@ -1,0 +1,27 @@
+// Where the entries of a batch lie as texels. 64 consecutive entries are a tile of 8x8 texels, 64 consecutive tiles a block
+// of 8x8 tiles, both in Morton order as pixels are (shaders/shared/pixel_order.h); blocks are laid out row by row.
+//
+// Depth orders distances along rays, dead ones first: of the bits of t a half, hence steps of two neighbouring floats. It
+// never puts two of them in the wrong order, and is always a normal number in [0, 1].
+#include "shaders/shared/pixel_order.h"
+
+uniform uint block_columns;
+
+uint morton(uvec2 p) { return (morton_spread(p.y) << 1) | morton_spread(p.x); }
+uvec2 from_morton(uint m) { return uvec2(morton_even_bits(m), morton_even_bits(m >> 1)); }
+
+uint tile_of_texel(uvec2 texel) {  // of one texel per tile
+    uvec2 block = texel >> 3u;
+    return ((block.y * block_columns + block.x) << 6) | morton(texel & 7u);
+}
+uint entry_of_texel(uvec2 texel) {  // of one texel per ray
+    return (tile_of_texel(texel >> 3u) << 6) | morton(texel & 7u);
+}
+uvec2 texel_of_block(uint block) { return uvec2(block % block_columns, block / block_columns); }
+uvec2 texel_of_tile(uint tile) { return texel_of_block(tile >> 6) * 8u + from_morton(tile & 63u); }
+
+const float kDeadDepth = 0.0;
+
+float depth_of(float t) {  // t >= 0 or +inf
+    return uintBitsToFloat((min(floatBitsToUint(t), 0x7e000000u) >> 1) + 0x00800000u);
+}

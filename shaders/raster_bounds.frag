@@ -1,0 +1,65 @@
+// Before anything is traced, one texel per tile: the shaft of its rays, which of them are alive, how far the farthest of them
+// can be traced (as depth), and misses for answers.
+#include "shaders/trace_scene.glsl"
+#include "shaders/lib/raster_batch.glsl"
+#include "shaders/lib/bvh.glsl"
+#include "shaders/lib/raster_shaft.glsl"
+#include "shaders/lib/raster_texels.glsl"
+
+layout(std430, binding = 3) writeonly buffer Shafts { vec4 shafts[]; };
+layout(std430, binding = 4) writeonly buffer Alive { uvec2 alive[]; };
+
+uniform uint tile_count;
+
+// Where a ray ends, at the latest; negative: it meets nothing, for it misses the box of the hierarchy that all others are in.
+float end_of(Ray ray, BvhHead head) {
+    BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
+#ifdef HALFLIGHT_NODES_FLOAT
+    vec3 lower = head.base, upper = head.base + kGridCells * head.cell;
+    lower -= abs(lower) * 1.1920928955078125e-7;  // 2^-23: the sum's own rounding
+    upper += abs(upper) * 1.1920928955078125e-7;
+#else
+    vec3 lower = vec3(0.0), upper = vec3(kGridCells);
+#endif
+    vec3 near = (mix(lower, upper, box.backward) - box.near_origin) * box.near_inverse;
+    vec3 far = (mix(upper, lower, box.backward) - box.far_origin) * box.far_inverse;
+    float begin = max(ray.t_min, greatest_of(near));
+    float end = min(ray.t_max, min(far.x, min(far.y, far.z)));
+    return begin > end ? -1.0 : end;
+}
+
+void main() {
+    uint tile = tile_of_texel(uvec2(gl_FragCoord.xy));
+    if (tile >= tile_count) discard;
+    BvhHead head = bvh_head(0u);
+    Shaft shaft = empty_shaft();
+    float greatest_t = -1.0;
+    uvec2 living = uvec2(0u);
+    bool finite = true;
+    uint first = tile * 64u;
+    uint count = min(entry_count(), first + 64u);
+    for (uint entry = first; entry < count; ++entry) {
+        uint path = path_of(entry);
+        Ray ray = load_ray(path);
+#ifdef HALFLIGHT_ANY_HIT
+        occluded[path] = kFree;
+#else
+        hits[path] = Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss);
+#endif
+        float end = ray.t_max >= ray.t_min ? end_of(ray, head) : -1.0;
+        if (end >= 0.0) {
+            vec3 to = ray.origin + end * ray.direction;
+            shaft = shaft_union(shaft, Shaft(ray.origin, ray.origin, to, to, end));
+            greatest_t = max(greatest_t, end);
+            finite = finite && all(lessThan(abs(ray.origin), vec3(kShaftBig))) && all(lessThan(abs(to), vec3(kShaftBig)));
+            living[(entry >> 5) & 1u] |= 1u << (entry & 31u);
+        }
+    }
+    if (!finite) shaft = endless_shaft();
+    shafts[4u * tile] = vec4(shaft.from_lower, shaft.least_t);
+    shafts[4u * tile + 1u] = vec4(shaft.from_upper, greatest_t);
+    shafts[4u * tile + 2u] = vec4(shaft.to_lower, 0.0);
+    shafts[4u * tile + 3u] = vec4(shaft.to_upper, 0.0);
+    alive[tile] = living;
+    gl_FragDepth = greatest_t < 0.0 ? kDeadDepth : depth_of(greatest_t);
+}

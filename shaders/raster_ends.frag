@@ -1,0 +1,29 @@
+// After rays of some tiles have been traced, one texel per tile: how far its rays still reach, as depth.
+#include "shaders/shared/raster.h"
+#include "shaders/lib/raster_batch.glsl"
+#include "shaders/lib/raster_texels.glsl"
+
+layout(binding = UNIT_RASTER_MASK) uniform usampler2D tile_candidates;
+layout(binding = UNIT_RASTER_SHAFTS) uniform samplerBuffer shafts;
+layout(std430, binding = 4) readonly buffer Alive { uvec2 alive[]; };
+
+void main() {
+    uvec2 texel = uvec2(gl_FragCoord.xy);
+    if (texelFetch(tile_candidates, ivec2(texel), 0) == uvec4(0u)) discard;
+    uint tile = tile_of_texel(texel);
+    uvec2 living = alive[tile];
+    float greatest_t = texelFetch(shafts, int(4u * tile + 1u)).w;
+    float end = -1.0;
+    for (uint word = 0u; word < 2u; ++word) {
+        for (uint left = living[word]; left != 0u && end < greatest_t; left &= left - 1u) {
+            uint path = path_of(tile * 64u + word * 32u + uint(findLSB(left)));
+#ifdef HALFLIGHT_ANY_HIT
+            if (occluded[path] == kFree) end = greatest_t;
+#else
+            float t = hits[path].t;
+            if (t >= 0.0) end = max(end, min(t, greatest_t));  // not a number: nothing can change it
+#endif
+        }
+    }
+    gl_FragDepth = end < 0.0 ? kDeadDepth : depth_of(end);
+}

@@ -1,0 +1,41 @@
+// The rays of a tile against its candidates. What earlier draws have found is read back, and only what is nearer is written:
+// draws are apart from each other by a barrier, and a ray has one fragment in each.
+#include "shaders/shared/frame.h"
+#include "shaders/trace_scene.glsl"
+#include "shaders/lib/hash.glsl"
+#include "shaders/lib/raster_batch.glsl"
+#include "shaders/lib/raster_texels.glsl"
+#include "shaders/lib/raster_search.glsl"
+
+#ifdef HALFLIGHT_ALPHA
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+uniform uint alpha_salt;
+#endif
+
+flat in uvec4 candidates;
+
+void main() {
+    uint entry = entry_of_texel(uvec2(gl_FragCoord.xy));
+    if (entry >= entry_count()) discard;
+    uint path = path_of(entry);
+    Ray ray = load_ray(path);
+#ifdef HALFLIGHT_ALPHA
+    uint key = ray_key(path, hash_combine(hash_combine(frame.seed, frame.sample_index), alpha_salt));
+#else
+    uint key = 0u;
+#endif
+#ifdef HALFLIGHT_ANY_HIT
+    bool over = occluded[path] != kFree;
+    Hit hit = search(ray, key, Hit(ray.t_max, 0.0, 0.0, kMiss, kMiss), over ? uvec4(0u) : candidates, true);
+    if (hit.triangle != kMiss) {
+        occluded[path] = floatBitsToUint(hit.t) == floatBitsToUint(not_a_number()) ? kUnfinished : kOccluded;
+    }
+#else
+    Hit known = hits[path];
+    bool over = floatBitsToUint(known.t) > uint(kBvhFar);  // not a number
+    Hit hit = search(ray, key, known, over ? uvec4(0u) : candidates, false);
+    bool same = floatBitsToUint(hit.t) == floatBitsToUint(known.t) && hit.triangle == known.triangle &&
+                hit.instance == known.instance;
+    if (!over && !same) hits[path] = hit;
+#endif
+}
