@@ -1,4 +1,5 @@
-// halflight-bench: figures for every kind of ray, and what it says when it cannot.
+// halflight-bench and `halflight bench`: figures for every kind of ray and every method, and what they say when they
+// cannot.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -9,43 +10,78 @@
 namespace halflight::test {
 namespace {
 
-const std::string kCornell = HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb";
+using Json = nlohmann::json;
 
-TEST(Bench, WritesATableAndJson) {
-    const TemporaryFolder folder;
-    const std::string file = folder / "figures.json";
-    const Outcome outcome = run_program({"--scene", kCornell, "--size", "64x48", "--repeats", "2", "--json", file});
-    ASSERT_EQ(outcome.status, 0) << outcome.err;
-    const nlohmann::json report = nlohmann::json::parse(read_text(file));
-    EXPECT_EQ(report["schema"], 1);
-    ASSERT_EQ(report["scenes"].size(), 1u);
-    const nlohmann::json& kinds = report["scenes"][0]["kinds"];
-    ASSERT_EQ(kinds.size(), 6u);
-    for (const nlohmann::json& kind : kinds) {
-        EXPECT_NE(outcome.out.find(kind["kind"].get<std::string>()), std::string::npos);
-        EXPECT_GT(kind["live_rays"], 1000);
-        EXPECT_LE(kind["rays_that_differ"], 5);
-        EXPECT_EQ(kind["plain"]["seconds"].size(), 2u);
-        EXPECT_GT(kind["plain"]["mrays_per_second"], 0);
-        EXPECT_GT(kind["embree"]["mrays_per_second"], 0);
-    }
+const std::string kCornell = HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb";
+const std::vector<std::string> kKinds{"primary", "hard",       "soft",    "glossy", "diffuse",
+                                      "ao",      "connection", "bounce2", "mixed"};
+const std::vector<std::string> kMethods{"naive", "plain", "embree", "packets"};
+
+Outcome run_bench(std::vector<std::string> arguments) {
+    if (HALFLIGHT_IS_COMMAND) arguments.insert(arguments.begin(), "bench");
+    return run_program(arguments);
 }
 
-TEST(Bench, TakesOnlyTheKindsAskedFor) {
-    const Outcome outcome = run_program({"--scene", kCornell, "--size", "32x32", "--repeats", "1", "--kinds", "ao,hard",
-                                         "--nodes", "float", "--robust"});
+void expect_quartiles(const Json& q) {
+    EXPECT_GT(q["lower"], 0);
+    EXPECT_LE(q["lower"], q["median"]);
+    EXPECT_LE(q["median"], q["upper"]);
+}
+
+TEST(Bench, WritesTablesAndJson) {
+    const TemporaryFolder folder;
+    const std::string file = folder / "figures.json";
+    const Outcome outcome = run_bench({"--scene", kCornell, "--size", "64x48", "--turns", "2", "--json", file});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Json report = Json::parse(read_text(file));
+    EXPECT_EQ(report["schema"], 2);
+    EXPECT_EQ(report["turns"], 2);
+    ASSERT_EQ(report["scenes"].size(), 1u);
+    EXPECT_EQ(report["scenes"][0]["rays_that_disagree"], 0);
+    EXPECT_TRUE(report["scenes"][0]["left_out"].empty());
+    const Json& kinds = report["scenes"][0]["kinds"];
+    ASSERT_EQ(kinds.size(), kKinds.size());
+    for (std::size_t k = 0; k < kKinds.size(); ++k) {
+        SCOPED_TRACE(kKinds[k]);
+        EXPECT_EQ(kinds[k]["kind"], kKinds[k]);
+        EXPECT_NE(outcome.out.find("\n  " + kKinds[k]), std::string::npos);
+        EXPECT_GT(kinds[k]["live_rays"], 1000);
+        EXPECT_LE(kinds[k]["live_rays"], kinds[k]["rays"]);
+        EXPECT_LE(kinds[k]["hits"], kinds[k]["live_rays"]);
+        for (const std::string& name : kMethods) {
+            SCOPED_TRACE(name);
+            const Json& method = kinds[k]["methods"][name];
+            EXPECT_EQ(method["seconds"].size(), 2u);
+            EXPECT_EQ(method["cpu_seconds"].size(), 2u);
+            expect_quartiles(method["mrays_per_second"]);
+            for (const char* other : {"plain", "naive", "embree"}) expect_quartiles(method["times_as_fast_as"][other]);
+            if (method["times_as_fast_as"].contains(name)) {
+                EXPECT_EQ(method["times_as_fast_as"][name]["median"], 1.0);
+            }
+            EXPECT_LE(method["rays_that_differ"], method["exact"] == true ? 0 : 5);
+        }
+    }
+    EXPECT_EQ(kinds[0]["methods"]["plain"]["exact"], true);
+    EXPECT_NE(kinds[0]["methods"]["packets"]["note"].get<std::string>().find("rtcIntersect"), std::string::npos);
+}
+
+TEST(Bench, TakesOnlyWhatIsAskedFor) {
+    const Outcome outcome = run_bench({"--scene", kCornell, "--size", "32x32", "--turns", "1", "--kinds", "ao,hard",
+                                       "--methods", "plain", "--nodes", "float", "--robust", "--clock", "cpu"});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_NE(outcome.out.find("(float)"), std::string::npos);
-    EXPECT_EQ(outcome.out.find("glossy"), std::string::npos);
+    EXPECT_NE(outcome.out.find("by CPU time"), std::string::npos);
+    for (const char* other : {"glossy", "diffuse", "naive", "packets"})
+        EXPECT_EQ(outcome.out.find(other), std::string::npos) << other;
 }
 
 TEST(Bench, FailsWithOneLine) {
     for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--scene", "missing.glb"},
                                                       {"--scene", kCornell, "--size", "wide"},
                                                       {"--scene", kCornell, "--camera", "nobody"}}) {
-        const Outcome outcome = run_program(arguments);
+        const Outcome outcome = run_bench(arguments);
         EXPECT_EQ(outcome.status, 1);
-        EXPECT_EQ(outcome.err.find("halflight-bench: "), 0u) << outcome.err;
+        EXPECT_EQ(outcome.err.find("halflight"), 0u) << outcome.err;
         EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
     }
 }

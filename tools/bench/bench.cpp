@@ -10,6 +10,7 @@
 #include "engine/io/files.h"
 #include "engine/io/gltf.h"
 #include "tools/bench/capture.h"
+#include "tools/bench/report.h"
 
 namespace halflight::bench {
 namespace {
@@ -56,7 +57,7 @@ std::vector<Method> make_methods(const std::vector<std::string>& wanted, const B
                                  std::vector<std::string>& left_out) {
     std::vector<Method> methods;
     for (const std::string& name : method_names()) {
-        if (std::ranges::find(wanted, name) == wanted.end()) continue;
+        if (!wanted.empty() && std::ranges::find(wanted, name) == wanted.end()) continue;
         try {
             methods.push_back(make_method(name, bench));
         } catch (const Error& error) {
@@ -81,8 +82,8 @@ SceneResult measure_scene(const BenchArguments& arguments, const std::string& fi
     result.statistics = trace.statistics();
     result.embree_build_seconds = embree.build_seconds();
     gpu::ProgramCache programs;
-    const std::vector<RaySet> sets =
-        capture(context, programs, scene, tables, trace, camera.camera, result.size, arguments.kinds);
+    const std::vector<RaySet> sets = capture(context, programs, scene, tables, trace, camera.camera, result.size,
+                                             arguments.kinds.empty() ? ray_kinds() : arguments.kinds);
     const std::vector<Method> methods =
         make_methods(arguments.methods, {context, programs, tables, trace, embree}, result.left_out);
     for (const RaySet& set : sets) {
@@ -100,26 +101,33 @@ SceneResult measure_scene(const BenchArguments& arguments, const std::string& fi
 
 void add_options(CLI::App& app, BenchArguments& a) {
     static const std::map<std::string, Clock> clocks{{"wall", Clock::wall}, {"cpu", Clock::cpu}};
-    app.add_option("--scene", a.scenes, "glTF files")->required();
-    app.add_option("--camera", a.camera, "name or number (default: the first, else one that sees everything)");
-    app.add_option("--size", a.size, "WIDTHxHEIGHT")->capture_default_str();
-    app.add_option("--kinds", a.kinds, "which rays")->delimiter(',')->check(CLI::IsMember(ray_kinds()));
-    app.add_option("--methods", a.methods, "which tracers")->delimiter(',')->check(CLI::IsMember(method_names()));
-    app.add_option("--turns", a.turns, "rounds through all methods, after one to warm up")
-        ->check(CLI::Range(1, 10000))
-        ->capture_default_str();
-    app.add_option("--repeats", a.repeats, "runs of a method in each turn, whose mean counts")
-        ->check(CLI::Range(1, 10000))
-        ->capture_default_str();
-    app.add_option("--clock", a.clock, "time that figures are made of: wall or cpu (default wall)")
-        ->transform(CLI::CheckedTransformer(clocks));
-    app.add_option("--nodes", a.nodes, "format of the hierarchy's nodes")
-        ->check(CLI::IsMember({"auto", "grid", "float"}))
-        ->capture_default_str();
+    app.add_option("--scene", a.scenes, "glTF files")->type_name("FILE")->required();
+    app.add_option("--camera", a.camera, "name or number (default: the first, else one that sees everything)")
+        ->type_name("NAME|N");
+    app.add_option("--size", a.size, "of the picture (default " + a.size + ")")->type_name("WIDTHxHEIGHT");
+    app.add_option("--kinds", a.kinds, "which rays (default all)")->delimiter(',')->check(CLI::IsMember(ray_kinds()));
+    app.add_option("--methods", a.methods, "which tracers (default all)")
+        ->delimiter(',')
+        ->check(CLI::IsMember(method_names()));
+    const CLI::Range count(1, 10000);
+    app.add_option("--turns", a.turns,
+                   fmt::format("rounds through all methods, after one to warm up (default {})", a.turns))
+        ->type_name("N")
+        ->check(count);
+    app.add_option("--repeats", a.repeats,
+                   fmt::format("runs of a method in each turn, whose mean counts (default {})", a.repeats))
+        ->type_name("N")
+        ->check(count);
+    app.add_option("--clock", a.clock, "time that figures are made of (default wall)")
+        ->transform(CLI::CheckedTransformer(clocks).description("{wall,cpu}"))
+        ->type_name("");
+    app.add_option("--nodes", a.nodes, "format of the hierarchy's nodes (default " + a.nodes + ")")
+        ->type_name("")
+        ->check(CLI::IsMember({"auto", "grid", "float"}));
     app.add_flag("--keep-instances", a.keep_instances, "no flattening of small scenes");
     app.add_flag("--robust", a.robust, "Embree's watertight mode instead of its fast one");
-    app.add_option("--device", a.device, "as of halflight render");
-    app.add_option("--json", a.json, "a file for the figures");
+    app.add_option("--device", a.device, "as of halflight render")->type_name("NAME|N");
+    app.add_option("--json", a.json, "write all times and figures")->type_name("FILE.json");
 }
 
 void run_bench(const BenchArguments& arguments, const std::function<void()>& between) {

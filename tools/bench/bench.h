@@ -6,28 +6,29 @@
 #include <string>
 #include <vector>
 
-#include "tools/bench/report.h"
-
 namespace CLI {
 class App;
 }
 
 namespace halflight::bench {
 
+/// Which time the figures are made of. cpu: of all threads; the one to trust where the machine is shared.
+enum class Clock { wall, cpu };
+
 struct BenchArguments {
-    std::vector<std::string> scenes;
-    std::string camera;
-    std::string size = "1280x720";
-    std::vector<std::string> kinds = ray_kinds();
-    std::vector<std::string> methods = method_names();
-    int turns = 9;
-    int repeats = 1;
+    std::vector<std::string> scenes;   // glTF files
+    std::string camera;                // name or number; empty: the first, else one that sees everything
+    std::string size = "1280x720";     // WIDTHxHEIGHT
+    std::vector<std::string> kinds;    // of ray_kinds(); empty: all
+    std::vector<std::string> methods;  // of method_names(); empty: all
+    int turns = 9;                     // rounds through all methods, after one to warm up
+    int repeats = 1;                   // runs of a method in each turn, whose mean counts
     Clock clock = Clock::wall;
-    std::string nodes = "auto";
-    bool keep_instances = false;
-    bool robust = false;
-    std::string device;
-    std::string json;
+    std::string nodes = "auto";   // grid, float
+    bool keep_instances = false;  // no flattening of small scenes
+    bool robust = false;          // Embree's watertight mode
+    std::string device;           // as of halflight render
+    std::string json;             // file for the figures; empty: none
 };
 
 void add_options(CLI::App& app, BenchArguments& arguments);

@@ -5,14 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "tools/bench/bench.h"
 #include "tools/bench/measure.h"
 
 namespace halflight::bench {
 
 inline constexpr int kSchema = 2;  // of the JSON
-
-/// Which time the figures are made of. cpu: of all threads; the one to trust where the machine is shared.
-enum class Clock { wall, cpu };
 
 struct SceneResult {
     std::string file;

@@ -302,6 +302,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     info_app.add_flag("--json", info.json, "as JSON");
     info_app.add_flag("--allow-outside", info.allow_outside, "the scene may name files outside its folder");
 
+    BenchArguments bench;
+    CLI::App& bench_app = *app.add_subcommand("bench", "Measure rays per second of several tracers, in turns");
+    bench_app.allow_extras();
+    bench::add_options(bench_app, bench);
+
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
@@ -311,7 +316,9 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     } catch (const CLI::CallForVersion& version) {
         return Help{version.what()};
     } catch (const CLI::ParseError& error) {
-        throw usage_error(error, render_app.parsed() ? "halflight render" : "halflight info");
+        throw usage_error(error, render_app.parsed()  ? "halflight render"
+                                 : bench_app.parsed() ? "halflight bench"
+                                                      : "halflight info");
     }
     check_leftovers(app, "halflight");
     if (render_app.parsed()) {
@@ -323,6 +330,10 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         check_leftovers(info_app, "halflight info");
         check(info);
         return info;
+    }
+    if (bench_app.parsed()) {
+        check_leftovers(bench_app, "halflight bench");
+        return bench;
     }
     throw UsageError("command", "is missing; see halflight --help");
 }

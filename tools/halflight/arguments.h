@@ -10,6 +10,7 @@
 #include "engine/color/color.h"
 #include "engine/core/error.h"
 #include "engine/core/math.h"
+#include "tools/bench/bench.h"
 
 namespace halflight {
 
@@ -68,7 +69,9 @@ class UsageError : public Error {
     using Error::Error;
 };
 
-using Arguments = std::variant<Help, RenderArguments, InfoArguments>;
+using bench::BenchArguments;  // `halflight bench`
+
+using Arguments = std::variant<Help, RenderArguments, InfoArguments, BenchArguments>;
 Arguments parse_arguments(int argc, const char* const* argv);
 
 /// Whether the name ends in `.extension`, in any case.

@@ -15,5 +15,6 @@ class Interrupted : public Error {
 
 void run_render(const RenderArguments& arguments);
 void run_info(const InfoArguments& arguments);
+void run_bench(const BenchArguments& arguments);
 
 }  // namespace halflight

@@ -27,6 +27,7 @@ int main(int argc, char** argv) {
         if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());
         if (const auto* render = std::get_if<RenderArguments>(&arguments)) run_render(*render);
         if (const auto* info = std::get_if<InfoArguments>(&arguments)) run_info(*info);
+        if (const auto* bench = std::get_if<BenchArguments>(&arguments)) run_bench(*bench);
         if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw Error("standard output", "cannot write");
         return 0;
     } catch (const UsageError& error) {

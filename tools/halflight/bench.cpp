@@ -1,0 +1,14 @@
+#include "tools/bench/bench.h"
+
+#include "tools/halflight/commands.h"
+#include "tools/halflight/signals.h"
+
+namespace halflight {
+
+void run_bench(const BenchArguments& arguments) {
+    bench::run_bench(arguments, [] {
+        if (const int signal = stop_signal()) throw Interrupted(signal, "bench", "stopped; nothing was written");
+    });
+}
+
+}  // namespace halflight
