@@ -46,10 +46,9 @@ Scene load(const std::string& file) {
     return scene;
 }
 
-rays::TraceScene trace_scene(const TraceTables& tables, const std::string& nodes) {
-    if (nodes == "auto") return rays::TraceScene(tables);
-    const rays::NodeFormat format = nodes == "grid" ? rays::NodeFormat::grid : rays::NodeFormat::floating;
-    return {tables, rays::pack_scene(tables, format), {}};
+rays::PackedScene pack(const TraceTables& tables, const std::string& nodes) {
+    if (nodes == "auto") return rays::pack_scene(tables);
+    return rays::pack_scene(tables, nodes == "grid" ? rays::NodeFormat::grid : rays::NodeFormat::floating);
 }
 
 /// In the order of reports.
@@ -78,14 +77,15 @@ SceneResult measure_scene(const BenchArguments& arguments, const std::string& fi
     const TraceTables tables = build_trace_tables(scene, arguments.keep_instances ? 0 : kFlattenLimit);
     if (tables.instances.empty()) throw Error(file, "has no triangle");
     const EmbreeTracer embree(tables, arguments.robust);
-    const rays::TraceScene trace = trace_scene(tables, arguments.nodes);
+    const rays::PackedScene packed = pack(tables, arguments.nodes);
+    const rays::TraceScene trace(tables, packed, {});
     result.statistics = trace.statistics();
     result.embree_build_seconds = embree.build_seconds();
     gpu::ProgramCache programs;
     const std::vector<RaySet> sets = capture(context, programs, scene, tables, trace, camera.camera, result.size,
                                              arguments.kinds.empty() ? ray_kinds() : arguments.kinds);
     const std::vector<Method> methods =
-        make_methods(arguments.methods, {context, programs, tables, trace, embree}, result.left_out);
+        make_methods(arguments.methods, {context, programs, tables, packed, trace, embree}, result.left_out);
     for (const RaySet& set : sets) {
         if (set.live == 0) {
             result.left_out.push_back(set.kind + ": no rays");

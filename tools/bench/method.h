@@ -32,7 +32,8 @@ struct Bench {
     const gpu::Context& context;
     gpu::ProgramCache& programs;
     const TraceTables& tables;
-    const rays::TraceScene& trace;
+    const rays::PackedScene& packed;  // of the tables
+    const rays::TraceScene& trace;    // of both
     const EmbreeTracer& embree;
 };
 

@@ -1,0 +1,165 @@
+// What the bench measures with: rays of real passes, turns, and the detection of wrong answers.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "engine/io/gltf.h"
+#include "tests/support/gpu_test.h"
+#include "tools/bench/capture.h"
+#include "tools/bench/measure.h"
+
+namespace halflight::bench {
+namespace {
+
+using shared::Ray;
+
+class BenchRays : public GpuTest {
+  protected:
+    /// All kinds of rays of a scene in scenes/.
+    std::vector<RaySet> rays_of(const std::string& scene_file) {
+        Scene scene = load_gltf(std::string(HALFLIGHT_SOURCE_DIR "/scenes/") + scene_file);
+        for (Material& m : scene.materials) m.alpha_mode = AlphaMode::opaque;
+        const TraceTables tables = build_trace_tables(scene, kFlattenLimit);
+        const rays::TraceScene trace(tables);
+        diagonal = glm::length(tables.bounds.extent());
+        const std::size_t materials = scene.materials.size(), lights = scene.lights.size(),
+                          meshes = scene.meshes.size(), instances = scene.instances.size();
+        std::vector<RaySet> sets =
+            capture(context, programs, scene, tables, trace, scene.cameras.front(), kSize, ray_kinds());
+        EXPECT_EQ(scene.materials.size(), materials);
+        EXPECT_EQ(scene.lights.size(), lights);
+        EXPECT_EQ(scene.meshes.size(), meshes);
+        EXPECT_EQ(scene.instances.size(), instances);
+        return sets;
+    }
+
+    static constexpr ivec2 kSize{70, 50};  // no multiple of 16
+    gpu::ProgramCache programs;
+    float diagonal = 0;
+};
+
+const RaySet& find(const std::vector<RaySet>& sets, const std::string& kind) {
+    return *std::ranges::find(sets, kind, &RaySet::kind);
+}
+
+bool live(const Ray& r) {
+    return r.t_max >= r.t_min;
+}
+
+vec3 end(const Ray& r) {
+    return r.origin + r.t_max * r.direction;
+}
+
+TEST_F(BenchRays, EveryKindOfEveryLook) {
+    for (const char* file : {"cornell.glb", "atrium.glb"}) {  // area lights only; sun and sky
+        SCOPED_TRACE(file);
+        const std::vector<RaySet> sets = rays_of(file);
+        ASSERT_EQ(sets.size(), ray_kinds().size());
+        for (std::size_t k = 0; k < sets.size(); ++k) {
+            const RaySet& set = sets[k];
+            SCOPED_TRACE(set.kind);
+            EXPECT_EQ(set.kind, ray_kinds()[k]);
+            EXPECT_EQ(set.rays.size() % 256, 0u);
+            EXPECT_GT(set.live, 500u);
+            std::vector<std::uint32_t> order = set.order, scanline = set.scanline;
+            std::ranges::sort(order);
+            std::ranges::sort(scanline);
+            EXPECT_EQ(order, scanline);
+            EXPECT_EQ(std::ranges::adjacent_find(order), order.end());
+            EXPECT_LT(order.back(), set.rays.size());
+            EXPECT_EQ(set.listed, set.kind != "primary" && set.kind != "connection");
+            for (const std::uint32_t path : set.order)
+                ASSERT_TRUE(!live(set.rays[path]) || glm::dot(set.rays[path].direction, set.rays[path].direction) > 0);
+        }
+        EXPECT_EQ(find(sets, "primary").live, static_cast<std::size_t>(kSize.x * kSize.y));
+        EXPECT_EQ(find(sets, "ao").order, find(sets, "diffuse").order);
+        for (const std::uint32_t path : find(sets, "ao").order)
+            ASSERT_FLOAT_EQ(find(sets, "ao").rays[path].t_max, 0.05f * diagonal);
+    }
+}
+
+TEST_F(BenchRays, HardShadowsHaveOneApex) {
+    const std::vector<RaySet> point = rays_of("cornell.glb");  // no punctual light: one is put there
+    const RaySet& hard = find(point, "hard");
+    const vec3 apex = end(hard.rays[hard.order.front()]);
+    for (const std::uint32_t path : hard.order) ASSERT_LT(glm::distance(end(hard.rays[path]), apex), 1e-5f * diagonal);
+    const std::vector<RaySet> sun = rays_of("atrium.glb");
+    const RaySet& parallel = find(sun, "hard");
+    for (const std::uint32_t path : parallel.order) {
+        ASSERT_EQ(parallel.rays[path].direction, parallel.rays[parallel.order.front()].direction);
+        ASSERT_EQ(parallel.rays[path].t_max, kInfinity);
+    }
+}
+
+TEST_F(BenchRays, ConnectionsGoFromSixteenPixelsToOnePoint) {
+    const std::vector<RaySet> sets = rays_of("cornell.glb");
+    const RaySet& set = find(sets, "connection");
+    std::size_t groups = 0;
+    for (std::size_t first = 0; first < set.rays.size(); first += 16) {
+        const std::span<const Ray> group(&set.rays[first], 16);
+        const auto reference = std::ranges::find_if(group, live);
+        if (reference == group.end()) continue;
+        ++groups;
+        for (const Ray& ray : group) {
+            if (live(ray)) {
+                ASSERT_LT(glm::distance(end(ray), end(*reference)), 1e-4f * diagonal);
+            }
+        }
+    }
+    EXPECT_GT(groups, 500u);
+}
+
+// --- Measuring -------------------------------------------------------------------------------------------------------
+
+Method fixed_method(const std::string& name, bool exact, const Answers& answers, int& runs) {
+    return {name, exact, [=, &runs](const RaySet&) -> Prepared {
+                return {[&runs] { ++runs; }, [answers] { return answers; }, name + "'s note"};
+            }};
+}
+
+class BenchMeasure : public GpuTest {};
+
+TEST_F(BenchMeasure, FindsWrongAnswers) {
+    RaySet set;
+    set.kind = "primary";
+    set.rays.assign(256, {vec3(0), 0, vec3(0, 0, 1), kInfinity});
+    set.order = {3, 1, 2};
+    set.live = 3;
+    set.tolerance = 1e-3f;
+    Answers right{std::vector<shared::Hit>(256, {kInfinity, 0, 0, shared::kMiss, shared::kMiss}), {}};
+    right.hits[1] = {1, 0.25f, 0.25f, 7, 0};
+    right.hits[2] = {2, 0.5f, 0.25f, 8, 0};
+    Answers near = right, other_triangle = right, elsewhere = right, miss = right;
+    near.hits[1].t = std::nextafter(1.0f, 2.0f);
+    other_triangle.hits[2].triangle = 9;
+    elsewhere.hits[0].t = 5;  // of no path in the order
+    miss.hits[1] = miss.hits[3];
+    int runs = 0;
+    const KindResult result =
+        measure(set,
+                {fixed_method("plain", true, right, runs), fixed_method("near", true, near, runs),
+                 fixed_method("near, inexact", false, near, runs), fixed_method("triangle", true, other_triangle, runs),
+                 fixed_method("elsewhere", true, elsewhere, runs), fixed_method("miss", false, miss, runs)},
+                4, 2, [] {});
+    EXPECT_EQ(runs, 6 * (1 + 4 * 2));
+    EXPECT_EQ(result.hits, 2u);
+    const std::size_t expected[] = {0, 1, 0, 1, 0, 1};
+    for (std::size_t m = 0; m < 6; ++m) {
+        EXPECT_EQ(result.methods[m].different, expected[m]) << result.methods[m].method;
+        EXPECT_EQ(result.methods[m].seconds.size(), 4u);
+    }
+    EXPECT_EQ(result.methods[1].note, "near's note");
+}
+
+TEST(BenchRatios, AreTakenTurnByTurn) {
+    // The machine slows down threefold; what is twice as fast stays twice as fast.
+    const Quartiles q = speedup({1, 2, 3}, {2, 4, 6});
+    EXPECT_EQ(q.lower, 2);
+    EXPECT_EQ(q.median, 2);
+    EXPECT_EQ(q.upper, 2);
+}
+
+}  // namespace
+}  // namespace halflight::bench
