@@ -6,6 +6,7 @@
 
 #include "engine/graph/compile.h"
 #include "engine/graph/execute.h"
+#include "engine/rays/raster.h"
 #include "tools/bench/naive_tracer.h"
 
 namespace halflight::bench {
@@ -59,8 +60,11 @@ struct GraphRun {
     graph::Executor executor;
 };
 
-Method graph_method(const std::string& name, const Bench& bench, const AddTrace& add) {
-    return {name, true, [&programs = bench.programs, add](const RaySet& set) -> Prepared {
+/// start(): called once for each ray set, before all else.
+Method graph_method(
+    const std::string& name, const Bench& bench, const AddTrace& add, const std::function<void()>& start = [] {}) {
+    return {name, true, [&programs = bench.programs, add, start](const RaySet& set) -> Prepared {
+                start();
                 const auto run = std::make_shared<GraphRun>(programs, set, add);
                 const auto read = [run, any_hit = set.any_hit] {
                     return any_hit ? Answers{{}, run->results.read<std::uint32_t>()}
@@ -68,6 +72,24 @@ Method graph_method(const std::string& name, const Bench& bench, const AddTrace&
                 };
                 return {[run] { run->executor.run(run->compiled); }, read, ""};
             }};
+}
+
+Method plain_method(const Bench& bench) {
+    return graph_method("plain", bench, [&trace = bench.trace](auto& graph, const auto& batch, auto results, bool any) {
+        return any ? rays::any_hit(graph, trace, batch, results) : rays::closest_hit(graph, trace, batch, results);
+    });
+}
+
+/// What it has learned in the warm-up it knows in the turns.
+Method raster_method(const Bench& bench) {
+    const auto culling = std::make_shared<rays::RasterCulling>(bench.tables, bench.packed);
+    return graph_method(
+        "raster", bench,
+        [&trace = bench.trace, culling](auto& graph, const auto& batch, auto results, bool any) {
+            return any ? rays::raster_any_hit(graph, trace, *culling, batch, results)
+                       : rays::raster_closest_hit(graph, trace, *culling, batch, results);
+        },
+        [culling] { culling->invalidate(); });
 }
 
 // --- Naive ----------------------------------------------------------------------------------------------------------
@@ -139,18 +161,9 @@ struct Entry {
     const char* name;
     Method (*make)(const Bench&);
 };
-constexpr std::array kMethods{
-    Entry{"naive", naive_method},
-    Entry{"plain",
-          [](const Bench& bench) {
-              return graph_method(
-                  "plain", bench, [&trace = bench.trace](auto& g, const auto& batch, auto to, bool any) {
-                      return any ? rays::any_hit(g, trace, batch, to) : rays::closest_hit(g, trace, batch, to);
-                  });
-          }},
-    Entry{"embree", embree_method},
-    Entry{"packets", packets_method},
-};
+constexpr std::array kMethods{Entry{"naive", naive_method}, Entry{"plain", plain_method},
+                              Entry{"raster", raster_method}, Entry{"embree", embree_method},
+                              Entry{"packets", packets_method}};
 
 }  // namespace
 

@@ -40,6 +40,7 @@ struct Bench {
 /// Names in the order of reports:
 ///   naive    shaders/naive.comp, rays along the picture's rows
 ///   plain    the engine's kernel without culling, rays in the order of the pass
+///   raster   culling by occlusion queries; its state is that of the runs before over the same set
 ///   embree   Embree, ray by ray
 ///   packets  Embree, the fastest of its packet and stream modes for that set
 const std::vector<std::string>& method_names();
