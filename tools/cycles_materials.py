@@ -5,11 +5,13 @@
 Blender 3.4 imports every material as a Principled node, whose models are others:
 - Its diffuse lobe is Disney's, brighter than Lambert's at grazing angles, and it ignores KHR_materials_specular: a purely
   diffuse Cornell box comes out 9 % too bright. What is neither metal nor light becomes a Diffuse node here.
-- Its metal is single-scattering GGX, ours has Turquin's gain for multiple scattering: without it blocks of 16x16 pixels
-  of a Cornell box with metals are up to 4 % darker. A metal's base colour c becomes c M(c), which depends on the angle to
-  the viewer alone. What remains different is less than 0.3 % of any block there: the Smith term (separable there,
-  height-correlated here) and the Fresnel curve (of an ior of 1.5 there, Schlick's here).
-  With HALFLIGHT_IMPORTED_METALS set in the environment metals stay as they are.
+- Its metal is single-scattering GGX with separable Smith terms, G_1 G_1, and the Fresnel curve of an ior of 1.5. Ours has
+  the height-correlated G_2, Schlick's F and Turquin's gain M for multiple scattering. In the Cornell box with metals, as
+  imported, blocks of 16x16 pixels are up to 4 % darker: by M; G_2 and F make less than 0.3 % each.
+  A metal becomes the sum of Cycles' own Glossy node in its base colour, D G_1 G_1 / (4 mu_o mu_i) c, and of what our model
+  has beyond that, D / (4 mu_o mu_i) (G_2 F M - G_1 G_1 c) >= 0. No node of Cycles has that shape, so it is a mirror (sharp
+  Glossy node) whose normal h is drawn per hit by D cos(h, n), and whose colour makes up for that: in the mean it is the
+  very term. With HALFLIGHT_IMPORTED_METALS set in the environment metals stay as they are.
 What has a texture or is partly metallic is left as imported, and named.
 
 Cycles does not count the first reflection as a bounce: its --bounces N are our --bounces N + 1.
@@ -36,45 +38,111 @@ def albedo(mu, alpha, steps=256):
     return numpy.mean(numpy.where(seen, weight * 4 * s**3, 0))
 
 
-def add_gain(tree, principled):
-    """Base colour c to c M(c) = c + c^2 (1 - E_1) / E_1."""
+class Nodes:
+    """Arithmetic of a material's node tree; operands are sockets or constants."""
 
-    def node(kind, *operands, **settings):
-        new = tree.nodes.new(kind)
+    def __init__(self, tree):
+        self.tree = tree
+
+    def node(self, kind, *operands, **settings):
+        node = self.tree.nodes.new(kind)
         for name, value in settings.items():
-            setattr(new, name, value)
-        for socket, operand in zip(new.inputs, operands):
+            setattr(node, name, value)
+        for socket, operand in zip(node.inputs, operands):
             if isinstance(operand, bpy.types.NodeSocket):
-                tree.links.new(operand, socket)
+                self.tree.links.new(operand, socket)
             else:
                 socket.default_value = operand
-        return new
+        return node
 
-    geometry = node("ShaderNodeNewGeometry").outputs
-    mu = node("ShaderNodeVectorMath", geometry["Normal"], geometry["Incoming"], operation="DOT_PRODUCT").outputs["Value"]
-    # E_1 over the root of mu, which spreads its steep part near 0.
-    e_1 = node("ShaderNodeFloatCurve", 1.0, node("ShaderNodeMath", mu, operation="SQRT").outputs[0])
-    places = numpy.linspace(0, 1, 129)
-    points = e_1.mapping.curves[0].points
-    while len(points) < len(places):
-        points.new(0.5, 0.5)
-    alpha = principled.inputs["Roughness"].default_value**2
-    for point, place in zip(points, places):
-        point.location = (place, albedo(max(place**2, 1e-6), alpha))
-        point.handle_type = "VECTOR"
-    e_1.mapping.update()
-    lost = node("ShaderNodeMath", node("ShaderNodeMath", 1.0, e_1.outputs[0], operation="DIVIDE").outputs[0], 1.0,
-                operation="SUBTRACT").outputs[0]
-    c = principled.inputs["Base Color"].default_value[:3]
-    gained = node("ShaderNodeVectorMath", lost, [v * v for v in c], c, operation="MULTIPLY_ADD").outputs["Vector"]
-    tree.links.new(gained, principled.inputs["Base Color"])
+    def math(self, operation, *operands):
+        return self.node("ShaderNodeMath", *operands, operation=operation).outputs[0]
+
+    def product(self, first, *others):
+        for other in others:
+            first = self.math("MULTIPLY", first, other)
+        return first
+
+    def vector(self, operation, *operands):
+        outputs = self.node("ShaderNodeVectorMath", *operands, operation=operation).outputs
+        return outputs["Value" if operation == "DOT_PRODUCT" else "Vector"]
+
+    def scaled(self, vector, factor):
+        node = self.node("ShaderNodeVectorMath", vector, operation="SCALE")
+        self.tree.links.new(factor, node.inputs["Scale"])
+        return node.outputs["Vector"]
+
+    def smith_root(self, cosine, alpha):
+        squared = self.math("MULTIPLY", cosine, cosine)
+        return self.math("SQRT", self.math("MULTIPLY_ADD", squared, 1 - alpha**2, alpha**2))
+
+    def albedo(self, mu, alpha):
+        """A curve over sqrt(mu), which spreads the steep part near 0."""
+        node = self.node("ShaderNodeFloatCurve", 1.0, self.math("SQRT", mu))
+        curve = node.mapping.curves[0]
+        places = numpy.linspace(0, 1, 129)
+        while len(curve.points) < len(places):
+            curve.points.new(0.5, 0.5)
+        for point, place in zip(curve.points, places):
+            point.location = (place, albedo(max(place**2, 1e-6), alpha))
+            point.handle_type = "VECTOR"
+        node.mapping.update()
+        return node.outputs[0]
 
 
-def become_lambert(tree, principled):
-    diffuse = tree.nodes.new("ShaderNodeBsdfDiffuse")
-    diffuse.inputs["Color"].default_value = principled.inputs["Base Color"].default_value
-    for link in list(principled.outputs["BSDF"].links):
-        tree.links.new(diffuse.outputs["BSDF"], link.to_socket)
+def metal(tree, color, alpha):
+    n = Nodes(tree)
+    geometry = n.node("ShaderNodeNewGeometry").outputs
+    normal, wo = geometry["Normal"], geometry["Incoming"]
+    mu = n.vector("DOT_PRODUCT", normal, wo)
+
+    # Three numbers that are other ones at every point that a path hits.
+    noise = n.node("ShaderNodeTexWhiteNoise", geometry["Position"], noise_dimensions="3D").outputs["Color"]
+    u, v, w = n.node("ShaderNodeSeparateXYZ", noise).outputs
+
+    # h: by angle to n as D cos(h, n) has it (Walter 2007, eq. 35), about n as a direction from the whole sphere is.
+    one_less = n.math("SUBTRACT", 1.0, u)
+    h_z = n.math("SQRT", n.math("DIVIDE", one_less, n.math("MULTIPLY_ADD", u, alpha**2 - 1, 1.0)))
+    z = n.math("MULTIPLY_ADD", v, 2.0, -1.0)
+    radius = n.math("SQRT", n.math("SUBTRACT", 1.0, n.product(z, z)))
+    phi = n.product(w, 2 * numpy.pi)
+    sphere = n.node("ShaderNodeCombineXYZ", n.product(radius, n.math("COSINE", phi)),
+                    n.product(radius, n.math("SINE", phi)), z).outputs[0]
+    along = n.scaled(normal, n.vector("DOT_PRODUCT", normal, sphere))
+    tangent = n.vector("NORMALIZE", n.vector("SUBTRACT", sphere, along))
+    h_t = n.math("SQRT", n.math("SUBTRACT", 1.0, n.product(h_z, h_z)))
+    h = n.vector("ADD", n.scaled(normal, h_z), n.scaled(tangent, h_t))
+
+    # With the density of wi, D h_z / (4 x), the term times mu_i is that density times
+    # 2 x mu_i / h_z (F M / (mu root_i + mu_i root) - 2 c / ((mu + root) (mu_i + root_i))).
+    x = n.vector("DOT_PRODUCT", wo, h)
+    mu_i = n.math("SUBTRACT", n.product(2.0, x, h_z), mu)
+    seen = n.product(n.math("GREATER_THAN", x, 0.0), n.math("GREATER_THAN", mu_i, 0.0))
+    root, root_i = n.smith_root(mu, alpha), n.smith_root(mu_i, alpha)
+    correlated = n.math("DIVIDE", 1.0, n.math("ADD", n.product(mu, root_i), n.product(mu_i, root)))
+    separable = n.math("DIVIDE", 2.0, n.product(n.math("ADD", mu, root), n.math("ADD", mu_i, root_i)))
+    schlick = n.math("POWER", n.math("SUBTRACT", 1.0, x), 5.0)
+    e_1 = n.albedo(mu, alpha)
+    lost = n.math("DIVIDE", n.math("SUBTRACT", 1.0, e_1), e_1)
+    c = tuple(color[:3])
+    fresnel = n.vector("ADD", c, n.scaled(tuple(1 - v for v in c), schlick))
+    gain = n.vector("ADD", (1.0, 1.0, 1.0), n.scaled(c, lost))
+    beyond = n.vector("SUBTRACT", n.scaled(n.vector("MULTIPLY", fresnel, gain), correlated), n.scaled(c, separable))
+    weight = n.product(seen, n.math("DIVIDE", n.product(2.0, x, mu_i), h_z))
+    mirror = n.node("ShaderNodeBsdfGlossy", n.scaled(beyond, weight), distribution="SHARP")
+    tree.links.new(h, mirror.inputs["Normal"])
+    own = n.node("ShaderNodeBsdfGlossy", color, alpha**0.5, distribution="GGX")
+    return n.node("ShaderNodeAddShader", own.outputs[0], mirror.outputs[0])
+
+
+def replacement(tree, inputs):
+    """The node in place of a Principled one; None where that is to stay."""
+    metallic, color = inputs["Metallic"].default_value, inputs["Base Color"].default_value
+    if metallic not in (0, 1) or any(inputs[i].is_linked for i in ("Base Color", "Metallic", "Roughness", "Normal")):
+        return None
+    if metallic == 0:
+        return Nodes(tree).node("ShaderNodeBsdfDiffuse", color)
+    return metal(tree, color, inputs["Roughness"].default_value**2)
 
 
 @bpy.app.handlers.persistent
@@ -83,15 +151,15 @@ def use_our_materials(*_):
         tree = material.node_tree
         for principled in [node for node in tree.nodes if node.type == "BSDF_PRINCIPLED"] if tree else []:
             inputs = principled.inputs
-            metallic = inputs["Metallic"].default_value
-            if max(inputs["Emission"].default_value[:3]) > 0:
+            is_light = max(inputs["Emission"].default_value[:3]) > 0
+            if is_light or inputs["Metallic"].default_value > 0 and os.environ.get("HALFLIGHT_IMPORTED_METALS"):
                 continue
-            if metallic not in (0, 1) or any(inputs[i].is_linked for i in ("Base Color", "Metallic", "Roughness")):
+            node = replacement(tree, inputs)
+            if node is None:
                 print("left as imported:", material.name)
-            elif metallic == 0:
-                become_lambert(tree, principled)
-            elif not os.environ.get("HALFLIGHT_IMPORTED_METALS"):
-                add_gain(tree, principled)
+                continue
+            for link in list(principled.outputs["BSDF"].links):
+                tree.links.new(node.outputs[0], link.to_socket)
 
 
 bpy.app.handlers.render_init.append(use_our_materials)

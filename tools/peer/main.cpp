@@ -23,15 +23,17 @@
 namespace halflight::peer {
 namespace {
 
+// What agreement means: relative difference of the whole picture, and of a block beside one standard error.
+constexpr double kWholeTolerance = 0.01;
+constexpr double kBlockTolerance = 0.02;
+
 struct Options {
     std::string scene;
     CyclesSettings cycles;
     int repeats = 5;
     int reference_seeds = 8;
     int reference_samples = 256;
-    int block = 16;                 // pixels
-    double mean_tolerance = 0.01;   // relative, of the whole picture
-    double block_tolerance = 0.02;  // relative, of a block, beside one standard error
+    int block = 16;  // pixels
     bool check = false;
     std::string picture;
     std::string json;
@@ -93,7 +95,7 @@ Ground measure_agreement(const Options& options, Ours& ours) {
         mine.push_back(rgb(ours.render(options.reference_samples, static_cast<std::uint32_t>(seed)).beauty));
         theirs.push_back(cycles(options, options.reference_samples, seed).image);
     }
-    return {converge(mine), converge(theirs), compare(mine, theirs, options.block, options.block_tolerance)};
+    return {converge(mine), converge(theirs), compare(mine, theirs, options.block, kBlockTolerance)};
 }
 
 /// Each side's error is measured against its own converged picture, so that no difference of models counts as noise.
@@ -134,10 +136,10 @@ bool measure(const Options& options) {
     fmt::print("agreement of {} pictures of {} samples each\n{}", options.reference_seeds, options.reference_samples,
                text(agreement));
     std::fflush(stdout);
-    const bool agree = std::abs(agreement.whole.relative) <= options.mean_tolerance && agreement.beyond == 0;
+    const bool agree = std::abs(agreement.whole.relative) <= kWholeTolerance && agreement.beyond == 0;
     if (!options.picture.empty()) {
         write_png(options.picture, picture(ground.ours.mean, ground.theirs.mean, agreement,
-                                           ColorConfig::load().view({}), 2 * options.block_tolerance));
+                                           ColorConfig::load().view({}), 2 * kBlockTolerance));
     }
     nlohmann::json report = {{"schema", 1},
                              {"scene", options.scene},
