@@ -21,14 +21,16 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     vec4 edge1_triangle = texelFetch(scene_lights, row + 1);
     vec4 edge2_bound = texelFetch(scene_lights, row + 2);
     vec2 at = sample_triangle(xi);
-    vec3 point = head.xyz + at.x * edge1_triangle.xyz + at.y * edge2_bound.xyz;
+    vec3 inside = at.x * edge1_triangle.xyz + at.y * edge2_bound.xyz;
+    vec3 point = head.xyz + inside;
     vec3 face = face_vector(edge1_triangle.xyz, edge2_bound.xyz);
     vec3 normal = face * inversesqrt(max(dot(face, face), 1e-30));
     vec3 to_light = point - position;
     normal = dot(normal, to_light) > 0.0 ? -normal : normal;
     float square = dot(to_light, to_light);
     // The tracer's roundings grow with the distance from which it looks.
-    s.end = point + (edge2_bound.w + rounding_bound(8.0) * sqrt(square)) * normal;
+    float sliver = sliver_bound(-inside, edge1_triangle.xyz - inside, edge2_bound.xyz - inside);
+    s.end = point + (edge2_bound.w + rounding_bound(8.0) * sqrt(square) + sliver) * normal;
     s.direction = to_light * inversesqrt(max(square, 1e-37));
     float cosine = -dot(normal, s.direction);
     s.pdf = last.w * square / cosine;

@@ -48,6 +48,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     vec3 spread = rounding_bound(8.0) *
                   (weights.x * abs(a - s.position) + weights.y * abs(b - s.position) + weights.z * abs(c - s.position));
     vec3 face = face_vector(b - a, c - a);
+    float sliver = sliver_bound(a - s.position, b - s.position, c - s.position);
     vec4 normal_u = interpolate_row(triangle.xyz, weights, kVertexNormalTexel);
     vec3 normal = normal_u.xyz;
 #ifdef HALFLIGHT_TEXTURES
@@ -88,7 +89,9 @@ Surface surface_at(Hit hit, vec3 direction) {
             rounding_bound(5.0) * translation;
     spread = vec3(dot(abs(m0.xyz), spread), dot(abs(m1.xyz), spread), dot(abs(m2.xyz), spread));
     s.position = vec3(dot(m0, p), dot(m1, p), dot(m2, p));
+    float block_face = length(face);
     face = inverse_rows * face;  // columns are the rows of W, so this is by its transpose
+    sliver *= block_face / max(length(face), 1e-30);  // heights over planes grow as their normals shrink
     normal = inverse_rows * normal;
 #ifdef HALFLIGHT_NORMAL_MAPS
     tangent = vec3(dot(m0.xyz, tangent), dot(m1.xyz, tangent), dot(m2.xyz, tangent));
@@ -99,7 +102,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     float face_squared = dot(face, face);
     face = face_squared > 0.0 ? face * inversesqrt(face_squared) : -normalize(direction);
     s.geometric_normal = dot(face, direction) > 0.0 ? -face : face;
-    s.offset = dot(abs(face), error) + length(spread);
+    s.offset = dot(abs(face), error) + max(length(spread), sliver);
     // Normals that cancel out leave the face's.
     float length_squared = dot(normal, normal);
     normal = length_squared > 0.0 ? normal * inversesqrt(length_squared) : s.geometric_normal;
