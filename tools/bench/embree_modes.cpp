@@ -1,5 +1,6 @@
 #include <tbb/parallel_for.h>
 
+#include <algorithm>
 #include <array>
 #include <span>
 
@@ -209,7 +210,10 @@ const char* name(EmbreeMode mode) {
     return kNames[static_cast<std::size_t>(mode)];
 }
 
-bool EmbreeTracer::supports(EmbreeMode mode) const {
+bool EmbreeTracer::supports(const RaySet& set, EmbreeMode mode, bool coherent) const {
+    if (mode == EmbreeMode::single) return true;
+    const bool instanced = std::ranges::any_of(blocks_, [](const ScenePtr& block) { return block != nullptr; });
+    if (instanced && set.any_hit && coherent) return false;
     const bool stream = mode == EmbreeMode::stream || mode == EmbreeMode::packets;
     return !stream || rtcGetDeviceProperty(device_.get(), RTC_DEVICE_PROPERTY_RAY_STREAM_SUPPORTED) != 0;
 }

@@ -28,7 +28,9 @@ class EmbreeTracer {
     /// transforms are Embree instances.
     EmbreeTracer(const TraceTables& tables, bool robust);
 
-    bool supports(EmbreeMode mode) const;
+    /// Whether Embree can be asked so. (With instances, version 3.13.5 does not return from rtcOccluded16 and the like
+    /// when rays are said to be coherent.)
+    bool supports(const RaySet& set, EmbreeMode mode, bool coherent) const;
     /// Answers for the paths in set.order; `answers` has room for all paths. coherent: hint to Embree. Hits as of the
     /// plain tracer, but for ties.
     void trace(const RaySet& set, EmbreeMode mode, bool coherent, Answers& answers) const;

@@ -143,8 +143,8 @@ Method packets_method(const Bench& bench) {
                 Prepared fastest;
                 for (const EmbreeMode mode :
                      {EmbreeMode::packet8, EmbreeMode::packet16, EmbreeMode::stream, EmbreeMode::packets}) {
-                    if (!embree.supports(mode)) continue;
                     for (const bool coherent : {false, true}) {
+                        if (!embree.supports(set, mode, coherent)) continue;
                         Prepared run = embree_run(embree, set, mode, coherent,
                                                   std::string(name(mode)) + (coherent ? ", coherent" : ", incoherent"));
                         run.run();
