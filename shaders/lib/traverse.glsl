@@ -6,13 +6,21 @@
 // the least such t counts, which is that of the leaf where the ray meets it. Among equal t the lowest (instance, triangle)
 // wins.
 //
-// Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles).
+// Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles). A kernel that
+// knows where hits are may begin elsewhere: TRAVERSAL_ROOT, and within an instance BLOCK_ROOT.
 #include "shaders/shared/rays.h"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/finite.glsl"
 #include "shaders/lib/intersect.glsl"
 #ifdef HALFLIGHT_ALPHA
 #include "shaders/lib/alpha.glsl"
+#endif
+
+#ifndef TRAVERSAL_ROOT
+#define TRAVERSAL_ROOT (kBvhTag | 1u)
+#endif
+#ifndef BLOCK_ROOT
+#define BLOCK_ROOT(head) (kBvhTag | ((head) + 1u))
 #endif
 
 const uint kStackDone = 0xffffffffu;
@@ -47,7 +55,7 @@ Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
     uint stack[HALFLIGHT_STACK];
     int stack_near[HALFLIGHT_STACK];  // where the ray enters; bits of a float >= 0, like all `near`
     int entries = 0;
-    uint node = ray.t_max >= ray.t_min ? kBvhTag | 1u : kStackDone;
+    uint node = ray.t_max >= ray.t_min ? TRAVERSAL_ROOT : kStackDone;
     int near = floatBitsToInt(ray.t_min);  // of `node`
     int instance_near = near;
     uint instance = 0u;
@@ -177,7 +185,7 @@ Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
                 stack[entries] = kStackLeaveBlock;
                 if (!any_hit) stack_near[entries] = 0;
                 ++entries;
-                node = kBvhTag | (index + 1u);
+                node = BLOCK_ROOT(index);
             } else {
                 node = kStackDone;
                 if (entries > 0) {

@@ -15,7 +15,7 @@ using Json = nlohmann::json;
 const std::string kCornell = HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb";
 const std::vector<std::string> kKinds{"primary", "hard",       "soft",    "glossy", "diffuse",
                                       "ao",      "connection", "bounce2", "mixed"};
-const std::vector<std::string> kMethods{"naive", "plain", "raster", "embree", "packets"};
+const std::vector<std::string> kMethods{"naive", "plain", "raster", "embree", "packets", "ceiling"};
 
 Outcome run_bench(std::vector<std::string> arguments) {
     if (HALFLIGHT_IS_COMMAND) arguments.insert(arguments.begin(), "bench");

@@ -1,5 +1,7 @@
 #include "tools/bench/method.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -7,7 +9,10 @@
 #include "engine/graph/compile.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/raster.h"
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/bvh.h"
 #include "tools/bench/naive_tracer.h"
+#include "tools/bench/treelets.h"
 
 namespace halflight::bench {
 namespace {
@@ -55,6 +60,10 @@ struct GraphRun {
         compiled = graph::compile(graph);
     }
 
+    Answers answers(const RaySet& set) const {
+        return set.any_hit ? Answers{{}, results.read<std::uint32_t>()} : Answers{results.read<shared::Hit>(), {}};
+    }
+
     gpu::Buffer rays, list, header, results;
     graph::CompiledGraph compiled;
     graph::Executor executor;
@@ -66,18 +75,19 @@ Method graph_method(
     return {name, true, [&programs = bench.programs, add, start](const RaySet& set) -> Prepared {
                 start();
                 const auto run = std::make_shared<GraphRun>(programs, set, add);
-                const auto read = [run, any_hit = set.any_hit] {
-                    return any_hit ? Answers{{}, run->results.read<std::uint32_t>()}
-                                   : Answers{run->results.read<shared::Hit>(), {}};
-                };
-                return {[run] { run->executor.run(run->compiled); }, read, ""};
+                return {[run] { run->executor.run(run->compiled); }, [&set, run] { return run->answers(set); }, ""};
             }};
 }
 
-Method plain_method(const Bench& bench) {
-    return graph_method("plain", bench, [&trace = bench.trace](auto& graph, const auto& batch, auto results, bool any) {
+AddTrace add_plain(const Bench& bench) {
+    return [&trace = bench.trace](graph::Graph& graph, const rays::RayBatch& batch, graph::BufferHandle results,
+                                  bool any) {
         return any ? rays::any_hit(graph, trace, batch, results) : rays::closest_hit(graph, trace, batch, results);
-    });
+    };
+}
+
+Method plain_method(const Bench& bench) {
+    return graph_method("plain", bench, add_plain(bench));
 }
 
 /// What it has learned in the warm-up it knows in the turns.
@@ -90,6 +100,85 @@ Method raster_method(const Bench& bench) {
                        : rays::raster_closest_hit(graph, trace, *culling, batch, results);
         },
         [culling] { culling->invalidate(); });
+}
+
+// --- Ceiling --------------------------------------------------------------------------------------------------------
+
+constexpr std::uint32_t kTreeletTriangles = 64;
+
+/// entries: reference and reference within a block, by path (shaders/ceiling.comp).
+AddTrace add_ceiling(const Bench& bench, gpu::Buffer& entries) {
+    return [&trace = bench.trace, &entries](graph::Graph& graph, const rays::RayBatch& batch,
+                                            graph::BufferHandle results, bool any_hit) {
+        gpu::Defines defines = trace.defines();
+        if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
+        if (batch.list) defines.set("HALFLIGHT_LIST");
+        graph::Pass pass = graph.add_pass("ceiling");
+        const graph::BufferHandle starts = graph.import_buffer("entries", entries);
+        pass.read(batch.rays, graph::Access::texture_read);
+        pass.read(starts, graph::Access::texture_read);
+        if (batch.list) {
+            pass.read(batch.list, graph::Access::storage_read);
+            pass.read(batch.list_header, graph::Access::indirect_read);
+            pass.read(batch.list_header, graph::Access::storage_read);
+        }
+        results = pass.write(results, graph::Access::storage_write);
+        pass.execute([=, &trace](graph::Resources& r) {
+            const gpu::Program& program = r.programs().compute("shaders/ceiling.comp", defines);
+            trace.bind();
+            r.buffer(batch.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
+            r.buffer(starts).bind_texture(UNIT_FREE + 1, GL_RG32UI);
+            r.buffer(results).bind_storage(0);
+            if (batch.list) {
+                r.buffer(batch.list).bind_storage(1);
+                r.buffer(batch.list_header).bind_storage(2);
+                program.dispatch_indirect(r.buffer(batch.list_header));
+            } else {
+                program.dispatch(batch.capacity / 64);
+            }
+        });
+        return results;
+    };
+}
+
+/// Not exact: within a treelet, t is not raised to where the boxes around it are entered (shaders/lib/traverse.glsl).
+Method ceiling_method(const Bench& bench) {
+    const auto treelets = std::make_shared<Treelets>(bench.packed, bench.tables.triangles.size(), kTreeletTriangles);
+    return {"ceiling", false, [bench, treelets](const RaySet& set) -> Prepared {
+                RaySet closest = set;
+                closest.any_hit = false;
+                GraphRun plain(bench.programs, closest, add_plain(bench));
+                plain.executor.run(plain.compiled);
+                const std::vector<shared::Hit> hits = plain.results.read<shared::Hit>();
+
+                const auto entries = std::make_shared<gpu::Buffer>("entries", set.rays.size() * sizeof(uvec2));
+                const auto run = std::make_shared<GraphRun>(bench.programs, set, add_ceiling(bench, *entries));
+                std::vector<uvec2> values(set.rays.size(), uvec2(0));
+                std::vector<std::uint32_t> open;
+                for (const std::uint32_t path : set.order)
+                    if (hits[path].triangle != shared::kMiss) open.push_back(path);
+                // Of a triangle that is split between treelets, the one is looked for in which the hit is found.
+                for (std::size_t candidate = 0; !open.empty(); ++candidate) {
+                    std::erase_if(open, [&](std::uint32_t path) {
+                        const auto references = treelets->of(hits[path].triangle);
+                        if (candidate == references.size()) return true;
+                        const std::uint32_t instance = shared::kBvhTag | shared::kBvhInstance | hits[path].instance;
+                        values[path] = bench.packed.two_level ? uvec2(instance, references[candidate])
+                                                              : uvec2(references[candidate], 0);
+                        return false;
+                    });
+                    entries->write(std::span<const uvec2>(values));
+                    run->executor.run(run->compiled);
+                    const Answers answers = run->answers(set);
+                    std::erase_if(open, [&](std::uint32_t path) {
+                        return set.any_hit ? answers.occluded[path] == shared::kOccluded
+                                           : answers.hits[path].triangle == hits[path].triangle &&
+                                                 answers.hits[path].t == hits[path].t;
+                    });
+                }
+                return {[run] { run->executor.run(run->compiled); }, [&set, run, entries] { return run->answers(set); },
+                        fmt::format("{} treelets", treelets->count())};
+            }};
 }
 
 // --- Naive ----------------------------------------------------------------------------------------------------------
@@ -161,9 +250,9 @@ struct Entry {
     const char* name;
     Method (*make)(const Bench&);
 };
-constexpr std::array kMethods{Entry{"naive", naive_method}, Entry{"plain", plain_method},
-                              Entry{"raster", raster_method}, Entry{"embree", embree_method},
-                              Entry{"packets", packets_method}};
+constexpr std::array kMethods{Entry{"naive", naive_method},     Entry{"plain", plain_method},
+                              Entry{"raster", raster_method},   Entry{"embree", embree_method},
+                              Entry{"packets", packets_method}, Entry{"ceiling", ceiling_method}};
 
 }  // namespace
 

@@ -43,6 +43,8 @@ struct Bench {
 ///   raster   culling by occlusion queries; its state is that of the runs before over the same set
 ///   embree   Embree, ray by ray
 ///   packets  Embree, the fastest of its packet and stream modes for that set
+///   ceiling  plain with perfect culling: only the treelet of up to 64 triangles that holds the hit is traversed, and
+///            nothing where there is none
 const std::vector<std::string>& method_names();
 /// Throws Error where a method cannot take the scene.
 Method make_method(const std::string& name, const Bench& bench);

@@ -1,0 +1,43 @@
+// The tracer of shaders/trace.comp with perfect culling, to see what culling could win at most: each ray is told the subtree that
+// holds its hit, and traverses nothing else; one that hits nothing traverses nothing.
+//
+// Variant: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST; with TraceScene::defines().
+#include "shaders/shared/rays.h"
+#include "shaders/trace_scene.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(binding = UNIT_FREE) uniform samplerBuffer rays;  // RGBA32F, two texels each
+layout(binding = UNIT_FREE + 1) uniform usamplerBuffer entries;  // RG32UI: reference; with instances, the one within the block
+#ifdef HALFLIGHT_ANY_HIT
+layout(std430, binding = 0) writeonly buffer Occluded { uint occluded[]; };
+#else
+layout(std430, binding = 0) writeonly buffer Hits { Hit hits[]; };
+#endif
+#ifdef HALFLIGHT_LIST
+layout(std430, binding = 1) readonly buffer List { uint list[]; };
+layout(std430, binding = 2) readonly buffer Header { ListHeader header; };
+#endif
+
+uvec2 entry;
+#define TRAVERSAL_ROOT entry.x
+#define BLOCK_ROOT(head) entry.y
+#include "shaders/lib/traverse.glsl"
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+#ifdef HALFLIGHT_LIST
+    if (path >= header.count) return;
+    path = list[path];
+#endif
+    vec4 origin = texelFetch(rays, int(2u * path));
+    vec4 direction = texelFetch(rays, int(2u * path + 1u));
+    Ray ray = Ray(origin.xyz, origin.w, direction.xyz, direction.w);
+    entry = texelFetch(entries, int(path)).xy;
+    if (entry.x == 0u) ray.t_max = -1.0;
+#ifdef HALFLIGHT_ANY_HIT
+    occluded[path] = traverse(ray, 0u, true).triangle == kMiss ? kFree : kOccluded;
+#else
+    hits[path] = traverse(ray, 0u, false);
+#endif
+}

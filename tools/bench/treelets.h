@@ -1,0 +1,29 @@
+// Subtrees of a scene's hierarchies, by the triangles that they hold.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "engine/rays/packed_bvh.h"
+
+namespace halflight::bench {
+
+/// The largest subtrees that hold no more than `most` triangles each (a leaf that holds more is one, too).
+class Treelets {
+  public:
+    Treelets(const rays::PackedScene& packed, std::size_t triangle_count, std::uint32_t most);
+
+    /// References (shaders/shared/bvh.h) of those that hold table triangle `triangle`, or a part of it.
+    std::span<const std::uint32_t> of(std::uint32_t triangle) const {
+        return std::span(references_).subspan(first_[triangle], first_[triangle + 1] - first_[triangle]);
+    }
+    std::size_t count() const { return count_; }
+
+  private:
+    std::vector<std::uint32_t> first_;  // by triangle, one more than there are
+    std::vector<std::uint32_t> references_;
+    std::size_t count_ = 0;
+};
+
+}  // namespace halflight::bench
