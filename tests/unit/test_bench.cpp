@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <span>
 
 #include "engine/io/gltf.h"
 #include "tests/support/gpu_test.h"
 #include "tools/bench/capture.h"
 #include "tools/bench/measure.h"
+#include "tools/bench/treelets.h"
 
 namespace halflight::bench {
 namespace {
@@ -109,6 +111,26 @@ TEST_F(BenchRays, ConnectionsGoFromSixteenPixelsToOnePoint) {
         }
     }
     EXPECT_GT(groups, 500u);
+}
+
+// --- Treelets --------------------------------------------------------------------------------------------------------
+
+TEST(BenchTreelets, HoldEveryTriangleAndFewAtOnce) {
+    const Scene scene = load_gltf(HALFLIGHT_SOURCE_DIR "/scenes/still-life.glb");
+    for (const std::size_t flatten_limit : {std::size_t{0}, kFlattenLimit}) {
+        const TraceTables tables = build_trace_tables(scene, flatten_limit);
+        for (const rays::NodeFormat format : {rays::NodeFormat::grid, rays::NodeFormat::floating}) {
+            const Treelets treelets(rays::pack_scene(tables, format), tables.triangles.size(), 64);
+            std::map<std::uint32_t, int> sizes;
+            for (std::uint32_t i = 0; i < tables.triangles.size(); ++i) {
+                ASSERT_FALSE(treelets.of(i).empty()) << i;
+                for (const std::uint32_t reference : treelets.of(i)) ++sizes[reference];
+            }
+            EXPECT_EQ(sizes.size(), treelets.count());
+            for (const auto& [reference, size] : sizes) EXPECT_LE(size, 64);
+            EXPECT_LT(treelets.count(), tables.triangles.size() / 8);
+        }
+    }
 }
 
 // --- Measuring -------------------------------------------------------------------------------------------------------
