@@ -9,8 +9,6 @@
 layout(std430, binding = 3) writeonly buffer Shafts { vec4 shafts[]; };
 layout(std430, binding = 4) writeonly buffer Alive { uvec2 alive[]; };
 
-uniform uint tile_count;
-
 // Where a ray ends, at the latest; negative: it meets nothing, for it misses the box of the hierarchy that all others are in.
 float end_of(Ray ray, BvhHead head) {
     BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
@@ -30,7 +28,6 @@ float end_of(Ray ray, BvhHead head) {
 
 void main() {
     uint tile = tile_of_texel(uvec2(gl_FragCoord.xy));
-    if (tile >= tile_count) discard;
     BvhHead head = bvh_head(0u);
     Shaft shaft = empty_shaft();
     float greatest_t = -1.0;

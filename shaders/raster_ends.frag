@@ -7,11 +7,13 @@ layout(binding = UNIT_RASTER_MASK) uniform usampler2D tile_candidates;
 layout(binding = UNIT_RASTER_SHAFTS) uniform samplerBuffer shafts;
 layout(std430, binding = 4) readonly buffer Alive { uvec2 alive[]; };
 
+uniform bool completely;  // nothing is left to be traced there
+
 void main() {
     uvec2 texel = uvec2(gl_FragCoord.xy);
     if (texelFetch(tile_candidates, ivec2(texel), 0) == uvec4(0u)) discard;
     uint tile = tile_of_texel(texel);
-    uvec2 living = alive[tile];
+    uvec2 living = completely ? uvec2(0u) : alive[tile];
     float greatest_t = texelFetch(shafts, int(4u * tile + 1u)).w;
     float end = -1.0;
     for (uint word = 0u; word < 2u; ++word) {
@@ -21,7 +23,8 @@ void main() {
             if (occluded[path] == kFree) end = greatest_t;
 #else
             float t = hits[path].t;
-            if (t >= 0.0) end = max(end, min(t, greatest_t));  // not a number: nothing can change it
+            // Not a number: nothing can change it.
+            if (floatBitsToUint(t) <= 0x7f800000u) end = max(end, min(t, greatest_t));
 #endif
         }
     }

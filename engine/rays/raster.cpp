@@ -7,6 +7,8 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <ctime>
+#include <numeric>
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
@@ -28,18 +30,22 @@ using Query = gpu::Object<delete_query>;
 constexpr int kTileEdge = 8;  // texels
 constexpr std::uint32_t kTileRays = 64;
 constexpr std::uint32_t kBlockTiles = 64;
+constexpr std::size_t kWideTile = 12;  // nodes of the survey that a tile may meet and still be culled
 constexpr std::size_t kKinds = static_cast<std::size_t>(RayKind::occlusion) + 1;
 
-/// Texels of a batch: shaders/lib/raster_texels.glsl.
+/// Texels of a batch: shaders/lib/raster_texels.glsl. There are blocks enough to fill the rows; those at the end are
+/// empty.
 struct Layout {
     std::uint32_t blocks;
     std::uint32_t columns;  // of blocks
     ivec2 tile_texels;
 
     explicit Layout(std::uint32_t capacity) {
-        blocks = std::max((capacity + kTileRays * kBlockTiles - 1) / (kTileRays * kBlockTiles), 1u);
-        columns = static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(blocks))));
-        tile_texels = kTileEdge * ivec2(columns, (blocks + columns - 1) / columns);
+        const std::uint32_t needed = std::max((capacity + kTileRays * kBlockTiles - 1) / (kTileRays * kBlockTiles), 1u);
+        columns = static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(needed))));
+        const std::uint32_t rows = (needed + columns - 1) / columns;
+        blocks = columns * rows;
+        tile_texels = kTileEdge * ivec2(columns, rows);
     }
     std::uint32_t tiles() const { return blocks * kBlockTiles; }
     ivec2 ray_texels() const { return kTileEdge * tile_texels; }
@@ -86,12 +92,17 @@ struct RasterCulling::Parts {
     std::array<CullState, kKinds> states;
     std::array<RasterStatistics, kKinds> statistics;
     std::vector<Query> queries;  // used again by every run
+    gpu::Object<gpu::delete_vertex_array> no_attributes;
 };
 
 RasterCulling::RasterCulling(const TraceTables& tables, const PackedScene& packed, const RasterSettings& settings) {
     CullTree tree = build_cull_tree(packed, tables, settings.cut);
     gpu::Buffer boxes = gpu::Buffer::from("culling boxes", box_rows(tree));
-    parts_ = std::make_unique<Parts>(Parts{settings, std::move(tree), std::move(boxes), {}, {}, {}});
+    GLuint id = 0;
+    glCreateVertexArrays(1, &id);
+    gpu::label(GL_VERTEX_ARRAY, id, "culling");
+    parts_ = std::make_unique<Parts>(
+        Parts{settings, std::move(tree), std::move(boxes), {}, {}, {}, gpu::Object<gpu::delete_vertex_array>(id)});
 }
 RasterCulling::RasterCulling(RasterCulling&&) noexcept = default;
 RasterCulling& RasterCulling::operator=(RasterCulling&&) noexcept = default;
@@ -136,7 +147,13 @@ class RasterRun final : public CullDevice {
   public:
     RasterRun(graph::Resources& r, const TraceScene& scene, RasterCulling& culling, const RayBatch& batch,
               const RasterTargets& targets, bool any_hit)
-        : parts_(*culling.parts_), layout_(batch.capacity), resources_(r), batch_(batch), targets_(targets) {
+        : parts_(*culling.parts_),
+          statistics_(culling.statistics(batch.kind)),
+          eye_(culling.state(batch.kind).eye),
+          layout_(batch.capacity),
+          resources_(r),
+          batch_(batch),
+          targets_(targets) {
         gpu::Defines defines = scene.defines();
         if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
         if (batch.list) defines.set("HALFLIGHT_LIST");
@@ -148,14 +165,26 @@ class RasterRun final : public CullDevice {
         ask_ = &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_candidates.frag");
         mask_ =
             &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_candidates.frag", {{"HALFLIGHT_MASK", "1"}});
+        wide_ = &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_candidates.frag",
+                                {{"HALFLIGHT_WIDE", std::to_string(kWideTile)}});
         bind(scene);
+        glGetIntegerv(GL_VERTEX_ARRAY_BINDING, &others_attributes_);
+        glBindVertexArray(parts_.no_attributes.id());
         GLuint id = 0;
         glCreateFramebuffers(1, &id);
         ray_target_ = gpu::Object<gpu::delete_framebuffer>(id);
         gpu::label(GL_FRAMEBUFFER, id, "rays");
         glNamedFramebufferParameteri(id, GL_FRAMEBUFFER_DEFAULT_WIDTH, layout_.ray_texels().x);
         glNamedFramebufferParameteri(id, GL_FRAMEBUFFER_DEFAULT_HEIGHT, layout_.ray_texels().y);
-        add_bounds();
+        stage(&RasterStages::bounds, [&] { add_bounds(); });
+        if (parts_.tree.survey.size() > kWideTile) trace_wide_tiles();
+    }
+    RasterRun(const RasterRun&) = delete;
+    RasterRun& operator=(const RasterRun&) = delete;
+    ~RasterRun() override {
+        glBindVertexArray(static_cast<GLuint>(others_attributes_));
+        glPointSize(1);
+        gpu::default_state();
     }
 
     void ask(std::span<const std::uint32_t> nodes) override {
@@ -164,14 +193,11 @@ class RasterRun final : public CullDevice {
             glCreateQueries(GL_ANY_SAMPLES_PASSED, 1, &id);
             parts_.queries.emplace_back(id);
         }
-        std::vector<std::uint32_t> boxes(nodes.begin(), nodes.end());
-        for (std::uint32_t& box : boxes) box += static_cast<std::uint32_t>(parts_.tree.pieces.size());
-        set_candidates(*ask_, boxes);
-        ask_->set("candidate_count", static_cast<std::uint32_t>(boxes.size()));
+        set_nodes(*ask_, nodes);
         resources_.framebuffer({}, targets_.depth).bind();
         test_depth();
         glBeginQuery(GL_ANY_SAMPLES_PASSED, parts_.queries[asked_++].id());
-        ask_->draw(GL_POINTS, layout_.blocks);
+        stage(&RasterStages::ask, [&] { ask_->draw(GL_POINTS, layout_.blocks); });
         glEndQuery(GL_ANY_SAMPLES_PASSED);
         // Software drivers overcount where thousands of queries wait.
         if (asked_ % 256 == 0) glFlush();
@@ -186,11 +212,11 @@ class RasterRun final : public CullDevice {
         return passed != GL_FALSE || !parts_.settings.believe_queries;
     }
 
-    void trace(std::span<const std::uint32_t> pieces, const Space& space) override {
-        mark_tiles(pieces);
-        trace_tiles(pieces, space);
-        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-        end_tiles();
+    void trace(std::span<const std::uint32_t> leaves) override {
+        const Space& space = parts_.tree.spaces[parts_.tree.nodes[leaves.front()].space];
+        const Candidates pieces = pieces_of(leaves);
+        stage(&RasterStages::mark, [&] { mark_tiles(pieces); });
+        trace_marked(pieces, space, false);
     }
 
     /// Where rays start, on average over blocks.
@@ -208,9 +234,17 @@ class RasterRun final : public CullDevice {
         return count == 0 ? sum : sum / count;
     }
 
-    std::size_t pairs() const { return pairs_; }
-
   private:
+    template <class F>
+    void stage(double RasterStages::*seconds, F&& f) {
+        if (!parts_.settings.measure) return f();
+        gpu::finish();
+        const std::clock_t start = std::clock();
+        f();
+        gpu::finish();
+        statistics_.stages.*seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+    }
+
     void bind(const TraceScene& scene) {
         scene.bind();
         parts_.boxes.bind_texture(UNIT_RASTER_BOXES, GL_RGBA32F);
@@ -225,12 +259,13 @@ class RasterRun final : public CullDevice {
         }
         resources_.buffer(targets_.shafts).bind_storage(3);
         resources_.buffer(targets_.alive).bind_storage(4);
-        for (const gpu::Program* program : {bounds_, ends_, trace_, ask_, mask_}) {
+        for (const gpu::Program* program : {bounds_, ends_, trace_, ask_, mask_, wide_}) {
             program->set("block_columns", layout_.columns);
         }
-        for (const gpu::Program* program : {bounds_, blocks_, ask_, mask_}) program->set("tile_count", layout_.tiles());
-        for (const gpu::Program* program : {trace_, ask_, mask_}) program->set("tile_texels", layout_.tile_texels);
-        for (const gpu::Program* program : {ask_, mask_}) {
+        for (const gpu::Program* program : {blocks_, ask_, mask_, wide_}) program->set("tile_count", layout_.tiles());
+        for (const gpu::Program* program : {trace_, ask_, mask_, wide_})
+            program->set("tile_texels", layout_.tile_texels);
+        for (const gpu::Program* program : {ask_, mask_, wide_}) {
             program->set("hull", greatest_coordinate(parts_.tree.hull));
             program->set("slack", parts_.tree.slack);
         }
@@ -243,11 +278,38 @@ class RasterRun final : public CullDevice {
         }
     }
 
-    void set_candidates(const gpu::Program& program, std::span<const std::uint32_t> boxes) const {
-        std::array<std::uint32_t, shared::kRasterCandidates> padded{};
-        std::copy(boxes.begin(), boxes.end(), padded.begin());
-        glProgramUniform4uiv(program.id(), program.uniform("candidate_boxes"),
-                             static_cast<GLsizei>((boxes.size() + 3) / 4), padded.data());
+    struct Candidates {
+        std::array<std::uint32_t, shared::kRasterCandidates> boxes{};
+        std::array<std::uint32_t, shared::kRasterLeaves> leaf_sizes{};
+    };
+
+    /// All of each leaf, then its parts, near ones first.
+    Candidates pieces_of(std::span<const std::uint32_t> leaves) const {
+        Candidates candidates;
+        auto* first = candidates.boxes.data();
+        for (std::size_t i = 0; i < leaves.size(); ++i, first += shared::kRasterLeafPieces) {
+            const CullNode& leaf = parts_.tree.nodes[leaves[i]];
+            candidates.leaf_sizes[i] = leaf.piece_count;
+            std::iota(first, first + leaf.piece_count, leaf.first_piece);
+            std::sort(first + 1, first + leaf.piece_count, [&](std::uint32_t a, std::uint32_t b) {
+                return distance_to(parts_.tree.pieces[a].box, eye_) < distance_to(parts_.tree.pieces[b].box, eye_);
+            });
+        }
+        return candidates;
+    }
+
+    static void set_candidates(const gpu::Program& program, const Candidates& candidates) {
+        glProgramUniform4uiv(program.id(), program.uniform("candidate_boxes"), shared::kRasterCandidates / 4,
+                             candidates.boxes.data());
+    }
+
+    void set_nodes(const gpu::Program& program, std::span<const std::uint32_t> nodes) const {
+        Candidates candidates;
+        std::transform(nodes.begin(), nodes.end(), candidates.boxes.begin(), [&](std::uint32_t node) {
+            return static_cast<std::uint32_t>(parts_.tree.pieces.size()) + node;
+        });
+        set_candidates(program, candidates);
+        program.set("candidate_count", static_cast<std::uint32_t>(nodes.size()));
     }
 
     /// Tiles whose rays end nearer fail.
@@ -269,7 +331,6 @@ class RasterRun final : public CullDevice {
     void add_bounds() const {
         const gpu::Framebuffer& target = resources_.framebuffer({}, targets_.depth);
         target.bind();
-        target.clear_depth(0);  // dead
         write_depth();
         bounds_->draw(GL_TRIANGLES, 3);
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
@@ -277,21 +338,45 @@ class RasterRun final : public CullDevice {
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     }
 
-    void mark_tiles(std::span<const std::uint32_t> pieces) {
+    void begin_marks() const {
         const gpu::Framebuffer& target = resources_.framebuffer({targets_.mask}, targets_.depth);
         target.bind();
         target.clear_color_uint(0, 0);
-        set_candidates(*mask_, pieces);
-        mask_->set("candidate_count", static_cast<std::uint32_t>(pieces.size()));
         test_depth();
+    }
+
+    void mark_tiles(const Candidates& pieces) const {
+        begin_marks();
+        set_candidates(*mask_, pieces);
+        glProgramUniform4uiv(mask_->id(), mask_->uniform("leaf_sizes"), shared::kRasterLeaves / 4,
+                             pieces.leaf_sizes.data());
         mask_->draw(GL_POINTS, layout_.blocks);
-        if (!parts_.settings.count_pairs) return;
+    }
+
+    /// Tiles whose rays go all ways are traced from the root, and are done.
+    void trace_wide_tiles() {
+        stage(&RasterStages::mark, [&] {
+            begin_marks();
+            set_nodes(*wide_, parts_.tree.survey);
+            wide_->draw(GL_POINTS, layout_.blocks);
+        });
+        trace_marked({}, parts_.tree.spaces.front(), true);
+    }
+
+    void trace_marked(const Candidates& pieces, const Space& space, bool completely) {
+        if (parts_.settings.measure) count_pairs();
+        stage(&RasterStages::trace, [&] { trace_tiles(pieces, space); });
+        glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
+        stage(&RasterStages::end, [&] { end_tiles(completely); });
+    }
+
+    void count_pairs() {
         for (const std::uint32_t word : resources_.texture(targets_.mask).read_uint()) {
-            pairs_ += static_cast<std::size_t>(std::popcount(word));
+            statistics_.pairs += static_cast<std::size_t>(std::popcount(word));
         }
     }
 
-    void trace_tiles(std::span<const std::uint32_t> pieces, const Space& space) const {
+    void trace_tiles(const Candidates& pieces, const Space& space) const {
         glBindFramebuffer(GL_FRAMEBUFFER, ray_target_.id());
         glViewport(0, 0, layout_.ray_texels().x, layout_.ray_texels().y);
         glDisable(GL_DEPTH_TEST);
@@ -302,13 +387,16 @@ class RasterRun final : public CullDevice {
         trace_->draw(GL_POINTS, layout_.tiles());
     }
 
-    void end_tiles() const {
+    void end_tiles(bool completely) const {
+        ends_->set("completely", completely);
         resources_.framebuffer({}, targets_.depth).bind();
         write_depth();
         ends_->draw(GL_TRIANGLES, 3);
     }
 
     RasterCulling::Parts& parts_;
+    RasterStatistics& statistics_;
+    vec3 eye_;
     Layout layout_;
     graph::Resources& resources_;
     const RayBatch& batch_;
@@ -317,11 +405,12 @@ class RasterRun final : public CullDevice {
     const gpu::Program* blocks_;
     const gpu::Program* ask_;
     const gpu::Program* mask_;
+    const gpu::Program* wide_;
     const gpu::Program* trace_;
     const gpu::Program* ends_;
     gpu::Object<gpu::delete_framebuffer> ray_target_;  // of texels without content
+    GLint others_attributes_ = 0;
     std::size_t asked_ = 0;
-    std::size_t pairs_ = 0;
 };
 
 namespace {
@@ -359,9 +448,6 @@ graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, RasterCu
         RasterRun run(r, scene, culling, batch, targets, any_hit);
         walk(culling.tree(), state, run, statistics);
         state.eye = run.eye();
-        statistics.pairs += run.pairs();
-        glPointSize(1);
-        gpu::default_state();
         statistics.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     });
     return targets.results;

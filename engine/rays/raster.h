@@ -24,7 +24,7 @@ namespace halflight::rays {
 struct RasterSettings {
     CutSizes cut;
     bool believe_queries = true;  // false: every answer is "visible", as from a driver that overcounts
-    bool count_pairs = false;     // fill in RasterStatistics::pairs; waits for every draw
+    bool measure = false;         // fill in RasterStatistics::pairs and ::stages; waits for every draw
 };
 
 /// What the raster back end knows of a scene, and what it remembers from run to run, by ray kind.

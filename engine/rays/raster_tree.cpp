@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "shaders/shared/bvh.h"
+#include "shaders/shared/raster.h"
 
 namespace halflight::rays {
 namespace {
@@ -91,10 +92,13 @@ class TreeBuilder {
         if (all == 0) return std::move(tree_);
         // An instance is entered where it holds much of the scene: at most so many times.
         entered_triangles_ = std::max(sizes_.leaf_triangles, all / kMostEntered);
+        const Place world{reader_.head(0), 0};
+        tree_.pieces.push_back(piece_of(world, kRoot, existing_slots(kRoot)));
         tree_.nodes.emplace_back();
-        expand(0, kRoot, Place{reader_.head(0), 0});
+        expand(0, kRoot, world);
         for (std::size_t i = tree_.nodes.size(); i-- > 1;)
             tree_.nodes[tree_.nodes[i].parent].box.add(tree_.nodes[i].box);
+        survey();
         return std::move(tree_);
     }
 
@@ -162,35 +166,76 @@ class TreeBuilder {
         std::uint32_t slots = 0;
         for (int slot = 0; slot < 4; ++slot) {
             const std::uint32_t reference = reader_.reference(node, slot);
-            if (exists(reference) && (is_leaf(reference) || 8 * triangles_of(reference) <= sizes_.piece_triangles)) {
+            if (exists(reference) && (is_leaf(reference) || 4 * triangles_of(reference) <= sizes_.piece_triangles)) {
                 slots |= 1u << slot;
             }
         }
         return slots;
     }
 
-    void add_piece(const Place& place, std::uint32_t node, std::uint32_t slots, Bounds& all) {
+    Piece piece_of(const Place& place, std::uint32_t node, std::uint32_t slots) const {
         Piece piece{{}, node, slots};
         for (int slot = 0; slot < 4; ++slot) {
             if ((slots >> slot & 1u) != 0) piece.box.add(world_box(place, node, slot));
         }
-        all.add(piece.box);
-        tree_.pieces.push_back(piece);
+        return piece;
     }
 
-    /// The piece of these slots of the node, and those of its other children.
-    void add_pieces(const Place& place, std::uint32_t node, std::uint32_t slots, Bounds& all) {
-        if (triangles_below(node) <= sizes_.piece_triangles) slots = existing_slots(node);
-        if (slots != 0) add_piece(place, node, slots, all);
+    /// The piece cut by one level: its small children together, each other one for itself.
+    std::vector<Piece> parts_of(const Place& place, const Piece& piece) {
+        std::vector<Piece> parts;
+        const std::uint32_t small = small_slots(piece.node) & piece.slots;
+        if (small != 0) parts.push_back(piece_of(place, piece.node, small));
         for (int slot = 0; slot < 4; ++slot) {
-            const std::uint32_t reference = reader_.reference(node, slot);
-            if (!exists(reference) || (slots >> slot & 1u) != 0) continue;
+            if (((piece.slots & ~small) >> slot & 1u) == 0) continue;
+            const std::uint32_t reference = reader_.reference(piece.node, slot);
             if (is_instance(reference)) {
-                add_piece(place, node, 1u << slot, all);
+                parts.push_back(piece_of(place, piece.node, 1u << slot));
             } else {
-                add_pieces(place, reference & kBvhIndexMask, small_slots(reference & kBvhIndexMask), all);
+                const std::uint32_t below = reference & kBvhIndexMask;
+                parts.push_back(piece_of(place, below, existing_slots(below)));
             }
         }
+        return parts;
+    }
+
+    std::size_t triangles_of(const Piece& piece) {
+        std::size_t sum = 0;
+        for (int slot = 0; slot < 4; ++slot) {
+            if ((piece.slots >> slot & 1u) != 0) sum += triangles_of(reader_.reference(piece.node, slot));
+        }
+        return sum;
+    }
+
+    /// The piece, and parts of it: the one with the most triangles is cut, again and again, as long as there is room.
+    void fill_leaf(std::uint32_t index, const Place& place, const Piece& whole) {
+        struct Part {
+            Piece piece;
+            std::size_t triangles;
+        };
+        std::vector<Part> parts{{whole, triangles_of(whole)}};
+        while (true) {
+            const auto most = std::max_element(parts.begin(), parts.end(),
+                                               [](const Part& a, const Part& b) { return a.triangles < b.triangles; });
+            if (most->triangles <= sizes_.piece_triangles) break;
+            const std::vector<Piece> cut = parts_of(place, most->piece);
+            const bool same = cut.size() == 1 && cut[0].node == most->piece.node;
+            if (same || parts.size() - 1 + cut.size() >= shared::kRasterLeafPieces) {
+                most->triangles = 0;  // stays as it is
+                continue;
+            }
+            *most = {cut[0], triangles_of(cut[0])};
+            for (std::size_t i = 1; i < cut.size(); ++i) parts.push_back({cut[i], triangles_of(cut[i])});
+        }
+        CullNode& leaf = tree_.nodes[index];
+        leaf.box = whole.box;
+        leaf.space = place.space;
+        leaf.first_piece = static_cast<std::uint32_t>(tree_.pieces.size());
+        tree_.pieces.push_back(whole);
+        if (parts.size() > 1) {
+            for (const Part& part : parts) tree_.pieces.push_back(part.piece);
+        }
+        leaf.piece_count = static_cast<std::uint32_t>(tree_.pieces.size()) - leaf.first_piece;
     }
 
     std::uint32_t existing_slots(std::uint32_t node) const {
@@ -199,10 +244,25 @@ class TreeBuilder {
         return slots;
     }
 
+    /// Breadth first from the root, as far as there is room.
+    void survey() {
+        std::vector<std::uint32_t>& nodes = tree_.survey;
+        nodes = {0};
+        for (std::size_t i = 0; i < nodes.size();) {
+            const CullNode& node = tree_.nodes[nodes[i]];
+            if (node.child_count == 0 || nodes.size() - 1 + node.child_count > shared::kRasterCandidates) {
+                ++i;
+                continue;
+            }
+            nodes.erase(nodes.begin() + static_cast<std::ptrdiff_t>(i));
+            for (std::uint32_t c = 0; c < node.child_count; ++c) nodes.push_back(node.first_child + c);
+        }
+    }
+
     /// Fills tree_.nodes[index] with what is below the node.
     void expand(std::uint32_t index, std::uint32_t node, const Place& place) {
         if (triangles_below(node) <= sizes_.leaf_triangles) {
-            fill_leaf(index, place, [&](Bounds& box) { add_pieces(place, node, small_slots(node), box); });
+            fill_leaf(index, place, piece_of(place, node, existing_slots(node)));
             return;
         }
         const std::uint32_t small = small_slots(node);
@@ -215,7 +275,7 @@ class TreeBuilder {
         tree_.nodes[index].child_count = static_cast<std::uint32_t>(large.size()) + (small != 0 ? 1u : 0u);
         tree_.nodes.resize(tree_.nodes.size() + tree_.nodes[index].child_count);
         for (std::uint32_t c = child; c < tree_.nodes.size(); ++c) tree_.nodes[c].parent = index;
-        if (small != 0) fill_leaf(child++, place, [&](Bounds& box) { add_piece(place, node, small, box); });
+        if (small != 0) fill_leaf(child++, place, piece_of(place, node, small));
         for (const int slot : large) {
             const std::uint32_t reference = reader_.reference(node, slot);
             const std::uint32_t below = reference & kBvhIndexMask;
@@ -225,23 +285,11 @@ class TreeBuilder {
                 expand(child++, head + kRoot,
                        {reader_.head(head), static_cast<std::uint32_t>(tree_.spaces.size() - 1)});
             } else if (is_instance(reference)) {
-                fill_leaf(child++, place, [&](Bounds& box) { add_piece(place, node, 1u << slot, box); });
+                fill_leaf(child++, place, piece_of(place, node, 1u << slot));
             } else {
                 expand(child++, below, place);
             }
         }
-    }
-
-    template <class Fill>
-    void fill_leaf(std::uint32_t index, const Place& place, Fill fill) {
-        const auto first = static_cast<std::uint32_t>(tree_.pieces.size());
-        Bounds box;
-        fill(box);
-        CullNode& leaf = tree_.nodes[index];
-        leaf.box = box;
-        leaf.first_piece = first;
-        leaf.piece_count = static_cast<std::uint32_t>(tree_.pieces.size()) - first;
-        leaf.space = place.space;
     }
 
     const PackedScene& packed_;
@@ -260,7 +308,7 @@ CullTree build_cull_tree(const PackedScene& packed, const TraceTables& tables, c
     while (true) {
         CullTree tree = TreeBuilder(packed, tables, s).build();
         // Instances that are not entered are not divided: their number can be no smaller.
-        if (tree.pieces.size() <= s.most_pieces || s.piece_triangles >= s.leaf_triangles * 16) return tree;
+        if (tree.pieces.size() <= s.most_pieces || s.leaf_triangles >= packed.triangles.size()) return tree;
         s.piece_triangles *= 2;
         s.leaf_triangles *= 2;
     }

@@ -110,29 +110,17 @@ class Walk {
             return;
         }
         ++statistics_.leaves;
-        std::vector<std::uint32_t>& ready = ready_[n.space];
-        for (std::uint32_t p = n.first_piece; p < n.first_piece + n.piece_count; ++p) {
-            ready.push_back(p);
-            if (ready.size() == kRasterCandidates) trace(n.space);
-        }
+        ready_[n.space].push_back(node);
+        if (ready_[n.space].size() == shared::kRasterLeaves) trace(n.space);
     }
 
-    /// From the eye, squared.
-    static float distance(const vec3& eye, const Bounds& box) {
-        const vec3 away = glm::max(glm::max(box.lower - eye, eye - box.upper), vec3(0));
-        return glm::dot(away, away);
-    }
-    float distance(std::uint32_t node) const { return distance(state_.eye, tree_.nodes[node].box); }
+    float distance(std::uint32_t node) const { return distance_to(tree_.nodes[node].box, state_.eye); }
 
     void trace(std::uint32_t space) {
-        std::vector<std::uint32_t> pieces = std::exchange(ready_[space], {});
-        if (pieces.empty()) return;
-        const auto from_eye = [&](std::uint32_t p) { return distance(state_.eye, tree_.pieces[p].box); };
-        std::stable_sort(pieces.begin(), pieces.end(),
-                         [&](std::uint32_t a, std::uint32_t b) { return from_eye(a) < from_eye(b); });
+        const std::vector<std::uint32_t> leaves = std::exchange(ready_[space], {});
+        if (leaves.empty()) return;
         ++statistics_.traces;
-        statistics_.pieces += pieces.size();
-        device_.trace(pieces, tree_.spaces[space]);
+        device_.trace(leaves);
         traced_ = true;
     }
 
@@ -210,12 +198,17 @@ class Walk {
     std::vector<std::uint32_t> hidden_;              // to be asked about before they are opened
     std::vector<std::uint32_t> again_;               // visible leaves that are due for a re-test
     std::deque<Question> asked_;                     // oldest first
-    std::vector<std::vector<std::uint32_t>> ready_;  // pieces to be traced, by space
+    std::vector<std::vector<std::uint32_t>> ready_;  // leaves to be traced, by space
     std::size_t questions_ = 0;
     bool traced_ = false;  // since answers were last looked for
 };
 
 }  // namespace
+
+float distance_to(const Bounds& box, const vec3& point) {
+    const vec3 away = glm::max(glm::max(box.lower - point, point - box.upper), vec3(0));
+    return glm::dot(away, away);
+}
 
 void walk(const CullTree& tree, CullState& state, CullDevice& device, RasterStatistics& statistics) {
     ++statistics.runs;

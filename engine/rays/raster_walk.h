@@ -12,6 +12,15 @@
 
 namespace halflight::rays {
 
+/// Seconds of the process, all its threads together.
+struct RasterStages {
+    double bounds = 0;  // shafts of tiles and blocks
+    double ask = 0;     // queries
+    double mark = 0;    // candidates of tiles
+    double trace = 0;
+    double end = 0;  // how far tiles still reach
+};
+
 /// What a run has cost and saved; sums over runs.
 struct RasterStatistics {
     std::size_t runs = 0;
@@ -23,9 +32,10 @@ struct RasterStatistics {
     std::size_t nodes = 0;          // visited
     std::size_t leaves = 0;         // traced
     std::size_t pieces = 0;         // traced
-    std::size_t traces = 0;         // draws of pieces, up to kRasterCandidates each
-    std::size_t pairs = 0;          // of piece and tile, where counted
+    std::size_t traces = 0;         // draws of leaves, up to kRasterLeaves each
     double seconds = 0;             // of the CPU, waiting included
+    std::size_t pairs = 0;          // of piece and tile; where measured
+    RasterStages stages;            // where measured
 };
 
 /// What is remembered of a node. Any bits will do: they can only cost time.
@@ -45,8 +55,8 @@ struct CullState {
 class CullDevice {
   public:
     virtual ~CullDevice() = default;
-    /// Indices into CullTree::pieces, 1 to shared::kRasterCandidates of one space, near ones first.
-    virtual void trace(std::span<const std::uint32_t> pieces, const Space& space) = 0;
+    /// Leaves, 1 to shared::kRasterLeaves of one space, near ones first.
+    virtual void trace(std::span<const std::uint32_t> leaves) = 0;
     /// Asks whether any ray can meet any of these nodes' boxes before it ends; 1 to kRasterCandidates indices into
     /// CullTree::nodes. The answer may be "yes" for no reason. Questions are numbered from 0.
     virtual void ask(std::span<const std::uint32_t> nodes) = 0;
@@ -54,7 +64,10 @@ class CullDevice {
     virtual std::optional<bool> answer(std::size_t question, bool wait) = 0;
 };
 
-/// Traces every piece that a ray may meet.
+/// Squared, from a point to a box.
+float distance_to(const Bounds& box, const vec3& point);
+
+/// Traces every leaf that a ray may meet.
 void walk(const CullTree& tree, CullState& state, CullDevice& device, RasterStatistics& statistics);
 
 }  // namespace halflight::rays

@@ -10,8 +10,12 @@ uniform uint tile_count;  // a multiple of 64
 uniform ivec2 tile_texels;  // size of the target
 uniform float hull;         // greatest coordinate of the hierarchy
 uniform float slack;        // of the hierarchy at index 0
-uniform uint candidate_count;
 uniform uvec4 candidate_boxes[32];  // indices into boxes, near ones first
+#ifdef HALFLIGHT_MASK
+uniform uvec4 leaf_sizes[2];  // of leaf i: how many candidates, from 16 i on; the first is all of the leaf
+#else
+uniform uint candidate_count;
+#endif
 
 Shaft fetch_shaft(uint index) {
     int texel = int(index) * 4;

@@ -29,10 +29,13 @@ void keep_references(inout BvhStep s, uvec4 wanted) {
     }
 }
 
+// Children of up to 32 pieces are put aside at once.
+const int kSearchStack = HALFLIGHT_STACK + 4 * 32;
+
 // known: what earlier searches have found, or a miss.
 Hit search(Ray ray, uint alpha_key, Hit known, uvec4 candidates, const bool any_hit) {
-    uint stack[HALFLIGHT_STACK];
-    int stack_near[HALFLIGHT_STACK];
+    uint stack[kSearchStack];
+    int stack_near[kSearchStack];
     int entries = 0;
     uint node = kStackDone;
     int near = floatBitsToInt(ray.t_min);
@@ -71,25 +74,38 @@ Hit search(Ray ray, uint alpha_key, Hit known, uvec4 candidates, const bool any_
     bool pieces_left = candidates != uvec4(0u);
     do {
         if (node == kStackDone && pieces_left) {
-            // The next piece.
-            int word = candidates.x != 0u ? 0 : candidates.y != 0u ? 1 : candidates.z != 0u ? 2 : 3;
-            uint bits = candidates[word];
-            uint candidate = uint(word * 32 + findLSB(bits));
-            candidates[word] = bits & (bits - 1u);
-            pieces_left = candidates != uvec4(0u);
-            int texel = int(candidate_boxes[candidate >> 2][candidate & 3u]) * 2;
-            uint piece = word_of_float(texelFetch(boxes, texel).w);
-            uint slots = word_of_float(texelFetch(boxes, texel + 1).w);
-            BvhStep s = bvh_step(box, piece, ray.t_min, any_hit ? below_t_max : nearest.t);
-            bvec4 wanted = notEqual(uvec4(slots) & uvec4(1u, 2u, 4u, 8u), uvec4(0u));
-            keep_references(s, mix(uvec4(kBvhNoChild), bvh_references(piece), wanted));
-            for (int i = 3; i >= 0; --i) {
-                if (s.near[i] < kBvhFar) {
-                    stack[entries] = s.reference[i];
-                    if (!any_hit) stack_near[entries] = s.near[i];
-                    ++entries;
-                }
+            // As many pieces as fit, near ones on top of the stack: all, or those of the first leaves.
+            uvec4 taken = candidates;
+            ivec4 counts = bitCount(candidates);
+            if (counts.x + counts.y + counts.z + counts.w > 32) {
+                taken.y = counts.x == 0 ? taken.y : 0u;
+                taken.z = counts.x + counts.y == 0 ? taken.z : 0u;
+                taken.w = counts.x + counts.y + counts.z == 0 ? taken.w : 0u;
             }
+            candidates ^= taken;
+            pieces_left = candidates != uvec4(0u);
+            do {
+                int word = taken.w != 0u ? 3 : taken.z != 0u ? 2 : taken.y != 0u ? 1 : 0;
+                uint bits = taken[word];
+                if (bits != 0u) {
+                    uint candidate = uint(findMSB(bits));
+                    taken[word] = bits ^ (1u << candidate);
+                    candidate += uint(word) * 32u;
+                    int texel = int(candidate_boxes[candidate >> 2][candidate & 3u]) * 2;
+                    uint piece = word_of_float(texelFetch(boxes, texel).w);
+                    uint slots = word_of_float(texelFetch(boxes, texel + 1).w);
+                    BvhStep s = bvh_step(box, piece, ray.t_min, any_hit ? below_t_max : nearest.t);
+                    bvec4 wanted = notEqual(uvec4(slots) & uvec4(1u, 2u, 4u, 8u), uvec4(0u));
+                    keep_references(s, mix(uvec4(kBvhNoChild), bvh_references(piece), wanted));
+                    for (int i = 3; i >= 0; --i) {
+                        if (s.near[i] < kBvhFar) {
+                            stack[entries] = s.reference[i];
+                            if (!any_hit) stack_near[entries] = s.near[i];
+                            ++entries;
+                        }
+                    }
+                }
+            } while (taken != uvec4(0u));
             if (entries > 0) {
                 --entries;
                 node = stack[entries];

@@ -17,6 +17,8 @@
 HALFLIGHT_SHARED_BEGIN
 
 HALFLIGHT_SHARED_CONST uint kRasterCandidates = 128u;  // of one draw, at most: the bits of a texel
+HALFLIGHT_SHARED_CONST uint kRasterLeafPieces = 16u;   // of one leaf, at most
+HALFLIGHT_SHARED_CONST uint kRasterLeaves = 8u;        // of one draw: leaf i has candidates 16 i to 16 i + 15
 
 HALFLIGHT_SHARED_END
 
