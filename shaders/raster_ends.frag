@@ -3,7 +3,7 @@
 #include "shaders/lib/raster_batch.glsl"
 #include "shaders/lib/raster_texels.glsl"
 
-layout(binding = UNIT_RASTER_MASK) uniform usampler2D tile_candidates;
+layout(binding = UNIT_RASTER_SIZES) uniform usampler2D list_sizes;
 layout(binding = UNIT_RASTER_SHAFTS) uniform samplerBuffer shafts;
 layout(std430, binding = 4) readonly buffer Alive { uvec2 alive[]; };
 
@@ -11,7 +11,7 @@ uniform bool completely;  // nothing is left to be traced there
 
 void main() {
     uvec2 texel = uvec2(gl_FragCoord.xy);
-    if (texelFetch(tile_candidates, ivec2(texel), 0) == uvec4(0u)) discard;
+    if (texelFetch(list_sizes, ivec2(texel), 0).x == 0u) discard;
     uint tile = tile_of_texel(texel);
     uvec2 living = completely ? uvec2(0u) : alive[tile];
     float greatest_t = texelFetch(shafts, int(4u * tile + 1u)).w;

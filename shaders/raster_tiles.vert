@@ -1,15 +1,17 @@
-// One point of 8x8 texels per tile, at one texel per ray; dropped where no candidate concerns it.
+// One point of 8x8 texels per tile, at one texel per ray; dropped where its list is empty.
 #include "shaders/shared/raster.h"
 #include "shaders/lib/raster_texels.glsl"
 
-layout(binding = UNIT_RASTER_MASK) uniform usampler2D tile_candidates;
+layout(binding = UNIT_RASTER_SIZES) uniform usampler2D list_sizes;
 uniform ivec2 tile_texels;
 
-flat out uvec4 candidates;
+flat out uint list_size;
+flat out uint first_entry;
 
 void main() {
     uvec2 texel = texel_of_tile(uint(gl_VertexID));
-    candidates = texelFetch(tile_candidates, ivec2(texel), 0);
+    list_size = texelFetch(list_sizes, ivec2(texel), 0).x;
+    first_entry = uint(gl_VertexID) * kRasterList;
     vec2 position = (vec2(texel) + 0.5) / vec2(tile_texels) * 2.0 - 1.0;
-    gl_Position = vec4(position, candidates == uvec4(0u) ? 2.0 : 0.0, 1.0);
+    gl_Position = vec4(position, list_size == 0u ? 2.0 : 0.0, 1.0);
 }

@@ -1,4 +1,4 @@
-// The rays of a tile against its candidates. What earlier draws have found is read back, and only what is nearer is written:
+// The rays of a tile against its list. What earlier draws have found is read back, and only what is nearer is written:
 // draws are apart from each other by a barrier, and a ray has one fragment in each.
 #include "shaders/shared/frame.h"
 #include "shaders/trace_scene.glsl"
@@ -12,7 +12,8 @@ layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
 uniform uint alpha_salt;
 #endif
 
-flat in uvec4 candidates;
+flat in uint list_size;
+flat in uint first_entry;
 
 void main() {
     // A tile may have texels without an entry. No discard: on software drivers it costs a quarter of all time.
@@ -27,14 +28,14 @@ void main() {
 #endif
 #ifdef HALFLIGHT_ANY_HIT
     bool over = idle || occluded[path] != kFree;
-    Hit hit = search(ray, key, Hit(ray.t_max, 0.0, 0.0, kMiss, kMiss), over ? uvec4(0u) : candidates, true);
+    Hit hit = search(ray, first_entry, over ? 0u : list_size, kNoHit, key, true);
     if (hit.triangle != kMiss) {
         occluded[path] = floatBitsToUint(hit.t) == floatBitsToUint(not_a_number()) ? kUnfinished : kOccluded;
     }
 #else
     Hit known = hits[path];
     bool over = idle || floatBitsToUint(known.t) > uint(kBvhFar);  // not a number
-    Hit hit = search(ray, key, known, over ? uvec4(0u) : candidates, false);
+    Hit hit = search(ray, first_entry, over ? 0u : list_size, known, key, false);
     bool same = floatBitsToUint(hit.t) == floatBitsToUint(known.t) && hit.triangle == known.triangle &&
                 hit.instance == known.instance;
     if (!over && !same) hits[path] = hit;

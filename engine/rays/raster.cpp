@@ -4,11 +4,9 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <chrono>
 #include <cmath>
 #include <ctime>
-#include <numeric>
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
@@ -30,7 +28,7 @@ using Query = gpu::Object<delete_query>;
 constexpr int kTileEdge = 8;  // texels
 constexpr std::uint32_t kTileRays = 64;
 constexpr std::uint32_t kBlockTiles = 64;
-constexpr std::size_t kWideTile = 12;  // nodes of the survey that a tile may meet and still be culled
+constexpr std::size_t kWideTile = 10;  // nodes of the survey that a tile may meet and still be culled
 constexpr std::size_t kKinds = static_cast<std::size_t>(RayKind::occlusion) + 1;
 
 /// Texels of a batch: shaders/lib/raster_texels.glsl. There are blocks enough to fill the rows; those at the end are
@@ -64,16 +62,12 @@ void check_driver(const Layout& layout) {
     }
 }
 
-/// Rows of UNIT_RASTER_BOXES: pieces, then nodes.
+/// Rows of UNIT_RASTER_BOXES.
 std::vector<vec4> box_rows(const CullTree& tree) {
     std::vector<vec4> rows;
-    for (const Piece& p : tree.pieces) {
-        rows.emplace_back(p.box.lower, shared::float_of_word(p.node));
-        rows.emplace_back(p.box.upper, shared::float_of_word(p.slots));
-    }
     for (const CullNode& n : tree.nodes) {
-        rows.emplace_back(n.box.lower, 0.0f);
-        rows.emplace_back(n.box.upper, 0.0f);
+        rows.emplace_back(n.box.lower, shared::float_of_word(n.node));
+        rows.emplace_back(n.box.upper, shared::float_of_word(n.slots));
     }
     return rows;
 }
@@ -95,8 +89,8 @@ struct RasterCulling::Parts {
     gpu::Object<gpu::delete_vertex_array> no_attributes;
 };
 
-RasterCulling::RasterCulling(const TraceTables& tables, const PackedScene& packed, const RasterSettings& settings) {
-    CullTree tree = build_cull_tree(packed, tables, settings.cut);
+RasterCulling::RasterCulling(const PackedScene& packed, const RasterSettings& settings) {
+    CullTree tree = build_cull_tree(packed, settings.cut);
     gpu::Buffer boxes = gpu::Buffer::from("culling boxes", box_rows(tree));
     GLuint id = 0;
     glCreateVertexArrays(1, &id);
@@ -127,8 +121,7 @@ void RasterCulling::invalidate() {
 
 std::size_t RasterCulling::bytes() const {
     const CullTree& tree = parts_->tree;
-    std::size_t sum = parts_->boxes.bytes() + tree.nodes.size() * sizeof(CullNode) +
-                      tree.pieces.size() * sizeof(Piece) + tree.spaces.size() * sizeof(Space);
+    std::size_t sum = parts_->boxes.bytes() + tree.nodes.size() * sizeof(CullNode);
     for (const CullState& state : parts_->states) sum += state.nodes.size() * sizeof(CullMemory);
     return sum;
 }
@@ -139,7 +132,8 @@ struct RasterTargets {
     graph::BufferHandle shafts;  // vec4[4] per tile, then per block
     graph::BufferHandle alive;   // uvec2 per tile: a bit per ray
     graph::TextureHandle depth;  // a texel per tile
-    graph::TextureHandle mask;   // a texel per tile
+    graph::TextureHandle sizes;  // a texel per tile: of its list
+    graph::BufferHandle lists;   // kRasterList entries per tile
 };
 
 /// One run of one batch.
@@ -149,7 +143,6 @@ class RasterRun final : public CullDevice {
               const RasterTargets& targets, bool any_hit)
         : parts_(*culling.parts_),
           statistics_(culling.statistics(batch.kind)),
-          eye_(culling.state(batch.kind).eye),
           layout_(batch.capacity),
           resources_(r),
           batch_(batch),
@@ -163,8 +156,9 @@ class RasterRun final : public CullDevice {
         trace_ = &cache.graphics("shaders/raster_tiles.vert", "shaders/raster_trace.frag", defines);
         blocks_ = &cache.compute("shaders/raster_blocks.comp");
         ask_ = &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_candidates.frag");
-        mask_ =
-            &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_candidates.frag", {{"HALFLIGHT_MASK", "1"}});
+        gpu::Defines cut = scene.defines();
+        cut.set("HALFLIGHT_CUT", "4.0");
+        cut_ = &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_cut.frag", cut);
         wide_ = &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_candidates.frag",
                                 {{"HALFLIGHT_WIDE", std::to_string(kWideTile)}});
         bind(scene);
@@ -177,7 +171,9 @@ class RasterRun final : public CullDevice {
         glNamedFramebufferParameteri(id, GL_FRAMEBUFFER_DEFAULT_WIDTH, layout_.ray_texels().x);
         glNamedFramebufferParameteri(id, GL_FRAMEBUFFER_DEFAULT_HEIGHT, layout_.ray_texels().y);
         stage(&RasterStages::bounds, [&] { add_bounds(); });
-        if (parts_.tree.survey.size() > kWideTile) trace_wide_tiles();
+        if (parts_.tree.survey.size() <= kWideTile) return;
+        stage(&RasterStages::mark, [&] { fill_lists(*wide_, parts_.tree.survey); });
+        trace_lists(true);
     }
     RasterRun(const RasterRun&) = delete;
     RasterRun& operator=(const RasterRun&) = delete;
@@ -193,7 +189,7 @@ class RasterRun final : public CullDevice {
             glCreateQueries(GL_ANY_SAMPLES_PASSED, 1, &id);
             parts_.queries.emplace_back(id);
         }
-        set_nodes(*ask_, nodes);
+        set_candidates(*ask_, nodes);
         resources_.framebuffer({}, targets_.depth).bind();
         test_depth();
         glBeginQuery(GL_ANY_SAMPLES_PASSED, parts_.queries[asked_++].id());
@@ -213,10 +209,8 @@ class RasterRun final : public CullDevice {
     }
 
     void trace(std::span<const std::uint32_t> leaves) override {
-        const Space& space = parts_.tree.spaces[parts_.tree.nodes[leaves.front()].space];
-        const Candidates pieces = pieces_of(leaves);
-        stage(&RasterStages::mark, [&] { mark_tiles(pieces); });
-        trace_marked(pieces, space, false);
+        stage(&RasterStages::mark, [&] { fill_lists(*cut_, leaves); });
+        trace_lists(false);
     }
 
     /// Where rays start, on average over blocks.
@@ -251,7 +245,8 @@ class RasterRun final : public CullDevice {
         resources_.buffer(batch_.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
         resources_.buffer(targets_.shafts).bind_texture(UNIT_RASTER_SHAFTS, GL_RGBA32F);
         resources_.texture(targets_.depth).bind(UNIT_RASTER_DEPTH);
-        resources_.texture(targets_.mask).bind(UNIT_RASTER_MASK);
+        resources_.texture(targets_.sizes).bind(UNIT_RASTER_SIZES);
+        resources_.buffer(targets_.lists).bind_texture(UNIT_RASTER_LISTS, GL_R32UI);
         resources_.buffer(targets_.results).bind_storage(0);
         if (batch_.list) {
             resources_.buffer(batch_.list).bind_storage(1);
@@ -259,13 +254,14 @@ class RasterRun final : public CullDevice {
         }
         resources_.buffer(targets_.shafts).bind_storage(3);
         resources_.buffer(targets_.alive).bind_storage(4);
-        for (const gpu::Program* program : {bounds_, ends_, trace_, ask_, mask_, wide_}) {
+        resources_.buffer(targets_.lists).bind_storage(5);
+        for (const gpu::Program* program : {bounds_, ends_, trace_, ask_, cut_, wide_}) {
             program->set("block_columns", layout_.columns);
         }
-        for (const gpu::Program* program : {blocks_, ask_, mask_, wide_}) program->set("tile_count", layout_.tiles());
-        for (const gpu::Program* program : {trace_, ask_, mask_, wide_})
+        for (const gpu::Program* program : {blocks_, ask_, cut_, wide_}) program->set("tile_count", layout_.tiles());
+        for (const gpu::Program* program : {trace_, ask_, cut_, wide_})
             program->set("tile_texels", layout_.tile_texels);
-        for (const gpu::Program* program : {ask_, mask_, wide_}) {
+        for (const gpu::Program* program : {ask_, cut_, wide_}) {
             program->set("hull", greatest_coordinate(parts_.tree.hull));
             program->set("slack", parts_.tree.slack);
         }
@@ -278,37 +274,11 @@ class RasterRun final : public CullDevice {
         }
     }
 
-    struct Candidates {
-        std::array<std::uint32_t, shared::kRasterCandidates> boxes{};
-        std::array<std::uint32_t, shared::kRasterLeaves> leaf_sizes{};
-    };
-
-    /// All of each leaf, then its parts, near ones first.
-    Candidates pieces_of(std::span<const std::uint32_t> leaves) const {
-        Candidates candidates;
-        auto* first = candidates.boxes.data();
-        for (std::size_t i = 0; i < leaves.size(); ++i, first += shared::kRasterLeafPieces) {
-            const CullNode& leaf = parts_.tree.nodes[leaves[i]];
-            candidates.leaf_sizes[i] = leaf.piece_count;
-            std::iota(first, first + leaf.piece_count, leaf.first_piece);
-            std::sort(first + 1, first + leaf.piece_count, [&](std::uint32_t a, std::uint32_t b) {
-                return distance_to(parts_.tree.pieces[a].box, eye_) < distance_to(parts_.tree.pieces[b].box, eye_);
-            });
-        }
-        return candidates;
-    }
-
-    static void set_candidates(const gpu::Program& program, const Candidates& candidates) {
+    void set_candidates(const gpu::Program& program, std::span<const std::uint32_t> nodes) const {
+        std::array<std::uint32_t, shared::kRasterCandidates> padded{};
+        std::copy(nodes.begin(), nodes.end(), padded.begin());
         glProgramUniform4uiv(program.id(), program.uniform("candidate_boxes"), shared::kRasterCandidates / 4,
-                             candidates.boxes.data());
-    }
-
-    void set_nodes(const gpu::Program& program, std::span<const std::uint32_t> nodes) const {
-        Candidates candidates;
-        std::transform(nodes.begin(), nodes.end(), candidates.boxes.begin(), [&](std::uint32_t node) {
-            return static_cast<std::uint32_t>(parts_.tree.pieces.size()) + node;
-        });
-        set_candidates(program, candidates);
+                             padded.data());
         program.set("candidate_count", static_cast<std::uint32_t>(nodes.size()));
     }
 
@@ -338,52 +308,32 @@ class RasterRun final : public CullDevice {
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     }
 
-    void begin_marks() const {
-        const gpu::Framebuffer& target = resources_.framebuffer({targets_.mask}, targets_.depth);
+    void fill_lists(const gpu::Program& program, std::span<const std::uint32_t> nodes) const {
+        const gpu::Framebuffer& target = resources_.framebuffer({targets_.sizes}, targets_.depth);
         target.bind();
         target.clear_color_uint(0, 0);
         test_depth();
+        set_candidates(program, nodes);
+        program.draw(GL_POINTS, layout_.blocks);
+        glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
     }
 
-    void mark_tiles(const Candidates& pieces) const {
-        begin_marks();
-        set_candidates(*mask_, pieces);
-        glProgramUniform4uiv(mask_->id(), mask_->uniform("leaf_sizes"), shared::kRasterLeaves / 4,
-                             pieces.leaf_sizes.data());
-        mask_->draw(GL_POINTS, layout_.blocks);
-    }
-
-    /// Tiles whose rays go all ways are traced from the root, and are done.
-    void trace_wide_tiles() {
-        stage(&RasterStages::mark, [&] {
-            begin_marks();
-            set_nodes(*wide_, parts_.tree.survey);
-            wide_->draw(GL_POINTS, layout_.blocks);
-        });
-        trace_marked({}, parts_.tree.spaces.front(), true);
-    }
-
-    void trace_marked(const Candidates& pieces, const Space& space, bool completely) {
+    void trace_lists(bool completely) {
         if (parts_.settings.measure) count_pairs();
-        stage(&RasterStages::trace, [&] { trace_tiles(pieces, space); });
+        stage(&RasterStages::trace, [&] { trace_tiles(); });
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         stage(&RasterStages::end, [&] { end_tiles(completely); });
     }
 
     void count_pairs() {
-        for (const std::uint32_t word : resources_.texture(targets_.mask).read_uint()) {
-            statistics_.pairs += static_cast<std::size_t>(std::popcount(word));
-        }
+        for (const std::uint32_t size : resources_.texture(targets_.sizes).read_uint()) statistics_.pairs += size;
     }
 
-    void trace_tiles(const Candidates& pieces, const Space& space) const {
+    void trace_tiles() const {
         glBindFramebuffer(GL_FRAMEBUFFER, ray_target_.id());
         glViewport(0, 0, layout_.ray_texels().x, layout_.ray_texels().y);
         glDisable(GL_DEPTH_TEST);
         glPointSize(kTileEdge);
-        set_candidates(*trace_, pieces);
-        trace_->set("space_instance", space.instance);
-        trace_->set("space_door", space.door);
         trace_->draw(GL_POINTS, layout_.tiles());
     }
 
@@ -396,7 +346,6 @@ class RasterRun final : public CullDevice {
 
     RasterCulling::Parts& parts_;
     RasterStatistics& statistics_;
-    vec3 eye_;
     Layout layout_;
     graph::Resources& resources_;
     const RayBatch& batch_;
@@ -404,7 +353,7 @@ class RasterRun final : public CullDevice {
     const gpu::Program* bounds_;
     const gpu::Program* blocks_;
     const gpu::Program* ask_;
-    const gpu::Program* mask_;
+    const gpu::Program* cut_;
     const gpu::Program* wide_;
     const gpu::Program* trace_;
     const gpu::Program* ends_;
@@ -439,8 +388,10 @@ graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, RasterCu
     targets.alive = pass.write(graph.create_buffer("living rays", {tiles * sizeof(uvec2)}), Access::storage_write);
     targets.depth =
         pass.write(graph.create_texture("ray ends", texels(GL_DEPTH_COMPONENT32F)), Access::depth_attachment);
-    targets.mask =
-        pass.write(graph.create_texture("candidates of tiles", texels(GL_RGBA32UI)), Access::color_attachment);
+    targets.sizes = pass.write(graph.create_texture("sizes of lists", texels(GL_R32UI)), Access::color_attachment);
+    targets.lists =
+        pass.write(graph.create_buffer("lists of nodes", {tiles * shared::kRasterList * sizeof(std::uint32_t)}),
+                   Access::storage_write);
     pass.execute([=, &scene, &culling](graph::Resources& r) {
         const auto start = std::chrono::steady_clock::now();
         RasterStatistics& statistics = culling.statistics(batch.kind);

@@ -4,11 +4,12 @@
 // trace those.
 //
 // A tile is 64 consecutive entries of a batch. A query draws the tiles, in blocks, against the boxes of nodes; the
-// vertex kernel drops blocks, the depth test what has ended, the fragment kernel tiles whose shaft misses. Pieces of
-// visible leaves are traced up to 128 at a time: one more such draw leaves a mask of candidates per tile, and tiles
-// that have any are drawn at one texel per ray. Draws are separated by barriers and a ray has one fragment in each, so
-// the kernel itself keeps the nearest hit and breaks ties exactly as the plain tracer does; depth, which cannot hold
-// all t >= 0 exactly, only rejects.
+// vertex kernel drops blocks, the depth test what has ended, the fragment kernel tiles whose shaft misses. Visible
+// leaves are traced several at a time: one more such draw cuts them, tile by tile, into a list of what the tile's rays
+// can meet, and tiles whose list is not empty are drawn at one texel per ray. Draws are separated by barriers and a ray
+// has one fragment in each, so the kernel itself keeps the nearest hit and breaks ties exactly as the plain tracer
+// does; depth, which cannot hold all t >= 0 exactly, only rejects. Tiles whose rays go all ways are traced from the
+// root at once.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +32,7 @@ struct RasterSettings {
 class RasterCulling {
   public:
     /// packed: what the TraceScene was made of. Needs a current context.
-    RasterCulling(const TraceTables& tables, const PackedScene& packed, const RasterSettings& settings = {});
+    RasterCulling(const PackedScene& packed, const RasterSettings& settings = {});
     RasterCulling(RasterCulling&&) noexcept;
     RasterCulling& operator=(RasterCulling&&) noexcept;
     ~RasterCulling();

@@ -77,40 +77,25 @@ bool is_leaf(std::uint32_t reference) {
 
 class TreeBuilder {
   public:
-    TreeBuilder(const PackedScene& packed, const TraceTables& tables, const CutSizes& sizes)
-        : packed_(packed), tables_(tables), sizes_(sizes), reader_(packed) {
+    TreeBuilder(const PackedScene& packed, const CutSizes& sizes)
+        : packed_(packed), sizes_(sizes), reader_(packed), head_(reader_.head(0)) {
         const std::size_t stride = packed.format == NodeFormat::grid ? shared::kBvhGridTexels : shared::kBvhFloatTexels;
         below_.assign(packed.nodes.size() / stride, kUnknown);
-        const PackedReader::Head head = reader_.head(0);
-        tree_.slack = head.slack;
-        tree_.hull = outwards(head.base, head.base + double{shared::kGridCells} * head.cell);
-        tree_.spaces.emplace_back();
+        tree_.slack = head_.slack;
+        tree_.hull = outwards(head_.base, head_.base + double{shared::kGridCells} * head_.cell);
     }
 
     CullTree build() {
-        const std::size_t all = triangles_below(kRoot);
-        if (all == 0) return std::move(tree_);
-        // An instance is entered where it holds much of the scene: at most so many times.
-        entered_triangles_ = std::max(sizes_.leaf_triangles, all / kMostEntered);
-        const Place world{reader_.head(0), 0};
-        tree_.pieces.push_back(piece_of(world, kRoot, existing_slots(kRoot)));
-        tree_.nodes.emplace_back();
-        expand(0, kRoot, world);
-        for (std::size_t i = tree_.nodes.size(); i-- > 1;)
-            tree_.nodes[tree_.nodes[i].parent].box.add(tree_.nodes[i].box);
+        if (triangles_below(kRoot) == 0) return std::move(tree_);
+        tree_.nodes.push_back(node_of(kRoot, existing_slots(kRoot)));
+        expand(0);
         survey();
         return std::move(tree_);
     }
 
   private:
     static constexpr std::size_t kUnknown = ~std::size_t{0};
-    static constexpr std::size_t kMostEntered = 32;
     static constexpr std::uint32_t kRoot = 1;
-
-    struct Place {
-        PackedReader::Head head;
-        std::uint32_t space;
-    };
 
     static Bounds outwards(const dvec3& lower, const dvec3& upper) {
         Bounds box;
@@ -120,21 +105,6 @@ class TreeBuilder {
             box.upper[a] = u >= upper[a] ? u : std::nextafter(u, kInfinity);
         }
         return box;
-    }
-
-    Bounds world_box(const Place& place, std::uint32_t node, int slot) const {
-        const PackedReader::Box box = reader_.box(place.head, node, slot);
-        const std::uint32_t instance = tree_.spaces[place.space].instance;
-        if (instance == Space::kWorld || tables_.instances[instance].identity) return outwards(box.lower, box.upper);
-        // Arvo 1990, Transforming Axis-Aligned Bounding Boxes.
-        const glm::mat4x3& m = tables_.instances[instance].block_to_world;
-        dvec3 lower(m[3]), upper = lower;
-        for (int c = 0; c < 3; ++c) {
-            const dvec3 a = dvec3(m[c]) * box.lower[c], b = dvec3(m[c]) * box.upper[c];
-            lower += glm::min(a, b);
-            upper += glm::max(a, b);
-        }
-        return outwards(lower, upper);
     }
 
     std::size_t triangles_of(std::uint32_t reference) {
@@ -157,91 +127,59 @@ class TreeBuilder {
         return below_[node];
     }
 
-    bool enters(std::uint32_t reference) {
-        return is_instance(reference) && triangles_of(reference) > entered_triangles_;
-    }
-
-    /// Children that go into one piece together: it would not pay to tell them apart.
+    /// Children that are not worth a node each.
     std::uint32_t small_slots(std::uint32_t node) {
         std::uint32_t slots = 0;
         for (int slot = 0; slot < 4; ++slot) {
             const std::uint32_t reference = reader_.reference(node, slot);
-            if (exists(reference) && (is_leaf(reference) || 4 * triangles_of(reference) <= sizes_.piece_triangles)) {
+            if (exists(reference) && (is_leaf(reference) || 8 * triangles_of(reference) <= sizes_.leaf_triangles)) {
                 slots |= 1u << slot;
             }
         }
         return slots;
     }
 
-    Piece piece_of(const Place& place, std::uint32_t node, std::uint32_t slots) const {
-        Piece piece{{}, node, slots};
-        for (int slot = 0; slot < 4; ++slot) {
-            if ((slots >> slot & 1u) != 0) piece.box.add(world_box(place, node, slot));
-        }
-        return piece;
-    }
-
-    /// The piece cut by one level: its small children together, each other one for itself.
-    std::vector<Piece> parts_of(const Place& place, const Piece& piece) {
-        std::vector<Piece> parts;
-        const std::uint32_t small = small_slots(piece.node) & piece.slots;
-        if (small != 0) parts.push_back(piece_of(place, piece.node, small));
-        for (int slot = 0; slot < 4; ++slot) {
-            if (((piece.slots & ~small) >> slot & 1u) == 0) continue;
-            const std::uint32_t reference = reader_.reference(piece.node, slot);
-            if (is_instance(reference)) {
-                parts.push_back(piece_of(place, piece.node, 1u << slot));
-            } else {
-                const std::uint32_t below = reference & kBvhIndexMask;
-                parts.push_back(piece_of(place, below, existing_slots(below)));
-            }
-        }
-        return parts;
-    }
-
-    std::size_t triangles_of(const Piece& piece) {
-        std::size_t sum = 0;
-        for (int slot = 0; slot < 4; ++slot) {
-            if ((piece.slots >> slot & 1u) != 0) sum += triangles_of(reader_.reference(piece.node, slot));
-        }
-        return sum;
-    }
-
-    /// The piece, and parts of it: the one with the most triangles is cut, again and again, as long as there is room.
-    void fill_leaf(std::uint32_t index, const Place& place, const Piece& whole) {
-        struct Part {
-            Piece piece;
-            std::size_t triangles;
-        };
-        std::vector<Part> parts{{whole, triangles_of(whole)}};
-        while (true) {
-            const auto most = std::max_element(parts.begin(), parts.end(),
-                                               [](const Part& a, const Part& b) { return a.triangles < b.triangles; });
-            if (most->triangles <= sizes_.piece_triangles) break;
-            const std::vector<Piece> cut = parts_of(place, most->piece);
-            const bool same = cut.size() == 1 && cut[0].node == most->piece.node;
-            if (same || parts.size() - 1 + cut.size() >= shared::kRasterLeafPieces) {
-                most->triangles = 0;  // stays as it is
-                continue;
-            }
-            *most = {cut[0], triangles_of(cut[0])};
-            for (std::size_t i = 1; i < cut.size(); ++i) parts.push_back({cut[i], triangles_of(cut[i])});
-        }
-        CullNode& leaf = tree_.nodes[index];
-        leaf.box = whole.box;
-        leaf.space = place.space;
-        leaf.first_piece = static_cast<std::uint32_t>(tree_.pieces.size());
-        tree_.pieces.push_back(whole);
-        if (parts.size() > 1) {
-            for (const Part& part : parts) tree_.pieces.push_back(part.piece);
-        }
-        leaf.piece_count = static_cast<std::uint32_t>(tree_.pieces.size()) - leaf.first_piece;
-    }
-
     std::uint32_t existing_slots(std::uint32_t node) const {
         std::uint32_t slots = 0;
         for (int slot = 0; slot < 4; ++slot) slots |= exists(reader_.reference(node, slot)) ? 1u << slot : 0u;
         return slots;
+    }
+
+    CullNode node_of(std::uint32_t node, std::uint32_t slots) const {
+        CullNode result;
+        result.node = node;
+        result.slots = slots;
+        for (int slot = 0; slot < 4; ++slot) {
+            if ((slots >> slot & 1u) == 0) continue;
+            const PackedReader::Box box = reader_.box(head_, node, slot);
+            result.box.add(outwards(box.lower, box.upper));
+        }
+        return result;
+    }
+
+    /// Divides tree_.nodes[index], which has all the children of its node: the small ones together, each other one for
+    /// itself.
+    void expand(std::uint32_t index) {
+        const std::uint32_t node = tree_.nodes[index].node;
+        if (triangles_below(node) <= sizes_.leaf_triangles) return;
+        const std::uint32_t small = small_slots(node);
+        std::vector<CullNode> children;
+        if (small != 0) children.push_back(node_of(node, small));
+        for (int slot = 0; slot < 4; ++slot) {
+            const std::uint32_t reference = reader_.reference(node, slot);
+            if (!exists(reference) || (small >> slot & 1u) != 0) continue;
+            const std::uint32_t below = reference & kBvhIndexMask;
+            children.push_back(is_instance(reference) ? node_of(node, 1u << slot)
+                                                      : node_of(below, existing_slots(below)));
+        }
+        const auto first = static_cast<std::uint32_t>(tree_.nodes.size());
+        tree_.nodes[index].first_child = first;
+        tree_.nodes[index].child_count = static_cast<std::uint32_t>(children.size());
+        tree_.nodes.insert(tree_.nodes.end(), children.begin(), children.end());
+        for (std::uint32_t c = first; c < first + children.size(); ++c) {
+            tree_.nodes[c].parent = index;
+            if (tree_.nodes[c].node != node) expand(c);
+        }
     }
 
     /// Breadth first from the root, as far as there is room.
@@ -259,57 +197,21 @@ class TreeBuilder {
         }
     }
 
-    /// Fills tree_.nodes[index] with what is below the node.
-    void expand(std::uint32_t index, std::uint32_t node, const Place& place) {
-        if (triangles_below(node) <= sizes_.leaf_triangles) {
-            fill_leaf(index, place, piece_of(place, node, existing_slots(node)));
-            return;
-        }
-        const std::uint32_t small = small_slots(node);
-        std::vector<int> large;
-        for (int slot = 0; slot < 4; ++slot) {
-            if (exists(reader_.reference(node, slot)) && (small >> slot & 1u) == 0) large.push_back(slot);
-        }
-        std::uint32_t child = static_cast<std::uint32_t>(tree_.nodes.size());
-        tree_.nodes[index].first_child = child;
-        tree_.nodes[index].child_count = static_cast<std::uint32_t>(large.size()) + (small != 0 ? 1u : 0u);
-        tree_.nodes.resize(tree_.nodes.size() + tree_.nodes[index].child_count);
-        for (std::uint32_t c = child; c < tree_.nodes.size(); ++c) tree_.nodes[c].parent = index;
-        if (small != 0) fill_leaf(child++, place, piece_of(place, node, small));
-        for (const int slot : large) {
-            const std::uint32_t reference = reader_.reference(node, slot);
-            const std::uint32_t below = reference & kBvhIndexMask;
-            if (enters(reference)) {
-                const std::uint32_t head = packed_.instance_head[below];
-                tree_.spaces.push_back({below, node});
-                expand(child++, head + kRoot,
-                       {reader_.head(head), static_cast<std::uint32_t>(tree_.spaces.size() - 1)});
-            } else if (is_instance(reference)) {
-                fill_leaf(child++, place, piece_of(place, node, 1u << slot));
-            } else {
-                expand(child++, below, place);
-            }
-        }
-    }
-
     const PackedScene& packed_;
-    const TraceTables& tables_;
     CutSizes sizes_;
     PackedReader reader_;
+    PackedReader::Head head_;
     std::vector<std::size_t> below_;  // triangles, by node
-    std::size_t entered_triangles_ = 0;
     CullTree tree_;
 };
 
 }  // namespace
 
-CullTree build_cull_tree(const PackedScene& packed, const TraceTables& tables, const CutSizes& sizes) {
+CullTree build_cull_tree(const PackedScene& packed, const CutSizes& sizes) {
     CutSizes s = sizes;
     while (true) {
-        CullTree tree = TreeBuilder(packed, tables, s).build();
-        // Instances that are not entered are not divided: their number can be no smaller.
-        if (tree.pieces.size() <= s.most_pieces || s.leaf_triangles >= packed.triangles.size()) return tree;
-        s.piece_triangles *= 2;
+        CullTree tree = TreeBuilder(packed, s).build();
+        if (tree.nodes.size() <= s.most_nodes || tree.nodes.size() == 1) return tree;
         s.leaf_triangles *= 2;
     }
 }

@@ -16,6 +16,7 @@ namespace {
 using shared::kRasterCandidates;
 
 constexpr std::size_t kHiddenAtOnce = 64;  // nodes that wait for a query, at most
+constexpr std::size_t kRoundLeaves = 16;   // traced at a time
 constexpr std::uint32_t kRetestMean = 6;   // runs between two re-tests of a visible leaf (5 to 10 in the paper)
 
 /// Chance that a node which has been hidden for so many runs still is (eq. 6 of the paper, fitted there).
@@ -26,7 +27,7 @@ double stays_hidden(std::uint32_t runs) {
 class Walk {
   public:
     Walk(const CullTree& tree, CullState& state, CullDevice& device, RasterStatistics& statistics)
-        : tree_(tree), state_(state), device_(device), statistics_(statistics), ready_(tree.spaces.size()) {
+        : tree_(tree), state_(state), device_(device), statistics_(statistics) {
         if (state_.nodes.size() != tree_.nodes.size()) {
             state_.nodes.assign(tree_.nodes.size(), {});
             state_.eye = tree_.hull.centre();
@@ -47,8 +48,8 @@ class Walk {
                 const std::uint32_t node = front_.top().second;
                 front_.pop();
                 visit(node);
-            } else if (std::any_of(ready_.begin(), ready_.end(), [](const auto& r) { return !r.empty(); })) {
-                for (std::uint32_t space = 0; space < ready_.size(); ++space) trace(space);
+            } else if (!ready_.empty()) {
+                trace();
             } else if (!hidden_.empty()) {
                 ask_hidden();
             } else if (!again_.empty()) {
@@ -110,17 +111,15 @@ class Walk {
             return;
         }
         ++statistics_.leaves;
-        ready_[n.space].push_back(node);
-        if (ready_[n.space].size() == shared::kRasterLeaves) trace(n.space);
+        ready_.push_back(node);
+        if (ready_.size() == kRoundLeaves) trace();
     }
 
     float distance(std::uint32_t node) const { return distance_to(tree_.nodes[node].box, state_.eye); }
 
-    void trace(std::uint32_t space) {
-        const std::vector<std::uint32_t> leaves = std::exchange(ready_[space], {});
-        if (leaves.empty()) return;
+    void trace() {
         ++statistics_.traces;
-        device_.trace(leaves);
+        device_.trace(std::exchange(ready_, {}));
         traced_ = true;
     }
 
@@ -195,10 +194,10 @@ class Walk {
 
     using Near = std::pair<float, std::uint32_t>;
     std::priority_queue<Near, std::vector<Near>, std::greater<>> front_;
-    std::vector<std::uint32_t> hidden_;              // to be asked about before they are opened
-    std::vector<std::uint32_t> again_;               // visible leaves that are due for a re-test
-    std::deque<Question> asked_;                     // oldest first
-    std::vector<std::vector<std::uint32_t>> ready_;  // leaves to be traced, by space
+    std::vector<std::uint32_t> hidden_;  // to be asked about before they are opened
+    std::vector<std::uint32_t> again_;   // visible leaves that are due for a re-test
+    std::deque<Question> asked_;         // oldest first
+    std::vector<std::uint32_t> ready_;   // leaves to be traced
     std::size_t questions_ = 0;
     bool traced_ = false;  // since answers were last looked for
 };

@@ -31,10 +31,9 @@ struct RasterStatistics {
     std::size_t waits = 0;          // for an answer, with nothing else left to do
     std::size_t nodes = 0;          // visited
     std::size_t leaves = 0;         // traced
-    std::size_t pieces = 0;         // traced
-    std::size_t traces = 0;         // draws of leaves, up to kRasterLeaves each
+    std::size_t traces = 0;         // draws of leaves, up to kRasterCandidates each
     double seconds = 0;             // of the CPU, waiting included
-    std::size_t pairs = 0;          // of piece and tile; where measured
+    std::size_t pairs = 0;          // of list entry and tile; where measured
     RasterStages stages;            // where measured
 };
 
@@ -55,7 +54,7 @@ struct CullState {
 class CullDevice {
   public:
     virtual ~CullDevice() = default;
-    /// Leaves, 1 to shared::kRasterLeaves of one space, near ones first.
+    /// Leaves, 1 to shared::kRasterCandidates, near ones first.
     virtual void trace(std::span<const std::uint32_t> leaves) = 0;
     /// Asks whether any ray can meet any of these nodes' boxes before it ends; 1 to kRasterCandidates indices into
     /// CullTree::nodes. The answer may be "yes" for no reason. Questions are numbered from 0.

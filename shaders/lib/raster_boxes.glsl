@@ -1,4 +1,4 @@
-// What the raster back end's passes at one texel per tile share: shafts, and up to 128 candidates to hold against them.
+// What the raster back end's passes at one texel per tile share: shafts, and up to 32 candidates to hold against them.
 #include "shaders/shared/raster.h"
 #include "shaders/lib/raster_shaft.glsl"
 #include "shaders/lib/raster_texels.glsl"
@@ -10,12 +10,8 @@ uniform uint tile_count;  // a multiple of 64
 uniform ivec2 tile_texels;  // size of the target
 uniform float hull;         // greatest coordinate of the hierarchy
 uniform float slack;        // of the hierarchy at index 0
-uniform uvec4 candidate_boxes[32];  // indices into boxes, near ones first
-#ifdef HALFLIGHT_MASK
-uniform uvec4 leaf_sizes[2];  // of leaf i: how many candidates, from 16 i on; the first is all of the leaf
-#else
 uniform uint candidate_count;
-#endif
+uniform uvec4 candidate_boxes[8];  // indices into boxes, near ones first
 
 Shaft fetch_shaft(uint index) {
     int texel = int(index) * 4;
@@ -24,8 +20,10 @@ Shaft fetch_shaft(uint index) {
                  texelFetch(shafts, texel + 3).xyz, from_lower.w);
 }
 
+int box_of_candidate(uint candidate) { return int(candidate_boxes[candidate >> 2][candidate & 3u]); }
+
 // Where rays of the shaft enter the candidate's box, or negative.
 float candidate_near(ShaftTest shaft, uint candidate) {
-    int box = int(candidate_boxes[candidate >> 2][candidate & 3u]) * 2;
+    int box = box_of_candidate(candidate) * 2;
     return shaft_near(shaft, texelFetch(boxes, box).xyz, texelFetch(boxes, box + 1).xyz);
 }

@@ -71,3 +71,27 @@ float shaft_near(ShaftTest s, vec3 lower, vec3 upper) {
     float end = min(min(ends.x, ends.y), min(ends.z, 1.0));
     return begin > end ? -1.0 : begin * s.least_t;
 }
+
+// The same shaft seen from another origin and scale of the axes.
+ShaftTest scaled_shaft(ShaftTest s, vec3 base, vec3 cell) {
+    return ShaftTest((s.from_lower - base) / cell, (s.from_upper - base) / cell, s.inverse_lower * cell,
+                     s.inverse_upper * cell, s.least_t);
+}
+
+void shaft_slab(inout vec4 begin, inout vec4 end, vec4 distance, float inverse) {
+    vec4 s = distance * inverse;
+    begin = inverse < 0.0 ? begin : max(begin, s);
+    end = inverse < 0.0 ? min(end, s) : end;
+}
+
+// Where, in parts of their length, rays of the shaft enter four boxes; more than 1 where none does.
+vec4 shaft_begins(ShaftTest s, vec4 lower_x, vec4 lower_y, vec4 lower_z, vec4 upper_x, vec4 upper_y, vec4 upper_z) {
+    vec4 begin = vec4(0.0), end = vec4(1.0);
+    shaft_slab(begin, end, s.from_lower.x - upper_x, s.inverse_lower.x);
+    shaft_slab(begin, end, s.from_lower.y - upper_y, s.inverse_lower.y);
+    shaft_slab(begin, end, s.from_lower.z - upper_z, s.inverse_lower.z);
+    shaft_slab(begin, end, lower_x - s.from_upper.x, s.inverse_upper.x);
+    shaft_slab(begin, end, lower_y - s.from_upper.y, s.inverse_upper.y);
+    shaft_slab(begin, end, lower_z - s.from_upper.z, s.inverse_upper.z);
+    return mix(begin, vec4(2.0), greaterThan(begin, end));
+}

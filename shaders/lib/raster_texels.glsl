@@ -25,3 +25,9 @@ const float kDeadDepth = 0.0;
 float depth_of(float t) {  // t >= 0 or +inf
     return uintBitsToFloat((min(floatBitsToUint(t), 0x7e000000u) >> 1) + 0x00800000u);
 }
+
+// The greatest t of that depth.
+float reach_of(float depth) {
+    uint bits = floatBitsToUint(depth);
+    return depth == kDeadDepth ? -1.0 : uintBitsToFloat(depth >= 1.0 ? 0x7f800000u : ((bits - 0x00800000u) << 1) | 1u);
+}

@@ -1,7 +1,8 @@
 // Bindings and sizes of the raster back end. One copy for C++ and GLSL.
 //
-// A box (UNIT_RASTER_BOXES, RGBA32F) is two texels: lower end, upper end; in w, for boxes of pieces, the node and which of
-// its children, as words (shaders/shared/word.h).
+// A box (UNIT_RASTER_BOXES, RGBA32F) is two texels: lower end, upper end; in w, for boxes of leaves, the node and which of its
+// children, as words (shaders/shared/word.h). An entry of a tile's list is a node with, from bit kRasterSlotShift on, a bit
+// for each of its children that rays of the tile can meet.
 #ifndef HALFLIGHT_SHARED_RASTER_H
 #define HALFLIGHT_SHARED_RASTER_H
 
@@ -9,16 +10,17 @@
 #include "shaders/shared/portable.h"
 
 // Texture units. UNIT_FREE: the rays.
-#define UNIT_RASTER_BOXES 17   // RGBA32F: boxes of pieces, then of culling nodes
+#define UNIT_RASTER_BOXES 17   // RGBA32F: boxes of culling nodes
 #define UNIT_RASTER_SHAFTS 18  // RGBA32F, 4 texels each: shafts of tiles, then of blocks
 #define UNIT_RASTER_DEPTH 19   // 2D D32F: how far a tile's rays still reach
-#define UNIT_RASTER_MASK 20    // 2D RGBA32UI: a tile's candidates
+#define UNIT_RASTER_SIZES 20   // 2D R32UI: entries of a tile's list
+#define UNIT_RASTER_LISTS 21   // R32UI: kRasterList entries per tile
 
 HALFLIGHT_SHARED_BEGIN
 
-HALFLIGHT_SHARED_CONST uint kRasterCandidates = 128u;  // of one draw, at most: the bits of a texel
-HALFLIGHT_SHARED_CONST uint kRasterLeafPieces = 16u;   // of one leaf, at most
-HALFLIGHT_SHARED_CONST uint kRasterLeaves = 8u;        // of one draw: leaf i has candidates 16 i to 16 i + 15
+HALFLIGHT_SHARED_CONST uint kRasterCandidates = 32u;  // boxes held against tiles in one draw, at most
+HALFLIGHT_SHARED_CONST uint kRasterList = 32u;        // >= kRasterCandidates
+HALFLIGHT_SHARED_CONST int kRasterSlotShift = 25;
 
 HALFLIGHT_SHARED_END
 

@@ -24,7 +24,7 @@ constexpr rays::RayKind kKind = rays::RayKind::primary;
 /// One scene, both tracers.
 struct Pair {
     explicit Pair(const TraceTables& t, const RasterSettings& settings = {})
-        : tables(t), packed(rays::pack_scene(tables)), scene(tables, packed, {}), culling(tables, packed, settings) {}
+        : tables(t), packed(rays::pack_scene(tables)), scene(tables, packed, {}), culling(packed, settings) {}
     explicit Pair(const Scene& s, std::size_t flatten = kFlattenLimit, const RasterSettings& settings = {})
         : Pair(build_trace_tables(s, flatten), settings) {}
 

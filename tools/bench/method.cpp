@@ -92,7 +92,7 @@ Method plain_method(const Bench& bench) {
 
 /// What it has learned in the warm-up it knows in the turns.
 Method raster_method(const Bench& bench) {
-    const auto culling = std::make_shared<rays::RasterCulling>(bench.tables, bench.packed);
+    const auto culling = std::make_shared<rays::RasterCulling>(bench.packed);
     return graph_method(
         "raster", bench,
         [&trace = bench.trace, culling](auto& graph, const auto& batch, auto results, bool any) {
