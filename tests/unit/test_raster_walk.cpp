@@ -1,0 +1,146 @@
+// The walk over the hierarchy alone: nothing that a ray can meet stays untraced, whatever is remembered and however
+// late answers come; what is known to be hidden costs few questions.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+#include "engine/rays/raster_walk.h"
+#include "shaders/shared/raster.h"
+
+namespace halflight::rays {
+namespace {
+
+/// Four children a node, `levels` below the root; the leaves lie along a line.
+CullTree tree_of(int levels) {
+    CullTree tree;
+    tree.nodes.emplace_back();
+    std::size_t first = 0;
+    for (int level = 0; level < levels; ++level) {
+        const std::size_t end = tree.nodes.size();
+        for (std::size_t n = first; n < end; ++n) {
+            tree.nodes[n].first_child = static_cast<std::uint32_t>(tree.nodes.size());
+            tree.nodes[n].child_count = 4;
+            for (int c = 0; c < 4; ++c) {
+                tree.nodes.emplace_back();
+                tree.nodes.back().parent = static_cast<std::uint32_t>(n);
+            }
+        }
+        first = end;
+    }
+    for (std::size_t n = first; n < tree.nodes.size(); ++n) {
+        const auto x = static_cast<float>(n - first);
+        tree.nodes[n].box = {vec3(x, 0, 0), vec3(x + 1, 1, 1)};
+    }
+    for (std::size_t n = tree.nodes.size(); n-- > 1;) tree.nodes[tree.nodes[n].parent].box.add(tree.nodes[n].box);
+    tree.hull = tree.nodes[0].box;
+    return tree;
+}
+
+/// Answers from a set of visible leaves; some answers come late, some say "visible" for no reason.
+class FakeDevice : public CullDevice {
+  public:
+    FakeDevice(const CullTree& tree, const std::vector<bool>& visible, double overcount)
+        : tree_(tree), visible_(visible), overcount_(overcount), traced(tree.nodes.size()) {
+        for (std::size_t n = tree.nodes.size(); n-- > 1;) {
+            if (visible_[n]) visible_[tree.nodes[n].parent] = true;
+        }
+    }
+
+    void trace(std::span<const std::uint32_t> leaves) override {
+        EXPECT_GE(leaves.size(), 1u);
+        EXPECT_LE(leaves.size(), std::size_t{shared::kRasterCandidates});
+        for (const std::uint32_t leaf : leaves) {
+            EXPECT_EQ(tree_.nodes[leaf].child_count, 0u);
+            ++traced[leaf];
+        }
+    }
+
+    void ask(std::span<const std::uint32_t> nodes) override {
+        EXPECT_GE(nodes.size(), 1u);
+        EXPECT_LE(nodes.size(), std::size_t{shared::kRasterCandidates});
+        const bool any = std::any_of(nodes.begin(), nodes.end(), [&](std::uint32_t n) { return visible_[n]; });
+        answers_.push_back(any || std::bernoulli_distribution(overcount_)(random_));
+    }
+
+    std::optional<bool> answer(std::size_t question, bool wait) override {
+        if (!wait && random_() % 3 != 0) return std::nullopt;
+        return answers_.at(question);
+    }
+
+  private:
+    const CullTree& tree_;
+    std::vector<bool> visible_;
+    double overcount_;
+    std::vector<bool> answers_;
+    std::mt19937 random_{1};
+
+  public:
+    std::vector<int> traced;  // how often, by node
+};
+
+std::vector<bool> some_leaves(const CullTree& tree, double share, std::uint32_t seed) {
+    std::mt19937 random(seed);
+    std::vector<bool> visible;
+    for (const CullNode& n : tree.nodes) {
+        visible.push_back(n.child_count == 0 && std::bernoulli_distribution(share)(random));
+    }
+    return visible;
+}
+
+TEST(RasterWalk, WhatIsVisibleIsTracedOnce) {
+    const CullTree tree = tree_of(4);
+    std::mt19937 random(2);
+    CullState state;
+    RasterStatistics statistics;
+    for (std::uint32_t run = 0; run < 60; ++run) {
+        if (run % 10 == 9) {  // senseless memory
+            for (CullMemory& m : state.nodes) {
+                m = {static_cast<std::uint32_t>(random()), static_cast<std::uint32_t>(random()), run % 20 ? 1u : 77u};
+            }
+        }
+        const std::vector<bool> visible = some_leaves(tree, 0.1 * (run % 11), run / 3);
+        FakeDevice device(tree, visible, run % 4 == 3 ? 0.5 : 0);
+        walk(tree, state, device, statistics);
+        for (std::size_t n = 0; n < tree.nodes.size(); ++n) {
+            EXPECT_LE(device.traced[n], 1);
+            if (visible[n]) {
+                EXPECT_EQ(device.traced[n], 1) << "run " << run << ", node " << n;
+            }
+        }
+    }
+    EXPECT_EQ(statistics.runs, 60u);
+}
+
+TEST(RasterWalk, WhatStaysAsItIsCostsFewQueries) {
+    const CullTree tree = tree_of(5);
+    const std::vector<bool> visible = some_leaves(tree, 0.3, 3);
+    const auto leaves = static_cast<std::size_t>(std::count(visible.begin(), visible.end(), true));
+    CullState state;
+    RasterStatistics warm, steady;
+    for (int run = 0; run < 20; ++run) {
+        FakeDevice device(tree, visible, 0);
+        walk(tree, state, device, warm);
+    }
+    for (int run = 0; run < 20; ++run) {
+        FakeDevice device(tree, visible, 0);
+        walk(tree, state, device, steady);
+    }
+    EXPECT_EQ(steady.leaves, 20 * leaves);             // nothing hidden is traced
+    EXPECT_LT(steady.queries, steady.nodes / 4);       // nor asked about alone
+    EXPECT_GT(steady.saved_visible, 20 * leaves / 2);  // re-tests are rare
+    EXPECT_GT(steady.queries, steady.multi_queries);   // but they happen
+}
+
+TEST(RasterWalk, NothingToWalk) {
+    CullState state;
+    RasterStatistics statistics;
+    const CullTree tree;
+    FakeDevice device(tree, {}, 0);
+    walk(tree, state, device, statistics);
+    EXPECT_EQ(statistics.queries + statistics.traces, 0u);
+}
+
+}  // namespace
+}  // namespace halflight::rays
