@@ -1,7 +1,5 @@
 // What rays of this tile can meet of some leaves, before they end: a list of nodes with some of their children each. A child
 // is cut further where it is large for the shaft's width there, as long as the list has room for what that may add.
-//
-// Variant: HALFLIGHT_CUT (how many times larger).
 #include "shaders/trace_scene.glsl"
 #include "shaders/shared/word.h"
 #include "shaders/lib/bvh.glsl"
@@ -11,6 +9,8 @@ layout(early_fragment_tests) in;  // lists of what is dropped are not read
 
 layout(binding = UNIT_RASTER_DEPTH) uniform sampler2D tile_depth;
 layout(std430, binding = 5) writeonly buffer Lists { uint lists[]; };
+
+const float kLarge = 4.0;  // times the shaft's width; from 2 to 16 make little difference
 
 flat in uint block_candidates;
 layout(location = 0) out uint list_size;
@@ -90,7 +90,7 @@ void main() {
             bvec4 meets = lessThanEqual(c.begin, vec4(1.0));
             meets = bvec4(uvec4(meets) & uvec4(lessThanEqual(c.begin * test.least_t, vec4(reach))));
             vec4 width = mix(vec4(from_width), vec4(to_width), min(c.begin, vec4(1.0)));
-            bvec4 large = greaterThan(c.extent, HALFLIGHT_CUT * width);
+            bvec4 large = greaterThan(c.extent, kLarge * width);
             bvec4 inner = lessThan(c.reference, uvec4(kBvhTag | kBvhLeaf));
             uint slots = (entry >> kRasterSlotShift) & bits_of(meets);
             uint cut = slots & bits_of(large) & bits_of(inner);

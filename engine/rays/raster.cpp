@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <ctime>
+#include <map>
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
@@ -29,7 +30,6 @@ constexpr int kTileEdge = 8;  // texels
 constexpr std::uint32_t kTileRays = 64;
 constexpr std::uint32_t kBlockTiles = 64;
 constexpr std::size_t kWideTile = 10;  // nodes of the survey that a tile may meet and still be culled
-constexpr std::size_t kKinds = static_cast<std::size_t>(RayKind::occlusion) + 1;
 
 /// Texels of a batch: shaders/lib/raster_texels.glsl. There are blocks enough to fill the rows; those at the end are
 /// empty.
@@ -83,8 +83,8 @@ struct RasterCulling::Parts {
     RasterSettings settings;
     CullTree tree;
     gpu::Buffer boxes;
-    std::array<CullState, kKinds> states;
-    std::array<RasterStatistics, kKinds> statistics;
+    std::map<RayKind, CullState> states;
+    std::map<RayKind, RasterStatistics> statistics;
     std::vector<Query> queries;  // used again by every run
     gpu::Object<gpu::delete_vertex_array> no_attributes;
 };
@@ -109,20 +109,20 @@ const CullTree& RasterCulling::tree() const {
     return parts_->tree;
 }
 CullState& RasterCulling::state(RayKind kind) {
-    return parts_->states[static_cast<std::size_t>(kind)];
+    return parts_->states[kind];
 }
 RasterStatistics& RasterCulling::statistics(RayKind kind) {
-    return parts_->statistics[static_cast<std::size_t>(kind)];
+    return parts_->statistics[kind];
 }
 
 void RasterCulling::invalidate() {
-    parts_->states.fill({});
+    parts_->states.clear();
 }
 
 std::size_t RasterCulling::bytes() const {
     const CullTree& tree = parts_->tree;
     std::size_t sum = parts_->boxes.bytes() + tree.nodes.size() * sizeof(CullNode);
-    for (const CullState& state : parts_->states) sum += state.nodes.size() * sizeof(CullMemory);
+    for (const auto& [kind, state] : parts_->states) sum += state.nodes.size() * sizeof(CullMemory);
     return sum;
 }
 
@@ -156,9 +156,7 @@ class RasterRun final : public CullDevice {
         trace_ = &cache.graphics("shaders/raster_tiles.vert", "shaders/raster_trace.frag", defines);
         blocks_ = &cache.compute("shaders/raster_blocks.comp");
         ask_ = &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_candidates.frag");
-        gpu::Defines cut = scene.defines();
-        cut.set("HALFLIGHT_CUT", "4.0");
-        cut_ = &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_cut.frag", cut);
+        cut_ = &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_cut.frag", scene.defines());
         wide_ = &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_candidates.frag",
                                 {{"HALFLIGHT_WIDE", std::to_string(kWideTile)}});
         bind(scene);
@@ -303,6 +301,7 @@ class RasterRun final : public CullDevice {
         target.bind();
         write_depth();
         bounds_->draw(GL_TRIANGLES, 3);
+        glTextureBarrier();  // of the depth, which is tested and read by draws to come
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         blocks_->dispatch((layout_.blocks + 7) / 8);
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
@@ -342,6 +341,7 @@ class RasterRun final : public CullDevice {
         resources_.framebuffer({}, targets_.depth).bind();
         write_depth();
         ends_->draw(GL_TRIANGLES, 3);
+        glTextureBarrier();
     }
 
     RasterCulling::Parts& parts_;

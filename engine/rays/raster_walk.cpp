@@ -39,8 +39,7 @@ class Walk {
     void run() {
         open(0);
         while (true) {
-            if (traced_) {
-                traced_ = false;
+            if (std::exchange(listens_, false)) {
                 while (!asked_.empty() && hear(false)) {
                 }
             }
@@ -57,6 +56,7 @@ class Walk {
             } else if (!asked_.empty()) {
                 ++statistics_.waits;
                 hear(true);
+                listens_ = true;  // others are likely there, too: fewer and fuller draws
             } else {
                 return;
             }
@@ -120,7 +120,7 @@ class Walk {
     void trace() {
         ++statistics_.traces;
         device_.trace(std::exchange(ready_, {}));
-        traced_ = true;
+        listens_ = true;
     }
 
     /// One question for each run of `at_once` nodes.
@@ -199,7 +199,7 @@ class Walk {
     std::deque<Question> asked_;         // oldest first
     std::vector<std::uint32_t> ready_;   // leaves to be traced
     std::size_t questions_ = 0;
-    bool traced_ = false;  // since answers were last looked for
+    bool listens_ = false;  // answers may have come
 };
 
 }  // namespace

@@ -10,6 +10,8 @@
 
 #include "engine/io/gltf.h"
 #include "engine/rays/raster.h"
+#include "passes/scene_buffers.h"
+#include "shaders/shared/frame.h"
 #include "tests/pass/tracer_harness.h"
 #include "tests/support/gpu_test.h"
 
@@ -25,8 +27,9 @@ constexpr rays::RayKind kKind = rays::RayKind::primary;
 
 /// One scene, both tracers.
 struct Pair {
-    Pair(const TraceTables& t, const RasterSettings& settings, rays::NodeFormat format = rays::NodeFormat::grid)
-        : tables(t), packed(rays::pack_scene(tables, format)), scene(tables, packed, {}), culling(packed, settings) {}
+    Pair(const TraceTables& t, const RasterSettings& settings, rays::NodeFormat format = rays::NodeFormat::grid,
+         const gpu::Defines& shading = {})
+        : tables(t), packed(rays::pack_scene(tables, format)), scene(tables, packed, shading), culling(packed, settings) {}
     Pair(const Scene& s, const RasterSettings& settings) : Pair(build_trace_tables(s), settings) {}
 
     template <class Result>
@@ -52,6 +55,7 @@ struct Pair {
             batch.list = graph.import_buffer("list", list_buffer);
             batch.list_header = graph.import_buffer("list header", head_buffer);
         }
+        if (frame_constants) batch.frame_constants = graph.import_buffer("frame constants", *frame_constants);
         const graph::BufferHandle target = graph.import_buffer("results", results);
         if (raster) {
             graph.output(any_hit ? raster_any_hit(graph, scene, culling, batch, target)
@@ -81,6 +85,7 @@ struct Pair {
     rays::PackedScene packed;
     rays::TraceScene scene;
     RasterCulling culling;
+    gpu::Buffer* frame_constants = nullptr;
     gpu::ProgramCache programs;
 };
 
@@ -250,6 +255,44 @@ TEST_F(RasterCullingTest, OvercountedQueriesChangeNoHit) {
     const std::vector<Ray> rays = mixed_rays(pair.tables.bounds, 4000);
     EXPECT_EQ(pair.different(rays), 0u);
     EXPECT_EQ(pair.different(rays), 0u);
+}
+
+/// Squares over [0, 1]^2, one above the other, each of its own share of coverage.
+Scene veils(int count) {
+    Scene scene;
+    scene.name = "veils";
+    for (int i = 0; i < count; ++i) {
+        Material material;
+        material.alpha_mode = AlphaMode::blend;
+        material.base_color.a = 0.05f * static_cast<float>(i % 7);
+        Mesh mesh;
+        const float z = 0.1f * static_cast<float>(i);
+        mesh.positions = {{0, 0, z}, {1, 0, z}, {1, 1, z}, {0, 1, z}};
+        mesh.normals.assign(4, vec3(0, 0, 1));
+        mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+        mesh.triangle_material.assign(2, static_cast<std::uint32_t>(i));
+        scene.materials.push_back(material);
+        add_instance(scene, i);
+        scene.meshes.push_back(mesh);
+    }
+    return scene;
+}
+
+TEST_F(RasterCullingTest, CoverageIsKeyedByPath) {
+    const Scene scene = veils(60);
+    const TraceTables tables = build_trace_tables(scene);
+    const SceneBuffers buffers(tables, build_shading_tables(scene, tables));
+    buffers.bind();
+    shared::Frame frame{};
+    frame.seed = 5;
+    gpu::Buffer frame_constants("frame constants", sizeof(frame), &frame);
+    Pair pair(tables, small_leaves(), rays::NodeFormat::grid, buffers.defines());
+    pair.frame_constants = &frame_constants;
+    const std::vector<Ray> rays = mixed_rays(tables.bounds, 4000);
+    std::vector<std::uint32_t> list(3000);
+    for (std::uint32_t i = 0; i < list.size(); ++i) list[i] = 2 * i;
+    EXPECT_EQ(pair.different(rays), 0u);
+    EXPECT_EQ(pair.different(rays, &list), 0u);
 }
 
 /// Two walls of many triangles, the second one in the shadow of the first.
