@@ -83,9 +83,9 @@ Continuation add_continuation(graph::Graph& graph, const SceneView& view, const 
         PathList leaving = create_path_list(graph, view, "continuation");
         for (const PathList& batch : arriving) add_vertex(graph, view, depth, batch, paths, shadowing, &lit, &leaving);
         shadowing.occluded = rays::any_hit(
-            graph, view.trace, ray_batch(view, rays::RayKind::shadow, shadowing.rays, lit, depth), shadowing.occluded);
+            graph, view.tracer, ray_batch(view, rays::RayKind::shadow, shadowing.rays, lit, depth), shadowing.occluded);
         paths.hits = rays::closest_hit(
-            graph, view.trace, ray_batch(view, rays::RayKind::continuation, paths.rays, leaving, depth), paths.hits);
+            graph, view.tracer, ray_batch(view, rays::RayKind::continuation, paths.rays, leaving, depth), paths.hits);
         arriving = {leaving};
     }
     for (const PathList& batch : arriving) add_vertex(graph, view, bounces, batch, paths, shadowing, nullptr, nullptr);

@@ -96,6 +96,8 @@ struct Renderer::State {
     TraceTables trace_tables;
     gpu::ProgramCache programs;
     std::optional<rays::TraceScene> trace;
+    std::optional<rays::RasterCulling> raster;
+    std::optional<rays::Tracer> tracer;
     std::optional<SceneBuffers> buffers;
     std::optional<ViewKernel> view_kernel;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
@@ -114,7 +116,10 @@ struct Renderer::State {
         const Clock::time_point start = Clock::now();
         trace_tables = build_trace_tables(scene, kFlattenLimit);
         buffers.emplace(trace_tables, build_shading_tables(scene, trace_tables));
-        trace.emplace(trace_tables, buffers->defines());
+        const rays::PackedScene packed = rays::pack_scene(trace_tables);
+        trace.emplace(trace_tables, packed, buffers->defines());
+        if (settings.culling == rays::Culling::raster) raster.emplace(packed);
+        tracer.emplace(*trace, settings.culling, raster ? &*raster : nullptr);
         if (settings.want_view) view_kernel.emplace(colors.view(settings.view));
         prepare_seconds = seconds_since(start);
 
@@ -134,7 +139,8 @@ struct Renderer::State {
     }
 
     SceneView view(graph::Graph& graph) {
-        return {programs, *buffers, *trace, band, graph.import_buffer("frame constants", frame_constants_buffer)};
+        return {programs, *buffers, *trace,
+                *tracer,  band,     graph.import_buffer("frame constants", frame_constants_buffer)};
     }
 
     /// Seeds of different frames and of different user seeds share nothing.
@@ -247,6 +253,7 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
                       std::max(s.sample.compiled.slot_bytes, s.data.compiled.slot_bytes);
     stats.left_out = s.sample.frame.left_out;
     for (const graph::PassTime& t : s.executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
+    stats.batches = s.tracer->statistics();
     const auto counts = s.non_finite.read<std::uint32_t>();
     const char* names[shared::kCountedPasses] = {"gbuffer", "shadow", "diffuse and glossy", "continuation"};
     for (std::size_t i = 0; i < shared::kCountedPasses; ++i) stats.non_finite.push_back({names[i], counts[i]});

@@ -13,6 +13,7 @@
 #include "engine/core/image.h"
 #include "engine/gpu/context.h"
 #include "engine/io/exr.h"
+#include "engine/rays/tracer.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
@@ -39,6 +40,7 @@ struct RenderSettings {
     bool half_color = false;        // colour layers as half floats; data stays float32
     bool want_view = false;         // also the picture through `view`
     ViewTransform view;
+    rays::Culling culling = rays::Culling::automatic;  // who finds hits; never changes the picture
     bool measure = false;  // wait for the GPU after each pass to tell its time (slower)
 };
 
@@ -72,6 +74,7 @@ struct RenderStats {
     std::vector<PassTime> passes;       // with settings.measure, else empty
     std::vector<std::string> left_out;  // passes that the scene or the settings did not need, with the reason
     std::vector<NonFiniteCount> non_finite;
+    std::vector<rays::BatchStatistics> batches;  // how rays were traced
 };
 
 struct RenderResult {

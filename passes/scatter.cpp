@@ -33,7 +33,14 @@ rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::Buffe
                          int depth) {
     // Camera rays have salt 0 (shaders/gbuffer.frag).
     const auto salt = static_cast<std::uint32_t>(1 + 2 * depth + (kind == rays::RayKind::shadow ? 1 : 0));
-    return {kind, view.band.paths(), rays, list.list, list.header, view.frame_constants, salt};
+    return {.kind = kind,
+            .depth = static_cast<std::uint32_t>(depth),
+            .capacity = view.band.paths(),
+            .rays = rays,
+            .list = list.list,
+            .list_header = list.header,
+            .frame_constants = view.frame_constants,
+            .alpha_salt = salt};
 }
 
 PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBuffer& g, const FirstScatter& what,
@@ -63,7 +70,7 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
         r.programs().compute(what.kernel, defines).dispatch(view.band.paths() / 64);
     });
     const rays::RayBatch batch = ray_batch(view, what.kind, paths.rays, list, 0);
-    paths.hits = rays::closest_hit(graph, view.trace, batch, paths.hits);
+    paths.hits = rays::closest_hit(graph, view.tracer, batch, paths.hits);
     return list;
 }
 

@@ -5,7 +5,7 @@
 
 #include "engine/gpu/program.h"
 #include "engine/graph/execute.h"
-#include "engine/rays/rays.h"
+#include "engine/rays/tracer.h"
 #include "passes/scene_buffers.h"
 
 namespace halflight {
@@ -25,6 +25,7 @@ struct SceneView {
     gpu::ProgramCache& programs;
     const SceneBuffers& scene;
     const rays::TraceScene& trace;
+    rays::Tracer& tracer;                 // of `trace`
     Band band;                            // the largest one: buffers are made for it
     graph::BufferHandle frame_constants;  // struct Frame
 };

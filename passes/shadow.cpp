@@ -11,7 +11,6 @@ using graph::Access;
 
 DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const GBuffer& g) {
     const std::size_t paths = view.band.paths();
-    PathList shadowed = create_path_list(graph, view, "shadow");
     DirectLightEstimate direct;
 
     graph::Pass pass = graph.add_pass("shadow: sample lights");
@@ -22,16 +21,12 @@ DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const
         pass.write(graph.create_buffer("shadow rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
     direct.light =
         pass.write(graph.create_buffer("direct light", {paths * sizeof(shared::DirectLight)}), Access::storage_write);
-    shadowed.list = pass.write(shadowed.list, Access::storage_read_write);
-    shadowed.header = pass.write(shadowed.header, Access::storage_read_write);
     pass.execute([=](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
         r.buffer(g.rays).bind_storage(0);
         r.buffer(g.surfaces).bind_storage(1);
         r.buffer(shadow_rays).bind_storage(2);
         r.buffer(direct.light).bind_storage(3);
-        r.buffer(shadowed.list).bind_storage(4);
-        r.buffer(shadowed.header).bind_storage(5);
         view.trace.bind();
         view.scene.bind();
         r.programs()
@@ -39,7 +34,8 @@ DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const
             .dispatch(static_cast<std::uint32_t>(paths / 64));
     });
 
-    direct.occluded = rays::any_hit(graph, view.trace, ray_batch(view, rays::RayKind::shadow, shadow_rays, shadowed, 0),
+    // No list: the rays of a pixel keep their place in a tile, and what is known of the tile its use.
+    direct.occluded = rays::any_hit(graph, view.tracer, ray_batch(view, rays::RayKind::shadow, shadow_rays, {}, 0),
                                     graph.create_buffer("occluded", {paths * sizeof(shared::uint)}));
     return direct;
 }

@@ -12,15 +12,10 @@ layout(std430, binding = 0) readonly buffer PrimaryRays { Ray primary_rays[]; };
 layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
 layout(std430, binding = 2) writeonly buffer ShadowRays { Ray shadow_rays[]; };
 layout(std430, binding = 3) writeonly buffer Light { DirectLight light[]; };
-layout(std430, binding = 4) writeonly buffer List { uint list[]; };
-layout(std430, binding = 5) buffer Header { ListHeader header; };
 
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/next_event.glsl"
-#include "shaders/lib/path_list.glsl"
 #include "shaders/lib/surface_record.glsl"
-
-DEFINE_APPEND(append_path, header)
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
@@ -32,9 +27,6 @@ void main() {
                                     sample_2d(random, vertex_dimension(0u, kDimensionLightPoint)));
     light[path] = DirectLight(point.is_surface ? e.diffuse : vec3(0.0), 0.0, point.is_surface ? e.glossy : vec3(0.0), 0.0);
     bool wanted = point.is_surface && contributes(e.diffuse + e.glossy);
-    uint place = append_path(wanted);
-    if (wanted) {
-        shadow_rays[path] = e.ray;
-        list[place] = path;
-    }
+    if (!wanted) e.ray = Ray(vec3(0.0), 1.0, vec3(1.0), 0.0);  // dead
+    shadow_rays[path] = e.ray;
 }

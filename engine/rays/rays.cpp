@@ -3,6 +3,7 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
+#include <atomic>
 #include <bit>
 
 #include "engine/core/error.h"
@@ -30,6 +31,11 @@ std::vector<vec4> instance_rows(const TraceTables& tables, const PackedScene& pa
     return rows;
 }
 
+std::uint32_t next_serial() {
+    static std::atomic<std::uint32_t> last{0};
+    return ++last;
+}
+
 graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                           graph::BufferHandle results, bool any_hit) {
     const std::uint32_t groups = (batch.capacity + 63) / 64;
@@ -40,15 +46,10 @@ graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const Ra
                     std::uint64_t(limit) * 64);
     }
 
-    const bool alpha = scene.alpha_tested();
-    gpu::Defines defines = scene.defines();
-    if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
-    if (batch.list) defines.set("HALFLIGHT_LIST");
-
     graph::Pass pass =
         graph.add_pass(fmt::format("{} rays: {}", name(batch.kind), any_hit ? "any hit" : "closest hit"));
     pass.read(batch.rays, Access::texture_read);
-    if (alpha) pass.read(batch.frame_constants, Access::uniform_read);
+    if (scene.alpha_tested()) pass.read(batch.frame_constants, Access::uniform_read);
     if (batch.list) {
         pass.read(batch.list, Access::storage_read);
         pass.read(batch.list_header, Access::storage_read);
@@ -57,23 +58,7 @@ graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const Ra
     // With a list, what other paths had stays, if there is anything yet.
     const bool keeps = batch.list && results.version != 0;
     results = pass.write(results, keeps ? Access::storage_read_write : Access::storage_write);
-    pass.execute([=, &scene](graph::Resources& r) {
-        const gpu::Program& program = r.programs().compute("shaders/trace.comp", defines);
-        scene.bind();
-        r.buffer(batch.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
-        r.buffer(results).bind_storage(0);
-        if (alpha) {
-            r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
-            program.set("alpha_salt", batch.alpha_salt);
-        }
-        if (batch.list) {
-            r.buffer(batch.list).bind_storage(1);
-            r.buffer(batch.list_header).bind_storage(2);
-            program.dispatch_indirect(r.buffer(batch.list_header));
-        } else {
-            program.dispatch(groups);
-        }
-    });
+    pass.execute([=, &scene](graph::Resources& r) { trace_plain(r, scene, batch, results, any_hit); });
     return results;
 }
 
@@ -93,6 +78,8 @@ const char* name(RayKind kind) {
             return "continuation";
         case RayKind::occlusion:
             return "occlusion";
+        case RayKind::connection:
+            return "connection";
     }
     return "unknown";
 }
@@ -101,7 +88,8 @@ TraceScene::TraceScene(const TraceTables& tables, const gpu::Defines& shading)
     : TraceScene(tables, pack_scene(tables), shading) {}
 
 TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading)
-    : alpha_tested_(tables.alpha_tested),
+    : serial_(next_serial()),
+      alpha_tested_(tables.alpha_tested),
       nodes_(gpu::Buffer::from("hierarchy nodes", packed.nodes)),
       triangles_(gpu::Buffer::from("hierarchy triangles", packed.triangles)),
       instances_(gpu::Buffer::from("block instances", instance_rows(tables, packed))) {
@@ -140,6 +128,28 @@ graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, co
 graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle occluded) {
     return trace(graph, scene, batch, occluded, true);
+}
+
+void trace_plain(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, graph::BufferHandle results,
+                 bool any_hit) {
+    gpu::Defines defines = scene.defines();
+    if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
+    if (batch.list) defines.set("HALFLIGHT_LIST");
+    const gpu::Program& program = r.programs().compute("shaders/trace.comp", defines);
+    scene.bind();
+    r.buffer(batch.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
+    r.buffer(results).bind_storage(0);
+    if (scene.alpha_tested()) {
+        r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
+        program.set("alpha_salt", batch.alpha_salt);
+    }
+    if (batch.list) {
+        r.buffer(batch.list).bind_storage(1);
+        r.buffer(batch.list_header).bind_storage(2);
+        program.dispatch_indirect(r.buffer(batch.list_header));
+    } else {
+        program.dispatch((batch.capacity + 63) / 64);
+    }
 }
 
 }  // namespace halflight::rays

@@ -12,7 +12,7 @@
 namespace halflight::rays {
 
 /// What a batch is for. Coherence, and with it every decision of a scheduler, goes by kind.
-enum class RayKind : std::uint8_t { primary, shadow, diffuse, glossy, continuation, occlusion };
+enum class RayKind : std::uint8_t { primary, shadow, diffuse, glossy, continuation, occlusion, connection };
 const char* name(RayKind kind);
 
 /// Rays and hits lie at their path's index (structs Ray and Hit of shaders/shared/rays.h), `capacity` of each.
@@ -21,6 +21,7 @@ const char* name(RayKind kind);
 /// t_min is dead: it is not traced and reports a miss.
 struct RayBatch {
     RayKind kind = RayKind::primary;
+    std::uint32_t depth = 0;          // reflections before: with the kind it tells the batches of a graph apart
     std::uint32_t capacity = 0;       // rays; a multiple of 256
     graph::BufferHandle rays;         // capacity x Ray
     graph::BufferHandle list;         // optional: capacity x uint
@@ -62,8 +63,11 @@ class TraceScene {
     /// Whether hits depend on coverage, and so on RayBatch::frame_constants and the scene's texture units.
     bool alpha_tested() const { return alpha_tested_; }
     const TraceStatistics& statistics() const { return statistics_; }
+    /// Another one for every scene of the process: what was made for one is not for another.
+    std::uint32_t serial() const { return serial_; }
 
   private:
+    std::uint32_t serial_;
     bool alpha_tested_;
     TraceStatistics statistics_;
     gpu::Defines defines_;
@@ -83,5 +87,9 @@ graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, co
 /// kFree, kOccluded, or kUnfinished where the driver cut the search short (shaders/shared/rays.h).
 graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle occluded);
+
+/// What the pass of either does, for passes that have declared the batch, and the results as written.
+void trace_plain(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch,
+                 graph::BufferHandle results, bool any_hit);
 
 }  // namespace halflight::rays

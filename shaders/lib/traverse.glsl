@@ -29,6 +29,33 @@ const uint kStackLeaveBlock = 0x70000000u;  // back to the top level
 bool is_inner_node(uint node) { return node < (kBvhTag | kBvhLeaf); }
 bool is_leaf(uint node) { return (node & (kBvhLeaf | kBvhInstance)) == kBvhLeaf; }
 
+// A triangle as a candidate for the nearest hit.
+struct SlotHit {
+    bool nearer;        // than `nearest`; among equal t: of lower (instance, triangle)
+    bool alpha_tested;
+    Hit hit;
+};
+
+// slot: of the triangle in leaf order. leaf_near: where the ray enters the leaf's box and its instance's.
+SlotHit intersect_slot(TriangleRay ray, int slot, uint instance, float t_min, float leaf_near, Hit nearest, const bool any_hit) {
+    int texel = slot * 3;
+    vec4 row_x = texelFetch(trace_triangles, texel + ray.axes.x);
+    vec4 row_y = texelFetch(trace_triangles, texel + ray.axes.y);
+    vec4 row_z = texelFetch(trace_triangles, texel + ray.axes.z);
+    TriangleHit hit = intersect_triangle(ray, row_x.xyz, row_y.xyz, row_z.xyz);
+    uint id = floatBitsToUint(row_x.w);
+    uint triangle = id & kBvhTriangleMask;
+    bool nearer = hit.met && hit.t > t_min;
+    if (any_hit) {
+        nearer = nearer && hit.t < nearest.t;
+    } else {
+        hit.t = max(hit.t, leaf_near);
+        bool wins_tie = instance < nearest.instance || (instance == nearest.instance && triangle < nearest.triangle);
+        nearer = nearer && (hit.t < nearest.t || (hit.t == nearest.t && wins_tie));
+    }
+    return SlotHit(nearer, (id & kBvhAlphaTested) != 0u, Hit(hit.t, hit.u, hit.v, triangle, instance));
+}
+
 #ifdef HALFLIGHT_TWO_LEVEL
 // The ray in the space of a block; t is the same in both, as the direction keeps its scale.
 Ray ray_in_block(Ray ray, uint instance) {
@@ -45,27 +72,41 @@ Ray ray_in_block(Ray ray, uint instance) {
 }
 #endif
 
+// What is put aside. Kernels that begin elsewhere than at the root fill it themselves, far entries first, and call
+// traverse_from(); they may need HALFLIGHT_STACK_MORE entries beyond what a traversal does.
+#ifndef HALFLIGHT_STACK_MORE
+#define HALFLIGHT_STACK_MORE 0
+#endif
+uint stack[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];
+int stack_near[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];  // where the ray enters; bits of a float >= 0, like all `near`
+
+const Hit kNoHit = Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss);
+
+// Hit of a ray among all that the lowest `entries` of the stack lead to, and `known`: a hit that was found before, or kNoHit.
 // any_hit (a constant): stops at the first hit found, of which only `triangle != kMiss` has a meaning.
 // t is NaN where the driver ended the search before it was over.
 // alpha_key: ray_key() of shaders/lib/hash.glsl; not read without HALFLIGHT_ALPHA.
 //
 // Software drivers run both sides of a branch, and the body of a loop once before they see that nobody is in it. So loops
 // test at their end, and what is rare stands in the outermost one, where rays wait for each other.
-Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
-    uint stack[HALFLIGHT_STACK];
-    int stack_near[HALFLIGHT_STACK];  // where the ray enters; bits of a float >= 0, like all `near`
-    int entries = 0;
-    uint node = ray.t_max >= ray.t_min ? TRAVERSAL_ROOT : kStackDone;
+Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool any_hit) {
+    uint node = kStackDone;
     int near = floatBitsToInt(ray.t_min);  // of `node`
     int instance_near = near;
     uint instance = 0u;
+    if (entries > 0) {
+        --entries;
+        node = stack[entries];
+        if (!any_hit) near = stack_near[entries];
+    }
 
     BvhHead head = bvh_head(0u);
     BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
     TriangleRay sheared = triangle_ray(ray.origin, ray.direction);
     float below_t_max = uintBitsToFloat(floatBitsToUint(ray.t_max) - 1u);  // t_max > 0, else nothing is met
-    Hit nearest = Hit(ray.t_max, 0.0, 0.0, 0u, 0u);  // loses no tie at t_max
-    bool found = false;
+    bool found = known.triangle != kMiss;
+    Hit nearest = known;
+    if (!found) nearest = Hit(ray.t_max, 0.0, 0.0, 0u, 0u);  // loses no tie at t_max
 #ifdef HALFLIGHT_ALPHA
     Hit asked = nearest;  // would be nearest, if its triangle covers it
     bool asks = false;
@@ -103,40 +144,25 @@ Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
             float leaf_near = intBitsToFloat(max(near, instance_near));
             do {
                 if (left > 0) {
-                    int texel = slot * 3;
-                    vec4 row_x = texelFetch(trace_triangles, texel + sheared.axes.x);
-                    vec4 row_y = texelFetch(trace_triangles, texel + sheared.axes.y);
-                    vec4 row_z = texelFetch(trace_triangles, texel + sheared.axes.z);
-                    TriangleHit hit = intersect_triangle(sheared, row_x.xyz, row_y.xyz, row_z.xyz);
-                    uint id = floatBitsToUint(row_x.w);
-                    uint triangle = id & kBvhTriangleMask;
-                    bool nearer = hit.met && hit.t > ray.t_min;
-                    if (any_hit) {
-                        nearer = nearer && hit.t < nearest.t;
-                    } else {
-                        hit.t = max(hit.t, leaf_near);
-                        bool wins_tie = instance < nearest.instance ||
-                                        (instance == nearest.instance && triangle < nearest.triangle);
-                        nearer = nearer && (hit.t < nearest.t || (hit.t == nearest.t && wins_tie));
-                    }
+                    SlotHit hit = intersect_slot(sheared, slot, instance, ray.t_min, leaf_near, nearest, any_hit);
                     --left;
                     ++slot;
 #ifdef HALFLIGHT_ALPHA
-                    if (nearer && (id & kBvhAlphaTested) != 0u) {
-                        asked = Hit(hit.t, hit.u, hit.v, triangle, instance);
+                    if (hit.nearer && hit.alpha_tested) {
+                        asked = hit.hit;
                         asks = true;
                         node = kBvhTag | kBvhLeaf | uint(left << kBvhCountShift) | uint(slot);  // to be continued
-                        nearer = false;
+                        hit.nearer = false;
                         left = 0;
                     }
 #endif
-                    if (nearer) {
+                    if (hit.nearer) {
                         found = true;
                         if (any_hit) {
                             left = 0;
                             entries = 0;
                         } else {
-                            nearest = Hit(hit.t, hit.u, hit.v, triangle, instance);
+                            nearest = hit.hit;
                         }
                     }
                 }
@@ -200,6 +226,13 @@ Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
 
     // llvmpipe ends the loops of an invocation after 65535 turns in all, silently. What was found by then is no answer.
     if (node != kStackDone && !(any_hit && found)) return Hit(not_a_number(), 0.0, 0.0, 0u, 0u);
-    if (!found) return Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss);
+    if (!found) return kNoHit;
     return nearest;
+}
+
+// Hit of a ray in the whole scene.
+Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
+    stack[0] = TRAVERSAL_ROOT;
+    stack_near[0] = floatBitsToInt(ray.t_min);
+    return traverse_from(ray, ray.t_max >= ray.t_min ? 1 : 0, kNoHit, alpha_key, any_hit);
 }

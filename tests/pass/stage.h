@@ -42,6 +42,7 @@ class Stage {
     ShadingTables shading_tables_;
     SceneBuffers buffers_;
     rays::TraceScene trace_;
+    rays::Tracer tracer_{trace_};
     gpu::Buffer constants_{"frame constants", sizeof(shared::Frame)};
     Camera camera_, previous_;
     double reach_ = 0;

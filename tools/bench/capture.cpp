@@ -66,7 +66,7 @@ class Studio {
         RaySet set;
         for (Band where = band_; where.y < size_.y; where.y += band_.rows) {
             graph::Graph graph;
-            const SceneView view{programs_, buffers_, trace_, band_, graph.import_buffer("frame constants", frame_)};
+            const SceneView view{programs_, buffers_, trace_, tracer_, band_, graph.import_buffer("frame constants", frame_)};
             look_at(where);
             append(graph, add(graph, view), where, set);
         }
@@ -123,6 +123,7 @@ class Studio {
     gpu::ProgramCache& programs_;
     const TraceTables& tables_;
     const rays::TraceScene& trace_;
+    rays::Tracer tracer_{trace_};
     Camera camera_;
     ivec2 size_;
     Band band_;

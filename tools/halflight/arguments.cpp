@@ -40,6 +40,14 @@ double real(const std::string& option, const std::string& text, double lower, do
 }
 
 /// X,Y,Z
+rays::Culling culling_named(const std::string& option, const std::string& text) {
+    using enum rays::Culling;
+    for (const rays::Culling culling : {automatic, off, compute, raster}) {
+        if (text == rays::name(culling)) return culling;
+    }
+    throw UsageError(option, "unknown way '{}'; there are: auto, compute, raster, off", text);
+}
+
 std::optional<dvec3> triple(const std::string& text) {
     dvec3 value;
     const char* at = text.data();
@@ -193,6 +201,8 @@ void add_run_options(Options& options, RenderArguments& a) {
     options.group(kRunGroup);
     options.value("--device", "NAME|N", "where to render; `halflight info --device` lists them",
                   [&](const auto&, const auto& text) { a.device = text; });
+    options.value("--culling", "WAY", "how hits are found, never which: auto (default), compute, raster, off",
+                  [&](const auto& name, const auto& text) { a.culling = culling_named(name, text); });
     options.flag("--gl-debug", a.gl_debug, "let the driver check every call (slower); its errors have a text then");
     options.flag("--allow-outside", a.allow_outside, "the scene may name files outside its folder");
     options.path("--stats", "FILE.json", "write what was done, and the time of each pass", a.stats);

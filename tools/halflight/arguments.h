@@ -10,6 +10,7 @@
 #include "engine/color/color.h"
 #include "engine/core/error.h"
 #include "engine/core/math.h"
+#include "engine/rays/tracer.h"
 #include "tools/bench/bench.h"
 
 namespace halflight {
@@ -44,6 +45,7 @@ struct RenderArguments {
     std::string working_space;  // of EXR colour; empty: linear Rec.709
 
     std::string device;
+    rays::Culling culling = rays::Culling::automatic;
     bool gl_debug = false;
     std::optional<std::filesystem::path> stats;
     std::optional<std::filesystem::path> graph;

@@ -55,6 +55,7 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.samples = a.time ? kManySamples : a.samples.value_or(kUsualSamples);
     settings.time_limit = a.time.value_or(0);
     settings.bounces = a.bounces;
+    settings.culling = a.culling;
     settings.seed = a.seed;
     settings.frame = a.frame;
     settings.aovs = a.aovs;

@@ -23,6 +23,25 @@ std::string environment_name(const Environment& environment) {
     return environment.map.width > 0 ? environment.name : fmt::format("{} {},{},{}", environment.name, c.x, c.y, c.z);
 }
 
+Json batch_statistics(const rays::BatchStatistics& b) {
+    Json ways = Json::object();
+    for (std::size_t i = 0; i < rays::kWays; ++i) {
+        const auto& m = b.measured[i];
+        if (m.runs > 0) {
+            ways[rays::name(static_cast<rays::Way>(i))] = {
+                {"runs", m.runs}, {"seconds", m.seconds}, {"fastest_run_seconds", m.best}};
+        }
+    }
+    return {{"batch", b.batch},
+            {"way", rays::name(b.way)},
+            {"reason", b.reason},
+            {"ways", ways},
+            {"tiles", b.tiles},
+            {"tile_lists_made", b.tiles_culled},
+            {"tile_lists_kept", b.tiles - std::min(b.tiles, b.tiles_culled)},
+            {"state_bytes", b.state_bytes}};
+}
+
 }  // namespace
 
 std::string settings_line(const RenderArguments& a, const RenderSettings& s, const Scene& scene, int samples_done) {
@@ -40,6 +59,8 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
         passes.push_back({{"name", pass.name}, {"runs", pass.runs}, {"seconds", pass.seconds}});
     Json non_finite = Json::object();
     for (const NonFiniteCount& count : stats.non_finite) non_finite[count.component] = count.values;
+    Json batches = Json::array();
+    for (const rays::BatchStatistics& b : stats.batches) batches.push_back(batch_statistics(b));
     Json outputs = Json::array();
     for (const auto& path : a.outputs) outputs.push_back(path.string());
 
@@ -52,6 +73,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
           {"height", s.height},
           {"camera", s.camera.name},
           {"bounces", s.bounces},
+          {"culling", rays::name(s.culling)},
           {"seed", s.seed},
           {"frame", s.frame},
           {"aovs", s.aovs}}},
@@ -76,6 +98,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
            std::max(0.0, times.render - stats.prepare_seconds - stats.compile_seconds - stats.render_seconds)},
           {"write", times.write}}},
         {"passes", passes},
+        {"ray_batches", batches},
         {"left_out", stats.left_out},
         {"non_finite", non_finite},
         {"outputs", outputs},

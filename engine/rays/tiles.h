@@ -1,0 +1,40 @@
+// The compute back end of CHC+RT (Mattausch, Bittner, Jaspe, Gobbetti, Wimmer, Pajarola 2015, CHC+RT: Coherent
+// Hierarchical Culling for Ray Tracing, Computer Graphics Forum 34(2)): a cut through the hierarchy per tile of 64 rays
+// (shaders/cull.comp), and kernels that search only there (shaders/trace_tiles.comp): first the leaves of the tile,
+// then for the rays concerned what is below its other entries. Hits are those of the plain tracer, bit for bit.
+#pragma once
+
+#include <cstdint>
+
+#include "engine/gpu/buffer.h"
+#include "engine/graph/execute.h"
+#include "engine/rays/rays.h"
+
+namespace halflight::rays {
+
+/// What the back end keeps of a batch.
+struct TileBuffers {
+    graph::BufferHandle lists;        // a record of shaders/shared/tile_list.h per tile; any content will do
+    graph::BufferHandle rest_header;  // ListHeader
+    graph::BufferHandle rest;         // capacity x uvec2
+};
+
+std::uint32_t tile_count(std::uint32_t capacity);
+std::size_t tile_list_bytes(const TraceScene& scene, std::uint32_t capacity);
+
+/// The steps, to be called by passes that have declared: batch.rays as texture_read, list and header (where the batch
+/// has them) as storage_read and indirect_read, frame_constants (where the scene is alpha tested) as uniform_read.
+///
+/// Brings the lists up to date; those whose shaft still holds the rays stay. culled: its first word is raised by the
+/// number of lists made. lists: storage_read_write.
+void cull_tiles(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
+                const gpu::Buffer& culled);
+/// lists: texture_read. results: storage_read_write. rest and rest_header: storage_read_write, of any
+/// content.
+void search_tiles(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
+                  graph::BufferHandle results, bool any_hit);
+/// After search_tiles(). rest: storage_read. rest_header: storage_read and indirect_read. The others as there.
+void search_rest(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
+                 graph::BufferHandle results, bool any_hit);
+
+}  // namespace halflight::rays

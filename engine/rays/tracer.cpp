@@ -1,0 +1,312 @@
+#include "engine/rays/tracer.h"
+
+#include <algorithm>
+
+#include "engine/core/error.h"
+#include "engine/gpu/context.h"
+#include "engine/graph/execute.h"
+#include "engine/rays/tiles.h"
+#include "shaders/shared/rays.h"
+#include "shaders/shared/tile_list.h"
+
+namespace halflight::rays {
+namespace {
+
+using graph::Access;
+
+/// A way is tried so often before it is judged: the first run of tiles makes their lists, the second one finds them.
+constexpr std::uint64_t kTrials = 2;
+/// Of the way that is known to be good: short renders end before anything else could pay.
+constexpr std::uint64_t kFirstRuns = 4;
+/// The slower way is looked at again after so many runs, unless it took this much longer.
+constexpr double kHopeless = 1.3;
+constexpr std::uint64_t kReexamine = 64;
+
+std::string key_of(const RayBatch& batch) {
+    return batch.depth == 0 ? name(batch.kind) : fmt::format("{} {}", name(batch.kind), batch.depth);
+}
+
+}  // namespace
+
+const char* name(Culling culling) {
+    switch (culling) {
+        case Culling::automatic:
+            return "auto";
+        case Culling::off:
+            return "off";
+        case Culling::compute:
+            return "compute";
+        case Culling::raster:
+            return "raster";
+    }
+    return "unknown";
+}
+
+const char* name(Way way) {
+    switch (way) {
+        case Way::plain:
+            return "plain";
+        case Way::tiles:
+            return "tiles";
+        case Way::raster:
+            return "raster";
+    }
+    return "unknown";
+}
+
+/// Chooses the way of each run by the times of those before.
+class Tracer::Batch {
+  public:
+    Batch(std::string name, std::vector<Way> ways, std::string reason) : ways_(std::move(ways)) {
+        statistics_.batch = std::move(name);
+        statistics_.way = ways_.front();
+        statistics_.reason = std::move(reason);
+    }
+
+    Way way() const { return statistics_.way; }
+    const gpu::Buffer& culled() const { return culled_; }
+    void set_state_bytes(std::size_t bytes) { statistics_.state_bytes = bytes; }
+
+    void begin() { seconds_ = 0; }
+    void add(double seconds) { seconds_ += seconds; }
+    /// The run is over.
+    void end(std::uint64_t tiles) {
+        BatchStatistics::Measured& m = of(way());
+        m.best = m.runs == 0 ? seconds_ : std::min(m.best, seconds_);
+        ++m.runs;
+        m.seconds += seconds_;
+        ++runs_;
+        statistics_.tiles += tiles;
+        if (ways_.size() > 1) choose();
+    }
+
+    BatchStatistics statistics() const {
+        BatchStatistics s = statistics_;
+        s.tiles_culled = culled_.read<std::uint32_t>().front();
+        return s;
+    }
+
+    void forget() {
+        for (BatchStatistics::Measured& m : statistics_.measured) m = {};
+        statistics_.way = ways_.front();
+        runs_ = 0;
+    }
+
+  private:
+    BatchStatistics::Measured& of(Way way) { return statistics_.measured[static_cast<std::size_t>(way)]; }
+
+    void choose() {
+        if (of(ways_.front()).runs < kFirstRuns) return;
+        for (const Way way : ways_) {
+            if (of(way).runs < kTrials) return set(way, "being tried");
+        }
+        const Way fastest =
+            *std::min_element(ways_.begin(), ways_.end(), [&](Way a, Way b) { return of(a).best < of(b).best; });
+        set(fastest, times());
+        if (runs_ % kReexamine != 0) return;
+        for (const Way way : ways_) {
+            if (way != fastest && of(way).best < kHopeless * of(fastest).best) set(way, "being tried again");
+        }
+    }
+
+    void set(Way way, std::string reason) {
+        statistics_.way = way;
+        statistics_.reason = std::move(reason);
+    }
+
+    std::string times() {
+        std::string text = "fastest run in ms:";
+        for (const Way way : ways_) text += fmt::format(" {} {:.1f},", name(way), 1e3 * of(way).best);
+        text.pop_back();
+        return text;
+    }
+
+    std::vector<Way> ways_;  // that come into question; the first one is tried first
+    BatchStatistics statistics_;
+    std::uint64_t runs_ = 0;
+    double seconds_ = 0;
+    gpu::Buffer culled_{"tiles culled", sizeof(std::uint32_t)};
+};
+
+Tracer::Tracer(const TraceScene& scene, Culling culling, RasterCulling* raster)
+    : scene_(scene), culling_(culling), raster_(raster) {
+    if (culling == Culling::raster && raster == nullptr) throw Error("rays", "raster culling without its state");
+}
+
+Tracer::~Tracer() = default;
+
+void Tracer::invalidate() {
+    for (auto& [key, batch] : batches_) batch->forget();
+    if (raster_ != nullptr) raster_->invalidate();
+}
+
+std::vector<BatchStatistics> Tracer::statistics() const {
+    std::vector<BatchStatistics> all;
+    for (const auto& [key, batch] : batches_) all.push_back(batch->statistics());
+    return all;
+}
+
+Tracer::Batch& Tracer::batch(const RayBatch& rays) {
+    std::unique_ptr<Batch>& found = batches_[key_of(rays)];
+    if (!found) {
+        std::vector<Way> ways;
+        std::string reason;
+        switch (culling_) {
+            case Culling::off:
+                ways = {Way::plain};
+                reason = "culling is off";
+                break;
+            case Culling::raster:
+                ways = {Way::raster};
+                reason = "asked for";
+                break;
+            case Culling::compute:
+                ways = {Way::tiles};
+                reason = "asked for";
+                break;
+            case Culling::automatic:
+                ways = {Way::plain};
+                if (rays.list) {
+                    reason = "rays of a list have no lasting place in tiles";
+                } else {
+                    ways.push_back(Way::tiles);
+                    reason = "tried first";
+                }
+                break;
+        }
+        found = std::make_unique<Batch>(key_of(rays), std::move(ways), std::move(reason));
+    }
+    return *found;
+}
+
+/// The passes of one batch of one graph.
+class BatchRun {
+  public:
+    BatchRun(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, bool any_hit)
+        : graph_(graph),
+          tracer_(tracer),
+          scene_(tracer.scene_),
+          batch_(batch),
+          any_hit_(any_hit),
+          state_(&tracer.batch(batch)),
+          label_(fmt::format("{} rays", name(batch.kind))) {}
+
+    graph::BufferHandle add(graph::BufferHandle results) {
+        if (tracer_.culling_ == Culling::raster) {
+            return any_hit_ ? raster_any_hit(graph_, scene_, *tracer_.raster_, batch_, results)
+                            : raster_closest_hit(graph_, scene_, *tracer_.raster_, batch_, results);
+        }
+        const bool culls =
+            tracer_.culling_ == Culling::compute || (tracer_.culling_ == Culling::automatic && !batch_.list);
+        if (!culls)
+            return any_hit_ ? any_hit(graph_, scene_, batch_, results) : closest_hit(graph_, scene_, batch_, results);
+        create_buffers();
+        add_cull();
+        results = add_search(results);
+        results = add_rest(results);
+        if (!batch_.list) graph_.output(tiles_.lists);
+        return results;
+    }
+
+  private:
+    void create_buffers() {
+        const std::size_t bytes = tile_list_bytes(scene_, batch_.capacity);
+        const std::string lists = fmt::format("tile lists: {}", key_of(batch_));
+        if (batch_.list) {
+            tiles_.lists = graph_.create_buffer(lists, {bytes});
+        } else {
+            tiles_.lists = graph_.carried_buffer(lists, {bytes});
+            state_->set_state_bytes(bytes);
+        }
+        tiles_.rest = graph_.create_buffer("rays left", {batch_.capacity * sizeof(uvec2)});
+        tiles_.rest_header = graph_.create_buffer("header of rays left", {sizeof(shared::ListHeader)});
+    }
+
+    void read_batch(graph::Pass& pass) const {
+        pass.read(batch_.rays, Access::texture_read);
+        if (scene_.alpha_tested()) pass.read(batch_.frame_constants, Access::uniform_read);
+        if (batch_.list) {
+            pass.read(batch_.list, Access::storage_read);
+            pass.read(batch_.list_header, Access::storage_read);
+            pass.read(batch_.list_header, Access::indirect_read);
+        }
+    }
+
+    /// Steps that only the ways by tiles have; timed.
+    template <class F>
+    auto timed(F step) const {
+        return [step, batch = state_](graph::Resources& r) { batch->add(gpu::timed([&] { step(r); })); };
+    }
+
+    void add_cull() {
+        graph::Pass pass = graph_.add_pass(label_ + ": cull");
+        read_batch(pass);
+        // Transient lists come with whatever was there; their checksums tell.
+        tiles_.lists = pass.write(tiles_.lists, batch_.list ? Access::storage_write : Access::storage_read_write);
+        pass.execute([batch = state_, step = timed([&scene = scene_, rays = batch_, tiles = tiles_,
+                                                    batch = state_](graph::Resources& r) {
+                                          if (batch->way() == Way::plain) return;
+                                          cull_tiles(r, scene, rays, tiles, batch->culled());
+                                      })](graph::Resources& r) {
+            batch->begin();
+            step(r);
+        });
+    }
+
+    graph::BufferHandle add_search(graph::BufferHandle results) {
+        graph::Pass pass = graph_.add_pass(label_ + (any_hit_ ? ": any hit" : ": closest hit"));
+        read_batch(pass);
+        pass.read(tiles_.lists, Access::texture_read);
+        tiles_.rest_header = pass.write(tiles_.rest_header, Access::storage_write);
+        tiles_.rest = pass.write(tiles_.rest, Access::storage_write);
+        const bool keeps = batch_.list && results.version != 0;
+        results = pass.write(results, keeps ? Access::storage_read_write : Access::storage_write);
+        pass.execute(timed([&scene = scene_, rays = batch_, tiles = tiles_, results, any = any_hit_,
+                            batch = state_](graph::Resources& r) {
+            if (batch->way() == Way::plain) {
+                trace_plain(r, scene, rays, results, any);
+            } else {
+                search_tiles(r, scene, rays, tiles, results, any);
+            }
+        }));
+        return results;
+    }
+
+    graph::BufferHandle add_rest(graph::BufferHandle results) {
+        graph::Pass pass = graph_.add_pass(label_ + ": rest");
+        read_batch(pass);
+        pass.read(tiles_.lists, Access::texture_read);
+        pass.read(tiles_.rest, Access::storage_read);
+        pass.read(tiles_.rest_header, Access::storage_read);
+        pass.read(tiles_.rest_header, Access::indirect_read);
+        results = pass.write(results, Access::storage_read_write);
+        pass.execute([batch = state_, count = tile_count(batch_.capacity),
+                      step = timed([&scene = scene_, rays = batch_, tiles = tiles_, results, any = any_hit_,
+                                    batch = state_](graph::Resources& r) {
+                          if (batch->way() == Way::tiles) search_rest(r, scene, rays, tiles, results, any);
+                      })](graph::Resources& r) {
+            step(r);
+            batch->end(batch->way() == Way::plain ? 0 : count);
+        });
+        return results;
+    }
+
+    graph::Graph& graph_;
+    Tracer& tracer_;
+    const TraceScene& scene_;
+    const RayBatch batch_;
+    const bool any_hit_;
+    Tracer::Batch* state_;
+    const std::string label_;
+    TileBuffers tiles_;
+};
+
+graph::BufferHandle closest_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle hits) {
+    return BatchRun(graph, tracer, batch, false).add(hits);
+}
+
+graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle occluded) {
+    return BatchRun(graph, tracer, batch, true).add(occluded);
+}
+
+}  // namespace halflight::rays

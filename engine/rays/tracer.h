@@ -1,0 +1,79 @@
+// One interface to whoever finds hits: plain, by compute culling, by raster culling. Passes do not know which; the hits
+// are the same, bit for bit.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/gpu/buffer.h"
+#include "engine/graph/graph.h"
+#include "engine/rays/raster.h"
+#include "engine/rays/rays.h"
+
+namespace halflight::rays {
+
+enum class Culling : std::uint8_t {
+    automatic,  // whatever has been fastest for such a batch, plain included
+    off,        // plain
+    compute,    // tiles.h
+    raster,     // raster.h
+};
+const char* name(Culling culling);
+
+/// Ways to serve a batch.
+enum class Way : std::uint8_t { plain, tiles, raster };
+inline constexpr std::size_t kWays = 3;
+const char* name(Way way);
+
+/// What is known of one batch of a frame: those of one kind and depth, run after run.
+struct BatchStatistics {
+    std::string batch;     // "shadow", "continuation 2", ...
+    Way way = Way::plain;  // that of the next run
+    std::string reason;    // why
+    struct Measured {
+        std::uint64_t runs = 0;
+        double seconds = 0;  // sum
+        double best = 0;     // least of a run
+    };
+    Measured measured[kWays];
+    std::uint64_t tiles = 0;         // that had culling to do, over all runs
+    std::uint64_t tiles_culled = 0;  // of these, lists that were made; the others were kept
+    std::size_t state_bytes = 0;     // carried from run to run
+};
+
+/// A scene and how its batches are served. What it learns decides about time and nothing else.
+class Tracer {
+  public:
+    /// raster: for Culling::raster, else ignored; both outlive the tracer. Throws Error without one where needed.
+    explicit Tracer(const TraceScene& scene, Culling culling = Culling::off, RasterCulling* raster = nullptr);
+    Tracer(const Tracer&) = delete;
+    Tracer& operator=(const Tracer&) = delete;
+    ~Tracer();
+
+    const TraceScene& scene() const { return scene_; }
+    Culling culling() const { return culling_; }
+    /// Camera cut, scene edit, resize: what is known of time is forgotten. The tile lists are carried buffers of the
+    /// graph's History, which is invalidated there.
+    void invalidate();
+    std::vector<BatchStatistics> statistics() const;
+
+  private:
+    friend class BatchRun;
+    class Batch;
+    Batch& batch(const RayBatch& rays);
+
+    const TraceScene& scene_;
+    Culling culling_;
+    RasterCulling* raster_;
+    std::map<std::string, std::unique_ptr<Batch>> batches_;
+};
+
+/// As closest_hit and any_hit of rays.h. The tracer outlives the graph's runs. Batches of one graph differ in kind or
+/// depth.
+graph::BufferHandle closest_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle hits);
+graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle occluded);
+
+}  // namespace halflight::rays

@@ -1,0 +1,257 @@
+// What each tile of a batch can meet: an adaptive cut through the hierarchy, by the shaft of the tile's rays. One invocation
+// per tile.
+//
+// A node is refined until it is smaller than the shaft is wide where it enters, times `stop`, or the list is full: then what is
+// left goes into it as it is, so nothing is ever dropped. The list of an earlier run is kept where its shaft still contains the
+// rays and its checksum says that it is one; a shaft that has to be made again takes in the earlier one if it is much the same,
+// so that those of a still camera soon contain all later rays.
+#include "shaders/shared/rays.h"
+#include "shaders/trace_scene.glsl"
+#include "shaders/lib/bvh.glsl"
+#include "shaders/lib/shaft.glsl"
+#include "shaders/lib/tile_list.glsl"  // what earlier runs have left, in the same buffer as `lists`
+#include "shaders/lib/tile_rays.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(std430, binding = 0) writeonly buffer Lists { uvec4 lists[]; };
+layout(std430, binding = 3) buffer Counts { uint tiles_culled; };
+
+uniform uint tiles;
+uniform float stop;
+uniform uint seed;  // of checksums: tells scenes and settings apart
+
+uint checksum(uint sum, uvec4 words) {
+    sum = (sum ^ words.x) * 0x9e3779b1u;
+    sum = (sum ^ words.y ^ (sum >> 15)) * 0x85ebca77u;
+    sum = (sum ^ words.z ^ (sum >> 13)) * 0xc2b2ae3du;
+    return (sum ^ words.w ^ (sum >> 16)) * 0x27d4eb2fu;
+}
+
+uint checksum(uint sum, TileEntry e) {
+    for (int i = 0; i < kEntryTexels; ++i) sum = checksum(sum, e.texels[i]);
+    return sum;
+}
+
+// Of a whole record; sums: those of its leaves and of its others.
+uint checksum(uvec2 sums, Shaft s, uint counts) {
+    uint sum = checksum(seed, uvec4(sums, counts, 0u));
+    sum = checksum(sum, uvec4(floatBitsToUint(s.origin_lower), floatBitsToUint(s.end_upper.x)));
+    sum = checksum(sum, uvec4(floatBitsToUint(s.origin_upper), floatBitsToUint(s.end_upper.y)));
+    return checksum(sum, uvec4(floatBitsToUint(s.end_lower), floatBitsToUint(s.end_upper.z)));
+}
+
+// Of all rays of the tile. Without any, lower corners are +inf.
+Shaft bounds_of(ShaftSpace space, uint tile) {
+    const float inf = uintBitsToFloat(0x7f800000u);
+    Shaft s = Shaft(vec3(inf), vec3(-inf), vec3(inf), vec3(-inf));
+    uint k = 0u;
+    do {
+        TileRay r = tile_ray(tile * uint(kTileRays) + k);
+        Chord c = chord_of(space, r.ray.origin, r.ray.direction, r.ray.t_max);
+        s.origin_lower = r.live ? min(s.origin_lower, c.origin) : s.origin_lower;
+        s.origin_upper = r.live ? max(s.origin_upper, c.origin) : s.origin_upper;
+        s.end_lower = r.live ? min(s.end_lower, c.end) : s.end_lower;
+        s.end_upper = r.live ? max(s.end_upper, c.end) : s.end_upper;
+        ++k;
+    } while (k < uint(kTileRays));
+    return s;
+}
+
+Shaft united(Shaft a, Shaft b) {
+    return Shaft(min(a.origin_lower, b.origin_lower), max(a.origin_upper, b.origin_upper), min(a.end_lower, b.end_lower),
+                 max(a.end_upper, b.end_upper));
+}
+
+float size(Shaft s) {
+    vec3 w = (s.origin_upper - s.origin_lower) + (s.end_upper - s.end_lower);
+    return w.x + w.y + w.z;
+}
+
+// The record that an earlier run has left, if it is one.
+struct Earlier {
+    bool intact;
+    Shaft shaft;
+};
+
+Earlier load_earlier(uint tile) {
+    uvec4 words[kTileHeaderTexels];
+    for (int i = 0; i < kTileHeaderTexels; ++i) words[i] = texelFetch(tile_lists, int(tile) * kTileRecord + i);
+    Earlier e;
+    e.shaft = Shaft(uintBitsToFloat(words[0].xyz), uintBitsToFloat(words[1].xyz), uintBitsToFloat(words[2].xyz),
+                    uintBitsToFloat(words[3].xyz));
+    TileCounts counts = tile_counts(words[1].w);
+    e.intact = counts.leaves + counts.others <= kTileEntries;
+    int leaves = e.intact ? counts.leaves : 0;
+    int entries = e.intact ? leaves + counts.others : 0;
+    uvec2 sums = uvec2(seed);
+    int i = 0;
+    do {
+        bool leaf = i < leaves;
+        TileEntry entry = load_entry(tile, leaf ? i : kTileEntries - 1 - (i - leaves));
+        uint sum = checksum(leaf ? sums.x : sums.y, entry);
+        if (i < entries) {
+            sums.x = leaf ? sum : sums.x;
+            sums.y = leaf ? sums.y : sum;
+        }
+        ++i;
+    } while (i < entries);
+    e.intact = e.intact && checksum(sums, e.shaft, words[1].w) == words[0].w;
+    return e;
+}
+
+struct NodeBoxes {
+    vec4 lower[3];  // by axis, of four children
+    vec4 upper[3];
+    uvec4 reference;
+    uvec4 texels[6];  // as they are: grid format 0 to 2, float format (lower, upper) by axis
+};
+
+NodeBoxes load_node(uint node) {
+    int index = int(node & kBvhIndexMask);
+    NodeBoxes n;
+#ifdef HALFLIGHT_NODES_FLOAT
+    for (int a = 0; a < 3; ++a) {
+        n.lower[a] = texelFetch(trace_nodes, index * kBvhFloatTexels + 2 * a);
+        n.upper[a] = texelFetch(trace_nodes, index * kBvhFloatTexels + 2 * a + 1);
+        n.texels[2 * a] = floatBitsToUint(n.lower[a]);
+        n.texels[2 * a + 1] = floatBitsToUint(n.upper[a]);
+    }
+    n.reference = floatBitsToUint(texelFetch(trace_nodes, index * kBvhFloatTexels + 6));
+#else
+    for (int a = 0; a < 3; ++a) {
+        n.texels[a] = texelFetch(trace_nodes, index * kBvhGridTexels + a);
+        n.lower[a] = cells_of(n.texels[a].xy);
+        n.upper[a] = cells_of(n.texels[a].zw);
+    }
+    n.reference = texelFetch(trace_nodes, index * kBvhGridTexels + 3);
+#endif
+    return n;
+}
+
+uint pick(uvec4 v, int i) {
+    uint low = (i & 1) == 0 ? v.x : v.y;
+    uint high = (i & 1) == 0 ? v.z : v.w;
+    return i < 2 ? low : high;
+}
+
+TileEntry child_entry(NodeBoxes n, int child) {
+    TileEntry e;
+    uint reference = pick(n.reference, child);
+#ifdef HALFLIGHT_NODES_FLOAT
+    e.texels[0] = uvec4(pick(n.texels[0], child), pick(n.texels[2], child), pick(n.texels[4], child), reference);
+    e.texels[1] = uvec4(pick(n.texels[1], child), pick(n.texels[3], child), pick(n.texels[5], child), 0u);
+#else
+    int shift = 16 * (child & 1);
+    uvec3 lower = child < 2 ? uvec3(n.texels[0].x, n.texels[1].x, n.texels[2].x) : uvec3(n.texels[0].y, n.texels[1].y, n.texels[2].y);
+    uvec3 upper = child < 2 ? uvec3(n.texels[0].z, n.texels[1].z, n.texels[2].z) : uvec3(n.texels[0].w, n.texels[1].w, n.texels[2].w);
+    e.texels[0] = uvec4(((lower >> shift) & 0xffffu) | ((upper >> shift) << 16), reference);
+#endif
+    return e;
+}
+
+TileEntry root_entry() {
+    TileEntry e;
+#ifdef HALFLIGHT_NODES_FLOAT
+    const uint inf = 0x7f800000u;
+    e.texels[0] = uvec4(uvec3(inf | 0x80000000u), kBvhTag | 1u);
+    e.texels[1] = uvec4(uvec3(inf), 0u);
+#else
+    e.texels[0] = uvec4(uvec3(0xffff0000u), kBvhTag | 1u);
+#endif
+    return e;
+}
+
+// Of four children, as bits. refined: where the shaft enters, the child is not yet small against it.
+uint children_to_refine(ShaftSpace space, NodeBoxes n, vec3 width_0, vec3 width_1, vec4 enter) {
+    vec4 size = vec4(0.0);
+    vec4 width = vec4(0.0);
+    for (int a = 0; a < 3; ++a) {
+        size = max(size, (n.upper[a] - n.lower[a]) * space.cell[a]);
+        width = max(width, width_0[a] + enter * (width_1[a] - width_0[a]));
+    }
+    bvec4 coarse = greaterThanEqual(size, stop * width);
+    bvec4 inner = lessThan(n.reference, uvec4(kBvhTag | kBvhLeaf));
+    return (coarse.x && inner.x ? 1u : 0u) | (coarse.y && inner.y ? 2u : 0u) | (coarse.z && inner.z ? 4u : 0u) |
+           (coarse.w && inner.w ? 8u : 0u);
+}
+
+// Keys whose order is that of the children met, near ones first; the lowest two bits are the child.
+ivec4 ascending(ivec4 k) {
+    k = ivec4(min(k.xz, k.yw), max(k.xz, k.yw)).xzyw;
+    k = ivec4(min(k.xy, k.zw), max(k.xy, k.zw));
+    return ivec4(k.x, min(k.y, k.z), max(k.y, k.z), k.w);
+}
+
+void main() {
+    uint tile = gl_GlobalInvocationID.x;
+    BvhHead head = bvh_head(0u);
+    ShaftSpace space = shaft_space(head);
+    Shaft shaft = bounds_of(space, tile);
+    Earlier earlier = load_earlier(tile);
+    // A tile without rays contains less than nothing. Nobody asks for its list.
+    bool any_ray = tile < tiles && shaft.origin_lower.x <= shaft.origin_upper.x;
+    bool stale = any_ray && !(earlier.intact && shaft_contains(earlier.shaft, shaft));
+    Shaft both = united(shaft, earlier.shaft);
+    if (earlier.intact && size(both) <= 1.25 * size(shaft)) shaft = both;
+
+    ShaftTest test = shaft_test(space, shaft);
+    vec3 width_0 = (shaft.origin_upper - shaft.origin_lower) * space.cell;
+    vec3 width_1 = (shaft.end_upper - shaft.end_lower) * space.cell;
+    TileEntry stack[HALFLIGHT_STACK];
+    int put_aside = 0;
+    int leaves = 0;
+    int others = 0;
+    uvec2 sums = uvec2(seed);
+    bool more = stale;
+    TileEntry entry = root_entry();
+    do {
+        if (more) {
+            NodeBoxes n = load_node(entry_reference(entry));
+            ShaftInterval i = shaft_interval(test, n.lower, n.upper);
+            bvec4 met = lessThanEqual(i.enter, i.leave);
+            uint refine = children_to_refine(space, n, width_0, width_1, i.enter);
+            ivec4 key = ascending(mix(ivec4(kBvhFar), floatBitsToInt(i.enter) & ~3, met) | ivec4(0, 1, 2, 3));
+            // What is put aside has its place in the list. Without room for the children, so does the node itself.
+            bool full = leaves + others + put_aside + 4 > kTileEntries;
+            TileEntry child[4];
+            bool goes_on[4];
+            for (int c = 0; c < 4; ++c) {
+                bool is_met = key[c] < kBvhFar;
+                child[c] = child_entry(n, key[c] & 3);
+                goes_on[c] = is_met && !full && ((refine >> (key[c] & 3)) & 1u) != 0u;
+                if (full) child[c] = entry;
+                bool leaf = (entry_reference(child[c]) & (kBvhLeaf | kBvhInstance)) == kBvhLeaf;
+                if (full ? c == 0 : is_met && !goes_on[c]) {
+                    int texel = entry_texel(tile, leaf ? leaves : kTileEntries - 1 - others);
+                    for (int t = 0; t < kEntryTexels; ++t) lists[texel + t] = child[c].texels[t];
+                    uint sum = checksum(leaf ? sums.x : sums.y, child[c]);
+                    sums = leaf ? uvec2(sum, sums.y) : uvec2(sums.x, sum);
+                    leaves += leaf ? 1 : 0;
+                    others += leaf ? 0 : 1;
+                }
+            }
+            for (int c = 3; c >= 0; --c) {
+                if (goes_on[c]) {
+                    stack[put_aside] = child[c];
+                    ++put_aside;
+                }
+            }
+            more = put_aside > 0;
+            if (more) {
+                --put_aside;
+                entry = stack[put_aside];
+            }
+        }
+    } while (more);
+
+    if (stale) {
+        uint counts = uint(leaves | (others << 16));
+        int record = int(tile) * kTileRecord;
+        lists[record] = uvec4(floatBitsToUint(shaft.origin_lower), checksum(sums, shaft, counts));
+        lists[record + 1] = uvec4(floatBitsToUint(shaft.origin_upper), counts);
+        lists[record + 2] = uvec4(floatBitsToUint(shaft.end_lower), 0u);
+        lists[record + 3] = uvec4(floatBitsToUint(shaft.end_upper), 0u);
+        atomicAdd(tiles_culled, 1u);
+    }
+}

@@ -1,0 +1,35 @@
+// The rays of a batch by slot: 64 consecutive slots are a tile. Binds the batch.
+//
+// Variant: HALFLIGHT_LIST (slots are those of a list of paths; else slots are paths).
+layout(binding = UNIT_FREE) uniform samplerBuffer rays;  // RGBA32F, two texels each
+#ifdef HALFLIGHT_LIST
+layout(std430, binding = 1) readonly buffer List { uint list[]; };
+layout(std430, binding = 2) readonly buffer Header { ListHeader header; };
+#else
+uniform uint capacity;  // rays
+#endif
+
+struct TileRay {
+    Ray ray;
+    uint path;
+    bool listed;  // there is such a slot
+    bool live;    // and its ray is to be traced
+};
+
+Ray load_ray(uint path) {
+    vec4 origin = texelFetch(rays, int(2u * path));
+    vec4 direction = texelFetch(rays, int(2u * path + 1u));
+    return Ray(origin.xyz, origin.w, direction.xyz, direction.w);
+}
+
+TileRay tile_ray(uint slot) {
+#ifdef HALFLIGHT_LIST
+    bool listed = slot < header.count;
+    uint path = list[listed ? slot : 0u];
+#else
+    bool listed = slot < capacity;
+    uint path = slot;
+#endif
+    Ray ray = load_ray(path);
+    return TileRay(ray, path, listed, listed && ray.t_max >= ray.t_min);
+}

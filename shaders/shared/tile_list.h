@@ -1,0 +1,29 @@
+// What a tile of 64 rays can meet: one record of texels (RGBA32UI) per tile, in the units of the hierarchy where traversal
+// begins (grid format: cells; float format: world units). One copy for C++ and GLSL.
+//
+//   texel 0 to 3  xyz: the shaft, as floats: lower and upper corner of the box of the rays' origins, then of the box of
+//                 their ends. w: checksum, leaves | others << 16, unused, unused.
+//   then          kTileEntries entries: leaves from the first one on, near ones first; others from the last one back,
+//                 near ones first. Grid format: (lower | upper << 16 per axis, reference), one texel. Float format:
+//                 (lower, reference), (upper, unused), two texels.
+//
+// References are those of shaders/shared/bvh.h. Others: nodes to go on from, instances, or leaves.
+#ifndef HALFLIGHT_SHARED_TILE_LIST_H
+#define HALFLIGHT_SHARED_TILE_LIST_H
+
+#include "shaders/shared/portable.h"
+
+HALFLIGHT_SHARED_BEGIN
+
+HALFLIGHT_SHARED_CONST int kTileRays = 64;
+HALFLIGHT_SHARED_CONST int kTileEntries = 32;  // one bit each in a mask
+HALFLIGHT_SHARED_CONST int kTileHeaderTexels = 4;
+HALFLIGHT_SHARED_CONST int kTileTexels = 36;       // of a record; grid format
+HALFLIGHT_SHARED_CONST int kTileFloatTexels = 68;  // of a record; float format
+
+// In the list of rays that are not done with their tile's leaves: the search begins again, at the root.
+HALFLIGHT_SHARED_CONST uint kSearchAgain = 0x80000000u;
+
+HALFLIGHT_SHARED_END
+
+#endif

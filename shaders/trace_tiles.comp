@@ -1,0 +1,206 @@
+// Hits of a batch of rays among what their tiles can meet (shaders/cull.comp). One work group per tile.
+//
+// Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST as of shaders/trace.comp; TILE_REST: what the first kernel has left.
+// It takes the leaves in the tile's list, and puts rays that other entries concern into another
+// list. The leaves alone need neither stack nor nodes, and software drivers pay for every loop of a kernel, entered or not.
+#include "shaders/shared/frame.h"
+#include "shaders/shared/rays.h"
+#include "shaders/shared/tile_list.h"
+#include "shaders/trace_scene.glsl"
+#include "shaders/lib/hash.glsl"
+#define HALFLIGHT_STACK_MORE kTileEntries
+#include "shaders/lib/traverse.glsl"
+#include "shaders/lib/tile_list.glsl"
+#include "shaders/lib/tile_rays.glsl"
+
+layout(local_size_x = 64) in;
+
+#ifdef HALFLIGHT_ANY_HIT
+const bool kAnyHit = true;
+layout(std430, binding = 0) buffer Occluded { uint occluded[]; };
+#else
+const bool kAnyHit = false;
+layout(std430, binding = 0) buffer Hits { Hit hits[]; };
+#endif
+layout(std430, binding = 3) buffer RestHeader { ListHeader rest_header; };
+layout(std430, binding = 4) buffer Rest { uvec2 rest[]; };  // slot and kSearchAgain, which entries
+#ifdef HALFLIGHT_ALPHA
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+uniform uint alpha_salt;
+#endif
+
+uint key_of(uint path) {
+#ifdef HALFLIGHT_ALPHA
+    return ray_key(path, hash_combine(hash_combine(frame.seed, frame.sample_index), alpha_salt));
+#else
+    return 0u;
+#endif
+}
+
+void store_answer(uint path, Hit hit) {
+#ifdef HALFLIGHT_ANY_HIT
+    bool finished = floatBitsToUint(hit.t) != floatBitsToUint(not_a_number());
+    occluded[path] = hit.triangle == kMiss ? kFree : finished ? kOccluded : kUnfinished;
+#else
+    hits[path] = hit;
+#endif
+}
+
+// A ray against the box of an entry.
+struct EntryHit {
+    int near;  // bits of a float >= 0
+    bool met;
+};
+
+EntryHit intersect_entry(BoxRay box, vec3 lower, vec3 upper, float t_min, float t_exit) {
+    vec3 enter = mix(lower, upper, box.backward);
+    vec3 leave = mix(upper, lower, box.backward);
+    BoxHits h = intersect_boxes(box, vec4(enter.x), vec4(enter.y), vec4(enter.z), vec4(leave.x), vec4(leave.y),
+                                vec4(leave.z), t_min, t_exit);
+    return EntryHit(h.near.x, h.met.x);
+}
+
+#ifndef TILE_REST
+// The boxes of the tile's entries. llvmpipe reads shared memory once for all rays where the address is a constant and no
+// branch is open: that makes 32 boxes cheaper than a few steps down a hierarchy.
+shared vec3 entry_lower_corner[kTileEntries];
+shared vec3 entry_upper_corner[kTileEntries];
+
+void share_entries(uint tile) {
+    int i = int(gl_LocalInvocationIndex) & (kTileEntries - 1);
+    TileEntry e = load_entry(tile, i);
+    entry_lower_corner[i] = entry_lower(e);
+    entry_upper_corner[i] = entry_upper(e);
+    barrier();
+}
+
+int entry_near[kTileEntries];
+
+// Which entries a ray meets. No loop: see above.
+#define MEET(i)                                                                                                     \
+    {                                                                                                               \
+        EntryHit h = intersect_entry(box, entry_lower_corner[i], entry_upper_corner[i], ray.t_min, t_exit);         \
+        met |= h.met ? 1u << (i) : 0u;                                                                              \
+        entry_near[i] = h.near;                                                                                     \
+    }
+#define MEET_4(i) MEET(i) MEET(i + 1) MEET(i + 2) MEET(i + 3)
+#define MEET_16(i) MEET_4(i) MEET_4(i + 4) MEET_4(i + 8) MEET_4(i + 12)
+
+uint entries_met(BoxRay box, Ray ray, float t_exit) {
+    uint met = 0u;
+    MEET_16(0)
+    MEET_16(16)
+    return met;
+}
+
+// Where a hit must be nearer than for a ray to meet a box.
+float exit_of(Ray ray, float t) { return kAnyHit ? uintBitsToFloat(floatBitsToUint(t) - 1u) : t; }
+
+void put_into_rest(uvec2 entry) {
+    uint place = atomicAdd(rest_header.count, 1u);
+    if ((place & 63u) == 0u) atomicAdd(rest_header.groups_x, 1u);
+    rest[place] = entry;
+}
+
+void main() {
+    uint tile = gl_WorkGroupID.x;
+    share_entries(tile);
+    TileCounts counts = load_counts(tile);
+    TileRay r = tile_ray(gl_GlobalInvocationID.x);
+    BvhHead head = bvh_head(0u);
+    BoxRay box = box_ray(r.ray.origin, r.ray.direction, head.base, head.cell, head.slack);
+    TriangleRay sheared = triangle_ray(r.ray.origin, r.ray.direction);
+    uint met = entries_met(box, r.ray, exit_of(r.ray, r.ray.t_max));
+    met = r.live ? met : 0u;
+    uint others = met & other_bits(counts);
+    met &= leaf_bits(counts);
+
+    Hit nearest = Hit(r.ray.t_max, 0.0, 0.0, 0u, 0u);
+    bool found = false;
+    bool again = false;  // an alpha test is in question
+    int slot = 0;
+    int left = 0;
+    int near = 0;
+    do {
+        if (met != 0u) {
+            int i = findLSB(met);
+            met &= met - 1u;
+            uint reference = texelFetch(tile_lists, entry_texel(tile, i)).w;
+            near = entry_near[i];
+            slot = int(reference & kBvhIndexMask);
+            left = kAnyHit || near <= floatBitsToInt(nearest.t) ? int((reference >> kBvhCountShift) & 7u) : 0;
+        }
+        do {
+            if (left > 0) {
+                SlotHit h = intersect_slot(sheared, slot, 0u, r.ray.t_min, intBitsToFloat(near), nearest, kAnyHit);
+                --left;
+                ++slot;
+                if (h.nearer) {
+                    nearest = h.hit;
+                    found = true;
+#ifdef HALFLIGHT_ALPHA
+                    again = h.alpha_tested;
+#endif
+                    if (kAnyHit || again) {
+                        left = 0;
+                        met = 0u;
+                    }
+                }
+            }
+        } while (left > 0);
+    } while (met != 0u);
+
+    // Which of the others are left, now that something nearer may have been found.
+    int t_exit = floatBitsToInt(exit_of(r.ray, nearest.t));
+    if (kAnyHit && found) others = 0u;
+    uint left_of_others = 0u;
+    do {
+        int i = max(findLSB(others), 0);
+        left_of_others |= others != 0u && entry_near[i] <= t_exit ? 1u << i : 0u;
+        others &= others - 1u;
+    } while (others != 0u);
+
+    if (r.listed) {
+        store_answer(r.path, found && !again ? nearest : kNoHit);
+        if (again || left_of_others != 0u) {
+            put_into_rest(uvec2(gl_GlobalInvocationID.x | (again ? kSearchAgain : 0u), left_of_others));
+        }
+    }
+}
+#endif
+
+#ifdef TILE_REST
+void main() {
+    if (gl_GlobalInvocationID.x >= rest_header.count) return;
+    uvec2 entry = rest[gl_GlobalInvocationID.x];
+    bool again = (entry.x & kSearchAgain) != 0u;
+    uint slot = entry.x & ~kSearchAgain;
+    uint tile = slot / uint(kTileRays);
+    TileRay r = tile_ray(slot);
+    BvhHead head = bvh_head(0u);
+    BoxRay box = box_ray(r.ray.origin, r.ray.direction, head.base, head.cell, head.slack);
+    Hit known = kNoHit;
+#ifndef HALFLIGHT_ANY_HIT
+    if (!again) known = hits[r.path];
+#endif
+    int entries = 0;
+    uint others = again ? 0u : entry.y;
+    do {  // far ones first
+        int i = max(findLSB(others), 0);
+        TileEntry e = load_entry(tile, i);
+        EntryHit h = intersect_entry(box, entry_lower(e), entry_upper(e), r.ray.t_min, r.ray.t_max);
+        if (others != 0u) {
+            stack[entries] = entry_reference(e);
+            stack_near[entries] = h.near;
+            ++entries;
+        }
+        others &= others - 1u;
+    } while (others != 0u);
+    if (again) {
+        stack[0] = kBvhTag | 1u;
+        stack_near[0] = floatBitsToInt(r.ray.t_min);
+        entries = 1;
+    }
+    store_answer(r.path, traverse_from(r.ray, entries, known, key_of(r.path), kAnyHit));
+}
+#endif
