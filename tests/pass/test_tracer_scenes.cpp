@@ -1,7 +1,6 @@
 // The plain tracer against Embree on every scene of ours, and of other people where they are there.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <filesystem>
 
 #include "engine/io/gltf.h"
@@ -14,27 +13,14 @@ namespace {
 namespace fs = std::filesystem;
 using namespace test;
 
-std::vector<fs::path> scenes_under(const fs::path& folder) {
-    std::vector<fs::path> files;
-    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
-        const bool bad = entry.path().string().find("/bad/") != std::string::npos;  // must not load
-        if (!bad && (entry.path().extension() == ".glb" || entry.path().extension() == ".gltf"))
-            files.push_back(entry.path());
-    }
-    std::sort(files.begin(), files.end());
-    return files;
-}
-
 class TracerScenes : public GpuTest {
   protected:
     /// flatten: as the renderer does; otherwise with all the instances there are.
     static void check(const fs::path& file, std::size_t flatten) {
         SCOPED_TRACE(file.string());
         const Scene scene = load_gltf(file);
-        TraceTables tables = build_trace_tables(scene, flatten);
+        const TraceTables tables = opaque_tables(scene, flatten);  // Embree knows nothing of coverage
         if (tables.triangles.empty()) return;
-        for (uvec4& t : tables.triangles) t.w &= ~kTriangleAlpha;  // Embree knows nothing of coverage
-        tables.alpha_tested = false;
         std::vector<Ray> rays = rays_through(tables.bounds, 4000, 1);
         for (const vec3& from : {vec3(1, 0.4f, 0.3f), vec3(0, 0, 1), vec3(-0.2f, 1, -0.3f)}) {
             const std::vector<Ray> view = camera_rays(tables.bounds, from);

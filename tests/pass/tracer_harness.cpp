@@ -10,12 +10,12 @@ namespace halflight::test {
 using graph::Access;
 
 template <class Result>
-std::vector<Result> Tracer::run(std::span<const Ray> rays, const std::vector<std::uint32_t>* list, bool any_hit) {
-    std::vector<Ray> padded(rays.begin(), rays.end());
-    padded.resize((rays.size() + 255) / 256 * 256, {vec3(0), 1, vec3(1), 0});  // dead rays
+std::vector<Result> ask(graph::Executor& executor, const Question& question, const AddTrace& add) {
+    std::vector<Ray> padded(question.rays.begin(), question.rays.end());
+    padded.resize((padded.size() + 255) / 256 * 256, {vec3(0), 1, vec3(1), 0});
     gpu::Buffer ray_buffer = gpu::Buffer::from("rays", padded);
     gpu::Buffer results("results", padded.size() * sizeof(Result));
-    std::vector<std::uint32_t> padded_list = list ? *list : std::vector<std::uint32_t>{};
+    std::vector<std::uint32_t> padded_list = question.list ? *question.list : std::vector<std::uint32_t>{};
     const auto count = static_cast<std::uint32_t>(padded_list.size());
     padded_list.resize(padded.size());
     gpu::Buffer list_buffer = gpu::Buffer::from("list", padded_list);
@@ -24,23 +24,35 @@ std::vector<Result> Tracer::run(std::span<const Ray> rays, const std::vector<std
 
     graph::Graph graph;
     rays::RayBatch batch;
+    batch.kind = question.kind;
     batch.capacity = static_cast<std::uint32_t>(padded.size());
     batch.rays = graph.import_buffer("rays", ray_buffer);
-    if (list) {
+    if (question.list) {
         batch.list = graph.import_buffer("list", list_buffer);
         batch.list_header = graph.import_buffer("list header", head_buffer);
     }
-    const graph::BufferHandle target = graph.import_buffer("results", results);
-    graph.output(any_hit ? rays::any_hit(graph, scene, batch, target) : rays::closest_hit(graph, scene, batch, target));
-    graph::Executor(programs_).run(graph::compile(graph));
-    return results.read<Result>(0, rays.size());
+    if (question.frame_constants) {
+        batch.frame_constants = graph.import_buffer("frame constants", *question.frame_constants);
+    }
+    graph.output(add(graph, batch, graph.import_buffer("results", results)));
+    executor.run(graph::compile(graph));
+    return results.read<Result>(0, question.rays.size());
 }
+template std::vector<Hit> ask(graph::Executor&, const Question&, const AddTrace&);
+template std::vector<std::uint32_t> ask(graph::Executor&, const Question&, const AddTrace&);
 
 std::vector<Hit> Tracer::closest(std::span<const Ray> rays, const std::vector<std::uint32_t>* list) {
-    return run<Hit>(rays, list, false);
+    graph::Executor executor(programs_);
+    return ask<Hit>(executor, {rays, list}, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+        return rays::closest_hit(graph, scene, batch, results);
+    });
 }
 std::vector<std::uint32_t> Tracer::any(std::span<const Ray> rays, const std::vector<std::uint32_t>* list) {
-    return run<std::uint32_t>(rays, list, true);
+    graph::Executor executor(programs_);
+    return ask<std::uint32_t>(executor, {rays, list},
+                              [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+                                  return rays::any_hit(graph, scene, batch, results);
+                              });
 }
 
 EmbreeOracle::EmbreeOracle(const TraceTables& tables)
@@ -174,109 +186,10 @@ Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, c
     return result;
 }
 
-int add_mesh(Scene& scene, const std::vector<vec3>& positions, const std::vector<uvec3>& triangles) {
-    if (scene.materials.empty()) scene.materials.emplace_back();
-    Mesh mesh;
-    mesh.normals.assign(positions.size(), vec3(0, 1, 0));
-    mesh.triangle_material.assign(triangles.size(), 0);
-    mesh.positions = positions;
-    mesh.triangles = triangles;
-    scene.meshes.push_back(std::move(mesh));
-    return static_cast<int>(scene.meshes.size()) - 1;
-}
-
-void add_instance(Scene& scene, int mesh, const dmat4& object_to_world) {
-    Instance instance;
-    instance.mesh = mesh;
-    instance.object_to_world = object_to_world;
-    scene.instances.push_back(instance);
-}
-
-Scene of_one_mesh(const std::vector<vec3>& positions, const std::vector<uvec3>& triangles) {
-    Scene scene;
-    scene.name = "test";
-    add_instance(scene, add_mesh(scene, positions, triangles));
-    return scene;
-}
-
-Scene sphere(unsigned n, const vec3& centre, float radius) {
-    std::vector<vec3> positions{centre + vec3(0, radius, 0), centre - vec3(0, radius, 0)};
-    std::vector<uvec3> triangles;
-    const unsigned columns = 2 * n;
-    const auto at = [&](unsigned row, unsigned column) {
-        if (row == 0) return 0u;
-        return row == n ? 1u : 2 + (row - 1) * columns + column % columns;
-    };
-    for (unsigned row = 1; row < n; ++row) {
-        for (unsigned column = 0; column < columns; ++column) {
-            const double theta = kPi * row / n, phi = 2 * kPi * column / columns;
-            positions.push_back(centre + radius * vec3(std::sin(theta) * std::cos(phi), std::cos(theta),
-                                                       std::sin(theta) * std::sin(phi)));
-        }
-    }
-    for (unsigned row = 0; row < n; ++row) {
-        for (unsigned column = 0; column < columns; ++column) {
-            const unsigned a = at(row, column), b = at(row + 1, column), c = at(row + 1, column + 1),
-                           d = at(row, column + 1);
-            if (row + 1 < n) triangles.emplace_back(a, b, c);
-            if (row > 0) triangles.emplace_back(a, c, d);
-        }
-    }
-    return of_one_mesh(positions, triangles);
-}
-
-Scene height_field(unsigned n, float height) {
-    std::vector<vec3> positions;
-    std::vector<uvec3> triangles;
-    for (unsigned j = 0; j <= n; ++j) {
-        for (unsigned i = 0; i <= n; ++i) {
-            const float x = 2 * static_cast<float>(i) / static_cast<float>(n) - 1;
-            const float z = 2 * static_cast<float>(j) / static_cast<float>(n) - 1;
-            positions.emplace_back(x, height * std::sin(5 * x) * std::cos(7 * z), z);
-            const unsigned a = j * (n + 1) + i;
-            if (i == n || j == n) continue;
-            triangles.emplace_back(a, a + n + 1, a + 1);
-            triangles.emplace_back(a + 1, a + n + 1, a + n + 2);
-        }
-    }
-    return of_one_mesh(positions, triangles);
-}
-
-Scene soup(unsigned count, float size, const vec3& stretch, std::uint32_t seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<float> uniform(-1, 1);
-    const auto point = [&] { return vec3(uniform(random), uniform(random), uniform(random)); };
-    std::vector<vec3> positions;
-    std::vector<uvec3> triangles;
-    for (unsigned i = 0; i < count; ++i) {
-        const vec3 centre = point();
-        for (int k = 0; k < 3; ++k) positions.push_back(centre + size * stretch * point());
-        triangles.emplace_back(3 * i, 3 * i + 1, 3 * i + 2);
-    }
-    return of_one_mesh(positions, triangles);
-}
-
 std::vector<std::uint32_t> bits_of(const std::vector<Hit>& hits) {
     std::vector<std::uint32_t> bits(hits.size() * sizeof(Hit) / sizeof(std::uint32_t));
     std::memcpy(bits.data(), hits.data(), hits.size() * sizeof(Hit));
     return bits;
-}
-
-std::vector<Ray> rays_through(const Bounds& bounds, std::size_t count, std::uint32_t seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<float> uniform(0, 1);
-    const auto point = [&](float grow) {
-        const vec3 s = (vec3(uniform(random), uniform(random), uniform(random)) - 0.5f) * grow + 0.5f;
-        return glm::mix(bounds.lower, bounds.upper, s);
-    };
-    std::vector<Ray> rays;
-    while (rays.size() < count) {
-        const vec3 from = point(rays.size() % 2 ? 3.0f : 1.0f), to = point(1);
-        if (from == to) continue;
-        const float length = rays.size() % 3 ? glm::length(to - from) : 1.0f;
-        rays.push_back({from, 0, (to - from) / length, rays.size() % 5 ? kInfinity : 1.5f * length});
-    }
-    return rays;
 }
 
 std::vector<Ray> rays_onward(const EmbreeOracle& oracle, std::span<const Ray> rays, const std::vector<Hit>& hits,
@@ -296,20 +209,6 @@ std::vector<Ray> rays_onward(const EmbreeOracle& oracle, std::span<const Ray> ra
         onward.push_back({from, 0, glm::normalize(direction), kInfinity});
     }
     return onward;
-}
-
-std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction) {
-    const vec3 centre = bounds.centre(), back = glm::normalize(from_direction);
-    const float radius = 0.5f * glm::length(bounds.extent());
-    const vec3 right = glm::normalize(glm::cross(std::abs(back.y) < 0.9f ? vec3(0, 1, 0) : vec3(1, 0, 0), back));
-    const vec3 up = glm::cross(back, right);
-    std::vector<Ray> rays;
-    for (int i = 0; i < 64 * 64; ++i) {
-        const vec2 p = (vec2(i % 64, i / 64) + 0.5f) / 32.0f - 1.0f;
-        rays.push_back(
-            {centre + 2.0f * radius * back, 0, glm::normalize(0.6f * (p.x * right + p.y * up) - back), kInfinity});
-    }
-    return rays;
 }
 
 }  // namespace halflight::test

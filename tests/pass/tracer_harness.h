@@ -3,7 +3,10 @@
 
 #include <embree3/rtcore.h>
 
+#include <algorithm>
 #include <array>
+#include <cstring>
+#include <functional>
 #include <memory>
 #include <span>
 #include <type_traits>
@@ -13,12 +16,34 @@
 #include "engine/rays/rays.h"
 #include "engine/scene/tables.h"
 #include "shaders/shared/rays.h"
+#include "tests/pass/tracer_inputs.h"
 
 namespace halflight::test {
 
 using shared::Hit;
 using shared::kMiss;
-using shared::Ray;
+
+/// About a batch of rays, whoever answers.
+struct Question {
+    std::span<const Ray> rays;
+    const std::vector<std::uint32_t>* list = nullptr;  // those that are to be traced; results of others are 0
+    gpu::Buffer* frame_constants = nullptr;            // where coverage counts
+    rays::RayKind kind = rays::RayKind::primary;
+};
+/// Adds the passes that fill the results.
+using AddTrace = std::function<graph::BufferHandle(graph::Graph&, const rays::RayBatch&, graph::BufferHandle results)>;
+/// Result: Hit, or std::uint32_t for any hit. The batch is filled up to a multiple of 256 with dead rays.
+template <class Result>
+std::vector<Result> ask(graph::Executor& executor, const Question& question, const AddTrace& add);
+
+/// Results that differ in any bit.
+template <class Result>
+std::size_t different(const std::vector<Result>& a, const std::vector<Result>& b) {
+    std::size_t count = a.size() == b.size() ? 0 : 1;
+    for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i)
+        count += std::memcmp(&a[i], &b[i], sizeof(a[i])) != 0;
+    return count;
+}
 
 /// Needs a current context.
 class Tracer {
@@ -34,8 +59,6 @@ class Tracer {
     rays::TraceScene scene;
 
   private:
-    template <class Result>
-    std::vector<Result> run(std::span<const Ray> rays, const std::vector<std::uint32_t>* list, bool any_hit);
     gpu::ProgramCache programs_;
 };
 
@@ -72,26 +95,11 @@ struct Comparison {
 Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, const std::vector<Hit>& hits,
                         double condition = 1);
 
-/// Scenes of one material; each function returns an index or a scene of one mesh and one instance.
-int add_mesh(Scene& scene, const std::vector<vec3>& positions, const std::vector<uvec3>& triangles);
-void add_instance(Scene& scene, int mesh, const dmat4& object_to_world = dmat4(1));
-Scene of_one_mesh(const std::vector<vec3>& positions, const std::vector<uvec3>& triangles);
-/// Closed, n x 2n quads, poles included: every edge has two triangles.
-Scene sphere(unsigned n, const vec3& centre, float radius);
-/// n x n quads over [-1, 1]^2 in x and z.
-Scene height_field(unsigned n, float height);
-/// Triangles with centres in [-1, 1]^3 and corners within size * stretch of them.
-Scene soup(unsigned count, float size, const vec3& stretch, std::uint32_t seed);
-
 /// For comparisons of floats bit by bit.
 std::vector<std::uint32_t> bits_of(const std::vector<Hit>& hits);
 
-/// Rays that look through the scene from all sides: from points in and around its bounds, to points in it.
-std::vector<Ray> rays_through(const Bounds& bounds, std::size_t count, std::uint32_t seed);
 /// From a little above what rays have hit, to all sides: a tenth of them almost along the surface.
 std::vector<Ray> rays_onward(const EmbreeOracle& oracle, std::span<const Ray> rays, const std::vector<Hit>& hits,
                              float diagonal);
-/// 64 x 64 pixels, from a point outside towards the centre of the bounds.
-std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction);
 
 }  // namespace halflight::test
