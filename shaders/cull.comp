@@ -16,6 +16,9 @@ layout(local_size_x = 64) in;
 
 layout(std430, binding = 0) writeonly buffer Lists { uvec4 lists[]; };
 layout(std430, binding = 3) buffer Counts { uint tiles_culled; };
+#ifdef HALFLIGHT_ANY_HIT
+layout(std430, binding = 5) writeonly buffer Blockers { uint blockers_of[]; };
+#endif
 
 uniform uint tiles;
 uniform float stop;
@@ -253,5 +256,8 @@ void main() {
         lists[record + 2] = uvec4(floatBitsToUint(shaft.end_lower), 0u);
         lists[record + 3] = uvec4(floatBitsToUint(shaft.end_upper), 0u);
         atomicAdd(tiles_culled, 1u);
+#ifdef HALFLIGHT_ANY_HIT
+        blockers_of[tile] = 0u;
+#endif
     }
 }

@@ -18,6 +18,7 @@ layout(local_size_x = 64) in;
 #ifdef HALFLIGHT_ANY_HIT
 const bool kAnyHit = true;
 layout(std430, binding = 0) buffer Occluded { uint occluded[]; };
+layout(std430, binding = 5) buffer Blockers { uint blockers_of[]; };  // by tile: leaves that have ended rays, to be the first ones
 #else
 const bool kAnyHit = false;
 layout(std430, binding = 0) buffer Hits { Hit hits[]; };
@@ -65,13 +66,25 @@ EntryHit intersect_entry(BoxRay box, vec3 lower, vec3 upper, float t_min, float 
 // branch is open: that makes 32 boxes cheaper than a few steps down a hierarchy.
 shared vec3 entry_lower_corner[kTileEntries];
 shared vec3 entry_upper_corner[kTileEntries];
+shared uint entry_blockers;
 
 void share_entries(uint tile) {
     int i = int(gl_LocalInvocationIndex) & (kTileEntries - 1);
     TileEntry e = load_entry(tile, i);
     entry_lower_corner[i] = entry_lower(e);
     entry_upper_corner[i] = entry_upper(e);
+#ifdef HALFLIGHT_ANY_HIT
+    if (gl_LocalInvocationIndex == 0u) entry_blockers = blockers_of[tile];
+#endif
     barrier();
+}
+
+uint shared_blockers() {
+#ifdef HALFLIGHT_ANY_HIT
+    return entry_blockers;
+#else
+    return 0u;
+#endif
 }
 
 int entry_near[kTileEntries];
@@ -118,18 +131,26 @@ void main() {
     Hit nearest = Hit(r.ray.t_max, 0.0, 0.0, 0u, 0u);
     bool found = false;
     bool again = false;  // an alpha test is in question
+    uint blockers = shared_blockers();
+    uint blocker = 0u;
     int slot = 0;
     int left = 0;
     int near = 0;
     do {
-        if (met != 0u) {
-            int i = findLSB(met);
-            met &= met - 1u;
-            uint reference = texelFetch(tile_lists, entry_texel(tile, i)).w;
-            near = entry_near[i];
-            slot = int(reference & kBvhIndexMask);
-            left = kAnyHit || near <= floatBitsToInt(nearest.t) ? int((reference >> kBvhCountShift) & 7u) : 0;
-        }
+        int i = 0;
+        bool enters = false;
+        do {
+            if (met != 0u && !enters) {
+                uint first = met & blockers;
+                i = findLSB(first != 0u ? first : met);
+                met &= ~(1u << i);
+                near = entry_near[i];
+                enters = kAnyHit || near <= floatBitsToInt(nearest.t);
+            }
+        } while (met != 0u && !enters);
+        uint reference = texelFetch(tile_lists, entry_texel(tile, i)).w;
+        slot = int(reference & kBvhIndexMask);
+        left = enters ? int((reference >> kBvhCountShift) & 7u) : 0;
         do {
             if (left > 0) {
                 SlotHit h = intersect_slot(sheared, slot, 0u, r.ray.t_min, intBitsToFloat(near), nearest, kAnyHit);
@@ -141,6 +162,7 @@ void main() {
 #ifdef HALFLIGHT_ALPHA
                     again = h.alpha_tested;
 #endif
+                    blocker = 1u << i;
                     if (kAnyHit || again) {
                         left = 0;
                         met = 0u;
@@ -149,6 +171,11 @@ void main() {
             }
         } while (left > 0);
     } while (met != 0u);
+
+#ifdef HALFLIGHT_ANY_HIT
+    // What one of two invocations writes is lost at times, and found again in the next run.
+    if ((blocker & ~blockers) != 0u) blockers_of[tile] = blockers | blocker;
+#endif
 
     // Which of the others are left, now that something nearer may have been found.
     int t_exit = floatBitsToInt(exit_of(r.ray, nearest.t));

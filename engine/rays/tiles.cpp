@@ -39,6 +39,7 @@ void bind_search(graph::Resources& r, const gpu::Program& program, const TraceSc
     r.buffer(results).bind_storage(0);
     r.buffer(tiles.rest_header).bind_storage(3);
     r.buffer(tiles.rest).bind_storage(4);
+    if (tiles.blockers) r.buffer(tiles.blockers).bind_storage(5);
     if (scene.alpha_tested()) {
         r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
         program.set("alpha_salt", batch.alpha_salt);
@@ -60,12 +61,13 @@ std::size_t tile_list_bytes(const TraceScene& scene, std::uint32_t capacity) {
 }
 
 void cull_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
-                const gpu::Buffer& culled) {
+                bool any_hit, const gpu::Buffer& culled) {
     const std::uint32_t count = tile_count(batch.capacity);
-    const gpu::Program& program = r.programs().compute("shaders/cull.comp", tile_defines(scene, batch, false));
+    const gpu::Program& program = r.programs().compute("shaders/cull.comp", tile_defines(scene, batch, any_hit));
     bind_batch(r, program, scene, batch, tiles);
     r.buffer(tiles.lists).bind_storage(0);
     culled.bind_storage(3);
+    if (any_hit) r.buffer(tiles.blockers).bind_storage(5);
     program.set("tiles", count);
     program.set("stop", kStop);
     program.set("seed", scene.serial());

@@ -15,6 +15,7 @@ namespace halflight::rays {
 /// What the back end keeps of a batch.
 struct TileBuffers {
     graph::BufferHandle lists;        // a record of shaders/shared/tile_list.h per tile; any content will do
+    graph::BufferHandle blockers;     // of any_hit: a mask of the list's entries per tile; any content will do
     graph::BufferHandle rest_header;  // ListHeader
     graph::BufferHandle rest;         // capacity x uvec2
 };
@@ -26,10 +27,10 @@ std::size_t tile_list_bytes(const TraceScene& scene, std::uint32_t capacity);
 /// has them) as storage_read and indirect_read, frame_constants (where the scene is alpha tested) as uniform_read.
 ///
 /// Brings the lists up to date; those whose shaft still holds the rays stay. culled: its first word is raised by the
-/// number of lists made. lists: storage_read_write.
+/// number of lists made. lists and blockers: storage_read_write.
 void cull_tiles(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
-                const gpu::Buffer& culled);
-/// lists: texture_read. results: storage_read_write. rest and rest_header: storage_read_write, of any
+                bool any_hit, const gpu::Buffer& culled);
+/// lists: texture_read. blockers and results: storage_read_write. rest and rest_header: storage_read_write, of any
 /// content.
 void search_tiles(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
                   graph::BufferHandle results, bool any_hit);

@@ -204,7 +204,10 @@ class BatchRun {
         add_cull();
         results = add_search(results);
         results = add_rest(results);
-        if (!batch_.list) graph_.output(tiles_.lists);
+        if (!batch_.list) {
+            graph_.output(tiles_.lists);
+            if (any_hit_) graph_.output(tiles_.blockers);
+        }
         return results;
     }
 
@@ -212,11 +215,14 @@ class BatchRun {
     void create_buffers() {
         const std::size_t bytes = tile_list_bytes(scene_, batch_.capacity);
         const std::string lists = fmt::format("tile lists: {}", key_of(batch_));
+        const std::size_t masks = tile_count(batch_.capacity) * sizeof(std::uint32_t);
         if (batch_.list) {
             tiles_.lists = graph_.create_buffer(lists, {bytes});
+            if (any_hit_) tiles_.blockers = graph_.create_buffer("blockers", {masks});
         } else {
             tiles_.lists = graph_.carried_buffer(lists, {bytes});
-            state_->set_state_bytes(bytes);
+            if (any_hit_) tiles_.blockers = graph_.carried_buffer("blockers: " + key_of(batch_), {masks});
+            state_->set_state_bytes(bytes + (any_hit_ ? masks : 0));
         }
         tiles_.rest = graph_.create_buffer("rays left", {batch_.capacity * sizeof(uvec2)});
         tiles_.rest_header = graph_.create_buffer("header of rays left", {sizeof(shared::ListHeader)});
@@ -242,11 +248,13 @@ class BatchRun {
         graph::Pass pass = graph_.add_pass(label_ + ": cull");
         read_batch(pass);
         // Transient lists come with whatever was there; their checksums tell.
-        tiles_.lists = pass.write(tiles_.lists, batch_.list ? Access::storage_write : Access::storage_read_write);
-        pass.execute([batch = state_, step = timed([&scene = scene_, rays = batch_, tiles = tiles_,
+        const Access update = batch_.list ? Access::storage_write : Access::storage_read_write;
+        tiles_.lists = pass.write(tiles_.lists, update);
+        if (any_hit_) tiles_.blockers = pass.write(tiles_.blockers, update);
+        pass.execute([batch = state_, step = timed([&scene = scene_, rays = batch_, tiles = tiles_, any = any_hit_,
                                                     batch = state_](graph::Resources& r) {
                                           if (batch->way() == Way::plain) return;
-                                          cull_tiles(r, scene, rays, tiles, batch->culled());
+                                          cull_tiles(r, scene, rays, tiles, any, batch->culled());
                                       })](graph::Resources& r) {
             batch->begin();
             step(r);
@@ -257,6 +265,7 @@ class BatchRun {
         graph::Pass pass = graph_.add_pass(label_ + (any_hit_ ? ": any hit" : ": closest hit"));
         read_batch(pass);
         pass.read(tiles_.lists, Access::texture_read);
+        if (any_hit_) tiles_.blockers = pass.write(tiles_.blockers, Access::storage_read_write);
         tiles_.rest_header = pass.write(tiles_.rest_header, Access::storage_write);
         tiles_.rest = pass.write(tiles_.rest, Access::storage_write);
         const bool keeps = batch_.list && results.version != 0;
