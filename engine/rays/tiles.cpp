@@ -39,7 +39,6 @@ void bind_search(graph::Resources& r, const gpu::Program& program, const TraceSc
     r.buffer(results).bind_storage(0);
     r.buffer(tiles.rest_header).bind_storage(3);
     r.buffer(tiles.rest).bind_storage(4);
-    if (tiles.blockers) r.buffer(tiles.blockers).bind_storage(5);
     if (scene.alpha_tested()) {
         r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
         program.set("alpha_salt", batch.alpha_salt);
@@ -80,6 +79,7 @@ void search_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& 
     const shared::ListHeader empty{.groups_x = 0, .groups_y = 1, .groups_z = 1, .count = 0};
     r.buffer(tiles.rest_header).write(0, sizeof(empty), &empty);
     bind_search(r, program, scene, batch, tiles, results);
+    if (any_hit) r.buffer(tiles.blockers).bind_storage(5);
     if (batch.list) {
         program.dispatch_indirect(r.buffer(batch.list_header));
     } else {
