@@ -15,7 +15,8 @@ using Json = nlohmann::json;
 const std::string kCornell = HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb";
 const std::vector<std::string> kKinds{"primary", "hard",       "soft",    "glossy", "diffuse",
                                       "ao",      "connection", "bounce2", "mixed"};
-const std::vector<std::string> kMethods{"naive", "plain", "raster", "embree", "packets", "ceiling"};
+const std::vector<std::string> kMethods{"naive",  "plain",  "compute", "kept",   "auto",
+                                        "raster", "embree", "packets", "ceiling"};
 
 Outcome run_bench(std::vector<std::string> arguments) {
     if (HALFLIGHT_IS_COMMAND) arguments.insert(arguments.begin(), "bench");
@@ -34,7 +35,7 @@ TEST(Bench, WritesTablesAndJson) {
     const Outcome outcome = run_bench({"--scene", kCornell, "--size", "64x48", "--turns", "2", "--json", file});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const Json report = Json::parse(read_text(file));
-    EXPECT_EQ(report["schema"], 2);
+    EXPECT_EQ(report["schema"], 3);
     EXPECT_EQ(report["turns"], 2);
     ASSERT_EQ(report["scenes"].size(), 1u);
     EXPECT_EQ(report["scenes"][0]["rays_that_disagree"], 0);
@@ -61,7 +62,14 @@ TEST(Bench, WritesTablesAndJson) {
             EXPECT_LE(method["rays_that_differ"], method["exact"] == true ? 0 : 5);
         }
     }
-    EXPECT_EQ(kinds[0]["methods"]["plain"]["exact"], true);
+    const Json& methods = kinds[0]["methods"];
+    for (const char* exact : {"plain", "compute", "kept", "auto", "raster"}) EXPECT_EQ(methods[exact]["exact"], true);
+    // 64x48 pixels are 48 tiles.
+    EXPECT_EQ(methods["compute"]["figures"]["tiles"], 48);
+    EXPECT_EQ(methods["compute"]["figures"]["made"], 48);
+    EXPECT_EQ(methods["kept"]["figures"]["made"], 0);
+    EXPECT_GT(methods["kept"]["figures"]["entries"], 0);
+    EXPECT_TRUE(methods["raster"]["figures"].contains("queries"));
     EXPECT_NE(kinds[0]["methods"]["packets"]["note"].get<std::string>().find("rtcIntersect"), std::string::npos);
 }
 

@@ -6,20 +6,18 @@
 #include <numeric>
 #include <optional>
 
-#include "engine/core/error.h"
 #include "engine/graph/compile.h"
 #include "engine/graph/execute.h"
 #include "engine/scene/shading_tables.h"
 #include "passes/continuation.h"
 #include "passes/diffuse.h"
 #include "passes/frame.h"
-#include "passes/frame_constants.h"
 #include "passes/glossy.h"
 #include "passes/shadow.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/pixel_order.h"
-#include "shaders/shared/sobol.h"
 #include "tools/bench/look.h"
+#include "tools/bench/viewpoint.h"
 
 namespace halflight::bench {
 namespace {
@@ -28,14 +26,6 @@ using graph::Access;
 using shared::Ray;
 
 constexpr std::uint32_t kConnectionsPerBlock = 16 * 16 * 16;  // groups, points, receivers
-
-/// The resource of that name: what passes keep to themselves is looked at from outside.
-graph::BufferHandle named(const graph::Graph& graph, std::string_view name) {
-    const auto& nodes = graph.resources();
-    const auto found = std::ranges::find(nodes.rbegin(), nodes.rend(), name, &graph::ResourceNode::name);
-    if (found == nodes.rend()) throw Error("bench", "the passes have no \"{}\"", name);
-    return {static_cast<std::uint32_t>(nodes.rend() - found - 1), found->current(), graph.serial()};
-}
 
 /// What is read back of one run.
 struct Shot {
@@ -66,7 +56,8 @@ class Studio {
         RaySet set;
         for (Band where = band_; where.y < size_.y; where.y += band_.rows) {
             graph::Graph graph;
-            const SceneView view{programs_, buffers_, trace_, tracer_, band_, graph.import_buffer("frame constants", frame_)};
+            const SceneView view{programs_, buffers_, trace_,
+                                 tracer_,   band_,    graph.import_buffer("frame constants", frame_)};
             look_at(where);
             append(graph, add(graph, view), where, set);
         }
@@ -78,14 +69,7 @@ class Studio {
 
   private:
     void look_at(const Band& where) {
-        const std::uint32_t seed = shared::hash_combine(shared::hash_u32(0), 0);
-        const dvec3 eye = dvec3(camera_.camera_to_world[3]) - tables_.origin;
-        const dvec3 reach =
-            glm::max(glm::abs(dvec3(tables_.bounds.lower) - eye), glm::abs(dvec3(tables_.bounds.upper) - eye));
-        const vec2 jitter = shared::sample_2d(shared::make_sampler(~0u, ~0u, 0, seed), 0);
-        const shared::Frame constants =
-            frame_constants(camera_, camera_, tables_.origin, tables_.bounds.empty() ? 1 : glm::length(reach),
-                            {where, jitter, 0, seed});
+        const shared::Frame constants = see(tables_, {camera_, camera_}, where, {});
         frame_.write(0, sizeof(constants), &constants);
     }
 
@@ -143,9 +127,7 @@ RaySet shadow_rays(Studio& studio) {
     if (!studio.buffers().needs().lights()) return {};
     return studio.shoot([](graph::Graph& graph, const SceneView& view) -> Shot {
         add_shadow(graph, view, add_gbuffer(graph, view));
-        return {named(graph, "shadow rays"),
-                {named(graph, "shadow list"), named(graph, "shadow list header")},
-                view.band.paths()};
+        return {named(graph, "shadow rays"), {}, view.band.paths()};
     });
 }
 
@@ -224,7 +206,7 @@ constexpr std::array<Kind, 9> kKinds{{{"primary", rays::RayKind::primary, false,
                                       {"glossy", rays::RayKind::glossy, false, false},
                                       {"diffuse", rays::RayKind::diffuse, false, false},
                                       {"ao", rays::RayKind::occlusion, true, false},
-                                      {"connection", rays::RayKind::occlusion, true, false},
+                                      {"connection", rays::RayKind::connection, true, false},
                                       {"bounce2", rays::RayKind::continuation, false, false},
                                       {"mixed", rays::RayKind::shadow, true, false}}};
 

@@ -52,7 +52,19 @@ std::size_t count_hits(const RaySet& set, const Answers& a) {
     }));
 }
 
+Seconds run_once(const Prepared& prepared) {
+    if (prepared.before) prepared.before();
+    return time_of(prepared.run);
+}
+
 }  // namespace
+
+Seconds time_of(const std::function<void()>& f) {
+    gpu::finish();
+    const double cpu = cpu_seconds();
+    const double wall = gpu::timed(f);
+    return {wall, cpu_seconds() - cpu};
+}
 
 KindResult measure(const RaySet& set, const std::vector<Method>& methods, int turns, int repeats,
                    const std::function<void()>& between) {
@@ -60,8 +72,8 @@ KindResult measure(const RaySet& set, const std::vector<Method>& methods, int tu
     std::vector<Prepared> runs;
     for (const Method& method : methods) {
         runs.push_back(method.prepare(set));
-        gpu::timed(runs.back().run);
-        result.methods.push_back({method.name, runs.back().note, method.exact, {}, {}, 0});
+        run_once(runs.back());
+        result.methods.push_back({method.name, runs.back().note, method.exact, {}, {}, 0, {}});
     }
 
     std::vector<std::size_t> order(methods.size());
@@ -71,11 +83,14 @@ KindResult measure(const RaySet& set, const std::vector<Method>& methods, int tu
         between();
         std::ranges::shuffle(order, random);
         for (const std::size_t m : order) {
-            const double cpu = cpu_seconds();
-            double seconds = 0;
-            for (int i = 0; i < repeats; ++i) seconds += gpu::timed(runs[m].run);
-            result.methods[m].seconds.push_back(seconds / repeats);
-            result.methods[m].cpu_seconds.push_back((cpu_seconds() - cpu) / repeats);
+            Seconds sum;
+            for (int i = 0; i < repeats; ++i) {
+                const Seconds seconds = run_once(runs[m]);
+                sum.wall += seconds.wall;
+                sum.cpu += seconds.cpu;
+            }
+            result.methods[m].seconds.push_back(sum.wall / repeats);
+            result.methods[m].cpu_seconds.push_back(sum.cpu / repeats);
         }
     }
 
@@ -89,6 +104,8 @@ KindResult measure(const RaySet& set, const std::vector<Method>& methods, int tu
                 set, answers[m], answers[static_cast<std::size_t>(plain - methods.begin())], methods[m].exact);
         }
     }
+    for (std::size_t m = 0; m < methods.size(); ++m)
+        if (runs[m].figures) result.methods[m].figures = runs[m].figures();
     return result;
 }
 

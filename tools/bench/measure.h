@@ -10,6 +10,13 @@
 
 namespace halflight::bench {
 
+struct Seconds {
+    double wall = 0;
+    double cpu = 0;  // of the process, all threads
+};
+/// Of f() and all GL work that it starts.
+Seconds time_of(const std::function<void()>& f);
+
 struct MethodResult {
     std::string method;
     std::string note;
@@ -19,6 +26,7 @@ struct MethodResult {
     // From the plain tracer's: of an exact method, rays whose answers are not the same bit for bit; of others, rays
     // that only one of the two has hit, or at another t. 0 where there is no plain tracer.
     std::size_t different = 0;
+    std::vector<Figure> figures;
 };
 
 struct KindResult {

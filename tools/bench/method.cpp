@@ -6,101 +6,15 @@
 #include <array>
 #include <limits>
 
-#include "engine/graph/compile.h"
-#include "engine/graph/execute.h"
-#include "engine/rays/raster.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/bvh.h"
+#include "tools/bench/culling_methods.h"
+#include "tools/bench/graph_run.h"
 #include "tools/bench/naive_tracer.h"
 #include "tools/bench/treelets.h"
 
 namespace halflight::bench {
 namespace {
-
-Answers empty_answers(const RaySet& set) {
-    Answers answers;
-    if (set.any_hit) {
-        answers.occluded.resize(set.rays.size());
-    } else {
-        answers.hits.resize(set.rays.size());
-    }
-    return answers;
-}
-
-std::size_t answer_bytes(const RaySet& set) {
-    return set.any_hit ? sizeof(std::uint32_t) : sizeof(shared::Hit);
-}
-
-// --- Tracers of the engine: passes of a graph ----------------------------------------------------------------------
-
-/// Adds the passes that answer a batch; returns the answers.
-using AddTrace =
-    std::function<graph::BufferHandle(graph::Graph&, const rays::RayBatch&, graph::BufferHandle results, bool any_hit)>;
-
-struct GraphRun {
-    GraphRun(gpu::ProgramCache& programs, const RaySet& set, const AddTrace& add)
-        : rays(gpu::Buffer::from("rays", set.rays)),
-          list(gpu::Buffer::from("list", set.listed ? set.order : std::vector<std::uint32_t>{})),
-          header("list header", sizeof(shared::ListHeader)),
-          results("results", set.rays.size() * answer_bytes(set)),
-          executor(programs) {
-        const auto count = static_cast<std::uint32_t>(set.order.size());
-        const shared::ListHeader head{(count + 63) / 64, 1, 1, count};
-        header.write(0, sizeof(head), &head);
-        graph::Graph graph;
-        rays::RayBatch batch;
-        batch.kind = set.ray_kind;
-        batch.capacity = static_cast<std::uint32_t>(set.rays.size());
-        batch.rays = graph.import_buffer("rays", rays);
-        if (set.listed) {
-            batch.list = graph.import_buffer("list", list);
-            batch.list_header = graph.import_buffer("list header", header);
-        }
-        graph.output(add(graph, batch, graph.import_buffer("results", results), set.any_hit));
-        compiled = graph::compile(graph);
-    }
-
-    Answers answers(const RaySet& set) const {
-        return set.any_hit ? Answers{{}, results.read<std::uint32_t>()} : Answers{results.read<shared::Hit>(), {}};
-    }
-
-    gpu::Buffer rays, list, header, results;
-    graph::CompiledGraph compiled;
-    graph::Executor executor;
-};
-
-/// start(): called once for each ray set, before all else.
-Method graph_method(
-    const std::string& name, const Bench& bench, const AddTrace& add, const std::function<void()>& start = [] {}) {
-    return {name, true, [&programs = bench.programs, add, start](const RaySet& set) -> Prepared {
-                start();
-                const auto run = std::make_shared<GraphRun>(programs, set, add);
-                return {[run] { run->executor.run(run->compiled); }, [&set, run] { return run->answers(set); }, ""};
-            }};
-}
-
-AddTrace add_plain(const Bench& bench) {
-    return [&trace = bench.trace](graph::Graph& graph, const rays::RayBatch& batch, graph::BufferHandle results,
-                                  bool any) {
-        return any ? rays::any_hit(graph, trace, batch, results) : rays::closest_hit(graph, trace, batch, results);
-    };
-}
-
-Method plain_method(const Bench& bench) {
-    return graph_method("plain", bench, add_plain(bench));
-}
-
-/// What it has learned in the warm-up it knows in the turns.
-Method raster_method(const Bench& bench) {
-    const auto culling = std::make_shared<rays::RasterCulling>(bench.packed);
-    return graph_method(
-        "raster", bench,
-        [&trace = bench.trace, culling](auto& graph, const auto& batch, auto results, bool any) {
-            return any ? rays::raster_any_hit(graph, trace, *culling, batch, results)
-                       : rays::raster_closest_hit(graph, trace, *culling, batch, results);
-        },
-        [culling] { culling->invalidate(); });
-}
 
 // --- Ceiling --------------------------------------------------------------------------------------------------------
 
@@ -148,8 +62,8 @@ Method ceiling_method(const Bench& bench) {
                 RaySet closest = set;
                 closest.any_hit = false;
                 GraphRun plain(bench.programs, closest, add_plain(bench));
-                plain.executor.run(plain.compiled);
-                const std::vector<shared::Hit> hits = plain.results.read<shared::Hit>();
+                plain.run();
+                const std::vector<shared::Hit> hits = plain.results().read<shared::Hit>();
 
                 const auto entries = std::make_shared<gpu::Buffer>("entries", set.rays.size() * sizeof(uvec2));
                 const auto run = std::make_shared<GraphRun>(bench.programs, set, add_ceiling(bench, *entries));
@@ -168,7 +82,7 @@ Method ceiling_method(const Bench& bench) {
                         return false;
                     });
                     entries->write(std::span<const uvec2>(values));
-                    run->executor.run(run->compiled);
+                    run->run();
                     const Answers answers = run->answers(set);
                     std::erase_if(open, [&](std::uint32_t path) {
                         return set.any_hit ? answers.occluded[path] == shared::kOccluded
@@ -176,8 +90,11 @@ Method ceiling_method(const Bench& bench) {
                                                  answers.hits[path].t == hits[path].t;
                     });
                 }
-                return {[run] { run->executor.run(run->compiled); }, [&set, run, entries] { return run->answers(set); },
-                        fmt::format("{} treelets", treelets->count())};
+                return {[run] { run->run(); },
+                        [&set, run, entries] { return run->answers(set); },
+                        fmt::format("{} treelets", treelets->count()),
+                        {},
+                        {}};
             }};
 }
 
@@ -206,8 +123,7 @@ Method naive_method(const Bench& bench) {
                             };
                             set.any_hit ? scatter(answers.occluded) : scatter(answers.hits);
                             return answers;
-                        },
-                        ""};
+                        }};
             }};
 }
 
@@ -216,7 +132,10 @@ Method naive_method(const Bench& bench) {
 Prepared embree_run(const EmbreeTracer& embree, const RaySet& set, EmbreeMode mode, bool coherent, std::string note) {
     const auto answers = std::make_shared<Answers>(empty_answers(set));
     return {[&embree, &set, mode, coherent, answers] { embree.trace(set, mode, coherent, *answers); },
-            [answers] { return *answers; }, std::move(note)};
+            [answers] { return *answers; },
+            std::move(note),
+            {},
+            {}};
 }
 
 Method embree_method(const Bench& bench) {
@@ -250,9 +169,10 @@ struct Entry {
     const char* name;
     Method (*make)(const Bench&);
 };
-constexpr std::array kMethods{Entry{"naive", naive_method},     Entry{"plain", plain_method},
-                              Entry{"raster", raster_method},   Entry{"embree", embree_method},
-                              Entry{"packets", packets_method}, Entry{"ceiling", ceiling_method}};
+constexpr std::array kMethods{
+    Entry{"naive", naive_method},   Entry{"plain", plain_method},     Entry{"compute", compute_method},
+    Entry{"kept", kept_method},     Entry{"auto", automatic_method},  Entry{"raster", raster_method},
+    Entry{"embree", embree_method}, Entry{"packets", packets_method}, Entry{"ceiling", ceiling_method}};
 
 }  // namespace
 

@@ -15,7 +15,8 @@ struct Reference {
 };
 constexpr std::array kReferences{
     Reference{"plain", "times as fast as plain"}, Reference{"naive", "times as fast as naive"},
-    Reference{"embree", "times as fast as embree"}, Reference{"ceiling", "share of the ceiling"}};
+    Reference{"compute", "times as fast as compute"}, Reference{"embree", "times as fast as embree"},
+    Reference{"ceiling", "share of the ceiling"}};
 
 const std::vector<double>& times(const MethodResult& m, Clock clock) {
     return clock == Clock::wall ? m.seconds : m.cpu_seconds;
@@ -52,6 +53,26 @@ std::string rows(const SceneResult& r, const Cell& cell) {
     return text;
 }
 
+/// A table per method that has figures: a row per kind.
+std::string figure_tables(const SceneResult& r, Clock clock) {
+    std::string text;
+    for (std::size_t m = 0; m < r.kinds.front().methods.size(); ++m) {
+        const MethodResult& first = r.kinds.front().methods[m];
+        if (first.figures.empty()) continue;
+        text += fmt::format("  a run of {}\n  {:{}}{:>10}", first.method, "", kKindWidth, "ms");
+        for (const Figure& figure : first.figures) text += fmt::format("{:>10}", figure.name);
+        text += '\n';
+        for (const KindResult& kind : r.kinds) {
+            text += fmt::format("  {:{}}{:>10.1f}", kind.kind, kKindWidth,
+                                1e3 * quartiles(times(kind.methods[m], clock)).median);
+            for (const Figure& figure : kind.methods[m].figures)
+                text += fmt::format("{:>10.{}f}", figure.value, figure.value < 1000 ? 1 : 0);
+            text += '\n';
+        }
+    }
+    return text;
+}
+
 nlohmann::json quartiles_json(const Quartiles& q) {
     return {{"lower", q.lower}, {"median", q.median}, {"upper", q.upper}};
 }
@@ -62,11 +83,14 @@ nlohmann::json method_json(const KindResult& kind, const MethodResult& m, Clock 
         if (const MethodResult* other = find(kind, reference.method))
             ratios[reference.method] = quartiles_json(speedup(times(m, clock), times(*other, clock)));
     }
+    nlohmann::json figures = nlohmann::json::object();
+    for (const Figure& figure : m.figures) figures[figure.name] = figure.value;
     return {{"mrays_per_second", quartiles_json(rate(kind, times(m, clock)))},
             {"times_as_fast_as", ratios},
             {"exact", m.exact},
             {"rays_that_differ", m.different},
             {"note", m.note},
+            {"figures", figures},
             {"seconds", m.seconds},
             {"cpu_seconds", m.cpu_seconds}};
 }
@@ -107,6 +131,7 @@ std::string table(const SceneResult& r, Clock clock) {
             return fmt::format("{:.2f} {:.2f}..{:.2f}", q.median, q.lower, q.upper);
         });
     }
+    text += figure_tables(r, clock);
     text += heading("rays that differ from plain's", r.kinds.front());
     text += rows(r, [&](const KindResult&, const MethodResult& m) {
         return fmt::format("{}{}", m.different, m.exact && m.different > 0 ? " WRONG" : "");

@@ -10,7 +10,7 @@
 
 namespace halflight::bench {
 
-inline constexpr int kSchema = 2;  // of the JSON
+inline constexpr int kSchema = 3;  // of the JSON
 
 struct SceneResult {
     std::string file;

@@ -1,0 +1,40 @@
+// A ray set in the engine's hands: a graph that traces it.
+#pragma once
+
+#include <functional>
+
+#include "engine/graph/compile.h"
+#include "engine/graph/execute.h"
+#include "engine/rays/rays.h"
+#include "tools/bench/method.h"
+
+namespace halflight::bench {
+
+/// Adds the passes that answer a batch; returns the answers.
+using AddTrace =
+    std::function<graph::BufferHandle(graph::Graph&, const rays::RayBatch&, graph::BufferHandle results, bool any_hit)>;
+
+/// Without culling.
+AddTrace add_plain(const Bench& bench);
+
+class GraphRun {
+  public:
+    GraphRun(gpu::ProgramCache& programs, const RaySet& set, const AddTrace& add);
+
+    void run() { executor_.run(compiled_); }
+    /// By path: Hits or uints.
+    const gpu::Buffer& results() const { return results_; }
+    Answers answers(const RaySet& set) const;
+    graph::Executor& executor() { return executor_; }
+
+  private:
+    gpu::Buffer rays_, list_, header_, results_;
+    graph::CompiledGraph compiled_;
+    graph::Executor executor_;
+};
+
+/// By path, nothing in it yet.
+Answers empty_answers(const RaySet& set);
+std::size_t answer_bytes(const RaySet& set);
+
+}  // namespace halflight::bench
