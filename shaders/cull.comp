@@ -17,7 +17,7 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 0) writeonly buffer Lists { uvec4 lists[]; };
 layout(std430, binding = 3) buffer Counts { uint tiles_culled; };
 #ifdef HALFLIGHT_ANY_HIT
-layout(std430, binding = 5) writeonly buffer Blockers { uint blockers_of[]; };
+layout(std430, binding = 5) buffer Blockers { TileBlockers blockers_of[]; };
 #endif
 
 uniform uint tiles;
@@ -71,22 +71,27 @@ float size(Shaft s) {
     return w.x + w.y + w.z;
 }
 
-// The record that an earlier run has left, if it is one.
+// Of the record that an earlier run has left, if it is one; anything else if not.
 struct Earlier {
-    bool intact;
     Shaft shaft;
+    uint counts;
+    uint sum;
 };
 
 Earlier load_earlier(uint tile) {
     uvec4 words[kTileHeaderTexels];
     for (int i = 0; i < kTileHeaderTexels; ++i) words[i] = texelFetch(tile_lists, int(tile) * kTileRecord + i);
-    Earlier e;
-    e.shaft = Shaft(uintBitsToFloat(words[0].xyz), uintBitsToFloat(words[1].xyz), uintBitsToFloat(words[2].xyz),
-                    uintBitsToFloat(words[3].xyz));
-    TileCounts counts = tile_counts(words[1].w);
-    e.intact = counts.leaves + counts.others <= kTileEntries;
-    int leaves = e.intact ? counts.leaves : 0;
-    int entries = e.intact ? leaves + counts.others : 0;
+    return Earlier(Shaft(uintBitsToFloat(words[0].xyz), uintBitsToFloat(words[1].xyz), uintBitsToFloat(words[2].xyz),
+                         uintBitsToFloat(words[3].xyz)),
+                   words[1].w, words[0].w);
+}
+
+// Whether the record is what this kernel has written. asked: else nothing is read.
+bool intact(Earlier e, uint tile, bool asked) {
+    TileCounts counts = tile_counts(e.counts);
+    bool possible = asked && counts.leaves + counts.others <= kTileEntries;
+    int leaves = possible ? counts.leaves : 0;
+    int entries = possible ? leaves + counts.others : 0;
     uvec2 sums = uvec2(seed);
     int i = 0;
     do {
@@ -99,8 +104,7 @@ Earlier load_earlier(uint tile) {
         }
         ++i;
     } while (i < entries);
-    e.intact = e.intact && checksum(sums, e.shaft, words[1].w) == words[0].w;
-    return e;
+    return possible && checksum(sums, e.shaft, e.counts) == e.sum;
 }
 
 struct NodeBoxes {
@@ -193,10 +197,10 @@ void main() {
     Shaft shaft = bounds_of(space, tile);
     Earlier earlier = load_earlier(tile);
     // A tile without rays contains less than nothing. Nobody asks for its list.
-    bool any_ray = tile < tiles && shaft.origin_lower.x <= shaft.origin_upper.x;
-    bool stale = any_ray && !(earlier.intact && shaft_contains(earlier.shaft, shaft));
-    Shaft both = united(shaft, earlier.shaft);
-    if (earlier.intact && size(both) <= 1.25 * size(shaft)) shaft = both;
+    bool asked = tile < tiles && shaft.origin_lower.x <= shaft.origin_upper.x;
+    bool stale = asked && !intact(earlier, tile, shaft_contains(earlier.shaft, shaft));
+    Shaft both = united(shaft, earlier.shaft);  // garbage makes it larger, or not a number, and then it is not taken
+    if (size(both) <= 1.25 * size(shaft)) shaft = both;
 
     ShaftTest test = shaft_test(space, shaft);
     vec3 width_0 = (shaft.origin_upper - shaft.origin_lower) * space.cell;
@@ -206,6 +210,9 @@ void main() {
     int leaves = 0;
     int others = 0;
     uvec2 sums = uvec2(seed);
+#ifdef HALFLIGHT_ANY_HIT
+    TileBlockers blockers = TileBlockers(0u, blockers_of[min(tile, tiles - 1u)].latest);
+#endif
     bool more = stale;
     TileEntry entry = root_entry();
     do {
@@ -230,6 +237,9 @@ void main() {
                     for (int t = 0; t < kEntryTexels; ++t) lists[texel + t] = child[c].texels[t];
                     uint sum = checksum(leaf ? sums.x : sums.y, child[c]);
                     sums = leaf ? uvec2(sum, sums.y) : uvec2(sums.x, sum);
+#ifdef HALFLIGHT_ANY_HIT
+                    if (leaf && entry_reference(child[c]) == blockers.latest) blockers.entries = 1u << leaves;
+#endif
                     leaves += leaf ? 1 : 0;
                     others += leaf ? 0 : 1;
                 }
@@ -257,7 +267,7 @@ void main() {
         lists[record + 3] = uvec4(floatBitsToUint(shaft.end_upper), 0u);
         atomicAdd(tiles_culled, 1u);
 #ifdef HALFLIGHT_ANY_HIT
-        blockers_of[tile] = 0u;
+        blockers_of[tile] = blockers;
 #endif
     }
 }

@@ -18,7 +18,7 @@ layout(local_size_x = 64) in;
 #ifdef HALFLIGHT_ANY_HIT
 const bool kAnyHit = true;
 layout(std430, binding = 0) buffer Occluded { uint occluded[]; };
-layout(std430, binding = 5) buffer Blockers { uint blockers_of[]; };  // by tile: leaves that have ended rays, to be the first ones
+layout(std430, binding = 5) buffer Blockers { TileBlockers blockers_of[]; };
 #else
 const bool kAnyHit = false;
 layout(std430, binding = 0) buffer Hits { Hit hits[]; };
@@ -74,7 +74,7 @@ void share_entries(uint tile) {
     entry_lower_corner[i] = entry_lower(e);
     entry_upper_corner[i] = entry_upper(e);
 #ifdef HALFLIGHT_ANY_HIT
-    if (gl_LocalInvocationIndex == 0u) entry_blockers = blockers_of[tile];
+    if (gl_LocalInvocationIndex == 0u) entry_blockers = blockers_of[tile].entries;
 #endif
     barrier();
 }
@@ -132,7 +132,7 @@ void main() {
     bool found = false;
     bool again = false;  // an alpha test is in question
     uint blockers = shared_blockers();
-    uint blocker = 0u;
+    TileBlockers blocker = TileBlockers(0u, 0u);
     int slot = 0;
     int left = 0;
     int near = 0;
@@ -162,7 +162,7 @@ void main() {
 #ifdef HALFLIGHT_ALPHA
                     again = h.alpha_tested;
 #endif
-                    blocker = 1u << i;
+                    blocker = TileBlockers(1u << i, reference);
                     if (kAnyHit || again) {
                         left = 0;
                         met = 0u;
@@ -174,7 +174,7 @@ void main() {
 
 #ifdef HALFLIGHT_ANY_HIT
     // What one of two invocations writes is lost at times, and found again in the next run.
-    if ((blocker & ~blockers) != 0u) blockers_of[tile] = blockers | blocker;
+    if ((blocker.entries & ~blockers) != 0u) blockers_of[tile] = TileBlockers(blockers | blocker.entries, blocker.latest);
 #endif
 
     // Which of the others are left, now that something nearer may have been found.

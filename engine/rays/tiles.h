@@ -9,13 +9,14 @@
 #include "engine/gpu/buffer.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/rays.h"
+#include "shaders/shared/tile_list.h"
 
 namespace halflight::rays {
 
 /// What the back end keeps of a batch.
 struct TileBuffers {
     graph::BufferHandle lists;        // a record of shaders/shared/tile_list.h per tile; any content will do
-    graph::BufferHandle blockers;     // of any_hit: a mask of the list's entries per tile; any content will do
+    graph::BufferHandle blockers;     // of any_hit: TileBlockers per tile; any content will do
     graph::BufferHandle rest_header;  // ListHeader
     graph::BufferHandle rest;         // capacity x uvec2
 };
@@ -37,5 +38,10 @@ void search_tiles(graph::Resources& resources, const TraceScene& scene, const Ra
 /// After search_tiles(). rest: storage_read. rest_header: storage_read and indirect_read. The others as there.
 void search_rest(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
                  graph::BufferHandle results, bool any_hit);
+
+/// For statistics: what there is in a batch, and in its lists (texture_read) where they are given and up to date.
+/// Waits.
+shared::BatchCounts count_batch(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch,
+                                graph::BufferHandle lists);
 
 }  // namespace halflight::rays

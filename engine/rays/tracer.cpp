@@ -1,6 +1,7 @@
 #include "engine/rays/tracer.h"
 
 #include <algorithm>
+#include <optional>
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
@@ -24,6 +25,14 @@ constexpr std::uint64_t kReexamine = 64;
 
 std::string key_of(const RayBatch& batch) {
     return batch.depth == 0 ? name(batch.kind) : fmt::format("{} {}", name(batch.kind), batch.depth);
+}
+
+bool culls_by_tiles(Culling culling, const RayBatch& batch) {
+    return culling == Culling::compute || (culling == Culling::automatic && !batch.list);
+}
+
+graph::BufferHandle carried_lists(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch) {
+    return graph.carried_buffer("tile lists: " + key_of(batch), {tile_list_bytes(scene, batch.capacity)});
 }
 
 }  // namespace
@@ -64,11 +73,17 @@ class Tracer::Batch {
     }
 
     Way way() const { return statistics_.way; }
+    /// Of the last run.
+    std::optional<Way> ran() const { return ran_; }
     const gpu::Buffer& culled() const { return culled_; }
     void set_state_bytes(std::size_t bytes) { statistics_.state_bytes = bytes; }
 
+    using Step = double BatchStatistics::Seconds::*;
     void begin() { seconds_ = 0; }
-    void add(double seconds) { seconds_ += seconds; }
+    void add(Step step, double seconds) {
+        seconds_ += seconds;
+        if (way() == Way::tiles) statistics_.steps.*step += seconds;
+    }
     /// The run is over.
     void end(std::uint64_t tiles) {
         BatchStatistics::Measured& m = of(way());
@@ -76,8 +91,28 @@ class Tracer::Batch {
         ++m.runs;
         m.seconds += seconds_;
         ++runs_;
+        ran_ = way();
         statistics_.tiles += tiles;
         if (ways_.size() > 1) choose();
+    }
+
+    /// For batches that have but one way, and no steps.
+    void start() { watch_.emplace(); }
+    void stop() {
+        seconds_ = watch_->seconds();
+        end(0);
+    }
+    /// Of the last run.
+    void count(const shared::BatchCounts& counts, std::uint32_t rest_rays) {
+        of(*ran_).rays += counts.rays;
+        if (ran_ != Way::tiles) return;
+        BatchStatistics::Lists& l = statistics_.lists;
+        l.tiles += counts.tiles;
+        l.entries += counts.entries;
+        l.leaves += counts.leaves;
+        l.longest = std::max(l.longest, std::uint64_t{counts.longest});
+        l.rays += counts.rays;
+        l.rest_rays += rest_rays;
     }
 
     BatchStatistics statistics() const {
@@ -98,14 +133,15 @@ class Tracer::Batch {
     void choose() {
         if (of(ways_.front()).runs < kFirstRuns) return;
         for (const Way way : ways_) {
-            if (of(way).runs < kTrials) return set(way, "being tried");
+            if (of(way).runs < kTrials) return set(way, fmt::format("undecided: {} come next to be tried", name(way)));
         }
         const Way fastest =
             *std::min_element(ways_.begin(), ways_.end(), [&](Way a, Way b) { return of(a).best < of(b).best; });
-        set(fastest, times());
+        set(fastest, comparison(fastest));
         if (runs_ % kReexamine != 0) return;
         for (const Way way : ways_) {
-            if (way != fastest && of(way).best < kHopeless * of(fastest).best) set(way, "being tried again");
+            if (way != fastest && of(way).best < kHopeless * of(fastest).best)
+                set(way, statistics_.reason + "; the other one is due to be tried again");
         }
     }
 
@@ -114,17 +150,23 @@ class Tracer::Batch {
         statistics_.reason = std::move(reason);
     }
 
-    std::string times() {
-        std::string text = "fastest run in ms:";
-        for (const Way way : ways_) text += fmt::format(" {} {:.1f},", name(way), 1e3 * of(way).best);
-        text.pop_back();
+    std::string comparison(Way fastest) {
+        std::string text;
+        for (const Way way : ways_) {
+            if (way == fastest) continue;
+            text += fmt::format("{}{:.2f} times as fast as {} (fastest runs: {:.1f} ms, {:.1f} ms)",
+                                text.empty() ? "" : ", ", of(way).best / of(fastest).best, name(way),
+                                1e3 * of(fastest).best, 1e3 * of(way).best);
+        }
         return text;
     }
 
     std::vector<Way> ways_;  // that come into question; the first one is tried first
     BatchStatistics statistics_;
     std::uint64_t runs_ = 0;
+    std::optional<Way> ran_;
     double seconds_ = 0;
+    std::optional<gpu::Stopwatch> watch_;
     gpu::Buffer culled_{"tiles culled", sizeof(std::uint32_t)};
 };
 
@@ -146,6 +188,21 @@ std::vector<BatchStatistics> Tracer::statistics() const {
     return all;
 }
 
+std::vector<RasterKind> Tracer::raster_statistics() const {
+    std::vector<RasterKind> all;
+    if (raster_ == nullptr) return all;
+    for (const RayKind kind : kRayKinds) {
+        const RasterStatistics& of_kind = raster_->statistics(kind);
+        if (of_kind.runs > 0) all.push_back({kind, of_kind, raster_->state(kind).nodes.size() * sizeof(CullMemory)});
+    }
+    return all;
+}
+
+bool Tracer::ran_by_tiles(const RayBatch& rays) const {
+    const auto found = batches_.find(key_of(rays));
+    return found != batches_.end() && found->second->ran() == Way::tiles;
+}
+
 Tracer::Batch& Tracer::batch(const RayBatch& rays) {
     std::unique_ptr<Batch>& found = batches_[key_of(rays)];
     if (!found) {
@@ -158,11 +215,11 @@ Tracer::Batch& Tracer::batch(const RayBatch& rays) {
                 break;
             case Culling::raster:
                 ways = {Way::raster};
-                reason = "asked for";
+                reason = "raster culling was asked for";
                 break;
             case Culling::compute:
                 ways = {Way::tiles};
-                reason = "asked for";
+                reason = "compute culling was asked for";
                 break;
             case Culling::automatic:
                 ways = {Way::plain};
@@ -170,7 +227,7 @@ Tracer::Batch& Tracer::batch(const RayBatch& rays) {
                     reason = "rays of a list have no lasting place in tiles";
                 } else {
                     ways.push_back(Way::tiles);
-                    reason = "tried first";
+                    reason = "undecided: plain comes first to be tried";
                 }
                 break;
         }
@@ -192,14 +249,26 @@ class BatchRun {
           label_(fmt::format("{} rays", name(batch.kind))) {}
 
     graph::BufferHandle add(graph::BufferHandle results) {
+        if (culls_by_tiles(tracer_.culling_, batch_)) {
+            results = add_tiles(results);
+        } else {
+            if (tracer_.counts_) add_start();
+            results = add_whole(results);
+        }
+        if (tracer_.counts_) add_count();
+        return results;
+    }
+
+  private:
+    graph::BufferHandle add_whole(graph::BufferHandle results) {
         if (tracer_.culling_ == Culling::raster) {
             return any_hit_ ? raster_any_hit(graph_, scene_, *tracer_.raster_, batch_, results)
                             : raster_closest_hit(graph_, scene_, *tracer_.raster_, batch_, results);
         }
-        const bool culls =
-            tracer_.culling_ == Culling::compute || (tracer_.culling_ == Culling::automatic && !batch_.list);
-        if (!culls)
-            return any_hit_ ? any_hit(graph_, scene_, batch_, results) : closest_hit(graph_, scene_, batch_, results);
+        return any_hit_ ? any_hit(graph_, scene_, batch_, results) : closest_hit(graph_, scene_, batch_, results);
+    }
+
+    graph::BufferHandle add_tiles(graph::BufferHandle results) {
         create_buffers();
         add_cull();
         results = add_search(results);
@@ -211,16 +280,14 @@ class BatchRun {
         return results;
     }
 
-  private:
     void create_buffers() {
         const std::size_t bytes = tile_list_bytes(scene_, batch_.capacity);
-        const std::string lists = fmt::format("tile lists: {}", key_of(batch_));
-        const std::size_t masks = tile_count(batch_.capacity) * sizeof(std::uint32_t);
+        const std::size_t masks = tile_count(batch_.capacity) * sizeof(shared::TileBlockers);
         if (batch_.list) {
-            tiles_.lists = graph_.create_buffer(lists, {bytes});
+            tiles_.lists = graph_.create_buffer("tile lists", {bytes});
             if (any_hit_) tiles_.blockers = graph_.create_buffer("blockers", {masks});
         } else {
-            tiles_.lists = graph_.carried_buffer(lists, {bytes});
+            tiles_.lists = carried_lists(graph_, scene_, batch_);
             if (any_hit_) tiles_.blockers = graph_.carried_buffer("blockers: " + key_of(batch_), {masks});
             state_->set_state_bytes(bytes + (any_hit_ ? masks : 0));
         }
@@ -240,8 +307,8 @@ class BatchRun {
 
     /// Steps that only the ways by tiles have; timed.
     template <class F>
-    auto timed(F step) const {
-        return [step, batch = state_](graph::Resources& r) { batch->add(gpu::timed([&] { step(r); })); };
+    auto timed(Tracer::Batch::Step step, F f) const {
+        return [=, batch = state_](graph::Resources& r) { batch->add(step, gpu::timed([&] { f(r); })); };
     }
 
     void add_cull() {
@@ -251,11 +318,11 @@ class BatchRun {
         const Access update = batch_.list ? Access::storage_write : Access::storage_read_write;
         tiles_.lists = pass.write(tiles_.lists, update);
         if (any_hit_) tiles_.blockers = pass.write(tiles_.blockers, update);
-        pass.execute([batch = state_, step = timed([&scene = scene_, rays = batch_, tiles = tiles_, any = any_hit_,
-                                                    batch = state_](graph::Resources& r) {
-                                          if (batch->way() == Way::plain) return;
-                                          cull_tiles(r, scene, rays, tiles, any, batch->culled());
-                                      })](graph::Resources& r) {
+        const auto cull = [&scene = scene_, rays = batch_, tiles = tiles_, any = any_hit_,
+                           batch = state_](graph::Resources& r) {
+            if (batch->way() == Way::tiles) cull_tiles(r, scene, rays, tiles, any, batch->culled());
+        };
+        pass.execute([batch = state_, step = timed(&BatchStatistics::Seconds::cull, cull)](graph::Resources& r) {
             batch->begin();
             step(r);
         });
@@ -270,14 +337,15 @@ class BatchRun {
         tiles_.rest = pass.write(tiles_.rest, Access::storage_write);
         const bool keeps = batch_.list && results.version != 0;
         results = pass.write(results, keeps ? Access::storage_read_write : Access::storage_write);
-        pass.execute(timed([&scene = scene_, rays = batch_, tiles = tiles_, results, any = any_hit_,
-                            batch = state_](graph::Resources& r) {
+        const auto search = [&scene = scene_, rays = batch_, tiles = tiles_, results, any = any_hit_,
+                             batch = state_](graph::Resources& r) {
             if (batch->way() == Way::plain) {
                 trace_plain(r, scene, rays, results, any);
             } else {
                 search_tiles(r, scene, rays, tiles, results, any);
             }
-        }));
+        };
+        pass.execute(timed(&BatchStatistics::Seconds::search, search));
         return results;
     }
 
@@ -289,15 +357,40 @@ class BatchRun {
         pass.read(tiles_.rest_header, Access::storage_read);
         pass.read(tiles_.rest_header, Access::indirect_read);
         results = pass.write(results, Access::storage_read_write);
+        const auto rest = [&scene = scene_, rays = batch_, tiles = tiles_, results, any = any_hit_,
+                           batch = state_](graph::Resources& r) {
+            if (batch->way() == Way::tiles) search_rest(r, scene, rays, tiles, results, any);
+        };
         pass.execute([batch = state_, count = tile_count(batch_.capacity),
-                      step = timed([&scene = scene_, rays = batch_, tiles = tiles_, results, any = any_hit_,
-                                    batch = state_](graph::Resources& r) {
-                          if (batch->way() == Way::tiles) search_rest(r, scene, rays, tiles, results, any);
-                      })](graph::Resources& r) {
+                      step = timed(&BatchStatistics::Seconds::rest, rest)](graph::Resources& r) {
             step(r);
             batch->end(batch->way() == Way::plain ? 0 : count);
         });
         return results;
+    }
+
+    void add_start() {
+        graph::Pass pass = graph_.add_pass(label_ + ": count");
+        pass.keep();
+        pass.execute([batch = state_](graph::Resources&) { batch->start(); });
+    }
+
+    void add_count() {
+        const bool tiles = culls_by_tiles(tracer_.culling_, batch_);
+        graph::Pass pass = graph_.add_pass(label_ + ": count");
+        pass.keep();
+        read_batch(pass);
+        if (tiles) {
+            pass.read(tiles_.lists, Access::texture_read);
+            pass.read(tiles_.rest_header, Access::transfer_read);
+        }
+        pass.execute([&scene = scene_, rays = batch_, kept = tiles_, tiles, batch = state_](graph::Resources& r) {
+            if (!tiles) batch->stop();
+            const bool ran_by_tiles = batch->ran() == Way::tiles;
+            const auto rest =
+                ran_by_tiles ? r.buffer(kept.rest_header).read<shared::ListHeader>(0, 1).front().count : 0;
+            batch->count(count_batch(r, scene, rays, ran_by_tiles ? kept.lists : graph::BufferHandle()), rest);
+        });
     }
 
     graph::Graph& graph_;
@@ -316,6 +409,11 @@ graph::BufferHandle closest_hit(graph::Graph& graph, Tracer& tracer, const RayBa
 
 graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle occluded) {
     return BatchRun(graph, tracer, batch, true).add(occluded);
+}
+
+graph::BufferHandle kept_lists(graph::Graph& graph, const Tracer& tracer, const RayBatch& batch) {
+    if (batch.list || !culls_by_tiles(tracer.culling(), batch)) return {};
+    return carried_lists(graph, tracer.scene(), batch);
 }
 
 }  // namespace halflight::rays

@@ -21,8 +21,25 @@ HALFLIGHT_SHARED_CONST int kTileHeaderTexels = 4;
 HALFLIGHT_SHARED_CONST int kTileTexels = 36;       // of a record; grid format
 HALFLIGHT_SHARED_CONST int kTileFloatTexels = 68;  // of a record; float format
 
+// Leaves that have ended shadow rays of a tile: tested first. Wrong ones cost time.
+struct TileBlockers {
+    uint entries;  // mask
+    uint latest;   // reference of one of them, to be found again in the tile's next list
+};
+HALFLIGHT_SHARED_SIZE(TileBlockers, 8)
+
 // In the list of rays that are not done with their tile's leaves: the search begins again, at the root.
 HALFLIGHT_SHARED_CONST uint kSearchAgain = 0x80000000u;
+
+// Of a batch and its lists, for statistics.
+struct BatchCounts {
+    uint rays;     // alive
+    uint tiles;    // with a ray alive; the others' lists do not count
+    uint entries;  // of their lists
+    uint leaves;   // of the entries
+    uint longest;  // list: entries
+};
+HALFLIGHT_SHARED_SIZE(BatchCounts, 20)
 
 HALFLIGHT_SHARED_END
 
