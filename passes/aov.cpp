@@ -1,5 +1,6 @@
 #include "passes/aov.h"
 
+#include "passes/scatter.h"
 #include "shaders/shared/aov.h"
 #include "shaders/shared/bindings.h"
 
@@ -20,6 +21,34 @@ graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GB
         r.buffer(gbuffer.surfaces).bind_storage(1);
         r.buffer(records).bind_storage(2);
         r.programs().compute("shaders/aov.comp", view.scene.defines()).dispatch(view.band.paths() / 64);
+    });
+    return records;
+}
+
+graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer,
+                                  const DebugOptions& options) {
+    const rays::RayBatch shadow = ray_batch(view, rays::RayKind::shadow, {}, {}, 0);
+    const graph::BufferHandle lists =
+        options.culling ? rays::kept_lists(graph, view.tracer, shadow) : graph::BufferHandle();
+    graph::Pass pass = graph.add_pass("debug aov");
+    pass.read(view.frame_constants, Access::uniform_read);
+    pass.read(gbuffer.rays, Access::storage_read);
+    if (lists) pass.read(lists, Access::texture_read);
+    const graph::BufferHandle records = pass.write(
+        graph.create_buffer("debug records", {view.band.paths() * sizeof(shared::DebugRecord)}), Access::storage_write);
+    pass.execute([=](graph::Resources& r) {
+        gpu::Defines defines = view.trace.defines();
+        if (options.nodes) defines.set("HALFLIGHT_COUNT");
+        if (lists && view.tracer.ran_by_tiles(shadow)) {
+            defines.set("TILE_LISTS");
+            r.buffer(lists).bind_texture(UNIT_FREE + 1, GL_RGBA32UI);
+        }
+        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
+        r.buffer(gbuffer.rays).bind_storage(0);
+        r.buffer(records).bind_storage(1);
+        view.trace.bind();
+        view.scene.bind();
+        r.programs().compute("shaders/debug_aov.comp", defines).dispatch(view.band.paths() / 64);
     });
     return records;
 }

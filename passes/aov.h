@@ -1,5 +1,5 @@
-// Data outputs of the surfaces seen through the pixels' centres: not filtered, since a mean of ids or depths means
-// nothing.
+// Data outputs of the surfaces seen through the pixels' centres, and of what it takes to trace rays there: not
+// filtered, since a mean of ids or depths means nothing.
 #pragma once
 
 #include "passes/gbuffer.h"
@@ -8,5 +8,13 @@ namespace halflight {
 
 /// AovRecord (shaders/shared/aov.h) by path index. The frame constants must place the sample at the pixel's centre.
 graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer);
+
+struct DebugOptions {
+    bool nodes = false;    // traces the camera rays once more
+    bool culling = false;  // reads the tile lists that the frame's last run has left; the same History must have run it
+};
+/// DebugRecord (shaders/shared/aov.h) by path index; 0 for what was not asked for.
+graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer,
+                                  const DebugOptions& options);
 
 }  // namespace halflight

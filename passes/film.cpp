@@ -27,6 +27,13 @@ constexpr std::array kAovs = {
     AovInfo{
         "ids", "",
         "uint32 ids.instance, ids.primitive, ids.material at the pixel's centre; 4294967295 where there is no surface"},
+    AovInfo{"nodes", "Y", "nodes of the hierarchy that the camera ray at the pixel's centre visits, without culling",
+            true},
+    AovInfo{
+        "culling", "",
+        "culling.leaves, culling.others: length of the pixel's tile's list for the last sample's first shadow rays; 0 "
+        "where there are none or culling did without lists",
+        true},
 };
 
 const AovInfo& info(std::string_view name) {
@@ -40,6 +47,7 @@ bool is_color(const AovInfo& a) {
 /// Names of the EXR channels. Depth is the standard's plain "Z".
 std::vector<std::string> channel_names(const AovInfo& a) {
     if (a.name == "ids") return {"ids.instance", "ids.primitive", "ids.material"};
+    if (a.name == "culling") return {"culling.leaves", "culling.others"};
     if (a.name == "depth") return {"Z"};
     std::vector<std::string> names;
     for (char c : a.channels) names.push_back(std::string(a.name) + "." + c);
@@ -141,6 +149,19 @@ void Film::add_data(const Band& band, const std::vector<shared::AovRecord>& reco
             to[0] = std::bit_cast<float>(source.instance);
             to[1] = std::bit_cast<float>(source.triangle);
             to[2] = std::bit_cast<float>(material);
+        }
+    });
+}
+
+void Film::add_debug(const Band& band, const std::vector<shared::DebugRecord>& records) {
+    Image* nodes = plane("nodes");
+    Image* culling = plane("culling");
+    for_each_pixel(band, [&](int x, int y, std::size_t path) {
+        const shared::DebugRecord& r = records[path];
+        if (nodes) *nodes->at(x, y) = static_cast<float>(r.nodes);
+        if (culling) {
+            culling->at(x, y)[0] = static_cast<float>(r.leaves);
+            culling->at(x, y)[1] = static_cast<float>(r.others);
         }
     });
 }

@@ -29,6 +29,7 @@ class Film {
     void add_sums(const Band& band, int samples, const Sums& sums);
     void add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view);
     void add_data(const Band& band, const std::vector<shared::AovRecord>& records);
+    void add_debug(const Band& band, const std::vector<shared::DebugRecord>& records);
 
     /// Beauty, view and the AOVs that were asked for, in that order. Leaves the film empty.
     void take(RenderResult& result);

@@ -86,6 +86,7 @@ struct CompiledFrame {
     graph::Graph graph;
     Frame frame;
     graph::BufferHandle aov;
+    graph::BufferHandle debug;
     graph::CompiledGraph compiled;
 };
 
@@ -104,7 +105,7 @@ struct Renderer::State {
     gpu::Buffer non_finite{"non-finite counts", shared::kCountedPasses * sizeof(std::uint32_t)};
     Band band;
     CompiledFrame sample;
-    CompiledFrame data;                  // AOVs through the pixels' centres; not built unless asked for
+    CompiledFrame data;                  // AOVs through the pixels' centres; empty unless asked for
     graph::Executor executor{programs};  // of samples: the sums are its history
     graph::Executor composer{programs};
     double prepare_seconds = 0;
@@ -118,8 +119,10 @@ struct Renderer::State {
         buffers.emplace(trace_tables, build_shading_tables(scene, trace_tables));
         const rays::PackedScene packed = rays::pack_scene(trace_tables);
         trace.emplace(trace_tables, packed, buffers->defines());
-        if (settings.culling == rays::Culling::raster) raster.emplace(packed);
+        if (settings.culling == rays::Culling::raster)
+            raster.emplace(packed, raster_settings());
         tracer.emplace(*trace, settings.culling, raster ? &*raster : nullptr);
+        if (settings.measure) tracer->count();
         if (settings.want_view) view_kernel.emplace(colors.view(settings.view));
         prepare_seconds = seconds_since(start);
 
@@ -129,13 +132,26 @@ struct Renderer::State {
                                    asked_for(settings, {"albedo", "normal"})};
         sample.frame = add_frame(sample.graph, view(sample.graph), options, non_finite);
         sample.compiled = graph::compile(sample.graph);
-        if (asked_for(settings, {"position", "depth", "motion", "ids"})) {
-            const SceneView seen = view(data.graph);
-            data.aov = add_aov(data.graph, seen, add_gbuffer(data.graph, seen));
-            data.graph.output(data.aov);
-            data.compiled = graph::compile(data.graph);
-        }
+        add_data();
         context.check("compiling the frame");
+    }
+
+    rays::RasterSettings raster_settings() const {
+        rays::RasterSettings s;
+        s.measure = settings.measure;
+        return s;
+    }
+
+    void add_data() {
+        const bool aov = asked_for(settings, {"position", "depth", "motion", "ids"});
+        const DebugOptions debug{asked_for(settings, {"nodes"}), asked_for(settings, {"culling"})};
+        if (!aov && !debug.nodes && !debug.culling) return;
+        const SceneView seen = view(data.graph);
+        const GBuffer gbuffer = add_gbuffer(data.graph, seen);
+        if (aov) data.graph.output(data.aov = add_aov(data.graph, seen, gbuffer));
+        if (debug.nodes || debug.culling)
+            data.graph.output(data.debug = add_debug_aov(data.graph, seen, gbuffer, debug));
+        data.compiled = graph::compile(data.graph);
     }
 
     SceneView view(graph::Graph& graph) {
@@ -198,11 +214,12 @@ struct Renderer::State {
         film.add_pictures(where, composer.texture(composite.beauty).read_float(),
                           composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
 
-        if (data.aov) {
+        if (data.aov || data.debug) {
             set_frame(where, vec2(0.5f), 0);
             executor.run(data.compiled);
-            film.add_data(where, executor.read<shared::AovRecord>(data.aov));
         }
+        if (data.aov) film.add_data(where, executor.read<shared::AovRecord>(data.aov));
+        if (data.debug) film.add_debug(where, executor.read<shared::DebugRecord>(data.debug));
     }
 };
 
@@ -254,6 +271,7 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
     stats.left_out = s.sample.frame.left_out;
     for (const graph::PassTime& t : s.executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.batches = s.tracer->statistics();
+    stats.raster = s.tracer->raster_statistics();
     const auto counts = s.non_finite.read<std::uint32_t>();
     const char* names[shared::kCountedPasses] = {"gbuffer", "shadow", "diffuse and glossy", "continuation"};
     for (std::size_t i = 0; i < shared::kCountedPasses; ++i) stats.non_finite.push_back({names[i], counts[i]});

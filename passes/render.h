@@ -23,7 +23,9 @@ struct AovInfo {
     std::string_view name;         // EXR layer ("albedo", "depth")
     std::string_view channels;     // after the layer's name ("RGB", "XYZ", "Z")
     std::string_view description;  // one line with units
+    bool debug = false;            // tells how the picture was made, not what it shows; may differ from run to run
 };
+/// Those for debugging come last.
 std::span<const AovInfo> known_aovs();
 
 struct RenderSettings {
@@ -41,7 +43,7 @@ struct RenderSettings {
     bool want_view = false;         // also the picture through `view`
     ViewTransform view;
     rays::Culling culling = rays::Culling::automatic;  // who finds hits; never changes the picture
-    bool measure = false;  // wait for the GPU after each pass to tell its time (slower)
+    bool measure = false;  // wait for the GPU after each pass to tell its time, and count rays and culling (slower)
 };
 
 struct RenderProgress {
@@ -75,6 +77,7 @@ struct RenderStats {
     std::vector<std::string> left_out;  // passes that the scene or the settings did not need, with the reason
     std::vector<NonFiniteCount> non_finite;
     std::vector<rays::BatchStatistics> batches;  // how rays were traced
+    std::vector<rays::RasterKind> raster;        // with raster culling: what it did
 };
 
 struct RenderResult {

@@ -24,7 +24,7 @@ void bind_batch(graph::Resources& r, const gpu::Program& program, const TraceSce
                 const TileBuffers& tiles) {
     scene.bind();
     r.buffer(batch.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
-    r.buffer(tiles.lists).bind_texture(UNIT_FREE + 1, GL_RGBA32UI);
+    if (tiles.lists) r.buffer(tiles.lists).bind_texture(UNIT_FREE + 1, GL_RGBA32UI);
     if (batch.list) {
         r.buffer(batch.list).bind_storage(1);
         r.buffer(batch.list_header).bind_storage(2);
@@ -94,6 +94,18 @@ void search_rest(graph::Resources& r, const TraceScene& scene, const RayBatch& b
     const gpu::Program& program = r.programs().compute("shaders/trace_tiles.comp", defines);
     bind_search(r, program, scene, batch, tiles, results);
     program.dispatch_indirect(r.buffer(tiles.rest_header));
+}
+
+shared::BatchCounts count_batch(graph::Resources& r, const TraceScene& scene, const RayBatch& batch,
+                                graph::BufferHandle lists) {
+    gpu::Defines defines = tile_defines(scene, batch, false);
+    if (lists) defines.set("TILE_LISTS");
+    const gpu::Program& program = r.programs().compute("shaders/count_batch.comp", defines);
+    const gpu::Buffer counts("counts of a batch", sizeof(shared::BatchCounts));
+    bind_batch(r, program, scene, batch, {.lists = lists, .blockers = {}, .rest_header = {}, .rest = {}});
+    counts.bind_storage(0);
+    program.dispatch((tile_count(batch.capacity) + 63) / 64);
+    return counts.read<shared::BatchCounts>().front();
 }
 
 }  // namespace halflight::rays

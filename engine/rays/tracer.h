@@ -35,13 +35,37 @@ struct BatchStatistics {
     std::string reason;    // why
     struct Measured {
         std::uint64_t runs = 0;
-        double seconds = 0;  // sum
-        double best = 0;     // least of a run
+        double seconds = 0;      // sum
+        double best = 0;         // least of a run
+        std::uint64_t rays = 0;  // that were alive, over all runs; where counted
     };
     Measured measured[kWays];
+    struct Seconds {
+        double cull = 0;
+        double search = 0;  // of the lists' leaves
+        double rest = 0;    // of what is below their other entries
+    };
+    Seconds steps;                   // of runs by tiles
     std::uint64_t tiles = 0;         // that had culling to do, over all runs
     std::uint64_t tiles_culled = 0;  // of these, lists that were made; the others were kept
-    std::size_t state_bytes = 0;     // carried from run to run
+    /// Sums over runs by tiles; where counted.
+    struct Lists {
+        std::uint64_t tiles = 0;  // with a ray alive
+        std::uint64_t entries = 0;
+        std::uint64_t leaves = 0;     // of the entries
+        std::uint64_t longest = 0;    // entries; the greatest of all runs
+        std::uint64_t rays = 0;       // alive
+        std::uint64_t rest_rays = 0;  // of these, that had not ended with the leaves of their tile
+    };
+    Lists lists;
+    std::size_t state_bytes = 0;  // carried from run to run
+};
+
+/// What the raster back end knows of a kind of rays, of whatever depth.
+struct RasterKind {
+    RayKind kind = RayKind::primary;
+    RasterStatistics statistics;
+    std::size_t state_bytes = 0;
 };
 
 /// A scene and how its batches are served. What it learns decides about time and nothing else.
@@ -58,7 +82,13 @@ class Tracer {
     /// Camera cut, scene edit, resize: what is known of time is forgotten. The tile lists are carried buffers of the
     /// graph's History, which is invalidated there.
     void invalidate();
+    /// Batches added to graphs from now on count rays and lists, in passes of their own that wait for the GPU; and
+    /// those that have but one way to be served are timed as well.
+    void count() { counts_ = true; }
     std::vector<BatchStatistics> statistics() const;
+    std::vector<RasterKind> raster_statistics() const;
+    /// Whether the last run of such a batch was by tiles.
+    bool ran_by_tiles(const RayBatch& rays) const;
 
   private:
     friend class BatchRun;
@@ -68,6 +98,7 @@ class Tracer {
     const TraceScene& scene_;
     Culling culling_;
     RasterCulling* raster_;
+    bool counts_ = false;
     std::map<std::string, std::unique_ptr<Batch>> batches_;
 };
 
@@ -75,5 +106,9 @@ class Tracer {
 /// depth.
 graph::BufferHandle closest_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle hits);
 graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle occluded);
+
+/// The tile lists (shaders/shared/tile_list.h) that runs of such a batch have left, in whatever graph of the same
+/// History; as they are where ran_by_tiles(). None where none are carried.
+graph::BufferHandle kept_lists(graph::Graph& graph, const Tracer& tracer, const RayBatch& batch);
 
 }  // namespace halflight::rays

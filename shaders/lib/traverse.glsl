@@ -6,8 +6,9 @@
 // the least such t counts, which is that of the leaf where the ray meets it. Among equal t the lowest (instance, triangle)
 // wins.
 //
-// Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles). A kernel that
-// knows where hits are may begin elsewhere: TRAVERSAL_ROOT, and within an instance BLOCK_ROOT.
+// Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles),
+// HALFLIGHT_COUNT (nodes visited). A kernel that knows where hits are may begin elsewhere: TRAVERSAL_ROOT, and within an
+// instance BLOCK_ROOT.
 #include "shaders/shared/rays.h"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/finite.glsl"
@@ -80,6 +81,10 @@ Ray ray_in_block(Ray ray, uint instance) {
 uint stack[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];
 int stack_near[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];  // where the ray enters; bits of a float >= 0, like all `near`
 
+#ifdef HALFLIGHT_COUNT
+uint nodes_visited = 0u;  // inner ones, four boxes each
+#endif
+
 const Hit kNoHit = Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss);
 
 // Hit of a ray among all that the lowest `entries` of the stack lead to, and `known`: a hit that was found before, or kNoHit.
@@ -119,6 +124,9 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             do {
                 if (is_inner_node(node)) {
                     BvhStep s = bvh_step(box, node, ray.t_min, any_hit ? below_t_max : nearest.t);
+#ifdef HALFLIGHT_COUNT
+                    ++nodes_visited;
+#endif
                     for (int i = 3; i > 0; --i) {
                         if (s.near[i] < kBvhFar) {
                             stack[entries] = s.reference[i];

@@ -18,6 +18,14 @@ struct AovRecord {
 };
 HALFLIGHT_SHARED_SIZE(AovRecord, 32)
 
+// What tracing cost, per pixel, by path index.
+struct DebugRecord {
+    uint nodes;   // inner ones that the plain tracer visits for the camera ray, four boxes each
+    uint leaves;  // in the list of the pixel's tile for the last sample's shadow rays from the surface seen;
+    uint others;  // both 0 where there is no list
+};
+HALFLIGHT_SHARED_SIZE(DebugRecord, 12)
+
 HALFLIGHT_SHARED_END
 
 #endif

@@ -29,7 +29,8 @@ Scene shiny_cornell() {
 RenderSettings everything(const Scene& scene, int width, int height, int samples) {
     RenderSettings s = small_settings(scene.cameras[0], width, height, samples, 4);
     s.aovs.clear();
-    for (const AovInfo& a : known_aovs()) s.aovs.emplace_back(a.name);
+    for (const AovInfo& a : known_aovs())
+        if (!a.debug) s.aovs.emplace_back(a.name);
     s.want_view = true;
     return s;
 }

@@ -125,14 +125,15 @@ std::vector<std::string> split_names(const std::string& list) {
 
 std::string known_aov_names() {
     std::string names;
-    for (const AovInfo& aov : known_aovs()) names.append(names.empty() ? "" : ", ").append(aov.name);
+    for (const AovInfo& aov : known_aovs())
+        names.append(names.empty() ? "" : ", ").append(aov.name).append(aov.debug ? " (not in all)" : "");
     return names;
 }
 
 std::vector<std::string> aov_names(const std::string& option, const std::string& list) {
     std::vector<std::string> names;
     for (const std::string& name : split_names(list)) {
-        const auto same = [&](const AovInfo& aov) { return aov.name == name || name == "all"; };
+        const auto same = [&](const AovInfo& aov) { return aov.name == name || (name == "all" && !aov.debug); };
         if (std::ranges::none_of(known_aovs(), same))
             throw UsageError(option, "there is no '{}', only all, {}", name, known_aov_names());
         for (const AovInfo& aov : known_aovs())
@@ -205,7 +206,8 @@ void add_run_options(Options& options, RenderArguments& a) {
                   [&](const auto& name, const auto& text) { a.culling = culling_named(name, text); });
     options.flag("--gl-debug", a.gl_debug, "let the driver check every call (slower); its errors have a text then");
     options.flag("--allow-outside", a.allow_outside, "the scene may name files outside its folder");
-    options.path("--stats", "FILE.json", "write what was done, and the time of each pass", a.stats);
+    options.path("--stats", "FILE.json", "write what was done, and the time of each pass; counting makes it slower",
+                 a.stats);
     options.path("--dump-graph", "FILE.dot", "write the frame's graph of passes for Graphviz", a.graph);
     options.flag("--quiet", a.quiet, "no progress, no notes; errors only");
 }

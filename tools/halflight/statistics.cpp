@@ -23,23 +23,59 @@ std::string environment_name(const Environment& environment) {
     return environment.map.width > 0 ? environment.name : fmt::format("{} {},{},{}", environment.name, c.x, c.y, c.z);
 }
 
+double ratio(std::uint64_t part, std::uint64_t whole) {
+    return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
 Json batch_statistics(const rays::BatchStatistics& b) {
     Json ways = Json::object();
     for (std::size_t i = 0; i < rays::kWays; ++i) {
         const auto& m = b.measured[i];
         if (m.runs > 0) {
             ways[rays::name(static_cast<rays::Way>(i))] = {
-                {"runs", m.runs}, {"seconds", m.seconds}, {"fastest_run_seconds", m.best}};
+                {"runs", m.runs}, {"rays", m.rays}, {"seconds", m.seconds}, {"fastest_run_seconds", m.best}};
         }
     }
-    return {{"batch", b.batch},
-            {"way", rays::name(b.way)},
-            {"reason", b.reason},
-            {"ways", ways},
-            {"tiles", b.tiles},
-            {"tile_lists_made", b.tiles_culled},
-            {"tile_lists_kept", b.tiles - std::min(b.tiles, b.tiles_culled)},
-            {"state_bytes", b.state_bytes}};
+    Json json{{"batch", b.batch}, {"next_way", rays::name(b.way)}, {"reason", b.reason}, {"ways", ways}};
+    const auto& plain = b.measured[static_cast<std::size_t>(rays::Way::plain)];
+    const auto& tiles = b.measured[static_cast<std::size_t>(rays::Way::tiles)];
+    if (plain.runs > 0 && tiles.runs > 0) json["speed_of_tiles_to_plain"] = plain.best / std::max(tiles.best, 1e-9);
+    if (tiles.runs > 0) {
+        const rays::BatchStatistics::Lists& l = b.lists;
+        json["tile_lists"] = {{"seconds", {{"cull", b.steps.cull}, {"search", b.steps.search}, {"rest", b.steps.rest}}},
+                              {"wanted", l.tiles},
+                              {"made", b.tiles_culled},
+                              {"kept", l.tiles - std::min(l.tiles, b.tiles_culled)},
+                              {"mean_entries", ratio(l.entries, l.tiles)},
+                              {"mean_leaves", ratio(l.leaves, l.tiles)},
+                              {"most_entries", l.longest},
+                              {"share_of_rays_beyond_leaves", ratio(l.rest_rays, l.rays)}};
+    }
+    json["state_bytes"] = b.state_bytes;
+    return json;
+}
+
+Json raster_statistics(const rays::RasterKind& kind) {
+    const rays::RasterStatistics& s = kind.statistics;
+    return {{"kind", rays::name(kind.kind)},
+            {"runs", s.runs},
+            {"queries_issued", s.queries},
+            {"multi_queries", s.multi_queries},
+            {"queries_saved_hidden", s.saved_hidden},
+            {"queries_saved_visible", s.saved_visible},
+            {"waits", s.waits},
+            {"nodes_visited", s.nodes},
+            {"leaves_traced", s.leaves},
+            {"draws", s.traces},
+            {"tile_node_pairs", s.pairs},
+            {"state_bytes", kind.state_bytes},
+            {"seconds", s.seconds},
+            {"seconds_of_all_threads",
+             {{"bounds", s.stages.bounds},
+              {"ask", s.stages.ask},
+              {"mark", s.stages.mark},
+              {"trace", s.stages.trace},
+              {"end", s.stages.end}}}};
 }
 
 }  // namespace
@@ -61,6 +97,8 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
     for (const NonFiniteCount& count : stats.non_finite) non_finite[count.component] = count.values;
     Json batches = Json::array();
     for (const rays::BatchStatistics& b : stats.batches) batches.push_back(batch_statistics(b));
+    Json raster = Json::array();
+    for (const rays::RasterKind& kind : stats.raster) raster.push_back(raster_statistics(kind));
     Json outputs = Json::array();
     for (const auto& path : a.outputs) outputs.push_back(path.string());
 
@@ -99,6 +137,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
           {"write", times.write}}},
         {"passes", passes},
         {"ray_batches", batches},
+        {"raster_culling", raster},
         {"left_out", stats.left_out},
         {"non_finite", non_finite},
         {"outputs", outputs},

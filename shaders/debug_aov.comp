@@ -1,0 +1,34 @@
+// What tracing costs, per pixel. HALFLIGHT_COUNT: nodes are counted; TILE_LISTS: there are lists of shadow rays.
+#include "shaders/shared/aov.h"
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/frame.h"
+#include "shaders/shared/rays.h"
+#ifdef HALFLIGHT_COUNT
+#include "shaders/trace_scene.glsl"
+#include "shaders/lib/hash.glsl"
+#include "shaders/lib/traverse.glsl"
+#endif
+#ifdef TILE_LISTS
+#include "shaders/lib/tile_list.glsl"
+#endif
+
+layout(local_size_x = 64) in;
+
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std430, binding = 0) readonly buffer Rays { Ray rays[]; };
+layout(std430, binding = 1) writeonly buffer Records { DebugRecord records[]; };
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    DebugRecord record = DebugRecord(0u, 0u, 0u);
+#ifdef HALFLIGHT_COUNT
+    traverse(rays[path], ray_key(path, hash_combine(frame.seed, frame.sample_index)), false);
+    record.nodes = nodes_visited;
+#endif
+#ifdef TILE_LISTS
+    TileCounts list = load_counts(path / uint(kTileRays));
+    record.leaves = uint(list.leaves);
+    record.others = uint(list.others);
+#endif
+    records[path] = record;
+}
