@@ -1,6 +1,8 @@
 // Data outputs of known geometry.
 #include "passes/aov.h"
 
+#include "passes/shadow.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -92,6 +94,102 @@ TEST_F(AovTest, WhatWasBehindTheCameraHasNoMotion) {
     Stage stage(programs, tilted_quad(), camera, {32, 24});
     stage.look_through(camera, away);
     for (const shared::AovRecord& r : render(stage)) EXPECT_EQ(r.motion, vec2(0));
+}
+
+// --- What tracing cost ----------------------------------------------------------------------------------------------
+
+class DebugAovTest : public PassTest {
+  protected:
+    /// Of a run of the shadow pass with this tracer, and of another graph that looks at what it has left.
+    struct Seen {
+        std::vector<shared::DebugRecord> records;
+        std::vector<bool> surface;  // by path: something is seen
+    };
+    Seen look(Stage& stage, rays::Tracer& tracer, const DebugOptions& options) {
+        const auto view_of = [&](graph::Graph& graph) {
+            const SceneView v = stage.view(graph);
+            return SceneView{v.programs, v.scene, v.trace, tracer, v.band, v.frame_constants};
+        };
+        graph::Graph frame;
+        const SceneView view = view_of(frame);
+        const GBuffer g = add_gbuffer(frame, view);
+        frame.output(add_shadow(frame, view, g).occluded);
+        frame.output(g.hits);
+        run(frame);
+        Seen seen;
+        for (const shared::Hit& hit : executor.read<shared::Hit>(g.hits))
+            seen.surface.push_back(hit.triangle != shared::kMiss);
+
+        graph::Graph data;
+        const SceneView again = view_of(data);
+        const graph::BufferHandle records = add_debug_aov(data, again, add_gbuffer(data, again), options);
+        data.output(records);
+        run(data);
+        seen.records = executor.read<shared::DebugRecord>(records);
+        return seen;
+    }
+
+    /// Lit from the side that the camera sees.
+    static Scene lit_quad() {
+        Scene scene = tilted_quad();
+        scene.environment.color = vec3(1);
+        return scene;
+    }
+};
+
+TEST_F(DebugAovTest, OneQuadIsOneNodeAndOneEntry) {
+    Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
+    graph::Graph unused;
+    rays::Tracer tracer(stage.view(unused).trace, rays::Culling::compute);
+    const Seen seen = look(stage, tracer, {.nodes = true, .culling = true});
+    int met = 0, empty = 0;
+    for (std::size_t tile = 0; tile < seen.records.size(); tile += 64) {
+        bool any = false;
+        for (std::size_t path = tile; path < tile + 64; ++path) any = any || seen.surface[path];
+        ++(any ? met : empty);
+        for (std::size_t path = tile; path < tile + 64; ++path) {
+            EXPECT_EQ(seen.records[path].leaves, any ? 1u : 0u) << path;
+            EXPECT_EQ(seen.records[path].others, 0u) << path;
+        }
+    }
+    EXPECT_GT(met, 10);
+    EXPECT_GT(empty, 10);
+    for (int y = 0; y < 45; ++y)
+        for (int x = 0; x < 60; ++x) EXPECT_EQ(seen.records[stage.path(x, y)].nodes, 1u) << x << ", " << y;
+}
+
+TEST_F(DebugAovTest, OnlyWhatWasAskedForIsCounted) {
+    Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
+    graph::Graph unused;
+    rays::Tracer tracer(stage.view(unused).trace, rays::Culling::compute);
+    for (const shared::DebugRecord& r : look(stage, tracer, {.culling = true}).records) EXPECT_EQ(r.nodes, 0u);
+    for (const shared::DebugRecord& r : look(stage, tracer, {.nodes = true}).records) EXPECT_EQ(r.leaves, 0u);
+}
+
+TEST_F(DebugAovTest, WithoutListsThereIsNothingToCount) {
+    Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
+    graph::Graph unused;
+    for (const rays::Culling culling : {rays::Culling::off, rays::Culling::automatic}) {
+        rays::Tracer tracer(stage.view(unused).trace, culling);  // automatic: the first run is plain
+        for (const shared::DebugRecord& r : look(stage, tracer, {.culling = true}).records) EXPECT_EQ(r.leaves, 0u);
+    }
+}
+
+TEST_F(DebugAovTest, MoreIsVisitedWhereMoreIs) {
+    Stage stage(programs, pyramids(), camera_on_pyramids(), {60, 45});
+    graph::Graph unused;
+    rays::Tracer tracer(stage.view(unused).trace);
+    const Seen seen = look(stage, tracer, {.nodes = true});
+    double nodes[2] = {}, rays[2] = {};
+    for (int y = 0; y < 45; ++y) {
+        for (int x = 0; x < 60; ++x) {
+            const std::size_t path = stage.path(x, y);
+            EXPECT_GE(seen.records[path].nodes, 1u);
+            nodes[seen.surface[path]] += seen.records[path].nodes;
+            ++rays[seen.surface[path]];
+        }
+    }
+    EXPECT_GT(nodes[1] / rays[1], nodes[0] / rays[0]);
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// The plain tracer against Embree on every scene of ours, and of other people where they are there.
+// The plain tracer against Embree, and culling by tiles against the plain tracer, on every scene of ours, and of other
+// people where they are there.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -16,7 +17,7 @@ using namespace test;
 class TracerScenes : public GpuTest {
   protected:
     /// flatten: as the renderer does; otherwise with all the instances there are.
-    static void check(const fs::path& file, std::size_t flatten) {
+    void check(const fs::path& file, std::size_t flatten) {
         SCOPED_TRACE(file.string());
         const Scene scene = load_gltf(file);
         const TraceTables tables = opaque_tables(scene, flatten);  // Embree knows nothing of coverage
@@ -28,10 +29,14 @@ class TracerScenes : public GpuTest {
         }
         // A few instances are scaled unevenly, by 1:4 at most.
         const double condition = tables.instances.size() > 1 ? 12 : 1;
-        Tracer tracer(tables);
+        const rays::PackedScene packed = roomy(rays::pack_scene(tables));
+        Tracer tracer(tables, packed);
         const EmbreeOracle oracle(tables);
         const std::vector<Hit> hits = check(tracer, oracle, rays, condition);
-        check(tracer, oracle, rays_onward(oracle, rays, hits, glm::length(tables.bounds.extent())), condition);
+        const std::vector<Ray> onward = rays_onward(oracle, rays, hits, glm::length(tables.bounds.extent()));
+        check(tracer, oracle, onward, condition);
+        rays.insert(rays.end(), onward.begin(), onward.end());
+        EXPECT_EQ(PlainAgainstTiles(programs, tables, packed).different_answers(rays), 0u);
     }
 
     static std::vector<Hit> check(Tracer& tracer, const EmbreeOracle& oracle, const std::vector<Ray>& rays,
@@ -48,6 +53,8 @@ class TracerScenes : public GpuTest {
         EXPECT_EQ(different, 0u);
         return hits;
     }
+
+    gpu::ProgramCache programs;
 };
 
 TEST_F(TracerScenes, OurOwn) {

@@ -55,6 +55,37 @@ std::vector<std::uint32_t> Tracer::any(std::span<const Ray> rays, const std::vec
                               });
 }
 
+rays::PackedScene roomy(rays::PackedScene packed) {
+    packed.stack_entries = std::max(packed.stack_entries, 64u);
+    return packed;
+}
+
+PlainAgainstTiles::PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables,
+                                     const rays::PackedScene& packed, const gpu::Defines& shading)
+    : scene_(tables, packed, shading), executor_(programs) {
+    executor_.poison(true);
+}
+
+PlainAgainstTiles::PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables, rays::NodeFormat format)
+    : PlainAgainstTiles(programs, tables, roomy(rays::pack_scene(tables, format))) {}
+
+std::size_t PlainAgainstTiles::different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list,
+                                                 gpu::Buffer* frame_constants) {
+    const Question question{rays, list, frame_constants};
+    const auto closest = [&](auto& tracer) {
+        return ask<Hit>(executor_, question, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+            return closest_hit(graph, tracer, batch, results);
+        });
+    };
+    const auto any = [&](auto& tracer) {
+        const auto add = [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+            return any_hit(graph, tracer, batch, results);
+        };
+        return ask<std::uint32_t>(executor_, question, add);
+    };
+    return different(closest(scene_), closest(tiles_)) + different(any(scene_), any(tiles_));
+}
+
 EmbreeOracle::EmbreeOracle(const TraceTables& tables)
     : tables_(tables), device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_.get())) {
     rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);

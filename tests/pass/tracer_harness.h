@@ -1,4 +1,4 @@
-// The plain tracer in tests: rays in, hits out; and Embree over the same tables, to compare with.
+// Tracers in tests: rays in, hits out; and Embree over the same tables, to compare with.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -14,6 +14,7 @@
 
 #include "engine/graph/execute.h"
 #include "engine/rays/rays.h"
+#include "engine/rays/tracer.h"
 #include "engine/scene/tables.h"
 #include "shaders/shared/rays.h"
 #include "tests/pass/tracer_inputs.h"
@@ -60,6 +61,27 @@ class Tracer {
 
   private:
     gpu::ProgramCache programs_;
+};
+
+/// With stacks that suit many scenes, which then share their programs.
+rays::PackedScene roomy(rays::PackedScene packed);
+
+/// One scene, traced plainly and by tiles, whose lists stay from question to question.
+class PlainAgainstTiles {
+  public:
+    PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables, const rays::PackedScene& packed,
+                      const gpu::Defines& shading = {});
+    PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables,
+                      rays::NodeFormat format = rays::NodeFormat::grid);
+
+    /// Rays whose answers differ in any bit, of either question.
+    std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr,
+                                  gpu::Buffer* frame_constants = nullptr);
+
+  private:
+    rays::TraceScene scene_;
+    rays::Tracer tiles_{scene_, rays::Culling::compute};
+    graph::Executor executor_;
 };
 
 /// Robust mode, one ray at a time, all instances flattened in double.
