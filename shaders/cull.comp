@@ -4,7 +4,7 @@
 // A node is refined until it is smaller than the shaft is wide where it enters, times `stop`, or the list is full: then what is
 // left goes into it as it is, so nothing is ever dropped. The list of an earlier run is kept where its shaft still contains the
 // rays and its checksum says that it is one; a shaft that has to be made again takes in the earlier one if it is much the same,
-// so that those of a still camera soon contain all later rays.
+// and room for more, so that those of a still camera soon contain all later rays.
 #include "shaders/shared/rays.h"
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/bvh.glsl"
@@ -23,6 +23,9 @@ layout(std430, binding = 5) buffer Blockers { TileBlockers blockers_of[]; };
 uniform uint tiles;
 uniform float stop;
 uniform uint seed;  // of checksums: tells scenes and settings apart
+
+// The union of two shafts by the later one, in size: below this they are those of two samples of the same pixels.
+const float kMuchTheSame = 1.5;
 
 uint checksum(uint sum, uvec4 words) {
     sum = (sum ^ words.x) * 0x9e3779b1u;
@@ -69,6 +72,14 @@ Shaft united(Shaft a, Shaft b) {
 float size(Shaft s) {
     vec3 w = (s.origin_upper - s.origin_lower) + (s.end_upper - s.end_lower);
     return w.x + w.y + w.z;
+}
+
+// By a sixteenth on all sides: beyond the extremes of some 64 rays of a tile, those of the next 64 lie that far out in one or
+// two of a hundred tiles (for uniform ones (15/16)^64).
+Shaft widened(Shaft s) {
+    vec3 origin = (s.origin_upper - s.origin_lower) * 0.0625;
+    vec3 end = (s.end_upper - s.end_lower) * 0.0625;
+    return Shaft(s.origin_lower - origin, s.origin_upper + origin, s.end_lower - end, s.end_upper + end);
 }
 
 // Of the record that an earlier run has left, if it is one; anything else if not.
@@ -200,7 +211,7 @@ void main() {
     bool asked = tile < tiles && shaft.origin_lower.x <= shaft.origin_upper.x;
     bool stale = asked && !intact(earlier, tile, shaft_contains(earlier.shaft, shaft));
     Shaft both = united(shaft, earlier.shaft);  // garbage makes it larger, or not a number, and then it is not taken
-    if (size(both) <= 1.25 * size(shaft)) shaft = both;
+    if (size(both) <= kMuchTheSame * size(shaft)) shaft = widened(both);
 
     ShaftTest test = shaft_test(space, shaft);
     vec3 width_0 = (shaft.origin_upper - shaft.origin_lower) * space.cell;

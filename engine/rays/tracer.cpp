@@ -15,8 +15,9 @@ namespace {
 
 using graph::Access;
 
-/// A way is tried so often before it is judged: the first run of tiles makes their lists, the second one finds them.
-constexpr std::uint64_t kTrials = 2;
+/// A way is tried so often before it is judged: the first run of tiles makes their lists, the second one widens them, the
+/// third one finds them.
+constexpr std::uint64_t kTrials = 3;
 /// Of the way that is known to be good: short renders end before anything else could pay.
 constexpr std::uint64_t kFirstRuns = 4;
 /// The slower way is looked at again after so many runs, unless it took this much longer.
