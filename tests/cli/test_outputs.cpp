@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
@@ -152,6 +153,16 @@ TEST_F(Output, SameCommandSamePicture) {
     EXPECT_FALSE(same_pixels(file("a.exr"), file("e.exr"))) << "the frame does nothing";
 }
 
+TEST_F(Output, CullingChangesNoPicture) {
+    const auto with = [&](const std::string& culling) {
+        const std::string output = file(culling + ".exr");
+        render({output, "--samples", "8", "--aov", "all", "--culling", culling}, fixed_date);
+        return read_text(output);
+    };
+    const std::string off = with("off");
+    for (const char* culling : {"compute", "raster", "auto"}) EXPECT_TRUE(with(culling) == off) << culling;
+}
+
 TEST_F(Output, ViewChangesThePngOnly) {
     render({file("a.exr"), file("a.png")});
     render({file("b.exr"), file("b.png"), "--exposure", "1"});
@@ -287,6 +298,72 @@ TEST_F(Output, OldPictureStaysUntilTheNewOneIsThere) {
     EXPECT_EQ(read_text(file("a.exr")), "old");
     render({file("a.exr")});
     EXPECT_EQ(read_exr(file("a.exr")).width, 32);
+}
+
+TEST_F(Output, StatisticsTellHowRaysWereTraced) {
+    const auto run = [&](const std::string& culling) {
+        render({file("a.exr"), "--samples", "8", "--culling", culling, "--stats", file("stats.json")});
+        return nlohmann::json::parse(read_text(file("stats.json")));
+    };
+    const std::map<std::string, Strings> ways = {
+        {"off", {"plain"}}, {"compute", {"tiles"}}, {"raster", {"raster"}}, {"auto", {"plain", "tiles"}}};
+    std::map<std::string, std::uint64_t> rays;
+    for (const auto& [culling, names] : ways) {
+        SCOPED_TRACE(culling);
+        const auto stats = run(culling);
+        std::set<std::string> batches;
+        for (const auto& batch : stats.at("ray_batches")) {
+            batches.insert(batch.at("batch"));
+            EXPECT_FALSE(batch.at("reason").get<std::string>().empty());
+            std::uint64_t runs = 0, alive = 0;
+            for (const auto& [way, measured] : batch.at("ways").items()) {
+                EXPECT_EQ(std::ranges::count(names, way), 1) << way;
+                EXPECT_GT(measured.at("seconds"), 0);
+                EXPECT_LE(measured.at("fastest_run_seconds"), measured.at("seconds"));
+                runs += measured.at("runs").get<std::uint64_t>();
+                alive += measured.at("rays").get<std::uint64_t>();
+            }
+            EXPECT_EQ(runs, 8u) << batch;
+            EXPECT_LE(alive, 8u * 32 * 32);
+            // The same picture, the same rays.
+            EXPECT_EQ(rays.emplace(batch.at("batch"), alive).first->second, alive) << batch;
+            ASSERT_EQ(batch.contains("tile_lists"), batch.at("ways").contains("tiles"));
+            if (!batch.contains("tile_lists")) continue;
+            const auto& lists = batch.at("tile_lists");
+            EXPECT_LE(lists.at("made"), lists.at("wanted"));
+            EXPECT_EQ(lists.at("kept").get<int>(), lists.at("wanted").get<int>() - lists.at("made").get<int>());
+            EXPECT_LE(lists.at("mean_leaves"), lists.at("mean_entries"));
+            EXPECT_LE(lists.at("mean_entries"), lists.at("most_entries"));
+            EXPECT_LE(lists.at("most_entries"), 32);
+            EXPECT_LE(lists.at("share_of_rays_beyond_leaves"), 1);
+            for (const char* step : {"cull", "search", "rest"}) EXPECT_GE(lists.at("seconds").at(step), 0);
+        }
+        EXPECT_TRUE(batches.contains("shadow") && batches.contains("diffuse"));
+        EXPECT_EQ(stats.at("raster_culling").empty(), culling != "raster");
+        for (const auto& kind : stats.at("raster_culling")) {
+            EXPECT_EQ(kind.at("runs").get<int>() % 8, 0);
+            EXPECT_GT(kind.at("draws"), 0) << kind;
+            EXPECT_LE(kind.at("multi_queries"), kind.at("queries_issued"));
+            EXPECT_GT(kind.at("state_bytes"), 0);
+        }
+    }
+    EXPECT_GT(rays.at("shadow"), 0u);
+    for (const auto& batch : run("compute").at("ray_batches")) {
+        if (batch.at("batch") != "shadow") continue;
+        EXPECT_GT(batch.at("tile_lists").at("kept"), 0) << "a still camera";
+        EXPECT_GE(batch.at("tile_lists").at("mean_entries"), 1);
+        EXPECT_GT(batch.at("state_bytes"), 0);
+    }
+}
+
+TEST_F(Output, DebugLayersOnlyWhereAskedForByName) {
+    render({file("a.exr"), "--aov", "nodes,culling", "--culling", "compute"});
+    const ExrFile exr = read_exr(file("a.exr"));
+    EXPECT_EQ(channel_names(exr), (Strings{"A", "B", "G", "R", "culling.leaves", "culling.others", "nodes.Y"}));
+    EXPECT_GE(std::ranges::max(exr.find("culling.leaves")->values), 1);
+    EXPECT_GE(std::ranges::min(exr.find("nodes.Y")->values), 1);
+    render({file("b.exr"), "--aov", "culling", "--culling", "off"});
+    EXPECT_EQ(std::ranges::max(read_exr(file("b.exr")).find("culling.leaves")->values), 0);
 }
 
 TEST_F(Output, InfoTellsTheScene) {

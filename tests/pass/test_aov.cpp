@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "shaders/shared/aov.h"
@@ -103,7 +104,7 @@ class DebugAovTest : public PassTest {
     /// Of a run of the shadow pass with this tracer, and of another graph that looks at what it has left.
     struct Seen {
         std::vector<shared::DebugRecord> records;
-        std::vector<bool> surface;  // by path: something is seen
+        std::vector<int> surface;  // by path: 1 where something is seen
     };
     Seen look(Stage& stage, rays::Tracer& tracer, const DebugOptions& options) {
         const auto view_of = [&](graph::Graph& graph) {
@@ -118,7 +119,7 @@ class DebugAovTest : public PassTest {
         run(frame);
         Seen seen;
         for (const shared::Hit& hit : executor.read<shared::Hit>(g.hits))
-            seen.surface.push_back(hit.triangle != shared::kMiss);
+            seen.surface.push_back(hit.triangle != shared::kMiss ? 1 : 0);
 
         graph::Graph data;
         const SceneView again = view_of(data);
@@ -129,9 +130,10 @@ class DebugAovTest : public PassTest {
         return seen;
     }
 
-    /// Lit from the side that the camera sees.
+    /// Of one leaf: there is nothing to be gained by cutting it.
     static Scene lit_quad() {
-        Scene scene = tilted_quad();
+        Scene scene;
+        add_quad(scene, add_material(scene, diffuse_material(vec3(0.5f))), {-1.5f, -1, 0}, {3, 0, 0}, {0, 2, 0});
         scene.environment.color = vec3(1);
         return scene;
     }
@@ -144,15 +146,19 @@ TEST_F(DebugAovTest, OneQuadIsOneNodeAndOneEntry) {
     const Seen seen = look(stage, tracer, {.nodes = true, .culling = true});
     int met = 0, empty = 0;
     for (std::size_t tile = 0; tile < seen.records.size(); tile += 64) {
-        bool any = false;
-        for (std::size_t path = tile; path < tile + 64; ++path) any = any || seen.surface[path];
-        ++(any ? met : empty);
+        const auto surfaces =
+            std::count_if(&seen.surface[tile], &seen.surface[tile] + 64, [](int s) { return s != 0; });
+        met += surfaces == 64;
+        empty += surfaces == 0;
         for (std::size_t path = tile; path < tile + 64; ++path) {
-            EXPECT_EQ(seen.records[path].leaves, any ? 1u : 0u) << path;
+            // A few rays may all be below the surface.
+            EXPECT_GE(seen.records[path].leaves, surfaces == 64 ? 1u : 0u) << path;
+            EXPECT_LE(seen.records[path].leaves, surfaces == 0 ? 0u : 1u) << path;
+            EXPECT_EQ(seen.records[path].leaves, seen.records[tile].leaves);
             EXPECT_EQ(seen.records[path].others, 0u) << path;
         }
     }
-    EXPECT_GT(met, 10);
+    EXPECT_GE(met, 5);
     EXPECT_GT(empty, 10);
     for (int y = 0; y < 45; ++y)
         for (int x = 0; x < 60; ++x) EXPECT_EQ(seen.records[stage.path(x, y)].nodes, 1u) << x << ", " << y;

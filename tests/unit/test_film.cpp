@@ -16,7 +16,7 @@ namespace {
 const std::vector<std::string> kEverything = {
     "emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy", "variance",
     "samples",  "albedo",         "normal",        "position",         "depth",           "motion",
-    "ids"};
+    "ids",      "nodes",          "culling"};
 
 RenderSettings settings_of(int width, int height, std::vector<std::string> aovs = kEverything) {
     RenderSettings s;
@@ -250,6 +250,21 @@ TEST(Film, DataGoesThroughTheTables) {
     EXPECT_EQ(bits, (std::vector<std::uint32_t>{6, 0, 4, ~0u, ~0u, ~0u}));
 }
 
+TEST(Film, WhatTracingCostIsCounted) {
+    const TraceTables tables = two_triangles();
+    Film film(settings_of(2, 1, {"culling", "nodes"}), tables);
+    std::vector<shared::DebugRecord> records(256);
+    records[shared::path_of_pixel({0, 0}, {1, 1})] = {.nodes = 17, .leaves = 5, .others = 2};
+    records[shared::path_of_pixel({1, 0}, {1, 1})] = {.nodes = 3, .leaves = 0, .others = 1};
+    film.add_debug({{2, 1}, 0, 1}, records);
+    RenderResult result;
+    film.take(result);
+    using Values = std::vector<float>;
+    EXPECT_EQ(layer(result, "nodes.Y").image.pixels, (Values{17, 3}));
+    EXPECT_EQ(layer(result, "culling.leaves").image.pixels, (Values{5, 2, 0, 1}));
+    EXPECT_EQ(layer(result, "culling.others").channels[1], "culling.others");
+}
+
 TEST(Film, HalvesAreForColourOnly) {
     const TraceTables tables = two_triangles();
     RenderSettings settings = settings_of(1, 1);
@@ -260,7 +275,8 @@ TEST(Film, HalvesAreForColourOnly) {
     for (const char* name :
          {"emission.R", "direct_diffuse.R", "direct_glossy.R", "indirect_diffuse.R", "indirect_glossy.R", "albedo.R"})
         EXPECT_EQ(layer(result, name).type, ExrType::half) << name;
-    for (const char* name : {"variance.R", "samples.Y", "normal.X", "position.X", "Z", "motion.X"})
+    for (const char* name :
+         {"variance.R", "samples.Y", "normal.X", "position.X", "Z", "motion.X", "nodes.Y", "culling.leaves"})
         EXPECT_EQ(layer(result, name).type, ExrType::float32) << name;
     EXPECT_EQ(layer(result, "ids.instance").type, ExrType::uint32);
 }

@@ -143,6 +143,19 @@ TEST_F(GraphTest, CarriedBufferIsUpdatedInPlace) {
         EXPECT_EQ(executor.read<std::uint32_t>(sum), Words(kCount, 2 * run));
     }
     EXPECT_EQ(executor.history().bytes(), kCount * sizeof(std::uint32_t)) << "one buffer, not two";
+    // Another graph, which only looks at it.
+    Graph reader;
+    const BufferHandle seen = reader.carried_buffer("sum", {kCount * sizeof(std::uint32_t)});
+    Words values;
+    Pass look = reader.add_pass("look");
+    look.read(seen, transfer_read);
+    look.keep();
+    look.execute([&](Resources& r) { values = r.buffer(seen).read<std::uint32_t>(); });
+    const CompiledGraph reading = compile(reader);
+    executor.run(reading);
+    EXPECT_EQ(values, Words(kCount, 6));
+    executor.run(plan);
+    EXPECT_EQ(executor.read<std::uint32_t>(sum), Words(kCount, 8)) << "looking changes nothing";
     executor.history().invalidate("camera cut");
     executor.run(plan);
     EXPECT_EQ(executor.read<std::uint32_t>(sum), Words(kCount, 2));
