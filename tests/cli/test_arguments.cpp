@@ -74,6 +74,8 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--camera", "0", "--look-from", "0,0,1", "--look-at", "0,0,0"}, 2,
                   "--camera: cannot be given together with --look-from");
     expect_render({"--env", "1,-1,1"}, 2, "--env: radiance is never negative: '1,-1,1'");
+    expect_render({"--culling", "nonsense"}, 2, "--culling: unknown way 'nonsense'; there are: auto, .*off");
+    expect_render({"--culling", "off", "--culling", "raster"}, 2, "--culling: wants exactly one value");
     expect_render({"--aov", "albedo,smell"}, 2, "--aov: there is no 'smell', only all, .*albedo.*");
 }
 

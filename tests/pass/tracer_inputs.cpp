@@ -176,6 +176,19 @@ Scene veils(int count) {
     return scene;
 }
 
+std::vector<Ray> tiled_camera_rays(const vec3& from, const vec3& to, const vec2& jitter) {
+    const vec3 ahead = glm::normalize(to - from);
+    const vec3 right = glm::normalize(glm::cross(ahead, std::abs(ahead.y) < 0.9f ? vec3(0, 1, 0) : vec3(1, 0, 0)));
+    const vec3 up = glm::cross(right, ahead);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 64 * 64; ++i) {
+        const int tile = i / 64, x = tile % 8 * 8 + i % 8, y = tile / 8 * 8 + i % 64 / 8;
+        const vec2 p = (vec2(x, y) + jitter) / 32.0f - 1.0f;
+        rays.push_back({from, 0, glm::normalize(ahead + 0.6f * (p.x * right + p.y * up)), kInfinity});
+    }
+    return rays;
+}
+
 std::vector<Ray> mixed_rays(const Bounds& bounds, std::size_t count, std::uint32_t seed) {
     std::vector<Ray> rays = rays_through(bounds, count, seed);
     for (const vec3& from : {vec3(1, 0.4f, 0.3f), vec3(-0.2f, 1, -0.3f)}) {

@@ -1,0 +1,61 @@
+// However hits are found, pictures are the same, bit for bit.
+#include <gtest/gtest.h>
+
+#include <bit>
+
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight {
+namespace {
+
+using namespace test;
+using rays::Culling;
+
+class CulledPictures : public GpuTest {
+  protected:
+    static std::vector<std::uint32_t> bits(const Image& image) {
+        std::vector<std::uint32_t> bits;
+        for (const float f : image.pixels) bits.push_back(std::bit_cast<std::uint32_t>(f));
+        return bits;
+    }
+
+    /// Samples enough for `automatic` to try all it knows.
+    void check(const Scene& scene) {
+        RenderSettings settings = small_settings(scene.cameras.front(), 40, 24, 8, 3);
+        settings.culling = Culling::off;
+        const RenderResult plain = render(context, scene, settings);
+        for (const Culling culling : {Culling::compute, Culling::raster, Culling::automatic}) {
+            SCOPED_TRACE(rays::name(culling));
+            settings.culling = culling;
+            const RenderResult culled = render(context, scene, settings);
+            EXPECT_TRUE(bits(culled.beauty) == bits(plain.beauty));
+            ASSERT_EQ(culled.aovs.size(), plain.aovs.size());
+            for (std::size_t i = 0; i < plain.aovs.size(); ++i)
+                EXPECT_TRUE(bits(culled.aovs[i].image) == bits(plain.aovs[i].image)) << plain.aovs[i].channels.front();
+            bool tiles = false, raster = false;
+            for (const rays::BatchStatistics& s : culled.stats.batches) {
+                tiles = tiles || s.measured[static_cast<std::size_t>(rays::Way::tiles)].runs > 0;
+                raster = raster || s.way == rays::Way::raster;
+            }
+            EXPECT_EQ(tiles, culling != Culling::raster);
+            EXPECT_EQ(raster, culling == Culling::raster);
+        }
+    }
+};
+
+TEST_F(CulledPictures, OneHierarchy) {
+    check(cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f)));
+}
+
+TEST_F(CulledPictures, Coverage) {
+    check(curtain_scene());
+}
+
+TEST_F(CulledPictures, Instances) {
+    check(instanced_scene());
+}
+
+}  // namespace
+}  // namespace halflight

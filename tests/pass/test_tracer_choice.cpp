@@ -1,0 +1,138 @@
+// Who serves a batch: what was asked for, or what has been measured to be fastest; the answers are always the same.
+#include <gtest/gtest.h>
+
+#include <numeric>
+
+#include "engine/core/error.h"
+#include "engine/rays/tiles.h"
+#include "tests/pass/tracer_harness.h"
+#include "tests/support/error_message.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight {
+namespace {
+
+using namespace test;
+using rays::BatchStatistics;
+using rays::Culling;
+using rays::Way;
+
+constexpr std::uint32_t kRays = 64 * 64;
+
+class TracerChoice : public GpuTest {
+  protected:
+    /// One run of a batch of its kind.
+    std::vector<Hit> closest(rays::Tracer& tracer, rays::RayKind kind = rays::RayKind::primary,
+                             const std::vector<std::uint32_t>* list = nullptr) {
+        const Question question{view, list, nullptr, kind};
+        return ask<Hit>(executor, question, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+            return closest_hit(graph, tracer, batch, results);
+        });
+    }
+    static BatchStatistics only(const rays::Tracer& tracer) {
+        const std::vector<BatchStatistics> all = tracer.statistics();
+        EXPECT_EQ(all.size(), 1u);
+        return all.at(0);
+    }
+    static const BatchStatistics::Measured& measured(const BatchStatistics& s, Way way) {
+        return s.measured[static_cast<std::size_t>(way)];
+    }
+
+    const TraceTables tables = build_trace_tables(soup(2000, 0.08f, vec3(1), 3));
+    rays::TraceScene scene{tables};
+    const std::vector<Ray> view = tiled_camera_rays(vec3(0.1f, 0.2f, 2), vec3(0));
+    gpu::ProgramCache programs;
+    graph::Executor executor{programs};
+};
+
+TEST_F(TracerChoice, ShortRendersStayPlain) {
+    rays::Tracer tracer(scene, Culling::automatic);
+    for (int run = 1; run <= 3; ++run) {
+        closest(tracer);
+        EXPECT_EQ(measured(only(tracer), Way::plain).runs, static_cast<std::uint64_t>(run));
+        EXPECT_EQ(measured(only(tracer), Way::tiles).runs, 0u);
+    }
+    EXPECT_EQ(only(tracer).batch, "primary");
+    EXPECT_FALSE(only(tracer).reason.empty());
+}
+
+TEST_F(TracerChoice, LongOnesSettleOnWhatIsFastest) {
+    rays::Tracer off(scene), tracer(scene, Culling::automatic);
+    const std::vector<Hit> hits = closest(off);
+    for (int run = 0; run < 150; ++run) ASSERT_EQ(different(closest(tracer), hits), 0u) << run;
+    const BatchStatistics s = only(tracer);
+    const auto &plain = measured(s, Way::plain), &tiles = measured(s, Way::tiles);
+    EXPECT_EQ(plain.runs + tiles.runs, 150u);
+    EXPECT_GE(std::min(plain.runs, tiles.runs), 2u);
+    EXPECT_GE(std::max(plain.runs, tiles.runs), 100u);
+    for (const auto* m : {&plain, &tiles}) {
+        EXPECT_GT(m->best, 0);
+        EXPECT_GE(m->seconds, m->best * static_cast<double>(m->runs) * (1 - 1e-9));
+    }
+    EXPECT_EQ(s.way, plain.best <= tiles.best ? Way::plain : Way::tiles);
+    const std::string other = name(s.way == Way::plain ? Way::tiles : Way::plain);
+    EXPECT_NE(s.reason.find("times as fast as " + other), std::string::npos) << s.reason;
+    EXPECT_EQ(s.tiles, tiles.runs * kRays / 64);
+    EXPECT_EQ(s.tiles_culled, kRays / 64);  // the rays were always the same
+
+    tracer.invalidate();
+    EXPECT_EQ(only(tracer).way, Way::plain);
+    EXPECT_EQ(measured(only(tracer), Way::tiles).runs, 0u);
+}
+
+TEST_F(TracerChoice, RaysOfListsStayPlain) {
+    rays::Tracer tracer(scene, Culling::automatic);
+    std::vector<std::uint32_t> list(1000);
+    std::iota(list.begin(), list.end(), 7u);
+    for (int run = 0; run < 10; ++run) closest(tracer, rays::RayKind::continuation, &list);
+    EXPECT_EQ(only(tracer).way, Way::plain);
+    EXPECT_NE(only(tracer).reason.find("list"), std::string::npos);
+    EXPECT_EQ(executor.history().bytes(), 0u);
+}
+
+TEST_F(TracerChoice, WhatIsAskedForIsDone) {
+    rays::Tracer off(scene), compute(scene, Culling::compute);
+    const std::vector<Hit> hits = closest(off);
+    EXPECT_EQ(only(off).way, Way::plain);
+    EXPECT_FALSE(only(off).reason.empty());
+    EXPECT_EQ(executor.history().bytes(), 0u);
+
+    EXPECT_EQ(different(closest(compute), hits), 0u);
+    EXPECT_EQ(different(closest(compute), hits), 0u);
+    const BatchStatistics s = only(compute);
+    EXPECT_EQ(s.way, Way::tiles);
+    EXPECT_FALSE(s.reason.empty());
+    EXPECT_EQ(measured(s, Way::tiles).runs, 2u);
+    EXPECT_EQ(measured(s, Way::plain).runs, 0u);
+    EXPECT_EQ(s.tiles, 2 * kRays / 64);
+    EXPECT_EQ(s.tiles_culled, kRays / 64);
+    EXPECT_EQ(s.state_bytes, rays::tile_list_bytes(scene, kRays));
+    EXPECT_EQ(executor.history().bytes(), s.state_bytes);
+
+    const rays::PackedScene packed = rays::pack_scene(tables);
+    const rays::TraceScene same(tables, packed, {});
+    rays::RasterCulling state(packed);
+    rays::Tracer raster(same, Culling::raster, &state);
+    EXPECT_EQ(different(closest(raster), hits), 0u);
+    EXPECT_EQ(only(raster).way, Way::raster);
+    EXPECT_EQ(error_message([&] { rays::Tracer(scene, Culling::raster); }), "rays: raster culling without its state");
+}
+
+TEST_F(TracerChoice, EveryKindIsABatchOfItsOwn) {
+    rays::Tracer tracer(scene, Culling::compute);
+    closest(tracer);
+    closest(tracer, rays::RayKind::glossy);
+    closest(tracer, rays::RayKind::glossy);
+    const std::vector<BatchStatistics> all = tracer.statistics();
+    ASSERT_EQ(all.size(), 2u);
+    for (const BatchStatistics& s : all) EXPECT_EQ(measured(s, Way::tiles).runs, s.batch == "glossy" ? 2u : 1u);
+    // Two of one kind and depth would share their lists.
+    const auto twice = [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+        results = closest_hit(graph, tracer, batch, results);
+        return closest_hit(graph, tracer, batch, results);
+    };
+    EXPECT_THROW(ask<Hit>(executor, {view}, twice), Error);
+}
+
+}  // namespace
+}  // namespace halflight
