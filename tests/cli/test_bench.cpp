@@ -2,6 +2,7 @@
 // cannot.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -83,9 +84,47 @@ TEST(Bench, TakesOnlyWhatIsAskedFor) {
         EXPECT_EQ(outcome.out.find(other), std::string::npos) << other;
 }
 
+TEST(Bench, WholeFrames) {
+    const TemporaryFolder folder;
+    const std::string file = folder / "frames.json";
+    const Outcome outcome =
+        run_bench({"--frames", "--scene", kCornell, "--size", "48x32", "--samples", "10", "--views", "3", "--reference",
+                   "64", "--variants", "off,compute,fresh,auto,raster", "--json", file});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Json report = Json::parse(read_text(file));
+    ASSERT_EQ(report["frames"].size(), 1u);
+    const Json& frames = report["frames"][0];
+    EXPECT_EQ(frames["pixels_that_differ"], 0);
+    for (const auto& [part, count] : {std::pair{"still", 10u}, {"moving", 3u}}) {
+        ASSERT_EQ(frames[part].size(), 5u);
+        for (const Json& series : frames[part]) {
+            SCOPED_TRACE(series["variant"]);
+            EXPECT_EQ(series["seconds"].size(), count);
+            for (const char* batch : {"shadow", "diffuse", "continuation", "later shadow"}) {
+                ASSERT_EQ(series["ray_batches"][batch]["seconds"].size(), count) << batch;
+                EXPECT_GT(series["ray_batches"][batch]["seconds"].back(), 0) << batch;
+                EXPECT_LT(series["ray_batches"][batch]["seconds"].back(), series["seconds"].back()) << batch;
+            }
+        }
+    }
+    // State is kept by one and not by the other.
+    const auto lists_made = [&](std::size_t variant) -> int {
+        const Json& chosen = frames["still"][variant]["chosen"];
+        return std::ranges::find_if(chosen, [](const Json& b) { return b["batch"] == "shadow"; })->at("tiles_culled");
+    };
+    EXPECT_LT(lists_made(1), lists_made(2));
+
+    const Json& errors = frames["errors"];
+    ASSERT_EQ(errors.size(), 5u);  // 1, 2, 4, 8, 10 samples
+    EXPECT_EQ(errors[4]["samples"], 10);
+    EXPECT_LT(errors[4]["relative_mse"], 0.5 * errors[0]["relative_mse"].get<double>());
+    EXPECT_LT(errors[0]["seconds"]["off"], errors[4]["seconds"]["off"]);
+}
+
 TEST(Bench, FailsWithOneLine) {
     for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--scene", "missing.glb"},
                                                       {"--scene", kCornell, "--size", "wide"},
+                                                      {"--frames", "--scene", kCornell, "--size", "9000x9000"},
                                                       {"--scene", kCornell, "--camera", "nobody"}}) {
         const Outcome outcome = run_bench(arguments);
         EXPECT_EQ(outcome.status, 1);

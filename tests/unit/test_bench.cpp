@@ -9,6 +9,7 @@
 #include "engine/io/gltf.h"
 #include "tests/support/gpu_test.h"
 #include "tools/bench/capture.h"
+#include "tools/bench/frames.h"
 #include "tools/bench/measure.h"
 #include "tools/bench/treelets.h"
 
@@ -141,6 +142,14 @@ TEST(BenchTreelets, HoldEveryTriangleAndFewAtOnce) {
             EXPECT_LT(treelets.count(), tables.triangles.size() / 8);
         }
     }
+}
+
+// --- Frames ----------------------------------------------------------------------------------------------------------
+
+TEST(BenchFrames, RelativeErrorCountsDarkAndBrightAlike) {
+    EXPECT_EQ(relative_mse({1, 2}, {1, 2}), 0);
+    EXPECT_NEAR(relative_mse({110, 0}, {100, 0}), 0.5 * 0.01, 1e-7);
+    EXPECT_NEAR(relative_mse({0, 0.1}, {0, 0}), 0.5, 1e-12);
 }
 
 // --- Measuring -------------------------------------------------------------------------------------------------------

@@ -8,48 +8,13 @@
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
-#include "engine/io/gltf.h"
 #include "tools/bench/capture.h"
+#include "tools/bench/frames_report.h"
 #include "tools/bench/report.h"
+#include "tools/bench/setup.h"
 
 namespace halflight::bench {
 namespace {
-
-struct NamedCamera {
-    std::string name;
-    Camera camera;
-};
-
-NamedCamera pick_camera(const Scene& scene, const std::string& wanted) {
-    for (std::size_t i = 0; i < scene.cameras.size(); ++i) {
-        const std::string& name = scene.cameras[i].name;
-        if (wanted.empty() || wanted == name || wanted == std::to_string(i)) return {name, scene.cameras[i]};
-    }
-    if (!wanted.empty()) throw Error(scene.name, "has no camera \"{}\"", wanted);
-    return {"framing", framing_camera(scene)};
-}
-
-ivec2 parse_size(const std::string& text) {
-    ivec2 size(0);
-    char end = 0;
-    if (std::sscanf(text.c_str(), "%dx%d%c", &size.x, &size.y, &end) != 2 || glm::any(glm::lessThan(size, ivec2(1))))
-        throw Error("--size", "\"{}\" is not WIDTHxHEIGHT", text);
-    return size;
-}
-
-/// With light, and without coverage: what is measured is the way to triangles, and other tracers would need callbacks
-/// for alpha tests.
-Scene load(const std::string& file) {
-    Scene scene = load_gltf(file);
-    for (Material& m : scene.materials) m.alpha_mode = AlphaMode::opaque;
-    if (!has_light(scene)) scene.environment = default_sky();
-    return scene;
-}
-
-rays::PackedScene pack(const TraceTables& tables, const std::string& nodes) {
-    if (nodes == "auto") return rays::pack_scene(tables);
-    return rays::pack_scene(tables, nodes == "grid" ? rays::NodeFormat::grid : rays::NodeFormat::floating);
-}
 
 /// In the order of reports.
 std::vector<Method> make_methods(const std::vector<std::string>& wanted, const Bench& bench,
@@ -71,7 +36,9 @@ SceneResult measure_scene(const BenchArguments& arguments, const std::string& fi
     SceneResult result;
     result.file = file;
     result.size = parse_size(arguments.size);
-    Scene scene = load(file);
+    Scene scene = load_lit(file);
+    // What is measured is the way to triangles, and other tracers would need callbacks for alpha tests.
+    for (Material& m : scene.materials) m.alpha_mode = AlphaMode::opaque;
     const NamedCamera camera = pick_camera(scene, arguments.camera);
     result.camera = camera.name;
     const TraceTables tables = build_trace_tables(scene, arguments.keep_instances ? 0 : kFlattenLimit);
@@ -97,6 +64,19 @@ SceneResult measure_scene(const BenchArguments& arguments, const std::string& fi
     return result;
 }
 
+FrameReport measure_scene_frames(const BenchArguments& arguments, const std::string& file, gpu::Context& context,
+                                 const std::function<void()>& between) {
+    const Scene scene = load_lit(file);
+    const NamedCamera camera = pick_camera(scene, arguments.camera);
+    const TraceTables tables = build_trace_tables(scene, arguments.keep_instances ? 0 : kFlattenLimit);
+    FrameReport report{file, camera.name, {}, {}};
+    report.order = {arguments.variants, parse_size(arguments.size), arguments.bounces, arguments.samples,
+                    arguments.views,    arguments.reference};
+    report.result =
+        measure_frames(context, scene, tables, pack(tables, arguments.nodes), camera.camera, report.order, between);
+    return report;
+}
+
 }  // namespace
 
 void add_options(CLI::App& app, BenchArguments& a) {
@@ -105,19 +85,47 @@ void add_options(CLI::App& app, BenchArguments& a) {
     app.add_option("--camera", a.camera, "name or number (default: the first, else one that sees everything)")
         ->type_name("NAME|N");
     app.add_option("--size", a.size, "of the picture (default " + a.size + ")")->type_name("WIDTHxHEIGHT");
-    app.add_option("--kinds", a.kinds, "which rays (default all)")->delimiter(',')->check(CLI::IsMember(ray_kinds()));
+    CLI::Option* frames = app.add_flag("--frames", a.frames, "whole frames instead of rays alone");
+    app.add_option("--kinds", a.kinds, "which rays (default all)")
+        ->delimiter(',')
+        ->check(CLI::IsMember(ray_kinds()))
+        ->excludes(frames);
     app.add_option("--methods", a.methods, "which tracers (default all)")
         ->delimiter(',')
-        ->check(CLI::IsMember(method_names()));
+        ->check(CLI::IsMember(method_names()))
+        ->excludes(frames);
     const CLI::Range count(1, 10000);
     app.add_option("--turns", a.turns,
                    fmt::format("rounds through all methods, after one to warm up (default {})", a.turns))
         ->type_name("N")
-        ->check(count);
+        ->check(count)
+        ->excludes(frames);
     app.add_option("--repeats", a.repeats,
                    fmt::format("runs of a method in each turn, whose mean counts (default {})", a.repeats))
         ->type_name("N")
-        ->check(count);
+        ->check(count)
+        ->excludes(frames);
+    app.add_option("--variants", a.variants,
+                   fmt::format("how frames are traced (default {})", fmt::join(a.variants, ",")))
+        ->delimiter(',')
+        ->check(CLI::IsMember(variant_names()))
+        ->needs(frames);
+    app.add_option("--bounces", a.bounces, fmt::format("reflections along a path (default {})", a.bounces))
+        ->type_name("N")
+        ->check(CLI::Range(0, 10000))
+        ->needs(frames);
+    app.add_option("--samples", a.samples, fmt::format("of the still frame (default {})", a.samples))
+        ->type_name("N")
+        ->check(count)
+        ->needs(frames);
+    app.add_option("--views", a.views, fmt::format("of the moving camera (default {})", a.views))
+        ->type_name("N")
+        ->check(CLI::Range(0, 10000))
+        ->needs(frames);
+    app.add_option("--reference", a.reference, "samples of a picture that errors are measured from (default: none)")
+        ->type_name("N")
+        ->check(CLI::Range(0, 1000000))
+        ->needs(frames);
     app.add_option("--clock", a.clock, "time that figures are made of (default wall)")
         ->transform(CLI::CheckedTransformer(clocks).description("{wall,cpu}"))
         ->type_name("");
@@ -134,8 +142,7 @@ void run_bench(const BenchArguments& arguments, const std::function<void()>& bet
     parse_size(arguments.size);
     gpu::Context context = gpu::Context::create({.device = arguments.device});
     const unsigned threads = std::thread::hardware_concurrency();
-    fmt::print("{}, {} threads, Embree {}, {} turns of {}\n", context.renderer(), threads, RTC_VERSION_STRING,
-               arguments.turns, arguments.repeats);
+    fmt::print("{}, {} threads, Embree {}\n", context.renderer(), threads, RTC_VERSION_STRING);
     nlohmann::json report = {{"schema", kSchema},
                              {"renderer", context.renderer()},
                              {"threads", threads},
@@ -144,17 +151,28 @@ void run_bench(const BenchArguments& arguments, const std::function<void()>& bet
                              {"turns", arguments.turns},
                              {"repeats", arguments.repeats},
                              {"clock", arguments.clock == Clock::wall ? "wall" : "cpu"},
-                             {"scenes", nlohmann::json::array()}};
+                             {"scenes", nlohmann::json::array()},
+                             {"frames", nlohmann::json::array()}};
     std::size_t disagreements = 0;
-    for (const std::string& file : arguments.scenes) {
-        const SceneResult result = measure_scene(arguments, file, context, between);
+    const auto add = [&](const char* list, const auto& result, std::size_t wrong) {
         fmt::print("{}", table(result, arguments.clock));
         std::fflush(stdout);
-        report["scenes"].push_back(json(result, arguments.clock));
-        disagreements += result.disagreements();
+        report[list].push_back(json(result, arguments.clock));
+        disagreements += wrong;
+    };
+    for (const std::string& file : arguments.scenes) {
+        if (arguments.frames) {
+            const FrameReport result = measure_scene_frames(arguments, file, context, between);
+            add("frames", result, result.result.different);
+        } else {
+            const SceneResult result = measure_scene(arguments, file, context, between);
+            add("scenes", result, result.disagreements());
+        }
     }
     if (!arguments.json.empty()) write_file(arguments.json, report.dump(2) + '\n');
-    if (disagreements > 0) throw Error("bench", "{} answers differ from the plain tracer's", disagreements);
+    if (disagreements > 0)
+        throw Error("bench", "{} {}", disagreements,
+                    arguments.frames ? "pixels depend on who traces" : "answers differ from the plain tracer's");
 }
 
 }  // namespace halflight::bench

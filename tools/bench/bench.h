@@ -23,6 +23,12 @@ struct BenchArguments {
     std::vector<std::string> methods;  // of method_names(); empty: all
     int turns = 9;                     // rounds through all methods, after one to warm up
     int repeats = 1;                   // runs of a method in each turn, whose mean counts
+    bool frames = false;  // whole frames (frames.h) instead of ray sets; what is not of FrameOrder is ignored
+    std::vector<std::string> variants{"off", "compute", "fresh", "auto"};
+    int bounces = 8;
+    int samples = 64;
+    int views = 48;
+    int reference = 0;
     Clock clock = Clock::wall;
     std::string nodes = "auto";   // grid, float
     bool keep_instances = false;  // no flattening of small scenes

@@ -2,19 +2,13 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "engine/rays/raster.h"
 #include "engine/rays/tracer.h"
-#include "shaders/shared/tile_list.h"
 #include "tools/bench/graph_run.h"
 #include "tools/bench/viewpoint.h"
 
 namespace halflight::bench {
 namespace {
-
-/// Runs whose mean is looked at.
-constexpr int kLooks = 3;
 
 std::function<Answers()> answers_of(const RaySet& set, const std::shared_ptr<GraphRun>& run) {
     return [&set, run] { return run->answers(set); };
@@ -22,100 +16,80 @@ std::function<Answers()> answers_of(const RaySet& set, const std::shared_ptr<Gra
 
 // --- Tile lists -----------------------------------------------------------------------------------------------------
 
-/// A ray set, a tracer that culls it by tile lists, and access to these.
+/// A ray set, a tracer that culls it by tile lists, and what it keeps from run to run.
 class TileRun {
   public:
-    TileRun(const Bench& bench, const RaySet& set)
-        : set_(set),
-          record_(bench.trace.statistics().node_format == rays::NodeFormat::grid ? shared::kTileTexels
-                                                                                 : shared::kTileFloatTexels),
-          tracer_(bench.trace, rays::Culling::compute),
-          run_(bench.programs, set,
-               [this](graph::Graph& graph, const rays::RayBatch& batch, graph::BufferHandle results, bool any) {
-                   results = any ? rays::any_hit(graph, tracer_, batch, results)
-                                 : rays::closest_hit(graph, tracer_, batch, results);
-                   lists_ = named(graph, fmt::format("tile lists: {}", rays::name(batch.kind)));
-                   rest_ = named(graph, "header of rays left");
-                   graph.output(lists_);
-                   graph.output(rest_);
-                   return results;
-               }) {
-        run();  // only then there are lists
+    /// counts: as of Tracer::count().
+    TileRun(const Bench& bench, const RaySet& set, bool counts)
+        : tracer_(bench.trace, rays::Culling::compute), run_(bench.programs, set, add(counts)) {
+        run();  // only then is there anything to forget
         forget();
     }
 
     void run() { run_.run(); }
-    void forget() { run_.executor().buffer(lists_).clear(); }
-    Answers answers() const { return run_.answers(set_); }
-
-    /// Shares of time: cut, leaves, rest. Lists there are and made by a run, what is in them, and the rays that their
-    /// leaves do not suffice for.
-    std::vector<Figure> look(bool keep) {
-        const std::uint64_t made = lists_made();
-        run_.executor().measure(true);
-        run_.executor().reset_times();
-        for (int i = 0; i < kLooks; ++i) {
-            if (!keep) forget();
-            run();
-        }
-        run_.executor().measure(false);
-        const Sizes sizes = list_sizes();
-        const auto rest = run_.executor().read<shared::ListHeader>(rest_).front().count;
-        const double all = seconds("");
-        const auto per_list = [&](std::uint64_t sum) {
-            return static_cast<double>(sum) / static_cast<double>(std::max<std::uint64_t>(sizes.lists, 1));
-        };
-        return {{"% cull", 100 * seconds(": cull") / all},
-                {"% leaves", 100 * seconds(" hit") / all},
-                {"% rest", 100 * seconds(": rest") / all},
-                {"tiles", static_cast<double>(sizes.lists)},
-                {"made", static_cast<double>(lists_made() - made) / kLooks},
-                {"entries", per_list(sizes.entries)},
-                {"leaves", per_list(sizes.leaves)},
-                {"% to rest", 100.0 * rest / static_cast<double>(set_.live)}};
+    void forget() {
+        run_.executor().history().invalidate("bench");
+        for (const graph::BufferHandle handle : transient_) run_.executor().buffer(handle).clear();
     }
+    Answers answers(const RaySet& set) const { return run_.answers(set); }
+    rays::BatchStatistics statistics() const { return tracer_.statistics().front(); }
 
   private:
-    struct Sizes {
-        std::uint64_t lists = 0, entries = 0, leaves = 0;
-    };
-
-    std::uint64_t lists_made() const { return tracer_.statistics().front().tiles_culled; }
-
-    /// Of the passes whose name ends so.
-    double seconds(std::string_view end) {
-        double sum = 0;
-        for (const graph::PassTime& pass : run_.executor().times())
-            if (pass.name.ends_with(end)) sum += pass.seconds;
-        return sum;
+    AddTrace add(bool counts) {
+        if (counts) tracer_.count();
+        return [this](graph::Graph& graph, const rays::RayBatch& batch, graph::BufferHandle results, bool any) {
+            results =
+                any ? rays::any_hit(graph, tracer_, batch, results) : rays::closest_hit(graph, tracer_, batch, results);
+            // Rays of a list have no lasting place in tiles; only here they are the same again in the next run.
+            if (batch.list) transient_ = {named(graph, "tile lists")};
+            if (batch.list && any) transient_.push_back(named(graph, "blockers"));
+            for (const graph::BufferHandle handle : transient_) graph.output(handle);
+            return results;
+        };
     }
 
-    Sizes list_sizes() {
-        const std::vector<uvec4> texels = run_.executor().read<uvec4>(lists_);
-        Sizes sizes;
-        for (std::size_t tile = 0; tile + record_ <= texels.size(); tile += record_) {
-            if (texels[tile].w == 0) continue;  // no checksum: nobody has asked for it
-            const std::uint32_t counts = texels[tile + 1].w;
-            ++sizes.lists;
-            sizes.leaves += counts & 0xffffu;
-            sizes.entries += (counts & 0xffffu) + (counts >> 16);
-        }
-        return sizes;
-    }
-
-    const RaySet& set_;
-    std::size_t record_;  // texels
     rays::Tracer tracer_;
-    graph::BufferHandle lists_, rest_;
+    std::vector<graph::BufferHandle> transient_;  // what lasts although the graph does not carry it
     GraphRun run_;
 };
 
+/// Shares of time: cut, leaves, rest. Lists there are and made by a run, what is in them, and the rays that their
+/// leaves do not suffice for.
+std::vector<Figure> look_at_tiles(const Bench& bench, const RaySet& set, bool keep) {
+    constexpr int kLooks = 3;  // runs whose mean is looked at
+    TileRun run(bench, set, true);
+    run.run();
+    const rays::BatchStatistics before = run.statistics();
+    for (int i = 0; i < kLooks; ++i) {
+        if (!keep) run.forget();
+        run.run();
+    }
+    const rays::BatchStatistics after = run.statistics();
+    const auto seconds = [&](double rays::BatchStatistics::Seconds::*step) {
+        return after.steps.*step - before.steps.*step;
+    };
+    const auto count = [&](std::uint64_t rays::BatchStatistics::Lists::*sum) {
+        return static_cast<double>(after.lists.*sum - before.lists.*sum);
+    };
+    using Steps = rays::BatchStatistics::Seconds;
+    using Lists = rays::BatchStatistics::Lists;
+    const double all = seconds(&Steps::cull) + seconds(&Steps::search) + seconds(&Steps::rest);
+    return {{"% cull", 100 * seconds(&Steps::cull) / all},
+            {"% leaves", 100 * seconds(&Steps::search) / all},
+            {"% rest", 100 * seconds(&Steps::rest) / all},
+            {"tiles", count(&Lists::tiles) / kLooks},
+            {"made", static_cast<double>(after.tiles_culled - before.tiles_culled) / kLooks},
+            {"entries", count(&Lists::entries) / count(&Lists::tiles)},
+            {"leaves", count(&Lists::leaves) / count(&Lists::tiles)},
+            {"% to rest", 100 * count(&Lists::rest_rays) / count(&Lists::rays)}};
+}
+
 Method tile_method(const char* name, const Bench& bench, bool keep) {
     return {name, true, [bench, keep](const RaySet& set) -> Prepared {
-                const auto run = std::make_shared<TileRun>(bench, set);
+                const auto run = std::make_shared<TileRun>(bench, set, false);
                 Prepared prepared{.run = [run] { run->run(); },
-                                  .answers = [run] { return run->answers(); },
-                                  .figures = [run, keep] { return run->look(keep); }};
+                                  .answers = [run, &set] { return run->answers(set); },
+                                  .figures = [bench, &set, keep] { return look_at_tiles(bench, set, keep); }};
                 if (!keep) prepared.before = [run] { run->forget(); };
                 return prepared;
             }};
