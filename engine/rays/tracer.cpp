@@ -15,8 +15,8 @@ namespace {
 
 using graph::Access;
 
-/// A way is tried so often before it is judged: the first run of tiles makes their lists, the second one widens them, the
-/// third one finds them.
+/// A way is tried so often before it is judged: the first run of tiles makes their lists, the second one widens them,
+/// the third one finds them.
 constexpr std::uint64_t kTrials = 3;
 /// Of the way that is known to be good: short renders end before anything else could pay.
 constexpr std::uint64_t kFirstRuns = 4;
@@ -134,7 +134,7 @@ class Tracer::Batch {
     void choose() {
         if (of(ways_.front()).runs < kFirstRuns) return;
         for (const Way way : ways_) {
-            if (of(way).runs < kTrials) return set(way, fmt::format("undecided: {} come next to be tried", name(way)));
+            if (of(way).runs < kTrials) return set(way, fmt::format("undecided: {} on trial", name(way)));
         }
         const Way fastest =
             *std::min_element(ways_.begin(), ways_.end(), [&](Way a, Way b) { return of(a).best < of(b).best; });
@@ -142,7 +142,7 @@ class Tracer::Batch {
         if (runs_ % kReexamine != 0) return;
         for (const Way way : ways_) {
             if (way != fastest && of(way).best < kHopeless * of(fastest).best)
-                set(way, statistics_.reason + "; the other one is due to be tried again");
+                set(way, fmt::format("{}; {} on trial again", statistics_.reason, name(way)));
         }
     }
 
@@ -228,7 +228,7 @@ Tracer::Batch& Tracer::batch(const RayBatch& rays) {
                     reason = "rays of a list have no lasting place in tiles";
                 } else {
                     ways.push_back(Way::tiles);
-                    reason = "undecided: plain comes first to be tried";
+                    reason = "undecided: plain on trial";
                 }
                 break;
         }
