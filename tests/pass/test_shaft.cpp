@@ -118,6 +118,14 @@ void main() {
             shaft.end_upper = max(shaft.end_upper, c.end);
         }
     }
+    if (one_of(2u)) {  // a kept one, which holds more than these rays
+        vec3 more_origins = (shaft.origin_upper - shaft.origin_lower) * power_of_ten(-3.0, 0.0);
+        vec3 more_ends = (shaft.end_upper - shaft.end_lower) * power_of_ten(-3.0, 0.0);
+        shaft.origin_lower -= more_origins * unit();
+        shaft.origin_upper += more_origins * unit();
+        shaft.end_lower -= more_ends * unit();
+        shaft.end_upper += more_ends * unit();
+    }
     ShaftTest test = shaft_test(space, shaft);
     vec3 margin = shaft_margin(space, shaft.origin_lower, shaft.origin_upper);
     test.lower += narrower / (head.slack + 3.8146973e-6) * margin;

@@ -63,6 +63,22 @@ TEST_F(TileCulling, InstancesAndSoupsInBothFormats) {
     }
 }
 
+/// All triangles twice, the second ones in reverse order.
+Scene doubled(Scene scene) {
+    std::vector<uvec3>& triangles = scene.meshes[0].triangles;
+    triangles.insert(triangles.end(), triangles.rbegin(), triangles.rend());
+    scene.meshes[0].triangle_material.resize(triangles.size());
+    return scene;
+}
+
+// Of equal hits the lower triangle counts, in whatever leaf.
+TEST_F(TileCulling, TiesAreNotDecidedByOrder) {
+    for (const Scene& scene : {doubled(height_field(40, 0)), doubled(soup(2000, 0.2f, vec3(1), 5))}) {
+        const TraceTables tables = build_trace_tables(scene);
+        EXPECT_EQ(PlainAgainstTiles(programs, tables).different_answers(mixed_rays(tables.bounds, 1000)), 0u);
+    }
+}
+
 TEST_F(TileCulling, StacksNoDeeperThanNeeded) {
     for (const NodeFormat format : {NodeFormat::grid, NodeFormat::floating}) {
         const TraceTables tables =

@@ -40,7 +40,7 @@ class TracerChoice : public GpuTest {
 
     const TraceTables tables = build_trace_tables(soup(2000, 0.08f, vec3(1), 3));
     rays::TraceScene scene{tables};
-    const std::vector<Ray> view = tiled_camera_rays(vec3(0.1f, 0.2f, 2), vec3(0));
+    const std::vector<Ray> view = camera_rays(vec3(0.1f, 0.2f, 2), vec3(0));
     gpu::ProgramCache programs;
     graph::Executor executor{programs};
 };

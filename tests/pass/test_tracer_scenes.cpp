@@ -22,7 +22,7 @@ class TracerScenes : public GpuTest {
         const Scene scene = load_gltf(file);
         const TraceTables tables = opaque_tables(scene, flatten);  // Embree knows nothing of coverage
         if (tables.triangles.empty()) return;
-        std::vector<Ray> rays = rays_through(tables.bounds, 4000, 1);
+        std::vector<Ray> rays = rays_through(tables.bounds, 62 * 64, 1);  // whole tiles
         for (const vec3& from : {vec3(1, 0.4f, 0.3f), vec3(0, 0, 1), vec3(-0.2f, 1, -0.3f)}) {
             const std::vector<Ray> view = camera_rays(tables.bounds, from);
             rays.insert(rays.end(), view.begin(), view.end());

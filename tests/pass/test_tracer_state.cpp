@@ -152,8 +152,8 @@ class TracerState : public GpuTest {
   protected:
     gpu::ProgramCache programs;
     std::mt19937 random{1};
-    const std::vector<Ray> here = tiled_camera_rays(vec3(0.1f, 0.2f, 2), vec3(0));
-    const std::vector<Ray> there = tiled_camera_rays(vec3(1.6f, -0.4f, 1), vec3(0));
+    const std::vector<Ray> here = camera_rays(vec3(0.1f, 0.2f, 2), vec3(0));
+    const std::vector<Ray> there = camera_rays(vec3(1.6f, -0.4f, 1), vec3(0));
 };
 
 class TracerStateOfFormat : public TracerState, public testing::WithParamInterface<NodeFormat> {
@@ -248,7 +248,7 @@ TEST_P(TracerStateOfFormat, WrongCountsAreSeen) {
     }
 }
 
-TEST_P(TracerStateOfFormat, ListsOfOtherTilesCamerasAndScenes) {
+TEST_P(TracerStateOfFormat, ListsOfOtherTilesAndCameras) {
     steps.by_tiles(there);
     EXPECT_EQ(different(steps.by_tiles(here), steps.plain(here)), 0u);
     EXPECT_GT(steps.culled, kTiles / 2);
@@ -258,19 +258,40 @@ TEST_P(TracerStateOfFormat, ListsOfOtherTilesCamerasAndScenes) {
                 steps.lists.end());
     std::shuffle(steps.blockers.begin(), steps.blockers.end(), random);
     EXPECT_EQ(different(steps.by_tiles(here), steps.plain(here)), 0u);
+}
 
-    Steps other(programs, soup(2000, 0.08f, vec3(1), 4), GetParam());
-    other.lists = steps.lists;
-    other.blockers = steps.blockers;
+/// A soup within bounds that do not depend on it.
+Scene boxed_soup(std::uint32_t seed) {
+    Scene scene = soup(2000, 0.08f, vec3(1), seed);
+    for (const float corner : {-1.2f, 1.2f}) {
+        Mesh& mesh = scene.meshes[0];
+        const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+        for (int k = 0; k < 3; ++k)
+            mesh.positions.emplace_back(corner, k == 1 ? 0.99f * corner : corner, k == 2 ? 0.99f * corner : corner);
+        mesh.normals.resize(mesh.positions.size(), vec3(0, 1, 0));
+        mesh.triangles.emplace_back(first, first + 1, first + 2);
+        mesh.triangle_material.push_back(0);
+    }
+    return scene;
+}
+
+TEST_P(TracerStateOfFormat, ListsOfOtherScenes) {
+    Steps one(programs, boxed_soup(3), GetParam()), other(programs, boxed_soup(4), GetParam());
+    one.by_tiles(here);
+    other.lists = one.lists;
+    other.blockers = one.blockers;
     EXPECT_EQ(different(other.by_tiles(here), other.plain(here)), 0u);
     EXPECT_EQ(other.culled, kTiles);
+    // Nothing else tells them apart.
+    other.lists = one.lists;
+    EXPECT_GT(different(other.by_tiles(here, false), other.plain(here)), kRays / 20);
 }
 
 /// Eye and target along a path through [-1, 1]^3 that is cut every 40 frames.
 std::vector<Ray> frame_of_path(int frame) {
     const float a = 0.02f * static_cast<float>(frame) + 2.4f * static_cast<float>(frame / 40);
     const vec3 eye = (1.2f + 0.9f * std::sin(2.3f * a)) * vec3(std::cos(a), 0.3f * std::sin(3 * a), std::sin(a));
-    return tiled_camera_rays(eye, 0.5f * vec3(std::sin(5 * a), 0, std::cos(4 * a)));
+    return camera_rays(eye, 0.5f * vec3(std::sin(5 * a), 0, std::cos(4 * a)));
 }
 
 TEST_F(TracerState, MovingCameraWithCuts) {
@@ -299,7 +320,7 @@ TEST_F(TracerState, StillFramesSoonKeepTheirLists) {
         const std::uint64_t before = culled();
         for (int i = 0; i < frames; ++i) {
             const vec2 jitter(uniform(random), uniform(random));
-            EXPECT_EQ(pair.different_answers(tiled_camera_rays(vec3(0.1f, 0.2f, 2), vec3(0), jitter)), 0u);
+            EXPECT_EQ(pair.different_answers(camera_rays(vec3(0.1f, 0.2f, 2), vec3(0), jitter)), 0u);
         }
         return culled() - before;
     };

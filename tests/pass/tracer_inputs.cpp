@@ -125,20 +125,6 @@ std::vector<Ray> rays_through(const Bounds& bounds, std::size_t count, std::uint
     return rays;
 }
 
-std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction) {
-    const vec3 centre = bounds.centre(), back = glm::normalize(from_direction);
-    const float radius = 0.5f * glm::length(bounds.extent());
-    const vec3 right = glm::normalize(glm::cross(std::abs(back.y) < 0.9f ? vec3(0, 1, 0) : vec3(1, 0, 0), back));
-    const vec3 up = glm::cross(back, right);
-    std::vector<Ray> rays;
-    for (int i = 0; i < 64 * 64; ++i) {
-        const vec2 p = (vec2(i % 64, i / 64) + 0.5f) / 32.0f - 1.0f;
-        rays.push_back(
-            {centre + 2.0f * radius * back, 0, glm::normalize(0.6f * (p.x * right + p.y * up) - back), kInfinity});
-    }
-    return rays;
-}
-
 Scene instanced_spheres() {
     Scene scene = sphere(8, vec3(0), 0.3f);
     scene.instances.clear();
@@ -176,7 +162,7 @@ Scene veils(int count) {
     return scene;
 }
 
-std::vector<Ray> tiled_camera_rays(const vec3& from, const vec3& to, const vec2& jitter) {
+std::vector<Ray> camera_rays(const vec3& from, const vec3& to, const vec2& jitter) {
     const vec3 ahead = glm::normalize(to - from);
     const vec3 right = glm::normalize(glm::cross(ahead, std::abs(ahead.y) < 0.9f ? vec3(0, 1, 0) : vec3(1, 0, 0)));
     const vec3 up = glm::cross(right, ahead);
@@ -189,11 +175,31 @@ std::vector<Ray> tiled_camera_rays(const vec3& from, const vec3& to, const vec2&
     return rays;
 }
 
+std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction) {
+    const float radius = 0.5f * glm::length(bounds.extent());
+    return camera_rays(bounds.centre() + 2.0f * radius * glm::normalize(from_direction), bounds.centre());
+}
+
 std::vector<Ray> mixed_rays(const Bounds& bounds, std::size_t count, std::uint32_t seed) {
     std::vector<Ray> rays = rays_through(bounds, count, seed);
+    rays.resize(rays.size() / 64 * 64);  // tiles begin anew
+    const float radius = 0.5f * glm::length(bounds.extent());
     for (const vec3& from : {vec3(1, 0.4f, 0.3f), vec3(-0.2f, 1, -0.3f)}) {
         const std::vector<Ray> view = camera_rays(bounds, from);
         rays.insert(rays.end(), view.begin(), view.end());
+    }
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    const auto point = [&] { return vec3(uniform(random), uniform(random), uniform(random)); };
+    for (int tile = 0; tile < 100; ++tile) {
+        const vec3 from = bounds.centre() + 0.6f * bounds.extent() * point();
+        const vec3 to = bounds.centre() + 0.5f * bounds.extent() * point();
+        const float from_size = radius * std::exp2(-static_cast<float>(random() % 16));
+        const float to_size = radius * std::exp2(-static_cast<float>(random() % 16));
+        for (int i = 0; i < 64; ++i) {
+            const vec3 origin = from + from_size * point();
+            rays.push_back({origin, 0, to + to_size * point() - origin, tile % 2 ? 1.0f : kInfinity});
+        }
     }
     return rays;
 }

@@ -35,11 +35,12 @@ Scene veils(int count);
 
 /// Rays that look through the scene from all sides: from points in and around its bounds, to points in it.
 std::vector<Ray> rays_through(const Bounds& bounds, std::size_t count, std::uint32_t seed);
-/// 64 x 64 pixels, from a point outside towards the centre of the bounds.
-std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction);
 /// 64 x 64 pixels in tiles of 8 x 8, row by row; jitter: where in its pixel a ray is, [0, 1]^2.
-std::vector<Ray> tiled_camera_rays(const vec3& from, const vec3& to, const vec2& jitter = vec2(0.5f));
-/// rays_through() and two cameras.
+std::vector<Ray> camera_rays(const vec3& from, const vec3& to, const vec2& jitter = vec2(0.5f));
+/// From a point outside towards the centre of the bounds.
+std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction);
+/// Rays of all sorts: rays_through(), two cameras, and 100 tiles of 64 rays each from about one point to about
+/// another one in the bounds, which may end there.
 std::vector<Ray> mixed_rays(const Bounds& bounds, std::size_t count, std::uint32_t seed = 1);
 /// Tiles of 64 rays or fewer through [-1, 1]^3 that are alike in some way, or not at all: one ray, the same one many
 /// times, opposite directions, one origin, zero components, t_max 0 or infinite, dead rays, directions and origins of
