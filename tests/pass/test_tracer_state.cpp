@@ -54,7 +54,7 @@ class Steps {
         : tables_(build_trace_tables(scene)),
           scene_(tables_, roomy(rays::pack_scene(tables_, format)), {}),
           entry_words_(format == NodeFormat::grid ? 4 : 8),
-          lists(tile_list_bytes(scene_, kRays) / sizeof(std::uint32_t)),
+          lists(kTiles * 4 * (format == NodeFormat::grid ? shared::kTileTexels : shared::kTileFloatTexels)),
           blockers(kTiles * sizeof(shared::TileBlockers) / sizeof(std::uint32_t)),
           executor_(programs) {
         executor_.poison(true);

@@ -71,7 +71,7 @@ PlainAgainstTiles::PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTab
 
 std::size_t PlainAgainstTiles::different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list,
                                                  gpu::Buffer* frame_constants) {
-    const Question question{rays, list, frame_constants};
+    const Question question{rays, list, frame_constants, kind};
     const auto closest = [&](auto& tracer) {
         return ask<Hit>(executor_, question, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
             return closest_hit(graph, tracer, batch, results);

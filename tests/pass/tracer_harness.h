@@ -77,6 +77,7 @@ class PlainAgainstTiles {
     /// Rays whose answers differ in any bit, of either question.
     std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr,
                                   gpu::Buffer* frame_constants = nullptr);
+    rays::RayKind kind = rays::RayKind::primary;
     rays::Tracer& tiles() { return tiles_; }
     graph::History& history() { return executor_.history(); }
 
