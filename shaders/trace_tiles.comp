@@ -13,7 +13,11 @@
 #include "shaders/lib/tile_list.glsl"
 #include "shaders/lib/tile_rays.glsl"
 
+#ifdef TILE_REST
 layout(local_size_x = 64) in;
+#else
+layout(local_size_x = kTileRays) in;
+#endif
 
 #ifdef HALFLIGHT_ANY_HIT
 const bool kAnyHit = true;
@@ -69,10 +73,12 @@ shared vec3 entry_upper_corner[kTileEntries];
 shared uint entry_blockers;
 
 void share_entries(uint tile) {
-    int i = int(gl_LocalInvocationIndex) & (kTileEntries - 1);
-    TileEntry e = load_entry(tile, i);
-    entry_lower_corner[i] = entry_lower(e);
-    entry_upper_corner[i] = entry_upper(e);
+    for (int k = 0; k < kTileEntries; k += min(kTileRays, kTileEntries)) {
+        int i = (int(gl_LocalInvocationIndex) & (kTileEntries - 1)) + k;
+        TileEntry e = load_entry(tile, i);
+        entry_lower_corner[i] = entry_lower(e);
+        entry_upper_corner[i] = entry_upper(e);
+    }
 #ifdef HALFLIGHT_ANY_HIT
     if (gl_LocalInvocationIndex == 0u) entry_blockers = blockers_of[tile].entries;
 #endif

@@ -16,6 +16,7 @@ constexpr float kStop = 1.0f;
 gpu::Defines tile_defines(const TraceScene& scene, const RayBatch& batch, bool any_hit) {
     gpu::Defines defines = scene.defines();
     if (batch.list) defines.set("HALFLIGHT_LIST");
+    if (tile_rays(batch) == shared::kConnectionTileRays) defines.set("HALFLIGHT_CONNECTION_TILES");
     if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
     return defines;
 }
@@ -45,23 +46,26 @@ void bind_search(graph::Resources& r, const gpu::Program& program, const TraceSc
     }
 }
 
-constexpr std::uint32_t kTileRays = static_cast<std::uint32_t>(shared::kTileRays);
-
 }  // namespace
 
-std::uint32_t tile_count(std::uint32_t capacity) {
-    return (capacity + kTileRays - 1) / kTileRays;
+std::uint32_t tile_rays(const RayBatch& batch) {
+    const bool connects = batch.kind == RayKind::connection && !batch.list;
+    return static_cast<std::uint32_t>(connects ? shared::kConnectionTileRays : shared::kPixelTileRays);
 }
 
-std::size_t tile_list_bytes(const TraceScene& scene, std::uint32_t capacity) {
+std::uint32_t tile_count(const RayBatch& batch) {
+    return (batch.capacity + tile_rays(batch) - 1) / tile_rays(batch);
+}
+
+std::size_t tile_list_bytes(const TraceScene& scene, const RayBatch& batch) {
     const int texels =
         scene.statistics().node_format == NodeFormat::grid ? shared::kTileTexels : shared::kTileFloatTexels;
-    return std::size_t{tile_count(capacity)} * static_cast<std::size_t>(texels) * sizeof(uvec4);
+    return std::size_t{tile_count(batch)} * static_cast<std::size_t>(texels) * sizeof(uvec4);
 }
 
 void cull_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
                 bool any_hit, const gpu::Buffer& culled) {
-    const std::uint32_t count = tile_count(batch.capacity);
+    const std::uint32_t count = tile_count(batch);
     const gpu::Program& program = r.programs().compute("shaders/cull.comp", tile_defines(scene, batch, any_hit));
     bind_batch(r, program, scene, batch, tiles);
     r.buffer(tiles.lists).bind_storage(0);
@@ -83,7 +87,7 @@ void search_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& 
     if (batch.list) {
         program.dispatch_indirect(r.buffer(batch.list_header));
     } else {
-        program.dispatch(tile_count(batch.capacity));
+        program.dispatch(tile_count(batch));
     }
 }
 
@@ -104,7 +108,7 @@ shared::BatchCounts count_batch(graph::Resources& r, const TraceScene& scene, co
     const gpu::Buffer counts("counts of a batch", sizeof(shared::BatchCounts));
     bind_batch(r, program, scene, batch, {.lists = lists, .blockers = {}, .rest_header = {}, .rest = {}});
     counts.bind_storage(0);
-    program.dispatch((tile_count(batch.capacity) + 63) / 64);
+    program.dispatch((tile_count(batch) + 63) / 64);
     return counts.read<shared::BatchCounts>().front();
 }
 

@@ -1,5 +1,5 @@
 // The compute back end of CHC+RT (Mattausch, Bittner, Jaspe, Gobbetti, Wimmer, Pajarola 2015, CHC+RT: Coherent
-// Hierarchical Culling for Ray Tracing, Computer Graphics Forum 34(2)): a cut through the hierarchy per tile of 64 rays
+// Hierarchical Culling for Ray Tracing, Computer Graphics Forum 34(2)): a cut through the hierarchy per tile of rays
 // (shaders/cull.comp), and kernels that search only there (shaders/trace_tiles.comp): first the leaves of the tile,
 // then for the rays concerned what is below its other entries. Hits are those of the plain tracer, bit for bit.
 #pragma once
@@ -21,8 +21,10 @@ struct TileBuffers {
     graph::BufferHandle rest;         // capacity x uvec2
 };
 
-std::uint32_t tile_count(std::uint32_t capacity);
-std::size_t tile_list_bytes(const TraceScene& scene, std::uint32_t capacity);
+/// Rays of a tile: 64, or the 16 that connect the receivers of a group with one point, which are consecutive.
+std::uint32_t tile_rays(const RayBatch& batch);
+std::uint32_t tile_count(const RayBatch& batch);
+std::size_t tile_list_bytes(const TraceScene& scene, const RayBatch& batch);
 
 /// The steps, to be called by passes that have declared: batch.rays as texture_read, list and header (where the batch
 /// has them) as storage_read and indirect_read, frame_constants (where the scene is alpha tested) as uniform_read.

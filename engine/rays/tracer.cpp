@@ -33,7 +33,7 @@ bool culls_by_tiles(Culling culling, const RayBatch& batch) {
 }
 
 graph::BufferHandle carried_lists(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch) {
-    return graph.carried_buffer("tile lists: " + key_of(batch), {tile_list_bytes(scene, batch.capacity)});
+    return graph.carried_buffer("tile lists: " + key_of(batch), {tile_list_bytes(scene, batch)});
 }
 
 }  // namespace
@@ -282,8 +282,8 @@ class BatchRun {
     }
 
     void create_buffers() {
-        const std::size_t bytes = tile_list_bytes(scene_, batch_.capacity);
-        const std::size_t masks = tile_count(batch_.capacity) * sizeof(shared::TileBlockers);
+        const std::size_t bytes = tile_list_bytes(scene_, batch_);
+        const std::size_t masks = tile_count(batch_) * sizeof(shared::TileBlockers);
         if (batch_.list) {
             tiles_.lists = graph_.create_buffer("tile lists", {bytes});
             if (any_hit_) tiles_.blockers = graph_.create_buffer("blockers", {masks});
@@ -362,7 +362,7 @@ class BatchRun {
                            batch = state_](graph::Resources& r) {
             if (batch->way() == Way::tiles) search_rest(r, scene, rays, tiles, results, any);
         };
-        pass.execute([batch = state_, count = tile_count(batch_.capacity),
+        pass.execute([batch = state_, count = tile_count(batch_),
                       step = timed(&BatchStatistics::Seconds::rest, rest)](graph::Resources& r) {
             step(r);
             batch->end(batch->way() == Way::plain ? 0 : count);

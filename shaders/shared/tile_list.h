@@ -1,4 +1,4 @@
-// What a tile of 64 rays can meet: one record of texels (RGBA32UI) per tile, in the units of the hierarchy where traversal
+// What a tile of rays can meet: one record of texels (RGBA32UI) per tile, in the units of the hierarchy where traversal
 // begins (grid format: cells; float format: world units). One copy for C++ and GLSL.
 //
 //   texel 0 to 3  xyz: the shaft, as floats: lower and upper corner of the box of the rays' origins, then of the box of
@@ -15,7 +15,16 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-HALFLIGHT_SHARED_CONST int kTileRays = 64;
+// Rays of a tile. Those towards one point from a few receivers are a tile of their own; kernels have the number from a define.
+HALFLIGHT_SHARED_CONST int kPixelTileRays = 64;
+HALFLIGHT_SHARED_CONST int kConnectionTileRays = 16;
+#ifndef __cplusplus
+#ifdef HALFLIGHT_CONNECTION_TILES
+const int kTileRays = kConnectionTileRays;
+#else
+const int kTileRays = kPixelTileRays;
+#endif
+#endif
 HALFLIGHT_SHARED_CONST int kTileEntries = 32;  // one bit each in a mask
 HALFLIGHT_SHARED_CONST int kTileHeaderTexels = 4;
 HALFLIGHT_SHARED_CONST int kTileTexels = 36;       // of a record; grid format
