@@ -38,13 +38,7 @@ std::uint32_t next_serial() {
 
 graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                           graph::BufferHandle results, bool any_hit) {
-    const std::uint32_t groups = (batch.capacity + 63) / 64;
-    GLint limit = 0;
-    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &limit);
-    if (groups > static_cast<std::uint32_t>(limit)) {
-        throw Error("rays", "a batch of {} rays; the driver starts at most {}", batch.capacity,
-                    std::uint64_t(limit) * 64);
-    }
+    check_groups((batch.capacity + 63) / 64, batch.capacity);
 
     graph::Pass pass =
         graph.add_pass(fmt::format("{} rays: {}", name(batch.kind), any_hit ? "any hit" : "closest hit"));
@@ -63,6 +57,14 @@ graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const Ra
 }
 
 }  // namespace
+
+void check_groups(std::uint32_t groups, std::uint32_t rays) {
+    GLint limit = 0;
+    glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &limit);
+    if (groups > static_cast<std::uint32_t>(limit)) {
+        throw Error("rays", "a batch of {} rays takes {} work groups; the driver starts at most {}", rays, groups, limit);
+    }
+}
 
 const char* name(RayKind kind) {
     switch (kind) {

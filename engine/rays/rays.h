@@ -90,6 +90,8 @@ graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, co
 graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle occluded);
 
+/// Throws Error where the driver does not start so many work groups at once; `rays` is for the message.
+void check_groups(std::uint32_t groups, std::uint32_t rays);
 /// What the pass of either does, for passes that have declared the batch, and the results as written.
 void trace_plain(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch,
                  graph::BufferHandle results, bool any_hit);

@@ -270,6 +270,7 @@ class BatchRun {
     }
 
     graph::BufferHandle add_tiles(graph::BufferHandle results) {
+        check_groups(std::max(tile_count(batch_), (batch_.capacity + 63) / 64), batch_.capacity);
         create_buffers();
         add_cull();
         results = add_search(results);

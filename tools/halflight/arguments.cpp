@@ -39,7 +39,6 @@ double real(const std::string& option, const std::string& text, double lower, do
     return number<double>(option, text, lower, upper, "a number");
 }
 
-/// X,Y,Z
 rays::Culling culling_named(const std::string& option, const std::string& text) {
     using enum rays::Culling;
     for (const rays::Culling culling : {automatic, off, compute, raster}) {
@@ -48,6 +47,7 @@ rays::Culling culling_named(const std::string& option, const std::string& text) 
     throw UsageError(option, "unknown way '{}'; there are: auto, compute, raster, off", text);
 }
 
+/// X,Y,Z
 std::optional<dvec3> triple(const std::string& text) {
     dvec3 value;
     const char* at = text.data();
