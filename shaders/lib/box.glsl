@@ -33,19 +33,24 @@ BoxRay box_ray(vec3 origin, vec3 direction, vec3 base, vec3 cell, float slack) {
     vec3 side = mix(vec3(1.0), vec3(-1.0), ray.backward);
     vec3 raised = side * max(magnitude, vec3(least));
     vec3 reach = max(abs(base - origin), abs(base + kGridCells * cell - origin));
-    vec3 error = side * (slack * max(reach.x, max(reach.y, reach.z)));
+    // Precise, as t is raised to where boxes are entered: all kernels must get the same bits.
+    precise vec3 error = side * (slack * max(reach.x, max(reach.y, reach.z)));
 #ifdef HALFLIGHT_NODES_FLOAT
-    vec3 start = origin;
-    vec3 inverse = 1.0 / raised;
+    precise vec3 start = origin;
+    precise vec3 inverse = 1.0 / raised;
 #else
-    vec3 start = (origin - base) / cell;
-    vec3 inverse = cell / raised;
+    precise vec3 start = (origin - base) / cell;
+    precise vec3 inverse = cell / raised;
     error /= cell;
 #endif
-    ray.near_origin = start + error;
-    ray.far_origin = start - error;
-    ray.near_inverse = inverse * 0.99999952316284180;  // 1 -+ 2^-21: eight roundings
-    ray.far_inverse = inverse * 1.0000004768371582;
+    precise vec3 near_origin = start + error;
+    precise vec3 far_origin = start - error;
+    precise vec3 near_inverse = inverse * 0.99999952316284180;  // 1 -+ 2^-21: eight roundings
+    precise vec3 far_inverse = inverse * 1.0000004768371582;
+    ray.near_origin = near_origin;
+    ray.far_origin = far_origin;
+    ray.near_inverse = near_inverse;
+    ray.far_inverse = far_inverse;
     return ray;
 }
 
