@@ -118,6 +118,7 @@ TEST(Bench, WholeFrames) {
     ASSERT_EQ(errors.size(), 5u);  // 1, 2, 4, 8, 10 samples
     EXPECT_EQ(errors[4]["samples"], 10);
     EXPECT_LT(errors[4]["relative_mse"], 0.5 * errors[0]["relative_mse"].get<double>());
+    EXPECT_LT(errors[4]["trimmed_mse"], errors[4]["relative_mse"]);
     EXPECT_LT(errors[0]["seconds"]["off"], errors[4]["seconds"]["off"]);
 }
 

@@ -22,6 +22,8 @@
 namespace halflight::bench {
 namespace {
 
+constexpr double kWorst = 0.001;  // share of values without which errors are told as well
+
 struct Variant {
     const char* name;
     rays::Culling culling;
@@ -250,8 +252,11 @@ FrameResult measure_frames(gpu::Context& context, const Scene& scene, const Trac
         const auto done = static_cast<std::uint32_t>(i + 1);
         if (!reference.empty() && (std::has_single_bit(done) || i + 1 == order.samples)) {
             const auto whole = std::ranges::find_if(renderings, [](const auto& r) { return !r->variant().forgets; });
-            if (whole != renderings.end())
-                result.errors.push_back({i + 1, relative_mse((*whole)->picture(), reference)});
+            if (whole != renderings.end()) {
+                const std::vector<double> picture = (*whole)->picture();
+                result.errors.push_back(
+                    {i + 1, relative_mse(picture, reference), relative_mse(picture, reference, kWorst)});
+            }
         }
     }
     result.still = all_series(renderings);
@@ -277,10 +282,13 @@ FrameResult measure_frames(gpu::Context& context, const Scene& scene, const Trac
     return result;
 }
 
-double relative_mse(const std::vector<double>& a, const std::vector<double>& b) {
-    double sum = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) sum += (a[i] - b[i]) * (a[i] - b[i]) / (b[i] * b[i] + 0.01);
-    return sum / static_cast<double>(a.size());
+double relative_mse(const std::vector<double>& a, const std::vector<double>& b, double left_out) {
+    std::vector<double> errors(a.size());
+    for (std::size_t i = 0; i < a.size(); ++i) errors[i] = (a[i] - b[i]) * (a[i] - b[i]) / (b[i] * b[i] + 0.01);
+    const auto dropped = static_cast<std::size_t>(left_out * static_cast<double>(errors.size()));
+    const auto end = errors.end() - static_cast<std::ptrdiff_t>(dropped);
+    if (dropped > 0) std::nth_element(errors.begin(), end, errors.end());
+    return std::accumulate(errors.begin(), end, 0.0) / static_cast<double>(end - errors.begin());
 }
 
 }  // namespace halflight::bench

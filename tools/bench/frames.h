@@ -41,7 +41,8 @@ struct Series {
 
 struct ErrorPoint {
     int samples = 0;
-    double relative_mse = 0;  // see relative_mse()
+    double relative_mse = 0;
+    double trimmed_mse = 0;  // the same without the worst thousandth of all values, which may make up most of it
 };
 
 struct FrameResult {
@@ -60,7 +61,8 @@ FrameResult measure_frames(gpu::Context& context, const Scene& scene, const Trac
                            const std::function<void()>& between);
 
 /// Mean of (a - b)^2 / (b^2 + 0.01) over all values, b being the reference (Rousselle, Knaus, Zwicker 2011, Adaptive
-/// Sampling and Reconstruction using Greedy Error Minimization, section 5). Precondition: as many of both.
-double relative_mse(const std::vector<double>& a, const std::vector<double>& b);
+/// Sampling and Reconstruction using Greedy Error Minimization, section 5), but for this share of them, the worst ones.
+/// Precondition: as many of both.
+double relative_mse(const std::vector<double>& a, const std::vector<double>& b, double left_out = 0);
 
 }  // namespace halflight::bench

@@ -76,12 +76,12 @@ double sum(const std::vector<double>& values, int count) {
 }
 
 std::string error_table(const FrameReport& r, Clock clock) {
-    std::string text = fmt::format("  relative MSE, from a picture of {} samples, against seconds\n  {:>7}{:>12}",
-                                   r.order.reference, "samples", "relMSE");
+    std::string text = fmt::format("  relative MSE, from a picture of {} samples, against seconds\n  {:>7}{:>12}{:>12}",
+                                   r.order.reference, "samples", "relMSE", "trimmed");
     for (const Series& series : r.result.still) text += fmt::format("{:>10}", series.variant);
     text += '\n';
     for (const ErrorPoint& point : r.result.errors) {
-        text += fmt::format("  {:>7}{:>12.5f}", point.samples, point.relative_mse);
+        text += fmt::format("  {:>7}{:>12.5f}{:>12.5f}", point.samples, point.relative_mse, point.trimmed_mse);
         for (const Series& series : r.result.still)
             text += fmt::format("{:>10.2f}", sum(by(clock, series.frames), point.samples));
         text += '\n';
@@ -138,7 +138,10 @@ nlohmann::json json(const FrameReport& r, Clock clock) {
         nlohmann::json until = nlohmann::json::object();
         for (const Series& series : r.result.still)
             until[series.variant] = sum(by(clock, series.frames), point.samples);
-        errors.push_back({{"samples", point.samples}, {"relative_mse", point.relative_mse}, {"seconds", until}});
+        errors.push_back({{"samples", point.samples},
+                          {"relative_mse", point.relative_mse},
+                          {"trimmed_mse", point.trimmed_mse},
+                          {"seconds", until}});
     }
     return {{"file", r.file},
             {"camera", r.camera},
