@@ -28,6 +28,7 @@ const bool kAnyHit = false;
 layout(std430, binding = 0) buffer Hits { Hit hits[]; };
 #endif
 layout(std430, binding = 3) buffer RestHeader { ListHeader rest_header; };
+uniform uint tiles;
 layout(std430, binding = 4) buffer Rest { uvec2 rest[]; };  // slot and kSearchAgain, which entries
 #ifdef HALFLIGHT_ALPHA
 layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
@@ -122,10 +123,11 @@ void put_into_rest(uvec2 entry) {
 }
 
 void main() {
-    uint tile = gl_WorkGroupID.x;
-    share_entries(tile);
+    uint tile = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+    share_entries(min(tile, tiles - 1u));
     TileCounts counts = load_counts(tile);
-    TileRay r = tile_ray(gl_GlobalInvocationID.x);
+    uint slot_of_ray = tile * uint(kTileRays) + gl_LocalInvocationIndex;
+    TileRay r = tile_ray(slot_of_ray);
     BvhHead head = bvh_head(0u);
     BoxRay box = box_ray(r.ray.origin, r.ray.direction, head.base, head.cell, head.slack);
     TriangleRay sheared = triangle_ray(r.ray.origin, r.ray.direction);
@@ -196,7 +198,7 @@ void main() {
     if (r.listed) {
         store_answer(r.path, found && !again ? nearest : kNoHit);
         if (again || left_of_others != 0u) {
-            put_into_rest(uvec2(gl_GlobalInvocationID.x | (again ? kSearchAgain : 0u), left_of_others));
+            put_into_rest(uvec2(slot_of_ray | (again ? kSearchAgain : 0u), left_of_others));
         }
     }
 }

@@ -2,6 +2,8 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
+
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/tile_list.h"
@@ -84,10 +86,13 @@ void search_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& 
     r.buffer(tiles.rest_header).write(0, sizeof(empty), &empty);
     bind_search(r, program, scene, batch, tiles, results);
     if (any_hit) r.buffer(tiles.blockers).bind_storage(5);
+    program.set("tiles", tile_count(batch));
     if (batch.list) {
         program.dispatch_indirect(r.buffer(batch.list_header));
     } else {
-        program.dispatch(tile_count(batch));
+        // Two dimensions: there may be more tiles than the driver starts groups along one.
+        const std::uint32_t count = tile_count(batch), row = std::min(count, 32768u);
+        program.dispatch(row, (count + row - 1) / row);
     }
 }
 

@@ -6,6 +6,7 @@
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
 #include "engine/graph/execute.h"
+#include "engine/rays/choice.h"
 #include "engine/rays/tiles.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/tile_list.h"
@@ -15,21 +16,13 @@ namespace {
 
 using graph::Access;
 
-/// A way is tried so often before it is judged: the first run of tiles makes their lists, the second one widens them,
-/// the third one finds them.
-constexpr std::uint64_t kTrials = 3;
-/// Of the way that is known to be good: short renders end before anything else could pay.
-constexpr std::uint64_t kFirstRuns = 4;
-/// The slower way is looked at again after so many runs, unless it took this much longer.
-constexpr double kHopeless = 1.3;
-constexpr std::uint64_t kReexamine = 64;
-
 std::string key_of(const RayBatch& batch) {
     return batch.depth == 0 ? name(batch.kind) : fmt::format("{} {}", name(batch.kind), batch.depth);
 }
 
 bool culls_by_tiles(Culling culling, const RayBatch& batch) {
-    return culling == Culling::compute || (culling == Culling::automatic && !batch.list);
+    return culling == Culling::compute ||
+           (culling == Culling::automatic && (!batch.list || batch.kind == RayKind::occlusion));
 }
 
 graph::BufferHandle carried_lists(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch) {
@@ -64,18 +57,27 @@ const char* name(Way way) {
     return "unknown";
 }
 
-/// Chooses the way of each run by the times of those before.
+std::vector<std::string> names_of(const std::vector<Way>& ways) {
+    std::vector<std::string> names;
+    for (const Way way : ways) names.emplace_back(name(way));
+    return names;
+}
+
+/// What is known of a batch, and the way of its next run.
 class Tracer::Batch {
   public:
-    Batch(std::string name, std::vector<Way> ways, std::string reason) : ways_(std::move(ways)) {
+    /// measures: the time of all runs is wanted, not only of those on trial.
+    Batch(std::string name, std::vector<Way> ways, std::string reason, bool measures)
+        : ways_(std::move(ways)), choice_(names_of(ways_)), measures_(measures) {
         statistics_.batch = std::move(name);
         statistics_.way = ways_.front();
-        statistics_.reason = std::move(reason);
+        statistics_.reason = ways_.size() > 1 ? choice_.reason() : std::move(reason);
     }
 
     Way way() const { return statistics_.way; }
     /// Of the last run.
     std::optional<Way> ran() const { return ran_; }
+    bool measuring() const { return measures_ || choice_.on_trial(); }
     const gpu::Buffer& culled() const { return culled_; }
     void set_state_bytes(std::size_t bytes) { statistics_.state_bytes = bytes; }
 
@@ -88,13 +90,18 @@ class Tracer::Batch {
     /// The run is over.
     void end(std::uint64_t tiles) {
         BatchStatistics::Measured& m = of(way());
-        m.best = m.runs == 0 ? seconds_ : std::min(m.best, seconds_);
         ++m.runs;
-        m.seconds += seconds_;
-        ++runs_;
+        if (measuring()) {
+            m.best = m.timed == 0 ? seconds_ : std::min(m.best, seconds_);
+            ++m.timed;
+            m.seconds += seconds_;
+        }
         ran_ = way();
         statistics_.tiles += tiles;
-        if (ways_.size() > 1) choose();
+        if (ways_.size() < 2) return;
+        choice_.ran(seconds_);
+        statistics_.way = ways_[choice_.now()];
+        statistics_.reason = choice_.reason();
     }
 
     /// For batches that have but one way, and no steps.
@@ -122,49 +129,23 @@ class Tracer::Batch {
         return s;
     }
 
+    /// Times, and what follows from them.
     void forget() {
         for (BatchStatistics::Measured& m : statistics_.measured) m = {};
-        statistics_.way = ways_.front();
-        runs_ = 0;
+        statistics_.steps = {};
+        if (ways_.size() < 2) return;
+        choice_.forget();
+        statistics_.way = ways_[choice_.now()];
+        statistics_.reason = choice_.reason();
     }
 
   private:
     BatchStatistics::Measured& of(Way way) { return statistics_.measured[static_cast<std::size_t>(way)]; }
 
-    void choose() {
-        if (of(ways_.front()).runs < kFirstRuns) return;
-        for (const Way way : ways_) {
-            if (of(way).runs < kTrials) return set(way, fmt::format("undecided: {} on trial", name(way)));
-        }
-        const Way fastest =
-            *std::min_element(ways_.begin(), ways_.end(), [&](Way a, Way b) { return of(a).best < of(b).best; });
-        set(fastest, comparison(fastest));
-        if (runs_ % kReexamine != 0) return;
-        for (const Way way : ways_) {
-            if (way != fastest && of(way).best < kHopeless * of(fastest).best)
-                set(way, fmt::format("{}; {} on trial again", statistics_.reason, name(way)));
-        }
-    }
-
-    void set(Way way, std::string reason) {
-        statistics_.way = way;
-        statistics_.reason = std::move(reason);
-    }
-
-    std::string comparison(Way fastest) {
-        std::string text;
-        for (const Way way : ways_) {
-            if (way == fastest) continue;
-            text += fmt::format("{}{:.2f} times as fast as {} (fastest runs: {:.1f} ms, {:.1f} ms)",
-                                text.empty() ? "" : ", ", of(way).best / of(fastest).best, name(way),
-                                1e3 * of(fastest).best, 1e3 * of(way).best);
-        }
-        return text;
-    }
-
-    std::vector<Way> ways_;  // that come into question; the first one is tried first
+    std::vector<Way> ways_;  // that come into question, the first one to begin with
+    Choice choice_;
+    bool measures_;
     BatchStatistics statistics_;
-    std::uint64_t runs_ = 0;
     std::optional<Way> ran_;
     double seconds_ = 0;
     std::optional<gpu::Stopwatch> watch_;
@@ -224,15 +205,15 @@ Tracer::Batch& Tracer::batch(const RayBatch& rays) {
                 break;
             case Culling::automatic:
                 ways = {Way::plain};
-                if (rays.list) {
+                // Short rays gain by lists that are made anew each time; longer ones of a list have not.
+                if (rays.list && rays.kind != RayKind::occlusion) {
                     reason = "rays of a list have no lasting place in tiles";
                 } else {
                     ways.push_back(Way::tiles);
-                    reason = "undecided: plain on trial";
                 }
                 break;
         }
-        found = std::make_unique<Batch>(key_of(rays), std::move(ways), std::move(reason));
+        found = std::make_unique<Batch>(key_of(rays), std::move(ways), std::move(reason), counts_);
     }
     return *found;
 }
@@ -270,7 +251,7 @@ class BatchRun {
     }
 
     graph::BufferHandle add_tiles(graph::BufferHandle results) {
-        check_groups(std::max(tile_count(batch_), (batch_.capacity + 63) / 64), batch_.capacity);
+        check_groups((batch_.capacity + 63) / 64, batch_.capacity);
         create_buffers();
         add_cull();
         results = add_search(results);
@@ -307,16 +288,22 @@ class BatchRun {
         }
     }
 
-    /// Steps that only the ways by tiles have; timed.
+    /// Timed where that is wanted: it waits for the GPU.
     template <class F>
     auto timed(Tracer::Batch::Step step, F f) const {
-        return [=, batch = state_](graph::Resources& r) { batch->add(step, gpu::timed([&] { f(r); })); };
+        return [=, batch = state_](graph::Resources& r) {
+            if (batch->measuring()) {
+                batch->add(step, gpu::timed([&] { f(r); }));
+            } else {
+                f(r);
+            }
+        };
     }
 
     void add_cull() {
         graph::Pass pass = graph_.add_pass(label_ + ": cull");
         read_batch(pass);
-        // Transient lists come with whatever was there; their checksums tell.
+        // Lists of a list's rays are made anew: what was in their memory is none of ours.
         const Access update = batch_.list ? Access::storage_write : Access::storage_read_write;
         tiles_.lists = pass.write(tiles_.lists, update);
         if (any_hit_) tiles_.blockers = pass.write(tiles_.blockers, update);

@@ -35,8 +35,9 @@ struct BatchStatistics {
     std::string reason;    // why
     struct Measured {
         std::uint64_t runs = 0;
-        double seconds = 0;      // sum
-        double best = 0;         // least of a run
+        std::uint64_t timed = 0;  // of these: all with Tracer::count(), else those on trial
+        double seconds = 0;      // of the runs timed, sum
+        double best = 0;         // and least of one
         std::uint64_t rays = 0;  // that were alive, over all runs; where counted
     };
     Measured measured[kWays];

@@ -47,12 +47,13 @@ Chord chord_of(ShaftSpace space, vec3 world_origin, vec3 world_direction, float 
     vec3 origin = (world_origin - space.base) / space.cell;
     vec3 direction = world_direction / space.cell;
     vec3 magnitude = abs(direction);
-    float least = max(magnitude.x, max(magnitude.y, magnitude.z)) * 9.094947017729282e-13;  // as of box_ray()
+    float least = max(magnitude.x, max(magnitude.y, magnitude.z)) * 9.094947017729282e-13;  // like box_ray()'s, in cells; their sides differ by 2^20 at most (grid_over)
     bvec3 backward = lessThan(direction, vec3(0.0));
     vec3 raised = mix(vec3(1.0), vec3(-1.0), backward) * max(magnitude, vec3(least));
     vec3 margin = shaft_margin(space, origin, origin);
     vec3 leave = (mix(space.upper + margin, space.lower - margin, backward) - origin) / raised;
-    float t = min(t_max, max(0.0, min(leave.x, min(leave.y, leave.z))));
+    // Finite, as 0 * inf is not a number.
+    float t = min(min(t_max, 3.4028235e38), max(0.0, min(leave.x, min(leave.y, leave.z))));
     return Chord(origin, origin + direction * t);
 }
 

@@ -1,0 +1,69 @@
+#include "engine/rays/choice.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+
+namespace halflight::rays {
+
+Choice::Choice(std::vector<std::string> names) : names_(std::move(names)) {
+    forget();
+}
+
+void Choice::forget() {
+    fastest_.assign(names_.size(), std::numeric_limits<double>::infinity());
+    times_.clear();
+    trial_.clear();
+    best_ = 0;
+    if (names_.size() < 2) return;
+    trial_.assign(kFirstRuns, 0);
+    for (std::size_t way = 1; way < names_.size(); ++way) trial_.insert(trial_.end(), kTrials, way);
+}
+
+std::size_t Choice::now() const {
+    return trial_.empty() ? best_ : trial_.front();
+}
+
+void Choice::ran(double seconds) {
+    if (names_.size() < 2) return;
+    if (trial_.empty()) {
+        if (--runs_left_ > 0) return;
+        // The one that is in use first: its time is of today, too.
+        trial_ = {best_};
+        for (std::size_t way = 0; way < names_.size(); ++way) {
+            if (way != best_) trial_.insert(trial_.end(), kTrials - 1, way);
+        }
+        fastest_.assign(names_.size(), std::numeric_limits<double>::infinity());
+        return;
+    }
+    double& fastest = fastest_[trial_.front()];
+    fastest = std::min(fastest, seconds);
+    trial_.pop_front();
+    if (trial_.empty()) decide();
+}
+
+void Choice::decide() {
+    times_ = fastest_;
+    best_ = static_cast<std::size_t>(std::min_element(times_.begin(), times_.end()) - times_.begin());
+    double second = std::numeric_limits<double>::infinity();
+    for (std::size_t way = 0; way < times_.size(); ++way) {
+        if (way != best_) second = std::min(second, times_[way]);
+    }
+    runs_left_ = second > kHopeless * times_[best_] ? 4 * kReexamine : kReexamine;
+}
+
+std::string Choice::reason() const {
+    if (!decided()) return fmt::format("undecided: {} on trial", names_[now()]);
+    std::string text;
+    for (std::size_t way = 0; way < names_.size(); ++way) {
+        if (way == best_) continue;
+        text +=
+            fmt::format("{}{:.2f} times as fast as {} (fastest runs: {:.1f} ms, {:.1f} ms)", text.empty() ? "" : ", ",
+                        times_[way] / times_[best_], names_[way], 1e3 * times_[best_], 1e3 * times_[way]);
+    }
+    if (on_trial()) text += fmt::format("; {} on trial again", names_[now()]);
+    return text;
+}
+
+}  // namespace halflight::rays
