@@ -4,27 +4,11 @@
 #include "shaders/lib/raster_batch.glsl"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/raster_shaft.glsl"
+#include "shaders/lib/raster_end.glsl"
 #include "shaders/lib/raster_texels.glsl"
 
 layout(std430, binding = 3) writeonly buffer Shafts { vec4 shafts[]; };
 layout(std430, binding = 4) writeonly buffer Alive { uvec2 alive[]; };
-
-// Where a ray ends, at the latest; negative: it meets nothing, for it misses the box of the hierarchy that all others are in.
-float end_of(Ray ray, BvhHead head) {
-    BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
-#ifdef HALFLIGHT_NODES_FLOAT
-    vec3 lower = head.base, upper = head.base + kGridCells * head.cell;
-    lower -= abs(lower) * 1.1920928955078125e-7;  // 2^-23: the sum's own rounding
-    upper += abs(upper) * 1.1920928955078125e-7;
-#else
-    vec3 lower = vec3(0.0), upper = vec3(kGridCells);
-#endif
-    vec3 near = (mix(lower, upper, box.backward) - box.near_origin) * box.near_inverse;
-    vec3 far = (mix(upper, lower, box.backward) - box.far_origin) * box.far_inverse;
-    float begin = max(ray.t_min, greatest_of(near));
-    float end = min(ray.t_max, min(far.x, min(far.y, far.z)));
-    return begin > end ? -1.0 : end;
-}
 
 void main() {
     uint tile = tile_of_texel(uvec2(gl_FragCoord.xy));

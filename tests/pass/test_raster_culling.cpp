@@ -12,6 +12,7 @@
 #include "engine/rays/raster.h"
 #include "passes/scene_buffers.h"
 #include "shaders/shared/frame.h"
+#include "shaders/shared/raster.h"
 #include "tests/pass/tracer_harness.h"
 #include "tests/support/gpu_test.h"
 
@@ -207,6 +208,53 @@ TEST_F(RasterCullingTest, WhatIsHiddenIsNotTracedAndStaysSo) {
     EXPECT_LT(s.leaves, 24 * (leaves - hidden) + leaves / 8);  // a few were opened before the front wall was known
     EXPECT_GT(s.saved_hidden + s.saved_visible, s.queries);
     EXPECT_GT(s.pairs, 0u);
+}
+
+/// Tiles of 64 rays, each of them narrow, from above through [-1, 1]^3.
+std::vector<Ray> beams(int tiles) {
+    std::mt19937 random(8);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    const auto point = [&](float z) { return vec3(uniform(random), uniform(random), z); };
+    std::vector<Ray> rays;
+    for (int tile = 0; tile < tiles; ++tile) {
+        const vec3 from = point(2), to = point(-1);
+        for (int i = 0; i < 64; ++i) {
+            const vec3 origin = from + 1e-4f * point(0);
+            rays.push_back({origin, 0, to + 1e-4f * point(0) - origin, kInfinity});
+        }
+    }
+    return rays;
+}
+
+// Narrow tiles can meet more nodes of a dense soup than a list has room for.
+TEST_F(RasterCullingTest, ListsAreFilledToTheirEndAndNoFurther) {
+    Scene scene = soup(20000, 0.2f, vec3(1), 4);
+    std::vector<vec3>& corners = scene.meshes[0].positions;  // of needles from here on: few are hit
+    for (std::size_t i = 0; i < corners.size(); i += 3)
+        corners[i + 2] = glm::mix(corners[i + 1], corners[i + 2], 0.03f);
+    // Lists of one node of the CPU's tree, and of several.
+    for (const std::size_t leaf_triangles : {32768, 2048}) {
+        RasterSettings settings;
+        settings.cut.leaf_triangles = leaf_triangles;
+        settings.measure = true;
+        Pair pair(scene, settings);
+        const std::vector<Ray> rays = beams(16);
+        const rays::RasterStatistics& s = pair.culling.statistics(kKind);
+        std::size_t longest = 0;
+        for (std::size_t first = 0; first < rays.size(); first += 64) {
+            // The second time most leaves are known to be visible and traced in one draw; its pairs are one tile's
+            // list.
+            for (int run = 0; run < 2; ++run) {
+                const rays::RasterStatistics before = s;
+                pair.run<Hit>(true, std::span(rays).subspan(first, 64), false, nullptr);
+                if (s.traces == before.traces + 1) longest = std::max(longest, s.pairs - before.pairs);
+            }
+        }
+        EXPECT_EQ(longest, shared::kRasterList);
+        // Lists lie side by side.
+        EXPECT_EQ(pair.different_answers(rays), 0u);
+        EXPECT_EQ(pair.different_answers(rays), 0u);
+    }
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // Shafts are conservative: whatever box a ray of a bundle meets by the tracer's own test, the bundle's shaft meets,
-// too. Looked for by chance in float32, at all scales, with boxes that rays just graze.
+// too, and no later. Looked for by chance in float32, at all scales, with boxes that rays just graze.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
@@ -11,12 +11,19 @@
 namespace halflight {
 namespace {
 
-// One hierarchy and one bundle of rays per invocation, 64 boxes each.
+// One hierarchy and one bundle of rays per invocation, 64 boxes each. HALFLIGHT_RASTER: by the raster back end's
+// shafts.
 const char* const kKernel = R"(
 #include "shaders/trace_scene.glsl"
+#include "shaders/shared/rays.h"
 #include "shaders/lib/hash.glsl"
 #include "shaders/lib/bvh.glsl"
+#ifdef HALFLIGHT_RASTER
+#include "shaders/lib/raster_shaft.glsl"
+#include "shaders/lib/raster_end.glsl"
+#else
 #include "shaders/lib/shaft.glsl"
+#endif
 
 layout(local_size_x = 64) in;
 layout(std430, binding = 0) buffer Counts { uint counts[]; };
@@ -40,11 +47,97 @@ vec3 cube() { return vec3(between(-1.0, 1.0), between(-1.0, 1.0), between(-1.0, 
 vec3 inside(vec3 lower, vec3 upper) { return mix(lower, upper, vec3(unit(), unit(), unit())); }
 float one_sign() { return one_of(2u) ? 1.0 : -1.0; }
 
-struct TestRay {
-    vec3 origin;
-    vec3 direction;
-    float t_max;
+// The part of a ray that counts, in the shaft's units.
+struct Way {
+    vec3 from;
+    vec3 to;
+    float end;  // negative: the ray is said to meet nothing
 };
+
+// Bounds of a bundle's ways.
+struct Bundle {
+    vec3 from_lower;
+    vec3 from_upper;
+    vec3 to_lower;
+    vec3 to_upper;
+    float least_end;
+};
+
+#ifdef HALFLIGHT_RASTER
+Way way_of(BvhHead head, Ray ray) {
+    float end = end_of(ray, head);
+    return Way(ray.origin, ray.origin + end * ray.direction, end);
+}
+
+vec3 node_units(BvhHead head, vec3 p) {
+#ifdef HALFLIGHT_NODES_FLOAT
+    return p;
+#else
+    return (p - head.base) / head.cell;
+#endif
+}
+
+float bundle_reach(BvhHead head, Bundle b) {
+    float hull = greatest_of(max(abs(head.base), abs(head.base + kGridCells * head.cell)));
+    return shaft_reach(Shaft(b.from_lower, b.from_upper, b.to_lower, b.to_upper, b.least_end), hull);
+}
+
+// By how much grazing rays may pass boxes, in the units of nodes.
+vec3 margin_of(BvhHead head, Bundle b) {
+    vec3 margin = vec3((head.slack + 3.8146973e-6) * bundle_reach(head, b));
+#ifdef HALFLIGHT_NODES_FLOAT
+    return margin;
+#else
+    return margin / head.cell;
+#endif
+}
+
+ShaftTest test_of(BvhHead head, Bundle b) {
+    Shaft shaft = Shaft(b.from_lower, b.from_upper, b.to_lower, b.to_upper, b.least_end);
+    float reach = bundle_reach(head, b);
+    ShaftTest test = shaft_test(shaft, reach, head.slack);
+    test.from_lower += narrower * reach;
+    test.from_upper -= narrower * reach;
+#ifdef HALFLIGHT_NODES_FLOAT
+    return test;
+#else
+    return scaled_shaft(test, head.base, head.cell);
+#endif
+}
+
+// Where rays enter boxes, at the earliest; infinite where they meet none.
+vec4 entered_at(ShaftTest test, vec4 lower[3], vec4 upper[3]) {
+    vec4 begins = shaft_begins(test, lower[0], lower[1], lower[2], upper[0], upper[1], upper[2]);
+    vec4 at = mix(begins * test.least_t, vec4(kInfinite), greaterThan(begins, vec4(1.0)));
+    for (int b = 0; b < 4; ++b) {  // as nodes of the CPU's tree are
+        float near = shaft_near(test, vec3(lower[0][b], lower[1][b], lower[2][b]),
+                                vec3(upper[0][b], upper[1][b], upper[2][b]));
+        at[b] = near < 0.0 ? kInfinite : max(at[b], near);
+    }
+    return at;
+}
+#else
+Way way_of(BvhHead head, Ray ray) {
+    Chord c = chord_of(shaft_space(head), ray.origin, ray.direction, ray.t_max);
+    return Way(c.origin, c.end, ray.t_max);
+}
+
+vec3 node_units(BvhHead head, vec3 p) { return p; }
+
+vec3 margin_of(BvhHead head, Bundle b) { return shaft_margin(shaft_space(head), b.from_lower, b.from_upper); }
+
+ShaftTest test_of(BvhHead head, Bundle b) {
+    ShaftTest test = shaft_test(shaft_space(head), Shaft(b.from_lower, b.from_upper, b.to_lower, b.to_upper));
+    test.lower += narrower / (head.slack + 3.8146973e-6) * margin_of(head, b);
+    test.upper -= narrower / (head.slack + 3.8146973e-6) * margin_of(head, b);
+    return test;
+}
+
+vec4 entered_at(ShaftTest test, vec4 lower[3], vec4 upper[3]) {
+    ShaftInterval interval = shaft_interval(test, lower, upper);
+    return mix(vec4(kInfinite), vec4(0.0), lessThanEqual(interval.enter, interval.leave));
+}
+#endif
 
 vec3 lower;  // of the hierarchy, in the world
 vec3 extent;
@@ -71,11 +164,11 @@ vec3 any_origin() {
 float any_end() { return one_of(2u) ? kInfinite : one_of(4u) ? 0.0 : one_of(2u) ? 1.0 : unit(); }
 
 // Cells of a grid, or world coordinates: what a node may hold.
-float coordinate(ShaftSpace space, float v, int axis) {
+float coordinate(float v, float least, float greatest) {
 #ifdef HALFLIGHT_NODES_FLOAT
-    return clamp(v, space.lower[axis], space.upper[axis]);
+    return clamp(v, least, greatest);
 #else
-    return clamp(floor(v + 0.5), 0.0, kGridCells);
+    return clamp(floor(v + 0.5), least, greatest);
 #endif
 }
 
@@ -87,9 +180,13 @@ void main() {
     extent[next() % 3u] = scale;
     lower = -extent * vec3(between(0.0, 1.0), between(0.0, 1.0), between(0.0, 1.0));
     BvhHead head = BvhHead(lower, extent / (kGridCells - 1.0), slack * (one_of(4u) ? power_of_ten(0.0, 3.0) : 1.0));
-    ShaftSpace space = shaft_space(head);
+#ifdef HALFLIGHT_NODES_FLOAT
+    vec3 least = head.base, greatest = head.base + kGridCells * head.cell;
+#else
+    vec3 least = vec3(0.0), greatest = vec3(kGridCells);
+#endif
 
-    TestRay rays[kRays];
+    Ray rays[kRays];
     int count = 2 + int(next() % uint(kRays - 1));
     vec3 origin = any_origin();
     vec3 direction = any_direction(origin);
@@ -98,38 +195,38 @@ void main() {
     float length = one_of(2u) ? 1.0 : power_of_ten(-6.0, 6.0);
     float end = any_end();
     bool alike = !one_of(4u) && spread < 0.1 && apart < 0.1;
-    Shaft shaft = Shaft(vec3(kInfinite), vec3(-kInfinite), vec3(kInfinite), vec3(-kInfinite));
+    Bundle bundle = Bundle(vec3(kInfinite), vec3(-kInfinite), vec3(kInfinite), vec3(-kInfinite), kInfinite);
     BoxRay box_rays[kRays];
-    Chord chords[kRays];
+    Way ways[kRays];
     for (int r = 0; r < kRays; ++r) {
         if (alike) {
-            rays[r] = TestRay(origin + scale * apart * cube(), length * (direction + spread * cube()), end / length * scale);
+            rays[r] = Ray(origin + scale * apart * cube(), 0.0, length * (direction + spread * cube()), end / length * scale);
         } else {
             rays[r].origin = any_origin();
-            rays[r] = TestRay(rays[r].origin, length * any_direction(rays[r].origin), any_end() / length * scale);
+            rays[r] = Ray(rays[r].origin, 0.0, length * any_direction(rays[r].origin), any_end() / length * scale);
         }
-        Chord c = chord_of(space, rays[r].origin, rays[r].direction, rays[r].t_max);
-        chords[r] = c;
+        Way w = way_of(head, rays[r]);
+        ways[r] = w;
         box_rays[r] = box_ray(rays[r].origin, rays[r].direction, head.base, head.cell, head.slack);
-        if (r < count) {
-            shaft.origin_lower = min(shaft.origin_lower, c.origin);
-            shaft.origin_upper = max(shaft.origin_upper, c.origin);
-            shaft.end_lower = min(shaft.end_lower, c.end);
-            shaft.end_upper = max(shaft.end_upper, c.end);
+        if (r < count && w.end >= 0.0) {
+            bundle.from_lower = min(bundle.from_lower, w.from);
+            bundle.from_upper = max(bundle.from_upper, w.from);
+            bundle.to_lower = min(bundle.to_lower, w.to);
+            bundle.to_upper = max(bundle.to_upper, w.to);
+            bundle.least_end = min(bundle.least_end, w.end);
         }
     }
-    if (one_of(2u)) {  // a kept one, which holds more than these rays
-        vec3 more_origins = (shaft.origin_upper - shaft.origin_lower) * power_of_ten(-3.0, 0.0);
-        vec3 more_ends = (shaft.end_upper - shaft.end_lower) * power_of_ten(-3.0, 0.0);
-        shaft.origin_lower -= more_origins * unit();
-        shaft.origin_upper += more_origins * unit();
-        shaft.end_lower -= more_ends * unit();
-        shaft.end_upper += more_ends * unit();
+    if (bundle.from_lower.x > bundle.from_upper.x) return;
+    if (one_of(2u)) {  // one that holds more than these rays
+        vec3 more_from = (bundle.from_upper - bundle.from_lower) * power_of_ten(-3.0, 0.0);
+        vec3 more_to = (bundle.to_upper - bundle.to_lower) * power_of_ten(-3.0, 0.0);
+        bundle.from_lower -= more_from * unit();
+        bundle.from_upper += more_from * unit();
+        bundle.to_lower -= more_to * unit();
+        bundle.to_upper += more_to * unit();
     }
-    ShaftTest test = shaft_test(space, shaft);
-    vec3 margin = shaft_margin(space, shaft.origin_lower, shaft.origin_upper);
-    test.lower += narrower / (head.slack + 3.8146973e-6) * margin;
-    test.upper -= narrower / (head.slack + 3.8146973e-6) * margin;
+    ShaftTest test = test_of(head, bundle);
+    vec3 margin = margin_of(head, bundle);
 
     uint triples = 0u, met = 0u, lost = 0u, far = 0u, rejected = 0u;
     for (int turn = 0; turn < 16; ++turn) {
@@ -137,29 +234,29 @@ void main() {
         vec4 box_lower[3];
         vec4 box_upper[3];
         for (int b = 0; b < 4; ++b) {
-            Chord c = chords[next() % uint(count)];
-            // Where the chord begins to be inside the hierarchy, or later.
-            vec3 way = c.end - c.origin;
-            vec3 in_0 = (space.lower - c.origin) / way;
-            vec3 in_1 = (space.upper - c.origin) / way;
+            Way w = ways[next() % uint(count)];
+            vec3 from_here = node_units(head, w.from), to_there = node_units(head, w.to);
+            // Where the way begins to be inside the hierarchy, or later.
+            vec3 way = to_there - from_here;
+            vec3 in_0 = (least - from_here) / way;
+            vec3 in_1 = (greatest - from_here) / way;
             float from = 0.0;
             for (int a = 0; a < 3; ++a) from = way[a] == 0.0 ? from : max(from, min(in_0[a], in_1[a]));
-            vec3 p = mix(c.origin, c.end, mix(min(from, 1.0), 1.0, one_of(4u) ? float(next() & 1u) : unit()));
-            if (anywhere) p = inside(space.lower, space.upper);
+            vec3 p = mix(from_here, to_there, mix(min(from, 1.0), 1.0, one_of(4u) ? float(next() & 1u) : unit()));
+            if (anywhere) p = inside(least, greatest);
             float size = power_of_ten(-6.0, 0.0);
             for (int a = 0; a < 3; ++a) {
-                float half_size = 0.5 * (space.upper[a] - space.lower[a]) * (anywhere ? 0.02 : size);
+                float half_size = 0.5 * (greatest[a] - least[a]) * (anywhere ? 0.02 : size);
                 float centre = p[a] + half_size * between(-1.0, 1.0);
                 float graze = margin[a] * power_of_ten(-4.0, 0.3) * one_sign();
                 if (!anywhere && one_of(2u)) centre = p[a] + (half_size + graze) * one_sign();
-                float l = coordinate(space, centre - half_size, a);
-                float u = max(l, coordinate(space, centre + half_size, a));
+                float l = coordinate(centre - half_size, least[a], greatest[a]);
+                float u = max(l, coordinate(centre + half_size, least[a], greatest[a]));
                 box_lower[a][b] = l;
                 box_upper[a][b] = u;
             }
         }
-        ShaftInterval interval = shaft_interval(test, box_lower, box_upper);
-        bvec4 by_shaft = lessThanEqual(interval.enter, interval.leave);
+        vec4 at = entered_at(test, box_lower, box_upper);
         bvec4 by_any = bvec4(false);
         for (int r = 0; r < count; ++r) {
             BoxRay ray = box_rays[r];
@@ -172,13 +269,13 @@ void main() {
             for (int b = 0; b < 4; ++b) {
                 by_any[b] = by_any[b] || h.met[b];
                 met += h.met[b] ? 1u : 0u;
-                lost += h.met[b] && !by_shaft[b] ? 1u : 0u;
+                lost += h.met[b] && (!(at[b] <= intBitsToFloat(h.near[b])) || ways[r].end < 0.0) ? 1u : 0u;
             }
         }
         for (int b = 0; b < 4; ++b) {
             bool nobody = anywhere && alike && !by_any[b];
             far += nobody ? 1u : 0u;
-            rejected += nobody && !by_shaft[b] ? 1u : 0u;
+            rejected += nobody && at[b] == kInfinite ? 1u : 0u;
         }
     }
     atomicAdd(counts[0], triples);
@@ -192,22 +289,38 @@ void main() {
 struct Counts {
     std::uint32_t triples = 0;   // a ray, a box, and the shaft of the ray's bundle
     std::uint32_t met = 0;       // the ray meets the box
-    std::uint32_t lost = 0;      // and the shaft does not
+    std::uint32_t lost = 0;      // and the shaft does not, or later
     std::uint32_t far = 0;       // boxes anywhere that no ray of a coherent bundle meets
     std::uint32_t rejected = 0;  // of these, by the shaft
 };
 
+constexpr float kSlack = 0x1p-20f;  // of hierarchies of triangles; those of instances have more
+
+/// Of which shafts, and of which nodes.
+struct Kind {
+    const char* name;
+    bool raster;
+    rays::NodeFormat format;
+    float too_much;  // shafts that are narrower by so much, relative to the reach, lose boxes
+};
+// Without the part of the margin that is for roundings, or without padding.
+constexpr Kind kKinds[] = {{"tiles, grid", false, rays::NodeFormat::grid, 0x1p-18f},
+                           {"tiles, floating", false, rays::NodeFormat::floating, 0x1p-18f},
+                           {"raster, grid", true, rays::NodeFormat::grid, 4 * kSlack + 0x1p-18f},
+                           {"raster, floating", true, rays::NodeFormat::floating, 4 * kSlack + 0x1p-18f}};
+
 class ShaftTest : public GpuTest {
   protected:
-    /// narrower: by which shafts are made so, relative to the reach (shaft_margin).
-    static Counts search(rays::NodeFormat format, float narrower, std::uint32_t bundles) {
+    /// narrower: by which shafts are made so, relative to the reach.
+    static Counts search(const Kind& kind, float narrower, std::uint32_t bundles) {
         gpu::Defines defines;
-        if (format == rays::NodeFormat::floating) defines.set("HALFLIGHT_NODES_FLOAT");
+        if (kind.format == rays::NodeFormat::floating) defines.set("HALFLIGHT_NODES_FLOAT");
+        if (kind.raster) defines.set("HALFLIGHT_RASTER");
         const gpu::Program program = gpu::Program::compute({"shaft test", kKernel}, defines);
         const gpu::Buffer counts("counts", sizeof(Counts));
         counts.bind_storage(0);
         program.set("seed", 1u);
-        program.set("slack", 0x1p-20f);  // of hierarchies of triangles; those of instances have more
+        program.set("slack", kSlack);
         program.set("narrower", narrower);
         program.dispatch(bundles / 64);
         glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
@@ -216,9 +329,9 @@ class ShaftTest : public GpuTest {
 };
 
 TEST_F(ShaftTest, LosesNoBoxThatARayMeets) {
-    for (const rays::NodeFormat format : {rays::NodeFormat::grid, rays::NodeFormat::floating}) {
-        SCOPED_TRACE(format == rays::NodeFormat::grid ? "grid" : "floating");
-        const Counts c = search(format, 0, 1 << 17);
+    for (const Kind& kind : kKinds) {
+        SCOPED_TRACE(kind.name);
+        const Counts c = search(kind, 0, 1 << 17);
         EXPECT_GE(c.triples, 10'000'000u);
         EXPECT_GT(c.met, c.triples / 5);
         EXPECT_EQ(c.lost, 0u);
@@ -228,10 +341,10 @@ TEST_F(ShaftTest, LosesNoBoxThatARayMeets) {
     }
 }
 
-// The search finds shafts that are too narrow: without the part of the margin that is for roundings, some are.
+// The search finds shafts that are too narrow.
 TEST_F(ShaftTest, FindsShaftsThatAreTooNarrow) {
-    for (const rays::NodeFormat format : {rays::NodeFormat::grid, rays::NodeFormat::floating}) {
-        EXPECT_GT(search(format, 0x1p-18f, 1 << 16).lost, 0u);
+    for (const Kind& kind : kKinds) {
+        EXPECT_GT(search(kind, kind.too_much, 1 << 16).lost, 0u) << kind.name;
     }
 }
 
