@@ -84,7 +84,18 @@ void add_options(CLI::App& app, BenchArguments& a) {
     app.add_option("--scene", a.scenes, "glTF files")->type_name("FILE")->required();
     app.add_option("--camera", a.camera, "name or number (default: the first, else one that sees everything)")
         ->type_name("NAME|N");
-    app.add_option("--size", a.size, "of the picture (default " + a.size + ")")->type_name("WIDTHxHEIGHT");
+    app.add_option("--size", a.size, "of the picture (default " + a.size + ")")
+        ->type_name("WIDTHxHEIGHT")
+        ->check(CLI::Validator(
+            [](std::string& text) {
+                try {
+                    parse_size(text);
+                    return std::string();
+                } catch (const Error& error) {
+                    return std::string(error.what()).substr(std::string_view("--size: ").size());
+                }
+            },
+            ""));
     CLI::Option* frames = app.add_flag("--frames", a.frames, "whole frames instead of rays alone");
     app.add_option("--kinds", a.kinds, "which rays (default all)")
         ->delimiter(',')
@@ -139,7 +150,6 @@ void add_options(CLI::App& app, BenchArguments& a) {
 }
 
 void run_bench(const BenchArguments& arguments, const std::function<void()>& between) {
-    parse_size(arguments.size);
     gpu::Context context = gpu::Context::create({.device = arguments.device});
     const unsigned threads = std::thread::hardware_concurrency();
     fmt::print("{}, {} threads, Embree {}\n", context.renderer(), threads, RTC_VERSION_STRING);

@@ -10,10 +10,14 @@ int main(int argc, char** argv) {
     CLI::App app("Rays per second of several tracers, in turns, on the rays of real frames.", "halflight-bench");
     BenchArguments arguments;
     add_options(app, arguments);
-    CLI11_PARSE(app, argc, argv);
     try {
+        app.parse(argc, argv);
         run_bench(arguments, [] {});
         return 0;
+    } catch (const CLI::ParseError& error) {
+        if (error.get_exit_code() == 0) return app.exit(error);  // --help
+        std::fprintf(stderr, "halflight-bench: %s\n", error.what());
+        return 2;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "halflight-bench: %s\n", error.what());
         return 1;

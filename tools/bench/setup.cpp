@@ -1,5 +1,6 @@
 #include "tools/bench/setup.h"
 
+#include <charconv>
 #include <cstdio>
 
 #include "engine/core/error.h"
@@ -17,10 +18,16 @@ NamedCamera pick_camera(const Scene& scene, const std::string& wanted) {
 }
 
 ivec2 parse_size(const std::string& text) {
+    constexpr int kGreatest = 65536;  // as of halflight render
     ivec2 size(0);
-    char end = 0;
-    if (std::sscanf(text.c_str(), "%dx%d%c", &size.x, &size.y, &end) != 2 || glm::any(glm::lessThan(size, ivec2(1))))
-        throw Error("--size", "\"{}\" is not WIDTHxHEIGHT", text);
+    const char* const end = text.data() + text.size();
+    const auto [after_width, wrong_width] = std::from_chars(text.data(), end, size.x);
+    const bool crossed = wrong_width == std::errc() && after_width != end && *after_width == 'x';
+    const auto [after, wrong] = std::from_chars(crossed ? after_width + 1 : end, end, size.y);
+    if (wrong != std::errc() || after != end || glm::any(glm::lessThan(size, ivec2(1))) ||
+        glm::any(glm::greaterThan(size, ivec2(kGreatest)))) {
+        throw Error("--size", "\"{}\" is not WIDTHxHEIGHT, each from 1 to {}", text, kGreatest);
+    }
     return size;
 }
 
