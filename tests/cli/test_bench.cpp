@@ -123,12 +123,17 @@ TEST(Bench, WholeFrames) {
 }
 
 TEST(Bench, FailsWithOneLine) {
-    for (const std::vector<std::string>& arguments : {std::vector<std::string>{"--scene", "missing.glb"},
-                                                      {"--scene", kCornell, "--size", "wide"},
-                                                      {"--frames", "--scene", kCornell, "--size", "9000x9000"},
-                                                      {"--scene", kCornell, "--camera", "nobody"}}) {
-        const Outcome outcome = run_bench(arguments);
-        EXPECT_EQ(outcome.status, 1);
+    struct Case {
+        int status;  // 2: a command line that makes no sense
+        std::vector<std::string> arguments;
+    };
+    for (const Case& wrong :
+         {Case{1, {"--scene", "missing.glb"}}, Case{2, {"--scene", kCornell, "--size", "wide"}},
+          Case{2, {"--scene", kCornell, "--size", "4294967297x9"}}, Case{2, {"--scene", kCornell, "--turns", "0"}},
+          Case{1, {"--frames", "--scene", kCornell, "--size", "9000x9000"}},
+          Case{1, {"--scene", kCornell, "--camera", "nobody"}}}) {
+        const Outcome outcome = run_bench(wrong.arguments);
+        EXPECT_EQ(outcome.status, wrong.status) << outcome.err;
         EXPECT_EQ(outcome.err.find("halflight"), 0u) << outcome.err;
         EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
     }
