@@ -22,7 +22,7 @@ void main() {
     uint path = gl_GlobalInvocationID.x;
     DebugRecord record = DebugRecord(0u, 0u, 0u);
 #ifdef HALFLIGHT_COUNT
-    traverse(rays[path], ray_key(path, hash_combine(hash_combine(frame.seed, frame.sample_index), 0u)), false);
+    traverse(rays[path], ray_key(path, frame.seed, frame.sample_index, 0u), false);
     record.nodes = nodes_visited;
 #endif
 #ifdef TILE_LISTS

@@ -26,7 +26,7 @@ void main() {
     ivec2 pixel = ivec2(gl_FragCoord.xy);
     Ray ray = camera_ray(frame, pixel + ivec2(0, frame.band_y));
     Hit hit = primary_hit(ray, triangle, instance);
-    uint key = ray_key(path_of_pixel(pixel, uvec2(frame.tiles_x, frame.tiles_y)), hash_combine(hash_combine(frame.seed, frame.sample_index), 0u));
+    uint key = ray_key(path_of_pixel(pixel, uvec2(frame.tiles_x, frame.tiles_y)), frame.seed, frame.sample_index, 0u);
     if (!alpha_accept(triangle, instance, hit.u, hit.v, key)) discard;
 #endif
     visibility = uvec2(triangle + 1u, instance);

@@ -1,16 +1,9 @@
 // The rays of a tile against its list. What earlier draws have found is read back, and only what is nearer is written:
 // draws are apart from each other by a barrier, and a ray has one fragment in each.
-#include "shaders/shared/frame.h"
 #include "shaders/trace_scene.glsl"
-#include "shaders/lib/hash.glsl"
 #include "shaders/lib/raster_batch.glsl"
 #include "shaders/lib/raster_texels.glsl"
 #include "shaders/lib/raster_search.glsl"
-
-#ifdef HALFLIGHT_ALPHA
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
-uniform uint alpha_salt;
-#endif
 
 flat in uint list_size;
 flat in uint first_entry;
@@ -21,11 +14,7 @@ void main() {
     bool idle = entry >= entry_count();
     uint path = path_of(idle ? 0u : entry);
     Ray ray = load_ray(path);
-#ifdef HALFLIGHT_ALPHA
-    uint key = ray_key(path, hash_combine(hash_combine(frame.seed, frame.sample_index), alpha_salt));
-#else
-    uint key = 0u;
-#endif
+    uint key = alpha_key(path);
 #ifdef HALFLIGHT_ANY_HIT
     bool over = idle || occluded[path] != kFree;
     Hit hit = search(ray, first_entry, over ? 0u : list_size, kNoHit, key, true);

@@ -3,11 +3,9 @@
 // Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST as of shaders/trace.comp; TILE_REST: what the first kernel has left.
 // It takes the leaves in the tile's list, and puts rays that other entries concern into another
 // list. The leaves alone need neither stack nor nodes, and software drivers pay for every loop of a kernel, entered or not.
-#include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/tile_list.h"
 #include "shaders/trace_scene.glsl"
-#include "shaders/lib/hash.glsl"
 #define HALFLIGHT_STACK_MORE kTileEntries
 #include "shaders/lib/traverse.glsl"
 #include "shaders/lib/tile_list.glsl"
@@ -30,18 +28,6 @@ layout(std430, binding = 0) buffer Hits { Hit hits[]; };
 layout(std430, binding = 3) buffer RestHeader { ListHeader rest_header; };
 uniform uint tiles;
 layout(std430, binding = 4) buffer Rest { uvec2 rest[]; };  // slot and kSearchAgain, which entries
-#ifdef HALFLIGHT_ALPHA
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
-uniform uint alpha_salt;
-#endif
-
-uint key_of(uint path) {
-#ifdef HALFLIGHT_ALPHA
-    return ray_key(path, hash_combine(hash_combine(frame.seed, frame.sample_index), alpha_salt));
-#else
-    return 0u;
-#endif
-}
 
 void store_answer(uint path, Hit hit) {
 #ifdef HALFLIGHT_ANY_HIT
@@ -236,6 +222,6 @@ void main() {
         stack_near[0] = floatBitsToInt(r.ray.t_min);
         entries = 1;
     }
-    store_answer(r.path, traverse_from(r.ray, entries, known, key_of(r.path), kAnyHit));
+    store_answer(r.path, traverse_from(r.ray, entries, known, alpha_key(r.path), kAnyHit));
 }
 #endif

@@ -1,7 +1,8 @@
 // The rays of a batch by slot: 64 consecutive slots are a tile. Binds the batch.
 //
 // Variant: HALFLIGHT_LIST (slots are those of a list of paths; else slots are paths).
-layout(binding = UNIT_FREE) uniform samplerBuffer rays;  // RGBA32F, two texels each
+#include "shaders/lib/batch_rays.glsl"
+
 #ifdef HALFLIGHT_LIST
 layout(std430, binding = 1) readonly buffer List { uint list[]; };
 layout(std430, binding = 2) readonly buffer Header { ListHeader header; };
@@ -15,12 +16,6 @@ struct TileRay {
     bool listed;  // there is such a slot
     bool live;    // and its ray is to be traced
 };
-
-Ray load_ray(uint path) {
-    vec4 origin = texelFetch(rays, int(2u * path));
-    vec4 direction = texelFetch(rays, int(2u * path + 1u));
-    return Ray(origin.xyz, origin.w, direction.xyz, direction.w);
-}
 
 TileRay tile_ray(uint slot) {
 #ifdef HALFLIGHT_LIST
