@@ -117,9 +117,7 @@ TEST_F(RasterCullingTest, DegenerateTiles) {
 TEST_F(RasterCullingTest, ListsTraceWhatTheyNameAndNothingElse) {
     Pair pair(soup(4000, 0.08f, vec3(1), 3), small_leaves());
     const std::vector<Ray> rays = rays_through(pair.tables.bounds, 9000, 6);
-    std::vector<std::uint32_t> list;
-    for (std::uint32_t i = 0; i < rays.size(); i += 1 + i % 3) list.push_back(i);
-    std::reverse(list.begin() + 100, list.begin() + 3000);
+    std::vector<std::uint32_t> list = uneven_list(static_cast<std::uint32_t>(rays.size()));
     EXPECT_EQ(pair.different_answers(rays, &list), 0u);
     list.resize(1);
     EXPECT_EQ(pair.different_answers(rays, &list), 0u);

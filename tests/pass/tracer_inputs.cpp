@@ -256,4 +256,11 @@ std::vector<std::vector<Ray>> degenerate_tiles() {
     };
 }
 
+std::vector<std::uint32_t> uneven_list(std::uint32_t count) {
+    std::vector<std::uint32_t> list;
+    for (std::uint32_t i = 0; i < count; i += 1 + i % 3) list.push_back(i);
+    std::reverse(list.begin() + 100, list.begin() + 3000);
+    return list;
+}
+
 }  // namespace halflight::test

@@ -47,4 +47,7 @@ std::vector<Ray> mixed_rays(const Bounds& bounds, std::size_t count, std::uint32
 /// all magnitudes.
 std::vector<std::vector<Ray>> degenerate_tiles();
 
+/// Some of the paths 0 to count - 1, most in order, many of them backwards, none twice. count: at least 6000.
+std::vector<std::uint32_t> uneven_list(std::uint32_t count);
+
 }  // namespace halflight::test
