@@ -144,15 +144,6 @@ TEST(BenchTreelets, HoldEveryTriangleAndFewAtOnce) {
     }
 }
 
-// --- Frames ----------------------------------------------------------------------------------------------------------
-
-TEST(BenchFrames, RelativeErrorCountsDarkAndBrightAlike) {
-    EXPECT_EQ(relative_mse({1, 2}, {1, 2}), 0);
-    EXPECT_NEAR(relative_mse({110, 0}, {100, 0}), 0.5 * 0.01, 1e-7);
-    EXPECT_NEAR(relative_mse({0, 0.1}, {0, 0}), 0.5, 1e-12);
-    EXPECT_NEAR(relative_mse({0.1, 9, 0, 0.1}, {0, 0, 0, 0}, 0.25), 2.0 / 3, 1e-12);  // without the 9
-}
-
 // --- Measuring -------------------------------------------------------------------------------------------------------
 
 Method fixed_method(const std::string& name, bool exact, const Answers& answers, int& runs) {

@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
+
 #include "engine/core/error.h"
 #include "engine/core/statistics.h"
 
@@ -16,6 +19,71 @@ TEST(RunningMoments, KeepsVarianceBesideALargeMean) {
 TEST(Quantile, Interpolates) {
     EXPECT_DOUBLE_EQ(median({3, 1, 2}), 2);
     EXPECT_DOUBLE_EQ(quantile({0, 10}, 0.25), 2.5);
+}
+
+TEST(StudentTails, AreThoseOfTheTables) {
+    EXPECT_NEAR(student_tails(0, 7), 1, 1e-9);
+    EXPECT_NEAR(student_tails(1, 1), 0.5, 1e-9);  // Cauchy
+    EXPECT_NEAR(student_tails(3, 1), 1 - 2 / std::acos(-1.0) * std::atan(3.0), 1e-9);
+    EXPECT_NEAR(student_tails(std::sqrt(2.0), 2), 1 - std::sqrt(0.5), 1e-9);  // 1 - t / sqrt(2 + t^2)
+    EXPECT_NEAR(student_tails(2.364624, 7), 0.05, 1e-6);
+    EXPECT_NEAR(student_tails(2.976843, 14), 0.01, 1e-6);
+    EXPECT_NEAR(student_tails(1.983972, 100), 0.05, 1e-6);
+    EXPECT_LT(student_tails(40, 14), 1e-14);
+}
+
+TEST(StudentQuantile, UndoesTheTails) {
+    EXPECT_NEAR(student_quantile(0.95, 1), 12.706205, 1e-5);
+    EXPECT_NEAR(student_quantile(0.95, 7), 2.364624, 1e-5);
+    EXPECT_NEAR(student_quantile(0.99, 14), 2.976843, 1e-5);
+    EXPECT_NEAR(student_quantile(0.95, 1e9), kNormalQuantile, 3e-3);
+}
+
+TEST(Intervals, OfMeanAndJackknifeAreTheSameForAMean) {
+    const std::vector<double> values{1, 2, 3, 6};
+    std::vector<double> without;
+    for (const double v : values) without.push_back((12 - v) / 3);
+    const Interval mean = mean_interval(values), jackknife = jackknife_interval(3, without);
+    EXPECT_DOUBLE_EQ(mean.value, 3);
+    EXPECT_NEAR(mean.half_width, 3.182446 * std::sqrt(14.0 / 3 / 4), 1e-5);
+    EXPECT_NEAR(jackknife.half_width, mean.half_width, 1e-12);
+    EXPECT_TRUE(std::isinf(mean_interval(std::vector<double>{1}).half_width));
+    EXPECT_TRUE(mean.holds(6.4) && !mean.holds(6.5) && !mean.holds(-0.5));
+}
+
+TEST(Slope, OfAPowerIsItsExponent) {
+    std::vector<CurvePoint> points;
+    for (const double x : {1.0, 2.0, 4.0, 32.0}) points.push_back({x, 5 / x, 0.1 / x});
+    const Slope fit = fit_slope(points);
+    EXPECT_NEAR(fit.slope.value, -1, 1e-12);
+    EXPECT_NEAR(fit.scatter, 0, 1e-12);
+    // All errors are 2 %: by hand from the spread of log x about its mean, in units of log 2: -2, -1, 0, 3.
+    EXPECT_NEAR(fit.slope.half_width, 4.302653 * 0.02 / (std::log(2.0) * std::sqrt(14.0)), 1e-5);
+    points.push_back({64, 0, 1});  // no logarithm
+    EXPECT_EQ(fit_slope(points).points, 4);
+    points.push_back({1e6, 1, 1e6});  // no weight
+    EXPECT_NEAR(fit_slope(points).slope.value, -1, 1e-3);
+    EXPECT_TRUE(std::isinf(fit_slope(std::vector<CurvePoint>{{1, 1, 0.1}}).slope.half_width));
+    EXPECT_TRUE(std::isinf(fit_slope(std::vector<CurvePoint>{{1, 1, 0.1}, {1, 2, 0.1}}).slope.half_width));
+}
+
+TEST(Slope, IntervalHoldsTheTruth) {
+    std::mt19937 generator(1);
+    std::normal_distribution<double> normal;
+    constexpr int kTrials = 2000;
+    for (const double told : {1.0, 0.1}) {  // errors as they are, and told far too small
+        int held = 0;
+        for (int trial = 0; trial < kTrials; ++trial) {
+            std::vector<CurvePoint> points;
+            for (double x = 1; x < 100; x *= 2) {
+                const double y = 3 * std::pow(x, -0.8);
+                points.push_back({x, y * (1 + 0.03 * normal(generator)), 0.03 * y * told});
+            }
+            held += fit_slope(points).slope.holds(-0.8);
+        }
+        EXPECT_GT(held, 0.935 * kTrials);                       // three standard errors of 95 % are 1.5 %
+        EXPECT_LT(held, (told < 1 ? 0.965 : 0.995) * kTrials);  // errors that are believed never narrow it
+    }
 }
 
 TEST(Error, IsOneLine) {

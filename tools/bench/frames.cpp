@@ -5,11 +5,11 @@
 #include <bit>
 #include <glm/gtc/matrix_transform.hpp>
 #include <memory>
-#include <numeric>
 #include <optional>
 #include <random>
 
 #include "engine/core/error.h"
+#include "engine/core/metrics.h"
 #include "engine/graph/compile.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/raster.h"
@@ -280,15 +280,6 @@ FrameResult measure_frames(gpu::Context& context, const Scene& scene, const Trac
     if (order.views > 0) result.moving = all_series(renderings);
     context.check("frames");
     return result;
-}
-
-double relative_mse(const std::vector<double>& a, const std::vector<double>& b, double left_out) {
-    std::vector<double> errors(a.size());
-    for (std::size_t i = 0; i < a.size(); ++i) errors[i] = (a[i] - b[i]) * (a[i] - b[i]) / (b[i] * b[i] + 0.01);
-    const auto dropped = static_cast<std::size_t>(left_out * static_cast<double>(errors.size()));
-    const auto end = errors.end() - static_cast<std::ptrdiff_t>(dropped);
-    if (dropped > 0) std::nth_element(errors.begin(), end, errors.end());
-    return std::accumulate(errors.begin(), end, 0.0) / static_cast<double>(end - errors.begin());
 }
 
 }  // namespace halflight::bench

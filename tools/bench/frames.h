@@ -60,9 +60,4 @@ FrameResult measure_frames(gpu::Context& context, const Scene& scene, const Trac
                            const rays::PackedScene& packed, const Camera& camera, const FrameOrder& order,
                            const std::function<void()>& between);
 
-/// Mean of (a - b)^2 / (b^2 + 0.01) over all values, b being the reference (Rousselle, Knaus, Zwicker 2011, Adaptive
-/// Sampling and Reconstruction using Greedy Error Minimization, section 5), but for this share of them, the worst ones.
-/// Precondition: as many of both.
-double relative_mse(const std::vector<double>& a, const std::vector<double>& b, double left_out = 0);
-
 }  // namespace halflight::bench

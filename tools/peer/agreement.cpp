@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numbers>
 
 #include "engine/core/statistics.h"
 
@@ -81,21 +80,6 @@ Agreement compare(const std::vector<Image>& ours, const std::vector<Image>& thei
         }
     }
     return result;
-}
-
-// With t = sqrt(freedom) tan(angle) the density is C cos(angle)^(freedom - 1): smooth, so Simpson's rule on 256
-// intervals of what is left up to a right angle is good to more digits than anybody reads.
-double student_tails(double t, double freedom) {
-    constexpr int kIntervals = 256;
-    const double from = std::atan(t / std::sqrt(freedom)), step = (std::numbers::pi / 2 - from) / kIntervals;
-    double sum = 0;
-    for (int i = 0; i <= kIntervals; ++i) {
-        const double weight = i == 0 || i == kIntervals ? 1 : i % 2 == 1 ? 4 : 2;
-        sum += weight * std::pow(std::cos(from + i * step), freedom - 1);
-    }
-    const double constant =
-        std::exp(std::lgamma((freedom + 1) / 2) - std::lgamma(freedom / 2)) / std::sqrt(std::numbers::pi);
-    return std::min(2 * constant * sum * step / 3, 1.0);
 }
 
 }  // namespace halflight::peer

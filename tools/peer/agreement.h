@@ -49,7 +49,4 @@ struct Agreement {
 /// Student's t times the error, so that even without any tolerance a third of the blocks is beyond one error.
 Agreement compare(const std::vector<Image>& ours, const std::vector<Image>& theirs, int side, double tolerance);
 
-/// Chance that |t| is greater than `t` >= 0, for Student's t of `freedom` >= 1 degrees.
-double student_tails(double t, double freedom);
-
 }  // namespace halflight::peer
