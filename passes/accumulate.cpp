@@ -3,6 +3,8 @@
 #include <utility>
 #include <vector>
 
+#include "shaders/shared/bindings.h"
+
 namespace halflight {
 
 using graph::Access;
@@ -12,6 +14,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     const std::size_t paths = view.band.paths();
     graph::Pass pass = graph.add_pass("accumulate");
     gpu::Defines defines = view.scene.defines();
+    pass.read(view.frame_constants, Access::uniform_read);
     pass.read(sample.gbuffer.surfaces, Access::storage_read);
     if (sample.direct) {
         pass.read(sample.direct->light, Access::storage_read);
@@ -48,6 +51,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     out.non_finite = pass.write(graph.import_buffer("non-finite counts", non_finite), Access::storage_read_write);
 
     pass.execute([=](graph::Resources& r) {
+        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
         r.buffer(sample.gbuffer.surfaces).bind_storage(0);
         if (sample.direct) {
             r.buffer(sample.direct->light).bind_storage(1);

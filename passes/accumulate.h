@@ -34,8 +34,8 @@ struct AccumulateOptions {
     bool features = false;
 };
 
-/// The sums live in the graph's history: a run adds one sample, an invalidation starts anew. `non_finite`:
-/// kCountedPasses uints that outlive the graph and are counted up.
+/// The sums live in the graph's history: a run adds one sample, sample 0 of a frame starts anew, whatever there was.
+/// `non_finite`: kCountedPasses uints that outlive the graph and are counted up.
 Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
                            const AccumulateOptions& options, gpu::Buffer& non_finite);
 

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "shaders/shared/sobol.h"
+
 namespace halflight {
 namespace {
 
@@ -22,6 +24,15 @@ Clip clip_of(const Camera& camera, double reach) {
 dvec2 half_extent(const Camera& camera, const ivec2& image) {
     const double half = camera.orthographic ? 0.5 * camera.ortho_height : std::tan(0.5 * camera.vertical_fov);
     return {half * image.x / image.y, half};
+}
+
+/// Distance within which the camera sees everything there is; 1 for an empty scene.
+double reach_of(const TraceTables& tables, const Camera& camera) {
+    if (tables.bounds.empty()) return 1;
+    const dvec3 eye = dvec3(camera.camera_to_world[3]) - tables.origin;
+    const dvec3 far_corner =
+        glm::max(glm::abs(dvec3(tables.bounds.lower) - eye), glm::abs(dvec3(tables.bounds.upper) - eye));
+    return glm::length(far_corner);
 }
 
 }  // namespace
@@ -84,6 +95,16 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
     frame.tiles_x = view.band.tiles().x;
     frame.tiles_y = view.band.tiles().y;
     return frame;
+}
+
+SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index) {
+    const std::uint32_t seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
+    return {band, shared::sample_2d(shared::make_sampler(~0u, ~0u, index, seed), 0), index, seed};
+}
+
+shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view) {
+    return frame_constants(frame.camera, frame.previous_camera.value_or(frame.camera), tables.origin,
+                           reach_of(tables, frame.camera), view);
 }
 
 }  // namespace halflight

@@ -1,7 +1,8 @@
 // From a camera to the constants that kernels read.
 #pragma once
 
-#include "engine/scene/scene.h"
+#include "engine/scene/tables.h"
+#include "passes/frame_settings.h"
 #include "passes/scene_view.h"
 #include "shaders/shared/frame.h"
 
@@ -19,6 +20,11 @@ struct SampleView {
 /// within this distance of the camera; decides the near plane where the camera leaves it open.
 shared::Frame frame_constants(const Camera& camera, const Camera& previous, const dvec3& origin, double reach,
                               const SampleView& view);
+
+/// Of sample `index` of a picture: all pixels look through the same point, as rasterizing demands, and seeds of
+/// different frames and of different user seeds share nothing.
+SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index);
+shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view);
 
 /// World to OpenGL clip space of the whole image: +y up, reversed depth (near 1, far 0). Orthographic cameras use
 /// `reach`.

@@ -1,10 +1,9 @@
-// The renderer: a scene, settings, a picture.
+// The renderer: a scene, settings, pictures.
 #pragma once
 
 #include <cstdint>
 #include <functional>
 #include <memory>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -15,6 +14,8 @@
 #include "engine/io/exr.h"
 #include "engine/rays/tracer.h"
 #include "engine/scene/scene.h"
+#include "passes/frame_settings.h"
+#include "passes/prepared_scene.h"
 
 namespace halflight {
 
@@ -28,30 +29,31 @@ struct AovInfo {
 /// Those for debugging come last.
 std::span<const AovInfo> known_aovs();
 
-struct RenderSettings {
-    int width = 1280;  // pixels, > 0
-    int height = 720;  // pixels, > 0
-    Camera camera;
-    std::optional<Camera> previous_camera;  // of the frame before, for the motion output; without: `camera`
-    int samples = 64;                       // per pixel, > 0
-    double time_limit = 0;    // seconds; > 0: samples are added until it is spent, at least one, `samples` at most
-    int bounces = 8;          // reflections along a path, >= 0: 0 emission only, 1 direct light
-    std::uint32_t seed = 0;   // independent pictures of the same frame
-    std::uint32_t frame = 0;  // frame number: other noise for every frame
+/// Those of the first picture, and what is the same for all pictures of a renderer.
+struct RenderSettings : FrameSettings {
+    int width = 1280;               // pixels, > 0
+    int height = 720;               // pixels, > 0
+    int bounces = 8;                // reflections along a path, >= 0: 0 emission only, 1 direct light
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32
     bool want_view = false;         // also the picture through `view`
     ViewTransform view;
     rays::Culling culling = rays::Culling::automatic;  // who finds hits; never changes the picture
     bool measure = false;  // wait for the GPU after each pass to tell its time, and count rays and culling (slower)
+    // What is rendered at once: bands of whole rows of 16x16 blocks, of so many pixels at most where one row allows it.
+    // Half a gigabyte of buffers by default, of a large picture.
+    std::size_t band_pixels = std::size_t{1} << 20;
+    // Of visibility state, which bands have each to themselves; where there are too many for that, the last ones share.
+    std::size_t state_bytes = std::size_t{256} << 20;
 };
 
 struct RenderProgress {
-    int samples_done = 0;
+    int samples_done = 0;  // per pixel, the mean of all bands
     int samples_total = 0;
     double seconds = 0;
 };
-/// Called after every sample; false stops early (what is done is returned).
+/// Called after every sample of a band; false stops early. What is done is returned: bands that were not begun are
+/// black and have no samples.
 using ProgressCallback = std::function<bool(const RenderProgress&)>;
 
 struct PassTime {
@@ -66,9 +68,9 @@ struct NonFiniteCount {
 };
 
 struct RenderStats {
-    int samples = 0;                    // per pixel, done
+    int samples = 0;                    // per pixel, done; those of the band that has fewest
     bool interrupted = false;           // by the callback
-    double prepare_seconds = 0;         // tables, hierarchies, upload
+    double prepare_seconds = 0;         // tables, hierarchies, upload, once for all pictures
     double compile_seconds = 0;         // shaders that this render was the first to need
     double render_seconds = 0;          // samples
     std::uint64_t paths = 0;            // width x height x samples
@@ -87,16 +89,25 @@ struct RenderResult {
     RenderStats stats;
 };
 
-/// Needs its context current on the calling thread for as long as it lives. Scene and context must outlive it.
+/// Renders one picture after the other. What it learns about visibility and about who traces fastest lives on from band
+/// to band and from picture to picture, and decides about time alone: a picture is a function of scene and settings,
+/// whatever was rendered before. Needs its context current on the calling thread for as long as it lives.
 class Renderer {
   public:
-    /// Uploads the scene and compiles what it needs. Throws Error for settings out of range and for limits of the
-    /// driver.
-    Renderer(gpu::Context&, const Scene&, const ColorConfig&, RenderSettings);
+    /// Shares a scene, which must outlive it. Throws Error for settings out of range and for limits of the driver.
+    Renderer(PreparedScene&, const ColorConfig&, RenderSettings);
+    /// Prepares a scene of its own. The context must outlive it.
+    Renderer(gpu::Context&, const Scene&, const ColorConfig&, const RenderSettings&);
     Renderer(Renderer&&) noexcept;
     ~Renderer();
 
+    /// Throws Error for settings out of range.
+    RenderResult render(const FrameSettings&, const ProgressCallback& = {});
+    /// The picture of the RenderSettings.
     RenderResult render(const ProgressCallback& = {});
+    /// Camera cut: the next picture has nothing in common with the last one, and what was learned is forgotten. (Other
+    /// scenes, scene edits and sizes have renderers of their own.)
+    void forget(std::string reason);
     /// The compiled frame graph in Graphviz' dot language.
     std::string graph_dot() const;
 

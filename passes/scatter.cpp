@@ -35,6 +35,7 @@ rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::Buffe
     const auto salt = static_cast<std::uint32_t>(1 + 2 * depth + (kind == rays::RayKind::shadow ? 1 : 0));
     return {.kind = kind,
             .depth = static_cast<std::uint32_t>(depth),
+            .place = view.place,
             .capacity = view.band.paths(),
             .rays = rays,
             .list = list.list,

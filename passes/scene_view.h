@@ -28,6 +28,7 @@ struct SceneView {
     rays::Tracer& tracer;                 // of `trace`
     Band band;                            // the largest one: buffers are made for it
     graph::BufferHandle frame_constants;  // struct Frame
+    std::uint32_t place = 0;              // of the picture: RayBatch::place
 };
 
 }  // namespace halflight

@@ -1,9 +1,12 @@
-// Adds one sample to the sums of its pixel. No NaN or infinity gets into them: such values are counted, by the pass they come
-// from, and taken as zero.
+// Adds one sample to the sums of its pixel; sample 0 of a frame begins them. No NaN or infinity gets into them: such values are
+// counted, by the pass they come from, and taken as zero.
+#include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
+
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
 
 layout(std430, binding = 0) readonly buffer Surfaces { vec4 surfaces[]; };
 #ifdef HALFLIGHT_LIGHT_SAMPLES
@@ -37,6 +40,10 @@ layout(std430, binding = 10) buffer Counts { uint non_finite[kCountedPasses]; };
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/surface_record.glsl"
 
+// Whatever an earlier frame has left there.
+double so_far(double sum) { return frame.sample_index == 0u ? 0.0lf : sum; }
+#define ADD(sum, value) sum = so_far(sum) + double(value)
+
 vec3 guarded(vec3 v, uint pass) {
     bvec3 good = bvec3(finite(v.x), finite(v.y), finite(v.z));
     uint bad = 3u - uint(good.x) - uint(good.y) - uint(good.z);
@@ -49,8 +56,8 @@ void main() {
     SurfacePoint point = load_surface_point(path);
     vec3 emission = guarded(point.emission, kCountGBuffer);
     dvec3 beauty = emission;  // of finite floats no sum of doubles overflows
-    for (uint i = 0u; i < 3u; ++i) emission_sums[path * 4u + i] += double(emission[i]);
-    emission_sums[path * 4u + 3u] += double(point.is_surface ? 1.0 : 0.0);
+    for (uint i = 0u; i < 3u; ++i) ADD(emission_sums[path * 4u + i], emission[i]);
+    ADD(emission_sums[path * 4u + 3u], point.is_surface ? 1.0 : 0.0);
 
 #ifdef HALFLIGHT_DIRECT
     dvec3 diffuse = dvec3(0.0);
@@ -69,8 +76,8 @@ void main() {
 #endif
     beauty += diffuse + glossy;
     for (uint i = 0u; i < 3u; ++i) {
-        direct_sums[path * 6u + i] += diffuse[i];
-        direct_sums[path * 6u + 3u + i] += glossy[i];
+        ADD(direct_sums[path * 6u + i], diffuse[i]);
+        ADD(direct_sums[path * 6u + 3u + i], glossy[i]);
     }
 #endif
 
@@ -83,8 +90,8 @@ void main() {
     later = guarded(later, kCountContinuation);
     beauty += dvec3(later);
     for (uint i = 0u; i < 3u; ++i) {
-        indirect_sums[path * 6u + i] += double(lobe == kLobeDiffuse ? later[i] : 0.0);
-        indirect_sums[path * 6u + 3u + i] += double(lobe == kLobeGlossy ? later[i] : 0.0);
+        ADD(indirect_sums[path * 6u + i], lobe == kLobeDiffuse ? later[i] : 0.0);
+        ADD(indirect_sums[path * 6u + 3u + i], lobe == kLobeGlossy ? later[i] : 0.0);
     }
 #endif
 
@@ -93,13 +100,13 @@ void main() {
     vec3 albedo = guarded(point.is_surface ? b.diffuse + b.transmission + b.specular : vec3(0.0), kCountGBuffer);
     vec3 normal = guarded(point.is_surface ? b.normal : vec3(0.0), kCountGBuffer);
     for (uint i = 0u; i < 3u; ++i) {
-        feature_sums[path * 6u + i] += double(albedo[i]);
-        feature_sums[path * 6u + 3u + i] += double(normal[i]);
+        ADD(feature_sums[path * 6u + i], albedo[i]);
+        ADD(feature_sums[path * 6u + 3u + i], normal[i]);
     }
 #endif
 
 #ifdef HALFLIGHT_SQUARES
     for (uint i = 0u; i < 3u; ++i)
-        square_sums[path * 3u + i] += beauty[i] * beauty[i];
+        ADD(square_sums[path * 3u + i], beauty[i] * beauty[i]);
 #endif
 }

@@ -89,8 +89,10 @@ struct RasterCulling::Parts {
     gpu::Object<gpu::delete_vertex_array> no_attributes;
 };
 
-RasterCulling::RasterCulling(const PackedScene& packed, const RasterSettings& settings) {
-    CullTree tree = build_cull_tree(packed, settings.cut);
+RasterCulling::RasterCulling(const PackedScene& packed, const RasterSettings& settings)
+    : RasterCulling(build_cull_tree(packed, settings.cut), settings) {}
+
+RasterCulling::RasterCulling(CullTree tree, const RasterSettings& settings) {
     gpu::Buffer boxes = gpu::Buffer::from("culling boxes", box_rows(tree));
     GLuint id = 0;
     glCreateVertexArrays(1, &id);
@@ -113,6 +115,10 @@ CullState& RasterCulling::state(RayKind kind) {
 }
 RasterStatistics& RasterCulling::statistics(RayKind kind) {
     return parts_->statistics[kind];
+}
+
+void RasterCulling::reset_statistics() {
+    parts_->statistics.clear();
 }
 
 void RasterCulling::invalidate() {

@@ -38,6 +38,8 @@ class RasterCulling {
   public:
     /// packed: what the TraceScene was made of. Needs a current context.
     RasterCulling(const PackedScene& packed, const RasterSettings& settings = {});
+    /// The same of a tree that is there already; settings.cut is not read.
+    RasterCulling(CullTree tree, const RasterSettings& settings = {});
     RasterCulling(RasterCulling&&) noexcept;
     RasterCulling& operator=(RasterCulling&&) noexcept;
     ~RasterCulling();
@@ -50,8 +52,9 @@ class RasterCulling {
     void invalidate();
     /// Of tree and states, on both sides.
     std::size_t bytes() const;
-    /// Sums since construction.
+    /// Sums since construction, or since they were last reset.
     RasterStatistics& statistics(RayKind kind);
+    void reset_statistics();
 
   private:
     friend class RasterRun;

@@ -20,13 +20,19 @@ std::string key_of(const RayBatch& batch) {
     return batch.depth == 0 ? name(batch.kind) : fmt::format("{} {}", name(batch.kind), batch.depth);
 }
 
+/// Of what is carried for a batch.
+std::string carried_name(const char* what, const RayBatch& batch) {
+    const std::string name = fmt::format("{}: {}", what, key_of(batch));
+    return batch.place == 0 ? name : fmt::format("{}, place {}", name, batch.place);
+}
+
 bool culls_by_tiles(Culling culling, const RayBatch& batch) {
     return culling == Culling::compute ||
            (culling == Culling::automatic && (!batch.list || batch.kind == RayKind::occlusion));
 }
 
 graph::BufferHandle carried_lists(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch) {
-    return graph.carried_buffer("tile lists: " + key_of(batch), {tile_list_bytes(scene, batch)});
+    return graph.carried_buffer(carried_name("tile lists", batch), {tile_list_bytes(scene, batch)});
 }
 
 }  // namespace
@@ -79,7 +85,7 @@ class Tracer::Batch {
     std::optional<Way> ran() const { return ran_; }
     bool measuring() const { return measures_ || choice_.on_trial(); }
     const gpu::Buffer& culled() const { return culled_; }
-    void set_state_bytes(std::size_t bytes) { statistics_.state_bytes = bytes; }
+    void set_state_bytes(std::uint32_t place, std::size_t bytes) { state_bytes_[place] = bytes; }
 
     using Step = double BatchStatistics::Seconds::*;
     void begin() { seconds_ = 0; }
@@ -126,13 +132,20 @@ class Tracer::Batch {
     BatchStatistics statistics() const {
         BatchStatistics s = statistics_;
         s.tiles_culled = culled_.read<std::uint32_t>().front();
+        for (const auto& [place, bytes] : state_bytes_) s.state_bytes += bytes;
         return s;
     }
 
-    /// Times, and what follows from them.
-    void forget() {
+    void reset_statistics() {
         for (BatchStatistics::Measured& m : statistics_.measured) m = {};
         statistics_.steps = {};
+        statistics_.tiles = 0;
+        statistics_.lists = {};
+        culled_.clear();
+    }
+
+    /// Which way is the fastest.
+    void forget() {
         if (ways_.size() < 2) return;
         choice_.forget();
         statistics_.way = ways_[choice_.now()];
@@ -146,6 +159,7 @@ class Tracer::Batch {
     Choice choice_;
     bool measures_;
     BatchStatistics statistics_;
+    std::map<std::uint32_t, std::size_t> state_bytes_;  // by place
     std::optional<Way> ran_;
     double seconds_ = 0;
     std::optional<gpu::Stopwatch> watch_;
@@ -162,6 +176,11 @@ Tracer::~Tracer() = default;
 void Tracer::invalidate() {
     for (auto& [key, batch] : batches_) batch->forget();
     if (raster_ != nullptr) raster_->invalidate();
+}
+
+void Tracer::reset_statistics() {
+    for (auto& [key, batch] : batches_) batch->reset_statistics();
+    if (raster_ != nullptr) raster_->reset_statistics();
 }
 
 std::vector<BatchStatistics> Tracer::statistics() const {
@@ -271,8 +290,8 @@ class BatchRun {
             if (any_hit_) tiles_.blockers = graph_.create_buffer("blockers", {masks});
         } else {
             tiles_.lists = carried_lists(graph_, scene_, batch_);
-            if (any_hit_) tiles_.blockers = graph_.carried_buffer("blockers: " + key_of(batch_), {masks});
-            state_->set_state_bytes(bytes + (any_hit_ ? masks : 0));
+            if (any_hit_) tiles_.blockers = graph_.carried_buffer(carried_name("blockers", batch_), {masks});
+            state_->set_state_bytes(batch_.place, bytes + (any_hit_ ? masks : 0));
         }
         tiles_.rest = graph_.create_buffer("rays left", {batch_.capacity * sizeof(uvec2)});
         tiles_.rest_header = graph_.create_buffer("header of rays left", {sizeof(shared::ListHeader)});

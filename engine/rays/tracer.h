@@ -36,9 +36,9 @@ struct BatchStatistics {
     struct Measured {
         std::uint64_t runs = 0;
         std::uint64_t timed = 0;  // of these: all with Tracer::count(), else those on trial
-        double seconds = 0;      // of the runs timed, sum
-        double best = 0;         // and least of one
-        std::uint64_t rays = 0;  // that were alive, over all runs; where counted
+        double seconds = 0;       // of the runs timed, sum
+        double best = 0;          // and least of one
+        std::uint64_t rays = 0;   // that were alive, over all runs; where counted
     };
     Measured measured[kWays];
     struct Seconds {
@@ -59,7 +59,7 @@ struct BatchStatistics {
         std::uint64_t rest_rays = 0;  // of these, that had not ended with the leaves of their tile
     };
     Lists lists;
-    std::size_t state_bytes = 0;  // carried from run to run
+    std::size_t state_bytes = 0;  // carried from run to run, of all places
 };
 
 /// What the raster back end knows of a kind of rays, of whatever depth.
@@ -80,9 +80,11 @@ class Tracer {
 
     const TraceScene& scene() const { return scene_; }
     Culling culling() const { return culling_; }
-    /// Camera cut, scene edit, resize: what is known of time is forgotten. The tile lists are carried buffers of the
-    /// graph's History, which is invalidated there.
+    /// Camera cut, scene edit, resize: what is known of the fastest way is forgotten, and the raster back end's state.
+    /// The tile lists are carried buffers of the graph's History, which is invalidated there.
     void invalidate();
+    /// All sums start from zero; what is known stays.
+    void reset_statistics();
     /// Batches added to graphs from now on count rays and lists, in passes of their own that wait for the GPU; and
     /// those that have but one way to be served are timed as well.
     void count() { counts_ = true; }

@@ -1,7 +1,10 @@
 #include "tests/pass/renders.h"
 
+#include <gtest/gtest.h>
+
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 
 #include "engine/core/statistics.h"
@@ -15,6 +18,15 @@ RenderSettings small_settings(const Camera& camera, int width, int height, int s
     s.samples = samples;
     s.bounces = bounces;
     s.aovs = {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy", "variance"};
+    return s;
+}
+
+RenderSettings all_settings(const Scene& scene, int width, int height, int samples) {
+    RenderSettings s = small_settings(scene.cameras[0], width, height, samples, 4);
+    s.aovs.clear();
+    for (const AovInfo& a : known_aovs())
+        if (!a.debug) s.aovs.emplace_back(a.name);
+    s.want_view = true;
     return s;
 }
 
@@ -33,6 +45,19 @@ Image rgb(const Image& rgba) {
     for (int y = 0; y < out.height; ++y)
         for (int x = 0; x < out.width; ++x) std::copy_n(rgba.at(x, y), 3, out.at(x, y));
     return out;
+}
+
+bool same_bits(const Image& a, const Image& b) {
+    return a.width == b.width && a.height == b.height && a.channels == b.channels &&
+           std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0;
+}
+
+void expect_same(const RenderResult& a, const RenderResult& b) {
+    EXPECT_TRUE(same_bits(a.beauty, b.beauty));
+    EXPECT_TRUE(same_bits(a.view, b.view));
+    ASSERT_EQ(a.aovs.size(), b.aovs.size());
+    for (std::size_t i = 0; i < a.aovs.size(); ++i)
+        EXPECT_TRUE(same_bits(a.aovs[i].image, b.aovs[i].image)) << a.aovs[i].channels[0];
 }
 
 MeanValue mean_radiance(const RenderResult& result, int channel) {

@@ -10,12 +10,19 @@ namespace halflight::test {
 /// Settings for a small picture with all five components and the variance.
 RenderSettings small_settings(const Camera& camera, int width, int height, int samples, int bounces);
 
+/// Settings for a small picture by the scene's first camera with all that it can show.
+RenderSettings all_settings(const Scene& scene, int width, int height, int samples);
+
 RenderResult render(gpu::Context& context, const Scene& scene, const RenderSettings& settings);
 
 /// Layer that holds a channel ("albedo.R", "Z"). Throws std::out_of_range where there is none.
 const Image& layer(const RenderResult& result, const std::string& channel);
 /// RGB without alpha.
 Image rgb(const Image& rgba);
+
+bool same_bits(const Image& a, const Image& b);
+/// Beauty, view and AOVs.
+void expect_same(const RenderResult& a, const RenderResult& b);
 
 struct MeanValue {
     double value = 0;

@@ -21,6 +21,12 @@ Scene tilted_quad(const dvec3& centre) {
     return scene;
 }
 
+Scene shiny_cornell() {
+    Scene scene = cornell_box(metal_material({0.9f, 0.7f, 0.4f}, 0.3f));
+    scene.environment.color = vec3(0.1f);
+    return scene;
+}
+
 Camera camera_on_quad(const dvec3& centre, bool orthographic) {
     Camera camera = look_at_camera(centre + dvec3(0.7, 1.4, 3.6), centre + dvec3(0.05, -0.02, 0), {0.1, 1, 0}, 0.9);
     camera.orthographic = orthographic;

@@ -29,6 +29,9 @@ Scene curtain_scene();
 /// pyramids turned, scaled and mirrored, one of them emissive, under all kinds of punctual lights.
 Scene instanced_scene();
 
+/// The Cornell box with a tall box of rough metal, under a dim sky.
+Scene shiny_cornell();
+
 /// Closed box [-1, 1]^3, all walls of one material, and a camera in it that sees no symmetry.
 Scene closed_box(const Material& material);
 Camera camera_in_box();

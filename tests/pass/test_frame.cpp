@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 
 #include "engine/core/statistics.h"
 #include "passes/frame.h"
@@ -20,39 +19,11 @@ namespace {
 
 using FrameTest = PassTest;
 
-Scene shiny_cornell() {
-    Scene scene = cornell_box(metal_material({0.9f, 0.7f, 0.4f}, 0.3f));
-    scene.environment.color = vec3(0.1f);
-    return scene;
-}
-
-RenderSettings everything(const Scene& scene, int width, int height, int samples) {
-    RenderSettings s = small_settings(scene.cameras[0], width, height, samples, 4);
-    s.aovs.clear();
-    for (const AovInfo& a : known_aovs())
-        if (!a.debug) s.aovs.emplace_back(a.name);
-    s.want_view = true;
-    return s;
-}
-
-bool same_bits(const Image& a, const Image& b) {
-    return a.width == b.width && a.height == b.height && a.channels == b.channels &&
-           std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0;
-}
-
-void expect_same(const RenderResult& a, const RenderResult& b) {
-    EXPECT_TRUE(same_bits(a.beauty, b.beauty));
-    EXPECT_TRUE(same_bits(a.view, b.view));
-    ASSERT_EQ(a.aovs.size(), b.aovs.size());
-    for (std::size_t i = 0; i < a.aovs.size(); ++i)
-        EXPECT_TRUE(same_bits(a.aovs[i].image, b.aovs[i].image)) << a.aovs[i].channels[0];
-}
-
 // --- The same again -------------------------------------------------------------------------------------------------
 
 TEST_F(FrameTest, RenderingAgainGivesTheSameBits) {
     const Scene scene = shiny_cornell();
-    const RenderSettings settings = everything(scene, 45, 37, 5);
+    const RenderSettings settings = all_settings(scene, 45, 37, 5);
     Renderer renderer(context, scene, ColorConfig::load(), settings);
     const RenderResult first = renderer.render();
     expect_same(renderer.render(), first);
@@ -61,8 +32,8 @@ TEST_F(FrameTest, RenderingAgainGivesTheSameBits) {
 
 TEST_F(FrameTest, WhatElseIsAskedForDoesNotChangeThePicture) {
     const Scene scene = shiny_cornell();
-    const RenderResult all = render(context, scene, everything(scene, 45, 37, 5));
-    RenderSettings settings = everything(scene, 45, 37, 5);
+    const RenderResult all = render(context, scene, all_settings(scene, 45, 37, 5));
+    RenderSettings settings = all_settings(scene, 45, 37, 5);
     settings.aovs.clear();
     settings.want_view = false;
     const RenderResult plain = render(context, scene, settings);
@@ -84,7 +55,6 @@ TEST_F(FrameTest, NothingIsReadThatNobodyHasWritten) {
     for (const bool poison : {false, true}) {
         for (const bool alias : {true, false}) {
             executor.poison(poison);
-            executor.history().invalidate("test");
             const graph::CompiledGraph plan = graph::compile(graph, {.alias = alias});
             for (std::uint32_t sample = 0; sample < 2; ++sample) {
                 stage.look(sample);
@@ -128,7 +98,7 @@ TEST_F(FrameTest, SeedsAndFramesAreIndependentPictures) {
 
 TEST_F(FrameTest, ComponentsSumToTheBeauty) {
     const Scene scene = shiny_cornell();
-    const RenderResult r = render(context, scene, everything(scene, 45, 37, 9));
+    const RenderResult r = render(context, scene, all_settings(scene, 45, 37, 9));
     for (std::size_t i = 0; i < 45 * 37; ++i) {
         for (std::size_t c = 0; c < 3; ++c) {
             double sum = 0;
@@ -267,7 +237,7 @@ TEST_F(FrameTest, TheGraphCanBeLookedAt) {
 TEST_F(FrameTest, PicturesOfAnySize) {
     const Scene scene = shiny_cornell();
     for (const ivec2 size : {ivec2(1, 1), ivec2(1, 300), ivec2(300, 1), ivec2(17, 15), ivec2(16, 16)}) {
-        const RenderResult r = render(context, scene, everything(scene, size.x, size.y, 1));
+        const RenderResult r = render(context, scene, all_settings(scene, size.x, size.y, 1));
         EXPECT_EQ(ivec2(r.beauty.width, r.beauty.height), size);
         EXPECT_EQ(ivec2(r.view.width, r.view.height), size);
         const NonFinite n = count_non_finite(r.beauty);
@@ -280,10 +250,10 @@ TEST_F(FrameTest, PicturesOfAnySize) {
 TEST_F(FrameTest, EmptyScene) {
     Scene scene;
     scene.cameras = {look_at_camera({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, 1)};
-    const RenderResult black = render(context, scene, everything(scene, 20, 20, 2));
+    const RenderResult black = render(context, scene, all_settings(scene, 20, 20, 2));
     for (const float v : black.beauty.pixels) EXPECT_EQ(v, 0);
     scene.environment.color = {0.25f, 0.5f, 1};
-    const RenderResult sky = render(context, scene, everything(scene, 20, 20, 2));
+    const RenderResult sky = render(context, scene, all_settings(scene, 20, 20, 2));
     for (std::size_t i = 0; i < sky.beauty.pixels.size(); ++i)
         EXPECT_EQ(sky.beauty.pixels[i], (std::array{0.25f, 0.5f, 1.0f, 1.0f}[i % 4]));
     for (const float z : layer(sky, "Z").pixels) EXPECT_EQ(z, 1e10f);

@@ -12,12 +12,13 @@
 #include "passes/continuation.h"
 #include "passes/diffuse.h"
 #include "passes/frame.h"
+#include "passes/frame_constants.h"
 #include "passes/glossy.h"
 #include "passes/shadow.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/pixel_order.h"
+#include "tools/bench/graph_run.h"
 #include "tools/bench/look.h"
-#include "tools/bench/viewpoint.h"
 
 namespace halflight::bench {
 namespace {
@@ -43,7 +44,7 @@ class Studio {
         : programs_(programs),
           tables_(tables),
           trace_(trace),
-          camera_(camera),
+          seen_{.camera = camera},
           size_(size),
           buffers_(tables, build_shading_tables(scene, tables)) {
         const std::size_t record = std::max(buffers_.surface_record_bytes(), sizeof(shared::PathState));
@@ -69,7 +70,7 @@ class Studio {
 
   private:
     void look_at(const Band& where) {
-        const shared::Frame constants = see(tables_, {camera_, camera_}, where, {});
+        const shared::Frame constants = frame_constants(seen_, tables_, sample_view(seen_, where, 0));
         frame_.write(0, sizeof(constants), &constants);
     }
 
@@ -108,7 +109,7 @@ class Studio {
     const TraceTables& tables_;
     const rays::TraceScene& trace_;
     rays::Tracer tracer_{trace_};
-    Camera camera_;
+    FrameSettings seen_;
     ivec2 size_;
     Band band_;
     SceneBuffers buffers_;

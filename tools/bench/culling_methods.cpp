@@ -5,7 +5,6 @@
 #include "engine/rays/raster.h"
 #include "engine/rays/tracer.h"
 #include "tools/bench/graph_run.h"
-#include "tools/bench/viewpoint.h"
 
 namespace halflight::bench {
 namespace {

@@ -15,9 +15,9 @@
 #include "engine/rays/raster.h"
 #include "engine/scene/shading_tables.h"
 #include "passes/frame.h"
+#include "passes/frame_constants.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/pixel_order.h"
-#include "tools/bench/viewpoint.h"
 
 namespace halflight::bench {
 namespace {
@@ -80,12 +80,13 @@ class Rendering {
         tracer_->invalidate();
         series_.frames.clear();
         for (auto& [batch, seconds] : series_.batches) seconds.clear();
-        before_ = tracer_->statistics();
+        tracer_->reset_statistics();
     }
 
-    void render(const Cameras& cameras, const SampleNumber& number) {
+    void render(const FrameSettings& frame, int sample) {
         if (variant_.forgets) executor_.history().invalidate("bench");
-        const shared::Frame constants = see(subject_.tables, cameras, subject_.band, number);
+        const SampleView at = sample_view(frame, subject_.band, static_cast<std::uint32_t>(sample));
+        const shared::Frame constants = frame_constants(frame, subject_.tables, at);
         constants_.write(0, sizeof(constants), &constants);
         for (auto& [batch, seconds] : series_.batches) seconds.emplace_back();
         series_.frames.push_back(time_of([&] { executor_.run(compiled_); }));
@@ -96,11 +97,6 @@ class Rendering {
         Series series = series_;
         series.variant = variant_.name;
         series.chosen = tracer_->statistics();
-        for (const rays::BatchStatistics& before : before_) {
-            rays::BatchStatistics& now = *std::ranges::find(series.chosen, before.batch, &rays::BatchStatistics::batch);
-            now.tiles -= before.tiles;
-            now.tiles_culled -= before.tiles_culled;
-        }
         return series;
     }
 
@@ -155,7 +151,6 @@ class Rendering {
     graph::CompiledGraph compiled_;
     graph::Executor executor_{subject_.programs};
     Series series_;
-    std::vector<rays::BatchStatistics> before_;
 };
 
 using Renderings = std::vector<std::unique_ptr<Rendering>>;
@@ -175,13 +170,12 @@ std::vector<Series> all_series(const Renderings& renderings) {
     return all;
 }
 
-std::vector<double> reference_picture(Subject& subject, const Cameras& cameras, int samples,
-                                      const std::function<void()>& between) {
-    constexpr std::uint32_t kOtherSeed = 1;
+std::vector<double> reference_picture(Subject& subject, FrameSettings frame, const std::function<void()>& between) {
+    frame.seed = 1;  // another one than that of the frames
     Rendering rendering(subject, kVariants.front());
-    for (int i = 0; i < samples; ++i) {
+    for (int i = 0; i < frame.samples; ++i) {
         between();
-        rendering.render(cameras, {.sample = static_cast<std::uint32_t>(i), .seed = kOtherSeed});
+        rendering.render(frame, i);
     }
     return rendering.picture();
 }
@@ -232,14 +226,14 @@ FrameResult measure_frames(gpu::Context& context, const Scene& scene, const Trac
                            const rays::PackedScene& packed, const Camera& camera, const FrameOrder& order,
                            const std::function<void()>& between) {
     Subject subject(context, scene, tables, packed, order);
-    const Cameras still{camera, camera};
+    const FrameSettings still{.camera = camera, .samples = order.reference};
     const std::vector<double> reference =
-        order.reference > 0 ? reference_picture(subject, still, order.reference, between) : std::vector<double>{};
+        order.reference > 0 ? reference_picture(subject, still, between) : std::vector<double>{};
     Renderings renderings;
     for (const Variant& variant : kVariants) {
         if (std::ranges::find(order.variants, variant.name) == order.variants.end()) continue;
         renderings.push_back(std::make_unique<Rendering>(subject, variant));
-        renderings.back()->render(still, {});
+        renderings.back()->render(still, 0);
     }
     std::mt19937 random(1);
     FrameResult result;
@@ -247,8 +241,7 @@ FrameResult measure_frames(gpu::Context& context, const Scene& scene, const Trac
     for (const auto& rendering : renderings) rendering->forget();
     for (int i = 0; i < order.samples; ++i) {
         between();
-        take_turns(renderings, random,
-                   [&](Rendering& r) { r.render(still, {.sample = static_cast<std::uint32_t>(i)}); });
+        take_turns(renderings, random, [&](Rendering& r) { r.render(still, i); });
         const auto done = static_cast<std::uint32_t>(i + 1);
         if (!reference.empty() && (std::has_single_bit(done) || i + 1 == order.samples)) {
             const auto whole = std::ranges::find_if(renderings, [](const auto& r) { return !r->variant().forgets; });
@@ -269,13 +262,13 @@ FrameResult measure_frames(gpu::Context& context, const Scene& scene, const Trac
     }
 
     for (const auto& rendering : renderings) rendering->forget();
-    Cameras moving = still;
+    FrameSettings moving = still;
     for (int i = 0; i < order.views; ++i) {
         between();
-        moving.before = moving.now;
-        moving.now = moved(camera, tables, i);
-        take_turns(renderings, random,
-                   [&](Rendering& r) { r.render(moving, {.frame = static_cast<std::uint32_t>(i)}); });
+        moving.previous_camera = moving.camera;
+        moving.camera = moved(camera, tables, i);
+        moving.frame = static_cast<std::uint32_t>(i);
+        take_turns(renderings, random, [&](Rendering& r) { r.render(moving, 0); });
     }
     if (order.views > 0) result.moving = all_series(renderings);
     context.check("frames");

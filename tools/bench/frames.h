@@ -36,7 +36,7 @@ struct Series {
     std::vector<Seconds> frames;
     /// Of the passes that serve a ray batch, per frame: by its RayKind, from its second one in a frame on "later ..."
     std::map<std::string, std::vector<Seconds>> batches;
-    std::vector<rays::BatchStatistics> chosen;  // at the end; of sums, only those of tiles are this series'
+    std::vector<rays::BatchStatistics> chosen;  // at the end
 };
 
 struct ErrorPoint {

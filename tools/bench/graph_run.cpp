@@ -1,6 +1,17 @@
 #include "tools/bench/graph_run.h"
 
+#include <algorithm>
+
+#include "engine/core/error.h"
+
 namespace halflight::bench {
+
+graph::BufferHandle named(const graph::Graph& graph, std::string_view name) {
+    const auto& nodes = graph.resources();
+    const auto found = std::ranges::find(nodes.rbegin(), nodes.rend(), name, &graph::ResourceNode::name);
+    if (found == nodes.rend()) throw Error("bench", "the passes have no \"{}\"", name);
+    return {static_cast<std::uint32_t>(nodes.rend() - found - 1), found->current(), graph.serial()};
+}
 
 AddTrace add_plain(const Bench& bench) {
     return [&trace = bench.trace](graph::Graph& graph, const rays::RayBatch& batch, graph::BufferHandle results,

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <string_view>
 
 #include "engine/graph/compile.h"
 #include "engine/graph/execute.h"
@@ -13,6 +14,10 @@ namespace halflight::bench {
 /// Adds the passes that answer a batch; returns the answers.
 using AddTrace =
     std::function<graph::BufferHandle(graph::Graph&, const rays::RayBatch&, graph::BufferHandle results, bool any_hit)>;
+
+/// The last version of the graph's resource of that name: what passes keep to themselves. Throws Error where there is
+/// none.
+graph::BufferHandle named(const graph::Graph& graph, std::string_view name);
 
 /// Without culling.
 AddTrace add_plain(const Bench& bench);

@@ -97,17 +97,18 @@ void run_render(const RenderArguments& a) {
 
     Renderer renderer(context, scene, config, settings);
     RenderResult result;
+    int samples_done = 0;
     {
         ProgressDisplay display(stderr, a.quiet, settings.time_limit);
         result = renderer.render([&](const RenderProgress& progress) {
             display.show(progress);
+            samples_done = progress.samples_done;
             return stop_signal() == 0;
         });
     }
     context.check("rendering");
     times.render = clock.lap();
-    if (result.stats.interrupted)
-        stop_point(a.outputs[0], fmt::format("after {} samples per pixel", result.stats.samples));
+    if (result.stats.interrupted) stop_point(a.outputs[0], fmt::format("after {} samples per pixel", samples_done));
     for (const NonFiniteCount& count : result.stats.non_finite)
         if (count.values > 0)
             console.warn("{}: {} values were not finite and count as 0", count.component, count.values);

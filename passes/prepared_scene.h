@@ -1,0 +1,43 @@
+// What all renderers of a scene share: its tables, its hierarchies, its buffers, the programs compiled for it.
+#pragma once
+
+#include <optional>
+
+#include "engine/gpu/context.h"
+#include "engine/gpu/program.h"
+#include "engine/rays/raster_tree.h"
+#include "engine/rays/rays.h"
+#include "engine/scene/tables.h"
+#include "passes/scene_buffers.h"
+
+namespace halflight {
+
+/// Immutable but for the programs, of which there are more and more. Needs its context current on the calling thread
+/// for as long as it lives. The context must outlive it, the scene need not.
+class PreparedScene {
+  public:
+    /// Throws Error for a scene that is not valid and for limits of the driver.
+    PreparedScene(gpu::Context& context, const Scene& scene);
+    PreparedScene(const PreparedScene&) = delete;
+    PreparedScene& operator=(const PreparedScene&) = delete;
+
+    gpu::Context& context() const { return context_; }
+    const TraceTables& tables() const { return tables_; }
+    const SceneBuffers& buffers() const { return *buffers_; }
+    const rays::TraceScene& trace() const { return *trace_; }
+    const rays::CullTree& cull_tree() const { return cull_tree_; }
+    gpu::ProgramCache& programs() { return programs_; }
+    std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< in device memory
+    double seconds() const { return seconds_; }                                           ///< that it took to make
+
+  private:
+    gpu::Context& context_;
+    TraceTables tables_;
+    std::optional<SceneBuffers> buffers_;
+    std::optional<rays::TraceScene> trace_;
+    rays::CullTree cull_tree_;
+    gpu::ProgramCache programs_;
+    double seconds_ = 0;
+};
+
+}  // namespace halflight

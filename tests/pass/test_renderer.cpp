@@ -1,0 +1,150 @@
+// Pictures one after the other: what a renderer has learned lives on, and changes none of them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "engine/core/error.h"
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight::test {
+namespace {
+
+using rays::Culling;
+
+class RendererTest : public GpuTest {
+  protected:
+    /// 45 x 60 pixels in four bands.
+    RenderSettings banded(Culling culling) const {
+        RenderSettings s = all_settings(scene, 45, 60, 3);
+        s.culling = culling;
+        s.band_pixels = 48 * 16;
+        return s;
+    }
+
+    /// Other cameras, seeds, numbers, lengths; what is not told of a frame is that of the settings.
+    std::vector<FrameSettings> frames(const FrameSettings& base) const {
+        std::vector<FrameSettings> all(5, base);
+        all[1].seed = 7;
+        all[2].frame = 3, all[2].samples = 6;
+        for (const std::size_t moved : {3u, 4u}) {
+            all[moved].camera.camera_to_world[3] += 0.1 * double(moved) * base.camera.camera_to_world[0];
+            all[moved].previous_camera = base.camera;
+        }
+        all[4].samples = 1;
+        return all;
+    }
+
+    static const rays::BatchStatistics& shadow(const RenderResult& r) {
+        return *std::ranges::find(r.stats.batches, "shadow", &rays::BatchStatistics::batch);
+    }
+
+    Scene scene = shiny_cornell();
+    PreparedScene prepared{context, scene};
+    ColorConfig colors = ColorConfig::load();
+};
+
+TEST_F(RendererTest, APictureIsTheSameWhateverWasRenderedBefore) {
+    std::vector<RenderResult> expected;
+    for (const FrameSettings& frame : frames(banded(Culling::off))) {
+        Renderer fresh(prepared, colors, banded(Culling::off));
+        expected.push_back(fresh.render(frame));
+    }
+    EXPECT_FALSE(same_bits(expected[0].beauty, expected[1].beauty));
+    EXPECT_FALSE(same_bits(expected[0].beauty, expected[3].beauty));
+
+    std::mt19937 random(1);
+    for (const Culling culling : {Culling::off, Culling::compute, Culling::raster, Culling::automatic}) {
+        // State for all bands, for two of the four, for none of its own.
+        for (const std::size_t state_bytes : {std::size_t{1} << 20, std::size_t{15000}, std::size_t{0}}) {
+            if (state_bytes < 1 << 20 && culling != Culling::compute) continue;
+            SCOPED_TRACE(fmt::format("{}, {} bytes", rays::name(culling), state_bytes));
+            RenderSettings settings = banded(culling);
+            settings.state_bytes = state_bytes;
+            Renderer renderer(prepared, colors, settings);
+            const std::vector<FrameSettings> all = frames(settings);
+            for (int i = 0; i < 8; ++i) {
+                const std::size_t f = random() % all.size();
+                SCOPED_TRACE(f);
+                if (i % 4 == 3) renderer.forget("camera cut");
+                expect_same(renderer.render(all[f]), expected[f]);
+            }
+        }
+    }
+}
+
+TEST_F(RendererTest, ListsLiveOnFromBandToBandAndFromPictureToPicture) {
+    Renderer renderer(prepared, colors, banded(Culling::compute));
+    const FrameSettings frame = frames(banded(Culling::compute))[2];
+    const RenderResult first = renderer.render(frame);
+    const std::uint64_t tiles = 4 * 12 * 6;  // bands, tiles, samples
+    EXPECT_EQ(shadow(first).tiles, tiles);
+    EXPECT_GE(shadow(first).tiles_culled, tiles / 6) << "nothing was known";
+    EXPECT_EQ(shadow(first).state_bytes, 4 * 12 * (36 * 16 + 8u)) << "of tile_list.h: a record and its blockers";
+    const RenderResult again = renderer.render(frame);
+    EXPECT_EQ(shadow(again).tiles, tiles) << "statistics are those of the picture";
+    EXPECT_LT(shadow(again).tiles_culled, tiles / 50);
+    renderer.forget("camera cut");
+    EXPECT_GE(shadow(renderer.render(frame)).tiles_culled, tiles / 6);
+
+    RenderSettings settings = banded(Culling::compute);
+    settings.state_bytes = 0;
+    Renderer sharing(prepared, colors, settings);
+    sharing.render(frame);
+    const RenderResult shared = sharing.render(frame);
+    EXPECT_EQ(shadow(shared).state_bytes, 12 * (36 * 16 + 8u));
+    EXPECT_GE(shadow(shared).tiles_culled, tiles / 6) << "the lists are those of another band";
+}
+
+TEST_F(RendererTest, WhoTracesFastestIsFoundOutOnce) {
+    Renderer renderer(prepared, colors, banded(Culling::automatic));
+    const FrameSettings frame = frames(banded(Culling::automatic))[2];
+    EXPECT_EQ(shadow(renderer.render(frame)).reason.find("undecided"), std::string::npos) << "four bands of 6 runs";
+    const RenderResult second = renderer.render(frame);
+    EXPECT_EQ(shadow(second).measured[0].timed + shadow(second).measured[1].timed, 0u) << "no trial";
+}
+
+TEST_F(RendererTest, RenderersShareAScene) {
+    const RenderSettings settings = banded(Culling::compute);
+    const std::vector<FrameSettings> all = frames(settings);
+    Renderer alone(context, scene, colors, settings);
+    const RenderResult expected[] = {alone.render(all[1]), alone.render(all[3])};
+    EXPECT_GT(expected[0].stats.compile_seconds, 0);
+    Renderer a(prepared, colors, settings), b(prepared, colors, settings);
+    expect_same(a.render(all[1]), expected[0]);
+    const RenderResult other = b.render(all[3]);
+    EXPECT_EQ(other.stats.compile_seconds, 0) << "all programs are there";
+    expect_same(other, expected[1]);
+    expect_same(a.render(all[3]), expected[1]);
+    expect_same(b.render(all[1]), expected[0]);
+}
+
+TEST_F(RendererTest, ProgressGoesOverAllBands) {
+    Renderer renderer(prepared, colors, banded(Culling::off));
+    std::vector<int> done;
+    renderer.render([&](const RenderProgress& p) {
+        done.push_back(p.samples_done);
+        return true;
+    });
+    EXPECT_EQ(done, (std::vector{0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3})) << "n/4 after each of 4 x 3 samples";
+
+    int calls = 0;
+    const RenderResult stopped = renderer.render([&](const RenderProgress&) { return ++calls < 5; });
+    EXPECT_TRUE(stopped.stats.interrupted);
+    EXPECT_EQ(stopped.stats.samples, 0) << "of the last bands";
+    const Image& samples = layer(stopped, "samples.Y");
+    for (int y = 0; y < 60; ++y) EXPECT_EQ(*samples.at(20, y), y < 16 ? 3 : y < 32 ? 2 : 0) << y;
+    EXPECT_EQ(stopped.stats.paths, 45u * 16 * (3 + 2));
+}
+
+TEST_F(RendererTest, FramesOutOfRangeAreErrors) {
+    Renderer renderer(prepared, colors, banded(Culling::off));
+    FrameSettings frame = banded(Culling::off);
+    frame.samples = 0;
+    EXPECT_THROW(renderer.render(frame), Error);
+}
+
+}  // namespace
+}  // namespace halflight::test
