@@ -78,7 +78,10 @@ TEST_F(TracerChoice, LongOnesSettleOnWhatIsFastest) {
 
     tracer.invalidate();
     EXPECT_EQ(only(tracer).way, Way::plain);
+    EXPECT_EQ(measured(only(tracer), Way::tiles).runs, tiles.runs) << "sums are no knowledge";
+    tracer.reset_statistics();
     EXPECT_EQ(measured(only(tracer), Way::tiles).runs, 0u);
+    EXPECT_EQ(only(tracer).tiles + only(tracer).tiles_culled, 0u);
 }
 
 TEST_F(TracerChoice, RaysOfListsStayPlain) {
