@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/core/image.h"
@@ -21,5 +23,11 @@ void write_png(const std::filesystem::path& path, int width, int height, int cha
 
 /// write_png() of the quantized image.
 void write_png(const std::filesystem::path& path, const Image& image);
+
+bool is_png(std::string_view bytes);
+
+/// Display-encoded [0,1] of 8 or 16 bits, as many channels as the file has (palettes are resolved). Error, naming
+/// `subject`: damaged, truncated, beyond `max_side` pixels.
+Image read_png(const std::string& subject, std::string_view bytes, int max_side);
 
 }  // namespace halflight

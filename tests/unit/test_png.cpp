@@ -44,6 +44,25 @@ TEST(Png, RoundTripOfEveryChannelCount) {
     fs::remove(path);
 }
 
+TEST(Png, ReadsWhatItWrote) {
+    const fs::path path = temporary("read.png");
+    for (int channels = 1; channels <= 4; ++channels) {
+        Image image(5, 3, channels);
+        for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = static_cast<float>(i % 256) / 255;
+        write_png(path, image);
+        const Image read = read_png("read.png", read_file(path, 1 << 20), 16);
+        EXPECT_EQ(read.width, 5);
+        EXPECT_EQ(read.height, 3);
+        EXPECT_EQ(read.channels, channels);
+        EXPECT_EQ(read.pixels, image.pixels);
+    }
+    const std::string file = read_file(path, 1 << 20);
+    EXPECT_THROW(read_png("read.png", file, 4), Error);
+    EXPECT_THROW(read_png("read.png", file.substr(0, file.size() / 2), 16), Error);
+    EXPECT_THROW(read_png("read.png", "no picture", 16), Error);
+    fs::remove(path);
+}
+
 TEST(Png, QuantizationRoundsToNearest) {
     for (int i = 0; i < 256; ++i) {
         EXPECT_EQ(quantize_8bit(static_cast<float>(i) / 255), i);

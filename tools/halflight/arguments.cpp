@@ -319,6 +319,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     bench_app.allow_extras();
     bench::add_options(bench_app, bench);
 
+    CompareArguments compare;
+    CLI::App& compare_app = *app.add_subcommand("compare", "Tell how far two pictures are apart, layer by layer");
+    compare_app.allow_extras();
+    compare::add_options(compare_app, compare);
+
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
@@ -328,9 +333,10 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     } catch (const CLI::CallForVersion& version) {
         return Help{version.what()};
     } catch (const CLI::ParseError& error) {
-        throw usage_error(error, render_app.parsed()  ? "halflight render"
-                                 : bench_app.parsed() ? "halflight bench"
-                                                      : "halflight info");
+        throw usage_error(error, render_app.parsed()    ? "halflight render"
+                                 : bench_app.parsed()   ? "halflight bench"
+                                 : compare_app.parsed() ? "halflight compare"
+                                                        : "halflight info");
     }
     check_leftovers(app, "halflight");
     if (render_app.parsed()) {
@@ -346,6 +352,10 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     if (bench_app.parsed()) {
         check_leftovers(bench_app, "halflight bench");
         return bench;
+    }
+    if (compare_app.parsed()) {
+        check_leftovers(compare_app, "halflight compare");
+        return compare;
     }
     throw UsageError("command", "is missing; see halflight --help");
 }

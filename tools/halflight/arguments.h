@@ -12,6 +12,7 @@
 #include "engine/core/math.h"
 #include "engine/rays/tracer.h"
 #include "tools/bench/bench.h"
+#include "tools/compare/compare.h"
 
 namespace halflight {
 
@@ -71,9 +72,10 @@ class UsageError : public Error {
     using Error::Error;
 };
 
-using bench::BenchArguments;  // `halflight bench`
+using bench::BenchArguments;      // `halflight bench`
+using compare::CompareArguments;  // `halflight compare`
 
-using Arguments = std::variant<Help, RenderArguments, InfoArguments, BenchArguments>;
+using Arguments = std::variant<Help, RenderArguments, InfoArguments, BenchArguments, CompareArguments>;
 Arguments parse_arguments(int argc, const char* const* argv);
 
 /// Whether the name ends in `.extension`, in any case.

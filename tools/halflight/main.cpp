@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <exception>
 #include <new>
+#include <string_view>
 
 #include "tools/halflight/commands.h"
 #include "tools/halflight/console.h"
@@ -10,6 +11,7 @@ namespace {
 
 constexpr int kFailure = 1;
 constexpr int kUsage = 2;
+constexpr int kCannotCompare = 4;  // 1 and 2 are what `halflight compare` has to say
 
 int fail(int status, const char* what) {
     halflight::put(stderr, fmt::format("halflight: {}\n", halflight::one_line(what)));
@@ -22,21 +24,28 @@ int main(int argc, char** argv) {
     using namespace halflight;
     hold_standard_streams();
     handle_signals();
+    const bool comparing = argc > 1 && std::string_view(argv[1]) == "compare";
+    const int failure = comparing ? kCannotCompare : kFailure;
+    int status = 0;
     try {
         const Arguments arguments = parse_arguments(argc, argv);
         if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());
         if (const auto* render = std::get_if<RenderArguments>(&arguments)) run_render(*render);
         if (const auto* info = std::get_if<InfoArguments>(&arguments)) run_info(*info);
         if (const auto* bench = std::get_if<BenchArguments>(&arguments)) run_bench(*bench);
+        if (const auto* pair = std::get_if<CompareArguments>(&arguments))
+            status = static_cast<int>(compare::run(*pair));
         if (std::fflush(stdout) != 0 || std::ferror(stdout)) throw Error("standard output", "cannot write");
-        return 0;
+        return status;
     } catch (const UsageError& error) {
-        return fail(kUsage, error.what());
+        return fail(comparing ? kCannotCompare : kUsage, error.what());
+    } catch (const compare::SizesDiffer& error) {
+        return fail(static_cast<int>(compare::Verdict::sizes_differ), error.what());
     } catch (const Interrupted& error) {
         return fail(128 + error.signal, error.what());  // as a shell reports a death by signal
     } catch (const std::bad_alloc&) {
-        return fail(kFailure, "memory: there is not enough of it");
+        return fail(failure, "memory: there is not enough of it");
     } catch (const std::exception& error) {
-        return fail(kFailure, error.what());
+        return fail(failure, error.what());
     }
 }

@@ -1,0 +1,42 @@
+#include "engine/core/color_map.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <limits>
+
+namespace halflight {
+namespace {
+
+/// CIE L* of an sRGB signal, 0 to 100.
+double lightness(const vec3& signal) {
+    const auto linear = [](double v) { return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4); };
+    const double y = 0.2126 * linear(signal.x) + 0.7152 * linear(signal.y) + 0.0722 * linear(signal.z);
+    return y > 216.0 / 24389 ? 116 * std::cbrt(y) - 16 : y * 24389 / 27;
+}
+
+TEST(Magma, GetsLighterEvenly) {
+    EXPECT_LT(lightness(magma(0)), 1);
+    EXPECT_GT(lightness(magma(1)), 97);
+    for (int i = 0; i < 64; ++i) {
+        const float t = static_cast<float>(i) / 64;
+        const double step = lightness(magma(t + 1.0f / 64)) - lightness(magma(t));
+        EXPECT_GT(step, 0.5 * 98 / 64) << t;  // slowest next to black
+        EXPECT_LT(step, 1.5 * 98 / 64) << t;
+    }
+    EXPECT_EQ(magma(-1), magma(0));
+    EXPECT_EQ(magma(2), magma(1));
+}
+
+TEST(Magma, OfAMapIsScaledAndShowsNan) {
+    Image map(3, 1, 1);
+    map.pixels = {2, 9, std::numeric_limits<float>::quiet_NaN()};
+    const Image picture = magma(map, 4);
+    ASSERT_EQ(picture.channels, 3);
+    EXPECT_EQ(vec3(picture.at(0, 0)[0], picture.at(0, 0)[1], picture.at(0, 0)[2]), magma(0.5f));
+    EXPECT_EQ(vec3(picture.at(1, 0)[0], picture.at(1, 0)[1], picture.at(1, 0)[2]), magma(1));
+    EXPECT_EQ(vec3(picture.at(2, 0)[0], picture.at(2, 0)[1], picture.at(2, 0)[2]), vec3(0, 1, 0));
+}
+
+}  // namespace
+}  // namespace halflight
