@@ -28,21 +28,26 @@ std::vector<std::uint8_t> quantize_8bit(const Image& image) {
     return bytes;
 }
 
-void write_png(const std::filesystem::path& path, int width, int height, int channels,
-               const std::vector<std::uint8_t>& bytes) {
-    if (width < 1 || height < 1) throw Error(path.string(), "no pixels to write");
+std::string encode_png(const std::string& subject, int width, int height, int channels,
+                       const std::vector<std::uint8_t>& bytes) {
+    if (width < 1 || height < 1) throw Error(subject, "no pixels to write");
     if (channels < 1 || channels > 4 ||
         bytes.size() !=
             static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels))
-        throw Error(path.string(), "{} bytes are no image of {} x {} x {}", bytes.size(), width, height, channels);
-    if (bytes.size() > kLargest) throw Error(path.string(), "{} x {} pixels are too many for a PNG", width, height);
+        throw Error(subject, "{} bytes are no image of {} x {} x {}", bytes.size(), width, height, channels);
+    if (bytes.size() > kLargest) throw Error(subject, "{} x {} pixels are too many for a PNG", width, height);
     std::string file;
     const auto append = [](void* out, void* data, int size) {
         static_cast<std::string*>(out)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
     };
     if (!stbi_write_png_to_func(append, &file, width, height, channels, bytes.data(), width * channels))
-        throw Error(path.string(), "cannot compress {} x {} pixels", width, height);
-    write_file(path, file);
+        throw Error(subject, "cannot compress {} x {} pixels", width, height);
+    return file;
+}
+
+void write_png(const std::filesystem::path& path, int width, int height, int channels,
+               const std::vector<std::uint8_t>& bytes) {
+    write_file(path, encode_png(path.string(), width, height, channels, bytes));
 }
 
 void write_png(const std::filesystem::path& path, const Image& image) {

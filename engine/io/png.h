@@ -17,7 +17,11 @@ std::vector<std::uint8_t> quantize_8bit(const Image& image);
 
 /// `bytes`: width * height * channels, top row first, display-encoded (sRGB unless told otherwise by the file's user);
 /// channels: 1 grey, 2 grey + alpha, 3 RGB, 4 RGB + straight alpha. The same bytes give the same file.
-/// Throws Error; the file is there complete or not at all (files.h).
+/// Throws Error that names `subject`.
+std::string encode_png(const std::string& subject, int width, int height, int channels,
+                       const std::vector<std::uint8_t>& bytes);
+
+/// encode_png() as a file, which is there complete or not at all (files.h).
 void write_png(const std::filesystem::path& path, int width, int height, int channels,
                const std::vector<std::uint8_t>& bytes);
 

@@ -14,6 +14,8 @@ struct Seconds {
     double wall = 0;
     double cpu = 0;  // of the process, all threads
 };
+/// CPU time of this process so far, all threads.
+double cpu_seconds();
 /// Of f() and all GL work that it starts.
 Seconds time_of(const std::function<void()>& f);
 

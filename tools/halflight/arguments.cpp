@@ -1,43 +1,16 @@
 #include "tools/halflight/arguments.h"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <functional>
 
 #include "engine/core/error.h"
 #include "passes/render.h"
+#include "tools/halflight/options.h"
 
 namespace halflight {
 namespace {
 
-constexpr int kMaxSamples = 1 << 24;  // a float32 counts no further
-constexpr int kMaxBounces = 1024;
-constexpr const char* kCameraGroup = "Camera";
-constexpr const char* kPictureGroup = "Picture";
-constexpr const char* kLightGroup = "Light";
 constexpr const char* kColourGroup = "Colour";
-constexpr const char* kRunGroup = "Run";
-
-/// All of `text` as a number from `lower` to `upper`; `kind` says in the error what was wanted.
-template <class T>
-T number(const std::string& option, const std::string& text, T lower, T upper, std::string_view kind) {
-    T value{};
-    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error != std::errc() || end != text.data() + text.size() || !(value >= lower && value <= upper))
-        throw UsageError(option, "wants {} from {} to {}, not '{}'", kind, lower, upper, text);
-    return value;
-}
-
-template <class T>
-T whole(const std::string& option, const std::string& text, T lower, T upper) {
-    return number<T>(option, text, lower, upper, "a whole number");
-}
-
-double real(const std::string& option, const std::string& text, double lower, double upper) {
-    return number<double>(option, text, lower, upper, "a number");
-}
 
 rays::Culling culling_named(const std::string& option, const std::string& text) {
     using enum rays::Culling;
@@ -45,82 +18,6 @@ rays::Culling culling_named(const std::string& option, const std::string& text) 
         if (text == rays::name(culling)) return culling;
     }
     throw UsageError(option, "unknown way '{}'; there are: auto, compute, raster, off", text);
-}
-
-/// X,Y,Z
-std::optional<dvec3> triple(const std::string& text) {
-    dvec3 value;
-    const char* at = text.data();
-    const char* const last = at + text.size();
-    for (int i = 0; i < 3; ++i) {
-        if (i > 0 && (at == last || *at++ != ',')) return std::nullopt;
-        const auto [end, error] = std::from_chars(at, last, value[i]);
-        if (error != std::errc() || !std::isfinite(value[i])) return std::nullopt;
-        at = end;
-    }
-    return at == last ? std::optional(value) : std::nullopt;
-}
-
-dvec3 point(const std::string& option, const std::string& text) {
-    const auto value = triple(text);
-    if (!value) throw UsageError(option, "wants X,Y,Z, not '{}'", text);
-    return *value;
-}
-
-/// Options that take one value, which a function turns into what it means.
-class Options {
-  public:
-    explicit Options(CLI::App& app) : app_(app) {}
-
-    void group(std::string name) { group_ = std::move(name); }
-    CLI::Option* value(const std::string& name, const char* metavar, const std::string& description,
-                       std::function<void(const std::string& name, const std::string& text)> parse) {
-        return app_
-            .add_option_function<std::string>(
-                name, [name, parse](const std::string& text) { parse(name, text); }, description)
-            ->type_name(metavar)
-            ->group(group_);
-    }
-    CLI::Option* path(const std::string& name, const char* metavar, const std::string& description,
-                      std::optional<std::filesystem::path>& target) {
-        return value(name, metavar, description, [&](const auto& n, const auto& text) {
-            if (text.empty()) throw UsageError(n, "wants the name of a file");
-            target = text;
-        });
-    }
-    void flag(const std::string& name, bool& target, const std::string& description) {
-        app_.add_flag(name, target, description)->group(group_);
-    }
-
-  private:
-    CLI::App& app_;
-    std::string group_;
-};
-
-void add_camera_options(Options& options, RenderArguments& a) {
-    options.group(kCameraGroup);
-    options.value("--camera", "NAME|N", "camera of the scene, by name or number from 0 (default: the first)",
-                  [&](const auto&, const auto& text) { a.camera = text; });
-    options.value("--look-from", "X,Y,Z", "a camera of your own: where it is, in metres",
-                  [&](const auto& name, const auto& text) { a.look_from = point(name, text); });
-    options.value("--look-at", "X,Y,Z", "what it looks at",
-                  [&](const auto& name, const auto& text) { a.look_at = point(name, text); });
-    options.value("--up", "X,Y,Z", "what is up in its picture (default 0,1,0)",
-                  [&](const auto& name, const auto& text) { a.up = point(name, text); });
-    options.value("--vfov", "DEGREES", fmt::format("its vertical field of view (default {})", a.vertical_fov),
-                  [&](const auto& name, const auto& text) { a.vertical_fov = real(name, text, 0.01, 179); });
-}
-
-/// The names in a comma list; a repeated option is joined by line ends.
-std::vector<std::string> split_names(const std::string& list) {
-    std::vector<std::string> names;
-    std::size_t from = 0;
-    while (from <= list.size()) {
-        const std::size_t to = std::min(list.find_first_of(",\n", from), list.size());
-        names.push_back(list.substr(from, to - from));
-        from = to + 1;
-    }
-    return names;
 }
 
 std::string known_aov_names() {
@@ -143,11 +40,7 @@ std::vector<std::string> aov_names(const std::string& option, const std::string&
 }
 
 void add_picture_options(Options& options, RenderArguments& a) {
-    options.group(kPictureGroup);
-    options.value("--width", "PIXELS", "width (default: from the height and the camera's shape, else 1280)",
-                  [&](const auto& name, const auto& text) { a.width = whole(name, text, 1, kMaxSide); });
-    options.value("--height", "PIXELS", "height (default: from the width and the camera's shape)",
-                  [&](const auto& name, const auto& text) { a.height = whole(name, text, 1, kMaxSide); });
+    add_size_options(options, a);
     options.value("--samples", "N", "samples per pixel (default 64)",
                   [&](const auto& name, const auto& text) { a.samples = whole(name, text, 1, kMaxSamples); });
     options.value("--time", "SECONDS", "as many samples as the time allows, instead of --samples",
@@ -161,24 +54,6 @@ void add_picture_options(Options& options, RenderArguments& a) {
                [&](const auto& name, const auto& text) { a.aovs = aov_names(name, text); })
         ->multi_option_policy(CLI::MultiOptionPolicy::Join);
     options.flag("--half", a.half, "colour as half floats in the .exr; data stays float");
-}
-
-void add_light_options(Options& options, RenderArguments& a) {
-    options.group(kLightGroup);
-    options.value("--bounces", "N",
-                  fmt::format("reflections along a path; 0 shows lights only, 1 direct light (default {})", a.bounces),
-                  [&](const auto& name, const auto& text) { a.bounces = whole(name, text, 0, kMaxBounces); });
-    options.value("--env", "FILE|R,G,B", "environment: an equirectangular .exr or .hdr, or a constant radiance",
-                  [&](const auto& name, const auto& text) {
-                      if (text.empty()) throw UsageError(name, "wants the name of a file or R,G,B");
-                      const auto color = triple(text);
-                      if (color && glm::any(glm::lessThan(*color, dvec3(0))))
-                          throw UsageError(name, "radiance is never negative: '{}'", text);
-                      if (color)
-                          a.environment = vec3(*color);
-                      else
-                          a.environment = std::filesystem::path(text);
-                  });
 }
 
 void add_color_options(Options& options, RenderArguments& a) {
@@ -199,17 +74,12 @@ void add_color_options(Options& options, RenderArguments& a) {
 }
 
 void add_run_options(Options& options, RenderArguments& a) {
-    options.group(kRunGroup);
-    options.value("--device", "NAME|N", "where to render; `halflight info --device` lists them",
-                  [&](const auto&, const auto& text) { a.device = text; });
+    add_device_options(options, a);
     options.value("--culling", "WAY", "how hits are found, never which: auto (default), compute, raster, off",
                   [&](const auto& name, const auto& text) { a.culling = culling_named(name, text); });
-    options.flag("--gl-debug", a.gl_debug, "let the driver check every call (slower); its errors have a text then");
-    options.flag("--allow-outside", a.allow_outside, "the scene may name files outside its folder");
     options.path("--stats", "FILE.json", "write what was done, and the time of each pass; counting makes it slower",
                  a.stats);
     options.path("--dump-graph", "FILE.dot", "write the frame's graph of passes for Graphviz", a.graph);
-    options.flag("--quiet", a.quiet, "no progress, no notes; errors only");
 }
 
 /// The file that a name leads to, there or not.
@@ -236,19 +106,13 @@ void check_files(const RenderArguments& a) {
 
 void check(const RenderArguments& a, const CLI::App& app) {
     const auto given = [&](const char* option) { return app.count(option) > 0; };
-    const auto exclude = [&](const char* one, const char* other) {
-        if (given(one) && given(other)) throw UsageError(one, "cannot be given together with {}", other);
-    };
     for (const auto& path : a.outputs) {
         if (!has_extension(path, "exr") && !has_extension(path, "png"))
             throw UsageError(path.string(), "an output is an .exr or a .png");
     }
     check_files(a);
-    exclude("--samples", "--time");
-    exclude("--camera", "--look-from");
-    if (given("--look-from") != given("--look-at")) throw UsageError("--look-from", "goes together with --look-at");
-    for (const char* option : {"--up", "--vfov"})
-        if (given(option) && !given("--look-from")) throw UsageError(option, "needs --look-from and --look-at");
+    exclude(app, "--samples", "--time");
+    check_camera_options(app);
     const bool exr = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
     for (const char* option : {"--aov", "--half", "--working-space"})
         if (given(option) && !exr) throw UsageError(option, "is for an .exr, and none is asked for");
@@ -306,6 +170,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     add_color_options(options, render);
     add_run_options(options, render);
 
+    ConvergeArguments converge;
+    CLI::App& converge_app = *app.add_subcommand("converge", "Measure error against run time, and report it");
+    converge_app.allow_extras();
+    add_converge_options(converge_app, converge);
+
     InfoArguments info;
     CLI::App& info_app = *app.add_subcommand("info", "Tell what a scene holds, or which devices there are");
     info_app.allow_extras();
@@ -333,16 +202,22 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     } catch (const CLI::CallForVersion& version) {
         return Help{version.what()};
     } catch (const CLI::ParseError& error) {
-        throw usage_error(error, render_app.parsed()    ? "halflight render"
-                                 : bench_app.parsed()   ? "halflight bench"
-                                 : compare_app.parsed() ? "halflight compare"
-                                                        : "halflight info");
+        throw usage_error(error, render_app.parsed()     ? "halflight render"
+                                 : converge_app.parsed() ? "halflight converge"
+                                 : bench_app.parsed()    ? "halflight bench"
+                                 : compare_app.parsed()  ? "halflight compare"
+                                                         : "halflight info");
     }
     check_leftovers(app, "halflight");
     if (render_app.parsed()) {
         check_leftovers(render_app, "halflight render");
         check(render, render_app);
         return render;
+    }
+    if (converge_app.parsed()) {
+        check_leftovers(converge_app, "halflight converge");
+        check_converge_options(converge_app, converge);
+        return converge;
     }
     if (info_app.parsed()) {
         check_leftovers(info_app, "halflight info");

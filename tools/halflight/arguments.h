@@ -13,16 +13,17 @@
 #include "engine/rays/tracer.h"
 #include "tools/bench/bench.h"
 #include "tools/compare/compare.h"
+#include "tools/converge/plan.h"
+#include "tools/converge/reference.h"
 
 namespace halflight {
 
 inline constexpr int kMaxSide = 65536;  ///< of a picture, pixels; what the driver can do is told by the renderer
 
-/// `halflight render`; ranges are checked, names of cameras and displays are not yet.
-struct RenderArguments {
+/// What is looked at, of whatever command makes a picture; ranges are checked, names of cameras are not yet.
+struct ViewArguments {
     std::filesystem::path scene;
-    std::vector<std::filesystem::path> outputs;  // .exr or .png, no two alike
-    bool allow_outside = false;                  // files that the scene names outside its folder
+    bool allow_outside = false;  // files that the scene names outside its folder
 
     std::optional<int> width;   // pixels
     std::optional<int> height;  // pixels
@@ -32,12 +33,22 @@ struct RenderArguments {
     dvec3 up{0, 1, 0};
     double vertical_fov = 45;  // degrees
 
+    int bounces = 8;
+    std::variant<std::monostate, vec3, std::filesystem::path> environment;  // none, constant radiance, map
+
+    std::string device;
+    bool gl_debug = false;
+    bool quiet = false;
+};
+
+/// `halflight render`; names of displays are not checked yet.
+struct RenderArguments : ViewArguments {
+    std::vector<std::filesystem::path> outputs;  // .exr or .png, no two alike
+
     std::optional<int> samples;
     std::optional<double> time;  // seconds
-    int bounces = 8;
     std::uint32_t seed = 0;
     std::uint32_t frame = 0;
-    std::variant<std::monostate, vec3, std::filesystem::path> environment;  // none, constant radiance, map
 
     std::vector<std::string> aovs;
     bool half = false;
@@ -45,12 +56,17 @@ struct RenderArguments {
     ViewTransform view;
     std::string working_space;  // of EXR colour; empty: linear Rec.709
 
-    std::string device;
     rays::Culling culling = rays::Culling::automatic;
-    bool gl_debug = false;
     std::optional<std::filesystem::path> stats;
     std::optional<std::filesystem::path> graph;
-    bool quiet = false;
+};
+
+/// `halflight converge`; the view's size has defaults of its own.
+struct ConvergeArguments : ViewArguments {
+    std::filesystem::path folder;  // of the reports
+    converge::Plan plan;
+    bench::Clock clock = bench::Clock::wall;
+    converge::ReferenceOrder reference;  // folder: empty for the default one
 };
 
 /// `halflight info`.
@@ -75,7 +91,8 @@ class UsageError : public Error {
 using bench::BenchArguments;      // `halflight bench`
 using compare::CompareArguments;  // `halflight compare`
 
-using Arguments = std::variant<Help, RenderArguments, InfoArguments, BenchArguments, CompareArguments>;
+using Arguments =
+    std::variant<Help, RenderArguments, ConvergeArguments, InfoArguments, BenchArguments, CompareArguments>;
 Arguments parse_arguments(int argc, const char* const* argv);
 
 /// Whether the name ends in `.extension`, in any case.

@@ -28,7 +28,7 @@ const Camera& find_camera(const Scene& scene, const std::string& wanted) {
 
 }  // namespace
 
-ChosenCamera choose_camera(const Scene& scene, const RenderArguments& a) {
+ChosenCamera choose_camera(const Scene& scene, const ViewArguments& a) {
     if (a.look_from)
         return {look_at_camera(*a.look_from, *a.look_at, a.up, glm::radians(a.vertical_fov)), "of the command line"};
     if (a.camera) {
@@ -39,7 +39,7 @@ ChosenCamera choose_camera(const Scene& scene, const RenderArguments& a) {
     return {scene.cameras[0], fmt::format("'{}', the scene's first", scene.cameras[0].name)};
 }
 
-ivec2 picture_size(const RenderArguments& a, const Camera& camera) {
+ivec2 picture_size(const ViewArguments& a, const Camera& camera) {
     constexpr double kUsualAspect = 16.0 / 9.0;
     constexpr int kUsualWidth = 1280;
     const double aspect = camera.aspect > 0 ? camera.aspect : kUsualAspect;

@@ -14,6 +14,7 @@ class Interrupted : public Error {
 };
 
 void run_render(const RenderArguments& arguments);
+void run_converge(const ConvergeArguments& arguments);
 void run_info(const InfoArguments& arguments);
 void run_bench(const BenchArguments& arguments);
 

@@ -13,7 +13,7 @@ Scene load_scene(const std::filesystem::path& path, bool allow_outside, const Co
     return scene;
 }
 
-void set_environment(Scene& scene, const RenderArguments& arguments, const Console& console) {
+void set_environment(Scene& scene, const ViewArguments& arguments, const Console& console) {
     if (const auto* color = std::get_if<vec3>(&arguments.environment)) {
         scene.environment = {"constant", *color, {}};
     } else if (const auto* file = std::get_if<std::filesystem::path>(&arguments.environment)) {

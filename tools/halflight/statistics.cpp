@@ -17,12 +17,6 @@ std::uint64_t peak_memory_bytes() {
     return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // getrusage(2): kilobytes
 }
 
-std::string environment_name(const Environment& environment) {
-    if (environment.black()) return "none";
-    const vec3 c = environment.color;
-    return environment.map.width > 0 ? environment.name : fmt::format("{} {},{},{}", environment.name, c.x, c.y, c.z);
-}
-
 double ratio(std::uint64_t part, std::uint64_t whole) {
     return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
@@ -79,6 +73,12 @@ Json raster_statistics(const rays::RasterKind& kind) {
 }
 
 }  // namespace
+
+std::string environment_name(const Environment& environment) {
+    if (environment.black()) return "none";
+    const vec3 c = environment.color;
+    return environment.map.width > 0 ? environment.name : fmt::format("{} {},{},{}", environment.name, c.x, c.y, c.z);
+}
 
 std::string settings_line(const RenderArguments& a, const RenderSettings& s, const Scene& scene, int samples_done) {
     std::string line = fmt::format("scene {}, {} x {}, {} samples, {} bounces, seed {}, frame {}, environment {}",

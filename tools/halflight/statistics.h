@@ -18,6 +18,9 @@ struct StepTimes {
     double total = 0;    // since the program's start
 };
 
+/// "none", or the environment's name, with its radiance where it is constant.
+std::string environment_name(const Environment& environment);
+
 /// The settings as one line, for the picture's comments.
 std::string settings_line(const RenderArguments& arguments, const RenderSettings& settings, const Scene& scene,
                           int samples_done);

@@ -1,0 +1,170 @@
+// `halflight converge` as a user runs it: reports, references that are kept, errors, Ctrl-C.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "tests/cli/process.h"
+
+namespace halflight::test {
+namespace {
+
+using Json = nlohmann::json;
+using Strings = std::vector<std::string>;
+
+const std::string kCornell = HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb";
+
+class Converge : public testing::Test {
+  protected:
+    /// Of the Cornell box, 32 x 32 pixels, by CPU time: the machine that tests may be shared.
+    Outcome converge(const Strings& more, const RunOptions& options = {}) {
+        Strings arguments = {"converge", kCornell, "-o",      out,   "--width", "32",
+                             "--height", "32",     "--clock", "cpu", "--cache", folder / "cache"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_program(arguments, options);
+    }
+    Json report() const { return Json::parse(read_text(out + "/report.json")); }
+    /// Exit status, one line on stderr that holds `message`, and nothing written.
+    void expect_refusal(const Outcome& outcome, int status, const std::string& message) const {
+        EXPECT_EQ(outcome.status, status) << outcome.err;
+        EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
+        EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
+        EXPECT_FALSE(std::filesystem::exists(out));
+    }
+
+    TemporaryFolder folder;
+    std::string out = folder / "out";
+};
+
+TEST_F(Converge, ReportsEveryMethodAndContinuesReferences) {
+    const Outcome first = converge({"--samples", "1,4,16", "--seeds", "4", "--reference-samples", "256"});
+    ASSERT_EQ(first.status, 0) << first.err;
+    const Json json = report();
+    EXPECT_EQ(json["reference"]["maker"], "oracle");
+    EXPECT_EQ(json["reference"]["samples"], 256);
+    EXPECT_EQ(json["reference"]["samples_found"], 0);
+    ASSERT_EQ(json["methods"].size(), 4u);
+    EXPECT_EQ(json["runs"].size(), 48u);
+    EXPECT_EQ(json["same_pictures"], (Json{{"compared", 24}, {"different", 0}}));
+    for (const Json& method : json["methods"]) {
+        SCOPED_TRACE(method["method"]);
+        const double slope = method["slope"]["slope"]["value"],
+                     by_samples = method["slope_by_samples"]["slope"]["value"];
+        EXPECT_LT(slope, -0.4);
+        EXPECT_LT(by_samples, -0.7);
+        EXPECT_GT(by_samples, -1.6);
+        EXPECT_EQ(method["passes"].empty(), method["method"] == "oracle");
+        for (const Json& finding : method["findings"]) EXPECT_NE(finding["kind"], "bias") << finding["text"];
+    }
+    // Who traces does not change a picture, and so no error.
+    std::map<int, std::set<double>> of_seed;
+    for (const Json& run : json["runs"])
+        if (run["method"] != "oracle") of_seed[run["seed"]].insert(run["mse"].get<double>());
+    EXPECT_EQ(of_seed.size(), 12u);
+    for (const auto& [seed, errors] : of_seed) EXPECT_EQ(errors.size(), 1u) << seed;
+
+    for (const char* file : {"report.html", "report.json", "report.csv"})
+        EXPECT_GT(std::filesystem::file_size(out + "/" + file), 1000u) << file;
+    EXPECT_TRUE(read_text(out + "/report.html").ends_with("</html>\n"));
+
+    const Outcome second =
+        converge({"--samples", "1", "--seeds", "2", "--method", "plain", "--reference-samples", "320"});
+    ASSERT_EQ(second.status, 0) << second.err;
+    EXPECT_EQ(report()["reference"]["samples"], 320);
+    EXPECT_EQ(report()["reference"]["samples_found"], 256);
+}
+
+TEST_F(Converge, BiasIsFlagged) {
+    // What only knows direct light is no reference for all of it.
+    const std::string direct = folder / "direct.exr";
+    const Outcome rendered = run_program({"render", kCornell, direct, "--width", "32", "--height", "32", "--bounces",
+                                          "1", "--samples", "256", "--quiet"});
+    ASSERT_EQ(rendered.status, 0) << rendered.err;
+    Strings arguments{"converge", kCornell, "-o",       out,     "--width",     "32",
+                      "--height", "32",     "--clock",  "cpu",   "--samples",   "1,4,16",
+                      "--seeds",  "4",      "--method", "plain", "--reference", direct};
+    const Outcome biased = run_program(arguments);
+    ASSERT_EQ(biased.status, 0) << biased.err;
+    const Json method = report()["methods"][0];
+    EXPECT_EQ(method["findings"][0]["kind"], "bias");
+    EXPECT_GT(method["points"][2]["relative_bias"]["value"], 0.1);
+    EXPECT_NE(biased.err.find("plain: bias"), std::string::npos) << biased.err;
+
+    // The same is none of itself.
+    arguments.insert(arguments.end(), {"--bounces", "1"});
+    ASSERT_EQ(run_program(arguments).status, 0);
+    EXPECT_LT(std::abs(report()["methods"][0]["points"][2]["relative_bias"]["value"].get<double>()), 0.06);
+}
+
+TEST_F(Converge, BudgetsOfSeconds) {
+    const Outcome outcome = converge({"--seconds", "0.05,0.4", "--seeds", "2", "--method", "plain,oracle",
+                                      "--reference", "gl", "--reference-samples", "64"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Json json = report();
+    EXPECT_EQ(json["reference"]["maker"], "gl");
+    for (const Json& method : json["methods"]) {
+        EXPECT_GT(method["points"][1]["samples"], method["points"][0]["samples"]) << method["method"];
+        EXPECT_EQ(method["points"][1]["budget"]["seconds"], 0.4);
+    }
+}
+
+TEST_F(Converge, RefusesWhatMakesNoSense) {
+    const Strings quick{"--samples", "1", "--seeds", "1", "--reference-samples", "2"};
+    const auto refused = [&](const Strings& more, const std::string& message, int status = 2) {
+        Strings arguments = more;
+        for (std::size_t i = 0; i < quick.size(); i += 2)
+            if (std::ranges::find(more, quick[i]) == more.end())
+                arguments.insert(arguments.end(), {quick[i], quick[i + 1]});
+        expect_refusal(converge(arguments), status, message);
+    };
+    refused({"--method", "plain,fast"}, "--method: unknown method 'fast'");
+    refused({"--method", "plain,plain"}, "--method: 'plain' is given twice");
+    refused({"--samples", "1,4,4"}, "--samples: wants budgets that grow, not '1,4,4'");
+    refused({"--samples", "1,,4"}, "--samples: wants a whole number from 1 to");
+    refused({"--seconds", "1"}, "--samples: cannot be given together with --seconds");
+    refused({"--seeds", "0"}, "--seeds: wants a whole number from 1 to");
+    refused({"--camera", "nobody"}, "no camera 'nobody'", 1);
+    expect_refusal(run_program({"converge", folder / "missing.glb", "-o", out}), 1, "missing.glb");
+    expect_refusal(run_program({"converge", kCornell, "-o", out, "--clock", "sun"}), 2,
+                   "--clock: wants wall or cpu, not 'sun'");
+    expect_refusal(run_program({"converge", kCornell}), 2, "--output: is missing");
+    EXPECT_EQ(run_program({"converge", kCornell, "-o", "/proc/none/reports"}).status, 1);
+
+    write_text(folder / "file", "");
+    const Outcome file = run_program({"converge", kCornell, "-o", folder / "file"});
+    EXPECT_EQ(file.status, 1) << file.err;
+    EXPECT_EQ(read_text(folder / "file"), "");
+}
+
+TEST_F(Converge, ReferencesOfOtherSizesAreRefused) {
+    const std::string other = folder / "other.exr";
+    ASSERT_EQ(
+        run_program({"render", kCornell, other, "--width", "8", "--height", "8", "--samples", "1", "--quiet"}).status,
+        0);
+    expect_refusal(
+        run_program({"converge", kCornell, "-o", out, "--width", "32", "--height", "32", "--reference", other}), 1,
+        "the reference has 8 x 8 pixels, the pictures are to have 32 x 32");
+    expect_refusal(run_program({"converge", kCornell, "-o", out, "--reference", folder / "none.exr"}), 1, "none.exr");
+}
+
+TEST_F(Converge, InterruptedWritesNothingButKeepsTheReference) {
+    bool sent = false;
+    const auto interrupt = [&](pid_t child, const std::string& err) {
+        if (!sent && err.find("pictures: 10 %") != std::string::npos) sent = kill(child, SIGINT) == 0;
+    };
+    const Strings arguments{"--samples", "128", "--seeds", "16", "--method", "plain", "--reference-samples", "64"};
+    const Outcome outcome = converge(arguments, {.watch = interrupt});
+    EXPECT_TRUE(sent);
+    EXPECT_EQ(outcome.status, 128 + SIGINT) << outcome.err;
+    EXPECT_NE(outcome.err.find("nothing was written"), std::string::npos) << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(out));
+    ASSERT_EQ(converge({"--samples", "1", "--seeds", "1", "--method", "plain", "--reference-samples", "64"}).status, 0);
+    EXPECT_EQ(report()["reference"]["samples_found"], 64);
+}
+
+}  // namespace
+}  // namespace halflight::test

@@ -1,0 +1,175 @@
+// `halflight converge` on painters whose errors are known: order of runs, slopes, biases, what is said about them.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "tests/unit/converge_fakes.h"
+
+namespace halflight::converge::test {
+namespace {
+
+TEST(ConvergePlan, RunsEveryPictureOnce) {
+    const Plan plan{{Method::compute, Method::plain, Method::oracle}, {{1, 0}, {2, 0}, {4, 0}, {8, 0}}, 5};
+    const std::vector<converge::Run> runs = runs_of(plan);
+    std::set<std::array<int, 3>> seen;
+    std::map<std::uint32_t, std::set<std::pair<int, int>>> users;
+    for (const converge::Run& run : runs) {
+        seen.insert({run.method, run.budget, run.repeat});
+        users[run.seed].insert({run.budget, run.repeat});
+    }
+    EXPECT_EQ(runs.size(), 60u);
+    EXPECT_EQ(seen.size(), 60u);
+    EXPECT_EQ(users.size(), 20u);  // a seed for each budget and repeat, which all methods share
+    for (const auto& [seed, user] : users) EXPECT_EQ(user.size(), 1u) << seed;
+}
+
+TEST(ConvergePlan, TurnsRotate) {
+    const Plan plan{{Method::compute, Method::plain, Method::oracle}, {{1, 0}, {2, 0}, {4, 0}, {8, 0}}, 6};
+    const std::vector<converge::Run> runs = runs_of(plan);
+    std::map<int, int> firsts, first_budgets;
+    for (std::size_t turn = 0; turn < runs.size(); turn += 3) {
+        ++firsts[runs[turn].method];
+        if (turn % 12 == 0) ++first_budgets[runs[turn].budget];
+        for (std::size_t i = turn; i < turn + 3; ++i) {  // a turn is one picture, by all methods
+            EXPECT_EQ(runs[i].seed, runs[turn].seed);
+            EXPECT_EQ(runs[i].budget, runs[turn].budget);
+        }
+    }
+    for (int method = 0; method < 3; ++method) EXPECT_EQ(firsts[method], 8);
+    EXPECT_EQ(first_budgets.size(), 4u);
+}
+
+TEST(ConvergePlan, NamesRoundTrip) {
+    for (const Method method : kMethods) EXPECT_EQ(method_named(name(method)), method);
+    EXPECT_FALSE(method_named("Compute"));
+    EXPECT_EQ(text(Budget{1, 0}), "1 sample");
+    EXPECT_EQ(text(Budget{0, 0.5}), "0.5 s");
+}
+
+const Finding* find(const MethodResult& method, Finding::Kind kind) {
+    const auto found = std::ranges::find(method.findings, kind, &Finding::kind);
+    return found == method.findings.end() ? nullptr : &*found;
+}
+
+TEST(Converge, IndependentSamplesHaveSlopeMinusOne) {
+    const Measurement measured = measure_fakes({}, {.sample_seconds = 4e-3});
+    ASSERT_EQ(measured.methods.size(), 2u);
+    ASSERT_EQ(measured.runs.size(), 64u);
+    for (const MethodResult& method : measured.methods) {
+        EXPECT_NEAR(method.slope.slope.value, -1, 0.05);
+        EXPECT_LT(method.slope.slope.half_width, 0.1);
+        EXPECT_TRUE(method.findings.empty()) << method.findings.front().text;
+        for (std::size_t b = 0; b < kPlan.budgets.size(); ++b) {
+            const Point& point = method.points[b];
+            const double variance = 5 * 0.09 / kPlan.budgets[b].samples;  // of five components
+            EXPECT_NEAR(point.variance.value, variance, 0.1 * variance);
+            EXPECT_NEAR(point.mse.value, point.variance.value + point.bias_squared.value, 1e-9);
+            EXPECT_LT(std::abs(point.bias_squared.value), 0.03 * variance);
+            EXPECT_LT(std::abs(point.relative_bias.value), 3 * point.relative_bias.half_width);
+            EXPECT_NEAR(point.components[2], variance / 5, 0.1 * variance);
+            EXPECT_DOUBLE_EQ(point.time.cpu, 2 * point.time.wall);
+        }
+    }
+    // Four times the time for the same error.
+    EXPECT_NEAR(measured.methods[0].efficiency / measured.methods[1].efficiency, 4, 1e-6);
+}
+
+TEST(Converge, NoiseOfTheReferenceIsNotError) {
+    // A reference as noisy as the pictures: without its halves the error would be twice as high, or more.
+    const Measurement measured = measure_fakes({}, {}, kPlan, fake_reference(64));
+    const Point& last = measured.methods[0].points.back();
+    EXPECT_NEAR(last.mse.value, 5 * 0.09 / 64, 0.15 * 5 * 0.09 / 64);
+    EXPECT_NEAR(last.reference_variance, 5 * 0.09 / 64, 0.15 * 5 * 0.09 / 64);
+    EXPECT_NEAR(measured.methods[0].slope.slope.value, -1, 0.1);
+}
+
+TEST(Converge, BiasIsFlagged) {
+    const Measurement measured = measure_fakes({}, {.bias = 0.1f});
+    EXPECT_FALSE(find(measured.methods[0], Finding::Kind::bias));
+    const MethodResult& biased = measured.methods[1];
+    EXPECT_TRUE(find(biased, Finding::Kind::bias));
+    EXPECT_NEAR(biased.points.back().bias_squared.value, 0.01, 0.001);
+    EXPECT_NEAR(biased.points.back().relative_bias.value, 0.1 / 1.5, 0.002);
+    EXPECT_GT(biased.slope.slope.value, -0.9);
+}
+
+TEST(Converge, CausesOfOtherSlopesAreTold) {
+    Plan fine = kPlan;
+    fine.budgets = {{1, 0}, {2, 0}, {4, 0}, {8, 0}, {16, 0}, {32, 0}, {64, 0}};
+    const Measurement slow = measure_fakes({.noise = 10, .decay = 0.3, .rare = 0.001}, {.decay = 0.8}, fine);
+    EXPECT_TRUE(find(slow.methods[0], Finding::Kind::heavy_tails));
+    EXPECT_GT(slow.methods[0].points.back().worst_share, 0.9);
+    EXPECT_TRUE(find(slow.methods[1], Finding::Kind::faster));
+
+    const Measurement fixed = measure_fakes({.fixed_seconds = 8e-3}, {.decay = 0.3});
+    EXPECT_TRUE(find(fixed.methods[0], Finding::Kind::fixed_time));
+    EXPECT_NEAR(fixed.methods[0].slope_by_samples.slope.value, -1, 0.05);
+    EXPECT_TRUE(find(fixed.methods[1], Finding::Kind::unclear));
+
+    const Plan few{{Method::plain, Method::oracle}, {{1, 0}, {2, 0}}, 2};
+    EXPECT_TRUE(find(measure_fakes({.rare = 0.002}, {}, few).methods[0], Finding::Kind::inconclusive));
+}
+
+TEST(Converge, PicturesOfGlMethodsAreCompared) {
+    Plan plan = kPlan;
+    plan.methods = {Method::plain, Method::compute};
+    const Measurement same = measure_fakes({}, {.sample_seconds = 2e-3}, plan);
+    EXPECT_EQ(same.pictures_compared, 32);
+    EXPECT_EQ(same.pictures_different, 0);
+    for (std::size_t b = 0; b < plan.budgets.size(); ++b)
+        EXPECT_EQ(same.methods[0].points[b].mse.value, same.methods[1].points[b].mse.value);
+    EXPECT_EQ(measure_fakes({}, {.bias = 0.1f}, plan).pictures_different, 32);
+    EXPECT_EQ(measure_fakes({}, {.bias = 0.1f}).pictures_compared, 0);  // the oracle has noise of its own
+}
+
+TEST(Converge, ShareOfTimeAndErrorByStage) {
+    const Measurement measured = measure_fakes({}, {});
+    const std::vector<Stage>& stages = measured.methods[0].stages;
+    ASSERT_EQ(stages.size(), 3u);
+    const double time[] = {1 / 8.0, 2 / 8.0, 5 / 8.0}, error[] = {1 / 5.0, 2 / 5.0, 2 / 5.0};
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(stages[i].time_share, time[i], 1e-9);
+        EXPECT_NEAR(stages[i].error_share, error[i], 0.02);
+        EXPECT_NEAR(stages[i].gain, 1 / ((1 - error[i] / 2) * (1 + time[i])), 0.02);
+    }
+    for (const char* pass : {"gbuffer: evaluate", "primary rays: closest hit", "accumulate"})
+        EXPECT_EQ(stage_of(pass), 0u);
+    EXPECT_EQ(stage_of("shadow: sample lights"), 1u);
+    for (const char* pass :
+         {"diffuse: sample", "glossy rays: closest hit", "continuation: last vertex", "later shadow rays: any hit"})
+        EXPECT_EQ(stage_of(pass), 2u) << pass;
+}
+
+TEST(Converge, OneSeedHasNoIntervals) {
+    Plan plan = kPlan;
+    plan.seeds = 1;
+    const Point point = measure_fakes({}, {}, plan).methods[0].points[0];
+    EXPECT_NEAR(point.mse.value, 0.45, 0.05);
+    EXPECT_TRUE(std::isinf(point.mse.half_width));
+    EXPECT_TRUE(std::isinf(point.bias_squared.half_width));
+}
+
+TEST(Converge, StopsWhereThePulseThrows) {
+    std::vector<std::unique_ptr<Painter>> painters;
+    painters.push_back(std::make_unique<FakePainter>(Fake{}));
+    Plan plan = kPlan;
+    plan.methods = {Method::plain};
+    int pulses = 0;
+    const Pulse pulse = [&] {
+        if (++pulses == 5) throw std::runtime_error("stop");
+    };
+    EXPECT_THROW(measure(plan, painters, fake_reference(64), Clock::wall, {pulse, [](double) {}}), std::runtime_error);
+    EXPECT_EQ(pulses, 5);
+}
+
+TEST(Converge, FiguresAsText) {
+    EXPECT_EQ(text(Interval{-1.0213, 0.0343}), "-1.021 ± 0.034");
+    EXPECT_EQ(text(Interval{2.314e-5, 1.24e-6}), "(2.31 ± 0.12)·10⁻⁵");
+    EXPECT_EQ(text(Interval{0.5, std::numeric_limits<double>::infinity()}), "0.5");
+    EXPECT_EQ(text(Interval{0, 0}), "0");
+}
+
+}  // namespace
+}  // namespace halflight::converge::test

@@ -1,0 +1,186 @@
+// References of `halflight converge`: whose they are is told by a fingerprint; files of them are continued.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "engine/core/error.h"
+#include "engine/io/files.h"
+#include "tests/support/scenes.h"
+#include "tools/converge/fingerprint.h"
+#include "tools/converge/reference.h"
+
+namespace halflight::converge {
+namespace {
+
+namespace fs = std::filesystem;
+
+class ConvergeReference : public testing::Test {
+  protected:
+    ConvergeReference() {
+        std::string name = (fs::temp_directory_path() / "halflight-test-XXXXXX").string();
+        folder = mkdtemp(name.data());
+    }
+    ~ConvergeReference() override { fs::remove_all(folder); }
+
+    /// Every sample of a half has another value, which is kept track of.
+    Picture make(int half, std::int64_t first, int count) {
+        asked.push_back({half, first, count});
+        PictureSums sums(view.width, view.height);
+        Picture picture = sums.mean();
+        picture.samples = count;
+        double sum = 0;
+        for (std::int64_t i = first; i < first + count; ++i) sum += static_cast<double>(10 * i + half);
+        for (Image& component : picture.components)
+            component.pixels.assign(component.pixels.size(), static_cast<float>(sum / count));
+        return picture;
+    }
+    Halves go_on(std::int64_t samples_of_each, Portion portion = {.largest = 4}) {
+        asked.clear();
+        const auto more = [this](int half, std::int64_t first, int count) { return make(half, first, count); };
+        return continue_halves(
+            reference_path(folder / "cache", 7), 7, view, samples_of_each, more, portion, [](double) {},
+            [this](const std::string& note) { notes.push_back(note); });
+    }
+    static void expect_samples(const Halves& halves, std::int64_t samples) {
+        for (std::size_t half = 0; half < 2; ++half) {
+            EXPECT_EQ(halves[half].samples, samples);
+            const auto n = static_cast<double>(samples);
+            for (const auto& plane : halves[half].sums)
+                for (const double sum : plane)
+                    EXPECT_DOUBLE_EQ(sum, 10 * n * (n - 1) / 2 + static_cast<double>(half) * n);
+        }
+    }
+
+    struct Asked {
+        int half;
+        std::int64_t first;
+        int count;
+    };
+    std::vector<Asked> asked;
+    std::vector<std::string> notes;
+    fs::path folder;
+    View view{3, 2, {}, 8};
+};
+
+TEST_F(ConvergeReference, MoreSamplesContinueWhatIsKept) {
+    expect_samples(go_on(6), 6);
+    EXPECT_EQ(asked.size(), 4u);  // 4 and 2 of each half
+    expect_samples(go_on(16), 16);
+    ASSERT_EQ(asked.size(), 6u);
+    for (const Asked& a : asked) EXPECT_GE(a.first, 6);
+    expect_samples(go_on(16), 16);
+    EXPECT_TRUE(asked.empty());
+    expect_samples(go_on(3), 16);  // more than asked for does no harm
+    EXPECT_TRUE(asked.empty());
+    EXPECT_TRUE(notes.empty());
+}
+
+TEST_F(ConvergeReference, WhatIsInterruptedIsKept) {
+    const auto fails = [this](int half, std::int64_t first, int count) {
+        if (first >= 8) throw Error("test", "stop");
+        return make(half, first, count);
+    };
+    EXPECT_THROW(continue_halves(
+                     reference_path(folder / "cache", 7), 7, view, 16, fails, {.largest = 4}, [](double) {},
+                     [](const std::string&) {}),
+                 Error);
+    expect_samples(go_on(16), 16);
+    ASSERT_FALSE(asked.empty());
+    EXPECT_EQ(asked.front().first, 8);
+}
+
+TEST_F(ConvergeReference, DamagedFilesAreBegunAnew) {
+    go_on(4);
+    const fs::path file = reference_path(folder / "cache", 7);
+    const std::string good = read_file(file, 1 << 20);
+    for (const std::string& bad :
+         {good.substr(0, good.size() - 1), std::string("short"), good.substr(0, 60) + "x" + good.substr(61)}) {
+        write_file(file, bad);
+        EXPECT_THROW(load_halves(file, 7), Error);
+        notes.clear();
+        expect_samples(go_on(4), 4);
+        EXPECT_EQ(notes.size(), 1u);
+        EXPECT_EQ(read_file(file, 1 << 20), good);
+    }
+    EXPECT_THROW(load_halves(file, 8), Error);  // another reference by this name
+    EXPECT_FALSE(load_halves(folder / "none", 7));
+}
+
+TEST_F(ConvergeReference, FolderFollowsTheEnvironment) {
+    setenv("XDG_CACHE_HOME", folder.c_str(), 1);
+    EXPECT_EQ(default_reference_folder(), folder / "halflight" / "references");
+    setenv("XDG_CACHE_HOME", "relative", 1);
+    setenv("HOME", "/home/somebody", 1);
+    EXPECT_EQ(default_reference_folder(), "/home/somebody/.cache/halflight/references");
+    unsetenv("XDG_CACHE_HOME");
+    unsetenv("HOME");
+    EXPECT_THROW(default_reference_folder(), Error);
+}
+
+TEST(ConvergeFingerprint, ChangesWithAllThatCounts) {
+    const Scene scene = halflight::test::cornell_box();
+    const std::uint64_t usual = scene_fingerprint(scene);
+    EXPECT_EQ(scene_fingerprint(halflight::test::cornell_box()), usual);
+    const auto differs = [&](auto change) {
+        Scene other = scene;
+        change(other);
+        return scene_fingerprint(other) != usual;
+    };
+    EXPECT_FALSE(differs([](Scene& s) { s.name = "another"; }));
+    EXPECT_TRUE(differs([](Scene& s) { s.materials[0].roughness += 0.01f; }));
+    EXPECT_TRUE(differs([](Scene& s) { s.materials[0].base_color_texture.uv_transform[2].x = 0.5f; }));
+    EXPECT_TRUE(differs([](Scene& s) { s.meshes[0].positions[0].x += 1e-6f; }));
+    EXPECT_TRUE(differs([](Scene& s) { s.meshes[0].triangle_material[0] = 1; }));
+    EXPECT_TRUE(differs([](Scene& s) { s.instances[0].object_to_world[3].x += 1e-12; }));
+    EXPECT_TRUE(differs([](Scene& s) { s.lights.emplace_back(); }));
+    EXPECT_TRUE(differs([](Scene& s) { s.environment.color = vec3(1); }));
+    EXPECT_TRUE(differs([](Scene& s) { s.images.push_back({"", 1, 1, {1, 2, 3, 4}}); }));
+
+    const View view{8, 8, scene.cameras.at(0), 3};
+    const ReferenceScene oracle(scene);
+    const Picture probe = oracle_samples(oracle, view, 0, 0, 1);
+    const std::uint64_t reference = reference_fingerprint(usual, view, "oracle", probe);
+    const auto other = [&](auto change) {
+        View v = view;
+        Picture p = probe;
+        std::string maker = "oracle";
+        change(v, p, maker);
+        return reference_fingerprint(usual, v, maker, p) != reference;
+    };
+    EXPECT_FALSE(other([](View&, Picture&, std::string&) {}));
+    EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.bounces = 4; }));
+    EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.height = 9; }));
+    EXPECT_TRUE(other([](View& v, Picture&, std::string&) { v.camera.vertical_fov *= 1.001; }));
+    EXPECT_TRUE(other([](View&, Picture& p, std::string&) { p.components[3].pixels[5] += 1e-3f; }));
+    EXPECT_TRUE(other([](View&, Picture&, std::string& m) { m = "gl"; }));
+}
+
+TEST(ConvergeOracle, BudgetsOfSamplesAreKept) {
+    const Scene scene = halflight::test::cornell_box();
+    const View view{8, 8, scene.cameras.at(0), 2};
+    const auto painter = oracle_painter(scene, view);
+    const Painted painted = painter->paint({37, 0}, 5, [] {});
+    EXPECT_EQ(painted.picture.samples, 37);
+    EXPECT_GT(painted.time.cpu, 0);
+    // In portions or at once: the same samples.
+    const Picture whole = oracle_samples(ReferenceScene(scene), view, 5, 0, 37);
+    for (std::size_t i = 0; i < whole.beauty.pixels.size(); ++i)
+        EXPECT_NEAR(painted.picture.beauty.pixels[i], whole.beauty.pixels[i], 1e-5 * (1 + whole.beauty.pixels[i]));
+    const Painted timed = painter->paint({0, 0.05}, 5, [] {});
+    EXPECT_GE(timed.picture.samples, 1);
+    EXPECT_GE(timed.time.wall, 0.02);
+}
+
+TEST(ConvergeMaker, ManyTrianglesGoToTheEngine) {
+    using enum ReferenceOrder::Maker;
+    Scene scene = halflight::test::cornell_box();
+    EXPECT_EQ(choose_maker(scene, automatic).first, oracle);
+    EXPECT_EQ(choose_maker(scene, gl).first, gl);
+    scene.meshes[0].triangles.resize(20'000);
+    scene.instances.resize(1'001 + scene.instances.size(), scene.instances[0]);
+    EXPECT_EQ(choose_maker(scene, automatic).first, gl);
+    EXPECT_EQ(choose_maker(scene, oracle).first, oracle);
+}
+
+}  // namespace
+}  // namespace halflight::converge

@@ -1,0 +1,106 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "engine/core/metrics.h"
+#include "tools/converge/measure.h"
+
+namespace halflight::converge {
+namespace {
+
+using Kind = Finding::Kind;
+
+/// How far from -1 a slope may be, and how wide its interval.
+constexpr double kTolerance = 0.1;
+
+double percent(double share) {
+    return 100 * share;
+}
+
+std::string superscript(int exponent) {
+    constexpr const char* kDigits[] = {"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+    std::string digits;
+    for (const char c : std::to_string(std::abs(exponent))) digits += kDigits[c - '0'];
+    return (exponent < 0 ? "⁻" : "") + digits;
+}
+
+}  // namespace
+
+std::string text(const Interval& i) {
+    if (!std::isfinite(i.half_width)) return fmt::format("{:.3g}", i.value);
+    const double largest = std::max(std::abs(i.value), i.half_width);
+    if (!(largest > 0)) return "0";
+    const int exponent = static_cast<int>(std::floor(std::log10(largest)));
+    // Two digits of the half width.
+    const int last = i.half_width > 0 ? static_cast<int>(std::floor(std::log10(i.half_width))) - 1 : exponent - 2;
+    if (exponent >= -2 && exponent <= 3) {
+        const int digits = std::clamp(-last, 0, 4);
+        return fmt::format("{:.{}f} ± {:.{}f}", i.value, digits, i.half_width, digits);
+    }
+    const double scale = std::pow(10.0, exponent);
+    const int digits = std::clamp(exponent - last, 1, 3);
+    return fmt::format("({:.{}f} ± {:.{}f})·10{}", i.value / scale, digits, i.half_width / scale, digits,
+                       superscript(exponent));
+}
+
+std::string_view name(Kind kind) {
+    switch (kind) {
+        case Kind::bias:
+            return "bias";
+        case Kind::heavy_tails:
+            return "heavy tails";
+        case Kind::fixed_time:
+            return "fixed time";
+        case Kind::faster:
+            return "faster than random";
+        case Kind::inconclusive:
+            return "inconclusive";
+        case Kind::unclear:
+            return "unclear";
+    }
+    return "unknown";
+}
+
+std::vector<Finding> findings_of(const MethodResult& m) {
+    std::vector<Finding> findings;
+    const Point& last = m.points.back();
+    if (last.bias_squared.lower() > 0) {
+        findings.push_back(
+            {Kind::bias, fmt::format("At the largest budget the squared bias is {}, {:.0f} % "
+                                     "of the MSE: no budget brings the error below it.",
+                                     text(last.bias_squared), percent(last.bias_squared.value / last.mse.value))});
+    }
+    const Interval& slope = m.slope.slope;
+    if (m.slope.points < 2) return findings;
+    const Interval& by_samples = m.slope_by_samples.slope;
+    const std::string deviation =
+        fmt::format("The slope {} is {} than -1", text(slope), slope.value < -1 ? "steeper" : "flatter");
+    if (std::abs(slope.value + 1) > kTolerance && std::abs(by_samples.value + 1) <= kTolerance &&
+        by_samples.half_width <= kTolerance) {
+        findings.push_back(
+            {Kind::fixed_time, fmt::format("{}, but against samples it is {}: time is not in proportion to "
+                                           "samples, a part of it is each picture's own.",
+                                           deviation, text(by_samples))});
+    } else if (std::abs(slope.value + 1) > kTolerance && !slope.holds(-1)) {
+        if (slope.value < -1) {
+            findings.push_back({Kind::faster, fmt::format("{}: where the integrand is smooth, stratified samples "
+                                                          "converge faster than independent ones.",
+                                                          deviation)});
+        } else if (last.worst_share > 0.5) {
+            findings.push_back(
+                {Kind::heavy_tails,
+                 fmt::format("{}: the worst {:g} % of the pixels hold {:.0f} % of the squared error; "
+                             "without them the slope is {}.",
+                             deviation, percent(kWorstShare), percent(last.worst_share), text(m.slope_trimmed.slope))});
+        } else if (findings.empty()) {
+            findings.push_back({Kind::unclear, deviation + "; neither bias nor heavy tails show."});
+        }
+    } else if (!(slope.half_width <= kTolerance)) {
+        findings.push_back({Kind::inconclusive, fmt::format("The slope {} is not known to {:g}: more seeds or budgets "
+                                                            "would tell.",
+                                                            text(slope), kTolerance)});
+    }
+    return findings;
+}
+
+}  // namespace halflight::converge

@@ -1,0 +1,47 @@
+#include "tools/converge/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace halflight::converge {
+
+std::string_view name(Method method) {
+    switch (method) {
+        case Method::compute:
+            return "compute";
+        case Method::raster:
+            return "raster";
+        case Method::plain:
+            return "plain";
+        case Method::oracle:
+            return "oracle";
+    }
+    return "unknown";
+}
+
+std::optional<Method> method_named(std::string_view wanted) {
+    const auto found = std::ranges::find(kMethods, wanted, name);
+    return found == std::end(kMethods) ? std::nullopt : std::optional(*found);
+}
+
+std::string text(const Budget& budget) {
+    if (budget.seconds > 0) return fmt::format("{:g} s", budget.seconds);
+    return fmt::format("{} sample{}", budget.samples, budget.samples == 1 ? "" : "s");
+}
+
+std::vector<Run> runs_of(const Plan& plan) {
+    const int methods = static_cast<int>(plan.methods.size()), budgets = static_cast<int>(plan.budgets.size());
+    std::vector<Run> runs;
+    for (int repeat = 0; repeat < plan.seeds; ++repeat) {
+        for (int b = 0; b < budgets; ++b) {
+            const int turn = repeat * budgets + b, budget = (repeat + b) % budgets;
+            for (int m = 0; m < methods; ++m)
+                runs.push_back({(turn + m) % methods, budget, repeat,
+                                static_cast<std::uint32_t>(1 + budget * plan.seeds + repeat)});
+        }
+    }
+    return runs;
+}
+
+}  // namespace halflight::converge

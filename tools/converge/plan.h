@@ -1,0 +1,53 @@
+// What is run, and in which order.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace halflight::converge {
+
+enum class Method : std::uint8_t {
+    compute,  // culling by tiles, all in compute kernels
+    raster,   // culling by occlusion queries over rasterized tiles
+    plain,    // no culling
+    oracle,   // the CPU path tracer of engine/reference
+};
+inline constexpr Method kMethods[] = {Method::compute, Method::raster, Method::plain, Method::oracle};
+std::string_view name(Method method);
+/// Null for a name that is none.
+std::optional<Method> method_named(std::string_view name);
+/// All but the oracle use OpenGL, and make the same picture of the same seed and samples.
+inline bool uses_gl(Method method) {
+    return method != Method::oracle;
+}
+
+/// Either is > 0, the other one 0.
+struct Budget {
+    int samples = 0;     // per pixel
+    double seconds = 0;  // of wall time; at least one sample is taken
+};
+std::string text(const Budget& budget);  ///< "16 samples", "0.5 s"
+
+struct Plan {
+    std::vector<Method> methods;  // no two alike
+    std::vector<Budget> budgets;  // all of samples or all of seconds, growing
+    int seeds = 8;                // > 0: independent pictures of each budget
+};
+
+/// One picture to be made. Indices are into the plan.
+struct Run {
+    int method = 0;
+    int budget = 0;
+    int repeat = 0;
+    std::uint32_t seed = 0;
+};
+
+/// Every picture of the plan. Budgets and repeats have a seed of their own, the same one for all methods. A turn, which
+/// is one run of each method, rotates the order of the methods by one; each repeat goes through the budgets from
+/// another one on: what else the machine does falls on all alike.
+std::vector<Run> runs_of(const Plan& plan);
+
+}  // namespace halflight::converge

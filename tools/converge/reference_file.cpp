@@ -1,0 +1,95 @@
+#include "tools/converge/reference_file.h"
+
+#include <fmt/format.h>
+
+#include <bit>
+#include <cstdlib>
+#include <cstring>
+#include <limits>
+
+#include "engine/core/error.h"
+#include "engine/io/files.h"
+#include "tools/converge/fingerprint.h"
+
+namespace halflight::converge {
+namespace {
+
+/// A file is this, the sums of the first and of the second half by component, and the hash of all that.
+struct Header {
+    char magic[8];
+    std::uint64_t fingerprint;
+    std::int64_t samples[2];
+    std::int32_t width;
+    std::int32_t height;
+};
+static_assert(sizeof(Header) == 40 && std::endian::native == std::endian::little);
+
+constexpr char kMagic[] = {'H', 'L', 'R', 'E', 'F', '0', '0', '1'};
+
+std::uint64_t hash_of(std::string_view bytes) {
+    Hash hash;
+    hash.add_bytes(bytes.data(), bytes.size());
+    return hash.value();
+}
+
+}  // namespace
+
+std::filesystem::path default_reference_folder() {
+    const auto variable = [](const char* name) {
+        const char* value = std::getenv(name);
+        return std::filesystem::path(value ? value : "");
+    };
+    std::filesystem::path cache = variable("XDG_CACHE_HOME");
+    if (!cache.is_absolute()) {  // relative ones count as not set
+        const std::filesystem::path home = variable("HOME");
+        if (home.empty()) throw Error("reference", "no place to keep it: neither XDG_CACHE_HOME nor HOME is set");
+        cache = home / ".cache";
+    }
+    return cache / "halflight" / "references";
+}
+
+std::filesystem::path reference_path(const std::filesystem::path& folder, std::uint64_t fingerprint) {
+    return folder / fmt::format("{:016x}.reference", fingerprint);
+}
+
+void save_halves(const std::filesystem::path& path, std::uint64_t fingerprint, const Halves& halves) {
+    std::error_code error;
+    std::filesystem::create_directories(path.parent_path(), error);
+    if (error) throw Error(path.parent_path().string(), "cannot be made: {}", error.message());
+    Header header{{}, fingerprint, {halves[0].samples, halves[1].samples}, halves[0].width, halves[0].height};
+    std::memcpy(header.magic, kMagic, sizeof(kMagic));
+    std::string bytes(reinterpret_cast<const char*>(&header), sizeof(header));
+    for (const PictureSums& half : halves)
+        for (const std::vector<double>& plane : half.sums)
+            bytes.append(reinterpret_cast<const char*>(plane.data()), plane.size() * sizeof(double));
+    const std::uint64_t hash = hash_of(bytes);
+    bytes.append(reinterpret_cast<const char*>(&hash), sizeof(hash));
+    write_file(path, bytes);
+}
+
+std::optional<Halves> load_halves(const std::filesystem::path& path, std::uint64_t fingerprint) {
+    if (!std::filesystem::exists(path)) return std::nullopt;
+    const std::string bytes = read_file(path, std::numeric_limits<std::uint64_t>::max());
+    const auto damaged = [&] { return Error(path.string(), "the reference is damaged; delete it to make a new one"); };
+    Header header;
+    std::uint64_t hash = 0;
+    if (bytes.size() < sizeof(header) + sizeof(hash)) throw damaged();
+    std::memcpy(&header, bytes.data(), sizeof(header));
+    const std::string_view content(bytes.data(), bytes.size() - sizeof(hash));
+    std::memcpy(&hash, content.data() + content.size(), sizeof(hash));
+    if (hash != hash_of(content) || std::memcmp(header.magic, kMagic, sizeof(kMagic)) != 0 ||
+        header.fingerprint != fingerprint)
+        throw damaged();
+    Halves halves{PictureSums(header.width, header.height), PictureSums(header.width, header.height)};
+    const char* at = bytes.data() + sizeof(header);
+    for (std::size_t h = 0; h < halves.size(); ++h) {
+        halves[h].samples = header.samples[h];
+        for (std::vector<double>& plane : halves[h].sums) {
+            std::memcpy(plane.data(), at, plane.size() * sizeof(double));
+            at += plane.size() * sizeof(double);
+        }
+    }
+    return halves;
+}
+
+}  // namespace halflight::converge

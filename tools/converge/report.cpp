@@ -1,0 +1,190 @@
+#include "tools/converge/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/core/metrics.h"
+
+namespace halflight::converge {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json interval_json(const Interval& i) {
+    return {{"value", number(i.value)}, {"half_width", number(i.half_width)}};
+}
+
+Json seconds_json(const Seconds& s) {
+    return {{"wall", s.wall}, {"cpu", s.cpu}};
+}
+
+Json slope_json(const Slope& s) {
+    return {{"slope", interval_json(s.slope)}, {"scatter", number(s.scatter)}, {"points", s.points}};
+}
+
+Json components_json(const Reference& reference, const std::array<double, kComponents.size()>& values) {
+    if (!reference.has_components) return nullptr;
+    Json json;
+    for (std::size_t c = 0; c < kComponents.size(); ++c) json[kComponents[c]] = values[c];
+    return json;
+}
+
+Json budget_json(const Budget& b) {
+    return b.seconds > 0 ? Json{{"seconds", b.seconds}} : Json{{"samples", b.samples}};
+}
+
+Json run_json(const Subject& subject, const Reference& reference, const RunResult& r) {
+    return {{"method", name(subject.plan.methods[static_cast<std::size_t>(r.run.method)])},
+            {"budget", budget_json(subject.plan.budgets[static_cast<std::size_t>(r.run.budget)])},
+            {"seed", r.run.seed},
+            {"samples", r.samples},
+            {"seconds", seconds_json(r.time)},
+            {"mse", r.mse},
+            {"relative_mse", r.relative_mse},
+            {"hdr_flip", r.errors.flip},
+            {"trimmed_mse", r.errors.trimmed_mse},
+            {"components_mse", components_json(reference, r.errors.components)},
+            {"non_finite", r.non_finite}};
+}
+
+Json point_json(const Reference& reference, const Budget& budget, const Point& p) {
+    return {{"budget", budget_json(budget)},
+            {"samples", p.samples},
+            {"seconds", seconds_json(p.time)},
+            {"mse", interval_json(p.mse)},
+            {"relative_mse", interval_json(p.relative_mse)},
+            {"hdr_flip", interval_json(p.flip)},
+            {"bias_squared", interval_json(p.bias_squared)},
+            {"variance", interval_json(p.variance)},
+            {"relative_bias", interval_json(p.relative_bias)},
+            {"reference_variance", p.reference_variance},
+            {"trimmed_mse", p.trimmed_mse},
+            {"worst_share", p.worst_share},
+            {"components_mse", components_json(reference, p.components)}};
+}
+
+Json method_json(const Subject& subject, const Reference& reference, const MethodResult& m) {
+    Json points = Json::array(), passes = Json::array(), stages = Json::array(), findings = Json::array();
+    for (std::size_t b = 0; b < m.points.size(); ++b)
+        points.push_back(point_json(reference, subject.plan.budgets[b], m.points[b]));
+    for (const PassTime& pass : m.passes)
+        passes.push_back({{"name", pass.name}, {"runs", pass.runs}, {"seconds", pass.seconds}});
+    for (const Stage& s : m.stages)
+        stages.push_back({{"name", s.name},
+                          {"seconds", s.seconds},
+                          {"time_share", s.time_share},
+                          {"error_share", s.error_share},
+                          {"gain_of_twice_the_samples", s.gain}});
+    for (const Finding& f : m.findings) findings.push_back({{"kind", name(f.kind)}, {"text", f.text}});
+    return {{"method", name(m.method)},
+            {"preparation_seconds", seconds_json(m.preparation)},
+            {"slope", slope_json(m.slope)},
+            {"slope_by_samples", slope_json(m.slope_by_samples)},
+            {"slope_trimmed", slope_json(m.slope_trimmed)},
+            {"efficiency", number(m.efficiency)},
+            {"points", points},
+            {"passes", passes},
+            {"stages", stages},
+            {"findings", findings}};
+}
+
+/// Of the largest budget; null where no method has an efficiency.
+const MethodResult* most_efficient(const Measurement& measured) {
+    const auto best = std::ranges::max_element(measured.methods, {}, &MethodResult::efficiency);
+    return best == measured.methods.end() || best->efficiency <= 0 ? nullptr : &*best;
+}
+
+}  // namespace
+
+std::vector<std::string> advice(const Subject& subject, const Measurement& measured) {
+    std::vector<std::string> lines;
+    const MethodResult* best = most_efficient(measured);
+    if (best && measured.methods.size() > 1) {
+        std::string others;
+        for (const MethodResult& m : measured.methods) {
+            if (&m != best && m.efficiency > 0)
+                others += fmt::format("{}{:.2f} times that of {}", others.empty() ? "" : ", ",
+                                      best->efficiency / m.efficiency, name(m.method));
+        }
+        lines.push_back(
+            fmt::format("{} lowers the error most per second of {} time: its efficiency, 1 / (MSE × seconds) "
+                        "at the largest budget, is {}.",
+                        name(best->method), subject.clock == Clock::cpu ? "CPU" : "wall", others));
+    }
+    for (const MethodResult& m : measured.methods) {
+        if (m.stages.empty()) continue;
+        const Stage& s = *std::ranges::max_element(m.stages, {}, &Stage::gain);
+        lines.push_back(
+            fmt::format("{}: the next second is best spent on {}, which holds {:.0f} % of the error and takes {:.0f} % "
+                        "of the time; "
+                        "twice its samples alone would multiply the efficiency by {:.2f}.",
+                        name(m.method), s.name, 100 * s.error_share, 100 * s.time_share, s.gain));
+    }
+    return lines;
+}
+
+Json report_json(const Subject& subject, const Reference& reference, const Measurement& measured) {
+    Json methods = Json::array(), runs = Json::array(), asked = Json::array(), budgets = Json::array();
+    for (const Method m : subject.plan.methods) asked.push_back(name(m));
+    for (const Budget& b : subject.plan.budgets) budgets.push_back(budget_json(b));
+    for (const MethodResult& m : measured.methods) methods.push_back(method_json(subject, reference, m));
+    for (const RunResult& r : measured.runs) runs.push_back(run_json(subject, reference, r));
+    const Json samples = reference.samples > 0 ? Json(reference.samples) : Json(nullptr);
+    return {{"schema", kSchema},
+            {"program", subject.program},
+            {"scene", subject.scene},
+            {"camera", subject.camera},
+            {"environment", subject.environment},
+            {"device", subject.device},
+            {"width", subject.view.width},
+            {"height", subject.view.height},
+            {"bounces", subject.view.bounces},
+            {"scene_preparation_seconds", subject.scene_seconds},
+            {"plan",
+             {{"methods", asked},
+              {"budgets", budgets},
+              {"seeds", subject.plan.seeds},
+              {"clock", subject.clock == Clock::cpu ? "cpu" : "wall"}}},
+            {"definitions",
+             {{"confidence", kConfidence},
+              {"relative_mse_epsilon", kRelativeEpsilon},
+              {"worst_share_of_pixels", kWorstShare}}},
+            {"reference",
+             {{"maker", reference.maker},
+              {"reason", reference.reason},
+              {"file", reference.file.string()},
+              {"samples", samples},
+              {"samples_found", reference.found},
+              {"independent_halves", reference.halves_differ},
+              {"seconds", seconds_json(reference.time)}}},
+            {"advice", advice(subject, measured)},
+            {"same_pictures", {{"compared", measured.pictures_compared}, {"different", measured.pictures_different}}},
+            {"methods", methods},
+            {"runs", runs}};
+}
+
+std::string report_csv(const Subject& subject, const Measurement& measured) {
+    std::string csv =
+        "method,budget_samples,budget_seconds,seed,samples,wall_seconds,cpu_seconds,mse,relative_mse,"
+        "hdr_flip,trimmed_mse";
+    for (const char* component : kComponents) csv += fmt::format(",{}_mse", component);
+    csv += "\r\n";  // RFC 4180
+    for (const RunResult& r : measured.runs) {
+        const Budget& b = subject.plan.budgets[static_cast<std::size_t>(r.run.budget)];
+        csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{}",
+                           name(subject.plan.methods[static_cast<std::size_t>(r.run.method)]), b.samples, b.seconds,
+                           r.run.seed, r.samples, r.time.wall, r.time.cpu, r.mse, r.relative_mse, r.errors.flip,
+                           r.errors.trimmed_mse);
+        for (const double component : r.errors.components) csv += fmt::format(",{}", component);
+        csv += "\r\n";
+    }
+    return csv;
+}
+
+}  // namespace halflight::converge

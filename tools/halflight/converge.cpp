@@ -1,0 +1,151 @@
+#include <algorithm>
+#include <optional>
+
+#include "engine/io/files.h"
+#include "tools/converge/report.h"
+#include "tools/halflight/camera.h"
+#include "tools/halflight/commands.h"
+#include "tools/halflight/loading.h"
+#include "tools/halflight/picture.h"
+#include "tools/halflight/signals.h"
+#include "tools/halflight/statistics.h"
+
+namespace halflight {
+namespace {
+
+using namespace converge;
+
+constexpr const char* kReports[] = {"report.html", "report.json", "report.csv"};
+
+/// The folder of the reports, which is gone again if nothing was written into it.
+class ReportFolder {
+  public:
+    explicit ReportFolder(const std::filesystem::path& path) : path_(path) {
+        std::error_code error;
+        made_ = std::filesystem::create_directory(path, error);
+        if (error) throw Error(path.string(), "cannot be made: {}", error.message());
+        try {
+            for (const char* report : kReports) check_writable(path / report);
+        } catch (...) {
+            remove();
+            throw;
+        }
+    }
+    ReportFolder(const ReportFolder&) = delete;
+    ReportFolder& operator=(const ReportFolder&) = delete;
+    ~ReportFolder() { remove(); }
+
+  private:
+    void remove() const {
+        std::error_code not_empty;
+        if (made_) std::filesystem::remove(path_, not_empty);
+    }
+    std::filesystem::path path_;
+    bool made_ = false;
+};
+
+/// A line on the console for each tenth of some work.
+class Progress {
+  public:
+    Progress(const Console& console, std::string what) : console_(console), what_(std::move(what)) {}
+    void operator()(double share) {
+        const int tenths = static_cast<int>(share * 10 + 1e-9);
+        if (tenths > tenths_) console_.note("{}: {} %", what_, 10 * tenths);
+        tenths_ = std::max(tenths, tenths_);
+    }
+
+  private:
+    const Console& console_;
+    std::string what_;
+    int tenths_ = 0;
+};
+
+/// Enough for a reference that is much less noisy than any picture.
+int usual_reference_samples(const Plan& plan) {
+    constexpr int kLeast = 1024, kTimes = 16;
+    return std::max(
+        kLeast, static_cast<int>(std::min<std::int64_t>(std::int64_t{kTimes} * plan.budgets.back().samples, 1 << 24)));
+}
+
+View view_of(const ConvergeArguments& a, const Camera& camera) {
+    ViewArguments size = a;
+    constexpr int kUsualWidth = 320;  // error against time does not ask for more
+    if (!size.width && !size.height) size.width = kUsualWidth;
+    const ivec2 pixels = picture_size(size, camera);
+    return {pixels.x, pixels.y, camera, a.bounces};
+}
+
+}  // namespace
+
+void run_converge(const ConvergeArguments& a) {
+    const Console console(a.quiet);
+    const ReportFolder folder(a.folder);
+    const ColorConfig colors = ColorConfig::load();
+    const ViewProcessor shown = colors.view({});
+
+    Scene scene = load_scene(a.scene, a.allow_outside, console);
+    set_environment(scene, a, console);
+    const auto [camera, origin] = choose_camera(scene, a);
+    Subject subject{.program = "halflight " HALFLIGHT_VERSION,
+                    .scene = a.scene.string(),
+                    .camera = origin,
+                    .environment = environment_name(scene.environment),
+                    .device = {},
+                    .view = view_of(a, camera),
+                    .plan = a.plan,
+                    .clock = a.clock};
+    ReferenceOrder order = a.reference;
+    if (order.samples == 0) order.samples = usual_reference_samples(a.plan);
+    if (order.folder.empty()) order.folder = default_reference_folder();
+
+    std::optional<gpu::Context> context;
+    std::optional<PreparedScene> prepared;
+    const auto gl = [&]() -> PreparedScene& {
+        if (!prepared) {
+            context.emplace(gpu::Context::create({.device = a.device, .debug = a.gl_debug}));
+            prepared.emplace(*context, scene);
+            subject.device = context->renderer();
+            subject.scene_seconds = prepared->seconds();
+        }
+        return *prepared;
+    };
+    const Pulse pulse = [&] {
+        if (const int signal = stop_signal())
+            throw Interrupted(signal, a.folder.string(),
+                              "nothing was written: interrupted; the reference is kept as far as it is");
+    };
+    const auto note = [&](const std::string& line) { console.note("{}", line); };
+    const Reference reference =
+        make_reference(order, scene, subject.view, colors, gl, {pulse, Progress(console, "reference"), note});
+    if (reference.samples > 0)
+        console.note("reference: {}, {} samples, {} of them kept from earlier runs", reference.maker, reference.samples,
+                     reference.found);
+
+    std::vector<std::unique_ptr<Painter>> painters;
+    for (const Method method : a.plan.methods)
+        painters.push_back(uses_gl(method) ? gl_painter(gl(), colors, subject.view, method)
+                                           : oracle_painter(scene, subject.view));
+    const Measurement measured = measure(a.plan, painters, reference, a.clock, {pulse, Progress(console, "pictures")});
+    if (context) context->check("rendering");
+
+    const std::string html = report_html(subject, reference, measured, shown);
+    const std::string json =
+        report_json(subject, reference, measured).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+    const std::string csv = report_csv(subject, measured);
+    {
+        const WritingFiles writing;
+        write_file(a.folder / kReports[2], csv);
+        write_file(a.folder / kReports[1], json);
+        write_file(a.folder / kReports[0], html);
+    }
+    for (const MethodResult& m : measured.methods) {
+        console.note("{}: slope {}", name(m.method), text(m.slope.slope));
+        for (const Finding& f : m.findings) console.note("{}: {}: {}", name(m.method), name(f.kind), f.text);
+    }
+    console.note("wrote {}", (a.folder / kReports[0]).string());
+    if (measured.pictures_different > 0)
+        throw Error(a.folder.string(), "{} of {} pictures depend on who traces", measured.pictures_different,
+                    measured.pictures_compared);
+}
+
+}  // namespace halflight

@@ -1,0 +1,110 @@
+#include <algorithm>
+
+#include "tools/halflight/options.h"
+
+namespace halflight {
+namespace {
+
+using converge::Budget, converge::Method;
+
+constexpr int kMaxSeeds = 1 << 16;
+constexpr std::size_t kMaxBudgets = 1 << 10;  // with the seeds, fewer pictures than a seed has values for methods
+constexpr double kShortest = 0.001, kLongest = 1e9;  // seconds
+
+/// A comma list as growing budgets.
+std::vector<Budget> budgets(const std::string& option, const std::string& list,
+                            const std::function<Budget(const std::string&)>& parse) {
+    std::vector<Budget> ladder;
+    for (const std::string& text : split_names(list)) {
+        const Budget next = parse(text);
+        if (!ladder.empty() && next.samples + next.seconds <= ladder.back().samples + ladder.back().seconds)
+            throw UsageError(option, "wants budgets that grow, not '{}'", list);
+        ladder.push_back(next);
+    }
+    if (ladder.size() > kMaxBudgets) throw UsageError(option, "takes {} budgets at most", kMaxBudgets);
+    return ladder;
+}
+
+std::vector<Method> methods(const std::string& option, const std::string& list) {
+    std::vector<Method> wanted;
+    for (const std::string& text : split_names(list)) {
+        const auto method = converge::method_named(text);
+        if (!method) throw UsageError(option, "unknown method '{}'; there are: compute, raster, plain, oracle", text);
+        if (std::ranges::find(wanted, *method) != wanted.end()) throw UsageError(option, "'{}' is given twice", text);
+        wanted.push_back(*method);
+    }
+    return wanted;
+}
+
+void set_reference(converge::ReferenceOrder& order, const std::string& text) {
+    using enum converge::ReferenceOrder::Maker;
+    order.maker = text == "oracle" ? oracle : text == "gl" ? gl : file;
+    if (order.maker == file) order.file = text;
+}
+
+}  // namespace
+
+void add_converge_options(CLI::App& app, ConvergeArguments& a) {
+    a.plan.methods.assign(std::begin(converge::kMethods), std::end(converge::kMethods));
+    for (int samples = 1; samples <= 64; samples *= 2) a.plan.budgets.push_back({samples, 0});
+    app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
+    app.add_option("-o,--output", a.folder, "folder for report.html, report.json and report.csv, made if need be")
+        ->type_name("DIR")
+        ->required();
+
+    Options options(app);
+    options.group("Measurement");
+    options.value("--method", "NAME,...", "who makes pictures: compute, raster, plain, oracle (default: all)",
+                  [&](const auto& name, const auto& text) { a.plan.methods = methods(name, text); });
+    options.value("--samples", "N,...", "budgets in samples per pixel (default 1,2,4,... 64)",
+                  [&](const auto& name, const auto& text) {
+                      a.plan.budgets = budgets(name, text, [&](const std::string& one) {
+                          return Budget{whole(name, one, 1, kMaxSamples), 0};
+                      });
+                  });
+    options.value("--seconds", "S,...", "budgets in seconds of wall time for a picture, instead of --samples",
+                  [&](const auto& name, const auto& text) {
+                      a.plan.budgets = budgets(name, text, [&](const std::string& one) {
+                          return Budget{0, real(name, one, kShortest, kLongest)};
+                      });
+                  });
+    options.value("--seeds", "K", "independent pictures of each method and budget (default 8)",
+                  [&](const auto& name, const auto& text) { a.plan.seeds = whole(name, text, 1, kMaxSeeds); });
+    options.value("--clock", "wall|cpu",
+                  "time that errors are held against (default wall); cpu where a machine is shared",
+                  [&](const auto& name, const auto& text) {
+                      if (text != "wall" && text != "cpu") throw UsageError(name, "wants wall or cpu, not '{}'", text);
+                      a.clock = text == "cpu" ? bench::Clock::cpu : bench::Clock::wall;
+                  });
+    options.group("Reference");
+    options.value(
+        "--reference", "oracle|gl|FILE",
+        "who makes it, or an .exr of the same size (default: the oracle, which shares no code with the engine)",
+        [&](const auto& name, const auto& text) {
+            if (text.empty()) throw UsageError(name, "wants oracle, gl or the name of a file");
+            set_reference(a.reference, text);
+        });
+    options.value("--reference-samples", "N",
+                  "samples per pixel at least (default: 16 times the largest budget, 1024 at least)",
+                  [&](const auto& name, const auto& text) { a.reference.samples = whole(name, text, 2, kMaxSamples); });
+    options.value("--cache", "DIR", "where references are kept and continued (default: $XDG_CACHE_HOME/halflight)",
+                  [&](const auto& name, const auto& text) {
+                      if (text.empty()) throw UsageError(name, "wants the name of a folder");
+                      a.reference.folder = text;
+                  });
+    add_camera_options(options, a);
+    add_size_options(options, a);
+    add_light_options(options, a);
+    add_device_options(options, a);
+}
+
+void check_converge_options(const CLI::App& app, const ConvergeArguments& a) {
+    exclude(app, "--samples", "--seconds");
+    check_camera_options(app);
+    if (a.reference.maker == converge::ReferenceOrder::Maker::file) {
+        exclude(app, "--reference-samples", "--reference");
+        exclude(app, "--cache", "--reference");
+    }
+}
+
+}  // namespace halflight

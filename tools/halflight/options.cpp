@@ -1,0 +1,125 @@
+#include "tools/halflight/options.h"
+
+#include <cmath>
+
+namespace halflight {
+namespace {
+
+constexpr int kMaxBounces = 1024;
+
+/// X,Y,Z
+std::optional<dvec3> triple(const std::string& text) {
+    dvec3 value;
+    const char* at = text.data();
+    const char* const last = at + text.size();
+    for (int i = 0; i < 3; ++i) {
+        if (i > 0 && (at == last || *at++ != ',')) return std::nullopt;
+        const auto [end, error] = std::from_chars(at, last, value[i]);
+        if (error != std::errc() || !std::isfinite(value[i])) return std::nullopt;
+        at = end;
+    }
+    return at == last ? std::optional(value) : std::nullopt;
+}
+
+dvec3 point(const std::string& option, const std::string& text) {
+    const auto value = triple(text);
+    if (!value) throw UsageError(option, "wants X,Y,Z, not '{}'", text);
+    return *value;
+}
+
+}  // namespace
+
+std::vector<std::string> split_names(const std::string& list) {
+    std::vector<std::string> names;
+    std::size_t from = 0;
+    while (from <= list.size()) {
+        const std::size_t to = std::min(list.find_first_of(",\n", from), list.size());
+        names.push_back(list.substr(from, to - from));
+        from = to + 1;
+    }
+    return names;
+}
+
+CLI::Option* Options::value(const std::string& name, const char* metavar, const std::string& description,
+                            std::function<void(const std::string& name, const std::string& text)> parse) {
+    return app_
+        .add_option_function<std::string>(
+            name, [name, parse](const std::string& text) { parse(name, text); }, description)
+        ->type_name(metavar)
+        ->group(group_);
+}
+
+CLI::Option* Options::path(const std::string& name, const char* metavar, const std::string& description,
+                           std::optional<std::filesystem::path>& target) {
+    return value(name, metavar, description, [&](const auto& n, const auto& text) {
+        if (text.empty()) throw UsageError(n, "wants the name of a file");
+        target = text;
+    });
+}
+
+void Options::flag(const std::string& name, bool& target, const std::string& description) {
+    app_.add_flag(name, target, description)->group(group_);
+}
+
+void add_camera_options(Options& options, ViewArguments& a) {
+    options.group("Camera");
+    options.value("--camera", "NAME|N", "camera of the scene, by name or number from 0 (default: the first)",
+                  [&](const auto&, const auto& text) { a.camera = text; });
+    options.value("--look-from", "X,Y,Z", "a camera of your own: where it is, in metres",
+                  [&](const auto& name, const auto& text) { a.look_from = point(name, text); });
+    options.value("--look-at", "X,Y,Z", "what it looks at",
+                  [&](const auto& name, const auto& text) { a.look_at = point(name, text); });
+    options.value("--up", "X,Y,Z", "what is up in its picture (default 0,1,0)",
+                  [&](const auto& name, const auto& text) { a.up = point(name, text); });
+    options.value("--vfov", "DEGREES", fmt::format("its vertical field of view (default {})", a.vertical_fov),
+                  [&](const auto& name, const auto& text) { a.vertical_fov = real(name, text, 0.01, 179); });
+}
+
+void add_size_options(Options& options, ViewArguments& a) {
+    options.group("Picture");
+    options.value("--width", "PIXELS", "width (default: from the height and the camera's shape, else 1280)",
+                  [&](const auto& name, const auto& text) { a.width = whole(name, text, 1, kMaxSide); });
+    options.value("--height", "PIXELS", "height (default: from the width and the camera's shape)",
+                  [&](const auto& name, const auto& text) { a.height = whole(name, text, 1, kMaxSide); });
+}
+
+void add_light_options(Options& options, ViewArguments& a) {
+    options.group("Light");
+    options.value("--bounces", "N",
+                  fmt::format("reflections along a path; 0 shows lights only, 1 direct light (default {})", a.bounces),
+                  [&](const auto& name, const auto& text) { a.bounces = whole(name, text, 0, kMaxBounces); });
+    options.value("--env", "FILE|R,G,B", "environment: an equirectangular .exr or .hdr, or a constant radiance",
+                  [&](const auto& name, const auto& text) {
+                      if (text.empty()) throw UsageError(name, "wants the name of a file or R,G,B");
+                      const auto color = triple(text);
+                      if (color && glm::any(glm::lessThan(*color, dvec3(0))))
+                          throw UsageError(name, "radiance is never negative: '{}'", text);
+                      if (color)
+                          a.environment = vec3(*color);
+                      else
+                          a.environment = std::filesystem::path(text);
+                  });
+}
+
+void add_device_options(Options& options, ViewArguments& a) {
+    options.group("Run");
+    options.value("--device", "NAME|N", "where to render; `halflight info --device` lists them",
+                  [&](const auto&, const auto& text) { a.device = text; });
+    options.flag("--gl-debug", a.gl_debug, "let the driver check every call (slower); its errors have a text then");
+    options.flag("--allow-outside", a.allow_outside, "the scene may name files outside its folder");
+    options.flag("--quiet", a.quiet, "no progress, no notes; errors only");
+}
+
+void exclude(const CLI::App& app, const char* one, const char* other) {
+    if (app.count(one) > 0 && app.count(other) > 0) throw UsageError(one, "cannot be given together with {}", other);
+}
+
+void check_camera_options(const CLI::App& app) {
+    const auto given = [&](const char* option) { return app.count(option) > 0; };
+    exclude(app, "--camera", "--look-from");
+    if (given("--look-from") != given("--look-at")) throw UsageError("--look-from", "goes together with --look-at");
+    for (const char* option : {"--up", "--vfov"})
+        if (given(option) && !given("--look-from")) throw UsageError(option, "needs --look-from and --look-at");
+}
+
+}  // namespace halflight

@@ -1,0 +1,71 @@
+// Options as the commands declare them, and those that commands have in common.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/halflight/arguments.h"
+
+namespace halflight {
+
+inline constexpr int kMaxSamples = 1 << 24;  // a float32 counts no further
+
+/// All of `text` as a number from `lower` to `upper`; `kind` says in the UsageError what was wanted.
+template <class T>
+T number(const std::string& option, const std::string& text, T lower, T upper, std::string_view kind) {
+    T value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !(value >= lower && value <= upper))
+        throw UsageError(option, "wants {} from {} to {}, not '{}'", kind, lower, upper, text);
+    return value;
+}
+
+template <class T>
+T whole(const std::string& option, const std::string& text, T lower, T upper) {
+    return number<T>(option, text, lower, upper, "a whole number");
+}
+
+inline double real(const std::string& option, const std::string& text, double lower, double upper) {
+    return number<double>(option, text, lower, upper, "a number");
+}
+
+/// The names in a comma list; a repeated option is joined by line ends.
+std::vector<std::string> split_names(const std::string& list);
+
+/// Options that take one value, which a function turns into what it means.
+class Options {
+  public:
+    explicit Options(CLI::App& app) : app_(app) {}
+
+    void group(std::string name) { group_ = std::move(name); }
+    CLI::Option* value(const std::string& name, const char* metavar, const std::string& description,
+                       std::function<void(const std::string& name, const std::string& text)> parse);
+    CLI::Option* path(const std::string& name, const char* metavar, const std::string& description,
+                      std::optional<std::filesystem::path>& target);
+    void flag(const std::string& name, bool& target, const std::string& description);
+
+  private:
+    CLI::App& app_;
+    std::string group_;
+};
+
+void add_camera_options(Options& options, ViewArguments& arguments);
+void add_size_options(Options& options, ViewArguments& arguments);
+void add_light_options(Options& options, ViewArguments& arguments);
+/// Device, what the scene may name, quiet.
+void add_device_options(Options& options, ViewArguments& arguments);
+
+/// All of `halflight converge`.
+void add_converge_options(CLI::App& app, ConvergeArguments& arguments);
+void check_converge_options(const CLI::App& app, const ConvergeArguments& arguments);
+
+/// Throws UsageError where both were given.
+void exclude(const CLI::App& app, const char* one, const char* other);
+/// What the options of one command's camera make of each other.
+void check_camera_options(const CLI::App& app);
+
+}  // namespace halflight
