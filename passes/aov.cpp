@@ -37,7 +37,7 @@ graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, co
     const graph::BufferHandle records = pass.write(
         graph.create_buffer("debug records", {view.band.paths() * sizeof(shared::DebugRecord)}), Access::storage_write);
     pass.execute([=](graph::Resources& r) {
-        gpu::Defines defines = view.trace.defines();
+        gpu::Defines defines = rays::tile_defines(view.trace, shadow, view.tracer.tile_settings());
         if (options.nodes) defines.set("HALFLIGHT_COUNT");
         if (lists && view.tracer.ran_by_tiles(shadow)) {
             defines.set("TILE_LISTS");

@@ -1,6 +1,7 @@
-// Hits of a batch of rays among what their tiles can meet (shaders/cull.comp). One work group per tile.
+// Hits of a batch of rays among what their tiles can meet (shaders/cull.comp). One work group per tile, or per 64 rays of one.
 //
-// Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST as of shaders/trace.comp; TILE_REST: what the first kernel has left.
+// Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST as of shaders/trace.comp; COUNT_REMEMBERED (RestHeader::remembered); TILE_REST:
+// what the first kernel has left.
 // It takes the leaves in the tile's list, and puts rays that other entries concern into another
 // list. The leaves alone need neither stack nor nodes, and software drivers pay for every loop of a kernel, entered or not.
 #include "shaders/shared/rays.h"
@@ -14,7 +15,8 @@
 #ifdef TILE_REST
 layout(local_size_x = 64) in;
 #else
-layout(local_size_x = kTileRays) in;
+const int kGroupRays = min(kTileRays, 64);
+layout(local_size_x = kGroupRays) in;
 #endif
 
 #ifdef HALFLIGHT_ANY_HIT
@@ -25,7 +27,7 @@ layout(std430, binding = 5) buffer Blockers { TileBlockers blockers_of[]; };
 const bool kAnyHit = false;
 layout(std430, binding = 0) buffer Hits { Hit hits[]; };
 #endif
-layout(std430, binding = 3) buffer RestHeader { ListHeader rest_header; };
+layout(std430, binding = 3) buffer Head { RestHeader rest_head; };
 uniform uint tiles;
 layout(std430, binding = 4) buffer Rest { uvec2 rest[]; };  // slot and kSearchAgain, which entries
 
@@ -58,16 +60,20 @@ EntryHit intersect_entry(BoxRay box, vec3 lower, vec3 upper, float t_min, float 
 shared vec3 entry_lower_corner[kTileEntries];
 shared vec3 entry_upper_corner[kTileEntries];
 shared uint entry_blockers;
+shared uint group_remembered;
 
 void share_entries(uint tile) {
-    for (int k = 0; k < kTileEntries; k += min(kTileRays, kTileEntries)) {
-        int i = (int(gl_LocalInvocationIndex) & (kTileEntries - 1)) + k;
+    for (int k = 0; k < kTileEntries; k += kGroupRays) {
+        int i = min(int(gl_LocalInvocationIndex) + k, kTileEntries - 1);
         TileEntry e = load_entry(tile, i);
         entry_lower_corner[i] = entry_lower(e);
         entry_upper_corner[i] = entry_upper(e);
     }
 #ifdef HALFLIGHT_ANY_HIT
-    if (gl_LocalInvocationIndex == 0u) entry_blockers = blockers_of[tile].entries;
+    if (gl_LocalInvocationIndex == 0u) {
+        entry_blockers = blockers_of[tile].entries;
+        group_remembered = 0u;
+    }
 #endif
     barrier();
 }
@@ -84,10 +90,11 @@ int entry_near[kTileEntries];
 
 // Which entries a ray meets. No loop: see above.
 #define MEET(i)                                                                                                     \
-    {                                                                                                               \
-        EntryHit h = intersect_entry(box, entry_lower_corner[i], entry_upper_corner[i], ray.t_min, t_exit);         \
-        met |= h.met ? 1u << (i) : 0u;                                                                              \
-        entry_near[i] = h.near;                                                                                     \
+    if ((i) < kTileEntries) {                                                                                       \
+        const int k = min(i, kTileEntries - 1);                                                                     \
+        EntryHit h = intersect_entry(box, entry_lower_corner[k], entry_upper_corner[k], ray.t_min, t_exit);         \
+        met |= h.met ? 1u << k : 0u;                                                                                \
+        entry_near[k] = h.near;                                                                                     \
     }
 #define MEET_4(i) MEET(i) MEET(i + 1) MEET(i + 2) MEET(i + 3)
 #define MEET_16(i) MEET_4(i) MEET_4(i + 4) MEET_4(i + 8) MEET_4(i + 12)
@@ -103,16 +110,17 @@ uint entries_met(BoxRay box, Ray ray, float t_exit) {
 float exit_of(Ray ray, float t) { return kAnyHit ? uintBitsToFloat(floatBitsToUint(t) - 1u) : t; }
 
 void put_into_rest(uvec2 entry) {
-    uint place = atomicAdd(rest_header.count, 1u);
-    if ((place & 63u) == 0u) atomicAdd(rest_header.groups_x, 1u);
+    uint place = atomicAdd(rest_head.list.count, 1u);
+    if ((place & 63u) == 0u) atomicAdd(rest_head.list.groups_x, 1u);
     rest[place] = entry;
 }
 
 void main() {
-    uint tile = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-    share_entries(min(tile, tiles - 1u));
+    uint slot_of_ray =
+        (gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x) * uint(kGroupRays) + gl_LocalInvocationIndex;
+    uint tile = min(slot_of_ray / uint(kTileRays), tiles - 1u);
+    share_entries(tile);
     TileCounts counts = load_counts(tile);
-    uint slot_of_ray = tile * uint(kTileRays) + gl_LocalInvocationIndex;
     TileRay r = tile_ray(slot_of_ray);
     BvhHead head = bvh_head(0u);
     BoxRay box = box_ray(r.ray.origin, r.ray.direction, head.base, head.cell, head.slack);
@@ -166,6 +174,11 @@ void main() {
         } while (left > 0);
     } while (met != 0u);
 
+#ifdef COUNT_REMEMBERED
+    if (found && !again && (blocker.entries & blockers) != 0u) atomicAdd(group_remembered, 1u);
+    barrier();
+    if (gl_LocalInvocationIndex == 0u) atomicAdd(rest_head.remembered, group_remembered);
+#endif
 #ifdef HALFLIGHT_ANY_HIT
     // What one of two invocations writes is lost at times, and found again in the next run.
     if ((blocker.entries & ~blockers) != 0u) blockers_of[tile] = TileBlockers(blockers | blocker.entries, blocker.latest);
@@ -192,7 +205,7 @@ void main() {
 
 #ifdef TILE_REST
 void main() {
-    if (gl_GlobalInvocationID.x >= rest_header.count) return;
+    if (gl_GlobalInvocationID.x >= rest_head.list.count) return;
     uvec2 entry = rest[gl_GlobalInvocationID.x];
     bool again = (entry.x & kSearchAgain) != 0u;
     uint slot = entry.x & ~kSearchAgain;

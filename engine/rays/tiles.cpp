@@ -15,10 +15,9 @@ namespace {
 /// scenes changes by a tenth, up for some and down for others.
 constexpr float kStop = 1.0f;
 
-gpu::Defines tile_defines(const TraceScene& scene, const RayBatch& batch, bool any_hit) {
-    gpu::Defines defines = scene.defines();
+gpu::Defines search_defines(const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles, bool any_hit) {
+    gpu::Defines defines = tile_defines(scene, batch, tiles.settings);
     if (batch.list) defines.set("HALFLIGHT_LIST");
-    if (tile_rays(batch) == shared::kConnectionTileRays) defines.set("HALFLIGHT_CONNECTION_TILES");
     if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
     return defines;
 }
@@ -50,25 +49,34 @@ void bind_search(graph::Resources& r, const gpu::Program& program, const TraceSc
 
 }  // namespace
 
-std::uint32_t tile_rays(const RayBatch& batch) {
+std::uint32_t tile_rays(const RayBatch& batch, const TileSettings& settings) {
     const bool connects = batch.kind == RayKind::connection && !batch.list;
-    return static_cast<std::uint32_t>(connects ? shared::kConnectionTileRays : shared::kPixelTileRays);
+    return connects ? std::uint32_t{shared::kConnectionTileRays} : settings.side * settings.side;
 }
 
-std::uint32_t tile_count(const RayBatch& batch) {
-    return (batch.capacity + tile_rays(batch) - 1) / tile_rays(batch);
+std::uint32_t tile_count(const RayBatch& batch, const TileSettings& settings) {
+    const std::uint32_t rays = tile_rays(batch, settings);
+    return (batch.capacity + rays - 1) / rays;
 }
 
-std::size_t tile_list_bytes(const TraceScene& scene, const RayBatch& batch) {
-    const int texels =
-        scene.statistics().node_format == NodeFormat::grid ? shared::kTileTexels : shared::kTileFloatTexels;
-    return std::size_t{tile_count(batch)} * static_cast<std::size_t>(texels) * sizeof(uvec4);
+std::size_t tile_list_bytes(const TraceScene& scene, const RayBatch& batch, const TileSettings& settings) {
+    const bool grid = scene.statistics().node_format == NodeFormat::grid;
+    const std::size_t entry = grid ? shared::kTileEntryTexels : shared::kTileFloatEntryTexels;
+    return tile_count(batch, settings) * (shared::kTileHeaderTexels + settings.capacity * entry) * sizeof(uvec4);
+}
+
+gpu::Defines tile_defines(const TraceScene& scene, const RayBatch& batch, const TileSettings& settings) {
+    gpu::Defines defines = scene.defines();
+    defines.set("HALFLIGHT_TILE_RAYS", tile_rays(batch, settings));
+    defines.set("HALFLIGHT_TILE_ENTRIES", settings.capacity);
+    return defines;
 }
 
 void cull_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
                 bool any_hit, const gpu::Buffer& culled) {
-    const std::uint32_t count = tile_count(batch);
-    const gpu::Program& program = r.programs().compute("shaders/cull.comp", tile_defines(scene, batch, any_hit));
+    const std::uint32_t count = tile_count(batch, tiles.settings);
+    const gpu::Program& program =
+        r.programs().compute("shaders/cull.comp", search_defines(scene, batch, tiles, any_hit));
     bind_batch(r, program, scene, batch, tiles);
     r.buffer(tiles.lists).bind_storage(0);
     culled.bind_storage(3);
@@ -81,24 +89,27 @@ void cull_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& ba
 
 void search_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
                   graph::BufferHandle results, bool any_hit) {
-    const gpu::Program& program = r.programs().compute("shaders/trace_tiles.comp", tile_defines(scene, batch, any_hit));
-    const shared::ListHeader empty{.groups_x = 0, .groups_y = 1, .groups_z = 1, .count = 0};
+    gpu::Defines defines = search_defines(scene, batch, tiles, any_hit);
+    if (any_hit && tiles.counts) defines.set("COUNT_REMEMBERED");
+    const gpu::Program& program = r.programs().compute("shaders/trace_tiles.comp", defines);
+    const shared::RestHeader empty{.list = {.groups_x = 0, .groups_y = 1, .groups_z = 1, .count = 0}, .remembered = 0};
     r.buffer(tiles.rest_header).write(0, sizeof(empty), &empty);
     bind_search(r, program, scene, batch, tiles, results);
     if (any_hit) r.buffer(tiles.blockers).bind_storage(5);
-    program.set("tiles", tile_count(batch));
+    program.set("tiles", tile_count(batch, tiles.settings));
     if (batch.list) {
         program.dispatch_indirect(r.buffer(batch.list_header));
     } else {
-        // Two dimensions: there may be more tiles than the driver starts groups along one.
-        const std::uint32_t count = tile_count(batch), row = std::min(count, 32768u);
+        // Two dimensions: there may be more groups than the driver starts along one.
+        const std::uint32_t group = std::min(tile_rays(batch, tiles.settings), 64u);
+        const std::uint32_t count = (batch.capacity + group - 1) / group, row = std::min(count, 32768u);
         program.dispatch(row, (count + row - 1) / row);
     }
 }
 
 void search_rest(graph::Resources& r, const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles,
                  graph::BufferHandle results, bool any_hit) {
-    gpu::Defines defines = tile_defines(scene, batch, any_hit);
+    gpu::Defines defines = search_defines(scene, batch, tiles, any_hit);
     defines.set("TILE_REST");
     const gpu::Program& program = r.programs().compute("shaders/trace_tiles.comp", defines);
     bind_search(r, program, scene, batch, tiles, results);
@@ -106,14 +117,17 @@ void search_rest(graph::Resources& r, const TraceScene& scene, const RayBatch& b
 }
 
 shared::BatchCounts count_batch(graph::Resources& r, const TraceScene& scene, const RayBatch& batch,
-                                graph::BufferHandle lists) {
-    gpu::Defines defines = tile_defines(scene, batch, false);
+                                const TileSettings& settings, graph::BufferHandle lists) {
+    TileBuffers tiles{};
+    tiles.settings = settings;
+    tiles.lists = lists;
+    gpu::Defines defines = search_defines(scene, batch, tiles, false);
     if (lists) defines.set("TILE_LISTS");
     const gpu::Program& program = r.programs().compute("shaders/count_batch.comp", defines);
     const gpu::Buffer counts("counts of a batch", sizeof(shared::BatchCounts));
-    bind_batch(r, program, scene, batch, {.lists = lists, .blockers = {}, .rest_header = {}, .rest = {}});
+    bind_batch(r, program, scene, batch, tiles);
     counts.bind_storage(0);
-    program.dispatch((tile_count(batch) + 63) / 64);
+    program.dispatch((tile_count(batch, settings) + 63) / 64);
     return counts.read<shared::BatchCounts>().front();
 }
 

@@ -13,18 +13,28 @@
 
 namespace halflight::rays {
 
-/// What the back end keeps of a batch.
-struct TileBuffers {
-    graph::BufferHandle lists;        // a record of shaders/shared/tile_list.h per tile; any content will do
-    graph::BufferHandle blockers;     // of any_hit: TileBlockers per tile; any content will do
-    graph::BufferHandle rest_header;  // ListHeader
-    graph::BufferHandle rest;         // capacity x uvec2
+/// How many rays share a list, and how much it holds: matters to time and to nothing else.
+struct TileSettings {
+    std::uint32_t side = 8;       // pixels of a tile along x and y: 8 or 16
+    std::uint32_t capacity = 32;  // entries of a list: 1 to kMostTileEntries of shaders/shared/tile_list.h
 };
 
-/// Rays of a tile: 64, or the 16 that connect the receivers of a group with one point, which are consecutive.
-std::uint32_t tile_rays(const RayBatch& batch);
-std::uint32_t tile_count(const RayBatch& batch);
-std::size_t tile_list_bytes(const TraceScene& scene, const RayBatch& batch);
+/// What the back end keeps of a batch.
+struct TileBuffers {
+    TileSettings settings;
+    graph::BufferHandle lists;        // a record of shaders/shared/tile_list.h per tile; any content will do
+    graph::BufferHandle blockers;     // of any_hit: TileBlockers per tile; any content will do
+    graph::BufferHandle rest_header;  // RestHeader
+    graph::BufferHandle rest;         // capacity x uvec2
+    bool counts = false;              // RestHeader::remembered is wanted
+};
+
+/// Rays of a tile: side^2, or the 16 that connect the receivers of a group with one point, which are consecutive.
+std::uint32_t tile_rays(const RayBatch& batch, const TileSettings& settings);
+std::uint32_t tile_count(const RayBatch& batch, const TileSettings& settings);
+std::size_t tile_list_bytes(const TraceScene& scene, const RayBatch& batch, const TileSettings& settings);
+/// Variant of shaders/lib/tile_list.glsl that reads such lists.
+gpu::Defines tile_defines(const TraceScene& scene, const RayBatch& batch, const TileSettings& settings);
 
 /// The steps, to be called by passes that have declared: batch.rays as texture_read, list and header (where the batch
 /// has them) as storage_read and indirect_read, frame_constants (where the scene is alpha tested) as uniform_read.
@@ -44,6 +54,6 @@ void search_rest(graph::Resources& resources, const TraceScene& scene, const Ray
 /// For statistics: what there is in a batch, and in its lists (texture_read) where they are given and up to date.
 /// Waits.
 shared::BatchCounts count_batch(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch,
-                                graph::BufferHandle lists);
+                                const TileSettings& settings, graph::BufferHandle lists);
 
 }  // namespace halflight::rays

@@ -7,7 +7,6 @@
 #include "engine/gpu/context.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/choice.h"
-#include "engine/rays/tiles.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/tile_list.h"
 
@@ -31,8 +30,9 @@ bool culls_by_tiles(Culling culling, const RayBatch& batch) {
            (culling == Culling::automatic && (!batch.list || batch.kind == RayKind::occlusion));
 }
 
-graph::BufferHandle carried_lists(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch) {
-    return graph.carried_buffer(carried_name("tile lists", batch), {tile_list_bytes(scene, batch)});
+graph::BufferHandle carried_lists(graph::Graph& graph, const Tracer& tracer, const RayBatch& batch) {
+    return graph.carried_buffer(carried_name("tile lists", batch),
+                                {tile_list_bytes(tracer.scene(), batch, tracer.tile_settings())});
 }
 
 }  // namespace
@@ -117,7 +117,7 @@ class Tracer::Batch {
         end(0);
     }
     /// Of the last run.
-    void count(const shared::BatchCounts& counts, std::uint32_t rest_rays) {
+    void count(const shared::BatchCounts& counts, const shared::RestHeader& rest) {
         of(*ran_).rays += counts.rays;
         if (ran_ != Way::tiles) return;
         BatchStatistics::Lists& l = statistics_.lists;
@@ -126,7 +126,8 @@ class Tracer::Batch {
         l.leaves += counts.leaves;
         l.longest = std::max(l.longest, std::uint64_t{counts.longest});
         l.rays += counts.rays;
-        l.rest_rays += rest_rays;
+        l.rest_rays += rest.list.count;
+        l.remembered += rest.remembered;
     }
 
     BatchStatistics statistics() const {
@@ -166,9 +167,13 @@ class Tracer::Batch {
     gpu::Buffer culled_{"tiles culled", sizeof(std::uint32_t)};
 };
 
-Tracer::Tracer(const TraceScene& scene, Culling culling, RasterCulling* raster)
-    : scene_(scene), culling_(culling), raster_(raster) {
+Tracer::Tracer(const TraceScene& scene, Culling culling, RasterCulling* raster, const TileSettings& tiles)
+    : scene_(scene), culling_(culling), raster_(raster), tiles_(tiles) {
     if (culling == Culling::raster && raster == nullptr) throw Error("rays", "raster culling without its state");
+    if (tiles.side != 8 && tiles.side != 16) throw Error("rays", "tiles of {0}x{0} pixels", tiles.side);
+    if (tiles.capacity < 1 || tiles.capacity > std::uint32_t{shared::kMostTileEntries}) {
+        throw Error("rays", "tile lists of {} entries", tiles.capacity);
+    }
 }
 
 Tracer::~Tracer() = default;
@@ -247,7 +252,9 @@ class BatchRun {
           batch_(batch),
           any_hit_(any_hit),
           state_(&tracer.batch(batch)),
-          label_(fmt::format("{} rays", name(batch.kind))) {}
+          label_(fmt::format("{} rays", name(batch.kind))) {
+        tiles_.settings = tracer.tile_settings();
+    }
 
     graph::BufferHandle add(graph::BufferHandle results) {
         if (culls_by_tiles(tracer_.culling_, batch_)) {
@@ -283,18 +290,19 @@ class BatchRun {
     }
 
     void create_buffers() {
-        const std::size_t bytes = tile_list_bytes(scene_, batch_);
-        const std::size_t masks = tile_count(batch_) * sizeof(shared::TileBlockers);
+        const std::size_t bytes = tile_list_bytes(scene_, batch_, tiles_.settings);
+        const std::size_t masks = tile_count(batch_, tiles_.settings) * sizeof(shared::TileBlockers);
         if (batch_.list) {
             tiles_.lists = graph_.create_buffer("tile lists", {bytes});
             if (any_hit_) tiles_.blockers = graph_.create_buffer("blockers", {masks});
         } else {
-            tiles_.lists = carried_lists(graph_, scene_, batch_);
+            tiles_.lists = carried_lists(graph_, tracer_, batch_);
             if (any_hit_) tiles_.blockers = graph_.carried_buffer(carried_name("blockers", batch_), {masks});
             state_->set_state_bytes(batch_.place, bytes + (any_hit_ ? masks : 0));
         }
         tiles_.rest = graph_.create_buffer("rays left", {batch_.capacity * sizeof(uvec2)});
-        tiles_.rest_header = graph_.create_buffer("header of rays left", {sizeof(shared::ListHeader)});
+        tiles_.rest_header = graph_.create_buffer("header of rays left", {sizeof(shared::RestHeader)});
+        tiles_.counts = tracer_.counts_;
     }
 
     void read_batch(graph::Pass& pass) const {
@@ -369,7 +377,7 @@ class BatchRun {
                            batch = state_](graph::Resources& r) {
             if (batch->way() == Way::tiles) search_rest(r, scene, rays, tiles, results, any);
         };
-        pass.execute([batch = state_, count = tile_count(batch_),
+        pass.execute([batch = state_, count = tile_count(batch_, tiles_.settings),
                       step = timed(&BatchStatistics::Seconds::rest, rest)](graph::Resources& r) {
             step(r);
             batch->end(batch->way() == Way::plain ? 0 : count);
@@ -396,8 +404,9 @@ class BatchRun {
             if (!tiles) batch->stop();
             const bool ran_by_tiles = batch->ran() == Way::tiles;
             const auto rest =
-                ran_by_tiles ? r.buffer(kept.rest_header).read<shared::ListHeader>(0, 1).front().count : 0;
-            batch->count(count_batch(r, scene, rays, ran_by_tiles ? kept.lists : graph::BufferHandle()), rest);
+                ran_by_tiles ? r.buffer(kept.rest_header).read<shared::RestHeader>(0, 1).front() : shared::RestHeader{};
+            batch->count(count_batch(r, scene, rays, kept.settings, ran_by_tiles ? kept.lists : graph::BufferHandle()),
+                         rest);
         });
     }
 
@@ -421,7 +430,7 @@ graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch&
 
 graph::BufferHandle kept_lists(graph::Graph& graph, const Tracer& tracer, const RayBatch& batch) {
     if (batch.list || !culls_by_tiles(tracer.culling(), batch)) return {};
-    return carried_lists(graph, tracer.scene(), batch);
+    return carried_lists(graph, tracer, batch);
 }
 
 }  // namespace halflight::rays

@@ -12,6 +12,7 @@
 #include "engine/graph/graph.h"
 #include "engine/rays/raster.h"
 #include "engine/rays/rays.h"
+#include "engine/rays/tiles.h"
 
 namespace halflight::rays {
 
@@ -53,10 +54,11 @@ struct BatchStatistics {
     struct Lists {
         std::uint64_t tiles = 0;  // with a ray alive
         std::uint64_t entries = 0;
-        std::uint64_t leaves = 0;     // of the entries
-        std::uint64_t longest = 0;    // entries; the greatest of all runs
-        std::uint64_t rays = 0;       // alive
-        std::uint64_t rest_rays = 0;  // of these, that had not ended with the leaves of their tile
+        std::uint64_t leaves = 0;      // of the entries
+        std::uint64_t longest = 0;     // entries; the greatest of all runs
+        std::uint64_t rays = 0;        // alive
+        std::uint64_t rest_rays = 0;   // of these, that had not ended with the leaves of their tile
+        std::uint64_t remembered = 0;  // any-hit rays that a leaf remembered from earlier runs has ended
     };
     Lists lists;
     std::size_t state_bytes = 0;  // carried from run to run, of all places
@@ -73,13 +75,16 @@ struct RasterKind {
 class Tracer {
   public:
     /// raster: for Culling::raster, else ignored; both outlive the tracer. Throws Error without one where needed.
-    explicit Tracer(const TraceScene& scene, Culling culling = Culling::off, RasterCulling* raster = nullptr);
+    /// Also where tile settings are out of range.
+    explicit Tracer(const TraceScene& scene, Culling culling = Culling::off, RasterCulling* raster = nullptr,
+                    const TileSettings& tiles = {});
     Tracer(const Tracer&) = delete;
     Tracer& operator=(const Tracer&) = delete;
     ~Tracer();
 
     const TraceScene& scene() const { return scene_; }
     Culling culling() const { return culling_; }
+    const TileSettings& tile_settings() const { return tiles_; }
     /// Camera cut, scene edit, resize: what is known of the fastest way is forgotten, and the raster back end's state.
     /// The tile lists are carried buffers of the graph's History, which is invalidated there.
     void invalidate();
@@ -101,6 +106,7 @@ class Tracer {
     const TraceScene& scene_;
     Culling culling_;
     RasterCulling* raster_;
+    TileSettings tiles_;
     bool counts_ = false;
     std::map<std::string, std::unique_ptr<Batch>> batches_;
 };
@@ -110,8 +116,8 @@ class Tracer {
 graph::BufferHandle closest_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle hits);
 graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle occluded);
 
-/// The tile lists (shaders/shared/tile_list.h) that runs of such a batch have left, in whatever graph of the same
-/// History; as they are where ran_by_tiles(). None where none are carried.
+/// The tile lists (shaders/shared/tile_list.h, tile_settings()) that runs of such a batch have left, in whatever graph
+/// of the same History; as they are where ran_by_tiles(). None where none are carried.
 graph::BufferHandle kept_lists(graph::Graph& graph, const Tracer& tracer, const RayBatch& batch);
 
 }  // namespace halflight::rays

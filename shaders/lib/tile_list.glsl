@@ -1,22 +1,19 @@
 // Records of what tiles can meet (shaders/shared/tile_list.h). Needs shaders/lib/bvh.glsl.
+//
+// Variants: HALFLIGHT_TILE_RAYS, HALFLIGHT_TILE_ENTRIES (numbers).
 #include "shaders/shared/tile_list.h"
 
 layout(binding = UNIT_FREE + 1) uniform usamplerBuffer tile_lists;
 
 #ifdef HALFLIGHT_NODES_FLOAT
-const int kTileRecord = kTileFloatTexels;
-const int kEntryTexels = 2;
+const int kEntryTexels = kTileFloatEntryTexels;
 #else
-const int kTileRecord = kTileTexels;
-const int kEntryTexels = 1;
+const int kEntryTexels = kTileEntryTexels;
 #endif
+const int kTileRecord = kTileHeaderTexels + kTileEntries * kEntryTexels;
 
 struct TileEntry {
-#ifdef HALFLIGHT_NODES_FLOAT
-    uvec4 texels[2];
-#else
-    uvec4 texels[1];
-#endif
+    uvec4 texels[kEntryTexels];
 };
 
 uint entry_reference(TileEntry e) { return e.texels[0].w; }

@@ -1,4 +1,4 @@
-// The rays of a batch by slot: 64 consecutive slots are a tile. Binds the batch.
+// The rays of a batch by slot: consecutive slots are a tile. Binds the batch.
 //
 // Variant: HALFLIGHT_LIST (slots are those of a list of paths; else slots are paths).
 #include "shaders/lib/batch_rays.glsl"

@@ -3,8 +3,8 @@
 //
 //   texel 0 to 3  xyz: the shaft, as floats: lower and upper corner of the box of the rays' origins, then of the box of
 //                 their ends. w: checksum, leaves | others << 16, unused, unused.
-//   then          kTileEntries entries: leaves from the first one on, near ones first; others from the last one back,
-//                 near ones first. Grid format: (lower | upper << 16 per axis, reference), one texel. Float format:
+//   then          room for entries: leaves from the first one on, near ones first; others from the last one back, near
+//                 ones first. Grid format: (lower | upper << 16 per axis, reference), one texel. Float format:
 //                 (lower, reference), (upper, unused), two texels.
 //
 // References are those of shaders/shared/bvh.h. Others: nodes to go on from, instances, or leaves.
@@ -12,23 +12,19 @@
 #define HALFLIGHT_SHARED_TILE_LIST_H
 
 #include "shaders/shared/portable.h"
+#include "shaders/shared/rays.h"
 
 HALFLIGHT_SHARED_BEGIN
 
-// Rays of a tile. Those towards one point from a few receivers are a tile of their own; kernels have the number from a define.
-HALFLIGHT_SHARED_CONST int kPixelTileRays = 64;
-HALFLIGHT_SHARED_CONST int kConnectionTileRays = 16;
-#ifndef __cplusplus
-#ifdef HALFLIGHT_CONNECTION_TILES
-const int kTileRays = kConnectionTileRays;
-#else
-const int kTileRays = kPixelTileRays;
-#endif
-#endif
-HALFLIGHT_SHARED_CONST int kTileEntries = 32;  // one bit each in a mask
+HALFLIGHT_SHARED_CONST int kConnectionTileRays = 16;  // from a few receivers towards one point: a tile of their own
+HALFLIGHT_SHARED_CONST int kMostTileEntries = 32;     // one bit each in a mask
 HALFLIGHT_SHARED_CONST int kTileHeaderTexels = 4;
-HALFLIGHT_SHARED_CONST int kTileTexels = 36;       // of a record; grid format
-HALFLIGHT_SHARED_CONST int kTileFloatTexels = 68;  // of a record; float format
+HALFLIGHT_SHARED_CONST int kTileEntryTexels = 1;       // grid format
+HALFLIGHT_SHARED_CONST int kTileFloatEntryTexels = 2;  // float format
+#ifndef __cplusplus
+const int kTileRays = HALFLIGHT_TILE_RAYS;        // consecutive slots that share a list
+const int kTileEntries = HALFLIGHT_TILE_ENTRIES;  // that a list has room for
+#endif
 
 // Leaves that have ended shadow rays of a tile: tested first. Wrong ones cost time.
 struct TileBlockers {
@@ -36,6 +32,13 @@ struct TileBlockers {
     uint latest;   // reference of one of them, to be found again in the tile's next list
 };
 HALFLIGHT_SHARED_SIZE(TileBlockers, 8)
+
+// Head of that list; and, where asked for, how many any-hit rays a leaf remembered from earlier runs has ended.
+struct RestHeader {
+    ListHeader list;
+    uint remembered;
+};
+HALFLIGHT_SHARED_SIZE(RestHeader, 20)
 
 // In the list of rays that are not done with their tile's leaves: the search begins again, at the root.
 HALFLIGHT_SHARED_CONST uint kSearchAgain = 0x80000000u;

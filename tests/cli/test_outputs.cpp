@@ -336,6 +336,7 @@ TEST_F(Output, StatisticsTellHowRaysWereTraced) {
             EXPECT_LE(lists.at("mean_entries"), lists.at("most_entries"));
             EXPECT_LE(lists.at("most_entries"), 32);
             EXPECT_LE(lists.at("share_of_rays_beyond_leaves"), 1);
+            EXPECT_LE(lists.at("share_of_rays_ended_by_remembered_leaves"), 1);
             for (const char* step : {"cull", "search", "rest"}) EXPECT_GE(lists.at("seconds").at(step), 0);
         }
         EXPECT_TRUE(batches.contains("shadow") && batches.contains("diffuse"));
@@ -352,6 +353,7 @@ TEST_F(Output, StatisticsTellHowRaysWereTraced) {
         if (batch.at("batch") != "shadow") continue;
         EXPECT_GT(batch.at("tile_lists").at("kept"), 0) << "a still camera";
         EXPECT_GE(batch.at("tile_lists").at("mean_entries"), 1);
+        EXPECT_GT(batch.at("tile_lists").at("share_of_rays_ended_by_remembered_leaves"), 0);
         EXPECT_GT(batch.at("state_bytes"), 0);
     }
 }

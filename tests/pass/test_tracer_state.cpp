@@ -19,7 +19,11 @@ using graph::Access;
 using rays::NodeFormat;
 
 constexpr std::uint32_t kRays = 64 * 64;
-constexpr std::uint32_t kTiles = kRays / 64;
+const rays::RayBatch kAll = [] {
+    rays::RayBatch batch;
+    batch.capacity = kRays;
+    return batch;
+}();
 
 struct Answers {
     std::vector<Hit> hits;
@@ -33,6 +37,7 @@ std::size_t different(const Answers& a, const Answers& b) {
 struct Record {
     std::span<std::uint32_t> words;
     std::size_t entry_words;
+    std::size_t capacity;
 
     std::uint32_t& counts() const { return words[7]; }
     /// One that means something: of a corner, the checksum, the counts, or an entry.
@@ -42,7 +47,7 @@ struct Record {
         if (i < 14) return words[i < 11 ? i : i + 1];  // word 11 is not used, nor is 15
         i -= 14;
         const std::size_t entry = i / entry_words;
-        const std::size_t place = entry < leaves ? entry : shared::kTileEntries - 1 - (entry - leaves);
+        const std::size_t place = entry < leaves ? entry : capacity - 1 - (entry - leaves);
         return words[4 * shared::kTileHeaderTexels + place * entry_words + i % entry_words];
     }
 };
@@ -50,12 +55,14 @@ struct Record {
 /// The back end's steps, over lists and blockers that a test holds.
 class Steps {
   public:
-    Steps(gpu::ProgramCache& programs, const Scene& scene, NodeFormat format)
+    Steps(gpu::ProgramCache& programs, const Scene& scene, NodeFormat format, const rays::TileSettings& settings = {})
         : tables_(build_trace_tables(scene)),
           scene_(tables_, roomy(rays::pack_scene(tables_, format)), {}),
           entry_words_(format == NodeFormat::grid ? 4 : 8),
-          lists(kTiles * 4 * (format == NodeFormat::grid ? shared::kTileTexels : shared::kTileFloatTexels)),
-          blockers(kTiles * sizeof(shared::TileBlockers) / sizeof(std::uint32_t)),
+          settings_(settings),
+          tiles(rays::tile_count(kAll, settings)),
+          lists(rays::tile_list_bytes(scene_, kAll, settings) / sizeof(std::uint32_t)),
+          blockers(tiles * sizeof(shared::TileBlockers) / sizeof(std::uint32_t)),
           executor_(programs) {
         executor_.poison(true);
     }
@@ -84,8 +91,8 @@ class Steps {
     }
 
     Record record(std::size_t tile) {
-        const std::size_t words = lists.size() / kTiles;
-        return {std::span(lists).subspan(tile * words, words), entry_words_};
+        const std::size_t words = lists.size() / tiles;
+        return {std::span(lists).subspan(tile * words, words), entry_words_, settings_.capacity};
     }
 
   private:
@@ -96,10 +103,11 @@ class Steps {
         const gpu::Buffer culled_buffer("culled", sizeof(std::uint32_t));
         const auto add = [&](graph::Graph& graph, const rays::RayBatch& batch, graph::BufferHandle results) {
             rays::TileBuffers t;
+            t.settings = settings_;
             t.lists = graph.import_buffer("lists", lists_buffer);
             t.blockers = graph.import_buffer("blockers", blockers_buffer);
             t.rest = graph.create_buffer("rest", {kRays * sizeof(uvec2)});
-            t.rest_header = graph.create_buffer("rest header", {sizeof(shared::ListHeader)});
+            t.rest_header = graph.create_buffer("rest header", {sizeof(shared::RestHeader)});
 
             graph::Pass pass = graph.add_pass("cull");
             pass.read(batch.rays, Access::texture_read);
@@ -138,8 +146,10 @@ class Steps {
     TraceTables tables_;
     rays::TraceScene scene_;
     std::size_t entry_words_;
+    rays::TileSettings settings_;
 
   public:
+    std::uint32_t tiles;
     std::vector<std::uint32_t> lists;
     std::vector<std::uint32_t> blockers;
     std::uint32_t culled = 0;  // lists made in the last run
@@ -156,17 +166,26 @@ class TracerState : public GpuTest {
     const std::vector<Ray> there = camera_rays(vec3(1.6f, -0.4f, 1), vec3(0));
 };
 
-class TracerStateOfFormat : public TracerState, public testing::WithParamInterface<NodeFormat> {
-  protected:
-    Steps steps{programs, soup(2000, 0.08f, vec3(1), 3), GetParam()};
+struct ListKind {
+    const char* name;
+    NodeFormat format = NodeFormat::grid;
+    rays::TileSettings settings{};
 };
-INSTANTIATE_TEST_SUITE_P(NodeFormats, TracerStateOfFormat, testing::Values(NodeFormat::grid, NodeFormat::floating),
-                         [](const auto& format) { return format.param == NodeFormat::grid ? "Grid" : "Floating"; });
+class TracerStateOfKind : public TracerState, public testing::WithParamInterface<ListKind> {
+  protected:
+    Steps steps{programs, soup(2000, 0.08f, vec3(1), 3), GetParam().format, GetParam().settings};
+};
+INSTANTIATE_TEST_SUITE_P(ListKinds, TracerStateOfKind,
+                         testing::Values(ListKind{"Grid"}, ListKind{"Floating", NodeFormat::floating},
+                                         ListKind{"LargeTiles", NodeFormat::grid, {16, 32}},
+                                         ListKind{"ShortLists", NodeFormat::grid, {8, 12}},
+                                         ListKind{"LargeTilesShortLists", NodeFormat::floating, {16, 12}}),
+                         [](const auto& kind) { return kind.param.name; });
 
-TEST_P(TracerStateOfFormat, ListsAreKeptAndMatter) {
+TEST_P(TracerStateOfKind, ListsAreKeptAndMatter) {
     const Answers plain = steps.plain(here);
     EXPECT_EQ(different(steps.by_tiles(here), plain), 0u);
-    EXPECT_EQ(steps.culled, kTiles);
+    EXPECT_EQ(steps.culled, steps.tiles);
     EXPECT_EQ(different(steps.by_tiles(here), plain), 0u);
     EXPECT_EQ(steps.culled, 0u);
 
@@ -174,15 +193,15 @@ TEST_P(TracerStateOfFormat, ListsAreKeptAndMatter) {
     const auto good = steps.lists;
     EXPECT_EQ(different(steps.by_tiles(here, false), plain), 0u);
     EXPECT_GT(different(steps.by_tiles(there, false), steps.plain(there)), kRays / 20);
-    for (std::size_t tile = 0; tile < kTiles; ++tile) steps.record(tile).counts() = 0;
+    for (std::size_t tile = 0; tile < steps.tiles; ++tile) steps.record(tile).counts() = 0;
     EXPECT_GT(different(steps.by_tiles(here, false), plain), kRays / 20);
     steps.lists = good;
-    for (const std::size_t tile : {0u, 17u, 63u}) steps.record(tile).counts() = 0;
+    for (const std::size_t tile : {0u, steps.tiles / 3, steps.tiles - 1}) steps.record(tile).counts() = 0;
     EXPECT_EQ(different(steps.by_tiles(here), plain), 0u);
     EXPECT_EQ(steps.culled, 3u);
 }
 
-TEST_P(TracerStateOfFormat, GarbageChangesNoHit) {
+TEST_P(TracerStateOfKind, GarbageChangesNoHit) {
     const Answers plain = steps.plain(here);
     const auto fill = [&](auto word) {
         for (std::uint32_t& w : steps.lists) w = word();
@@ -201,28 +220,29 @@ TEST_P(TracerStateOfFormat, GarbageChangesNoHit) {
         for (int turn = 0; turn < (i < 3 ? 5 : 1); ++turn) {
             fill(garbage[i]);
             if (turn % 2 == 1) {  // with counts that are possible
-                for (std::size_t t = 0; t < kTiles; ++t)
-                    steps.record(t).counts() = random() % 17 | (random() % 16) << 16;
+                const std::uint32_t half = GetParam().settings.capacity / 2;
+                for (std::size_t t = 0; t < steps.tiles; ++t)
+                    steps.record(t).counts() = random() % (half + 1) | random() % half << 16;
             }
             EXPECT_EQ(different(steps.by_tiles(here), plain), 0u) << i;
-            EXPECT_EQ(steps.culled, kTiles) << i;
+            EXPECT_EQ(steps.culled, steps.tiles) << i;
         }
     }
 }
 
-TEST_P(TracerStateOfFormat, OneWrongBitIsSeen) {
+TEST_P(TracerStateOfKind, OneWrongBitIsSeen) {
     const Answers plain = steps.plain(here);
     steps.by_tiles(here);
     const auto good = steps.lists;
     for (int turn = 0; turn < 60; ++turn) {
         steps.lists = good;
-        for (std::size_t t = 0; t < kTiles; ++t) steps.record(t).any_word(random) ^= 1u << random() % 32;
+        for (std::size_t t = 0; t < steps.tiles; ++t) steps.record(t).any_word(random) ^= 1u << random() % 32;
         EXPECT_EQ(different(steps.by_tiles(here), plain), 0u) << turn;
-        EXPECT_EQ(steps.culled, kTiles) << turn;
+        EXPECT_EQ(steps.culled, steps.tiles) << turn;
     }
 }
 
-TEST_P(TracerStateOfFormat, WrongCountsAreSeen) {
+TEST_P(TracerStateOfKind, WrongCountsAreSeen) {
     const Answers plain = steps.plain(here);
     steps.by_tiles(here);
     const auto good = steps.lists;
@@ -237,21 +257,21 @@ TEST_P(TracerStateOfFormat, WrongCountsAreSeen) {
     for (std::size_t i = 0; i < wrong.size(); ++i) {
         steps.lists = good;
         std::uint32_t changed = 0;
-        for (std::size_t t = 0; t < kTiles; ++t) {
+        for (std::size_t t = 0; t < steps.tiles; ++t) {
             std::uint32_t& counts = steps.record(t).counts();
             changed += wrong[i](counts) != counts ? 1 : 0;
             counts = wrong[i](counts);
         }
         EXPECT_EQ(different(steps.by_tiles(here), plain), 0u) << i;
         EXPECT_EQ(steps.culled, changed) << i;
-        EXPECT_GT(changed, kTiles / 2) << i;
+        EXPECT_GT(changed, steps.tiles / 2) << i;
     }
 }
 
-TEST_P(TracerStateOfFormat, ListsOfOtherTilesAndCameras) {
+TEST_P(TracerStateOfKind, ListsOfOtherTilesAndCameras) {
     steps.by_tiles(there);
     EXPECT_EQ(different(steps.by_tiles(here), steps.plain(here)), 0u);
-    EXPECT_GT(steps.culled, kTiles / 2);
+    EXPECT_GT(steps.culled, steps.tiles / 2);
 
     // A record is good for whatever rays its shaft contains, wherever it lies.
     std::rotate(steps.lists.begin(), steps.lists.begin() + 5 * static_cast<long>(steps.record(0).words.size()),
@@ -275,13 +295,14 @@ Scene boxed_soup(std::uint32_t seed) {
     return scene;
 }
 
-TEST_P(TracerStateOfFormat, ListsOfOtherScenes) {
-    Steps one(programs, boxed_soup(3), GetParam()), other(programs, boxed_soup(4), GetParam());
+TEST_P(TracerStateOfKind, ListsOfOtherScenes) {
+    Steps one(programs, boxed_soup(3), GetParam().format, GetParam().settings),
+        other(programs, boxed_soup(4), GetParam().format, GetParam().settings);
     one.by_tiles(here);
     other.lists = one.lists;
     other.blockers = one.blockers;
     EXPECT_EQ(different(other.by_tiles(here), other.plain(here)), 0u);
-    EXPECT_EQ(other.culled, kTiles);
+    EXPECT_EQ(other.culled, other.tiles);
     // Nothing else tells them apart.
     other.lists = one.lists;
     EXPECT_GT(different(other.by_tiles(here, false), other.plain(here)), kRays / 20);
@@ -312,6 +333,7 @@ TEST_F(TracerState, MovingCameraWithCuts) {
 TEST_F(TracerState, StillFramesSoonKeepTheirLists) {
     PlainAgainstTiles pair(programs, build_trace_tables(soup(2000, 0.08f, vec3(1), 3)));
     std::uniform_real_distribution<float> uniform;
+    const std::uint32_t tiles = rays::tile_count(kAll, {});
     const auto made_in = [&](int frames) {
         const auto culled = [&] {
             const auto all = pair.tiles().statistics();
@@ -324,11 +346,25 @@ TEST_F(TracerState, StillFramesSoonKeepTheirLists) {
         }
         return culled() - before;
     };
-    EXPECT_EQ(made_in(1), kTiles);
+    EXPECT_EQ(made_in(1), tiles);
     made_in(31);
-    EXPECT_LT(made_in(16), kTiles);  // of 32 times as many
+    EXPECT_LT(made_in(16), tiles);  // of 32 times as many
     pair.history().invalidate("new scene, say");
-    EXPECT_EQ(made_in(1), kTiles);
+    EXPECT_EQ(made_in(1), tiles);
+}
+
+TEST_F(TracerState, RememberedLeavesThatEndRaysAreCounted) {
+    PlainAgainstTiles pair(programs, build_trace_tables(soup(2000, 0.08f, vec3(1), 3)));
+    pair.tiles().count();
+    const auto remembered = [&] { return pair.tiles().statistics().front().lists.remembered; };
+    for (int i = 0; i < 2; ++i) EXPECT_EQ(pair.different_answers(here), 0u);
+    const std::uint64_t before = remembered();
+    EXPECT_EQ(pair.different_answers(here), 0u);
+    const std::vector<std::uint32_t> occluded =
+        Steps(programs, soup(2000, 0.08f, vec3(1), 3), NodeFormat::grid).plain(here).occluded;
+    const auto ended = static_cast<std::uint64_t>(std::ranges::count(occluded, shared::kOccluded));
+    EXPECT_LE(remembered() - before, ended);
+    EXPECT_GT(remembered() - before, ended / 8);  // the others were ended by the rest of their lists
 }
 
 }  // namespace

@@ -61,13 +61,15 @@ rays::PackedScene roomy(rays::PackedScene packed) {
 }
 
 PlainAgainstTiles::PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables,
-                                     const rays::PackedScene& packed, const gpu::Defines& shading)
-    : scene_(tables, packed, shading), executor_(programs) {
+                                     const rays::PackedScene& packed, const gpu::Defines& shading,
+                                     const rays::TileSettings& settings)
+    : scene_(tables, packed, shading), tiles_(scene_, rays::Culling::compute, nullptr, settings), executor_(programs) {
     executor_.poison(true);
 }
 
-PlainAgainstTiles::PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables, rays::NodeFormat format)
-    : PlainAgainstTiles(programs, tables, roomy(rays::pack_scene(tables, format))) {}
+PlainAgainstTiles::PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables, rays::NodeFormat format,
+                                     const rays::TileSettings& settings)
+    : PlainAgainstTiles(programs, tables, roomy(rays::pack_scene(tables, format)), {}, settings) {}
 
 std::size_t PlainAgainstTiles::different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list,
                                                  gpu::Buffer* frame_constants) {

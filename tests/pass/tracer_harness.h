@@ -70,9 +70,9 @@ rays::PackedScene roomy(rays::PackedScene packed);
 class PlainAgainstTiles {
   public:
     PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables, const rays::PackedScene& packed,
-                      const gpu::Defines& shading = {});
+                      const gpu::Defines& shading = {}, const rays::TileSettings& settings = {});
     PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables,
-                      rays::NodeFormat format = rays::NodeFormat::grid);
+                      rays::NodeFormat format = rays::NodeFormat::grid, const rays::TileSettings& settings = {});
 
     /// Rays whose answers differ in any bit, of either question.
     std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr,
@@ -83,7 +83,7 @@ class PlainAgainstTiles {
 
   private:
     rays::TraceScene scene_;
-    rays::Tracer tiles_{scene_, rays::Culling::compute};
+    rays::Tracer tiles_;
     graph::Executor executor_;
 };
 

@@ -43,7 +43,8 @@ Json batch_statistics(const rays::BatchStatistics& b) {
                               {"mean_entries", ratio(l.entries, l.tiles)},
                               {"mean_leaves", ratio(l.leaves, l.tiles)},
                               {"most_entries", l.longest},
-                              {"share_of_rays_beyond_leaves", ratio(l.rest_rays, l.rays)}};
+                              {"share_of_rays_beyond_leaves", ratio(l.rest_rays, l.rays)},
+                              {"share_of_rays_ended_by_remembered_leaves", ratio(l.remembered, l.rays)}};
     }
     json["state_bytes"] = b.state_bytes;
     return json;
