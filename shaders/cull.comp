@@ -2,9 +2,9 @@
 // per tile.
 //
 // A node is refined until it is smaller than the shaft is wide where it enters, times `stop`, or the list is full: then what is
-// left goes into it as it is, so nothing is ever dropped. The list of an earlier run is kept where its shaft still contains the
-// rays and its checksum says that it is one; a shaft that has to be made again takes in the earlier one if it is much the same,
-// and room for more, so that those of a still camera soon contain all later rays.
+// left goes into it as it is, so nothing is ever dropped. Instances are entered like nodes. The list of an earlier run is kept
+// where its shaft still contains the rays and its checksum says that it is one; a shaft that has to be made again takes in the
+// earlier one if it is much the same, and room for more, so that those of a still camera soon contain all later rays.
 #include "shaders/shared/rays.h"
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/bvh.glsl"
@@ -122,9 +122,9 @@ struct NodeBoxes {
     vec4 lower[3];  // by axis, of four children
     vec4 upper[3];
     uvec4 reference;
-    uvec4 texels[6];  // as they are: grid format 0 to 2, float format (lower, upper) by axis
 };
 
+// In the units of its hierarchy.
 NodeBoxes load_node(uint node) {
     int index = int(node & kBvhIndexMask);
     NodeBoxes n;
@@ -132,53 +132,66 @@ NodeBoxes load_node(uint node) {
     for (int a = 0; a < 3; ++a) {
         n.lower[a] = texelFetch(trace_nodes, index * kBvhFloatTexels + 2 * a);
         n.upper[a] = texelFetch(trace_nodes, index * kBvhFloatTexels + 2 * a + 1);
-        n.texels[2 * a] = floatBitsToUint(n.lower[a]);
-        n.texels[2 * a + 1] = floatBitsToUint(n.upper[a]);
     }
     n.reference = floatBitsToUint(texelFetch(trace_nodes, index * kBvhFloatTexels + 6));
 #else
     for (int a = 0; a < 3; ++a) {
-        n.texels[a] = texelFetch(trace_nodes, index * kBvhGridTexels + a);
-        n.lower[a] = cells_of(n.texels[a].xy);
-        n.upper[a] = cells_of(n.texels[a].zw);
+        uvec4 cells = texelFetch(trace_nodes, index * kBvhGridTexels + a);
+        n.lower[a] = cells_of(cells.xy);
+        n.upper[a] = cells_of(cells.zw);
     }
     n.reference = texelFetch(trace_nodes, index * kBvhGridTexels + 3);
 #endif
     return n;
 }
 
-uint pick(uvec4 v, int i) {
-    uint low = (i & 1) == 0 ? v.x : v.y;
-    uint high = (i & 1) == 0 ? v.z : v.w;
+float pick(vec4 v, int i) {
+    float low = (i & 1) == 0 ? v.x : v.y;
+    float high = (i & 1) == 0 ? v.z : v.w;
     return i < 2 ? low : high;
 }
 
-TileEntry child_entry(NodeBoxes n, int child) {
-    TileEntry e;
-    uint reference = pick(n.reference, child);
+void put_box(inout TileEntry e, const int box, vec3 lower, vec3 upper, uint word) {
 #ifdef HALFLIGHT_NODES_FLOAT
-    e.texels[0] = uvec4(pick(n.texels[0], child), pick(n.texels[2], child), pick(n.texels[4], child), reference);
-    e.texels[1] = uvec4(pick(n.texels[1], child), pick(n.texels[3], child), pick(n.texels[5], child), 0u);
+    e.texels[box] = uvec4(floatBitsToUint(lower), word);
+    e.texels[box + 1] = uvec4(floatBitsToUint(upper), 0u);
 #else
-    int shift = 16 * (child & 1);
-    uvec3 lower = child < 2 ? uvec3(n.texels[0].x, n.texels[1].x, n.texels[2].x) : uvec3(n.texels[0].y, n.texels[1].y, n.texels[2].y);
-    uvec3 upper = child < 2 ? uvec3(n.texels[0].z, n.texels[1].z, n.texels[2].z) : uvec3(n.texels[0].w, n.texels[1].w, n.texels[2].w);
-    e.texels[0] = uvec4(((lower >> shift) & 0xffffu) | ((upper >> shift) << 16), reference);
+    e.texels[box] = uvec4(uvec3(ivec3(lower)) | (uvec3(ivec3(upper)) << 16), word);
+#endif
+}
+
+void put_child(inout TileEntry e, const int box, NodeBoxes n, int child, uint word) {
+    put_box(e, box, vec3(pick(n.lower[0], child), pick(n.lower[1], child), pick(n.lower[2], child)),
+            vec3(pick(n.upper[0], child), pick(n.upper[1], child), pick(n.upper[2], child)), word);
+}
+
+uint child_reference(NodeBoxes n, int child) {
+    return floatBitsToUint(pick(uintBitsToFloat(n.reference), child));
+}
+
+TileEntry root_entry(ShaftSpace space) {
+    TileEntry e;
+    put_box(e, kEntryBox, space.lower, space.upper, kBvhTag | 1u);
+#ifdef HALFLIGHT_TWO_LEVEL
+    put_box(e, kInstanceBox, space.lower, space.upper, kNoInstance);
+    put_box(e, kBlockBox, space.lower, space.upper, 0u);
 #endif
     return e;
 }
 
-TileEntry root_entry() {
-    TileEntry e;
-#ifdef HALFLIGHT_NODES_FLOAT
-    const uint inf = 0x7f800000u;
-    e.texels[0] = uvec4(uvec3(inf | 0x80000000u), kBvhTag | 1u);
-    e.texels[1] = uvec4(uvec3(inf), 0u);
-#else
-    e.texels[0] = uvec4(uvec3(0xffff0000u), kBvhTag | 1u);
-#endif
-    return e;
+#ifdef HALFLIGHT_TWO_LEVEL
+#include "shaders/lib/block_boxes.glsl"
+
+// Of a node within an instance, in the units of the hierarchy over the instances.
+NodeBoxes from_block(ShaftSpace space, NodeBoxes n, uint instance, uint head, vec3 margin) {
+    NodeBoxes around;
+    around.reference = n.reference;
+    boxes_around(space, bvh_head(head), instance, margin, n.lower, n.upper, around.lower, around.upper);
+    return around;
 }
+#endif
+
+uint mask_of(bvec4 b) { return (b.x ? 1u : 0u) | (b.y ? 2u : 0u) | (b.z ? 4u : 0u) | (b.w ? 8u : 0u); }
 
 // Of four children, as bits. refined: where the shaft enters, the child is not yet small against it.
 uint children_to_refine(ShaftSpace space, NodeBoxes n, vec3 width_0, vec3 width_1, vec4 enter) {
@@ -189,9 +202,8 @@ uint children_to_refine(ShaftSpace space, NodeBoxes n, vec3 width_0, vec3 width_
         width = max(width, width_0[a] + enter * (width_1[a] - width_0[a]));
     }
     bvec4 coarse = greaterThanEqual(size, stop * width);
-    bvec4 inner = lessThan(n.reference, uvec4(kBvhTag | kBvhLeaf));
-    return (coarse.x && inner.x ? 1u : 0u) | (coarse.y && inner.y ? 2u : 0u) | (coarse.z && inner.z ? 4u : 0u) |
-           (coarse.w && inner.w ? 8u : 0u);
+    bvec4 inner = equal(n.reference & kBvhLeaf, uvec4(0u));  // nodes and instances
+    return mask_of(coarse) & mask_of(inner);
 }
 
 // Keys whose order is that of the children met, near ones first; the lowest two bits are the child.
@@ -220,62 +232,88 @@ void main() {
     ShaftTest test = shaft_test(space, shaft);
     vec3 width_0 = (shaft.origin_upper - shaft.origin_lower) * space.cell;
     vec3 width_1 = (shaft.end_upper - shaft.end_lower) * space.cell;
-    TileEntry stack[HALFLIGHT_STACK];
+    uvec4 stack[HALFLIGHT_STACK * kNodeTexels];  // the boxes of nodes
     int put_aside = 0;
     int leaves = 0;
     int others = 0;
+#ifdef HALFLIGHT_TWO_LEVEL
+    vec3 margin = block_margin(space, shaft);
+#endif
     uvec2 sums = uvec2(seed);
 #ifdef HALFLIGHT_ANY_HIT
     TileBlockers blockers = TileBlockers(0u, blockers_of[min(tile, tiles - 1u)].latest);
 #endif
     bool more = stale;
-    TileEntry entry = root_entry();
+    TileEntry entry = root_entry(space);
     do {
         if (more) {
+#ifdef HALFLIGHT_TWO_LEVEL
+            uint instance = box_word(entry, kInstanceBox);
+            bool inside = instance != kNoInstance;
+            uint block = inside ? floatBitsToUint(instance_row(instance, kInstanceTracer, 0).x) & kBvhIndexMask : 0u;
+            bool enters = entry_reference(entry) >= (kBvhTag | kBvhInstance);
+            NodeBoxes own = load_node(enters ? block + 1u : entry_reference(entry));
+            NodeBoxes n = own;
+            if (inside) n = from_block(space, own, instance, block, margin);
+#else
             NodeBoxes n = load_node(entry_reference(entry));
+#endif
             ShaftInterval i = shaft_interval(test, n.lower, n.upper);
             bvec4 met = lessThanEqual(i.enter, i.leave);
             uint refine = children_to_refine(space, n, width_0, width_1, i.enter);
             ivec4 key = ascending(mix(ivec4(kBvhFar), floatBitsToInt(i.enter) & ~3, met) | ivec4(0, 1, 2, 3));
             // What is put aside has its place in the list. Without room for the children, so does the node itself.
-            bool full = leaves + others + put_aside + 4 > kTileEntries;
-            TileEntry child[4];
-            bool goes_on[4];
-            for (int c = 0; c < 4; ++c) {
-                bool is_met = key[c] < kBvhFar;
-                child[c] = child_entry(n, key[c] & 3);
-                goes_on[c] = is_met && !full && ((refine >> (key[c] & 3)) & 1u) != 0u;
-                if (full) child[c] = entry;
-                bool leaf = (entry_reference(child[c]) & (kBvhLeaf | kBvhInstance)) == kBvhLeaf;
-                if (full ? c == 0 : is_met && !goes_on[c]) {
-                    int texel = entry_texel(tile, leaf ? leaves : kTileEntries - 1 - others);
-                    for (int t = 0; t < kEntryTexels; ++t) lists[texel + t] = child[c].texels[t];
-                    uint sum = checksum(leaf ? sums.x : sums.y, child[c]);
-                    sums = leaf ? uvec2(sum, sums.y) : uvec2(sums.x, sum);
-#ifdef HALFLIGHT_ANY_HIT
-                    if (leaf && entry_reference(child[c]) == blockers.latest) blockers.entries = 1u << leaves;
+            int left = bitCount(mask_of(met));
+            bool full = leaves + others + put_aside + left > kTileEntries;
+            uint goes_on = full ? 0u : refine & mask_of(met);
+            left = full ? 1 : left;
+            int top = put_aside + bitCount(goes_on);
+            put_aside = top;
+            do {
+                if (left > 0) {
+                    int c = key.x & 3;
+                    key = key.yzwx;
+                    --left;
+                    TileEntry child;
+                    uint reference = child_reference(n, c);
+                    put_child(child, kEntryBox, n, c, reference);
+#ifdef HALFLIGHT_TWO_LEVEL
+                    bool is_instance = reference >= (kBvhTag | kBvhInstance);
+                    put_child(child, kInstanceBox, n, c, is_instance ? reference & kBvhIndexMask : kNoInstance);
+                    for (int t = kInstanceBox; t < kBlockBox; ++t) {
+                        child.texels[t] = inside ? entry.texels[t] : child.texels[t];
+                    }
+                    put_child(child, kBlockBox, own, c, block);
 #endif
-                    leaves += leaf ? 1 : 0;
-                    others += leaf ? 0 : 1;
+                    if (full) child = entry;
+                    bool leaf = (entry_reference(child) & (kBvhLeaf | kBvhInstance)) == kBvhLeaf;
+                    if (((goes_on >> c) & 1u) != 0u) {
+                        --top;
+                        for (int t = 0; t < kNodeTexels; ++t) stack[top * kNodeTexels + t] = child.texels[t];
+                    } else {
+                        int texel = entry_texel(tile, leaf ? leaves : kTileEntries - 1 - others);
+                        for (int t = 0; t < kEntryTexels; ++t) lists[texel + t] = child.texels[t];
+                        uint sum = checksum(leaf ? sums.x : sums.y, child);
+                        sums = leaf ? uvec2(sum, sums.y) : uvec2(sums.x, sum);
+#ifdef HALFLIGHT_ANY_HIT
+                        if (leaf && reference == blockers.latest) blockers.entries = 1u << leaves;
+#endif
+                        leaves += leaf ? 1 : 0;
+                        others += leaf ? 0 : 1;
+                    }
                 }
-            }
-            for (int c = 3; c >= 0; --c) {
-                if (goes_on[c]) {
-                    stack[put_aside] = child[c];
-                    ++put_aside;
-                }
-            }
+            } while (left > 0);
             more = put_aside > 0;
             if (more) {
                 --put_aside;
-                entry = stack[put_aside];
+                for (int t = 0; t < kNodeTexels; ++t) entry.texels[t] = stack[put_aside * kNodeTexels + t];
             }
         }
     } while (more);
 
     // A search that the driver cut short: llvmpipe ends loops at 65535 turns.
     if (more) {
-        TileEntry root = root_entry();
+        TileEntry root = root_entry(space);
         for (int t = 0; t < kEntryTexels; ++t) lists[entry_texel(tile, kTileEntries - 1) + t] = root.texels[t];
         leaves = 0;
         others = 1;

@@ -7,7 +7,11 @@
 #include "shaders/shared/rays.h"
 #include "shaders/shared/tile_list.h"
 #include "shaders/trace_scene.glsl"
+#ifdef HALFLIGHT_TWO_LEVEL
+#define HALFLIGHT_STACK_MORE 2 * kTileEntries
+#else
 #define HALFLIGHT_STACK_MORE kTileEntries
+#endif
 #include "shaders/lib/traverse.glsl"
 #include "shaders/lib/tile_list.glsl"
 #include "shaders/lib/tile_rays.glsl"
@@ -66,8 +70,8 @@ void share_entries(uint tile) {
     for (int k = 0; k < kTileEntries; k += kGroupRays) {
         int i = min(int(gl_LocalInvocationIndex) + k, kTileEntries - 1);
         TileEntry e = load_entry(tile, i);
-        entry_lower_corner[i] = entry_lower(e);
-        entry_upper_corner[i] = entry_upper(e);
+        entry_lower_corner[i] = box_lower(e, kEntryBox);
+        entry_upper_corner[i] = box_upper(e, kEntryBox);
     }
 #ifdef HALFLIGHT_ANY_HIT
     if (gl_LocalInvocationIndex == 0u) {
@@ -150,12 +154,33 @@ void main() {
                 enters = kAnyHit || near <= floatBitsToInt(nearest.t);
             }
         } while (met != 0u && !enters);
+#ifdef HALFLIGHT_TWO_LEVEL
+        TileEntry e = load_entry(tile, i);
+        uint reference = entry_reference(e);
+        bool inside = box_word(e, kInstanceBox) != kNoInstance;
+        uint instance = inside ? box_word(e, kInstanceBox) : 0u;
+        uint block = box_word(e, kBlockBox);
+        BvhHead block_head = bvh_head(block);
+        Ray in_block = ray_in_block(r.ray, instance);
+        sheared = triangle_ray(in_block.origin, in_block.direction);
+        BoxRay block_box = box_ray(in_block.origin, in_block.direction, block_head.base, block_head.cell, block_head.slack);
+        // Hits count from where the ray enters both, as in a traversal.
+        float t_exit = exit_of(r.ray, nearest.t);
+        EntryHit by_instance =
+            intersect_entry(box, box_lower(e, kInstanceBox), box_upper(e, kInstanceBox), r.ray.t_min, t_exit);
+        EntryHit by_leaf =
+            intersect_entry(block_box, box_lower(e, kBlockBox), box_upper(e, kBlockBox), r.ray.t_min, t_exit);
+        near = max(by_instance.near, by_leaf.near);
+        enters = enters && by_instance.met && by_leaf.met;
+#else
         uint reference = texelFetch(tile_lists, entry_texel(tile, i)).w;
+        const uint instance = 0u;
+#endif
         slot = int(reference & kBvhIndexMask);
         left = enters ? int((reference >> kBvhCountShift) & 7u) : 0;
         do {
             if (left > 0) {
-                SlotHit h = intersect_slot(sheared, slot, 0u, r.ray.t_min, intBitsToFloat(near), nearest, kAnyHit);
+                SlotHit h = intersect_slot(sheared, slot, instance, r.ray.t_min, intBitsToFloat(near), nearest, kAnyHit);
                 --left;
                 ++slot;
                 if (h.nearer) {
@@ -222,12 +247,27 @@ void main() {
     do {  // far ones first
         int i = max(findLSB(others), 0);
         TileEntry e = load_entry(tile, i);
-        EntryHit h = intersect_entry(box, entry_lower(e), entry_upper(e), r.ray.t_min, r.ray.t_max);
+#ifdef HALFLIGHT_TWO_LEVEL
+        EntryHit h = intersect_entry(box, box_lower(e, kInstanceBox), box_upper(e, kInstanceBox), r.ray.t_min, r.ray.t_max);
+        bool inside = box_word(e, kInstanceBox) != kNoInstance && is_inner_node(entry_reference(e));
+        if (others != 0u && h.met) {
+            if (inside) {
+                stack[entries] = entry_reference(e);
+                stack_near[entries] = kBvhFar;
+                ++entries;
+            }
+            stack[entries] = inside ? kStackInstance | box_word(e, kInstanceBox) : entry_reference(e);
+            stack_near[entries] = h.near;
+            ++entries;
+        }
+#else
+        EntryHit h = intersect_entry(box, box_lower(e, kEntryBox), box_upper(e, kEntryBox), r.ray.t_min, r.ray.t_max);
         if (others != 0u) {
             stack[entries] = entry_reference(e);
             stack_near[entries] = h.near;
             ++entries;
         }
+#endif
         others &= others - 1u;
     } while (others != 0u);
     if (again) {

@@ -61,7 +61,8 @@ std::uint32_t tile_count(const RayBatch& batch, const TileSettings& settings) {
 
 std::size_t tile_list_bytes(const TraceScene& scene, const RayBatch& batch, const TileSettings& settings) {
     const bool grid = scene.statistics().node_format == NodeFormat::grid;
-    const std::size_t entry = grid ? shared::kTileEntryTexels : shared::kTileFloatEntryTexels;
+    const std::size_t box = grid ? shared::kTileBoxTexels : shared::kTileFloatBoxTexels;
+    const std::size_t entry = box * (scene.statistics().two_level ? shared::kTileInstanceBoxes : shared::kTileBoxes);
     return tile_count(batch, settings) * (shared::kTileHeaderTexels + settings.capacity * entry) * sizeof(uvec4);
 }
 

@@ -6,9 +6,14 @@
 layout(binding = UNIT_FREE + 1) uniform usamplerBuffer tile_lists;
 
 #ifdef HALFLIGHT_NODES_FLOAT
-const int kEntryTexels = kTileFloatEntryTexels;
+const int kBoxTexels = kTileFloatBoxTexels;
 #else
-const int kEntryTexels = kTileEntryTexels;
+const int kBoxTexels = kTileBoxTexels;
+#endif
+#ifdef HALFLIGHT_TWO_LEVEL
+const int kEntryTexels = kBoxTexels * kTileInstanceBoxes;
+#else
+const int kEntryTexels = kBoxTexels * kTileBoxes;
 #endif
 const int kTileRecord = kTileHeaderTexels + kTileEntries * kEntryTexels;
 
@@ -16,21 +21,31 @@ struct TileEntry {
     uvec4 texels[kEntryTexels];
 };
 
-uint entry_reference(TileEntry e) { return e.texels[0].w; }
-
-vec3 entry_lower(TileEntry e) {
-#ifdef HALFLIGHT_NODES_FLOAT
-    return uintBitsToFloat(e.texels[0].xyz);
+const int kEntryBox = 0;  // the boxes of an entry, with: reference
+#ifdef HALFLIGHT_TWO_LEVEL
+const int kInstanceBox = kBoxTexels;   // instance
+const int kBlockBox = 2 * kBoxTexels;  // head; only leaves have it
+const int kNodeTexels = kBlockBox;
 #else
-    return vec3(ivec3(e.texels[0].xyz & 0xffffu));
+const int kNodeTexels = kEntryTexels;
+#endif
+
+uint box_word(TileEntry e, const int box) { return e.texels[box].w; }
+uint entry_reference(TileEntry e) { return box_word(e, kEntryBox); }
+
+vec3 box_lower(TileEntry e, const int box) {
+#ifdef HALFLIGHT_NODES_FLOAT
+    return uintBitsToFloat(e.texels[box].xyz);
+#else
+    return vec3(ivec3(e.texels[box].xyz & 0xffffu));
 #endif
 }
 
-vec3 entry_upper(TileEntry e) {
+vec3 box_upper(TileEntry e, const int box) {
 #ifdef HALFLIGHT_NODES_FLOAT
-    return uintBitsToFloat(e.texels[1].xyz);
+    return uintBitsToFloat(e.texels[box + 1].xyz);
 #else
-    return vec3(ivec3(e.texels[0].xyz >> 16));
+    return vec3(ivec3(e.texels[box].xyz >> 16));
 #endif
 }
 

@@ -25,7 +25,8 @@
 #endif
 
 const uint kStackDone = 0xffffffffu;
-const uint kStackLeaveBlock = 0x70000000u;  // back to the top level
+const uint kStackLeaveBlock = 0x7fffffffu;  // back to the top level
+const uint kStackInstance = 0x70000000u;    // | instance, to be entered at the node that is put aside below it
 
 bool is_inner_node(uint node) { return node < (kBvhTag | kBvhLeaf); }
 bool is_leaf(uint node) { return (node & (kBvhLeaf | kBvhInstance)) == kBvhLeaf; }
@@ -74,7 +75,8 @@ Ray ray_in_block(Ray ray, uint instance) {
 #endif
 
 // What is put aside. Kernels that begin elsewhere than at the root fill it themselves, far entries first, and call
-// traverse_from(); they may need HALFLIGHT_STACK_MORE entries beyond what a traversal does.
+// traverse_from(); they may need HALFLIGHT_STACK_MORE entries beyond what a traversal does. With that, they may also put aside
+// kStackInstance above a node of its block; the node's stack_near is kBvhFar.
 #ifndef HALFLIGHT_STACK_MORE
 #define HALFLIGHT_STACK_MORE 0
 #endif
@@ -215,11 +217,14 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
             box = box_ray(origin, direction, head.base, head.cell, head.slack);
             sheared = triangle_ray(origin, direction);
             instance_near = enters ? near : floatBitsToInt(ray.t_min);
+            bool at_node = HALFLIGHT_STACK_MORE > 0 && enters && (node & kStackInstance) == kStackInstance;
+            if (at_node) --entries;
+            uint start = stack[max(entries, 0)];
             if (enters) {
                 stack[entries] = kStackLeaveBlock;
                 if (!any_hit) stack_near[entries] = 0;
                 ++entries;
-                node = BLOCK_ROOT(index);
+                node = at_node ? start : BLOCK_ROOT(index);
             } else {
                 node = kStackDone;
                 if (entries > 0) {

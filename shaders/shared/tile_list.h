@@ -4,10 +4,13 @@
 //   texel 0 to 3  xyz: the shaft, as floats: lower and upper corner of the box of the rays' origins, then of the box of
 //                 their ends. w: checksum, leaves | others << 16, unused, unused.
 //   then          room for entries: leaves from the first one on, near ones first; others from the last one back, near
-//                 ones first. Grid format: (lower | upper << 16 per axis, reference), one texel. Float format:
-//                 (lower, reference), (upper, unused), two texels.
+//                 ones first. A box with a word. Grid format: (lower | upper << 16 per axis, word), one texel. Float
+//                 format: (lower, word), (upper, unused), two texels. The word is a reference of
+//                 shaders/shared/bvh.h. Others: nodes to go on from, or instances.
 //
-// References are those of shaders/shared/bvh.h. Others: nodes to go on from, instances, or leaves.
+// With instances, entries have two boxes more. What is inside of an instance: the instance's own box with its index, and the
+// box in the units of its block with the block's head; the first box is one around the latter, in the tile list's units. What
+// is not: that box again with kNoInstance, or the instance that it is; and anything.
 #ifndef HALFLIGHT_SHARED_TILE_LIST_H
 #define HALFLIGHT_SHARED_TILE_LIST_H
 
@@ -19,8 +22,11 @@ HALFLIGHT_SHARED_BEGIN
 HALFLIGHT_SHARED_CONST int kConnectionTileRays = 16;  // from a few receivers towards one point: a tile of their own
 HALFLIGHT_SHARED_CONST int kMostTileEntries = 32;     // one bit each in a mask
 HALFLIGHT_SHARED_CONST int kTileHeaderTexels = 4;
-HALFLIGHT_SHARED_CONST int kTileEntryTexels = 1;       // grid format
-HALFLIGHT_SHARED_CONST int kTileFloatEntryTexels = 2;  // float format
+HALFLIGHT_SHARED_CONST int kTileBoxTexels = 1;       // grid format
+HALFLIGHT_SHARED_CONST int kTileFloatBoxTexels = 2;  // float format
+HALFLIGHT_SHARED_CONST int kTileBoxes = 1;           // of an entry
+HALFLIGHT_SHARED_CONST int kTileInstanceBoxes = 3;   // of an entry; with instances
+HALFLIGHT_SHARED_CONST uint kNoInstance = 0xffffffffu;
 #ifndef __cplusplus
 const int kTileRays = HALFLIGHT_TILE_RAYS;        // consecutive slots that share a list
 const int kTileEntries = HALFLIGHT_TILE_ENTRIES;  // that a list has room for

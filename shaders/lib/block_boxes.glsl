@@ -1,0 +1,43 @@
+// Boxes within an instance, seen from the hierarchy over the instances. Needs shaders/lib/{bvh,shaft}.glsl.
+
+// By how much boxes around boxes of a block are to be larger, in the units of the shaft: so that a ray of the bundle that meets
+// a box by the block's box_ray() meets the box around it by that of the hierarchy, no later. Where the block's test has the
+// ray enter, it is off the box by 2^-20 (slack) + 2^-20 (slab) of its reach, and off its own image by four roundings. Each of
+// the two lengths that the block's reach is made of is at most twice the world's, times the condition: all of it is below
+// 2^-17 of the condition times the reach, twice the slack of the hierarchy over instances (engine/rays/packed_bvh.cpp).
+vec3 block_margin(ShaftSpace space, Shaft shaft) { return 4.0 * shaft_margin(space, shaft.origin_lower, shaft.origin_upper); }
+
+// Of four boxes (lower, upper by axis; Arvo 1990, Transforming Axis-Aligned Bounding Boxes).
+void boxes_around(ShaftSpace space, BvhHead block, uint instance, vec3 margin, vec4 lower[3], vec4 upper[3],
+                  out vec4 around_lower[3], out vec4 around_upper[3]) {
+    vec4 from[3];
+    vec4 to[3];
+    for (int a = 0; a < 3; ++a) {
+#ifdef HALFLIGHT_NODES_FLOAT
+        from[a] = lower[a];
+        to[a] = upper[a];
+#else
+        from[a] = block.base[a] + lower[a] * block.cell[a];
+        to[a] = block.base[a] + upper[a] * block.cell[a];
+#endif
+    }
+    for (int a = 0; a < 3; ++a) {
+        vec4 row = instance_row(instance, kInstanceBlockToWorld, a);
+        vec4 l = vec4(row.w - space.base[a]);
+        vec4 u = l;
+        for (int c = 0; c < 3; ++c) {
+            l += min(row[c] * from[c], row[c] * to[c]);
+            u += max(row[c] * from[c], row[c] * to[c]);
+        }
+        l = l / space.cell[a] - margin[a];
+        u = u / space.cell[a] + margin[a];
+#ifndef HALFLIGHT_NODES_FLOAT
+        l = clamp(floor(l), 0.0, kGridCells);
+        u = clamp(ceil(u), 0.0, kGridCells);
+#endif
+        // A child that is not there stays so.
+        bvec4 there = lessThanEqual(lower[a], upper[a]);
+        around_lower[a] = mix(lower[a], l, there);
+        around_upper[a] = mix(upper[a], u, there);
+    }
+}
