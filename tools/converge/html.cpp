@@ -28,11 +28,11 @@ td { text-align: right; border-bottom: 1px solid #e4e4e4; padding: 4px 9px; whit
 th:first-child, td:first-child { text-align: left; padding-left: 2px } .names :is(th, td):nth-child(2) { text-align: left }
 tr.first td { border-top: 1.5px solid #999 }
 caption { caption-side: bottom; text-align: left; color: #666; font-size: 12.5px; padding: 6px 2px; max-width: 95ch }
-.good { color: #00724f } .flag { color: #b3400a; font-weight: 600 }
+.fine { color: #00724f; font-weight: 600 } .open { color: #666; font-weight: 600 } .flag { color: #b3400a; font-weight: 600 }
 .plots { display: grid; grid-template-columns: 1fr 1fr; gap: 18px 26px } .plots svg { width: 100%; height: auto }
 .pictures { display: grid; grid-template-columns: repeat(auto-fill, minmax(255px, 1fr)); gap: 16px 18px }
 figure { margin: 0 } figcaption { font-size: 12.5px; color: #444; margin-top: 4px }
-figure img { width: 100%; display: block; border: 1px solid #ddd; image-rendering: pixelated }
+figure img { width: 100%; height: auto; display: block; border: 1px solid #ddd; image-rendering: pixelated }
 ul { padding-left: 20px; max-width: 85ch } li { margin: 4px 0 }
 @media print { body { margin: 0; max-width: none; font-size: 11pt } h2 { break-after: avoid }
   table, figure, .plots svg { break-inside: avoid } }
@@ -52,15 +52,24 @@ Interval in_percent(Interval i) {
     return i;
 }
 
-/// With a true minus before figures.
-std::string typeset(const std::string& cell) {
+/// With true minus signs before figures, and no line broken before a per cent sign.
+std::string typeset(const std::string& text) {
     std::string out;
-    for (std::size_t i = 0; i < cell.size(); ++i) {
-        const bool begins = i == 0 || cell[i - 1] == '(' || cell[i - 1] == ' ';
-        const bool figure_follows = i + 1 < cell.size() && cell[i + 1] >= '0' && cell[i + 1] <= '9';
-        out += cell[i] == '-' && begins && figure_follows ? "−" : std::string(1, cell[i]);
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char before = i > 0 ? text[i - 1] : ' ', after = i + 1 < text.size() ? text[i + 1] : ' ';
+        if (text[i] == '-' && (before == '(' || before == ' ') && after >= '0' && after <= '9')
+            out += "−";
+        else if (text[i] == ' ' && after == '%')
+            out += "\u00a0";
+        else
+            out += text[i];
     }
     return out;
+}
+
+/// How a finding looks: what is wrong, what is better than expected, what is not known.
+const char* style_of(Finding::Kind kind) {
+    return kind == Finding::Kind::faster ? "fine" : kind == Finding::Kind::inconclusive ? "open" : "flag";
 }
 
 /// Its caller escapes nothing: all text goes through escape() here, but for what is called markup.
@@ -147,11 +156,11 @@ class Page {
         for (const MethodResult& m : measured_.methods) {
             if (m.findings.empty())
                 markup(
-                    fmt::format("<li>{}: <span class=\"good\">nothing to note</span> (unbiased within its interval, "
+                    fmt::format("<li>{}: <span class=\"fine\">nothing to note</span> (unbiased within its interval, "
                                 "slope −1 within 0.1 or within its interval).</li>",
                                 name(m.method)));
             for (const Finding& f : m.findings)
-                markup(fmt::format("<li>{}: <span class=\"flag\">{}.</span> {}</li>", name(m.method),
+                markup(fmt::format("<li>{}: <span class=\"{}\">{}.</span> {}</li>", name(m.method), style_of(f.kind),
                                    escape(std::string(name(f.kind))), escape(typeset(f.text))));
         }
         for (const std::string& line : advice(subject_, measured_))

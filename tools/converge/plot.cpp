@@ -216,7 +216,7 @@ class Drawing {
             line(left, at, left + 24, at, stroke.c_str());
             out_ += sign;
             add(R"(<text x="{:.2f}" y="{:.2f}">{}</text>)", left + 30, at + 4, label);
-            left += 30 + 6.4 * static_cast<double>(letters) + 14;
+            left += 30 + 7 * static_cast<double>(letters) + 12;  // 7 holds also wide letters
         };
         for (std::size_t i = 0; i < plot_.curves.size(); ++i)
             entry(fmt::format(R"(stroke="{}" stroke-width="1.6")", kColours[i % std::size(kColours)]),

@@ -27,6 +27,7 @@ struct ViewArguments {
 
     std::optional<int> width;   // pixels
     std::optional<int> height;  // pixels
+    int usual_width = 1280;     // where neither is given
     std::optional<std::string> camera;
     std::optional<dvec3> look_from;
     std::optional<dvec3> look_at;

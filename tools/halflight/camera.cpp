@@ -41,12 +41,11 @@ ChosenCamera choose_camera(const Scene& scene, const ViewArguments& a) {
 
 ivec2 picture_size(const ViewArguments& a, const Camera& camera) {
     constexpr double kUsualAspect = 16.0 / 9.0;
-    constexpr int kUsualWidth = 1280;
     const double aspect = camera.aspect > 0 ? camera.aspect : kUsualAspect;
     const auto pixels = [](double x) { return static_cast<int>(std::clamp(std::round(x), 1.0, double{kMaxSide})); };
     if (a.width) return {*a.width, a.height ? *a.height : pixels(*a.width / aspect)};
     if (a.height) return {pixels(*a.height * aspect), *a.height};
-    return {kUsualWidth, pixels(kUsualWidth / aspect)};
+    return {a.usual_width, pixels(a.usual_width / aspect)};
 }
 
 dmat4 standard_clip(const Camera& camera, double aspect) {

@@ -14,7 +14,7 @@ struct ChosenCamera {
 /// Throws Error that lists the scene's cameras where the one asked for is not among them.
 ChosenCamera choose_camera(const Scene& scene, const ViewArguments& arguments);
 
-/// Pixels; what is not given follows from the camera's shape (16:9 if it has none) and a width of 1280.
+/// Pixels; what is not given follows from the camera's shape (16:9 if it has none) and the usual width.
 ivec2 picture_size(const ViewArguments& arguments, const Camera& camera);
 
 /// World to OpenGL's usual clip space, for files; the rasterizer has its own, with reversed depth

@@ -67,14 +67,6 @@ int usual_reference_samples(const Plan& plan) {
         kLeast, static_cast<int>(std::min<std::int64_t>(std::int64_t{kTimes} * plan.budgets.back().samples, 1 << 24)));
 }
 
-View view_of(const ConvergeArguments& a, const Camera& camera) {
-    ViewArguments size = a;
-    constexpr int kUsualWidth = 320;  // error against time does not ask for more
-    if (!size.width && !size.height) size.width = kUsualWidth;
-    const ivec2 pixels = picture_size(size, camera);
-    return {pixels.x, pixels.y, camera, a.bounces};
-}
-
 }  // namespace
 
 void run_converge(const ConvergeArguments& a) {
@@ -86,12 +78,13 @@ void run_converge(const ConvergeArguments& a) {
     Scene scene = load_scene(a.scene, a.allow_outside, console);
     set_environment(scene, a, console);
     const auto [camera, origin] = choose_camera(scene, a);
+    const ivec2 size = picture_size(a, camera);
     Subject subject{.program = "halflight " HALFLIGHT_VERSION,
                     .scene = a.scene.string(),
                     .camera = origin,
                     .environment = environment_name(scene.environment),
                     .device = {},
-                    .view = view_of(a, camera),
+                    .view = {size.x, size.y, camera, a.bounces},
                     .plan = a.plan,
                     .clock = a.clock};
     ReferenceOrder order = a.reference;

@@ -46,6 +46,7 @@ void set_reference(converge::ReferenceOrder& order, const std::string& text) {
 
 void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     a.plan.methods.assign(std::begin(converge::kMethods), std::end(converge::kMethods));
+    a.usual_width = 320;  // error against time does not ask for more
     for (int samples = 1; samples <= 64; samples *= 2) a.plan.budgets.push_back({samples, 0});
     app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
     app.add_option("-o,--output", a.folder, "folder for report.html, report.json and report.csv, made if need be")

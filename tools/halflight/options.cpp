@@ -77,7 +77,8 @@ void add_camera_options(Options& options, ViewArguments& a) {
 
 void add_size_options(Options& options, ViewArguments& a) {
     options.group("Picture");
-    options.value("--width", "PIXELS", "width (default: from the height and the camera's shape, else 1280)",
+    options.value("--width", "PIXELS",
+                  fmt::format("width (default: from the height and the camera's shape, else {})", a.usual_width),
                   [&](const auto& name, const auto& text) { a.width = whole(name, text, 1, kMaxSide); });
     options.value("--height", "PIXELS", "height (default: from the width and the camera's shape)",
                   [&](const auto& name, const auto& text) { a.height = whole(name, text, 1, kMaxSide); });
