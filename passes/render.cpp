@@ -103,8 +103,10 @@ struct Renderer::State {
             rays::RasterSettings raster_settings;
             raster_settings.measure = settings.measure;
             raster.emplace(scene.cull_tree(), raster_settings);
+            tracer.emplace(scene.trace(), *raster);
+        } else {
+            tracer.emplace(scene.trace(), settings.culling);
         }
-        tracer.emplace(scene.trace(), settings.culling, raster ? &*raster : nullptr);
         if (settings.measure) tracer->count();
         if (settings.want_view) view_kernel.emplace(colors.view(settings.view));
         band = first_band(settings, scene.buffers(), scene.context().limits());
@@ -278,7 +280,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     stats.left_out = first.frame.left_out;
     for (const graph::PassTime& t : s.executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.batches = s.tracer->statistics();
-    stats.raster = s.tracer->raster_statistics();
+    if (s.raster) stats.raster = s.raster->batches();
     const auto counts = s.non_finite.read<std::uint32_t>();
     const char* names[shared::kCountedPasses] = {"gbuffer", "shadow", "diffuse and glossy", "continuation"};
     for (std::size_t i = 0; i < shared::kCountedPasses; ++i) stats.non_finite.push_back({names[i], counts[i]});

@@ -12,6 +12,7 @@
 #include "engine/core/image.h"
 #include "engine/gpu/context.h"
 #include "engine/io/exr.h"
+#include "engine/rays/raster.h"
 #include "engine/rays/tracer.h"
 #include "engine/scene/scene.h"
 #include "passes/frame_settings.h"
@@ -79,7 +80,7 @@ struct RenderStats {
     std::vector<std::string> left_out;  // passes that the scene or the settings did not need, with the reason
     std::vector<NonFiniteCount> non_finite;
     std::vector<rays::BatchStatistics> batches;  // how rays were traced
-    std::vector<rays::RasterKind> raster;        // with raster culling: what it did
+    std::vector<rays::RasterBatch> raster;       // with raster culling: what it did
 };
 
 struct RenderResult {

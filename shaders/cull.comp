@@ -8,7 +8,8 @@
 #include "shaders/shared/rays.h"
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/bvh.glsl"
-#include "shaders/lib/shaft.glsl"
+#include "shaders/lib/chord.glsl"
+#include "shaders/lib/node_boxes.glsl"
 #include "shaders/lib/tile_list.glsl"  // what earlier runs have left, in the same buffer as `lists`
 #include "shaders/lib/tile_rays.glsl"
 
@@ -64,11 +65,6 @@ Shaft bounds_of(ShaftSpace space, uint tile) {
     return s;
 }
 
-Shaft united(Shaft a, Shaft b) {
-    return Shaft(min(a.origin_lower, b.origin_lower), max(a.origin_upper, b.origin_upper), min(a.end_lower, b.end_lower),
-                 max(a.end_upper, b.end_upper));
-}
-
 float size(Shaft s) {
     vec3 w = (s.origin_upper - s.origin_lower) + (s.end_upper - s.end_lower);
     return w.x + w.y + w.z;
@@ -116,33 +112,6 @@ bool intact(Earlier e, uint tile, bool asked) {
         ++i;
     } while (i < entries);
     return possible && checksum(sums, e.shaft, e.counts) == e.sum;
-}
-
-struct NodeBoxes {
-    vec4 lower[3];  // by axis, of four children
-    vec4 upper[3];
-    uvec4 reference;
-};
-
-// In the units of its hierarchy.
-NodeBoxes load_node(uint node) {
-    int index = int(node & kBvhIndexMask);
-    NodeBoxes n;
-#ifdef HALFLIGHT_NODES_FLOAT
-    for (int a = 0; a < 3; ++a) {
-        n.lower[a] = texelFetch(trace_nodes, index * kBvhFloatTexels + 2 * a);
-        n.upper[a] = texelFetch(trace_nodes, index * kBvhFloatTexels + 2 * a + 1);
-    }
-    n.reference = floatBitsToUint(texelFetch(trace_nodes, index * kBvhFloatTexels + 6));
-#else
-    for (int a = 0; a < 3; ++a) {
-        uvec4 cells = texelFetch(trace_nodes, index * kBvhGridTexels + a);
-        n.lower[a] = cells_of(cells.xy);
-        n.upper[a] = cells_of(cells.zw);
-    }
-    n.reference = texelFetch(trace_nodes, index * kBvhGridTexels + 3);
-#endif
-    return n;
 }
 
 float pick(vec4 v, int i) {
@@ -225,7 +194,7 @@ void main() {
 #else
     Earlier earlier = load_earlier(tile);
     bool stale = asked && !intact(earlier, tile, shaft_contains(earlier.shaft, shaft));
-    Shaft both = united(shaft, earlier.shaft);  // garbage makes it larger, or not a number, and then it is not taken
+    Shaft both = shaft_union(shaft, earlier.shaft);  // garbage makes it larger, or not a number, and then it is not taken
     if (size(both) <= kMuchTheSame * size(shaft)) shaft = widened(both);
 #endif
 

@@ -4,8 +4,13 @@
 // drivers, nor watertight.
 //
 // Variants: HALFLIGHT_ANY_HIT; HALFLIGHT_TWO_LEVEL: the root is that of a tree over instances, each of which names the root
-// of its block.
+// of its block; HALFLIGHT_LIST: the rays of a list of paths; HALFLIGHT_ALPHA, with the scene's other defines: alpha tests.
 #include "shaders/shared/rays.h"
+#ifdef HALFLIGHT_ALPHA
+#include "shaders/scene_tables.glsl"
+#include "shaders/shared/frame.h"
+#include "shaders/lib/alpha.glsl"
+#endif
 
 layout(local_size_x = 64) in;
 
@@ -19,9 +24,9 @@ struct Triangle {
     vec3 corner;
     uint id;
     vec3 edge1;
-    uint unused1;
+    uint alpha_tested;
     vec3 edge2;
-    uint unused2;
+    uint unused;
 };
 struct Instance {
     vec4 rows[3];  // world to block
@@ -39,6 +44,15 @@ layout(std430, binding = 3) readonly buffer Rays { Ray rays[]; };
 layout(std430, binding = 4) writeonly buffer Occluded { uint occluded[]; };
 #else
 layout(std430, binding = 4) writeonly buffer Hits { Hit hits[]; };
+#endif
+
+#ifdef HALFLIGHT_LIST
+layout(std430, binding = 5) readonly buffer List { uint list[]; };
+layout(std430, binding = 6) readonly buffer Header { ListHeader header; };
+#endif
+#ifdef HALFLIGHT_ALPHA
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+uniform uint alpha_salt;
 #endif
 
 uniform uint root;
@@ -60,7 +74,12 @@ float enter_box(vec3 origin, vec3 inverse, uint node, float t_min, float t_max) 
 
 void main() {
     uint index = gl_GlobalInvocationID.x;
+#ifdef HALFLIGHT_LIST
+    if (index >= header.count) return;
+    index = list[index];
+#else
     if (index >= ray_count) return;
+#endif
     Ray ray = rays[index];
     Hit hit = Hit(ray.t_max, 0.0, 0.0, kMiss, kMiss);
     vec3 origin = ray.origin;
@@ -132,9 +151,14 @@ void main() {
                 vec3 q = cross(from_corner, edge1);
                 float v = dot(direction, q) * inverse_determinant;
                 float t = dot(edge2, q) * inverse_determinant;
-                if (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > ray.t_min && t < hit.t) {
-                    hit = Hit(t, u, v, triangles[k].id, instance);
+                bool nearer = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > ray.t_min && t < hit.t;
+#ifdef HALFLIGHT_ALPHA
+                if (nearer && triangles[k].alpha_tested != 0u) {
+                    uint key = ray_key(index, frame.seed, frame.sample_index, alpha_salt);
+                    nearer = alpha_accept(triangles[k].id, instance, u, v, key);
                 }
+#endif
+                if (nearer) hit = Hit(t, u, v, triangles[k].id, instance);
             }
             pop = true;
         }

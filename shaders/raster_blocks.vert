@@ -5,7 +5,7 @@ flat out uint block_candidates;
 
 void main() {
     uint block = uint(gl_VertexID);
-    ShaftTest shaft = shaft_test(fetch_shaft(tile_count + block), hull, slack);
+    TimedTest shaft = shaft_test(fetch_shaft(tile_count + block), hull, slack);
     float near = kShaftBig;
     block_candidates = 0u;
     for (uint i = 0u; i < candidate_count; ++i) {

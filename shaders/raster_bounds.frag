@@ -13,7 +13,7 @@ layout(std430, binding = 4) writeonly buffer Alive { uvec2 alive[]; };
 void main() {
     uint tile = tile_of_texel(uvec2(gl_FragCoord.xy));
     BvhHead head = bvh_head(0u);
-    Shaft shaft = empty_shaft();
+    TimedShaft shaft = empty_shaft();
     float greatest_t = -1.0;
     uvec2 living = uvec2(0u);
     bool finite = true;
@@ -30,17 +30,17 @@ void main() {
         float end = ray.t_max >= ray.t_min ? end_of(ray, head) : -1.0;
         if (end >= 0.0) {
             vec3 to = ray.origin + end * ray.direction;
-            shaft = shaft_union(shaft, Shaft(ray.origin, ray.origin, to, to, end));
+            shaft = shaft_union(shaft, TimedShaft(Shaft(ray.origin, ray.origin, to, to), end));
             greatest_t = max(greatest_t, end);
             finite = finite && all(lessThan(abs(ray.origin), vec3(kShaftBig))) && all(lessThan(abs(to), vec3(kShaftBig)));
             living[(entry >> 5) & 1u] |= 1u << (entry & 31u);
         }
     }
     if (!finite) shaft = endless_shaft();
-    shafts[4u * tile] = vec4(shaft.from_lower, shaft.least_t);
-    shafts[4u * tile + 1u] = vec4(shaft.from_upper, greatest_t);
-    shafts[4u * tile + 2u] = vec4(shaft.to_lower, 0.0);
-    shafts[4u * tile + 3u] = vec4(shaft.to_upper, 0.0);
+    shafts[4u * tile] = vec4(shaft.rays.origin_lower, shaft.least_t);
+    shafts[4u * tile + 1u] = vec4(shaft.rays.origin_upper, greatest_t);
+    shafts[4u * tile + 2u] = vec4(shaft.rays.end_lower, 0.0);
+    shafts[4u * tile + 3u] = vec4(shaft.rays.end_upper, 0.0);
     alive[tile] = living;
     gl_FragDepth = greatest_t < 0.0 ? kDeadDepth : depth_of(greatest_t);
 }

@@ -16,7 +16,7 @@ layout(std430, binding = 5) writeonly buffer Lists { uint lists[]; };
 void main() {
     uvec2 texel = uvec2(gl_FragCoord.xy);
     uint tile = tile_of_texel(texel);
-    ShaftTest shaft = shaft_test(fetch_shaft(tile), hull, slack);
+    TimedTest shaft = shaft_test(fetch_shaft(tile), hull, slack);
     float reach = reach_of(texelFetch(tile_depth, ivec2(texel), 0).x);
     int met = 0;
     for (uint left = block_candidates; left != 0u; left &= left - 1u) {

@@ -3,6 +3,7 @@
 #include "shaders/trace_scene.glsl"
 #include "shaders/shared/word.h"
 #include "shaders/lib/bvh.glsl"
+#include "shaders/lib/node_boxes.glsl"
 #include "shaders/lib/raster_boxes.glsl"
 
 layout(early_fragment_tests) in;  // lists of what is dropped are not read
@@ -14,33 +15,6 @@ const float kLarge = 4.0;  // times the shaft's width; from 2 to 16 make little 
 
 flat in uint block_candidates;
 layout(location = 0) out uint list_size;
-
-struct Children {
-    vec4 begin;    // in parts of the shaft's length; more than 1: not met
-    vec4 extent;   // greatest edge, world
-    uvec4 reference;
-};
-
-Children children_of(ShaftTest shaft, vec3 cell, uint node) {
-    Children c;
-#ifdef HALFLIGHT_NODES_FLOAT
-    int texel = int(node) * kBvhFloatTexels;
-    vec4 lower_x = texelFetch(trace_nodes, texel), upper_x = texelFetch(trace_nodes, texel + 1);
-    vec4 lower_y = texelFetch(trace_nodes, texel + 2), upper_y = texelFetch(trace_nodes, texel + 3);
-    vec4 lower_z = texelFetch(trace_nodes, texel + 4), upper_z = texelFetch(trace_nodes, texel + 5);
-    c.reference = floatBitsToUint(texelFetch(trace_nodes, texel + 6));
-#else
-    int texel = int(node) * kBvhGridTexels;
-    uvec4 x = texelFetch(trace_nodes, texel), y = texelFetch(trace_nodes, texel + 1), z = texelFetch(trace_nodes, texel + 2);
-    vec4 lower_x = cells_of(x.xy), lower_y = cells_of(y.xy), lower_z = cells_of(z.xy);
-    vec4 upper_x = cells_of(x.zw), upper_y = cells_of(y.zw), upper_z = cells_of(z.zw);
-    c.reference = texelFetch(trace_nodes, texel + 3);
-#endif
-    c.begin = shaft_begins(shaft, lower_x, lower_y, lower_z, upper_x, upper_y, upper_z);
-    c.begin = mix(c.begin, vec4(2.0), equal(c.reference, uvec4(kBvhNoChild)));
-    c.extent = max((upper_x - lower_x) * cell.x, max((upper_y - lower_y) * cell.y, (upper_z - lower_z) * cell.z));
-    return c;
-}
 
 // Slots from far to near, two bits each, the first one lowest.
 uint far_to_near(vec4 begin) {
@@ -56,19 +30,19 @@ uint bits_of(bvec4 v) { return uint(v.x) | uint(v.y) << 1 | uint(v.z) << 2 | uin
 void main() {
     uvec2 texel = uvec2(gl_FragCoord.xy);
     uint tile = tile_of_texel(texel);
-    Shaft shaft = fetch_shaft(tile);
-    ShaftTest test = shaft_test(shaft, hull, slack);
+    TimedShaft shaft = fetch_shaft(tile);
+    TimedTest test = shaft_test(shaft, hull, slack);
     float reach = reach_of(texelFetch(tile_depth, ivec2(texel), 0).x);
     BvhHead head = bvh_head(0u);
 #ifdef HALFLIGHT_NODES_FLOAT
     vec3 cell = vec3(1.0);
-    ShaftTest inside = test;
+    ShaftTest inside = test.test;
 #else
     vec3 cell = head.cell;
-    ShaftTest inside = scaled_shaft(test, head.base, cell);
+    ShaftTest inside = scaled_shaft(test.test, head.base, cell);
 #endif
-    float from_width = greatest_of(shaft.from_upper - shaft.from_lower);
-    float to_width = greatest_of(shaft.to_upper - shaft.to_lower);
+    float from_width = greatest_of(shaft.rays.origin_upper - shaft.rays.origin_lower);
+    float to_width = greatest_of(shaft.rays.end_upper - shaft.rays.end_lower);
 
     uint waiting[kRasterList];  // nodes to be cut, as entries
     uint first = tile * kRasterList;
@@ -86,23 +60,25 @@ void main() {
         while (waits > 0u) {
             uint entry = waiting[--waits];
             uint node = entry & kBvhIndexMask;
-            Children c = children_of(inside, cell, node);
-            bvec4 meets = lessThanEqual(c.begin, vec4(1.0));
-            meets = bvec4(uvec4(meets) & uvec4(lessThanEqual(c.begin * test.least_t, vec4(reach))));
-            vec4 width = mix(vec4(from_width), vec4(to_width), min(c.begin, vec4(1.0)));
-            bvec4 large = greaterThan(c.extent, kLarge * width);
-            bvec4 inner = lessThan(c.reference, uvec4(kBvhTag | kBvhLeaf));
+            NodeBoxes n = load_node(node);
+            ShaftInterval i = shaft_interval(inside, n.lower, n.upper);
+            bvec4 meets = bvec4(uvec4(lessThanEqual(i.enter, i.leave)) & uvec4(notEqual(n.reference, uvec4(kBvhNoChild))) &
+                                uvec4(lessThanEqual(i.enter * test.least_t, vec4(reach))));
+            vec4 extent = max((n.upper[0] - n.lower[0]) * cell.x,
+                              max((n.upper[1] - n.lower[1]) * cell.y, (n.upper[2] - n.lower[2]) * cell.z));
+            bvec4 large = greaterThan(extent, kLarge * mix(vec4(from_width), vec4(to_width), i.enter));
+            bvec4 inner = lessThan(n.reference, uvec4(kBvhTag | kBvhLeaf));
             uint slots = (entry >> kRasterSlotShift) & bits_of(meets);
             uint cut = slots & bits_of(large) & bits_of(inner);
             uint count = uint(bitCount(cut));
             if (used + waits + count + 1u + others > kRasterList) cut = 0u;
             slots &= ~cut;
             if (slots != 0u) lists[first + used++] = node | slots << kRasterSlotShift;
-            uint order = far_to_near(c.begin);
-            for (uint i = 0u; i < 4u; ++i, order >>= 2) {
+            uint order = far_to_near(i.enter);
+            for (uint k = 0u; k < 4u; ++k, order >>= 2) {
                 uint slot = order & 3u;
                 if ((cut >> slot & 1u) != 0u) {
-                    waiting[waits++] = (c.reference[slot] & kBvhIndexMask) | 15u << kRasterSlotShift;
+                    waiting[waits++] = (n.reference[slot] & kBvhIndexMask) | 15u << kRasterSlotShift;
                 }
             }
         }

@@ -47,6 +47,23 @@ class Descriptor {
     int fd_;
 };
 
+/// A regular file.
+struct ReadableFile {
+    // O_NONBLOCK: opening a pipe without a writer would wait for ever; regular files do not care.
+    explicit ReadableFile(const fs::path& path) : descriptor(path, O_RDONLY | O_NONBLOCK) {
+        const std::string subject = path.string();
+        if (descriptor < 0) throw Error(subject, "cannot read: {}", reason(errno));
+        struct stat info {};
+        if (fstat(descriptor, &info) != 0) throw Error(subject, "cannot read: {}", reason(errno));
+        if (S_ISDIR(info.st_mode)) throw Error(subject, "cannot read: {}", reason(EISDIR));
+        if (!S_ISREG(info.st_mode)) throw Error(subject, "cannot read: not a regular file");
+        bytes = static_cast<std::uint64_t>(info.st_size);
+    }
+
+    Descriptor descriptor;
+    std::uint64_t bytes = 0;
+};
+
 /// Where `path` leads through symbolic links; the last one may point at nothing yet.
 fs::path follow_links(const fs::path& path) {
     constexpr int kMaxLinks = 40;  // as Linux, path_resolution(7)
@@ -107,6 +124,18 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
     sync_folder(target.parent_path());
 }
 
+void check_writable(const fs::path& path) {
+    struct WouldWork {};
+    try {
+        write_atomically(path, [](const auto&) { throw WouldWork{}; });
+    } catch (const WouldWork&) {
+    }
+}
+
+void check_readable(const fs::path& path) {
+    const ReadableFile file(path);
+}
+
 void write_file(const fs::path& path, std::string_view bytes) {
     write_atomically(path, [&](const fs::path& temporary) {
         CheckedFile file(temporary, path.string());
@@ -117,20 +146,14 @@ void write_file(const fs::path& path, std::string_view bytes) {
 
 std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
     const std::string subject = path.string();
-    // O_NONBLOCK: opening a pipe without a writer would wait for ever; regular files do not care.
-    const Descriptor file(path, O_RDONLY | O_NONBLOCK);
-    if (file < 0) throw Error(subject, "cannot read: {}", reason(errno));
-    struct stat info {};
-    if (fstat(file, &info) != 0) throw Error(subject, "cannot read: {}", reason(errno));
-    if (S_ISDIR(info.st_mode)) throw Error(subject, "cannot read: {}", reason(EISDIR));
-    if (!S_ISREG(info.st_mode)) throw Error(subject, "cannot read: not a regular file");
-    const auto size = static_cast<std::uint64_t>(info.st_size);
+    const ReadableFile file(path);
+    const std::uint64_t size = file.bytes;
     if (size > max_bytes) throw Error(subject, "has {} bytes, more than the limit of {}", size, max_bytes);
 
     std::string bytes(size, '\0');
     std::size_t done = 0;
     while (done < bytes.size()) {
-        const ssize_t got = read(file, bytes.data() + done, bytes.size() - done);
+        const ssize_t got = read(file.descriptor, bytes.data() + done, bytes.size() - done);
         if (got < 0 && errno == EINTR) continue;
         if (got < 0) throw Error(subject, "cannot read: {}", reason(errno));
         if (got == 0) throw Error(subject, "cannot read: became shorter while it was read");

@@ -18,11 +18,17 @@ namespace halflight {
 void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path& temporary)>& write);
 
+/// Throws Error if a file of this name cannot be written here, as far as that can be told without writing it.
+void check_writable(const std::filesystem::path& path);
+
 /// write_atomically() of bytes that are in memory.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
 /// The whole of a regular file. Error: missing, unreadable, a folder, a device or pipe, or longer than `max_bytes`.
 std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes);
+
+/// Throws what read_file() would of a file that is missing, unreadable or not a regular one.
+void check_readable(const std::filesystem::path& path);
 
 /// Whether these are the first bytes of a Git LFS pointer, which a checkout without LFS has in place of the file.
 bool is_lfs_pointer(std::string_view bytes);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <ctime>
 #include <map>
+#include <optional>
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
@@ -79,13 +80,19 @@ float greatest_coordinate(const Bounds& box) {
 
 }  // namespace
 
+/// Of batches that are alike.
+struct RasterMemory {
+    CullState state;
+    std::optional<gpu::Buffer> starts;  // shafts of blocks of the run before, which nobody has to wait for
+};
+
 struct RasterCulling::Parts {
     RasterSettings settings;
     CullTree tree;
     gpu::Buffer boxes;
-    std::map<RayKind, CullState> states;
-    std::map<RayKind, RasterStatistics> statistics;
-    std::vector<Query> queries;  // used again by every run
+    std::map<BatchKey, RasterMemory> memories;
+    std::map<BatchKey, RasterStatistics> statistics;  // of place 0
+    std::vector<Query> queries;                       // used again by every run
     gpu::Object<gpu::delete_vertex_array> no_attributes;
 };
 
@@ -110,11 +117,26 @@ const RasterSettings& RasterCulling::settings() const {
 const CullTree& RasterCulling::tree() const {
     return parts_->tree;
 }
-CullState& RasterCulling::state(RayKind kind) {
-    return parts_->states[kind];
+CullState& RasterCulling::state(const BatchKey& key) {
+    return parts_->memories[key].state;
 }
-RasterStatistics& RasterCulling::statistics(RayKind kind) {
-    return parts_->statistics[kind];
+RasterStatistics& RasterCulling::statistics(RayKind kind, std::uint32_t depth) {
+    return parts_->statistics[{kind, depth}];
+}
+
+std::vector<RasterBatch> RasterCulling::batches() const {
+    std::vector<RasterBatch> all;
+    for (const auto& [key, statistics] : parts_->statistics) {
+        RasterBatch& batch = all.emplace_back(RasterBatch{key.kind, key.depth, statistics, 0});
+        for (const auto& [of, memory] : parts_->memories)
+            if (of.kind == key.kind && of.depth == key.depth)
+                batch.state_bytes += memory.state.nodes.size() * sizeof(CullMemory);
+    }
+    return all;
+}
+
+std::size_t RasterCulling::state_bytes(const RayBatch&) const {
+    return parts_->tree.nodes.size() * sizeof(CullMemory);
 }
 
 void RasterCulling::reset_statistics() {
@@ -122,14 +144,30 @@ void RasterCulling::reset_statistics() {
 }
 
 void RasterCulling::invalidate() {
-    parts_->states.clear();
+    parts_->memories.clear();
 }
 
 std::size_t RasterCulling::bytes() const {
     const CullTree& tree = parts_->tree;
     std::size_t sum = parts_->boxes.bytes() + tree.nodes.size() * sizeof(CullNode);
-    for (const auto& [kind, state] : parts_->states) sum += state.nodes.size() * sizeof(CullMemory);
+    for (const auto& [key, memory] : parts_->memories) {
+        sum += memory.state.nodes.size() * sizeof(CullMemory);
+        if (memory.starts) sum += memory.starts->bytes();
+    }
     return sum;
+}
+
+/// Where rays start, on average over the shafts of blocks.
+vec3 eye_of(const std::vector<vec4>& shafts) {
+    vec3 sum(0);
+    float count = 0;
+    for (std::size_t i = 0; i < shafts.size(); i += 4) {
+        const vec3 lower(shafts[i]), upper(shafts[i + 1]);
+        if (lower.x > upper.x) continue;
+        sum += 0.5f * (lower + upper);
+        count += 1;
+    }
+    return count == 0 ? sum : sum / count;
 }
 
 /// Handles of one batch's pass.
@@ -148,7 +186,7 @@ class RasterRun final : public CullDevice {
     RasterRun(graph::Resources& r, const TraceScene& scene, RasterCulling& culling, const RayBatch& batch,
               const RasterTargets& targets, bool any_hit)
         : parts_(*culling.parts_),
-          statistics_(culling.statistics(batch.kind)),
+          statistics_(culling.statistics(batch.kind, batch.depth)),
           layout_(batch.capacity),
           resources_(r),
           batch_(batch),
@@ -217,19 +255,13 @@ class RasterRun final : public CullDevice {
         trace_lists(false);
     }
 
-    /// Where rays start, on average over blocks.
-    vec3 eye() const {
-        const std::vector<vec4> rows =
-            resources_.buffer(targets_.shafts).read<vec4>(std::size_t{layout_.tiles()} * 4, layout_.blocks * 4);
-        vec3 sum(0);
-        float count = 0;
-        for (std::size_t i = 0; i < rows.size(); i += 4) {
-            const vec3 lower(rows[i]), upper(rows[i + 1]);
-            if (lower.x > upper.x) continue;
-            sum += 0.5f * (lower + upper);
-            count += 1;
-        }
-        return count == 0 ? sum : sum / count;
+    /// For eye_of() in the next run.
+    void keep_starts(std::optional<gpu::Buffer>& starts) const {
+        const std::size_t block = 4 * sizeof(vec4), bytes = layout_.blocks * block;
+        if (!starts || starts->bytes() != bytes) starts.emplace("starts of rays", bytes);
+        glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
+        glCopyNamedBufferSubData(resources_.buffer(targets_.shafts).id(), starts->id(),
+                                 static_cast<GLintptr>(layout_.tiles() * block), 0, static_cast<GLsizeiptr>(bytes));
     }
 
   private:
@@ -368,27 +400,19 @@ class RasterRun final : public CullDevice {
     std::size_t asked_ = 0;
 };
 
-namespace {
-
-graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, RasterCulling& culling, const RayBatch& batch,
-                          graph::BufferHandle results, bool any_hit) {
+graph::BufferHandle RasterCulling::add(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
+                                       graph::BufferHandle results, bool any_hit) {
     const Layout layout(batch.capacity);
     check_driver(layout);
     graph::Pass pass =
         graph.add_pass(fmt::format("{} rays: {}, raster", name(batch.kind), any_hit ? "any hit" : "closest hit"));
-    pass.read(batch.rays, Access::texture_read);
-    if (scene.alpha_tested()) pass.read(batch.frame_constants, Access::uniform_read);
-    if (batch.list) {
-        pass.read(batch.list, Access::storage_read);
-        pass.read(batch.list_header, Access::storage_read);
-    }
+    read_batch(pass, scene, batch);
     const std::size_t tiles = layout.tiles();
     const auto texels = [&](GLenum format) {
         return gpu::TextureDesc{layout.tile_texels.x, layout.tile_texels.y, format};
     };
     RasterTargets targets;
-    targets.results =
-        pass.write(results, batch.list && results.version != 0 ? Access::storage_read_write : Access::storage_write);
+    targets.results = write_results(pass, batch, results);
     targets.shafts = pass.write(graph.create_buffer("ray shafts", {(tiles + layout.blocks) * 4 * sizeof(vec4)}),
                                 Access::storage_write);
     targets.alive = pass.write(graph.create_buffer("living rays", {tiles * sizeof(uvec2)}), Access::storage_write);
@@ -398,28 +422,17 @@ graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, RasterCu
     targets.lists =
         pass.write(graph.create_buffer("lists of nodes", {tiles * shared::kRasterList * sizeof(std::uint32_t)}),
                    Access::storage_write);
-    pass.execute([=, &scene, &culling](graph::Resources& r) {
+    pass.execute([=, this, &scene](graph::Resources& r) {
         const auto start = std::chrono::steady_clock::now();
-        RasterStatistics& statistics = culling.statistics(batch.kind);
-        CullState& state = culling.state(batch.kind);
-        RasterRun run(r, scene, culling, batch, targets, any_hit);
-        walk(culling.tree(), state, run, statistics);
-        state.eye = run.eye();
-        statistics.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        RasterStatistics& told = statistics(batch.kind, batch.depth);
+        RasterMemory& memory = parts_->memories[{batch.kind, batch.depth, batch.place}];
+        if (memory.starts) memory.state.eye = eye_of(memory.starts->read<vec4>());
+        RasterRun run(r, scene, *this, batch, targets, any_hit);
+        run.keep_starts(memory.starts);
+        walk(tree(), memory.state, run, told);
+        told.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     });
     return targets.results;
-}
-
-}  // namespace
-
-graph::BufferHandle raster_closest_hit(graph::Graph& graph, const TraceScene& scene, RasterCulling& culling,
-                                       const RayBatch& batch, graph::BufferHandle hits) {
-    return trace(graph, scene, culling, batch, hits, false);
-}
-
-graph::BufferHandle raster_any_hit(graph::Graph& graph, const TraceScene& scene, RasterCulling& culling,
-                                   const RayBatch& batch, graph::BufferHandle occluded) {
-    return trace(graph, scene, culling, batch, occluded, true);
 }
 
 }  // namespace halflight::rays

@@ -22,6 +22,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/rays/batch_server.h"
 #include "engine/rays/raster_walk.h"
 #include "engine/rays/rays.h"
 
@@ -33,8 +34,20 @@ struct RasterSettings {
     bool measure = false;         // fill in RasterStatistics::pairs and ::stages; waits for every draw
 };
 
-/// What the raster back end knows of a scene, and what it remembers from run to run, by ray kind.
-class RasterCulling {
+/// Of the batches of one kind and depth, in whatever place.
+struct RasterBatch {
+    RayKind kind = RayKind::primary;
+    std::uint32_t depth = 0;
+    RasterStatistics statistics;
+    std::size_t state_bytes = 0;
+};
+
+/// What the raster back end knows of a scene, and what it remembers of batches from run to run. Its hits are the plain
+/// tracer's, bit for bit. (A search that the driver would have cut short may come to its end here, being divided.
+/// Numbers below 2^-126 count as 0 in llvmpipe's fragment kernels, and not in its compute kernels: results differ where
+/// directions have such components.) add() throws Error where the driver's points or targets are too small for the
+/// batch.
+class RasterCulling final : public BatchServer {
   public:
     /// packed: what the TraceScene was made of. Needs a current context.
     RasterCulling(const PackedScene& packed, const RasterSettings& settings = {});
@@ -42,33 +55,28 @@ class RasterCulling {
     RasterCulling(CullTree tree, const RasterSettings& settings = {});
     RasterCulling(RasterCulling&&) noexcept;
     RasterCulling& operator=(RasterCulling&&) noexcept;
-    ~RasterCulling();
+    ~RasterCulling() override;
 
     const RasterSettings& settings() const;
     const CullTree& tree() const;
-    /// By kind; may be overwritten with anything.
-    CullState& state(RayKind kind);
-    /// Forgets all states: camera cut, scene edit, resize.
-    void invalidate();
+    Way way() const override { return Way::raster; }
+    graph::BufferHandle add(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
+                            graph::BufferHandle results, bool any_hit) override;
+    /// May be overwritten with anything.
+    CullState& state(const BatchKey& key);
+    void invalidate() override;
     /// Of tree and states, on both sides.
     std::size_t bytes() const;
-    /// Sums since construction, or since they were last reset.
-    RasterStatistics& statistics(RayKind kind);
-    void reset_statistics();
+    std::size_t state_bytes(const RayBatch&) const override;
+    /// Sums since construction, or since they were last reset, over all places.
+    RasterStatistics& statistics(RayKind kind, std::uint32_t depth);
+    void reset_statistics() override;
+    std::vector<RasterBatch> batches() const;
 
   private:
     friend class RasterRun;
     struct Parts;
     std::unique_ptr<Parts> parts_;
 };
-
-/// As rays::closest_hit and rays::any_hit, with the same results, bit for bit. (A search that the driver would have cut
-/// short may come to its end here, being divided. Numbers below 2^-126 count as 0 in llvmpipe's fragment kernels, and
-/// not in its compute kernels: results differ where directions have such components.) culling must outlive the graph's
-/// runs. Throw Error where the driver's points or targets are too small for the batch.
-graph::BufferHandle raster_closest_hit(graph::Graph& graph, const TraceScene& scene, RasterCulling& culling,
-                                       const RayBatch& batch, graph::BufferHandle hits);
-graph::BufferHandle raster_any_hit(graph::Graph& graph, const TraceScene& scene, RasterCulling& culling,
-                                   const RayBatch& batch, graph::BufferHandle occluded);
 
 }  // namespace halflight::rays

@@ -8,6 +8,7 @@
 
 #include "engine/core/error.h"
 #include "engine/graph/execute.h"
+#include "engine/rays/batch_server.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/bvh.h"
 #include "shaders/shared/instances.h"
@@ -42,16 +43,8 @@ graph::BufferHandle trace(graph::Graph& graph, const TraceScene& scene, const Ra
 
     graph::Pass pass =
         graph.add_pass(fmt::format("{} rays: {}", name(batch.kind), any_hit ? "any hit" : "closest hit"));
-    pass.read(batch.rays, Access::texture_read);
-    if (scene.alpha_tested()) pass.read(batch.frame_constants, Access::uniform_read);
-    if (batch.list) {
-        pass.read(batch.list, Access::storage_read);
-        pass.read(batch.list_header, Access::storage_read);
-        pass.read(batch.list_header, Access::indirect_read);
-    }
-    // With a list, what other paths had stays, if there is anything yet.
-    const bool keeps = batch.list && results.version != 0;
-    results = pass.write(results, keeps ? Access::storage_read_write : Access::storage_write);
+    read_batch(pass, scene, batch);
+    results = write_results(pass, batch, results);
     pass.execute([=, &scene](graph::Resources& r) { trace_plain(r, scene, batch, results, any_hit); });
     return results;
 }
@@ -62,7 +55,8 @@ void check_groups(std::uint32_t groups, std::uint32_t rays) {
     GLint limit = 0;
     glGetIntegeri_v(GL_MAX_COMPUTE_WORK_GROUP_COUNT, 0, &limit);
     if (groups > static_cast<std::uint32_t>(limit)) {
-        throw Error("rays", "a batch of {} rays takes {} work groups; the driver starts at most {}", rays, groups, limit);
+        throw Error("rays", "a batch of {} rays takes {} work groups; the driver starts at most {}", rays, groups,
+                    limit);
     }
 }
 
@@ -120,6 +114,21 @@ void TraceScene::bind() const {
     nodes_.bind_texture(UNIT_NODES, statistics_.node_format == NodeFormat::grid ? GL_RGBA32UI : GL_RGBA32F);
     triangles_.bind_texture(UNIT_TRIANGLE_VERTICES, GL_RGBA32F);
     instances_.bind_texture(UNIT_INSTANCES, GL_RGBA32F);
+}
+
+void read_batch(graph::Pass& pass, const TraceScene& scene, const RayBatch& batch, Access rays) {
+    pass.read(batch.rays, rays);
+    if (scene.alpha_tested()) pass.read(batch.frame_constants, Access::uniform_read);
+    if (batch.list) {
+        pass.read(batch.list, Access::storage_read);
+        pass.read(batch.list_header, Access::storage_read);
+        pass.read(batch.list_header, Access::indirect_read);
+    }
+}
+
+graph::BufferHandle write_results(graph::Pass& pass, const RayBatch& batch, graph::BufferHandle results) {
+    const bool keeps = batch.list && results.version != 0;
+    return pass.write(results, keeps ? Access::storage_read_write : Access::storage_write);
 }
 
 graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,

@@ -1,6 +1,7 @@
 // Ray batches and who serves them. Passes fill a batch and ask for hits; they do not know which tracer answers.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 
 #include "engine/gpu/buffer.h"
@@ -35,6 +36,14 @@ struct RayBatch {
     // alpha_salt)).
     graph::BufferHandle frame_constants;
     std::uint32_t alpha_salt = 0;
+};
+
+/// Of all batches, at whatever time, that are alike: what is known of one is of use to the next.
+struct BatchKey {
+    RayKind kind = RayKind::primary;
+    std::uint32_t depth = 0;
+    std::uint32_t place = 0;
+    auto operator<=>(const BatchKey&) const = default;
 };
 
 struct TraceStatistics {

@@ -59,6 +59,8 @@ const char* name(Way way) {
             return "tiles";
         case Way::raster:
             return "raster";
+        case Way::other:
+            return "other";
     }
     return "unknown";
 }
@@ -167,40 +169,33 @@ class Tracer::Batch {
     gpu::Buffer culled_{"tiles culled", sizeof(std::uint32_t)};
 };
 
-Tracer::Tracer(const TraceScene& scene, Culling culling, RasterCulling* raster, const TileSettings& tiles)
-    : scene_(scene), culling_(culling), raster_(raster), tiles_(tiles) {
-    if (culling == Culling::raster && raster == nullptr) throw Error("rays", "raster culling without its state");
+Tracer::Tracer(const TraceScene& scene, Culling culling, const TileSettings& tiles)
+    : scene_(scene), culling_(culling), tiles_(tiles) {
+    if (culling == Culling::raster) throw Error("rays", "raster culling is a server of its own");
     if (tiles.side != 8 && tiles.side != 16) throw Error("rays", "tiles of {0}x{0} pixels", tiles.side);
     if (tiles.capacity < 1 || tiles.capacity > std::uint32_t{shared::kMostTileEntries}) {
         throw Error("rays", "tile lists of {} entries", tiles.capacity);
     }
 }
 
+Tracer::Tracer(const TraceScene& scene, BatchServer& server)
+    : scene_(scene), culling_(Culling::off), server_(&server) {}
+
 Tracer::~Tracer() = default;
 
 void Tracer::invalidate() {
     for (auto& [key, batch] : batches_) batch->forget();
-    if (raster_ != nullptr) raster_->invalidate();
+    if (server_ != nullptr) server_->invalidate();
 }
 
 void Tracer::reset_statistics() {
     for (auto& [key, batch] : batches_) batch->reset_statistics();
-    if (raster_ != nullptr) raster_->reset_statistics();
+    if (server_ != nullptr) server_->reset_statistics();
 }
 
 std::vector<BatchStatistics> Tracer::statistics() const {
     std::vector<BatchStatistics> all;
     for (const auto& [key, batch] : batches_) all.push_back(batch->statistics());
-    return all;
-}
-
-std::vector<RasterKind> Tracer::raster_statistics() const {
-    std::vector<RasterKind> all;
-    if (raster_ == nullptr) return all;
-    for (const RayKind kind : kRayKinds) {
-        const RasterStatistics& of_kind = raster_->statistics(kind);
-        if (of_kind.runs > 0) all.push_back({kind, of_kind, raster_->state(kind).nodes.size() * sizeof(CullMemory)});
-    }
     return all;
 }
 
@@ -216,12 +211,9 @@ Tracer::Batch& Tracer::batch(const RayBatch& rays) {
         std::string reason;
         switch (culling_) {
             case Culling::off:
-                ways = {Way::plain};
-                reason = "culling is off";
-                break;
             case Culling::raster:
-                ways = {Way::raster};
-                reason = "raster culling was asked for";
+                ways = {server_ != nullptr ? server_->way() : Way::plain};
+                reason = server_ != nullptr ? "it was asked for" : "culling is off";
                 break;
             case Culling::compute:
                 ways = {Way::tiles};
@@ -269,9 +261,9 @@ class BatchRun {
 
   private:
     graph::BufferHandle add_whole(graph::BufferHandle results) {
-        if (tracer_.culling_ == Culling::raster) {
-            return any_hit_ ? raster_any_hit(graph_, scene_, *tracer_.raster_, batch_, results)
-                            : raster_closest_hit(graph_, scene_, *tracer_.raster_, batch_, results);
+        if (tracer_.server_ != nullptr) {
+            state_->set_state_bytes(batch_.place, tracer_.server_->state_bytes(batch_));
+            return tracer_.server_->add(graph_, scene_, batch_, results, any_hit_);
         }
         return any_hit_ ? any_hit(graph_, scene_, batch_, results) : closest_hit(graph_, scene_, batch_, results);
     }
@@ -305,16 +297,6 @@ class BatchRun {
         tiles_.counts = tracer_.counts_;
     }
 
-    void read_batch(graph::Pass& pass) const {
-        pass.read(batch_.rays, Access::texture_read);
-        if (scene_.alpha_tested()) pass.read(batch_.frame_constants, Access::uniform_read);
-        if (batch_.list) {
-            pass.read(batch_.list, Access::storage_read);
-            pass.read(batch_.list_header, Access::storage_read);
-            pass.read(batch_.list_header, Access::indirect_read);
-        }
-    }
-
     /// Timed where that is wanted: it waits for the GPU.
     template <class F>
     auto timed(Tracer::Batch::Step step, F f) const {
@@ -329,7 +311,7 @@ class BatchRun {
 
     void add_cull() {
         graph::Pass pass = graph_.add_pass(label_ + ": cull");
-        read_batch(pass);
+        read_batch(pass, scene_, batch_);
         // Lists of a list's rays are made anew: what was in their memory is none of ours.
         const Access update = batch_.list ? Access::storage_write : Access::storage_read_write;
         tiles_.lists = pass.write(tiles_.lists, update);
@@ -346,13 +328,12 @@ class BatchRun {
 
     graph::BufferHandle add_search(graph::BufferHandle results) {
         graph::Pass pass = graph_.add_pass(label_ + (any_hit_ ? ": any hit" : ": closest hit"));
-        read_batch(pass);
+        read_batch(pass, scene_, batch_);
         pass.read(tiles_.lists, Access::texture_read);
         if (any_hit_) tiles_.blockers = pass.write(tiles_.blockers, Access::storage_read_write);
         tiles_.rest_header = pass.write(tiles_.rest_header, Access::storage_write);
         tiles_.rest = pass.write(tiles_.rest, Access::storage_write);
-        const bool keeps = batch_.list && results.version != 0;
-        results = pass.write(results, keeps ? Access::storage_read_write : Access::storage_write);
+        results = write_results(pass, batch_, results);
         const auto search = [&scene = scene_, rays = batch_, tiles = tiles_, results, any = any_hit_,
                              batch = state_](graph::Resources& r) {
             if (batch->way() == Way::plain) {
@@ -367,7 +348,7 @@ class BatchRun {
 
     graph::BufferHandle add_rest(graph::BufferHandle results) {
         graph::Pass pass = graph_.add_pass(label_ + ": rest");
-        read_batch(pass);
+        read_batch(pass, scene_, batch_);
         pass.read(tiles_.lists, Access::texture_read);
         pass.read(tiles_.rest, Access::storage_read);
         pass.read(tiles_.rest_header, Access::storage_read);
@@ -395,7 +376,7 @@ class BatchRun {
         const bool tiles = culls_by_tiles(tracer_.culling_, batch_);
         graph::Pass pass = graph_.add_pass(label_ + ": count");
         pass.keep();
-        read_batch(pass);
+        read_batch(pass, scene_, batch_);
         if (tiles) {
             pass.read(tiles_.lists, Access::texture_read);
             pass.read(tiles_.rest_header, Access::transfer_read);

@@ -10,7 +10,7 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/graph/graph.h"
-#include "engine/rays/raster.h"
+#include "engine/rays/batch_server.h"
 #include "engine/rays/rays.h"
 #include "engine/rays/tiles.h"
 
@@ -23,11 +23,6 @@ enum class Culling : std::uint8_t {
     raster,     // raster.h
 };
 const char* name(Culling culling);
-
-/// Ways to serve a batch.
-enum class Way : std::uint8_t { plain, tiles, raster };
-inline constexpr std::size_t kWays = 3;
-const char* name(Way way);
 
 /// What is known of one batch of a frame: those of one kind and depth, run after run.
 struct BatchStatistics {
@@ -64,29 +59,23 @@ struct BatchStatistics {
     std::size_t state_bytes = 0;  // carried from run to run, of all places
 };
 
-/// What the raster back end knows of a kind of rays, of whatever depth.
-struct RasterKind {
-    RayKind kind = RayKind::primary;
-    RasterStatistics statistics;
-    std::size_t state_bytes = 0;
-};
-
 /// A scene and how its batches are served. What it learns decides about time and nothing else.
 class Tracer {
   public:
-    /// raster: for Culling::raster, else ignored; both outlive the tracer. Throws Error without one where needed.
-    /// Also where tile settings are out of range.
-    explicit Tracer(const TraceScene& scene, Culling culling = Culling::off, RasterCulling* raster = nullptr,
-                    const TileSettings& tiles = {});
+    /// The scene outlives the tracer. Throws Error for Culling::raster, which is a server, and where tile settings are
+    /// out of range.
+    explicit Tracer(const TraceScene& scene, Culling culling = Culling::off, const TileSettings& tiles = {});
+    /// All batches are left to a server, which outlives the tracer.
+    Tracer(const TraceScene& scene, BatchServer& server);
     Tracer(const Tracer&) = delete;
     Tracer& operator=(const Tracer&) = delete;
     ~Tracer();
 
     const TraceScene& scene() const { return scene_; }
-    Culling culling() const { return culling_; }
+    Culling culling() const { return culling_; }  ///< off, where a server does everything
     const TileSettings& tile_settings() const { return tiles_; }
-    /// Camera cut, scene edit, resize: what is known of the fastest way is forgotten, and the raster back end's state.
-    /// The tile lists are carried buffers of the graph's History, which is invalidated there.
+    /// Camera cut, scene edit, resize: what is known of the fastest way is forgotten, and what a server knows. The tile
+    /// lists are carried buffers of the graph's History, which is invalidated there.
     void invalidate();
     /// All sums start from zero; what is known stays.
     void reset_statistics();
@@ -94,7 +83,6 @@ class Tracer {
     /// those that have but one way to be served are timed as well.
     void count() { counts_ = true; }
     std::vector<BatchStatistics> statistics() const;
-    std::vector<RasterKind> raster_statistics() const;
     /// Whether the last run of such a batch was by tiles.
     bool ran_by_tiles(const RayBatch& rays) const;
 
@@ -105,7 +93,7 @@ class Tracer {
 
     const TraceScene& scene_;
     Culling culling_;
-    RasterCulling* raster_;
+    BatchServer* server_ = nullptr;
     TileSettings tiles_;
     bool counts_ = false;
     std::map<std::string, std::unique_ptr<Batch>> batches_;

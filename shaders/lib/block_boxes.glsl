@@ -1,4 +1,4 @@
-// Boxes within an instance, seen from the hierarchy over the instances. Needs shaders/lib/{bvh,shaft}.glsl.
+// Boxes within an instance, seen from the hierarchy over the instances. Needs shaders/lib/{bvh,chord}.glsl.
 
 // By how much boxes around boxes of a block are to be larger, in the units of the shaft: so that a ray of the bundle that meets
 // a box by the block's box_ray() meets the box around it by that of the hierarchy, no later. Where the block's test has the

@@ -45,8 +45,8 @@ void order_pair(inout BvhStep s, const int i, const int j) {
     s.reference[j] = reference.y;
 }
 
-// [t_min, t_exit]: the part of the ray that matters.
-BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit) {
+// [t_min, t_exit]: the part of the ray that matters. slots: children that do.
+BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, bvec4 slots) {
     int index = int(node & kBvhIndexMask);
 #ifdef HALFLIGHT_NODES_FLOAT
     // The texture unit picks the side that the ray enters by.
@@ -69,11 +69,15 @@ BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit) {
     BvhStep s;
     s.reference = texelFetch(trace_nodes, texel + 3);
 #endif
-    s.near = mix(ivec4(kBvhFar), hits.near, hits.met);
+    s.near = mix(ivec4(kBvhFar), hits.near, bvec4(uvec4(hits.met) & uvec4(slots)));
     order_pair(s, 0, 1);
     order_pair(s, 2, 3);
     order_pair(s, 0, 2);
     order_pair(s, 1, 3);
     order_pair(s, 1, 2);
     return s;
+}
+
+BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit) {
+    return bvh_step(ray, node, t_min, t_exit, bvec4(true));
 }

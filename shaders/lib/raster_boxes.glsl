@@ -13,17 +13,18 @@ uniform float slack;        // of the hierarchy at index 0
 uniform uint candidate_count;
 uniform uvec4 candidate_boxes[8];  // indices into boxes, near ones first
 
-Shaft fetch_shaft(uint index) {
+TimedShaft fetch_shaft(uint index) {
     int texel = int(index) * 4;
-    vec4 from_lower = texelFetch(shafts, texel);
-    return Shaft(from_lower.xyz, texelFetch(shafts, texel + 1).xyz, texelFetch(shafts, texel + 2).xyz,
-                 texelFetch(shafts, texel + 3).xyz, from_lower.w);
+    vec4 origin_lower = texelFetch(shafts, texel);
+    Shaft rays = Shaft(origin_lower.xyz, texelFetch(shafts, texel + 1).xyz, texelFetch(shafts, texel + 2).xyz,
+                       texelFetch(shafts, texel + 3).xyz);
+    return TimedShaft(rays, origin_lower.w);
 }
 
 int box_of_candidate(uint candidate) { return int(candidate_boxes[candidate >> 2][candidate & 3u]); }
 
 // Where rays of the shaft enter the candidate's box, or negative.
-float candidate_near(ShaftTest shaft, uint candidate) {
+float candidate_near(TimedTest shaft, uint candidate) {
     int box = box_of_candidate(candidate) * 2;
     return shaft_near(shaft, texelFetch(boxes, box).xyz, texelFetch(boxes, box + 1).xyz);
 }

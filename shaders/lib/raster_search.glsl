@@ -7,14 +7,6 @@
 
 layout(binding = UNIT_RASTER_LISTS) uniform usamplerBuffer lists;
 
-uvec4 bvh_references(uint node) {
-#ifdef HALFLIGHT_NODES_FLOAT
-    return floatBitsToUint(texelFetch(trace_nodes, int(node) * kBvhFloatTexels + 6));
-#else
-    return texelFetch(trace_nodes, int(node) * kBvhGridTexels + 3);
-#endif
-}
-
 // Hit of a ray among what the list leads to, and `known`, as in traverse_from(). Near entries come first in the list and lie
 // on top of the stack.
 Hit search(Ray ray, uint first_entry, uint list_size, Hit known, uint alpha_key, const bool any_hit) {
@@ -27,15 +19,7 @@ Hit search(Ray ray, uint first_entry, uint list_size, Hit known, uint alpha_key,
         uint entry = texelFetch(lists, int(first_entry + i) - 1).x;
         uint node = entry & kBvhIndexMask;
         bvec4 slots = notEqual(uvec4(entry >> kRasterSlotShift) & uvec4(1u, 2u, 4u, 8u), uvec4(0u));
-        uvec4 wanted = mix(uvec4(kBvhNoChild), bvh_references(node), slots);
-        BvhStep s = bvh_step(box, node, ray.t_min, t_exit);
-        for (int k = 3; k >= 0; --k) {
-            if (s.near[k] < kBvhFar && any(equal(uvec4(s.reference[k]), wanted))) {
-                stack[entries] = s.reference[k];
-                if (!any_hit) stack_near[entries] = s.near[k];
-                ++entries;
-            }
-        }
+        put_aside(bvh_step(box, node, ray.t_min, t_exit, slots), 0, entries, any_hit);
     }
     return traverse_from(ray, entries, known, alpha_key, any_hit);
 }

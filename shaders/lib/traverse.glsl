@@ -83,6 +83,17 @@ Ray ray_in_block(Ray ray, uint instance) {
 uint stack[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];
 int stack_near[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];  // where the ray enters; bits of a float >= 0, like all `near`
 
+// The children that are met, from the one in place `first` of their order on.
+void put_aside(BvhStep s, const int first, inout int entries, const bool any_hit) {
+    for (int i = 3; i >= first; --i) {
+        if (s.near[i] < kBvhFar) {
+            stack[entries] = s.reference[i];
+            if (!any_hit) stack_near[entries] = s.near[i];
+            ++entries;
+        }
+    }
+}
+
 #ifdef HALFLIGHT_COUNT
 uint nodes_visited = 0u;  // inner ones, four boxes each
 #endif
@@ -129,13 +140,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
 #ifdef HALFLIGHT_COUNT
                     ++nodes_visited;
 #endif
-                    for (int i = 3; i > 0; --i) {
-                        if (s.near[i] < kBvhFar) {
-                            stack[entries] = s.reference[i];
-                            if (!any_hit) stack_near[entries] = s.near[i];
-                            ++entries;
-                        }
-                    }
+                    put_aside(s, 1, entries, any_hit);
                     node = s.reference.x;
                     near = s.near.x;
                     if (near == kBvhFar) {

@@ -24,7 +24,7 @@ const char* const kKernel = R"(
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/hash.glsl"
 #include "shaders/lib/traverse.glsl"
-#include "shaders/lib/shaft.glsl"
+#include "shaders/lib/chord.glsl"
 #include "shaders/lib/block_boxes.glsl"
 
 layout(local_size_x = 64) in;

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include "engine/io/gltf.h"
+#include "engine/rays/raster.h"
 #include "tests/cli/process.h"
 #include "tests/pass/tracer_harness.h"
 #include "tests/support/gpu_test.h"
@@ -42,7 +43,7 @@ TEST_F(CityTest, HitsDoNotDependOnWhoFindsThem) {
         rays::RasterCulling raster(packed);
         rays::Tracer plain(traced);
         rays::Tracer compute(traced, rays::Culling::compute);
-        rays::Tracer rasterizing(traced, rays::Culling::raster, &raster);
+        rays::Tracer rasterizing(traced, raster);
 
         std::vector<Ray> rays = mixed_rays(tables.bounds, 4000);
         for (const Camera& camera : scene.cameras) {  // in streets and above roofs

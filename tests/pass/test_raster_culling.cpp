@@ -43,10 +43,7 @@ struct Pair {
         executor.poison(true);
         const Question question{rays, list, frame_constants, kKind};
         return ask<Result>(executor, question, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
-            if (raster) {
-                return any_hit ? raster_any_hit(graph, scene, culling, batch, results)
-                               : raster_closest_hit(graph, scene, culling, batch, results);
-            }
+            if (raster) return culling.add(graph, scene, batch, results, any_hit);
             return any_hit ? rays::any_hit(graph, scene, batch, results)
                            : rays::closest_hit(graph, scene, batch, results);
         });
@@ -134,7 +131,7 @@ TEST_F(RasterCullingTest, StaleAndSenselessMemoryChangesNoHit) {
         pair.run<Hit>(true, camera_rays(pair.tables.bounds, vec3(std::cos(turn), 0.5f, std::sin(turn))), false,
                       nullptr);
         EXPECT_EQ(pair.different_answers(rays), 0u);
-        rays::CullState& state = pair.culling.state(kKind);
+        rays::CullState& state = pair.culling.state({kKind});
         const std::size_t bytes = pair.culling.bytes();
         const auto any_word = [&] { return static_cast<std::uint32_t>(random()); };
         const auto any_float = [&] { return std::bit_cast<float>(any_word()); };
@@ -190,7 +187,7 @@ TEST_F(RasterCullingTest, WhatIsHiddenIsNotTracedAndStaysSo) {
     Pair pair(walls(), settings);
     const std::vector<Ray> rays = camera_rays(pair.tables.bounds, vec3(0, 0, 1));
     for (int run = 0; run < 24; ++run) pair.run<Hit>(true, rays, false, nullptr);
-    const rays::RasterStatistics& s = pair.culling.statistics(kKind);
+    const rays::RasterStatistics& s = pair.culling.statistics(kKind, 0);
     const std::vector<rays::CullNode>& nodes = pair.culling.tree().nodes;
     std::size_t leaves = 0, hidden = 0, hidden_known = 0;
     for (std::size_t i = 0; i < nodes.size(); ++i) {
@@ -198,7 +195,7 @@ TEST_F(RasterCullingTest, WhatIsHiddenIsNotTracedAndStaysSo) {
         ++leaves;
         if (nodes[i].box.upper.z < 0) {
             ++hidden;
-            hidden_known += pair.culling.state(kKind).nodes[i].visible == 1 ? 0 : 1;
+            hidden_known += pair.culling.state({kKind}).nodes[i].visible == 1 ? 0 : 1;
         }
     }
     ASSERT_GT(hidden, leaves / 3);
@@ -237,7 +234,7 @@ TEST_F(RasterCullingTest, ListsAreFilledToTheirEndAndNoFurther) {
         settings.measure = true;
         Pair pair(scene, settings);
         const std::vector<Ray> rays = beams(16);
-        const rays::RasterStatistics& s = pair.culling.statistics(kKind);
+        const rays::RasterStatistics& s = pair.culling.statistics(kKind, 0);
         std::size_t longest = 0;
         for (std::size_t first = 0; first < rays.size(); first += 64) {
             // The second time most leaves are known to be visible and traced in one draw; its pairs are one tile's

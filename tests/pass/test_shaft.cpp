@@ -18,11 +18,12 @@ const char* const kKernel = R"(
 #include "shaders/shared/rays.h"
 #include "shaders/lib/hash.glsl"
 #include "shaders/lib/bvh.glsl"
+#include "shaders/lib/shaft.glsl"
 #ifdef HALFLIGHT_RASTER
 #include "shaders/lib/raster_shaft.glsl"
 #include "shaders/lib/raster_end.glsl"
 #else
-#include "shaders/lib/shaft.glsl"
+#include "shaders/lib/chord.glsl"
 #endif
 
 layout(local_size_x = 64) in;
@@ -31,6 +32,11 @@ uniform uint seed;
 uniform float slack;
 uniform float narrower;  // by which shafts are, relative to the reach
 
+#ifdef HALFLIGHT_RASTER
+#define ANY_TEST TimedTest
+#else
+#define ANY_TEST ShaftTest
+#endif
 const int kRays = 4;
 const float kInfinite = uintBitsToFloat(0x7f800000u);
 
@@ -79,7 +85,7 @@ vec3 node_units(BvhHead head, vec3 p) {
 
 float bundle_reach(BvhHead head, Bundle b) {
     float hull = greatest_of(max(abs(head.base), abs(head.base + kGridCells * head.cell)));
-    return shaft_reach(Shaft(b.from_lower, b.from_upper, b.to_lower, b.to_upper, b.least_end), hull);
+    return shaft_reach(Shaft(b.from_lower, b.from_upper, b.to_lower, b.to_upper), hull);
 }
 
 // By how much grazing rays may pass boxes, in the units of nodes.
@@ -92,23 +98,23 @@ vec3 margin_of(BvhHead head, Bundle b) {
 #endif
 }
 
-ShaftTest test_of(BvhHead head, Bundle b) {
-    Shaft shaft = Shaft(b.from_lower, b.from_upper, b.to_lower, b.to_upper, b.least_end);
+TimedTest test_of(BvhHead head, Bundle b) {
+    TimedShaft shaft = TimedShaft(Shaft(b.from_lower, b.from_upper, b.to_lower, b.to_upper), b.least_end);
     float reach = bundle_reach(head, b);
-    ShaftTest test = shaft_test(shaft, reach, head.slack);
-    test.from_lower += narrower * reach;
-    test.from_upper -= narrower * reach;
+    TimedTest test = shaft_test(shaft, reach, head.slack);
+    test.test.lower += narrower * reach;
+    test.test.upper -= narrower * reach;
 #ifdef HALFLIGHT_NODES_FLOAT
     return test;
 #else
-    return scaled_shaft(test, head.base, head.cell);
+    return TimedTest(scaled_shaft(test.test, head.base, head.cell), test.least_t);
 #endif
 }
 
 // Where rays enter boxes, at the earliest; infinite where they meet none.
-vec4 entered_at(ShaftTest test, vec4 lower[3], vec4 upper[3]) {
-    vec4 begins = shaft_begins(test, lower[0], lower[1], lower[2], upper[0], upper[1], upper[2]);
-    vec4 at = mix(begins * test.least_t, vec4(kInfinite), greaterThan(begins, vec4(1.0)));
+vec4 entered_at(TimedTest test, vec4 lower[3], vec4 upper[3]) {
+    ShaftInterval interval = shaft_interval(test.test, lower, upper);
+    vec4 at = mix(vec4(kInfinite), interval.enter * test.least_t, lessThanEqual(interval.enter, interval.leave));
     for (int b = 0; b < 4; ++b) {  // as nodes of the CPU's tree are
         float near = shaft_near(test, vec3(lower[0][b], lower[1][b], lower[2][b]),
                                 vec3(upper[0][b], upper[1][b], upper[2][b]));
@@ -225,7 +231,7 @@ void main() {
         bundle.to_lower -= more_to * unit();
         bundle.to_upper += more_to * unit();
     }
-    ShaftTest test = test_of(head, bundle);
+    ANY_TEST test = test_of(head, bundle);
     vec3 margin = margin_of(head, bundle);
 
     uint triples = 0u, met = 0u, lost = 0u, far = 0u, rejected = 0u;

@@ -140,7 +140,7 @@ TEST_F(TileCulling, TilesAndListsOfAllSizes) {
 TEST_F(TileCulling, SettingsOutOfRangeAreErrors) {
     const rays::TraceScene scene(build_trace_tables(soup(3, 1, vec3(1), 4)));
     for (const rays::TileSettings wrong : {rays::TileSettings{8, 0}, {8, 33}, {4, 32}, {0, 32}, {12, 32}, {32, 32}}) {
-        EXPECT_THROW(rays::Tracer(scene, rays::Culling::compute, nullptr, wrong), Error) << wrong.side;
+        EXPECT_THROW(rays::Tracer(scene, rays::Culling::compute, wrong), Error) << wrong.side;
     }
 }
 

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "engine/core/error.h"
+#include "engine/rays/raster.h"
 #include "engine/rays/tracer.h"
 #include "tests/pass/tracer_harness.h"
 #include "tests/support/error_message.h"
@@ -116,10 +117,11 @@ TEST_F(TracerChoice, WhatIsAskedForIsDone) {
     const rays::PackedScene packed = rays::pack_scene(tables);
     const rays::TraceScene same(tables, packed, {});
     rays::RasterCulling state(packed);
-    rays::Tracer raster(same, Culling::raster, &state);
+    rays::Tracer raster(same, state);
     EXPECT_EQ(different(closest(raster), hits), 0u);
     EXPECT_EQ(only(raster).way, Way::raster);
-    EXPECT_EQ(error_message([&] { rays::Tracer(scene, Culling::raster); }), "rays: raster culling without its state");
+    EXPECT_EQ(error_message([&] { rays::Tracer(scene, Culling::raster); }),
+              "rays: raster culling is a server of its own");
 }
 
 TEST_F(TracerChoice, EveryKindIsABatchOfItsOwn) {

@@ -63,7 +63,7 @@ rays::PackedScene roomy(rays::PackedScene packed) {
 PlainAgainstTiles::PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables,
                                      const rays::PackedScene& packed, const gpu::Defines& shading,
                                      const rays::TileSettings& settings)
-    : scene_(tables, packed, shading), tiles_(scene_, rays::Culling::compute, nullptr, settings), executor_(programs) {
+    : scene_(tables, packed, shading), tiles_(scene_, rays::Culling::compute, settings), executor_(programs) {
     executor_.poison(true);
 }
 

@@ -91,6 +91,8 @@ TEST_F(Files, ErrorsNameTheFileAndTheReason) {
     EXPECT_EQ(error_of([&] { read_file(folder_ / "none", 9); }),
               folder + "/none: cannot read: No such file or directory");
     EXPECT_EQ(error_of([&] { read_file(folder_, 9); }), folder + ": cannot read: Is a directory");
+    EXPECT_EQ(error_of([&] { check_readable(folder_); }), folder + ": cannot read: Is a directory");
+    EXPECT_EQ(error_of([&] { check_writable(folder_); }), folder + ": cannot write: Is a directory");
     EXPECT_EQ(error_of([] { read_file("/dev/zero", 9); }), "/dev/zero: cannot read: not a regular file");
     write_file(folder_ / "ten", "0123456789");
     EXPECT_EQ(error_of([&] { read_file(folder_ / "ten", 9); }),

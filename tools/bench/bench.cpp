@@ -3,7 +3,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
-#include <map>
 #include <thread>
 
 #include "engine/core/error.h"
@@ -69,6 +68,7 @@ FrameReport measure_scene_frames(const BenchArguments& arguments, const std::str
     const Scene scene = load_lit(file);
     const NamedCamera camera = pick_camera(scene, arguments.camera);
     const TraceTables tables = build_trace_tables(scene, arguments.keep_instances ? 0 : kFlattenLimit);
+    if (tables.instances.empty()) throw Error(file, "has no triangle");
     FrameReport report{file, camera.name, {}, {}};
     report.order = {arguments.variants, parse_size(arguments.size), arguments.bounces, arguments.samples,
                     arguments.views,    arguments.reference};
@@ -77,10 +77,33 @@ FrameReport measure_scene_frames(const BenchArguments& arguments, const std::str
     return report;
 }
 
+/// Of a list, in our own words.
+CLI::Validator one_of(const std::vector<std::string>& names) {
+    return {[names](std::string& text) {
+                if (std::ranges::find(names, text) != names.end()) return std::string();
+                return fmt::format("wants one of {}, not '{}'", fmt::join(names, ", "), text);
+            },
+            fmt::format("{{{}}}", fmt::join(names, ","))};
+}
+
+CLI::Validator whole_number(int least, int greatest) {
+    return {[=](std::string& text) {
+                int value = 0;
+                if (CLI::detail::lexical_cast(text, value) && value >= least && value <= greatest) return std::string();
+                return fmt::format("wants a whole number from {} to {}, not '{}'", least, greatest, text);
+            },
+            fmt::format("{} to {}", least, greatest)};
+}
+
+/// Everything that can be told before the long work.
+void check_files(const BenchArguments& a) {
+    for (const std::string& scene : a.scenes) check_readable(scene);
+    if (!a.json.empty()) check_writable(a.json);
+}
+
 }  // namespace
 
 void add_options(CLI::App& app, BenchArguments& a) {
-    static const std::map<std::string, Clock> clocks{{"wall", Clock::wall}, {"cpu", Clock::cpu}};
     app.add_option("--scene", a.scenes, "glTF files")->type_name("FILE")->required();
     app.add_option("--camera", a.camera, "name or number (default: the first, else one that sees everything)")
         ->type_name("NAME|N");
@@ -99,13 +122,13 @@ void add_options(CLI::App& app, BenchArguments& a) {
     CLI::Option* frames = app.add_flag("--frames", a.frames, "whole frames instead of rays alone");
     app.add_option("--kinds", a.kinds, "which rays (default all)")
         ->delimiter(',')
-        ->check(CLI::IsMember(ray_kinds()))
+        ->check(one_of(ray_kinds()))
         ->excludes(frames);
     app.add_option("--methods", a.methods, "which tracers (default all)")
         ->delimiter(',')
-        ->check(CLI::IsMember(method_names()))
+        ->check(one_of(method_names()))
         ->excludes(frames);
-    const CLI::Range count(1, 10000);
+    const CLI::Validator count = whole_number(1, 10000);
     app.add_option("--turns", a.turns,
                    fmt::format("rounds through all methods, after one to warm up (default {})", a.turns))
         ->type_name("N")
@@ -119,11 +142,11 @@ void add_options(CLI::App& app, BenchArguments& a) {
     app.add_option("--variants", a.variants,
                    fmt::format("how frames are traced (default {})", fmt::join(a.variants, ",")))
         ->delimiter(',')
-        ->check(CLI::IsMember(variant_names()))
+        ->check(one_of(variant_names()))
         ->needs(frames);
     app.add_option("--bounces", a.bounces, fmt::format("reflections along a path (default {})", a.bounces))
         ->type_name("N")
-        ->check(CLI::Range(0, 10000))
+        ->check(whole_number(0, 10000))
         ->needs(frames);
     app.add_option("--samples", a.samples, fmt::format("of the still frame (default {})", a.samples))
         ->type_name("N")
@@ -131,18 +154,20 @@ void add_options(CLI::App& app, BenchArguments& a) {
         ->needs(frames);
     app.add_option("--views", a.views, fmt::format("of the moving camera (default {})", a.views))
         ->type_name("N")
-        ->check(CLI::Range(0, 10000))
+        ->check(whole_number(0, 10000))
         ->needs(frames);
     app.add_option("--reference", a.reference, "samples of a picture that errors are measured from (default: none)")
         ->type_name("N")
-        ->check(CLI::Range(0, 1000000))
+        ->check(whole_number(0, 1000000))
         ->needs(frames);
-    app.add_option("--clock", a.clock, "time that figures are made of (default wall)")
-        ->transform(CLI::CheckedTransformer(clocks).description("{wall,cpu}"))
-        ->type_name("");
+    app.add_option_function<std::string>(
+           "--clock", [&a](const std::string& text) { a.clock = text == "cpu" ? Clock::cpu : Clock::wall; },
+           "time that figures are made of (default wall)")
+        ->type_name("")
+        ->check(one_of({"wall", "cpu"}));
     app.add_option("--nodes", a.nodes, "format of the hierarchy's nodes (default " + a.nodes + ")")
         ->type_name("")
-        ->check(CLI::IsMember({"auto", "grid", "float"}));
+        ->check(one_of({"auto", "grid", "float"}));
     app.add_flag("--keep-instances", a.keep_instances, "no flattening of small scenes");
     app.add_flag("--robust", a.robust, "Embree's watertight mode instead of its fast one");
     app.add_option("--device", a.device, "as of halflight render")->type_name("NAME|N");
@@ -150,6 +175,7 @@ void add_options(CLI::App& app, BenchArguments& a) {
 }
 
 void run_bench(const BenchArguments& arguments, const std::function<void()>& between) {
+    check_files(arguments);
     gpu::Context context = gpu::Context::create({.device = arguments.device});
     const unsigned threads = std::thread::hardware_concurrency();
     fmt::print("{}, {} threads, Embree {}\n", context.renderer(), threads, RTC_VERSION_STRING);

@@ -96,23 +96,16 @@ Method tile_method(const char* name, const Bench& bench, bool keep) {
 
 // --- Raster ---------------------------------------------------------------------------------------------------------
 
-AddTrace add_raster(const Bench& bench, rays::RasterCulling& culling) {
-    return [&trace = bench.trace, &culling](auto& graph, const auto& batch, auto results, bool any) {
-        return any ? rays::raster_any_hit(graph, trace, culling, batch, results)
-                   : rays::raster_closest_hit(graph, trace, culling, batch, results);
-    };
-}
-
 /// Of a run that knows of one before.
 std::vector<Figure> look_at_raster(const Bench& bench, const RaySet& set) {
     rays::RasterSettings settings;
     settings.measure = true;
     rays::RasterCulling culling(bench.packed, settings);
-    GraphRun run(bench.programs, set, add_raster(bench, culling));
+    GraphRun run(bench.programs, set, add_served(bench, culling));
     run.run();
-    culling.statistics(set.ray_kind) = {};
+    culling.reset_statistics();
     run.run();
-    const rays::RasterStatistics& s = culling.statistics(set.ray_kind);
+    const rays::RasterStatistics& s = culling.statistics(set.ray_kind, 0);
     const auto count = [](std::size_t n) { return static_cast<double>(n); };
     return {{"queries", count(s.queries)},
             {"multi", count(s.multi_queries)},
@@ -171,7 +164,7 @@ Method raster_method(const Bench& bench) {
     const auto culling = std::make_shared<rays::RasterCulling>(bench.packed);
     return {"raster", true, [bench, culling](const RaySet& set) -> Prepared {
                 culling->invalidate();
-                const auto run = std::make_shared<GraphRun>(bench.programs, set, add_raster(bench, *culling));
+                const auto run = std::make_shared<GraphRun>(bench.programs, set, add_served(bench, *culling));
                 return {.run = [run, culling] { run->run(); },
                         .answers = answers_of(set, run),
                         .figures = [&set, bench] { return look_at_raster(bench, set); }};

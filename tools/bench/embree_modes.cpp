@@ -128,8 +128,6 @@ struct PacketsOf {
         }
     }
 };
-using Packets8 = PacketsOf<8, RTCRay8, RTCRayHit8>;
-using Packets16 = PacketsOf<16, RTCRay16, RTCRayHit16>;
 
 /// Lanes that have a live ray.
 template <std::size_t N, class RayN>
@@ -139,42 +137,29 @@ std::array<int, N> valid_lanes(const RayN& rays) {
     return valid;
 }
 
-void trace_packets8(const Job& job, Paths paths) {
-    Packets8::trace(
+/// kIntersect, kOccluded: of one packet.
+template <std::size_t N, class RayN, class RayHitN, auto kIntersect, auto kOccluded>
+void trace_packets(const Job& job, Paths paths) {
+    const auto each = [&](auto* queries, std::size_t count, auto rays, auto trace) {
+        for (std::size_t p = 0; p < count; ++p) {
+            alignas(4 * N) const std::array<int, N> valid = valid_lanes<N>(rays(queries[p]));
+            trace(valid.data(), job.scene, &job.context, &queries[p]);
+        }
+    };
+    PacketsOf<N, RayN, RayHitN>::trace(
         job, paths,
-        [&](RTCRayHit8* q, std::size_t count) {
-            for (std::size_t p = 0; p < count; ++p) {
-                alignas(32) const auto valid = valid_lanes<8>(q[p].ray);
-                rtcIntersect8(valid.data(), job.scene, &job.context, &q[p]);
-            }
+        [&](RayHitN* q, std::size_t count) {
+            each(
+                q, count, [](const RayHitN& query) -> const RayN& { return query.ray; }, kIntersect);
         },
-        [&](RTCRay8* q, std::size_t count) {
-            for (std::size_t p = 0; p < count; ++p) {
-                alignas(32) const auto valid = valid_lanes<8>(q[p]);
-                rtcOccluded8(valid.data(), job.scene, &job.context, &q[p]);
-            }
-        });
-}
-
-void trace_packets16(const Job& job, Paths paths) {
-    Packets16::trace(
-        job, paths,
-        [&](RTCRayHit16* q, std::size_t count) {
-            for (std::size_t p = 0; p < count; ++p) {
-                alignas(64) const auto valid = valid_lanes<16>(q[p].ray);
-                rtcIntersect16(valid.data(), job.scene, &job.context, &q[p]);
-            }
-        },
-        [&](RTCRay16* q, std::size_t count) {
-            for (std::size_t p = 0; p < count; ++p) {
-                alignas(64) const auto valid = valid_lanes<16>(q[p]);
-                rtcOccluded16(valid.data(), job.scene, &job.context, &q[p]);
-            }
+        [&](RayN* q, std::size_t count) {
+            each(
+                q, count, [](const RayN& query) -> const RayN& { return query; }, kOccluded);
         });
 }
 
 void trace_packet_stream(const Job& job, Paths paths) {
-    Packets16::trace(
+    PacketsOf<16, RTCRay16, RTCRayHit16>::trace(
         job, paths,
         [&](RTCRayHit16* q, std::size_t count) {
             rtcIntersectNM(job.scene, &job.context, reinterpret_cast<RTCRayHitN*>(q), 16, static_cast<unsigned>(count),
@@ -192,9 +177,9 @@ Trace function_of(EmbreeMode mode) {
         case EmbreeMode::single:
             return trace_singly;
         case EmbreeMode::packet8:
-            return trace_packets8;
+            return trace_packets<8, RTCRay8, RTCRayHit8, rtcIntersect8, rtcOccluded8>;
         case EmbreeMode::packet16:
-            return trace_packets16;
+            return trace_packets<16, RTCRay16, RTCRayHit16, rtcIntersect16, rtcOccluded16>;
         case EmbreeMode::stream:
             return trace_stream;
         case EmbreeMode::packets:

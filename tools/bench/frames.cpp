@@ -18,6 +18,7 @@
 #include "passes/frame_constants.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/pixel_order.h"
+#include "tools/bench/naive_tracer.h"
 
 namespace halflight::bench {
 namespace {
@@ -27,12 +28,16 @@ constexpr double kWorst = 0.001;  // share of values without which errors are to
 struct Variant {
     const char* name;
     rays::Culling culling;
-    bool forgets;
+    bool forgets = false;
+    bool naive = false;
+    /// Sums are those of all samples, and the plain tracer's.
+    bool exact() const { return !forgets && !naive; }
 };
 constexpr std::array kVariants{
-    Variant{"off", rays::Culling::off, false}, Variant{"compute", rays::Culling::compute, false},
-    Variant{"fresh", rays::Culling::compute, true}, Variant{"auto", rays::Culling::automatic, false},
-    Variant{"raster", rays::Culling::raster, false}};
+    Variant{"naive", rays::Culling::off, false, true}, Variant{"off", rays::Culling::off},
+    Variant{"compute", rays::Culling::compute},        Variant{"fresh", rays::Culling::compute, true},
+    Variant{"auto", rays::Culling::automatic},         Variant{"raster", rays::Culling::raster}};
+constexpr const Variant& kPlain = kVariants[1];
 
 /// What all variants render.
 struct Subject {
@@ -42,11 +47,12 @@ struct Subject {
           packed(p),
           buffers(t, build_shading_tables(scene, t)),
           trace(t, p, buffers.defines()),
+          storage_block_bytes(context.limits().storage_block_bytes),
           bounces(order.bounces),
           band{order.size, 0, order.size.y} {
         // The widest records by path: the G-buffer's, and six doubles of sums.
         const std::size_t record = std::max(buffers.surface_record_bytes(), 6 * sizeof(double));
-        if (band.paths() * record > context.limits().storage_block_bytes)
+        if (band.paths() * record > storage_block_bytes)
             throw Error("--size", "frames of {}x{} need more than one band of this driver", order.size.x, order.size.y);
     }
 
@@ -54,6 +60,7 @@ struct Subject {
     const rays::PackedScene& packed;
     SceneBuffers buffers;
     rays::TraceScene trace;
+    std::size_t storage_block_bytes;
     int bounces;
     Band band;
     gpu::ProgramCache programs;
@@ -63,8 +70,13 @@ struct Subject {
 class Rendering {
   public:
     Rendering(Subject& subject, const Variant& variant) : subject_(subject), variant_(variant) {
-        if (variant.culling == rays::Culling::raster) raster_.emplace(subject.packed);
-        tracer_.emplace(subject.trace, variant.culling, raster_ ? &*raster_ : nullptr);
+        if (variant.culling == rays::Culling::raster) server_ = std::make_unique<rays::RasterCulling>(subject.packed);
+        if (variant.naive) server_ = std::make_unique<NaiveTracer>(subject.tables, subject.storage_block_bytes);
+        if (server_) {
+            tracer_.emplace(subject.trace, *server_);
+        } else {
+            tracer_.emplace(subject.trace, variant.culling);
+        }
         graph::Graph graph;
         const SceneView view{subject.programs, subject.buffers, subject.trace,
                              *tracer_,         subject.band,    graph.import_buffer("frame constants", constants_)};
@@ -143,7 +155,7 @@ class Rendering {
 
     Subject& subject_;
     Variant variant_;
-    std::optional<rays::RasterCulling> raster_;
+    std::unique_ptr<rays::BatchServer> server_;
     std::optional<rays::Tracer> tracer_;
     gpu::Buffer constants_{"frame constants", sizeof(shared::Frame)};
     gpu::Buffer non_finite_{"non-finite counts", shared::kCountedPasses * sizeof(std::uint32_t)};
@@ -172,7 +184,7 @@ std::vector<Series> all_series(const Renderings& renderings) {
 
 std::vector<double> reference_picture(Subject& subject, FrameSettings frame, const std::function<void()>& between) {
     frame.seed = 1;  // another one than that of the frames
-    Rendering rendering(subject, kVariants.front());
+    Rendering rendering(subject, kPlain);
     for (int i = 0; i < frame.samples; ++i) {
         between();
         rendering.render(frame, i);
@@ -244,7 +256,7 @@ FrameResult measure_frames(gpu::Context& context, const Scene& scene, const Trac
         take_turns(renderings, random, [&](Rendering& r) { r.render(still, i); });
         const auto done = static_cast<std::uint32_t>(i + 1);
         if (!reference.empty() && (std::has_single_bit(done) || i + 1 == order.samples)) {
-            const auto whole = std::ranges::find_if(renderings, [](const auto& r) { return !r->variant().forgets; });
+            const auto whole = std::ranges::find_if(renderings, [](const auto& r) { return r->variant().exact(); });
             if (whole != renderings.end()) {
                 const std::vector<double> picture = (*whole)->picture();
                 result.errors.push_back(
@@ -255,7 +267,7 @@ FrameResult measure_frames(gpu::Context& context, const Scene& scene, const Trac
     result.still = all_series(renderings);
     std::vector<double> first;
     for (const auto& rendering : renderings) {
-        if (rendering->variant().forgets) continue;
+        if (!rendering->variant().exact()) continue;
         const std::vector<double> picture = rendering->picture();
         if (first.empty()) first = picture;
         result.different += count_different(picture, first);

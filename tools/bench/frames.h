@@ -14,6 +14,7 @@
 namespace halflight::bench {
 
 /// Ways to have frames traced, in the order of reports:
+///   naive    the tracer of shaders/naive.comp; its hits are the others' but for rounding
 ///   off      plain
 ///   compute  Culling::compute
 ///   fresh    the same, but all state is forgotten ahead of every frame
@@ -49,7 +50,8 @@ struct FrameResult {
     std::vector<Series> still;
     std::vector<Series> moving;      // the same variants
     std::vector<ErrorPoint> errors;  // of the still frame: the same for all variants
-    std::size_t different = 0;       // paths whose sums are not the first variant's, bit for bit; "fresh" has none
+    // Paths whose sums are not the first variant's, bit for bit; "fresh" has none, and "naive" need not agree.
+    std::size_t different = 0;
 };
 
 /// Samples of the variants are taken in turns, in another order each time. The camera goes to and fro around the

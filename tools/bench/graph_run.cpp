@@ -20,6 +20,12 @@ AddTrace add_plain(const Bench& bench) {
     };
 }
 
+AddTrace add_served(const Bench& bench, rays::BatchServer& server) {
+    return [&trace = bench.trace, &server](auto& graph, const auto& batch, auto results, bool any) {
+        return server.add(graph, trace, batch, results, any);
+    };
+}
+
 GraphRun::GraphRun(gpu::ProgramCache& programs, const RaySet& set, const AddTrace& add)
     : rays_(gpu::Buffer::from("rays", set.rays)),
       list_(gpu::Buffer::from("list", set.listed ? set.order : std::vector<std::uint32_t>{})),

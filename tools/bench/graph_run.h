@@ -6,7 +6,7 @@
 
 #include "engine/graph/compile.h"
 #include "engine/graph/execute.h"
-#include "engine/rays/rays.h"
+#include "engine/rays/batch_server.h"
 #include "tools/bench/method.h"
 
 namespace halflight::bench {
@@ -21,6 +21,8 @@ graph::BufferHandle named(const graph::Graph& graph, std::string_view name);
 
 /// Without culling.
 AddTrace add_plain(const Bench& bench);
+/// All by a server, which outlives the graph's runs.
+AddTrace add_served(const Bench& bench, rays::BatchServer& server);
 
 class GraphRun {
   public:

@@ -9,6 +9,8 @@
 
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
+#include "engine/graph/execute.h"
+#include "shaders/shared/bindings.h"
 
 namespace halflight::bench {
 namespace {
@@ -27,7 +29,9 @@ struct GpuNode {
 struct GpuTriangle {
     vec3 corner;
     std::uint32_t id;
-    vec4 edge1, edge2;
+    vec3 edge1;
+    std::uint32_t alpha_tested;
+    vec4 edge2;
 };
 struct GpuInstance {
     std::array<vec4, 3> rows;
@@ -139,7 +143,9 @@ std::uint32_t add_block(const TraceTables& tables, const Block& block, unsigned 
         const auto first = static_cast<std::uint32_t>(to.triangles.size());
         for (const std::uint32_t i : primitives) {
             const vec3 a = corner(i, 0);
-            to.triangles.push_back({a, block.first_triangle + i, vec4(corner(i, 1) - a, 0), vec4(corner(i, 2) - a, 0)});
+            const std::uint32_t id = block.first_triangle + i;
+            to.triangles.push_back(
+                {a, id, corner(i, 1) - a, tables.triangles[id].w & kTriangleAlpha, vec4(corner(i, 2) - a, 0)});
         }
         return first;
     });
@@ -191,9 +197,8 @@ NaiveTracer::NaiveTracer(const TraceTables& tables, std::size_t storage_block_by
     }
 }
 
-void NaiveTracer::trace(gpu::ProgramCache& programs, const gpu::Buffer& rays, std::uint32_t count, bool any_hit,
-                        gpu::Buffer& results) const {
-    gpu::Defines defines;
+const gpu::Program& NaiveTracer::bound(gpu::ProgramCache& programs, gpu::Defines defines, const gpu::Buffer& rays,
+                                       bool any_hit, const gpu::Buffer& results) const {
     if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
     if (two_level_) defines.set("HALFLIGHT_TWO_LEVEL");
     const gpu::Program& program = programs.compute("shaders/naive.comp", defines);
@@ -203,8 +208,40 @@ void NaiveTracer::trace(gpu::ProgramCache& programs, const gpu::Buffer& rays, st
     rays.bind_storage(3);
     results.bind_storage(4);
     program.set("root", root_);
+    return program;
+}
+
+void NaiveTracer::trace(gpu::ProgramCache& programs, const gpu::Buffer& rays, std::uint32_t count, bool any_hit,
+                        gpu::Buffer& results) const {
+    const gpu::Program& program = bound(programs, {}, rays, any_hit, results);
     program.set("ray_count", count);
     program.dispatch((count + 63) / 64);
+}
+
+graph::BufferHandle NaiveTracer::add(graph::Graph& graph, const rays::TraceScene& scene, const rays::RayBatch& batch,
+                                     graph::BufferHandle results, bool any_hit) {
+    graph::Pass pass = graph.add_pass(fmt::format("{} rays: naive", rays::name(batch.kind)));
+    rays::read_batch(pass, scene, batch, graph::Access::storage_read);
+    results = rays::write_results(pass, batch, results);
+    pass.execute([=, this, &scene](graph::Resources& r) {
+        gpu::Defines defines = scene.alpha_tested() ? scene.defines() : gpu::Defines();
+        if (batch.list) defines.set("HALFLIGHT_LIST");
+        const gpu::Program& program = bound(r.programs(), defines, r.buffer(batch.rays), any_hit, r.buffer(results));
+        if (scene.alpha_tested()) {
+            scene.bind();
+            r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
+            program.set("alpha_salt", batch.alpha_salt);
+        }
+        if (batch.list) {
+            r.buffer(batch.list).bind_storage(5);
+            r.buffer(batch.list_header).bind_storage(6);
+            program.dispatch_indirect(r.buffer(batch.list_header));
+        } else {
+            program.set("ray_count", batch.capacity);
+            program.dispatch((batch.capacity + 63) / 64);
+        }
+    });
+    return results;
 }
 
 }  // namespace halflight::bench

@@ -5,11 +5,12 @@
 
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/program.h"
+#include "engine/rays/batch_server.h"
 #include "engine/scene/tables.h"
 
 namespace halflight::bench {
 
-class NaiveTracer {
+class NaiveTracer final : public rays::BatchServer {
   public:
     /// A binary tree per block by Embree's binned surface area heuristic, leaves of at most four triangles; one above
     /// them over the instances unless all triangles are in world space. Throws Error where a buffer exceeds what a
@@ -20,9 +21,16 @@ class NaiveTracer {
     void trace(gpu::ProgramCache& programs, const gpu::Buffer& rays, std::uint32_t count, bool any_hit,
                gpu::Buffer& results) const;
 
+    /// Of whole frames: rays in the order of passes, which is kinder to it than the picture's rows.
+    graph::BufferHandle add(graph::Graph& graph, const rays::TraceScene& scene, const rays::RayBatch& batch,
+                            graph::BufferHandle results, bool any_hit) override;
+
     double build_seconds() const { return build_seconds_; }
 
   private:
+    const gpu::Program& bound(gpu::ProgramCache& programs, gpu::Defines defines, const gpu::Buffer& rays, bool any_hit,
+                              const gpu::Buffer& results) const;
+
     double build_seconds_ = 0;
     bool two_level_ = false;
     std::uint32_t root_ = 0;

@@ -59,14 +59,6 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
 
 }  // namespace
 
-void check_writable(const std::filesystem::path& path) {
-    struct WouldWork {};
-    try {
-        write_atomically(path, [](const auto&) { throw WouldWork{}; });
-    } catch (const WouldWork&) {
-    }
-}
-
 void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     if (has_extension(path, "png"))
         write_png(path, opaque(result.view));

@@ -17,9 +17,6 @@ struct PictureInfo {
     std::string comments;
 };
 
-/// Throws Error if a file of this name cannot be written here, as far as that can be told without writing it.
-void check_writable(const std::filesystem::path& path);
-
 /// The picture as .exr or .png, told by the extension.
 void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info);
 

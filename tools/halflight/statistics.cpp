@@ -50,9 +50,10 @@ Json batch_statistics(const rays::BatchStatistics& b) {
     return json;
 }
 
-Json raster_statistics(const rays::RasterKind& kind) {
-    const rays::RasterStatistics& s = kind.statistics;
-    return {{"kind", rays::name(kind.kind)},
+Json raster_statistics(const rays::RasterBatch& batch) {
+    const rays::RasterStatistics& s = batch.statistics;
+    return {{"kind", rays::name(batch.kind)},
+            {"depth", batch.depth},
             {"runs", s.runs},
             {"queries_issued", s.queries},
             {"multi_queries", s.multi_queries},
@@ -63,7 +64,7 @@ Json raster_statistics(const rays::RasterKind& kind) {
             {"leaves_traced", s.leaves},
             {"draws", s.traces},
             {"tile_node_pairs", s.pairs},
-            {"state_bytes", kind.state_bytes},
+            {"state_bytes", batch.state_bytes},
             {"seconds", s.seconds},
             {"seconds_of_all_threads",
              {{"bounds", s.stages.bounds},
@@ -99,7 +100,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
     Json batches = Json::array();
     for (const rays::BatchStatistics& b : stats.batches) batches.push_back(batch_statistics(b));
     Json raster = Json::array();
-    for (const rays::RasterKind& kind : stats.raster) raster.push_back(raster_statistics(kind));
+    for (const rays::RasterBatch& batch : stats.raster) raster.push_back(raster_statistics(batch));
     Json outputs = Json::array();
     for (const auto& path : a.outputs) outputs.push_back(path.string());
 

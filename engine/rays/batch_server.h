@@ -1,0 +1,43 @@
+// Who serves whole batches by passes of its own, for a tracer that is made of it: the raster back end, and others'
+// tracers.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "engine/rays/rays.h"
+
+namespace halflight::rays {
+
+/// Ways to serve a batch.
+enum class Way : std::uint8_t {
+    plain,   // rays.h
+    tiles,   // tiles.h
+    raster,  // raster.h
+    other,   // a server of somebody else's
+};
+inline constexpr std::size_t kWays = 4;
+const char* name(Way way);
+
+class BatchServer {
+  public:
+    virtual ~BatchServer() = default;
+
+    virtual Way way() const { return Way::other; }
+    /// As closest_hit() and any_hit() of rays.h. Server and scene outlive the graph's runs.
+    virtual graph::BufferHandle add(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
+                                    graph::BufferHandle results, bool any_hit) = 0;
+    /// Camera cut, scene edit, resize.
+    virtual void invalidate() {}
+    virtual void reset_statistics() {}
+    /// That are carried from run to run for such a batch.
+    virtual std::size_t state_bytes(const RayBatch&) const { return 0; }
+};
+
+/// For those that serve: declares that a pass reads a batch, and that it writes the results; with a list, what other
+/// paths had stays, if there is anything yet.
+void read_batch(graph::Pass& pass, const TraceScene& scene, const RayBatch& batch,
+                graph::Access rays = graph::Access::texture_read);
+graph::BufferHandle write_results(graph::Pass& pass, const RayBatch& batch, graph::BufferHandle results);
+
+}  // namespace halflight::rays
