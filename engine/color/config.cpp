@@ -63,8 +63,7 @@ ocio::TransformRcPtr rec709_to_aces() {
 }
 
 ocio::ConstConfigRcPtr open(const std::string& file) {
-    if (std::filesystem::is_directory(file)) throw ocio::Exception("it is a folder");
-    ocio::ConstConfigRcPtr config = ocio::Config::CreateFromFile(file.c_str());
+    ocio::ConstConfigRcPtr config = read_config(file);
     if (config->getNumDisplays() == 0) throw ocio::Exception("the config has no active displays");
     return config;
 }

@@ -15,6 +15,9 @@ namespace ocio = OCIO_NAMESPACE;
 inline constexpr auto kOptimization =
     static_cast<ocio::OptimizationFlags>(ocio::OPTIMIZATION_LOSSLESS | ocio::OPTIMIZATION_LUT_INV_FAST);
 
+/// The config in a file, and what it names are regular files. Throws ocio::Exception.
+ocio::ConstConfigRcPtr read_config(const std::filesystem::path& path);
+
 struct ColorConfig::Data {
     ocio::ConstConfigRcPtr config;
     std::string source;

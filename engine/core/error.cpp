@@ -1,18 +1,22 @@
 #include "engine/core/error.h"
 
-#include <algorithm>
-
 namespace halflight {
 namespace {
 
-/// Messages of libraries may span lines; ours never do.
+bool is_control(char c) {
+    return static_cast<unsigned char>(c) < ' ' || c == 0x7f;
+}
+
+/// Messages of libraries may span lines and repeat what a file says, even to the terminal; ours never do.
 std::string one_line(std::string_view subject, std::string_view what) {
     std::string line(subject);
     if (!line.empty()) line += ": ";
     line += what;
     while (!line.empty() && (line.back() == '\n' || line.back() == ' ')) line.pop_back();
-    std::replace_if(
-        line.begin(), line.end(), [](char c) { return c == '\n' || c == '\r' || c == '\t'; }, ' ');
+    for (char& c : line) {
+        if (c == '\n' || c == '\r' || c == '\t') c = ' ';
+        if (is_control(c)) c = '?';
+    }
     return line;
 }
 

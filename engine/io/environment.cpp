@@ -5,7 +5,6 @@
 
 #include "engine/core/chromaticities.h"
 #include "engine/core/error.h"
-#include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "engine/io/radiance.h"
 
@@ -69,9 +68,8 @@ bool same(const Chromaticities& a, const Chromaticities& b) {
 
 }  // namespace
 
-Environment load_environment(const std::filesystem::path& path, SceneReport& report) {
+Environment load_environment(const std::filesystem::path& path, SceneReport& report, const ExrLimits& limits) {
     const std::string subject = path.string();
-    const ExrLimits limits;
     Environment environment;
     environment.name = path.filename().string();
     environment.color = vec3(1);

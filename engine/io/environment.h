@@ -3,6 +3,7 @@
 
 #include <filesystem>
 
+#include "engine/io/exr.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
@@ -11,7 +12,7 @@ namespace halflight {
 /// `report`: NaN and negative values become 0, infinities the map's largest finite value. EXR: R G B, or luminance (Y
 /// or the only channel); other primaries than Rec.709 are converted. A map that is not 2:1 is stretched, with a
 /// warning; an entirely black one gives a black environment without a map. Error: unreadable, damaged, truncated,
-/// larger than 16384 texels a side.
-Environment load_environment(const std::filesystem::path& path, SceneReport& report);
+/// beyond the limits.
+Environment load_environment(const std::filesystem::path& path, SceneReport& report, const ExrLimits& limits = {});
 
 }  // namespace halflight

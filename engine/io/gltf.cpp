@@ -152,7 +152,7 @@ void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
 
 Scene convert(GltfDocument& document, const std::filesystem::path& path) {
     Scene scene;
-    scene.name = path.stem().string();
+    scene.name = path.string();
     const GltfNodes nodes = resolve_nodes(document);
     std::vector<GltfMaterial> materials = convert_materials(document);
     GltfMeshes meshes(document, materials, scene.report);

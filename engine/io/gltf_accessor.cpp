@@ -9,8 +9,9 @@
 namespace halflight {
 namespace {
 
-// An accessor without data is all zeros, of any count that it likes. Only sparse ones have a use for that.
-constexpr std::size_t kMaxZeros = std::size_t{1} << 24;
+// An accessor without data is all zeros, of any count that it likes. Sparse ones have a use for that: they go with
+// other accessors of that count, whose elements have a byte each at least.
+constexpr std::size_t kFewZeros = std::size_t{1} << 16;
 
 std::string name(int accessor) {
     return fmt::format("accessors[{}]", accessor);
@@ -97,9 +98,9 @@ GltfAccessors::View GltfAccessors::view(int accessor) const {
     const std::size_t size = component_size(a.componentType) * static_cast<std::size_t>(components(accessor));
     if (size == 0) document_.fail(name(accessor), "componentType {} is unknown", a.componentType);
     if (a.bufferView != kNone) return packed(a.bufferView, a.byteOffset, a.count, size, name(accessor));
-    if (a.count > kMaxZeros)
-        document_.fail(name(accessor), "{} elements without a bufferView are more than the limit of {}", a.count,
-                       kMaxZeros);
+    if (a.count > std::max<std::uint64_t>(kFewZeros, document_.bytes_read))
+        document_.fail(name(accessor), "{} elements without a bufferView in a scene of {} bytes", a.count,
+                       document_.bytes_read);
     return {};
 }
 
@@ -129,7 +130,7 @@ void GltfAccessors::for_each_element(int accessor, std::size_t first, std::size_
 }
 
 std::size_t GltfAccessors::check_range(int accessor, std::size_t first, std::size_t count) const {
-    view(accessor);  // so that nothing is allocated for a count that the data does not bear out
+    check_data(accessor);  // so that nothing is allocated for it otherwise
     assert(first + count <= this->count(accessor));
     static_cast<void>(first);
     return count;

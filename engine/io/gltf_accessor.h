@@ -15,6 +15,8 @@ class GltfAccessors {
 
     std::size_t count(int accessor) const;
     int components(int accessor) const;  ///< 1 to 16
+    /// Throws Error where the data does not bear out the count.
+    void check_data(int accessor) const { view(accessor); }
 
     /// Elements [first, first + count) as V: float, vec2, vec3, vec4 or mat4. Integers are converted as they are, or
     /// mapped to [0, 1] or [-1, 1] where the accessor or `normalize` says so. `purpose` is named in errors: not of V's

@@ -164,7 +164,40 @@ std::vector<GltfImageSource> take_images(Json& root, const GltfDocument& documen
     return images;
 }
 
-void parse_model(GltfDocument& document, const Json& root, BufferFiles& files) {
+/// What tinygltf would refuse without saying where it is.
+void check_layout(const Json& root, const GltfDocument& document) {
+    static const std::set<std::string, std::less<>> kTypes{"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"};
+    const auto each = [&](const char* list, const auto& check) {
+        if (!root.contains(list)) return;
+        for (std::size_t i = 0; i < root[list].size(); ++i) check(root[list][i], i);
+    };
+    each("accessors", [&](const Json& accessor, std::size_t i) {
+        const auto& type = accessor["type"].get_ref<const std::string&>();
+        if (!kTypes.contains(type)) document.fail(fmt::format("accessors[{}]", i), "type '{}' is unknown", type);
+    });
+    each("bufferViews", [&](const Json& view, std::size_t i) {
+        const std::uint64_t stride = view.value("byteStride", std::uint64_t{4});
+        if (stride < 4 || stride > 252 || stride % 4 != 0)
+            document.fail(fmt::format("bufferViews[{}]", i), "byteStride {} is not 4, 8, ... or 252", stride);
+    });
+}
+
+/// Takes the indices out of the JSON: tinygltf refuses those without a bufferView, which glTF allows (all zero).
+std::vector<std::vector<int>> take_indices(Json& root) {
+    std::vector<std::vector<int>> indices;
+    if (!root.contains("meshes")) return indices;
+    for (Json& mesh : root["meshes"]) {
+        std::vector<int>& of_mesh = indices.emplace_back();
+        for (Json& primitive : mesh["primitives"]) {
+            of_mesh.push_back(primitive.value("indices", kNone));
+            primitive.erase("indices");
+        }
+    }
+    return indices;
+}
+
+void parse_model(GltfDocument& document, Json& root, BufferFiles& files) {
+    const std::vector<std::vector<int>> indices = take_indices(root);
     tinygltf::FsCallbacks callbacks{};
     callbacks.user_data = &files;
     callbacks.FileExists = [](const std::string&, void*) { return true; };
@@ -179,8 +212,12 @@ void parse_model(GltfDocument& document, const Json& root, BufferFiles& files) {
     if (json.size() > std::numeric_limits<unsigned>::max()) throw Error(document.file, "has too much JSON");
     std::string error, warning;
     if (parser.LoadASCIIFromString(&document.model, &error, &warning, json.data(), static_cast<unsigned>(json.size()),
-                                   ""))
+                                   "")) {
+        for (std::size_t m = 0; m < indices.size(); ++m)
+            for (std::size_t p = 0; p < indices[m].size(); ++p)
+                document.model.meshes[m].primitives[p].indices = indices[m][p];
         return;
+    }
     // One line; and what it says of members that glTF does not require is no reason to fail by itself.
     while (!error.empty() && error.back() == '\n') error.pop_back();
     std::ranges::replace(error, '\n', ' ');
@@ -262,6 +299,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     check_version(root, document.file);
     check_extensions(root, document);
     root.erase("animations");  // a scene is at rest, and tinygltf would refuse a file for a damaged one
+    check_layout(root, document);
     document.images = take_images(root, document);
     BufferFiles files = take_buffers(root, document, chunks.binary);
     parse_model(document, root, files);

@@ -1,10 +1,10 @@
-#include <stb/stb_image.h>
 #include <tbb/parallel_for.h>
 
 #include <map>
-#include <memory>
 
 #include "engine/io/gltf_material.h"
+#include "engine/io/jpeg.h"
+#include "engine/io/png.h"
 
 namespace halflight {
 namespace {
@@ -31,31 +31,15 @@ Encoded read_encoded(GltfDocument& document, std::size_t image) {
     return encoded;
 }
 
-bool is_png_or_jpeg(std::string_view bytes) {
-    return bytes.starts_with("\x89PNG\r\n\x1a\n") || bytes.starts_with("\xff\xd8\xff");
-}
-
 TextureImage decode(const GltfDocument& document, std::size_t image, std::string_view bytes) {
     const std::string element = element_name(document, image);
-    if (!is_png_or_jpeg(bytes)) document.fail(element, "is neither PNG nor JPEG");
-    if (bytes.size() > std::numeric_limits<int>::max()) document.fail(element, "is larger than 2 GiB");
-    const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
-    const int size = static_cast<int>(bytes.size());
-
+    const bool png = is_png(bytes);
+    if (!png && !is_jpeg(bytes)) document.fail(element, "is neither PNG nor JPEG");
     TextureImage result;
     result.name = document.images[image].label;
-    int channels = 0;
-    if (!stbi_info_from_memory(data, size, &result.width, &result.height, &channels))
-        document.fail(element, "cannot be decoded: {}", stbi_failure_reason());
-    const int limit = document.options.max_image_side;
-    if (result.width > limit || result.height > limit)
-        document.fail(element, "{} x {} texels are more than {} a side", result.width, result.height, limit);
-    const std::unique_ptr<stbi_uc, decltype(&stbi_image_free)> texels(
-        stbi_load_from_memory(data, size, &result.width, &result.height, &channels, STBI_rgb_alpha), stbi_image_free);
-    if (!texels) document.fail(element, "cannot be decoded: {}", stbi_failure_reason());
-    const std::size_t count =
-        std::size_t{4} * static_cast<std::size_t>(result.width) * static_cast<std::size_t>(result.height);
-    result.rgba.assign(texels.get(), texels.get() + count);
+    const std::string subject = document.file + ": " + element;
+    const int max_side = document.options.max_image_side;
+    png ? read_png(subject, bytes, max_side, result) : read_jpeg(subject, bytes, max_side, result);
     return result;
 }
 

@@ -120,6 +120,7 @@ std::vector<uvec3> GltfMeshes::read_triangles(Source& source) {
     } else {
         if (vertices > std::numeric_limits<std::uint32_t>::max())
             document_.fail(source.element, "{} vertices are more than 2^32 - 1", vertices);
+        accessors_.check_data(source.attribute("POSITION"));
         indices.resize(vertices);
         std::iota(indices.begin(), indices.end(), 0u);
     }

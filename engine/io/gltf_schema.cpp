@@ -1,5 +1,6 @@
 #include "engine/io/gltf_schema.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -336,22 +337,48 @@ class Checker {
     std::map<std::string, std::size_t, std::less<>> list_sizes_;
 };
 
+// Far above anything that glTF needs; what walks the tree recursively is safe below it.
+constexpr int kMaxDepth = 256;
+
+/// Nesting of JSON, told before it is parsed. (nlohmann's parser has a callback for this, and with one it looks at all
+/// elements of a list again for each of them.)
+int depth_of(std::string_view text) {
+    int depth = 0, deepest = 0;
+    bool in_string = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (in_string && c == '\\') {
+            ++i;
+        } else if (c == '"') {
+            in_string = !in_string;
+        } else if (!in_string && (c == '{' || c == '[')) {
+            deepest = std::max(deepest, ++depth);
+        } else if (!in_string && (c == '}' || c == ']')) {
+            --depth;
+        }
+    }
+    return deepest;
+}
+
+/// Whatever applications keep there, scenes do not need it.
+void remove_extras(Json& value) {
+    if (value.is_object()) value.erase("extras");
+    if (value.is_structured())
+        for (Json& child : value) remove_extras(child);
+}
+
 }  // namespace
 
 Json parse_gltf_json(std::string_view text, const std::string& file) {
-    // Far above anything that glTF needs; what walks the tree recursively is safe below it.
-    constexpr int kMaxDepth = 256;
-    const auto filter = [&](int depth, Json::parse_event_t event, Json& parsed) {
-        if (depth > kMaxDepth) throw Error(file, "JSON is nested deeper than {} levels", kMaxDepth);
-        return event != Json::parse_event_t::key || parsed != "extras";
-    };
+    if (depth_of(text) > kMaxDepth) throw Error(file, "JSON is nested deeper than {} levels", kMaxDepth);
     Json root;
     try {
-        root = Json::parse(text, filter);
+        root = Json::parse(text);
     } catch (const Json::exception& e) {
         const std::string_view message = e.what();  // "[json.exception...] parse error at line 1, ..."
         throw Error(file, message.substr(message.find("] ") + 2));
     }
+    remove_extras(root);
     std::string path;
     Checker(root, file).object(root, "root", path);
     return root;

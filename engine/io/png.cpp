@@ -1,11 +1,9 @@
 #include "engine/io/png.h"
 
-#include <stb/stb_image.h>
 #include <stb/stb_image_write.h>
 
 #include <algorithm>
 #include <cmath>
-#include <memory>
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
@@ -52,29 +50,6 @@ void write_png(const std::filesystem::path& path, int width, int height, int cha
 
 void write_png(const std::filesystem::path& path, const Image& image) {
     write_png(path, image.width, image.height, image.channels, quantize_8bit(image));
-}
-
-bool is_png(std::string_view bytes) {
-    return bytes.starts_with("\x89PNG\r\n\x1a\n");
-}
-
-Image read_png(const std::string& subject, std::string_view bytes, int max_side) {
-    if (!is_png(bytes)) throw Error(subject, "is no PNG file");
-    if (bytes.size() > kLargest) throw Error(subject, "is larger than a gigabyte");
-    const auto* data = reinterpret_cast<const stbi_uc*>(bytes.data());
-    const int size = static_cast<int>(bytes.size());
-    Image image;
-    if (!stbi_info_from_memory(data, size, &image.width, &image.height, &image.channels))
-        throw Error(subject, "cannot be decoded: {}", stbi_failure_reason());
-    if (image.width > max_side || image.height > max_side)
-        throw Error(subject, "{} x {} pixels are more than {} a side", image.width, image.height, max_side);
-    const std::unique_ptr<stbi_us, decltype(&stbi_image_free)> values(
-        stbi_load_16_from_memory(data, size, &image.width, &image.height, &image.channels, 0), stbi_image_free);
-    if (!values) throw Error(subject, "cannot be decoded: {}", stbi_failure_reason());
-    image = Image(image.width, image.height, image.channels);
-    std::transform(values.get(), values.get() + image.pixels.size(), image.pixels.begin(),
-                   [](stbi_us v) { return static_cast<float>(v) / 65535.0f; });  // 8 bits come as v * 257
-    return image;
 }
 
 }  // namespace halflight

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/core/image.h"
+#include "engine/scene/scene.h"
 
 namespace halflight {
 
@@ -31,7 +32,10 @@ void write_png(const std::filesystem::path& path, const Image& image);
 bool is_png(std::string_view bytes);
 
 /// Display-encoded [0,1] of 8 or 16 bits, as many channels as the file has (palettes are resolved). Error, naming
-/// `subject`: damaged, truncated, beyond `max_side` pixels.
+/// `subject`: damaged, truncated, beyond `max_side` pixels. Gamma and profiles are not looked at.
 Image read_png(const std::string& subject, std::string_view bytes, int max_side);
+
+/// The same as 8-bit RGBA: 16 bits are cut to 8, grey is spread.
+void read_png(const std::string& subject, std::string_view bytes, int max_side, TextureImage& image);
 
 }  // namespace halflight

@@ -147,7 +147,7 @@ struct SceneReport {
 };
 
 struct Scene {
-    std::string name;
+    std::string name;  // of the file, for messages
     std::vector<TextureImage> images;
     std::vector<Material> materials;  // never empty when there is a triangle: a default one is appended
     std::vector<Mesh> meshes;

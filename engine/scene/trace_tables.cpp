@@ -86,6 +86,14 @@ class Builder {
         return flattened;
     }
 
+    void check_reach(const dvec3& placed, std::size_t instance) const {
+        if (glm::all(glm::lessThan(glm::abs(placed), dvec3(kReach)))) return;
+        const int node = scene_.instances[instance].node;
+        const std::string element =
+            node == kNone ? fmt::format("instance {}", instance) : fmt::format("nodes[{}]", node);
+        throw Error(scene_.name, "{} reaches beyond 2^40 from the scene's centre", element);
+    }
+
     void find_alpha() {
         if (scene_.materials.size() >= kTriangleMaterialMask) throw Error(scene_.name, "more than 2^24 materials");
         for (const TextureImage& image : scene_.images) {
@@ -131,9 +139,7 @@ class Builder {
         Block& block = tables_.blocks.back();
         for (const vec3& position : mesh.positions) {
             const dvec3 placed = place(dvec3(position));
-            if (!glm::all(glm::lessThan(glm::abs(placed), dvec3(kReach)))) {
-                throw Error(scene_.name, "instance {} reaches beyond 2^40 from the scene's centre", instance);
-            }
+            check_reach(placed, instance);
             tables_.positions.emplace_back(placed);
         }
         const std::vector<std::uint32_t> words = material_words(mesh);
@@ -205,9 +211,7 @@ class Builder {
             const vec3 p = glm::mix(block.bounds.lower, block.bounds.upper,
                                     vec3(corner & 1 ? 1.0f : 0.0f, corner & 2 ? 1.0f : 0.0f, corner & 4 ? 1.0f : 0.0f));
             const dvec3 placed(block_to_world * dvec4(p, 1));
-            if (!glm::all(glm::lessThan(glm::abs(placed), dvec3(kReach)))) {
-                throw Error(scene_.name, "instance {} reaches beyond 2^40 from the scene's centre", index);
-            }
+            check_reach(placed, index);
             tables_.bounds.add(vec3(placed));
         }
     }

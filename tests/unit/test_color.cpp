@@ -229,7 +229,7 @@ TEST(Color, EnvironmentVariableIsObeyedOrAnError) {
     }
     {
         Ocio folder(HALFLIGHT_SOURCE_DIR);
-        EXPECT_TRUE(error_of([] { ColorConfig::load(); }).ends_with("it is a folder"));
+        EXPECT_TRUE(error_of([] { ColorConfig::load(); }).ends_with(": cannot read: Is a directory"));
     }
     {
         Ocio empty("");

@@ -1,15 +1,16 @@
-// PNG: what is written is what stb_image reads; rounding; failures.
+// PNG: what is written is what libpng reads; every kind of pixel; rounding; failures.
 #include <gtest/gtest.h>
-#include <stb/stb_image.h>
+#include <png.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <limits>
-#include <memory>
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
+#include "tests/support/error_message.h"
 
 namespace halflight {
 namespace {
@@ -28,16 +29,19 @@ TEST(Png, RoundTripOfEveryChannelCount) {
         for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] = static_cast<std::uint8_t>(i * i + 7 * i);
         write_png(path, kWidth, kHeight, channels, bytes);
         const std::string file = read_file(path, 1 << 20);
-        int width = 0, height = 0, stored = 0;
-        const std::unique_ptr<stbi_uc, void (*)(void*)> read(
-            stbi_load_from_memory(reinterpret_cast<const stbi_uc*>(file.data()), static_cast<int>(file.size()), &width,
-                                  &height, &stored, 0),
-            stbi_image_free);
-        ASSERT_TRUE(read);
-        EXPECT_EQ(width, kWidth);
-        EXPECT_EQ(height, kHeight);
-        EXPECT_EQ(stored, channels);
-        EXPECT_TRUE(std::equal(bytes.begin(), bytes.end(), read.get())) << channels << " channels";
+        TextureImage read;
+        read_png("round.png", file, 37, read);
+        ASSERT_EQ(read.width, kWidth);
+        ASSERT_EQ(read.height, kHeight);
+        const int colors = channels < 3 ? 1 : 3;
+        for (std::size_t i = 0; i < read.rgba.size(); ++i) {
+            const std::size_t pixel = i / 4, c = i % 4;
+            const bool stored = c < 3 || colors < channels;
+            const std::size_t channel = c < 3 ? std::min<std::size_t>(c, static_cast<std::size_t>(colors) - 1)
+                                              : static_cast<std::size_t>(colors);
+            const int expected = stored ? bytes[pixel * static_cast<std::size_t>(channels) + channel] : 255;
+            ASSERT_EQ(read.rgba[i], expected) << channels << " channels, byte " << i;
+        }
         write_png(path, kWidth, kHeight, channels, bytes);
         EXPECT_EQ(read_file(path, 1 << 20), file) << "the same bytes give the same file";
     }
@@ -61,6 +65,68 @@ TEST(Png, ReadsWhatItWrote) {
     EXPECT_THROW(read_png("read.png", file.substr(0, file.size() / 2), 16), Error);
     EXPECT_THROW(read_png("read.png", "no picture", 16), Error);
     fs::remove(path);
+}
+
+struct Kind {
+    int depth;
+    int color_type;
+    int interlace = PNG_INTERLACE_NONE;
+};
+
+/// Rows as they are stored.
+std::string encode(int side, const Kind& kind, std::vector<std::vector<std::uint8_t>> rows) {
+    png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+    png_infop info = png_create_info_struct(png);
+    std::string bytes;
+    const auto write = [](png_structp self, png_bytep data, std::size_t size) {
+        static_cast<std::string*>(png_get_io_ptr(self))->append(reinterpret_cast<const char*>(data), size);
+    };
+    png_set_write_fn(png, &bytes, write, nullptr);
+    const auto pixels = static_cast<png_uint_32>(side);
+    png_set_IHDR(png, info, pixels, pixels, kind.depth, kind.color_type, kind.interlace, PNG_COMPRESSION_TYPE_DEFAULT,
+                 PNG_FILTER_TYPE_DEFAULT);
+    png_set_gAMA(png, info, 0.2);  // is not looked at
+    if (kind.color_type == PNG_COLOR_TYPE_PALETTE) {
+        const png_color palette[] = {{1, 2, 3}, {4, 5, 6}};
+        const png_byte alpha[] = {128};
+        png_set_PLTE(png, info, palette, 2);
+        png_set_tRNS(png, info, alpha, 1, nullptr);
+    }
+    std::vector<png_bytep> pointers;
+    for (auto& row : rows) pointers.push_back(row.data());
+    png_set_rows(png, info, pointers.data());
+    png_write_png(png, info, PNG_TRANSFORM_IDENTITY, nullptr);
+    png_destroy_write_struct(&png, &info);
+    return bytes;
+}
+
+std::vector<std::uint8_t> decode(const std::string& bytes) {
+    TextureImage image;
+    read_png("a.png", bytes, 16384, image);
+    return image.rgba;
+}
+
+TEST(Png, EveryKindOfPixelIsRead) {
+    using Bytes = std::vector<std::uint8_t>;
+    EXPECT_EQ(decode(encode(2, {1, PNG_COLOR_TYPE_GRAY}, {{0x40}, {0x80}})),
+              (Bytes{0, 0, 0, 255, 255, 255, 255, 255, 255, 255, 255, 255, 0, 0, 0, 255}));
+    EXPECT_EQ(decode(encode(1, {16, PNG_COLOR_TYPE_GRAY}, {{0x7f, 0xff}})), (Bytes{0x7f, 0x7f, 0x7f, 255}));
+    EXPECT_EQ(decode(encode(1, {16, PNG_COLOR_TYPE_RGB_ALPHA}, {{1, 255, 2, 255, 3, 255, 4, 255}})),
+              (Bytes{1, 2, 3, 4}));
+    EXPECT_EQ(decode(encode(2, {2, PNG_COLOR_TYPE_PALETTE}, {{0x10}, {0x40}})),
+              (Bytes{1, 2, 3, 128, 4, 5, 6, 255, 4, 5, 6, 255, 1, 2, 3, 128}));
+    EXPECT_EQ(
+        decode(encode(2, {8, PNG_COLOR_TYPE_RGB, PNG_INTERLACE_ADAM7}, {{1, 2, 3, 4, 5, 6}, {7, 8, 9, 10, 11, 12}})),
+        (Bytes{1, 2, 3, 255, 4, 5, 6, 255, 7, 8, 9, 255, 10, 11, 12, 255}));
+}
+
+TEST(Png, EveryTruncationIsAnError) {
+    const std::string bytes = encode(3, {8, PNG_COLOR_TYPE_GRAY}, {{1, 2, 3}, {4, 5, 6}, {7, 8, 9}});
+    for (std::size_t length = 0; length < bytes.size(); ++length)
+        EXPECT_TRUE(error_message([&] { decode(bytes.substr(0, length)); }).starts_with("a.png: cannot be decoded: "))
+            << length;
+    TextureImage image;
+    EXPECT_EQ(error_message([&] { read_png("a.png", bytes, 2, image); }), "a.png: 3 x 3 texels are more than 2 a side");
 }
 
 TEST(Png, QuantizationRoundsToNearest) {

@@ -88,6 +88,7 @@ TEST(Slope, IntervalHoldsTheTruth) {
 
 TEST(Error, IsOneLine) {
     EXPECT_STREQ(Error("a.gltf", "bad\nthing {}", 3).what(), "a.gltf: bad thing 3");
+    EXPECT_STREQ(Error("a.gltf", "bad \x1b[31mthing\x7f").what(), "a.gltf: bad ?[31mthing?");
 }
 
 }  // namespace

@@ -1,0 +1,95 @@
+#include <filesystem>
+#include <sstream>
+
+#include "engine/color/ocio.h"
+#include "engine/core/error.h"
+#include "engine/io/files.h"
+
+namespace halflight {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr std::uint64_t kMaxConfigBytes = std::uint64_t{64} << 20;  // the largest of the ACES project's has 2 MB
+constexpr std::uint64_t kMaxLutBytes = std::uint64_t{1} << 30;      // as text, 129^3 entries have a tenth of that
+
+/// Refuses files that OpenColorIO would read without end or wait for: it opens whatever it is given.
+class FileGuard {
+  public:
+    explicit FileGuard(const ocio::Config& config) : config_(config) {}
+
+    void check_all() const {
+        for (int i = 0; i < config_.getNumColorSpaces(ocio::SEARCH_REFERENCE_SPACE_ALL, ocio::COLORSPACE_ALL); ++i) {
+            const auto space = config_.getColorSpace(
+                config_.getColorSpaceNameByIndex(ocio::SEARCH_REFERENCE_SPACE_ALL, ocio::COLORSPACE_ALL, i));
+            check(space->getTransform(ocio::COLORSPACE_DIR_TO_REFERENCE));
+            check(space->getTransform(ocio::COLORSPACE_DIR_FROM_REFERENCE));
+        }
+        for (int i = 0; i < config_.getNumLooks(); ++i) {
+            const auto look = config_.getLook(config_.getLookNameByIndex(i));
+            check(look->getTransform());
+            check(look->getInverseTransform());
+        }
+        for (int i = 0; i < config_.getNumViewTransforms(); ++i) {
+            const auto view = config_.getViewTransform(config_.getViewTransformNameByIndex(i));
+            check(view->getTransform(ocio::VIEWTRANSFORM_DIR_TO_REFERENCE));
+            check(view->getTransform(ocio::VIEWTRANSFORM_DIR_FROM_REFERENCE));
+        }
+        for (int i = 0; i < config_.getNumNamedTransforms(ocio::NAMEDTRANSFORM_ALL); ++i) {
+            const auto named =
+                config_.getNamedTransform(config_.getNamedTransformNameByIndex(ocio::NAMEDTRANSFORM_ALL, i));
+            check(named->getTransform(ocio::TRANSFORM_DIR_FORWARD));
+            check(named->getTransform(ocio::TRANSFORM_DIR_INVERSE));
+        }
+    }
+
+  private:
+    void check(const ocio::ConstTransformRcPtr& transform) const {
+        if (const auto group = std::dynamic_pointer_cast<const ocio::GroupTransform>(transform)) {
+            for (int i = 0; i < group->getNumTransforms(); ++i) check(group->getTransform(i));
+        } else if (const auto file = std::dynamic_pointer_cast<const ocio::FileTransform>(transform)) {
+            check_file(file->getSrc());
+        }
+    }
+
+    void check_file(const char* source) const {
+        fs::path path;
+        try {
+            path = config_.getCurrentContext()->resolveFileLocation(source);
+        } catch (const ocio::Exception&) {
+            return;  // is told when something needs it
+        }
+        if (!fs::is_regular_file(path))
+            throw ocio::Exception(fmt::format("LUT {}: not a regular file", path.string()).c_str());
+        const auto size = fs::file_size(path);
+        if (size > kMaxLutBytes)
+            throw ocio::Exception(
+                fmt::format("LUT {}: {} bytes are more than the limit of {}", path.string(), size, kMaxLutBytes)
+                    .c_str());
+    }
+
+    const ocio::Config& config_;
+};
+
+/// OpenColorIO's exceptions go without the file's name.
+std::string read(const fs::path& path) {
+    try {
+        return read_file(path, kMaxConfigBytes);
+    } catch (const Error& e) {
+        throw ocio::Exception(e.what() + path.string().size() + 2);
+    }
+}
+
+}  // namespace
+
+ocio::ConstConfigRcPtr read_config(const fs::path& path) {
+    const std::string bytes = read(path);
+    if (is_lfs_pointer(bytes)) throw ocio::Exception("it is a Git LFS pointer, not the file itself");
+    std::istringstream text(bytes);
+    const ocio::ConfigRcPtr config = ocio::Config::CreateFromStream(text)->createEditableCopy();
+    config->setWorkingDir(fs::absolute(path).parent_path().c_str());  // where relative names of files begin
+    FileGuard(*config).check_all();
+    return config;
+}
+
+}  // namespace halflight

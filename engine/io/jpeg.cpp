@@ -1,0 +1,105 @@
+#include "engine/io/jpeg.h"
+
+#include <csetjmp>
+#include <cstddef>
+#include <cstdio>
+
+// Needs the two above.
+#include <jerror.h>
+#include <jpeglib.h>
+
+#include "engine/core/error.h"
+
+namespace halflight {
+namespace {
+
+// Encoders use a dozen; each costs a pass over all blocks, for a few bytes in the file.
+constexpr int kMaxScans = 256;
+// A block of 8 x 8 pixels takes one bit at least.
+constexpr std::size_t kPixelsPerByte = 512;
+
+/// libjpeg reports by calls that must not return. Nothing between setjmp and there has a destructor.
+class Decoder {
+  public:
+    explicit Decoder(std::string_view bytes) : bytes_(bytes) {
+        info_.err = jpeg_std_error(&errors_);
+        errors_.error_exit = [](j_common_ptr info) { fail(info); };
+        errors_.emit_message = [](j_common_ptr info, int) {
+            const int code = info->err->msg_code;  // warnings of other kinds leave the picture whole
+            if (code == JWRN_JPEG_EOF || code == JWRN_HIT_MARKER || code == JWRN_HUFF_BAD_CODE) fail(info);
+        };
+        progress_.progress_monitor = [](j_common_ptr info) {
+            if (reinterpret_cast<j_decompress_ptr>(info)->input_scan_number <= kMaxScans) return;
+            self(info).message_ = "has too many scans";
+            std::longjmp(self(info).back_, 1);
+        };
+        info_.client_data = this;
+    }
+    Decoder(const Decoder&) = delete;
+    Decoder& operator=(const Decoder&) = delete;
+    ~Decoder() { jpeg_destroy_decompress(&info_); }
+
+    /// Each false where message() says why.
+    bool read_header() {
+        if (setjmp(back_)) return false;
+        jpeg_create_decompress(&info_);
+        info_.progress = &progress_;
+        jpeg_mem_src(&info_, reinterpret_cast<const unsigned char*>(bytes_.data()), bytes_.size());
+        jpeg_read_header(&info_, TRUE);
+        return true;
+    }
+    bool read_texels(std::uint8_t* rgba) {
+        if (setjmp(back_)) return false;
+        info_.out_color_space = JCS_EXT_RGBA;
+        jpeg_start_decompress(&info_);
+        while (info_.output_scanline < info_.output_height) {
+            JSAMPROW row = rgba + std::size_t{4} * info_.output_width * info_.output_scanline;
+            jpeg_read_scanlines(&info_, &row, 1);
+        }
+        jpeg_finish_decompress(&info_);
+        return true;
+    }
+
+    std::size_t width() const { return info_.image_width; }
+    std::size_t height() const { return info_.image_height; }
+    const char* message() const { return message_; }
+
+  private:
+    static Decoder& self(j_common_ptr info) { return *static_cast<Decoder*>(info->client_data); }
+    [[noreturn]] static void fail(j_common_ptr info) {
+        static_assert(sizeof message_buffer_ >= JMSG_LENGTH_MAX);
+        self(info).message_ = self(info).message_buffer_;
+        info->err->format_message(info, self(info).message_buffer_);
+        std::longjmp(self(info).back_, 1);
+    }
+
+    std::string_view bytes_;
+    jpeg_decompress_struct info_{};
+    jpeg_error_mgr errors_{};
+    jpeg_progress_mgr progress_{};
+    std::jmp_buf back_{};
+    char message_buffer_[JMSG_LENGTH_MAX] = {};
+    const char* message_ = "";
+};
+
+}  // namespace
+
+bool is_jpeg(std::string_view bytes) {
+    return bytes.starts_with("\xff\xd8\xff");
+}
+
+void read_jpeg(const std::string& subject, std::string_view bytes, int max_side, TextureImage& image) {
+    Decoder decoder(bytes);
+    if (!decoder.read_header()) throw Error(subject, "cannot be decoded: {}", decoder.message());
+    const std::size_t width = decoder.width(), height = decoder.height(), limit = static_cast<std::size_t>(max_side);
+    if (width > limit || height > limit)
+        throw Error(subject, "{} x {} texels are more than {} a side", width, height, limit);
+    if (width * height / kPixelsPerByte > bytes.size())
+        throw Error(subject, "is truncated: {} bytes cannot hold {} x {} texels", bytes.size(), width, height);
+    image.width = static_cast<int>(width);
+    image.height = static_cast<int>(height);
+    image.rgba.resize(4 * width * height);
+    if (!decoder.read_texels(image.rgba.data())) throw Error(subject, "cannot be decoded: {}", decoder.message());
+}
+
+}  // namespace halflight

@@ -1,0 +1,130 @@
+#include <png.h>
+
+#include <algorithm>
+#include <bit>
+#include <csetjmp>
+#include <cstring>
+#include <vector>
+
+#include "engine/core/error.h"
+#include "engine/io/png.h"
+
+namespace halflight {
+namespace {
+
+// Of one bit, deflated as far as that goes (1032:1, zlib's technical details).
+constexpr std::size_t kTexelsPerByte = 8 * 1032;
+
+/// libpng reports by calls that must not return. Nothing between setjmp and there has a destructor.
+class Decoder {
+  public:
+    /// With `rgba` texels are 8-bit RGBA, without they are of 16 bits and as many channels as the file has.
+    Decoder(std::string_view bytes, bool rgba)
+        : rest_(bytes),
+          rgba_(rgba),
+          png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, this, fail, [](png_structp, png_const_charp) {})),
+          info_(png_create_info_struct(png_)) {
+        if (!info_) throw std::bad_alloc();
+    }
+    Decoder(const Decoder&) = delete;
+    Decoder& operator=(const Decoder&) = delete;
+    ~Decoder() { png_destroy_read_struct(&png_, &info_, nullptr); }
+
+    /// Each false where message() says why.
+    bool read_header() {
+        if (setjmp(png_jmpbuf(png_))) return false;
+        png_set_read_fn(png_, this, [](png_structp png, png_bytep out, std::size_t count) {
+            std::string_view& rest = static_cast<Decoder*>(png_get_io_ptr(png))->rest_;
+            if (count > rest.size()) png_error(png, "the file ends too early");
+            std::memcpy(out, rest.data(), count);
+            rest.remove_prefix(count);
+        });
+        // Profiles and text are not needed, and may unpack to anything.
+        png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
+        png_read_info(png_, info_);
+        png_set_expand(png_);
+        if (rgba_) {
+            png_set_strip_16(png_);
+            png_set_gray_to_rgb(png_);
+            png_set_add_alpha(png_, 255, PNG_FILLER_AFTER);
+        } else {
+            png_set_expand_16(png_);
+            if (std::endian::native == std::endian::little) png_set_swap(png_);
+        }
+        png_set_interlace_handling(png_);
+        png_read_update_info(png_, info_);
+        return true;
+    }
+    bool read_rows(png_bytepp rows) {
+        if (setjmp(png_jmpbuf(png_))) return false;
+        png_read_image(png_, rows);
+        png_read_end(png_, nullptr);
+        return true;
+    }
+
+    std::size_t width() const { return png_get_image_width(png_, info_); }
+    std::size_t height() const { return png_get_image_height(png_, info_); }
+    std::size_t channels() const { return png_get_channels(png_, info_); }
+    const char* message() const { return message_; }
+
+  private:
+    [[noreturn]] static void fail(png_structp png, png_const_charp message) {
+        auto& self = *static_cast<Decoder*>(png_get_error_ptr(png));
+        std::strncpy(self.message_, message, sizeof self.message_ - 1);
+        png_longjmp(png, 1);
+    }
+
+    std::string_view rest_;
+    bool rgba_;
+    char message_[256] = {};
+    png_structp png_;
+    png_infop info_;
+};
+
+/// Reads the header and sees that the picture is neither too large nor larger than the file can bear out.
+void open(Decoder& decoder, const std::string& subject, std::size_t bytes, int max_side) {
+    if (!decoder.read_header()) throw Error(subject, "cannot be decoded: {}", decoder.message());
+    const std::size_t width = decoder.width(), height = decoder.height(), limit = static_cast<std::size_t>(max_side);
+    if (width > limit || height > limit)
+        throw Error(subject, "{} x {} texels are more than {} a side", width, height, limit);
+    if (width * height / kTexelsPerByte > bytes)
+        throw Error(subject, "is truncated: {} bytes cannot hold {} x {} texels", bytes, width, height);
+}
+
+/// Reads into `values`, width x height x channels of them.
+template <class T>
+void read(Decoder& decoder, const std::string& subject, std::vector<T>& values) {
+    const std::size_t row = decoder.channels() * decoder.width();
+    values.resize(row * decoder.height());
+    std::vector<png_bytep> rows(decoder.height());
+    for (std::size_t y = 0; y < rows.size(); ++y) rows[y] = reinterpret_cast<png_bytep>(values.data() + row * y);
+    if (!decoder.read_rows(rows.data())) throw Error(subject, "cannot be decoded: {}", decoder.message());
+}
+
+}  // namespace
+
+bool is_png(std::string_view bytes) {
+    return bytes.starts_with("\x89PNG\r\n\x1a\n");
+}
+
+void read_png(const std::string& subject, std::string_view bytes, int max_side, TextureImage& image) {
+    Decoder decoder(bytes, true);
+    open(decoder, subject, bytes.size(), max_side);
+    image.width = static_cast<int>(decoder.width());
+    image.height = static_cast<int>(decoder.height());
+    read(decoder, subject, image.rgba);
+}
+
+Image read_png(const std::string& subject, std::string_view bytes, int max_side) {
+    Decoder decoder(bytes, false);
+    open(decoder, subject, bytes.size(), max_side);
+    std::vector<std::uint16_t> values;
+    read(decoder, subject, values);
+    Image image(static_cast<int>(decoder.width()), static_cast<int>(decoder.height()),
+                static_cast<int>(decoder.channels()));
+    std::ranges::transform(values, image.pixels.begin(),
+                           [](std::uint16_t v) { return static_cast<float>(v) / 65535.0f; });  // 8 bits are v * 257
+    return image;
+}
+
+}  // namespace halflight

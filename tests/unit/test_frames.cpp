@@ -1,0 +1,82 @@
+#include <gtest/gtest.h>
+
+#include "engine/core/frames.h"
+#include "tests/support/error_message.h"
+
+namespace halflight {
+namespace {
+
+using Frames = std::vector<std::uint32_t>;
+
+Frames frames(std::string_view text) {
+    return parse_frames("--frames", text);
+}
+
+std::string refusal(std::string_view text) {
+    return error_message([&] { frames(text); });
+}
+
+TEST(Frames, OfListsAndRanges) {
+    EXPECT_EQ(frames("7"), Frames{7});
+    EXPECT_EQ(frames("1-4"), (Frames{1, 2, 3, 4}));
+    EXPECT_EQ(frames("1-10x4"), (Frames{1, 5, 9}));
+    EXPECT_EQ(frames("1-9x4"), (Frames{1, 5, 9}));
+    EXPECT_EQ(frames("1-9x100"), Frames{1});
+    EXPECT_EQ(frames("5-5"), Frames{5});
+    EXPECT_EQ(frames("1,5,9-12"), (Frames{1, 5, 9, 10, 11, 12}));
+    EXPECT_EQ(frames("007"), Frames{7});
+    EXPECT_EQ(frames("0"), Frames{0});
+}
+
+TEST(Frames, EachOnceInTheOrderGiven) {
+    EXPECT_EQ(frames("9,1-3,2,9"), (Frames{9, 1, 2, 3}));
+    EXPECT_EQ(frames("1-10x4,1-4"), (Frames{1, 5, 9, 2, 3, 4}));
+}
+
+TEST(Frames, UpToTheEndOfTheirNumbers) {
+    EXPECT_EQ(frames("4294967295"), Frames{4294967295u});
+    EXPECT_EQ(frames("4294967294-4294967295x4294967295"), Frames{4294967294u});
+    EXPECT_EQ(frames("0-4294967295x4294967295"), (Frames{0, 4294967295u}));
+    EXPECT_EQ(frames("4294967290-4294967295x3"), (Frames{4294967290u, 4294967293u}));
+}
+
+TEST(Frames, AnythingElseIsRefused) {
+    for (const char* text : {"",
+                             ",",
+                             "1,",
+                             ",1",
+                             "1,,2",
+                             " 1",
+                             "1 ",
+                             "-1",
+                             "+1",
+                             "1-",
+                             "-",
+                             "1--2",
+                             "1-2-3",
+                             "1x2",
+                             "1-2x",
+                             "1-2x-1",
+                             "1-2X2",
+                             "1.5",
+                             "1e3",
+                             "0x10",
+                             "a",
+                             "4294967296",
+                             "99999999999999999999",
+                             "1:2"})
+        EXPECT_TRUE(refusal(text).starts_with("--frames: wants N, A-B or A-BxSTEP between commas, not '")) << text;
+    EXPECT_EQ(refusal("1,9-3"), "--frames: '9-3' ends before it begins");
+    EXPECT_EQ(refusal("1-9x0"), "--frames: '1-9x0' has a step of 0");
+}
+
+TEST(Frames, AreLimitedInNumber) {
+    EXPECT_EQ(frames("1-1048576").size(), kMaxFrames);
+    EXPECT_EQ(frames("0-4294967295x4096").size(), kMaxFrames);
+    EXPECT_EQ(refusal("0-1048576"), "--frames: '0-1048576' means 1048577 frames, more than 1048576");
+    EXPECT_EQ(refusal("0-4294967295"), "--frames: '0-4294967295' means 4294967296 frames, more than 1048576");
+    EXPECT_EQ(refusal("0-1048575,5000000"), "--frames: means more than 1048576 frames");
+}
+
+}  // namespace
+}  // namespace halflight
