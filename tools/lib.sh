@@ -37,13 +37,13 @@ install_packages() {
         </dev/null
 }
 
-# build_release TARGET: the release preset into build/. Warnings are errors in CI.
+# build_release TARGET...: the release preset into build/. Warnings are errors in CI.
 build_release() {
     local werror=OFF
     [ -z "${CI:-}" ] || werror=ON
     (
         cd "$root"
         cmake --preset release -DHALFLIGHT_WERROR=$werror
-        cmake --build --preset release --target "$1"
+        cmake --build --preset release --target "$@"
     )
 }

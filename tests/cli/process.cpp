@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <poll.h>
 #include <pty.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -39,10 +40,14 @@ bool read_some(int fd, std::string& text) {
     return count > 0;
 }
 
-int wait_for(pid_t child) {
+void wait_for(pid_t child, Outcome& outcome) {
     int status = 0;
-    waitpid(child, &status, 0);
-    return WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+    rusage used{};
+    wait4(child, &status, 0, &used);
+    outcome.status = WIFSIGNALED(status) ? 128 + WTERMSIG(status) : WEXITSTATUS(status);
+    const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+    outcome.cpu_seconds = seconds(used.ru_utime) + seconds(used.ru_stime);
+    outcome.peak_bytes = std::size_t{1024} * static_cast<std::size_t>(used.ru_maxrss);
 }
 
 Outcome run_on_terminal(const std::vector<std::string>& arguments, const RunOptions& options) {
@@ -56,7 +61,7 @@ Outcome run_on_terminal(const std::vector<std::string>& arguments, const RunOpti
     while (read_some(master, outcome.err)) {
     }
     close(master);
-    outcome.status = wait_for(child);
+    wait_for(child, outcome);
     return outcome;
 }
 
@@ -86,7 +91,7 @@ Outcome run_program(const std::vector<std::string>& arguments, const RunOptions&
     }
     close(out[0]);
     close(err[0]);
-    outcome.status = wait_for(child);
+    wait_for(child, outcome);
     return outcome;
 }
 

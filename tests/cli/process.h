@@ -14,6 +14,8 @@ struct Outcome {
     int status = -1;  // exit status, or 128 + signal
     std::string out;  // stdout
     std::string err;  // stderr; of a terminal: both
+    double cpu_seconds = 0;
+    std::size_t peak_bytes = 0;  // resident
 };
 
 struct RunOptions {

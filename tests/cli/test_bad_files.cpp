@@ -1,0 +1,267 @@
+// Files that scenes, --env and --ocio name: cut short, claiming too much, not files at all, out of bounds.
+#include <fmt/format.h>
+#include <stb/stb_image_write.h>
+#include <sys/stat.h>
+
+#include <nlohmann/json.hpp>
+
+#include "engine/io/png.h"
+#include "tests/cli/bad_input.h"
+
+namespace halflight::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+
+const std::string kPointer = "version https://git-lfs.github.com/spec/v1\noid sha256:0123\nsize 36\n";
+const fs::path kSeeds = fs::path(HALFLIGHT_SOURCE_DIR) / "tests/fuzz/seeds";
+
+std::string big_endian(std::uint32_t v) {
+    return {static_cast<char>(v >> 24), static_cast<char>(v >> 16), static_cast<char>(v >> 8), static_cast<char>(v)};
+}
+
+std::string png_chunk(const std::string& type, const std::string& data) {
+    std::uint32_t checksum = ~0u;  // PNG, annex D
+    for (const char c : type + data) {
+        checksum ^= static_cast<unsigned char>(c);
+        for (int bit = 0; bit < 8; ++bit) checksum = checksum >> 1 ^ (checksum & 1 ? 0xedb88320u : 0u);
+    }
+    return big_endian(static_cast<std::uint32_t>(data.size())) + type + data + big_endian(~checksum);
+}
+
+/// Header of a PNG of 8-bit RGBA and `rest`.
+std::string png_claiming(std::uint32_t width, std::uint32_t height, const std::string& rest = "") {
+    return "\x89PNG\r\n\x1a\n" +
+           png_chunk("IHDR", big_endian(width) + big_endian(height) + std::string("\x8\x6\0\0\0", 5)) + rest;
+}
+
+class BadFiles : public testing::Test {
+  protected:
+    void write(const std::string& name, const std::string& bytes) const { write_text(folder_ / name, bytes); }
+    std::string path(const std::string& name) const { return folder_ / name; }
+
+    /// A triangle with a texture from `image` and positions from `buffer`.
+    std::string scene(const std::string& image, const std::string& buffer = "good.bin") const {
+        write("good.bin", std::string(36, '\0'));
+        const Json texture = {{"index", 0}};
+        const Json json = {
+            {"asset", {{"version", "2.0"}}},
+            {"buffers", {{{"uri", buffer}, {"byteLength", 36}}}},
+            {"bufferViews", {{{"buffer", 0}, {"byteLength", 36}}}},
+            {"accessors", {{{"bufferView", 0}, {"componentType", 5126}, {"count", 3}, {"type", "VEC3"}}}},
+            {"images", {{{"uri", image}}}},
+            {"textures", {{{"source", 0}}}},
+            {"materials", {{{"pbrMetallicRoughness", {{"baseColorTexture", texture}}}}}},
+            {"meshes", {{{"primitives", {{{"attributes", {{"POSITION", 0}}}, {"material", 0}}}}}}},
+            {"nodes", {{{"mesh", 0}}}}};
+        write("scene.gltf", json.dump());
+        return path("scene.gltf");
+    }
+    void image_refused(const std::string& name, const std::string& bytes, const std::vector<std::string>& words = {}) {
+        write("image", bytes);
+        std::vector<std::string> all = {"/scene.gltf: ", "images[0] (image)"};
+        all.insert(all.end(), words.begin(), words.end());
+        expect_refused("image: " + name, with_scene(scene("image")), all);
+    }
+    void map_refused(const std::string& name, const std::string& bytes, const std::vector<std::string>& words = {}) {
+        write("map", bytes);
+        std::vector<std::string> all = {path("map") + ": "};
+        all.insert(all.end(), words.begin(), words.end());
+        expect_refused("environment: " + name, with_environment(path("map")), all);
+    }
+    void config_refused(const std::string& name, const std::string& bytes, const std::vector<std::string>& words = {}) {
+        write("config", bytes);
+        std::vector<std::string> all = {path("config") + ": "};
+        all.insert(all.end(), words.begin(), words.end());
+        expect_refused("config: " + name, with_config(path("config")), all);
+    }
+
+    TemporaryFolder folder_;
+};
+
+std::string small_png() {
+    TemporaryFolder folder;
+    write_png(folder / "a.png", 8, 8, 4, std::vector<std::uint8_t>(256, 77));
+    return read_text(folder / "a.png");
+}
+
+std::string small_jpeg() {
+    std::string bytes;
+    const auto append = [](void* out, void* data, int size) {
+        static_cast<std::string*>(out)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
+    };
+    const std::vector<std::uint8_t> grey(32 * 32 * 3, 128);
+    stbi_write_jpg_to_func(append, &bytes, 32, 32, 3, grey.data(), 50);
+    return bytes;
+}
+
+/// The JPEG with other sides in its frame header.
+std::string jpeg_claiming(std::uint16_t side) {
+    std::string bytes = small_jpeg();
+    const auto frame = bytes.find("\xff\xc0");
+    for (const std::size_t at : {frame + 5, frame + 7}) {
+        bytes[at] = static_cast<char>(side >> 8);
+        bytes[at + 1] = static_cast<char>(side);
+    }
+    return bytes;
+}
+
+TEST_F(BadFiles, ImagesCutShort) {
+    for (const std::string& whole : {small_png(), small_jpeg()}) {
+        write("image", whole);
+        expect_loaded("image: whole", with_scene(scene("image")));
+        const std::string kind = whole[0] == '\xff' ? "JPEG" : "PNG";
+        for (const std::size_t length : prefix_lengths(whole.size()))
+            image_refused(fmt::format("{}, {} of {} bytes", kind, length, whole.size()), whole.substr(0, length));
+    }
+}
+
+TEST_F(BadFiles, ImagesThatClaimTooMuch) {
+    image_refused("PNG of 0 x 0", png_claiming(0, 0));
+    for (const std::uint32_t side : {16384u, 16385u, 65535u, 1u << 24, (1u << 31) - 1, ~0u})
+        image_refused(fmt::format("PNG of {0} x {0} in {1} bytes", side, png_claiming(side, side).size()),
+                      png_claiming(side, side));
+    const std::string deflated("\x78\x9c\x63\0\0\0\x1\0\x1", 9);  // one byte
+    image_refused("PNG of 16384 x 16384 with a few texels",
+                  png_claiming(16384, 16384, png_chunk("IDAT", deflated) + png_chunk("IEND", "")), {"truncated"});
+    image_refused("PNG whose checksum is wrong", [&] {
+        std::string bytes = small_png();
+        bytes[30] ^= 1;
+        return bytes;
+    }());
+    image_refused("PNG with a chunk of 2 GiB", png_claiming(8, 8, big_endian(0x7fffffff) + "IDAT"));
+    for (const std::uint16_t side : {std::uint16_t{0}, std::uint16_t{16384}, std::uint16_t{65535}})
+        image_refused(fmt::format("JPEG of {0} x {0}", side), jpeg_claiming(side));
+    image_refused("none, a GIF", "GIF89a\x1\0\x1\0", {"neither PNG nor JPEG"});
+    image_refused("Git LFS pointer", kPointer, {"Git LFS pointer"});
+}
+
+TEST_F(BadFiles, EnvironmentsCutShort) {
+    for (const auto& entry : fs::directory_iterator(kSeeds / "environment")) {
+        const std::string whole = read_text(entry.path());
+        const std::string name = entry.path().filename();
+        expect_loaded("environment: " + name, with_environment(entry.path()));
+        for (const std::size_t length : prefix_lengths(whole.size()))
+            map_refused(fmt::format("{}, {} of {} bytes", name, length, whole.size()), whole.substr(0, length));
+    }
+}
+
+TEST_F(BadFiles, EnvironmentsThatClaimTooMuch) {
+    const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
+    for (const char* size : {"-Y 8192 +X 16384", "-Y 16384 +X 16384"})
+        map_refused(fmt::format("{} in {} bytes", size, head.size() + 22), head + size + "\n\2\2\x40", {"truncated"});
+    for (const char* size :
+         {"-Y 16385 +X 4", "-Y 2147483647 +X 2147483647", "-Y 4294967297 +X 4", "-Y 0 +X 0", "-Y -4 +X 4", "", "-Y 4"})
+        map_refused(fmt::format("size \"{}\"", size), head + size + "\n\1\1\1\1");
+    map_refused("without a header's end", "#?RADIANCE\n" + std::string(100000, '\n') + "x");
+    map_refused("Git LFS pointer", kPointer, {"Git LFS pointer"});
+    map_refused("PNG", small_png(), {"neither"});
+
+    const std::string exr = read_text(kSeeds / "environment/none.exr");
+    const std::size_t window = exr.find(std::string("dataWindow\0box2i\0", 17)) + 21;
+    const auto with_window = [&](std::int32_t x, std::int32_t y) {
+        std::string bytes = exr;
+        bytes.replace(window + 8, 4, reinterpret_cast<const char*>(&x), 4);
+        bytes.replace(window + 12, 4, reinterpret_cast<const char*>(&y), 4);
+        return bytes;
+    };
+    for (const std::int32_t last :
+         {-2, 16383, 16384, std::numeric_limits<std::int32_t>::max(), std::numeric_limits<std::int32_t>::min()})
+        map_refused(fmt::format("OpenEXR up to {}", last), with_window(last, last));
+}
+
+TEST_F(BadFiles, ThatAreNone) {
+    fs::create_directory(folder_ / "folder");
+    ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
+    fs::create_symlink("/dev/zero", folder_ / "zero");
+    fs::create_symlink("circle", folder_ / "circle");
+    for (const std::string& name :
+         {path("none"), path("folder"), path("pipe"), path("circle"), std::string("/dev/zero"),
+          std::string("/dev/null"), std::string("/dev/stdin"), path("scene.gltf/x"), std::string(100000, 'n')}) {
+        const std::string shown = name.size() > 1000 ? "a name of 100000 bytes" : name;
+        const std::vector<std::string> words = {name.substr(0, 1000)};
+        expect_refused("scene: " + shown, with_scene(name), words);
+        expect_refused("environment: " + shown, with_environment(name), words);
+        expect_refused("config: " + shown, with_config(name), words);
+    }
+    write("image", small_png());
+    const std::vector<std::string> uris = {"folder",
+                                           "pipe",
+                                           "zero",
+                                           "none",
+                                           "circle",
+                                           "",
+                                           ".",
+                                           "..",
+                                           "../none",
+                                           "%2e%2e/x",
+                                           "/dev/zero",
+                                           "/dev/stdin",
+                                           "http://host/a",
+                                           "file:///etc/passwd",
+                                           "a%00b",
+                                           std::string(100000, 'n'),
+                                           "data:",
+                                           "data:;base64,A",
+                                           "a\nb",
+                                           "\xc3\xbc"};
+    for (const std::string& uri : uris) {
+        const std::string shown = uri.size() > 1000 ? "100000 bytes" : uri;
+        expect_refused("buffer: URI " + shown, with_scene(scene("image", uri)), {"/scene.gltf: buffers[0]"});
+        expect_refused("image: URI " + shown, with_scene(scene(uri)), {"/scene.gltf: images[0]"});
+        std::vector<std::string> trusting = with_scene(scene("image", uri));
+        trusting.push_back("--allow-outside");
+        expect_refused("buffer: URI " + shown + ", --allow-outside", trusting, {"/scene.gltf: buffers[0]"});
+    }
+    write("pointer.bin", kPointer);
+    expect_refused("buffer: Git LFS pointer", with_scene(scene("image", "pointer.bin")),
+                   {"buffers[0]", "Git LFS pointer"});
+    for (const std::size_t length : prefix_lengths(36)) {
+        write("cut.bin", std::string(length, '\0'));
+        expect_refused(fmt::format("buffer: {} of 36 bytes", length), with_scene(scene("image", "cut.bin")),
+                       {"buffers[0]", fmt::format("{} bytes", length)});
+    }
+}
+
+TEST_F(BadFiles, Configs) {
+    const std::string good = read_text(kSeeds / "color/small");
+    std::string whole = good;
+    for (int i = 0; i < 4; ++i) whole.erase(0, whole.find('\n') + 1);
+    write("config", whole);
+    expect_loaded("config: whole", with_config(path("config")));
+    config_refused("empty", "");
+    config_refused("not YAML", "ocio_profile_version: [");
+    config_refused("zeros", std::string(4096, '\0'));
+    config_refused("bytes that are not UTF-8", "ocio_profile_version: 2\n\xff\xfe\xfd");
+    config_refused("Git LFS pointer", kPointer, {"Git LFS pointer"});
+    config_refused("version 99", "ocio_profile_version: 99\n");
+    config_refused("nothing in it", "ocio_profile_version: 2\n");
+    config_refused("nested 100000 deep", "ocio_profile_version: 2\nroles: " + std::string(100000, '['));
+    config_refused("braces 100000 deep", "ocio_profile_version: 2\nroles: " + std::string(100000, '{'));
+    std::string laughs = "ocio_profile_version: 2\na0: &a0 [x,x,x,x,x,x,x,x,x,x]\n";
+    for (int i = 1; i < 12; ++i) {
+        laughs += fmt::format("a{0}: &a{0} [", i);
+        for (int k = 0; k < 10; ++k) laughs += fmt::format("*a{},", i - 1);
+        laughs += "]\n";
+    }
+    config_refused("a billion laughs", laughs + "displays: *a11\n");
+
+    ASSERT_EQ(mkfifo(path("pipe.spi1d").c_str(), 0600), 0);
+    fs::create_directory(folder_ / "folder.spi1d");
+    fs::create_symlink("/dev/zero", folder_ / "zero.spi1d");
+    write("pointer.spi1d", kPointer);
+    write("claim.spi1d", "Version 1\nFrom 0.0 1.0\nLength 1073741824\nComponents 3\n{\n0 0 0\n}\n");
+    write("claim.spi3d", "SPILUT 1.0\n3 3\n2000 2000 2000\n0 0 0 0 0 0\n");
+    write("claim.cube", "LUT_3D_SIZE 100000\n0 0 0\n");
+    const std::string film = "name: film\n";
+    const auto at = whole.find(film);
+    ASSERT_NE(at, std::string::npos);
+    for (const std::string lut : {"none.spi1d", "pipe.spi1d", "folder.spi1d", "zero.spi1d", "pointer.spi1d",
+                                  "claim.spi1d", "claim.spi3d", "claim.cube", "/dev/zero"})
+        config_refused("LUT " + lut, whole.substr(0, at) + film + "    from_scene_reference: !<FileTransform> {src: " +
+                                         (lut[0] == '/' ? "" : path("")) + lut + ", interpolation: best}\n");
+}
+
+}  // namespace
+}  // namespace halflight::test

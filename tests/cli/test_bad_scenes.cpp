@@ -1,0 +1,231 @@
+// Scenes that are wrong, or only look wrong: sizes, numbers, text, structure.
+#include <cmath>
+#include <limits>
+
+#include "tests/cli/bad_input.h"
+#include "tests/unit/gltf_builder.h"
+
+namespace halflight::test {
+namespace {
+
+class BadScenes : public testing::Test {
+  protected:
+    void refused(const std::string& name, const std::string& bytes, const std::vector<std::string>& words) {
+        expect_refused("scene: " + name, command(bytes), with_file(words));
+    }
+    void loaded(const std::string& name, const std::string& bytes) { expect_loaded("scene: " + name, command(bytes)); }
+
+    /// A triangle whose JSON has `value` at `pointer`.
+    static std::string triangle_with(const char* pointer, const Json& value) {
+        GltfBuilder b;
+        b.add_triangle();
+        b.add_buffer();
+        b.json[Json::json_pointer(pointer)] = value;
+        return b.glb();
+    }
+    static std::string triangle_of(const char* attribute, const char* type, const std::vector<float>& components) {
+        GltfBuilder b;
+        b.add_triangle()["attributes"][attribute] = b.floats(type, components);
+        return b.glb();
+    }
+
+  private:
+    std::vector<std::string> command(const std::string& bytes) {
+        write_text(folder_ / "scene.gltf", bytes);
+        return with_scene(folder_ / "scene.gltf");
+    }
+    static std::vector<std::string> with_file(std::vector<std::string> words) {
+        words.push_back("/scene.gltf: ");
+        return words;
+    }
+
+    TemporaryFolder folder_;
+};
+
+const std::string kAsset = R"({"asset": {"version": "2.0"})";
+
+TEST_F(BadScenes, SizesBeyondTheFile) {
+    for (const std::uint64_t count : {1ull << 31, (1ull << 32) - 1, 1ull << 32, 1ull << 53, (1ull << 63), ~0ull})
+        refused(fmt::format("{} vertices", count), triangle_with("/accessors/0/count", count), {"s[0]"});
+    for (const Json& count : {Json(-1), Json(1.5), Json("3"), Json(nullptr), Json::array({3})})
+        refused("vertices: " + count.dump(), triangle_with("/accessors/0/count", count), {"accessors[0].count"});
+    for (const char* at : {"/accessors/0/byteOffset", "/bufferViews/0/byteOffset", "/bufferViews/0/byteLength"})
+        for (const std::uint64_t offset : {1ull << 30, (1ull << 53) - 12, 1ull << 53, ~0ull - 11, ~0ull})
+            refused(fmt::format("{} of {}", at, offset), triangle_with(at, offset),
+                    {at[1] == 'a' ? "accessors[0]" : "bufferViews[0]"});
+    for (const std::uint64_t stride : {1ull, 253ull, 1ull << 31, ~0ull})
+        refused(fmt::format("stride of {}", stride), triangle_with("/bufferViews/0/byteStride", stride),
+                {"bufferViews[0]"});
+    for (const std::uint64_t length : {1ull << 30, 1ull << 31, 1ull << 53, ~0ull})
+        refused(fmt::format("buffer of {} bytes", length), triangle_with("/buffers/0/byteLength", length),
+                {"buffers[0]"});
+}
+
+TEST_F(BadScenes, ClaimsOfAFewBytes) {
+    const auto u32 = [](std::uint32_t v) { return std::string(reinterpret_cast<const char*>(&v), 4); };
+    const std::string json = kAsset + "}  ";
+    refused("1 GiB chunk", "glTF" + u32(2) + u32(1u << 30) + u32(1u << 30) + "JSON" + json, {"truncated"});
+    refused("4 GiB chunk", "glTF" + u32(2) + u32(20 + 32) + u32(~0u) + "JSON" + json, {"truncated"});
+    refused("chunk that ends nowhere", "glTF" + u32(2) + u32(20 + 28) + u32(~0u) + "JSON" + json, {"chunk 0"});
+    refused("1 GiB in a data URI", kAsset + R"(, "buffers": [{"byteLength": 1073741824, "uri": "data:;base64,AAAA"}]})",
+            {"buffers[0]", "3 bytes"});
+    const std::string zeros = R"(, "accessors": [{"componentType": 5126, "type": "VEC3", "count": )";
+    const std::string shown =
+        R"(}], "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}]})";
+    for (const char* count : {"16777216", "1073741824", "4294967295", "9007199254740992"})
+        refused(std::string(count) + " zeros", kAsset + zeros + count + shown, {"s[0]"});
+    const std::string instanced =
+        R"(}], "meshes": [{"primitives": []}], "nodes": [{"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}}]})";
+    for (const char* count : {"16777216", "4294967296"})
+        refused(std::string(count) + " instances", kAsset + zeros + count + instanced, {"accessors[0]"});
+    const std::string sparse =
+        R"(, "sparse": {"count": 2147483647, "indices": {"bufferView": 0, "componentType": 5121}, "values": {"bufferView": 0}}}],
+        "bufferViews": [{"buffer": 0, "byteLength": 3}], "buffers": [{"byteLength": 3, "uri": "data:;base64,AAAA"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}]})";
+    refused("2^31 sparse values", kAsset + zeros + "3" + sparse, {"accessors[0].sparse"});
+}
+
+TEST_F(BadScenes, NumbersThatAreNone) {
+    const float nan = std::nanf(""), inf = std::numeric_limits<float>::infinity(), big = 3e38f;
+    for (const float x : {nan, inf, -inf, big}) {
+        const std::string value = fmt::format("{}", x);
+        const std::string one = triangle_of("POSITION", "VEC3", {x, 0, 0, 1, 0, 0, 0, 1, 0});
+        if (x == big)
+            refused("position of " + value, one, {"nodes[0]"});
+        else
+            loaded("position of " + value, one);
+        loaded("all positions of " + value, triangle_of("POSITION", "VEC3", std::vector<float>(9, x)));
+        loaded("normals of " + value, triangle_of("NORMAL", "VEC3", std::vector<float>(9, x)));
+        loaded("texture coordinates of " + value, triangle_of("TEXCOORD_0", "VEC2", std::vector<float>(6, x)));
+        loaded("colours of " + value, triangle_of("COLOR_0", "VEC4", std::vector<float>(12, x)));
+    }
+    for (const float x : {nan, inf}) {
+        GltfBuilder b;
+        Json& primitive = b.add_triangle();
+        primitive["attributes"]["JOINTS_0"] = b.accessor("VEC4", kU8, std::vector<std::uint8_t>(12, 0));
+        primitive["attributes"]["WEIGHTS_0"] = b.floats("VEC4", std::vector<float>(12, x));
+        b.push("skins", {{"joints", {0}}, {"inverseBindMatrices", b.floats("MAT4", std::vector<float>(16, x))}});
+        b.json["nodes"][0]["skin"] = 0;
+        loaded(fmt::format("skin of {}", x), b.glb());
+        b = {};
+        b.add_triangle();
+        b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["TRANSLATION"] =
+            b.floats("VEC3", {0, x, 0});
+        refused(fmt::format("instance at {}", x), b.glb(), {"nodes[0]", "instance 0"});
+    }
+    refused("NaN in JSON", kAsset + R"(, "nodes": [{"translation": [NaN, 0, 0]}]})", {"parse error"});
+    refused("1e999 in JSON", kAsset + R"(, "nodes": [{"translation": [1e999, 0, 0]}]})", {"overflow"});
+    refused("translation of 1e300", triangle_with("/nodes/0/translation", {1e300, 0, 0}), {"nodes[0]"});
+    refused("matrix of 1e300", triangle_with("/nodes/0/matrix", std::vector<double>(16, 1e300)), {"nodes[0]"});
+    loaded("matrix of zeros", triangle_with("/nodes/0/matrix", std::vector<double>(16, 0)));
+    loaded("scale of 0", triangle_with("/nodes/0/scale", {0, 0, 0}));
+    loaded("scale of 1e-300", triangle_with("/nodes/0/scale", {1e-300, 1e-300, 1e-300}));
+    loaded("rotation of 0", triangle_with("/nodes/0/rotation", {0, 0, 0, 0}));
+    loaded("rotation of 1e300", triangle_with("/nodes/0/rotation", {1e300, 1e300, 0, 0}));
+    loaded("far away", triangle_with("/nodes/0/translation", {1e12, 0, 0}));
+    loaded("huge", triangle_with("/nodes/0/scale", {1e11, 1e11, 1e11}));
+    refused("too huge", triangle_with("/nodes/0/scale", {1e30, 1e30, 1e30}), {"nodes[0]"});
+}
+
+TEST_F(BadScenes, Nodes) {
+    const auto nodes = [](std::size_t count, const std::function<Json(std::size_t)>& node) {
+        GltfBuilder b;
+        b.add_triangle();
+        b.json["nodes"].clear();
+        for (std::size_t i = 0; i < count; ++i) b.json["nodes"].push_back(node(i));
+        return b.glb();
+    };
+    refused("node that is its own child",
+            nodes(1,
+                  [](auto) {
+                      return Json{{"children", {0}}};
+                  }),
+            {"nodes[0]", "ancestor"});
+    refused("nodes in a circle",
+            nodes(3,
+                  [](auto i) {
+                      return Json{{"children", {(i + 1) % 3}}};
+                  }),
+            {"nodes[0]", "ancestor"});
+    refused("circle of 100000",
+            nodes(100000,
+                  [](auto i) {
+                      return Json{{"children", {(i + 1) % 100000}}};
+                  }),
+            {"nodes[0]", "ancestor"});
+    refused("node with two parents",
+            nodes(3,
+                  [](auto i) {
+                      return i < 2 ? Json{{"children", {2}}} : Json{{"mesh", 0}};
+                  }),
+            {"nodes[2]"});
+    refused("child 2^32 - 1",
+            nodes(1,
+                  [](auto) {
+                      return Json{{"children", {4294967295u}}};
+                  }),
+            {"nodes[0].children[0]"});
+    loaded("100000 nodes deep", nodes(100000, [](auto i) {
+               return i + 1 < 100000 ? Json{{"children", {i + 1}}} : Json{{"mesh", 0}};
+           }));
+    loaded("1000000 nodes of nothing", nodes(1000000, [](auto) { return Json::object(); }));
+    loaded("200000 nodes of one mesh", nodes(200000, [](auto i) {
+               return Json{{"mesh", 0}, {"translation", {i, 0, 0}}};
+           }));
+    GltfBuilder b;
+    for (int i = 0; i < 20000; ++i) {
+        b.push("cameras", {{"type", "perspective"}, {"perspective", {{"yfov", 1}, {"znear", 1}}}});
+        b.push("nodes", {{"camera", i}});
+    }
+    loaded("20000 cameras", b.glb());
+}
+
+TEST_F(BadScenes, Text) {
+    refused("empty", "", {"empty"});
+    refused("one blank", " ", {"neither"});
+    refused("not JSON", "solid cube", {"neither"});
+    refused("open brace", "{", {"parse error"});
+    for (const char* bracket : {"[", "{\"a\":"}) {
+        std::string deep;
+        for (int i = 0; i < 100000; ++i) deep += bracket;
+        refused(fmt::format("100000 times {}", bracket), kAsset + R"(, "extras": )" + deep, {"nested"});
+        refused(fmt::format("100000 times {} alone", bracket), "{\"a\":" + deep, {"nested"});
+    }
+    refused("byte that is not UTF-8", kAsset + ", \"nodes\": [{\"name\": \"\xff\xfe\"}]}", {"UTF-8"});
+    refused("lone surrogate", kAsset + R"(, "nodes": [{"name": "\ud800"}]})", {"surrogate"});
+    refused("UTF-16", std::string("\xff\xfe{\0", 4), {"neither"});
+    refused("NUL", kAsset + std::string("\0", 1) + "}", {"parse error"});
+    loaded("byte order mark", "\xef\xbb\xbf" + kAsset + "}");
+    loaded("name with line ends", kAsset + R"(, "nodes": [{"name": "a\nb\r\u001b[31mc"}]})");
+    refused("line ends in an extension", kAsset + R"(, "extensionsRequired": ["a\nb\u001b[31m"]})", {"a", "b"});
+    refused("a million keys that are not closed",
+            kAsset + ", " +
+                [] {
+                    std::string keys;
+                    for (int i = 0; i < 1000000; ++i) keys += fmt::format("\"{}\":0,", i);
+                    return keys;
+                }(),
+            {"parse error"});
+    loaded("name of 10 MB", kAsset + R"(, "nodes": [{"name": ")" + std::string(10000000, 'n') + R"("}]})");
+    const std::string doubled = kAsset + R"(, "accessors": [{"componentType": 5126, "count": 3, "type": "VEC3"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 7, "POSITION": 0}}]}], "nodes": [{"mesh": 0}]})";
+    loaded("attribute twice: the last one counts, as in JSON.parse", doubled);
+    refused("version 3", R"({"asset": {"version": "3.0"}})", {"3.0"});
+    refused("required extension", kAsset + R"(, "extensionsRequired": ["KHR_draco_mesh_compression"]})", {"KHR_draco"});
+    refused("extensions that are a number", kAsset + R"(, "extensionsUsed": 3})", {"extensionsUsed"});
+}
+
+TEST_F(BadScenes, CutShort) {
+    GltfBuilder b;
+    b.add_triangle();
+    b.add_buffer();
+    const std::string glb = b.glb();
+    const std::string gltf = kAsset + R"(, "nodes": [{"name": "a"}]})";
+    for (const std::string& whole : {glb, gltf})
+        for (const std::size_t length : prefix_lengths(whole.size()))
+            refused(fmt::format("{} of {} bytes", length, whole.size()), whole.substr(0, length), {});
+    loaded("all bytes and one more", glb + "x");
+}
+
+}  // namespace
+}  // namespace halflight::test

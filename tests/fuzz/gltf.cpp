@@ -1,0 +1,48 @@
+#include <cstring>
+
+#include "engine/io/gltf.h"
+#include "engine/scene/lights.h"
+#include "tests/fuzz/memory_file.h"
+#include "tests/fuzz/targets.h"
+
+namespace halflight::fuzz {
+namespace {
+
+std::string u32(std::size_t value) {
+    const auto number = static_cast<std::uint32_t>(value);
+    std::string bytes(4, '\0');
+    std::memcpy(bytes.data(), &number, 4);
+    return bytes;
+}
+
+/// Lengths that agree are out of reach for random changes; here they come by themselves.
+std::string pack_glb(std::string_view json, std::string_view binary) {
+    return "glTF" + u32(2) + u32(12 + 8 + json.size() + 8 + binary.size()) + u32(json.size()) + "JSON" +
+           std::string(json) + u32(binary.size()) + std::string("BIN\0", 4) + std::string(binary);
+}
+
+}  // namespace
+
+void gltf(std::string_view input) {
+    const std::size_t end = input.starts_with('{') ? input.find('\0') : std::string_view::npos;
+    const std::string packed =
+        end == std::string_view::npos ? std::string(input) : pack_glb(input.substr(0, end), input.substr(end + 1));
+    const MemoryFile file(packed);
+    GltfOptions options;
+    options.max_image_side = 1024;  // a small file may well hold a large picture
+    try {
+        const Scene scene = load_gltf(file.path(), options);
+        validate(scene);
+        const TraceTables tables = build_trace_tables(scene, kFlattenLimit);
+        const LightTables lights = build_lights(scene, tables);
+        framing_camera(scene);
+        for (const vec3& position : tables.positions)
+            if (!all_finite(position)) throw Broken("a position in the tables is not finite");
+        for (const vec4& row : lights.rows)
+            if (!all_finite(vec3(row))) throw Broken("a light is not finite");
+    } catch (const Error& error) {
+        check_message(error, "");
+    }
+}
+
+}  // namespace halflight::fuzz

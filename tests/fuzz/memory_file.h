@@ -1,0 +1,28 @@
+// Bytes in memory that have a name in the file system, for loaders that take names.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+
+#include "engine/core/error.h"
+
+namespace halflight::fuzz {
+
+class MemoryFile {
+  public:
+    explicit MemoryFile(std::string_view bytes);
+    MemoryFile(const MemoryFile&) = delete;
+    MemoryFile& operator=(const MemoryFile&) = delete;
+    ~MemoryFile();
+
+    const std::filesystem::path& path() const { return path_; }
+
+  private:
+    int descriptor_;
+    std::filesystem::path path_;
+};
+
+/// Throws Broken unless the message is one line that begins with `subject`.
+void check_message(const Error& error, std::string_view subject);
+
+}  // namespace halflight::fuzz

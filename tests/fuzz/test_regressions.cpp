@@ -1,0 +1,45 @@
+// Seeds of the fuzz targets, and what these have found: each file of regressions/ has once broken something.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <string>
+#include <vector>
+
+#include "tests/fuzz/targets.h"
+
+namespace halflight::fuzz {
+namespace {
+
+namespace fs = std::filesystem;
+
+void run_all(const char* name, void (*target)(std::string_view)) {
+    std::size_t count = 0;
+    for (const char* kind : {"seeds", "regressions"}) {
+        const fs::path folder = fs::path(HALFLIGHT_SOURCE_DIR) / "tests/fuzz" / kind / name;
+        if (!fs::exists(folder)) continue;
+        for (const auto& entry : fs::directory_iterator(folder)) {
+            std::ifstream file(entry.path(), std::ios::binary);
+            const std::string bytes{std::istreambuf_iterator<char>(file), {}};
+            EXPECT_NO_THROW(target(bytes)) << entry.path();
+            ++count;
+        }
+    }
+    EXPECT_GT(count, 0u);
+}
+
+TEST(FuzzRegressions, Arguments) {
+    run_all("arguments", arguments);
+}
+TEST(FuzzRegressions, Color) {
+    run_all("color", color);
+}
+TEST(FuzzRegressions, Environment) {
+    run_all("environment", environment);
+}
+TEST(FuzzRegressions, Gltf) {
+    run_all("gltf", gltf);
+}
+
+}  // namespace
+}  // namespace halflight::fuzz
