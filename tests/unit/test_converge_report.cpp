@@ -149,6 +149,17 @@ TEST_F(ConvergeReport, JsonHoldsAllFigures) {
     EXPECT_EQ(json["advice"].size(), 3u);  // the methods, and each one's stages
 }
 
+TEST_F(ConvergeReport, AdviceFollowsTheStages) {
+    Measurement one;
+    MethodResult& method = one.methods.emplace_back();
+    method.stages = {{"sky", 1, 0.2, 0.9, 1.5}, {"sea", 4, 0.8, 0.1, 0.6}};
+    ASSERT_EQ(advice(subject("a.glb"), one).size(), 1u);
+    EXPECT_NE(advice(subject("a.glb"), one)[0].find("most where sky holds 90 % of the error and takes 20 %"),
+              std::string::npos);
+    method.stages[0].gain = 0.9;
+    EXPECT_NE(advice(subject("a.glb"), one)[0].find("no stage alone"), std::string::npos);
+}
+
 TEST_F(ConvergeReport, WhatIsNotKnownIsNull) {
     Plan plan = kPlan;
     plan.seeds = 1;

@@ -70,6 +70,12 @@ std::vector<Finding> findings_of(const MethodResult& m) {
                                      "of the MSE: no budget brings the error below it.",
                                      text(last.bias_squared), percent(last.bias_squared.value / last.mse.value))});
     }
+    if (last.worst_share > 0.5) {
+        findings.push_back({Kind::heavy_tails,
+                            fmt::format("At the largest budget the worst {:g} % of the pixels hold {:.0f} % of the "
+                                        "squared error; without them the slope is {}.",
+                                        percent(kWorstShare), percent(last.worst_share), text(m.slope_trimmed.slope))});
+    }
     const Interval& slope = m.slope.slope;
     if (m.slope.points < 2) return findings;
     const Interval& by_samples = m.slope_by_samples.slope;
@@ -86,12 +92,6 @@ std::vector<Finding> findings_of(const MethodResult& m) {
             findings.push_back({Kind::faster, fmt::format("{}: where the integrand is smooth, stratified samples "
                                                           "converge faster than independent ones.",
                                                           deviation)});
-        } else if (last.worst_share > 0.5) {
-            findings.push_back(
-                {Kind::heavy_tails,
-                 fmt::format("{}: the worst {:g} % of the pixels hold {:.0f} % of the squared error; "
-                             "without them the slope is {}.",
-                             deviation, percent(kWorstShare), percent(last.worst_share), text(m.slope_trimmed.slope))});
         } else if (findings.empty()) {
             findings.push_back({Kind::unclear, deviation + "; neither bias nor heavy tails show."});
         }

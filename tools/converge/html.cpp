@@ -330,7 +330,7 @@ class Page {
             show(magma(shrink(flip, kThumbnail), 1),
                  fmt::format("its HDR-FLIP, from 0 (black) to 1 (light yellow), mean {:.3f}", mean_of(flip)));
             show(signed_error_picture(mean, reference, mean_scale),
-                 fmt::format("error of the mean of all seeds, full colour at ±{:.2g}: structure in it is bias",
+                 fmt::format("error of the mean of all seeds, full colour at ±{:.2g}: what is no noise in it is bias",
                              mean_scale));
             markup("</div>");
         }

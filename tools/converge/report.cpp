@@ -120,11 +120,13 @@ std::vector<std::string> advice(const Subject& subject, const Measurement& measu
     for (const MethodResult& m : measured.methods) {
         if (m.stages.empty()) continue;
         const Stage& s = *std::ranges::max_element(m.stages, {}, &Stage::gain);
+        const std::string shares = fmt::format("{} holds {:.0f} % of the error and takes {:.0f} % of the time", s.name,
+                                               100 * s.error_share, 100 * s.time_share);
         lines.push_back(
-            fmt::format("{}: the next second is best spent on {}, which holds {:.0f} % of the error and takes {:.0f} % "
-                        "of the time; "
-                        "twice its samples alone would multiply the efficiency by {:.2f}.",
-                        name(m.method), s.name, 100 * s.error_share, 100 * s.time_share, s.gain));
+            s.gain > 1 ? fmt::format("{}: the next second lowers the error most where {}: twice its samples "
+                                     "alone would multiply the efficiency by {:.2f}.",
+                                     name(m.method), shares, s.gain)
+                       : fmt::format("{}: no stage alone is worth more samples; of all, {}.", name(m.method), shares));
     }
     return lines;
 }

@@ -21,9 +21,7 @@ constexpr const char* kReports[] = {"report.html", "report.json", "report.csv"};
 class ReportFolder {
   public:
     explicit ReportFolder(const std::filesystem::path& path) : path_(path) {
-        std::error_code error;
-        made_ = std::filesystem::create_directory(path, error);
-        if (error) throw Error(path.string(), "cannot be made: {}", error.message());
+        made_ = make();
         try {
             for (const char* report : kReports) check_writable(path / report);
         } catch (...) {
@@ -34,6 +32,14 @@ class ReportFolder {
     ReportFolder(const ReportFolder&) = delete;
     ReportFolder& operator=(const ReportFolder&) = delete;
     ~ReportFolder() { remove(); }
+
+    /// Whether it was not there.
+    bool make() const {
+        std::error_code error;
+        const bool made = std::filesystem::create_directory(path_, error);
+        if (error) throw Error(path_.string(), "cannot be made: {}", error.message());
+        return made;
+    }
 
   private:
     void remove() const {
@@ -127,6 +133,7 @@ void run_converge(const ConvergeArguments& a) {
     const std::string csv = report_csv(subject, measured);
     {
         const WritingFiles writing;
+        folder.make();  // should it be gone by now
         write_file(a.folder / kReports[2], csv);
         write_file(a.folder / kReports[1], json);
         write_file(a.folder / kReports[0], html);
