@@ -10,7 +10,7 @@ namespace halflight {
 using graph::Access;
 
 Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
-                           const AccumulateOptions& options, gpu::Buffer& non_finite) {
+                           const AccumulateOptions& options, gpu::Buffer& bad_values) {
     const std::size_t paths = view.band.paths();
     graph::Pass pass = graph.add_pass("accumulate");
     gpu::Defines defines = view.scene.defines();
@@ -48,7 +48,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         out.features = keep("feature sums", 6, 9);
         defines.set("HALFLIGHT_FEATURES");
     }
-    out.non_finite = pass.write(graph.import_buffer("non-finite counts", non_finite), Access::storage_read_write);
+    out.bad_values = pass.write(graph.import_buffer("bad values", bad_values), Access::storage_read_write);
 
     pass.execute([=](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
@@ -60,7 +60,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         if (sample.paths) r.buffer(sample.paths->states).bind_storage(3);
         if (pending) r.buffer(sample.continuation->occluded).bind_storage(4);
         for (const auto& [binding, handle] : sums) r.buffer(handle).bind_storage(binding);
-        r.buffer(out.non_finite).bind_storage(10);
+        r.buffer(out.bad_values).bind_storage(10);
         r.programs().compute("shaders/accumulate.comp", defines).dispatch(view.band.paths() / 64);
     });
     return out;

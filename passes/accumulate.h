@@ -6,6 +6,7 @@
 #include "passes/continuation.h"
 #include "passes/gbuffer.h"
 #include "passes/shadow.h"
+#include "shaders/shared/path.h"
 
 namespace halflight {
 
@@ -26,8 +27,10 @@ struct Accumulated {
     graph::BufferHandle squares;   // 3 doubles: squares of the samples' beauty, for its variance
     graph::BufferHandle features;  // 6 doubles: albedo rgb (diffuse, transmitted and specular at normal
                                    // incidence), shading normal xyz (world); zero where there is no surface
-    graph::BufferHandle non_finite;  // kCountedPasses uints: values that were NaN or infinite and taken as zero
+    graph::BufferHandle bad_values;  // kBadValueCounts uints (shaders/shared/path.h): what was taken as zero
 };
+
+inline constexpr std::size_t kBadValueCounts = shared::kCountedPasses * shared::kBadKinds;
 
 struct AccumulateOptions {
     bool squares = false;
@@ -35,8 +38,8 @@ struct AccumulateOptions {
 };
 
 /// The sums live in the graph's history: a run adds one sample, sample 0 of a frame starts anew, whatever there was.
-/// `non_finite`: kCountedPasses uints that outlive the graph and are counted up.
+/// `bad_values`: kBadValueCounts uints that outlive the graph and are counted up.
 Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
-                           const AccumulateOptions& options, gpu::Buffer& non_finite);
+                           const AccumulateOptions& options, gpu::Buffer& bad_values);
 
 }  // namespace halflight

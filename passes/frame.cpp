@@ -20,7 +20,7 @@ std::array<PassNeed, 4> needed_passes(const SceneNeeds& needs, int bounces) {
              {"continuation", no_transport}}};
 }
 
-Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& non_finite) {
+Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& bad_values) {
     const auto [shadow, diffuse, glossy, continuation] = needed_passes(view.scene.needs(), options.bounces);
     Frame frame;
     for (const PassNeed& need : {shadow, diffuse, glossy, continuation})
@@ -39,9 +39,9 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
         sample.paths = paths;
     }
 
-    frame.sums = add_accumulate(graph, view, sample, {options.want_squares, options.want_features}, non_finite);
+    frame.sums = add_accumulate(graph, view, sample, {options.want_squares, options.want_features}, bad_values);
     for (const graph::BufferHandle& sums : {frame.sums.emission, frame.sums.direct, frame.sums.indirect,
-                                            frame.sums.squares, frame.sums.features, frame.sums.non_finite}) {
+                                            frame.sums.squares, frame.sums.features, frame.sums.bad_values}) {
         if (sums) graph.output(sums);
     }
     return frame;

@@ -32,6 +32,6 @@ struct Frame {
 };
 
 /// Adds every pass that scene and options need for one sample of one band, and nothing else. Marks the sums as outputs.
-Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& non_finite);
+Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& bad_values);
 
 }  // namespace halflight

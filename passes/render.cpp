@@ -90,7 +90,7 @@ struct Renderer::State {
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
-    gpu::Buffer non_finite{"non-finite counts", shared::kCountedPasses * sizeof(std::uint32_t)};
+    gpu::Buffer bad_values{"bad values", kBadValueCounts * sizeof(std::uint32_t)};
     Band band;
     int bands = 0;
     std::vector<std::unique_ptr<CompiledBand>> places;  // that have visibility state of their own; made when needed
@@ -131,7 +131,7 @@ struct Renderer::State {
         auto made = std::make_unique<CompiledBand>();
         const FrameOptions options{settings.bounces, asked_for(settings, {"variance"}),
                                    asked_for(settings, {"albedo", "normal"})};
-        made->frame = add_frame(made->sample_graph, view(made->sample_graph, place), options, non_finite);
+        made->frame = add_frame(made->sample_graph, view(made->sample_graph, place), options, bad_values);
         made->sample = graph::compile(made->sample_graph);
         add_data(*made, place);
         return made;
@@ -240,7 +240,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     const double compiled_before = s.scene.programs().seconds();
     s.executor.reset_times();
     s.tracer->reset_statistics();
-    s.non_finite.clear();
+    s.bad_values.clear();
 
     RenderResult result;
     RenderStats& stats = result.stats;
@@ -281,9 +281,12 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     for (const graph::PassTime& t : s.executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.batches = s.tracer->statistics();
     if (s.raster) stats.raster = s.raster->batches();
-    const auto counts = s.non_finite.read<std::uint32_t>();
+    const auto counts = s.bad_values.read<std::uint32_t>();
     const char* names[shared::kCountedPasses] = {"gbuffer", "shadow", "diffuse and glossy", "continuation"};
-    for (std::size_t i = 0; i < shared::kCountedPasses; ++i) stats.non_finite.push_back({names[i], counts[i]});
+    for (std::size_t i = 0; i < shared::kCountedPasses; ++i) {
+        const std::uint32_t* of = &counts[i * shared::kBadKinds];
+        stats.bad_values.push_back({names[i], of[shared::kBadNan], of[shared::kBadInfinite], of[shared::kBadNegative]});
+    }
     return result;
 }
 

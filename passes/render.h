@@ -63,9 +63,13 @@ struct PassTime {
     double seconds = 0;
 };
 
-struct NonFiniteCount {
+/// Values that a pass got wrong: replaced by zero before accumulation, so that none gets into a sum.
+struct BadValues {
     std::string component;
-    std::uint64_t values = 0;  // replaced by zero before accumulation
+    std::uint64_t nans = 0;
+    std::uint64_t infinities = 0;
+    std::uint64_t negatives = 0;  // of radiance
+    std::uint64_t total() const { return nans + infinities + negatives; }
 };
 
 struct RenderStats {
@@ -78,7 +82,7 @@ struct RenderStats {
     std::size_t gpu_bytes = 0;          // buffers and textures, scene and frame
     std::vector<PassTime> passes;       // with settings.measure, else empty
     std::vector<std::string> left_out;  // passes that the scene or the settings did not need, with the reason
-    std::vector<NonFiniteCount> non_finite;
+    std::vector<BadValues> bad_values;
     std::vector<rays::BatchStatistics> batches;  // how rays were traced
     std::vector<rays::RasterBatch> raster;       // with raster culling: what it did
 };

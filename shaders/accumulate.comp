@@ -1,5 +1,5 @@
-// Adds one sample to the sums of its pixel; sample 0 of a frame begins them. No NaN or infinity gets into them: such values are
-// counted, by the pass they come from, and taken as zero.
+// Adds one sample to the sums of its pixel; sample 0 of a frame begins them. No NaN, infinity or negative radiance gets into
+// them: such values are counted, by the pass they come from, and taken as zero.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/scene_tables.glsl"
@@ -35,7 +35,7 @@ layout(std430, binding = 8) buffer SquareSums { double square_sums[]; };
 #ifdef HALFLIGHT_FEATURES
 layout(std430, binding = 9) buffer FeatureSums { double feature_sums[]; };  // albedo, normal
 #endif
-layout(std430, binding = 10) buffer Counts { uint non_finite[kCountedPasses]; };
+layout(std430, binding = 10) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
 
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/surface_record.glsl"
@@ -44,12 +44,21 @@ layout(std430, binding = 10) buffer Counts { uint non_finite[kCountedPasses]; };
 double so_far(double sum) { return frame.sample_index == 0u ? 0.0lf : sum; }
 #define ADD(sum, value) sum = so_far(sum) + double(value)
 
-vec3 guarded(vec3 v, uint pass) {
-    bvec3 good = bvec3(finite(v.x), finite(v.y), finite(v.z));
-    uint bad = 3u - uint(good.x) - uint(good.y) - uint(good.z);
-    if (bad > 0u) atomicAdd(non_finite[pass], bad);
-    return vec3(good.x ? v.x : 0.0, good.y ? v.y : 0.0, good.z ? v.z : 0.0);
+uint how_many(bvec3 b) { return uint(b.x) + uint(b.y) + uint(b.z); }
+
+// v without its bad values.
+vec3 guarded(vec3 v, float least, uint pass) {
+    uvec3 magnitude = floatBitsToUint(v) & 0x7fffffffu;
+    bvec3 infinite = equal(magnitude, uvec3(0x7f800000u));
+    bvec3 nan = greaterThan(magnitude, uvec3(0x7f800000u));
+    v = mix(v, vec3(0.0), bvec3(uvec3(infinite) | uvec3(nan)));
+    uvec3 bad = uvec3(how_many(nan), how_many(infinite), how_many(lessThan(v, vec3(least))));
+    // A loop without a turn costs nothing, unlike a branch not taken.
+    for (uint kind = 0u; kind < (bad == uvec3(0u) ? 0u : kBadKinds); ++kind)
+        if (bad[kind] > 0u) atomicAdd(bad_values[pass * kBadKinds + kind], bad[kind]);
+    return max(v, vec3(least));
 }
+vec3 guarded(vec3 radiance, uint pass) { return guarded(radiance, 0.0, pass); }
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
@@ -98,7 +107,7 @@ void main() {
 #ifdef HALFLIGHT_FEATURES
     Bsdf b = load_bsdf(path);
     vec3 albedo = guarded(point.is_surface ? b.diffuse + b.transmission + b.specular : vec3(0.0), kCountGBuffer);
-    vec3 normal = guarded(point.is_surface ? b.normal : vec3(0.0), kCountGBuffer);
+    vec3 normal = guarded(point.is_surface ? b.normal : vec3(0.0), -kLargestFloat, kCountGBuffer);
     for (uint i = 0u; i < 3u; ++i) {
         ADD(feature_sums[path * 6u + i], albedo[i]);
         ADD(feature_sums[path * 6u + 3u + i], normal[i]);

@@ -32,12 +32,16 @@ struct DirectLight {
 };
 HALFLIGHT_SHARED_SIZE(DirectLight, 32)
 
-// Where a value that is not finite came from.
+// Bad values are counted by where they came from, pass * kBadKinds + kind.
 HALFLIGHT_SHARED_CONST uint kCountGBuffer = 0u;
 HALFLIGHT_SHARED_CONST uint kCountShadow = 1u;
 HALFLIGHT_SHARED_CONST uint kCountScatter = 2u;  // diffuse and glossy
 HALFLIGHT_SHARED_CONST uint kCountContinuation = 3u;
 HALFLIGHT_SHARED_CONST uint kCountedPasses = 4u;
+HALFLIGHT_SHARED_CONST uint kBadNan = 0u;
+HALFLIGHT_SHARED_CONST uint kBadInfinite = 1u;
+HALFLIGHT_SHARED_CONST uint kBadNegative = 2u;  // radiances and albedos; normals may be
+HALFLIGHT_SHARED_CONST uint kBadKinds = 3u;
 
 HALFLIGHT_SHARED_END
 

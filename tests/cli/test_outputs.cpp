@@ -199,7 +199,9 @@ TEST_F(Output, StatisticsTellTheRun) {
     EXPECT_GT(stats.at("peak_memory_bytes"), 0);
     EXPECT_FALSE(stats.at("device").at("renderer").get<std::string>().empty());
     EXPECT_EQ(stats.at("device").at("errors"), 0);
-    for (const auto& [component, count] : stats.at("non_finite").items()) EXPECT_EQ(count, 0) << component;
+    EXPECT_EQ(stats.at("bad_values").size(), 4u);
+    for (const auto& [component, bad] : stats.at("bad_values").items())
+        for (const char* kind : {"nan", "infinite", "negative"}) EXPECT_EQ(bad.at(kind), 0) << component << " " << kind;
     const auto& seconds = stats.at("seconds");
     double sum = 0;
     for (const char* step : {"load", "context", "prepare", "compile", "render", "finish", "write"})
@@ -215,6 +217,25 @@ TEST_F(Output, StatisticsTellTheRun) {
     const std::string dot = read_text(file("graph.dot"));
     EXPECT_TRUE(dot.starts_with("digraph")) << dot.substr(0, 80);
     EXPECT_NE(dot.find("gbuffer"), std::string::npos);
+}
+
+TEST_F(Output, StrictWritesNothingWhereAPassGoesWrong) {
+    render({file("a.exr"), "--strict"});
+    // A sky near the end of the float range: its radiance over its density passes that.
+    const char* const sky = "3e38,3e38,3e38";
+    const Outcome warned = render({file("b.exr"), "--env", sky, "--stats", file("stats.json")});
+    EXPECT_NE(warned.err.find("shadow gave "), std::string::npos) << warned.err;
+    EXPECT_GT(nlohmann::json::parse(read_text(file("stats.json"))).at("bad_values").at("shadow").at("infinite"), 0);
+    const Image picture = read_exr(file("b.exr")).image({"R", "G", "B"});
+    EXPECT_TRUE(std::ranges::all_of(picture.pixels, [](float v) { return std::isfinite(v) && v >= 0; }));
+
+    const auto files = folder.entries();
+    const Outcome strict = run_program({"render", scene, file("c.exr"), "--width", "32", "--height", "32", "--samples",
+                                        "1", "--env", sky, "--strict", "--quiet", "--stats", file("other.json")});
+    EXPECT_EQ(strict.status, 1);
+    EXPECT_TRUE(std::regex_match(strict.err, std::regex("halflight: .*c.exr: not written: shadow gave .*\n")))
+        << strict.err;
+    EXPECT_EQ(folder.entries(), files);
 }
 
 TEST_F(Output, TimeDecides) {

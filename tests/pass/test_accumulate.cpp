@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -15,7 +16,7 @@
 namespace halflight::test {
 namespace {
 
-using Counts = std::array<std::uint32_t, shared::kCountedPasses>;
+using Counts = std::array<std::uint32_t, kBadValueCounts>;
 
 /// What the passes before would have left for one sample.
 struct SampleData {
@@ -25,7 +26,7 @@ struct SampleData {
     std::vector<shared::PathState> states;
 };
 
-/// Radiances of all magnitudes; with `broken`, one in fifty is not finite.
+/// Radiances of all magnitudes; with `broken`, one in fifty is not finite or negative.
 class RandomSamples {
   public:
     explicit RandomSamples(bool broken) : broken_(broken) {}
@@ -36,7 +37,7 @@ class RandomSamples {
             SurfaceRecord& s = d.surfaces.emplace_back();
             s.is_surface = chance(0.7);
             s.emission = radiance();
-            s.diffuse = radiance(), s.specular = radiance(), s.normal = radiance();
+            s.diffuse = radiance(), s.specular = radiance(), s.normal = radiance() - radiance();
             d.light.push_back({radiance(), 0, radiance(), 0});
             d.occluded.push_back(chance(0.5));
             d.light_occluded.push_back(chance(0.5));
@@ -55,8 +56,8 @@ class RandomSamples {
     float value() {
         if (broken_ && chance(0.02)) {
             constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
-            const std::array values{kNan, -kNan, kInfinity, -kInfinity};
-            return values[std::uniform_int_distribution<std::size_t>(0, 3)(random_)];
+            const std::array values{kNan, -kNan, kInfinity, -kInfinity, -1e-38f, -3e38f};
+            return values[std::uniform_int_distribution<std::size_t>(0, values.size() - 1)(random_)];
         }
         return static_cast<float>(std::pow(10, std::uniform_real_distribution(-12.0, 38.5)(random_)));
     }
@@ -73,13 +74,16 @@ struct SumsOnCpu {
 
     explicit SumsOnCpu(std::size_t n) : emission(n), direct(n), indirect(n), features(n), squares(n) {}
 
-    dvec3 guarded(const vec3& v, shared::uint pass) {
+    dvec3 guarded(const vec3& v, shared::uint pass, bool is_radiance = true) {
         dvec3 out(0);
         for (int c = 0; c < 3; ++c) {
-            if (std::isfinite(v[c])) {
+            const bool negative = is_radiance && v[c] < 0;
+            if (std::isfinite(v[c]) && !negative) {
                 out[c] = v[c];
             } else {
-                ++counts[pass];
+                ++counts[pass * shared::kBadKinds + (std::isnan(v[c])   ? shared::kBadNan
+                                                     : std::isinf(v[c]) ? shared::kBadInfinite
+                                                                        : shared::kBadNegative)];
             }
         }
         return out;
@@ -108,7 +112,7 @@ struct SumsOnCpu {
             dvec3 albedo(0), normal(0);
             if (with_features && s.is_surface) {
                 albedo = guarded(s.diffuse + s.specular, shared::kCountGBuffer);
-                normal = guarded(s.normal, shared::kCountGBuffer);
+                normal = guarded(s.normal, shared::kCountGBuffer, false);
             }
             for (int c = 0; c < 3; ++c) {
                 emission[i][c] += emitted[c];
@@ -156,7 +160,7 @@ class AccumulateTest : public PassTest {
         if (variant.pending) sample.continuation = Continuation{later};
         sums = add_accumulate(graph, stage.view(graph), sample, {variant.squares, variant.features}, counts);
         for (const graph::BufferHandle h :
-             {sums.emission, sums.direct, sums.indirect, sums.squares, sums.features, sums.non_finite})
+             {sums.emission, sums.direct, sums.indirect, sums.squares, sums.features, sums.bad_values})
             if (h) graph.output(h);
         plan = graph::compile(graph);
     }
@@ -179,18 +183,19 @@ class AccumulateTest : public PassTest {
         for (std::size_t i = 0; i < values.size(); ++i) {
             ASSERT_TRUE(std::isfinite(values[i])) << what;
             const double e = expected[i / kStride][static_cast<int>(i % kStride)];
-            ASSERT_NEAR(values[i], e, 1e-15 * e) << what << " " << i;
+            ASSERT_NEAR(values[i], e, 1e-15 * std::abs(e)) << what << " " << i;
         }
     }
     Counts counted() const {
-        const std::vector<std::uint32_t> values = counts.read<std::uint32_t>();
-        return {values[0], values[1], values[2], values[3]};
+        Counts counted{};
+        std::ranges::copy(counts.read<std::uint32_t>(), counted.begin());
+        return counted;
     }
 
     Stage stage;
     graph::Graph graph;
     std::vector<std::unique_ptr<gpu::Buffer>> inputs;
-    gpu::Buffer counts{"non-finite counts", sizeof(Counts)};
+    gpu::Buffer counts{"bad values", sizeof(Counts)};
     Accumulated sums;
     graph::CompiledGraph plan;
     std::uint32_t samples = 0;  // fed
@@ -212,7 +217,7 @@ TEST_F(AccumulateTest, SumsAreThoseOfDoubles) {
     expect_sums(sums.features, expected.features, "features");
 }
 
-TEST_F(AccumulateTest, WhatIsNotFiniteIsCountedAndTakenAsZero) {
+TEST_F(AccumulateTest, BadValuesAreCountedAndTakenAsZero) {
     build({});
     RandomSamples random(true);
     SumsOnCpu expected(stage.paths());

@@ -72,7 +72,7 @@ TEST_F(Assets, LoadAndRenderCleanly) {
             EXPECT_EQ(bad.nans, 0u) << layer.channels.front();
             EXPECT_EQ(bad.infinities, 0u) << layer.channels.front();
         }
-        for (const NonFiniteCount& n : result.stats.non_finite) EXPECT_EQ(n.values, 0u) << n.component;
+        for (const BadValues& n : result.stats.bad_values) EXPECT_EQ(n.total(), 0u) << n.component;
 
         const int left = static_cast<int>(i) % kColumns * kWidth;
         const int top = static_cast<int>(i) / kColumns * kHeight;

@@ -110,7 +110,7 @@ TEST_F(CorridorTest, TwelveBouncesAreTwelve) {
     const RenderResult r = render(context, scene, small_settings(camera, kWidth, kHeight, 2, 12));
     for (int y = 0; y < kHeight; ++y)
         for (int x = 0; x < kWidth; ++x) EXPECT_EQ(r.beauty.at(x, y)[0], 0);
-    for (const NonFiniteCount& n : r.stats.non_finite) EXPECT_EQ(n.values, 0u);
+    for (const BadValues& n : r.stats.bad_values) EXPECT_EQ(n.total(), 0u);
 }
 
 }  // namespace

@@ -48,9 +48,9 @@ TEST_F(FrameTest, NothingIsReadThatNobodyHasWritten) {
     // With undefined memory poisoned, and with or without memory that passes share in turn, the sums are the same.
     const Scene scene = shiny_cornell();
     Stage stage(programs, scene, scene.cameras[0], {45, 37});
-    gpu::Buffer non_finite("non-finite counts", shared::kCountedPasses * sizeof(std::uint32_t));
+    gpu::Buffer bad_values("bad values", kBadValueCounts * sizeof(std::uint32_t));
     graph::Graph graph;
-    const Frame frame = add_frame(graph, stage.view(graph), {4, true, true}, non_finite);
+    const Frame frame = add_frame(graph, stage.view(graph), {4, true, true}, bad_values);
     std::vector<std::vector<double>> first;
     for (const bool poison : {false, true}) {
         for (const bool alias : {true, false}) {
@@ -68,7 +68,7 @@ TEST_F(FrameTest, NothingIsReadThatNobodyHasWritten) {
             EXPECT_EQ(sums, first) << "poison " << poison << ", alias " << alias;
         }
     }
-    for (const std::uint32_t n : non_finite.read<std::uint32_t>()) EXPECT_EQ(n, 0u);
+    for (const std::uint32_t n : bad_values.read<std::uint32_t>()) EXPECT_EQ(n, 0u);
 }
 
 TEST_F(FrameTest, SeedsAndFramesAreIndependentPictures) {
@@ -109,7 +109,7 @@ TEST_F(FrameTest, ComponentsSumToTheBeauty) {
         }
     }
     for (const float n : layer(r, "samples.Y").pixels) EXPECT_EQ(n, 9);
-    for (const NonFiniteCount& n : r.stats.non_finite) EXPECT_EQ(n.values, 0u) << n.component;
+    for (const BadValues& n : r.stats.bad_values) EXPECT_EQ(n.total(), 0u) << n.component;
     for (const ExrLayer& l : r.aovs) {
         if (l.channels[0] == "Z" || l.type == ExrType::uint32) continue;
         const NonFinite n = count_non_finite(l.image);
@@ -348,7 +348,7 @@ TEST_F(FrameTest, StatisticsAreThere) {
     ASSERT_NE(found, stats.passes.end());
     EXPECT_EQ(found->runs, 3u);
     EXPECT_GT(found->seconds, 0);
-    ASSERT_EQ(stats.non_finite.size(), 4u);
+    ASSERT_EQ(stats.bad_values.size(), 4u);
 }
 
 }  // namespace

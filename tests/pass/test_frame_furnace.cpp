@@ -22,7 +22,7 @@ class FurnaceTest : public GpuTest {
         }
     }
     static void expect_finite(const RenderResult& r, const std::string& what) {
-        for (const NonFiniteCount& n : r.stats.non_finite) EXPECT_EQ(n.values, 0u) << what << ", " << n.component;
+        for (const BadValues& n : r.stats.bad_values) EXPECT_EQ(n.total(), 0u) << what << ", " << n.component;
         const NonFinite n = count_non_finite(r.beauty);
         EXPECT_EQ(n.nans + n.infinities, 0u) << what;
     }

@@ -50,7 +50,7 @@ TEST_F(UnfinishedTest, LongSearchesAreRightOrCounted) {
         const RenderResult result =
             render(context, scene, small_settings(spot_camera({0, 0, 0}, {0, 1, 0}, 0.5), 8, 8, 1, 1));
         std::uint64_t counted = 0;
-        for (const NonFiniteCount& n : result.stats.non_finite) counted += n.values;
+        for (const BadValues& n : result.stats.bad_values) counted += n.total();
         for (const float v : layer(result, "direct_diffuse.R").pixels) EXPECT_EQ(v, 0) << sheets;
         if (sheets == 100) {
             EXPECT_EQ(counted, 0u);

@@ -87,7 +87,7 @@ class ImageTest : public GpuTest {
         trial.oracle_samples *= effort();
         std::array<Batches, 6> ours, oracle;
         Batches our_variance, oracle_variance;  // of one sample
-        std::uint64_t non_finite = 0;
+        std::uint64_t bad_values = 0;
         for (int b = 0; b < kBatches; ++b) {
             RenderSettings settings =
                 small_settings(trial.camera, trial.width, trial.height, trial.samples / kBatches, trial.bounces);
@@ -98,7 +98,7 @@ class ImageTest : public GpuTest {
             for (float& v : variance.pixels) v *= static_cast<float>(settings.samples);
             our_variance.add(variance);
             for (std::size_t c = 0; c < 5; ++c) ours[c].add(block_means(layer(r, std::string(kComponents[c]) + ".R")));
-            for (const NonFiniteCount& n : r.stats.non_finite) non_finite += n.values;
+            for (const BadValues& n : r.stats.bad_values) bad_values += n.total();
         }
         const ReferenceScene reference(scene);
         for (int b = 0; b < kBatches; ++b) {
@@ -117,7 +117,7 @@ class ImageTest : public GpuTest {
             oracle_variance.add(r.variance);
             EXPECT_EQ(r.non_finite_samples, 0u);
         }
-        EXPECT_EQ(non_finite, 0u);
+        EXPECT_EQ(bad_values, 0u);
         for (std::size_t c = 0; c < 5; ++c) {
             std::printf("  %s-%s:\n", trial.name.c_str(), kComponents[c]);
             report(agree(trial.name + "-" + kComponents[c], ours[c].estimate(), oracle[c].estimate(), trial.component));

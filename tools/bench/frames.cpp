@@ -80,7 +80,7 @@ class Rendering {
         graph::Graph graph;
         const SceneView view{subject.programs, subject.buffers, subject.trace,
                              *tracer_,         subject.band,    graph.import_buffer("frame constants", constants_)};
-        frame_ = add_frame(graph, view, {.bounces = subject.bounces}, non_finite_);
+        frame_ = add_frame(graph, view, {.bounces = subject.bounces}, bad_values_);
         compiled_ = graph::compile(graph);
         watch_batches();
     }
@@ -158,7 +158,7 @@ class Rendering {
     std::unique_ptr<rays::BatchServer> server_;
     std::optional<rays::Tracer> tracer_;
     gpu::Buffer constants_{"frame constants", sizeof(shared::Frame)};
-    gpu::Buffer non_finite_{"non-finite counts", shared::kCountedPasses * sizeof(std::uint32_t)};
+    gpu::Buffer bad_values_{"bad values", kBadValueCounts * sizeof(std::uint32_t)};
     Frame frame_;
     graph::CompiledGraph compiled_;
     graph::Executor executor_{subject_.programs};

@@ -74,7 +74,7 @@ class GlPainter final : public Painter {
         for (std::size_t c = 0; c < kComponents.size(); ++c)
             painted.picture.components[c] = std::move(result.aovs[c].image);
         painted.picture.samples = result.stats.samples;
-        for (const NonFiniteCount& count : result.stats.non_finite) painted.picture.non_finite += count.values;
+        for (const BadValues& bad : result.stats.bad_values) painted.picture.non_finite += bad.total();
         return {std::move(painted), std::move(result.stats)};
     }
 

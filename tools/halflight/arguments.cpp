@@ -77,6 +77,7 @@ void add_run_options(Options& options, RenderArguments& a) {
     add_device_options(options, a);
     options.value("--culling", "WAY", "how hits are found, never which: auto (default), compute, raster, off",
                   [&](const auto& name, const auto& text) { a.culling = culling_named(name, text); });
+    options.flag("--strict", a.strict, "write nothing if any pass gives a NaN, an infinity or a negative radiance");
     options.path("--stats", "FILE.json", "write what was done, and the time of each pass; counting makes it slower",
                  a.stats);
     options.path("--dump-graph", "FILE.dot", "write the frame's graph of passes for Graphviz", a.graph);

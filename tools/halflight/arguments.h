@@ -58,6 +58,7 @@ struct RenderArguments : ViewArguments {
     std::string working_space;  // of EXR colour; empty: linear Rec.709
 
     rays::Culling culling = rays::Culling::automatic;
+    bool strict = false;  // bad values are an error
     std::optional<std::filesystem::path> stats;
     std::optional<std::filesystem::path> graph;
 };

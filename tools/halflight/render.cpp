@@ -109,9 +109,10 @@ void run_render(const RenderArguments& a) {
     context.check("rendering");
     times.render = clock.lap();
     if (result.stats.interrupted) stop_point(a.outputs[0], fmt::format("after {} samples per pixel", samples_done));
-    for (const NonFiniteCount& count : result.stats.non_finite)
-        if (count.values > 0)
-            console.warn("{}: {} values were not finite and count as 0", count.component, count.values);
+    if (const std::string bad = describe_bad_values(result.stats); !bad.empty()) {
+        if (a.strict) throw Error(a.outputs[0].string(), "not written: {}", bad);
+        console.warn("{}; they count as 0", bad);
+    }
 
     {
         const WritingFiles writing;

@@ -90,13 +90,24 @@ std::string settings_line(const RenderArguments& a, const RenderSettings& s, con
     return line;
 }
 
+std::string describe_bad_values(const RenderStats& stats) {
+    std::string text;
+    for (const BadValues& bad : stats.bad_values) {
+        if (bad.total() == 0) continue;
+        text += fmt::format("{}{} gave {} NaN, {} infinite and {} negative values", text.empty() ? "" : "; ",
+                            bad.component, bad.nans, bad.infinities, bad.negatives);
+    }
+    return text;
+}
+
 Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Scene& scene, const gpu::Context& context,
                     const RenderStats& stats, const StepTimes& times) {
     Json passes = Json::array();
     for (const PassTime& pass : stats.passes)
         passes.push_back({{"name", pass.name}, {"runs", pass.runs}, {"seconds", pass.seconds}});
-    Json non_finite = Json::object();
-    for (const NonFiniteCount& count : stats.non_finite) non_finite[count.component] = count.values;
+    Json bad_values = Json::object();
+    for (const BadValues& bad : stats.bad_values)
+        bad_values[bad.component] = {{"nan", bad.nans}, {"infinite", bad.infinities}, {"negative", bad.negatives}};
     Json batches = Json::array();
     for (const rays::BatchStatistics& b : stats.batches) batches.push_back(batch_statistics(b));
     Json raster = Json::array();
@@ -141,7 +152,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
         {"ray_batches", batches},
         {"raster_culling", raster},
         {"left_out", stats.left_out},
-        {"non_finite", non_finite},
+        {"bad_values", bad_values},
         {"outputs", outputs},
     };
 }

@@ -25,6 +25,9 @@ std::string environment_name(const Environment& environment);
 std::string settings_line(const RenderArguments& arguments, const RenderSettings& settings, const Scene& scene,
                           int samples_done);
 
+/// "shadow gave 3 NaN, 1 infinite and 0 negative values" for each pass that gave any; empty where none did.
+std::string describe_bad_values(const RenderStats& stats);
+
 nlohmann::ordered_json run_statistics(const RenderArguments& arguments, const RenderSettings& settings,
                                       const Scene& scene, const gpu::Context& context, const RenderStats& stats,
                                       const StepTimes& times);
