@@ -182,10 +182,12 @@ class Builder {
         const double total = std::accumulate(of_kind.begin(), of_kind.end(), 0.0);
         const auto kinds =
             static_cast<double>(std::count_if(of_kind.begin(), of_kind.end(), [](double p) { return p > 0; }));
+        const auto shining =
+            static_cast<double>(std::count_if(power_.begin(), power_.end(), [](double p) { return p > 0; }));
         std::vector<double> weights(power_.size());
         for (std::size_t i = 0; i < power_.size(); ++i) {
-            const double kind = of_kind[kind_[i]];
-            weights[i] = kind > 0 ? power_[i] * (0.75 / total + 0.25 / (kinds * kind)) : 0;
+            if (power_[i] > 0)
+                weights[i] = power_[i] * (0.625 / total + 0.25 / (kinds * of_kind[kind_[i]])) + 0.125 / shining;
         }
         AliasTable table = build_alias_table(weights);
         for (const AliasEntry& entry : table.entries)

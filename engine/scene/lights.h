@@ -4,7 +4,8 @@
 // point 4 pi I, a spot I times the solid angle of its cone, a directional light E times the scene's shadow disk pi R^2,
 // the environment pi R^2 int L dw. Since the latter two grow with the scene while what they light may be one room of
 // it, a quarter of the choices goes in equal parts to the kinds that are present (triangles, points and spots,
-// directional, environment).
+// directional, environment). Since a light may be dim and yet the only one that its room sees, an eighth goes in equal
+// parts to all of them.
 #pragma once
 
 #include <cstdint>

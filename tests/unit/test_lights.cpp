@@ -95,7 +95,7 @@ TEST(Lights, KindsShareAQuarterAndPowerTheRest) {
     const double total = std::accumulate(power.begin(), power.end(), 0.0);
     ASSERT_EQ(lights.probabilities.size(), 4u);
     for (std::size_t i = 0; i < 4; ++i) {
-        EXPECT_NEAR(lights.probabilities[i], 0.75 * power[i] / total + 0.25 / 4, 1e-6) << i;
+        EXPECT_NEAR(lights.probabilities[i], 0.625 * power[i] / total + (0.25 + 0.125) / 4, 1e-6) << i;
     }
     EXPECT_NEAR(lights.environment_cells[0].z, lights.probabilities[3], 1e-7);
     EXPECT_EQ(vec3(lights.environment_cells[1]), vec3(0.5f));
