@@ -3,7 +3,7 @@
 // Geometry is cut into *blocks*, each with a hierarchy of its own. All meshes that are used exactly once are
 // transformed and merged into block 0 (its instance is the identity), so that most scenes need no second level; every
 // mesh used more often is a block of its own, kept relative to the centre of its bounds. World positions are relative
-// to `origin` (the centre of the scene's bounds, subtracted in double), so that a scene far from the world's origin
+// to `origin` (where the fine detail is, subtracted in double), so that a scene far from the world's origin
 // keeps float precision.
 #pragma once
 

@@ -42,8 +42,7 @@ class Builder {
     Builder(const Scene& scene, std::size_t flatten_limit) : scene_(scene), flatten_limit_(flatten_limit) {}
 
     TraceTables build() {
-        const WorldBounds world = world_bounds(scene_);
-        if (!world.empty()) tables_.origin = 0.5 * world.lower + 0.5 * world.upper;
+        find_origin();
         classify();
         find_alpha();
         add_merged();
@@ -55,6 +54,43 @@ class Builder {
     bool has_triangles(const Instance& instance) const { return !mesh_of(instance).triangles.empty(); }
     const Mesh& mesh_of(const Instance& instance) const {
         return scene_.meshes[static_cast<std::size_t>(instance.mesh)];
+    }
+
+    /// Floats round a place by its distance from the origin, and that matters by how small a thing is there. So the
+    /// origin has the least sum, over all triangles, of distance over size of their instance: a median of the
+    /// instances' centres, an axis at a time.
+    void find_origin() {
+        std::vector<Bounds> boxes(scene_.meshes.size());
+        for (std::size_t m = 0; m < boxes.size(); ++m)
+            for (const vec3& p : scene_.meshes[m].positions) boxes[m].add(p);
+        struct Place {
+            dvec3 centre;
+            double weight;
+        };
+        std::vector<Place> places;
+        double sum = 0;
+        for (const Instance& instance : scene_.instances) {
+            if (!has_triangles(instance)) continue;
+            const Bounds& box = boxes[static_cast<std::size_t>(instance.mesh)];
+            const dvec3 half = 0.5 * (dvec3(box.upper) - dvec3(box.lower));
+            const dmat4& m = instance.object_to_world;
+            const dvec3 extent =
+                glm::abs(dvec3(m[0])) * half.x + glm::abs(dvec3(m[1])) * half.y + glm::abs(dvec3(m[2])) * half.z;
+            const double size = glm::length(extent);
+            if (size == 0) continue;  // flattened to a point: never seen
+            places.push_back({dvec3(m * dvec4(dvec3(box.lower) + half, 1)),
+                              static_cast<double>(mesh_of(instance).triangles.size()) / size});
+            sum += places.back().weight;
+        }
+        for (int axis = 0; axis < 3 && !places.empty(); ++axis) {
+            std::ranges::sort(places, {}, [axis](const Place& place) { return place.centre[axis]; });
+            double before = 0;
+            const auto middle = std::ranges::find_if(places, [&](const Place& place) {
+                before += place.weight;
+                return 2 * before >= sum;
+            });
+            tables_.origin[axis] = (middle == places.end() ? places.back() : *middle).centre[axis];
+        }
     }
 
     /// Which instances are merged into block 0, which share their mesh's block.

@@ -45,6 +45,16 @@ dvec3 placed(const TraceTables& tables, std::uint32_t instance, std::uint32_t tr
            tables.origin;
 }
 
+TEST(TraceTables, OriginIsWhereTheDetailIs) {
+    const Mesh triangle = one_triangle(vec3(-0.5f, -0.5f, 0));
+    const dmat4 hill = glm::scale(dmat4(1), dvec3(1e5));
+    const Scene scene = scene_of({triangle, triangle},
+                                 {instance_of(1, moved(-1e7, 5e3, 0) * hill), instance_of(0, moved(3e6, -2, 5)),
+                                  instance_of(1, moved(1e7, 5e3, 0) * hill), instance_of(1, moved(0, 5e3, 0) * hill)});
+    EXPECT_EQ(build_trace_tables(scene).origin, dvec3(3e6, -2, 5));
+    EXPECT_EQ(build_trace_tables(scene_of({}, {})).origin, dvec3(0));
+}
+
 TEST(TraceTables, MergesWhatIsUsedOnceAndSharesTheRest) {
     const Scene scene =
         scene_of({one_triangle(vec3(0)), one_triangle(vec3(5)), one_triangle(vec3(9))},
