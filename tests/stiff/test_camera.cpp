@@ -1,0 +1,107 @@
+// Cameras and picture sizes at their limits, in scenes that are the same radiance everywhere.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/stiff/stiff.h"
+
+namespace halflight::test {
+namespace {
+
+class View : public StiffTest {
+  protected:
+    /// A closed room of emission 1 that the sky outside, of 10^6, must not get into.
+    static Scene room() {
+        Material glowing = diffuse_material(vec3(0.5f));
+        glowing.emission = vec3(1);
+        Scene scene = closed_box(glowing);
+        scene.environment.color = vec3(1e6f);
+        return scene;
+    }
+    RenderResult emission(const Scene& scene, const Camera& camera, int width, int height) {
+        return picture(scene, small_settings(camera, width, height, 16, 0));
+    }
+    static constexpr const char* kInside = "exact: every ray within the room ends on its walls";
+};
+
+TEST_F(View, PlacesOfTheCamera) {
+    const auto seen = [&](const dvec3& from, const dvec3& to, double fov) {
+        return pixels_other_than(emission(room(), look_at_camera(from, to, {0, 1, 0}, fov), 64, 64).beauty, 1);
+    };
+    expect("camera within a wall, looking in", seen({-1, 0.1, 0.2}, {0, 0, 0}, 1.5), 0, "pixels", kInside);
+    expect("camera in a corner, looking in", seen({-1, -1, -1}, {0, 0, 0}, 0.5), 0, "pixels", kInside);
+    expect("camera 10^-5 m from a wall, looking along it", seen({-1 + 1e-5, 0.1, 0.2}, {-1 + 1e-5, 0.1, 1}, 1), 0,
+           "pixels", kInside);
+    // Walls before the near plane are not seen; here it is 2^-20 of the room's size.
+    expect("camera 10^-5 m from a wall, looking at it", seen({-1 + 1e-5, 0.1, 0.2}, {-2, 0.1, 0.2}, 1), 0, "pixels",
+           kInside);
+
+    Scene inside = room();
+    add_box(inside, add_material(inside, diffuse_material(vec3(0))), vec3(-0.2f), vec3(0.3f));
+    const Camera camera = look_at_camera({0.1, 0, 0.05}, {1, 0.2, 0}, {0, 1, 0}, 2);
+    expect("camera within a solid black block", pixels_other_than(picture(inside, camera, 32, 16, 4).beauty, 0), 0,
+           "pixels", "exact: closed and black");
+}
+
+TEST_F(View, FieldsOfView) {
+    for (const double degrees : {0.001, 179.0}) {
+        // Left of the middle a wall of 1, right of it one of 3, on columns' edges.
+        Scene scene;
+        const float size = degrees < 1 ? 1.0f : 1e4f;
+        add_quad(scene, add_material(scene, light_material(vec3(1))), {-size, -size, -1}, {size, 0, 0},
+                 {0, 2 * size, 0});
+        add_quad(scene, add_material(scene, light_material(vec3(3))), {0, -size, -1}, {size, 0, 0}, {0, 2 * size, 0});
+        const Camera camera = look_at_camera({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, degrees * kPi / 180);
+        const Image seen = emission(scene, camera, 64, 64).beauty;
+        double wrong = 0;
+        for (int y = 0; y < 64; ++y)
+            for (int x = 0; x < 64; ++x) wrong += *seen.at(x, y) != (x < 32 ? 1 : 3);
+        expect(fmt::format("an edge in the middle at {} degrees", degrees), wrong, 0, "pixels",
+               "exact: the edge is between two columns");
+        expect_mean(
+            fmt::format("closed room at {} degrees", degrees),
+            mean_of(picture(room(), look_at_camera({0.3, 0.2, 0.5}, {-1, -0.4, -0.6}, {0, 1, 0}, degrees * kPi / 180),
+                            24, 64, 3)),
+            1.875);
+        expect_mean(
+            fmt::format("closed room at {} degrees, oracle", degrees),
+            mean_of(render_oracle(
+                room(), look_at_camera({0.3, 0.2, 0.5}, {-1, -0.4, -0.6}, {0, 1, 0}, degrees * kPi / 180), 16, 64, 3)),
+            1.875);
+    }
+}
+
+TEST_F(View, PictureSizes) {
+    for (const ivec2& size : {ivec2(1, 1), ivec2(1, 4096), ivec2(4096, 1), ivec2(17, 3)}) {
+        const Scene scene = room();
+        expect(fmt::format("picture of {} x {}: pixels of the wrong radiance", size.x, size.y),
+               pixels_other_than(emission(scene, camera_in_box(), size.x, size.y).beauty, 1), 0, "pixels", kInside);
+        RenderSettings settings = small_settings(camera_in_box(), size.x, size.y, size.x * size.y < 100 ? 2048 : 16, 3);
+        expect_mean(fmt::format("picture of {} x {}: light of 3 bounces", size.x, size.y),
+                    mean_of(picture(scene, settings)), 1.875);
+    }
+}
+
+TEST_F(View, Orthographic) {
+    Scene scene;
+    add_quad(scene, add_material(scene, light_material(vec3(1))), {-0.75f, 0, -0.25f}, {0, 0, 0.5f}, {1.25f, 0, 0});
+    for (const double scale : {1e-6, 1.0, 1e6}) {
+        Camera camera = spot_camera(dvec3(0), {0, 1, 0}, 2);
+        Scene whole = scene;
+        whole.cameras = {camera};
+        whole = scaled(whole, scale);
+        const RenderResult seen = emission(whole, whole.cameras[0], 32, 32);
+        double covered = 0;
+        for (int y = 0; y < 32; ++y)
+            for (int x = 0; x < 32; ++x) covered += *seen.beauty.at(x, y) / (32 * 32.0);
+        expect(fmt::format("share of an orthographic picture of {} m that a card covers", 2 * scale),
+               std::abs(covered - 1.25 * 0.5 / 4), 0, "of the picture", "exact: its edges are edges of pixels");
+    }
+    Camera inside = look_at_camera({0.5, 0.1, 0.2}, {-1, 0.1, 0.2}, {0, 1, 0}, 1);
+    inside.orthographic = true;
+    inside.ortho_height = 1.5;
+    expect("orthographic camera in a closed room", pixels_other_than(emission(room(), inside, 32, 32).beauty, 1), 0,
+           "pixels", kInside);
+}
+
+}  // namespace
+}  // namespace halflight::test

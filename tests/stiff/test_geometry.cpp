@@ -1,0 +1,183 @@
+// Meshes that are hard to trace: slivers, duplicates, T-junctions, thin walls. Nothing leaks.
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "engine/io/gltf.h"
+#include "tests/pass/tracer_harness.h"
+#include "tests/stiff/stiff.h"
+#include "tests/support/error_message.h"
+#include "tests/unit/gltf_builder.h"
+
+namespace halflight::test {
+namespace {
+
+class Geometry : public StiffTest {
+  protected:
+    /// From points within a tenth of `radius` around the origin: half of the directions are random, a quarter each
+    /// leads through vertices and through the middles of edges of the first mesh, as well as floats can tell.
+    static std::vector<Ray> rays_within(const Scene& scene, float radius, std::size_t count, std::uint32_t seed) {
+        const Mesh& mesh = scene.meshes[0];
+        std::mt19937 random(seed);
+        std::normal_distribution<float> normal;
+        std::vector<Ray> rays(count);
+        const auto turned = [&] { return vec3(normal(random), normal(random), normal(random)); };
+        for (std::size_t i = 0; i < count; ++i) {
+            const vec3 origin = i % 8 == 0 ? vec3(0) : 0.03f * radius * turned();
+            vec3 direction = turned();
+            if (i % 4 >= 2) {
+                const uvec3& t = mesh.triangles[random() % mesh.triangles.size()];
+                const vec3 a = mesh.positions[t.x], b = mesh.positions[t.y];
+                direction = (i % 4 == 2 ? a : 0.5f * (a + b)) - origin;
+            }
+            rays[i] = {origin, 0, direction, kInfinity};
+        }
+        return rays;
+    }
+    static std::size_t misses(const std::vector<Hit>& hits) {
+        return static_cast<std::size_t>(std::ranges::count(hits, kMiss, &Hit::triangle));
+    }
+    static double brightest(const Image& image) { return *std::max_element(image.pixels.begin(), image.pixels.end()); }
+    /// Adds `light` of radiance 1e4 on the ceiling of [x0, x1] x [-1, 1]^2.
+    static void add_ceiling_light(Scene& scene, float x0, float x1) {
+        add_quad(scene, add_material(scene, light_material(vec3(1e4f))), {x0 + 0.1f, 0.99f, -0.9f},
+                 {x1 - x0 - 0.2f, 0, 0}, {0, 0, 1.8f});
+    }
+};
+
+TEST_F(Geometry, ClosedMeshesAreWatertight) {
+    // 10^7 rays in all.
+    constexpr std::size_t kRays = 1 << 20;
+    std::size_t rays = 0, leaks = 0;
+    for (const unsigned rings : {8u, 64u, 256u}) {
+        for (const float radius : {1e-6f, 1.0f, 1e6f}) {
+            const Scene scene = sphere(rings, vec3(0), radius);
+            Tracer tracer(build_trace_tables(scene));
+            leaks += misses(tracer.closest(rays_within(scene, radius, kRays, rings)));
+            rays += kRays;
+        }
+    }
+    const Scene scene = sphere(64, vec3(0), 1);
+    const TraceTables tables = build_trace_tables(scene);
+    gpu::ProgramCache programs;
+    PlainAgainstTiles both(programs, tables);
+    EXPECT_EQ(both.different_answers(rays_within(scene, 1, 1 << 18, 5)), 0u);
+    Tracer tracer(tables);
+    for (std::uint32_t seed = 0; rays < 10'000'000; ++seed, rays += kRays)
+        leaks += misses(tracer.closest(rays_within(scene, 1, kRays, seed)));
+    expect(fmt::format("{:.2e} rays within spheres of 10^-6, 1 and 10^6 m: leaks", static_cast<double>(rays)),
+           static_cast<double>(leaks), 0, "rays", "exact: the test is watertight (Woop et al. 2013)");
+}
+
+TEST_F(Geometry, Slivers) {
+    // A closed box with a belt around it of slivers of 2 x 2.4e-7, which meet at their ends.
+    Scene scene;
+    Material glowing = diffuse_material(vec3(0.5f));
+    glowing.emission = vec3(1);
+    const int material = add_material(scene, glowing);
+    const float cuts[] = {-1, 0, 0x1p-22f, 0x1p-21f, 1};
+    for (int i = 0; i < 4; ++i) {
+        const float x = cuts[i];
+        const vec3 u(cuts[i + 1] - x, 0, 0), y(0, 2, 0), z(0, 0, 2);
+        for (const float s : {-1.0f, 1.0f}) {
+            add_quad(scene, material, {x, s, -1}, u, z);
+            add_quad(scene, material, {x, -1, s}, u, y);
+        }
+    }
+    for (const float s : {-1.0f, 1.0f}) add_quad(scene, material, {s, -1, -1}, {0, 2, 0}, {0, 0, 2});
+    scene.environment.color = vec3(1e6f);
+    const double exact = 2 * (1 - std::pow(0.5, 5));
+    const RenderResult seen = picture(scene, camera_in_box(), 32, 64, 4);
+    expect("room with slivers of aspect 10^7: pixels that see through", pixels_other_than(layer(seen, "emission.R"), 1),
+           0, "pixels", "exact: closed");
+    expect_mean("room with slivers of aspect 10^7 under a sky of 10^6", mean_of(seen), exact);
+    expect_mean("room with slivers of aspect 10^7 under a sky of 10^6, oracle",
+                mean_of(render_oracle(scene, camera_in_box(), 32, 64, 4)), exact);
+}
+
+TEST_F(Geometry, DuplicateTriangles) {
+    const Scene once = cornell_box();
+    Scene twice = once;
+    for (const Instance& i : once.instances) {
+        const Mesh& mesh = once.meshes[static_cast<std::size_t>(i.mesh)];
+        if (!has_emission(once.materials[mesh.triangle_material[0]])) twice.instances.push_back(i);
+    }
+    expect("room with every wall twice",
+           pixels_that_differ(picture(twice, once.cameras[0], 48, 8, 4).beauty,
+                              picture(once, once.cameras[0], 48, 8, 4).beauty),
+           0, "pixels differ", "exact: ties go to the lower primitive");
+}
+
+TEST_F(Geometry, TrianglesWithoutArea) {
+    GltfBuilder builder;
+    Json& primitive = builder.add_mesh({{"POSITION", builder.floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0})}});
+    primitive["indices"] = builder.accessor<std::uint16_t>("SCALAR", kU16, {0, 1, 2, 0, 1, 1, 0, 1, 3, 3, 3, 3});
+    const TemporaryFile file("areas.glb");
+    std::ofstream(file.path, std::ios::binary) << builder.glb();
+    const Scene scene = load_gltf(file.path);
+    expect("glTF of one triangle and three without area: triangles kept",
+           static_cast<double>(scene.meshes[0].triangles.size()), 1, "triangles", "the others cover nothing");
+    Scene by_hand = scene;
+    by_hand.meshes[0].triangles[0].y = by_hand.meshes[0].triangles[0].x;
+    expect("one made by hand: rendered nevertheless",
+           error_message([&] { picture(by_hand, camera_in_box(), 8, 1, 1); }).empty(), 0, "scenes",
+           "validate() names it");
+}
+
+TEST_F(Geometry, JunctionsAndSharedEdges) {
+    // Four rooms around one edge, of which three sheets are shared by two rooms each, and one wall is cut where its
+    // neighbours are not. The sky shines on all of them.
+    Scene scene;
+    const int grey = add_material(scene, diffuse_material(vec3(0.5f)));
+    const vec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
+    for (const float s : {-1.0f, 0.0f, 1.0f}) {
+        add_quad(scene, grey, {s, -1, -1}, 2.0f * y, 2.0f * z);
+        add_quad(scene, grey, {-1, s, -1}, 2.0f * z, 2.0f * x);
+    }
+    add_quad(scene, grey, {-1, -1, -1}, 2.0f * x, 2.0f * y);
+    add_quad(scene, grey, {-1, -1, 1}, 0.625f * x, 2.0f * y);
+    add_quad(scene, grey, {-0.375f, -1, 1}, 1.375f * x, 0.875f * y);
+    add_quad(scene, grey, {-0.375f, -0.125f, 1}, 1.375f * x, 1.125f * y);
+    scene.environment.color = vec3(1);
+    double lit = 0;
+    for (const dvec3& eye : {dvec3(-0.5, -0.4, 0.3), dvec3(0.5, 0.6, -0.2), dvec3(0.4, -0.3, 0.1)}) {
+        const Camera camera = look_at_camera(eye, {eye.x, eye.y + 0.1, 1}, {0, 1, 0}, 2.5);
+        const RenderResult seen = picture(scene, camera, 64, 64, 6);
+        lit += pixels_other_than(seen.beauty, 0);
+    }
+    expect("closed rooms with T-junctions and edges of four sheets under a sky: pixels lit", lit, 0, "pixels",
+           "exact: joints lie on one line of floats, and 5 10^6 segments find no crack");
+}
+
+TEST_F(Geometry, ThinWalls) {
+    // Where the wall stands on the floor, the rasterizer tells things apart to 1/256 pixel only. The larger rooms are
+    // therefore seen by rays alone there: the camera looks at the middle of the floor.
+    for (const double scale : {1.0, 10.0, 100.0}) {
+        Scene scene;
+        const int white = add_material(scene, diffuse_material(vec3(0.9f)));
+        add_box(scene, white, {-1, -1, -1}, {0, 1, 1});
+        add_box(scene, white, {static_cast<float>(1e-4 / scale), -1, -1}, {1, 1, 1});
+        add_ceiling_light(scene, 0.01f, 1);
+        scene.cameras = {scale == 1 ? look_at_camera({-0.7, 0.1, 0.2}, {0, -0.1, 0}, {0, 1, 0}, 1.6)
+                                    : look_at_camera({-0.5, 0.1, 0.2}, {-0.5, -1, 0}, {0, 1, 0}, 0.7)};
+        scene = scaled(scene, scale);
+        expect(fmt::format("dark room of {} m behind a wall of 10^-4 m", scale),
+               brightest(rgb(picture(scene, scene.cameras[0], 64, 64, 8).beauty)), 0, "radiance", "exact: closed");
+        expect(fmt::format("dark room of {} m behind a wall of 10^-4 m, oracle", scale),
+               brightest(render_oracle(scene, scene.cameras[0], 32, 16, 8).beauty), 0, "radiance", "exact: closed");
+    }
+    Scene scene;
+    add_box(scene, add_material(scene, diffuse_material(vec3(0.9f))), vec3(-1), vec3(1));
+    add_quad(scene, 0, {0, -1, -1}, {0, 2, 0}, {0, 0, 2});
+    add_ceiling_light(scene, 0, 1);
+    const auto mean = [&](double x) {
+        const Camera camera = look_at_camera({x, 0.1, 0.2}, {x, -1, 0}, {0, 1, 0}, 0.7);
+        return mean_of(picture(scene, camera, 64, 64, 8)).value;
+    };
+    expect("dark room behind a sheet that abuts on the walls, beside the lit one", mean(-0.5) / mean(0.5), 9 * 0x1p-21,
+           "of its radiance",
+           "no vertices are shared: each of nine hits may be on the other side by 2^-21 of the room");
+}
+
+}  // namespace
+}  // namespace halflight::test

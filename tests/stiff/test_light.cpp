@@ -1,0 +1,241 @@
+// Lights of all sizes, brightnesses and places against closed formulas.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/io/environment.h"
+#include "tests/stiff/stiff.h"
+#include "tests/support/error_message.h"
+
+namespace halflight::test {
+namespace {
+
+constexpr float kAlbedo = 0.5f;
+
+class Light : public StiffTest {
+  protected:
+    /// A floor of 2 x 2 at y = 0.
+    static Scene floor() {
+        Scene scene;
+        add_quad(scene, add_material(scene, diffuse_material(vec3(kAlbedo))), {-1, 0, -1}, {0, 0, 2}, {2, 0, 0});
+        return scene;
+    }
+    /// Both engines on a spot of the floor, lit once.
+    void expect_spot(const std::string& name, const Scene& scene, const dvec3& at, double size, double irradiance) {
+        const Camera camera = spot_camera(at, {0.3, 0.5, 0.6}, size);
+        const double exact = kAlbedo / kPi * irradiance;
+        const std::string reason = "1/1000 for what the spot's size and slant change";
+        expect_mean(name, mean_of(picture(scene, camera, 16, 64, 1)), exact, 1e-3, reason);
+        expect_mean(name + ", oracle", mean_of(render_oracle(scene, camera, 16, 64, 1)), exact, 1e-3, reason);
+    }
+    static int add_lamp(Scene& scene, LightType type, const dvec3& at, float intensity) {
+        PunctualLight& lamp = scene.lights.emplace_back();
+        lamp.type = type;
+        lamp.position = at;
+        lamp.direction = {0, -1, 0};
+        lamp.intensity = vec3(intensity);
+        return static_cast<int>(scene.lights.size()) - 1;
+    }
+    static double brightest(const Image& image) { return *std::max_element(image.pixels.begin(), image.pixels.end()); }
+    /// Radiance that a map gives, as engine/scene/scene.h says.
+    static double looked_up(const Image& map, double u, double v) {
+        const double x = u * map.width - 0.5, y = v * map.height - 0.5;
+        const double i = std::floor(x), j = std::floor(y);
+        const auto texel = [&](double column, double row) {
+            const int c = (static_cast<int>(column) + map.width) % map.width;
+            return double(*map.at(c, std::clamp(static_cast<int>(row), 0, map.height - 1)));
+        };
+        const double top = texel(i, j) + (x - i) * (texel(i + 1, j) - texel(i, j));
+        const double bottom = texel(i, j + 1) + (x - i) * (texel(i + 1, j + 1) - texel(i, j + 1));
+        return top + (y - j) * (bottom - top);
+    }
+};
+
+TEST_F(Light, DarkBesideBright) {
+    // Two closed rooms; the eye is in the dim one, and the other takes nearly all choices of a light.
+    Scene scene;
+    for (const float emission : {1e8f, 1.0f}) {
+        Material glowing = diffuse_material(vec3(kAlbedo));
+        glowing.emission = vec3(emission);
+        const vec3 at(emission > 1 ? 5.0f : 0.0f, 0, 0);
+        add_box(scene, add_material(scene, glowing), at - vec3(1), at + vec3(1));
+    }
+    expect_mean("glowing room beside one 10^8 times as bright", mean_of(picture(scene, camera_in_box(), 24, 64, 8)),
+                2 * (1 - std::pow(0.5, 9)));
+
+    Scene lamps = closed_box(diffuse_material(vec3(kAlbedo)));
+    add_box(lamps, 0, {3, -1, -1}, {5, 1, 1});
+    add_lamp(lamps, LightType::point, {0, 0, 0}, 1);
+    add_lamp(lamps, LightType::point, {4, 0, 0}, 1e8f);
+    const Camera camera = look_at_camera({0, 0, 0}, {0, -1, 0}, {0, 0, -1}, 0.02);
+    expect_mean("floor under a lamp, another one of 10^8 behind a wall", mean_of(picture(lamps, camera, 16, 1024, 1)),
+                kAlbedo / kPi, 1e-3, "1/1000 for the view's 0.02 rad");
+}
+
+TEST_F(Light, OnePixelSun) {
+    Scene scene = floor();
+    Image& map = scene.environment.map = Image(64, 32, 3);
+    scene.environment.color = vec3(1);
+    std::fill(map.pixels.begin(), map.pixels.end(), 1.0f);
+    std::fill_n(map.at(40, 6), 3, 1e6f);
+    double irradiance = 0;
+    constexpr int kSteps = 16;  // per texel
+    const int columns = map.width * kSteps, rows = map.height / 2 * kSteps;
+    for (int j = 0; j < rows; ++j) {
+        const double theta = kPi / 2 * (j + 0.5) / rows;
+        for (int i = 0; i < columns; ++i)
+            irradiance += looked_up(map, (i + 0.5) / columns, theta / kPi) * std::cos(theta) * std::sin(theta);
+    }
+    irradiance *= 2 * kPi / columns * kPi / 2 / rows;
+    expect_spot("one-pixel sun of 10^6 in an environment of 1", scene, dvec3(0), 0.1, irradiance);
+}
+
+TEST_F(Light, BrokenEnvironments) {
+    Image broken(8, 4, 3);
+    std::fill(broken.pixels.begin(), broken.pixels.end(), 2.0f);
+    const float values[] = {std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity, -1};
+    for (int i = 0; i < 4; ++i) *broken.at(2 * i, i) = values[i];
+    const TemporaryFile file("broken.exr");
+    write_exr(file.path, {{{"R", "G", "B"}, broken}}, {});
+    Scene scene = floor();
+    scene.environment = load_environment(file.path, scene.report);
+    expect("map with a NaN, two infinities and a negative: texels not mended",
+           4.0 - static_cast<double>(scene.report.environment_texels_repaired), 0, "texels", "four were put in");
+    const RenderResult lit = picture(scene, spot_camera(dvec3(0), {0, 1, 0}, 1), 8, 16, 2);
+    expect("the same: brightest pixel", brightest(lit.beauty), 2, "radiance", "nothing in the map is above 2");
+
+    double taken = 0;
+    for (const float value : values) {
+        Scene raw = floor();
+        raw.environment.color = vec3(1);
+        raw.environment.map = Image(8, 4, 3);
+        *raw.environment.map.at(1, 1) = value;
+        taken += error_message([&] { picture(raw, camera_in_box(), 8, 1, 1); }).empty();
+    }
+    expect("scenes made by hand with such maps: rendered nevertheless", taken, 0, "scenes", "validate() refuses them");
+
+    Image black(8, 4, 3);
+    write_exr(file.path, {{{"R", "G", "B"}, black}}, {});
+    scene.environment = load_environment(file.path, scene.report);
+    expect("all zero map: brightest pixel", brightest(rgb(picture(scene, camera_in_box(), 8, 4, 2).beauty)), 0,
+           "radiance", "exact: no light");
+    scene.environment.color = vec3(1);
+    scene.environment.map = black;
+    expect("all zero map made by hand: brightest pixel",
+           brightest(rgb(picture(scene, camera_in_box(), 8, 4, 2).beauty)), 0, "radiance", "exact: no light");
+}
+
+TEST_F(Light, InThePlaneOfTheReceiver) {
+    Scene scene;
+    const int light = add_material(scene, light_material(vec3(1e6f)));
+    const int grey = add_material(scene, diffuse_material(vec3(kAlbedo)));
+    add_quad(scene, light, {-1, 0, -1}, {0, 0, 2}, {1, 0, 0});
+    add_quad(scene, grey, {0, 0, -1}, {0, 0, 2}, {1, 0, 0});
+    const Camera camera = spot_camera({0.5, 0, 0}, {0, 1, 0}, 0.99);
+    expect("floor beside a light of 10^6 in its plane", brightest(rgb(picture(scene, camera, 32, 16, 4).beauty)), 0,
+           "radiance", "exact: edge-on it covers no solid angle");
+
+    // Tilted, so that coordinates round.
+    for (Instance& i : scene.instances)
+        i.object_to_world = dmat4(dvec4(0.8, 0.6, 0, 0), dvec4(-0.48, 0.64, 0.6, 0), dvec4(0.36, -0.48, 0.8, 0),
+                                  dvec4(0.1, 0.2, 0.3, 1));
+    const dmat4& m = scene.instances[0].object_to_world;
+    const Camera tilted = spot_camera(dvec3(m * dvec4(0.5, 0, 0, 1)), dvec3(m[1]), 0.6);
+    const double e = 0x1p-21;  // eight roundings of coordinates of 1
+    expect("the same, tilted", brightest(rgb(picture(scene, tilted, 32, 16, 1).beauty)), kAlbedo / kPi * 1e6 * e * 8,
+           "radiance",
+           "planes may differ by 2^-21 of the distance: so much of the light's solid angle, below pi, faces");
+
+    Scene lying = floor();
+    add_quad(lying, add_material(lying, light_material(vec3(1))), {-0.5f, 0, -0.5f}, {0, 0, 1}, {1, 0, 0});
+    const Camera above = spot_camera(dvec3(0), {0.1, 1, 0.2}, 1.5);
+    RenderSettings settings = small_settings(above, 32, 32, 8, 4);
+    const RenderResult plain = picture(lying, settings);
+    settings.culling = rays::Culling::compute;
+    expect("light lying on the floor, coplanar: culling off and on",
+           pixels_that_differ(picture(lying, settings).beauty, plain.beauty), 0, "pixels differ",
+           "exact: ties go to the lower primitive");
+}
+
+TEST_F(Light, TouchingTheReceiver) {
+    for (const double distance : {0.1, 1e-3, 1e-5}) {
+        Scene scene = floor();
+        add_quad(scene, add_material(scene, light_material(vec3(1))), {0, 0, -1}, {0, 1, 0}, {0, 0, 2});
+        expect_spot(fmt::format("{:.0e} m from a glowing wall on the floor", distance), scene, {distance, 0, 0},
+                    0.01 * distance,
+                    polygon_irradiance({distance, 0, 0}, {0, 1, 0}, {{0, 0, -1}, {0, 1, -1}, {0, 1, 1}, {0, 0, 1}}));
+    }
+}
+
+TEST_F(Light, SmallEmitters) {
+    for (const double distance : {10.0, 1e-3}) {
+        Scene scene = floor();
+        const auto h = static_cast<float>(distance), s = 1e-4f;
+        add_quad(scene, add_material(scene, light_material(vec3(1e9f))), {-s / 2, h, -s / 2}, {s, 0, 0}, {0, 0, s});
+        const double a = s / 2;
+        expect_spot(fmt::format("emitter of 10^-4 m at {} m", distance), scene, dvec3(0),
+                    1e-2 * std::min(distance, 1.0),
+                    1e9 * polygon_irradiance(dvec3(0), {0, 1, 0}, {{-a, h, -a}, {a, h, -a}, {a, h, a}, {-a, h, a}}));
+    }
+}
+
+TEST_F(Light, NoArea) {
+    Scene scene = floor();
+    scene.environment.color = vec3(1);
+    const int light = add_material(scene, light_material(vec3(1e6f)));
+    const int line = add_quad(scene, light, {-1, 1, -1}, {2, 0, 0}, {0, 0, 2});
+    scene.instances[static_cast<std::size_t>(line)].object_to_world[2] = dvec4(0);
+    const Camera camera = spot_camera(dvec3(0), {0.3, 0.5, 0.6}, 0.1);
+    expect_mean("sky and a light flattened to a line", mean_of(picture(scene, camera, 16, 64, 2)), kAlbedo);
+    expect_mean("sky and a light flattened to a line, oracle", mean_of(render_oracle(scene, camera, 16, 64, 2)),
+                kAlbedo);
+}
+
+TEST_F(Light, ManyTriangles) {
+    constexpr int kSide = 224;
+    Scene scene = floor();
+    const int light = add_material(scene, light_material(vec3(1)));
+    Mesh mesh;
+    for (int j = 0; j <= kSide; ++j)
+        for (int i = 0; i <= kSide; ++i)
+            mesh.positions.emplace_back(static_cast<float>(i) / kSide - 0.5f, 1, static_cast<float>(j) / kSide - 0.5f);
+    mesh.normals.assign(mesh.positions.size(), vec3(0, -1, 0));
+    for (unsigned j = 0; j < kSide; ++j) {
+        for (unsigned i = 0; i < kSide; ++i) {
+            const unsigned a = j * (kSide + 1) + i, b = a + kSide + 1;
+            mesh.triangles.insert(mesh.triangles.end(), {{a, a + 1, b}, {a + 1, b + 1, b}});
+        }
+    }
+    mesh.triangle_material.assign(mesh.triangles.size(), static_cast<std::uint32_t>(light));
+    scene.instances.push_back({"light", static_cast<int>(scene.meshes.size()), dmat4(1), kNone});
+    scene.meshes.push_back(std::move(mesh));
+    expect_spot(
+        "10^5 emissive triangles that make one square", scene, dvec3(0), 0.01,
+        polygon_irradiance(dvec3(0), {0, 1, 0}, {{-0.5, 1, -0.5}, {0.5, 1, -0.5}, {0.5, 1, 0.5}, {-0.5, 1, 0.5}}));
+}
+
+TEST_F(Light, Lamps) {
+    Scene scene = floor();
+    const int spot = add_lamp(scene, LightType::spot, {0, 2, 0}, 8);
+    scene.lights[static_cast<std::size_t>(spot)].outer_cone = 0.3f;
+    scene.lights[static_cast<std::size_t>(spot)].inner_cone = std::nextafter(0.3f, 0.0f);
+    expect_spot("spot of equal cones: on its axis", scene, dvec3(0), 0.01, 8.0 / 4);
+    const double edge = 2 * std::tan(0.3);
+    expect("spot of equal cones: outside",
+           brightest(rgb(picture(scene, spot_camera({1.05 * edge, 0, 0}, {0.3, 0.5, 0.6}, 0.02), 16, 16, 1).beauty)), 0,
+           "radiance", "exact: beyond the outer cone");
+
+    for (const double height : {1e-3, 1e-5}) {
+        Scene close = floor();
+        add_lamp(close, LightType::point, {0.3, height, -0.2}, static_cast<float>(height * height));
+        expect_spot(fmt::format("lamp {:.0e} m above a floor of 2 m", height), close, {0.3, 0, -0.2}, 0.01 * height, 1);
+    }
+    Scene on = floor();
+    add_lamp(on, LightType::point, {0, 0, 0}, 1e6f);
+    expect("lamp in the floor's plane",
+           brightest(rgb(picture(on, spot_camera(dvec3(0), {0, 1, 0}, 1), 31, 16, 2).beauty)), 0, "radiance",
+           "exact: it shines along the floor");
+}
+
+}  // namespace
+}  // namespace halflight::test

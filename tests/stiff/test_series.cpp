@@ -1,0 +1,115 @@
+// Slow series and white furnaces: closed rooms against the sum of their bounces, white surfaces under a white sky.
+#include <algorithm>
+#include <cmath>
+
+#include "tests/stiff/stiff.h"
+
+namespace halflight::test {
+namespace {
+
+class Series : public StiffTest {
+  protected:
+    static constexpr int kPatch = 8;  // pixels a side
+    static constexpr float kRoughnesses[] = {0, 1e-4f, 1e-2f, 0.1f, 1};
+
+    /// Bounces 0 to b of a closed room of emission 1.
+    static double truncated(double albedo, int bounces) {
+        return albedo == 1 ? bounces + 1 : (1 - std::pow(albedo, bounces + 1)) / (1 - albedo);
+    }
+
+    struct Family {
+        std::string name;
+        Material material;
+    };
+    static std::vector<Family> families() {
+        Material dielectric = metal_material(vec3(1), 0);
+        dielectric.metallic = 0;
+        std::vector<Family> all{{"metal", metal_material(vec3(1), 0)}};
+        for (const float ior : {1.0f, 1.0001f, 1.5f, 2.5f}) {
+            dielectric.ior = ior;
+            all.push_back({fmt::format("dielectric, ior {}", ior), dielectric});
+        }
+        Material m = dielectric;
+        m.specular = 0.4f;
+        all.push_back({"specular 0.4, ior 2.5", m});
+        m = dielectric;
+        m.metallic = 0.5f;
+        all.push_back({"half metallic", m});
+        m = dielectric;
+        m.ior = 1.5f;
+        m.clearcoat = 0.9f;
+        all.push_back({"clearcoat", m});
+        m.transmission = 0.7f;
+        all.push_back({"transmission under clearcoat", m});
+        m.clearcoat = 0;
+        all.push_back({"transmission", m});
+        m.transmission = 1;
+        m.ior = 1;
+        all.push_back({"all transmission, ior 1", m});
+        return all;
+    }
+};
+
+TEST_F(Series, ClosedRooms) {
+    for (const float albedo : {0.9f, 0.99f, 0.999f, 1.0f}) {
+        Material glowing = diffuse_material(vec3(albedo));
+        glowing.emission = vec3(1);
+        const Scene scene = closed_box(glowing);
+        const ReferenceScene oracle(scene);
+        for (const int bounces : {3, 64}) {
+            const double exact = truncated(albedo, bounces);
+            expect_mean(fmt::format("closed room of albedo {}, {} bounces", albedo, bounces),
+                        mean_of(picture(scene, camera_in_box(), 24, 64, bounces)), exact);
+            ReferenceSettings settings;
+            settings.width = settings.height = 16;
+            settings.samples = bounces > 10 ? 160 : 64;
+            settings.bounces = bounces;
+            settings.camera = camera_in_box();
+            expect_mean(fmt::format("closed room of albedo {}, {} bounces, oracle", albedo, bounces),
+                        mean_of(render_reference(oracle, settings)), exact);
+        }
+    }
+}
+
+TEST_F(Series, WhiteFurnace) {
+    for (const double elevation : {kPi / 2, std::asin(0.05)}) {
+        // A row for each family, all in one plane under a sky of 1, so that no patch sees another. Seen from its
+        // elevation, each is a square.
+        Scene scene;
+        scene.environment.color = vec3(1);
+        const auto length = static_cast<float>(1 / std::sin(elevation));
+        const std::vector<Family> all = families();
+        for (std::size_t row = 0; row < all.size(); ++row) {
+            for (std::size_t column = 0; column < std::size(kRoughnesses); ++column) {
+                Material m = all[row].material;
+                m.roughness = m.clearcoat_roughness = kRoughnesses[column];
+                add_quad(scene, add_material(scene, m),
+                         {static_cast<float>(column), 0, static_cast<float>(row) * length}, {0, 0, length}, {1, 0, 0});
+            }
+        }
+        const int columns = static_cast<int>(std::size(kRoughnesses)), rows = static_cast<int>(all.size());
+        const dvec3 centre(0.5 * columns, 0, 0.5 * rows * length);
+        Camera camera = look_at_camera(centre + 1000.0 * dvec3(0, std::sin(elevation), std::cos(elevation)), centre,
+                                       {0, std::cos(elevation), -std::sin(elevation)}, 1);
+        camera.orthographic = true;
+        camera.ortho_height = rows;
+        const RenderResult seen = picture(scene, small_settings(camera, kPatch * columns, kPatch * rows, 512, 1));
+        for (int row = 0; row < rows; ++row) {
+            double worst = 0, bound = 1;
+            for (int column = 0; column < columns; ++column) {
+                const MeanValue found =
+                    mean_of(seen, kPatch * column, kPatch * (column + 1), kPatch * row, kPatch * (row + 1));
+                EXPECT_LE(found.error, 0.005) << all[static_cast<std::size_t>(row)].name << ", column " << column;
+                const double off = std::abs(found.value - 1), allowed = 4 * found.error + 2e-4;
+                if (off / allowed >= worst / bound) worst = off, bound = allowed;
+            }
+            expect(fmt::format("white furnace at {:.0f} degrees: {}", elevation * 180 / kPi,
+                               all[static_cast<std::size_t>(row)].name),
+                   worst, bound, "radiance",
+                   "worst of roughness 0, 1e-4, 1e-2, 0.1, 1: four standard errors, and the albedo table's 2e-4");
+        }
+    }
+}
+
+}  // namespace
+}  // namespace halflight::test
