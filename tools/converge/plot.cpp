@@ -11,7 +11,8 @@ namespace {
 
 // Units of the drawing, which the page scales.
 constexpr double kWidth = 560, kHeight = 410;
-constexpr double kLeft = 74, kRight = 14, kTop = 54, kBottom = 52;
+constexpr double kLeft = 74, kRight = 14, kBottom = 52;
+constexpr double kTitle = 18, kLegendRow = 18;
 constexpr double kTick = 5, kMinorTick = 3;
 
 /// Okabe and Ito's colours, which also those see apart who see fewer of them (Color Universal Design, 2008).
@@ -101,7 +102,8 @@ struct Range {
 
 class Drawing {
   public:
-    explicit Drawing(const Plot& plot) : plot_(plot) {
+    explicit Drawing(const Plot& plot) : plot_(plot), legend_(legend()) {
+        top_ = kTitle + kLegendRow * (legend_.empty() ? 1 : legend_.back().row + 2);
         for (const Curve& curve : plot.curves) {
             for (const Dot& dot : curve.dots) {
                 if (has_marker(dot) || has_bar(dot)) x_range_.add(dot.x);
@@ -118,7 +120,7 @@ class Drawing {
             "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {} {}\" role=\"img\" "
             "font-family=\"Helvetica, Arial, sans-serif\" font-size=\"12\" fill=\"#222\">\n<title>{}</title>\n",
             kWidth, kHeight, escape(plot_.title));
-        add(R"(<text x="{}" y="18" font-size="14" font-weight="bold">{}</text>)", kLeft, escape(plot_.title));
+        add(R"(<text x="{}" y="{}" font-size="14" font-weight="bold">{}</text>)", kLeft, kTitle, escape(plot_.title));
         if (y_range_.high > 0)
             draw();
         else
@@ -139,7 +141,7 @@ class Drawing {
 
     void draw() {
         const Axis x(x_range_.low, x_range_.high, kLeft, kWidth - kRight);
-        const Axis y(y_range_.low, y_range_.high, kHeight - kBottom, kTop);
+        const Axis y(y_range_.low, y_range_.high, kHeight - kBottom, top_);
         draw_axes(x, y);
         if (plot_.guide != 0) draw_guide(x, y);
         for (std::size_t i = 0; i < plot_.curves.size(); ++i) draw_curve(i, x, y);
@@ -152,7 +154,7 @@ class Drawing {
         const double bottom = kHeight - kBottom, right = kWidth - kRight;
         for (const Axis::Tick& t : x.ticks()) {
             const double at = x.at(t.value);
-            if (t.labelled) line(at, kTop, at, bottom, kGrid);
+            if (t.labelled) line(at, top_, at, bottom, kGrid);
             line(at, bottom, at, bottom - (t.decade ? kTick : kMinorTick), kInk);
             if (t.labelled)
                 add(R"(<text x="{:.2f}" y="{:.2f}" text-anchor="middle">{}</text>)", at, bottom + 17,
@@ -166,12 +168,12 @@ class Drawing {
                 add(R"(<text x="{:.2f}" y="{:.2f}" text-anchor="end">{}</text>)", kLeft - 7, at + 4,
                     tick_text(t.value));
         }
-        add(R"(<rect x="{}" y="{}" width="{}" height="{}" fill="none" {}/>)", kLeft, kTop, right - kLeft, bottom - kTop,
+        add(R"(<rect x="{}" y="{}" width="{}" height="{}" fill="none" {}/>)", kLeft, top_, right - kLeft, bottom - top_,
             kInk);
         add(R"(<text x="{}" y="{}" text-anchor="middle" font-size="13">{}</text>)", (kLeft + right) / 2, kHeight - 12,
             escape(plot_.x_label));
         add(R"svg(<text transform="translate(18 {}) rotate(-90)" text-anchor="middle" font-size="13">{}</text>)svg",
-            (kTop + bottom) / 2, escape(plot_.y_label));
+            (top_ + bottom) / 2, escape(plot_.y_label));
     }
 
     /// Through the middle of the curves' ranges, as far as the frame allows.
@@ -207,27 +209,48 @@ class Drawing {
         out_ += marks;
     }
 
-    /// A row between title and frame.
-    void draw_legend() {
+    struct Entry {
+        std::string label;
+        double left;
+        int row;
+    };
+    /// Between title and frame, in as many rows as it takes.
+    std::vector<Entry> legend() const {
+        constexpr double kLetter = 7;  // holds also wide ones
+        std::vector<Entry> entries;
+        for (const Curve& curve : plot_.curves) entries.push_back({curve.name, 0, 0});
+        if (plot_.guide != 0)
+            entries.push_back({fmt::format("slope {}{:g}", plot_.guide < 0 ? "−" : "", std::abs(plot_.guide)), 0, 0});
         double left = kLeft;
-        const double at = kTop - 14;
-        const auto entry = [&](const std::string& stroke, const std::string& sign, const std::string& label,
-                               std::size_t letters) {
-            line(left, at, left + 24, at, stroke.c_str());
-            out_ += sign;
-            add(R"(<text x="{:.2f}" y="{:.2f}">{}</text>)", left + 30, at + 4, label);
-            left += 30 + 7 * static_cast<double>(letters) + 12;  // 7 holds also wide letters
-        };
-        for (std::size_t i = 0; i < plot_.curves.size(); ++i)
-            entry(fmt::format(R"(stroke="{}" stroke-width="1.6")", kColours[i % std::size(kColours)]),
-                  marker(i, left + 12, at) + '\n', escape(plot_.curves[i].name), plot_.curves[i].name.size());
-        if (plot_.guide != 0) {
-            const std::string label = fmt::format("slope {}{:g}", plot_.guide < 0 ? "−" : "", std::abs(plot_.guide));
-            entry(R"(stroke="#999" stroke-width="1" stroke-dasharray="5 4")", "", label, label.size());
+        int row = 0;
+        for (Entry& entry : entries) {
+            const double width = kSample + 18 + kLetter * static_cast<double>(entry.label.size());
+            if (left + width > kWidth && left > kLeft) left = kLeft, ++row;
+            entry.left = left, entry.row = row;
+            left += width;
+        }
+        return entries;
+    }
+
+    void draw_legend() {
+        for (std::size_t i = 0; i < legend_.size(); ++i) {
+            const Entry& entry = legend_[i];
+            const double at = kTitle + kLegendRow * (entry.row + 1);
+            const bool guide = i == plot_.curves.size();
+            const std::string stroke =
+                fmt::format(R"(stroke="{}" {})", guide ? "#999" : kColours[i % std::size(kColours)],
+                            guide ? R"(stroke-width="1" stroke-dasharray="5 4")" : R"(stroke-width="1.6")");
+            line(entry.left, at, entry.left + kSample, at, stroke.c_str());
+            if (!guide) out_ += marker(i, entry.left + kSample / 2, at) + '\n';
+            add(R"(<text x="{:.2f}" y="{:.2f}">{}</text>)", entry.left + kSample + 6, at + 4, escape(entry.label));
         }
     }
 
+    static constexpr double kSample = 24;  // of a line, in the legend
+
     const Plot& plot_;
+    std::vector<Entry> legend_;
+    double top_ = 0;  // of the frame
     Range x_range_, y_range_;
     std::string out_;
 };
