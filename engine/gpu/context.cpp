@@ -13,6 +13,7 @@
 
 #include "engine/core/error.h"
 #include "engine/gpu/device.h"
+#include "engine/gpu/program_binaries.h"
 
 namespace halflight::gpu {
 namespace {
@@ -89,6 +90,7 @@ struct Context::State {
     std::string renderer;
     std::string version;
     Limits limits;
+    std::optional<ProgramBinaries> binaries;
     bool debug = false;
     std::uint64_t errors = 0;  // since creation
     std::uint64_t unseen = 0;  // since the last check
@@ -215,6 +217,12 @@ Context Context::create(const ContextOptions& options) {
     state->attempts = std::move(search.attempts);
     state->debug = options.debug;
     state->set_up();
+    if (!options.binaries_folder.empty()) {
+        // The renderer's name tells the width of llvmpipe's vectors.
+        const std::string driver = fmt::format("{}\n{}\n{}\n{}", gl_string(GL_VENDOR), state->renderer, state->version,
+                                               gl_string(GL_SHADING_LANGUAGE_VERSION));
+        state->binaries.emplace(options.binaries_folder, driver);
+    }
     return Context(std::move(state));
 }
 
@@ -239,6 +247,9 @@ bool Context::software() const {
 }
 const Limits& Context::limits() const {
     return state_->limits;
+}
+const ProgramBinaries* Context::binaries() const {
+    return state_->binaries ? &*state_->binaries : nullptr;
 }
 std::uint64_t Context::error_count() const {
     return state_->errors;

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -10,10 +11,14 @@
 
 namespace halflight::gpu {
 
+class ProgramBinaries;
+
 struct ContextOptions {
     /// "": hardware if there is any, else software. "hardware", "software": only such. A number: index into attempts().
     /// Anything else: the first device whose name or GL renderer contains it (whatever its case).
     std::string device;
+    /// Where linked programs are kept for later runs (program_binaries.h); empty: nowhere.
+    std::filesystem::path binaries_folder = {};
     bool debug = false;  ///< Debug context with synchronous messages: slower, and every GL error has a text.
 };
 
@@ -56,6 +61,8 @@ class Context {
     const std::string& version() const;   ///< GL_VERSION
     bool software() const;                ///< llvmpipe, softpipe, swrast
     const Limits& limits() const;
+    /// For ProgramCache; null unless asked for.
+    const ProgramBinaries* binaries() const;
 
     /// Throws Error(subject, first message) if the driver reported an error since the last check, or lost the context.
     void check(std::string_view subject);

@@ -1,5 +1,6 @@
 #include "engine/gpu/program.h"
 
+#include <algorithm>
 #include <array>
 #include <span>
 #include <vector>
@@ -30,16 +31,61 @@ Shader compile_stage(GLenum stage, const ShaderSource& source, const ExpandedSou
     throw Error(message.place, message.what.empty() ? "does not compile" : message.what);
 }
 
+GLint value_of(GLuint program, GLenum what) {
+    GLint value = 0;
+    glGetProgramiv(program, what, &value);
+    return value;
+}
+
+/// Whether the driver of today takes binaries of this format; it must not be asked with another one.
+bool takes_format(GLenum format) {
+    GLint count = 0;
+    glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &count);
+    std::vector<GLint> formats(static_cast<std::size_t>(count));
+    if (count > 0) glGetIntegerv(GL_PROGRAM_BINARY_FORMATS, formats.data());
+    return std::find(formats.begin(), formats.end(), static_cast<GLint>(format)) != formats.end();
+}
+
+/// The program that was stored under the key, or 0.
+GLuint loaded(std::string_view name, std::string_view key, const ProgramBinaries& binaries) {
+    const std::optional<ProgramBinary> binary = binaries.load(key);
+    if (!binary || !takes_format(binary->format)) return 0;
+    Object<delete_program> program(glCreateProgram());
+    label(GL_PROGRAM, program.id(), name);
+    glProgramBinary(program.id(), binary->format, binary->bytes.data(), static_cast<GLsizei>(binary->bytes.size()));
+    return value_of(program.id(), GL_LINK_STATUS) != 0 ? program.release() : 0;
+}
+
+void store(GLuint program, std::string_view key, const ProgramBinaries& binaries) {
+    const GLint size = value_of(program, GL_PROGRAM_BINARY_LENGTH);
+    if (size <= 0) return;  // a driver without any format
+    ProgramBinary binary;
+    binary.bytes.resize(static_cast<std::size_t>(size));
+    GLsizei written = 0;
+    glGetProgramBinary(program, size, &written, &binary.format, binary.bytes.data());
+    binary.bytes.resize(static_cast<std::size_t>(written));
+    if (written > 0) binaries.store(key, binary);
+}
+
+/// By `make`, unless it has been stored: then by the key, the text of all stages.
+template <class Make>
+GLuint loaded_or_made(std::string_view name, std::string_view key, const ProgramBinaries* binaries, Make make) {
+    if (binaries == nullptr) return make();
+    if (const GLuint found = loaded(name, key, *binaries)) return found;
+    const GLuint made = make();
+    store(made, key, *binaries);
+    return made;
+}
+
 GLuint linked(std::string_view name, std::span<const Shader> shaders) {
     Object<delete_program> program(glCreateProgram());
     label(GL_PROGRAM, program.id(), name);
+    glProgramParameteri(program.id(), GL_PROGRAM_BINARY_RETRIEVABLE_HINT, GL_TRUE);
     for (const Shader& shader : shaders) glAttachShader(program.id(), shader.id());
     glLinkProgram(program.id());
     for (const Shader& shader : shaders) glDetachShader(program.id(), shader.id());
-    GLint ok = 0, log_length = 0;
-    glGetProgramiv(program.id(), GL_LINK_STATUS, &ok);
-    if (ok == 0) {
-        glGetProgramiv(program.id(), GL_INFO_LOG_LENGTH, &log_length);
+    if (value_of(program.id(), GL_LINK_STATUS) == 0) {
+        GLint log_length = value_of(program.id(), GL_INFO_LOG_LENGTH);
         std::string log(static_cast<std::size_t>(log_length), '\0');
         glGetProgramInfoLog(program.id(), log_length, &log_length, log.data());
         log.resize(static_cast<std::size_t>(log_length));
@@ -65,21 +111,25 @@ void add_to_key(std::string& key, const Defines& defines) {
 Program::Program(std::string name, std::string text, GLuint id)
     : name_(std::move(name)), text_(std::move(text)), object_(id) {}
 
-Program Program::compute(const ShaderSource& source, const Defines& defines) {
+Program Program::compute(const ShaderSource& source, const Defines& defines, const ProgramBinaries* binaries) {
     ExpandedSource expanded = expand(source, defines);
-    const std::array shaders{compile_stage(GL_COMPUTE_SHADER, source, expanded)};
-    const GLuint id = linked(source.name, shaders);
+    const GLuint id = loaded_or_made(source.name, expanded.text, binaries, [&] {
+        return linked(source.name, std::array{compile_stage(GL_COMPUTE_SHADER, source, expanded)});
+    });
     return Program(source.name, std::move(expanded.text), id);
 }
 
-Program Program::graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines) {
+Program Program::graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines,
+                          const ProgramBinaries* binaries) {
     const ExpandedSource vertex_text = expand(vertex, defines);
     const ExpandedSource fragment_text = expand(fragment, defines);
-    const std::array shaders{compile_stage(GL_VERTEX_SHADER, vertex, vertex_text),
-                             compile_stage(GL_FRAGMENT_SHADER, fragment, fragment_text)};
     const std::string name = vertex.name + " + " + fragment.name;
-    const GLuint id = linked(name, shaders);
-    return Program(name, vertex_text.text + fragment_text.text, id);
+    std::string text = vertex_text.text + '\0' + fragment_text.text;
+    const GLuint id = loaded_or_made(name, text, binaries, [&] {
+        return linked(name, std::array{compile_stage(GL_VERTEX_SHADER, vertex, vertex_text),
+                                       compile_stage(GL_FRAGMENT_SHADER, fragment, fragment_text)});
+    });
+    return Program(name, std::move(text), id);
 }
 
 void Program::bind() const {
@@ -166,7 +216,7 @@ const Program& ProgramCache::compute(const ShaderSource& source, const Defines& 
     std::string key;
     add_to_key(key, source);
     add_to_key(key, defines);
-    return get(std::move(key), [&] { return Program::compute(source, defines); });
+    return get(std::move(key), [&] { return Program::compute(source, defines, binaries_); });
 }
 
 const Program& ProgramCache::graphics(const ShaderSource& vertex, const ShaderSource& fragment,
@@ -175,7 +225,7 @@ const Program& ProgramCache::graphics(const ShaderSource& vertex, const ShaderSo
     add_to_key(key, vertex);
     add_to_key(key, fragment);
     add_to_key(key, defines);
-    return get(std::move(key), [&] { return Program::graphics(vertex, fragment, defines); });
+    return get(std::move(key), [&] { return Program::graphics(vertex, fragment, defines, binaries_); });
 }
 
 }  // namespace halflight::gpu

@@ -11,6 +11,7 @@
 #include "engine/core/math.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/object.h"
+#include "engine/gpu/program_binaries.h"
 #include "engine/gpu/shader_source.h"
 
 namespace halflight::gpu {
@@ -19,8 +20,11 @@ namespace halflight::gpu {
 class Program {
   public:
     /// Throw Error("shaders/x.comp:12", what the compiler says) where a shader does not compile, or does not link.
-    static Program compute(const ShaderSource& source, const Defines& defines = {});
-    static Program graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {});
+    /// binaries: where the program may be found ready, and is put where it is not.
+    static Program compute(const ShaderSource& source, const Defines& defines = {},
+                           const ProgramBinaries* binaries = nullptr);
+    static Program graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {},
+                            const ProgramBinaries* binaries = nullptr);
 
     GLuint id() const { return object_.id(); }
     const std::string& name() const { return name_; }
@@ -63,6 +67,9 @@ class Program {
 /// Every variant is compiled once. References stay valid as long as the cache.
 class ProgramCache {
   public:
+    /// binaries: as for Program; outlives the cache.
+    explicit ProgramCache(const ProgramBinaries* binaries = nullptr) : binaries_(binaries) {}
+
     const Program& compute(const ShaderSource& source, const Defines& defines = {});
     const Program& graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {});
 
@@ -73,6 +80,7 @@ class ProgramCache {
     template <class Make>
     const Program& get(std::string key, Make make);
     std::unordered_map<std::string, std::unique_ptr<Program>> programs_;
+    const ProgramBinaries* binaries_;
     double seconds_ = 0;
 };
 

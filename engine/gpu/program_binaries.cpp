@@ -1,0 +1,143 @@
+#include "engine/gpu/program_binaries.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <atomic>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <utility>
+
+namespace halflight::gpu {
+namespace {
+
+namespace fs = std::filesystem;
+
+/// Before the key and the bytes of each file.
+struct Header {
+    char magic[8];
+    std::uint64_t key_bytes;
+    std::uint64_t binary_bytes;
+    std::uint64_t format;
+    std::uint64_t checksum;  // of the bytes and the format
+};
+constexpr char kMagic[8] = {'h', 'l', 'p', 'r', 'o', 'g', '0', '1'};
+
+/// FNV-1a (Fowler, Noll, Vo), 64 bits.
+std::uint64_t hash_of(std::string_view bytes) {
+    std::uint64_t hash = 0xcbf29ce484222325u;
+    for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+    return hash;
+}
+
+std::optional<std::string> content_of(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    if (!stream) return std::nullopt;
+    std::string content(std::istreambuf_iterator<char>(stream), {});
+    return stream.bad() ? std::nullopt : std::optional(std::move(content));
+}
+
+/// A name that no other process or thread uses.
+fs::path temporary_name(const fs::path& file) {
+    static std::atomic<unsigned> count{0};
+    return fs::path(file) += fmt::format(".{}.{}.tmp", ::getpid(), ++count);
+}
+
+}  // namespace
+
+ProgramBinaries::ProgramBinaries(fs::path folder, std::string driver, std::uint64_t max_bytes)
+    : folder_(std::move(folder)), driver_(std::move(driver)), max_bytes_(max_bytes) {}
+
+std::string ProgramBinaries::full_key(std::string_view key) const {
+    return fmt::format("{}\n{}", driver_, key);
+}
+
+fs::path ProgramBinaries::file(std::string_view key) const {
+    return folder_ / fmt::format("{:016x}.program", hash_of(full_key(key)));
+}
+
+std::optional<ProgramBinary> ProgramBinaries::load(std::string_view key) const {
+    const fs::path path = file(key);
+    const std::optional<std::string> content = content_of(path);
+    Header header;
+    if (!content || content->size() < sizeof header) return std::nullopt;
+    std::memcpy(&header, content->data(), sizeof header);
+    const std::string wanted = full_key(key);
+    if (std::memcmp(header.magic, kMagic, sizeof kMagic) != 0 || header.key_bytes != wanted.size()) return std::nullopt;
+    if (content->size() - sizeof header < wanted.size()) return std::nullopt;
+    const std::string_view rest = std::string_view(*content).substr(sizeof header);
+    const std::string_view bytes = rest.substr(wanted.size());
+    if (rest.substr(0, wanted.size()) != wanted || bytes.size() != header.binary_bytes ||
+        (hash_of(bytes) ^ header.format) != header.checksum) {
+        return std::nullopt;
+    }
+    std::error_code ignored;  // a folder that may only be read
+    fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
+    return ProgramBinary{static_cast<std::uint32_t>(header.format), {bytes.begin(), bytes.end()}};
+}
+
+void ProgramBinaries::store(std::string_view key, const ProgramBinary& binary) const {
+    const std::string full = full_key(key);
+    Header header{};
+    std::memcpy(header.magic, kMagic, sizeof kMagic);
+    header.key_bytes = full.size();
+    header.binary_bytes = binary.bytes.size();
+    header.format = binary.format;
+    header.checksum = hash_of({binary.bytes.data(), binary.bytes.size()}) ^ header.format;
+    if (sizeof header + full.size() + binary.bytes.size() > max_bytes_) return;
+
+    std::error_code error;
+    fs::create_directories(folder_, error);
+    const fs::path path = file(key);
+    const fs::path temporary = temporary_name(path);
+    std::ofstream stream(temporary, std::ios::binary);
+    stream.write(reinterpret_cast<const char*>(&header), sizeof header);
+    stream.write(full.data(), static_cast<std::streamsize>(full.size()));
+    stream.write(binary.bytes.data(), static_cast<std::streamsize>(binary.bytes.size()));
+    stream.close();
+    if (stream) fs::rename(temporary, path, error);
+    if (!stream || error) fs::remove(temporary, error);
+    make_room();
+}
+
+void ProgramBinaries::make_room() const {
+    struct Entry {
+        fs::file_time_type used;
+        fs::path path;
+        std::uint64_t bytes;
+    };
+    std::vector<Entry> entries;
+    std::uint64_t total = 0;
+    std::error_code error;
+    for (fs::directory_iterator at(folder_, error), end; !error && at != end; at.increment(error)) {
+        std::error_code gone;  // by another process
+        const auto bytes = at->file_size(gone);
+        const auto used = at->last_write_time(gone);
+        if (gone) continue;
+        entries.push_back({used, at->path(), bytes});
+        total += bytes;
+    }
+    std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) { return a.used < b.used; });
+    for (const Entry& entry : entries) {
+        if (total <= max_bytes_) return;
+        fs::remove(entry.path, error);
+        total -= entry.bytes;
+    }
+}
+
+fs::path default_binaries_folder() {
+    const auto absolute = [](const char* variable) {
+        const char* value = std::getenv(variable);
+        const fs::path path = value == nullptr ? "" : value;
+        return path.is_absolute() ? path : fs::path();
+    };
+    const fs::path cache = absolute("XDG_CACHE_HOME");
+    if (!cache.empty()) return cache / "halflight" / "programs";
+    const fs::path home = absolute("HOME");
+    return home.empty() ? fs::path() : home / ".cache" / "halflight" / "programs";
+}
+
+}  // namespace halflight::gpu

@@ -1,0 +1,181 @@
+// Programs from disk are those that would have been compiled; whatever else lies there is as good as nothing.
+#include "engine/gpu/program_binaries.h"
+
+#include <epoxy/gl.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+
+#include "engine/gpu/program.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight::gpu {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kWriter =
+    "layout(local_size_x = 1) in;\nlayout(std430, binding = 3) buffer Out { uint result; };\nuniform uint more;\n"
+    "void main() { result = VALUE + more; }\n";
+
+class Folder {
+  public:
+    Folder() : path_(fs::path(::testing::TempDir()) / ("halflight-programs-" + std::to_string(::getpid()))) {
+        fs::remove_all(path_);
+    }
+    ~Folder() { fs::remove_all(path_); }
+    const fs::path& path() const { return path_; }
+    std::size_t files() const {
+        return fs::exists(path_) ? static_cast<std::size_t>(std::distance(fs::directory_iterator(path_), {})) : 0;
+    }
+
+  private:
+    fs::path path_;
+};
+
+std::string content(const fs::path& file) {
+    std::ifstream stream(file, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(stream), {});
+}
+
+ProgramBinary binary_of(char fill, std::size_t count) {
+    return {7, std::vector<char>(count, fill)};
+}
+
+TEST(ProgramBinaries, GiveBackWhatWasStored) {
+    const Folder folder;
+    const ProgramBinaries binaries(folder.path() / "a" / "b", "driver");
+    EXPECT_FALSE(binaries.load("key"));
+    binaries.store("key", binary_of('x', 1000));
+    const auto found = binaries.load("key");
+    ASSERT_TRUE(found);
+    EXPECT_EQ(found->format, 7u);
+    EXPECT_EQ(found->bytes, std::vector<char>(1000, 'x'));
+    EXPECT_FALSE(binaries.load("another key"));
+    EXPECT_FALSE(ProgramBinaries(folder.path() / "a" / "b", "another driver").load("key"));
+    binaries.store("key", binary_of('y', 10));
+    EXPECT_EQ(binaries.load("key")->bytes, std::vector<char>(10, 'y')) << "replaced";
+}
+
+TEST(ProgramBinaries, DamagedFilesAreNotThere) {
+    const Folder folder;
+    const ProgramBinaries binaries(folder.path(), "driver");
+    binaries.store("key", binary_of('x', 100));
+    const fs::path file = binaries.file("key");
+    const std::string good = content(file);
+    const auto put = [&](const std::string& bytes) { std::ofstream(file, std::ios::binary) << bytes; };
+    for (std::size_t length = 0; length < good.size(); ++length) {
+        put(good.substr(0, length));
+        EXPECT_FALSE(binaries.load("key")) << "cut to " << length;
+    }
+    put(good + "x");
+    EXPECT_FALSE(binaries.load("key")) << "longer than it says";
+    for (std::size_t i = 0; i < good.size(); ++i) {
+        std::string bad = good;
+        bad[i] = static_cast<char>(bad[i] ^ 0x10);
+        put(bad);
+        EXPECT_FALSE(binaries.load("key")) << "byte " << i;
+    }
+    put(std::string(100000, '\xff'));
+    EXPECT_FALSE(binaries.load("key"));
+    // A file of another key in this one's place, as after a collision of names.
+    binaries.store("other", binary_of('z', 100));
+    fs::copy_file(binaries.file("other"), file, fs::copy_options::overwrite_existing);
+    EXPECT_FALSE(binaries.load("key"));
+    binaries.store("key", binary_of('x', 100));
+    EXPECT_TRUE(binaries.load("key"));
+}
+
+TEST(ProgramBinaries, StayWithinTheirSize) {
+    const Folder folder;
+    const ProgramBinaries binaries(folder.path(), "driver", 4000);
+    const auto age = [&](const char* key, int seconds) {
+        fs::last_write_time(binaries.file(key), fs::file_time_type::clock::now() - std::chrono::seconds(seconds));
+    };
+    binaries.store("a", binary_of('a', 1500));
+    binaries.store("b", binary_of('b', 1500));
+    age("a", 200);
+    age("b", 100);
+    EXPECT_TRUE(binaries.load("a"));  // used now
+    binaries.store("c", binary_of('c', 1500));
+    EXPECT_TRUE(binaries.load("a"));
+    EXPECT_FALSE(binaries.load("b")) << "not used for longest";
+    EXPECT_TRUE(binaries.load("c"));
+    binaries.store("huge", binary_of('h', 5000));
+    EXPECT_FALSE(binaries.load("huge"));
+    EXPECT_TRUE(binaries.load("c")) << "nothing goes for what does not fit anyway";
+    EXPECT_EQ(folder.files(), 2u);
+}
+
+TEST(ProgramBinaries, AFolderThatCannotBeMadeIsNoError) {
+    const Folder folder;
+    std::ofstream(folder.path()) << "a file";
+    const ProgramBinaries binaries(folder.path() / "sub", "driver");
+    binaries.store("key", binary_of('x', 10));
+    EXPECT_FALSE(binaries.load("key"));
+    const ProgramBinaries device("/dev/null/x", "driver");
+    device.store("key", binary_of('x', 10));
+    EXPECT_FALSE(device.load("key"));
+}
+
+class StoredPrograms : public GpuTest {
+  protected:
+    static std::uint32_t result_of(const Program& program) {
+        const Buffer out("out", sizeof(std::uint32_t));
+        out.bind_storage(3);
+        program.set("more", 2u);
+        program.dispatch(1);
+        return out.read<std::uint32_t>().front();
+    }
+    static Program make(const ProgramBinaries& binaries, const char* value) {
+        return Program::compute({"writer", kWriter}, {{"VALUE", value}}, &binaries);
+    }
+    static bool can_store() {
+        GLint formats = 0;
+        glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &formats);
+        return formats > 0;
+    }
+};
+
+TEST_F(StoredPrograms, DoWhatCompiledOnesDo) {
+    if (!can_store()) GTEST_SKIP() << "this driver gives no program binaries";
+    const Folder folder;
+    const ProgramBinaries binaries(folder.path(), "driver");
+    EXPECT_EQ(result_of(make(binaries, "5u")), 7u);
+    EXPECT_EQ(folder.files(), 1u);
+    EXPECT_EQ(result_of(make(binaries, "5u")), 7u);
+    EXPECT_EQ(folder.files(), 1u);
+    EXPECT_EQ(result_of(make(binaries, "6u")), 8u) << "other text, another program";
+    EXPECT_EQ(folder.files(), 2u);
+}
+
+TEST_F(StoredPrograms, AreCompiledAgainWhereTheDriverRefusesThem) {
+    if (!can_store()) GTEST_SKIP() << "this driver gives no program binaries";
+    const Folder folder;
+    const ProgramBinaries binaries(folder.path(), "driver");
+    make(binaries, "5u");
+    const fs::path file = fs::directory_iterator(folder.path())->path();
+    // The key of the file is all that is needed to put something else under it.
+    const std::string text = expand({"writer", kWriter}, {{"VALUE", "5u"}}).text;
+    const auto good = binaries.load(text);
+    ASSERT_TRUE(good);
+    EXPECT_EQ(binaries.file(text), file);
+    ProgramBinary garbage = *good;
+    for (char& c : garbage.bytes) c = static_cast<char>(c ^ 0x55);
+    ProgramBinary truncated = *good;
+    truncated.bytes.resize(truncated.bytes.size() / 2);
+    ProgramBinary foreign = *good;
+    foreign.format = 0x1234;
+    for (const ProgramBinary& bad : {garbage, truncated, foreign, ProgramBinary{good->format, {}}}) {
+        binaries.store(text, bad);
+        EXPECT_EQ(result_of(make(binaries, "5u")), 7u);
+        EXPECT_EQ(binaries.load(text)->bytes.size(), good->bytes.size()) << "replaced by a good one";
+        EXPECT_EQ(binaries.load(text)->format, good->format);
+    }
+}
+
+}  // namespace
+}  // namespace halflight::gpu
