@@ -25,7 +25,9 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         pass.read(sample.paths->states, Access::storage_read);
         defines.set("HALFLIGHT_PATHS");
     }
-    const bool pending = sample.continuation && sample.continuation->occluded;
+    const bool indirect = sample.continuation && sample.continuation->indirect;
+    if (indirect) defines.set("HALFLIGHT_INDIRECT");
+    const bool pending = indirect && sample.continuation->occluded;
     if (pending) {
         pass.read(sample.continuation->occluded, Access::storage_read);
         defines.set("HALFLIGHT_PENDING");
@@ -39,7 +41,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     };
     out.emission = keep("emission sums", 4, 5);
     if (sample.direct || sample.paths) out.direct = keep("direct sums", 6, 6);
-    if (pending) out.indirect = keep("indirect sums", 6, 7);
+    if (indirect) out.indirect = keep("indirect sums", 6, 7);
     if (options.squares) {
         out.squares = keep("square sums", 3, 8);
         defines.set("HALFLIGHT_SQUARES");

@@ -8,7 +8,7 @@ namespace halflight {
 
 using graph::Access;
 
-graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer) {
+graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer, bool motion) {
     graph::Pass pass = graph.add_pass("aov");
     pass.read(view.frame_constants, Access::uniform_read);
     pass.read(gbuffer.hits, Access::storage_read);
@@ -20,7 +20,9 @@ graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GB
         r.buffer(gbuffer.hits).bind_storage(0);
         r.buffer(gbuffer.surfaces).bind_storage(1);
         r.buffer(records).bind_storage(2);
-        r.programs().compute("shaders/aov.comp", view.scene.defines()).dispatch(view.band.paths() / 64);
+        gpu::Defines defines = view.scene.defines();
+        if (motion) defines.set("HALFLIGHT_MOTION");
+        r.programs().compute("shaders/aov.comp", defines).dispatch(view.band.paths() / 64);
     });
     return records;
 }

@@ -7,7 +7,8 @@
 namespace halflight {
 
 /// AovRecord (shaders/shared/aov.h) by path index. The frame constants must place the sample at the pixel's centre.
-graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer);
+/// Without `motion` there is none.
+graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer, bool motion = true);
 
 struct DebugOptions {
     bool nodes = false;    // traces the camera rays once more

@@ -21,6 +21,7 @@ struct Shadowing {
 void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const PathList& arriving, PathBuffers& paths,
                 Shadowing& shadowing, PathList* lit, PathList* leaving) {
     const bool last = leaving == nullptr;
+    const bool samples_lights = lit != nullptr;
     graph::Pass pass = graph.add_pass(last ? "continuation: last vertex" : "continuation: vertex");
     pass.read(view.frame_constants, Access::uniform_read);
     pass.read(arriving.list, Access::storage_read);
@@ -35,8 +36,9 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
         pass.read(paths.rays, Access::storage_read);
     } else {
         paths.rays = pass.write(paths.rays, Access::storage_read_write);
-        shadowing.rays = pass.write(shadowing.rays, partial_write(shadowing.rays));
+        if (samples_lights) shadowing.rays = pass.write(shadowing.rays, partial_write(shadowing.rays));
         for (PathList* list : {lit, leaving}) {
+            if (!list) continue;
             list->list = pass.write(list->list, Access::storage_read_write);
             list->header = pass.write(list->header, Access::storage_read_write);
         }
@@ -44,8 +46,8 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     gpu::Defines defines = view.scene.defines();
     if (pending) defines.set("HALFLIGHT_PENDING");
     if (last) defines.set("HALFLIGHT_LAST_VERTEX");
+    if (samples_lights) defines.set("HALFLIGHT_LIGHT_SAMPLES");
     if (depth == 1) defines.set("HALFLIGHT_FIRST_HIT");
-    if (depth >= 3) defines.set("HALFLIGHT_ROULETTE");
     pass.execute([=, shadow_rays = shadowing.rays, lit_list = lit ? *lit : PathList{},
                   next = leaving ? *leaving : PathList{}](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
@@ -55,10 +57,12 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
         r.buffer(paths.hits).bind_storage(3);
         r.buffer(paths.states).bind_storage(4);
         if (pending) r.buffer(answered).bind_storage(5);
-        if (!last) {
+        if (samples_lights) {
             r.buffer(shadow_rays).bind_storage(6);
             r.buffer(lit_list.list).bind_storage(7);
             r.buffer(lit_list.header).bind_storage(8);
+        }
+        if (!last) {
             r.buffer(next.list).bind_storage(9);
             r.buffer(next.header).bind_storage(10);
         }
@@ -79,17 +83,24 @@ Continuation add_continuation(graph::Graph& graph, const SceneView& view, const 
                         graph.create_buffer("light sample occluded", {capacity * sizeof(shared::uint)})};
     std::vector<PathList> arriving = batches;
     for (int depth = 1; depth < bounces; ++depth) {
-        PathList lit = create_path_list(graph, view, "light samples");
         PathList leaving = create_path_list(graph, view, "continuation");
-        for (const PathList& batch : arriving) add_vertex(graph, view, depth, batch, paths, shadowing, &lit, &leaving);
-        shadowing.occluded = rays::any_hit(
-            graph, view.tracer, ray_batch(view, rays::RayKind::shadow, shadowing.rays, lit, depth), shadowing.occluded);
+        if (view.scene.needs().lights()) {
+            PathList lit = create_path_list(graph, view, "light samples");
+            for (const PathList& batch : arriving)
+                add_vertex(graph, view, depth, batch, paths, shadowing, &lit, &leaving);
+            shadowing.occluded =
+                rays::any_hit(graph, view.tracer, ray_batch(view, rays::RayKind::shadow, shadowing.rays, lit, depth),
+                              shadowing.occluded);
+        } else {
+            for (const PathList& batch : arriving)
+                add_vertex(graph, view, depth, batch, paths, shadowing, nullptr, &leaving);
+        }
         paths.hits = rays::closest_hit(
             graph, view.tracer, ray_batch(view, rays::RayKind::continuation, paths.rays, leaving, depth), paths.hits);
         arriving = {leaving};
     }
     for (const PathList& batch : arriving) add_vertex(graph, view, bounces, batch, paths, shadowing, nullptr, nullptr);
-    return {shadowing.answered() ? shadowing.occluded : graph::BufferHandle{}};
+    return {shadowing.answered() ? shadowing.occluded : graph::BufferHandle{}, bounces > 1};
 }
 
 }  // namespace halflight

@@ -9,11 +9,13 @@ namespace halflight {
 
 /// What later bounces add to a path lies in its PathState; the answer to its last shadow ray lies here.
 struct Continuation {
-    graph::BufferHandle occluded;  // uint by path: valid where the state's `pending` is
+    graph::BufferHandle occluded;  // uint by path: valid where the state's `pending` is; none without light samples
+    bool indirect = true;          // there are bounces later than the first
 };
 
 /// Follows the paths of `batches` from their first hit on, up to `bounces` reflections in all (the first surface's is
-/// one), with next-event estimation at every vertex and Russian roulette from depth 3 on. Updates `paths`.
+/// one), with next-event estimation at every vertex, if there is a light to sample, and Russian roulette from depth 3
+/// on. Updates `paths`.
 Continuation add_continuation(graph::Graph& graph, const SceneView& view, const std::vector<PathList>& batches,
                               int bounces, PathBuffers& paths);
 

@@ -30,35 +30,40 @@ void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
     });
 }
 
-void evaluate(const SceneView& view, GBuffer& g, graph::Graph& graph) {
+void evaluate(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, graph::Graph& graph) {
     const std::size_t paths = view.band.paths();
     graph::Pass pass = graph.add_pass("gbuffer: evaluate");
     pass.read(view.frame_constants, Access::uniform_read);
     pass.read(g.visibility, Access::texture_read);
-    g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
-    g.hits = pass.write(graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}), Access::storage_write);
+    gpu::Defines defines = view.scene.defines();
+    if (outputs.rays) {
+        g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
+        defines.set("HALFLIGHT_PRIMARY_RAYS");
+    }
+    if (outputs.hits) {
+        g.hits = pass.write(graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}), Access::storage_write);
+        defines.set("HALFLIGHT_PRIMARY_HITS");
+    }
     g.surfaces = pass.write(graph.create_buffer("primary surfaces", {paths * view.scene.surface_record_bytes()}),
                             Access::storage_write);
-    pass.execute([view, g, paths](graph::Resources& r) {
+    pass.execute([view, g, paths, defines](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
         r.texture(g.visibility).bind(UNIT_FREE);
-        r.buffer(g.rays).bind_storage(0);
-        r.buffer(g.hits).bind_storage(1);
+        if (g.rays) r.buffer(g.rays).bind_storage(0);
+        if (g.hits) r.buffer(g.hits).bind_storage(1);
         r.buffer(g.surfaces).bind_storage(2);
         view.trace.bind();
         view.scene.bind();
-        r.programs()
-            .compute("shaders/gbuffer.comp", view.scene.defines())
-            .dispatch(static_cast<std::uint32_t>(paths / 64));
+        r.programs().compute("shaders/gbuffer.comp", defines).dispatch(static_cast<std::uint32_t>(paths / 64));
     });
 }
 
 }  // namespace
 
-GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view) {
+GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs) {
     GBuffer g;
     rasterize(view, g, graph);
-    evaluate(view, g, graph);
+    evaluate(view, g, outputs, graph);
     return g;
 }
 

@@ -1,20 +1,30 @@
 #include "passes/prepared_scene.h"
 
 #include <chrono>
+#include <future>
 
 #include "engine/scene/shading_tables.h"
 
 namespace halflight {
 
-PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene) : context_(context) {
+PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)
+    : context_(context), programs_(context.binaries()), keeps_all_(options.keep_all) {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point start = Clock::now();
     validate(scene);
     tables_ = build_trace_tables(scene, kFlattenLimit);
-    buffers_.emplace(tables_, build_shading_tables(scene, tables_));
-    const rays::PackedScene packed = rays::pack_scene(tables_);
+    if (keeps_all_) tables_.alpha_tested = tables_.keep_top_level = true;
+    // Hierarchies on another thread, while this one packs and uploads the rest.
+    auto packing = std::async(std::launch::async, [&] { return rays::pack_scene(tables_); });
+    {
+        const ShadingTables shading =
+            build_shading_tables(scene, tables_, keeps_all_ ? everything_kept() : SceneNeeds());
+        has_environment_ = !shading.environment.pixels.empty();
+        buffers_.emplace(tables_, shading);
+    }
+    const rays::PackedScene packed = packing.get();
     trace_.emplace(tables_, packed, buffers_->defines());
-    cull_tree_ = rays::build_cull_tree(packed);
+    if (options.raster_culling) cull_tree_ = rays::build_cull_tree(packed);
     seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
 }
 

@@ -12,12 +12,17 @@
 
 namespace halflight {
 
+struct PrepareOptions {
+    bool raster_culling = true;  // also what renderers with rays::Culling::raster need
+    bool keep_all = false;       // and everything that the scene has no use for (SceneNeeds)
+};
+
 /// Immutable but for the programs, of which there are more and more. Needs its context current on the calling thread
 /// for as long as it lives. The context must outlive it, the scene need not.
 class PreparedScene {
   public:
     /// Throws Error for a scene that is not valid and for limits of the driver.
-    PreparedScene(gpu::Context& context, const Scene& scene);
+    PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options = {});
     PreparedScene(const PreparedScene&) = delete;
     PreparedScene& operator=(const PreparedScene&) = delete;
 
@@ -25,7 +30,9 @@ class PreparedScene {
     const TraceTables& tables() const { return tables_; }
     const SceneBuffers& buffers() const { return *buffers_; }
     const rays::TraceScene& trace() const { return *trace_; }
-    const rays::CullTree& cull_tree() const { return cull_tree_; }
+    const rays::CullTree& cull_tree() const { return cull_tree_; }  ///< empty unless prepared
+    bool has_environment() const { return has_environment_; }       ///< that is seen where there is no surface
+    bool keeps_all() const { return keeps_all_; }
     gpu::ProgramCache& programs() { return programs_; }
     std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< in device memory
     double seconds() const { return seconds_; }                                           ///< that it took to make
@@ -37,6 +44,8 @@ class PreparedScene {
     std::optional<rays::TraceScene> trace_;
     rays::CullTree cull_tree_;
     gpu::ProgramCache programs_;
+    bool has_environment_ = false;
+    bool keeps_all_;
     double seconds_ = 0;
 };
 

@@ -107,10 +107,13 @@ struct Renderer::State {
         } else {
             tracer.emplace(scene.trace(), settings.culling);
         }
-        if (settings.measure) tracer->count();
-        if (settings.want_view) view_kernel.emplace(colors.view(settings.view));
+        settings.keep_all = scene.keeps_all();
         band = first_band(settings, scene.buffers(), scene.context().limits());
         bands = (settings.height + band.rows - 1) / band.rows;
+        const FrameOptions options = frame_options();
+        if (options.runs > 0 && !options.keep_all) tracer->expect(options.runs);
+        if (settings.measure) tracer->count();
+        if (settings.want_view) view_kernel.emplace(colors.view(settings.view));
         executor.measure(settings.measure);
         places.resize(1);
         compiled(0);
@@ -118,6 +121,15 @@ struct Renderer::State {
         for (const rays::BatchStatistics& batch : tracer->statistics()) bytes += batch.state_bytes;
         if (bytes > 0) places.resize(std::clamp<std::size_t>(settings.state_bytes / bytes, 1, std::size_t(bands)));
         scene.context().check("compiling the frame");
+    }
+
+    FrameOptions frame_options() const {
+        return {.bounces = settings.bounces,
+                .want_squares = asked_for(settings, {"variance"}),
+                .want_features = asked_for(settings, {"albedo", "normal"}),
+                .culling = settings.culling,
+                .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples) * std::uint64_t(bands),
+                .keep_all = settings.keep_all};
     }
 
     /// Of band number `index`.
@@ -129,9 +141,7 @@ struct Renderer::State {
 
     std::unique_ptr<CompiledBand> compile(std::uint32_t place) {
         auto made = std::make_unique<CompiledBand>();
-        const FrameOptions options{settings.bounces, asked_for(settings, {"variance"}),
-                                   asked_for(settings, {"albedo", "normal"})};
-        made->frame = add_frame(made->sample_graph, view(made->sample_graph, place), options, bad_values);
+        made->frame = add_frame(made->sample_graph, view(made->sample_graph, place), frame_options(), bad_values);
         made->sample = graph::compile(made->sample_graph);
         add_data(*made, place);
         return made;
@@ -142,8 +152,11 @@ struct Renderer::State {
         const DebugOptions debug{asked_for(settings, {"nodes"}), asked_for(settings, {"culling"})};
         if (!aov && !debug.nodes && !debug.culling) return;
         const SceneView seen = view(to.data_graph, place);
-        const GBuffer gbuffer = add_gbuffer(to.data_graph, seen);
-        if (aov) to.data_graph.output(to.aov = add_aov(to.data_graph, seen, gbuffer));
+        const bool keep = settings.keep_all;
+        const bool motion = asked_for(settings, {"motion"}) || keep;
+        const GBuffer gbuffer =
+            add_gbuffer(to.data_graph, seen, {.rays = debug.nodes || debug.culling || keep, .hits = aov || keep});
+        if (aov) to.data_graph.output(to.aov = add_aov(to.data_graph, seen, gbuffer, motion));
         if (debug.nodes || debug.culling)
             to.data_graph.output(to.debug = add_debug_aov(to.data_graph, seen, gbuffer, debug));
         to.data = graph::compile(to.data_graph);
@@ -189,7 +202,7 @@ struct Renderer::State {
         imported.emission = import(a.emission);
         imported.direct = import(a.direct);
         imported.indirect = import(a.indirect);
-        const Composite composite = add_composite(graph, band, imported, samples, scene.buffers().needs().environment,
+        const Composite composite = add_composite(graph, band, imported, samples, scene.has_environment(),
                                                   view_kernel ? &*view_kernel : nullptr);
         graph.output(composite.beauty);
         if (composite.view) graph.output(composite.view);
@@ -216,7 +229,8 @@ Renderer::Renderer(PreparedScene& scene, const ColorConfig& colors, RenderSettin
 Renderer::Renderer(gpu::Context& context, const Scene& scene, const ColorConfig& colors,
                    const RenderSettings& settings) {
     check_all(settings);
-    auto own = std::make_unique<PreparedScene>(context, scene);
+    const bool raster = settings.culling == rays::Culling::raster;
+    auto own = std::make_unique<PreparedScene>(context, scene, PrepareOptions{raster, settings.keep_all});
     PreparedScene& prepared = *own;
     state_ = std::make_unique<State>(std::move(own), prepared, colors, settings);
 }
@@ -277,7 +291,9 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     const CompiledBand& first = s.compiled(0);
     stats.gpu_bytes = s.scene.bytes() + s.executor.history().bytes() + pictures +
                       std::max(first.sample.slot_bytes, first.data.slot_bytes);
-    stats.left_out = first.frame.left_out;
+    const TraceTables& tables = s.scene.tables();
+    stats.left_out = left_out(s.scene.buffers().needs(), s.frame_options(),
+                              {tables.positions.size(), tables.triangles.size(), s.band.paths()});
     for (const graph::PassTime& t : s.executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.batches = s.tracer->statistics();
     if (s.raster) stats.raster = s.raster->batches();

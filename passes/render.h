@@ -16,6 +16,7 @@
 #include "engine/rays/tracer.h"
 #include "engine/scene/scene.h"
 #include "passes/frame_settings.h"
+#include "passes/needs.h"
 #include "passes/prepared_scene.h"
 
 namespace halflight {
@@ -40,6 +41,10 @@ struct RenderSettings : FrameSettings {
     bool want_view = false;         // also the picture through `view`
     ViewTransform view;
     rays::Culling culling = rays::Culling::automatic;  // who finds hits; never changes the picture
+    // Build what the scene has no use for, too: passes, buffers, tables, shader code. Never changes the picture. Of
+    // renderers that share a scene, the scene's.
+    bool keep_all = false;
+    int pictures = 0;      // that will be made at most, of `samples` each; 0: any number
     bool measure = false;  // wait for the GPU after each pass to tell its time, and count rays and culling (slower)
     // What is rendered at once: bands of whole rows of 16x16 blocks, of so many pixels at most where one row allows it.
     // Half a gigabyte of buffers by default, of a large picture.
@@ -73,15 +78,15 @@ struct BadValues {
 };
 
 struct RenderStats {
-    int samples = 0;                    // per pixel, done; those of the band that has fewest
-    bool interrupted = false;           // by the callback
-    double prepare_seconds = 0;         // tables, hierarchies, upload, once for all pictures
-    double compile_seconds = 0;         // shaders that this render was the first to need
-    double render_seconds = 0;          // samples
-    std::uint64_t paths = 0;            // width x height x samples
-    std::size_t gpu_bytes = 0;          // buffers and textures, scene and frame
-    std::vector<PassTime> passes;       // with settings.measure, else empty
-    std::vector<std::string> left_out;  // passes that the scene or the settings did not need, with the reason
+    int samples = 0;                // per pixel, done; those of the band that has fewest
+    bool interrupted = false;       // by the callback
+    double prepare_seconds = 0;     // tables, hierarchies, upload, once for all pictures
+    double compile_seconds = 0;     // shaders that this render was the first to need
+    double render_seconds = 0;      // samples
+    std::uint64_t paths = 0;        // width x height x samples
+    std::size_t gpu_bytes = 0;      // buffers and textures, scene and frame
+    std::vector<PassTime> passes;   // with settings.measure, else empty
+    std::vector<LeftOut> left_out;  // what the scene or the settings did not need, with the reason
     std::vector<BadValues> bad_values;
     std::vector<rays::BatchStatistics> batches;  // how rays were traced
     std::vector<rays::RasterBatch> raster;       // with raster culling: what it did

@@ -26,7 +26,7 @@ layout(std430, binding = 5) buffer EmissionSums { double emission_sums[]; };  //
 #define HALFLIGHT_DIRECT
 layout(std430, binding = 6) buffer DirectSums { double direct_sums[]; };  // diffuse rgb, glossy rgb
 #endif
-#ifdef HALFLIGHT_PENDING
+#ifdef HALFLIGHT_INDIRECT
 layout(std430, binding = 7) buffer IndirectSums { double indirect_sums[]; };  // diffuse rgb, glossy rgb
 #endif
 #ifdef HALFLIGHT_SQUARES
@@ -90,11 +90,13 @@ void main() {
     }
 #endif
 
-#ifdef HALFLIGHT_PENDING
+#ifdef HALFLIGHT_INDIRECT
     vec3 later = vec3(0.0);
     if (lobe != kLobeNone) {
         later = states[path].indirect;
+#ifdef HALFLIGHT_PENDING
         if (states[path].pending_light != 0u) later += answered_light(states[path].pending, light_occluded[path]);
+#endif
     }
     later = guarded(later, kCountContinuation);
     beauty += dvec3(later);

@@ -1,4 +1,4 @@
-// Data outputs of the surfaces seen through the pixels' centres.
+// Data outputs of the surfaces seen through the pixels' centres; motion with HALFLIGHT_MOTION.
 #include "shaders/shared/aov.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
@@ -20,15 +20,18 @@ void main() {
     SurfacePoint point = load_surface_point(path);
     bool seen = point.is_surface;
     vec3 position = point.position;
-    vec4 before = frame.previous_view_projection * vec4(position, 1.0);
-    vec2 here = vec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y))) + vec2(0.0, frame.band_y) + frame.jitter;
-    vec2 there = (before.xy / before.w * 0.5 + 0.5) * vec2(frame.size);
     AovRecord record;
     record.position = seen ? position : vec3(0.0);
     record.depth = seen ? dot(position - frame.camera_position.xyz, frame.camera_forward.xyz)
                         : kNoDepth;
+    record.motion = vec2(0.0);
+#ifdef HALFLIGHT_MOTION
+    vec4 before = frame.previous_view_projection * vec4(position, 1.0);
+    vec2 here = vec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y))) + vec2(0.0, frame.band_y) + frame.jitter;
+    vec2 there = (before.xy / before.w * 0.5 + 0.5) * vec2(frame.size);
     // A point that was behind the camera had no place in the picture before.
-    record.motion = seen && before.w > 0.0 ? here - there : vec2(0.0);
+    if (seen && before.w > 0.0) record.motion = here - there;
+#endif
     record.triangle = hits[path].triangle;
     record.instance = hits[path].instance;
     records[path] = record;

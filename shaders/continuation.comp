@@ -1,7 +1,7 @@
 // One vertex of the paths in a list: light that they met is added, light is sampled, and they go on or end.
 //
 // Variants: HALFLIGHT_FIRST_HIT (vertex 1: light met is direct light), HALFLIGHT_PENDING (the last vertex sampled a light),
-// HALFLIGHT_ROULETTE (depth 3 and on), HALFLIGHT_LAST_VERTEX (nothing goes on from here).
+// HALFLIGHT_LAST_VERTEX (nothing goes on from here), HALFLIGHT_LIGHT_SAMPLES (lights are sampled).
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
@@ -20,9 +20,11 @@ layout(std430, binding = 4) buffer States { PathState states[]; };
 layout(std430, binding = 5) readonly buffer Occluded { uint occluded[]; };
 #endif
 #ifndef HALFLIGHT_LAST_VERTEX
+#ifdef HALFLIGHT_LIGHT_SAMPLES
 layout(std430, binding = 6) writeonly buffer ShadowRays { Ray shadow_rays[]; };
 layout(std430, binding = 7) writeonly buffer Lit { uint lit[]; };
 layout(std430, binding = 8) buffer LitHeader { ListHeader lit_header; };
+#endif
 layout(std430, binding = 9) writeonly buffer Leaving { uint leaving[]; };
 layout(std430, binding = 10) buffer LeavingHeader { ListHeader leaving_header; };
 #endif
@@ -35,7 +37,9 @@ uniform uint depth;  // of this vertex, > 0
 #include "shaders/lib/path_list.glsl"
 
 #ifndef HALFLIGHT_LAST_VERTEX
+#ifdef HALFLIGHT_LIGHT_SAMPLES
 DEFINE_APPEND(append_lit, lit_header)
+#endif
 DEFINE_APPEND(append_leaving, leaving_header)
 #endif
 
@@ -79,18 +83,24 @@ void main() {
     Bsdf b = make_bsdf(material, surface.geometric_normal, wo);
     Sampler random = path_sampler(frame, path);
 
+#ifdef HALFLIGHT_LIGHT_SAMPLES
     NextEvent e = sample_next_event(surface.position, surface.offset, b, wo,
                                     sample_1d_bits(random, vertex_dimension(depth, kDimensionLightChoice)),
                                     sample_2d(random, vertex_dimension(depth, kDimensionLightPoint)));
     state.pending = state.throughput * (e.diffuse + e.glossy);
     bool is_lit = active_path && is_hit && contributes(state.pending);
     state.pending_light = is_lit ? 1u : 0u;
+#endif
 
     vec2 choice = sample_2d(random, vertex_dimension(depth, kDimensionLobe));
     vec2 xi = sample_2d(random, vertex_dimension(depth, kDimensionDirection));
-    bool is_diffuse = choice.x < b.p_diffuse;
+    bool is_diffuse = picks_diffuse(b, choice.x);
+#ifdef HALFLIGHT_DIFFUSE
     BsdfSample s = sample_diffuse(b, wo, xi);
-#ifdef HALFLIGHT_GLOSSY
+#else
+    BsdfSample s = sample_glossy(b, wo, xi, choice.y);
+#endif
+#if defined(HALFLIGHT_DIFFUSE) && defined(HALFLIGHT_GLOSSY)
     BsdfSample glossy = sample_glossy(b, wo, xi, choice.y);
     s.direction = is_diffuse ? s.direction : glossy.direction;
     s.weight = is_diffuse ? s.weight : glossy.weight;
@@ -105,18 +115,22 @@ void main() {
         state.indirect = state.throughput;
         goes_on = false;
     }
-#ifdef HALFLIGHT_ROULETTE
+#ifndef HALFLIGHT_FIRST_HIT
+    // From depth 3 on. Not a variant: that would take longer to compile than it saves.
     float survival = min(max(state.throughput.r, max(state.throughput.g, state.throughput.b)), 0.95);
-    goes_on = goes_on && sample_1d(random, vertex_dimension(depth, kDimensionRoulette)) < survival;
-    state.throughput /= survival;
+    bool survives = sample_1d(random, vertex_dimension(depth, kDimensionRoulette)) < survival;
+    goes_on = goes_on && (depth < 3u || survives);
+    state.throughput = depth < 3u ? state.throughput : state.throughput / survival;
 #endif
 
+#ifdef HALFLIGHT_LIGHT_SAMPLES
     uint lit_place = append_lit(is_lit);
-    uint leaving_place = append_leaving(goes_on);
     if (is_lit) {
         shadow_rays[path] = e.ray;
         lit[lit_place] = path;
     }
+#endif
+    uint leaving_place = append_leaving(goes_on);
     if (goes_on) {
         path_rays[path] = ray_from(surface.position, surface.offset, b.geometric_normal, s.direction);
         leaving[leaving_place] = path;

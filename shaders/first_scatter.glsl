@@ -30,7 +30,7 @@ void main() {
     Sampler random = path_sampler(frame, path);
     vec2 choice = sample_2d(random, vertex_dimension(0u, kDimensionLobe));
     vec2 xi = sample_2d(random, vertex_dimension(0u, kDimensionDirection));
-    bool is_diffuse = choice.x < b.p_diffuse;
+    bool is_diffuse = picks_diffuse(b, choice.x);
 #if COMPONENT_GLOSSY
     BsdfSample s = sample_glossy(b, wo, xi, choice.y);
     float p = 1.0 - b.p_diffuse;

@@ -1,4 +1,4 @@
-// From the visibility buffer to rays, hits and surfaces in path order.
+// From the visibility buffer to surfaces in path order; with HALFLIGHT_PRIMARY_RAYS to rays, with HALFLIGHT_PRIMARY_HITS to hits.
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
@@ -9,8 +9,12 @@ layout(local_size_x = 64) in;
 
 layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
 layout(binding = UNIT_FREE) uniform usampler2D visibility;
+#ifdef HALFLIGHT_PRIMARY_RAYS
 layout(std430, binding = 0) writeonly buffer Rays { Ray rays[]; };
+#endif
+#ifdef HALFLIGHT_PRIMARY_HITS
 layout(std430, binding = 1) writeonly buffer Hits { Hit hits[]; };
+#endif
 layout(std430, binding = 2) writeonly buffer Surfaces { vec4 surfaces[]; };
 
 #define HALFLIGHT_STORE_SURFACE
@@ -39,8 +43,12 @@ void main() {
     point.emission = is_hit ? material.emission : inside ? environment_radiance(ray.direction) : vec3(0.0);
     point.is_surface = is_hit;
     store_surface(path, point, bsdf);
-    hit.triangle = is_hit ? hit.triangle : kMiss;
+#ifdef HALFLIGHT_PRIMARY_RAYS
     ray.t_max = inside ? ray.t_max : -1.0;
     rays[path] = ray;
+#endif
+#ifdef HALFLIGHT_PRIMARY_HITS
+    hit.triangle = is_hit ? hit.triangle : kMiss;
     hits[path] = hit;
+#endif
 }

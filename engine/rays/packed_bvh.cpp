@@ -120,7 +120,8 @@ double looseness_of(const std::vector<Bvh>& hierarchies, const std::vector<Grid>
 class Packer {
   public:
     explicit Packer(const TraceTables& tables) : tables_(tables) {
-        packed_.two_level = tables.instances.size() > 1 || (!tables.instances.empty() && !tables.instances[0].identity);
+        packed_.two_level = tables.instances.size() > 1 ||
+                            (!tables.instances.empty() && (tables.keep_top_level || !tables.instances[0].identity));
         if (packed_.two_level) add_top_level();
         std::vector<Bvh> built(tables.blocks.size());
         tbb::parallel_for(std::size_t{0}, built.size(),

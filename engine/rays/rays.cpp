@@ -27,7 +27,8 @@ std::vector<vec4> instance_rows(const TraceTables& tables, const PackedScene& pa
         for (const glm::mat4x3& m : {tables.instances[i].block_to_world, tables.instances[i].world_to_block}) {
             for (int r = 0; r < 3; ++r) rows.emplace_back(m[0][r], m[1][r], m[2][r], m[3][r]);
         }
-        rows.emplace_back(std::bit_cast<float>(shared::kBvhTag | packed.instance_head[i]), 0, 0, 0);
+        rows.emplace_back(std::bit_cast<float>(shared::kBvhTag | packed.instance_head[i]),
+                          tables.instances[i].identity ? 0 : 1, 0, 0);
     }
     return rows;
 }

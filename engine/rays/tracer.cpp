@@ -25,11 +25,6 @@ std::string carried_name(const char* what, const RayBatch& batch) {
     return batch.place == 0 ? name : fmt::format("{}, place {}", name, batch.place);
 }
 
-bool culls_by_tiles(Culling culling, const RayBatch& batch) {
-    return culling == Culling::compute ||
-           (culling == Culling::automatic && (!batch.list || batch.kind == RayKind::occlusion));
-}
-
 graph::BufferHandle carried_lists(graph::Graph& graph, const Tracer& tracer, const RayBatch& batch) {
     return graph.carried_buffer(carried_name("tile lists", batch),
                                 {tile_list_bytes(tracer.scene(), batch, tracer.tile_settings())});
@@ -204,6 +199,16 @@ bool Tracer::ran_by_tiles(const RayBatch& rays) const {
     return found != batches_.end() && found->second->ran() == Way::tiles;
 }
 
+void Tracer::expect(std::uint64_t runs) {
+    short_ = culling_ == Culling::automatic && runs <= Choice::kFirstRuns;
+}
+
+bool Tracer::may_cull_by_tiles(const RayBatch& rays) const {
+    if (culling_ != Culling::automatic) return culling_ == Culling::compute;
+    // Short rays gain by lists that are made anew each time; longer ones of a list have not.
+    return !short_ && (!rays.list || rays.kind == RayKind::occlusion);
+}
+
 Tracer::Batch& Tracer::batch(const RayBatch& rays) {
     std::unique_ptr<Batch>& found = batches_[key_of(rays)];
     if (!found) {
@@ -221,8 +226,9 @@ Tracer::Batch& Tracer::batch(const RayBatch& rays) {
                 break;
             case Culling::automatic:
                 ways = {Way::plain};
-                // Short rays gain by lists that are made anew each time; longer ones of a list have not.
-                if (rays.list && rays.kind != RayKind::occlusion) {
+                if (short_) {
+                    reason = "so few runs end before culling could pay";
+                } else if (!may_cull_by_tiles(rays)) {
                     reason = "rays of a list have no lasting place in tiles";
                 } else {
                     ways.push_back(Way::tiles);
@@ -249,7 +255,7 @@ class BatchRun {
     }
 
     graph::BufferHandle add(graph::BufferHandle results) {
-        if (culls_by_tiles(tracer_.culling_, batch_)) {
+        if (tracer_.may_cull_by_tiles(batch_)) {
             results = add_tiles(results);
         } else {
             if (tracer_.counts_) add_start();
@@ -373,7 +379,7 @@ class BatchRun {
     }
 
     void add_count() {
-        const bool tiles = culls_by_tiles(tracer_.culling_, batch_);
+        const bool tiles = tracer_.may_cull_by_tiles(batch_);
         graph::Pass pass = graph_.add_pass(label_ + ": count");
         pass.keep();
         read_batch(pass, scene_, batch_);
@@ -410,7 +416,7 @@ graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch&
 }
 
 graph::BufferHandle kept_lists(graph::Graph& graph, const Tracer& tracer, const RayBatch& batch) {
-    if (batch.list || !culls_by_tiles(tracer.culling(), batch)) return {};
+    if (batch.list || !tracer.may_cull_by_tiles(batch)) return {};
     return carried_lists(graph, tracer, batch);
 }
 

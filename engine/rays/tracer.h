@@ -74,6 +74,11 @@ class Tracer {
     const TraceScene& scene() const { return scene_; }
     Culling culling() const { return culling_; }  ///< off, where a server does everything
     const TileSettings& tile_settings() const { return tiles_; }
+    /// Before any graph is made: there will be so many runs of each batch at most. Where `automatic` would try nothing
+    /// in these, the plain tracer is all there is, and no buffer is made for anything else.
+    void expect(std::uint64_t runs);
+    /// Whether tiles come into question for such a batch.
+    bool may_cull_by_tiles(const RayBatch& rays) const;
     /// Camera cut, scene edit, resize: what is known of the fastest way is forgotten, and what a server knows. The tile
     /// lists are carried buffers of the graph's History, which is invalidated there.
     void invalidate();
@@ -96,6 +101,7 @@ class Tracer {
     BatchServer* server_ = nullptr;
     TileSettings tiles_;
     bool counts_ = false;
+    bool short_ = false;  // no run will be one on trial
     std::map<std::string, std::unique_ptr<Batch>> batches_;
 };
 

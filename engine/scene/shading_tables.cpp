@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 
 #include "engine/scene/albedo.h"
 #include "engine/scene/lights.h"
@@ -44,7 +45,8 @@ struct Carrier {
 
 class Builder {
   public:
-    Builder(const Scene& scene, const TraceTables& trace) : scene_(scene), trace_(trace), pools_(scene, tables_) {}
+    Builder(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept)
+        : scene_(scene), trace_(trace), kept_(kept), pools_(scene, tables_) {}
 
     ShadingTables build() {
         std::vector<bool> used(scene_.materials.size(), false);
@@ -57,17 +59,23 @@ class Builder {
             tables_.materials.resize((i + 1) * shared::kMaterialStride, vec4(0));
             if (used[i]) add_material(scene_.materials[i], &tables_.materials[i * shared::kMaterialStride]);
         }
-        needs.normal_maps = needs.normal_texture || needs.clearcoat_normal_texture;
-        add_vertices();
+        // Takes a while, and nothing else depends on it.
+        std::future<Image> albedo;
+        if (needs.glossy || kept_.glossy) albedo = std::async(std::launch::async, build_albedo_table);
         add_lights();
-        if (needs.glossy) tables_.albedo = build_albedo_table();
+        needs = united(needs, kept_);
+        fill_light_tables();
+        add_vertices();
+        if (albedo.valid()) tables_.albedo = albedo.get();
         return std::move(tables_);
     }
 
   private:
     void find_attributes() {
         for (const MeshRange& range : trace_.ranges) {
-            tables_.needs.vertex_colors |= !scene_.meshes[range.mesh].colors.empty();
+            const std::vector<vec4>& colors = scene_.meshes[range.mesh].colors;
+            tables_.needs.vertex_colors |=
+                std::any_of(colors.begin(), colors.end(), [](const vec4& c) { return c != vec4(1); });
             has_tangents_ |= !scene_.meshes[range.mesh].tangents.empty();
         }
     }
@@ -160,6 +168,12 @@ class Builder {
         needs.punctual_lights = lights.punctual_count > 0;
         needs.environment = !lights.environment.pixels.empty();
         needs.environment_map = needs.environment && !scene_.environment.map.pixels.empty();
+        needs.light_choice = lights.probabilities.size() > 1;
+        for (std::size_t i = 0; i < lights.punctual_count; ++i) {
+            const vec4& head = lights.rows[(lights.triangle_count + i) * shared::kLightStride];
+            needs.spot_lights |= shared::word_of_float(head.w) == shared::kLightSpot;
+            needs.directional_lights |= shared::word_of_float(head.w) == shared::kLightDirectional;
+        }
         tables_.lights = std::move(lights.rows);
         tables_.light_alias = std::move(lights.alias);
         tables_.light_of_triangle = std::move(lights.light_of_triangle);
@@ -167,8 +181,24 @@ class Builder {
         tables_.environment_cells = std::move(lights.environment_cells);
     }
 
+    /// Where shaders are to look at lights that are not there: one that lights nothing, triangles that are none, a
+    /// black sky.
+    void fill_light_tables() {
+        const SceneNeeds& needs = tables_.needs;
+        if (needs.lights() && tables_.lights.empty()) {
+            tables_.lights.assign(shared::kLightStride, vec4(0));
+            tables_.lights[0].w = shared::float_of_word(shared::kLightTriangle);
+            tables_.light_alias = {vec2(1, shared::float_of_word(0))};
+        }
+        std::vector<std::uint32_t>& of_triangle = tables_.light_of_triangle;
+        if (needs.area_lights && of_triangle.empty()) of_triangle.assign(trace_.triangles.size(), shared::kNoLight);
+        if (needs.area_lights && needs.instances) of_triangle.resize(trace_.triangles.size() + trace_.instances.size());
+        if (needs.environment && tables_.environment_cells.empty()) tables_.environment_cells.assign(2, vec4(0));
+    }
+
     const Scene& scene_;
     const TraceTables& trace_;
+    const SceneNeeds& kept_;
     bool has_tangents_ = false;
     ShadingTables tables_;
     TexturePools pools_;
@@ -176,57 +206,8 @@ class Builder {
 
 }  // namespace
 
-bool SceneNeeds::textures() const {
-    return base_color_texture || metallic_roughness_texture || normal_texture || emission_texture || specular_texture ||
-           specular_color_texture || clearcoat_texture || clearcoat_roughness_texture || clearcoat_normal_texture ||
-           transmission_texture;
-}
-
-int SceneNeeds::vertex_stride() const {
-    return 1 + (textures() ? 1 : 0) + (normal_maps ? 1 : 0) + (vertex_colors ? 1 : 0);
-}
-
-std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds& needs) {
-    const std::pair<const char*, bool> flags[] = {
-        {"ALPHA", needs.alpha},
-        {"AREA_LIGHTS", needs.area_lights},
-        {"CLEARCOAT", needs.clearcoat},
-        {"DIFFUSE", needs.diffuse},
-        {"EMISSION", needs.emission},
-        {"ENVIRONMENT", needs.environment},
-        {"ENVIRONMENT_MAP", needs.environment_map},
-        {"GLOSSY", needs.glossy},
-        {"INSTANCES", needs.instances},
-        {"LIGHTS", needs.lights()},
-        {"NORMAL_MAPS", needs.normal_maps},
-        {"PUNCTUAL_LIGHTS", needs.punctual_lights},
-        {"SPECULAR_COLOR", needs.specular_color},
-        {"TEXTURES", needs.textures()},
-        {"TEXTURE_BASE_COLOR", needs.base_color_texture},
-        {"TEXTURE_CLEARCOAT", needs.clearcoat_texture},
-        {"TEXTURE_CLEARCOAT_NORMAL", needs.clearcoat_normal_texture},
-        {"TEXTURE_CLEARCOAT_ROUGHNESS", needs.clearcoat_roughness_texture},
-        {"TEXTURE_EMISSION", needs.emission_texture},
-        {"TEXTURE_METALLIC_ROUGHNESS", needs.metallic_roughness_texture},
-        {"TEXTURE_NORMAL", needs.normal_texture},
-        {"TEXTURE_SPECULAR", needs.specular_texture},
-        {"TEXTURE_SPECULAR_COLOR", needs.specular_color_texture},
-        {"TEXTURE_TRANSFORMS", needs.texture_transforms},
-        {"TEXTURE_TRANSMISSION", needs.transmission_texture},
-        {"TRANSMISSION", needs.transmission},
-        {"UNLIT", needs.unlit},
-        {"VERTEX_COLORS", needs.vertex_colors},
-    };
-    std::vector<std::pair<std::string, std::string>> defines;
-    for (const auto& [name, on] : flags) {
-        if (on) defines.emplace_back(std::string("HALFLIGHT_") + name, "1");
-    }
-    defines.emplace_back("HALFLIGHT_VERTEX_STRIDE", std::to_string(needs.vertex_stride()));
-    return defines;
-}
-
-ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace) {
-    return Builder(scene, trace).build();
+ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept) {
+    return Builder(scene, trace, kept).build();
 }
 
 }  // namespace halflight

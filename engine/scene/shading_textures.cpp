@@ -49,7 +49,14 @@ std::uint32_t TexturePools::add(const TextureRef& texture, bool is_color) {
               std::bit_cast<std::uint32_t>(m[2].x), 0),
         uvec4(std::bit_cast<std::uint32_t>(m[0].y), std::bit_cast<std::uint32_t>(m[1].y),
               std::bit_cast<std::uint32_t>(m[2].y), 0)};
-    tables_.needs.texture_transforms |= m != TextureRef{}.uv_transform;
+    SceneNeeds& needs = tables_.needs;
+    needs.texture_transforms |= m != TextureRef{}.uv_transform;
+    needs.texture_uv_set_1 |= texture.uv_set == 1;
+    needs.texture_nearest |= texture.nearest;
+    for (const Wrap wrap : {texture.wrap_u, texture.wrap_v}) {
+        needs.texture_mirrored |= wrap == Wrap::mirrored_repeat;
+        needs.texture_clamped |= wrap == Wrap::clamp_to_edge;
+    }
 
     const std::string key(reinterpret_cast<const char*>(descriptor.data()), sizeof descriptor);
     const auto next = static_cast<std::uint32_t>(tables_.textures.size() / shared::kTextureStride);

@@ -64,7 +64,8 @@ struct TraceTables {
     std::vector<MeshRange> ranges;
     std::vector<Block> blocks;
     std::vector<BlockInstance> instances;  // at least one where there is a triangle; identity first, then scene order
-    bool alpha_tested = false;             // whether any triangle has kTriangleAlpha
+    bool alpha_tested = false;    // whether kernels test alpha: some triangle has kTriangleAlpha, or it is kept
+    bool keep_top_level = false;  // a hierarchy over instances, even if one of them is all there is
 };
 
 /// Precondition: validate(scene) passes. A mesh used once is merged into block 0, and so is each instance whose

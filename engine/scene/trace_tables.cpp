@@ -132,10 +132,15 @@ class Builder {
 
     void find_alpha() {
         if (scene_.materials.size() >= kTriangleMaterialMask) throw Error(scene_.name, "more than 2^24 materials");
-        for (const TextureImage& image : scene_.images) {
+        image_alpha_.assign(scene_.images.size(), -1);
+        for (const Material& material : scene_.materials) {
+            if (material.alpha_mode == AlphaMode::opaque || !material.base_color_texture) continue;
+            const auto index = static_cast<std::size_t>(material.base_color_texture.image);
+            if (image_alpha_[index] >= 0) continue;
+            const TextureImage& image = scene_.images[index];
             std::uint8_t lowest = 255;
             for (std::size_t i = 3; i < image.rgba.size(); i += 4) lowest = std::min(lowest, image.rgba[i]);
-            image_alpha_.push_back(static_cast<float>(lowest) / 255.0f);
+            image_alpha_[index] = static_cast<float>(lowest) / 255.0f;
         }
     }
 
@@ -255,7 +260,7 @@ class Builder {
     const Scene& scene_;
     std::size_t flatten_limit_;
     std::vector<char> shared_;        // per scene instance
-    std::vector<float> image_alpha_;  // lowest of each image
+    std::vector<float> image_alpha_;  // lowest of each image that alpha may depend on
     TraceTables tables_;
 };
 

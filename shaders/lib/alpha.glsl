@@ -25,7 +25,7 @@ Coverage coverage_at(uint triangle, float u, float v) {
     c.alpha *= color_texture(word_of_float(cutoff_slots.y), uvs.xy, uvs.zw).a;
 #endif
 #ifdef HALFLIGHT_VERTEX_COLORS
-    c.alpha *= interpolate_row(t.xyz, weights, HALFLIGHT_VERTEX_STRIDE - 1).a;
+    c.alpha *= interpolate_color(t.xyz, weights).a;
 #endif
     return c;
 }

@@ -34,7 +34,7 @@ float ggx_alpha(float roughness) {
 }
 
 Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
-    Bsdf b;
+    precise Bsdf b;  // lobes that a material has not got change no bit of the others, whichever are compiled in
     b.geometric_normal = geometric_normal;
     b.normal = m.normal;
     b.coat_normal = m.coat_normal;
@@ -80,11 +80,25 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     float specular = average(b.specular * whole + b.specular_edge * albedo.y);
     float glossy = specular + transmission + coat_albedo;
     float sum = diffuse + glossy;
-    b.p_diffuse = sum > 0.0 ? diffuse / sum : 1.0;  // black: either will do
+    b.p_diffuse = glossy > 0.0 ? diffuse / sum : 1.0;  // black: either will do
     b.p_transmission = glossy > 0.0 ? transmission / glossy : 0.0;
     b.p_coat = glossy > 0.0 ? coat_albedo / glossy : 0.0;
 #endif
+#ifndef HALFLIGHT_DIFFUSE
+    b.p_diffuse = 0.0;
+#endif
     return b;
+}
+
+// Which component a uniform number picks; a constant where the scene has but one.
+bool picks_diffuse(Bsdf b, float choice) {
+#ifndef HALFLIGHT_DIFFUSE
+    return false;
+#elif !defined(HALFLIGHT_GLOSSY)
+    return true;
+#else
+    return choice < b.p_diffuse;
+#endif
 }
 
 // Among the glossy lobes.
@@ -103,8 +117,12 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
     float side_n = dot(b.normal, wi);
     bool reflected = side_g > 0.0 && side_n > 0.0;
     BsdfValue value;
+    value.pdf_diffuse = 0.0;
+    value.diffuse = vec3(0.0);
+#ifdef HALFLIGHT_DIFFUSE
     value.pdf_diffuse = reflected ? side_n * 0.318309886184 : 0.0;
     value.diffuse = b.diffuse * value.pdf_diffuse;
+#endif
     value.glossy = vec3(0.0);
     value.pdf_glossy = 0.0;
 #ifdef HALFLIGHT_GLOSSY

@@ -51,14 +51,19 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
 
 void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 last, inout LightSample s) {
     vec4 axis = texelFetch(scene_lights, row + 1);
-    float cone_scale = texelFetch(scene_lights, row + 2).x;
     vec3 to_light = head.xyz - position;
     float square = dot(to_light, to_light);
-    bool directional = kind == kLightDirectional;
+    bool directional = false;
+#ifdef HALFLIGHT_DIRECTIONAL_LIGHTS
+    directional = kind == kLightDirectional;
+#endif
     s.direction = directional ? -axis.xyz : to_light * inversesqrt(max(square, 1e-37));
-    float cone = clamp((dot(-s.direction, axis.xyz) - axis.w) * cone_scale, 0.0, 1.0);
     float falloff = directional ? 1.0 : (square > 0.0 ? 1.0 / square : 0.0);
+#ifdef HALFLIGHT_SPOT_LIGHTS
+    float cone_scale = texelFetch(scene_lights, row + 2).x;
+    float cone = clamp((dot(-s.direction, axis.xyz) - axis.w) * cone_scale, 0.0, 1.0);
     falloff *= kind == kLightSpot ? cone * cone : 1.0;
+#endif
     s.weight = last.rgb * (isinf(falloff) ? 0.0 : falloff / last.w);
     s.end = head.xyz;
     s.at_infinity = directional;
@@ -74,10 +79,15 @@ LightSample sample_light(vec3 position, uint choice, vec2 xi) {
     s.at_infinity = false;
     s.end = position;
 #ifdef HALFLIGHT_LIGHTS
-    uint light, fraction;
-    uint count = uint(textureSize(scene_lights) / kLightStride);
+    uint light = 0u;
+    uint fraction = choice;
+    uint count = 1u;
+    vec2 alias = vec2(1.0, 0.0);
+#ifdef HALFLIGHT_LIGHT_CHOICE
+    count = uint(textureSize(scene_lights) / kLightStride);
     umulExtended(choice, count, light, fraction);
-    vec2 alias = texelFetch(light_alias, int(light)).xy;
+    alias = texelFetch(light_alias, int(light)).xy;
+#endif
     float u = unit_float(fraction);
     bool keep = u < alias.x;
     light = keep ? light : word_of_float(alias.y);

@@ -22,5 +22,7 @@ NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, uint c
 }
 
 // MIS weight of light that a sampled ray meets: pdf is the ray's density within its component times the component's
-// probability (0: delta).
-float met_light_weight(float pdf, float light_density) { return pdf == 0.0 ? 1.0 : power_heuristic(pdf, light_density); }
+// probability (0: delta). Exactly 1 where only one of the two can find it.
+float met_light_weight(float pdf, float light_density) {
+    return pdf == 0.0 || light_density == 0.0 ? 1.0 : power_heuristic(pdf, light_density);
+}

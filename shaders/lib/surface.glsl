@@ -61,7 +61,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     float handedness = uv_rest.w < 0.0 ? -1.0 : 1.0;
 #endif
 #ifdef HALFLIGHT_VERTEX_COLORS
-    s.color = interpolate_row(triangle.xyz, weights, HALFLIGHT_VERTEX_STRIDE - 1);
+    s.color = interpolate_color(triangle.xyz, weights);
 #endif
 #ifdef HALFLIGHT_INSTANCES
     vec4 m0 = instance_row(hit.instance, kInstanceBlockToWorld, 0);
@@ -76,7 +76,8 @@ Surface surface_at(Hit hit, vec3 direction) {
     vec3 translation = abs(vec3(m0.w, m1.w, m2.w));
     vec3 reach = abs(vec3(dot(m0, p), dot(m1, p), dot(m2, p))) + 2.0 * translation;
     mat3 absolute_inverse = mat3(abs(inverse_rows[0]), abs(inverse_rows[1]), abs(inverse_rows[2]));
-    error += rounding_bound(5.0) * (abs(s.position) + reach * absolute_inverse);
+    float moved = instance_row(hit.instance, kInstanceTracer, 0).y;  // 0: in world space already, and nothing is rounded
+    error += moved * rounding_bound(5.0) * (abs(s.position) + reach * absolute_inverse);
 #endif
     // Rays that start on an edge where walls meet would pass through the other wall as often as not: the point is kept off
     // the edges, four times as far as it may be off itself, so that walls may meet at angles down to 1/4. Attributes stay
@@ -91,7 +92,8 @@ Surface surface_at(Hit hit, vec3 direction) {
     s.position = vec3(dot(m0, p), dot(m1, p), dot(m2, p));
     float block_face = length(face);
     face = inverse_rows * face;  // columns are the rows of W, so this is by its transpose
-    sliver *= block_face / max(length(face), 1e-30);  // heights over planes grow as their normals shrink
+    // Heights over planes grow as their normals shrink.
+    sliver *= moved != 0.0 ? block_face / max(length(face), 1e-30) : 1.0;
     normal = inverse_rows * normal;
 #ifdef HALFLIGHT_NORMAL_MAPS
     tangent = vec3(dot(m0.xyz, tangent), dot(m1.xyz, tangent), dot(m2.xyz, tangent));

@@ -8,10 +8,16 @@ struct TexelFootprint {
 
 // One axis of a lookup at coordinate s, in texels of an axis that has `size` of them.
 void wrap_axis(float s, int size, uint wrap, bool nearest, out int first, out int second, out float weight) {
-    bool repeat = wrap == kWrapRepeat;
-    float folded = repeat                        ? fract(s)
-                   : wrap == kWrapMirroredRepeat ? 1.0 - abs(1.0 - 2.0 * fract(0.5 * s))
-                                                 : clamp(s, 0.0, 1.0);
+    bool repeat = true;
+    float folded = fract(s);
+#ifdef HALFLIGHT_TEXTURE_MIRRORED
+    folded = wrap == kWrapMirroredRepeat ? 1.0 - abs(1.0 - 2.0 * fract(0.5 * s)) : folded;
+    repeat = wrap != kWrapMirroredRepeat;
+#endif
+#ifdef HALFLIGHT_TEXTURE_CLAMPED
+    folded = wrap == kWrapClampToEdge ? clamp(s, 0.0, 1.0) : folded;
+    repeat = repeat && wrap != kWrapClampToEdge;
+#endif
     float x = folded * float(size) - (nearest ? 0.0 : 0.5);
     float cell = floor(x);
     weight = nearest ? 0.0 : x - cell;
@@ -27,12 +33,18 @@ TexelFootprint texture_footprint(uint descriptor, vec2 uv0, vec2 uv1) {
     int row = int(descriptor) * kTextureStride;
     uvec4 head = texelFetch(scene_textures, row);
     uint flags = head.w;
-    vec2 uv = (flags & kTextureUvSet1) != 0u ? uv1 : uv0;
+    vec2 uv = uv0;
+#ifdef HALFLIGHT_TEXTURE_UV_SET_1
+    uv = (flags & kTextureUvSet1) != 0u ? uv1 : uv0;
+#endif
 #ifdef HALFLIGHT_TEXTURE_TRANSFORMS
     uv = vec2(dot(uintBitsToFloat(texelFetch(scene_textures, row + 1).xyz), vec3(uv, 1.0)),
               dot(uintBitsToFloat(texelFetch(scene_textures, row + 2).xyz), vec3(uv, 1.0)));
 #endif
-    bool nearest = (flags & kTextureNearest) != 0u;
+    bool nearest = false;
+#ifdef HALFLIGHT_TEXTURE_NEAREST
+    nearest = (flags & kTextureNearest) != 0u;
+#endif
     ivec2 size = ivec2(head.yz);
     ivec2 first, second;
     TexelFootprint f;

@@ -15,3 +15,12 @@ vec4 interpolate_uvs(uvec3 corners, vec3 weights) {
     return vec4(interpolate_row(corners, weights, kVertexNormalTexel).w,
                 interpolate_row(corners, weights, kVertexUvTexel).xyz);
 }
+
+#ifdef HALFLIGHT_VERTEX_COLORS
+// Exactly the corners' colour where they have the same one; weights that do not quite add up to 1 must not make white grey.
+vec4 interpolate_color(uvec3 corners, vec3 weights) {
+    const int texel = HALFLIGHT_VERTEX_STRIDE - 1;
+    vec4 first = vertex_row(corners.x, texel);
+    return first + weights.y * (vertex_row(corners.y, texel) - first) + weights.z * (vertex_row(corners.z, texel) - first);
+}
+#endif

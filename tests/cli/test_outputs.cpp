@@ -412,12 +412,63 @@ TEST_F(Output, InfoNamesThePassesThatRun) {
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         std::set<std::string> left_out;
         const auto stats = nlohmann::json::parse(read_text(file("stats.json")));
-        for (const std::string line : stats.at("left_out")) left_out.insert(line.substr(0, line.find(':')));
+        for (const auto& part : stats.at("left_out")) left_out.insert(part.at("what").get<std::string>());
         for (const char* pass : {"gbuffer", "shadow", "diffuse", "glossy", "continuation"})
             EXPECT_NE(std::ranges::count(named, pass), left_out.count(pass)) << pass;
     };
     check(scene);
     check(copy_room(folder.path, false));
+}
+
+TEST_F(Output, InfoListsWhatIsLeftOutWithTheBytes) {
+    const Outcome json = run_program({"info", "--needs", "--json", scene});
+    ASSERT_EQ(json.status, 0) << json.err;
+    std::map<std::string, nlohmann::json> parts;
+    for (const auto& part : nlohmann::json::parse(json.out).at("left_out")) parts[part.at("what")] = part;
+    EXPECT_EQ(parts.at("alpha tests").at("fact"), "alpha decides no hit");
+    EXPECT_GE(parts.at("sums of squares").at("bytes"), 1280 * 720 * 24);
+    EXPECT_FALSE(parts.contains("area lights"));
+    const Outcome text = run_program({"info", "--needs", scene});
+    EXPECT_TRUE(std::regex_search(text.out, std::regex("alpha tests +0  alpha decides no hit"))) << text.out;
+    EXPECT_EQ(run_program({"info", scene}).out.find("alpha decides"), std::string::npos);
+    EXPECT_EQ(run_program({"info", "--device", "--needs"}).status, 2);
+}
+
+TEST_F(Output, KeepAllKeepsThePicture) {
+    render({file("lean.exr"), "--stats", file("lean.json")});
+    render({file("kept.exr"), "--stats", file("kept.json"), "--keep-all"});
+    EXPECT_TRUE(same_pixels(file("lean.exr"), file("kept.exr")));
+    const auto lean = nlohmann::json::parse(read_text(file("lean.json")));
+    const auto kept = nlohmann::json::parse(read_text(file("kept.json")));
+    EXPECT_GT(kept.at("gpu_bytes"), lean.at("gpu_bytes"));
+    EXPECT_GT(lean.at("left_out").size(), kept.at("left_out").size());
+}
+
+TEST_F(Output, CompiledShadersAreKeptForTheNextRun) {
+    const RunOptions cached{.environment = {"XDG_CACHE_HOME=" + folder.path.string()}};
+    const std::filesystem::path programs = folder.path / "halflight" / "programs";
+    const auto count = [&] {
+        using std::filesystem::directory_iterator;
+        return std::filesystem::exists(programs) ? std::distance(directory_iterator(programs), {}) : 0;
+    };
+    render({file("none.exr"), "--no-shader-cache"}, cached);
+    EXPECT_EQ(count(), 0);
+    render({file("cold.exr")}, cached);
+    const auto kept = count();
+    if (kept == 0) GTEST_SKIP() << "this driver gives no program binaries";
+    render({file("warm.exr")}, cached);
+    EXPECT_EQ(count(), kept);
+    // Whatever else lies there costs time at most.
+    int i = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(programs)) {
+        const std::string good = read_text(entry.path());
+        const std::string bad[] = {"", good.substr(0, good.size() / 2), std::string(good.size(), 'x')};
+        write_text(entry.path(), bad[i++ % 3]);
+    }
+    render({file("bad.exr")}, cached);
+    for (const char* name : {"cold.exr", "warm.exr", "bad.exr"})
+        EXPECT_TRUE(same_pixels(file("none.exr"), file(name))) << name;
+    EXPECT_EQ(count(), kept) << "replaced";
 }
 
 TEST_F(Output, InfoListsDevices) {

@@ -36,38 +36,14 @@ void main() {
 class ShadingVariants : public GpuTest {};
 
 TEST_F(ShadingVariants, Compile) {
-    const std::vector<bool SceneNeeds::*> alone = {
-        &SceneNeeds::instances,   &SceneNeeds::vertex_colors,   &SceneNeeds::alpha,
-        &SceneNeeds::unlit,       &SceneNeeds::diffuse,         &SceneNeeds::glossy,
-        &SceneNeeds::emission,    &SceneNeeds::area_lights,     &SceneNeeds::environment,
-        &SceneNeeds::normal_maps, &SceneNeeds::punctual_lights, &SceneNeeds::texture_transforms};
-    const std::vector<bool SceneNeeds::*> textures = {
-        &SceneNeeds::base_color_texture,       &SceneNeeds::metallic_roughness_texture,
-        &SceneNeeds::normal_texture,           &SceneNeeds::emission_texture,
-        &SceneNeeds::specular_texture,         &SceneNeeds::specular_color_texture,
-        &SceneNeeds::clearcoat_texture,        &SceneNeeds::clearcoat_roughness_texture,
-        &SceneNeeds::clearcoat_normal_texture, &SceneNeeds::transmission_texture};
-    // What each implies, as build_shading_tables sets it.
-    const auto complete = [](SceneNeeds n) {
-        n.emission |= n.unlit || n.area_lights || n.emission_texture;
-        n.area_lights |= n.emission_texture;
-        n.clearcoat |= n.clearcoat_texture || n.clearcoat_roughness_texture || n.clearcoat_normal_texture;
-        n.transmission |= n.transmission_texture;
-        n.specular_color |= n.specular_color_texture;
-        n.normal_maps = n.normal_texture || n.clearcoat_normal_texture;
-        n.base_color_texture |= n.texture_transforms;
-        n.glossy |= n.clearcoat || n.transmission || n.specular_color || n.specular_texture;
-        return n;
-    };
-    std::vector<SceneNeeds> variants(1);
-    SceneNeeds all;
-    for (const auto& flags : {alone, textures}) {
-        for (const auto flag : flags) {
-            SceneNeeds one;
-            one.*flag = true;
-            all.*flag = true;
-            variants.push_back(complete(one));
-        }
+    std::vector<SceneNeeds> variants = {SceneNeeds(), everything_kept()};
+    SceneNeeds all = everything_kept();
+    all.environment_map = true;
+    variants.push_back(all);
+    for (const SceneNeed& need : known_scene_needs()) {
+        SceneNeeds one;
+        one.*need.flag = true;
+        variants.push_back(united(one, {}));
     }
     for (const bool map : {false, true}) {
         SceneNeeds lobes;
@@ -75,8 +51,6 @@ TEST_F(ShadingVariants, Compile) {
         lobes.environment_map = map;
         variants.push_back(lobes);
     }
-    all.environment_map = true;
-    variants.push_back(complete(all));
     for (const SceneNeeds& needs : variants) {
         gpu::Defines defines;
         std::string text;

@@ -78,6 +78,10 @@ void add_run_options(Options& options, RenderArguments& a) {
     options.value("--culling", "WAY", "how hits are found, never which: auto (default), compute, raster, off",
                   [&](const auto& name, const auto& text) { a.culling = culling_named(name, text); });
     options.flag("--strict", a.strict, "write nothing if any pass gives a NaN, an infinity or a negative radiance");
+    options.flag("--keep-all", a.keep_all,
+                 "build what the scene has no use for, too; costs time and memory, never changes the picture");
+    options.flag("--no-shader-cache", a.no_shader_cache,
+                 "neither look for compiled shaders in $XDG_CACHE_HOME/halflight nor keep them there");
     options.path("--stats", "FILE.json", "write what was done, and the time of each pass; counting makes it slower",
                  a.stats);
     options.path("--dump-graph", "FILE.dot", "write the frame's graph of passes for Graphviz", a.graph);
@@ -123,6 +127,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
 }
 
 void check(const InfoArguments& a) {
+    if (a.needs && !a.scene) throw UsageError("--needs", "is about a scene, and none is given");
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
 }
 
@@ -181,6 +186,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     info_app.allow_extras();
     info_app.add_option("SCENE", info.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("");
     info_app.add_flag("--device", info.device, "list the devices tried, and why each was or was not taken");
+    info_app.add_flag("--needs", info.needs, "list what rendering the scene does without, why, and the bytes saved");
     info_app.add_flag("--json", info.json, "as JSON");
     info_app.add_flag("--allow-outside", info.allow_outside, "the scene may name files outside its folder");
 

@@ -59,6 +59,8 @@ struct RenderArguments : ViewArguments {
 
     rays::Culling culling = rays::Culling::automatic;
     bool strict = false;  // bad values are an error
+    bool keep_all = false;
+    bool no_shader_cache = false;
     std::optional<std::filesystem::path> stats;
     std::optional<std::filesystem::path> graph;
 };
@@ -75,6 +77,7 @@ struct ConvergeArguments : ViewArguments {
 struct InfoArguments {
     std::optional<std::filesystem::path> scene;
     bool device = false;  // list devices
+    bool needs = false;   // what rendering does without
     bool json = false;
     bool allow_outside = false;
 };

@@ -6,8 +6,8 @@
 #include <functional>
 
 #include "engine/scene/shading_tables.h"
-#include "passes/frame.h"
 #include "passes/render.h"
+#include "passes/scene_view.h"
 
 namespace halflight {
 namespace {
@@ -113,8 +113,9 @@ Json repaired(const SceneReport& report) {
 Json passes(const Scene& scene) {
     const SceneNeeds needs = build_shading_tables(scene, build_trace_tables(scene, kFlattenLimit)).needs;
     Json names = {"gbuffer"};
-    for (const PassNeed& need : needed_passes(needs, RenderSettings().bounces))
-        if (!need.left_out) names.push_back(need.pass);
+    const FrameNeeds frame = frame_needs(needs, {.bounces = RenderSettings().bounces});
+    for (const FramePart& pass : {frame.shadow, frame.diffuse, frame.glossy, frame.continuation})
+        if (pass) names.push_back(pass.name);
     return names;
 }
 
@@ -138,6 +139,21 @@ Json scene_facts(const Scene& scene) {
             {"lights", lights(scene)},          {"material_features", features(scene)},
             {"passes", passes(scene)},          {"repaired", repaired(scene.report)},
             {"warnings", scene.report.warnings}};
+}
+
+Json left_out_json(const std::vector<LeftOut>& left_out) {
+    Json list = Json::array();
+    for (const LeftOut& l : left_out) list.push_back({{"what", l.what}, {"fact", l.fact}, {"bytes", l.bytes}});
+    return list;
+}
+
+std::vector<LeftOut> scene_left_out(const Scene& scene) {
+    const RenderSettings usual;
+    const TraceTables tables = build_trace_tables(scene, kFlattenLimit);
+    return left_out(build_shading_tables(scene, tables).needs, {.bounces = usual.bounces},
+                    {.vertices = tables.positions.size(),
+                     .triangles = tables.triangles.size(),
+                     .paths = Band{{usual.width, usual.height}, 0, usual.height}.paths()});
 }
 
 }  // namespace halflight

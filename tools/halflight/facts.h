@@ -3,7 +3,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include <vector>
+
 #include "engine/scene/scene.h"
+#include "passes/needs.h"
 
 namespace halflight {
 
@@ -12,5 +15,10 @@ nlohmann::ordered_json scene_counts(const Scene& scene);
 
 /// All that `halflight info SCENE` tells, but for the file itself.
 nlohmann::ordered_json scene_facts(const Scene& scene);
+
+/// A list of {what, fact, bytes}.
+nlohmann::ordered_json left_out_json(const std::vector<LeftOut>& left_out);
+/// What rendering the scene with the default settings does without.
+std::vector<LeftOut> scene_left_out(const Scene& scene);
 
 }  // namespace halflight

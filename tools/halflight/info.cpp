@@ -62,6 +62,14 @@ void print_devices(const Json& attempts) {
                    scalar_text(attempts[i]["reason"]));
 }
 
+/// What, why, and what it would take.
+void print_left_out(const Json& list) {
+    fmt::print("left out with the default settings, and the bytes that it would take\n");
+    for (const Json& l : list)
+        fmt::print("  {:<30} {:>12}  {}\n", l["what"].get<std::string>(), l["bytes"].get<std::size_t>(),
+                   l["fact"].get<std::string>());
+}
+
 }  // namespace
 
 void run_info(const InfoArguments& a) {
@@ -72,14 +80,18 @@ void run_info(const InfoArguments& a) {
         all["file"] = a.scene->string();
         all["bytes"] = std::filesystem::file_size(*a.scene);
         all.update(scene_facts(scene));
+        if (a.needs) all["left_out"] = left_out_json(scene_left_out(scene));
     }
     if (a.json) {
         fmt::print("{}\n", all.dump(2));
         return;
     }
     if (a.device) print_devices(all["devices"]);
+    const Json left_out = all.value("left_out", Json());
     all.erase("devices");
+    all.erase("left_out");
     print_text(all, 0);
+    if (a.needs) print_left_out(left_out);
 }
 
 }  // namespace halflight

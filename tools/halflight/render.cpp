@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <future>
 
+#include "engine/gpu/program_binaries.h"
 #include "engine/io/files.h"
 #include "tools/halflight/camera.h"
 #include "tools/halflight/commands.h"
@@ -56,6 +58,8 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.time_limit = a.time.value_or(0);
     settings.bounces = a.bounces;
     settings.culling = a.culling;
+    settings.keep_all = a.keep_all;
+    settings.pictures = 1;
     settings.seed = a.seed;
     settings.frame = a.frame;
     settings.aovs = a.aovs;
@@ -84,15 +88,23 @@ void run_render(const RenderArguments& a) {
     if (wants(a, "png")) config.view(a.view);  // for its errors
     const LinearSpace space = working_space(config, a.working_space);
 
-    Scene scene = load_scene(a.scene, a.allow_outside, console);
-    set_environment(scene, a, console);
+    // Another thread reads while this one, whose the context is to be, wakes the driver up.
+    auto reading = std::async(std::launch::async, [&] {
+        Scene read = load_scene(a.scene, a.allow_outside, console);
+        set_environment(read, a, console);
+        return read;
+    });
+    gpu::Context context =
+        gpu::Context::create({.device = a.device,
+                              .binaries_folder = a.no_shader_cache ? "" : gpu::default_binaries_folder(),
+                              .debug = a.gl_debug});
+    times.context = clock.lap();
+    Scene scene = reading.get();
     const auto [camera, origin] = choose_camera(scene, a);
     const RenderSettings settings = make_settings(a, camera);
     times.load = clock.lap();
     stop_point(a.outputs[0], "before rendering");
 
-    gpu::Context context = gpu::Context::create({.device = a.device, .debug = a.gl_debug});
-    times.context = clock.lap();
     console.note("{} x {} pixels, camera {}, on {}", settings.width, settings.height, origin, context.renderer());
 
     Renderer renderer(context, scene, config, settings);

@@ -125,6 +125,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
           {"camera", s.camera.name},
           {"bounces", s.bounces},
           {"culling", rays::name(s.culling)},
+          {"keep_all", s.keep_all},
           {"seed", s.seed},
           {"frame", s.frame},
           {"aovs", s.aovs}}},
@@ -151,7 +152,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
         {"passes", passes},
         {"ray_batches", batches},
         {"raster_culling", raster},
-        {"left_out", stats.left_out},
+        {"left_out", left_out_json(stats.left_out)},
         {"bad_values", bad_values},
         {"outputs", outputs},
     };

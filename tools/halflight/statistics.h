@@ -11,8 +11,8 @@ namespace halflight {
 
 /// Seconds of wall time that the steps around the renderer took.
 struct StepTimes {
-    double context = 0;  // OpenGL context
-    double load = 0;     // reading scene, environment and colour config
+    double context = 0;  // colour config and OpenGL context
+    double load = 0;     // waiting for scene and environment, which are read meanwhile
     double render = 0;   // Renderer: preparing, compiling, sampling, reading back
     double write = 0;    // files
     double total = 0;    // since the program's start

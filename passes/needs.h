@@ -1,0 +1,61 @@
+// What a frame is made of: which of its parts have something to contribute, decided in one place from facts about the
+// scene and from what was asked for. Pure: no OpenGL.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/rays/tracer.h"
+#include "engine/scene/needs.h"
+
+namespace halflight {
+
+/// What was asked for.
+struct FrameOptions {
+    int bounces = 8;             // >= 0
+    bool want_squares = false;   // for the variance
+    bool want_features = false;  // albedo and normal
+    rays::Culling culling = rays::Culling::automatic;
+    std::uint64_t runs = 0;  // of the frame at most: samples of all bands; 0: any number
+    bool keep_all = false;   // parts that contribute nothing are there all the same
+};
+
+/// A part of a frame.
+struct FramePart {
+    const char* name;
+    std::size_t path_bytes = 0;      // of the buffers that are its own, for each path of a band
+    const char* left_out = nullptr;  // the fact that makes it contribute nothing; null: it is there
+    explicit operator bool() const { return left_out == nullptr; }
+};
+
+struct FrameNeeds {
+    FramePart shadow, diffuse, glossy, continuation;  // passes
+    FramePart later_light;                            // light samples where paths have been reflected
+    FramePart camera_rays, camera_hits;               // outputs of the G-buffer
+    FramePart squares, features;                      // sums
+    FramePart tiles;                                  // lists of the shadow rays of surfaces that the camera sees
+    std::array<FramePart, 10> parts() const {
+        return {shadow, diffuse, glossy, continuation, later_light, camera_rays, camera_hits, squares, features, tiles};
+    }
+};
+FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options);
+
+/// Something that a frame does without.
+struct LeftOut {
+    std::string what;
+    std::string fact;       // that allows it
+    std::size_t bytes = 0;  // of its buffers, before passes share memory in turns; 0: it is code alone
+    bool operator==(const LeftOut&) const = default;
+};
+struct FrameSize {
+    std::size_t vertices = 0;
+    std::size_t triangles = 0;
+    std::size_t paths = 0;  // of a band
+};
+/// Parts of the frame first, then what the scene's tables and shaders are without.
+std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& options, const FrameSize& size);
+
+}  // namespace halflight

@@ -1,0 +1,90 @@
+// What is left out would have contributed exactly nothing: with all of it built, pictures are the same, bit for bit.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <filesystem>
+
+#include "engine/io/gltf.h"
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight::test {
+namespace {
+
+class LeftOutTest : public GpuTest {
+  protected:
+    static std::vector<std::uint32_t> bits(const Image& image) {
+        std::vector<std::uint32_t> bits;
+        for (const float f : image.pixels) bits.push_back(std::bit_cast<std::uint32_t>(f));
+        return bits;
+    }
+
+    void check(const Scene& scene, const RenderSettings& settings) {
+        RenderSettings keeping = settings;
+        keeping.keep_all = true;
+        const RenderResult lean = render(context, scene, settings);
+        const RenderResult kept = render(context, scene, keeping);
+        EXPECT_TRUE(bits(kept.beauty) == bits(lean.beauty));
+        ASSERT_EQ(kept.aovs.size(), lean.aovs.size());
+        for (std::size_t i = 0; i < lean.aovs.size(); ++i)
+            EXPECT_TRUE(bits(kept.aovs[i].image) == bits(lean.aovs[i].image)) << lean.aovs[i].channels.front();
+        // It is there indeed: more memory, and nothing on the list but what is another way of the same thing.
+        EXPECT_GT(kept.stats.gpu_bytes, lean.stats.gpu_bytes);
+        EXPECT_GT(lean.stats.left_out.size(), kept.stats.left_out.size());
+        for (const LeftOut& part : kept.stats.left_out)
+            EXPECT_TRUE(part.what == "environment map" || part.fact.find("asked for") != std::string::npos)
+                << part.what << ": " << part.fact;
+    }
+
+    /// Samples enough for `automatic` to try tiles.
+    void check(const Scene& scene) {
+        const Camera camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras.front();
+        RenderSettings settings = small_settings(camera, 48, 32, 6, 4);
+        settings.aovs.clear();
+        for (const AovInfo& aov : known_aovs())
+            if (!aov.debug) settings.aovs.emplace_back(aov.name);
+        check(scene, settings);
+    }
+};
+
+TEST_F(LeftOutTest, ChangesNothingOfOurScenes) {
+    int count = 0;
+    for (const auto& entry : std::filesystem::directory_iterator(HALFLIGHT_SOURCE_DIR "/scenes")) {
+        if (entry.path().extension() != ".glb") continue;
+        SCOPED_TRACE(entry.path().filename());
+        check(load_gltf(entry.path()));
+        ++count;
+    }
+    EXPECT_GE(count, 7);
+}
+
+TEST_F(LeftOutTest, ChangesNothingOfSurfaces) {
+    const std::pair<const char*, Scene> scenes[] = {
+        {"textures", textured_scene()}, {"curtains", curtain_scene()}, {"instances", instanced_scene()}};
+    for (const auto& [name, scene] : scenes) {
+        SCOPED_TRACE(name);
+        check(scene);
+    }
+}
+
+TEST_F(LeftOutTest, ChangesNothingWhereThereIsNoLightToSample) {
+    // Seen by paths alone: no light sample, but indirect light.
+    Scene scene = cornell_box(diffuse_material(vec3(0.5f)));
+    for (Material& m : scene.materials) {
+        m.unlit = m.emission != vec3(0);
+        m.emission = vec3(0);
+    }
+    check(scene);
+}
+
+TEST_F(LeftOutTest, ChangesNothingOfShortPaths) {
+    const Scene scene = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
+    for (const int bounces : {0, 1}) {
+        SCOPED_TRACE(bounces);
+        check(scene, small_settings(scene.cameras.front(), 32, 32, 2, bounces));
+    }
+}
+
+}  // namespace
+}  // namespace halflight::test

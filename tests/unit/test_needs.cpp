@@ -1,0 +1,101 @@
+// Facts in, parts of a frame out.
+#include "passes/needs.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+namespace halflight {
+namespace {
+
+std::map<std::string, std::string> facts(const SceneNeeds& scene, const FrameOptions& options = {}) {
+    std::map<std::string, std::string> facts;
+    for (const LeftOut& part : left_out(scene, options, {10, 20, 256})) facts[part.what] = part.fact;
+    return facts;
+}
+
+SceneNeeds plain_scene() {
+    SceneNeeds scene;
+    scene.diffuse = scene.emission = scene.area_lights = true;
+    return scene;
+}
+
+TEST(SceneNeeds, NamesFlagsAndMacrosAreUnique) {
+    std::set<std::string> names, defines;
+    std::set<const bool*> flags;
+    SceneNeeds needs;
+    for (const SceneNeed& need : known_scene_needs()) {
+        EXPECT_TRUE(names.insert(need.name).second) << need.name;
+        EXPECT_TRUE(defines.insert(need.define).second) << need.define;
+        EXPECT_TRUE(flags.insert(&(needs.*need.flag)).second) << need.name;
+    }
+    EXPECT_EQ(flags.size(), sizeof(SceneNeeds)) << "every flag has its fact";
+}
+
+TEST(SceneNeeds, UnionsAreComplete) {
+    SceneNeeds coat_map;
+    coat_map.clearcoat_normal_texture = true;
+    const SceneNeeds all = united(plain_scene(), coat_map);
+    EXPECT_TRUE(all.diffuse && all.clearcoat && all.glossy && all.normal_maps && all.textures());
+    EXPECT_FALSE(all.transmission || all.environment);
+    EXPECT_EQ(united(plain_scene(), {}), plain_scene());
+    EXPECT_EQ(united(everything_kept(), plain_scene()), everything_kept());
+}
+
+TEST(FrameNeeds, FollowFromTheScene) {
+    const FrameNeeds plain = frame_needs(plain_scene(), {});
+    EXPECT_TRUE(plain.shadow && plain.diffuse && plain.continuation && plain.later_light && plain.tiles);
+    EXPECT_FALSE(plain.glossy);
+    SceneNeeds unlit = plain_scene();
+    unlit.area_lights = false;
+    const FrameNeeds by_paths = frame_needs(unlit, {});
+    EXPECT_FALSE(by_paths.shadow || by_paths.later_light);
+    EXPECT_STREQ(by_paths.shadow.left_out, "no light can be sampled");
+    EXPECT_TRUE(by_paths.diffuse && by_paths.continuation) << "paths may end in what glows";
+    unlit.emission = false;
+    EXPECT_STREQ(frame_needs(unlit, {}).continuation.left_out, "nothing shines");
+    SceneNeeds black = plain_scene();
+    black.diffuse = false;
+    EXPECT_STREQ(frame_needs(black, {}).shadow.left_out, "no material reflects light");
+    EXPECT_FALSE(frame_needs(black, {}).camera_rays);
+}
+
+TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
+    const FrameNeeds none = frame_needs(plain_scene(), {.bounces = 0, .keep_all = true});
+    for (const FramePart& part : {none.shadow, none.diffuse, none.glossy, none.continuation, none.later_light})
+        EXPECT_STREQ(part.left_out, "no bounces were asked for") << part.name;
+    EXPECT_FALSE(frame_needs(plain_scene(), {.bounces = 1}).later_light);
+    EXPECT_FALSE(frame_needs(plain_scene(), {}).squares);
+    EXPECT_TRUE(frame_needs(plain_scene(), {.want_squares = true}).squares);
+    EXPECT_FALSE(frame_needs(plain_scene(), {}).camera_hits);
+    EXPECT_FALSE(frame_needs(plain_scene(), {.culling = rays::Culling::off}).tiles);
+    EXPECT_FALSE(frame_needs(plain_scene(), {.runs = 4}).tiles);
+    EXPECT_TRUE(frame_needs(plain_scene(), {.runs = 5}).tiles);
+    EXPECT_TRUE(frame_needs(plain_scene(), {.culling = rays::Culling::compute, .runs = 4}).tiles);
+}
+
+TEST(FrameNeeds, EverythingCanBeKept) {
+    for (const FramePart& part : frame_needs({}, {.runs = 1, .keep_all = true}).parts()) EXPECT_TRUE(part) << part.name;
+    EXPECT_EQ(facts({}, {.keep_all = true}),
+              (std::map<std::string, std::string>{{"environment map", "the environment is of one colour"}}));
+}
+
+TEST(LeftOut, ListsFactsAndBytes) {
+    const auto plain = facts(plain_scene());
+    EXPECT_EQ(plain.at("glossy"), "no material has a specular, coat or transmission component");
+    EXPECT_EQ(plain.at("alpha tests"), "alpha decides no hit");
+    EXPECT_FALSE(plain.contains("shadow") || plain.contains("area lights"));
+    const auto all = left_out(plain_scene(), {}, {10, 20, 256});
+    const auto bytes = [&](const std::string& what) {
+        return std::find_if(all.begin(), all.end(), [&](const LeftOut& l) { return l.what == what; })->bytes;
+    };
+    EXPECT_EQ(bytes("vertex colours"), 10u * 16);
+    EXPECT_EQ(bytes("sums of squares"), 256u * 24);
+    EXPECT_EQ(bytes("clearcoat"), 256u * 16);
+    EXPECT_EQ(bytes("unlit surfaces"), 0u);
+}
+
+}  // namespace
+}  // namespace halflight
