@@ -97,6 +97,13 @@ Image* Film::plane(std::string_view aov) {
     return found == planes_.end() ? nullptr : &found->image;
 }
 
+double Film::Sums::beauty(std::size_t path, std::size_t channel) const {
+    double sum = emission[path * 4 + channel];
+    for (const std::vector<double>* light : {&direct, &indirect})
+        if (!light->empty()) sum += (*light)[path * 6 + channel] + (*light)[path * 6 + 3 + channel];
+    return sum;
+}
+
 void Film::add_sums(const Band& band, int samples, const Sums& sums) {
     add_mean(band, plane("emission"), sums.emission, 4, 0, samples);
     add_mean(band, plane("direct_diffuse"), sums.direct, 6, 0, samples);
@@ -110,9 +117,7 @@ void Film::add_sums(const Band& band, int samples, const Sums& sums) {
     if (Image* variance = plane("variance"); variance && samples > 1) {
         for_each_pixel(band, [&](int x, int y, std::size_t path) {
             for (std::size_t c = 0; c < 3; ++c) {
-                double sum = sums.emission[path * 4 + c];
-                for (const std::vector<double>* light : {&sums.direct, &sums.indirect})
-                    if (!light->empty()) sum += (*light)[path * 6 + c] + (*light)[path * 6 + 3 + c];
+                const double sum = sums.beauty(path, c);
                 const double of_samples =
                     std::max(sums.squares[path * 3 + c] - sum * sum / samples, 0.0) / (samples - 1);
                 variance->at(x, y)[c] = static_cast<float>(of_samples / samples);

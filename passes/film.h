@@ -25,6 +25,7 @@ class Film {
     /// What a band's samples added up to, by path index (see Accumulated); empty where the frame left it out.
     struct Sums {
         std::vector<double> emission, direct, indirect, squares, features;
+        double beauty(std::size_t path, std::size_t channel) const;
     };
     void add_sums(const Band& band, int samples, const Sums& sums);
     void add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view);

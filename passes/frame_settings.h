@@ -8,11 +8,23 @@
 
 namespace halflight {
 
+enum class ErrorMetric { mse, relmse };  // engine/core/metrics.h
+const char* name(ErrorMetric metric);
+
+/// An error of the picture, as the mean over pixels and channels of its linear Rec.709 radiance.
+struct ErrorTarget {
+    ErrorMetric metric = ErrorMetric::relmse;
+    double error = 0.01;  // > 0
+};
+
 struct FrameSettings {
     Camera camera;
     std::optional<Camera> previous_camera{};  // of the frame before, for the motion output; without: `camera`
     int samples = 64;                         // per pixel, > 0
-    double time_limit = 0;    // seconds; > 0: samples are added until it is spent, at least one, `samples` at most
+    double time_limit = 0;  // seconds; > 0: samples are added until it is spent, at least one, `samples` at most
+    /// Samples are added until the error is below it at kConfidence (engine/core/statistics.h), `samples` at most. Then
+    /// there are a multiple of kReplicates samples, at least twice as many (passes/replicates.h).
+    std::optional<ErrorTarget> error{};
     std::uint32_t seed = 0;   // independent pictures of the same frame
     std::uint32_t frame = 0;  // frame number: other noise for every frame
 };

@@ -14,6 +14,7 @@
 #include "passes/film.h"
 #include "passes/frame.h"
 #include "passes/frame_constants.h"
+#include "passes/replicates.h"
 #include "shaders/shared/path.h"
 
 namespace halflight {
@@ -35,6 +36,9 @@ void check(const FrameSettings& s) {
         s.camera.orthographic ? s.camera.ortho_height > 0 : s.camera.vertical_fov > 0 && s.camera.vertical_fov < kPi,
         "the camera's field of view is not between 0 and 180 degrees, or its height is not positive");
     require(s.time_limit >= 0 && std::isfinite(s.time_limit), "the time limit must be zero or positive");
+    if (!s.error) return;
+    require(s.error->error > 0 && std::isfinite(s.error->error), "the error must be positive");
+    require(s.samples >= kFirstLook * kReplicates, "there must be at least 16 samples to tell an error");
 }
 
 void check_all(const RenderSettings& s) {
@@ -172,27 +176,67 @@ struct Renderer::State {
         frame_constants_buffer.write(0, sizeof(constants), &constants);
     }
 
+    void add_sample(const FrameSettings& frame, const SampleView& at, const CompiledBand& with) {
+        look(frame, at);
+        executor.run(with.sample);
+        glFinish();
+        scene.context().check("rendering");
+    }
+
+    /// Told how many samples of a band are done, and how many there will be as far as is known; false: stop.
+    using AfterSample = std::function<bool(int done, int total)>;
+
     /// Adds samples to a band until there are enough, time is up, or the callback says stop. Returns how many.
     int render_band(const FrameSettings& frame, const Band& where, const CompiledBand& with, double time_limit,
-                    const std::function<bool(int)>& after_sample) {
+                    const AfterSample& after_sample) {
         const Clock::time_point start = Clock::now();
         for (int done = 1;; ++done) {
-            look(frame, sample_view(frame, where, static_cast<std::uint32_t>(done - 1)));
-            executor.run(with.sample);
-            glFinish();
-            scene.context().check("rendering");
-            const bool go_on = after_sample(done);
+            add_sample(frame, sample_view(frame, where, static_cast<std::uint32_t>(done - 1)), with);
+            const bool go_on = after_sample(done, frame.samples);
             if (!go_on || done == frame.samples) return done;
             // Another sample like those so far would end late.
             if (time_limit > 0 && seconds_since(start) * (done + 1) / done > time_limit) return done;
         }
     }
 
-    void develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int samples, Film& film) {
-        const auto sums = [&](graph::BufferHandle h) { return h ? executor.read<double>(h) : std::vector<double>{}; };
+    /// The same until the band's error is below the target, too, which is then below it in the whole picture. Adds what
+    /// it knows of the error to that of the picture.
+    int render_band_to_error(const FrameSettings& frame, const Band& where, const CompiledBand& with, double time_limit,
+                             const AfterSample& after_sample, PictureError& picture) {
+        const Clock::time_point start = Clock::now();
+        const int most = std::min(frame.samples / kReplicates, kMostReplicateSamples);
+        BandReplicates replicates(where);
+        int done = 0;
+        int each = 0;  // samples of a replicate
+        for (int next = kFirstLook; next > each;) {
+            for (int r = 0; r < kReplicates; ++r) {
+                for (int i = each; i < next; ++i) {
+                    add_sample(frame, replicate_view(frame, where, r, i), with);
+                    if (!after_sample(++done, next * kReplicates)) return done;
+                }
+                replicates.add(r, light(with));
+            }
+            each = next;
+            const ErrorEstimate estimate = replicates.error(frame.error->metric, each).estimate();
+            if (estimate.bound <= frame.error->error) break;
+            next = std::min(next_replicate_samples(each, estimate, frame.error->error), most);
+            if (time_limit > 0) next = std::min(next, static_cast<int>(each * time_limit / seconds_since(start)));
+        }
+        picture.add(replicates.error(frame.error->metric, each));
+        return done;
+    }
+
+    std::vector<double> sums(graph::BufferHandle h) { return h ? executor.read<double>(h) : std::vector<double>{}; }
+    Film::Sums light(const CompiledBand& with) {
         const Accumulated& a = with.frame.sums;
-        film.add_sums(where, samples,
-                      {sums(a.emission), sums(a.direct), sums(a.indirect), sums(a.squares), sums(a.features)});
+        return {sums(a.emission), sums(a.direct), sums(a.indirect), {}, {}};
+    }
+
+    void develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int samples, Film& film) {
+        const Accumulated& a = with.frame.sums;
+        Film::Sums all = light(with);
+        all.squares = sums(a.squares), all.features = sums(a.features);
+        film.add_sums(where, samples, all);
 
         graph::Graph graph;
         const auto import = [&](graph::BufferHandle h) {
@@ -260,6 +304,8 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     RenderStats& stats = result.stats;
     stats.samples = frame.samples;
     Film film(s.settings, s.scene.tables());
+    PictureError error;
+    std::int64_t samples_before = 0;
     int b = 0;
     for (; b < s.bands && !stats.interrupted; ++b) {
         const CompiledBand& with = s.compiled(static_cast<std::size_t>(b));
@@ -267,13 +313,17 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
         where.y = b * s.band.rows;
         const double time_left =
             frame.time_limit > 0 ? std::max((frame.time_limit - seconds_since(start)) / (s.bands - b), 1e-9) : 0.0;
-        const int done = s.render_band(frame, where, with, time_left, [&](int samples) {
+        const auto after_sample = [&](int samples, int total) {
             if (!progress) return true;
-            const std::int64_t of_all = std::int64_t{b} * frame.samples + samples;
-            const bool go_on = progress({static_cast<int>(of_all / s.bands), frame.samples, seconds_since(start)});
+            const std::int64_t all = samples_before + std::int64_t{total} * (s.bands - b);
+            const bool go_on = progress({static_cast<int>((samples_before + samples) / s.bands),
+                                         static_cast<int>(all / s.bands), seconds_since(start)});
             stats.interrupted = stats.interrupted || !go_on;
             return go_on;
-        });
+        };
+        const int done = frame.error ? s.render_band_to_error(frame, where, with, time_left, after_sample, error)
+                                     : s.render_band(frame, where, with, time_left, after_sample);
+        samples_before += done;
         s.develop(frame, where, with, done, film);
         stats.samples = std::min(stats.samples, done);
         stats.paths += std::uint64_t(std::min(where.rows, s.settings.height - where.y)) *
@@ -282,6 +332,10 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     if (b < s.bands) stats.samples = 0;
     s.scene.context().check("rendering");
     film.take(result);
+    if (frame.error && !stats.interrupted) {
+        const ErrorEstimate estimate = error.estimate();
+        stats.error = {*frame.error, estimate, estimate.bound <= frame.error->error};
+    }
 
     stats.compile_seconds = s.scene.programs().seconds() - compiled_before;
     stats.render_seconds = seconds_since(start) - stats.compile_seconds;
@@ -304,6 +358,10 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
         stats.bad_values.push_back({names[i], of[shared::kBadNan], of[shared::kBadInfinite], of[shared::kBadNegative]});
     }
     return result;
+}
+
+const char* name(ErrorMetric metric) {
+    return metric == ErrorMetric::mse ? "mse" : "relmse";
 }
 
 std::string Renderer::graph_dot() const {

@@ -4,12 +4,14 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "engine/color/color.h"
 #include "engine/core/image.h"
+#include "engine/core/replicates.h"
 #include "engine/gpu/context.h"
 #include "engine/io/exr.h"
 #include "engine/rays/raster.h"
@@ -54,8 +56,8 @@ struct RenderSettings : FrameSettings {
 };
 
 struct RenderProgress {
-    int samples_done = 0;  // per pixel, the mean of all bands
-    int samples_total = 0;
+    int samples_done = 0;   // per pixel, the mean of all bands
+    int samples_total = 0;  // as far as is known: with an error to reach, what it seems to take
     double seconds = 0;
 };
 /// Called after every sample of a band; false stops early. What is done is returned: bands that were not begun are
@@ -77,6 +79,13 @@ struct BadValues {
     std::uint64_t total() const { return nans + infinities + negatives; }
 };
 
+/// Of a picture that was rendered to an error.
+struct AchievedError {
+    ErrorTarget target;
+    ErrorEstimate estimate;
+    bool reached = false;  // the target, at kConfidence
+};
+
 struct RenderStats {
     int samples = 0;                // per pixel, done; those of the band that has fewest
     bool interrupted = false;       // by the callback
@@ -88,6 +97,7 @@ struct RenderStats {
     std::vector<PassTime> passes;   // with settings.measure, else empty
     std::vector<LeftOut> left_out;  // what the scene or the settings did not need, with the reason
     std::vector<BadValues> bad_values;
+    std::optional<AchievedError> error;          // where one was asked for, unless interrupted
     std::vector<rays::BatchStatistics> batches;  // how rays were traced
     std::vector<rays::RasterBatch> raster;       // with raster culling: what it did
 };

@@ -63,6 +63,11 @@ TEST_F(Refusal, OptionsOutOfRange) {
         expect_render({"--samples", value}, 2, "--samples: wants a whole number from 1 to [0-9]+, not '.*'");
     for (const char* value : {"0", "-1", "nan", "inf", "soon"})
         expect_render({"--time", value}, 2, "--time: wants a number from .* to .*, not '.*'");
+    expect_render({"--error", "0"}, 2, "--error: wants a number from .*");
+    expect_render({"--error", "1", "--samples", "15"}, 2, "--samples: 15 are too few to tell an error: it takes 16");
+    expect_render({"--error", "1", "--error-metric", "psnr"}, 2, "--error-metric: there is no metric 'psnr'.*");
+    expect_render({"--error-metric", "mse"}, 2, "--error-metric: needs --error");
+    expect_render({"--best-effort"}, 2, "--best-effort: needs --error");
     expect_render({"--samples", "1", "--time", "1"}, 2, "--samples: cannot be given together with --time");
     expect_render({"--bounces", "-1"}, 2, "--bounces: wants a whole number from 0 to .*");
     expect_render({"--seed", "-1"}, 2, "--seed: wants a whole number from 0 to 4294967295, not '-1'");

@@ -112,6 +112,34 @@ TEST_F(Output, LayersAreThoseAskedFor) {
               (Strings{"A", "B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "normal.X", "normal.Y", "normal.Z"}));
 }
 
+TEST_F(Output, RendersToAnErrorAndTellsIt) {
+    const auto attribute = [&](const char* name) { return read_exr(file(name)).attributes.extra["error"]; };
+    const Strings easy{"--error", "0.5", "--samples", "256"}, hard{"--error", "1e-9", "--samples", "20"};
+    const auto with = [](Strings first, const Strings& more) {
+        first.insert(first.end(), more.begin(), more.end());
+        return first;
+    };
+    render(with({file("easy.exr"), "--stats", file("easy.json")}, easy));
+    const auto reached = nlohmann::json::parse(read_text(file("easy.json")))["error"];
+    EXPECT_EQ(reached["metric"], "relmse");
+    EXPECT_EQ(reached["reached"], true);
+    EXPECT_LE(reached["bound"], 0.5);
+    EXPECT_TRUE(std::regex_match(attribute("easy.exr"), std::regex("relmse .* to .* at 95 %, target 0.5 reached")))
+        << attribute("easy.exr");
+
+    const auto before = folder.entries();
+    const Outcome outcome = run_program(with({"render", scene, file("hard.exr"), "--quiet"}, hard));
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("hard.exr: not written: after 16 samples per pixel, relmse "), std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(folder.entries(), before);
+
+    render(with({file("hard.exr"), "--best-effort", "--error-metric", "mse"}, hard));
+    EXPECT_TRUE(std::regex_match(attribute("hard.exr"), std::regex("mse .*, target 1e-09 not reached")))
+        << attribute("hard.exr");
+    EXPECT_NE(read_exr(file("hard.exr")).attributes.comments.find("16 samples"), std::string::npos);
+}
+
 TEST_F(Output, CameraAndSizeFollowTheScene) {
     render({file("front.exr"), "--width", "24", "--height", "24"});
     render({file("zero.exr"), "--width", "24", "--height", "24", "--camera", "0"});

@@ -5,6 +5,7 @@
 
 #include "engine/core/error.h"
 #include "passes/render.h"
+#include "passes/replicates.h"
 #include "tools/halflight/options.h"
 
 namespace halflight {
@@ -43,8 +44,19 @@ void add_picture_options(Options& options, RenderArguments& a) {
     add_size_options(options, a);
     options.value("--samples", "N", "samples per pixel (default 64)",
                   [&](const auto& name, const auto& text) { a.samples = whole(name, text, 1, kMaxSamples); });
-    options.value("--time", "SECONDS", "as many samples as the time allows, instead of --samples",
+    options.value("--time", "SECONDS", "as many samples as the time allows",
                   [&](const auto& name, const auto& text) { a.time = real(name, text, 0.001, 1e9); });
+    options.value("--error", "E",
+                  "as many samples as it takes for the error to be below E at 95 %; --samples and --time limit it",
+                  [&](const auto& name, const auto& text) { a.error = real(name, text, 1e-12, 1e12); });
+    options.value("--error-metric", "NAME", "what E is: relmse (default), mse",
+                  [&](const auto& name, const auto& text) {
+                      if (text == "mse" || text == "relmse")
+                          a.error_metric = text == "mse" ? ErrorMetric::mse : ErrorMetric::relmse;
+                      else
+                          throw UsageError(name, "there is no metric '{}', only relmse, mse", text);
+                  });
+    options.flag("--best-effort", a.best_effort, "write the picture, too, if it ends before its error is below E");
     options.value("--seed", "N", "another seed, another noise (default 0)",
                   [&](const auto& name, const auto& text) { a.seed = whole(name, text, 0u, ~0u); });
     options.value("--frame", "N", "frame number, which the noise depends on (default 0)",
@@ -116,7 +128,12 @@ void check(const RenderArguments& a, const CLI::App& app) {
             throw UsageError(path.string(), "an output is an .exr or a .png");
     }
     check_files(a);
-    exclude(app, "--samples", "--time");
+    if (!a.error) exclude(app, "--samples", "--time");
+    for (const char* option : {"--error-metric", "--best-effort"})
+        if (given(option) && !a.error) throw UsageError(option, "needs --error");
+    if (a.error && a.samples && *a.samples < kFirstLook * kReplicates)
+        throw UsageError("--samples", "{} are too few to tell an error: it takes {}", *a.samples,
+                         kFirstLook * kReplicates);
     check_camera_options(app);
     const bool exr = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
     for (const char* option : {"--aov", "--half", "--working-space"})

@@ -11,6 +11,7 @@
 #include "engine/core/error.h"
 #include "engine/core/math.h"
 #include "engine/rays/tracer.h"
+#include "passes/frame_settings.h"
 #include "tools/bench/bench.h"
 #include "tools/compare/compare.h"
 #include "tools/converge/plan.h"
@@ -48,6 +49,9 @@ struct RenderArguments : ViewArguments {
 
     std::optional<int> samples;
     std::optional<double> time;  // seconds
+    std::optional<double> error;
+    ErrorMetric error_metric = ErrorMetric::relmse;
+    bool best_effort = false;  // a picture whose error was not reached is one
     std::uint32_t seed = 0;
     std::uint32_t frame = 0;
 

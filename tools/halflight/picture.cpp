@@ -54,6 +54,7 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     attributes.capture_date = capture_date_now();
     attributes.software = "halflight " HALFLIGHT_VERSION;
     attributes.comments = info.comments;
+    if (!info.error.empty()) attributes.extra["error"] = info.error;
     write_exr(path, layers, attributes);
 }
 

@@ -15,6 +15,7 @@ struct PictureInfo {
     LinearSpace working_space;  // of the colour layers that are written; variances stay linear Rec.709
     bool half = false;          // beauty as half floats; the AOVs bring their own type
     std::string comments;
+    std::string error;  // that the picture has, in words; empty where it is not known
 };
 
 /// The picture as .exr or .png, told by the extension.

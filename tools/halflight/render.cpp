@@ -54,8 +54,9 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.width = size.x;
     settings.height = size.y;
     settings.camera = camera;
-    settings.samples = a.time ? kManySamples : a.samples.value_or(kUsualSamples);
+    settings.samples = a.samples.value_or(a.time || a.error ? kManySamples : kUsualSamples);
     settings.time_limit = a.time.value_or(0);
+    if (a.error) settings.error = ErrorTarget{a.error_metric, *a.error};
     settings.bounces = a.bounces;
     settings.culling = a.culling;
     settings.keep_all = a.keep_all;
@@ -126,9 +127,18 @@ void run_render(const RenderArguments& a) {
         console.warn("{}; they count as 0", bad);
     }
 
+    std::string error;
+    if (const auto& achieved = result.stats.error) {
+        error = error_line(*achieved);
+        if (!achieved->reached && !a.best_effort)
+            throw Error(a.outputs[0].string(), "not written: after {} samples per pixel, {}; see --best-effort",
+                        result.stats.samples, error);
+        console.note("{}", error);
+    }
+
     {
         const WritingFiles writing;
-        const PictureInfo info{camera, space, a.half, settings_line(a, settings, scene, result.stats.samples)};
+        const PictureInfo info{camera, space, a.half, settings_line(a, settings, scene, result.stats.samples), error};
         for (const auto& path : a.outputs) write_picture(path, result, info);
         if (a.graph) write_file(*a.graph, renderer.graph_dot());
         times.write = clock.lap();

@@ -4,6 +4,8 @@
 
 #include <algorithm>
 
+#include "engine/core/metrics.h"
+#include "engine/core/statistics.h"
 #include "tools/halflight/facts.h"
 
 namespace halflight {
@@ -100,6 +102,13 @@ std::string describe_bad_values(const RenderStats& stats) {
     return text;
 }
 
+std::string error_line(const AchievedError& error) {
+    const ErrorEstimate& e = error.estimate;
+    return fmt::format("{} {:.4g}, {:.4g} to {:.4g} at {:g} %, target {:g} {}", name(error.target.metric), e.value,
+                       e.lower, e.upper, 100 * kConfidence, error.target.error,
+                       error.reached ? "reached" : "not reached");
+}
+
 Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Scene& scene, const gpu::Context& context,
                     const RenderStats& stats, const StepTimes& times) {
     Json passes = Json::array();
@@ -112,6 +121,12 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
     for (const rays::BatchStatistics& b : stats.batches) batches.push_back(batch_statistics(b));
     Json raster = Json::array();
     for (const rays::RasterBatch& batch : stats.raster) raster.push_back(raster_statistics(batch));
+    Json error;
+    if (const auto& e = stats.error) {
+        error = {{"metric", name(e->target.metric)}, {"relmse_epsilon", kRelativeEpsilon}, {"value", e->estimate.value},
+                 {"lower", e->estimate.lower},       {"upper", e->estimate.upper},         {"bound", e->estimate.bound},
+                 {"confidence", kConfidence},        {"target", e->target.error},          {"reached", e->reached}};
+    }
     Json outputs = Json::array();
     for (const auto& path : a.outputs) outputs.push_back(path.string());
 
@@ -137,6 +152,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
         {"samples", stats.samples},
         {"paths", stats.paths},
         {"paths_per_second", static_cast<double>(stats.paths) / std::max(stats.render_seconds, 1e-9)},
+        {"error", error},
         {"gpu_bytes", stats.gpu_bytes},
         {"peak_memory_bytes", peak_memory_bytes()},
         {"seconds",

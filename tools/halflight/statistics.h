@@ -27,6 +27,8 @@ std::string settings_line(const RenderArguments& arguments, const RenderSettings
 
 /// "shadow gave 3 NaN, 1 infinite and 0 negative values" for each pass that gave any; empty where none did.
 std::string describe_bad_values(const RenderStats& stats);
+/// "relmse 0.0098, 0.0095 to 0.0101 at 95 %, target 0.01 reached".
+std::string error_line(const AchievedError& error);
 
 nlohmann::ordered_json run_statistics(const RenderArguments& arguments, const RenderSettings& settings,
                                       const Scene& scene, const gpu::Context& context, const RenderStats& stats,

@@ -1,0 +1,69 @@
+#include "engine/core/replicates.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "engine/core/statistics.h"
+
+namespace halflight {
+
+// Let d_r be the error of replicate r, a vector over all values, <.,.> the mean weighted product, R the number of
+// replicates, and d the mean of the d_r. Their scatter
+//   V = sum_r |d_r - d|^2 / (R (R - 1))
+// is what the squared error |d|^2 of their mean is expected to be, whatever correlates the samples within a replicate.
+// It is off by
+//   |d|^2 - V = sum_{r != s} <d_r, d_s> / (R (R - 1)),
+// of mean 0 and variance 2 / (R (R - 1)) E<d_1, d_2>^2, whatever correlates pixels. With four different replicates,
+//   <d_p - d_q, d_r - d_s>^2 has the mean 4 E<d_1, d_2>^2,
+// since its mixed products have mean 0; the d_r need not be known for it, only their differences. It is a quadratic
+// form of rank R (R - 3) / 2: so many products are independent, which is the freedom of Student's t.
+
+ReplicateError::ReplicateError(int replicates)
+    : replicates_(static_cast<std::size_t>(replicates)), gram_(replicates_ * replicates_), deviations_(replicates_) {
+    assert(replicates >= 4);
+}
+
+void ReplicateError::add(std::span<const double> values, double weight) {
+    assert(values.size() == replicates_);
+    double mean = 0;
+    for (const double v : values) mean += v / static_cast<double>(replicates_);
+    for (std::size_t r = 0; r < replicates_; ++r) deviations_[r] = values[r] - mean;
+    for (std::size_t r = 0; r < replicates_; ++r)
+        for (std::size_t s = 0; s < replicates_; ++s)
+            gram_[r * replicates_ + s] += weight * deviations_[r] * deviations_[s];
+    count_ += 1;
+}
+
+void ReplicateError::add(const ReplicateError& part) {
+    assert(part.replicates_ == replicates_);
+    std::ranges::transform(gram_, part.gram_, gram_.begin(), std::plus<>());
+    count_ += part.count_;
+}
+
+ErrorEstimate ReplicateError::estimate() const {
+    assert(count_ > 0);
+    const auto n = static_cast<double>(replicates_);
+    double scatter = 0;
+    RunningMoments products;  // of four different replicates
+    for (std::size_t p = 0; p < replicates_; ++p) {
+        scatter += at(p, p);
+        for (std::size_t q = 0; q < p; ++q) {
+            for (std::size_t r = 0; r < p; ++r) {
+                for (std::size_t s = 0; s < r; ++s) {
+                    if (r == q || s == q) continue;
+                    products.add(std::pow(at(p, r) - at(p, s) - at(q, r) + at(q, s), 2));
+                }
+            }
+        }
+    }
+    const double value = scatter / (n * (n - 1) * count_);
+    const double deviation = std::sqrt(2 / (n * (n - 1)) * products.mean() / 4) / count_;
+    const double freedom = n * (n - 3) / 2;
+    const double two_sided = student_quantile(kConfidence, freedom);
+    const double one_sided = student_quantile(2 * kConfidence - 1, freedom);  // half of what is beyond is below
+    return {value, std::max(value - two_sided * deviation, 0.0), value + two_sided * deviation,
+            value + one_sided * deviation};
+}
+
+}  // namespace halflight
