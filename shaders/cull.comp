@@ -2,9 +2,13 @@
 // per tile.
 //
 // A node is refined until it is smaller than the shaft is wide where it enters, times `stop`, or the list is full: then what is
-// left goes into it as it is, so nothing is ever dropped. Instances are entered like nodes. The list of an earlier run is kept
-// where its shaft still contains the rays and its checksum says that it is one; a shaft that has to be made again takes in the
-// earlier one if it is much the same, and room for more, so that those of a still camera soon contain all later rays.
+// left goes into it as it is, so nothing is ever dropped. Instances are entered like nodes. For closest hits near nodes come
+// first, all the way down: they often hide what is behind them. For any hits all of the shaft matters alike: those that have
+// waited longest come first, far ones of them, and the list ends up evenly fine.
+//
+// The list of an earlier run is kept where its shaft still contains the rays and its checksum says that it is one; a shaft that
+// has to be made again takes in the earlier one if it is much the same, and room for more, so that those of a still camera soon
+// contain all later rays.
 #include "shaders/shared/rays.h"
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/bvh.glsl"
@@ -182,6 +186,8 @@ ivec4 ascending(ivec4 k) {
     return ivec4(k.x, min(k.y, k.z), max(k.y, k.z), k.w);
 }
 
+int waiting_texel(int place) { return (place & (kMostTileEntries - 1)) * kNodeTexels; }
+
 void main() {
     uint tile = gl_GlobalInvocationID.x;
     BvhHead head = bvh_head(0u);
@@ -201,8 +207,9 @@ void main() {
     ShaftTest test = shaft_test(space, shaft);
     vec3 width_0 = (shaft.origin_upper - shaft.origin_lower) * space.cell;
     vec3 width_1 = (shaft.end_upper - shaft.end_lower) * space.cell;
-    uvec4 stack[HALFLIGHT_STACK * kNodeTexels];  // the boxes of nodes
-    int put_aside = 0;
+    uvec4 waiting[kMostTileEntries * kNodeTexels];  // a ring of nodes: no more than the list still has room for
+    int first_waiting = 0;
+    int waiting_count = 0;
     int leaves = 0;
     int others = 0;
 #ifdef HALFLIGHT_TWO_LEVEL
@@ -231,13 +238,13 @@ void main() {
             bvec4 met = lessThanEqual(i.enter, i.leave);
             uint refine = children_to_refine(space, n, width_0, width_1, i.enter);
             ivec4 key = ascending(mix(ivec4(kBvhFar), floatBitsToInt(i.enter) & ~3, met) | ivec4(0, 1, 2, 3));
-            // What is put aside has its place in the list. Without room for the children, so does the node itself.
+            // What is waiting has its place in the list. Without room for the children, so does the node itself.
             int left = bitCount(mask_of(met));
-            bool full = leaves + others + put_aside + left > kTileEntries;
+            bool full = leaves + others + waiting_count + left > kTileEntries;
             uint goes_on = full ? 0u : refine & mask_of(met);
             left = full ? 1 : left;
-            int top = put_aside + bitCount(goes_on);
-            put_aside = top;
+            int place = waiting_count + bitCount(goes_on);  // near ones last
+            waiting_count = place;
             do {
                 if (left > 0) {
                     int c = key.x & 3;
@@ -257,8 +264,9 @@ void main() {
                     if (full) child = entry;
                     bool leaf = (entry_reference(child) & (kBvhLeaf | kBvhInstance)) == kBvhLeaf;
                     if (((goes_on >> c) & 1u) != 0u) {
-                        --top;
-                        for (int t = 0; t < kNodeTexels; ++t) stack[top * kNodeTexels + t] = child.texels[t];
+                        --place;
+                        int texel = waiting_texel(first_waiting + place);
+                        for (int t = 0; t < kNodeTexels; ++t) waiting[texel + t] = child.texels[t];
                     } else {
                         int texel = entry_texel(tile, leaf ? leaves : kTileEntries - 1 - others);
                         for (int t = 0; t < kEntryTexels; ++t) lists[texel + t] = child.texels[t];
@@ -272,10 +280,16 @@ void main() {
                     }
                 }
             } while (left > 0);
-            more = put_aside > 0;
+            more = waiting_count > 0;
             if (more) {
-                --put_aside;
-                for (int t = 0; t < kNodeTexels; ++t) entry.texels[t] = stack[put_aside * kNodeTexels + t];
+                --waiting_count;
+#ifdef HALFLIGHT_ANY_HIT
+                int texel = waiting_texel(first_waiting);
+                ++first_waiting;
+#else
+                int texel = waiting_texel(waiting_count);
+#endif
+                for (int t = 0; t < kNodeTexels; ++t) entry.texels[t] = waiting[texel + t];
             }
         }
     } while (more);
