@@ -139,8 +139,8 @@ void main() {
     bool again = false;  // an alpha test is in question
     uint blockers = shared_blockers();
     TileBlockers blocker = TileBlockers(0u, 0u);
-    int slot = 0;
-    int left = 0;
+    int place = 0;
+    int end = 0;
     int near = 0;
     do {
         int i = 0;
@@ -176,13 +176,13 @@ void main() {
         uint reference = texelFetch(tile_lists, entry_texel(tile, i)).w;
         const uint instance = 0u;
 #endif
-        slot = int(reference & kBvhIndexMask);
-        left = enters ? int((reference >> kBvhCountShift) & 7u) : 0;
+        place = first_place(reference);
+        end = enters ? place + places_in(reference) : place;
         do {
-            if (left > 0) {
-                SlotHit h = intersect_slot(sheared, slot, instance, r.ray.t_min, intBitsToFloat(near), nearest, kAnyHit);
-                --left;
-                ++slot;
+            if (place < end) {
+                PlaceHit h =
+                    intersect_place(sheared, place, instance, r.ray.t_min, intBitsToFloat(near), nearest, kAnyHit);
+                place = h.next;
                 if (h.nearer) {
                     nearest = h.hit;
                     found = true;
@@ -191,12 +191,12 @@ void main() {
 #endif
                     blocker = TileBlockers(1u << i, reference);
                     if (kAnyHit || again) {
-                        left = 0;
+                        place = end;
                         met = 0u;
                     }
                 }
             }
-        } while (left > 0);
+        } while (place < end);
     } while (met != 0u);
 
 #ifdef COUNT_REMEMBERED

@@ -48,7 +48,7 @@ void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* pr
     BuiltNode* leaf = allocate(allocator);
     for (std::size_t i = 0; i < count; ++i) leaf->primitives[i] = primitives[i].primID;
     std::sort(leaf->primitives, leaf->primitives + count);
-    const auto* end = std::unique(leaf->primitives, leaf->primitives + count);  // parts of one triangle
+    const auto* end = std::unique(leaf->primitives, leaf->primitives + count);  // parts of one pair
     leaf->primitive_count = static_cast<std::uint32_t>(end - leaf->primitives);
     return leaf;
 }
@@ -83,14 +83,15 @@ BuiltNode above(BuiltNode& leaf, std::span<const RTCBuildPrimitive> primitives) 
     return root;
 }
 
-/// The part of a box that holds what a triangle has on either side of a plane, rounded outwards.
-void split_triangle(const RTCBuildPrimitive* primitive, unsigned dimension, float position, RTCBounds* left,
-                    RTCBounds* right, void* corners) {
-    const Corners& corner = static_cast<const Corners*>(corners)[primitive->primID];
+/// The part of a box that holds what a pair has on either side of a plane, rounded outwards.
+void split_pair(const RTCBuildPrimitive* primitive, unsigned dimension, float position, RTCBounds* left,
+                RTCBounds* right, void* pairs) {
+    const Ring& corner = static_cast<const Ring*>(pairs)[primitive->primID];
     const auto axis = static_cast<int>(dimension);
     Bounds sides[2];
-    for (std::size_t k = 0; k < 3; ++k) {
-        const vec3 &a = corner[k], &b = corner[(k + 1) % 3];
+    static constexpr std::size_t kEdges[][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 2}};
+    for (const auto& [from, to] : kEdges) {
+        const vec3 &a = corner[from], &b = corner[to];
         if (a[axis] <= position) sides[0].add(a);
         if (a[axis] >= position) sides[1].add(a);
         if (std::min(a[axis], b[axis]) >= position || std::max(a[axis], b[axis]) <= position) continue;
@@ -116,9 +117,8 @@ void split_triangle(const RTCBuildPrimitive* primitive, unsigned dimension, floa
     }
 }
 
-/// `primitives` has `count` elements and room for more where `corners` are given.
-Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::uint32_t max_leaf,
-          const Corners* corners) {
+/// `primitives` has `count` elements and room for more where `pairs` are given.
+Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::uint32_t max_leaf, const Ring* pairs) {
     Bvh bvh;
     if (count == 0) return bvh;
     const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice(nullptr), rtcReleaseDevice);
@@ -130,7 +130,7 @@ Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::ui
     arguments.buildQuality = RTC_BUILD_QUALITY_HIGH;
     arguments.maxBranchingFactor = 4;
     arguments.maxDepth = 64;
-    arguments.sahBlockSize = kMaxLeafPrimitives;  // a leaf costs about the same with one triangle or four
+    arguments.sahBlockSize = 2;  // a leaf costs about the same with one pair or two
     arguments.minLeafSize = 1;
     arguments.maxLeafSize = max_leaf;
     arguments.primitives = primitives.data();
@@ -140,9 +140,9 @@ Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::ui
     arguments.setNodeChildren = set_children;
     arguments.setNodeBounds = set_bounds;
     arguments.createLeaf = create_leaf;
-    arguments.splitPrimitive = corners ? split_triangle : nullptr;
-    arguments.userPtr = const_cast<Corners*>(corners);
-    // Alone: several threads would number the parts of split triangles in the order of their arrival.
+    arguments.splitPrimitive = pairs ? split_pair : nullptr;
+    arguments.userPtr = const_cast<Ring*>(pairs);
+    // Alone: several threads would number the parts of split pairs in the order of their arrival.
     tbb::task_arena one_thread(1);
     auto* built = one_thread.execute([&] { return static_cast<BuiltNode*>(rtcBuildBVH(&arguments)); });
     if (built == nullptr) {
@@ -174,15 +174,15 @@ Bvh build_bvh(std::span<const Bounds> boxes) {
     return build(primitives, boxes.size(), 1, nullptr);
 }
 
-Bvh build_triangle_bvh(std::span<const Corners> triangles) {
-    const auto capacity = static_cast<std::size_t>(kSplitBudget * static_cast<double>(triangles.size())) + 1;
+Bvh build_pair_bvh(std::span<const Ring> pairs) {
+    const auto capacity = static_cast<std::size_t>(kSplitBudget * static_cast<double>(pairs.size())) + 1;
     std::vector<RTCBuildPrimitive> primitives(capacity);
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
         Bounds box;
-        for (const vec3& p : triangles[i]) box.add(p);
+        for (const vec3& p : pairs[i]) box.add(p);
         primitives[i] = primitive_of(box, i);
     }
-    return build(primitives, triangles.size(), kMaxLeafPrimitives, triangles.data());
+    return build(primitives, pairs.size(), kMaxLeafPrimitives, pairs.data());
 }
 
 }  // namespace halflight::rays

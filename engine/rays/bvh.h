@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/core/math.h"
+#include "engine/rays/pairs.h"
 
 namespace halflight::rays {
 
@@ -35,11 +36,10 @@ struct Bvh {
 /// One box per primitive, none of them empty. A leaf holds one primitive.
 Bvh build_bvh(std::span<const Bounds> boxes);
 
-/// Leaves of at most kMaxLeafPrimitives triangles. Large triangles may be split between leaves (Stich, Friedrich,
-/// Dietrich 2009, Spatial Splits in Bounding Volume Hierarchies), up to kSplitBudget references per triangle: each
-/// leaf's box then holds a part of the triangle, and all of them together hold it all.
-using Corners = std::array<vec3, 3>;
+/// Leaves of at most kMaxLeafPrimitives pairs of triangles. Large pairs may be split between leaves (Stich, Friedrich,
+/// Dietrich 2009, Spatial Splits in Bounding Volume Hierarchies), up to kSplitBudget references per pair: each leaf's
+/// box then holds a part of the pair, and all of them together hold it all.
 inline constexpr double kSplitBudget = 1.5;
-Bvh build_triangle_bvh(std::span<const Corners> triangles);
+Bvh build_pair_bvh(std::span<const Ring> pairs);
 
 }  // namespace halflight::rays

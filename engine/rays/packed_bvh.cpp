@@ -123,7 +123,7 @@ class Packer {
         packed_.two_level = tables.instances.size() > 1 ||
                             (!tables.instances.empty() && (tables.keep_top_level || !tables.instances[0].identity));
         if (packed_.two_level) add_top_level();
-        std::vector<Bvh> built(tables.blocks.size());
+        std::vector<BuiltBlock> built(tables.blocks.size());
         tbb::parallel_for(std::size_t{0}, built.size(),
                           [&](std::size_t i) { built[i] = build_block(tables.blocks[i]); });
         for (std::size_t i = 0; i < built.size(); ++i) add_block(tables.blocks[i], std::move(built[i]));
@@ -172,34 +172,57 @@ class Packer {
         hierarchies_.push_back(build_bvh(boxes));
         grids_.push_back(grid_over(all));
         slacks_.push_back(static_cast<float>(kInstanceSlack * condition));
-        first_triangle_.push_back(0);
+        first_pair_.push_back(0);
     }
 
-    Bvh build_block(const Block& block) const {
+    struct BuiltBlock {
+        Bvh hierarchy;  // over the rings
+        std::vector<Ring> rings;
+        std::vector<vec4> ids;  // last texel of each pair
+    };
+
+    BuiltBlock build_block(const Block& block) const {
         std::vector<Corners> triangles(block.triangle_count);
         for (std::uint32_t i = 0; i < block.triangle_count; ++i) {
             for (int k = 0; k < 3; ++k) {
                 triangles[i][static_cast<std::size_t>(k)] = corner_of(tables_, block.first_triangle + i, k);
             }
         }
-        return build_triangle_bvh(triangles);
+        BuiltBlock built;
+        for (const TrianglePair& pair : pair_triangles(triangles)) {
+            built.rings.push_back(ring_of(pair, triangles));
+            built.ids.push_back(ids_of(pair, block.first_triangle));
+        }
+        built.hierarchy = build_pair_bvh(built.rings);
+        return built;
     }
 
-    void add_block(const Block& block, Bvh hierarchy) {
-        hierarchies_.push_back(std::move(hierarchy));
+    vec4 ids_of(const TrianglePair& pair, std::uint32_t first_triangle) const {
+        uvec3 words(kBvhTag);
+        for (int which = 0; which < 2; ++which) {
+            const std::uint32_t triangle = first_triangle + pair.triangles[static_cast<std::size_t>(which)];
+            const bool alpha = (tables_.triangles[triangle].w & kTriangleAlpha) != 0;
+            words[which] |= (alpha ? shared::kBvhAlphaTested : 0u) | triangle;
+            const auto corners = corners_in_pair(pair, which);
+            const auto place_of = [&](std::uint8_t corner) {
+                return static_cast<std::uint32_t>(std::ranges::find(corners, corner) - corners.begin());
+            };
+            words.z |= (place_of(1) | place_of(2) << 2) << (which * shared::kBvhOrderShift);
+        }
+        return {std::bit_cast<float>(words.x), std::bit_cast<float>(words.y), std::bit_cast<float>(words.z), 0};
+    }
+
+    void add_block(const Block& block, BuiltBlock built) {
+        hierarchies_.push_back(std::move(built.hierarchy));
         grids_.push_back(grid_over(block.bounds));
         slacks_.push_back(static_cast<float>(kSlack));
-        const std::size_t slot = packed_.triangles.size() / 3;
-        index_word(slot + hierarchies_.back().primitives.size(), "triangles");
-        first_triangle_.push_back(static_cast<std::uint32_t>(slot));
+        const std::size_t slot = packed_.pairs.size() / shared::kBvhPairTexels;
+        index_word(slot + hierarchies_.back().primitives.size(), "pairs of triangles");
+        first_pair_.push_back(static_cast<std::uint32_t>(slot));
         for (const std::uint32_t primitive : hierarchies_.back().primitives) {
-            const std::uint32_t triangle = block.first_triangle + primitive;
-            const bool alpha = (tables_.triangles[triangle].w & kTriangleAlpha) != 0;
-            const auto id = std::bit_cast<float>(kBvhTag | (alpha ? shared::kBvhAlphaTested : 0u) | triangle);
-            for (int a = 0; a < 3; ++a) {
-                packed_.triangles.emplace_back(corner_of(tables_, triangle, 0)[a], corner_of(tables_, triangle, 1)[a],
-                                               corner_of(tables_, triangle, 2)[a], id);
-            }
+            const Ring& ring = built.rings[primitive];
+            for (int a = 0; a < 3; ++a) packed_.pairs.emplace_back(ring[0][a], ring[1][a], ring[2][a], ring[3][a]);
+            packed_.pairs.push_back(built.ids[primitive]);
         }
     }
 
@@ -208,7 +231,7 @@ class Packer {
         hierarchies_.emplace_back().nodes.emplace_back();
         grids_.emplace_back();
         slacks_.push_back(static_cast<float>(kSlack));
-        first_triangle_.push_back(0);
+        first_pair_.push_back(0);
     }
 
     std::uint32_t reference_to(const BvhChild& child, std::size_t hierarchy, std::uint32_t head) const {
@@ -216,7 +239,7 @@ class Packer {
         if (!child.leaf()) return kBvhTag | (head + 1 + child.first);
         if (top_level(hierarchy)) return kBvhTag | shared::kBvhInstance | hierarchies_[0].primitives[child.first];
         return kBvhTag | shared::kBvhLeaf | (child.count << shared::kBvhCountShift) |
-               (first_triangle_[hierarchy] + child.first);
+               (first_pair_[hierarchy] + child.first);
     }
 
     void pack_hierarchy(std::size_t i, std::uint32_t head) {
@@ -258,7 +281,7 @@ class Packer {
     std::vector<Bvh> hierarchies_;  // the top level first, if there is one, then one per block
     std::vector<Grid> grids_;
     std::vector<float> slacks_;
-    std::vector<std::uint32_t> first_triangle_;  // slot in packed_.triangles
+    std::vector<std::uint32_t> first_pair_;  // slot in packed_.pairs
 };
 
 }  // namespace

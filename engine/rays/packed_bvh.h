@@ -19,7 +19,7 @@ struct PackedScene {
     NodeFormat format = NodeFormat::grid;
     bool two_level = false;                    // the hierarchy at index 0 is one over instances
     std::vector<uvec4> nodes;                  // RGBA32UI, or the bits of RGBA32F
-    std::vector<vec4> triangles;               // RGBA32F, 3 texels each
+    std::vector<vec4> pairs;                   // RGBA32F, kBvhPairTexels each
     std::vector<std::uint32_t> instance_head;  // per instance: node index of its block's head
     std::uint32_t stack_entries = 1;           // that a traversal needs, >= 1
     std::size_t node_count = 0;                // without heads

@@ -111,7 +111,7 @@ class TreeBuilder {
         if (is_instance(reference)) {
             return triangles_below(packed_.instance_head[reference & kBvhIndexMask] + kRoot);
         }
-        if (is_leaf(reference)) return (reference >> shared::kBvhCountShift) & 7u;
+        if (is_leaf(reference)) return 2 * ((reference >> shared::kBvhCountShift) & 7u);  // at most
         return triangles_below(reference & kBvhIndexMask);
     }
 

@@ -88,7 +88,7 @@ TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, con
     : serial_(next_serial()),
       alpha_tested_(tables.alpha_tested),
       nodes_(gpu::Buffer::from("hierarchy nodes", packed.nodes)),
-      triangles_(gpu::Buffer::from("hierarchy triangles", packed.triangles)),
+      triangles_(gpu::Buffer::from("hierarchy triangles", packed.pairs)),
       instances_(gpu::Buffer::from("block instances", instance_rows(tables, packed))) {
     if (alpha_tested_) {
         defines_ = shading;

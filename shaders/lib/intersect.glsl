@@ -13,13 +13,6 @@ struct TriangleRay {
     vec3 shear;    // xy: direction.xy / direction.z, z: 1 / direction.z, in that order of axes
 };
 
-struct TriangleHit {
-    bool met;
-    float t;
-    float u;
-    float v;
-};
-
 TriangleRay triangle_ray(vec3 origin, vec3 direction) {
     vec3 magnitude = abs(direction);
     bool x_first = magnitude.x > magnitude.y && magnitude.x > magnitude.z;
@@ -34,23 +27,77 @@ TriangleRay triangle_ray(vec3 origin, vec3 direction) {
     return ray;
 }
 
+// Where the ray meets a triangle, and the weights of its corners there. edges: the weights times the determinant. z: of
+// the corners. The same bits for all orders of the corners that leave the last one in its place.
+struct TrianglePoint {
+    float t;  // not yet compared with anything
+    vec3 weights;
+};
+
+TrianglePoint triangle_point(TriangleRay ray, vec3 edges, vec3 z) {
+    if (edges == vec3(0.0)) edges = vec3(1.0);
+    precise float determinant = edges.x + edges.y + edges.z;
+    precise float inverse = 1.0 / determinant;
+    precise float t = (edges.x * z.x + edges.y * z.y + edges.z * z.z) * ray.shear.z * inverse;
+    precise vec3 weights = edges * inverse;
+    return TrianglePoint(t, weights);
+}
+
 bool may_contain_zero(vec3 v) {
     return any(lessThanEqual(v, vec3(0.0))) && any(greaterThanEqual(v, vec3(0.0))) && any(notEqual(v, vec3(0.0)));
 }
 
-// row_*: coordinates of the three corners along axes.x, .y and .z. t is not yet compared with anything.
+struct TriangleHit {
+    bool met;
+    float t;
+    float u;
+    float v;
+};
+
+// row_*: coordinates of the three corners along axes.x, .y and .z.
 TriangleHit intersect_triangle(TriangleRay ray, vec3 row_x, vec3 row_y, vec3 row_z) {
     precise vec3 z = row_z - ray.origin.z;
     precise vec3 x = (row_x - ray.origin.x) - ray.shear.x * z;
     precise vec3 y = (row_y - ray.origin.y) - ray.shear.y * z;
-    precise vec3 edges = x.zxy * y.yzx - y.zxy * x.yzx;  // weights of the corners, times the determinant
-    bool positive = all(greaterThanEqual(edges, vec3(0.0)));
-    bool negative = all(lessThanEqual(edges, vec3(0.0)));
-    bool in_bounds = may_contain_zero(x) && may_contain_zero(y);
-    if (positive && negative && in_bounds) edges = vec3(1.0);
-    precise float determinant = edges.x + edges.y + edges.z;
-    precise float inverse = 1.0 / determinant;
-    precise float t = (edges.x * z.x + edges.y * z.y + edges.z * z.z) * ray.shear.z * inverse;
-    precise vec2 weights = edges.yz * inverse;
-    return TriangleHit((positive || negative) && in_bounds && determinant != 0.0, t, weights.x, weights.y);
+    precise vec3 edges = x.zxy * y.yzx - y.zxy * x.yzx;
+    bool inside = all(greaterThanEqual(edges, vec3(0.0))) || all(lessThanEqual(edges, vec3(0.0)));
+    TrianglePoint p = triangle_point(ray, edges, z);
+    return TriangleHit(inside && may_contain_zero(x) && may_contain_zero(y), p.t, p.weights.y, p.weights.z);
+}
+
+// Two triangles of a ring of four corners: of its corners 0, 1, 2 and 2, 3, 0.
+struct PairEdges {
+    bvec2 met;     // each of them, anywhere on the line
+    vec4 z;        // of the corners
+    vec4 ring;     // edge functions from each corner to the next
+    float across;  // and from corner 0 to 2
+};
+
+// may_contain_zero() for the corners of both triangles.
+bvec2 both_may_contain_zero(vec4 v) {
+    bvec4 below = lessThanEqual(v, vec4(0.0)), above = greaterThanEqual(v, vec4(0.0)), off = notEqual(v, vec4(0.0));
+    bvec3 common_edge = bvec3(below.x || below.z, above.x || above.z, off.x || off.z);
+    return bvec2((common_edge.x || below.y) && (common_edge.y || above.y) && (common_edge.z || off.y),
+                 (common_edge.x || below.w) && (common_edge.y || above.w) && (common_edge.z || off.w));
+}
+
+// row_*: coordinates of the four corners along axes.x, .y and .z.
+PairEdges intersect_pair(TriangleRay ray, vec4 row_x, vec4 row_y, vec4 row_z) {
+    precise vec4 z = row_z - ray.origin.z;
+    precise vec4 x = (row_x - ray.origin.x) - ray.shear.x * z;
+    precise vec4 y = (row_y - ray.origin.y) - ray.shear.y * z;
+    precise vec4 ring = x * y.yzwx - y * x.yzwx;
+    precise float across = x.x * y.z - y.x * x.z;
+    bvec4 positive = greaterThanEqual(ring, vec4(0.0)), negative = lessThanEqual(ring, vec4(0.0));
+    bool across_positive = across >= 0.0, across_negative = across <= 0.0;
+    bool first = (positive.x && positive.y && across_negative) || (negative.x && negative.y && across_positive);
+    bool second = (positive.z && positive.w && across_positive) || (negative.z && negative.w && across_negative);
+    bvec2 x_in = both_may_contain_zero(x), y_in = both_may_contain_zero(y);
+    return PairEdges(bvec2(first && x_in.x && y_in.x, second && x_in.y && y_in.y), z, ring, across);
+}
+
+// Of the first or second of the pair. weights: of the ring's corners 0 and 2, and of the triangle's third.
+TrianglePoint pair_point(TriangleRay ray, PairEdges e, bool second) {
+    vec3 edges = second ? vec3(e.ring.z, e.ring.w, e.across) : vec3(e.ring.y, e.ring.x, -e.across);
+    return triangle_point(ray, edges, vec3(e.z.x, e.z.z, second ? e.z.w : e.z.y));
 }

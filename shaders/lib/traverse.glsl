@@ -1,6 +1,6 @@
 // The plain tracer: while-while traversal (Aila, Laine 2009), near children first. Needs shaders/trace_scene.glsl.
 //
-// A triangle is hit by a ray where intersect_triangle says so with a t > t_min, where the boxes of its leaf and of its
+// A triangle is hit by a ray where intersect_pair says so with a t > t_min, where the boxes of its leaf and of its
 // instance are met, and where t, raised to where the ray enters these boxes, is < t_max. With box.glsl's monotone boxes,
 // nothing that skips boxes entered beyond the current t, in any order, changes a hit. Of a triangle split between leaves
 // the least such t counts, which is that of the leaf where the ray meets it. Among equal t the lowest (instance, triangle)
@@ -31,31 +31,53 @@ const uint kStackInstance = 0x70000000u;    // | instance, to be entered at the 
 bool is_inner_node(uint node) { return node < (kBvhTag | kBvhLeaf); }
 bool is_leaf(uint node) { return (node & (kBvhLeaf | kBvhInstance)) == kBvhLeaf; }
 
+// A place among pairs of triangles in leaf order: twice that of the pair, plus 1 where its first triangle is done with.
+int first_place(uint leaf) { return 2 * int(leaf & kBvhIndexMask); }
+int places_in(uint leaf) { return is_leaf(leaf) ? 2 * int((leaf >> kBvhCountShift) & 7u) : 0; }
+
 // A triangle as a candidate for the nearest hit.
-struct SlotHit {
+struct PlaceHit {
     bool nearer;        // than `nearest`; among equal t: of lower (instance, triangle)
     bool alpha_tested;
-    Hit hit;
+    int next;           // place: few rays meet both triangles of a pair
+    Hit hit;            // any_hit: only with HALFLIGHT_ALPHA
 };
 
-// slot: of the triangle in leaf order. leaf_near: where the ray enters the leaf's box and its instance's.
-SlotHit intersect_slot(TriangleRay ray, int slot, uint instance, float t_min, float leaf_near, Hit nearest, const bool any_hit) {
-    int texel = slot * 3;
+// leaf_near: where the ray enters the leaf's box and its instance's.
+PlaceHit intersect_place(TriangleRay ray, int place, uint instance, float t_min, float leaf_near, Hit nearest,
+                         const bool any_hit) {
+    int texel = (place >> 1) * kBvhPairTexels;
     vec4 row_x = texelFetch(trace_triangles, texel + ray.axes.x);
     vec4 row_y = texelFetch(trace_triangles, texel + ray.axes.y);
     vec4 row_z = texelFetch(trace_triangles, texel + ray.axes.z);
-    TriangleHit hit = intersect_triangle(ray, row_x.xyz, row_y.xyz, row_z.xyz);
-    uint id = floatBitsToUint(row_x.w);
-    uint triangle = id & kBvhTriangleMask;
-    bool nearer = hit.met && hit.t > t_min;
-    if (any_hit) {
-        nearer = nearer && hit.t < nearest.t;
-    } else {
-        hit.t = max(hit.t, leaf_near);
-        bool wins_tie = instance < nearest.instance || (instance == nearest.instance && triangle < nearest.triangle);
-        nearer = nearer && (hit.t < nearest.t || (hit.t == nearest.t && wins_tie));
+    PairEdges pair = intersect_pair(ray, row_x, row_y, row_z);
+    bool second = (place & 1) != 0 || !pair.met.x;
+    TrianglePoint p = pair_point(ray, pair, second);
+    PlaceHit h;
+    h.next = (place | 1) + (second || !pair.met.y ? 1 : 0);
+    h.nearer = (!second || pair.met.y) && p.t > t_min;
+    h.alpha_tested = false;
+    h.hit = nearest;
+    if (any_hit) h.nearer = h.nearer && p.t < nearest.t;
+#ifndef HALFLIGHT_ALPHA
+    if (any_hit) return h;
+#endif
+    uvec4 ids = floatBitsToUint(texelFetch(trace_triangles, texel + 3));
+    uint id = second ? ids.y : ids.x;
+    if (ids.x == ids.y) h.next = (place | 1) + 1;  // one alone
+    uint order = second ? ids.z >> kBvhOrderShift : ids.z;
+    uint u_from = order & 3u, v_from = (order >> 2) & 3u;
+    float u = u_from == 0u ? p.weights.x : (u_from == 1u ? p.weights.y : p.weights.z);
+    float v = v_from == 0u ? p.weights.x : (v_from == 1u ? p.weights.y : p.weights.z);
+    h.alpha_tested = (id & kBvhAlphaTested) != 0u;
+    h.hit = Hit(p.t, u, v, id & kBvhTriangleMask, instance);
+    if (!any_hit) {
+        h.hit.t = max(p.t, leaf_near);
+        bool wins_tie =
+            instance < nearest.instance || (instance == nearest.instance && h.hit.triangle < nearest.triangle);
+        h.nearer = h.nearer && (h.hit.t < nearest.t || (h.hit.t == nearest.t && wins_tie));
     }
-    return SlotHit(nearer, (id & kBvhAlphaTested) != 0u, Hit(hit.t, hit.u, hit.v, triangle, instance));
+    return h;
 }
 
 #ifdef HALFLIGHT_TWO_LEVEL
@@ -128,6 +150,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
 #ifdef HALFLIGHT_ALPHA
     Hit asked = nearest;  // would be nearest, if its triangle covers it
     bool asks = false;
+    int done = 0;  // 1: what is left of a leaf begins with the second triangle of a pair
 #else
     const bool asks = false;
 #endif
@@ -154,34 +177,39 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                 }
             } while (is_inner_node(node));
 
-            int slot = int(node & kBvhIndexMask);
-            int left = is_leaf(node) ? int((node >> kBvhCountShift) & 7u) : 0;
+            int place = first_place(node);
+            int end = place + places_in(node);
+#ifdef HALFLIGHT_ALPHA
+            place += done;
+            done = 0;
+#endif
             float leaf_near = intBitsToFloat(max(near, instance_near));
             do {
-                if (left > 0) {
-                    SlotHit hit = intersect_slot(sheared, slot, instance, ray.t_min, leaf_near, nearest, any_hit);
-                    --left;
-                    ++slot;
+                if (place < end) {
+                    PlaceHit hit = intersect_place(sheared, place, instance, ray.t_min, leaf_near, nearest, any_hit);
+                    place = hit.next;
 #ifdef HALFLIGHT_ALPHA
                     if (hit.nearer && hit.alpha_tested) {
                         asked = hit.hit;
                         asks = true;
-                        node = kBvhTag | kBvhLeaf | uint(left << kBvhCountShift) | uint(slot);  // to be continued
+                        done = place & 1;
+                        uint left = uint(end - (place - done)) >> 1;
+                        node = kBvhTag | kBvhLeaf | (left << kBvhCountShift) | uint(place >> 1);  // to be continued
                         hit.nearer = false;
-                        left = 0;
+                        place = end;
                     }
 #endif
                     if (hit.nearer) {
                         found = true;
                         if (any_hit) {
-                            left = 0;
+                            place = end;
                             entries = 0;
                         } else {
                             nearest = hit.hit;
                         }
                     }
                 }
-            } while (left > 0);
+            } while (place < end);
 
             bool popped = is_leaf(node) && !asks;
             do {

@@ -5,7 +5,7 @@
 
 // Texture units (texture buffers unless said otherwise).
 #define UNIT_NODES 0             // RGBA32UI or RGBA32F: BVH4 nodes of all blocks and of the top level
-#define UNIT_TRIANGLE_VERTICES 1 // RGBA32F: triangles in leaf order
+#define UNIT_TRIANGLE_VERTICES 1 // RGBA32F: pairs of triangles in leaf order
 #define UNIT_INSTANCES 2         // RGBA32F: BlockInstance rows
 #define UNIT_TRIANGLES 3         // RGBA32UI: TraceTables::triangles
 #define UNIT_POSITIONS 4         // RGB32F: TraceTables::positions

@@ -98,6 +98,29 @@ TEST_F(TracerAlpha, MasksCutOutByTexture) {
     for (std::size_t i = 0; i < kRays; ++i) EXPECT_NEAR(a.height(i), i % 128 < 64 ? 0.0f : 2.0f, 1e-5f) << i;
 }
 
+// Two triangles with a common edge, one above the other, of which one is not there.
+TEST_F(TracerAlpha, BothTrianglesOfAPairAreAsked) {
+    for (const std::size_t absent : {0u, 1u}) {
+        Scene scene;
+        scene.name = "bent";
+        add_square(scene, 0, covering(AlphaMode::mask, 1));
+        scene.materials.push_back(covering(AlphaMode::mask, 0.4f));
+        Mesh& mesh = scene.meshes[0];
+        mesh.positions = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, 2, 0.5f}};
+        mesh.triangles = {{0, 1, 2}, {1, 0, 3}};
+        mesh.triangle_material = {0, 0};
+        mesh.triangle_material[absent] = 1;
+        for (const bool both : {false, true}) {
+            if (both) mesh.triangle_material[1 - absent] = 1;
+            const Answers a = trace(scene);
+            ASSERT_EQ(rays::pack_scene(a.tables).pairs.size(), 4u);
+            for (std::size_t i = 0; i < kRays; ++i) {
+                EXPECT_EQ(a.hits[i].triangle, both ? kMiss : static_cast<std::uint32_t>(1 - absent)) << i;
+            }
+        }
+    }
+}
+
 TEST_F(TracerAlpha, BlendHitsWithProbabilityAlpha) {
     Scene scene;
     scene.name = "blend";

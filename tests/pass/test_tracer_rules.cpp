@@ -56,6 +56,50 @@ TEST_F(TracerRules, BarycentricsAreWeightsOfTheSecondAndThirdCorner) {
     }
 }
 
+TEST_F(TracerRules, PairsKeepTheOrderOfEachTrianglesCorners) {
+    const std::vector<vec3> positions{{0, 0, 0}, {4, 0, 0}, {4, 4, 0}, {0, 4, 0}};
+    uvec3 first(0, 1, 2), second(0, 2, 3);
+    int others = 0;
+    for (int i = 0; i < 36; ++i) {
+        // All six orders of the first triangle, and for each all of the second.
+        first = i % 2 ? uvec3(first.y, first.x, first.z) : uvec3(first.x, first.z, first.y);
+        if (i % 6 == 5) second = i % 4 == 1 ? uvec3(second.y, second.x, second.z) : uvec3(second.x, second.z, second.y);
+        const TraceTables tables = build_trace_tables(of_one_mesh(positions, {first, second}));
+        ASSERT_EQ(rays::pack_scene(tables).pairs.size(), std::size_t{shared::kBvhPairTexels});
+        for (const vec2& at : {vec2(3, 0.5f), vec2(1, 2.5f)}) {
+            const std::vector<Ray> rays{{vec3(at, 1) - vec3(tables.origin), 0, vec3(0, 0, -1), kInfinity}};
+            const Hit hit = Tracer(tables).closest(rays)[0];
+            ASSERT_LT(hit.triangle, 2u);
+            others += hit.triangle == 1;
+            const uvec3 corners = hit.triangle == 0 ? first : second;
+            const vec3 met = (1 - hit.u - hit.v) * positions[corners.x] + hit.u * positions[corners.y] +
+                             hit.v * positions[corners.z];
+            EXPECT_EQ(met, vec3(at, 0)) << i;
+        }
+    }
+    EXPECT_EQ(others, 36);
+}
+
+TEST_F(TracerRules, RaysMeetBothTrianglesOfABentPair) {
+    const TraceTables tables =
+        build_trace_tables(of_one_mesh({{0, 0, 0}, {0, 4, 0}, {4, 2, 1}, {4, 2, -1}}, {{0, 1, 2}, {1, 0, 3}}));
+    ASSERT_EQ(rays::pack_scene(tables).pairs.size(), std::size_t{shared::kBvhPairTexels});
+    const vec3 above = vec3(2, 2, 2) - vec3(tables.origin), below = vec3(2, 2, -2) - vec3(tables.origin);
+    const vec3 up(0, 0, 1), down(0, 0, -1);
+    const std::vector<Ray> rays{{above, 0, down, kInfinity}, {below, 0, up, kInfinity}, {above, 2, down, kInfinity},
+                                {below, 2, up, kInfinity},   {above, 0, down, 1},       {above, 2, down, 2.25f}};
+    const float t[] = {1.5f, 1.5f, 2.5f, 2.5f, kInfinity, kInfinity};
+    const std::uint32_t triangle[] = {0, 1, 1, 0, kMiss, kMiss};
+    Tracer tracer(tables);
+    const std::vector<Hit> hits = tracer.closest(rays);
+    const std::vector<std::uint32_t> occluded = tracer.any(rays);
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+        EXPECT_EQ(hits[i].t, t[i]) << i;
+        EXPECT_EQ(hits[i].triangle, triangle[i]) << i;
+        EXPECT_EQ(occluded[i], triangle[i] == kMiss ? 0u : 1u) << i;
+    }
+}
+
 TEST_F(TracerRules, BothEndsOfTheRayAreOpen) {
     const TraceTables tables = build_trace_tables(squares({-1, 0, 1}));
     const vec3 down(0, 0, -1), above(0.25f, 0.5f, 2);

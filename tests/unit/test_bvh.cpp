@@ -14,21 +14,30 @@
 namespace halflight::rays {
 namespace {
 
-std::vector<Corners> random_triangles(std::size_t count, float size, std::uint32_t seed) {
+/// Four points about a centre each: bent pairs.
+std::vector<Ring> random_rings(std::size_t count, float size, std::uint32_t seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> uniform(-1, 1);
     const auto point = [&] { return vec3(uniform(random), uniform(random), uniform(random)); };
-    std::vector<Corners> triangles(count);
-    for (Corners& t : triangles) {
+    std::vector<Ring> rings(count);
+    for (Ring& ring : rings) {
         const vec3 centre = point();
-        for (vec3& p : t) p = centre + size * point();
+        for (vec3& p : ring) p = centre + size * point();
     }
-    return triangles;
+    return rings;
 }
 
-Bounds box_of(const Corners& triangle) {
+Corners first_of(const Ring& ring) {
+    return {ring[0], ring[1], ring[2]};
+}
+Corners second_of(const Ring& ring) {
+    return {ring[2], ring[3], ring[0]};
+}
+
+template <class Points>
+Bounds box_of(const Points& points) {
     Bounds box;
-    for (const vec3& p : triangle) box.add(p);
+    for (const vec3& p : points) box.add(p);
     return box;
 }
 
@@ -52,11 +61,11 @@ std::uint32_t walk(const Bvh& bvh, std::uint32_t index, const Bounds& around,
     return below + children - 1;
 }
 
-void check_triangles(const std::vector<Corners>& triangles) {
-    const Bvh bvh = build_triangle_bvh(triangles);
+void check_rings(const std::vector<Ring>& rings) {
+    const Bvh bvh = build_pair_bvh(rings);
     Bounds all;
-    for (const Corners& t : triangles) all.add(box_of(t));
-    std::vector<std::vector<Bounds>> parts(triangles.size());
+    for (const Ring& ring : rings) all.add(box_of(ring));
+    std::vector<std::vector<Bounds>> parts(rings.size());
     std::size_t entries = 0;
     const std::uint32_t stack = walk(bvh, 0, all, [&](const BvhChild& child) {
         if (!child.leaf()) return;
@@ -68,16 +77,16 @@ void check_triangles(const std::vector<Corners>& triangles) {
     });
     EXPECT_EQ(stack, bvh.stack_entries);
     EXPECT_EQ(entries, bvh.primitives.size());
-    EXPECT_LE(entries, static_cast<std::size_t>(kSplitBudget * static_cast<double>(triangles.size())) + 1);
+    EXPECT_LE(entries, static_cast<std::size_t>(kSplitBudget * static_cast<double>(rings.size())) + 1);
 
-    // Each point of a triangle lies in one of the leaves that name it.
+    // Each point of a pair lies in one of the leaves that name it.
     std::mt19937 random(7);
     std::uniform_real_distribution<double> uniform(0, 1);
     std::size_t outside = 0;
-    for (std::size_t i = 0; i < triangles.size(); ++i) {
-        for (int sample = 0; sample < 20; ++sample) {
+    for (std::size_t i = 0; i < rings.size(); ++i) {
+        for (int sample = 0; sample < 40; ++sample) {
             const double r = std::sqrt(uniform(random)), u = r * uniform(random);
-            const auto& [a, b, c] = triangles[i];
+            const auto [a, b, c] = sample % 2 == 0 ? first_of(rings[i]) : second_of(rings[i]);
             const dvec3 p = (1 - r) * dvec3(a) + u * dvec3(b) + (r - u) * dvec3(c);
             outside += std::none_of(parts[i].begin(), parts[i].end(), [&](const Bounds& box) {
                 return glm::all(glm::greaterThanEqual(p, dvec3(box.lower) - 1e-15)) &&
@@ -88,27 +97,27 @@ void check_triangles(const std::vector<Corners>& triangles) {
     EXPECT_EQ(outside, 0u);
 }
 
-TEST(Bvh, HoldsEveryTriangle) {
-    check_triangles(random_triangles(3000, 0.02f, 1));
-    check_triangles(random_triangles(3000, 0.7f, 2));  // many splits
-    check_triangles(random_triangles(1, 1, 3));
-    check_triangles(random_triangles(4, 1, 4));
-    check_triangles(random_triangles(5, 1, 5));
+TEST(Bvh, HoldsEveryPair) {
+    check_rings(random_rings(3000, 0.02f, 1));
+    check_rings(random_rings(3000, 0.7f, 2));  // many splits
+    check_rings(random_rings(1, 1, 3));
+    check_rings(random_rings(4, 1, 4));
+    check_rings(random_rings(5, 1, 5));
 }
 
-TEST(Bvh, HoldsCoincidentAndFlatTriangles) {
-    check_triangles(std::vector<Corners>(5000, Corners{vec3(0), vec3(1, 0, 0), vec3(0, 1, 0)}));
-    check_triangles(std::vector<Corners>(5000, Corners{vec3(0.5f), vec3(0.5f), vec3(0.5f)}));
-    std::vector<Corners> flat = random_triangles(3000, 0.3f, 6);
-    for (Corners& t : flat) {
-        for (vec3& p : t) p.y = 0.25f;
+TEST(Bvh, HoldsCoincidentAndFlatPairs) {
+    check_rings(std::vector<Ring>(5000, Ring{vec3(0), vec3(1, 0, 0), vec3(1, 1, 0), vec3(0, 1, 0)}));
+    check_rings(std::vector<Ring>(5000, Ring{vec3(0.5f), vec3(0.5f), vec3(0.5f), vec3(0.5f)}));
+    std::vector<Ring> flat = random_rings(3000, 0.3f, 6);
+    for (Ring& ring : flat) {
+        for (vec3& p : ring) p.y = 0.25f;
     }
-    check_triangles(flat);
+    check_rings(flat);
 }
 
 TEST(Bvh, OfBoxesHasOneInALeaf) {
     std::vector<Bounds> boxes;
-    for (const Corners& t : random_triangles(500, 0.3f, 8)) boxes.push_back(box_of(t));
+    for (const Ring& ring : random_rings(500, 0.3f, 8)) boxes.push_back(box_of(ring));
     const Bvh bvh = build_bvh(boxes);
     std::set<std::uint32_t> seen;
     walk(bvh, 0, {vec3(-10), vec3(10)}, [&](const BvhChild& child) {
@@ -122,7 +131,7 @@ TEST(Bvh, OfBoxesHasOneInALeaf) {
 
 TEST(Bvh, OfNothingIsEmpty) {
     EXPECT_TRUE(build_bvh({}).nodes.empty());
-    EXPECT_TRUE(build_triangle_bvh({}).nodes.empty());
+    EXPECT_TRUE(build_pair_bvh({}).nodes.empty());
 }
 
 bool same(const Bvh& a, const Bvh& b) {
@@ -140,26 +149,28 @@ bool same(const Bvh& a, const Bvh& b) {
 }
 
 TEST(Bvh, IsTheSameWithAnyNumberOfThreads) {
-    const std::vector<Corners> triangles = random_triangles(20000, 0.1f, 9);
-    const Bvh reference = build_triangle_bvh(triangles);
+    const std::vector<Ring> rings = random_rings(20000, 0.1f, 9);
+    const Bvh reference = build_pair_bvh(rings);
     for (const int threads : {1, 2}) {
         tbb::task_arena arena(threads);
         for (int repeat = 0; repeat < 2; ++repeat) {
-            arena.execute([&] { EXPECT_TRUE(same(reference, build_triangle_bvh(triangles))) << threads; });
+            arena.execute([&] { EXPECT_TRUE(same(reference, build_pair_bvh(rings))) << threads; });
         }
     }
 }
 
-TraceTables tables_of(const std::vector<Corners>& triangles) {
+/// Pairs, and the first triangle of a third of them alone.
+TraceTables tables_of(const std::vector<Ring>& rings) {
     TraceTables tables;
     Block block;
-    for (const Corners& t : triangles) {
+    for (const Ring& ring : rings) {
         const auto first = static_cast<std::uint32_t>(tables.positions.size());
-        tables.positions.insert(tables.positions.end(), t.begin(), t.end());
+        tables.positions.insert(tables.positions.end(), ring.begin(), ring.end());
         tables.triangles.emplace_back(first, first + 1, first + 2, 0);
-        block.bounds.add(box_of(t));
+        if (first % 12 != 0) tables.triangles.emplace_back(first, first + 2, first + 3, 0);
+        block.bounds.add(box_of(ring));
     }
-    block.triangle_count = static_cast<std::uint32_t>(triangles.size());
+    block.triangle_count = static_cast<std::uint32_t>(tables.triangles.size());
     tables.bounds = block.bounds;
     tables.blocks = {block};
     tables.instances.emplace_back().identity = true;
@@ -188,11 +199,28 @@ Bounds decoded(const PackedScene& packed, std::size_t node, int k) {
     return box;
 }
 
+/// Returns the id of a pair's first (which 0) or second triangle (1).
+std::uint32_t check_triangle(const TraceTables& tables, const PackedScene& packed, std::size_t slot, int which) {
+    const vec4* texels = &packed.pairs[shared::kBvhPairTexels * slot];
+    const auto word = [&](int i) { return std::bit_cast<std::uint32_t>(texels[3][i]); };
+    const std::uint32_t id = word(which) & shared::kBvhTriangleMask;
+    const std::uint32_t order = word(2) >> (which * shared::kBvhOrderShift);
+    const int second = order & 3, third = (order >> 2) & 3;
+    const int places[] = {3 - second - third, second, third};
+    for (int c = 0; c < 3; ++c) {
+        const int ring_corner = places[c] == 2 ? (which == 0 ? 1 : 3) : 2 * places[c];
+        const vec3 expected = tables.positions.at(tables.triangles.at(id)[c]);
+        for (int a = 0; a < 3; ++a) EXPECT_EQ(texels[a][ring_corner], expected[a]);
+    }
+    EXPECT_LE(word(0) & shared::kBvhTriangleMask, word(1) & shared::kBvhTriangleMask);
+    return id;
+}
+
 class Packed : public ::testing::TestWithParam<NodeFormat> {};
 
 TEST_P(Packed, BoxesContainWhatTheyHold) {
     for (const float size : {0.01f, 0.5f}) {
-        const TraceTables tables = tables_of(random_triangles(2000, size, 10));
+        const TraceTables tables = tables_of(random_rings(1500, size, 10));
         const PackedScene packed = pack_scene(tables, GetParam());
         const std::size_t stride = GetParam() == NodeFormat::grid ? shared::kBvhGridTexels : shared::kBvhFloatTexels;
         std::vector<Bounds> seen(tables.triangles.size());
@@ -221,15 +249,7 @@ TEST_P(Packed, BoxesContainWhatTheyHold) {
                 const std::uint32_t count = (reference >> shared::kBvhCountShift) & 7u;
                 ASSERT_TRUE(count >= 1 && count <= kMaxLeafPrimitives);
                 for (std::uint32_t slot = first; slot < first + count; ++slot) {
-                    const auto id =
-                        std::bit_cast<std::uint32_t>(packed.triangles[3 * slot].w) & shared::kBvhTriangleMask;
-                    ASSERT_LT(id, tables.triangles.size());
-                    seen[id].add(box);
-                    for (int a = 0; a < 3; ++a) {
-                        for (int c = 0; c < 3; ++c) {
-                            EXPECT_EQ(packed.triangles[3 * slot + a][c], tables.positions[tables.triangles[id][c]][a]);
-                        }
-                    }
+                    for (int which = 0; which < 2; ++which) seen[check_triangle(tables, packed, slot, which)].add(box);
                 }
             }
         }
@@ -244,11 +264,11 @@ TEST_P(Packed, BoxesContainWhatTheyHold) {
 INSTANTIATE_TEST_SUITE_P(Formats, Packed, ::testing::Values(NodeFormat::grid, NodeFormat::floating));
 
 TEST(PackedScene, TakesFloatsWhereAGridIsTooCoarse) {
-    std::vector<Corners> triangles = random_triangles(2000, 0.05f, 11);
-    EXPECT_EQ(pack_scene(tables_of(triangles)).format, NodeFormat::grid);
+    std::vector<Ring> rings = random_rings(2000, 0.05f, 11);
+    EXPECT_EQ(pack_scene(tables_of(rings)).format, NodeFormat::grid);
     // All of it is now less than a cell of the grid over the whole.
-    triangles.push_back({vec3(0), vec3(1e6f, 0, 0), vec3(0, 1e6f, 1e6f)});
-    EXPECT_EQ(pack_scene(tables_of(triangles)).format, NodeFormat::floating);
+    rings.push_back({vec3(0), vec3(1e6f, 0, 0), vec3(0, 1e6f, 1e6f), vec3(0)});
+    EXPECT_EQ(pack_scene(tables_of(rings)).format, NodeFormat::floating);
 }
 
 TEST(PackedScene, OfNothingHasARootWithoutChildren) {

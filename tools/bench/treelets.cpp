@@ -23,6 +23,7 @@ class Walk {
 
   private:
     static bool leaf(std::uint32_t reference) { return (reference & shared::kBvhLeaf) != 0; }
+    /// In pairs.
     static std::uint32_t leaf_size(std::uint32_t reference) { return (reference >> shared::kBvhCountShift) & 7u; }
 
     uvec4 children(std::uint32_t reference) const {
@@ -31,9 +32,10 @@ class Walk {
                                                         : packed_.nodes[node * shared::kBvhFloatTexels + 6];
     }
 
-    /// Triangles below; where there are too many, those children that hold few enough are treelets.
+    /// Triangles below, where all are paired; where there are too many, those children that hold few enough are
+    /// treelets.
     std::uint32_t size(std::uint32_t reference) {
-        if (leaf(reference)) return leaf_size(reference);
+        if (leaf(reference)) return 2 * leaf_size(reference);
         const uvec4 below = children(reference);
         std::uint32_t sizes[4], sum = 0;
         for (int i = 0; i < 4; ++i) sum += sizes[i] = size(below[i]);
@@ -49,9 +51,12 @@ class Walk {
     void add_leaves(std::uint32_t reference, std::uint32_t treelet) {
         if (leaf(reference)) {
             for (std::uint32_t i = 0; i < leaf_size(reference); ++i) {
-                const std::size_t texel = 3 * std::size_t{(reference & shared::kBvhIndexMask) + i};
-                const auto id = std::bit_cast<std::uint32_t>(packed_.triangles[texel].w);
-                found.emplace_back(id & shared::kBvhTriangleMask, treelet);
+                const std::size_t pair = (reference & shared::kBvhIndexMask) + i;
+                const vec4& ids = packed_.pairs[shared::kBvhPairTexels * pair + 3];
+                for (int which = 0; which < 2; ++which) {
+                    const auto id = std::bit_cast<std::uint32_t>(ids[which]);
+                    found.emplace_back(id & shared::kBvhTriangleMask, treelet);
+                }
             }
         } else {
             const uvec4 below = children(reference);

@@ -1,0 +1,130 @@
+#include "engine/rays/pairs.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace halflight::rays {
+namespace {
+
+// Area of the box around both triangles by that of their boxes: first halves of a parallelogram, for which it is 1/2,
+// and what comes near to that.
+constexpr double kLimits[] = {0.6, 1.0};
+// Entries of the table of edges, 8 bytes each. A newer edge takes the place of an older one, so meshes whose neighbours
+// are far apart in the file keep more triangles alone.
+constexpr std::size_t kMostEdges = std::size_t{1} << 20;
+
+constexpr std::uint32_t kNone = 0xffffffffu;
+
+struct EdgeOf {
+    std::uint32_t triangle = kNone;
+    std::uint8_t apex = 0;  // the corner that is not on the edge
+};
+
+vec3 corner(const Corners& triangle, int k) {
+    return triangle[static_cast<std::size_t>(k % 3)];
+}
+
+Bounds box_of(const Corners& triangle) {
+    Bounds box;
+    for (const vec3& p : triangle) box.add(p);
+    return box;
+}
+
+double half_area(const Bounds& box) {
+    const dvec3 e(box.extent());
+    return e.x * e.y + e.y * e.z + e.z * e.x;
+}
+
+std::uint64_t hash_of(const vec3& p) {
+    std::uint64_t h = 0;
+    for (int a = 0; a < 3; ++a) {
+        h = (h ^ std::bit_cast<std::uint32_t>(p[a] + 0.0f)) * 0x9e3779b97f4a7c15u;  // + 0: of -0 as of 0
+        h ^= h >> 29;
+    }
+    return h;
+}
+
+class Pairing {
+  public:
+    explicit Pairing(std::span<const Corners> triangles)
+        : triangles_(triangles),
+          taken_(triangles.size()),
+          edges_(std::min(std::bit_ceil(6 * triangles.size() + 1), kMostEdges)) {}
+
+    std::vector<TrianglePair> pairs() {
+        const auto count = static_cast<std::uint32_t>(triangles_.size());
+        for (const double limit : kLimits) {
+            std::ranges::fill(edges_, EdgeOf{});
+            for (std::uint32_t i = 0; i < count; ++i)
+                if (!taken_[i]) match(i, limit);
+        }
+        for (std::uint32_t i = 0; i < count; ++i)
+            if (!taken_[i]) pairs_.push_back({{i, i}, {0, 0}, true});
+        return std::move(pairs_);
+    }
+
+  private:
+    EdgeOf& place_of(std::uint32_t triangle, int apex) {
+        const Corners& t = triangles_[triangle];
+        return edges_[(hash_of(corner(t, apex + 1)) + hash_of(corner(t, apex + 2))) & (edges_.size() - 1)];
+    }
+
+    /// Pairs the triangle with the best of its neighbours before it, or lets it wait for one after it.
+    void match(std::uint32_t triangle, double limit) {
+        TrianglePair best{};
+        bool found = false;
+        for (int k = 0; k < 3; ++k) {
+            const EdgeOf other = place_of(triangle, k);
+            if (other.triangle == kNone || taken_[other.triangle]) continue;
+            const vec3 a = corner(triangles_[triangle], k + 1), b = corner(triangles_[triangle], k + 2);
+            const vec3 c = corner(triangles_[other.triangle], other.apex + 1),
+                       d = corner(triangles_[other.triangle], other.apex + 2);
+            const bool reversed = a == c && b == d;
+            const double growth = growth_of(other.triangle, triangle);
+            if (!(reversed || (a == d && b == c)) || !(growth <= limit)) continue;
+            limit = growth;
+            found = true;
+            best = {{other.triangle, triangle}, {other.apex, static_cast<std::uint8_t>(k)}, reversed};
+        }
+        if (found) {
+            for (const std::uint32_t t : best.triangles) taken_[t] = true;
+            pairs_.push_back(best);
+        } else {
+            for (int k = 0; k < 3; ++k) place_of(triangle, k) = {triangle, static_cast<std::uint8_t>(k)};
+        }
+    }
+
+    double growth_of(std::uint32_t one, std::uint32_t other) const {
+        Bounds both = box_of(triangles_[one]);
+        const Bounds box = box_of(triangles_[other]);
+        const double apart = half_area(both) + half_area(box);
+        both.add(box);
+        return half_area(both) / apart;
+    }
+
+    std::span<const Corners> triangles_;
+    std::vector<bool> taken_;
+    std::vector<EdgeOf> edges_;
+    std::vector<TrianglePair> pairs_;
+};
+
+}  // namespace
+
+std::array<std::uint8_t, 3> corners_in_pair(const TrianglePair& pair, int which) {
+    const std::uint8_t apex = pair.apex[static_cast<std::size_t>(which)];
+    const auto after = static_cast<std::uint8_t>((apex + 1) % 3), before = static_cast<std::uint8_t>((apex + 2) % 3);
+    if (which == 0 || pair.reversed) return {before, after, apex};
+    return {after, before, apex};
+}
+
+Ring ring_of(const TrianglePair& pair, std::span<const Corners> triangles) {
+    const Corners &first = triangles[pair.triangles[0]], &second = triangles[pair.triangles[1]];
+    const auto [start, end, apex] = corners_in_pair(pair, 0);
+    return {first[start], first[apex], first[end], second[pair.apex[1]]};
+}
+
+std::vector<TrianglePair> pair_triangles(std::span<const Corners> triangles) {
+    return Pairing(triangles).pairs();
+}
+
+}  // namespace halflight::rays
