@@ -11,10 +11,19 @@
 namespace halflight::rays {
 namespace {
 
-/// Nodes are refined until they are smaller than the shaft is wide, times this; found by trying. Primary rays meet
-/// little else than what lies in their shaft. Short rays start in shafts so wide that finer nodes only fill the list.
+/// Nodes are refined until they are smaller than the shaft is wide, times this; found by trying. What primary rays meet
+/// lies in their shaft, whereas the shafts of short rays are so wide that finer nodes only fill the list.
 float stop_of(RayKind kind) {
-    return kind == RayKind::primary ? 0.25f : kind == RayKind::occlusion ? 2.0f : 0.5f;
+    switch (kind) {
+        case RayKind::primary:
+            return 0.25f;
+        case RayKind::shadow:
+            return 1.0f;
+        case RayKind::occlusion:
+            return 2.0f;
+        default:
+            return 0.5f;
+    }
 }
 
 gpu::Defines search_defines(const TraceScene& scene, const RayBatch& batch, const TileBuffers& tiles, bool any_hit) {
