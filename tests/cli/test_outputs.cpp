@@ -452,7 +452,8 @@ TEST_F(Output, InfoListsWhatIsLeftOutWithTheBytes) {
     const Outcome json = run_program({"info", "--needs", "--json", scene});
     ASSERT_EQ(json.status, 0) << json.err;
     std::map<std::string, nlohmann::json> parts;
-    for (const auto& part : nlohmann::json::parse(json.out).at("left_out")) parts[part.at("what")] = part;
+    const auto facts = nlohmann::json::parse(json.out);
+    for (const auto& part : facts.at("left_out")) parts[part.at("what")] = part;
     EXPECT_EQ(parts.at("alpha tests").at("fact"), "alpha decides no hit");
     EXPECT_GE(parts.at("sums of squares").at("bytes"), 1280 * 720 * 24);
     EXPECT_FALSE(parts.contains("area lights"));
