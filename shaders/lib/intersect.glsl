@@ -96,8 +96,28 @@ PairEdges intersect_pair(TriangleRay ray, vec4 row_x, vec4 row_y, vec4 row_z) {
     return PairEdges(bvec2(first && x_in.x && y_in.x, second && x_in.y && y_in.y), z, ring, across);
 }
 
-// Of the first or second of the pair. weights: of the ring's corners 0 and 2, and of the triangle's third.
+// The same for the corners of the first or second of the pair: the ring's corners 0 and 2, then the triangle's third.
+vec3 edges_of(PairEdges e, bool second) {
+    return second ? vec3(e.ring.z, e.ring.w, e.across) : vec3(e.ring.y, e.ring.x, -e.across);
+}
+vec3 corners_z(PairEdges e, bool second) { return vec3(e.z.x, e.z.z, second ? e.z.w : e.z.y); }
+
 TrianglePoint pair_point(TriangleRay ray, PairEdges e, bool second) {
-    vec3 edges = second ? vec3(e.ring.z, e.ring.w, e.across) : vec3(e.ring.y, e.ring.x, -e.across);
-    return triangle_point(ray, edges, vec3(e.z.x, e.z.z, second ? e.z.w : e.z.y));
+    return triangle_point(ray, edges_of(e, second), corners_z(e, second));
+}
+
+vec3 arranged(vec3 v, bvec3 is_second, bvec3 is_third) {
+    float first = is_second.x || is_third.x ? (is_second.y || is_third.y ? v.z : v.y) : v.x;
+    return vec3(first, is_second.x ? v.x : (is_second.y ? v.y : v.z), is_third.x ? v.x : (is_third.y ? v.y : v.z));
+}
+
+// With the corners, and their weights, as in the file: order (shaders/shared/bvh.h) says where they are. Thus coincident
+// triangles are met at the same t, bit for bit, whatever each of them is paired with, and the lower id decides.
+TrianglePoint pair_point_in_file_order(TriangleRay ray, PairEdges e, bool second, uint order) {
+    uint at_second = order & 3u, at_third = (order >> 2) & 3u;
+    vec3 edges = edges_of(e, second);
+    vec3 z = corners_z(e, second);
+    bvec3 is_second = equal(uvec3(at_second), uvec3(0u, 1u, 2u));
+    bvec3 is_third = equal(uvec3(at_third), uvec3(0u, 1u, 2u));
+    return triangle_point(ray, arranged(edges, is_second, is_third), arranged(z, is_second, is_third));
 }

@@ -52,26 +52,28 @@ PlaceHit intersect_place(TriangleRay ray, int place, uint instance, float t_min,
     vec4 row_z = texelFetch(trace_triangles, texel + ray.axes.z);
     PairEdges pair = intersect_pair(ray, row_x, row_y, row_z);
     bool second = (place & 1) != 0 || !pair.met.x;
-    TrianglePoint p = pair_point(ray, pair, second);
     PlaceHit h;
     h.next = (place | 1) + (second || !pair.met.y ? 1 : 0);
-    h.nearer = (!second || pair.met.y) && p.t > t_min;
+    h.nearer = !second || pair.met.y;
     h.alpha_tested = false;
     h.hit = nearest;
-    if (any_hit) h.nearer = h.nearer && p.t < nearest.t;
 #ifndef HALFLIGHT_ALPHA
-    if (any_hit) return h;
+    if (any_hit) {
+        float t = pair_point(ray, pair, second).t;
+        h.nearer = h.nearer && t > t_min && t < nearest.t;
+        return h;
+    }
 #endif
     uvec4 ids = floatBitsToUint(texelFetch(trace_triangles, texel + 3));
     uint id = second ? ids.y : ids.x;
     if (ids.x == ids.y) h.next = (place | 1) + 1;  // one alone
-    uint order = second ? ids.z >> kBvhOrderShift : ids.z;
-    uint u_from = order & 3u, v_from = (order >> 2) & 3u;
-    float u = u_from == 0u ? p.weights.x : (u_from == 1u ? p.weights.y : p.weights.z);
-    float v = v_from == 0u ? p.weights.x : (v_from == 1u ? p.weights.y : p.weights.z);
+    TrianglePoint p = pair_point_in_file_order(ray, pair, second, second ? ids.z >> kBvhOrderShift : ids.z);
     h.alpha_tested = (id & kBvhAlphaTested) != 0u;
-    h.hit = Hit(p.t, u, v, id & kBvhTriangleMask, instance);
-    if (!any_hit) {
+    h.hit = Hit(p.t, p.weights.y, p.weights.z, id & kBvhTriangleMask, instance);
+    h.nearer = h.nearer && p.t > t_min;
+    if (any_hit) {
+        h.nearer = h.nearer && p.t < nearest.t;
+    } else {
         h.hit.t = max(p.t, leaf_near);
         bool wins_tie =
             instance < nearest.instance || (instance == nearest.instance && h.hit.triangle < nearest.triangle);

@@ -189,11 +189,12 @@ TEST_F(RasterCullingTest, WhatIsHiddenIsNotTracedAndStaysSo) {
     for (int run = 0; run < 24; ++run) pair.run<Hit>(true, rays, false, nullptr);
     const rays::RasterStatistics& s = pair.culling.statistics(kKind, 0);
     const std::vector<rays::CullNode>& nodes = pair.culling.tree().nodes;
+    const float between = 0.5f * (pair.tables.bounds.lower.z + pair.tables.bounds.upper.z);
     std::size_t leaves = 0, hidden = 0, hidden_known = 0;
     for (std::size_t i = 0; i < nodes.size(); ++i) {
         if (nodes[i].child_count != 0) continue;
         ++leaves;
-        if (nodes[i].box.upper.z < 0) {
+        if (nodes[i].box.upper.z < between) {
             ++hidden;
             hidden_known += pair.culling.state({kKind}).nodes[i].visible == 1 ? 0 : 1;
         }

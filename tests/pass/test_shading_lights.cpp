@@ -132,10 +132,11 @@ TEST_F(ShadingLights, DensitiesAndShadowRays) {
         const ShadingScene shading(scene);
         std::mt19937 random(3);
         const auto uniform = [&](double low, double high) { return low + (high - low) * random() * 0x1p-32; };
+        const dvec3 middle(shading.trace.bounds.centre());
         std::vector<vec4> points;
         std::vector<double> expected;
         for (int i = 0; i < 24; ++i) {
-            const dvec3 p(uniform(-2, 2), uniform(-4, -1), uniform(-3, 1));
+            const dvec3 p = middle + dvec3(uniform(-2, 2), uniform(-4, -1), uniform(-3, 1));
             points.emplace_back(vec3(p), 0);
             double sum = 0;
             for (const dmat4& m : placements) {
