@@ -29,11 +29,10 @@ constexpr std::array kAovs = {
         "uint32 ids.instance, ids.primitive, ids.material at the pixel's centre; 4294967295 where there is no surface"},
     AovInfo{"nodes", "Y", "nodes of the hierarchy that the camera ray at the pixel's centre visits, without culling",
             true},
-    AovInfo{
-        "culling", "",
-        "culling.leaves, culling.others: length of the pixel's tile's list for the last sample's first shadow rays; 0 "
-        "where there are none or culling did without lists",
-        true},
+    AovInfo{"culling", "",
+            "culling.leaves, culling.others: length of the pixel's tile's list for first shadow rays, of the last "
+            "sample that had any there; 0 where none had or culling did without lists",
+            true},
 };
 
 const AovInfo& info(std::string_view name) {

@@ -19,7 +19,7 @@ struct FrameOptions {
     bool want_squares = false;   // for the variance
     bool want_features = false;  // albedo and normal
     rays::Culling culling = rays::Culling::automatic;
-    std::uint64_t runs = 0;  // of the frame at most: samples of all bands; 0: any number
+    std::uint64_t runs = 0;  // of each band at most: samples of all pictures; 0: any number
     bool keep_all = false;   // parts that contribute nothing are there all the same
 };
 

@@ -59,9 +59,7 @@ void check_all(const RenderSettings& s) {
 /// Bands of whole block rows, as few as the driver's limits on buffers and textures allow, and all alike: each costs as
 /// much as the largest.
 Band first_band(const RenderSettings& s, const SceneBuffers& scene, const gpu::Limits& limits) {
-    // The widest records by path: the G-buffer's, and six doubles of sums.
-    const std::size_t record = std::max(scene.surface_record_bytes(), 6 * sizeof(double));
-    const std::size_t paths = std::min(s.band_pixels, limits.storage_block_bytes / record);
+    const std::size_t paths = std::min(s.band_pixels, limits.storage_block_bytes / scene.widest_record_bytes());
     const std::size_t row_paths = (static_cast<std::size_t>(s.width) + 15) / 16 * 256;  // of a row of blocks
     if (s.width > limits.texture_size)
         throw Error("render settings", "{} pixels wide: the driver takes {}", s.width, limits.texture_size);
@@ -104,6 +102,8 @@ struct Renderer::State {
     State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& colors, RenderSettings r)
         : own(std::move(o)), scene(s), settings(std::move(r)), executor(scene.programs()), composer(scene.programs()) {
         if (settings.culling == rays::Culling::raster) {
+            require(!scene.cull_tree().nodes.empty() || scene.tables().triangles.empty(),
+                    "raster culling of a scene that was prepared without it");
             rays::RasterSettings raster_settings;
             raster_settings.measure = settings.measure;
             raster.emplace(scene.cull_tree(), raster_settings);
@@ -132,7 +132,7 @@ struct Renderer::State {
                 .want_squares = asked_for(settings, {"variance"}),
                 .want_features = asked_for(settings, {"albedo", "normal"}),
                 .culling = settings.culling,
-                .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples) * std::uint64_t(bands),
+                .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),
                 .keep_all = settings.keep_all};
     }
 

@@ -114,7 +114,8 @@ struct RenderResult {
 /// whatever was rendered before. Needs its context current on the calling thread for as long as it lives.
 class Renderer {
   public:
-    /// Shares a scene, which must outlive it. Throws Error for settings out of range and for limits of the driver.
+    /// Shares a scene, which must outlive it. Throws Error for settings out of range, for raster culling of a scene
+    /// that was prepared without it, and for limits of the driver.
     Renderer(PreparedScene&, const ColorConfig&, RenderSettings);
     /// Prepares a scene of its own. The context must outlive it.
     Renderer(gpu::Context&, const Scene&, const ColorConfig&, const RenderSettings&);

@@ -4,6 +4,7 @@
 #include <numeric>
 
 #include "shaders/shared/bindings.h"
+#include "shaders/shared/path.h"
 #include "shaders/shared/surface.h"
 
 namespace halflight {
@@ -90,6 +91,11 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
 
 std::size_t SceneBuffers::surface_record_bytes() const {
     return shared::surface_rows(needs_.glossy, needs_.transmission, needs_.clearcoat) * sizeof(vec4);
+}
+
+std::size_t SceneBuffers::widest_record_bytes() const {
+    constexpr std::size_t sums = 6 * sizeof(double);  // of two lobes' radiance
+    return std::max({surface_record_bytes(), sizeof(shared::PathState), sums});
 }
 
 std::size_t SceneBuffers::bytes() const {

@@ -23,6 +23,7 @@ class SceneBuffers {
     /// Selects the shader variants for this scene: those of shader_defines, and HALFLIGHT_SURFACE_ROWS.
     const gpu::Defines& defines() const { return defines_; }
     std::size_t surface_record_bytes() const;  ///< of one G-buffer record (shaders/shared/surface.h)
+    std::size_t widest_record_bytes() const;   ///< of what a frame keeps by path, one buffer each
     std::size_t bytes() const;                 ///< in device memory
 
     /// Binds every array to its texture unit (shaders/shared/bindings.h).

@@ -27,7 +27,7 @@ layout(std430, binding = 5) buffer Blockers { TileBlockers blockers_of[]; };
 
 uniform uint tiles;
 uniform float stop;
-uniform uint seed;  // of checksums: tells scenes and settings apart
+uniform uint seed;  // of checksums: another one for each scene
 
 // The union of two shafts by the later one, in size: below this they are those of two samples of the same pixels.
 const float kMuchTheSame = 1.5;
@@ -164,8 +164,6 @@ NodeBoxes from_block(ShaftSpace space, NodeBoxes n, uint instance, uint head, ve
 }
 #endif
 
-uint mask_of(bvec4 b) { return (b.x ? 1u : 0u) | (b.y ? 2u : 0u) | (b.z ? 4u : 0u) | (b.w ? 8u : 0u); }
-
 // Of four children, as bits. refined: where the shaft enters, the child is not yet small against it.
 uint children_to_refine(ShaftSpace space, NodeBoxes n, vec3 width_0, vec3 width_1, vec4 enter) {
     vec4 size = vec4(0.0);
@@ -235,7 +233,8 @@ void main() {
             NodeBoxes n = load_node(entry_reference(entry));
 #endif
             ShaftInterval i = shaft_interval(test, n.lower, n.upper);
-            bvec4 met = lessThanEqual(i.enter, i.leave);
+            // The box of a child that is not there is empty; a wide shaft meets such a box all the same.
+            bvec4 met = bvec4(uvec4(lessThanEqual(i.enter, i.leave)) & uvec4(notEqual(n.reference, uvec4(kBvhNoChild))));
             uint refine = children_to_refine(space, n, width_0, width_1, i.enter);
             ivec4 key = ascending(mix(ivec4(kBvhFar), floatBitsToInt(i.enter) & ~3, met) | ivec4(0, 1, 2, 3));
             // What is waiting has its place in the list. Without room for the children, so does the node itself.
@@ -262,7 +261,7 @@ void main() {
                     put_child(child, kBlockBox, own, c, block);
 #endif
                     if (full) child = entry;
-                    bool leaf = (entry_reference(child) & (kBvhLeaf | kBvhInstance)) == kBvhLeaf;
+                    bool leaf = is_leaf(entry_reference(child));
                     if (((goes_on >> c) & 1u) != 0u) {
                         --place;
                         int texel = waiting_texel(first_waiting + place);
@@ -273,7 +272,7 @@ void main() {
                         uint sum = checksum(leaf ? sums.x : sums.y, child);
                         sums = leaf ? uvec2(sum, sums.y) : uvec2(sums.x, sum);
 #ifdef HALFLIGHT_ANY_HIT
-                        if (leaf && reference == blockers.latest) blockers.entries = 1u << leaves;
+                        if (leaf && reference == blockers.latest) blockers.entries |= 1u << leaves;  // with instances, of several
 #endif
                         leaves += leaf ? 1 : 0;
                         others += leaf ? 0 : 1;

@@ -25,8 +25,6 @@ uint far_to_near(vec4 begin) {
     return k.x | k.y << 2 | k.z << 4 | k.w << 6;
 }
 
-uint bits_of(bvec4 v) { return uint(v.x) | uint(v.y) << 1 | uint(v.z) << 2 | uint(v.w) << 3; }
-
 void main() {
     uvec2 texel = uvec2(gl_FragCoord.xy);
     uint tile = tile_of_texel(texel);
@@ -68,8 +66,8 @@ void main() {
                               max((n.upper[1] - n.lower[1]) * cell.y, (n.upper[2] - n.lower[2]) * cell.z));
             bvec4 large = greaterThan(extent, kLarge * mix(vec4(from_width), vec4(to_width), i.enter));
             bvec4 inner = lessThan(n.reference, uvec4(kBvhTag | kBvhLeaf));
-            uint slots = (entry >> kRasterSlotShift) & bits_of(meets);
-            uint cut = slots & bits_of(large) & bits_of(inner);
+            uint slots = (entry >> kRasterSlotShift) & mask_of(meets);
+            uint cut = slots & mask_of(large) & mask_of(inner);
             uint count = uint(bitCount(cut));
             if (used + waits + count + 1u + others > kRasterList) cut = 0u;
             slots &= ~cut;

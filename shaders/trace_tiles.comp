@@ -1,9 +1,11 @@
 // Hits of a batch of rays among what their tiles can meet (shaders/cull.comp). One work group per tile, or per 64 rays of one.
 //
+// The first kernel takes the leaves of the tile's list, and puts rays that other entries concern into another list, for the
+// second one. The leaves alone need neither stack nor nodes, and software drivers pay for every loop of a kernel, entered or
+// not.
+//
 // Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST as of shaders/trace.comp; COUNT_REMEMBERED (RestHeader::remembered); TILE_REST:
-// what the first kernel has left.
-// It takes the leaves in the tile's list, and puts rays that other entries concern into another
-// list. The leaves alone need neither stack nor nodes, and software drivers pay for every loop of a kernel, entered or not.
+// the second kernel.
 #include "shaders/shared/rays.h"
 #include "shaders/shared/tile_list.h"
 #include "shaders/trace_scene.glsl"
@@ -244,7 +246,7 @@ void main() {
 #endif
     int entries = 0;
     uint others = again ? 0u : entry.y;
-    do {  // far ones first
+    do {  // for closest hits, far ones first
         int i = max(findLSB(others), 0);
         TileEntry e = load_entry(tile, i);
 #ifdef HALFLIGHT_TWO_LEVEL

@@ -31,8 +31,9 @@ Ring ring_of(const TrianglePair& pair, std::span<const Corners> triangles);
 
 /// Every triangle in one pair. Two are paired where the box around both has no greater area than their two boxes
 /// together, which is where a hierarchy that tests a pair at the cost of one triangle gains by the surface area
-/// heuristic; better matches go first. Edges are the same where the coordinates of their ends are. A function of the
-/// input alone, in linear time.
+/// heuristic; halves of parallelograms and the like go first. Edges are the same where the coordinates of their ends
+/// are. A function of the input alone, in linear time; of its order, too: where there are so many triangles that the
+/// table of edges ends at 2^20 entries, most of all.
 std::vector<TrianglePair> pair_triangles(std::span<const Corners> triangles);
 
 }  // namespace halflight::rays

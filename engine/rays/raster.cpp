@@ -91,7 +91,7 @@ struct RasterCulling::Parts {
     CullTree tree;
     gpu::Buffer boxes;
     std::map<BatchKey, RasterMemory> memories;
-    std::map<BatchKey, RasterStatistics> statistics;  // of place 0
+    std::map<BatchKey, RasterStatistics> statistics;  // sums over all places, at place 0
     std::vector<Query> queries;                       // used again by every run
     gpu::Object<gpu::delete_vertex_array> no_attributes;
 };
@@ -107,8 +107,6 @@ RasterCulling::RasterCulling(CullTree tree, const RasterSettings& settings) {
     parts_ = std::make_unique<Parts>(
         Parts{settings, std::move(tree), std::move(boxes), {}, {}, {}, gpu::Object<gpu::delete_vertex_array>(id)});
 }
-RasterCulling::RasterCulling(RasterCulling&&) noexcept = default;
-RasterCulling& RasterCulling::operator=(RasterCulling&&) noexcept = default;
 RasterCulling::~RasterCulling() = default;
 
 const RasterSettings& RasterCulling::settings() const {
@@ -126,12 +124,7 @@ RasterStatistics& RasterCulling::statistics(RayKind kind, std::uint32_t depth) {
 
 std::vector<RasterBatch> RasterCulling::batches() const {
     std::vector<RasterBatch> all;
-    for (const auto& [key, statistics] : parts_->statistics) {
-        RasterBatch& batch = all.emplace_back(RasterBatch{key.kind, key.depth, statistics, 0});
-        for (const auto& [of, memory] : parts_->memories)
-            if (of.kind == key.kind && of.depth == key.depth)
-                batch.state_bytes += memory.state.nodes.size() * sizeof(CullMemory);
-    }
+    for (const auto& [key, statistics] : parts_->statistics) all.push_back({key.kind, key.depth, statistics});
     return all;
 }
 
@@ -425,7 +418,7 @@ graph::BufferHandle RasterCulling::add(graph::Graph& graph, const TraceScene& sc
     pass.execute([=, this, &scene](graph::Resources& r) {
         const auto start = std::chrono::steady_clock::now();
         RasterStatistics& told = statistics(batch.kind, batch.depth);
-        RasterMemory& memory = parts_->memories[{batch.kind, batch.depth, batch.place}];
+        RasterMemory& memory = parts_->memories[key_of(batch)];
         if (memory.starts) memory.state.eye = eye_of(memory.starts->read<vec4>());
         RasterRun run(r, scene, *this, batch, targets, any_hit);
         run.keep_starts(memory.starts);

@@ -39,7 +39,6 @@ struct RasterBatch {
     RayKind kind = RayKind::primary;
     std::uint32_t depth = 0;
     RasterStatistics statistics;
-    std::size_t state_bytes = 0;
 };
 
 /// What the raster back end knows of a scene, and what it remembers of batches from run to run. Its hits are the plain
@@ -50,11 +49,9 @@ struct RasterBatch {
 class RasterCulling final : public BatchServer {
   public:
     /// packed: what the TraceScene was made of. Needs a current context.
-    RasterCulling(const PackedScene& packed, const RasterSettings& settings = {});
+    explicit RasterCulling(const PackedScene& packed, const RasterSettings& settings = {});
     /// The same of a tree that is there already; settings.cut is not read.
-    RasterCulling(CullTree tree, const RasterSettings& settings = {});
-    RasterCulling(RasterCulling&&) noexcept;
-    RasterCulling& operator=(RasterCulling&&) noexcept;
+    explicit RasterCulling(CullTree tree, const RasterSettings& settings = {});
     ~RasterCulling() override;
 
     const RasterSettings& settings() const;

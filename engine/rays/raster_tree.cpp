@@ -71,9 +71,6 @@ bool exists(std::uint32_t reference) {
 bool is_instance(std::uint32_t reference) {
     return (reference & shared::kBvhInstance) != 0;
 }
-bool is_leaf(std::uint32_t reference) {
-    return !is_instance(reference) && (reference & shared::kBvhLeaf) != 0;
-}
 
 class TreeBuilder {
   public:
@@ -111,7 +108,7 @@ class TreeBuilder {
         if (is_instance(reference)) {
             return triangles_below(packed_.instance_head[reference & kBvhIndexMask] + kRoot);
         }
-        if (is_leaf(reference)) return 2 * ((reference >> shared::kBvhCountShift) & 7u);  // at most
+        if (shared::is_leaf(reference)) return 2 * ((reference >> shared::kBvhCountShift) & 7u);  // at most
         return triangles_below(reference & kBvhIndexMask);
     }
 
@@ -132,7 +129,8 @@ class TreeBuilder {
         std::uint32_t slots = 0;
         for (int slot = 0; slot < 4; ++slot) {
             const std::uint32_t reference = reader_.reference(node, slot);
-            if (exists(reference) && (is_leaf(reference) || 8 * triangles_of(reference) <= sizes_.leaf_triangles)) {
+            if (exists(reference) &&
+                (shared::is_leaf(reference) || 8 * triangles_of(reference) <= sizes_.leaf_triangles)) {
                 slots |= 1u << slot;
             }
         }

@@ -45,6 +45,9 @@ struct BatchKey {
     std::uint32_t place = 0;
     auto operator<=>(const BatchKey&) const = default;
 };
+inline BatchKey key_of(const RayBatch& batch) {
+    return {batch.kind, batch.depth, batch.place};
+}
 
 struct TraceStatistics {
     std::size_t triangles = 0;

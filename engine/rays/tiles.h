@@ -1,7 +1,8 @@
 // The compute back end of CHC+RT (Mattausch, Bittner, Jaspe, Gobbetti, Wimmer, Pajarola 2015, CHC+RT: Coherent
 // Hierarchical Culling for Ray Tracing, Computer Graphics Forum 34(2)): a cut through the hierarchy per tile of rays
 // (shaders/cull.comp), and kernels that search only there (shaders/trace_tiles.comp): first the leaves of the tile,
-// then for the rays concerned what is below its other entries. Hits are those of the plain tracer, bit for bit.
+// then for the rays concerned what is below its other entries. Hits are those of the plain tracer, bit for bit. (A
+// search that the driver would have cut short may come to its end here, being divided.)
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,7 @@
 #include "engine/rays/tracer.h"
 
+#include <epoxy/gl.h>
+
 #include <algorithm>
 #include <optional>
 
@@ -15,19 +17,26 @@ namespace {
 
 using graph::Access;
 
-std::string key_of(const RayBatch& batch) {
+std::string name_of(const BatchKey& batch) {
     return batch.depth == 0 ? name(batch.kind) : fmt::format("{} {}", name(batch.kind), batch.depth);
 }
 
 /// Of what is carried for a batch.
 std::string carried_name(const char* what, const RayBatch& batch) {
-    const std::string name = fmt::format("{}: {}", what, key_of(batch));
+    const std::string name = fmt::format("{}: {}", what, name_of(key_of(batch)));
     return batch.place == 0 ? name : fmt::format("{}, place {}", name, batch.place);
 }
 
 graph::BufferHandle carried_lists(graph::Graph& graph, const Tracer& tracer, const RayBatch& batch) {
     return graph.carried_buffer(carried_name("tile lists", batch),
                                 {tile_list_bytes(tracer.scene(), batch, tracer.tile_settings())});
+}
+
+void check_storage_block(std::size_t bytes) {
+    GLint64 limit = 0;
+    glGetInteger64v(GL_MAX_SHADER_STORAGE_BLOCK_SIZE, &limit);
+    if (bytes > static_cast<std::size_t>(limit))
+        throw Error("rays", "tile lists of {} bytes; the driver's storage blocks end at {}", bytes, limit);
 }
 
 }  // namespace
@@ -82,7 +91,7 @@ class Tracer::Batch {
     std::optional<Way> ran() const { return ran_; }
     bool measuring() const { return measures_ || choice_.on_trial(); }
     const gpu::Buffer& culled() const { return culled_; }
-    void set_state_bytes(std::uint32_t place, std::size_t bytes) { state_bytes_[place] = bytes; }
+    void set_state_bytes(std::size_t bytes) { statistics_.state_bytes = bytes; }
 
     using Step = double BatchStatistics::Seconds::*;
     void begin() { seconds_ = 0; }
@@ -130,7 +139,6 @@ class Tracer::Batch {
     BatchStatistics statistics() const {
         BatchStatistics s = statistics_;
         s.tiles_culled = culled_.read<std::uint32_t>().front();
-        for (const auto& [place, bytes] : state_bytes_) s.state_bytes += bytes;
         return s;
     }
 
@@ -157,7 +165,6 @@ class Tracer::Batch {
     Choice choice_;
     bool measures_;
     BatchStatistics statistics_;
-    std::map<std::uint32_t, std::size_t> state_bytes_;  // by place
     std::optional<Way> ran_;
     double seconds_ = 0;
     std::optional<gpu::Stopwatch> watch_;
@@ -190,7 +197,15 @@ void Tracer::reset_statistics() {
 
 std::vector<BatchStatistics> Tracer::statistics() const {
     std::vector<BatchStatistics> all;
-    for (const auto& [key, batch] : batches_) all.push_back(batch->statistics());
+    BatchKey last;
+    for (const auto& [key, batch] : batches_) {
+        if (!all.empty() && key.kind == last.kind && key.depth == last.depth) {
+            add(all.back(), batch->statistics());
+        } else {
+            all.push_back(batch->statistics());
+        }
+        last = key;
+    }
     return all;
 }
 
@@ -205,37 +220,36 @@ void Tracer::expect(std::uint64_t runs) {
 
 bool Tracer::may_cull_by_tiles(const RayBatch& rays) const {
     if (culling_ != Culling::automatic) return culling_ == Culling::compute;
-    // Short rays gain by lists that are made anew each time; longer ones of a list have not.
+    // Short rays gain by lists that are made anew each time; longer ones of a list have not. (No pass makes occlusion
+    // batches: this serves the benchmark's.)
     return !short_ && (!rays.list || rays.kind == RayKind::occlusion);
 }
 
 Tracer::Batch& Tracer::batch(const RayBatch& rays) {
-    std::unique_ptr<Batch>& found = batches_[key_of(rays)];
+    const BatchKey key = key_of(rays);
+    std::unique_ptr<Batch>& found = batches_[key];
     if (!found) {
         std::vector<Way> ways;
         std::string reason;
-        switch (culling_) {
-            case Culling::off:
-            case Culling::raster:
-                ways = {server_ != nullptr ? server_->way() : Way::plain};
-                reason = server_ != nullptr ? "it was asked for" : "culling is off";
-                break;
-            case Culling::compute:
-                ways = {Way::tiles};
-                reason = "compute culling was asked for";
-                break;
-            case Culling::automatic:
-                ways = {Way::plain};
-                if (short_) {
-                    reason = "so few runs end before culling could pay";
-                } else if (!may_cull_by_tiles(rays)) {
-                    reason = "rays of a list have no lasting place in tiles";
-                } else {
-                    ways.push_back(Way::tiles);
-                }
-                break;
+        if (server_ != nullptr) {
+            ways = {server_->way()};
+            reason = "it was asked for";
+        } else if (culling_ == Culling::compute) {
+            ways = {Way::tiles};
+            reason = "compute culling was asked for";
+        } else {
+            ways = {Way::plain};
+            if (culling_ == Culling::off) {
+                reason = "culling is off";
+            } else if (short_) {
+                reason = "so few runs end before culling could pay";
+            } else if (!may_cull_by_tiles(rays)) {
+                reason = "rays of a list have no lasting place in tiles";
+            } else {
+                ways.push_back(Way::tiles);
+            }
         }
-        found = std::make_unique<Batch>(key_of(rays), std::move(ways), std::move(reason), counts_);
+        found = std::make_unique<Batch>(name_of(key), std::move(ways), std::move(reason), counts_);
     }
     return *found;
 }
@@ -268,7 +282,7 @@ class BatchRun {
   private:
     graph::BufferHandle add_whole(graph::BufferHandle results) {
         if (tracer_.server_ != nullptr) {
-            state_->set_state_bytes(batch_.place, tracer_.server_->state_bytes(batch_));
+            state_->set_state_bytes(tracer_.server_->state_bytes(batch_));
             return tracer_.server_->add(graph_, scene_, batch_, results, any_hit_);
         }
         return any_hit_ ? any_hit(graph_, scene_, batch_, results) : closest_hit(graph_, scene_, batch_, results);
@@ -290,13 +304,14 @@ class BatchRun {
     void create_buffers() {
         const std::size_t bytes = tile_list_bytes(scene_, batch_, tiles_.settings);
         const std::size_t masks = tile_count(batch_, tiles_.settings) * sizeof(shared::TileBlockers);
+        check_storage_block(bytes);
         if (batch_.list) {
             tiles_.lists = graph_.create_buffer("tile lists", {bytes});
             if (any_hit_) tiles_.blockers = graph_.create_buffer("blockers", {masks});
         } else {
             tiles_.lists = carried_lists(graph_, tracer_, batch_);
             if (any_hit_) tiles_.blockers = graph_.carried_buffer(carried_name("blockers", batch_), {masks});
-            state_->set_state_bytes(batch_.place, bytes + (any_hit_ ? masks : 0));
+            state_->set_state_bytes(bytes + (any_hit_ ? masks : 0));
         }
         tiles_.rest = graph_.create_buffer("rays left", {batch_.capacity * sizeof(uvec2)});
         tiles_.rest_header = graph_.create_buffer("header of rays left", {sizeof(shared::RestHeader)});

@@ -11,6 +11,7 @@
 #include "engine/gpu/buffer.h"
 #include "engine/graph/graph.h"
 #include "engine/rays/batch_server.h"
+#include "engine/rays/batch_statistics.h"
 #include "engine/rays/rays.h"
 #include "engine/rays/tiles.h"
 
@@ -24,42 +25,8 @@ enum class Culling : std::uint8_t {
 };
 const char* name(Culling culling);
 
-/// What is known of one batch of a frame: those of one kind and depth, run after run.
-struct BatchStatistics {
-    std::string batch;     // "shadow", "continuation 2", ...
-    Way way = Way::plain;  // that of the next run
-    std::string reason;    // why
-    struct Measured {
-        std::uint64_t runs = 0;
-        std::uint64_t timed = 0;  // of these: all with Tracer::count(), else those on trial
-        double seconds = 0;       // of the runs timed, sum
-        double best = 0;          // and least of one
-        std::uint64_t rays = 0;   // that were alive, over all runs; where counted
-    };
-    Measured measured[kWays];
-    struct Seconds {
-        double cull = 0;
-        double search = 0;  // of the lists' leaves
-        double rest = 0;    // of what is below their other entries
-    };
-    Seconds steps;                   // of runs by tiles
-    std::uint64_t tiles = 0;         // that had culling to do, over all runs
-    std::uint64_t tiles_culled = 0;  // of these, lists that were made; the others were kept
-    /// Sums over runs by tiles; where counted.
-    struct Lists {
-        std::uint64_t tiles = 0;  // with a ray alive
-        std::uint64_t entries = 0;
-        std::uint64_t leaves = 0;      // of the entries
-        std::uint64_t longest = 0;     // entries; the greatest of all runs
-        std::uint64_t rays = 0;        // alive
-        std::uint64_t rest_rays = 0;   // of these, that had not ended with the leaves of their tile
-        std::uint64_t remembered = 0;  // any-hit rays that a leaf remembered from earlier runs has ended
-    };
-    Lists lists;
-    std::size_t state_bytes = 0;  // carried from run to run, of all places
-};
-
-/// A scene and how its batches are served. What it learns decides about time and nothing else.
+/// A scene and how its batches are served. What it learns decides about time and nothing else, and it learns about each
+/// place by itself: what is fast in one part of the picture need not be in another.
 class Tracer {
   public:
     /// The scene outlives the tracer. Throws Error for Culling::raster, which is a server, and where tile settings are
@@ -72,10 +39,9 @@ class Tracer {
     ~Tracer();
 
     const TraceScene& scene() const { return scene_; }
-    Culling culling() const { return culling_; }  ///< off, where a server does everything
     const TileSettings& tile_settings() const { return tiles_; }
-    /// Before any graph is made: there will be so many runs of each batch at most. Where `automatic` would try nothing
-    /// in these, the plain tracer is all there is, and no buffer is made for anything else.
+    /// Before any graph is made: there will be so many runs of each batch at most, place by place. Where `automatic`
+    /// would try nothing in these, the plain tracer is all there is, and no buffer is made for anything else.
     void expect(std::uint64_t runs);
     /// Whether tiles come into question for such a batch.
     bool may_cull_by_tiles(const RayBatch& rays) const;
@@ -88,7 +54,7 @@ class Tracer {
     /// those that have but one way to be served are timed as well.
     void count() { counts_ = true; }
     std::vector<BatchStatistics> statistics() const;
-    /// Whether the last run of such a batch was by tiles.
+    /// Whether the last run of such a batch in its place was by tiles.
     bool ran_by_tiles(const RayBatch& rays) const;
 
   private:
@@ -102,11 +68,11 @@ class Tracer {
     TileSettings tiles_;
     bool counts_ = false;
     bool short_ = false;  // no run will be one on trial
-    std::map<std::string, std::unique_ptr<Batch>> batches_;
+    std::map<BatchKey, std::unique_ptr<Batch>> batches_;
 };
 
 /// As closest_hit and any_hit of rays.h. The tracer outlives the graph's runs. Batches of one graph differ in kind or
-/// depth.
+/// depth. Throws Error, too, where the driver's storage blocks do not hold the tile lists.
 graph::BufferHandle closest_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle hits);
 graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle occluded);
 

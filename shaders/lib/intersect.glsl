@@ -43,28 +43,6 @@ TrianglePoint triangle_point(TriangleRay ray, vec3 edges, vec3 z) {
     return TrianglePoint(t, weights);
 }
 
-bool may_contain_zero(vec3 v) {
-    return any(lessThanEqual(v, vec3(0.0))) && any(greaterThanEqual(v, vec3(0.0))) && any(notEqual(v, vec3(0.0)));
-}
-
-struct TriangleHit {
-    bool met;
-    float t;
-    float u;
-    float v;
-};
-
-// row_*: coordinates of the three corners along axes.x, .y and .z.
-TriangleHit intersect_triangle(TriangleRay ray, vec3 row_x, vec3 row_y, vec3 row_z) {
-    precise vec3 z = row_z - ray.origin.z;
-    precise vec3 x = (row_x - ray.origin.x) - ray.shear.x * z;
-    precise vec3 y = (row_y - ray.origin.y) - ray.shear.y * z;
-    precise vec3 edges = x.zxy * y.yzx - y.zxy * x.yzx;
-    bool inside = all(greaterThanEqual(edges, vec3(0.0))) || all(lessThanEqual(edges, vec3(0.0)));
-    TrianglePoint p = triangle_point(ray, edges, z);
-    return TriangleHit(inside && may_contain_zero(x) && may_contain_zero(y), p.t, p.weights.y, p.weights.z);
-}
-
 // Two triangles of a ring of four corners: of its corners 0, 1, 2 and 2, 3, 0.
 struct PairEdges {
     bvec2 met;     // each of them, anywhere on the line
@@ -73,7 +51,7 @@ struct PairEdges {
     float across;  // and from corner 0 to 2
 };
 
-// may_contain_zero() for the corners of both triangles.
+// Whether bounds of the corners of each triangle contain zero and are not all there is to it.
 bvec2 both_may_contain_zero(vec4 v) {
     bvec4 below = lessThanEqual(v, vec4(0.0)), above = greaterThanEqual(v, vec4(0.0)), off = notEqual(v, vec4(0.0));
     bvec3 common_edge = bvec3(below.x || below.z, above.x || above.z, off.x || off.z);

@@ -5,6 +5,9 @@ struct NodeBoxes {
     uvec4 reference;
 };
 
+// Of four children, as bits.
+uint mask_of(bvec4 b) { return uint(b.x) | uint(b.y) << 1 | uint(b.z) << 2 | uint(b.w) << 3; }
+
 // In the units of its hierarchy.
 NodeBoxes load_node(uint node) {
     int index = int(node & kBvhIndexMask);

@@ -34,7 +34,7 @@ vec3 away_from_zero(vec3 v, vec3 least) { return mix(v, least, lessThan(abs(v), 
 
 // margin: by which the shaft is wider than its rays, for what roundings lose.
 ShaftTest shaft_test(Shaft shaft, vec3 margin) {
-    vec3 least = margin * 9.5367432e-7;  // moves the box by 2^-20 of the margin at most
+    vec3 least = margin * 9.5367432e-7;  // moves a corner by 2^-19 of the margin at most, which the margin covers
     ShaftTest t;
     t.lower = shaft.origin_lower - margin;
     t.upper = shaft.origin_upper + margin;

@@ -28,9 +28,6 @@ const uint kStackDone = 0xffffffffu;
 const uint kStackLeaveBlock = 0x7fffffffu;  // back to the top level
 const uint kStackInstance = 0x70000000u;    // | instance, to be entered at the node that is put aside below it
 
-bool is_inner_node(uint node) { return node < (kBvhTag | kBvhLeaf); }
-bool is_leaf(uint node) { return (node & (kBvhLeaf | kBvhInstance)) == kBvhLeaf; }
-
 // A place among pairs of triangles in leaf order: twice that of the pair, plus 1 where its first triangle is done with.
 int first_place(uint leaf) { return 2 * int(leaf & kBvhIndexMask); }
 int places_in(uint leaf) { return is_leaf(leaf) ? 2 * int((leaf >> kBvhCountShift) & 7u) : 0; }
@@ -98,9 +95,9 @@ Ray ray_in_block(Ray ray, uint instance) {
 }
 #endif
 
-// What is put aside. Kernels that begin elsewhere than at the root fill it themselves, far entries first, and call
-// traverse_from(); they may need HALFLIGHT_STACK_MORE entries beyond what a traversal does. With that, they may also put aside
-// kStackInstance above a node of its block; the node's stack_near is kBvhFar.
+// What is put aside. Kernels that begin elsewhere than at the root fill it themselves, for closest hits far entries first, and
+// call traverse_from(); they may need HALFLIGHT_STACK_MORE entries beyond what a traversal does. With that, they may also put
+// aside kStackInstance above a node of its block; the node's stack_near is kBvhFar.
 #ifndef HALFLIGHT_STACK_MORE
 #define HALFLIGHT_STACK_MORE 0
 #endif

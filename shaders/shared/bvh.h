@@ -33,6 +33,9 @@ HALFLIGHT_SHARED_CONST int kBvhCountShift = 25;            // leaf: 3 bits
 HALFLIGHT_SHARED_CONST uint kBvhIndexMask = 0x01ffffffu;   // node, first pair of a leaf, or instance
 HALFLIGHT_SHARED_CONST uint kBvhNoChild = 0x50000000u;     // kBvhTag | kBvhLeaf
 
+HALFLIGHT_SHARED_FUNCTION bool is_inner_node(uint reference) { return reference < (kBvhTag | kBvhLeaf); }
+HALFLIGHT_SHARED_FUNCTION bool is_leaf(uint reference) { return (reference & (kBvhLeaf | kBvhInstance)) == kBvhLeaf; }
+
 // Ids of triangles.
 HALFLIGHT_SHARED_CONST uint kBvhAlphaTested = 0x10000000u;  // flag
 HALFLIGHT_SHARED_CONST uint kBvhTriangleMask = 0x0fffffffu;  // index into TraceTables::triangles

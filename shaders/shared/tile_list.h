@@ -3,8 +3,8 @@
 //
 //   texel 0 to 3  xyz: the shaft, as floats: lower and upper corner of the box of the rays' origins, then of the box of
 //                 their ends. w: checksum, leaves | others << 16, unused, unused.
-//   then          room for entries: leaves from the first one on, near ones first; others from the last one back, near
-//                 ones first. A box with a word. Grid format: (lower | upper << 16 per axis, word), one texel. Float
+//   then          room for entries: leaves from the first one on, others from the last one back; in lists for closest
+//                 hits near ones first, in those for any hits in no order that means anything. A box with a word. Grid format: (lower | upper << 16 per axis, word), one texel. Float
 //                 format: (lower, word), (upper, unused), two texels. The word is a reference of
 //                 shaders/shared/bvh.h. Others: nodes to go on from, or instances.
 //
@@ -20,7 +20,7 @@
 HALFLIGHT_SHARED_BEGIN
 
 HALFLIGHT_SHARED_CONST int kConnectionTileRays = 16;  // from a few receivers towards one point: a tile of their own
-HALFLIGHT_SHARED_CONST int kMostTileEntries = 32;     // one bit each in a mask
+HALFLIGHT_SHARED_CONST int kMostTileEntries = 32;     // one bit each in a mask; a power of two
 HALFLIGHT_SHARED_CONST int kTileHeaderTexels = 4;
 HALFLIGHT_SHARED_CONST int kTileBoxTexels = 1;       // grid format
 HALFLIGHT_SHARED_CONST int kTileFloatBoxTexels = 2;  // float format

@@ -7,6 +7,7 @@
 #include "engine/core/error.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
+#include "tests/support/error_message.h"
 #include "tests/support/gpu_test.h"
 
 namespace halflight::test {
@@ -101,9 +102,40 @@ TEST_F(RendererTest, ListsLiveOnFromBandToBandAndFromPictureToPicture) {
 TEST_F(RendererTest, WhoTracesFastestIsFoundOutOnce) {
     Renderer renderer(prepared, colors, banded(Culling::automatic));
     const FrameSettings frame = frames(banded(Culling::automatic))[2];
-    EXPECT_EQ(shadow(renderer.render(frame)).reason.find("undecided"), std::string::npos) << "four bands of 6 runs";
-    const RenderResult second = renderer.render(frame);
-    EXPECT_EQ(shadow(second).measured[0].timed + shadow(second).measured[1].timed, 0u) << "no trial";
+    const auto timed = [&](const RenderResult& r) { return shadow(r).measured[0].timed + shadow(r).measured[1].timed; };
+    const RenderResult first = renderer.render(frame), second = renderer.render(frame);
+    EXPECT_EQ(timed(first), 4u * 6) << "bands, samples";
+    EXPECT_EQ(timed(second), 4u * 1) << "4 of the first way and 3 of the second decide";
+    EXPECT_EQ(shadow(second).reason.find("undecided"), std::string::npos);
+    EXPECT_EQ(timed(renderer.render(frame)), 0u) << "no trial";
+}
+
+TEST_F(RendererTest, BandsAreTriedEachByItself) {
+    RenderSettings settings = banded(Culling::automatic);
+    settings.samples = 2;
+    Renderer renderer(prepared, colors, settings);
+    for (int picture = 0; picture < 2; ++picture) {
+        const RenderResult r = renderer.render();
+        EXPECT_EQ(shadow(r).measured[0].runs, 4u * 2) << "none has had more than its first 4 runs";
+        EXPECT_EQ(shadow(r).measured[1].runs, 0u);
+    }
+    EXPECT_EQ(shadow(renderer.render()).measured[1].runs, 4u * 2) << "then all of them try tiles";
+
+    settings.pictures = 2;
+    Renderer few(prepared, colors, settings);
+    EXPECT_EQ(shadow(few.render()).reason, "so few runs end before culling could pay") << "4 of each band";
+    EXPECT_EQ(shadow(few.render()).state_bytes, 0u);
+}
+
+TEST_F(RendererTest, RasterCullingNeedsASceneThatIsPreparedForIt) {
+    PreparedScene bare(context, scene, {.raster_culling = false});
+    EXPECT_EQ(error_message([&] { Renderer(bare, colors, banded(Culling::raster)); }),
+              "render settings: raster culling of a scene that was prepared without it");
+    EXPECT_NO_THROW(Renderer(bare, colors, banded(Culling::compute)));
+    Scene nothing = scene;
+    nothing.instances.clear();
+    PreparedScene empty(context, nothing, {.raster_culling = false});
+    EXPECT_NO_THROW(Renderer(empty, colors, banded(Culling::raster)));
 }
 
 TEST_F(RendererTest, RenderersShareAScene) {

@@ -41,10 +41,10 @@ void meet(Ray ray, uint instance, uint first, uint end, inout Hit best) {
     for (uint t = first; t < end; ++t) {
         uvec3 corner = triangle_corners(t);
         vec3 a = corner_position(corner.x), b = corner_position(corner.y), c = corner_position(corner.z);
-        TriangleHit h = intersect_triangle(r, vec3(a[r.axes.x], b[r.axes.x], c[r.axes.x]),
-                                           vec3(a[r.axes.y], b[r.axes.y], c[r.axes.y]),
-                                           vec3(a[r.axes.z], b[r.axes.z], c[r.axes.z]));
-        if (h.met && h.t > ray.t_min && h.t < best.t) best = Hit(h.t, h.u, h.v, t, instance);
+        mat3 m = transpose(mat3(a, b, c));
+        PairEdges edges = intersect_pair(r, m[r.axes.x].xyzy, m[r.axes.y].xyzy, m[r.axes.z].xyzy);
+        TrianglePoint p = pair_point(r, edges, false);  // weights: of a, c, b
+        if (edges.met.x && p.t > ray.t_min && p.t < best.t) best = Hit(p.t, p.weights.z, p.weights.y, t, instance);
     }
 }
 )";

@@ -252,10 +252,10 @@ TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
             triangle_ray(to_block(hit.instance, origin, 1.0), to_block(hit.instance, direction, 0.0));
                 uvec3 corner = triangle_corners(hit.triangle);
                 vec3 a = corner_position(corner.x), b = corner_position(corner.y), c = corner_position(corner.z);
-                TriangleHit h = intersect_triangle(ray, vec3(a[ray.axes.x], b[ray.axes.x], c[ray.axes.x]),
-                                                   vec3(a[ray.axes.y], b[ray.axes.y], c[ray.axes.y]),
-                                                   vec3(a[ray.axes.z], b[ray.axes.z], c[ray.axes.z]));
-                return h.met && h.t > 0.0;
+                mat3 m = transpose(mat3(a, b, c));
+                PairEdges edges =
+            intersect_pair(ray, m[ray.axes.x].xyzy, m[ray.axes.y].xyzy, m[ray.axes.z].xyzy);
+                return edges.met.x && pair_point(ray, edges, false).t > 0.0;
             }
         )",
                                    std::string(kHit) + R"(

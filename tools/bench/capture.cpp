@@ -47,9 +47,8 @@ class Studio {
           seen_{.camera = camera},
           size_(size),
           buffers_(tables, build_shading_tables(scene, tables)) {
-        const std::size_t record = std::max(buffers_.surface_record_bytes(), sizeof(shared::PathState));
         const std::size_t row_of_blocks = (static_cast<std::size_t>(size.x) + 15) / 16 * 256;
-        const std::size_t rows = context.limits().storage_block_bytes / record / row_of_blocks;
+        const std::size_t rows = context.limits().storage_block_bytes / buffers_.widest_record_bytes() / row_of_blocks;
         band_ = {size, 0, std::min(static_cast<int>(std::clamp<std::size_t>(rows, 1, 4096)) * 16, size.y)};
     }
 

@@ -50,9 +50,7 @@ struct Subject {
           storage_block_bytes(context.limits().storage_block_bytes),
           bounces(order.bounces),
           band{order.size, 0, order.size.y} {
-        // The widest records by path: the G-buffer's, and six doubles of sums.
-        const std::size_t record = std::max(buffers.surface_record_bytes(), 6 * sizeof(double));
-        if (band.paths() * record > storage_block_bytes)
+        if (band.paths() * buffers.widest_record_bytes() > storage_block_bytes)
             throw Error("--size", "frames of {}x{} need more than one band of this driver", order.size.x, order.size.y);
     }
 

@@ -50,7 +50,7 @@ struct FrameResult {
     std::vector<Series> still;
     std::vector<Series> moving;      // the same variants
     std::vector<ErrorPoint> errors;  // of the still frame: the same for all variants
-    // Paths whose sums are not the first variant's, bit for bit; "fresh" has none, and "naive" need not agree.
+    // Pixels whose means are not the first variant's, bit for bit; "fresh" has none, and "naive" need not agree.
     std::size_t different = 0;
 };
 

@@ -66,7 +66,6 @@ Json raster_statistics(const rays::RasterBatch& batch) {
             {"leaves_traced", s.leaves},
             {"draws", s.traces},
             {"tile_node_pairs", s.pairs},
-            {"state_bytes", batch.state_bytes},
             {"seconds", s.seconds},
             {"seconds_of_all_threads",
              {{"bounds", s.stages.bounds},

@@ -1,0 +1,32 @@
+#include "engine/rays/batch_statistics.h"
+
+#include <algorithm>
+
+namespace halflight::rays {
+
+void add(BatchStatistics& to, const BatchStatistics& of) {
+    for (std::size_t way = 0; way < kWays; ++way) {
+        BatchStatistics::Measured& m = to.measured[way];
+        const BatchStatistics::Measured& n = of.measured[way];
+        m.runs += n.runs;
+        m.timed += n.timed;
+        m.seconds += n.seconds;
+        m.best += n.best;
+        m.rays += n.rays;
+    }
+    to.steps.cull += of.steps.cull;
+    to.steps.search += of.steps.search;
+    to.steps.rest += of.steps.rest;
+    to.tiles += of.tiles;
+    to.tiles_culled += of.tiles_culled;
+    to.lists.tiles += of.lists.tiles;
+    to.lists.entries += of.lists.entries;
+    to.lists.leaves += of.lists.leaves;
+    to.lists.longest = std::max(to.lists.longest, of.lists.longest);
+    to.lists.rays += of.lists.rays;
+    to.lists.rest_rays += of.lists.rest_rays;
+    to.lists.remembered += of.lists.remembered;
+    to.state_bytes += of.state_bytes;
+}
+
+}  // namespace halflight::rays
