@@ -272,7 +272,8 @@ void main() {
                         uint sum = checksum(leaf ? sums.x : sums.y, child);
                         sums = leaf ? uvec2(sum, sums.y) : uvec2(sums.x, sum);
 #ifdef HALFLIGHT_ANY_HIT
-                        if (leaf && reference == blockers.latest) blockers.entries |= 1u << leaves;  // with instances, of several
+                        // Of several, with instances: a block's leaf may be there more than once.
+                        if (leaf && reference == blockers.latest) blockers.entries |= 1u << leaves;
 #endif
                         leaves += leaf ? 1 : 0;
                         others += leaf ? 0 : 1;

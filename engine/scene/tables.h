@@ -76,7 +76,8 @@ struct TraceTables {
 ///
 /// flatten_limit: shared meshes are merged as well, those with the fewest triangles in all their instances first, as
 /// long as these come to no more than `flatten_limit` triangles. A scene without a second level is traced 1.2 to 1.4
-/// times as fast (a city of 10^6 triangles); of kFlattenLimit triangles it takes 240 MB of device memory and two seconds.
+/// times as fast (a city of 10^6 triangles); of kFlattenLimit triangles it takes 240 MB of device memory and two
+/// seconds.
 TraceTables build_trace_tables(const Scene& scene, std::size_t flatten_limit = 0);
 inline constexpr std::size_t kFlattenLimit = std::size_t{1} << 21;
 

@@ -4,9 +4,10 @@
 //   texel 0 to 3  xyz: the shaft, as floats: lower and upper corner of the box of the rays' origins, then of the box of
 //                 their ends. w: checksum, leaves | others << 16, unused, unused.
 //   then          room for entries: leaves from the first one on, others from the last one back; in lists for closest
-//                 hits near ones first, in those for any hits in no order that means anything. A box with a word. Grid format: (lower | upper << 16 per axis, word), one texel. Float
-//                 format: (lower, word), (upper, unused), two texels. The word is a reference of
-//                 shaders/shared/bvh.h. Others: nodes to go on from, or instances.
+//                 hits near ones first, in those for any hits in no order that means anything. A box with a word. Grid
+//                 format: (lower | upper << 16 per axis, word), one texel. Float format: (lower, word), (upper,
+//                 unused), two texels. The word is a reference of shaders/shared/bvh.h. Others: nodes to go on from, or
+//                 instances.
 //
 // With instances, entries have two boxes more. What is inside of an instance: the instance's own box with its index, and the
 // box in the units of its block with the block's head; the first box is one around the latter, in the tile list's units. What

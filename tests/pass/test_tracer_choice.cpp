@@ -7,6 +7,7 @@
 #include "engine/rays/raster.h"
 #include "engine/rays/tracer.h"
 #include "tests/pass/tracer_harness.h"
+#include "tests/pass/tracer_inputs.h"
 #include "tests/support/error_message.h"
 #include "tests/support/gpu_test.h"
 
@@ -138,6 +139,21 @@ TEST_F(TracerChoice, EveryKindIsABatchOfItsOwn) {
         return closest_hit(graph, tracer, batch, results);
     };
     EXPECT_THROW(ask<Hit>(executor, {view}, twice), Error);
+}
+
+// Boxes of children that are not there are empty, and a shaft as wide as the scene meets an empty box.
+TEST_F(TracerChoice, ListsHoldWhatIsThere) {
+    const TraceTables alone = build_trace_tables(soup(1, 1, vec3(1), 3));
+    const rays::TraceScene one(alone);
+    rays::Tracer tracer(one, Culling::compute);
+    tracer.count();
+    const std::vector<Ray> around = mixed_rays(alone.bounds, kRays);
+    ask<Hit>(executor, {around}, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+        return closest_hit(graph, tracer, batch, results);
+    });
+    const BatchStatistics::Lists lists = only(tracer).lists;
+    EXPECT_GT(lists.entries, lists.tiles / 2);
+    EXPECT_LE(lists.entries, lists.tiles) << "there is but one leaf";
 }
 
 }  // namespace
