@@ -133,6 +133,9 @@ TEST_F(Converge, RefusesWhatMakesNoSense) {
                    "--clock: wants wall or cpu, not 'sun'");
     expect_refusal(run_program({"converge", kCornell}), 2, "--output: is missing");
     EXPECT_EQ(run_program({"converge", kCornell, "-o", "/proc/none/reports"}).status, 1);
+    write_text(folder / "cache", "");
+    refused({}, "cache: cannot be made", 1);
+    std::filesystem::remove(folder / "cache");
 
     write_text(folder / "file", "");
     const Outcome file = run_program({"converge", kCornell, "-o", folder / "file"});
@@ -149,6 +152,18 @@ TEST_F(Converge, ReferencesOfOtherSizesAreRefused) {
         run_program({"converge", kCornell, "-o", out, "--width", "32", "--height", "32", "--reference", other}), 1,
         "the reference has 8 x 8 pixels, the pictures are to have 32 x 32");
     expect_refusal(run_program({"converge", kCornell, "-o", out, "--reference", folder / "none.exr"}), 1, "none.exr");
+}
+
+TEST_F(Converge, MakesFoldersAndTakesThemBack) {
+    const std::string parent = out;
+    out += "/of/reports";
+    EXPECT_EQ(converge({"--camera", "nobody"}).status, 1);
+    EXPECT_FALSE(std::filesystem::exists(parent));
+    const Outcome outcome =
+        converge({"--samples", "1", "--seeds", "1", "--method", "plain", "--reference-samples", "2"});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_NE(outcome.err.find("plain: slope none"), std::string::npos) << outcome.err;
+    EXPECT_EQ(report()["runs"].size(), 1u);
 }
 
 TEST_F(Converge, InterruptedWritesNothingButKeepsTheReference) {

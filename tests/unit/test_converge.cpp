@@ -151,6 +151,47 @@ TEST(Converge, OneSeedHasNoIntervals) {
     EXPECT_TRUE(std::isinf(point.bias_squared.half_width));
 }
 
+TEST(Converge, SlopesThatNothingTellsAreNone) {
+    const auto first = [](Plan plan) { return measure_fakes({}, {}, plan).methods[0]; };
+    const Plan one_budget{{Method::plain, Method::oracle}, {{4, 0}}, 8},
+        two_pictures{one_budget.methods, {{1, 0}, {4, 0}}, 1}, two_budgets{one_budget.methods, {{1, 0}, {4, 0}}, 4};
+    for (const Plan& plan : {one_budget, two_pictures}) {
+        const MethodResult method = first(plan);
+        EXPECT_EQ(text(method.slope), "none");
+        ASSERT_EQ(method.findings.size(), 1u);
+        EXPECT_EQ(method.findings[0].kind, Finding::Kind::inconclusive);
+    }
+    EXPECT_NE(text(first(two_budgets).slope), "none");
+}
+
+// Of two budgets, each MSE is known by Student's t over the seeds; log's rule carries its relative half width over.
+TEST(Converge, FewSeedsWidenSlopes) {
+    const Plan plan{{Method::plain, Method::oracle}, {{1, 0}, {4, 0}}, 2};
+    const MethodResult method = measure_fakes({}, {}, plan).methods[0];
+    const auto relative = [&](std::size_t b) { return method.points[b].mse.half_width / method.points[b].mse.value; };
+    EXPECT_NEAR(method.slope.slope.half_width, std::hypot(relative(0), relative(1)) / std::log(4.0), 1e-9);
+}
+
+TEST(Converge, HeavyTailsTakeAPixelAtLeast) {
+    MethodResult method;
+    Point& point = method.points.emplace_back();
+    point.mse = {1, 0.1};
+    point.worst_share = 0.9;
+    const auto has_tails = [&] {
+        method.findings = findings_of(method);
+        return find(method, Finding::Kind::heavy_tails) != nullptr;
+    };
+    method.picture = Image(10, 99, 3);
+    EXPECT_FALSE(has_tails());
+    method.picture = Image(10, 100, 3);
+    EXPECT_TRUE(has_tails());
+}
+
+TEST(Converge, NoisyReferencesAreTold) {
+    EXPECT_TRUE(find(measure_fakes({}, {}, kPlan, fake_reference(32)).methods[0], Finding::Kind::noisy_reference));
+    EXPECT_FALSE(find(measure_fakes({}, {}, kPlan, fake_reference(128)).methods[0], Finding::Kind::noisy_reference));
+}
+
 TEST(Converge, StopsWhereThePulseThrows) {
     std::vector<std::unique_ptr<Painter>> painters;
     painters.push_back(std::make_unique<FakePainter>(Fake{}));

@@ -1,7 +1,10 @@
 // References of `halflight converge`: whose they are is told by a fingerprint; files of them are continued.
 #include <gtest/gtest.h>
 
+#include <cstring>
 #include <filesystem>
+#include <limits>
+#include <stdexcept>
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
@@ -82,8 +85,9 @@ TEST_F(ConvergeReference, WhatIsInterruptedIsKept) {
     };
     EXPECT_THROW(continue_halves(
                      reference_path(folder / "cache", 7), 7, view, 16, fails, {.largest = 4}, [](double) {},
-                     [](const std::string&) {}),
+                     [this](const std::string& note) { notes.push_back(note); }),
                  Error);
+    EXPECT_EQ(notes, std::vector<std::string>{"reference: 16 samples are kept"});
     expect_samples(go_on(16), 16);
     ASSERT_FALSE(asked.empty());
     EXPECT_EQ(asked.front().first, 8);
@@ -96,14 +100,72 @@ TEST_F(ConvergeReference, DamagedFilesAreBegunAnew) {
     for (const std::string& bad :
          {good.substr(0, good.size() - 1), std::string("short"), good.substr(0, 60) + "x" + good.substr(61)}) {
         write_file(file, bad);
-        EXPECT_THROW(load_halves(file, 7), Error);
+        EXPECT_THROW(load_halves(file, 7, 3, 2), Error);
         notes.clear();
         expect_samples(go_on(4), 4);
-        EXPECT_EQ(notes.size(), 1u);
+        ASSERT_EQ(notes.size(), 1u);
+        EXPECT_TRUE(notes[0].ends_with("the reference is damaged: begun anew")) << notes[0];
         EXPECT_EQ(read_file(file, 1 << 20), good);
     }
-    EXPECT_THROW(load_halves(file, 8), Error);  // another reference by this name
-    EXPECT_FALSE(load_halves(folder / "none", 7));
+    EXPECT_THROW(load_halves(file, 8, 3, 2), Error);  // another reference by this name
+    EXPECT_FALSE(load_halves(folder / "none", 7, 3, 2));
+}
+
+TEST_F(ConvergeReference, SizesInFilesAreNotTrusted) {
+    go_on(4);
+    const fs::path file = reference_path(folder / "cache", 7);
+    const std::string good = read_file(file, 1 << 20);
+    const auto hashed = [](std::string content) {
+        Hash hash;
+        hash.add_bytes(content.data(), content.size());
+        const std::uint64_t value = hash.value();
+        return content.append(reinterpret_cast<const char*>(&value), sizeof(value));
+    };
+    const std::string content = good.substr(0, good.size() - sizeof(std::uint64_t));
+    ASSERT_EQ(hashed(content), good);
+    const auto with = [&](std::size_t offset, auto value) {
+        std::string other = content;
+        std::memcpy(other.data() + offset, &value, sizeof(value));
+        return hashed(other);
+    };
+    // magic, fingerprint, samples of both halves, width, height
+    for (const std::string& bad :
+         {with(32, 1 << 30), with(32, -3), with(36, 3), with(16, std::int64_t{-1}), with(24, std::int64_t{-1}),
+          with(16, std::numeric_limits<std::int64_t>::max()), hashed(content.substr(0, 40)),
+          hashed(content.substr(0, content.size() - 8)), hashed(content + "12345678")}) {
+        write_file(file, bad);
+        EXPECT_THROW(load_halves(file, 7, 3, 2), Error);
+    }
+    write_file(file, good);
+    EXPECT_TRUE(load_halves(file, 7, 3, 2));
+    EXPECT_THROW(load_halves(file, 7, 2, 3), Error);  // as many pixels, but others
+}
+
+TEST_F(ConvergeReference, WhatCannotBeKeptIsToldBeforehand) {
+    write_file(folder / "cache", "a file where the folder would be");
+    EXPECT_THROW(go_on(4), Error);
+    EXPECT_TRUE(asked.empty());
+}
+
+TEST_F(ConvergeReference, SavesThatFailLaterAreNoted) {
+    const auto loses_folder = [this](int half, std::int64_t first, int count) {
+        if (first >= 4) throw std::runtime_error("interrupted");
+        fs::remove_all(folder / "cache");
+        write_file(folder / "cache", "a file where the folder was");
+        return make(half, first, count);
+    };
+    const auto go = [&](std::int64_t samples_of_each) {
+        fs::remove_all(folder / "cache");
+        notes.clear();
+        return continue_halves(
+            reference_path(folder / "cache", 7), 7, view, samples_of_each, loses_folder, {.largest = 4}, [](double) {},
+            [this](const std::string& note) { notes.push_back(note); });
+    };
+    expect_samples(go(4), 4);
+    ASSERT_EQ(notes.size(), 1u);
+    EXPECT_NE(notes[0].find("cache"), std::string::npos) << notes[0];
+    EXPECT_THROW(go(8), std::runtime_error);
+    EXPECT_EQ(notes.size(), 1u);  // nothing is said to be kept
 }
 
 TEST_F(ConvergeReference, FolderFollowsTheEnvironment) {

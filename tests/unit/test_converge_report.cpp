@@ -167,17 +167,26 @@ TEST_F(ConvergeReport, WhatIsNotKnownIsNull) {
     one.plan = plan;
     const auto json = report_json(one, reference, measure_fakes({}, {}, plan));
     EXPECT_TRUE(json["methods"][0]["points"][0]["mse"]["half_width"].is_null());
+    EXPECT_FALSE(json["methods"][0]["slope"]["slope"]["value"].is_null());  // four budgets tell it
+    plan.budgets.resize(2);
+    one.plan = plan;
+    const auto two = report_json(one, reference, measure_fakes({}, {}, plan));
+    EXPECT_TRUE(two["methods"][0]["slope"]["slope"]["value"].is_null());
     EXPECT_EQ(json.dump().find("inf"), std::string::npos);
 }
 
 TEST_F(ConvergeReport, CsvHasARowForEachRun) {
-    std::istringstream csv(report_csv(subject("a.glb"), measured));
+    std::istringstream csv(report_csv(subject("a.glb"), reference, measured));
     std::string line;
     std::getline(csv, line);
     const auto columns = count(line, ",");
     EXPECT_EQ(line.substr(0, 14), "method,budget_");
+    EXPECT_TRUE(line.ends_with(",indirect_glossy_mse,non_finite\r"));
     int rows = 0;
-    for (; std::getline(csv, line); ++rows) EXPECT_EQ(count(line, ","), columns) << line;
+    for (; std::getline(csv, line); ++rows) {
+        EXPECT_EQ(count(line, ","), columns) << line;
+        EXPECT_TRUE(line.ends_with(",0\r")) << line;  // values that are not finite
+    }
     EXPECT_EQ(rows, 64);
 }
 
@@ -204,6 +213,7 @@ TEST_F(ConvergeReport, ReferencesWithoutComponentsAreReportedToo) {
     const auto json = report_json(subject("a.glb"), file, without);
     EXPECT_TRUE(json["runs"][0]["components_mse"].is_null());
     EXPECT_TRUE(json["reference"]["samples"].is_null());
+    EXPECT_EQ(count(report_csv(subject("a.glb"), file, without), ",,,,,,0\r\n"), 64u);
 }
 
 }  // namespace

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <optional>
 
 #include "engine/core/metrics.h"
 #include "tools/converge/measure.h"
@@ -24,6 +25,52 @@ std::string superscript(int exponent) {
     return (exponent < 0 ? "⁻" : "") + digits;
 }
 
+/// What the errors at the largest budget say.
+std::vector<Finding> findings_of_errors(const MethodResult& m) {
+    std::vector<Finding> findings;
+    const Point& last = m.points.back();
+    if (last.bias_squared.lower() > 0) {
+        findings.push_back(
+            {Kind::bias, fmt::format("At the largest budget the squared bias is {}, {:.0f} % "
+                                     "of the MSE: no budget brings the error below it.",
+                                     text(last.bias_squared), percent(last.bias_squared.value / last.mse.value))});
+    }
+    if (last.worst_share > 0.5 && kWorstShare * m.picture.width * m.picture.height >= 1) {
+        findings.push_back(
+            {Kind::heavy_tails, fmt::format("At the largest budget the worst {:g} % of the pixels hold {:.0f} % of the "
+                                            "squared error; without them the slope is {}.",
+                                            percent(kWorstShare), percent(last.worst_share), text(m.slope_trimmed))});
+    }
+    return findings;
+}
+
+/// `explained`: there is a finding that a flat slope may be due to.
+std::optional<Finding> finding_of_slope(const MethodResult& m, bool explained) {
+    const Interval& slope = m.slope.slope;
+    if (!is_known(m.slope))
+        return Finding{Kind::inconclusive, "No slope is known: that takes two budgets of several seeds, or three."};
+    const Interval& by_samples = m.slope_by_samples.slope;
+    const std::string deviation =
+        fmt::format("The slope {} is {} than -1", text(slope), slope.value < -1 ? "steeper" : "flatter");
+    if (std::abs(slope.value + 1) > kTolerance && std::abs(by_samples.value + 1) <= kTolerance &&
+        by_samples.half_width <= kTolerance)
+        return Finding{Kind::fixed_time, fmt::format("{}, but against samples it is {}: time is not in proportion to "
+                                                     "samples, a part of it is each picture's own.",
+                                                     deviation, text(by_samples))};
+    if (std::abs(slope.value + 1) > kTolerance && !slope.holds(-1)) {
+        if (slope.value < -1)
+            return Finding{Kind::faster, fmt::format("{}: where the integrand is smooth, stratified samples "
+                                                     "converge faster than independent ones.",
+                                                     deviation)};
+        if (!explained) return Finding{Kind::unclear, deviation + "; neither bias nor heavy tails show."};
+    } else if (!(slope.half_width <= kTolerance)) {
+        return Finding{Kind::inconclusive, fmt::format("The slope {} is not known to {:g}: more seeds or budgets "
+                                                       "would tell.",
+                                                       text(slope), kTolerance)};
+    }
+    return std::nullopt;
+}
+
 }  // namespace
 
 std::string text(const Interval& i) {
@@ -43,6 +90,14 @@ std::string text(const Interval& i) {
                        superscript(exponent));
 }
 
+bool is_known(const Slope& s) {
+    return s.points >= 2 && std::isfinite(s.slope.half_width);
+}
+
+std::string text(const Slope& s) {
+    return is_known(s) ? text(s.slope) : "none";
+}
+
 std::string_view name(Kind kind) {
     switch (kind) {
         case Kind::bias:
@@ -57,48 +112,21 @@ std::string_view name(Kind kind) {
             return "inconclusive";
         case Kind::unclear:
             return "unclear";
+        case Kind::noisy_reference:
+            return "noisy reference";
     }
     return "unknown";
 }
 
 std::vector<Finding> findings_of(const MethodResult& m) {
-    std::vector<Finding> findings;
+    std::vector<Finding> findings = findings_of_errors(m);
+    if (const auto finding = finding_of_slope(m, !findings.empty())) findings.push_back(*finding);
     const Point& last = m.points.back();
-    if (last.bias_squared.lower() > 0) {
-        findings.push_back(
-            {Kind::bias, fmt::format("At the largest budget the squared bias is {}, {:.0f} % "
-                                     "of the MSE: no budget brings the error below it.",
-                                     text(last.bias_squared), percent(last.bias_squared.value / last.mse.value))});
-    }
-    if (last.worst_share > 0.5) {
-        findings.push_back({Kind::heavy_tails,
-                            fmt::format("At the largest budget the worst {:g} % of the pixels hold {:.0f} % of the "
-                                        "squared error; without them the slope is {}.",
-                                        percent(kWorstShare), percent(last.worst_share), text(m.slope_trimmed.slope))});
-    }
-    const Interval& slope = m.slope.slope;
-    if (m.slope.points < 2) return findings;
-    const Interval& by_samples = m.slope_by_samples.slope;
-    const std::string deviation =
-        fmt::format("The slope {} is {} than -1", text(slope), slope.value < -1 ? "steeper" : "flatter");
-    if (std::abs(slope.value + 1) > kTolerance && std::abs(by_samples.value + 1) <= kTolerance &&
-        by_samples.half_width <= kTolerance) {
-        findings.push_back(
-            {Kind::fixed_time, fmt::format("{}, but against samples it is {}: time is not in proportion to "
-                                           "samples, a part of it is each picture's own.",
-                                           deviation, text(by_samples))});
-    } else if (std::abs(slope.value + 1) > kTolerance && !slope.holds(-1)) {
-        if (slope.value < -1) {
-            findings.push_back({Kind::faster, fmt::format("{}: where the integrand is smooth, stratified samples "
-                                                          "converge faster than independent ones.",
-                                                          deviation)});
-        } else if (findings.empty()) {
-            findings.push_back({Kind::unclear, deviation + "; neither bias nor heavy tails show."});
-        }
-    } else if (!(slope.half_width <= kTolerance)) {
-        findings.push_back({Kind::inconclusive, fmt::format("The slope {} is not known to {:g}: more seeds or budgets "
-                                                            "would tell.",
-                                                            text(slope), kTolerance)});
+    if (last.reference_variance > last.mse.value) {
+        findings.push_back({Kind::noisy_reference,
+                            fmt::format("The reference's own variance, {:.2g}, is greater than the MSE at the largest "
+                                        "budget, {:.2g}: more samples of it would make all figures more certain.",
+                                        last.reference_variance, last.mse.value)});
     }
     return findings;
 }

@@ -69,7 +69,8 @@ std::string typeset(const std::string& text) {
 
 /// How a finding looks: what is wrong, what is better than expected, what is not known.
 const char* style_of(Finding::Kind kind) {
-    return kind == Finding::Kind::faster ? "fine" : kind == Finding::Kind::inconclusive ? "open" : "flag";
+    using enum Finding::Kind;
+    return kind == faster ? "fine" : kind == inconclusive || kind == noisy_reference ? "open" : "flag";
 }
 
 /// Its caller escapes nothing: all text goes through escape() here, but for what is called markup.
@@ -147,9 +148,9 @@ class Page {
             const Point& last = m.points.back();
             Interval share = last.bias_squared;
             share.value /= last.mse.value, share.half_width /= last.mse.value;
-            row({std::string(name(m.method)), converge::text(m.slope.slope), converge::text(m.slope_by_samples.slope),
-                 converge::text(m.slope_trimmed.slope), converge::text(share),
-                 converge::text(in_percent(last.relative_bias)), best > 0 ? figure(m.efficiency / best) : "–"});
+            row({std::string(name(m.method)), converge::text(m.slope), converge::text(m.slope_by_samples),
+                 converge::text(m.slope_trimmed), converge::text(share), converge::text(in_percent(last.relative_bias)),
+                 best > 0 ? figure(m.efficiency / best) : "–"});
         }
         end_table();
         markup("<ul>");

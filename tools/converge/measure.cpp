@@ -1,6 +1,7 @@
 #include "tools/converge/measure.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/core/seed_errors.h"
 
@@ -77,12 +78,12 @@ Slope slope_of(const std::vector<Point>& points, const X& x, const Y& y) {
     return fit_slope(curve);
 }
 
-void fit(MethodResult& method, Clock clock, int seeds) {
-    const double quantile = seeds > 1 ? student_quantile(kConfidence, seeds - 1) : 0;
+void fit(MethodResult& method, Clock clock) {
     const auto time = [&](const Point& p) { return by(clock, p.time); };
     const auto mse = [&](CurvePoint c, const Point& p) {
         c.y = p.mse.value;
-        c.error = quantile > 0 ? p.mse.half_width / quantile : 0;
+        // As wide at 95 % as Student's interval, or the normal weights would trust few seeds too much.
+        c.error = std::isfinite(p.mse.half_width) ? p.mse.half_width / kNormalQuantile : 0;
         return c;
     };
     const auto trimmed = [&](CurvePoint c, const Point& p) {
@@ -194,7 +195,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
         method.passes = painters[m]->passes(plan.budgets.back(), runs.back().seed, hooks.pulse);
         if (reference.has_components && !method.passes.empty())
             method.stages = stages_of(method.passes, method.points.back());
-        fit(method, clock, plan.seeds);
+        fit(method, clock);
         method.findings = findings_of(method);
     }
     return result;

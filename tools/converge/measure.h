@@ -48,7 +48,7 @@ struct Stage {
 };
 
 struct Finding {
-    enum class Kind : std::uint8_t { bias, heavy_tails, fixed_time, faster, inconclusive, unclear };
+    enum class Kind : std::uint8_t { bias, heavy_tails, fixed_time, faster, inconclusive, unclear, noisy_reference };
     Kind kind;
     std::string text;  // a sentence
 };
@@ -91,8 +91,11 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
 
 /// "(2.31 ± 0.12)·10⁻⁴": value and half width, to as many digits as the interval knows.
 std::string text(const Interval& interval);
+/// Two points or more tell it, and how well.
+bool is_known(const Slope& slope);
+std::string text(const Slope& slope);  ///< "none" where it is not known
 
-/// What the slope and the errors of a method say about it; slope and points must be set.
+/// What the slope and the errors of a method say about it; slopes, points and picture must be set.
 std::vector<Finding> findings_of(const MethodResult& method);
 
 }  // namespace halflight::converge

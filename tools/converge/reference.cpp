@@ -107,16 +107,23 @@ Halves continue_halves(const std::filesystem::path& path, std::uint64_t fingerpr
                        const std::function<void(const std::string&)>& note) {
     Halves halves{PictureSums(view.width, view.height), PictureSums(view.width, view.height)};
     try {
-        if (auto kept = load_halves(path, fingerprint)) halves = std::move(*kept);
+        if (auto kept = load_halves(path, fingerprint, view.width, view.height)) halves = std::move(*kept);
     } catch (const Error& error) {
-        note(error.what());
+        note(fmt::format("{}: begun anew", error.what()));
     }
+    if (std::min(halves[0].samples, halves[1].samples) >= samples_of_each) return halves;
+    prepare_to_save(path);
     const auto held = [&] { return halves[0].samples + halves[1].samples; };
     const std::int64_t before = held();
     std::int64_t saved = before;
     const auto save = [&] {
-        if (held() > saved) save_halves(path, fingerprint, halves);
-        saved = held();
+        if (held() == saved) return;
+        try {
+            save_halves(path, fingerprint, halves);
+            saved = held();
+        } catch (const Error& error) {  // what is made can be used all the same
+            note(error.what());
+        }
     };
     using Clock = std::chrono::steady_clock;
     Clock::time_point last = Clock::now();
@@ -135,6 +142,7 @@ Halves continue_halves(const std::filesystem::path& path, std::uint64_t fingerpr
         }
     } catch (...) {
         save();
+        if (saved > 0) note(fmt::format("reference: {} samples are kept", saved));
         throw;
     }
     save();

@@ -45,7 +45,8 @@ struct Portion {
     double save_every = 20;  // seconds
 };
 /// Continues what is kept at `path` until both halves have as many samples, and keeps it, also where `more` throws.
-/// A damaged file is begun anew after note() has said so. progress() is given the share that is done, in [0, 1].
+/// A damaged file is begun anew after note() has said so. Throws Error where more samples are wanted but could not be
+/// kept; should that show only later, note() says it. progress() is given the share that is done, in [0, 1].
 Halves continue_halves(const std::filesystem::path& path, std::uint64_t fingerprint, const View& view,
                        std::int64_t samples_of_each, const AddSamples& more, const Portion& portion,
                        const std::function<void(double)>& progress,

@@ -32,6 +32,12 @@ std::uint64_t hash_of(std::string_view bytes) {
     return hash.value();
 }
 
+void make_folders(const std::filesystem::path& folder) {
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error) throw Error(folder.string(), "cannot be made: {}", error.message());
+}
+
 }  // namespace
 
 std::filesystem::path default_reference_folder() {
@@ -52,10 +58,13 @@ std::filesystem::path reference_path(const std::filesystem::path& folder, std::u
     return folder / fmt::format("{:016x}.reference", fingerprint);
 }
 
+void prepare_to_save(const std::filesystem::path& path) {
+    make_folders(path.parent_path());
+    check_writable(path);
+}
+
 void save_halves(const std::filesystem::path& path, std::uint64_t fingerprint, const Halves& halves) {
-    std::error_code error;
-    std::filesystem::create_directories(path.parent_path(), error);
-    if (error) throw Error(path.parent_path().string(), "cannot be made: {}", error.message());
+    make_folders(path.parent_path());
     Header header{{}, fingerprint, {halves[0].samples, halves[1].samples}, halves[0].width, halves[0].height};
     std::memcpy(header.magic, kMagic, sizeof(kMagic));
     std::string bytes(reinterpret_cast<const char*>(&header), sizeof(header));
@@ -67,10 +76,11 @@ void save_halves(const std::filesystem::path& path, std::uint64_t fingerprint, c
     write_file(path, bytes);
 }
 
-std::optional<Halves> load_halves(const std::filesystem::path& path, std::uint64_t fingerprint) {
-    if (!std::filesystem::exists(path)) return std::nullopt;
+std::optional<Halves> load_halves(const std::filesystem::path& path, std::uint64_t fingerprint, int width, int height) {
+    std::error_code not_seen;
+    if (!std::filesystem::exists(path, not_seen)) return std::nullopt;
     const std::string bytes = read_file(path, std::numeric_limits<std::uint64_t>::max());
-    const auto damaged = [&] { return Error(path.string(), "the reference is damaged; delete it to make a new one"); };
+    const auto damaged = [&] { return Error(path.string(), "the reference is damaged"); };
     Header header;
     std::uint64_t hash = 0;
     if (bytes.size() < sizeof(header) + sizeof(hash)) throw damaged();
@@ -78,9 +88,15 @@ std::optional<Halves> load_halves(const std::filesystem::path& path, std::uint64
     const std::string_view content(bytes.data(), bytes.size() - sizeof(hash));
     std::memcpy(&hash, content.data() + content.size(), sizeof(hash));
     if (hash != hash_of(content) || std::memcmp(header.magic, kMagic, sizeof(kMagic)) != 0 ||
-        header.fingerprint != fingerprint)
+        header.fingerprint != fingerprint || header.width != width || header.height != height)
         throw damaged();
-    Halves halves{PictureSums(header.width, header.height), PictureSums(header.width, header.height)};
+    const std::size_t values = std::size_t{3} * kComponents.size() * static_cast<std::size_t>(width) *
+                               static_cast<std::size_t>(height);  // of one half
+    if (content.size() != sizeof(header) + 2 * values * sizeof(double)) throw damaged();
+    constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 2;  // both halves together can be told
+    for (const std::int64_t samples : header.samples)
+        if (samples < 0 || samples > kMost) throw damaged();
+    Halves halves{PictureSums(width, height), PictureSums(width, height)};
     const char* at = bytes.data() + sizeof(header);
     for (std::size_t h = 0; h < halves.size(); ++h) {
         halves[h].samples = header.samples[h];

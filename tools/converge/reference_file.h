@@ -20,10 +20,12 @@ std::filesystem::path default_reference_folder();
 /// The file of this fingerprint in the folder.
 std::filesystem::path reference_path(const std::filesystem::path& folder, std::uint64_t fingerprint);
 
+/// Makes the folders that lead to it. Throws Error if save_halves() would, as far as that can be told beforehand.
+void prepare_to_save(const std::filesystem::path& path);
 /// Complete or not at all; makes the folders that lead to it. Throws Error.
 void save_halves(const std::filesystem::path& path, std::uint64_t fingerprint, const Halves& halves);
 
-/// Nothing where there is no such file. Throws Error for one that is damaged, or of another fingerprint.
-std::optional<Halves> load_halves(const std::filesystem::path& path, std::uint64_t fingerprint);
+/// Nothing where there is no such file. Throws Error for one that is damaged, of another fingerprint or another size.
+std::optional<Halves> load_halves(const std::filesystem::path& path, std::uint64_t fingerprint, int width, int height);
 
 }  // namespace halflight::converge

@@ -25,7 +25,8 @@ Json seconds_json(const Seconds& s) {
 }
 
 Json slope_json(const Slope& s) {
-    return {{"slope", interval_json(s.slope)}, {"scatter", number(s.scatter)}, {"points", s.points}};
+    const Json slope = is_known(s) ? interval_json(s.slope) : Json{{"value", nullptr}, {"half_width", nullptr}};
+    return {{"slope", slope}, {"scatter", number(s.scatter)}, {"points", s.points}};
 }
 
 Json components_json(const Reference& reference, const std::array<double, kComponents.size()>& values) {
@@ -171,20 +172,21 @@ Json report_json(const Subject& subject, const Reference& reference, const Measu
             {"runs", runs}};
 }
 
-std::string report_csv(const Subject& subject, const Measurement& measured) {
+std::string report_csv(const Subject& subject, const Reference& reference, const Measurement& measured) {
     std::string csv =
         "method,budget_samples,budget_seconds,seed,samples,wall_seconds,cpu_seconds,mse,relative_mse,"
         "hdr_flip,trimmed_mse";
     for (const char* component : kComponents) csv += fmt::format(",{}_mse", component);
-    csv += "\r\n";  // RFC 4180
+    csv += ",non_finite\r\n";  // RFC 4180
     for (const RunResult& r : measured.runs) {
         const Budget& b = subject.plan.budgets[static_cast<std::size_t>(r.run.budget)];
         csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{}",
                            name(subject.plan.methods[static_cast<std::size_t>(r.run.method)]), b.samples, b.seconds,
                            r.run.seed, r.samples, r.time.wall, r.time.cpu, r.mse, r.relative_mse, r.errors.flip,
                            r.errors.trimmed_mse);
-        for (const double component : r.errors.components) csv += fmt::format(",{}", component);
-        csv += "\r\n";
+        for (const double component : r.errors.components)
+            csv += reference.has_components ? fmt::format(",{}", component) : ",";
+        csv += fmt::format(",{}\r\n", r.non_finite);
     }
     return csv;
 }

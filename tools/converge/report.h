@@ -28,8 +28,8 @@ struct Subject {
 /// Figures that are not known (intervals of a single seed) are null.
 nlohmann::ordered_json report_json(const Subject& subject, const Reference& reference, const Measurement& measured);
 
-/// A header, then a row for each run.
-std::string report_csv(const Subject& subject, const Measurement& measured);
+/// A header, then a row for each run. Errors of components are empty where the reference has none.
+std::string report_csv(const Subject& subject, const Reference& reference, const Measurement& measured);
 
 /// One file that needs no other, nor scripts. `view` shows the pictures.
 std::string report_html(const Subject& subject, const Reference& reference, const Measurement& measured,

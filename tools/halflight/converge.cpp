@@ -17,12 +17,16 @@ using namespace converge;
 
 constexpr const char* kReports[] = {"report.html", "report.json", "report.csv"};
 
-/// The folder of the reports, which is gone again if nothing was written into it.
+/// The folder of the reports, which is gone again, as are the parents that were made, if nothing was written into it.
 class ReportFolder {
   public:
     explicit ReportFolder(const std::filesystem::path& path) : path_(path) {
-        made_ = make();
+        std::error_code not_seen;
+        for (std::filesystem::path p = std::filesystem::absolute(path);
+             !std::filesystem::exists(p, not_seen) && p.has_relative_path(); p = p.parent_path())
+            missing_.push_back(p);
         try {
+            make();
             for (const char* report : kReports) check_writable(path / report);
         } catch (...) {
             remove();
@@ -33,21 +37,19 @@ class ReportFolder {
     ReportFolder& operator=(const ReportFolder&) = delete;
     ~ReportFolder() { remove(); }
 
-    /// Whether it was not there.
-    bool make() const {
+    void make() const {
         std::error_code error;
-        const bool made = std::filesystem::create_directory(path_, error);
+        std::filesystem::create_directories(path_, error);
         if (error) throw Error(path_.string(), "cannot be made: {}", error.message());
-        return made;
     }
 
   private:
     void remove() const {
         std::error_code not_empty;
-        if (made_) std::filesystem::remove(path_, not_empty);
+        for (const std::filesystem::path& folder : missing_) std::filesystem::remove(folder, not_empty);
     }
     std::filesystem::path path_;
-    bool made_ = false;
+    std::vector<std::filesystem::path> missing_;  // at first, of it and its parents; from it upwards
 };
 
 /// A line on the console for each tenth of some work.
@@ -66,7 +68,7 @@ class Progress {
     int tenths_ = 0;
 };
 
-/// Enough for a reference that is much less noisy than any picture.
+/// Enough for a reference that is much less noisy than any picture, where budgets tell how many samples that is.
 int usual_reference_samples(const Plan& plan) {
     constexpr int kLeast = 1024, kTimes = 16;
     return std::max(
@@ -110,8 +112,7 @@ void run_converge(const ConvergeArguments& a) {
     };
     const Pulse pulse = [&] {
         if (const int signal = stop_signal())
-            throw Interrupted(signal, a.folder.string(),
-                              "nothing was written: interrupted; the reference is kept as far as it is");
+            throw Interrupted(signal, a.folder.string(), "nothing was written: interrupted");
     };
     const auto note = [&](const std::string& line) { console.note("{}", line); };
     const Reference reference =
@@ -130,7 +131,7 @@ void run_converge(const ConvergeArguments& a) {
     const std::string html = report_html(subject, reference, measured, shown);
     const std::string json =
         report_json(subject, reference, measured).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-    const std::string csv = report_csv(subject, measured);
+    const std::string csv = report_csv(subject, reference, measured);
     {
         const WritingFiles writing;
         folder.make();  // should it be gone by now
@@ -139,7 +140,7 @@ void run_converge(const ConvergeArguments& a) {
         write_file(a.folder / kReports[0], html);
     }
     for (const MethodResult& m : measured.methods) {
-        console.note("{}: slope {}", name(m.method), text(m.slope.slope));
+        console.note("{}: slope {}", name(m.method), text(m.slope));
         for (const Finding& f : m.findings) console.note("{}: {}: {}", name(m.method), name(f.kind), f.text);
     }
     console.note("wrote {}", (a.folder / kReports[0]).string());

@@ -49,7 +49,8 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     a.usual_width = 320;  // error against time does not ask for more
     for (int samples = 1; samples <= 64; samples *= 2) a.plan.budgets.push_back({samples, 0});
     app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
-    app.add_option("-o,--output", a.folder, "folder for report.html, report.json and report.csv, made if need be")
+    app.add_option("-o,--output", a.folder,
+                   "folder for report.html, report.json and report.csv, made with its parents if need be")
         ->type_name("DIR")
         ->required();
 
@@ -85,10 +86,12 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
             if (text.empty()) throw UsageError(name, "wants oracle, gl or the name of a file");
             set_reference(a.reference, text);
         });
-    options.value("--reference-samples", "N",
-                  "samples per pixel at least (default: 16 times the largest budget, 1024 at least)",
-                  [&](const auto& name, const auto& text) { a.reference.samples = whole(name, text, 2, kMaxSamples); });
-    options.value("--cache", "DIR", "where references are kept and continued (default: $XDG_CACHE_HOME/halflight)",
+    options.value(
+        "--reference-samples", "N",
+        "samples per pixel at least (default: 16 times the largest budget, 1024 at least; 1024 with --seconds)",
+        [&](const auto& name, const auto& text) { a.reference.samples = whole(name, text, 2, kMaxSamples); });
+    options.value("--cache", "DIR",
+                  "where references are kept and continued (default: $XDG_CACHE_HOME/halflight/references)",
                   [&](const auto& name, const auto& text) {
                       if (text.empty()) throw UsageError(name, "wants the name of a folder");
                       a.reference.folder = text;
