@@ -220,7 +220,8 @@ struct Renderer::State {
             const ErrorEstimate estimate = replicates.error(frame.error->metric, each).estimate();
             if (estimate.bound <= frame.error->error) break;
             next = std::min(next_replicate_samples(each, estimate, frame.error->error), most);
-            if (time_limit > 0) next = std::min(next, static_cast<int>(each * time_limit / seconds_since(start)));
+            if (time_limit > 0)
+                next = static_cast<int>(std::min<double>(next, each * time_limit / seconds_since(start)));
         }
         picture.add(replicates.error(frame.error->metric, each));
         return done;

@@ -18,6 +18,10 @@ namespace halflight {
 //   <d_p - d_q, d_r - d_s>^2 has the mean 4 E<d_1, d_2>^2,
 // since its mixed products have mean 0; the d_r need not be known for it, only their differences. It is a quadratic
 // form of rank R (R - 3) / 2: so many products are independent, which is the freedom of Student's t.
+//
+// Student's t takes <d_1, d_2> for nearly normal, as the sum over many pixels of independent noise is: where few values
+// hold most of the error, the interval holds less often. What no sample of any replicate has met, such as a small and
+// bright light, is in none of their differences, and so not in V either.
 
 ReplicateError::ReplicateError(int replicates)
     : replicates_(static_cast<std::size_t>(replicates)), gram_(replicates_ * replicates_), deviations_(replicates_) {

@@ -33,7 +33,10 @@ std::uint64_t hash_of(std::string_view bytes) {
     return hash;
 }
 
-std::optional<std::string> content_of(const fs::path& file) {
+/// Nothing where it is no regular file, or is longer than `max_bytes`.
+std::optional<std::string> content_of(const fs::path& file, std::uint64_t max_bytes) {
+    std::error_code error;
+    if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > max_bytes || error) return std::nullopt;
     std::ifstream stream(file, std::ios::binary);
     if (!stream) return std::nullopt;
     std::string content(std::istreambuf_iterator<char>(stream), {});
@@ -61,7 +64,7 @@ fs::path ProgramBinaries::file(std::string_view key) const {
 
 std::optional<ProgramBinary> ProgramBinaries::load(std::string_view key) const {
     const fs::path path = file(key);
-    const std::optional<std::string> content = content_of(path);
+    const std::optional<std::string> content = content_of(path, max_bytes_);
     Header header;
     if (!content || content->size() < sizeof header) return std::nullopt;
     std::memcpy(&header, content->data(), sizeof header);

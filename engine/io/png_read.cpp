@@ -44,7 +44,7 @@ class Decoder {
         png_read_info(png_, info_);
         png_set_expand(png_);
         if (rgba_) {
-            png_set_strip_16(png_);
+            png_set_scale_16(png_);
             png_set_gray_to_rgb(png_);
             png_set_add_alpha(png_, 255, PNG_FILLER_AFTER);
         } else {

@@ -71,6 +71,7 @@ Fate fate_of(const Outcome& outcome) {
 #ifndef HALFLIGHT_SANITIZED
     if (outcome.peak_bytes > kMaxBytes) return Fate::greedy;
 #endif
+    if (outcome.err.starts_with("halflight: memory:")) return Fate::greedy;  // the limit on addresses ended it
     if (outcome.status == 0) return Fate::loaded;
     return one_line ? Fate::refused : Fate::untidy;
 }

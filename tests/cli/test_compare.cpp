@@ -104,7 +104,7 @@ TEST_F(Compare, ThresholdsDecide) {
         return all;
     };
     compare(with({}), 2);
-    compare(with({"--fail", "0.03"}), 0);
+    EXPECT_NE(compare(with({"--fail", "0.03"}), 0).out.find("\nwithin the thresholds\n"), std::string::npos);
     compare(with({"--fail", "0.02"}), 2);
     compare(with({"--warn", "0.02"}), 1);
     compare(with({"--warn", "0.02", "--fail", "0.0205"}), 2);
@@ -195,6 +195,11 @@ TEST_F(Compare, WhatCannotBeComparedIsAnError) {
     expect_error({a, a, "--ppd", "nan"}, 4, "--ppd: wants a number");
     expect_error({a, a, "--map", folder / "map.jpg"}, 4, "--map: is an .exr or a .png");
     expect_error({a, a, "--map", folder / "no/map.png"}, 4, "no/map.png: ");
+    const std::string before = read_file(a, 1 << 20);
+    expect_error({a, exr("d.exr", 0), "--map", folder / "../" / folder.path.filename() / "a.exr"}, 4,
+                 "is both input and output");
+    expect_error({folder / "d.exr", a, "--map", a}, 4, "is both input and output");
+    EXPECT_EQ(read_file(a, 1 << 20), before);
 }
 
 }  // namespace

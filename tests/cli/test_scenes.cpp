@@ -264,6 +264,12 @@ TEST_F(City, RefusesInOneLine) {
     };
     refused({"city", "--triangles", "50"}, "fewer than");
     refused({"city", "--triangles", "200000000", "--flatten"}, "--parts");
+    for (const auto& arguments : {std::vector<std::string>{}, {"city"}, {"cornell", "--bogus", "a.glb"}}) {
+        const Outcome usage = run_program(arguments);
+        EXPECT_EQ(usage.status, 2);
+        EXPECT_TRUE(usage.err.starts_with("halflight-scenes: ")) << usage.err;
+        EXPECT_EQ(std::count(usage.err.begin(), usage.err.end(), '\n'), 1) << usage.err;
+    }
     const Outcome unwritable = make({"cornell"}, folder / "missing" / "cornell.glb");
     EXPECT_NE(unwritable.status, 0);
     EXPECT_NE(unwritable.err.find("missing/cornell.glb"), std::string::npos) << unwritable.err;

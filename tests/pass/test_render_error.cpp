@@ -101,6 +101,8 @@ TEST_F(RenderErrorTest, EndsAtItsLimits) {
     EXPECT_GT(few.stats.error->estimate.lower, 1e-9);
 
     FrameSettings timed = settings;
+    timed.time_limit = 1e9;  // in which more samples fit than an int counts
+    EXPECT_EQ(renderer.render(timed).stats.samples, few.stats.samples);
     timed.samples = 1 << 20, timed.time_limit = 1e-6;
     EXPECT_EQ(renderer.render(timed).stats.samples, kFirstLook * kReplicates);
 

@@ -3,6 +3,7 @@
 
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -81,6 +82,15 @@ TEST(ProgramBinaries, DamagedFilesAreNotThere) {
     }
     put(std::string(100000, '\xff'));
     EXPECT_FALSE(binaries.load("key"));
+    fs::resize_file(file, std::uintmax_t{1} << 40);  // a hole
+    EXPECT_FALSE(binaries.load("key"));
+    fs::remove(file);
+    ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
+    EXPECT_FALSE(binaries.load("key"));
+    fs::remove(file);
+    fs::create_directory(file);
+    EXPECT_FALSE(binaries.load("key"));
+    fs::remove(file);
     // A file of another key in this one's place, as after a collision of names.
     binaries.store("other", binary_of('z', 100));
     fs::copy_file(binaries.file("other"), file, fs::copy_options::overwrite_existing);

@@ -77,7 +77,10 @@ std::string table(const Comparison& result, const CompareArguments& a, const Pic
                             fmt::join(result.missing[side], ", "));
     }
     for (const LayerResult& layer : result.layers) text += reasons(layer, a);
-    if (result.verdict == Verdict::same) text += "same\n";
+    if (result.verdict == Verdict::same) {
+        const bool same = std::ranges::all_of(result.layers, [](const LayerResult& l) { return l.different == 0; });
+        text += same ? "same\n" : "within the thresholds\n";
+    }
     return text;
 }
 

@@ -2,7 +2,6 @@
 // are those that the pictures have: the interval holds the true error, and the bound is above it, in 95 % of the seeds.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
 
@@ -11,6 +10,7 @@
 #include "engine/core/seed_errors.h"
 #include "passes/render.h"
 #include "tools/bench/setup.h"
+#include "tools/tool_main.h"
 
 namespace halflight {
 namespace {
@@ -79,10 +79,7 @@ Tally measure(const Arguments& a, const std::string& file, gpu::Context& context
     return tally;
 }
 
-Arguments parse(int argc, char** argv) {
-    Arguments a;
-    CLI::App app("How often the error that `halflight render --error` tells is the error that the picture has",
-                 "halflight-coverage");
+void add_options(CLI::App& app, Arguments& a) {
     app.add_option("--scene", a.scenes, "glTF files")->required();
     app.add_option("--size", a.size, "WIDTHxHEIGHT")->capture_default_str();
     app.add_option("--metric", a.metric, "mse or relmse")
@@ -97,12 +94,23 @@ Arguments parse(int argc, char** argv) {
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
     app.add_option("--band", a.band_pixels, "pixels rendered at once")->capture_default_str();
-    try {
-        app.parse(argc, argv);
-    } catch (const CLI::ParseError& error) {
-        std::exit(app.exit(error));
+}
+
+void run(const Arguments& a) {
+    gpu::Context context = gpu::Context::create({});
+    fmt::print(
+        "{} below {:g}, {} pixels, {} seeds: mean figures, and how many seeds' true error is in the interval, "
+        "below the "
+        "bound, below the target\n\n{:<16} {:>8} {:>10} {:>10} "
+        "{:>9} {:>9} {:>9}\n",
+        a.metric, a.error, a.size, a.seeds, "scene", "samples", "told", "true", "interval", "bound", "target");
+    for (const std::string& file : a.scenes) {
+        const Tally t = measure(a, file, context);
+        fmt::print("{:<16} {:>8.0f} {:>10.4g} {:>10.4g} {:>9} {:>9} {:>9}\n",
+                   std::filesystem::path(file).stem().string(), t.samples.mean(), t.told.mean(), t.truth.mean(),
+                   t.inside, t.below_bound, t.below_target);
+        std::fflush(stdout);
     }
-    return a;
 }
 
 }  // namespace
@@ -110,25 +118,12 @@ Arguments parse(int argc, char** argv) {
 
 int main(int argc, char** argv) {
     using namespace halflight;
-    const Arguments a = parse(argc, argv);
-    try {
-        gpu::Context context = gpu::Context::create({});
-        fmt::print(
-            "{} below {:g}, {} pixels, {} seeds: mean figures, and how many seeds' true error is in the interval, "
-            "below the "
-            "bound, below the target\n\n{:<16} {:>8} {:>10} {:>10} "
-            "{:>9} {:>9} {:>9}\n",
-            a.metric, a.error, a.size, a.seeds, "scene", "samples", "told", "true", "interval", "bound", "target");
-        for (const std::string& file : a.scenes) {
-            const Tally t = measure(a, file, context);
-            fmt::print("{:<16} {:>8.0f} {:>10.4g} {:>10.4g} {:>9} {:>9} {:>9}\n",
-                       std::filesystem::path(file).stem().string(), t.samples.mean(), t.told.mean(), t.truth.mean(),
-                       t.inside, t.below_bound, t.below_target);
-            std::fflush(stdout);
-        }
+    CLI::App app("How often the error that `halflight render --error` tells is the error that the picture has",
+                 "halflight-coverage");
+    Arguments arguments;
+    add_options(app, arguments);
+    return tool_main(app, argc, argv, [&] {
+        run(arguments);
         return 0;
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "halflight-coverage: {}\n", error.what());
-        return 1;
-    }
+    });
 }

@@ -93,7 +93,7 @@ void add_run_options(Options& options, RenderArguments& a) {
     options.flag("--keep-all", a.keep_all,
                  "build what the scene has no use for, too; costs time and memory, never changes the picture");
     options.flag("--no-shader-cache", a.no_shader_cache,
-                 "neither look for compiled shaders in $XDG_CACHE_HOME/halflight nor keep them there");
+                 "neither look for compiled shaders in $XDG_CACHE_HOME/halflight/programs nor keep them there");
     options.path("--stats", "FILE.json", "write what was done, and the time of each pass; counting makes it slower",
                  a.stats);
     options.path("--dump-graph", "FILE.dot", "write the frame's graph of passes for Graphviz", a.graph);
@@ -107,18 +107,24 @@ std::filesystem::path place(const std::filesystem::path& name) {
     return error ? absolute : canonical;
 }
 
+using Paths = std::vector<std::filesystem::path>;
+
 /// No file is written twice, or over what is read.
-void check_files(const RenderArguments& a) {
-    std::vector<std::filesystem::path> read = {a.scene}, written = a.outputs;
-    if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
-    if (a.ocio) read.push_back(*a.ocio);
-    if (a.stats) written.push_back(*a.stats);
-    if (a.graph) written.push_back(*a.graph);
+void check_files(const Paths& read, const Paths& written) {
     for (const auto& path : written) {
         const auto same = [&, at = place(path)](const auto& other) { return place(other) == at; };
         if (std::ranges::count_if(written, same) > 1) throw UsageError(path.string(), "is given twice as output");
         if (std::ranges::any_of(read, same)) throw UsageError(path.string(), "is both input and output");
     }
+}
+
+void check_files(const RenderArguments& a) {
+    Paths read = {a.scene}, written = a.outputs;
+    if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
+    if (a.ocio) read.push_back(*a.ocio);
+    if (a.stats) written.push_back(*a.stats);
+    if (a.graph) written.push_back(*a.graph);
+    check_files(read, written);
 }
 
 void check(const RenderArguments& a, const CLI::App& app) {
@@ -254,6 +260,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     }
     if (compare_app.parsed()) {
         check_leftovers(compare_app, "halflight compare");
+        if (compare.map) check_files({compare.image, compare.reference}, {*compare.map});
         return compare;
     }
     throw UsageError("command", "is missing; see halflight --help");

@@ -3,7 +3,6 @@
 // bit.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -17,6 +16,7 @@
 #include "engine/io/gltf.h"
 #include "passes/render.h"
 #include "tools/bench/measure.h"
+#include "tools/tool_main.h"
 
 namespace halflight {
 namespace {
@@ -132,11 +132,5 @@ int main(int argc, char** argv) {
     app.add_option("--samples", options.samples, "of a picture")->check(CLI::Range(1, 1 << 16))->capture_default_str();
     app.add_option("--turns", options.turns, "pictures of each")->check(CLI::Range(1, 1 << 16))->capture_default_str();
     app.add_option("--json", options.json, "write all figures to this file");
-    CLI11_PARSE(app, argc, argv);
-    try {
-        return halflight::run(options);
-    } catch (const std::exception& error) {
-        fmt::print(stderr, "halflight-leftout: {}\n", error.what());
-        return 1;
-    }
+    return halflight::tool_main(app, argc, argv, [&] { return halflight::run(options); });
 }

@@ -1,7 +1,6 @@
 // halflight-peer: the same picture by Halflight and by Cycles, in turns: agreement, paths per second, error times time.
 #include <fmt/format.h>
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -19,6 +18,7 @@
 #include "tools/peer/agreement.h"
 #include "tools/peer/cycles.h"
 #include "tools/peer/report.h"
+#include "tools/tool_main.h"
 
 namespace halflight::peer {
 namespace {
@@ -157,7 +157,7 @@ bool measure(const Options& options) {
 
 int run(int argc, char** argv) {
     Options o;
-    CLI::App app("The same picture by Halflight and by Blender's Cycles, in turns.");
+    CLI::App app("The same picture by Halflight and by Blender's Cycles, in turns.", "halflight-peer");
     app.add_option("SCENE", o.scene, "glTF scene with a camera")->required();
     app.add_option("--script", o.cycles.script, "Cycles' script: SCENE OUT.exr --spp --size --bounces --seed")
         ->required();
@@ -186,14 +186,10 @@ int run(int argc, char** argv) {
                  "its standard error");
     app.add_option("--picture", o.picture, "PNG of ours, Cycles', and the difference by pixel and block, +-4 %");
     app.add_option("--json", o.json, "a file for the figures");
-    CLI11_PARSE(app, argc, argv);
-    try {
+    return tool_main(app, argc, argv, [&] {
         if (!measure(o) && o.check) throw Error(o.scene, "the renderers do not agree");
-    } catch (const Error& e) {
-        fmt::print(stderr, "halflight-peer: {}\n", e.what());
-        return 1;
-    }
-    return 0;
+        return 0;
+    });
 }
 
 }  // namespace

@@ -1,11 +1,10 @@
 // halflight-scenes: writes the scenes of this project. Equal arguments give equal bytes.
-#include <CLI/CLI.hpp>
 #include <cstdio>
-#include <exception>
 #include <string>
 
 #include "tools/scenes/city.h"
 #include "tools/scenes/scenes.h"
+#include "tools/tool_main.h"
 
 namespace {
 
@@ -45,32 +44,28 @@ int run(int argc, char** argv) {
         ->needs(parts)
         ->check(CLI::Range(16, 4095))
         ->capture_default_str();
-    CLI11_PARSE(app, argc, argv);
 
     const auto write = [&](const scenes::Document& document) {
         document.write(output);
         std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(document.triangles()));
     };
-    if (*cornell) write(scenes::cornell(metal));
-    if (*furnace) write(scenes::furnace(albedo));
-    if (*atrium) write(scenes::atrium_scene());
-    if (*still_life) write(scenes::still_life());
-    if (*room) write(scenes::room());
-    if (*city) {
-        options.part_bytes = part_mib << 20;
-        const std::uint64_t triangles = scenes::write_city(output, options);
-        std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(triangles));
-    }
-    return 0;
+    return tool_main(app, argc, argv, [&] {
+        if (*cornell) write(scenes::cornell(metal));
+        if (*furnace) write(scenes::furnace(albedo));
+        if (*atrium) write(scenes::atrium_scene());
+        if (*still_life) write(scenes::still_life());
+        if (*room) write(scenes::room());
+        if (*city) {
+            options.part_bytes = part_mib << 20;
+            const std::uint64_t triangles = scenes::write_city(output, options);
+            std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(triangles));
+        }
+        return 0;
+    });
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-    try {
-        return run(argc, argv);
-    } catch (const std::exception& error) {
-        std::fprintf(stderr, "halflight-scenes: %s\n", error.what());
-        return 1;
-    }
+    return run(argc, argv);
 }
