@@ -191,7 +191,8 @@ TEST_F(GltfMaterials, TexelsAreKeptAsTheyAre) {
                            {"bufferView", b.view(std::vector<char>(bytes.begin(), bytes.end()))}};
     EXPECT_EQ(load().images.at(0).rgba, rgba);
     b.json["images"][0] = {{"uri", kPng16}};
-    EXPECT_EQ(load().images.at(0).rgba, (std::vector<std::uint8_t>{0xff, 0x80, 0x12, 0x00, 0x01, 0x00, 0xab, 0xff}));
+    EXPECT_EQ(load().images.at(0).rgba, (std::vector<std::uint8_t>{0xff, 0x80, 0x13, 0x00, 0x01, 0x01, 0xab, 0xff}))
+        << "of 16 bits, rounded: 0x12ff is 18.99 / 255, 0x00ff nearly 1 / 255";
 }
 
 TEST_F(GltfMaterials, Samplers) {
