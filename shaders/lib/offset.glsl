@@ -11,8 +11,8 @@ float rounding_bound(float n) {
 // seen from the hit, r their distances. An edge function, the difference of two products, is off by roundings of
 // r_j r_k, a weight by that over the doubled area, the hit by the sum of the weights' errors times r_i: more than
 // roundings of its length in slivers alone. At worst these are some thirty roundings; being many and independent they
-// are met within five (tests/pass/test_direct_light.cpp, test_shading_surface.cpp). At most the triangle's least height, so that needles send no
-// ray far away.
+// are met within five (tests/pass/test_direct_light.cpp, test_shading_surface.cpp). At most the triangle's least height,
+// so that needles send no ray far away.
 float sliver_bound(vec3 a, vec3 b, vec3 c) {
     float longest = sqrt(max(max(dot(b - a, b - a), dot(c - a, c - a)), max(dot(c - b, c - b), 1e-30)));
     float doubled_area = max(length(cross(b - a, c - a)), 1e-30);
