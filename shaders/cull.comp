@@ -184,7 +184,9 @@ ivec4 ascending(ivec4 k) {
     return ivec4(k.x, min(k.y, k.z), max(k.y, k.z), k.w);
 }
 
-int waiting_texel(int place) { return (place & (kMostTileEntries - 1)) * kNodeTexels; }
+const int kWaiting = kTileEntries > kTileMaskBits ? 2 * kTileMaskBits : kTileMaskBits;  // a power of two >= kTileEntries
+
+int waiting_texel(int place) { return (place & (kWaiting - 1)) * kNodeTexels; }
 
 void main() {
     uint tile = gl_GlobalInvocationID.x;
@@ -205,7 +207,7 @@ void main() {
     ShaftTest test = shaft_test(space, shaft);
     vec3 width_0 = (shaft.origin_upper - shaft.origin_lower) * space.cell;
     vec3 width_1 = (shaft.end_upper - shaft.end_lower) * space.cell;
-    uvec4 waiting[kMostTileEntries * kNodeTexels];  // a ring of nodes: no more than the list still has room for
+    uvec4 waiting[kWaiting * kNodeTexels];  // a ring of nodes: no more than the list still has room for
     int first_waiting = 0;
     int waiting_count = 0;
     int leaves = 0;
@@ -273,7 +275,7 @@ void main() {
                         sums = leaf ? uvec2(sum, sums.y) : uvec2(sums.x, sum);
 #ifdef HALFLIGHT_ANY_HIT
                         // Of several, with instances: a block's leaf may be there more than once.
-                        if (leaf && reference == blockers.latest) blockers.entries |= 1u << leaves;
+                        if (leaf && reference == blockers.latest) blockers.entries |= first_word(entry_bit(leaves));
 #endif
                         leaves += leaf ? 1 : 0;
                         others += leaf ? 0 : 1;

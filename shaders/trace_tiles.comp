@@ -35,7 +35,7 @@ layout(std430, binding = 0) buffer Hits { Hit hits[]; };
 #endif
 layout(std430, binding = 3) buffer Head { RestHeader rest_head; };
 uniform uint tiles;
-layout(std430, binding = 4) buffer Rest { uvec2 rest[]; };  // slot and kSearchAgain, which entries
+layout(std430, binding = 4) buffer Rest { RestEntry rest[]; };
 
 void store_answer(uint path, Hit hit) {
 #ifdef HALFLIGHT_ANY_HIT
@@ -99,23 +99,27 @@ int entry_near[kTileEntries];
     if ((i) < kTileEntries) {                                                                                       \
         const int k = min(i, kTileEntries - 1);                                                                     \
         EntryHit h = intersect_entry(box, entry_lower_corner[k], entry_upper_corner[k], ray.t_min, t_exit);         \
-        met |= h.met ? 1u << k : 0u;                                                                                \
+        met |= h.met ? entry_bit(k) : kNoEntries;                                                                   \
         entry_near[k] = h.near;                                                                                     \
     }
 #define MEET_4(i) MEET(i) MEET(i + 1) MEET(i + 2) MEET(i + 3)
 #define MEET_16(i) MEET_4(i) MEET_4(i + 4) MEET_4(i + 8) MEET_4(i + 12)
 
-uint entries_met(BoxRay box, Ray ray, float t_exit) {
-    uint met = 0u;
+EntryMask entries_met(BoxRay box, Ray ray, float t_exit) {
+    EntryMask met = kNoEntries;
     MEET_16(0)
     MEET_16(16)
+#if HALFLIGHT_TILE_ENTRIES > 32
+    MEET_16(32)
+    MEET_16(48)
+#endif
     return met;
 }
 
 // Where a hit must be nearer than for a ray to meet a box.
 float exit_of(Ray ray, float t) { return kAnyHit ? uintBitsToFloat(floatBitsToUint(t) - 1u) : t; }
 
-void put_into_rest(uvec2 entry) {
+void put_into_rest(RestEntry entry) {
     uint place = atomicAdd(rest_head.list.count, 1u);
     if ((place & 63u) == 0u) atomicAdd(rest_head.list.groups_x, 1u);
     rest[place] = entry;
@@ -131,9 +135,9 @@ void main() {
     BvhHead head = bvh_head(0u);
     BoxRay box = box_ray(r.ray.origin, r.ray.direction, head.base, head.cell, head.slack);
     TriangleRay sheared = triangle_ray(r.ray.origin, r.ray.direction);
-    uint met = entries_met(box, r.ray, exit_of(r.ray, r.ray.t_max));
-    met = r.live ? met : 0u;
-    uint others = met & other_bits(counts);
+    EntryMask met = entries_met(box, r.ray, exit_of(r.ray, r.ray.t_max));
+    met = r.live ? met : kNoEntries;
+    EntryMask others = met & other_bits(counts);
     met &= leaf_bits(counts);
 
     Hit nearest = Hit(r.ray.t_max, 0.0, 0.0, 0u, 0u);
@@ -148,14 +152,14 @@ void main() {
         int i = 0;
         bool enters = false;
         do {
-            if (met != 0u && !enters) {
-                uint first = met & blockers;
-                i = findLSB(first != 0u ? first : met);
-                met &= ~(1u << i);
+            if (any_entry(met) && !enters) {
+                EntryMask first = met & of_first_word(blockers);
+                i = first_entry(any_entry(first) ? first : met);
+                met &= ~entry_bit(i);
                 near = entry_near[i];
                 enters = kAnyHit || near <= floatBitsToInt(nearest.t);
             }
-        } while (met != 0u && !enters);
+        } while (any_entry(met) && !enters);
 #ifdef HALFLIGHT_TWO_LEVEL
         TileEntry e = load_entry(tile, i);
         uint reference = entry_reference(e);
@@ -191,15 +195,15 @@ void main() {
 #ifdef HALFLIGHT_ALPHA
                     again = h.alpha_tested;
 #endif
-                    blocker = TileBlockers(1u << i, reference);
+                    blocker = TileBlockers(first_word(entry_bit(i)), reference);
                     if (kAnyHit || again) {
                         place = end;
-                        met = 0u;
+                        met = kNoEntries;
                     }
                 }
             }
         } while (place < end);
-    } while (met != 0u);
+    } while (any_entry(met));
 
 #ifdef COUNT_REMEMBERED
     if (found && !again && (blocker.entries & blockers) != 0u) atomicAdd(group_remembered, 1u);
@@ -213,18 +217,18 @@ void main() {
 
     // Which of the others are left, now that something nearer may have been found.
     int t_exit = floatBitsToInt(exit_of(r.ray, nearest.t));
-    if (kAnyHit && found) others = 0u;
-    uint left_of_others = 0u;
+    if (kAnyHit && found) others = kNoEntries;
+    EntryMask left_of_others = kNoEntries;
     do {
-        int i = max(findLSB(others), 0);
-        left_of_others |= others != 0u && entry_near[i] <= t_exit ? 1u << i : 0u;
-        others &= others - 1u;
-    } while (others != 0u);
+        int i = max(first_entry(others), 0);
+        left_of_others |= any_entry(others) && entry_near[i] <= t_exit ? entry_bit(i) : kNoEntries;
+        others &= ~entry_bit(i);
+    } while (any_entry(others));
 
     if (r.listed) {
         store_answer(r.path, found && !again ? nearest : kNoHit);
-        if (again || left_of_others != 0u) {
-            put_into_rest(uvec2(slot_of_ray | (again ? kSearchAgain : 0u), left_of_others));
+        if (again || any_entry(left_of_others)) {
+            put_into_rest(RestEntry(slot_of_ray | (again ? kSearchAgain : 0u), left_of_others));
         }
     }
 }
@@ -233,9 +237,9 @@ void main() {
 #ifdef TILE_REST
 void main() {
     if (gl_GlobalInvocationID.x >= rest_head.list.count) return;
-    uvec2 entry = rest[gl_GlobalInvocationID.x];
-    bool again = (entry.x & kSearchAgain) != 0u;
-    uint slot = entry.x & ~kSearchAgain;
+    RestEntry entry = rest[gl_GlobalInvocationID.x];
+    bool again = (entry.slot & kSearchAgain) != 0u;
+    uint slot = entry.slot & ~kSearchAgain;
     uint tile = slot / uint(kTileRays);
     TileRay r = tile_ray(slot);
     BvhHead head = bvh_head(0u);
@@ -245,14 +249,14 @@ void main() {
     if (!again) known = hits[r.path];
 #endif
     int entries = 0;
-    uint others = again ? 0u : entry.y;
+    EntryMask others = again ? kNoEntries : entry.others;
     do {  // for closest hits, far ones first
-        int i = max(findLSB(others), 0);
+        int i = max(first_entry(others), 0);
         TileEntry e = load_entry(tile, i);
 #ifdef HALFLIGHT_TWO_LEVEL
         EntryHit h = intersect_entry(box, box_lower(e, kInstanceBox), box_upper(e, kInstanceBox), r.ray.t_min, r.ray.t_max);
         bool inside = box_word(e, kInstanceBox) != kNoInstance && is_inner_node(entry_reference(e));
-        if (others != 0u && h.met) {
+        if (any_entry(others) && h.met) {
             if (inside) {
                 stack[entries] = entry_reference(e);
                 stack_near[entries] = kBvhFar;
@@ -264,14 +268,14 @@ void main() {
         }
 #else
         EntryHit h = intersect_entry(box, box_lower(e, kEntryBox), box_upper(e, kEntryBox), r.ray.t_min, r.ray.t_max);
-        if (others != 0u) {
+        if (any_entry(others)) {
             stack[entries] = entry_reference(e);
             stack_near[entries] = h.near;
             ++entries;
         }
 #endif
-        others &= others - 1u;
-    } while (others != 0u);
+        others &= ~entry_bit(i);
+    } while (any_entry(others));
     if (again) {
         stack[0] = kBvhTag | 1u;
         stack_near[0] = floatBitsToInt(r.ray.t_min);

@@ -77,6 +77,12 @@ std::size_t tile_list_bytes(const TraceScene& scene, const RayBatch& batch, cons
     return tile_count(batch, settings) * (shared::kTileHeaderTexels + settings.capacity * entry) * sizeof(uvec4);
 }
 
+std::size_t rest_bytes(const RayBatch& batch, const TileSettings& settings) {
+    // RestEntry of shaders/lib/tile_list.glsl: a word and a mask, aligned to the mask.
+    const bool one_word = settings.capacity <= std::uint32_t{shared::kTileMaskBits};
+    return batch.capacity * (one_word ? sizeof(uvec2) : sizeof(uvec4));
+}
+
 gpu::Defines tile_defines(const TraceScene& scene, const RayBatch& batch, const TileSettings& settings) {
     gpu::Defines defines = scene.defines();
     defines.set("HALFLIGHT_TILE_RAYS", tile_rays(batch, settings));

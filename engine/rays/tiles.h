@@ -26,7 +26,7 @@ struct TileBuffers {
     graph::BufferHandle lists;        // a record of shaders/shared/tile_list.h per tile; any content will do
     graph::BufferHandle blockers;     // of any_hit: TileBlockers per tile; any content will do
     graph::BufferHandle rest_header;  // RestHeader
-    graph::BufferHandle rest;         // capacity x uvec2
+    graph::BufferHandle rest;         // rest_bytes()
     bool counts = false;              // RestHeader::remembered is wanted
 };
 
@@ -34,6 +34,8 @@ struct TileBuffers {
 std::uint32_t tile_rays(const RayBatch& batch, const TileSettings& settings);
 std::uint32_t tile_count(const RayBatch& batch, const TileSettings& settings);
 std::size_t tile_list_bytes(const TraceScene& scene, const RayBatch& batch, const TileSettings& settings);
+/// Of TileBuffers::rest.
+std::size_t rest_bytes(const RayBatch& batch, const TileSettings& settings);
 /// Variant of shaders/lib/tile_list.glsl that reads such lists.
 gpu::Defines tile_defines(const TraceScene& scene, const RayBatch& batch, const TileSettings& settings);
 

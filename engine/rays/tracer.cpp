@@ -313,7 +313,7 @@ class BatchRun {
             if (any_hit_) tiles_.blockers = graph_.carried_buffer(carried_name("blockers", batch_), {masks});
             state_->set_state_bytes(bytes + (any_hit_ ? masks : 0));
         }
-        tiles_.rest = graph_.create_buffer("rays left", {batch_.capacity * sizeof(uvec2)});
+        tiles_.rest = graph_.create_buffer("rays left", {rest_bytes(batch_, tiles_.settings)});
         tiles_.rest_header = graph_.create_buffer("header of rays left", {sizeof(shared::RestHeader)});
         tiles_.counts = tracer_.counts_;
     }

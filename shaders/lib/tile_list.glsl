@@ -67,7 +67,37 @@ TileCounts tile_counts(uint word) { return TileCounts(int(word & 0xffffu), int(w
 
 TileCounts load_counts(uint tile) { return tile_counts(texelFetch(tile_lists, int(tile) * kTileRecord + 1).w); }
 
-// count <= kTileEntries.
-uint lowest_bits(int count) { return count >= 32 ? 0xffffffffu : (1u << count) - 1u; }
-uint leaf_bits(TileCounts c) { return lowest_bits(c.leaves); }
-uint other_bits(TileCounts c) { return ~lowest_bits(kTileEntries - c.others); }
+// Sets of a list's entries: one bit each.
+uint lowest_word_bits(int count) { return count >= kTileMaskBits ? 0xffffffffu : (1u << max(count, 0)) - 1u; }
+
+#if HALFLIGHT_TILE_ENTRIES > 32
+#define EntryMask uvec2
+const EntryMask kNoEntries = uvec2(0u);
+bool any_entry(EntryMask m) { return (m.x | m.y) != 0u; }
+int first_entry(EntryMask m) { return m.x != 0u ? findLSB(m.x) : m.y != 0u ? kTileMaskBits + findLSB(m.y) : -1; }
+EntryMask entry_bit(int i) {
+    uint bit = 1u << (i & (kTileMaskBits - 1));
+    return i < kTileMaskBits ? uvec2(bit, 0u) : uvec2(0u, bit);
+}
+EntryMask lowest_bits(int count) { return uvec2(lowest_word_bits(count), lowest_word_bits(count - kTileMaskBits)); }
+uint first_word(EntryMask m) { return m.x; }
+EntryMask of_first_word(uint word) { return uvec2(word, 0u); }
+#else
+#define EntryMask uint
+const EntryMask kNoEntries = 0u;
+bool any_entry(EntryMask m) { return m != 0u; }
+int first_entry(EntryMask m) { return findLSB(m); }  // -1: none
+EntryMask entry_bit(int i) { return 1u << i; }
+EntryMask lowest_bits(int count) { return lowest_word_bits(count); }
+uint first_word(EntryMask m) { return m; }
+EntryMask of_first_word(uint word) { return word; }
+#endif
+
+EntryMask leaf_bits(TileCounts c) { return lowest_bits(c.leaves); }
+EntryMask other_bits(TileCounts c) { return ~lowest_bits(kTileEntries - c.others); }
+
+// A ray that is not done with its tile's leaves.
+struct RestEntry {
+    uint slot;         // and kSearchAgain
+    EntryMask others;  // left to be searched
+};

@@ -21,7 +21,8 @@
 HALFLIGHT_SHARED_BEGIN
 
 HALFLIGHT_SHARED_CONST int kConnectionTileRays = 16;  // from a few receivers towards one point: a tile of their own
-HALFLIGHT_SHARED_CONST int kMostTileEntries = 32;     // one bit each in a mask; a power of two
+HALFLIGHT_SHARED_CONST int kTileMaskBits = 32;        // of a word, one for each entry; longer lists have two words
+HALFLIGHT_SHARED_CONST int kMostTileEntries = 64;
 HALFLIGHT_SHARED_CONST int kTileHeaderTexels = 4;
 HALFLIGHT_SHARED_CONST int kTileBoxTexels = 1;       // grid format
 HALFLIGHT_SHARED_CONST int kTileFloatBoxTexels = 2;  // float format
@@ -35,7 +36,7 @@ const int kTileEntries = HALFLIGHT_TILE_ENTRIES;  // that a list has room for
 
 // Leaves that have ended shadow rays of a tile: tested first. Wrong ones cost time.
 struct TileBlockers {
-    uint entries;  // mask
+    uint entries;  // mask of the first kTileMaskBits
     uint latest;   // reference of one of them, to be found again in the tile's next list
 };
 HALFLIGHT_SHARED_SIZE(TileBlockers, 8)

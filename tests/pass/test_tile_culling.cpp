@@ -103,7 +103,7 @@ TEST_F(TileCulling, DegenerateTiles) {
 }
 
 // Lists of every kind of fill: none of the root's children fits, some do; powers of two and not; one bit less than a
-// mask has, and all of them. Twice, as lists are kept.
+// mask has, all of them, one more than a word's. Twice, as lists are kept.
 TEST_F(TileCulling, TilesAndListsOfAllSizes) {
     const auto expect_same = [&](const Scene& scene, const std::vector<rays::TileSettings>& all) {
         const TraceTables tables = build_trace_tables(scene);
@@ -119,27 +119,15 @@ TEST_F(TileCulling, TilesAndListsOfAllSizes) {
         const std::vector<std::uint32_t> list = uneven_list(static_cast<std::uint32_t>(rays.size()));
         EXPECT_EQ(PlainAgainstTiles(programs, tables, NodeFormat::grid, all.back()).different_answers(rays, &list), 0u);
     };
-    expect_same(soup(4000, 0.08f, vec3(1), 3), {{8, 1},
-                                                {8, 2},
-                                                {8, 3},
-                                                {8, 4},
-                                                {8, 5},
-                                                {8, 8},
-                                                {8, 16},
-                                                {8, 31},
-                                                {8, 32},
-                                                {16, 1},
-                                                {16, 4},
-                                                {16, 8},
-                                                {16, 31},
-                                                {16, 32},
-                                                {16, 5}});
-    expect_same(instanced_spheres(), {{8, 5}, {8, 32}, {16, 32}, {16, 5}});
+    expect_same(soup(4000, 0.08f, vec3(1), 3),
+                {{8, 1},  {8, 2},  {8, 3},  {8, 4},  {8, 5},  {8, 8},   {8, 16},  {8, 31},  {8, 32},  {8, 33}, {8, 48},
+                 {8, 63}, {8, 64}, {16, 1}, {16, 4}, {16, 8}, {16, 31}, {16, 32}, {16, 33}, {16, 64}, {16, 5}});
+    expect_same(instanced_spheres(), {{8, 5}, {8, 32}, {8, 64}, {16, 32}, {16, 40}, {16, 5}});
 }
 
 TEST_F(TileCulling, SettingsOutOfRangeAreErrors) {
     const rays::TraceScene scene(build_trace_tables(soup(3, 1, vec3(1), 4)));
-    for (const rays::TileSettings wrong : {rays::TileSettings{8, 0}, {8, 33}, {4, 32}, {0, 32}, {12, 32}, {32, 32}}) {
+    for (const rays::TileSettings wrong : {rays::TileSettings{8, 0}, {8, 65}, {4, 32}, {0, 32}, {12, 32}, {32, 32}}) {
         EXPECT_THROW(rays::Tracer(scene, rays::Culling::compute, wrong), Error) << wrong.side;
     }
 }

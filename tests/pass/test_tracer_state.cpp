@@ -106,7 +106,7 @@ class Steps {
             t.settings = settings_;
             t.lists = graph.import_buffer("lists", lists_buffer);
             t.blockers = graph.import_buffer("blockers", blockers_buffer);
-            t.rest = graph.create_buffer("rest", {kRays * sizeof(uvec2)});
+            t.rest = graph.create_buffer("rest", {rest_bytes(batch, settings_)});
             t.rest_header = graph.create_buffer("rest header", {sizeof(shared::RestHeader)});
 
             graph::Pass pass = graph.add_pass("cull");
@@ -179,6 +179,7 @@ INSTANTIATE_TEST_SUITE_P(ListKinds, TracerStateOfKind,
                          testing::Values(ListKind{"Grid"}, ListKind{"Floating", NodeFormat::floating},
                                          ListKind{"LargeTiles", NodeFormat::grid, {16, 32}},
                                          ListKind{"ShortLists", NodeFormat::grid, {8, 12}},
+                                         ListKind{"LongLists", NodeFormat::grid, {8, 64}},
                                          ListKind{"LargeTilesShortLists", NodeFormat::floating, {16, 12}}),
                          [](const auto& kind) { return kind.param.name; });
 

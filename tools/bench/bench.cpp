@@ -7,6 +7,7 @@
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
+#include "shaders/shared/tile_list.h"
 #include "tools/bench/capture.h"
 #include "tools/bench/frames_report.h"
 #include "tools/bench/report.h"
@@ -50,8 +51,10 @@ SceneResult measure_scene(const BenchArguments& arguments, const std::string& fi
     gpu::ProgramCache programs;
     const std::vector<RaySet> sets = capture(context, programs, scene, tables, trace, camera.camera, result.size,
                                              arguments.kinds.empty() ? ray_kinds() : arguments.kinds);
+    const rays::TileSettings tiles{static_cast<std::uint32_t>(arguments.tile),
+                                   static_cast<std::uint32_t>(arguments.entries)};
     const std::vector<Method> methods =
-        make_methods(arguments.methods, {context, programs, tables, packed, trace, embree}, result.left_out);
+        make_methods(arguments.methods, {context, programs, tables, packed, trace, embree, tiles}, result.left_out);
     for (const RaySet& set : sets) {
         if (set.live == 0) {
             result.left_out.push_back(set.kind + ": no rays");
@@ -139,6 +142,16 @@ void add_options(CLI::App& app, BenchArguments& a) {
         ->type_name("N")
         ->check(count)
         ->excludes(frames);
+    app.add_option("--tile", a.tile, fmt::format("pixels along the side of a tile: 8, 16 (default {})", a.tile))
+        ->type_name("N")
+        ->check(one_of({"8", "16"}))
+        ->excludes(frames);
+    app.add_option(
+           "--entries", a.entries,
+           fmt::format("that a tile's list has room for, up to {} (default {})", shared::kMostTileEntries, a.entries))
+        ->type_name("N")
+        ->check(whole_number(1, shared::kMostTileEntries))
+        ->excludes(frames);
     app.add_option("--variants", a.variants,
                    fmt::format("how frames are traced (default {})", fmt::join(a.variants, ",")))
         ->delimiter(',')
@@ -186,6 +199,8 @@ void run_bench(const BenchArguments& arguments, const std::function<void()>& bet
                              {"embree_robust", arguments.robust},
                              {"turns", arguments.turns},
                              {"repeats", arguments.repeats},
+                             {"tile", arguments.tile},
+                             {"entries", arguments.entries},
                              {"clock", arguments.clock == Clock::wall ? "wall" : "cpu"},
                              {"scenes", nlohmann::json::array()},
                              {"frames", nlohmann::json::array()}};

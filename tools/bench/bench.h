@@ -23,6 +23,8 @@ struct BenchArguments {
     std::vector<std::string> methods;  // of method_names(); empty: all
     int turns = 9;                     // rounds through all methods, after one to warm up
     int repeats = 1;                   // runs of a method in each turn, whose mean counts
+    int tile = 8;                      // pixels along the side of a tile of rays: 8 or 16
+    int entries = 32;                  // that a tile's list has room for
     bool frames = false;  // whole frames (frames.h) instead of ray sets; what is not of FrameOrder is ignored
     std::vector<std::string> variants{"off", "compute", "fresh", "auto"};
     int bounces = 8;

@@ -20,7 +20,7 @@ class TileRun {
   public:
     /// counts: as of Tracer::count().
     TileRun(const Bench& bench, const RaySet& set, bool counts)
-        : tracer_(bench.trace, rays::Culling::compute), run_(bench.programs, set, add(counts)) {
+        : tracer_(bench.trace, rays::Culling::compute, bench.tiles), run_(bench.programs, set, add(counts)) {
         run();  // only then is there anything to forget
         forget();
     }
@@ -143,7 +143,7 @@ Method automatic_method(const Bench& bench) {
     return {"auto", true, [bench](const RaySet& set) -> Prepared {
                 // More than the runs in which it tries what there is.
                 constexpr int kTrials = 8;
-                const auto tracer = std::make_shared<rays::Tracer>(bench.trace, rays::Culling::automatic);
+                const auto tracer = std::make_shared<rays::Tracer>(bench.trace, rays::Culling::automatic, bench.tiles);
                 const auto run = std::make_shared<GraphRun>(
                     bench.programs, set, [tracer](auto& graph, const auto& batch, auto results, bool any) {
                         return any ? rays::any_hit(graph, *tracer, batch, results)

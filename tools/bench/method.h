@@ -8,6 +8,7 @@
 
 #include "engine/gpu/context.h"
 #include "engine/gpu/program.h"
+#include "engine/rays/tiles.h"
 #include "tools/bench/embree_tracer.h"
 #include "tools/bench/ray_set.h"
 
@@ -43,6 +44,7 @@ struct Bench {
     const rays::PackedScene& packed;  // of the tables
     const rays::TraceScene& trace;    // of both
     const EmbreeTracer& embree;
+    rays::TileSettings tiles;
 };
 
 /// Names in the order of reports:
