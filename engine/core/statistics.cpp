@@ -88,7 +88,8 @@ Slope fit_slope(std::span<const CurvePoint> points) {
     double sum = 0, x = 0, y = 0;
     for (const CurvePoint& p : points) {
         if (!(p.y > 0)) continue;
-        const Term& t = terms.emplace_back(std::log(p.x), std::log(p.y), weighted ? std::pow(p.y / p.error, 2) : 1.0);
+        const Term& t =
+            terms.emplace_back(Term{std::log(p.x), std::log(p.y), weighted ? std::pow(p.y / p.error, 2) : 1.0});
         sum += t.weight, x += t.weight * t.x, y += t.weight * t.y;
     }
     Slope fit;
