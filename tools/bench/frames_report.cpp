@@ -51,9 +51,9 @@ std::string tables(const std::string& title, const std::vector<Series>& all, Clo
     std::string text =
         fmt::format("  {}: whole frames, {}\n", title, clock == Clock::wall ? "by the clock" : "CPU time");
     text += rows(all, [&](const Series& s) { return by(clock, s.frames); });
-    for (const auto& [batch, unused] : all.front().batches) {
-        text += fmt::format("  {}: {} rays\n", title, batch);
-        text += rows(all, [&](const Series& s) { return by(clock, s.batches.at(batch)); });
+    for (const auto& batch : all.front().batches) {
+        text += fmt::format("  {}: {} rays\n", title, batch.first);
+        text += rows(all, [&](const Series& s) { return by(clock, s.batches.at(batch.first)); });
     }
     for (const Series& series : all) {
         for (const rays::BatchStatistics& b : series.chosen) {
