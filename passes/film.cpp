@@ -27,6 +27,8 @@ constexpr std::array kAovs = {
     AovInfo{
         "ids", "",
         "uint32 ids.instance, ids.primitive, ids.material at the pixel's centre; 4294967295 where there is no surface"},
+    AovInfo{"cryptoobject", "", "Cryptomatte of the objects: CryptoObject00 to 02, ids and coverage of 6 ranks"},
+    AovInfo{"cryptomaterial", "", "Cryptomatte of the materials: CryptoMaterial00 to 02"},
     AovInfo{"nodes", "Y", "nodes of the hierarchy that the camera ray at the pixel's centre visits, without culling",
             true},
     AovInfo{"culling", "",
@@ -48,6 +50,7 @@ std::vector<std::string> channel_names(const AovInfo& a) {
     if (a.name == "ids") return {"ids.instance", "ids.primitive", "ids.material"};
     if (a.name == "culling") return {"culling.leaves", "culling.others"};
     if (a.name == "depth") return {"Z"};
+    if (const std::string_view layer = cryptomatte_layer(a.name); !layer.empty()) return cryptomatte_channels(layer);
     std::vector<std::string> names;
     for (char c : a.channels) names.push_back(std::string(a.name) + "." + c);
     return names;
@@ -130,6 +133,14 @@ void Film::add_pictures(const Band& band, const std::vector<float>& beauty, cons
     const auto count = static_cast<std::ptrdiff_t>(rows) * band.image.x * 4;
     std::copy_n(beauty.begin(), count, beauty_.at(0, band.y));
     if (!view.empty()) std::copy_n(view.begin(), count, view_.at(0, band.y));
+}
+
+void Film::add_ids(const Band& band, int samples, std::string_view aov, const IdCoverage& coverage) {
+    Image* ids = plane(aov);
+    if (!ids) return;
+    for_each_pixel(band, [&](int x, int y, std::size_t path) {
+        coverage.rank(path, samples, std::span<float, 2 * kCryptomatteRanks>(ids->at(x, y), 2 * kCryptomatteRanks));
+    });
 }
 
 void Film::add_data(const Band& band, const std::vector<shared::AovRecord>& records) {

@@ -9,6 +9,7 @@
 #include "engine/core/image.h"
 #include "engine/io/exr.h"
 #include "engine/scene/tables.h"
+#include "passes/cryptomatte.h"
 #include "passes/render.h"
 #include "passes/scene_view.h"
 #include "shaders/shared/aov.h"
@@ -29,6 +30,8 @@ class Film {
     };
     void add_sums(const Band& band, int samples, const Sums& sums);
     void add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view);
+    /// coverage: by path index.
+    void add_ids(const Band& band, int samples, std::string_view aov, const IdCoverage& coverage);
     void add_data(const Band& band, const std::vector<shared::AovRecord>& records);
     void add_debug(const Band& band, const std::vector<shared::DebugRecord>& records);
 

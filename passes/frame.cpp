@@ -28,6 +28,7 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
                                             frame.sums.squares, frame.sums.features, frame.sums.bad_values}) {
         if (sums) graph.output(sums);
     }
+    if (options.want_hits) graph.output(frame.gbuffer.hits);
     return frame;
 }
 

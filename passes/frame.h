@@ -13,7 +13,7 @@ struct Frame {
 };
 
 /// Adds every pass that scene and options need for one sample of one band, and nothing else (frame_needs). Marks the
-/// sums as outputs.
+/// sums as outputs, and the hits of camera rays where they are wanted.
 Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& bad_values);
 
 }  // namespace halflight

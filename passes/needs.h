@@ -18,6 +18,7 @@ struct FrameOptions {
     int bounces = 8;             // >= 0
     bool want_squares = false;   // for the variance
     bool want_features = false;  // albedo and normal
+    bool want_hits = false;      // of camera rays
     rays::Culling culling = rays::Culling::automatic;
     std::uint64_t runs = 0;  // of each band at most: samples of all pictures; 0: any number
     bool keep_all = false;   // parts that contribute nothing are there all the same

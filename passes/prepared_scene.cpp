@@ -1,17 +1,29 @@
 #include "passes/prepared_scene.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <future>
 
 #include "engine/scene/shading_tables.h"
 
 namespace halflight {
+namespace {
+
+std::string name_or(const std::string& name, const char* what, std::size_t index) {
+    return name.empty() ? fmt::format("{} {}", what, index) : name;
+}
+
+}  // namespace
 
 PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)
     : context_(context), programs_(context.binaries()), keeps_all_(options.keep_all) {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point start = Clock::now();
     validate(scene);
+    for (const Instance& i : scene.instances) object_names_.push_back(name_or(i.name, "object", object_names_.size()));
+    for (const Material& m : scene.materials)
+        material_names_.push_back(name_or(m.name, "material", material_names_.size()));
     tables_ = build_trace_tables(scene, kFlattenLimit);
     if (keeps_all_) tables_.alpha_tested = tables_.keep_top_level = true;
     // Hierarchies on another thread, while this one packs and uploads the rest.

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "engine/gpu/context.h"
 #include "engine/gpu/program.h"
@@ -30,8 +32,10 @@ class PreparedScene {
     const TraceTables& tables() const { return tables_; }
     const SceneBuffers& buffers() const { return *buffers_; }
     const rays::TraceScene& trace() const { return *trace_; }
-    const rays::CullTree& cull_tree() const { return cull_tree_; }  ///< empty unless prepared
-    bool has_environment() const { return has_environment_; }       ///< that is seen where there is no surface
+    const rays::CullTree& cull_tree() const { return cull_tree_; }                      ///< empty unless prepared
+    const std::vector<std::string>& object_names() const { return object_names_; }      ///< of Scene::instances
+    const std::vector<std::string>& material_names() const { return material_names_; }  ///< of Scene::materials
+    bool has_environment() const { return has_environment_; }  ///< that is seen where there is no surface
     bool keeps_all() const { return keeps_all_; }
     gpu::ProgramCache& programs() { return programs_; }
     std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< in device memory
@@ -40,6 +44,8 @@ class PreparedScene {
   private:
     gpu::Context& context_;
     TraceTables tables_;
+    std::vector<std::string> object_names_;
+    std::vector<std::string> material_names_;
     std::optional<SceneBuffers> buffers_;
     std::optional<rays::TraceScene> trace_;
     rays::CullTree cull_tree_;

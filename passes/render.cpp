@@ -11,6 +11,7 @@
 #include "engine/graph/execute.h"
 #include "passes/aov.h"
 #include "passes/composite.h"
+#include "passes/cryptomatte.h"
 #include "passes/film.h"
 #include "passes/frame.h"
 #include "passes/frame_constants.h"
@@ -91,6 +92,7 @@ struct Renderer::State {
     std::optional<rays::RasterCulling> raster;
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
+    std::optional<Mattes> mattes;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
     gpu::Buffer bad_values{"bad values", kBadValueCounts * sizeof(std::uint32_t)};
     Band band;
@@ -114,6 +116,7 @@ struct Renderer::State {
         settings.keep_all = scene.keeps_all();
         band = first_band(settings, scene.buffers(), scene.context().limits());
         bands = (settings.height + band.rows - 1) / band.rows;
+        mattes.emplace(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs, band.paths());
         const FrameOptions options = frame_options();
         if (options.runs > 0 && !options.keep_all) tracer->expect(options.runs);
         if (settings.measure) tracer->count();
@@ -131,6 +134,7 @@ struct Renderer::State {
         return {.bounces = settings.bounces,
                 .want_squares = asked_for(settings, {"variance"}),
                 .want_features = asked_for(settings, {"albedo", "normal"}),
+                .want_hits = !mattes->empty(),
                 .culling = settings.culling,
                 .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),
                 .keep_all = settings.keep_all};
@@ -181,6 +185,7 @@ struct Renderer::State {
         executor.run(with.sample);
         glFinish();
         scene.context().check("rendering");
+        if (!mattes->empty()) mattes->add(executor.read<shared::Hit>(with.frame.gbuffer.hits));
     }
 
     /// Told how many samples of a band are done, and how many there will be as far as is known; false: stop.
@@ -238,6 +243,8 @@ struct Renderer::State {
         Film::Sums all = light(with);
         all.squares = sums(a.squares), all.features = sums(a.features);
         film.add_sums(where, samples, all);
+        for (const Mattes::Layer& layer : mattes->layers()) film.add_ids(where, samples, layer.aov, layer.coverage);
+        mattes->clear();
 
         graph::Graph graph;
         const auto import = [&](graph::BufferHandle h) {
@@ -333,6 +340,8 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     if (b < s.bands) stats.samples = 0;
     s.scene.context().check("rendering");
     film.take(result);
+    for (const Mattes::Layer& layer : s.mattes->layers())
+        result.attributes.merge(cryptomatte_attributes(cryptomatte_layer(layer.aov), layer.names));
     if (frame.error && !stats.interrupted) {
         const ErrorEstimate estimate = error.estimate();
         stats.error = {*frame.error, estimate, estimate.bound <= frame.error->error};

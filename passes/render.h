@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -105,7 +106,8 @@ struct RenderStats {
 struct RenderResult {
     Image beauty;                // RGBA, scene-linear Rec.709; A: 0 only where neither surface nor environment is seen
     std::vector<ExrLayer> aovs;  // in the order asked for
-    Image view;                  // RGBA, display-encoded, [0,1]; empty unless wanted
+    std::map<std::string, std::string> attributes;  // text that files need beside the AOVs
+    Image view;                                     // RGBA, display-encoded, [0,1]; empty unless wanted
     RenderStats stats;
 };
 

@@ -143,6 +143,25 @@ TEST_F(Compare, IdsAndMissingLayersFailWhateverTheThresholds) {
     expect_error({a, b, "--layer", "beauty"}, 4, "beauty: is a layer of neither picture");
 }
 
+// Their floats are ids in part: errors of them would tell nothing.
+TEST_F(Compare, CryptomattesAreIds) {
+    const auto matte = [&](const char* name, std::uint32_t id) {
+        Image image(kSide, kSide, 2);
+        for (std::size_t i = 0; i < image.pixels.size(); i += 2) {
+            image.pixels[i] = std::bit_cast<float>(id);
+            image.pixels[i + 1] = 1;
+        }
+        ExrAttributes attributes;
+        attributes.extra["cryptomatte/3ae39a5/name"] = "CryptoObject";
+        write_exr(folder / name, {{{"CryptoObject00.R", "CryptoObject00.G"}, image}}, attributes);
+        return (folder / name).string();
+    };
+    const std::string a = matte("a.exr", 0x248bfa47), same = matte("same.exr", 0x248bfa47),
+                      other = matte("other.exr", 0x248bfa48);
+    compare({a, same}, 0);
+    EXPECT_NE(compare({a, other, "--fail", "9"}, 2).out.find("CryptoObject00.R: ids differ"), std::string::npos);
+}
+
 TEST_F(Compare, NonFinitePixelsAreCountedAndLeftOut) {
     const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
     const auto with = [&](const char* name, float first, float second, float add) {

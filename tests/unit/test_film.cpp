@@ -14,9 +14,10 @@ namespace halflight {
 namespace {
 
 const std::vector<std::string> kEverything = {
-    "emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy", "variance",
-    "samples",  "albedo",         "normal",        "position",         "depth",           "motion",
-    "ids",      "nodes",          "culling"};
+    "emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy",
+    "variance", "samples",        "albedo",        "normal",           "position",
+    "depth",    "motion",         "ids",           "cryptoobject",     "cryptomaterial",
+    "nodes",    "culling"};
 
 RenderSettings settings_of(int width, int height, std::vector<std::string> aovs = kEverything) {
     RenderSettings s;

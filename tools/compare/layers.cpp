@@ -33,6 +33,14 @@ std::string joined(const std::string& prefix, const Strings& channels) {
     return name;
 }
 
+/// Layers of Cryptomatte mix ids with coverage: nothing but whether they are equal tells anything of them.
+bool is_cryptomatte(const ExrFile& file, std::string_view prefix) {
+    return std::ranges::any_of(file.attributes.extra, [&](const auto& attribute) {
+        const auto& [key, value] = attribute;
+        return key.starts_with("cryptomatte/") && key.ends_with("/name") && prefix.starts_with(value);
+    });
+}
+
 std::vector<Layer> layers_of(const ExrFile& file) {
     std::map<std::string, Strings> groups;  // by what stands ahead of the last point, which is part of the name
     for (const ExrChannel& channel : file.channels) {
@@ -48,7 +56,7 @@ std::vector<Layer> layers_of(const ExrFile& file) {
             // A layer's only thing has the layer's name.
             const bool named = whole && group.empty() && !prefix.empty() && (channels.size() > 1 || channels[0] == "Y");
             layer.name = named ? prefix.substr(0, prefix.size() - 1) : joined(prefix, channels);
-            const bool ids = file.find(layer.channels[0])->type == ExrType::uint32;
+            const bool ids = file.find(layer.channels[0])->type == ExrType::uint32 || is_cryptomatte(file, prefix);
             const bool color = channels.size() == 3 && channels[0] == "R" && !prefix.starts_with("variance");
             layer.kind = ids ? LayerKind::ids : color ? LayerKind::color : LayerKind::data;
             layer.image = Image(file.width, file.height, static_cast<int>(channels.size()));

@@ -16,8 +16,8 @@ bool is_color(const ExrLayer& layer) {
         const std::string& channel = layer.channels[i];
         return channel == name || channel.ends_with(std::string(".") + name);
     };
-    return layer.channels.size() >= 3 && !layer.channels[0].starts_with("variance.") && ends_in(0, "R") &&
-           ends_in(1, "G") && ends_in(2, "B");
+    return (layer.channels.size() == 3 || layer.channels.size() == 4) && !layer.channels[0].starts_with("variance.") &&
+           ends_in(0, "R") && ends_in(1, "G") && ends_in(2, "B");
 }
 
 void convert(Image& image, const mat3& matrix) {
@@ -54,6 +54,7 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     attributes.capture_date = capture_date_now();
     attributes.software = "halflight " HALFLIGHT_VERSION;
     attributes.comments = info.comments;
+    attributes.extra = result.attributes;
     if (!info.error.empty()) attributes.extra["error"] = info.error;
     write_exr(path, layers, attributes);
 }

@@ -1,0 +1,110 @@
+// Cryptomattes of whole pictures: objects of known coverage, read back as a compositing program would.
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "passes/cryptomatte.h"
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+
+namespace halflight::test {
+namespace {
+
+constexpr int kSide = 48;               // pixels
+constexpr double kPixel = 4.0 / kSide;  // world units
+
+class MattesOfPictures : public testing::Test {
+  protected:
+    gpu::Context context = gpu::Context::create({});
+
+    /// Squares of side 1.4, 2.25 and 0.5 in the view of a camera that sees 4 x 4 units from +Z: "front" hides 1 x 1 of
+    /// "back"; "twin" has back's material and is apart.
+    Scene squares() {
+        Scene scene;
+        Material red = diffuse_material(vec3(0.5f, 0, 0)), blue = diffuse_material(vec3(0, 0, 0.5f));
+        red.name = "red", blue.name = "blue";
+        const int front = add_material(scene, red), back = add_material(scene, blue);
+        add_quad(scene, front, {-1.1f, -1.1f, 1}, {1.4f, 0, 0}, {0, 1.4f, 0});
+        add_quad(scene, back, {-0.7f, -0.7f, 0}, {2.25f, 0, 0}, {0, 2.25f, 0});
+        add_quad(scene, back, {-1.9f, 1, 0}, {0.5f, 0, 0}, {0, 0.5f, 0});
+        scene.instances[0].name = "front", scene.instances[1].name = "back", scene.instances[2].name = "twin";
+        scene.cameras.push_back(spot_camera(dvec3(0, 0, 2), dvec3(0, 0, 1), 4));
+        return scene;
+    }
+
+    RenderResult picture(const Scene& scene, int samples, std::size_t band_pixels = std::size_t{1} << 20) {
+        RenderSettings settings = small_settings(scene.cameras[0], kSide, kSide, samples, 1);
+        settings.aovs = {"cryptomaterial", "albedo", "cryptoobject"};
+        settings.band_pixels = band_pixels;
+        return render(context, scene, settings);
+    }
+
+    /// Of the whole picture, world units squared: the sum of what all ranks say of the manifest's id.
+    static double area(const RenderResult& r, const std::string& layer_name, const std::string& name) {
+        const std::string* manifest = nullptr;
+        for (const auto& [key, value] : r.attributes)
+            if (value == layer_name) manifest = &r.attributes.at(key.substr(0, key.rfind('/')) + "/manifest");
+        if (manifest == nullptr) throw std::out_of_range(layer_name);
+        const auto id = std::stoul(nlohmann::json::parse(*manifest).at(name).get<std::string>(), nullptr, 16);
+        const Image& image = layer(r, layer_name + "00.R");
+        double sum = 0;
+        for (std::size_t i = 0; i < image.pixels.size(); i += 2)
+            if (std::bit_cast<std::uint32_t>(image.pixels[i]) == id) sum += image.pixels[i + 1];
+        return sum * kPixel * kPixel;
+    }
+};
+
+// All pixels along a side have the same samples, so that its place is known to a part of a pixel: with 64 samples, to
+// some two of 64 parts.
+TEST_F(MattesOfPictures, CoverageIsThatOfTheGeometry) {
+    const RenderResult r = picture(squares(), 64);
+    const auto expect_area = [&](const char* layer_name, const char* name, double expected, double outline) {
+        EXPECT_NEAR(area(r, layer_name, name), expected, outline * kPixel * 2 / 64) << name;
+    };
+    expect_area("CryptoObject", "front", 1.4 * 1.4, 4 * 1.4);
+    expect_area("CryptoObject", "back", 2.25 * 2.25 - 1, 4 * 2.25 + 2);
+    expect_area("CryptoObject", "twin", 0.25, 2);
+    expect_area("CryptoMaterial", "red", 1.4 * 1.4, 4 * 1.4);
+    expect_area("CryptoMaterial", "blue", 2.25 * 2.25 - 1 + 0.25, 4 * 2.25 + 4);
+}
+
+TEST_F(MattesOfPictures, CoverageIsOneAtMostAndBackgroundIsNone) {
+    const Image& image = layer(picture(squares(), 16), "CryptoObject00.R");
+    ASSERT_EQ(image.channels, 12);
+    const auto covered = [&](int x, int y) {
+        double sum = 0;
+        for (int i = 1; i < 12; i += 2) sum += image.at(x, y)[i];
+        return sum;
+    };
+    for (int y = 0; y < kSide; ++y)
+        for (int x = 0; x < kSide; ++x) ASSERT_LE(covered(x, y), 1.0) << x << ", " << y;
+    EXPECT_EQ(covered(1, 1), 0);
+    EXPECT_EQ(covered(24, 24), 1);
+    EXPECT_GT(image.at(24, 24)[1], 0.99);
+}
+
+TEST_F(MattesOfPictures, BandsAndOtherPicturesChangeNothing) {
+    const Scene scene = squares();
+    const RenderResult whole = picture(scene, 5), bands = picture(scene, 5, 16 * kSide);
+    expect_same(whole, bands);
+    RenderSettings settings = small_settings(scene.cameras[0], kSide, kSide, 5, 1);
+    settings.aovs = {"cryptomaterial", "albedo", "cryptoobject"};
+    Renderer renderer(context, scene, ColorConfig::load(), settings);
+    renderer.render();
+    expect_same(renderer.render(), whole);
+}
+
+// What is there without a name has one all the same.
+TEST_F(MattesOfPictures, NamelessObjectsAreNumbered) {
+    Scene scene = squares();
+    scene.instances[1].name.clear();
+    scene.materials[0].name.clear();
+    const RenderResult r = picture(scene, 4);
+    EXPECT_GT(area(r, "CryptoObject", "object 1"), 3);
+    EXPECT_GT(area(r, "CryptoMaterial", "material 0"), 1);
+}
+
+}  // namespace
+}  // namespace halflight::test
