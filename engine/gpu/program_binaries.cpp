@@ -5,11 +5,13 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <utility>
+
+#include "engine/core/cache_folder.h"
+#include "engine/core/hash.h"
 
 namespace halflight::gpu {
 namespace {
@@ -25,13 +27,6 @@ struct Header {
     std::uint64_t checksum;  // of the bytes and the format
 };
 constexpr char kMagic[8] = {'h', 'l', 'p', 'r', 'o', 'g', '0', '1'};
-
-/// FNV-1a (Fowler, Noll, Vo), 64 bits.
-std::uint64_t hash_of(std::string_view bytes) {
-    std::uint64_t hash = 0xcbf29ce484222325u;
-    for (const char c : bytes) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
-    return hash;
-}
 
 /// Nothing where it is no regular file, or is longer than `max_bytes`.
 std::optional<std::string> content_of(const fs::path& file, std::uint64_t max_bytes) {
@@ -132,15 +127,7 @@ void ProgramBinaries::make_room() const {
 }
 
 fs::path default_binaries_folder() {
-    const auto absolute = [](const char* variable) {
-        const char* value = std::getenv(variable);
-        const fs::path path = value == nullptr ? "" : value;
-        return path.is_absolute() ? path : fs::path();
-    };
-    const fs::path cache = absolute("XDG_CACHE_HOME");
-    if (!cache.empty()) return cache / "halflight" / "programs";
-    const fs::path home = absolute("HOME");
-    return home.empty() ? fs::path() : home / ".cache" / "halflight" / "programs";
+    return cache_folder("programs");
 }
 
 }  // namespace halflight::gpu

@@ -1,9 +1,11 @@
 #include "engine/io/png.h"
 
-#include <stb/stb_image_write.h>
+#include <png.h>
 
 #include <algorithm>
 #include <cmath>
+#include <csetjmp>
+#include <cstring>
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
@@ -11,7 +13,60 @@
 namespace halflight {
 namespace {
 
-constexpr std::size_t kLargest = std::size_t{1} << 30;  // bytes: the encoder counts in int, also what it adds
+constexpr int kColorTypes[] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB,
+                               PNG_COLOR_TYPE_RGB_ALPHA};  // by channels - 1
+
+/// libpng reports by calls that must not return. Nothing between setjmp and there has a destructor.
+class Encoder {
+  public:
+    Encoder()
+        : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, this, fail, [](png_structp, png_const_charp) {})),
+          info_(png_create_info_struct(png_)) {
+        if (!info_) throw std::bad_alloc();
+    }
+    Encoder(const Encoder&) = delete;
+    Encoder& operator=(const Encoder&) = delete;
+    ~Encoder() { png_destroy_write_struct(&png_, &info_); }
+
+    /// False where message() says why.
+    bool write(int width, int height, int channels, const std::uint8_t* bytes) {
+        if (setjmp(png_jmpbuf(png_))) return false;
+        png_set_write_fn(png_, this, append, nullptr);
+        png_set_IHDR(png_, info_, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 8,
+                     kColorTypes[channels - 1], PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
+                     PNG_FILTER_TYPE_DEFAULT);
+        png_write_info(png_, info_);
+        const std::size_t row = static_cast<std::size_t>(width) * static_cast<std::size_t>(channels);
+        for (int y = 0; y < height; ++y) png_write_row(png_, bytes + row * static_cast<std::size_t>(y));
+        png_write_end(png_, nullptr);
+        return true;
+    }
+
+    std::string take() { return std::move(file_); }
+    const char* message() const { return message_; }
+
+  private:
+    [[noreturn]] static void fail(png_structp png, png_const_charp message) {
+        auto& self = *static_cast<Encoder*>(png_get_error_ptr(png));
+        std::strncpy(self.message_, message, sizeof self.message_ - 1);
+        png_longjmp(png, 1);
+    }
+    /// No exception may pass through libpng, and none may be left by a jump.
+    static void append(png_structp png, png_bytep data, std::size_t count) {
+        bool done = true;
+        try {
+            static_cast<Encoder*>(png_get_io_ptr(png))->file_.append(reinterpret_cast<const char*>(data), count);
+        } catch (const std::exception&) {
+            done = false;
+        }
+        if (!done) png_error(png, "not enough memory");
+    }
+
+    std::string file_;
+    char message_[256] = {};
+    png_structp png_;
+    png_infop info_;
+};
 
 }  // namespace
 
@@ -33,14 +88,10 @@ std::string encode_png(const std::string& subject, int width, int height, int ch
         bytes.size() !=
             static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels))
         throw Error(subject, "{} bytes are no image of {} x {} x {}", bytes.size(), width, height, channels);
-    if (bytes.size() > kLargest) throw Error(subject, "{} x {} pixels are too many for a PNG", width, height);
-    std::string file;
-    const auto append = [](void* out, void* data, int size) {
-        static_cast<std::string*>(out)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
-    };
-    if (!stbi_write_png_to_func(append, &file, width, height, channels, bytes.data(), width * channels))
-        throw Error(subject, "cannot compress {} x {} pixels", width, height);
-    return file;
+    Encoder encoder;
+    if (!encoder.write(width, height, channels, bytes.data()))
+        throw Error(subject, "cannot be written as PNG of {} x {} pixels: {}", width, height, encoder.message());
+    return encoder.take();
 }
 
 void write_png(const std::filesystem::path& path, int width, int height, int channels,

@@ -1,12 +1,12 @@
 // Files that scenes, --env and --ocio name: cut short, claiming too much, not files at all, out of bounds.
 #include <fmt/format.h>
-#include <stb/stb_image_write.h>
 #include <sys/stat.h>
 
 #include <nlohmann/json.hpp>
 
 #include "engine/io/png.h"
 #include "tests/cli/bad_input.h"
+#include "tests/support/jpeg.h"
 
 namespace halflight::test {
 namespace {
@@ -87,13 +87,7 @@ std::string small_png() {
 }
 
 std::string small_jpeg() {
-    std::string bytes;
-    const auto append = [](void* out, void* data, int size) {
-        static_cast<std::string*>(out)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
-    };
-    const std::vector<std::uint8_t> grey(32 * 32 * 3, 128);
-    stbi_write_jpg_to_func(append, &bytes, 32, 32, 3, grey.data(), 50);
-    return bytes;
+    return encode_jpeg(32, {128, 128, 128});
 }
 
 /// The JPEG with other sides in its frame header.

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 
 #include "engine/core/statistics.h"
@@ -38,18 +37,6 @@ const Image& layer(const RenderResult& result, const std::string& channel) {
     for (const ExrLayer& l : result.aovs)
         if (std::find(l.channels.begin(), l.channels.end(), channel) != l.channels.end()) return l.image;
     throw std::out_of_range(channel);
-}
-
-Image rgb(const Image& rgba) {
-    Image out(rgba.width, rgba.height, 3);
-    for (int y = 0; y < out.height; ++y)
-        for (int x = 0; x < out.width; ++x) std::copy_n(rgba.at(x, y), 3, out.at(x, y));
-    return out;
-}
-
-bool same_bits(const Image& a, const Image& b) {
-    return a.width == b.width && a.height == b.height && a.channels == b.channels &&
-           std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0;
 }
 
 void expect_same(const RenderResult& a, const RenderResult& b) {

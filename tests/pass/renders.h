@@ -3,6 +3,7 @@
 
 #include <string>
 
+#include "engine/core/image_tools.h"
 #include "passes/render.h"
 
 namespace halflight::test {
@@ -17,10 +18,6 @@ RenderResult render(gpu::Context& context, const Scene& scene, const RenderSetti
 
 /// Layer that holds a channel ("albedo.R", "Z"). Throws std::out_of_range where there is none.
 const Image& layer(const RenderResult& result, const std::string& channel);
-/// RGB without alpha.
-Image rgb(const Image& rgba);
-
-bool same_bits(const Image& a, const Image& b);
 /// Beauty, view and AOVs.
 void expect_same(const RenderResult& a, const RenderResult& b);
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "engine/core/error.h"
+#include "engine/core/hash.h"
 #include "engine/io/files.h"
 #include "tests/support/scenes.h"
 #include "tools/converge/fingerprint.h"

@@ -2,45 +2,11 @@
 
 #include <gtest/gtest.h>
 
-#include <cstdio>
-#include <cstdlib>
-
-// Needs <cstdio>.
-#include <jpeglib.h>
-
 #include "tests/support/error_message.h"
+#include "tests/support/jpeg.h"
 
 namespace halflight {
 namespace {
-
-/// A picture of one colour of 1, 3 or 4 components.
-std::string encode(int side, const std::vector<std::uint8_t>& color, bool progressive = false) {
-    jpeg_compress_struct info;
-    jpeg_error_mgr errors;
-    info.err = jpeg_std_error(&errors);
-    jpeg_create_compress(&info);
-    unsigned char* bytes = nullptr;
-    unsigned long size = 0;
-    jpeg_mem_dest(&info, &bytes, &size);
-    info.image_width = info.image_height = static_cast<JDIMENSION>(side);
-    info.input_components = static_cast<int>(color.size());
-    info.in_color_space = color.size() == 1 ? JCS_GRAYSCALE : color.size() == 3 ? JCS_RGB : JCS_CMYK;
-    jpeg_set_defaults(&info);
-    jpeg_set_quality(&info, 95, TRUE);
-    if (progressive) jpeg_simple_progression(&info);
-    jpeg_start_compress(&info, TRUE);
-    std::vector<std::uint8_t> row;
-    for (int i = 0; i < side; ++i) row.insert(row.end(), color.begin(), color.end());
-    for (int i = 0; i < side; ++i) {
-        JSAMPROW rows = row.data();
-        jpeg_write_scanlines(&info, &rows, 1);
-    }
-    jpeg_finish_compress(&info);
-    jpeg_destroy_compress(&info);
-    std::string result(reinterpret_cast<const char*>(bytes), size);
-    std::free(bytes);
-    return result;
-}
 
 std::string refusal(std::string_view bytes, int max_side = 16384) {
     TextureImage image;
@@ -50,7 +16,7 @@ std::string refusal(std::string_view bytes, int max_side = 16384) {
 TEST(Jpeg, ColoursAreThoseOfTheFile) {
     for (const bool progressive : {false, true}) {
         for (const std::vector<std::uint8_t>& color : {std::vector<std::uint8_t>{200}, {200, 100, 50}}) {
-            const std::string bytes = encode(17, color, progressive);
+            const std::string bytes = encode_jpeg(17, color, progressive);
             ASSERT_TRUE(is_jpeg(bytes));
             TextureImage image;
             read_jpeg("a.jpg", bytes, 17, image);
@@ -67,7 +33,7 @@ TEST(Jpeg, ColoursAreThoseOfTheFile) {
 
 TEST(Jpeg, EveryTruncationIsAnError) {
     for (const bool progressive : {false, true}) {
-        const std::string bytes = encode(40, {200, 100, 50}, progressive);
+        const std::string bytes = encode_jpeg(40, {200, 100, 50}, progressive);
         // The last two bytes say that this is the end, and libjpeg does not miss them.
         for (std::size_t length = 0; length + 2 < bytes.size(); ++length)
             EXPECT_TRUE(refusal(bytes.substr(0, length)).starts_with("a.jpg: cannot be decoded: "))
@@ -76,16 +42,17 @@ TEST(Jpeg, EveryTruncationIsAnError) {
 }
 
 TEST(Jpeg, WhatClaimsTooMuchIsRefused) {
-    EXPECT_EQ(refusal(encode(40, {1, 2, 3}), 39), "a.jpg: 40 x 40 texels are more than 39 a side");
-    EXPECT_EQ(refusal(encode(40, {1, 2, 3}), 40), "");
-    std::string claim = encode(40, {1, 2, 3});
+    EXPECT_EQ(refusal(encode_jpeg(40, {1, 2, 3}), 39), "a.jpg: 40 x 40 texels are more than 39 a side");
+    EXPECT_EQ(refusal(encode_jpeg(40, {1, 2, 3}), 40), "");
+    std::string claim = encode_jpeg(40, {1, 2, 3});
     const std::size_t frame = claim.find("\xff\xc0");
     for (const std::size_t at : {frame + 5, frame + 7}) claim.replace(at, 2, "\x40\x00", 2);
     EXPECT_EQ(refusal(claim),
               fmt::format("a.jpg: is truncated: {} bytes cannot hold 16384 x 16384 texels", claim.size()));
-    EXPECT_TRUE(refusal(encode(8, {1, 2, 3, 4})).starts_with("a.jpg: cannot be decoded: Unsupported color conversion"));
+    EXPECT_TRUE(
+        refusal(encode_jpeg(8, {1, 2, 3, 4})).starts_with("a.jpg: cannot be decoded: Unsupported color conversion"));
 
-    std::string scans = encode(8, {1}, true);
+    std::string scans = encode_jpeg(8, {1}, true);
     const std::size_t first = scans.find("\xff\xda"), second = scans.find("\xff\xda", first + 2);
     const std::string scan = scans.substr(second);  // refines what is there, as often as one likes
     const std::string body = scan.substr(0, scan.find("\xff\xd9"));

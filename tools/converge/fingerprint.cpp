@@ -1,5 +1,9 @@
 #include "tools/converge/fingerprint.h"
 
+#include <vector>
+
+#include "engine/core/hash.h"
+
 namespace halflight::converge {
 namespace {
 
@@ -74,11 +78,6 @@ class SceneHash {
 };
 
 }  // namespace
-
-void Hash::add_bytes(const void* bytes, std::size_t count) {
-    const auto* at = static_cast<const unsigned char*>(bytes);
-    for (std::size_t i = 0; i < count; ++i) value_ = (value_ ^ at[i]) * 0x100000001b3;
-}
 
 std::uint64_t scene_fingerprint(const Scene& scene) {
     return SceneHash().of(scene);

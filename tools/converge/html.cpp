@@ -6,6 +6,7 @@
 
 #include "engine/core/color_map.h"
 #include "engine/core/flip.h"
+#include "engine/core/image_tools.h"
 #include "engine/core/metrics.h"
 #include "tools/converge/maps.h"
 #include "tools/converge/plot.h"

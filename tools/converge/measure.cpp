@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/core/image_tools.h"
 #include "engine/core/seed_errors.h"
 
 namespace halflight::converge {

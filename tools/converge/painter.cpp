@@ -4,17 +4,12 @@
 #include <cmath>
 #include <exception>
 
+#include "engine/core/image_tools.h"
+
 namespace halflight::converge {
 namespace {
 
 constexpr int kManySamples = 1 << 24;  // where the time decides
-
-Image without_alpha(const Image& rgba) {
-    Image rgb(rgba.width, rgba.height, 3);
-    for (int y = 0; y < rgba.height; ++y)
-        for (int x = 0; x < rgba.width; ++x) std::copy_n(rgba.at(x, y), 3, rgb.at(x, y));
-    return rgb;
-}
 
 class GlPainter final : public Painter {
   public:
@@ -70,7 +65,7 @@ class GlPainter final : public Painter {
         // Compiling is one thread's work.
         painted.time.wall -= result.stats.compile_seconds;
         painted.time.cpu = std::max(painted.time.cpu - result.stats.compile_seconds, 0.0);
-        painted.picture.beauty = without_alpha(result.beauty);
+        painted.picture.beauty = rgb(result.beauty);
         for (std::size_t c = 0; c < kComponents.size(); ++c)
             painted.picture.components[c] = std::move(result.aovs[c].image);
         painted.picture.samples = result.stats.samples;

@@ -1,7 +1,5 @@
 #include "tools/converge/picture.h"
 
-#include <cstring>
-
 namespace halflight::converge {
 
 PictureSums::PictureSums(int w, int h) : width(w), height(h) {
@@ -37,10 +35,6 @@ Picture PictureSums::mean() const {
         picture.beauty.pixels[i] = static_cast<float>(beauty);
     }
     return picture;
-}
-
-bool same_bits(const Image& a, const Image& b) {
-    return std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0;
 }
 
 }  // namespace halflight::converge

@@ -39,7 +39,4 @@ class PictureSums {
     std::array<std::vector<double>, kComponents.size()> sums;  // 3 per pixel
 };
 
-/// Precondition: of the same size.
-bool same_bits(const Image& a, const Image& b);
-
 }  // namespace halflight::converge

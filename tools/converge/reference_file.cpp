@@ -3,13 +3,13 @@
 #include <fmt/format.h>
 
 #include <bit>
-#include <cstdlib>
 #include <cstring>
 #include <limits>
 
+#include "engine/core/cache_folder.h"
 #include "engine/core/error.h"
+#include "engine/core/hash.h"
 #include "engine/io/files.h"
-#include "tools/converge/fingerprint.h"
 
 namespace halflight::converge {
 namespace {
@@ -26,12 +26,6 @@ static_assert(sizeof(Header) == 40 && std::endian::native == std::endian::little
 
 constexpr char kMagic[] = {'H', 'L', 'R', 'E', 'F', '0', '0', '1'};
 
-std::uint64_t hash_of(std::string_view bytes) {
-    Hash hash;
-    hash.add_bytes(bytes.data(), bytes.size());
-    return hash.value();
-}
-
 void make_folders(const std::filesystem::path& folder) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
@@ -41,17 +35,10 @@ void make_folders(const std::filesystem::path& folder) {
 }  // namespace
 
 std::filesystem::path default_reference_folder() {
-    const auto variable = [](const char* name) {
-        const char* value = std::getenv(name);
-        return std::filesystem::path(value ? value : "");
-    };
-    std::filesystem::path cache = variable("XDG_CACHE_HOME");
-    if (!cache.is_absolute()) {  // relative ones count as not set
-        const std::filesystem::path home = variable("HOME");
-        if (home.empty()) throw Error("reference", "no place to keep it: neither XDG_CACHE_HOME nor HOME is set");
-        cache = home / ".cache";
-    }
-    return cache / "halflight" / "references";
+    std::filesystem::path folder = cache_folder("references");
+    if (folder.empty())
+        throw Error("reference", "no place to keep it: neither XDG_CACHE_HOME nor HOME is set to an absolute path");
+    return folder;
 }
 
 std::filesystem::path reference_path(const std::filesystem::path& folder, std::uint64_t fingerprint) {

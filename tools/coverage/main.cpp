@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "engine/core/error.h"
+#include "engine/core/image_tools.h"
 #include "engine/core/metrics.h"
 #include "engine/core/seed_errors.h"
 #include "passes/render.h"
@@ -31,12 +32,6 @@ struct Tally {
     RunningMoments samples, told, truth;
 };
 
-Image color_of(const Image& rgba) {
-    Image color(rgba.width, rgba.height, 3);
-    for (std::size_t i = 0; i < color.pixels.size(); ++i) color.pixels[i] = rgba.pixels[i / 3 * 4 + i % 3];
-    return color;
-}
-
 Tally measure(const Arguments& a, const std::string& file, gpu::Context& context) {
     const Scene scene = bench::load_lit(file);
     RenderSettings settings;
@@ -52,7 +47,7 @@ Tally measure(const Arguments& a, const std::string& file, gpu::Context& context
     frame.samples = a.reference / 2;
     for (std::uint32_t half : {0u, 1u}) {
         frame.seed = static_cast<std::uint32_t>(a.seeds) + half;
-        halves[half] = color_of(renderer.render(frame).beauty);
+        halves[half] = rgb(renderer.render(frame).beauty);
     }
     frame.error = ErrorTarget{a.metric == name(ErrorMetric::mse) ? ErrorMetric::mse : ErrorMetric::relmse, a.error};
     frame.samples = 1 << 24;
@@ -67,7 +62,7 @@ Tally measure(const Arguments& a, const std::string& file, gpu::Context& context
     for (int seed = 0; seed < a.seeds; ++seed) {
         frame.seed = static_cast<std::uint32_t>(seed);
         const RenderResult result = renderer.render(frame);
-        const std::vector<Image> picture{color_of(result.beauty)};
+        const std::vector<Image> picture{rgb(result.beauty)};
         const double truth = seed_errors(picture, halves[0], halves[1], weights).mse.value;
         const ErrorEstimate& told = result.stats.error->estimate;
         tally.inside += told.lower <= truth && truth <= told.upper;

@@ -1,7 +1,6 @@
 #include "tools/halflight/picture.h"
 
-#include <algorithm>
-
+#include "engine/core/image_tools.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
 #include "tools/halflight/arguments.h"
@@ -31,14 +30,6 @@ void convert(Image& image, const mat3& matrix) {
     }
 }
 
-/// Without alpha: the picture over black, as every viewer shows it.
-Image opaque(const Image& rgba) {
-    Image rgb(rgba.width, rgba.height, 3);
-    for (int y = 0; y < rgba.height; ++y)
-        for (int x = 0; x < rgba.width; ++x) std::copy_n(rgba.at(x, y), 3, rgb.at(x, y));
-    return rgb;
-}
-
 void write_exr_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     std::vector<ExrLayer> layers;
     layers.push_back({{"R", "G", "B", "A"}, result.beauty, info.half ? ExrType::half : ExrType::float32});
@@ -63,7 +54,7 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
 
 void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     if (has_extension(path, "png"))
-        write_png(path, opaque(result.view));
+        write_png(path, rgb(result.view));
     else
         write_exr_picture(path, result, info);
 }

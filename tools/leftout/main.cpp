@@ -4,13 +4,13 @@
 #include <fmt/format.h>
 
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/core/image_tools.h"
 #include "engine/core/statistics.h"
 #include "engine/io/files.h"
 #include "engine/io/gltf.h"
@@ -42,11 +42,6 @@ struct Side {
         seconds.push_back(bench::time_of([&] { render(); }).cpu / samples);
     }
 };
-
-bool same_bits(const Image& a, const Image& b) {
-    return a.pixels.size() == b.pixels.size() &&
-           std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0;
-}
 
 bool same_bits(const RenderResult& a, const RenderResult& b) {
     bool same = same_bits(a.beauty, b.beauty) && a.aovs.size() == b.aovs.size();

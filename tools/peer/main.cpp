@@ -1,7 +1,6 @@
 // halflight-peer: the same picture by Halflight and by Cycles, in turns: agreement, paths per second, error times time.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -9,6 +8,7 @@
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/core/image_tools.h"
 #include "engine/core/statistics.h"
 #include "engine/gpu/context.h"
 #include "engine/io/files.h"
@@ -38,13 +38,6 @@ struct Options {
     std::string picture;
     std::string json;
 };
-
-Image rgb(const Image& rgba) {
-    Image result(rgba.width, rgba.height, 3);
-    for (int y = 0; y < rgba.height; ++y)
-        for (int x = 0; x < rgba.width; ++x) std::copy_n(rgba.at(x, y), 3, result.at(x, y));
-    return result;
-}
 
 class Ours {
   public:

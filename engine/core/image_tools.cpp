@@ -1,0 +1,46 @@
+#include "engine/core/image_tools.h"
+
+#include <algorithm>
+#include <cstring>
+
+namespace halflight {
+namespace {
+
+/// Along one axis: `count` pixels, `stride` values apart from each other.
+void blur_line(const float* from, float* to, int count, std::size_t stride, int radius) {
+    for (int i = 0; i < count; ++i) {
+        const int first = std::max(i - radius, 0), last = std::min(i + radius, count - 1);
+        double sum = 0;
+        for (int k = first; k <= last; ++k) sum += from[static_cast<std::size_t>(k) * stride];
+        to[static_cast<std::size_t>(i) * stride] = static_cast<float>(sum / (last - first + 1));
+    }
+}
+
+}  // namespace
+
+Image rgb(const Image& rgba) {
+    Image result(rgba.width, rgba.height, 3);
+    for (int y = 0; y < rgba.height; ++y)
+        for (int x = 0; x < rgba.width; ++x) std::copy_n(rgba.at(x, y), 3, result.at(x, y));
+    return result;
+}
+
+bool same_bits(const Image& a, const Image& b) {
+    return a.width == b.width && a.height == b.height && a.channels == b.channels &&
+           std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0;
+}
+
+Image box_blur(const Image& image, int radius) {
+    Image rows(image.width, image.height, image.channels), both = rows;
+    const auto channels = static_cast<std::size_t>(image.channels);
+    for (int y = 0; y < image.height; ++y)
+        for (int c = 0; c < image.channels; ++c)
+            blur_line(image.at(0, y) + c, rows.at(0, y) + c, image.width, channels, radius);
+    for (int x = 0; x < image.width; ++x)
+        for (int c = 0; c < image.channels; ++c)
+            blur_line(rows.at(x, 0) + c, both.at(x, 0) + c, image.height,
+                      channels * static_cast<std::size_t>(image.width), radius);
+    return both;
+}
+
+}  // namespace halflight
