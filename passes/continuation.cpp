@@ -29,6 +29,12 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     pass.read(arriving.header, Access::storage_read);
     pass.read(paths.hits, Access::storage_read);
     paths.states = pass.write(paths.states, Access::storage_read_write);
+    if (paths.receivers) {
+        if (last)
+            pass.read(paths.receivers, Access::storage_read);
+        else
+            paths.receivers = pass.write(paths.receivers, Access::storage_read_write);
+    }
     const graph::BufferHandle answered = shadowing.occluded;
     const bool pending = shadowing.answered();
     if (pending) pass.read(answered, Access::storage_read);
@@ -57,6 +63,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
         r.buffer(paths.hits).bind_storage(3);
         r.buffer(paths.states).bind_storage(4);
         if (pending) r.buffer(answered).bind_storage(5);
+        if (paths.receivers) r.buffer(paths.receivers).bind_storage(11);
         if (samples_lights) {
             r.buffer(shadow_rays).bind_storage(6);
             r.buffer(lit_list.list).bind_storage(7);

@@ -6,6 +6,7 @@
 #include "engine/core/math.h"
 #include "engine/rays/choice.h"
 #include "shaders/shared/albedo.h"
+#include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/tile_list.h"
@@ -47,6 +48,7 @@ std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
         {&N::transmission, size.paths * kRow},
         {&N::clearcoat, size.paths * kRow},
         {&N::area_lights, size.triangles * sizeof(shared::uint)},
+        {&N::light_tree, size.paths * sizeof(shared::Receiver)},
     };
     for (const auto& [of, count] : bytes)
         if (of == flag) return count;

@@ -17,7 +17,7 @@ std::string name_or(const std::string& name, const char* what, std::size_t index
 }  // namespace
 
 PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)
-    : context_(context), programs_(context.binaries()), keeps_all_(options.keep_all) {
+    : context_(context), programs_(context.binaries()), keeps_all_(options.keep_all), estimator_(options.estimator) {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point start = Clock::now();
     validate(scene);
@@ -30,7 +30,8 @@ PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const Pr
     auto packing = std::async(std::launch::async, [&] { return rays::pack_scene(tables_); });
     {
         const ShadingTables shading =
-            build_shading_tables(scene, tables_, keeps_all_ ? everything_kept() : SceneNeeds());
+            build_shading_tables(scene, tables_, keeps_all_ ? everything_kept() : SceneNeeds(), estimator_.lights);
+        estimator_.lights = shading.light_choice;
         has_environment_ = !shading.environment.pixels.empty();
         buffers_.emplace(tables_, shading);
     }

@@ -10,6 +10,7 @@
 #include "engine/rays/raster_tree.h"
 #include "engine/rays/rays.h"
 #include "engine/scene/tables.h"
+#include "passes/estimator.h"
 #include "passes/scene_buffers.h"
 
 namespace halflight {
@@ -17,6 +18,7 @@ namespace halflight {
 struct PrepareOptions {
     bool raster_culling = true;  // also what renderers with rays::Culling::raster need
     bool keep_all = false;       // and everything that the scene has no use for (SceneNeeds)
+    Estimator estimator{};
 };
 
 /// Immutable but for the programs, of which there are more and more. Needs its context current on the calling thread
@@ -37,6 +39,7 @@ class PreparedScene {
     const std::vector<std::string>& material_names() const { return material_names_; }  ///< of Scene::materials
     bool has_environment() const { return has_environment_; }  ///< that is seen where there is no surface
     bool keeps_all() const { return keeps_all_; }
+    const Estimator& estimator() const { return estimator_; }  ///< where it was left to the scene, what came of it
     gpu::ProgramCache& programs() { return programs_; }
     std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< in device memory
     double seconds() const { return seconds_; }                                           ///< that it took to make
@@ -52,6 +55,7 @@ class PreparedScene {
     gpu::ProgramCache programs_;
     bool has_environment_ = false;
     bool keeps_all_;
+    Estimator estimator_;
     double seconds_ = 0;
 };
 

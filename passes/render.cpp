@@ -114,6 +114,7 @@ struct Renderer::State {
             tracer.emplace(scene.trace(), settings.culling);
         }
         settings.keep_all = scene.keeps_all();
+        settings.estimator = scene.estimator();
         band = first_band(settings, scene.buffers(), scene.context().limits());
         bands = (settings.height + band.rows - 1) / band.rows;
         mattes.emplace(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs, band.paths());
@@ -282,7 +283,8 @@ Renderer::Renderer(gpu::Context& context, const Scene& scene, const ColorConfig&
                    const RenderSettings& settings) {
     check_all(settings);
     const bool raster = settings.culling == rays::Culling::raster;
-    auto own = std::make_unique<PreparedScene>(context, scene, PrepareOptions{raster, settings.keep_all});
+    auto own =
+        std::make_unique<PreparedScene>(context, scene, PrepareOptions{raster, settings.keep_all, settings.estimator});
     PreparedScene& prepared = *own;
     state_ = std::make_unique<State>(std::move(own), prepared, colors, settings);
 }
@@ -350,6 +352,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     stats.compile_seconds = s.scene.programs().seconds() - compiled_before;
     stats.render_seconds = seconds_since(start) - stats.compile_seconds;
     stats.prepare_seconds = s.scene.seconds();
+    stats.estimator = s.scene.estimator();
     const std::size_t pictures =
         (s.view_kernel ? 2 : 1) * sizeof(vec4) * std::size_t(s.band.image.x) * std::size_t(s.band.rows);
     const CompiledBand& first = s.compiled(0);

@@ -18,6 +18,7 @@
 #include "engine/rays/raster.h"
 #include "engine/rays/tracer.h"
 #include "engine/scene/scene.h"
+#include "passes/estimator.h"
 #include "passes/frame_settings.h"
 #include "passes/needs.h"
 #include "passes/prepared_scene.h"
@@ -47,6 +48,7 @@ struct RenderSettings : FrameSettings {
     // Build what the scene has no use for, too: passes, buffers, tables, shader code. Never changes the picture. Of
     // renderers that share a scene, the scene's.
     bool keep_all = false;
+    Estimator estimator{};  // of renderers that share a scene, the scene's
     int pictures = 0;      // that will be made at most, of `samples` each; 0: any number
     bool measure = false;  // wait for the GPU after each pass to tell its time, and count rays and culling (slower)
     // What is rendered at once: bands of whole rows of 16x16 blocks, of so many pixels at most where one row allows it.
@@ -95,6 +97,7 @@ struct RenderStats {
     double render_seconds = 0;      // samples
     std::uint64_t paths = 0;        // width x height x samples
     std::size_t gpu_bytes = 0;      // buffers and textures, scene and frame
+    Estimator estimator;            // nothing in it is left to the scene any more
     std::vector<PassTime> passes;   // with settings.measure, else empty
     std::vector<LeftOut> left_out;  // what the scene or the settings did not need, with the reason
     std::vector<BadValues> bad_values;

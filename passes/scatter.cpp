@@ -1,6 +1,7 @@
 #include "passes/scatter.h"
 
 #include "shaders/shared/bindings.h"
+#include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 
@@ -10,9 +11,13 @@ using graph::Access;
 
 PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view) {
     const std::size_t paths = view.band.paths();
+    graph::BufferHandle receivers;
+    if (view.scene.needs().light_tree)
+        receivers = graph.create_buffer("path receivers", {paths * sizeof(shared::Receiver)});
     return {.rays = graph.create_buffer("path rays", {paths * sizeof(shared::Ray)}),
             .hits = graph.create_buffer("path hits", {paths * sizeof(shared::Hit)}),
-            .states = graph.create_buffer("path states", {paths * sizeof(shared::PathState)})};
+            .states = graph.create_buffer("path states", {paths * sizeof(shared::PathState)}),
+            .receivers = receivers};
 }
 
 PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name) {
@@ -54,6 +59,7 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
     const bool first = paths.states.version == 0;
     paths.rays = pass.write(paths.rays, partial_write(paths.rays));
     paths.states = pass.write(paths.states, partial_write(paths.states));
+    if (paths.receivers) paths.receivers = pass.write(paths.receivers, partial_write(paths.receivers));
     list.list = pass.write(list.list, Access::storage_read_write);
     list.header = pass.write(list.header, Access::storage_read_write);
     pass.execute([=](graph::Resources& r) {
@@ -64,6 +70,7 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
         r.buffer(paths.states).bind_storage(3);
         r.buffer(list.list).bind_storage(4);
         r.buffer(list.header).bind_storage(5);
+        if (paths.receivers) r.buffer(paths.receivers).bind_storage(6);
         view.trace.bind();
         view.scene.bind();
         gpu::Defines defines = view.scene.defines();

@@ -12,6 +12,8 @@ struct PathBuffers {
     graph::BufferHandle rays;    // Ray
     graph::BufferHandle hits;    // Hit
     graph::BufferHandle states;  // PathState
+    // Receiver: where the rays come from, for the density with which lights are picked there; none without a light tree
+    graph::BufferHandle receivers;
 };
 
 /// The paths of one batch.

@@ -61,6 +61,7 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
     add(UNIT_DATA_TEXELS, GL_RGBA8, "data texels", shading.data_texels);
     add(UNIT_LIGHTS, GL_RGBA32F, "lights", shading.lights);
     add(UNIT_LIGHT_ALIAS, GL_RG32F, "light alias table", shading.light_alias);
+    add(UNIT_LIGHT_TREE, GL_RGBA32F, "light tree", shading.light_tree);
     add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, "light of triangle", shading.light_of_triangle);
     add(UNIT_ENVIRONMENT_ALIAS, GL_RGBA32F, "environment cells", shading.environment_cells);
 

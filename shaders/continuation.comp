@@ -4,6 +4,7 @@
 // HALFLIGHT_LAST_VERTEX (nothing goes on from here), HALFLIGHT_LIGHT_SAMPLES (lights are sampled).
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
+#include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/scene_tables.glsl"
@@ -27,6 +28,9 @@ layout(std430, binding = 8) buffer LitHeader { ListHeader lit_header; };
 #endif
 layout(std430, binding = 9) writeonly buffer Leaving { uint leaving[]; };
 layout(std430, binding = 10) buffer LeavingHeader { ListHeader leaving_header; };
+#endif
+#ifdef HALFLIGHT_LIGHT_TREE
+layout(std430, binding = 11) buffer Receivers { Receiver receivers[]; };  // where the rays come from
 #endif
 
 uniform uint depth;  // of this vertex, > 0
@@ -66,8 +70,13 @@ void main() {
     Surface surface = surface_at(hit, ray.direction);
     Material material = evaluate_material(surface, wo);
 
+#ifdef HALFLIGHT_LIGHT_TREE
+    Receiver from = receivers[path];
+#else
+    Receiver from = receiver_at(vec3(0.0), vec3(0.0));  // any will do
+#endif
     vec3 met = is_hit ? material.emission : environment_radiance(direction);
-    float density = is_hit ? light_pdf(hit, direction, hit.t * length(ray.direction), surface.geometric_normal)
+    float density = is_hit ? light_pdf(from, hit, direction, hit.t * length(ray.direction), surface.geometric_normal)
                            : environment_pdf(direction);
     if (unfinished) met = vec3(not_a_number());  // to be counted
     met *= state.throughput * met_light_weight(state.pdf, density);
@@ -134,6 +143,9 @@ void main() {
     if (goes_on) {
         path_rays[path] = ray_from(surface.position, surface.offset, b.geometric_normal, s.direction);
         leaving[leaving_place] = path;
+#ifdef HALFLIGHT_LIGHT_TREE
+        receivers[path] = receiver_at(surface.position, b.geometric_normal);
+#endif
     }
     if (active_path) states[path] = state;
 #endif

@@ -2,6 +2,7 @@
 // that COMPONENT_GLOSSY (0 or 1) names, where that component is picked.
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
+#include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/scene_tables.glsl"
@@ -15,6 +16,9 @@ layout(std430, binding = 2) writeonly buffer PathRays { Ray path_rays[]; };
 layout(std430, binding = 3) writeonly buffer States { PathState states[]; };
 layout(std430, binding = 4) writeonly buffer List { uint list[]; };
 layout(std430, binding = 5) buffer Header { ListHeader header; };
+#ifdef HALFLIGHT_LIGHT_TREE
+layout(std430, binding = 6) writeonly buffer Receivers { Receiver receivers[]; };
+#endif
 
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/path_list.glsl"
@@ -50,5 +54,8 @@ void main() {
         states[path] = PathState(s.weight / p, p * s.pdf, vec3(0.0), lobe, vec3(0.0), 0u, vec3(0.0), 0u);
         path_rays[path] = ray_from(point.position, point.offset, b.geometric_normal, s.direction);
         list[place] = path;
+#ifdef HALFLIGHT_LIGHT_TREE
+        receivers[path] = Receiver(point.position, 0.0, b.geometric_normal, 0.0);
+#endif
     }
 }

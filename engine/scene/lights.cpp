@@ -9,6 +9,7 @@
 #include "engine/core/error.h"
 #include "engine/scene/alias_table.h"
 #include "engine/scene/light_textures.h"
+#include "engine/scene/light_tree.h"
 #include "shaders/shared/environment.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/word.h"
@@ -25,7 +26,8 @@ enum Kind { kTriangles, kLocal, kDirectional, kEnvironment, kKinds };
 
 class Builder {
   public:
-    Builder(const Scene& scene, const TraceTables& trace) : scene_(scene), trace_(trace) {
+    Builder(const Scene& scene, const TraceTables& trace, LightChoice choice)
+        : scene_(scene), trace_(trace), choice_(choice) {
         const double radius = 0.5 * glm::length(dvec3(trace.bounds.extent()));
         shadow_disk_ = kPi * (radius > 0 ? radius * radius : 1);
     }
@@ -46,6 +48,13 @@ class Builder {
         tables_.rows.insert(tables_.rows.end(), rows.begin(), rows.end());
         power_.push_back(power);
         kind_.push_back(kind);
+    }
+
+    /// Of the light that is added next.
+    void add_to_tree(const LightBounds& bounds) {
+        if (!(bounds.intensity > 0)) return;
+        bounds_.push_back(bounds);
+        in_tree_.push_back(static_cast<std::uint32_t>(power_.size()));
     }
 
     // --- Emissive triangles ---------------------------------------------------------------------------------------
@@ -128,6 +137,13 @@ class Builder {
                 8 * kUlp * absolute(to_world, block_reach + absolute(to_block, reach + 2.0 * glm::abs(to_world[3])));
         }
         const Material& material = scene_.materials[corners.w & kTriangleMaterialMask];
+        if (area > 0) {
+            add_to_tree({.lower = glm::min(glm::min(p[0], p[1]), p[2]),
+                         .upper = glm::max(glm::max(p[0], p[1]), p[2]),
+                         .axis = cross / (2 * area),
+                         .intensity = area * brightness,
+                         .two_sided = true});
+        }
         add({vec4(vec3(p[0]), shared::float_of_word(shared::kLightTriangle)),
              vec4(vec3(e1), shared::float_of_word(triangle)), vec4(vec3(e2), static_cast<float>(glm::length(error))),
              vec4(material.emission, 0)},
@@ -146,6 +162,16 @@ class Builder {
         const std::uint32_t kind = directional                      ? shared::kLightDirectional
                                    : light.type == LightType::point ? shared::kLightPoint
                                                                     : shared::kLightSpot;
+        if (!directional) {
+            const dvec3 at = light.position - trace_.origin;
+            const bool spot = light.type == LightType::spot;
+            add_to_tree({.lower = at,
+                         .upper = at,
+                         .axis = dvec3(light.direction),
+                         .theta_o = spot ? double(light.inner_cone) : kPi,
+                         .theta_e = spot ? double(light.outer_cone) - double(light.inner_cone) : kPi / 2,
+                         .intensity = intensity});
+        }
         const double solid_angle =
             light.type == LightType::spot ? 2 * kPi * (1 - std::cos(double(light.outer_cone))) : 4 * kPi;
         add({vec4(vec3(light.position - trace_.origin), shared::float_of_word(kind)), vec4(light.direction, cos_outer),
@@ -184,14 +210,24 @@ class Builder {
             static_cast<double>(std::count_if(of_kind.begin(), of_kind.end(), [](double p) { return p > 0; }));
         const auto shining =
             static_cast<double>(std::count_if(power_.begin(), power_.end(), [](double p) { return p > 0; }));
+        const bool tree = uses_tree();
+        tables_.choice = tree                              ? LightChoice::tree
+                         : choice_ == LightChoice::uniform ? LightChoice::uniform
+                                                           : LightChoice::power;
+        const double equal = 0.125 / shining;
         std::vector<double> weights(power_.size());
         for (std::size_t i = 0; i < power_.size(); ++i) {
             if (power_[i] > 0)
-                weights[i] = power_[i] * (0.625 / total + 0.25 / (kinds * of_kind[kind_[i]])) + 0.125 / shining;
+                weights[i] = choice_ == LightChoice::uniform
+                                 ? 1 / shining
+                                 : power_[i] * (0.625 / total + 0.25 / (kinds * of_kind[kind_[i]])) + equal;
         }
+        if (tree) add_tree(weights, equal);
         AliasTable table = build_alias_table(weights);
         for (const AliasEntry& entry : table.entries)
             tables_.alias.emplace_back(entry.threshold, shared::float_of_word(entry.alias));
+        for (double& probability : table.probabilities) probability *= 1 - tables_.tree_share;
+        if (tree) tables_.tree[0].x = static_cast<float>(tables_.tree_share / table.probabilities[in_tree_[0]]);
         for (std::size_t i = 0; i < power_.size(); ++i) {
             const double density =
                 i < area_.size() ? (area_[i] > 0 ? table.probabilities[i] / area_[i] : 0) : table.probabilities[i];
@@ -199,6 +235,29 @@ class Builder {
         }
         if (kind_.back() == kEnvironment) write_environment_cells(table.probabilities.back());
         tables_.probabilities = std::move(table.probabilities);
+    }
+
+    bool uses_tree() const {
+        if (in_tree_.size() < 2) return false;
+        return choice_ == LightChoice::tree || (choice_ == LightChoice::automatic && in_tree_.size() >= kTreeLights);
+    }
+
+    /// Takes from the lights of the tree all but their equal parts. What is left of the weights is the alias table's.
+    void add_tree(std::vector<double>& weights, double equal) {
+        if (in_tree_.size() > (std::size_t{1} << shared::kLightTreeDepth)) throw Error(scene_.name, "over 2^26 lights");
+        LightTree tree = build_light_tree(bounds_, in_tree_);
+        double share = 0;
+        for (std::size_t i = 0; i < in_tree_.size(); ++i) {
+            const std::uint32_t light = in_tree_[i];
+            share += weights[light] - equal;
+            weights[light] = equal;
+            float& head = tables_.rows[std::size_t{light} * shared::kLightStride].w;
+            head = shared::float_of_word(shared::word_of_float(head) | tree.trails[i] << shared::kLightKindBits);
+        }
+        // A multiple of 2^-24, as the numbers are that it is compared with.
+        tables_.tree_share = std::round(share * 0x1p24) * 0x1p-24;
+        tables_.tree = std::move(tree.rows);
+        tables_.tree[0].y = static_cast<float>(tables_.tree_share);
     }
 
     void write_environment_cells(double probability) {
@@ -224,19 +283,36 @@ class Builder {
 
     const Scene& scene_;
     const TraceTables& trace_;
+    const LightChoice choice_;
     double shadow_disk_ = 0;                 // m^2
     std::map<int, LuminanceSums> sums_;      // by image
     std::vector<double> power_;              // of each light
     std::vector<Kind> kind_;                 // of each light
     std::vector<double> area_;               // of each triangle light, m^2
+    std::vector<LightBounds> bounds_;        // of the lights that a tree may hold
+    std::vector<std::uint32_t> in_tree_;     // which lights these are
     std::optional<EnvironmentCells> cells_;  // of a map
     LightTables tables_;
 };
 
 }  // namespace
 
-LightTables build_lights(const Scene& scene, const TraceTables& trace) {
-    return Builder(scene, trace).build();
+const char* name(LightChoice choice) {
+    switch (choice) {
+        case LightChoice::automatic:
+            return "auto";
+        case LightChoice::power:
+            return "power";
+        case LightChoice::tree:
+            return "tree";
+        case LightChoice::uniform:
+            return "uniform";
+    }
+    return "unknown";
+}
+
+LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice) {
+    return Builder(scene, trace, choice).build();
 }
 
 EnvironmentCells environment_cells(const Image& map, int max_cells) {

@@ -6,6 +6,9 @@
 // it, a quarter of the choices goes in equal parts to the kinds that are present (triangles, points and spots,
 // directional, environment). Since a light may be dim and yet the only one that its room sees, an eighth goes in equal
 // parts to all of them.
+//
+// Where there are many, all that the triangles, points and spots have together, but for that eighth, goes to a light
+// tree (light_tree.h), which shares it out anew for each place that is to be lit.
 #pragma once
 
 #include <cstdint>
@@ -16,20 +19,34 @@
 
 namespace halflight {
 
+enum class LightChoice : std::uint8_t {
+    automatic,  // the tree from kTreeLights on, power below
+    power,
+    tree,     // power where there are fewer than two lights that it could hold
+    uniform,  // all alike: what the others are compared with
+};
+inline constexpr LightChoice kLightChoices[] = {LightChoice::automatic, LightChoice::power, LightChoice::tree,
+                                                LightChoice::uniform};
+const char* name(LightChoice choice);  ///< "auto", "power", "tree", "uniform"
+inline constexpr std::size_t kTreeLights = 16;
+
 struct LightTables {
     std::vector<vec4> rows;                        // UNIT_LIGHTS: triangles, then punctual lights, then the environment
     std::vector<vec2> alias;                       // UNIT_LIGHT_ALIAS
     std::vector<std::uint32_t> light_of_triangle;  // UNIT_LIGHT_OF_TRIANGLE; empty without emissive triangles
     Image environment;                             // UNIT_ENVIRONMENT; empty where it is black
     std::vector<vec4> environment_cells;           // UNIT_ENVIRONMENT_ALIAS
-    std::vector<double> probabilities;             // of each light
+    std::vector<vec4> tree;                        // UNIT_LIGHT_TREE; empty where lights are chosen otherwise
+    LightChoice choice = LightChoice::power;       // what was made of `automatic`
+    double tree_share = 0;                         // of the choices, that the tree decides
+    std::vector<double> probabilities;             // of each light, without what the tree adds
     std::size_t triangle_count = 0;
     std::size_t punctual_count = 0;
 };
 
 /// Empty where nothing shines. Precondition: validate(scene) passes, `trace` was built from it. Throws Error for 2^29
-/// lights or more.
-LightTables build_lights(const Scene& scene, const TraceTables& trace);
+/// lights or more, or more than 2^26 of a tree.
+LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice = LightChoice::automatic);
 
 /// Importance of an environment map. Directions within a cell are uniform, so the best weight is the root of solid
 /// angle times the integral of the squared luminance; bilinear interpolation being convex, that integral is bounded by

@@ -24,6 +24,7 @@ constexpr std::array kNeeds = {
     SceneNeed{"spot cones", &N::spot_lights, "SPOT_LIGHTS", "there is no spot light"},
     SceneNeed{"directional lights", &N::directional_lights, "DIRECTIONAL_LIGHTS", "there are none"},
     SceneNeed{"choice of a light", &N::light_choice, "LIGHT_CHOICE", "there is one light at most"},
+    SceneNeed{"light tree", &N::light_tree, "LIGHT_TREE", "there are few lights, or another choice was asked for"},
     SceneNeed{"environment", &N::environment, "ENVIRONMENT", "the environment is black"},
     SceneNeed{"environment map", &N::environment_map, "ENVIRONMENT_MAP", "the environment is of one colour"},
     SceneNeed{"base colour textures", &N::base_color_texture, "TEXTURE_BASE_COLOR", "no material has one"},
@@ -56,6 +57,7 @@ SceneNeeds completed(SceneNeeds n) {
     n.normal_maps = n.normal_texture || n.clearcoat_normal_texture;  // tangents mean nothing without
     n.glossy |= n.clearcoat || n.transmission || n.specular_color || n.specular_texture;
     n.environment |= n.environment_map;
+    n.light_choice |= n.light_tree;
     return n;
 }
 
@@ -73,7 +75,7 @@ SceneNeeds united(SceneNeeds a, const SceneNeeds& b) {
 SceneNeeds everything_kept() {
     SceneNeeds all;
     for (const SceneNeed& need : kNeeds) all.*need.flag = true;
-    all.environment_map = false;
+    all.environment_map = all.light_tree = false;
     return all;
 }
 

@@ -27,6 +27,7 @@ struct SceneNeeds {
     bool spot_lights = false;
     bool directional_lights = false;
     bool light_choice = false;     // there are two lights or more
+    bool light_tree = false;       // of which a tree chooses
     bool environment = false;      // not black
     bool environment_map = false;  // not constant
 
@@ -69,7 +70,7 @@ std::span<const SceneNeed> known_scene_needs();
 /// What either needs, and what follows from it: a texture needs the lobe that it belongs to, and so on.
 SceneNeeds united(SceneNeeds a, const SceneNeeds& b);
 /// All that can be there without changing a picture: all but the environment map, which is sampled by other directions
-/// than a constant environment.
+/// than a constant environment, and the light tree, which picks other lights.
 SceneNeeds everything_kept();
 
 /// Macros (name, value) that select the variant of shaders/lib for a scene; sorted by name.

@@ -5,7 +5,6 @@
 #include <future>
 
 #include "engine/scene/albedo.h"
-#include "engine/scene/lights.h"
 #include "engine/scene/shading_textures.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/material.h"
@@ -45,8 +44,8 @@ struct Carrier {
 
 class Builder {
   public:
-    Builder(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept)
-        : scene_(scene), trace_(trace), kept_(kept), pools_(scene, tables_) {}
+    Builder(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept, LightChoice choice)
+        : scene_(scene), trace_(trace), kept_(kept), choice_(choice), pools_(scene, tables_) {}
 
     ShadingTables build() {
         std::vector<bool> used(scene_.materials.size(), false);
@@ -162,20 +161,23 @@ class Builder {
     // --- Lights ---------------------------------------------------------------------------------------------------
 
     void add_lights() {
-        LightTables lights = build_lights(scene_, trace_);
+        LightTables lights = build_lights(scene_, trace_, choice_);
         SceneNeeds& needs = tables_.needs;
         needs.area_lights = lights.triangle_count > 0;
         needs.punctual_lights = lights.punctual_count > 0;
         needs.environment = !lights.environment.pixels.empty();
         needs.environment_map = needs.environment && !scene_.environment.map.pixels.empty();
         needs.light_choice = lights.probabilities.size() > 1;
+        needs.light_tree = !lights.tree.empty();
         for (std::size_t i = 0; i < lights.punctual_count; ++i) {
             const vec4& head = lights.rows[(lights.triangle_count + i) * shared::kLightStride];
-            needs.spot_lights |= shared::word_of_float(head.w) == shared::kLightSpot;
-            needs.directional_lights |= shared::word_of_float(head.w) == shared::kLightDirectional;
+            needs.spot_lights |= shared::light_kind(shared::word_of_float(head.w)) == shared::kLightSpot;
+            needs.directional_lights |= shared::light_kind(shared::word_of_float(head.w)) == shared::kLightDirectional;
         }
         tables_.lights = std::move(lights.rows);
         tables_.light_alias = std::move(lights.alias);
+        tables_.light_tree = std::move(lights.tree);
+        tables_.light_choice = lights.choice;
         tables_.light_of_triangle = std::move(lights.light_of_triangle);
         tables_.environment = std::move(lights.environment);
         tables_.environment_cells = std::move(lights.environment_cells);
@@ -199,6 +201,7 @@ class Builder {
     const Scene& scene_;
     const TraceTables& trace_;
     const SceneNeeds& kept_;
+    const LightChoice choice_;
     bool has_tangents_ = false;
     ShadingTables tables_;
     TexturePools pools_;
@@ -206,8 +209,9 @@ class Builder {
 
 }  // namespace
 
-ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept) {
-    return Builder(scene, trace, kept).build();
+ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept,
+                                   LightChoice choice) {
+    return Builder(scene, trace, kept, choice).build();
 }
 
 }  // namespace halflight

@@ -7,6 +7,7 @@
 
 #include "engine/core/image.h"
 #include "engine/core/math.h"
+#include "engine/scene/lights.h"
 #include "engine/scene/needs.h"
 #include "engine/scene/tables.h"
 
@@ -22,6 +23,8 @@ struct ShadingTables {
     std::vector<std::array<std::uint8_t, 4>> data_texels;    // RGBA8
     std::vector<vec4> lights;                                // RGBA32F
     std::vector<vec2> light_alias;                           // RG32F
+    std::vector<vec4> light_tree;                            // RGBA32F
+    LightChoice light_choice = LightChoice::power;           // never `automatic`
     std::vector<std::uint32_t> light_of_triangle;            // R32UI
     Image environment;                                       // 3 channels, colour multiplied in; 1x1 where constant
     std::vector<vec4> environment_cells;                     // RGBA32F
@@ -30,6 +33,8 @@ struct ShadingTables {
 
 /// Precondition: validate(scene) passes, `trace` was built from it. Throws Error where a table exceeds 2^32 texels or
 /// 2^31 lights. kept: tables are made as if the scene needed that, too; what they hold then adds nothing to a picture.
-ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept = {});
+/// Precondition: `kept` has no light tree.
+ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept = {},
+                                   LightChoice choice = LightChoice::automatic);
 
 }  // namespace halflight

@@ -1,9 +1,13 @@
-// Next-event estimation: one of all lights, picked by its share of the power. Needs shaders/scene_tables.glsl.
+// Next-event estimation: one of all lights, picked by an alias table or by the light tree. Needs
+// shaders/scene_tables.glsl.
 #include "shaders/lib/alpha.glsl"
 #include "shaders/lib/environment.glsl"
 #include "shaders/lib/offset.glsl"
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/sampling.glsl"
+#ifdef HALFLIGHT_LIGHT_TREE
+#include "shaders/lib/light_tree.glsl"
+#endif
 #include "shaders/shared/light.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/word.h"
@@ -16,7 +20,10 @@ struct LightSample {
     vec3 end;        // what the shadow ray ends at, on this side of the light's surface; unless at infinity
 };
 
+Receiver receiver_at(vec3 position, vec3 normal) { return Receiver(position, 0.0, normal, 0.0); }
+
 #ifdef HALFLIGHT_LIGHTS
+// last: texel 3 of the light's row, w being the density or probability of the whole choice.
 void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi, inout LightSample s) {
     vec4 edge1_triangle = texelFetch(scene_lights, row + 1);
     vec4 edge2_bound = texelFetch(scene_lights, row + 2);
@@ -70,8 +77,20 @@ void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 la
 }
 #endif
 
-// choice: 32 uniform bits that pick the light; xi: the point on it. position: relative to the tables' origin.
-LightSample sample_light(vec3 position, uint choice, vec2 xi) {
+#ifdef HALFLIGHT_LIGHTS
+// What the decision that `u` lies in [low, low + share) left of `choice`, of which u is a part: 32 bits, uniform and still
+// stratified. A hash fills the bits below its resolution, which is 2^-32 per entry, or 2^-24, of the share.
+uint left_of_choice(uint choice, uint entries, float u, float low, float share) {
+    float resolution = max(float(entries), 256.0) / share;
+    uint mask = (2u << findMSB(uint(min(resolution, 1e9)))) - 1u;
+    uint rest = uint(clamp((u - low) / share, 0.0, 0.99999994) * 4294967296.0);
+    return (rest & ~mask) | (hash_u32(choice) & mask);
+}
+#endif
+
+// choice: 32 uniform bits that pick the light; xi: the point on it.
+LightSample sample_light(Receiver at, uint choice, vec2 xi) {
+    vec3 position = at.position;
     LightSample s;
     s.direction = vec3(0.0, 0.0, 1.0);
     s.pdf = 0.0;
@@ -79,6 +98,12 @@ LightSample sample_light(vec3 position, uint choice, vec2 xi) {
     s.at_infinity = false;
     s.end = position;
 #ifdef HALFLIGHT_LIGHTS
+#ifdef HALFLIGHT_LIGHT_TREE
+    float tree_share = texelFetch(light_tree, 0).y;
+    float top = unit_float(choice);
+    bool by_tree = top < tree_share;
+    choice = left_of_choice(choice, 1u, top, by_tree ? 0.0 : tree_share, by_tree ? tree_share : 1.0 - tree_share);
+#endif
     uint light = 0u;
     uint fraction = choice;
     uint count = 1u;
@@ -91,10 +116,22 @@ LightSample sample_light(vec3 position, uint choice, vec2 xi) {
     float u = unit_float(fraction);
     bool keep = u < alias.x;
     light = keep ? light : word_of_float(alias.y);
+#ifdef HALFLIGHT_LIGHT_TREE
+    // The density of a light that the table picks counts the tree's, too.
+    uint head_word = word_of_float(texelFetch(scene_lights, int(light) * kLightStride).w);
+    LightWay way = LightWay(0u, 0.0);  // of lights at infinity
+    if (by_tree || light_kind(head_word) <= kLightSpot) way = light_way(at, !by_tree, light_trail(head_word), choice);
+    bool leads_nowhere = by_tree && way.probability == 0.0;
+    light = by_tree && !leads_nowhere ? way.light : light;
+#endif
     int row = int(light) * kLightStride;
     vec4 head = texelFetch(scene_lights, row);
     vec4 last = texelFetch(scene_lights, row + 3);
-    uint kind = word_of_float(head.w);
+    uint kind = light_kind(word_of_float(head.w));
+#ifdef HALFLIGHT_LIGHT_TREE
+    last.w *= light_tree_gain(way);
+    if (leads_nowhere) kind = kLightNone;
+#endif
 #ifdef HALFLIGHT_AREA_LIGHTS
     if (kind == kLightTriangle) sample_triangle_light(position, row, head, last, xi, s);
 #endif
@@ -103,14 +140,9 @@ LightSample sample_light(vec3 position, uint choice, vec2 xi) {
 #endif
 #ifdef HALFLIGHT_ENVIRONMENT
     if (kind == kLightEnvironment) {
-        // What the decision left of `choice` is uniform and still stratified. It picks the cell; a hash fills the bits
-        // below its resolution, which is 2^-32 per light, or 2^-24, of the share that led here.
         float low = keep ? 0.0 : alias.x;
         float share = keep ? alias.x : 1.0 - alias.x;
-        float resolution = max(float(count), 256.0) / share;
-        uint mask = (2u << findMSB(uint(min(resolution, 1e9)))) - 1u;
-        uint rest = uint(clamp((u - low) / share, 0.0, 0.99999994) * 4294967296.0);
-        EnvironmentSample e = sample_environment((rest & ~mask) | (hash_u32(choice) & mask), xi);
+        EnvironmentSample e = sample_environment(left_of_choice(choice, count, u, low, share), xi);
         s.direction = e.direction;
         s.pdf = e.pdf;
         s.weight = e.pdf > 0.0 ? e.radiance / e.pdf : vec3(0.0);
@@ -121,9 +153,9 @@ LightSample sample_light(vec3 position, uint choice, vec2 xi) {
     return s;
 }
 
-// Density per solid angle with which sample_light() at a point picks what a ray of unit direction from there hits, at
+// Density per solid angle with which sample_light() at a receiver picks what a ray of unit direction from there hits, at
 // `distance`, on a surface of geometric normal n_g. 0 for what is no light.
-float light_pdf(Hit hit, vec3 direction, float distance, vec3 geometric_normal) {
+float light_pdf(Receiver from, Hit hit, vec3 direction, float distance, vec3 geometric_normal) {
 #ifdef HALFLIGHT_AREA_LIGHTS
     uint rank = texelFetch(light_of_triangle, int(hit.triangle)).x;
     if (rank == kNoLight) return 0.0;
@@ -131,7 +163,12 @@ float light_pdf(Hit hit, vec3 direction, float distance, vec3 geometric_normal) 
 #ifdef HALFLIGHT_INSTANCES
     first = texelFetch(light_of_triangle, textureSize(scene_triangles) + int(hit.instance)).x;
 #endif
-    float density = texelFetch(scene_lights, int(first + rank) * kLightStride + 3).w;
+    int row = int(first + rank) * kLightStride;
+    float density = texelFetch(scene_lights, row + 3).w;
+#ifdef HALFLIGHT_LIGHT_TREE
+    uint trail = light_trail(word_of_float(texelFetch(scene_lights, row).w));
+    density *= light_tree_gain(light_way(from, true, trail, 0u));
+#endif
     float cosine = abs(dot(direction, geometric_normal));
     return cosine > 0.0 ? density * distance * distance / cosine : 0.0;
 #else

@@ -11,7 +11,7 @@ struct NextEvent {
 bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // true for NaN, which must be seen
 
 NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, uint choice, vec2 xi) {
-    LightSample light = sample_light(position, choice, xi);
+    LightSample light = sample_light(receiver_at(position, b.geometric_normal), choice, xi);
     BsdfValue f = evaluate_bsdf(b, wo, light.direction);
     bool delta = light.pdf == 0.0;
     NextEvent e;

@@ -20,7 +20,8 @@
 #define UNIT_ENVIRONMENT 13      // 2D RGB32F
 #define UNIT_ENVIRONMENT_ALIAS 14 // RGBA32F: alias table over environment cells
 #define UNIT_ALBEDO 15           // 2D RG32F: directional albedo (E_A, E_B)
-#define UNIT_FREE 16             // first unit for a kernel's own textures
+#define UNIT_LIGHT_TREE 16       // RGBA32F: light tree
+#define UNIT_FREE 17             // first unit for a kernel's own textures
 
 // Uniform blocks.
 #define BLOCK_FRAME 0            // struct Frame of shaders/shared/frame.h

@@ -20,8 +20,8 @@ namespace halflight {
 /// The tables of a scene, bound to their units, without the passes' and the tracer's rooms.
 class ShadingScene {
   public:
-    explicit ShadingScene(const Scene& scene)
-        : trace(build_trace_tables(scene)), tables(build_shading_tables(scene, trace)) {
+    explicit ShadingScene(const Scene& scene, LightChoice choice = LightChoice::automatic)
+        : trace(build_trace_tables(scene)), tables(build_shading_tables(scene, trace, {}, choice)) {
         for (const auto& [name, value] : shader_defines(tables.needs)) defines.set(name, value);
         add(UNIT_INSTANCES, GL_RGBA32F, instance_rows());
         add(UNIT_TRIANGLES, GL_RGBA32UI, trace.triangles);
@@ -33,6 +33,7 @@ class ShadingScene {
         add(UNIT_DATA_TEXELS, GL_RGBA8, tables.data_texels);
         add(UNIT_LIGHTS, GL_RGBA32F, tables.lights);
         add(UNIT_LIGHT_ALIAS, GL_RG32F, tables.light_alias);
+        add(UNIT_LIGHT_TREE, GL_RGBA32F, tables.light_tree);
         add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, tables.light_of_triangle);
         add(UNIT_ENVIRONMENT_ALIAS, GL_RGBA32F, tables.environment_cells);
         add(UNIT_ENVIRONMENT, GL_RGB32F, tables.environment);

@@ -149,8 +149,8 @@ class Page {
             const Point& last = m.points.back();
             Interval share = last.bias_squared;
             share.value /= last.mse.value, share.half_width /= last.mse.value;
-            row({std::string(name(m.method)), converge::text(m.slope), converge::text(m.slope_by_samples),
-                 converge::text(m.slope_trimmed), converge::text(share), converge::text(in_percent(last.relative_bias)),
+            row({m.name, converge::text(m.slope), converge::text(m.slope_by_samples), converge::text(m.slope_trimmed),
+                 converge::text(share), converge::text(in_percent(last.relative_bias)),
                  best > 0 ? figure(m.efficiency / best) : "–"});
         }
         end_table();
@@ -160,9 +160,9 @@ class Page {
                 markup(
                     fmt::format("<li>{}: <span class=\"fine\">nothing to note</span> (unbiased within its interval, "
                                 "slope −1 within 0.1 or within its interval).</li>",
-                                name(m.method)));
+                                m.name));
             for (const Finding& f : m.findings)
-                markup(fmt::format("<li>{}: <span class=\"{}\">{}.</span> {}</li>", name(m.method), style_of(f.kind),
+                markup(fmt::format("<li>{}: <span class=\"{}\">{}.</span> {}</li>", m.name, style_of(f.kind),
                                    escape(std::string(name(f.kind))), escape(typeset(f.text))));
         }
         for (const std::string& line : advice(subject_, measured_))
@@ -176,7 +176,7 @@ class Page {
             title, by_samples ? "samples per pixel" : fmt::format("{} of a picture (s)", clock()), y_label, {}, guide};
         for (const MethodResult& m : measured_.methods) {
             Curve& curve = plot.curves.emplace_back();
-            curve.name = name(m.method);
+            curve.name = m.name;
             for (const Point& p : m.points) {
                 const Interval i = y(p);
                 curve.dots.push_back({by_samples ? p.samples : time_of(p), i.value, i.lower(), i.upper()});
@@ -187,7 +187,7 @@ class Page {
 
     /// Parts of one method's MSE by samples.
     Plot parts_plot(const MethodResult& m) const {
-        Plot plot{fmt::format("MSE of the components, {}", name(m.method)), "samples per pixel", "MSE", {}, -1};
+        Plot plot{fmt::format("MSE of the components, {}", m.name), "samples per pixel", "MSE", {}, -1};
         for (std::size_t c = 0; c < kComponents.size(); ++c) {
             Curve curve;
             curve.name = kComponents[c];
@@ -200,11 +200,7 @@ class Page {
     }
 
     Plot bias_plot(const MethodResult& m) const {
-        Plot plot{fmt::format("Variance and squared bias, {}", name(m.method)),
-                  "samples per pixel",
-                  "part of the MSE",
-                  {},
-                  -1};
+        Plot plot{fmt::format("Variance and squared bias, {}", m.name), "samples per pixel", "part of the MSE", {}, -1};
         plot.curves = {{"variance", {}}, {"squared bias", {}}};
         for (const Point& p : m.points) {
             const Interval &v = p.variance, &b = p.bias_squared;
@@ -256,8 +252,8 @@ class Page {
         for (const MethodResult& m : measured_.methods) {
             for (std::size_t b = 0; b < m.points.size(); ++b) {
                 const Point& p = m.points[b];
-                row({b == 0 ? std::string(name(m.method)) : "", fmt::format("{:.4g}", p.samples), figure(p.time.wall),
-                     figure(p.time.cpu), converge::text(p.mse), converge::text(p.relative_mse), converge::text(p.flip),
+                row({b == 0 ? m.name : "", fmt::format("{:.4g}", p.samples), figure(p.time.wall), figure(p.time.cpu),
+                     converge::text(p.mse), converge::text(p.relative_mse), converge::text(p.flip),
                      converge::text(p.bias_squared), figure(p.variance.value), percent(p.worst_share)},
                     b == 0 && &m != &measured_.methods.front() ? "first" : "");
             }
@@ -284,7 +280,7 @@ class Page {
             const auto& parts = m->points.back().components;
             double sum = 0;
             for (const double part : parts) sum += std::max(part, 0.0);
-            Cells cells{std::string(name(m->method))};
+            Cells cells{m->name};
             for (const double part : parts) cells.push_back(sum > 0 ? percent(std::max(part, 0.0) / sum) : "–");
             row(cells);
         }
@@ -299,8 +295,8 @@ class Page {
             "names");
         for (const MethodResult& m : measured_.methods) {
             for (const Stage& s : m.stages)
-                row({&s == &m.stages.front() ? std::string(name(m.method)) : "", s.name, figure(s.seconds),
-                     percent(s.time_share), percent(s.error_share), fmt::format("{:.2f}", s.gain)},
+                row({&s == &m.stages.front() ? m.name : "", s.name, figure(s.seconds), percent(s.time_share),
+                     percent(s.error_share), fmt::format("{:.2f}", s.gain)},
                     &s == &m.stages.front() && &m != &measured_.methods.front() ? "first" : "");
         }
         end_table();
@@ -324,7 +320,7 @@ class Page {
             const Image picture = shrink(m->picture, kThumbnail), mean = shrink(m->mean, kThumbnail);
             const double scale = error_scale(picture, reference), mean_scale = error_scale(mean, reference);
             const Image flip = hdr_flip_map(m->picture, reference_.mean.beauty);
-            heading(fmt::format("{}, {}", name(m->method), budget).c_str(), 3);
+            heading(fmt::format("{}, {}", m->name, budget).c_str(), 3);
             markup("<div class=\"pictures\">");
             show(view_.apply(picture), "first seed");
             show(signed_error_picture(picture, reference, scale),
@@ -353,10 +349,11 @@ class Page {
             "compiling shaders are done once, beforehand, and do not count: the fits are of run time without "
             "set-up.");
         if (subject_.scene_seconds > 0)
-            lines.push_back(fmt::format("Preparing the scene for the GPU, once for all methods: {:.2f} s wall time.",
+            lines.push_back(fmt::format("Preparing the scene for the GPU, once for all methods{}: {:.2f} s wall time.",
+                                        subject_.plan.estimators.empty() ? "" : " of an estimator",
                                         subject_.scene_seconds));
         for (const MethodResult& m : measured_.methods)
-            lines.push_back(fmt::format("Preparation for {}: {:.2f} s wall time, {:.2f} s CPU time.", name(m.method),
+            lines.push_back(fmt::format("Preparation for {}: {:.2f} s wall time, {:.2f} s CPU time.", m.name,
                                         m.preparation.wall, m.preparation.cpu));
         lines.push_back(
             "Methods take turns, in another order each time, so that what else the machine does falls on all "

@@ -155,8 +155,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
         const std::size_t turn = i / methods * methods;
         const auto like = std::find_if(
             result.runs.begin() + static_cast<std::ptrdiff_t>(turn), result.runs.end() - 1, [&](const RunResult& r) {
-                return uses_gl(plan.methods[m]) && uses_gl(plan.methods[static_cast<std::size_t>(r.run.method)]) &&
-                       r.samples == made.samples;
+                return plan.same_pictures(m, static_cast<std::size_t>(r.run.method)) && r.samples == made.samples;
             });
         std::shared_ptr<const Image> picture;
         if (like != result.runs.end() - 1) {
@@ -178,7 +177,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
     const Image relative = relative_weights(reference.mean.beauty);
     for (std::size_t m = 0; m < methods; ++m) {
         MethodResult& method = result.methods.emplace_back();
-        method.method = plan.methods[m];
+        method.name = plan.method_name(m);
         method.preparation = painters[m]->preparation();
         for (std::size_t b = 0; b < budgets; ++b) {
             std::vector<RunResult*> of_point;

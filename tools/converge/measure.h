@@ -55,7 +55,7 @@ struct Finding {
 std::string_view name(Finding::Kind kind);
 
 struct MethodResult {
-    Method method = Method::plain;
+    std::string name;  // of the method
     Seconds preparation;           // before the first picture
     std::vector<Point> points;     // by budget
     Slope slope;                   // of mse over the time of the plan's clock

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 namespace halflight::converge {
 
@@ -28,6 +29,27 @@ std::optional<Method> method_named(std::string_view wanted) {
 std::string text(const Budget& budget) {
     if (budget.seconds > 0) return fmt::format("{:g} s", budget.seconds);
     return fmt::format("{} sample{}", budget.samples, budget.samples == 1 ? "" : "s");
+}
+
+std::string Plan::method_name(std::size_t method) const {
+    const std::string own(name(methods[method]));
+    return estimators.empty() || !uses_gl(methods[method]) ? own : own + " " + text(estimators[method]);
+}
+
+bool Plan::same_pictures(std::size_t method, std::size_t other) const {
+    return uses_gl(methods[method]) && uses_gl(methods[other]) && estimator(method) == estimator(other);
+}
+
+void compare_estimators(Plan& plan, const std::vector<Estimator>& estimators) {
+    const std::vector<Method> asked = std::exchange(plan.methods, {});
+    plan.estimators.clear();
+    for (const Method method : asked) {
+        for (const Estimator& estimator : estimators) {
+            plan.methods.push_back(method);
+            plan.estimators.push_back(uses_gl(method) ? estimator : Estimator());
+            if (!uses_gl(method)) break;
+        }
+    }
 }
 
 std::vector<Run> runs_of(const Plan& plan) {

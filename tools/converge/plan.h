@@ -7,6 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "passes/estimator.h"
+
 namespace halflight::converge {
 
 enum class Method : std::uint8_t {
@@ -19,7 +21,7 @@ inline constexpr Method kMethods[] = {Method::compute, Method::raster, Method::p
 std::string_view name(Method method);
 /// Null for a name that is none.
 std::optional<Method> method_named(std::string_view name);
-/// All but the oracle use OpenGL, and make the same picture of the same seed and samples.
+/// All but the oracle use OpenGL, and make the same picture of the same seed, samples and estimator.
 inline bool uses_gl(Method method) {
     return method != Method::oracle;
 }
@@ -32,10 +34,19 @@ struct Budget {
 std::string text(const Budget& budget);  ///< "16 samples", "0.5 s"
 
 struct Plan {
-    std::vector<Method> methods;  // no two alike
-    std::vector<Budget> budgets;  // all of samples or all of seconds, growing
-    int seeds = 8;                // > 0: independent pictures of each budget
+    std::vector<Method> methods;        // with their estimators no two alike
+    std::vector<Budget> budgets;        // all of samples or all of seconds, growing
+    int seeds = 8;                      // > 0: independent pictures of each budget
+    std::vector<Estimator> estimators;  // of each method; empty: the default one for all
+
+    Estimator estimator(std::size_t method) const { return estimators.empty() ? Estimator() : estimators[method]; }
+    /// "plain", or "plain lights=tree" where estimators are compared.
+    std::string method_name(std::size_t method) const;
+    /// Whether both make the same picture of the same seed and samples.
+    bool same_pictures(std::size_t method, std::size_t other) const;
 };
+/// Each method that uses GL with each of the estimators, the oracle once.
+void compare_estimators(Plan& plan, const std::vector<Estimator>& estimators);
 
 /// One picture to be made. Indices are into the plan.
 struct Run {

@@ -41,7 +41,7 @@ Json budget_json(const Budget& b) {
 }
 
 Json run_json(const Subject& subject, const Reference& reference, const RunResult& r) {
-    return {{"method", name(subject.plan.methods[static_cast<std::size_t>(r.run.method)])},
+    return {{"method", subject.plan.method_name(static_cast<std::size_t>(r.run.method))},
             {"budget", budget_json(subject.plan.budgets[static_cast<std::size_t>(r.run.budget)])},
             {"seed", r.run.seed},
             {"samples", r.samples},
@@ -83,7 +83,7 @@ Json method_json(const Subject& subject, const Reference& reference, const Metho
                           {"error_share", s.error_share},
                           {"gain_of_twice_the_samples", s.gain}});
     for (const Finding& f : m.findings) findings.push_back({{"kind", name(f.kind)}, {"text", f.text}});
-    return {{"method", name(m.method)},
+    return {{"method", m.name},
             {"preparation_seconds", seconds_json(m.preparation)},
             {"slope", slope_json(m.slope)},
             {"slope_by_samples", slope_json(m.slope_by_samples)},
@@ -111,30 +111,30 @@ std::vector<std::string> advice(const Subject& subject, const Measurement& measu
         for (const MethodResult& m : measured.methods) {
             if (&m != best && m.efficiency > 0)
                 others += fmt::format("{}{:.2f} times that of {}", others.empty() ? "" : ", ",
-                                      best->efficiency / m.efficiency, name(m.method));
+                                      best->efficiency / m.efficiency, m.name);
         }
         lines.push_back(
             fmt::format("{} lowers the error most per second of {} time: its efficiency, 1 / (MSE × seconds) "
                         "at the largest budget, is {}.",
-                        name(best->method), subject.clock == Clock::cpu ? "CPU" : "wall", others));
+                        best->name, subject.clock == Clock::cpu ? "CPU" : "wall", others));
     }
     for (const MethodResult& m : measured.methods) {
         if (m.stages.empty()) continue;
         const Stage& s = *std::ranges::max_element(m.stages, {}, &Stage::gain);
         const std::string shares = fmt::format("{} holds {:.0f} % of the error and takes {:.0f} % of the time", s.name,
                                                100 * s.error_share, 100 * s.time_share);
-        lines.push_back(
-            s.gain > 1 ? fmt::format("{}: the next second lowers the error most where {}: twice its samples "
-                                     "alone would multiply the efficiency by {:.2f}.",
-                                     name(m.method), shares, s.gain)
-                       : fmt::format("{}: no stage alone is worth more samples; of all, {}.", name(m.method), shares));
+        lines.push_back(s.gain > 1
+                            ? fmt::format("{}: the next second lowers the error most where {}: twice its samples "
+                                          "alone would multiply the efficiency by {:.2f}.",
+                                          m.name, shares, s.gain)
+                            : fmt::format("{}: no stage alone is worth more samples; of all, {}.", m.name, shares));
     }
     return lines;
 }
 
 Json report_json(const Subject& subject, const Reference& reference, const Measurement& measured) {
     Json methods = Json::array(), runs = Json::array(), asked = Json::array(), budgets = Json::array();
-    for (const Method m : subject.plan.methods) asked.push_back(name(m));
+    for (std::size_t m = 0; m < subject.plan.methods.size(); ++m) asked.push_back(subject.plan.method_name(m));
     for (const Budget& b : subject.plan.budgets) budgets.push_back(budget_json(b));
     for (const MethodResult& m : measured.methods) methods.push_back(method_json(subject, reference, m));
     for (const RunResult& r : measured.runs) runs.push_back(run_json(subject, reference, r));
@@ -181,7 +181,7 @@ std::string report_csv(const Subject& subject, const Reference& reference, const
     for (const RunResult& r : measured.runs) {
         const Budget& b = subject.plan.budgets[static_cast<std::size_t>(r.run.budget)];
         csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{}",
-                           name(subject.plan.methods[static_cast<std::size_t>(r.run.method)]), b.samples, b.seconds,
+                           subject.plan.method_name(static_cast<std::size_t>(r.run.method)), b.samples, b.seconds,
                            r.run.seed, r.samples, r.time.wall, r.time.cpu, r.mse, r.relative_mse, r.errors.flip,
                            r.errors.trimmed_mse);
         for (const double component : r.errors.components)

@@ -89,6 +89,9 @@ void add_run_options(Options& options, RenderArguments& a) {
     add_device_options(options, a);
     options.value("--culling", "WAY", "how hits are found, never which: auto (default), compute, raster, off",
                   [&](const auto& name, const auto& text) { a.culling = culling_named(name, text); });
+    options.value("--estimator", "KEY=VALUE,...",
+                  "techniques, by default chosen by what the scene is: " + known_estimators(),
+                  [&](const auto& name, const auto& text) { a.estimator = estimator(name, text); });
     options.flag("--strict", a.strict, "write nothing if any pass gives a NaN, an infinity or a negative radiance");
     options.flag("--keep-all", a.keep_all,
                  "build what the scene has no use for, too; costs time and memory, never changes the picture");

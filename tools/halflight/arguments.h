@@ -11,6 +11,7 @@
 #include "engine/core/error.h"
 #include "engine/core/math.h"
 #include "engine/rays/tracer.h"
+#include "passes/estimator.h"
 #include "passes/frame_settings.h"
 #include "tools/bench/bench.h"
 #include "tools/compare/compare.h"
@@ -64,6 +65,7 @@ struct RenderArguments : ViewArguments {
     rays::Culling culling = rays::Culling::automatic;
     bool strict = false;  // bad values are an error
     bool keep_all = false;
+    Estimator estimator;
     bool no_shader_cache = false;
     std::optional<std::filesystem::path> stats;
     std::optional<std::filesystem::path> graph;
@@ -73,6 +75,7 @@ struct RenderArguments : ViewArguments {
 struct ConvergeArguments : ViewArguments {
     std::filesystem::path folder;  // of the reports
     converge::Plan plan;
+    std::vector<Estimator> estimators;  // as asked for, none: the default one; the plan has them by method
     bench::Clock clock = bench::Clock::wall;
     converge::ReferenceOrder reference;  // folder: empty for the default one
 };

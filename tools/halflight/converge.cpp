@@ -100,15 +100,18 @@ void run_converge(const ConvergeArguments& a) {
     if (order.folder.empty()) order.folder = default_reference_folder();
 
     std::optional<gpu::Context> context;
-    std::optional<PreparedScene> prepared;
-    const auto gl = [&]() -> PreparedScene& {
-        if (!prepared) {
+    std::vector<std::pair<Estimator, std::unique_ptr<PreparedScene>>> prepared;
+    const auto gl = [&](const Estimator& estimator) -> PreparedScene& {
+        if (!context) {
             context.emplace(gpu::Context::create({.device = a.device, .debug = a.gl_debug}));
-            prepared.emplace(*context, scene);
             subject.device = context->renderer();
-            subject.scene_seconds = prepared->seconds();
         }
-        return *prepared;
+        const auto same = std::ranges::find(prepared, estimator, [](const auto& p) { return p.first; });
+        if (same != prepared.end()) return *same->second;
+        prepared.emplace_back(estimator,
+                              std::make_unique<PreparedScene>(*context, scene, PrepareOptions{.estimator = estimator}));
+        subject.scene_seconds += prepared.back().second->seconds();
+        return *prepared.back().second;
     };
     const Pulse pulse = [&] {
         if (const int signal = stop_signal())
@@ -116,15 +119,18 @@ void run_converge(const ConvergeArguments& a) {
     };
     const auto note = [&](const std::string& line) { console.note("{}", line); };
     const Reference reference =
-        make_reference(order, scene, subject.view, colors, gl, {pulse, Progress(console, "reference"), note});
+        make_reference(order, scene, subject.view, colors, [&]() -> PreparedScene& { return gl({}); },
+                       {pulse, Progress(console, "reference"), note});
     if (reference.samples > 0)
         console.note("reference: {}, {} samples, {} of them kept from earlier runs", reference.maker, reference.samples,
                      reference.found);
 
     std::vector<std::unique_ptr<Painter>> painters;
-    for (const Method method : a.plan.methods)
-        painters.push_back(uses_gl(method) ? gl_painter(gl(), colors, subject.view, method)
+    for (std::size_t m = 0; m < a.plan.methods.size(); ++m) {
+        const Method method = a.plan.methods[m];
+        painters.push_back(uses_gl(method) ? gl_painter(gl(a.plan.estimator(m)), colors, subject.view, method)
                                            : oracle_painter(scene, subject.view));
+    }
     const Measurement measured = measure(a.plan, painters, reference, a.clock, {pulse, Progress(console, "pictures")});
     if (context) context->check("rendering");
 
@@ -140,8 +146,8 @@ void run_converge(const ConvergeArguments& a) {
         write_file(a.folder / kReports[0], html);
     }
     for (const MethodResult& m : measured.methods) {
-        console.note("{}: slope {}", name(m.method), text(m.slope));
-        for (const Finding& f : m.findings) console.note("{}: {}: {}", name(m.method), name(f.kind), f.text);
+        console.note("{}: slope {}", m.name, text(m.slope));
+        for (const Finding& f : m.findings) console.note("{}: {}: {}", m.name, name(f.kind), f.text);
     }
     console.note("wrote {}", (a.folder / kReports[0]).string());
     if (measured.pictures_different > 0)

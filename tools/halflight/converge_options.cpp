@@ -36,6 +36,19 @@ std::vector<Method> methods(const std::string& option, const std::string& list) 
     return wanted;
 }
 
+/// One or several, joined by line ends.
+std::vector<Estimator> estimators(const std::string& option, const std::string& lists) {
+    std::vector<Estimator> wanted;
+    for (std::size_t from = 0; from <= lists.size();) {
+        const std::size_t to = std::min(lists.find('\n', from), lists.size());
+        const std::string list = lists.substr(from, to - from);
+        wanted.push_back(estimator(option, list));
+        if (std::ranges::count(wanted, wanted.back()) > 1) throw UsageError(option, "'{}' is given twice", list);
+        from = to + 1;
+    }
+    return wanted;
+}
+
 void set_reference(converge::ReferenceOrder& order, const std::string& text) {
     using enum converge::ReferenceOrder::Maker;
     order.maker = text == "oracle" ? oracle : text == "gl" ? gl : file;
@@ -58,6 +71,11 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     options.group("Measurement");
     options.value("--method", "NAME,...", "who makes pictures: compute, raster, plain, oracle (default: all)",
                   [&](const auto& name, const auto& text) { a.plan.methods = methods(name, text); });
+    options
+        .value("--estimator", "KEY=VALUE,...",
+               "techniques of the methods that use GL; given several times, they are compared: " + known_estimators(),
+               [&](const auto& name, const auto& text) { a.estimators = estimators(name, text); })
+        ->multi_option_policy(CLI::MultiOptionPolicy::Join);
     options.value("--samples", "N,...", "budgets in samples per pixel (default 1,2,4,... 64)",
                   [&](const auto& name, const auto& text) {
                       a.plan.budgets = budgets(name, text, [&](const std::string& one) {
@@ -102,7 +120,8 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     add_device_options(options, a);
 }
 
-void check_converge_options(const CLI::App& app, const ConvergeArguments& a) {
+void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
+    if (!a.estimators.empty()) converge::compare_estimators(a.plan, a.estimators);
     exclude(app, "--samples", "--seconds");
     check_camera_options(app);
     if (a.reference.maker == converge::ReferenceOrder::Maker::file) {

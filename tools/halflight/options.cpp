@@ -29,6 +29,14 @@ dvec3 point(const std::string& option, const std::string& text) {
 
 }  // namespace
 
+Estimator estimator(const std::string& option, const std::string& list) {
+    try {
+        return estimator_named(list);
+    } catch (const Error& error) {
+        throw UsageError(option, error.what());
+    }
+}
+
 std::vector<std::string> split_names(const std::string& list) {
     std::vector<std::string> names;
     std::size_t from = 0;

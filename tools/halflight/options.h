@@ -33,6 +33,9 @@ inline double real(const std::string& option, const std::string& text, double lo
     return number<double>(option, text, lower, upper, "a number");
 }
 
+/// As a UsageError where it is none.
+Estimator estimator(const std::string& option, const std::string& list);
+
 /// The names in a comma list; a repeated option is joined by line ends.
 std::vector<std::string> split_names(const std::string& list);
 
@@ -61,7 +64,7 @@ void add_device_options(Options& options, ViewArguments& arguments);
 
 /// All of `halflight converge`.
 void add_converge_options(CLI::App& app, ConvergeArguments& arguments);
-void check_converge_options(const CLI::App& app, const ConvergeArguments& arguments);
+void check_converge_options(const CLI::App& app, ConvergeArguments& arguments);
 
 /// Throws UsageError where both were given.
 void exclude(const CLI::App& app, const char* one, const char* other);

@@ -60,6 +60,7 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.bounces = a.bounces;
     settings.culling = a.culling;
     settings.keep_all = a.keep_all;
+    settings.estimator = a.estimator;
     settings.pictures = 1;
     settings.seed = a.seed;
     settings.frame = a.frame;
@@ -138,7 +139,7 @@ void run_render(const RenderArguments& a) {
 
     {
         const WritingFiles writing;
-        const PictureInfo info{camera, space, a.half, settings_line(a, settings, scene, result.stats.samples), error};
+        const PictureInfo info{camera, space, a.half, settings_line(a, settings, scene, result.stats), error};
         for (const auto& path : a.outputs) write_picture(path, result, info);
         if (a.graph) write_file(*a.graph, renderer.graph_dot());
         times.write = clock.lap();

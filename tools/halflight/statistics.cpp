@@ -83,10 +83,12 @@ std::string environment_name(const Environment& environment) {
     return environment.map.width > 0 ? environment.name : fmt::format("{} {},{},{}", environment.name, c.x, c.y, c.z);
 }
 
-std::string settings_line(const RenderArguments& a, const RenderSettings& s, const Scene& scene, int samples_done) {
-    std::string line = fmt::format("scene {}, {} x {}, {} samples, {} bounces, seed {}, frame {}, environment {}",
-                                   a.scene.filename().string(), s.width, s.height, samples_done, s.bounces, s.seed,
-                                   s.frame, environment_name(scene.environment));
+std::string settings_line(const RenderArguments& a, const RenderSettings& s, const Scene& scene,
+                          const RenderStats& stats) {
+    std::string line =
+        fmt::format("scene {}, {} x {}, {} samples, {} bounces, seed {}, frame {}, environment {}, estimator {}",
+                    a.scene.filename().string(), s.width, s.height, stats.samples, s.bounces, s.seed, s.frame,
+                    environment_name(scene.environment), text(stats.estimator));
     if (!s.camera.name.empty()) line += fmt::format(", camera {}", s.camera.name);
     return line;
 }
@@ -140,6 +142,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
           {"bounces", s.bounces},
           {"culling", rays::name(s.culling)},
           {"keep_all", s.keep_all},
+          {"estimator", text(stats.estimator)},
           {"seed", s.seed},
           {"frame", s.frame},
           {"aovs", s.aovs}}},

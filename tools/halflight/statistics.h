@@ -23,7 +23,7 @@ std::string environment_name(const Environment& environment);
 
 /// The settings as one line, for the picture's comments.
 std::string settings_line(const RenderArguments& arguments, const RenderSettings& settings, const Scene& scene,
-                          int samples_done);
+                          const RenderStats& stats);
 
 /// "shadow gave 3 NaN, 1 infinite and 0 negative values" for each pass that gave any; empty where none did.
 std::string describe_bad_values(const RenderStats& stats);

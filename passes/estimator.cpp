@@ -1,0 +1,75 @@
+#include "passes/estimator.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <functional>
+#include <vector>
+
+#include "engine/core/error.h"
+
+namespace halflight {
+namespace {
+
+/// A technique's switch.
+struct Key {
+    const char* name;
+    std::vector<std::string> values;
+    std::function<std::string(const Estimator&)> get;
+    std::function<void(Estimator&, std::size_t value)> set;
+};
+
+const std::vector<Key>& keys() {
+    static const std::vector<Key> all = [] {
+        Key lights{"lights",
+                   {},
+                   [](const Estimator& e) { return std::string(name(e.lights)); },
+                   [](Estimator& e, std::size_t value) { e.lights = kLightChoices[value]; }};
+        for (const LightChoice choice : kLightChoices) lights.values.emplace_back(name(choice));
+        return std::vector{lights};
+    }();
+    return all;
+}
+
+/// "key=what" of each, joined by commas.
+template <class What>
+std::string listed(const What& what) {
+    std::vector<std::string> all;
+    for (const Key& key : keys()) all.push_back(fmt::format("{}={}", key.name, what(key)));
+    return fmt::format("{}", fmt::join(all, ","));
+}
+
+}  // namespace
+
+std::string text(const Estimator& estimator) {
+    return listed([&](const Key& key) { return key.get(estimator); });
+}
+
+Estimator estimator_named(std::string_view list) {
+    Estimator estimator;
+    std::vector<std::string> given;
+    for (std::size_t from = 0; from <= list.size();) {
+        const std::size_t to = std::min(list.find(',', from), list.size());
+        const std::string_view one = list.substr(from, to - from);
+        const std::size_t equals = std::min(one.find('='), one.size());
+        const std::string name(one.substr(0, equals));
+        const auto key = std::ranges::find_if(keys(), [&](const Key& k) { return k.name == name; });
+        if (key == keys().end() || equals == one.size())
+            throw Error(std::string(list), "'{}' is no technique; there are: {}", one, known_estimators());
+        const auto value = std::ranges::find(key->values, one.substr(equals + 1));
+        if (value == key->values.end())
+            throw Error(std::string(list), "there is no {}; there are: {}", one, fmt::join(key->values, ", "));
+        if (std::ranges::find(given, name) != given.end()) throw Error(std::string(list), "'{}' is given twice", name);
+        key->set(estimator, static_cast<std::size_t>(value - key->values.begin()));
+        given.push_back(name);
+        from = to + 1;
+    }
+    return estimator;
+}
+
+std::string known_estimators() {
+    return listed([](const Key& key) { return fmt::join(key.values, "|"); });
+}
+
+}  // namespace halflight
