@@ -3,6 +3,7 @@
 #include "shaders/shared/sobol.h"
 #include "shaders/shared/word.h"
 
+#ifdef HALFLIGHT_LIGHT_TREE
 struct LightWay {
     uint light;         // that it ends at
     float probability;  // of it, among all lights of the tree; 0: it ends where no light reaches the receiver
@@ -66,3 +67,4 @@ LightWay light_way(Receiver at, bool guided, uint trail, uint choice) {
 
 // By how much the tree raises the probability that the alias table gives the light (light_tree.h, header).
 float light_tree_gain(LightWay way) { return 1.0 + texelFetch(light_tree, 0).x * way.probability; }
+#endif

@@ -2,12 +2,10 @@
 // shaders/scene_tables.glsl.
 #include "shaders/lib/alpha.glsl"
 #include "shaders/lib/environment.glsl"
+#include "shaders/lib/light_tree.glsl"
 #include "shaders/lib/offset.glsl"
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/sampling.glsl"
-#ifdef HALFLIGHT_LIGHT_TREE
-#include "shaders/lib/light_tree.glsl"
-#endif
 #include "shaders/shared/light.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/word.h"
