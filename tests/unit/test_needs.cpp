@@ -40,6 +40,9 @@ TEST(SceneNeeds, UnionsAreComplete) {
     const SceneNeeds all = united(plain_scene(), coat_map);
     EXPECT_TRUE(all.diffuse && all.clearcoat && all.glossy && all.normal_maps && all.textures());
     EXPECT_FALSE(all.transmission || all.environment);
+    SceneNeeds tree;
+    tree.light_tree = true;
+    EXPECT_TRUE(united(plain_scene(), tree).light_choice);
     EXPECT_EQ(united(plain_scene(), {}), plain_scene());
     EXPECT_EQ(united(everything_kept(), plain_scene()), everything_kept());
 }
@@ -79,7 +82,9 @@ TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
 TEST(FrameNeeds, EverythingCanBeKept) {
     for (const FramePart& part : frame_needs({}, {.runs = 1, .keep_all = true}).parts()) EXPECT_TRUE(part) << part.name;
     EXPECT_EQ(facts({}, {.keep_all = true}),
-              (std::map<std::string, std::string>{{"environment map", "the environment is of one colour"}}));
+              (std::map<std::string, std::string>{
+                  {"environment map", "the environment is of one colour"},
+                  {"light tree", "there are few lights, or another choice was asked for"}}));
 }
 
 TEST(LeftOut, ListsFactsAndBytes) {

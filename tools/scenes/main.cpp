@@ -1,7 +1,9 @@
 // halflight-scenes: writes the scenes of this project. Equal arguments give equal bytes.
 #include <cstdio>
+#include <filesystem>
 #include <string>
 
+#include "engine/core/error.h"
 #include "tools/scenes/city.h"
 #include "tools/scenes/scenes.h"
 #include "tools/tool_main.h"
@@ -28,6 +30,14 @@ int run(int argc, char** argv) {
     CLI::App* atrium = command("atrium", "A courtyard under sun and sky");
     CLI::App* still_life = command("still-life", "Glossy things on a table");
     CLI::App* room = command("room", "A room lit through one small window");
+    int lights = 1000;
+    std::uint64_t hall_triangles = 0;
+    CLI::App* emitters = command("emitters", "A hall with many small lamps");
+    emitters->add_option("--lights", lights, "how many lamps, of two triangles each")
+        ->check(CLI::Range(1, 10'000'000))
+        ->capture_default_str();
+    CLI::Option* all_triangles =
+        emitters->add_option("--triangles", hall_triangles, "of the whole (default: 10 000 beside lamps and walls)");
     scenes::CityOptions options;
     std::uint64_t part_mib = options.part_bytes >> 20;
     CLI::App* city = command("city", "A procedural city of any size");
@@ -50,11 +60,16 @@ int run(int argc, char** argv) {
         std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(document.triangles()));
     };
     return tool_main(app, argc, argv, [&] {
+        if (std::filesystem::path(output).extension() != ".glb") throw Error(output, "is no name of a .glb");
         if (*cornell) write(scenes::cornell(metal));
         if (*furnace) write(scenes::furnace(albedo));
         if (*atrium) write(scenes::atrium_scene());
         if (*still_life) write(scenes::still_life());
         if (*room) write(scenes::room());
+        if (*emitters) {
+            if (*all_triangles && hall_triangles == 0) throw Error(output, "a scene of no triangles has no lamps");
+            write(scenes::emitters(lights, hall_triangles));
+        }
         if (*city) {
             options.part_bytes = part_mib << 20;
             const std::uint64_t triangles = scenes::write_city(output, options);

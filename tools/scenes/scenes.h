@@ -21,4 +21,10 @@ Document still_life();
 /// A room lit through one small window: the hard case for indirect light.
 Document room();
 
+/// A hall of 60 x 60 x 8 m with `lights` small square lamps of mixed size, radiance, colour and orientation, two
+/// emissive triangles each, which together shine about the same however many they are. `triangles`: of the whole,
+/// exactly; 0: 10 000 for what is no lamp and no wall. Throws Error where lamps and walls alone are more. Precondition:
+/// lights > 0.
+Document emitters(int lights, std::uint64_t triangles);
+
 }  // namespace halflight::scenes

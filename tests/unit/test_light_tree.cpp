@@ -1,0 +1,323 @@
+// Light trees: bounds that hold what they bound, ways that lead to every light, probabilities that are some.
+#include "engine/scene/light_tree.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <numeric>
+#include <random>
+
+#include "engine/scene/lights.h"
+#include "shaders/shared/word.h"
+
+namespace halflight {
+namespace {
+
+/// The same numbers everywhere, which standard distributions do not promise.
+class Numbers {
+  public:
+    explicit Numbers(std::uint32_t seed) : random_(seed) {}
+    double in(double low, double high) { return low + (high - low) * random_() * 0x1p-32; }
+    dvec3 point(double reach) { return {in(-reach, reach), in(-reach, reach), in(-reach, reach)}; }
+    dvec3 direction() {
+        const double y = in(-1, 1), turn = in(0, 2 * kPi), r = std::sqrt(1 - y * y);
+        return {r * std::cos(turn), y, r * std::sin(turn)};
+    }
+
+  private:
+    std::mt19937 random_;
+};
+
+/// Squares, bulbs and spots of all sizes and brightnesses.
+std::vector<LightBounds> mixed_lights(int count, std::uint32_t seed, bool squares_only = false) {
+    Numbers random(seed);
+    std::vector<LightBounds> lights;
+    for (int i = 0; i < count; ++i) {
+        LightBounds& b = lights.emplace_back();
+        const dvec3 at = random.point(10);
+        b.lower = b.upper = at;
+        b.axis = random.direction();
+        b.intensity = std::exp(random.in(-6, 6));
+        if (squares_only || i % 3 == 0) {
+            const dvec3 half = glm::abs(random.point(0.3));
+            b.lower -= half, b.upper += half;
+            b.two_sided = true;
+        } else if (i % 3 == 1) {
+            b.theta_o = kPi;
+        } else {
+            b.theta_o = random.in(0, 0.7);
+            b.theta_e = random.in(0, 0.7);
+        }
+    }
+    return lights;
+}
+
+std::vector<std::uint32_t> own_places(std::size_t count) {
+    std::vector<std::uint32_t> names(count);
+    std::iota(names.begin(), names.end(), 0u);
+    return names;
+}
+
+LightTree tree_of(const std::vector<LightBounds>& lights) {
+    return build_light_tree(lights, own_places(lights.size()));
+}
+
+double angle(const dvec3& a, const dvec3& b) {
+    return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
+}
+
+/// Whether light that leaves at this angle from a light's axis is within a cone.
+bool holds(const shared::LightNode& node, const LightBounds& light) {
+    const auto within = [&](const dvec3& axis) {
+        return angle(dvec3(node.axis), axis) + light.theta_o <= std::acos(double(node.cos_o)) + 1e-3;
+    };
+    const dvec3 lower =
+        glm::max(glm::abs(light.lower - dvec3(node.centre)), glm::abs(light.upper - dvec3(node.centre)));
+    return glm::length(lower) <= double(node.radius) * (1 + 1e-6) + 1e-12 &&
+           node.cos_e <= std::cos(light.theta_e) + 1e-6 && (!light.two_sided || node.two_sided) &&
+           (node.cos_o <= -1 || within(light.axis) || (node.two_sided && within(-light.axis)));
+}
+
+/// Calls f(node, word, depth, trail) for every node, children after parents.
+void for_each_node(
+    const LightTree& tree,
+    const std::function<void(const shared::LightNode&, std::uint32_t, std::uint32_t, std::uint32_t)>& f) {
+    const std::function<void(std::uint32_t, std::uint32_t, std::uint32_t)> visit =
+        [&](std::uint32_t pair, std::uint32_t depth, std::uint32_t trail) {
+            for (std::uint32_t k = 0; k < 2; ++k) {
+                const std::uint32_t word = light_node_word(tree.rows, pair, static_cast<int>(k));
+                const std::uint32_t way = trail | (k << depth);
+                f(light_node(tree.rows, pair, static_cast<int>(k)), word, depth, way);
+                if (!(word & shared::kLightTreeLeaf)) visit(word & shared::kLightTreeIndexMask, depth + 1, way);
+            }
+        };
+    visit(0, 0, 0);
+}
+
+/// The probability of each light, as shaders/lib/light_tree.glsl walks, in double but for the importances.
+std::vector<double> probabilities(const LightTree& tree, const vec3& position, const vec3& normal) {
+    std::vector<double> all(tree.trails.size());
+    const std::function<void(std::uint32_t, double)> visit = [&](std::uint32_t pair, double probability) {
+        double importance[2];
+        for (int k = 0; k < 2; ++k)
+            importance[k] = shared::light_importance(light_node(tree.rows, pair, k), position, normal, false);
+        const double total = importance[0] + importance[1];
+        for (int k = 0; k < 2; ++k) {
+            const std::uint32_t word = light_node_word(tree.rows, pair, k);
+            const double here = total > 0 ? probability * importance[k] / total : 0;
+            if (word & shared::kLightTreeLeaf)
+                all[word & shared::kLightTreeIndexMask] += here;
+            else if (here > 0)
+                visit(word & shared::kLightTreeIndexMask, here);
+        }
+    };
+    visit(0, 1);
+    return all;
+}
+
+/// Every node holds all lights below it, every trail ends at its light, none is too long.
+void expect_sound(const LightTree& tree, const std::vector<LightBounds>& lights) {
+    std::vector<int> found(lights.size(), 0);
+    for_each_node(tree, [&](const shared::LightNode& node, std::uint32_t word, std::uint32_t depth, std::uint32_t way) {
+        ASSERT_LT(depth, shared::kLightTreeDepth);
+        EXPECT_TRUE(node.intensity >= 0 && node.intensity <= 1) << node.intensity;
+        const std::uint32_t mask = (2u << depth) - 1;
+        for (std::size_t i = 0; i < lights.size(); ++i)
+            EXPECT_TRUE(((tree.trails[i] ^ way) & mask) != 0 || holds(node, lights[i])) << i << " at depth " << depth;
+        if (!(word & shared::kLightTreeLeaf)) return;
+        const std::uint32_t light = word & shared::kLightTreeIndexMask;
+        ++found[light];
+        EXPECT_EQ(tree.trails[light], way);
+    });
+    for (std::size_t i = 0; i < lights.size(); ++i) EXPECT_EQ(found[i], 1) << i;
+}
+
+TEST(LightBounds, ConesOfUnionsHoldBoth) {
+    Numbers random(1);
+    for (int i = 0; i < 4000; ++i) {
+        LightBounds a, b;
+        a.axis = random.direction();
+        // Opposite, alike, or any.
+        b.axis = i % 4 == 0 ? -a.axis : i % 4 == 1 ? a.axis : random.direction();
+        a.theta_o = i % 3 == 0 ? 0 : random.in(0, 2);
+        b.theta_o = i % 5 == 0 ? 0 : random.in(0, 2);
+        a.two_sided = i % 7 == 0, b.two_sided = i % 11 == 0;
+        const LightBounds all = united(a, b);
+        EXPECT_EQ(all.two_sided, a.two_sided || b.two_sided);
+        EXPECT_NEAR(glm::length(all.axis), 1, 1e-12);
+        for (const LightBounds& part : {a, b}) {
+            const double off = angle(all.axis, part.axis), back = angle(all.axis, -part.axis);
+            const double nearest = all.two_sided ? std::min(off, back) : off;
+            EXPECT_TRUE(all.theta_o >= kPi || nearest + part.theta_o <= all.theta_o + 1e-9) << i;
+        }
+    }
+}
+
+TEST(LightTree, NodesHoldTheirLights) {
+    for (const int count : {2, 3, 16, 500}) {
+        SCOPED_TRACE(count);
+        const auto lights = mixed_lights(count, 7);
+        expect_sound(tree_of(lights), lights);
+        const auto squares = mixed_lights(count, 8, true);
+        expect_sound(tree_of(squares), squares);
+    }
+}
+
+TEST(LightTree, LightsInOnePlaceOrEverFurtherApart) {
+    auto together = mixed_lights(300, 3);
+    for (LightBounds& b : together) b.lower = b.upper = dvec3(1, 2, 3);
+    expect_sound(tree_of(together), together);
+    // The best split of such a row takes off one light at a time; ways must not become as long as it is.
+    auto row = mixed_lights(300, 4);
+    double at = 1e-30;
+    for (LightBounds& b : row) {
+        b.lower = b.upper = dvec3(at, 0, 0);
+        b.intensity = at * at;
+        at *= 1.3;
+    }
+    expect_sound(tree_of(row), row);
+}
+
+TEST(LightTree, IsTheSameEveryTime) {
+    const auto lights = mixed_lights(200, 5);
+    const LightTree a = tree_of(lights), b = tree_of(lights);
+    EXPECT_EQ(a.trails, b.trails);
+    EXPECT_EQ(a.rows, b.rows);
+}
+
+TEST(LightTree, ProbabilitiesAddUp) {
+    // Bulbs shine everywhere: no way ends in the dark but behind the receiver, which there is none of in the open.
+    std::vector<LightBounds> bulbs = mixed_lights(200, 6);
+    for (LightBounds& b : bulbs) b.theta_o = kPi, b.two_sided = false;
+    const LightTree tree = tree_of(bulbs);
+    Numbers random(9);
+    for (int i = 0; i < 200; ++i) {
+        const vec3 below = vec3(random.point(10)) - vec3(0, 30, 0);
+        const auto all = probabilities(tree, below, vec3(0, 1, 0));
+        EXPECT_NEAR(std::accumulate(all.begin(), all.end(), 0.0), 1, 1e-6);
+    }
+    const LightTree mixed = tree_of(mixed_lights(200, 6));
+    for (int i = 0; i < 200; ++i) {
+        const auto all = probabilities(mixed, vec3(random.point(12)), vec3(random.direction()));
+        EXPECT_LE(std::accumulate(all.begin(), all.end(), 0.0), 1 + 1e-6);
+    }
+}
+
+/// Light that a node's bounds leave out would be missing: whatever shines at a receiver has a probability, and it is
+/// above what its share of all that arrives is, but for a factor.
+TEST(LightTree, WhatShinesIsFound) {
+    const auto lights = mixed_lights(200, 10);
+    const LightTree tree = tree_of(lights);
+    Numbers random(11);
+    int lit = 0;
+    for (int i = 0; i < 300; ++i) {
+        const dvec3 position = random.point(12), normal = random.direction();
+        const auto chance = probabilities(tree, vec3(position), vec3(normal));
+        for (std::size_t k = 0; k < lights.size(); ++k) {
+            const LightBounds& b = lights[k];
+            const dvec3 to = 0.5 * (b.lower + b.upper) - position, direction = glm::normalize(to);
+            if (glm::dot(direction, normal) < 0.02) continue;
+            const double leaves = angle(b.axis, -direction);
+            const double off = b.two_sided ? std::min(leaves, kPi - leaves) : leaves;
+            if (off - b.theta_o > b.theta_e - 0.02) continue;
+            ++lit;
+            EXPECT_GT(chance[k], 0) << k;
+        }
+    }
+    EXPECT_GT(lit, 10000);
+}
+
+/// 64 pairs of spots that point away from each other: each is as likely as what it sends.
+TEST(LightTree, OppositeSpots) {
+    std::vector<LightBounds> spots;
+    Numbers random(12);
+    for (int i = 0; i < 64; ++i) {
+        LightBounds b;
+        b.lower = b.upper = random.point(3) + dvec3(0, 10, 0);
+        b.axis = {0, -1, 0};
+        b.theta_o = 0.5, b.theta_e = 0.2;
+        b.intensity = 1;
+        spots.push_back(b);
+        b.axis = {0, 1, 0};
+        spots.push_back(b);
+    }
+    const LightTree tree = tree_of(spots);
+    for (int i = 0; i < 100; ++i) {
+        const auto chance = probabilities(tree, vec3(random.point(1)), vec3(0, 1, 0));
+        double down = 0;
+        for (std::size_t k = 0; k < spots.size(); k += 2) {
+            const dvec3 lit = spots[k].lower;
+            EXPECT_TRUE(angle({0, -1, 0}, -lit) >= 0.5 || chance[k] > 1 / 64.0 / 8) << k << ": " << chance[k];
+            down += chance[k];
+        }
+        EXPECT_GT(down, 0.9);
+    }
+}
+
+// --- Tables ---------------------------------------------------------------------------------------------------------
+
+/// Bulbs in a row, under a sky where wanted.
+Scene bulbs(int count, bool sky) {
+    Scene scene;
+    scene.name = "bulbs";
+    scene.materials.resize(1);
+    Mesh floor;
+    floor.positions = {{0, 0, 0}, {1, 0, 0}, {0, 0, 1}};
+    floor.normals.assign(3, vec3(0, 1, 0));
+    floor.triangles = {{0, 1, 2}};
+    floor.triangle_material = {0};
+    scene.meshes = {floor};
+    scene.instances.resize(1);
+    scene.instances[0].mesh = 0;
+    for (int i = 0; i < count; ++i) {
+        PunctualLight& bulb = scene.lights.emplace_back();
+        bulb.position = dvec3(i, 1, 0);
+        bulb.intensity = vec3(i == 0 ? 1e8f : 1.0f + static_cast<float>(i));
+    }
+    if (sky) scene.environment.color = vec3(0.1f);
+    return scene;
+}
+
+LightTables lights_of(const Scene& scene, LightChoice choice = LightChoice::automatic) {
+    return build_lights(scene, build_trace_tables(scene), choice);
+}
+
+TEST(LightChoice, TreeFromSixteenLightsOn) {
+    EXPECT_EQ(lights_of(bulbs(15, true)).choice, LightChoice::power);
+    EXPECT_EQ(lights_of(bulbs(16, false)).choice, LightChoice::tree);
+    EXPECT_EQ(lights_of(bulbs(16, true), LightChoice::power).choice, LightChoice::power);
+    EXPECT_TRUE(lights_of(bulbs(16, true), LightChoice::power).tree.empty());
+    EXPECT_EQ(lights_of(bulbs(2, true), LightChoice::tree).choice, LightChoice::tree);
+    EXPECT_EQ(lights_of(bulbs(1, true), LightChoice::tree).choice, LightChoice::power) << "nothing to choose among";
+}
+
+TEST(LightChoice, UniformIsUniform) {
+    const LightTables lights = lights_of(bulbs(20, true), LightChoice::uniform);
+    EXPECT_EQ(lights.choice, LightChoice::uniform);
+    for (const double p : lights.probabilities) EXPECT_NEAR(p, 1 / 21.0, 1e-6);
+}
+
+TEST(LightChoice, EachLightKeepsAPartOfItsOwn) {
+    for (const bool sky : {false, true}) {
+        const LightTables power = lights_of(bulbs(40, sky), LightChoice::power), tree = lights_of(bulbs(40, sky));
+        ASSERT_EQ(tree.choice, LightChoice::tree);
+        const double shining = sky ? 41 : 40;
+        double sum = tree.tree_share;
+        for (std::size_t i = 0; i < 40; ++i) {
+            EXPECT_NEAR(tree.probabilities[i], 0.125 / shining, 1e-8) << i;
+            EXPECT_FLOAT_EQ(tree.rows[i * shared::kLightStride + 3].w, static_cast<float>(tree.probabilities[i]));
+            const std::uint32_t head = shared::word_of_float(tree.rows[i * shared::kLightStride].w);
+            EXPECT_EQ(shared::light_kind(head), shared::kLightPoint);
+        }
+        for (const double p : tree.probabilities) sum += p;
+        EXPECT_NEAR(sum, 1, 1e-9);
+        // What has no place keeps what power gives it.
+        EXPECT_NEAR(sky ? tree.probabilities[40] : 0, sky ? power.probabilities[40] : 0, 1e-7);
+        EXPECT_NEAR(tree.tree[0].x / (tree.tree_share / tree.probabilities[0]), 1, 1e-6);
+        EXPECT_EQ(tree.tree[0].y, static_cast<float>(tree.tree_share));
+    }
+}
+
+}  // namespace
+}  // namespace halflight
