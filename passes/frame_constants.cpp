@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "passes/raster_window.h"
 #include "shaders/shared/sobol.h"
 
 namespace halflight {
@@ -12,10 +13,10 @@ struct Clip {
     double far_plane;
 };
 
-/// Reversed float depth is as fine near the far plane as the distances themselves, so that the near plane may be as
-/// close as floats of the scene's size can tell apart (2^-20 of its reach).
+/// Reversed float depth is as fine near the far plane as the distances themselves, however close the near plane: its
+/// distance is but a factor of all depths. So it is closer than anything, in scenes of 10^7 m, too.
 Clip clip_of(const Camera& camera, double reach) {
-    const double chosen = camera.orthographic ? 0.0 : std::max(reach, 1e-30) * 0x1p-20;
+    const double chosen = camera.orthographic ? 0.0 : std::max(reach, 1e-18) * 0x1p-60;
     return {camera.near_plane > 0 ? camera.near_plane : chosen,
             camera.far_plane > 0 ? camera.far_plane : std::numeric_limits<double>::infinity()};
 }
@@ -70,13 +71,14 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
         y_down[1][1] = -1;
         return y_down * clip_from_world * shift;
     };
-    // Pixel coordinates of the whole image to the band's clip space, the sample point moved to the pixel's centre.
-    const dvec2 size(image.x, view.band.rows);
+    // Pixel coordinates of the whole image to the window's clip space, the sample point moved to the pixel's centre.
+    const RasterWindow drawn = raster_window(view.band);
+    const dvec2 size(image.x, drawn.rows);
     dmat4 window(1);
     window[0][0] = 1;
     window[3][0] = 2 * (0.5 - view.jitter.x) / size.x;
     window[1][1] = image.y / size.y;
-    window[3][1] = (image.y - 2.0 * view.band.y + 2 * (0.5 - view.jitter.y)) / size.y - 1;
+    window[3][1] = (image.y - 2.0 * drawn.y + 2 * (0.5 - view.jitter.y)) / size.y - 1;
 
     shared::Frame frame{};
     frame.view_projection = mat4(window * from_origin(world_to_clip(camera, image, reach)));
@@ -94,6 +96,7 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
     frame.seed = view.seed;
     frame.tiles_x = view.band.tiles().x;
     frame.tiles_y = view.band.tiles().y;
+    frame.window_y = drawn.y;
     return frame;
 }
 

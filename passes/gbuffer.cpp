@@ -1,5 +1,9 @@
 #include "passes/gbuffer.h"
 
+#include <algorithm>
+#include <optional>
+
+#include "passes/raster_window.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/rays.h"
 
@@ -8,9 +12,34 @@ namespace {
 
 using graph::Access;
 
+/// Nothing is drawn or cleared outside of the band's rows and their neighbours.
+class BandScissor {
+  public:
+    BandScissor(const Band& band, const RasterWindow& window) {
+        const int first = std::max(band.y - 1 - window.y, 0);
+        glEnable(GL_SCISSOR_TEST);
+        glScissor(0, first, band.image.x, band.y + band.rows + 1 - window.y - first);
+    }
+    ~BandScissor() { glDisable(GL_SCISSOR_TEST); }
+    BandScissor(const BandScissor&) = delete;
+    BandScissor& operator=(const BandScissor&) = delete;
+};
+
+/// What reaches far beyond the picture is cut off at the viewport's edges, at a place that is off by 2^-24 of how far
+/// it reaches: by pixels, where a wall stands 10^-6 of its length before the camera. So the viewport is larger than
+/// the target. Sets it, and returns the target's share of it.
+float widen_viewport(const gpu::Framebuffer& target) {
+    constexpr int kLargest = 16384;  // of any driver: no less than its textures
+    if (2 * std::max(target.width(), target.height()) > kLargest) return 1;
+    const auto width = static_cast<float>(target.width()), height = static_cast<float>(target.height());
+    glViewportIndexedf(0, -0.5f * width, -0.5f * height, 2 * width, 2 * height);
+    return 0.5f;
+}
+
 void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
-    const gpu::TextureDesc visibility{view.band.image.x, view.band.rows, GL_RG32UI};
-    const gpu::TextureDesc depth{view.band.image.x, view.band.rows, GL_DEPTH_COMPONENT32F};
+    const int rows = raster_window(view.band).rows;
+    const gpu::TextureDesc visibility{view.band.image.x, rows, GL_RG32UI};
+    const gpu::TextureDesc depth{view.band.image.x, rows, GL_DEPTH_COMPONENT32F};
     graph::Pass pass = graph.add_pass("gbuffer: rasterize");
     pass.read(view.frame_constants, Access::uniform_read);
     g.visibility = pass.write(graph.create_texture("visibility", visibility), Access::color_attachment);
@@ -20,12 +49,15 @@ void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
             r.programs().graphics("shaders/gbuffer.vert", "shaders/gbuffer.frag", view.scene.defines());
         const gpu::Framebuffer& target = r.framebuffer({g.visibility}, g.depth);
         target.bind();
+        std::optional<BandScissor> scissor;
+        if (view.current) scissor.emplace(*view.current, raster_window(*view.current));
         target.clear_color_uint(0, 0);
         target.clear_depth(0);  // reversed: 0 is infinitely far
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
         view.trace.bind();
         view.scene.bind();
         program.bind();
+        program.set("viewport_share", widen_viewport(target));
         view.scene.draw(program);
     });
 }

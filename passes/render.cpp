@@ -15,6 +15,7 @@
 #include "passes/film.h"
 #include "passes/frame.h"
 #include "passes/frame_constants.h"
+#include "passes/raster_window.h"
 #include "passes/replicates.h"
 #include "shaders/shared/path.h"
 
@@ -66,9 +67,13 @@ Band first_band(const RenderSettings& s, const SceneBuffers& scene, const gpu::L
         throw Error("render settings", "{} pixels wide: the driver takes {}", s.width, limits.texture_size);
     const int most =
         std::min(static_cast<int>(std::max<std::size_t>(paths / row_paths, 1)) * 16, limits.texture_size / 16 * 16);
+    const ivec2 image(s.width, s.height);
+    const int stride = window_stride(image);
+    if (stride < s.height)
+        return {image, 0, std::min(static_cast<int>(std::bit_floor(static_cast<unsigned>(most))), stride)};
     const int bands = (s.height + most - 1) / most;
     const int rows = ((s.height + bands - 1) / bands + 15) / 16 * 16;
-    return {{s.width, s.height}, 0, std::min(rows, s.height)};
+    return {image, 0, std::min(rows, s.height)};
 }
 
 }  // namespace
@@ -96,6 +101,7 @@ struct Renderer::State {
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
     gpu::Buffer bad_values{"bad values", kBadValueCounts * sizeof(std::uint32_t)};
     Band band;
+    Band current;  // of the constants
     int bands = 0;
     std::vector<std::unique_ptr<CompiledBand>> places;  // that have visibility state of their own; made when needed
     graph::Executor executor;  // of samples: their sums and the visibility state are its history
@@ -173,12 +179,13 @@ struct Renderer::State {
 
     SceneView view(graph::Graph& graph, std::uint32_t place) {
         const graph::BufferHandle constants = graph.import_buffer("frame constants", frame_constants_buffer);
-        return {scene.programs(), scene.buffers(), scene.trace(), *tracer, band, constants, place};
+        return {scene.programs(), scene.buffers(), scene.trace(), *tracer, band, constants, place, &current};
     }
 
     void look(const FrameSettings& frame, const SampleView& at) {
         const shared::Frame constants = frame_constants(frame, scene.tables(), at);
         frame_constants_buffer.write(0, sizeof(constants), &constants);
+        current = at.band;
     }
 
     void add_sample(const FrameSettings& frame, const SampleView& at, const CompiledBand& with) {

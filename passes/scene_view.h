@@ -29,6 +29,7 @@ struct SceneView {
     Band band;                            // the largest one: buffers are made for it
     graph::BufferHandle frame_constants;  // struct Frame
     std::uint32_t place = 0;              // of the picture: RayBatch::place
+    const Band* current = nullptr;        // the one that the constants are of; null: rows of others are drawn, too
 };
 
 }  // namespace halflight

@@ -5,7 +5,7 @@
 #include "shaders/shared/rays.h"
 #ifdef HALFLIGHT_COUNT
 #include "shaders/trace_scene.glsl"
-#include "shaders/lib/hash.glsl"
+#include "shaders/lib/alpha_key.glsl"
 #include "shaders/lib/traverse.glsl"
 #endif
 #ifdef TILE_LISTS
@@ -22,7 +22,7 @@ void main() {
     uint path = gl_GlobalInvocationID.x;
     DebugRecord record = DebugRecord(0u, 0u, 0u);
 #ifdef HALFLIGHT_COUNT
-    traverse(rays[path], ray_key(path, frame.seed, frame.sample_index, 0u), false);
+    traverse(rays[path], alpha_key_of_path(frame, path, 0u), false);
     record.nodes = nodes_visited;
 #endif
 #ifdef TILE_LISTS

@@ -18,8 +18,10 @@ layout(std430, binding = 1) writeonly buffer Hits { Hit hits[]; };
 layout(std430, binding = 2) writeonly buffer Surfaces { vec4 surfaces[]; };
 
 #define HALFLIGHT_STORE_SURFACE
+#include "shaders/lib/alpha_key.glsl"
 #include "shaders/lib/camera.glsl"
 #include "shaders/lib/primary_hit.glsl"
+#include "shaders/lib/primary_search.glsl"
 #include "shaders/lib/surface_record.glsl"
 #include "shaders/lib/environment.glsl"
 
@@ -28,8 +30,9 @@ void main() {
     ivec2 pixel = ivec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y)));
     bool inside = pixel.x < frame.size.x && pixel.y < frame.band_rows;
     // Beyond the picture's edge the last pixel is looked at again, and then nothing is made of it.
-    uvec2 seen = texelFetch(visibility, min(pixel, ivec2(frame.size.x, frame.band_rows) - 1), 0).xy;
-    Ray ray = camera_ray(frame, pixel + ivec2(0, frame.band_y));
+    pixel = min(pixel, ivec2(frame.size.x, frame.band_rows) - 1) + ivec2(0, frame.band_y);
+    Ray ray = camera_ray(frame, pixel);
+    uvec2 seen = search_seen(frame, pixel, ray, alpha_key_of_pixel(frame, pixel, 0u));
     vec3 wo = -ray.direction;
     Hit hit = primary_hit(ray, seen.x != 0u ? seen.x - 1u : 0u, seen.y);
     bool is_hit = inside && seen.x != 0u && hit.t <= ray.t_max;

@@ -8,9 +8,13 @@ layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
 layout(location = 0) in vec3 block_position;
 layout(location = 1) in uint block_instance;  // per instance
 
+// Of the viewport that is seen (passes/gbuffer.cpp).
+uniform float viewport_share;
+
 flat out uint instance;
 
 void main() {
     instance = block_instance;
     gl_Position = frame.view_projection * vec4(block_to_world(block_instance, block_position), 1.0);
+    gl_Position.xy *= viewport_share;
 }

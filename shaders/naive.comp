@@ -10,6 +10,7 @@
 #include "shaders/scene_tables.glsl"
 #include "shaders/shared/frame.h"
 #include "shaders/lib/alpha.glsl"
+#include "shaders/lib/alpha_key.glsl"
 #endif
 
 layout(local_size_x = 64) in;
@@ -154,7 +155,7 @@ void main() {
                 bool nearer = u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > ray.t_min && t < hit.t;
 #ifdef HALFLIGHT_ALPHA
                 if (nearer && triangles[k].alpha_tested != 0u) {
-                    uint key = ray_key(index, frame.seed, frame.sample_index, alpha_salt);
+                    uint key = alpha_key_of_path(frame, index, alpha_salt);
                     nearer = alpha_accept(triangles[k].id, instance, u, v, key);
                 }
 #endif

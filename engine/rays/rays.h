@@ -31,9 +31,8 @@ struct RayBatch {
     graph::BufferHandle list;         // optional: capacity x uint
     graph::BufferHandle list_header;  // with list: ListHeader of shaders/shared/rays.h
     // Keys the alpha test of blended surfaces, only read where TraceTables::alpha_tested: uniform block of struct Frame
-    // (shaders/shared/frame.h), whose seed and sample_index change from run to run, and a salt that tells batches of
-    // one run apart. The kernel's key: ray_key(path, hash_combine(hash_combine(frame.seed, frame.sample_index),
-    // alpha_salt)).
+    // (shaders/shared/frame.h), whose seed and sample_index change from run to run and whose band tells the pixel of a
+    // path, and a salt that tells batches of one run apart. The kernel's key: shaders/lib/alpha_key.glsl.
     graph::BufferHandle frame_constants;
     std::uint32_t alpha_salt = 0;
 };

@@ -3,10 +3,10 @@
 // Variant: HALFLIGHT_ALPHA.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
-#include "shaders/lib/hash.glsl"
 
 layout(binding = UNIT_FREE) uniform samplerBuffer rays;  // RGBA32F, two texels each
 #ifdef HALFLIGHT_ALPHA
+#include "shaders/lib/alpha_key.glsl"
 layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
 uniform uint alpha_salt;
 #endif
@@ -20,7 +20,7 @@ Ray load_ray(uint path) {
 // Not read without HALFLIGHT_ALPHA.
 uint alpha_key(uint path) {
 #ifdef HALFLIGHT_ALPHA
-    return ray_key(path, frame.seed, frame.sample_index, alpha_salt);
+    return alpha_key_of_path(frame, path, alpha_salt);
 #else
     return 0u;
 #endif

@@ -84,6 +84,22 @@ TrianglePoint pair_point(TriangleRay ray, PairEdges e, bool second) {
     return triangle_point(ray, edges_of(e, second), corners_z(e, second));
 }
 
+// A triangle by itself, its corners in the order of the file: the same bits as in whatever pair it is.
+struct TriangleHit {
+    bool met;  // anywhere on the line
+    TrianglePoint at;
+};
+
+vec3 along_axes(TriangleRay ray, vec3 v) {
+    return ray.axes.z == 0 ? v.yzx : (ray.axes.z == 1 ? v.zxy : v);
+}
+
+TriangleHit intersect_triangle(TriangleRay ray, vec3 a, vec3 b, vec3 c) {
+    a = along_axes(ray, a), b = along_axes(ray, b), c = along_axes(ray, c);
+    PairEdges e = intersect_pair(ray, vec4(a.x, b.x, c.x, c.x), vec4(a.y, b.y, c.y, c.y), vec4(a.z, b.z, c.z, c.z));
+    return TriangleHit(e.met.x, triangle_point(ray, vec3(e.ring.y, -e.across, e.ring.x), e.z.xyz));
+}
+
 vec3 arranged(vec3 v, bvec3 is_second, bvec3 is_third) {
     float first = is_second.x || is_third.x ? (is_second.y || is_third.y ? v.z : v.y) : v.x;
     return vec3(first, is_second.x ? v.x : (is_second.y ? v.y : v.z), is_third.x ? v.x : (is_third.y ? v.y : v.z));

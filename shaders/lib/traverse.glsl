@@ -10,6 +10,7 @@
 // HALFLIGHT_COUNT (nodes visited). A kernel that knows where hits are may begin elsewhere: TRAVERSAL_ROOT, and within an
 // instance BLOCK_ROOT.
 #include "shaders/shared/rays.h"
+#include "shaders/lib/block_ray.glsl"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/finite.glsl"
 #include "shaders/lib/intersect.glsl"
@@ -78,22 +79,6 @@ PlaceHit intersect_place(TriangleRay ray, int place, uint instance, float t_min,
     }
     return h;
 }
-
-#ifdef HALFLIGHT_TWO_LEVEL
-// The ray in the space of a block; t is the same in both, as the direction keeps its scale.
-Ray ray_in_block(Ray ray, uint instance) {
-    vec4 rows[3] = vec4[3](instance_row(instance, kInstanceWorldToBlock, 0),
-                           instance_row(instance, kInstanceWorldToBlock, 1),
-                           instance_row(instance, kInstanceWorldToBlock, 2));
-    precise vec3 origin;
-    precise vec3 direction;
-    for (int i = 0; i < 3; ++i) {
-        origin[i] = rows[i].x * ray.origin.x + rows[i].y * ray.origin.y + rows[i].z * ray.origin.z + rows[i].w;
-        direction[i] = rows[i].x * ray.direction.x + rows[i].y * ray.direction.y + rows[i].z * ray.direction.z;
-    }
-    return Ray(origin, ray.t_min, direction, ray.t_max);
-}
-#endif
 
 // What is put aside. Kernels that begin elsewhere than at the root fill it themselves, for closest hits far entries first, and
 // call traverse_from(); they may need HALFLIGHT_STACK_MORE entries beyond what a traversal does. With that, they may also put

@@ -9,7 +9,7 @@ HALFLIGHT_SHARED_BEGIN
 // A frame is rendered in horizontal bands so that no buffer outgrows a driver's limit. Paths of a band are numbered in tile
 // order (shaders/shared/pixel_order.h); sampling is keyed by the pixel of the whole image, so bands change no result.
 struct Frame {
-    mat4 view_projection;       // world (relative to origin) to clip, reversed infinite depth, jitter included
+    mat4 view_projection;       // world (relative to origin) to clip of the raster window, reversed infinite depth, jitter included
     mat4 previous_view_projection;  // of the frame before, without jitter
     vec4 camera_position;       // xyz relative to SceneTables::origin; w: 1 perspective, 0 orthographic
     vec4 camera_right;          // xyz: half of the image's width on the plane at distance 1 (orthographic: on any plane)
@@ -24,8 +24,12 @@ struct Frame {
     uint seed;                  // of the whole frame: user's seed and frame number
     uint tiles_x;               // 16x16 blocks across
     uint tiles_y;               // 16x16 blocks down the band
+    int window_y;               // row of the image that is rasterized into row 0 of the visibility texture
+    int unused1;
+    int unused2;
+    int unused3;
 };
-HALFLIGHT_SHARED_SIZE(Frame, 240)
+HALFLIGHT_SHARED_SIZE(Frame, 256)
 
 HALFLIGHT_SHARED_END
 

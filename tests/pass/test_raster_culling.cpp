@@ -161,6 +161,7 @@ TEST_F(RasterCullingTest, CoverageIsKeyedByPath) {
     buffers.bind();
     shared::Frame frame{};
     frame.seed = 5;
+    frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // any pixel of its own for each path
     gpu::Buffer frame_constants("frame constants", sizeof(frame), &frame);
     Pair pair(tables, small_leaves(), rays::NodeFormat::grid, buffers.defines());
     pair.frame_constants = &frame_constants;

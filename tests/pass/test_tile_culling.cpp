@@ -222,6 +222,7 @@ TEST_F(TileCulling, CoverageIsKeyedByPath) {
         buffers.bind();
         shared::Frame frame{};
         frame.seed = 5;
+        frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // any pixel of its own for each path
         gpu::Buffer frame_constants("frame constants", sizeof(frame), &frame);
         const std::vector<Ray> rays = mixed_rays(tables.bounds, 4000);
         std::vector<std::uint32_t> list(3000);

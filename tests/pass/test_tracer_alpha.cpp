@@ -63,6 +63,7 @@ class TracerAlpha : public GpuTest {
         gpu::Buffer hits("hits", kRays * sizeof(Hit)), occluded("occluded", kRays * sizeof(std::uint32_t));
         shared::Frame frame{};
         frame.seed = 5;
+        frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // any pixel of its own for each path
         frame.sample_index = sample;
         gpu::Buffer frame_constants("frame constants", sizeof(frame), &frame);
         graph::Graph graph;

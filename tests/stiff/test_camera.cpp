@@ -31,9 +31,18 @@ TEST_F(View, PlacesOfTheCamera) {
     expect("camera in a corner, looking in", seen({-1, -1, -1}, {0, 0, 0}, 0.5), 0, "pixels", kInside);
     expect("camera 10^-5 m from a wall, looking along it", seen({-1 + 1e-5, 0.1, 0.2}, {-1 + 1e-5, 0.1, 1}, 1), 0,
            "pixels", kInside);
-    // Walls before the near plane are not seen; here it is 2^-20 of the room's size.
     expect("camera 10^-5 m from a wall, looking at it", seen({-1 + 1e-5, 0.1, 0.2}, {-2, 0.1, 0.2}, 1), 0, "pixels",
            kInside);
+    // Walls before the near plane are not seen.
+    const Camera close = look_at_camera({-100 + 1e-4, 10, 20}, {-200, 10, 20}, {0, 1, 0}, 1);
+    expect("camera 10^-4 m from a wall of a room of 200 m, looking at it",
+           pixels_other_than(emission(scaled(room(), 100), close, 64, 64).beauty, 1), 0, "pixels", kInside);
+    Scene card;
+    add_quad(card, add_material(card, light_material(vec3(1))), {-5e-4f, -5e-4f, -1e-5f}, {1e-3f, 0, 0}, {0, 1e-3f, 0});
+    add_quad(card, add_material(card, light_material(vec3(3))), {-1e7f, -1e7f, -1e7f}, {2e7f, 0, 0}, {0, 2e7f, 0});
+    expect("camera 10^-5 m from a card of 1 mm before a wall of 10^7 m",
+           pixels_other_than(emission(card, look_at_camera({0, 0, 0}, {0, 0, -1}, {0, 1, 0}, 1), 64, 64).beauty, 1), 0,
+           "pixels", "exact: the card covers the view");
 
     Scene inside = room();
     add_box(inside, add_material(inside, diffuse_material(vec3(0))), vec3(-0.2f), vec3(0.3f));

@@ -7,6 +7,7 @@
 #include <random>
 
 #include "engine/gpu/program.h"
+#include "passes/raster_window.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/rays.h"
 #include "tests/support/gpu_test.h"
@@ -15,6 +16,7 @@ namespace halflight {
 namespace {
 
 constexpr double kRounding = 0x1p-24;  // of one float operation
+constexpr double kNear = 0x1p-60;      // plane of a perspective camera that leaves it open, of the reach
 
 struct View {
     Camera camera;
@@ -99,11 +101,12 @@ TEST(FrameConstants, TheSamplePointLandsInTheCentreOfItsTexel) {
         const dvec3 point = ray.origin + distance * ray.along - v.origin;
         const Projected p = project(frame.view_projection, point);
         ASSERT_GT(p.clip.w, 0);
-        const ivec2 size(v.sample.band.image.x, v.sample.band.rows);
+        const RasterWindow window = raster_window(v.sample.band);
+        const ivec2 size(v.sample.band.image.x, window.rows);
         for (int axis = 0; axis < 2; ++axis) {
             const double ndc = p.clip[axis] / p.clip.w;
             const double texel = (0.5 * ndc + 0.5) * size[axis];
-            const double expected = pixel[axis] - (axis == 1 ? v.sample.band.y : 0) + 0.5;
+            const double expected = pixel[axis] - (axis == 1 ? window.y : 0) + 0.5;
             const double error = 0.5 * size[axis] * (p.error[axis] + std::abs(ndc) * p.error.w) / p.clip.w;
             EXPECT_NEAR(texel, expected, error) << "view " << i << ", axis " << axis;
             EXPECT_LT(error, 0.05) << "the bound says something";
@@ -117,9 +120,7 @@ TEST(FrameConstants, DepthIsReversedAndBeginsAtTheNearPlane) {
         View v = random.next();
         if (i % 2 == 0) v.camera.near_plane = 0.01 * v.reach;
         if (i % 3 == 0) v.camera.far_plane = 1.5 * v.reach;
-        const double near = v.camera.near_plane > 0 ? v.camera.near_plane
-                            : v.camera.orthographic ? 0
-                                                    : v.reach * 0x1p-20;
+        const double near = v.camera.near_plane > 0 ? v.camera.near_plane : v.camera.orthographic ? 0 : v.reach * kNear;
         const dmat4 to_clip = world_to_clip(v.camera, v.sample.band.image, v.reach);
         const auto depth = [&](double distance) {
             const dvec4 clip = to_clip * v.camera.camera_to_world * dvec4(0, 0, -distance, 1);
@@ -220,9 +221,7 @@ void main() { rays[place] = camera_ray(frame, pixel); }
         const double half_width = std::tan(v.camera.vertical_fov / 2) * v.sample.band.image.x / v.sample.band.image.y;
         EXPECT_LT(glm::length(dvec3(r.direction) - ray.along / slope), 12 * kRounding * (1 + half_width / slope)) << i;
         EXPECT_NEAR(glm::length(r.direction), 1, 4 * kRounding);
-        const double near = v.camera.near_plane > 0 ? v.camera.near_plane
-                            : v.camera.orthographic ? 0
-                                                    : v.reach * 0x1p-20;
+        const double near = v.camera.near_plane > 0 ? v.camera.near_plane : v.camera.orthographic ? 0 : v.reach * kNear;
         EXPECT_NEAR(r.t_min, near * slope, 8 * kRounding * near * slope);
         if (v.camera.far_plane > 0) {
             EXPECT_NEAR(r.t_max, v.camera.far_plane * slope, 8 * kRounding * v.camera.far_plane * slope);

@@ -1,0 +1,14 @@
+// Keys of the alpha tests of a sample's rays: by the pixel of the picture, so that it does not matter where bands begin.
+#include "shaders/lib/hash.glsl"
+#include "shaders/shared/frame.h"
+#include "shaders/shared/pixel_order.h"
+
+// pixel: of the whole image. salt: tells the batches of a sample apart; 0 are camera rays.
+uint alpha_key_of_pixel(Frame frame, ivec2 pixel, uint salt) {
+    return ray_key(uint(pixel.y) * uint(frame.size.x) + uint(pixel.x), frame.seed, frame.sample_index, salt);
+}
+
+uint alpha_key_of_path(Frame frame, uint path, uint salt) {
+    ivec2 pixel = ivec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y)));
+    return alpha_key_of_pixel(frame, pixel + ivec2(0, frame.band_y), salt);
+}
