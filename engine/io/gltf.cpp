@@ -1,13 +1,17 @@
 #include "engine/io/gltf.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <new>
+#include <optional>
 #include <stdexcept>
 #include <tuple>
+#include <utility>
 
 #include "engine/io/gltf_accessor.h"
+#include "engine/io/gltf_animation.h"
 #include "engine/io/gltf_material.h"
 #include "engine/io/gltf_mesh.h"
 #include "engine/io/gltf_nodes.h"
@@ -150,7 +154,21 @@ void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
         warnings.add(fmt::format("{} primitives of lines are left out", report.line_primitives_skipped));
 }
 
-Scene convert(GltfDocument& document, const std::filesystem::path& path) {
+/// Materials and what they refer to, which are the same in every pose.
+struct Looks {
+    std::vector<TextureImage> images;
+    std::vector<Material> materials;
+};
+
+Looks load_looks(GltfDocument& document, std::vector<GltfMaterial>& materials) {
+    Looks looks;
+    looks.images = load_images(document, materials);
+    for (GltfMaterial& m : materials) looks.materials.push_back(std::move(m.material));
+    return looks;
+}
+
+/// With `kept`, looks are taken from there; those of the first time are left there.
+Scene convert(GltfDocument& document, const std::filesystem::path& path, std::optional<Looks>* kept = nullptr) {
     Scene scene;
     scene.name = path.string();
     const GltfNodes nodes = resolve_nodes(document);
@@ -158,8 +176,10 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path) {
     GltfMeshes meshes(document, materials, scene.report);
     Instances instances(document, nodes, meshes, scene);
     for (const int node : nodes.shown) instances.add(node);
-    scene.images = load_images(document, materials);
-    for (GltfMaterial& m : materials) scene.materials.push_back(std::move(m.material));
+    if (kept && !*kept) *kept = load_looks(document, materials);
+    Looks looks = kept ? **kept : load_looks(document, materials);
+    scene.images = std::move(looks.images);
+    scene.materials = std::move(looks.materials);
     if (meshes.used_default_material()) scene.materials.emplace_back().name = "default";
     scene.cameras = convert_cameras(document, nodes);
     scene.lights = convert_lights(document, nodes);
@@ -169,23 +189,162 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path) {
     return scene;
 }
 
-}  // namespace
-
-Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options) {
+/// Calls f(); what goes wrong names the file.
+template <class F>
+decltype(auto) guarded(const std::filesystem::path& path, F f) {
     try {
-        GltfDocument document = open_gltf(path, options);
-        Scene scene = convert(document, path);
-        try {
-            validate(scene);
-        } catch (const Error& e) {
-            throw Error(path.string(), e.what());
-        }
-        return scene;
+        return f();
     } catch (const std::bad_alloc&) {
         throw Error(path.string(), "needs more memory than there is");
     } catch (const std::length_error&) {
         throw Error(path.string(), "needs more memory than there is");
     }
+}
+
+Scene validated(Scene scene, const std::filesystem::path& path) {
+    try {
+        validate(scene);
+    } catch (const Error& e) {
+        throw Error(path.string(), e.what());
+    }
+    return scene;
+}
+
+}  // namespace
+
+Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options) {
+    return guarded(path, [&] {
+        GltfDocument document = open_gltf(path, options);
+        return validated(convert(document, path), path);
+    });
+}
+
+struct GltfScene::State {
+    State(const std::filesystem::path& p, const GltfOptions& options) : path(p), document(open_gltf(p, options)) {}
+
+    tinygltf::Node& node(int index) { return document.model.nodes[static_cast<std::size_t>(index)]; }
+
+    const std::vector<Animation>& read_all() {
+        if (!animations) {
+            const GltfWarnings before = std::exchange(document.warnings, {});
+            animations = read_animations(document);
+            SceneReport report;
+            document.warnings.write_to(report);
+            animation_warnings = std::move(report.warnings);
+            document.warnings = before;
+        }
+        return *animations;
+    }
+
+    /// Puts the nodes where they are at that time.
+    void pose(double seconds, Playing playing) {
+        document.warnings = opening_warnings;
+        for (const auto& [index, rest] : rest_poses) {
+            tinygltf::Node& n = node(index);
+            n.translation = rest.translation, n.rotation = rest.rotation, n.scale = rest.scale;
+            n.weights = rest.weights;
+        }
+        for (const std::size_t index : playing) {
+            const Animation& animation = read_all().at(index);
+            for (const AnimationChannel& channel : animation.channels) drive(animation, channel, seconds);
+        }
+    }
+
+    void drive(const Animation& animation, const AnimationChannel& channel, double seconds) {
+        tinygltf::Node& n = node(channel.node);
+        rest_poses.try_emplace(channel.node, RestPose{n.translation, n.rotation, n.scale, n.weights});
+        std::vector<double>& target = channel.property == NodeProperty::translation ? n.translation
+                                      : channel.property == NodeProperty::rotation  ? n.rotation
+                                      : channel.property == NodeProperty::scale     ? n.scale
+                                                                                    : n.weights;
+        const Keyframes& keys = animation.keyframes[channel.keyframes];
+        target.resize(static_cast<std::size_t>(keys.components));
+        sample(keys, seconds, target);
+    }
+
+    /// Whether these nodes and those below them carry more than cameras.
+    bool carry_surfaces(std::vector<int> todo) const {
+        const auto& nodes = document.model.nodes;
+        std::vector<bool> carries(nodes.size(), false), visited(nodes.size(), false);
+        for (const tinygltf::Skin& skin : document.model.skins)
+            for (const int joint : skin.joints) carries[static_cast<std::size_t>(joint)] = true;
+        while (!todo.empty()) {
+            const auto index = static_cast<std::size_t>(todo.back());
+            todo.pop_back();
+            if (visited[index]) continue;
+            visited[index] = true;
+            const tinygltf::Node& n = nodes[index];
+            if (carries[index] || n.mesh != kNone || find_extension(n.extensions, "KHR_lights_punctual")) return true;
+            todo.insert(todo.end(), n.children.begin(), n.children.end());
+        }
+        return false;
+    }
+
+    struct RestPose {
+        std::vector<double> translation, rotation, scale, weights;
+    };
+
+    std::filesystem::path path;
+    GltfDocument document;
+    GltfWarnings opening_warnings = document.warnings;
+    std::optional<std::vector<Animation>> animations;
+    std::vector<std::string> animation_warnings;
+    std::optional<Looks> looks;
+    std::map<int, RestPose> rest_poses;  // of nodes that have been driven, as the file has them
+};
+
+GltfScene::GltfScene(const std::filesystem::path& path, const GltfOptions& options)
+    : state_(guarded(path, [&] { return std::make_unique<State>(path, options); })) {}
+
+GltfScene::GltfScene(GltfScene&&) noexcept = default;
+GltfScene& GltfScene::operator=(GltfScene&&) noexcept = default;
+GltfScene::~GltfScene() = default;
+
+const std::vector<Animation>& GltfScene::animations() {
+    return guarded(
+        state_->path, [&]() -> auto& { return state_->read_all(); });
+}
+
+const std::vector<std::string>& GltfScene::animation_warnings() {
+    animations();
+    return state_->animation_warnings;
+}
+
+GltfDeformers GltfScene::deformers() const {
+    const tinygltf::Model& model = state_->document.model;
+    GltfDeformers deformers;
+    for (const tinygltf::Skin& skin : model.skins) deformers.skins.push_back({skin.name, skin.joints.size()});
+    for (const tinygltf::Mesh& mesh : model.meshes) {
+        std::size_t targets = 0;
+        for (const auto& primitive : mesh.primitives) targets = std::max(targets, primitive.targets.size());
+        if (targets > 0) deformers.morphed_meshes.push_back({mesh.name, targets});
+    }
+    return deformers;
+}
+
+Scene GltfScene::at(double seconds, Playing playing) {
+    return guarded(state_->path, [&] {
+        state_->pose(seconds, playing);
+        return validated(convert(state_->document, state_->path, &state_->looks), state_->path);
+    });
+}
+
+std::vector<Camera> GltfScene::cameras_at(double seconds, Playing playing) {
+    return guarded(state_->path, [&] {
+        state_->pose(seconds, playing);
+        return convert_cameras(state_->document, resolve_nodes(state_->document));
+    });
+}
+
+bool GltfScene::surfaces_move(Playing playing) {
+    std::vector<int> driven;
+    for (const std::size_t index : playing)
+        for (const AnimationChannel& channel : animations().at(index).channels) driven.push_back(channel.node);
+    return state_->carry_surfaces(std::move(driven));
+}
+
+const std::vector<std::filesystem::path>& GltfScene::files() const {
+    return state_->document.files;
 }
 
 }  // namespace halflight

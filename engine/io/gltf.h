@@ -3,7 +3,12 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
 
+#include "engine/scene/animation.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
@@ -29,5 +34,54 @@ struct GltfOptions {
 /// What can be mended is, and the report says so. All else throws Error, one line that names file and element. The
 /// result has passed validate().
 Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options = {});
+
+/// What a file has to deform meshes by.
+struct GltfDeformers {
+    struct Skin {
+        std::string name;
+        std::size_t joints = 0;
+    };
+    struct MorphedMesh {
+        std::string name;
+        std::size_t targets = 0;
+    };
+    std::vector<Skin> skins;
+    std::vector<MorphedMesh> morphed_meshes;  // those that have targets
+};
+
+/// A file that is read once and can be posed at any time. What it gives for a time is a function of the file, the
+/// animations and that time, whatever was asked for before.
+class GltfScene {
+  public:
+    /// Indices of animations that play, in the order in which they apply: of those that drive the same property of a
+    /// node, the last one counts.
+    using Playing = std::span<const std::size_t>;
+
+    /// Reads and checks the document, as load_gltf() does. Animations and images are read when they are first needed.
+    explicit GltfScene(const std::filesystem::path& path, const GltfOptions& options = {});
+    GltfScene(GltfScene&&) noexcept;
+    GltfScene& operator=(GltfScene&&) noexcept;
+    ~GltfScene();
+
+    /// Throws Error that names animation, channel or sampler (gltf_animation.h).
+    const std::vector<Animation>& animations();
+    /// Of animations(): left out channels, one line each.
+    const std::vector<std::string>& animation_warnings();
+    GltfDeformers deformers() const;
+    /// Of skins and morph targets, nodes, cameras and the nodes of lights at that time, finite; without animations what
+    /// load_gltf() gives. Throws what that throws, also where the pose is at fault: "nodes[3]: its transform
+    /// overflows".
+    Scene at(double seconds, Playing playing);
+    /// Only the cameras of at().
+    std::vector<Camera> cameras_at(double seconds, Playing playing);
+    /// Whether at() gives more than other cameras as time goes by: meshes, instances or lights.
+    bool surfaces_move(Playing playing);
+    /// That have been read so far: the scene's own first, buffers, images once at() has been called.
+    const std::vector<std::filesystem::path>& files() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
 
 }  // namespace halflight

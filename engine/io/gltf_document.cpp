@@ -263,6 +263,7 @@ std::string GltfDocument::read_uri(const std::string& uri, const std::string& el
             const fs::path path = locate(*this, uri, element);
             try {
                 bytes = read_file(path, options.max_file_bytes);
+                files.push_back(path);
             } catch (const Error& e) {
                 fail(element, "{}", e.what());
             }
@@ -285,6 +286,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     document.options = options;
 
     const std::string bytes = read_file(path, options.max_file_bytes);
+    document.files.push_back(path);
     document.bytes_read = bytes.size();
     if (bytes.empty()) throw Error(document.file, "is empty");
     if (is_lfs_pointer(bytes))
@@ -298,7 +300,10 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     Json root = parse_gltf_json(chunks.json, document.file);
     check_version(root, document.file);
     check_extensions(root, document);
-    root.erase("animations");  // a scene is at rest, and tinygltf would refuse a file for a damaged one
+    if (root.contains("animations")) {  // read when something is to move; tinygltf would refuse a damaged one at once
+        document.animations = std::move(root["animations"]);
+        root.erase("animations");
+    }
     check_layout(root, document);
     document.images = take_images(root, document);
     BufferFiles files = take_buffers(root, document, chunks.binary);

@@ -3,7 +3,9 @@
 
 #include <tiny_gltf.h>
 
+#include <filesystem>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -46,6 +48,8 @@ struct GltfDocument {
     std::uint64_t bytes_read = 0;  // of max_total_bytes
     tinygltf::Model model;
     std::vector<GltfImageSource> images;
+    nlohmann::json animations;                 // the list as it stands in the file, unchecked; null where there is none
+    std::vector<std::filesystem::path> files;  // that have been read so far, the scene's own first
     GltfWarnings warnings;
 
     template <class... Args>

@@ -76,6 +76,19 @@ const std::map<std::string_view, std::vector<Rule>>& schema() {
           {"intensity", number},
           {"spot", object, "spot"}}},
         {"spot", {{"innerConeAngle", number}, {"outerConeAngle", number}}},
+        // Checked by itself, when something is to move: see check_gltf_animations().
+        {"animations", {{"animations", objects, "animation"}}},
+        {"animation",
+         {{"name", text},
+          {"channels", objects, "animation channel", 0, kRequired},
+          {"samplers", objects, "animation sampler", 0, kRequired}}},
+        {"animation channel",
+         {{"sampler", natural, "", 0, kRequired}, {"target", object, "animation target", 0, kRequired}}},
+        {"animation target", {{"node", index, "nodes"}, {"path", text, "", 0, kRequired}}},
+        {"animation sampler",
+         {{"input", index, "accessors", 0, kRequired},
+          {"interpolation", text},
+          {"output", index, "accessors", 0, kRequired}}},
         {"asset", {{"version", text, "", 0, kRequired}, {"minVersion", text}}},
         {"accessor",
          {{"bufferView", index, "bufferViews"},
@@ -205,6 +218,8 @@ const std::map<std::string_view, std::vector<Rule>>& schema() {
 
 class Checker {
   public:
+    using ListSizes = std::map<std::string, std::size_t, std::less<>>;
+    Checker(ListSizes list_sizes, const std::string& file) : file_(file), list_sizes_(std::move(list_sizes)) {}
     Checker(Json& root, const std::string& file) : file_(file) {
         for (auto& [key, value] : root.items()) {
             if (value.is_array()) list_sizes_[key] = value.size();
@@ -334,7 +349,7 @@ class Checker {
     }
 
     const std::string& file_;
-    std::map<std::string, std::size_t, std::less<>> list_sizes_;
+    ListSizes list_sizes_;
 };
 
 // Far above anything that glTF needs; what walks the tree recursively is safe below it.
@@ -382,6 +397,13 @@ Json parse_gltf_json(std::string_view text, const std::string& file) {
     std::string path;
     Checker(root, file).object(root, "root", path);
     return root;
+}
+
+void check_gltf_animations(Json& animations, std::size_t accessors, std::size_t nodes, const std::string& file) {
+    Json root = {{"animations", std::move(animations)}};
+    std::string path;
+    Checker({{"accessors", accessors}, {"nodes", nodes}}, file).object(root, "animations", path);
+    animations = std::move(root["animations"]);
 }
 
 }  // namespace halflight

@@ -1,0 +1,147 @@
+#include "engine/io/gltf_animation.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <optional>
+#include <tuple>
+
+#include "engine/io/gltf_accessor.h"
+#include "engine/io/gltf_schema.h"
+
+namespace halflight {
+namespace {
+
+using Json = nlohmann::json;
+
+std::optional<NodeProperty> property_named(const std::string& path) {
+    if (path == "translation") return NodeProperty::translation;
+    if (path == "rotation") return NodeProperty::rotation;
+    if (path == "scale") return NodeProperty::scale;
+    if (path == "weights") return NodeProperty::weights;
+    return std::nullopt;
+}
+
+std::optional<Interpolation> interpolation_named(const std::string& name) {
+    if (name == "STEP") return Interpolation::step;
+    if (name == "LINEAR") return Interpolation::linear;
+    if (name == "CUBICSPLINE") return Interpolation::cubic_spline;
+    return std::nullopt;
+}
+
+template <class V>
+std::vector<float> flat(const std::vector<V>& values) {
+    const auto* const first = reinterpret_cast<const float*>(values.data());  // GLM's vectors are packed
+    return {first, first + values.size() * V::length()};
+}
+
+class Reader {
+  public:
+    explicit Reader(GltfDocument& document) : document_(document), accessors_(document) {}
+
+    Animation read(const Json& from, std::size_t index) {
+        element_ = fmt::format("animations[{}]", index);
+        samplers_ = &from.at("samplers");
+        read_.clear();
+        Animation animation;
+        animation.name = from.value("name", "");
+        const Json& channels = from.at("channels");
+        for (std::size_t i = 0; i < channels.size(); ++i) add_channel(animation, channels[i], i);
+        animation.begin = std::numeric_limits<double>::infinity();
+        animation.end = -animation.begin;
+        for (const Keyframes& keys : animation.keyframes) {
+            animation.begin = std::min<double>(animation.begin, keys.times.front());
+            animation.end = std::max<double>(animation.end, keys.times.back());
+        }
+        if (animation.keyframes.empty()) animation.begin = animation.end = 0;
+        return animation;
+    }
+
+  private:
+    void add_channel(Animation& animation, const Json& from, std::size_t index) {
+        const std::string element = fmt::format("{}.channels[{}]", element_, index);
+        const Json& target = from.at("target");
+        const auto path = target.at("path").get<std::string>();
+        const auto property = property_named(path);
+        if (!property || !target.contains("node")) {
+            document_.warnings.add(property ? "drives no node, it is left out"
+                                            : fmt::format("drives '{}', which is not supported; it is left out", path),
+                                   element);
+            return;
+        }
+        const int node = target.at("node");
+        const auto sampler = from.at("sampler").get<std::size_t>();
+        if (sampler >= samplers_->size())
+            document_.fail(element, "sampler {} is not an index into its samplers, which has {}", sampler,
+                           samplers_->size());
+        const int targets = check_target(element, node, *property);
+        const auto [it, is_new] = read_.try_emplace({sampler, *property, targets}, animation.keyframes.size());
+        if (is_new) animation.keyframes.push_back(read_sampler(sampler, *property, targets));
+        animation.channels.push_back({node, *property, it->second});
+    }
+
+    /// Number of morph targets where weights are driven, else 0.
+    int check_target(const std::string& element, int index, NodeProperty property) const {
+        const tinygltf::Node& node = document_.model.nodes[static_cast<std::size_t>(index)];
+        if (property != NodeProperty::weights) {
+            if (!node.matrix.empty()) document_.fail(element, "nodes[{}] has a matrix, which cannot be driven", index);
+            return 0;
+        }
+        std::size_t targets = 0;
+        if (node.mesh != kNone)
+            for (const auto& primitive : document_.model.meshes[static_cast<std::size_t>(node.mesh)].primitives)
+                targets = std::max(targets, primitive.targets.size());
+        if (targets == 0) document_.fail(element, "drives weights of nodes[{}], which has no morph targets", index);
+        return static_cast<int>(targets);
+    }
+
+    Keyframes read_sampler(std::size_t index, NodeProperty property, int targets) const {
+        const std::string element = fmt::format("{}.samplers[{}]", element_, index);
+        const Json& from = samplers_->at(index);
+        const std::string name = from.value("interpolation", "LINEAR");
+        const auto interpolation = interpolation_named(name);
+        if (!interpolation) document_.fail(element, "interpolation '{}' is unknown", name);
+        Keyframes keys;
+        keys.interpolation = *interpolation;
+        keys.rotation = property == NodeProperty::rotation;
+        keys.components = property == NodeProperty::weights ? targets : keys.rotation ? 4 : 3;
+        const int input = from.at("input"), output = from.at("output");
+        // An accessor of weights has an element for each of them.
+        const std::size_t per_key = (keys.interpolation == Interpolation::cubic_spline ? 3 : 1) *
+                                    static_cast<std::size_t>(property == NodeProperty::weights ? targets : 1);
+        const std::size_t expected = accessors_.count(input) * per_key;
+        if (accessors_.count(output) != expected)
+            document_.fail(element, "its output has {} elements for {} keys, {} expected", accessors_.count(output),
+                           accessors_.count(input), expected);
+        keys.times = accessors_.read<float>(input, element + ".input");
+        const std::string purpose = element + ".output";
+        if (property == NodeProperty::weights)
+            keys.values = accessors_.read<float>(output, 0, expected, purpose, true);
+        else if (keys.rotation)
+            keys.values = flat(accessors_.read<vec4>(output, 0, expected, purpose, true));
+        else
+            keys.values = flat(accessors_.read<vec3>(output, purpose));
+        check_keyframes(keys, fmt::format("{}: {}", document_.file, element));
+        return keys;
+    }
+
+    GltfDocument& document_;
+    const GltfAccessors accessors_;
+    std::string element_;
+    const Json* samplers_ = nullptr;
+    std::map<std::tuple<std::size_t, NodeProperty, int>, std::size_t> read_;  // samplers may serve many channels
+};
+
+}  // namespace
+
+std::vector<Animation> read_animations(GltfDocument& document) {
+    std::vector<Animation> animations;
+    if (document.animations.is_null()) return animations;
+    Json list = document.animations;
+    check_gltf_animations(list, document.model.accessors.size(), document.model.nodes.size(), document.file);
+    Reader reader(document);
+    for (std::size_t i = 0; i < list.size(); ++i) animations.push_back(reader.read(list[i], i));
+    return animations;
+}
+
+}  // namespace halflight
