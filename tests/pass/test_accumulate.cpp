@@ -156,7 +156,7 @@ class AccumulateTest : public PassTest {
         const graph::BufferHandle states = import("states", n * sizeof(shared::PathState));
         const graph::BufferHandle later = import("light occluded", n * sizeof(shared::uint));
         if (variant.light) sample.direct = DirectLightEstimate{light, occluded};
-        if (variant.paths) sample.paths = PathBuffers{{}, {}, states};
+        if (variant.paths) sample.paths.emplace().states = states;
         if (variant.pending) sample.continuation = Continuation{later};
         sums = add_accumulate(graph, stage.view(graph), sample, {variant.squares, variant.features}, counts);
         for (const graph::BufferHandle h :

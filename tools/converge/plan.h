@@ -34,10 +34,10 @@ struct Budget {
 std::string text(const Budget& budget);  ///< "16 samples", "0.5 s"
 
 struct Plan {
-    std::vector<Method> methods;        // with their estimators no two alike
-    std::vector<Budget> budgets;        // all of samples or all of seconds, growing
-    int seeds = 8;                      // > 0: independent pictures of each budget
-    std::vector<Estimator> estimators;  // of each method; empty: the default one for all
+    std::vector<Method> methods;          // with their estimators no two alike
+    std::vector<Budget> budgets;          // all of samples or all of seconds, growing
+    int seeds = 8;                        // > 0: independent pictures of each budget
+    std::vector<Estimator> estimators{};  // of each method; empty: the default one for all
 
     Estimator estimator(std::size_t method) const { return estimators.empty() ? Estimator() : estimators[method]; }
     /// "plain", or "plain lights=tree" where estimators are compared.
