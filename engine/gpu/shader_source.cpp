@@ -51,8 +51,8 @@ class Expander {
     explicit Expander(ExpandedSource& out) : out_(out) {}
 
     void add(const std::string& name, std::string_view text) {
-        const std::size_t file = out_.files.size();
-        out_.files.push_back(name);
+        const std::size_t file = number_of(name);
+        open_.push_back(file);
         for (std::size_t number = 1; !text.empty(); ++number) {
             const std::size_t end = std::min(text.find('\n'), text.size());
             const std::string_view line = text.substr(0, end);
@@ -60,11 +60,12 @@ class Expander {
             if (directive(line, "version")) continue;
             if (const auto target = included(line)) {
                 include(*target, name, number);
-            } else {
-                (out_.text += line) += '\n';
-                out_.lines.push_back({file, number});
+                continue;
             }
+            conditions_ += directive(line, "if") ? 1 : directive(line, "endif") ? -1 : 0;
+            put(line, {file, number});
         }
+        open_.pop_back();
     }
 
   private:
@@ -77,14 +78,42 @@ class Expander {
         return std::string(target);
     }
 
+    /// Whether a condition holds is the compiler's to know. What stands under one is guarded by a macro, and is there
+    /// again where it is included again.
     void include(const std::string& target, const std::string& from, std::size_t line) {
-        if (std::find(out_.files.begin(), out_.files.end(), target) != out_.files.end()) return;
+        const std::size_t file = number_of(target);
+        if (there_[file] || std::ranges::find(open_, file) != open_.end()) return;
         const auto text = load(target);
         if (!text) throw Error(fmt::format("{}:{}", from, line), "there is no shader file \"{}\"", target);
+        there_[file] = conditions_ == 0;
+        if (there_[file] && !maybe_there_[file]) return add(target, *text);
+        maybe_there_[file] = true;
+        const ExpandedSource::Line place{number_of(from), line};
+        put(fmt::format("#ifndef HALFLIGHT_INCLUDED_{0}\n#define HALFLIGHT_INCLUDED_{0}", file), place);
+        out_.lines.push_back(place);
         add(target, *text);
+        put("#endif", place);
+    }
+
+    std::size_t number_of(const std::string& name) {
+        const auto found = std::ranges::find(out_.files, name);
+        if (found != out_.files.end()) return static_cast<std::size_t>(found - out_.files.begin());
+        out_.files.push_back(name);
+        there_.push_back(false);
+        maybe_there_.push_back(false);
+        return out_.files.size() - 1;
+    }
+
+    void put(std::string_view text, ExpandedSource::Line line) {
+        (out_.text += text) += '\n';
+        out_.lines.push_back(line);
     }
 
     ExpandedSource& out_;
+    std::vector<bool> there_;        // by file: included whatever the conditions are
+    std::vector<bool> maybe_there_;  // by file: included under a condition
+    std::vector<std::size_t> open_;  // files that are being added
+    int conditions_ = 0;             // around the line
 };
 
 }  // namespace

@@ -10,11 +10,11 @@
 #include "shaders/shared/portable.h"
 
 // Texture units. UNIT_FREE: the rays.
-#define UNIT_RASTER_BOXES 17   // RGBA32F: boxes of culling nodes
-#define UNIT_RASTER_SHAFTS 18  // RGBA32F, 4 texels each: shafts of tiles, then of blocks
-#define UNIT_RASTER_DEPTH 19   // 2D D32F: how far a tile's rays still reach
-#define UNIT_RASTER_SIZES 20   // 2D R32UI: entries of a tile's list
-#define UNIT_RASTER_LISTS 21   // R32UI: kRasterList entries per tile
+#define UNIT_RASTER_BOXES (UNIT_FREE + 1)   // RGBA32F: boxes of culling nodes
+#define UNIT_RASTER_SHAFTS (UNIT_FREE + 2)  // RGBA32F, 4 texels each: shafts of tiles, then of blocks
+#define UNIT_RASTER_DEPTH (UNIT_FREE + 3)   // 2D D32F: how far a tile's rays still reach
+#define UNIT_RASTER_SIZES (UNIT_FREE + 4)   // 2D R32UI: entries of a tile's list
+#define UNIT_RASTER_LISTS (UNIT_FREE + 5)   // R32UI: kRasterList entries per tile
 
 HALFLIGHT_SHARED_BEGIN
 

@@ -195,6 +195,41 @@ TEST_F(ProgramTest, CompileErrorsNameFileAndLine) {
     EXPECT_EQ(own.find("shaders/kernel.comp:4: "), 0u) << own;
 }
 
+// An include that the compiler skips must not keep later ones from being there; nor may a file be there twice.
+TEST_F(ProgramTest, IncludesUnderConditions) {
+    const ShaderFolder folder;
+    folder.add("lib/deep.glsl", "const uint kDeep = 3u;\n");
+    folder.add("lib/one.glsl", "#include \"shaders/lib/deep.glsl\"\nuint one() { return kDeep - 2u; }\n");
+    folder.add("lib/self.glsl", "#ifndef SELF\n#define SELF\n#include \"shaders/lib/self.glsl\"\n#endif\n");
+    const std::string text =
+        "#ifdef FIRST\n#include \"shaders/lib/one.glsl\"\n#endif\n"
+        "#include \"shaders/lib/self.glsl\"\n"
+        "#ifdef SECOND\n#include \"shaders/lib/one.glsl\"\n#endif\n"
+        "#ifndef LAST\n#include \"shaders/lib/one.glsl\"\n#include \"shaders/lib/deep.glsl\"\n#endif\n"
+        "#include \"shaders/lib/one.glsl\"\n"
+        "layout(local_size_x = 1) in;\n"
+        "layout(std430, binding = 0) buffer Out { uint result; };\n"
+        "void main() { result = one() + kDeep; }\n";
+    for (int mask = 0; mask < 8; ++mask) {
+        Defines defines;
+        const char* names[] = {"FIRST", "SECOND", "LAST"};
+        for (int i = 0; i < 3; ++i)
+            if ((mask >> i & 1) != 0) defines.set(names[i]);
+        const Program program = Program::compute({"conditions", text}, defines);
+        const Buffer result("result", sizeof(std::uint32_t));
+        result.bind_storage(0);
+        program.dispatch(1);
+        EXPECT_EQ(result.read<std::uint32_t>().front(), 4u) << mask;
+    }
+    // Lines are still told where they come from.
+    folder.add("lib/bad.glsl", "\nuint bad( { }\n");
+    EXPECT_TRUE(error_message([] {
+                    Program::compute({"conditions",
+                                      "#ifdef NEVER\n#include \"shaders/lib/bad.glsl\"\n#endif\n"
+                                      "#include \"shaders/lib/bad.glsl\"\nvoid main() {}\n"});
+                }).starts_with("shaders/lib/bad.glsl:2: "));
+}
+
 TEST_F(ProgramTest, LinkErrorsNameTheProgram) {
     const ShaderSource vertex("v", "out float a;\nvoid main() { a = 1; gl_Position = vec4(a); }\n");
     const ShaderSource fragment("f", "in vec3 a;\nout vec4 c;\nvoid main() { c = a.xyzz; }\n");
