@@ -100,6 +100,25 @@ TEST_F(Converge, BiasIsFlagged) {
     EXPECT_LT(std::abs(report()["methods"][0]["points"][2]["relative_bias"]["value"].get<double>()), 0.06);
 }
 
+TEST_F(Converge, EstimatorsAreCompared) {
+    const Outcome outcome =
+        converge({"--samples", "4,16", "--seeds", "2", "--method", "plain,compute,oracle", "--reference-samples", "32",
+                  "--estimator", "lights=power", "--estimator", "lights=uniform"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Json json = report();
+    Strings names;
+    for (const Json& method : json["methods"]) names.push_back(method["method"]);
+    EXPECT_EQ(names, (Strings{"plain lights=power", "plain lights=uniform", "compute lights=power",
+                              "compute lights=uniform", "oracle"}));
+    // The same estimator makes the same picture by whoever traces; others make others.
+    EXPECT_EQ(json["same_pictures"], (Json{{"compared", 8}, {"different", 0}}));
+    EXPECT_NE(json["methods"][0]["points"][1]["mse"], json["methods"][1]["points"][1]["mse"]);
+    EXPECT_EQ(json["methods"][0]["points"][1]["mse"], json["methods"][2]["points"][1]["mse"]);
+    // What the reference is of is the same with any of them.
+    ASSERT_EQ(converge({"--samples", "1", "--seeds", "1", "--method", "plain", "--reference-samples", "32"}).status, 0);
+    EXPECT_EQ(report()["reference"]["samples_found"], 32);
+}
+
 TEST_F(Converge, BudgetsOfSeconds) {
     const Outcome outcome = converge({"--seconds", "0.05,0.4", "--seeds", "2", "--method", "plain,oracle",
                                       "--reference", "gl", "--reference-samples", "64"});
@@ -123,6 +142,8 @@ TEST_F(Converge, RefusesWhatMakesNoSense) {
     };
     refused({"--method", "plain,fast"}, "--method: unknown method 'fast'");
     refused({"--method", "plain,plain"}, "--method: 'plain' is given twice");
+    refused({"--estimator", "lights=tree", "--estimator", "lights=tree"}, "--estimator: 'lights=tree' is given twice");
+    refused({"--estimator", "lights=sun"}, "--estimator: lights=sun: there is no lights=sun");
     refused({"--samples", "1,4,4"}, "--samples: wants budgets that grow, not '1,4,4'");
     refused({"--samples", "1,,4"}, "--samples: wants a whole number from 1 to");
     refused({"--seconds", "1"}, "--samples: cannot be given together with --seconds");

@@ -275,5 +275,49 @@ TEST_F(City, RefusesInOneLine) {
     EXPECT_NE(unwritable.err.find("missing/cornell.glb"), std::string::npos) << unwritable.err;
 }
 
+TEST(Emitters, HasWhatWasAskedFor) {
+    const TemporaryFolder folder;
+    const auto hall = [&](const std::vector<std::string>& arguments) {
+        std::vector<std::string> command{"emitters"};
+        command.insert(command.end(), arguments.begin(), arguments.end());
+        const Outcome outcome = make(command, folder / "hall.glb");
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return Glb(folder / "hall.glb");
+    };
+    const auto lamps = [](const Glb& glb) {
+        std::size_t triangles = 0;
+        for (const Json& mesh : glb.json["meshes"]) {
+            for (const Json& primitive : mesh["primitives"]) {
+                const Json& material = glb.json["materials"][primitive["material"].get<std::size_t>()];
+                if (material.contains("emissiveFactor")) triangles += glb.indices(primitive).size() / 3;
+            }
+        }
+        return triangles / 2;
+    };
+    for (const int lights : {1, 10, 2000}) {
+        for (const int triangles : {4012, 12345}) {
+            const Glb glb = hall({"--lights", std::to_string(lights), "--triangles", std::to_string(triangles)});
+            EXPECT_EQ(glb.triangles(), static_cast<std::uint64_t>(triangles));
+            EXPECT_EQ(lamps(glb), static_cast<std::size_t>(lights));
+        }
+    }
+    expect_sound(hall({"--lights", "500"}), "hall");
+    const std::string once = read_text(folder / "hall.glb");
+    hall({"--lights", "500"});
+    EXPECT_TRUE(read_text(folder / "hall.glb") == once);
+
+    const auto refused = [&](const std::vector<std::string>& command, const char* file, const char* why) {
+        const Outcome outcome = make(command, folder / file);
+        EXPECT_NE(outcome.status, 0);
+        EXPECT_NE(outcome.err.find(why), std::string::npos) << outcome.err;
+        EXPECT_EQ(std::count(outcome.err.begin(), outcome.err.end(), '\n'), 1) << outcome.err;
+        EXPECT_FALSE(fs::exists(folder / file));
+    };
+    refused({"emitters", "--lights", "100", "--triangles", "211"}, "few.glb", "100 lights in a hall are 212 triangles");
+    refused({"emitters", "--lights", "0"}, "none.glb", "--lights");
+    refused({"emitters", "--triangles", "0"}, "none.glb", "no triangles");
+    refused({"emitters"}, "hall.png", "hall.png: is no name of a .glb");
+}
+
 }  // namespace
 }  // namespace halflight::test

@@ -17,9 +17,10 @@ const char* const kLibrary = R"(
 #include "shaders/lib/intersect.glsl"
 #include "shaders/lib/surface.glsl"
 const uint kTurns = 16384u;
+const vec3 kTowardsAny = vec3(0.0);  // no light is behind a receiver of this normal, nor before it
 LightSample sample_of(vec3 position, uint point, uint n) {
     Sampler s = make_sampler(point, 3u, n, 11u);
-    return sample_light(position, sample_1d_bits(s, 0u), sample_2d(s, 1u));
+    return sample_light(receiver_at(position, kTowardsAny), sample_1d_bits(s, 0u), sample_2d(s, 1u));
 }
 Ray to_block(Ray ray, uint instance) {
 #ifdef HALFLIGHT_INSTANCES
@@ -122,14 +123,17 @@ TEST_F(ShadingLights, IrradianceFromASquareIsItsFormFactor) {
 // Merged and shared emitters: densities agree with what a ray that meets the light is told, cover the solid angle
 // exactly once, and no shadow ray is stopped by the light that it goes to.
 TEST_F(ShadingLights, DensitiesAndShadowRays) {
-    for (const int copies : {1, 3}) {
+    const std::pair<int, LightChoice> cases[] = {
+        {1, LightChoice::power}, {3, LightChoice::power}, {1, LightChoice::tree}, {3, LightChoice::tree}};
+    for (const auto& [copies, choice] : cases) {
+        SCOPED_TRACE(name(choice));
         std::vector<dmat4> placements;
         for (int i = 0; i < copies; ++i) {
             const dmat4 turned = glm::rotate(glm::translate(dmat4(1), dvec3(3 * i, 0.3, 2)), 0.5 + i, dvec3(1, 2, 3));
             placements.push_back(glm::scale(turned, dvec3(i == 1 ? -1 : 1, 0.5 + i, 1)));
         }
         Scene scene = emitter_scene(placements, vec3(1));
-        const ShadingScene shading(scene);
+        const ShadingScene shading(scene, choice);
         std::mt19937 random(3);
         const auto uniform = [&](double low, double high) { return low + (high - low) * random() * 0x1p-32; };
         const dvec3 middle(shading.trace.bounds.centre());
@@ -169,7 +173,7 @@ TEST_F(ShadingLights, DensitiesAndShadowRays) {
                     if (hit.triangle != kMiss && hit.t >= ray.t_max && hit.t < 1.001) {
                         Surface surface = surface_at(hit, ray.direction);
                         float far = distance(p, surface.position);
-                        float pdf = light_pdf(hit, s.direction, far, surface.geometric_normal);
+                        float pdf = light_pdf(receiver_at(p, kTowardsAny), hit, s.direction, far, surface.geometric_normal);
                         worst = max(worst, abs(pdf / s.pdf - 1.0));
                     } else {
                         unmatched += hit.t > 0.999 ? 1.0 : 0.0;
@@ -369,7 +373,7 @@ TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
             // Independent numbers: chi-square wants them.
             uint seed = hash_combine(hash_u32(i), 77u);
             vec2 xi = vec2(unit_float(hash_combine(seed, 1u)), unit_float(hash_combine(seed, 2u)));
-            LightSample s = sample_light(vec3(0.0), seed, xi);
+            LightSample s = sample_light(receiver_at(vec3(0.0), kTowardsAny), seed, xi);
             result[0] = vec4(s.direction, s.pdf);
             result[1] = vec4(s.weight * s.pdf - environment_radiance(s.direction), environment_pdf(s.direction));
             result[2] = vec4(s.weight, 0.0);

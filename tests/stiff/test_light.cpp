@@ -72,6 +72,43 @@ TEST_F(Light, DarkBesideBright) {
                 kAlbedo / kPi, 1e-3, "1/1000 for the view's 0.02 rad");
 }
 
+TEST_F(Light, ManyOfAllKinds) {
+    Scene scene = floor();
+    double exact = 0;
+    for (int i = 0; i < 64; ++i) {
+        const double turn = 2.4 * i, away = 0.05 * i, high = 0.3 + 0.02 * ((7 * i) % 64);
+        const dvec3 at(away * std::cos(turn), high, away * std::sin(turn));
+        const double square = glm::dot(at, at), cosine = high / std::sqrt(square);
+        if (i % 2 == 0) {
+            const double size = 0.01 + 0.001 * i;
+            const dvec3 u(size, 0.3 * size, 0), v(0, 0.2 * size, size);
+            const float radiance = static_cast<float>(1 + i * i);
+            add_quad(scene, add_material(scene, light_material(vec3(radiance))), vec3(at), vec3(u), vec3(v));
+            exact += radiance * polygon_irradiance(dvec3(0), {0, 1, 0}, {at, at + u, at + u + v, at + v});
+            continue;
+        }
+        const bool spot = i % 4 == 3;
+        const int lamp = add_lamp(scene, spot ? LightType::spot : LightType::point, at, 0.1f);
+        PunctualLight& light = scene.lights[static_cast<std::size_t>(lamp)];
+        light.inner_cone = 0.5f, light.outer_cone = 1.2f;
+        if (i % 8 == 7) light.direction = {0, 1, 0};
+        const double off = glm::dot(dvec3(light.direction), -at) / std::sqrt(square);
+        const double inner = std::cos(double(light.inner_cone)), outer = std::cos(double(light.outer_cone));
+        const double cone = spot ? std::clamp((off - outer) / (inner - outer), 0.0, 1.0) : 1;
+        exact += double(light.intensity.x) * cosine / square * cone * cone;
+    }
+    expect_spot("64 squares, bulbs and spots", scene, dvec3(0), 0.01, exact);
+
+    // One that is dim beside its 40 neighbours behind a wall, which take nearly all of what power gives.
+    Scene rooms = closed_box(diffuse_material(vec3(kAlbedo)));
+    add_box(rooms, 0, {3, -1, -1}, {5, 1, 1});
+    add_lamp(rooms, LightType::point, {0, 0, 0}, 1);
+    for (int i = 0; i < 40; ++i) add_lamp(rooms, LightType::point, {4, 0.02 * i - 0.4, 0}, 1e8f);
+    const Camera camera = look_at_camera({0, 0, 0}, {0, -1, 0}, {0, 0, -1}, 0.02);
+    expect_mean("floor under a lamp, 40 others of 10^8 behind a wall", mean_of(picture(rooms, camera, 64, 1024, 1)),
+                kAlbedo / kPi, 1e-3, "1/1000 for the view's 0.02 rad");
+}
+
 TEST_F(Light, OnePixelSun) {
     Scene scene = floor();
     Image& map = scene.environment.map = Image(64, 32, 3);

@@ -204,8 +204,7 @@ TEST(LightTree, ProbabilitiesAddUp) {
     }
 }
 
-/// Light that a node's bounds leave out would be missing: whatever shines at a receiver has a probability, and it is
-/// above what its share of all that arrives is, but for a factor.
+/// What a node's bounds leave out would be left to chance: whatever shines at a receiver has a probability there.
 TEST(LightTree, WhatShinesIsFound) {
     const auto lights = mixed_lights(200, 10);
     const LightTree tree = tree_of(lights);

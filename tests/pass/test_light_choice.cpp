@@ -1,0 +1,86 @@
+// Whatever picks the lights, pictures tend to the same one, which is the oracle's; what differs is how noisy they are.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
+#include "tests/support/reference_renders.h"
+
+namespace halflight::test {
+namespace {
+
+class LightChoiceTest : public GpuTest {
+  protected:
+    RenderResult picture(const Scene& scene, LightChoice choice, int samples, int bounces) {
+        RenderSettings settings = small_settings(scene.cameras.front(), 32, 32, samples, bounces);
+        settings.estimator.lights = choice;
+        return render(context, scene, settings);
+    }
+};
+
+/// A Cornell box with a glossy block that is lit by 40 small squares, bulbs and spots, and a dim sky: what glossy rays
+/// meet is weighed against what is picked.
+Scene lit_by_many() {
+    Scene scene = cornell_box(metal_material(vec3(0.9f, 0.8f, 0.6f), 0.3f));
+    const int light = add_material(scene, light_material(vec3(20)));
+    for (int i = 0; i < 40; ++i) {
+        const auto f = static_cast<float>(i);
+        const vec3 at(0.8f * std::sin(3.1f * f), 0.9f * std::sin(1.7f * f + 1), 0.8f * std::sin(2.3f * f + 2));
+        if (i % 2 == 0) {
+            const float size = 0.03f + 0.002f * f;
+            add_quad(scene, light, at, {size, 0.3f * size, 0}, {0, size, 0.5f * size});
+            continue;
+        }
+        PunctualLight& lamp = scene.lights.emplace_back();
+        lamp.type = i % 4 == 1 ? LightType::point : LightType::spot;
+        lamp.position = dvec3(0.9f * at);
+        lamp.direction = vec3(0, i % 8 < 4 ? 1 : -1, 0);
+        lamp.intensity = vec3(0.05f);
+        lamp.inner_cone = 0.3f, lamp.outer_cone = 0.8f;
+    }
+    scene.environment.color = vec3(0.05f);
+    return scene;
+}
+
+TEST_F(LightChoiceTest, PicturesAreTheOracles) {
+    const Scene scene = lit_by_many();
+    const ReferenceResult oracle = render_oracle(scene, scene.cameras.front(), 32, 128, 4);
+    for (const LightChoice choice : {LightChoice::tree, LightChoice::power, LightChoice::uniform}) {
+        SCOPED_TRACE(name(choice));
+        const RenderResult result = picture(scene, choice, 128, 4);
+        EXPECT_EQ(result.stats.estimator.lights, choice);
+        for (int channel = 0; channel < 3; ++channel) {
+            const MeanValue found = mean_radiance(result, channel);
+            const MeanRadiance expected = mean_radiance(oracle, channel);
+            EXPECT_NEAR(found.value, expected.value, 5 * std::hypot(found.error, expected.error)) << channel;
+            EXPECT_LT(found.error, 0.02 * found.value) << "and tells so";
+        }
+    }
+}
+
+/// Spots that point away from each other in pairs, over a floor: bounds that let opposite cones cancel out look for
+/// light where none is.
+TEST_F(LightChoiceTest, OppositeSpotsCostNothing) {
+    Scene scene = floor_scene(diffuse_material(vec3(0.5f)));
+    for (int i = 0; i < 64; ++i) {
+        for (const float y : {-1.0f, 1.0f}) {
+            PunctualLight& spot = scene.lights.emplace_back();
+            spot.type = LightType::spot;
+            spot.position = dvec3(i % 8 - 3.5, 2, i / 8 - 3.5);
+            spot.direction = vec3(0, y, 0);
+            spot.inner_cone = 0.4f, spot.outer_cone = 0.6f;
+        }
+    }
+    scene.cameras = {spot_camera(dvec3(0), {0.1, 1, 0.2}, 6)};
+    const auto relative_error = [&](LightChoice choice) {
+        const MeanValue mean = mean_radiance(picture(scene, choice, 64, 1), 0);
+        return mean.error / mean.value;
+    };
+    // Of 128 spots about one lights a place: by power nearly all choices are in vain.
+    EXPECT_LT(relative_error(LightChoice::tree), 0.4 * relative_error(LightChoice::power));
+}
+
+}  // namespace
+}  // namespace halflight::test
