@@ -20,7 +20,6 @@ layout(std430, binding = 2) writeonly buffer Surfaces { vec4 surfaces[]; };
 #define HALFLIGHT_STORE_SURFACE
 #include "shaders/lib/alpha_key.glsl"
 #include "shaders/lib/camera.glsl"
-#include "shaders/lib/primary_hit.glsl"
 #include "shaders/lib/primary_search.glsl"
 #include "shaders/lib/surface_record.glsl"
 #include "shaders/lib/environment.glsl"
@@ -32,10 +31,10 @@ void main() {
     // Beyond the picture's edge the last pixel is looked at again, and then nothing is made of it.
     pixel = min(pixel, ivec2(frame.size.x, frame.band_rows) - 1) + ivec2(0, frame.band_y);
     Ray ray = camera_ray(frame, pixel);
-    uvec2 seen = search_seen(frame, pixel, ray, alpha_key_of_pixel(frame, pixel, 0u));
+    PrimarySearch seen = search_seen(frame, pixel, ray, alpha_key_of_pixel(frame, pixel, 0u));
     vec3 wo = -ray.direction;
-    Hit hit = primary_hit(ray, seen.x != 0u ? seen.x - 1u : 0u, seen.y);
-    bool is_hit = inside && seen.x != 0u && hit.t <= ray.t_max;
+    Hit hit = seen.hit;
+    bool is_hit = inside && seen.is_hit && hit.t <= ray.t_max;
     Surface surface = surface_at(hit, ray.direction);
     Material material = evaluate_material(surface, wo);
     Bsdf bsdf = make_bsdf(material, surface.geometric_normal, wo);

@@ -24,7 +24,7 @@ void main() {
     // Also taken by opaque triangles: alpha_accept is true for them, and a branch would save nothing here.
     ivec2 pixel = ivec2(gl_FragCoord.xy) + ivec2(0, frame.window_y);
     Ray ray = camera_ray(frame, pixel);
-    Hit hit = primary_hit(ray, triangle, instance);
+    Hit hit = primary_hit(ray, triangle, instance).hit;
     uint key = alpha_key_of_pixel(frame, pixel, 0u);
     if (!alpha_accept(triangle, instance, hit.u, hit.v, key)) discard;
 #endif

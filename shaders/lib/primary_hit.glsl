@@ -1,23 +1,32 @@
-// The hit record of a triangle that the rasterizer found, as the tracers would write it.
+// The hit record of a triangle that the rasterizer found. Needs shaders/scene_tables.glsl.
+#include "shaders/lib/block_ray.glsl"
+#include "shaders/lib/intersect.glsl"
 #include "shaders/shared/rays.h"
 
-// Barycentrics of the ray's intersection with the triangle's plane (Moller and Trumbore 1997), moved onto the triangle:
-// the rasterizer's snapped edges reach up to 1/256 pixel further than the exact ones.
-Hit primary_hit(Ray ray, uint triangle, uint instance) {
+struct PrimaryHit {
+    bool met;  // anywhere on the line
+    Hit hit;   // as the tracers write it; where it is not met, of the triangle's point beside the ray
+};
+
+float positive_up_to(float v, float largest) { return v > 0.0 ? min(v, largest) : 0.0; }  // 0 for NaN
+
+PrimaryHit primary_hit(Ray ray, uint triangle, uint instance) {
+#ifdef HALFLIGHT_INSTANCES
+    ray = ray_in_block(ray, instance);
+#endif
     uvec3 corner = triangle_corners(triangle);
-    vec3 a = block_to_world(instance, corner_position(corner.x)) - ray.origin;
-    vec3 e1 = block_to_world(instance, corner_position(corner.y)) - ray.origin - a;
-    vec3 e2 = block_to_world(instance, corner_position(corner.z)) - ray.origin - a;
-    vec3 p = cross(ray.direction, e2);
-    float determinant = dot(e1, p);
-    vec3 q = cross(a, e1);
-    // Seen exactly edge-on nothing tells the barycentrics: any point of the triangle is on the ray as far as floats go.
-    float scale = determinant != 0.0 ? 1.0 / determinant : 0.0;
-    Hit hit;
-    hit.u = clamp(-dot(a, p) * scale, 0.0, 1.0);
-    hit.v = clamp(-dot(ray.direction, q) * scale, 0.0, 1.0 - hit.u);
-    hit.t = dot(a + hit.u * e1 + hit.v * e2, ray.direction);
-    hit.triangle = triangle;
-    hit.instance = instance;
-    return hit;
+    vec3 a = corner_position(corner.x), b = corner_position(corner.y), c = corner_position(corner.z);
+    TriangleHit exact = intersect_triangle(triangle_ray(ray.origin, ray.direction), a, b, c);
+    PrimaryHit h;
+    h.met = exact.met;
+    // The rasterizer's snapped edges reach up to 1/256 pixel further. Seen exactly edge-on nothing tells the weights: any
+    // point of the triangle is on the ray as far as floats go.
+    h.hit.u = positive_up_to(exact.at.weights.y, 1.0);
+    h.hit.v = positive_up_to(exact.at.weights.z, 1.0 - h.hit.u);
+    vec3 beside = a + h.hit.u * (b - a) + h.hit.v * (c - a) - ray.origin;
+    float t_beside = dot(beside, ray.direction) / dot(ray.direction, ray.direction);
+    h.hit.t = exact.met ? exact.at.t : t_beside;
+    h.hit.triangle = triangle;
+    h.hit.instance = instance;
+    return h;
 }

@@ -1,15 +1,15 @@
-// What a camera ray hits, of what is seen at its pixel and beside it. Needs the texture `visibility`, shaders/scene_tables.glsl.
+// What a camera ray hits, of what is seen at its pixel and beside it. Needs the texture `visibility` and
+// shaders/scene_tables.glsl.
 //
 // Rasterizers snap corners to 1/256 pixel, and depths by as much of their slope, so that beside an edge another triangle
 // shows than the pixel's ray hits. That one is then seen by a neighbouring pixel, unless it is smaller than a pixel
 // itself: the nearest of those that the ray meets is taken, ties as shaders/lib/traverse.glsl breaks them.
 #include "shaders/lib/alpha.glsl"
-#include "shaders/lib/block_ray.glsl"
-#include "shaders/lib/intersect.glsl"
+#include "shaders/lib/primary_hit.glsl"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
 
-// Triangle + 1 (0: nothing) and instance. pixel: of the image; outside of it, that of its edge.
+// Triangle + 1 (0: nothing) and instance. pixel: of the image; beyond its edge, the one there.
 uvec2 seen_at(Frame frame, ivec2 pixel) {
     ivec2 inside = clamp(pixel, ivec2(0), frame.size - 1);
     return texelFetch(visibility, inside - ivec2(0, frame.window_y), 0).xy;
@@ -20,47 +20,43 @@ ivec2 neighbour(ivec2 pixel, int i) {
     return pixel + ivec2(i == 1 ? 1 : (i == 2 ? -1 : 0), i == 3 ? 1 : (i == 4 ? -1 : 0));
 }
 
-const int kPixelsAsked = 5;
+struct PrimarySearch {
+    bool is_hit;
+    Hit hit;  // of some triangle where there is none
+};
 
-// alpha_key: of the ray. As seen_at(). Where the ray meets none of them: nothing, if that is what one of them shows,
-// else what the rasterizer has drawn.
-uvec2 search_seen(Frame frame, ivec2 pixel, Ray ray, uint alpha_key) {
+// alpha_key: of the ray. Where the ray meets none of them: nothing, if that is what one of them shows, else what the
+// rasterizer has drawn.
+PrimarySearch search_seen(Frame frame, ivec2 pixel, Ray ray, uint alpha_key) {
     uvec2 drawn = seen_at(frame, pixel);
-    bool alike = true;
-    for (int i = 1; i < kPixelsAsked; ++i) alike = alike && seen_at(frame, neighbour(pixel, i)) == drawn;
-    int count = alike ? 0 : kPixelsAsked;
+    uvec2 right = seen_at(frame, neighbour(pixel, 1)), left = seen_at(frame, neighbour(pixel, 2));
+    uvec2 below = seen_at(frame, neighbour(pixel, 3)), above = seen_at(frame, neighbour(pixel, 4));
+    bool open = drawn.x == 0u || right.x == 0u || left.x == 0u || below.x == 0u || above.x == 0u;
+    // The pixel's own, and what is not among the ones before: software drivers pay for each turn of the loop below, by
+    // the most that any of eight pixels takes.
+    uint asked = 1u | (right != drawn ? 2u : 0u) | (left != drawn && left != right ? 4u : 0u) |
+                 (below != drawn && below != right && below != left ? 8u : 0u) |
+                 (above != drawn && above != right && above != left && above != below ? 16u : 0u);
 
-    uvec2 nearest = drawn;
-    float nearest_t = uintBitsToFloat(0x7f800000u);
+    Hit nearest;
     bool met = false;
-    bool open = false;
-    int i = 0;
+    bool first = true;
     do {
-        if (i < count) {
-            uvec2 seen = seen_at(frame, neighbour(pixel, i));
-            open = open || seen.x == 0u;
-            uint triangle = max(seen.x, 1u) - 1u;
-            uvec3 corner = triangle_corners(triangle);
-#ifdef HALFLIGHT_INSTANCES
-            Ray local = ray_in_block(ray, seen.y);
-#else
-            Ray local = ray;
-#endif
-            TriangleHit hit = intersect_triangle(triangle_ray(local.origin, local.direction), corner_position(corner.x),
-                                                 corner_position(corner.y), corner_position(corner.z));
-            bool wins_tie = seen.y < nearest.y || (seen.y == nearest.y && seen.x < nearest.x);
-            bool nearer = seen.x != 0u && hit.met && hit.at.t > ray.t_min &&
-                          (hit.at.t < nearest_t || (hit.at.t == nearest_t && wins_tie));
+        if (asked != 0u) {
+            uvec2 seen = seen_at(frame, neighbour(pixel, findLSB(asked)));
+            asked &= asked - 1u;
+            PrimaryHit p = primary_hit(ray, max(seen.x, 1u) - 1u, seen.y);
+            bool wins_tie = p.hit.instance < nearest.instance ||
+                            (p.hit.instance == nearest.instance && p.hit.triangle < nearest.triangle);
+            bool nearer = !met || p.hit.t < nearest.t || (p.hit.t == nearest.t && wins_tie);
+            nearer = nearer && seen.x != 0u && p.met && p.hit.t > ray.t_min;
 #ifdef HALFLIGHT_ALPHA
-            nearer = nearer && alpha_accept(triangle, seen.y, hit.at.weights.y, hit.at.weights.z, alpha_key);
+            nearer = nearer && alpha_accept(p.hit.triangle, p.hit.instance, p.hit.u, p.hit.v, alpha_key);
 #endif
-            if (nearer) {
-                nearest = seen;
-                nearest_t = hit.at.t;
-                met = true;
-            }
+            if (nearer || first) nearest = p.hit;
+            met = met || nearer;
+            first = false;
         }
-        ++i;
-    } while (i < count);
-    return met ? nearest : (open ? uvec2(0u) : drawn);
+    } while (asked != 0u);
+    return PrimarySearch(met || !open, nearest);
 }

@@ -199,8 +199,9 @@ TEST_F(DirectLightTest, OfTheAtriumSampleBySample) {
             }
         }
     }
-    // Edges are snapped to 1/256 pixel (gbuffer.h); of pixels as large as these 0.11 % see a neighbouring triangle.
-    EXPECT_LT(otherwise, seen * 0.002);
+    // Of pixels as large as these 0.047 % see another triangle (gbuffer.h), 0.11 % where only their own one is looked
+    // at.
+    EXPECT_LT(otherwise, seen * 0.0008);
     EXPECT_GT(otherwise, 0) << "no edges in sight: the pixels are not those that were asked for";
     ASSERT_EQ(pairs.size(), 4u);
     for (const auto& [technique, p] : pairs) {
@@ -211,6 +212,7 @@ TEST_F(DirectLightTest, OfTheAtriumSampleBySample) {
         EXPECT_NEAR(p.ours_alike / p.oracle_alike, 1, 2e-4);
     }
     EXPECT_NEAR(ours / expected, 1, 1e-3);
+    RecordProperty("otherwise", std::to_string(double(otherwise) / seen));
     RecordProperty("shift", std::to_string(ours / expected - 1));
 }
 
