@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <charconv>
+#include <limits>
+#include <numeric>
 #include <unordered_set>
 
 #include "engine/core/error.h"
@@ -44,7 +46,70 @@ Range parse_range(std::string_view subject, std::string_view entry) {
     return range;
 }
 
+/// Digits with a point among them, as whole / 10^decimals; false where it is none, or too long.
+bool take_decimal(std::string_view& text, std::int64_t& whole, std::int64_t& power) {
+    constexpr std::size_t kMostDigits = 12;
+    whole = 0, power = 1;
+    std::size_t digits = 0;
+    bool point = false;
+    for (; !text.empty() && digits <= kMostDigits; text.remove_prefix(1)) {
+        const char c = text.front();
+        if (c == '.' && !point) {
+            point = true;
+        } else if (c >= '0' && c <= '9') {
+            whole = 10 * whole + (c - '0'), power *= point ? 10 : 1;
+            ++digits;
+        } else {
+            break;
+        }
+    }
+    return digits > 0 && digits <= kMostDigits;
+}
+
+/// The rate of colour television that is meant by 23.976, 29.97, ...: whole / power where it is none.
+void snap_to_ntsc(std::int64_t& whole, std::int64_t& power) {
+    if (power < 100) return;
+    for (const std::int64_t nominal : {24, 30, 48, 60, 120}) {
+        // Half a unit of the last decimal that is given, or all of it where the rest was cut off.
+        const std::int64_t difference = whole * 1001 - nominal * 1000 * power;
+        if (difference > -1001 && difference < 1001) whole = nominal * 1000, power = 1001;
+    }
+}
+
 }  // namespace
+
+std::string frames_text(const std::vector<std::uint32_t>& frames) {
+    std::string text;
+    for (std::size_t i = 0; i < frames.size();) {
+        std::size_t end = i + 1;
+        while (end < frames.size() && frames[end] > frames[end - 1] && frames[end] - frames[end - 1] == 1) ++end;
+        if (end - i < 3) end = i + 1;
+        text += fmt::format("{}{}", text.empty() ? "" : ",", frames[i]);
+        if (end - i > 1) text += fmt::format("-{}", frames[end - 1]);
+        i = end;
+    }
+    return text;
+}
+
+FrameRate parse_frame_rate(std::string_view subject, std::string_view text) {
+    std::string_view rest = text;
+    std::int64_t numerator = 0, denominator = 1;
+    bool good = take_decimal(rest, numerator, denominator);
+    if (good && denominator == 1 && take(rest, '/')) {
+        std::int64_t power = 1;
+        good = take_decimal(rest, denominator, power) && power == 1 && denominator > 0;
+    } else if (good) {
+        snap_to_ntsc(numerator, denominator);
+    }
+    if (!good || !rest.empty()) throw Error(subject, "wants frames per second as N, N.N or N/D, not '{}'", text);
+    const std::int64_t common = std::max<std::int64_t>(std::gcd(numerator, denominator), 1);
+    numerator /= common, denominator /= common;
+    constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
+    const double rate = static_cast<double>(numerator) / static_cast<double>(denominator);
+    if (!(rate >= 0.001 && rate <= 1e6) || numerator > kMost || denominator > kMost)
+        throw Error(subject, "wants 0.001 to 1000000 frames per second, not '{}'", text);
+    return {static_cast<std::int32_t>(numerator), static_cast<std::int32_t>(denominator)};
+}
 
 std::vector<std::uint32_t> parse_frames(std::string_view subject, std::string_view text) {
     std::vector<std::uint32_t> frames;

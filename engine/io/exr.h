@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "engine/core/chromaticities.h"
+#include "engine/core/frames.h"
 #include "engine/core/image.h"
 #include "engine/core/math.h"
 
@@ -28,6 +29,17 @@ struct ExrLayer {
     ExrType type = ExrType::float32;
 };
 
+/// A place in a sequence (SMPTE 12M), without drop frames.
+struct TimeCode {
+    int hours = 0;    // [0, 23]
+    int minutes = 0;  // [0, 59]
+    int seconds = 0;  // [0, 59]
+    int frame = 0;    // [0, 29]
+    bool operator==(const TimeCode&) const = default;
+};
+/// Of a frame; wraps after 24 hours. None where time codes cannot count: rates that are not whole or above 30.
+std::optional<TimeCode> time_code(const FrameRate& rate, std::uint32_t frame);
+
 /// Cameras are given the engine's way (column vectors, right-handed, looking along -Z, +Y up) and stored the standard's
 /// (ImfStandardAttributes.h): Imath's row-vector matrices; worldToCamera left-handed, looking along +Z; worldToNDC with
 /// (0, 0) at the display window's upper left and (1, 1) at its lower right corner. Read back they are the engine's
@@ -36,7 +48,9 @@ struct ExrAttributes {
     std::optional<Chromaticities> chromaticities;
     std::optional<dmat4> world_to_camera;
     std::optional<dmat4> world_to_clip;  // OpenGL clip space: x, y in [-w, w], +y up
-    std::string capture_date;            // capDate: local time as "YYYY:MM:DD hh:mm:ss"; see capture_date_now()
+    std::optional<FrameRate> frame_rate;
+    std::optional<TimeCode> time_code;
+    std::string capture_date;  // capDate: local time as "YYYY:MM:DD hh:mm:ss"; see capture_date_now()
     std::string software;
     std::string comments;
     std::map<std::string, std::string> extra;  // further text attributes

@@ -145,6 +145,14 @@ ExrAttributes attributes_of(const Imf::Header& header) {
         attributes.world_to_camera = exr_camera_from_camera() * from_row_vector_form(Imf::worldToCamera(header));
     if (Imf::hasWorldToNDC(header))
         attributes.world_to_clip = glm::inverse(exr_ndc_from_clip()) * from_row_vector_form(Imf::worldToNDC(header));
+    if (Imf::hasFramesPerSecond(header)) {
+        const Imf::Rational& rate = Imf::framesPerSecond(header);
+        attributes.frame_rate = {rate.n, static_cast<std::int32_t>(rate.d)};
+    }
+    if (Imf::hasTimeCode(header)) {
+        const Imf::TimeCode& t = Imf::timeCode(header);
+        attributes.time_code = {t.hours(), t.minutes(), t.seconds(), t.frame()};
+    }
     for (auto i = header.begin(); i != header.end(); ++i) {
         const auto* text = dynamic_cast<const Imf::StringAttribute*>(&i.attribute());
         const std::string name = i.name();

@@ -48,6 +48,8 @@ void add_attributes(Imf::Header& header, const ExrAttributes& attributes) {
         Imf::addWorldToCamera(header, row_vector_form(exr_camera_from_camera() * *attributes.world_to_camera));
     if (attributes.world_to_clip)
         Imf::addWorldToNDC(header, row_vector_form(exr_ndc_from_clip() * *attributes.world_to_clip));
+    if (const auto& rate = attributes.frame_rate) Imf::addFramesPerSecond(header, {rate->numerator, rate->denominator});
+    if (const auto& t = attributes.time_code) Imf::addTimeCode(header, {t->hours, t->minutes, t->seconds, t->frame});
     if (!attributes.capture_date.empty()) Imf::addCapDate(header, attributes.capture_date);
     if (!attributes.comments.empty()) Imf::addComments(header, attributes.comments);
     if (!attributes.software.empty()) header.insert("software", Imf::StringAttribute(attributes.software));
@@ -74,6 +76,13 @@ void check_layers(const std::string& subject, const std::vector<ExrLayer>& layer
 }
 
 }  // namespace
+
+std::optional<TimeCode> time_code(const FrameRate& rate, std::uint32_t frame) {
+    if (rate.denominator != 1 || rate.numerator > 30) return std::nullopt;
+    const auto per_second = static_cast<std::uint32_t>(rate.numerator), seconds = frame / per_second;
+    const auto part = [](std::uint32_t value) { return static_cast<int>(value); };
+    return TimeCode{part(seconds / 3600 % 24), part(seconds / 60 % 60), part(seconds % 60), part(frame % per_second)};
+}
 
 std::string capture_date_now() {
     std::time_t now = std::time(nullptr);

@@ -29,12 +29,13 @@ class Encoder {
     ~Encoder() { png_destroy_write_struct(&png_, &info_); }
 
     /// False where message() says why.
-    bool write(int width, int height, int channels, const std::uint8_t* bytes) {
+    bool write(int width, int height, int channels, const std::uint8_t* bytes, png_textp text) {
         if (setjmp(png_jmpbuf(png_))) return false;
         png_set_write_fn(png_, this, append, nullptr);
         png_set_IHDR(png_, info_, static_cast<png_uint_32>(width), static_cast<png_uint_32>(height), 8,
                      kColorTypes[channels - 1], PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
                      PNG_FILTER_TYPE_DEFAULT);
+        if (text != nullptr) png_set_text(png_, info_, text, 1);
         png_write_info(png_, info_);
         const std::size_t row = static_cast<std::size_t>(width) * static_cast<std::size_t>(channels);
         for (int y = 0; y < height; ++y) png_write_row(png_, bytes + row * static_cast<std::size_t>(y));
@@ -82,14 +83,18 @@ std::vector<std::uint8_t> quantize_8bit(const Image& image) {
 }
 
 std::string encode_png(const std::string& subject, int width, int height, int channels,
-                       const std::vector<std::uint8_t>& bytes) {
+                       const std::vector<std::uint8_t>& bytes, const PngText& text) {
     if (width < 1 || height < 1) throw Error(subject, "no pixels to write");
     if (channels < 1 || channels > 4 ||
         bytes.size() !=
             static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * static_cast<std::size_t>(channels))
         throw Error(subject, "{} bytes are no image of {} x {} x {}", bytes.size(), width, height, channels);
     Encoder encoder;
-    if (!encoder.write(width, height, channels, bytes.data()))
+    std::string keyword = text.keyword, value = text.text;
+    ::png_text chunk{};
+    chunk.compression = PNG_TEXT_COMPRESSION_NONE;
+    chunk.key = keyword.data(), chunk.text = value.data(), chunk.text_length = value.size();
+    if (!encoder.write(width, height, channels, bytes.data(), keyword.empty() ? nullptr : &chunk))
         throw Error(subject, "cannot be written as PNG of {} x {} pixels: {}", width, height, encoder.message());
     return encoder.take();
 }

@@ -127,4 +127,24 @@ Image read_png(const std::string& subject, std::string_view bytes, int max_side)
     return image;
 }
 
+std::string text_of_png(std::string_view png, std::string_view keyword) {
+    constexpr std::size_t kSignature = 8;
+    constexpr std::size_t kFrame = 12;  // of a chunk: length, type, checksum
+    const auto length_at = [&](std::size_t at) {
+        std::size_t value = 0;
+        for (const char c : png.substr(at, 4)) value = value << 8 | static_cast<unsigned char>(c);
+        return value;
+    };
+    for (std::size_t at = kSignature; at + kFrame <= png.size();) {
+        const std::size_t length = length_at(at);
+        if (length > png.size() - at - kFrame) break;
+        const std::string_view type = png.substr(at + 4, 4), body = png.substr(at + 8, length);
+        const std::size_t end = body.find('\0');
+        if (type == "tEXt" && end != std::string_view::npos && body.substr(0, end) == keyword)
+            return std::string(body.substr(end + 1));
+        at += kFrame + length;
+    }
+    return "";
+}
+
 }  // namespace halflight

@@ -14,7 +14,7 @@ PATH=$work/bin:$PATH
 
 block() { sed -n "/^\`\`\`$1\$/,/^\`\`\`\$/{/^\`\`\`/!p}" "$checkout/README.md"; }
 
-commands=$(block sh | sed -E 's/ *#.*//; s/--(samples|time) [0-9]+/--\1 1/; s/--(width|height) [0-9]+/--\1 32/')
+commands=$(block sh | sed -E 's/ +#.*//; s/--(samples|time) [0-9]+/--\1 1/; s/--(width|height) [0-9]+/--\1 32/')
 count=0
 while read -r command; do
     [ -n "$command" ] || continue

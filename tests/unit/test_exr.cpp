@@ -201,6 +201,24 @@ TEST_F(Exr, AttributesFollowTheStandard) {
     EXPECT_EQ(read.extra, attributes.extra);
 }
 
+TEST_F(Exr, FrameRatesAndTimeCodes) {
+    ExrAttributes attributes;
+    attributes.frame_rate = FrameRate{30000, 1001};
+    attributes.time_code = TimeCode{23, 59, 58, 29};
+    write_exr(path_, {{{"R"}, Image(2, 2, 1)}}, attributes);
+    const ExrAttributes read = read_exr(path_).attributes;
+    EXPECT_EQ(read.frame_rate, attributes.frame_rate);
+    EXPECT_EQ(read.time_code, attributes.time_code);
+    write_exr(path_, {{{"R"}, Image(2, 2, 1)}}, {});
+    EXPECT_FALSE(read_exr(path_).attributes.frame_rate || read_exr(path_).attributes.time_code);
+
+    EXPECT_EQ(time_code({24, 1}, 0), (TimeCode{0, 0, 0, 0}));
+    EXPECT_EQ(time_code({24, 1}, 24 * 3723 + 5), (TimeCode{1, 2, 3, 5}));
+    EXPECT_EQ(time_code({30, 1}, 30 * 86400 + 29), (TimeCode{0, 0, 0, 29})) << "the next day";
+    EXPECT_EQ(time_code({30, 1}, ~0u), (TimeCode{0, 12, 56, 15}));
+    EXPECT_FALSE(time_code({31, 1}, 0) || time_code({24000, 1001}, 0) || time_code({25, 2}, 0));
+}
+
 TEST_F(Exr, CaptureDateCanBePinned) {
     setenv("SOURCE_DATE_EPOCH", "86400", 1);
     EXPECT_EQ(capture_date_now(), "1970:01:02 00:00:00");

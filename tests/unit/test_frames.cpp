@@ -78,5 +78,40 @@ TEST(Frames, AreLimitedInNumber) {
     EXPECT_EQ(refusal("0-1048575,5000000"), "--frames: means more than 1048576 frames");
 }
 
+TEST(Frames, AsText) {
+    const auto again = [](const char* text) { return frames_text(frames(text)); };
+    EXPECT_EQ(frames_text({}), "");
+    EXPECT_EQ(again("7"), "7");
+    EXPECT_EQ(again("1,2,4,5,6,9"), "1,2,4-6,9");
+    EXPECT_EQ(again("3,2,1,2"), "3,2,1") << "in their order";
+    EXPECT_EQ(again("4294967293-4294967295,0-2"), "4294967293-4294967295,0-2");
+}
+
+TEST(FrameRates, AreExact) {
+    const auto rate = [](const char* text) { return parse_frame_rate("--fps", text); };
+    EXPECT_EQ(rate("24"), (FrameRate{24, 1}));
+    EXPECT_EQ(rate("12.5"), (FrameRate{25, 2}));
+    EXPECT_EQ(rate("50/2"), (FrameRate{25, 1}));
+    EXPECT_EQ(rate("1000000"), (FrameRate{1000000, 1}));
+    for (const char* text : {"23.976", "23.98", "23.976024", "24000/1001"})
+        EXPECT_EQ(rate(text), (FrameRate{24000, 1001})) << text;
+    for (const char* text : {"29.97", "29.970", "29.97003"}) EXPECT_EQ(rate(text), (FrameRate{30000, 1001})) << text;
+    EXPECT_EQ(rate("59.94"), (FrameRate{60000, 1001}));
+    EXPECT_EQ(rate("24.00"), (FrameRate{24, 1})) << "not 23.976";
+    EXPECT_EQ(rate("29.5"), (FrameRate{59, 2}));
+    EXPECT_EQ(rate("24").seconds(0), 0);
+    EXPECT_EQ(rate("24").seconds(36), 1.5);
+    EXPECT_DOUBLE_EQ(rate("29.97").seconds(30000), 1001);
+}
+
+TEST(FrameRates, WhatIsNoneIsRefused) {
+    const auto refusal = [](const char* text) { return error_message([&] { parse_frame_rate("--fps", text); }); };
+    for (const char* text : {"", ".", "-24", "+24", "24 ", "1e3", "nan", "24/", "/24", "24/0", "24/1.5", "2.5/2",
+                             "1.2.3", "1234567890123", "0x18"})
+        EXPECT_TRUE(refusal(text).starts_with("--fps: wants frames per second as N, N.N or N/D, not '")) << text;
+    for (const char* text : {"0", "0.0009", "1000001", "1/1001", "24.0000000001"})
+        EXPECT_TRUE(refusal(text).starts_with("--fps: wants 0.001 to 1000000 frames per second, not '")) << text;
+}
+
 }  // namespace
 }  // namespace halflight

@@ -129,6 +129,19 @@ TEST(Png, EveryTruncationIsAnError) {
     EXPECT_EQ(error_message([&] { read_png("a.png", bytes, 2, image); }), "a.png: 3 x 3 texels are more than 2 a side");
 }
 
+TEST(Png, TextLiesBesideThePixels) {
+    const std::vector<std::uint8_t> pixels = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
+    const std::string plain = encode_png("a.png", 2, 2, 3, pixels);
+    const std::string marked = encode_png("a.png", 2, 2, 3, pixels, {"Title", "one"});
+    EXPECT_EQ(text_of_png(plain, "Title"), "");
+    EXPECT_EQ(text_of_png(marked, "Title"), "one");
+    EXPECT_EQ(text_of_png(marked, "Titl"), "");
+    // libpng checks the sum of every chunk that it knows.
+    EXPECT_EQ(read_png("a.png", marked, 16).pixels, read_png("a.png", plain, 16).pixels);
+    for (std::size_t length = 0; length < marked.size(); ++length) text_of_png(marked.substr(0, length), "Title");
+    EXPECT_EQ(text_of_png(marked.substr(0, 60), "IHDR"), "");
+}
+
 TEST(Png, QuantizationRoundsToNearest) {
     for (int i = 0; i < 256; ++i) {
         EXPECT_EQ(quantize_8bit(static_cast<float>(i) / 255), i);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "engine/core/error.h"
 #include "passes/render.h"
@@ -97,7 +98,9 @@ void add_run_options(Options& options, RenderArguments& a) {
                  "build what the scene has no use for, too; costs time and memory, never changes the picture");
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither look for compiled shaders in $XDG_CACHE_HOME/halflight/programs nor keep them there");
-    options.path("--stats", "FILE.json", "write what was done, and the time of each pass; counting makes it slower",
+    options.path("--stats", "FILE.json",
+                 "write what was done, and the time of each pass; counting makes it slower. Of a sequence: a line for "
+                 "each frame, added to the file",
                  a.stats);
     options.path("--dump-graph", "FILE.dot", "write the frame's graph of passes for Graphviz", a.graph);
 }
@@ -114,15 +117,17 @@ using Paths = std::vector<std::filesystem::path>;
 
 /// No file is written twice, or over what is read.
 void check_files(const Paths& read, const Paths& written) {
+    std::set<std::filesystem::path> inputs, outputs;
+    for (const auto& path : read) inputs.insert(place(path));
     for (const auto& path : written) {
-        const auto same = [&, at = place(path)](const auto& other) { return place(other) == at; };
-        if (std::ranges::count_if(written, same) > 1) throw UsageError(path.string(), "is given twice as output");
-        if (std::ranges::any_of(read, same)) throw UsageError(path.string(), "is both input and output");
+        const auto at = place(path);
+        if (!outputs.insert(at).second) throw UsageError(path.string(), "is given twice as output");
+        if (inputs.contains(at)) throw UsageError(path.string(), "is both input and output");
     }
 }
 
 void check_files(const RenderArguments& a) {
-    Paths read = {a.scene}, written = a.outputs;
+    Paths read = {a.scene}, written = output_files(a);
     if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
     if (a.ocio) read.push_back(*a.ocio);
     if (a.stats) written.push_back(*a.stats);
@@ -136,6 +141,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
         if (!has_extension(path, "exr") && !has_extension(path, "png"))
             throw UsageError(path.string(), "an output is an .exr or a .png");
     }
+    check_sequence_options(app, a);
     check_files(a);
     if (!a.error) exclude(app, "--samples", "--time");
     for (const char* option : {"--error-metric", "--best-effort"})
@@ -198,6 +204,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     Options options(render_app);
     add_camera_options(options, render);
     add_picture_options(options, render);
+    add_sequence_options(options, render);
     add_light_options(options, render);
     add_color_options(options, render);
     add_run_options(options, render);

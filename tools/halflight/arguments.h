@@ -9,6 +9,7 @@
 
 #include "engine/color/color.h"
 #include "engine/core/error.h"
+#include "engine/core/frames.h"
 #include "engine/core/math.h"
 #include "engine/rays/tracer.h"
 #include "passes/estimator.h"
@@ -46,7 +47,7 @@ struct ViewArguments {
 
 /// `halflight render`; names of displays are not checked yet.
 struct RenderArguments : ViewArguments {
-    std::vector<std::filesystem::path> outputs;  // .exr or .png, no two alike
+    std::vector<std::filesystem::path> outputs;  // .exr or .png, no two alike; of a sequence with placeholders
 
     std::optional<int> samples;
     std::optional<double> time;  // seconds
@@ -55,6 +56,12 @@ struct RenderArguments : ViewArguments {
     bool best_effort = false;  // a picture whose error was not reached is one
     std::uint32_t seed = 0;
     std::uint32_t frame = 0;
+
+    std::vector<std::uint32_t> frames;     // of a sequence, in their order; empty: one picture, of `frame`
+    FrameRate frame_rate;                  // frame 0 is at 0 s
+    std::optional<std::string> animation;  // name, number, "all" or "none"
+    bool overwrite = false;                // frames of other settings are replaced
+    bool reproducible = false;             // no date in files
 
     std::vector<std::string> aovs;
     bool half = false;

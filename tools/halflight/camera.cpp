@@ -16,13 +16,12 @@ std::string list_of_cameras(const Scene& scene) {
 }
 
 /// By name, which comes first since a name may be a number, or by index.
-const Camera& find_camera(const Scene& scene, const std::string& wanted) {
+std::size_t find_camera(const Scene& scene, const std::string& wanted) {
     const auto named = std::ranges::find(scene.cameras, wanted, &Camera::name);
-    if (named != scene.cameras.end()) return *named;
+    if (named != scene.cameras.end()) return static_cast<std::size_t>(named - scene.cameras.begin());
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
-    if (error == std::errc() && end == wanted.data() + wanted.size() && index < scene.cameras.size())
-        return scene.cameras[index];
+    if (error == std::errc() && end == wanted.data() + wanted.size() && index < scene.cameras.size()) return index;
     throw Error(scene.name, "no camera '{}': {}", wanted, list_of_cameras(scene));
 }
 
@@ -30,13 +29,16 @@ const Camera& find_camera(const Scene& scene, const std::string& wanted) {
 
 ChosenCamera choose_camera(const Scene& scene, const ViewArguments& a) {
     if (a.look_from)
-        return {look_at_camera(*a.look_from, *a.look_at, a.up, glm::radians(a.vertical_fov)), "of the command line"};
+        return {look_at_camera(*a.look_from, *a.look_at, a.up, glm::radians(a.vertical_fov)), std::nullopt,
+                "of the command line"};
     if (a.camera) {
-        const Camera& camera = find_camera(scene, *a.camera);
-        return {camera, fmt::format("'{}' of the scene", camera.name)};
+        const std::size_t index = find_camera(scene, *a.camera);
+        const Camera& camera = scene.cameras[index];
+        return {camera, index, fmt::format("'{}' of the scene", camera.name)};
     }
-    if (scene.cameras.empty()) return {framing_camera(scene), "that frames the scene, which has none of its own"};
-    return {scene.cameras[0], fmt::format("'{}', the scene's first", scene.cameras[0].name)};
+    if (scene.cameras.empty())
+        return {framing_camera(scene), std::nullopt, "that frames the scene, which has none of its own"};
+    return {scene.cameras[0], 0, fmt::format("'{}', the scene's first", scene.cameras[0].name)};
 }
 
 ivec2 picture_size(const ViewArguments& a, const Camera& camera) {

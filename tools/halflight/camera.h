@@ -8,7 +8,8 @@ namespace halflight {
 
 struct ChosenCamera {
     Camera camera;
-    std::string origin;  // after "camera": "'nave' of the scene", "of the command line", ...
+    std::optional<std::size_t> index;  // of the scene's cameras, where it is one of them
+    std::string origin;                // after "camera": "'nave' of the scene", "of the command line", ...
 };
 
 /// Throws Error that lists the scene's cameras where the one asked for is not among them.

@@ -85,7 +85,7 @@ void run_converge(const ConvergeArguments& a) {
 
     Scene scene = load_scene(a.scene, a.allow_outside, console);
     set_environment(scene, a, console);
-    const auto [camera, origin] = choose_camera(scene, a);
+    const auto [camera, index, origin] = choose_camera(scene, a);
     const ivec2 size = picture_size(a, camera);
     Subject subject{.program = "halflight " HALFLIGHT_VERSION,
                     .scene = a.scene.string(),

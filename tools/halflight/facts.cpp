@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <functional>
 
+#include "engine/core/error.h"
 #include "engine/scene/shading_tables.h"
 #include "passes/render.h"
 #include "passes/scene_view.h"
@@ -139,6 +140,23 @@ Json scene_facts(const Scene& scene) {
             {"lights", lights(scene)},          {"material_features", features(scene)},
             {"passes", passes(scene)},          {"repaired", repaired(scene.report)},
             {"warnings", scene.report.warnings}};
+}
+
+Json motion_facts(GltfScene& scene, std::vector<std::string>& warnings) {
+    Json animations = Json::array(), skins = Json::array(), morphed = Json::array();
+    try {
+        for (const Animation& a : scene.animations())
+            animations.push_back({{"name", a.name}, {"seconds", a.end}, {"channels", a.channels.size()}});
+        const auto& left_out = scene.animation_warnings();
+        warnings.insert(warnings.end(), left_out.begin(), left_out.end());
+    } catch (const Error& error) {
+        warnings.push_back(error.what());
+    }
+    const GltfDeformers deformers = scene.deformers();
+    for (const auto& skin : deformers.skins) skins.push_back({{"name", skin.name}, {"joints", skin.joints}});
+    for (const auto& mesh : deformers.morphed_meshes)
+        morphed.push_back({{"mesh", mesh.name}, {"targets", mesh.targets}});
+    return {{"animations", animations}, {"skins", skins}, {"morph_targets", morphed}};
 }
 
 Json left_out_json(const std::vector<LeftOut>& left_out) {

@@ -5,6 +5,7 @@
 
 #include <vector>
 
+#include "engine/io/gltf.h"
 #include "engine/scene/scene.h"
 #include "passes/needs.h"
 
@@ -15,6 +16,9 @@ nlohmann::ordered_json scene_counts(const Scene& scene);
 
 /// All that `halflight info SCENE` tells, but for the file itself.
 nlohmann::ordered_json scene_facts(const Scene& scene);
+
+/// What a file has that moves: animations, skins, morph targets. Damaged animations are told of in `warnings`.
+nlohmann::ordered_json motion_facts(GltfScene& scene, std::vector<std::string>& warnings);
 
 /// A list of {what, fact, bytes}.
 nlohmann::ordered_json left_out_json(const std::vector<LeftOut>& left_out);

@@ -76,10 +76,13 @@ void run_info(const InfoArguments& a) {
     Json all = Json::object();
     if (a.device) all["devices"] = device_facts();
     if (a.scene) {
-        const Scene scene = load_scene(*a.scene, a.allow_outside, Console(true));  // the warnings are in the facts
+        Scene scene = load_scene(*a.scene, a.allow_outside, Console(true));  // the warnings are in the facts
+        GltfScene file(*a.scene, gltf_options(a.allow_outside));
+        const Json motion = motion_facts(file, scene.report.warnings);
         all["file"] = a.scene->string();
         all["bytes"] = std::filesystem::file_size(*a.scene);
         all.update(scene_facts(scene));
+        all.update(motion);
         if (a.needs) all["left_out"] = left_out_json(scene_left_out(scene));
     }
     if (a.json) {

@@ -1,14 +1,17 @@
 #include "tools/halflight/loading.h"
 
 #include "engine/io/environment.h"
-#include "engine/io/gltf.h"
 
 namespace halflight {
 
-Scene load_scene(const std::filesystem::path& path, bool allow_outside, const Console& console) {
+GltfOptions gltf_options(bool allow_outside) {
     GltfOptions options;
     options.allow_outside_folder = allow_outside;
-    Scene scene = load_gltf(path, options);
+    return options;
+}
+
+Scene load_scene(const std::filesystem::path& path, bool allow_outside, const Console& console) {
+    Scene scene = load_gltf(path, gltf_options(allow_outside));
     for (const std::string& warning : scene.report.warnings) console.warn("{}", warning);
     return scene;
 }

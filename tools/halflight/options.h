@@ -62,6 +62,12 @@ void add_light_options(Options& options, ViewArguments& arguments);
 /// Device, what the scene may name, quiet.
 void add_device_options(Options& options, ViewArguments& arguments);
 
+/// Which frames, when they are, what plays.
+void add_sequence_options(Options& options, RenderArguments& arguments);
+void check_sequence_options(const CLI::App& app, const RenderArguments& arguments);
+/// Of all frames, the names that the command line stands for; without --frames its outputs as they are.
+std::vector<std::filesystem::path> output_files(const RenderArguments& arguments);
+
 /// All of `halflight converge`.
 void add_converge_options(CLI::App& app, ConvergeArguments& arguments);
 void check_converge_options(const CLI::App& app, ConvergeArguments& arguments);

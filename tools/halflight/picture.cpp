@@ -5,6 +5,7 @@
 #include "engine/io/png.h"
 #include "tools/halflight/arguments.h"
 #include "tools/halflight/camera.h"
+#include "tools/halflight/fingerprint.h"
 
 namespace halflight {
 namespace {
@@ -42,19 +43,30 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     attributes.chromaticities = info.working_space.chromaticities;
     attributes.world_to_camera = glm::inverse(info.camera.camera_to_world);
     attributes.world_to_clip = standard_clip(info.camera, aspect);
-    attributes.capture_date = capture_date_now();
+    if (!info.reproducible) attributes.capture_date = capture_date_now();
+    attributes.frame_rate = info.frame_rate;
+    if (info.frame_rate) attributes.time_code = time_code(*info.frame_rate, info.frame);
+    attributes.extra = result.attributes;
+    if (!info.fingerprint.empty()) attributes.extra[kFingerprintName] = info.fingerprint;
     attributes.software = "halflight " HALFLIGHT_VERSION;
     attributes.comments = info.comments;
-    attributes.extra = result.attributes;
     if (!info.error.empty()) attributes.extra["error"] = info.error;
     write_exr(path, layers, attributes);
+}
+
+void write_png_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
+    const Image picture = rgb(result.view);
+    PngText text;
+    if (!info.fingerprint.empty()) text = {kFingerprintName, info.fingerprint};
+    write_file(path, encode_png(path.string(), picture.width, picture.height, picture.channels, quantize_8bit(picture),
+                                text));
 }
 
 }  // namespace
 
 void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
     if (has_extension(path, "png"))
-        write_png(path, rgb(result.view));
+        write_png_picture(path, result, info);
     else
         write_exr_picture(path, result, info);
 }

@@ -1,10 +1,13 @@
 // A render as files.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 #include "engine/color/color.h"
+#include "engine/core/frames.h"
 #include "passes/render.h"
 
 namespace halflight {
@@ -15,7 +18,12 @@ struct PictureInfo {
     LinearSpace working_space;  // of the colour layers that are written; variances stay linear Rec.709
     bool half = false;          // beauty as half floats; the AOVs bring their own type
     std::string comments;
-    std::string error;  // that the picture has, in words; empty where it is not known
+    std::string error;          // that the picture has, in words; empty where it is not known
+    bool reproducible = false;  // without the date
+    // Of a frame of a sequence:
+    std::optional<FrameRate> frame_rate{};
+    std::uint32_t frame = 0;
+    std::string fingerprint{};  // fingerprint.h
 };
 
 /// The picture as .exr or .png, told by the extension.

@@ -51,6 +51,12 @@ std::string progress_text(const RenderProgress& progress, double time_limit) {
                        clock_text(progress.seconds), clock_text(std::ceil(seconds_remaining(progress, time_limit))));
 }
 
+std::string sequence_text(std::size_t done, std::size_t total, double seconds) {
+    const double each = done > 0 ? seconds / static_cast<double>(done) : 0;
+    return fmt::format("{}/{} frames, {:.2f} s/frame, {} remaining", done, total, each,
+                       clock_text(std::ceil(each * static_cast<double>(total - std::min(done, total)))));
+}
+
 ProgressDisplay::ProgressDisplay(std::FILE* stream, bool quiet, double time_limit)
     : stream_(stream),
       time_limit_(time_limit),
@@ -83,6 +89,40 @@ void ProgressDisplay::draw_bar(const RenderProgress& progress) {
     std::fflush(stream_);
     drawn_at_ = progress.seconds;
     bar_shown_ = true;
+}
+
+SequenceDisplay::SequenceDisplay(std::FILE* stream, bool quiet, std::size_t frames)
+    : stream_(stream),
+      quiet_(quiet),
+      terminal_(is_terminal(stream)),
+      frames_(frames),
+      line_(fmt::format("0/{} frames", frames)) {}
+
+void SequenceDisplay::show(std::uint32_t frame, const RenderProgress& progress) {
+    if (quiet_ || !terminal_) return;
+    if (progress.seconds < drawn_at_) drawn_at_ = -1;  // another frame
+    if (drawn_at_ >= 0 && progress.seconds - drawn_at_ < kSecondsPerBar) return;
+    drawn_at_ = progress.seconds;
+    std::string text =
+        fmt::format("{}, frame {}: {}/{} samples", line_, frame, progress.samples_done, progress.samples_total);
+    text.resize(std::min(text.size(), static_cast<std::size_t>(std::max(columns(stream_) - 1, 0))));
+    put(stream_, fmt::format("\r{}\033[K", text));
+    std::fflush(stream_);
+    line_shown_ = true;
+}
+
+void SequenceDisplay::made(std::uint32_t frame, std::size_t made, std::size_t failed, double seconds) {
+    line_ = sequence_text(made + failed, frames_, seconds);
+    drawn_at_ = -1;
+    if (quiet_ || terminal_) return;
+    put(stream_, fmt::format("halflight: frame {} written: {}\n", frame, line_));
+    std::fflush(stream_);
+}
+
+void SequenceDisplay::clear() {
+    if (line_shown_) put(stream_, "\r\033[K");
+    std::fflush(stream_);
+    line_shown_ = false;
 }
 
 }  // namespace halflight

@@ -1,0 +1,127 @@
+#include "tests/cli/animated_scenes.h"
+
+#include <cmath>
+#include <limits>
+
+#include "tests/cli/process.h"
+#include "tests/unit/gltf_builder.h"
+
+namespace halflight::test {
+namespace {
+
+class AnimatedScene {
+  public:
+    GltfBuilder b;
+
+    int material(const Json& color, const Json& emission = {0, 0, 0}) {
+        return b.push("materials", {{"pbrMetallicRoughness",
+                                     {{"baseColorFactor", {color[0], color[1], color[2], 1}}, {"metallicFactor", 0}}},
+                                    {"emissiveFactor", emission}});
+    }
+    /// A box from -half to half of eight shared corners; returns its primitive.
+    Json& box(const std::string& name, int material, const Json& at, const vec3& half) {
+        std::vector<float> positions;
+        for (int corner = 0; corner < 8; ++corner)
+            for (int axis = 0; axis < 3; ++axis) positions.push_back((corner >> axis & 1 ? 1.0f : -1.0f) * half[axis]);
+        const std::vector<std::uint8_t> triangles = {0, 2, 1, 1, 2, 3, 4, 5, 6, 5, 7, 6, 0, 1, 4, 1, 5, 4,
+                                                     2, 6, 3, 3, 6, 7, 0, 4, 2, 2, 4, 6, 1, 3, 5, 3, 7, 5};
+        Json& primitive = b.add_mesh({{"POSITION", b.floats("VEC3", positions)}});
+        primitive["indices"] = b.accessor("SCALAR", kU8, triangles);
+        primitive["material"] = material;
+        b.json["nodes"].back()["name"] = name;
+        b.json["nodes"].back()["translation"] = at;
+        return primitive;
+    }
+    int last_node() const { return static_cast<int>(b.json["nodes"].size()) - 1; }
+    int camera(const std::string& name, const Json& at) {
+        const int index = b.push("cameras", {{"type", "perspective"},
+                                             {"name", name},
+                                             {"perspective", {{"yfov", 0.8}, {"znear", 0.1}, {"aspectRatio", 1}}}});
+        return b.push("nodes", {{"camera", index}, {"translation", at}});
+    }
+    void animate(const std::string& name, int node, const char* path, const char* interpolation,
+                 const std::vector<float>& times, int output) {
+        b.push("animations",
+               {{"name", name},
+                {"channels", {{{"sampler", 0}, {"target", {{"node", node}, {"path", path}}}}}},
+                {"samplers",
+                 {{{"input", b.floats("SCALAR", times)}, {"output", output}, {"interpolation", interpolation}}}}});
+    }
+    std::filesystem::path write(const std::filesystem::path& path) const {
+        write_text(path, b.glb());
+        return path;
+    }
+};
+
+void add_room(AnimatedScene& scene) {
+    const int grey = scene.material({0.7, 0.7, 0.7}), light = scene.material({0, 0, 0}, {1, 1, 1});
+    scene.box("floor", grey, {0, -0.1, 0}, {3, 0.1f, 3});
+    scene.box("lamp", light, {0, 4, 1}, {1, 0.05f, 1});
+}
+
+/// The upper four corners follow the second joint, which leans over and back.
+void add_bending_box(AnimatedScene& scene) {
+    Json& primitive = scene.box("bending", scene.material({0.8, 0.2, 0.1}), {0, 0, 0}, {0.3f, 0.8f, 0.3f});
+    std::vector<std::uint8_t> joints(8 * 4, 0), weights(8 * 4, 0);
+    for (std::size_t corner = 0; corner < 8; ++corner) {
+        joints[4 * corner] = corner & 2 ? 1 : 0;
+        weights[4 * corner] = 255;
+    }
+    primitive["attributes"]["JOINTS_0"] = scene.b.accessor("VEC4", kU8, joints);
+    primitive["attributes"]["WEIGHTS_0"] = scene.b.accessor("VEC4", kU8, weights, true);
+    const int mesh_node = scene.last_node();
+    scene.b.push("nodes", {{"translation", {-1, 0.9, 0}}});
+    const int tip = scene.b.push("nodes", Json::object());
+    scene.b.json["nodes"][static_cast<std::size_t>(tip - 1)]["children"] = {tip};
+    scene.b.json["nodes"][static_cast<std::size_t>(mesh_node)]["skin"] =
+        scene.b.push("skins", {{"joints", {tip - 1, tip}}});
+    const float s = std::sin(0.4f), c = std::cos(0.4f);
+    scene.animate("bend", tip, "rotation", "CUBICSPLINE", {0, 0.5f, 1},
+                  scene.b.floats("VEC4", {0, 0, 0, 0, 0, 0, 0,  1, 0, 0, 1, 0,  //
+                                          0, 0, 0, 0, 0, 0, s,  c, 0, 0, 0, 0,  //
+                                          0, 0, 0, 0, 0, 0, -s, c, 0, 0, 0, 0}));
+}
+
+void add_breathing_box(AnimatedScene& scene) {
+    Json& primitive = scene.box("breathing", scene.material({0.1, 0.6, 0.2}), {1, 0.5, -0.5}, {0.4f, 0.4f, 0.4f});
+    std::vector<float> outwards;
+    for (int corner = 0; corner < 8; ++corner)
+        for (int axis = 0; axis < 3; ++axis) outwards.push_back(corner >> axis & 1 ? 0.3f : -0.3f);
+    primitive["targets"] = {{{"POSITION", scene.b.floats("VEC3", outwards)}}};
+    scene.animate("breathe", scene.last_node(), "weights", "LINEAR", {0, 0.5f, 1}, scene.b.floats("SCALAR", {0, 1, 0}));
+}
+
+void add_turning_box(AnimatedScene& scene) {
+    scene.box("turning", scene.material({0.2, 0.3, 0.9}), {0.6, 0.4, 1}, {0.3f, 0.3f, 0.3f});
+    scene.animate("turn", scene.last_node(), "rotation", "LINEAR", {0, 1},
+                  scene.b.floats("VEC4", {0, 0, 0, 1, 0, std::sin(0.7f), 0, std::cos(0.7f)}));
+}
+
+}  // namespace
+
+std::filesystem::path write_animated_scene(const std::filesystem::path& folder) {
+    AnimatedScene scene;
+    add_room(scene);
+    add_bending_box(scene);
+    add_breathing_box(scene);
+    add_turning_box(scene);
+    scene.camera("still", {0, 1, 6});
+    const int moving = scene.camera("moving", {0, 1, 6});
+    scene.animate("fly", moving, "translation", "LINEAR", {0, 1}, scene.b.floats("VEC3", {-1, 1, 6, 1, 1.5f, 5}));
+    return scene.write(folder / "animated.glb");
+}
+
+std::filesystem::path write_scene_with_bad_frame(const std::filesystem::path& folder) {
+    AnimatedScene scene;
+    add_room(scene);
+    scene.box("thrown", scene.material({1, 1, 1}), {0, 1, 0}, {0.5f, 0.5f, 0.5f});
+    const int thrown = scene.last_node();
+    const float huge = std::numeric_limits<float>::max();
+    scene.animate("throw", thrown, "translation", "STEP", {0, 3, 4},
+                  scene.b.floats("VEC3", {0, 1, 0, huge, 1, 0, 0, 2, 0}));
+    scene.b.push("nodes", {{"children", {thrown}}, {"scale", {2, 2, 2}}});
+    scene.camera("still", {0, 1, 6});
+    return scene.write(folder / "bad_frame.glb");
+}
+
+}  // namespace halflight::test

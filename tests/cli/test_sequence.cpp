@@ -1,0 +1,354 @@
+// Sequences: the same frames however they are made, what is kept, what fails.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
+
+#include "engine/io/exr.h"
+#include "tests/cli/animated_scenes.h"
+#include "tests/cli/process.h"
+
+namespace halflight::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Strings = std::vector<std::string>;
+using Json = nlohmann::json;
+
+class Sequence : public testing::Test {
+  protected:
+    /// Frames of 16 x 16 pixels and two samples into folder/into/f.####.exr unless told otherwise.
+    Outcome run(const std::string& into, const std::string& frames, const Strings& more = {},
+                const RunOptions& options = {}) {
+        fs::create_directory(folder / into);
+        Strings arguments = {"render",    scene,      folder / into / "f.####.exr",
+                             "--frames",  frames,     "--width",
+                             "16",        "--height", "16",
+                             "--samples", "2",        "--reproducible"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_program(arguments, options);
+    }
+    Outcome make(const std::string& into, const std::string& frames, const Strings& more = {},
+                 const RunOptions& options = {}) {
+        Outcome outcome = run(into, frames, more, options);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return outcome;
+    }
+    fs::path file(const std::string& in, int frame) const { return folder / in / fmt::format("f.{:04}.exr", frame); }
+    std::map<std::string, std::string> contents(const std::string& of) const {
+        std::map<std::string, std::string> files;
+        for (const auto& entry : fs::directory_iterator(folder / of))
+            if (!entry.path().filename().string().starts_with(".")) files[entry.path().filename()] = read_text(entry);
+        return files;
+    }
+    static bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
+        return a.size() == b.size() &&
+               std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;  // ids may be NaN
+    }
+    static bool same_pixels(const fs::path& a, const fs::path& b) {
+        const ExrFile x = read_exr(a), y = read_exr(b);
+        if (x.channels.size() != y.channels.size()) return false;
+        for (std::size_t i = 0; i < x.channels.size(); ++i)
+            if (x.channels[i].name != y.channels[i].name || !same_bits(x.channels[i].values, y.channels[i].values))
+                return false;
+        return true;
+    }
+    /// The last line of stderr.
+    static std::string last_line(const Outcome& outcome) {
+        const std::string text = outcome.err.substr(0, outcome.err.find_last_not_of('\n') + 1);
+        return text.substr(text.find_last_of('\n') + 1);
+    }
+
+    TemporaryFolder folder;
+    std::string scene = write_animated_scene(folder.path);
+};
+
+/// Kills a run of frames 1 to 24 once five of them are there. False where it was too fast for that.
+bool kill_in_the_middle(const std::function<Outcome(const RunOptions&)>& start, const fs::path& folder) {
+    bool sent = false;
+    RunOptions options;
+    options.watch = [&](pid_t child, const std::string&) {
+        const auto frames = std::count_if(fs::directory_iterator(folder), {}, [](const auto& entry) {
+            return entry.path().filename().string().starts_with("f.");
+        });
+        if (!sent && frames >= 5) sent = kill(child, SIGKILL) == 0;
+    };
+    return start(options).status == 128 + SIGKILL;
+}
+
+TEST_F(Sequence, FramesAreTheSameHoweverTheyAreMade) {
+    const Strings all = {"--animation", "all", "--camera", "moving", "--aov", "depth,motion,ids"};
+    make("whole", "1-24", all);
+    const auto whole = contents("whole");
+    ASSERT_EQ(whole.size(), 24u);
+    EXPECT_FALSE(same_pixels(file("whole", 1), file("whole", 12))) << "nothing moves";
+
+    for (const char* chunk : {"1-8", "9-16", "17-24"}) make("chunks", chunk, all);
+    EXPECT_TRUE(contents("chunks") == whole) << "in chunks";
+
+    std::string backwards = "24";
+    for (int frame = 23; frame >= 1; --frame) backwards += fmt::format(",{}", frame);
+    make("backwards", backwards, all);
+    EXPECT_TRUE(contents("backwards") == whole) << "backwards";
+
+    for (const char* threads : {"1", "2"}) {
+        const std::string into = fmt::format("threads{}", threads);
+        make(into, "1-24x5", all, {.environment = {std::string("LP_NUM_THREADS=") + threads}});
+        for (int frame = 1; frame <= 24; frame += 5)
+            EXPECT_EQ(read_text(file(into, frame)), whole.at(file(into, frame).filename())) << threads << " threads";
+    }
+
+    bool killed = false;
+    for (int attempt = 0; attempt < 3 && !killed; ++attempt) {
+        fs::remove_all(folder / "killed");
+        killed = kill_in_the_middle([&](const RunOptions& o) { return run("killed", "1-24", all, o); },
+                                    (fs::create_directory(folder / "killed"), folder / "killed"));
+    }
+    if (killed) {
+        EXPECT_LT(contents("killed").size(), 24u);
+    }
+    const Outcome resumed = make("killed", "1-24", all);
+    if (killed) {
+        EXPECT_NE(resumed.err.find(" of 24 frames are there already"), std::string::npos) << resumed.err;
+    }
+    EXPECT_TRUE(contents("killed") == whole) << "killed and resumed";
+
+    // One frame as a picture of its own.
+    Strings alone = {"render",   scene, folder / "alone.exr", "--frame", "12", "--width", "16",
+                     "--height", "16",  "--samples",          "2"};
+    alone.insert(alone.end(), all.begin(), all.end());
+    ASSERT_EQ(run_program(alone).status, 0);
+    EXPECT_TRUE(same_pixels(folder / "alone.exr", file("whole", 12))) << "alone";
+}
+
+TEST_F(Sequence, OnlyTheCameraMoves) {
+    const Strings fly = {"--animation", "fly", "--camera", "moving"};
+    make("whole", "0-6", fly);
+    make("chunks", "3-6", fly);
+    make("chunks", "0-2", fly);
+    EXPECT_TRUE(contents("chunks") == contents("whole")) << "what was learned of visibility shows";
+    const ExrFile first = read_exr(file("whole", 0)), last = read_exr(file("whole", 6));
+    // The camera's place is the origin of its own space: (-1, 1, 6) at frame 0, a quarter of the way at frame 6.
+    EXPECT_NEAR(glm::length(dvec3(*first.attributes.world_to_camera * dvec4(-1, 1, 6, 1))), 0, 1e-5);
+    EXPECT_NEAR(glm::length(dvec3(*last.attributes.world_to_camera * dvec4(-0.5, 1.125, 5.75, 1))), 0, 1e-5);
+    const dvec4 ahead = *last.attributes.world_to_clip * dvec4(-0.5, 1.125, 0, 1);
+    EXPECT_NEAR(ahead.x / ahead.w, 0, 1e-5);
+}
+
+TEST_F(Sequence, HeaderTellsTheFrame) {
+    make("out", "49", {"--fps", "24"});
+    const ExrAttributes whole = read_exr(file("out", 49)).attributes;
+    EXPECT_EQ(whole.frame_rate, (FrameRate{24, 1}));
+    EXPECT_EQ(whole.time_code, (TimeCode{0, 0, 2, 1}));
+    EXPECT_EQ(whole.capture_date, "");
+    make("ntsc", "49", {"--fps", "23.976"});
+    const ExrAttributes ntsc = read_exr(file("ntsc", 49)).attributes;
+    EXPECT_EQ(ntsc.frame_rate, (FrameRate{24000, 1001}));
+    EXPECT_FALSE(ntsc.time_code) << "it could not count them";
+}
+
+TEST_F(Sequence, WholeFramesOfTheSameSettingsAreKept) {
+    make("out", "1-3");
+    const auto before = contents("out");
+    const auto time = fs::last_write_time(file("out", 2));
+    EXPECT_EQ(make("out", "1-3").err, "halflight: 3 of 3 frames are there already\n");
+    EXPECT_EQ(fs::last_write_time(file("out", 2)), time);
+
+    // Cut short, in its header, and to nothing.
+    const std::string second = before.at("f.0002.exr");
+    for (const std::size_t length : {second.size() - 100, second.size() / 2, std::size_t{40}, std::size_t{0}}) {
+        write_text(file("out", 2), second.substr(0, length));
+        const Outcome mended = make("out", "1-3");
+        EXPECT_NE(mended.err.find("damaged and made again: frames 2\n"), std::string::npos) << mended.err;
+        EXPECT_TRUE(contents("out") == before) << length;
+    }
+}
+
+TEST_F(Sequence, FramesOfOtherSettingsAreAnError) {
+    make("out", "1-3");
+    const auto before = contents("out");
+    const auto refused = [&](const std::string& what, const Strings& more) {
+        const Outcome outcome = run("out", "3-4", more);
+        EXPECT_EQ(outcome.status, 1) << what;
+        EXPECT_TRUE(std::regex_match(last_line(outcome), std::regex("halflight: .*f.0003.exr: is there and .*")))
+            << what << ": " << outcome.err;
+        EXPECT_TRUE(contents("out") == before) << what;
+    };
+    refused("samples", {"--seed", "1"});
+    refused("time", {"--fps", "25"});
+    refused("light", {"--env", "1,1,1"});
+    refused("camera", {"--camera", "moving"});
+    refused("animation", {"--animation", "turn"});
+    refused("layers", {"--aov", "depth"});
+    write_text(scene, read_text(scene) + " ");
+    refused("scene", {});
+    const Outcome replaced = make("out", "3-4", {"--overwrite"});
+    EXPECT_EQ(contents("out").at("f.0002.exr"), before.at("f.0002.exr"));
+    EXPECT_NE(contents("out").at("f.0003.exr"), before.at("f.0003.exr")) << "by its fingerprint";
+
+    write_text(file("out", 5), "a letter");
+    EXPECT_EQ(run("out", "5").status, 1);
+    EXPECT_EQ(read_text(file("out", 5)), "a letter");
+    // A frame under another's name is not that frame.
+    fs::copy_file(file("out", 3), file("out", 6));
+    EXPECT_EQ(run("out", "6").status, 1);
+}
+
+TEST_F(Sequence, HowHitsAreFoundIsNoOtherSetting) {
+    make("out", "1", {"--culling", "off"});
+    EXPECT_EQ(make("out", "1", {"--culling", "compute", "--stats", folder / "s.json"}).err,
+              "halflight: 1 of 1 frames are there already\n");
+}
+
+TEST_F(Sequence, OneBadFrameStopsNoOther) {
+    scene = write_scene_with_bad_frame(folder.path);
+    const std::string stats = folder / "stats.json";
+    const Outcome outcome = run("out", "1-5", {"--fps", "1", "--stats", stats});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_TRUE(
+        std::regex_match(last_line(outcome), std::regex("halflight: .*f.####.exr: frame 3 of 5 failed: .*overflows")))
+        << outcome.err;
+    EXPECT_EQ(contents("out").size(), 4u);
+    EXPECT_FALSE(fs::exists(file("out", 3)));
+    EXPECT_FALSE(same_pixels(file("out", 2), file("out", 4))) << "frame 4 shows what it should";
+    std::istringstream lines(read_text(stats));
+    std::vector<Json> all;
+    for (std::string line; std::getline(lines, line);) all.push_back(Json::parse(line));
+    ASSERT_EQ(all.size(), 5u);
+    EXPECT_EQ(all[2].at("frame"), 3);
+    EXPECT_TRUE(all[2].contains("error"));
+    EXPECT_EQ(all[3].at("time"), 4);
+    EXPECT_EQ(all[3].at("outputs"), Strings{file("out", 4)});
+    const Outcome quiet = run("out", "1-5", {"--fps", "1", "--quiet"});
+    EXPECT_EQ(quiet.status, 1);
+    EXPECT_EQ(std::count(quiet.err.begin(), quiet.err.end(), '\n'), 1) << quiet.err;
+}
+
+TEST_F(Sequence, WhatCannotBeWrittenIsTheMatterOfItsFrame) {
+    fs::create_directories(file("out", 2));
+    const Outcome outcome = run("out", "1-3");
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_TRUE(std::regex_match(last_line(outcome), std::regex(".*frame 2 of 3 failed: .*f.0002.exr.*directory")))
+        << outcome.err;
+    EXPECT_TRUE(fs::exists(file("out", 1)) && fs::exists(file("out", 3)));
+
+    const Outcome nowhere = run_program({"render", scene, folder / "none" / "f.#.exr", "--frames", "1"});
+    EXPECT_EQ(nowhere.status, 1);
+    EXPECT_TRUE(std::regex_match(nowhere.err, std::regex(".*none/f.#.exr: cannot write: No such file.*\n")))
+        << nowhere.err;
+}
+
+TEST_F(Sequence, FullDisk) {
+    // Frames of 64 x 64 pixels of noise need more bytes than that; the driver's cache must not run into the limit.
+    const auto limit = [] {
+        const rlimit size{8192, 8192};
+        setrlimit(RLIMIT_FSIZE, &size);
+    };
+    fs::create_directory(folder / "out");
+    const Outcome outcome = run_program({"render", scene, folder / "out" / "f.%02d.exr", "--frames", "1-3", "--width",
+                                         "64", "--height", "64", "--samples", "1", "--aov", "all", "--quiet"},
+                                        {.environment = {"MESA_SHADER_CACHE_DISABLE=true"}, .in_child = limit});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_TRUE(std::regex_match(
+        outcome.err, std::regex("halflight: .*f.%02d.exr: frames 1-3 of 3 failed: .*f.01.exr: .*File too large\n")))
+        << outcome.err;
+    EXPECT_TRUE(fs::is_empty(folder / "out")) << "something is left";
+}
+
+TEST_F(Sequence, StoppedBySignal) {
+    bool sent = false;
+    RunOptions options;
+    options.watch = [&](pid_t child, const std::string& err) {
+        if (!sent && err.find("frame 2 written") != std::string::npos) sent = kill(child, SIGTERM) == 0;
+    };
+    fs::create_directory(folder / "out");
+    const Outcome outcome = run("out", "1-100000", {}, options);
+    EXPECT_EQ(outcome.status, 128 + SIGTERM);
+    EXPECT_TRUE(
+        std::regex_match(last_line(outcome),
+                         std::regex("halflight: .*: interrupted in frame [0-9]+: [0-9]+ of 100000 frames are there")))
+        << outcome.err;
+    for (const auto& entry : fs::directory_iterator(folder / "out")) EXPECT_NO_THROW(read_exr(entry.path()));
+    EXPECT_EQ(contents("out").size(),
+              static_cast<std::size_t>(std::distance(fs::directory_iterator(folder / "out"), {})))
+        << "a temporary is left";
+}
+
+TEST_F(Sequence, PicturesThroughTheViewToo) {
+    const Strings arguments = {"render",    scene, folder / "f.##.exr", folder / "f.%d.png",
+                               "--frames",  "1-2", "--width",           "16",
+                               "--samples", "1"};
+    ASSERT_EQ(run_program(arguments).status, 0);
+    for (const char* name : {"f.01.exr", "f.02.exr", "f.1.png", "f.2.png"}) EXPECT_TRUE(fs::exists(folder / name));
+    EXPECT_EQ(run_program(arguments).err, "halflight: 2 of 2 frames are there already\n");
+    const std::string png = read_text(folder / "f.2.png");
+    write_text(folder / "f.2.png", png.substr(0, png.size() - 20));
+    EXPECT_EQ(run_program(arguments).status, 0);
+    EXPECT_EQ(read_text(folder / "f.2.png"), png);
+}
+
+TEST_F(Sequence, AnimationsByNameAndNumber) {
+    make("all", "6");
+    make("name", "6", {"--animation", "turn"});
+    make("number", "6", {"--animation", "2"});
+    make("none", "6", {"--animation", "none"});
+    EXPECT_TRUE(same_pixels(file("name", 6), file("number", 6)));
+    EXPECT_FALSE(same_pixels(file("name", 6), file("none", 6)));
+    EXPECT_FALSE(same_pixels(file("name", 6), file("all", 6)));
+    const Outcome unknown = run("all", "7", {"--animation", "swim"});
+    EXPECT_EQ(unknown.status, 1);
+    EXPECT_TRUE(std::regex_match(
+        unknown.err,
+        std::regex(".*animated.glb: no animation 'swim': it has 0 'bend', 1 'breathe', 2 'turn', 3 'fly'\n")))
+        << unknown.err;
+}
+
+TEST_F(Sequence, NamesThatMakeNoSense) {
+    const auto refused = [&](const Strings& outputs, const Strings& more, const std::string& message) {
+        Strings arguments = {"render", scene};
+        for (const std::string& output : outputs) arguments.push_back(folder / output);
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = run_program(arguments);
+        EXPECT_EQ(outcome.status, 2) << message;
+        EXPECT_TRUE(std::regex_match(outcome.err, std::regex("halflight: " + message + "\n"))) << outcome.err;
+    };
+    const Strings frames = {"--frames", "1-2"};
+    refused({"f.exr"}, frames, ".*f.exr: has no placeholder for the frames' numbers, .*");
+    refused({"f.#.exr", "f.png"}, frames, ".*f.png: has no placeholder .*");
+    refused({"f.##.exr"}, {}, ".*f.##.exr: has a placeholder .* and there is no --frames");
+    refused({"f.%04d.exr"}, {"--frame", "3"}, ".*f.%04d.exr: has a placeholder .*");
+    refused({"f.#.%d.exr"}, frames, ".*: has 2 placeholders for a frame's number");
+    refused({"f.#.exr", "f.%d.exr"}, frames, ".*f.1.exr: is given twice as output");
+    refused({"animated.glb#.exr"}, {"--frames", "2-1"}, "--frames: '2-1' ends before it begins");
+    refused({"f.#.exr"}, {"--frames", "1-2", "--frame", "1"}, "--frames: cannot be given together with --frame");
+    refused({"f.exr"}, {"--overwrite"}, "--overwrite: needs --frames");
+    refused({"f.exr"}, {"--fps", "24"}, "--fps: needs --frames or --animation");
+    for (const char* fps : {"0", "-1", "nan", "24/0", "1e3", "24/1.5", "2000000"})
+        refused({"f.#.exr"}, {"--frames", "1", "--fps", fps}, "--fps: wants .* not '.*'");
+    fs::create_symlink(scene, folder / "f.2.exr");
+    refused({"f.#.exr"}, frames, ".*f.2.exr: is both input and output");
+}
+
+TEST_F(Sequence, InfoListsWhatMoves) {
+    const Outcome json = run_program({"info", scene, "--json"});
+    ASSERT_EQ(json.status, 0) << json.err;
+    const Json facts = Json::parse(json.out);
+    ASSERT_EQ(facts.at("animations").size(), 4u);
+    EXPECT_EQ(facts["animations"][0], (Json{{"name", "bend"}, {"seconds", 1.0}, {"channels", 1}}));
+    EXPECT_EQ(facts.at("skins").at(0).at("joints"), 2);
+    EXPECT_EQ(facts.at("morph_targets").at(0).at("targets"), 1);
+    EXPECT_NE(run_program({"info", scene}).out.find("breathe"), std::string::npos);
+    scene = copy_room(folder.path);
+    EXPECT_EQ(Json::parse(run_program({"info", scene, "--json"}).out).at("animations").size(), 0u);
+}
+
+}  // namespace
+}  // namespace halflight::test

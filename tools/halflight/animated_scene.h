@@ -1,0 +1,53 @@
+// The scene that a command line asks for, as it is at a time.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <vector>
+
+#include "engine/core/frames.h"
+#include "engine/io/gltf.h"
+#include "passes/render.h"
+#include "tools/halflight/arguments.h"
+#include "tools/halflight/camera.h"
+#include "tools/halflight/console.h"
+
+namespace halflight {
+
+/// What it gives for a time is a function of the arguments and that time. Where the scene brings no light or no camera
+/// of its own, those that take their place follow from the pose at 0 s.
+class AnimatedScene {
+  public:
+    /// Reads the file; what loading mended or left out is said on the console. Throws Error: what load_gltf() throws,
+    /// damaged animations, one that there is not (the error lists those that there are).
+    AnimatedScene(const RenderArguments& arguments, const Console& console);
+
+    /// As it was posed last, at first for 0 s.
+    const Scene& scene() const { return scene_; }
+    /// False where meshes, instances and lights of scene() stay as they are, and with them renderers. Cameras are told
+    /// by camera(). Throws Error where the pose is at fault, and leaves scene() as it was.
+    bool pose(double seconds);
+    /// Whether pose() can ever return true.
+    bool surfaces_move() const { return surfaces_move_; }
+    ChosenCamera camera(double seconds);
+    const ChosenCamera& chosen_camera() const { return camera_; }  ///< at 0 s
+    /// Indices of the animations that play.
+    const std::vector<std::size_t>& playing() const { return playing_; }
+    /// Files that the scene is made of, its own first.
+    const std::vector<std::filesystem::path>& files() const { return files_; }
+
+  private:
+    std::optional<GltfScene> file_;  // while something moves
+    std::vector<std::size_t> playing_;
+    std::vector<std::filesystem::path> files_;
+    Scene scene_;
+    ChosenCamera camera_;
+    bool surfaces_move_ = false;
+};
+
+/// What a picture of frame `frame` differs in from others of the run: its number, its camera and, where the layer
+/// "motion" is asked for, the camera of the frame before.
+void set_frame(RenderSettings& settings, AnimatedScene& scene, const FrameRate& rate, std::uint32_t frame);
+
+}  // namespace halflight

@@ -1,0 +1,105 @@
+#include "tools/halflight/fingerprint.h"
+
+#include <limits>
+
+#include "engine/io/files.h"
+#include "engine/io/png.h"
+#include "tools/converge/fingerprint.h"
+
+namespace halflight {
+namespace {
+
+constexpr std::uint64_t kAnySize = std::numeric_limits<std::int64_t>::max();
+
+class Fingerprint {
+  public:
+    /// Lengths keep neighbours apart.
+    Fingerprint& text(std::string_view value) {
+        hash_.add(value.size());
+        hash_.add_bytes(value.data(), value.size());
+        return *this;
+    }
+    template <class... Args>
+    Fingerprint& values(fmt::format_string<Args...> format, Args&&... args) {
+        return text(fmt::format(format, std::forward<Args>(args)...));
+    }
+    Fingerprint& file(const std::filesystem::path& path) { return text(read_file(path, kAnySize)); }
+    std::string hex() const { return fmt::format("{:016x}", hash_.value()); }
+
+  private:
+    converge::Hash hash_;
+};
+
+template <class T>
+std::string optional_text(const std::optional<T>& value) {
+    return value ? fmt::format("{}", *value) : "none";
+}
+
+std::string point_text(const dvec3& p) {
+    return fmt::format("{} {} {}", p.x, p.y, p.z);
+}
+
+void add_camera(Fingerprint& print, const RenderArguments& a, const ChosenCamera& chosen) {
+    if (a.look_from) {
+        print.text(point_text(*a.look_from)).text(point_text(*a.look_at)).text(point_text(a.up));
+        print.values("{}", a.vertical_fov);
+    } else {
+        print.text(optional_text(chosen.index));
+    }
+}
+
+void add_environment(Fingerprint& print, const RenderArguments& a) {
+    if (const auto* color = std::get_if<vec3>(&a.environment)) print.text(point_text(dvec3(*color)));
+    if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) print.text("map").file(*map);
+}
+
+void add_color(Fingerprint& print, const RenderArguments& a, const ColorConfig& config) {
+    print.values("{} {}", a.half, a.working_space);
+    const bool named = std::filesystem::is_regular_file(config.source());
+    named ? print.file(config.source()) : print.text(config.source());
+    print.text(a.view.display).text(a.view.view).text(a.view.look).values("{}", a.view.exposure);
+}
+
+}  // namespace
+
+std::string sequence_fingerprint(const RenderArguments& a, const RenderSettings& s, const AnimatedScene& scene,
+                                 const ColorConfig& config) {
+    Fingerprint print;
+    print.text(HALFLIGHT_VERSION);
+    for (const auto& file : scene.files()) print.file(file);
+    print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
+    print.values("{}/{} fps", a.frame_rate.numerator, a.frame_rate.denominator);
+    add_camera(print, a, scene.chosen_camera());
+    add_environment(print, a);
+    add_color(print, a, config);
+    print.values("{} x {}, {} bounces, {} samples, seed {}", s.width, s.height, s.bounces, s.samples, s.seed);
+    print.values("time {}, error {} {} {}", s.time_limit, optional_text(a.error), name(a.error_metric), a.best_effort);
+    print.values("layers {}", fmt::join(a.aovs, ","));
+    return print.hex();
+}
+
+std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame) {
+    return Fingerprint().text(sequence).values("{}", frame).hex();
+}
+
+FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint) {
+    std::error_code none;
+    if (!std::filesystem::is_regular_file(path, none)) return FrameFile::missing;
+    const std::string bytes = read_file(path, kAnySize);
+    if (bytes.empty()) return FrameFile::incomplete;
+    std::string found;
+    try {
+        if (is_exr(bytes)) {
+            ExrFile exr = read_exr(path, {kMaxSide, kAnySize});
+            found = exr.attributes.extra[kFingerprintName];
+        } else if (is_png(bytes)) {
+            read_png(path.string(), bytes, kMaxSide);
+            found = text_of_png(bytes, kFingerprintName);
+        }
+    } catch (const Error&) {
+        return FrameFile::incomplete;
+    }
+    return found == fingerprint ? FrameFile::whole : FrameFile::other;
+}
+
+}  // namespace halflight

@@ -1,0 +1,63 @@
+#include "tools/halflight/render_parts.h"
+
+#include <algorithm>
+
+#include "tools/halflight/camera.h"
+#include "tools/halflight/statistics.h"
+
+namespace halflight {
+namespace {
+
+constexpr int kUsualSamples = 64;
+constexpr int kManySamples = 1 << 24;  // where the time decides
+
+}  // namespace
+
+bool wants(const RenderArguments& a, std::string_view extension) {
+    return std::ranges::any_of(a.outputs, [&](const auto& path) { return has_extension(path, extension); });
+}
+
+LinearSpace working_space(const ColorConfig& config, const RenderArguments& a) {
+    return config.linear_space(a.working_space == "rec709" ? "" : a.working_space);
+}
+
+RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
+    const ivec2 size = picture_size(a, camera);
+    RenderSettings settings;
+    settings.width = size.x;
+    settings.height = size.y;
+    settings.camera = camera;
+    settings.samples = a.samples.value_or(a.time || a.error ? kManySamples : kUsualSamples);
+    settings.time_limit = a.time.value_or(0);
+    if (a.error) settings.error = ErrorTarget{a.error_metric, *a.error};
+    settings.bounces = a.bounces;
+    settings.culling = a.culling;
+    settings.keep_all = a.keep_all;
+    settings.estimator = a.estimator;
+    settings.pictures = 1;
+    settings.seed = a.seed;
+    settings.frame = a.frame;
+    settings.aovs = a.aovs;
+    settings.half_color = a.half;
+    settings.want_view = wants(a, "png");
+    settings.view = a.view;
+    settings.measure = a.stats.has_value();
+    return settings;
+}
+
+std::string judge(const RenderArguments& a, const RenderStats& stats, const std::filesystem::path& output,
+                  const Console& console) {
+    if (const std::string bad = describe_bad_values(stats); !bad.empty()) {
+        if (a.strict) throw Error(output.string(), "not written: {}", bad);
+        console.warn("{}; they count as 0", bad);
+    }
+    if (!stats.error) return "";
+    const std::string error = error_line(*stats.error);
+    if (!stats.error->reached && !a.best_effort)
+        throw Error(output.string(), "not written: after {} samples per pixel, {}; see --best-effort", stats.samples,
+                    error);
+    console.note("{}", error);
+    return error;
+}
+
+}  // namespace halflight

@@ -1,0 +1,44 @@
+// What single pictures and frames of sequences have in common.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <utility>
+
+#include "passes/render.h"
+#include "tools/halflight/arguments.h"
+#include "tools/halflight/console.h"
+#include "tools/halflight/picture.h"
+
+namespace halflight {
+
+class Clock {
+  public:
+    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
+    /// Since the last lap.
+    double lap() {
+        const double now = seconds();
+        return now - std::exchange(lap_, now);
+    }
+
+  private:
+    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+    double lap_ = 0;
+};
+
+/// Whether any output has this extension.
+bool wants(const RenderArguments& arguments, std::string_view extension);
+
+/// The space of colour in the .exr. Throws Error where the config has none of that name.
+LinearSpace working_space(const ColorConfig& config, const RenderArguments& arguments);
+
+/// Those of one picture by this camera, of frame arguments.frame.
+RenderSettings make_settings(const RenderArguments& arguments, const Camera& camera);
+
+/// Sees that a picture is good enough to be written, and says on the console what is remarkable. Returns the error
+/// that it has in words, empty where it is not known. Throws Error about `output` where nothing is to be written: bad
+/// values and --strict, an error that was not reached.
+std::string judge(const RenderArguments& arguments, const RenderStats& stats, const std::filesystem::path& output,
+                  const Console& console);
+
+}  // namespace halflight

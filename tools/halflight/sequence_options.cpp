@@ -1,0 +1,64 @@
+// Options of sequences and animations.
+#include "engine/core/frames.h"
+#include "tools/halflight/frame_names.h"
+#include "tools/halflight/options.h"
+
+namespace halflight {
+namespace {
+
+/// f(option, text), whose Error is about the command line.
+template <class F>
+auto parsed(F f, const std::string& option, const std::string& text) {
+    try {
+        return f(option, text);
+    } catch (const Error& error) {
+        const std::string what = error.what();
+        throw UsageError(option, "{}", what.substr(option.size() + 2));
+    }
+}
+
+}  // namespace
+
+void add_sequence_options(Options& options, RenderArguments& a) {
+    options.group("Sequence");
+    options.value("--frames", "LIST",
+                  "frames to make, 1-240, 1-240x2, 1,5,9-12; outputs are named shot.####.exr or shot.%04d.exr. Frames "
+                  "that are there whole are kept",
+                  [&](const auto& name, const auto& text) { a.frames = parsed(parse_frames, name, text); });
+    options.value("--fps", "N|N/D", "frames per second (default 24); frame 0 is at 0 s, frame N at N/fps",
+                  [&](const auto& name, const auto& text) { a.frame_rate = parsed(parse_frame_rate, name, text); });
+    options.value("--animation", "NAME|N|all|none",
+                  "animation of the scene that plays (default: all with --frames, otherwise none, the scene at rest)",
+                  [&](const auto& name, const auto& text) {
+                      if (text.empty()) throw UsageError(name, "wants a name, a number, all or none");
+                      a.animation = text;
+                  });
+    options.flag("--overwrite", a.overwrite, "replace frames that are there with other settings or of another scene");
+    options.flag("--reproducible", a.reproducible, "no date in files: the same picture is the same file");
+}
+
+void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
+    const bool sequence = !a.frames.empty();
+    exclude(app, "--frames", "--frame");
+    exclude(app, "--frames", "--dump-graph");
+    if (app.count("--overwrite") > 0 && !sequence) throw UsageError("--overwrite", "needs --frames");
+    if (app.count("--fps") > 0 && !sequence && !a.animation) throw UsageError("--fps", "needs --frames or --animation");
+    for (const auto& path : a.outputs) {
+        const int placeholders = count_placeholders(path);
+        if (placeholders > 1) throw UsageError(path.string(), "has {} placeholders for a frame's number", placeholders);
+        if (sequence && placeholders == 0)
+            throw UsageError(path.string(), "has no placeholder for the frames' numbers, such as #### or %04d");
+        if (!sequence && placeholders == 1)
+            throw UsageError(path.string(), "has a placeholder for frames' numbers, and there is no --frames");
+    }
+}
+
+std::vector<std::filesystem::path> output_files(const RenderArguments& a) {
+    if (a.frames.empty()) return a.outputs;
+    std::vector<std::filesystem::path> files;
+    for (const auto& pattern : a.outputs)
+        for (const std::uint32_t frame : a.frames) files.push_back(frame_path(pattern, frame));
+    return files;
+}
+
+}  // namespace halflight
