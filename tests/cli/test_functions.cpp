@@ -3,6 +3,7 @@
 
 #include "tools/halflight/camera.h"
 #include "tools/halflight/console.h"
+#include "tools/halflight/frame_names.h"
 #include "tools/halflight/progress.h"
 
 namespace halflight {
@@ -22,6 +23,27 @@ TEST(Progress, RemainingFollowsThePace) {
     EXPECT_DOUBLE_EQ(seconds_remaining({10, 1 << 24, 4}, 10), 6);  // the time decides
     EXPECT_EQ(progress_text({16, 64, 4}, 0), "16/64 samples, 0:04 elapsed, 0:12 remaining");
     EXPECT_EQ(progress_text({10, 1 << 24, 4}, 10), "10 samples, 0:04 elapsed, 0:06 remaining");
+}
+
+TEST(Progress, OfASequence) {
+    EXPECT_EQ(sequence_text(0, 24, 0), "0/24 frames, 0.00 s/frame, 0:00 remaining");
+    EXPECT_EQ(sequence_text(3, 24, 3.6), "3/24 frames, 1.20 s/frame, 0:26 remaining");
+    EXPECT_EQ(sequence_text(24, 24, 48), "24/24 frames, 2.00 s/frame, 0:00 remaining");
+}
+
+TEST(FrameNames, PlaceholdersStandForNumbers) {
+    const auto name = [](const char* pattern, std::uint32_t frame) { return frame_path(pattern, frame).string(); };
+    EXPECT_EQ(name("shot.####.exr", 7), "shot.0007.exr");
+    EXPECT_EQ(name("shot.%04d.exr", 7), "shot.0007.exr");
+    EXPECT_EQ(name("shot.%d.exr", 7), "shot.7.exr");
+    EXPECT_EQ(name("#", 123), "123");
+    EXPECT_EQ(name("##.png", 4294967295u), "4294967295.png");
+    EXPECT_EQ(name("%012d", 1), "000000000001");
+    EXPECT_EQ(name("a#b%c/f{}#.exr", 5), "a#b%c/f{}5.exr") << "folders stay as they are";
+    EXPECT_EQ(name("/x/%%02d", 5), "/x/%05");
+    for (const auto& [pattern, count] :
+         {std::pair("a.exr", 0), {"a#/b.exr", 0}, {"%4d", 0}, {"%x", 0}, {"%d", 1}, {"#.#", 2}, {"####%d", 2}})
+        EXPECT_EQ(count_placeholders(pattern), count) << pattern;
 }
 
 TEST(Console, OneLineWhateverIsQuoted) {

@@ -104,10 +104,11 @@ class Sequence {
 
     /// False: interrupted, and nothing was written. Throws Error where the frame cannot be made.
     bool make(std::uint32_t frame, SequenceDisplay& display) {
+        rendered_ = false;
         try {
             return try_to_make(frame, display);
         } catch (...) {
-            renderer_.reset();  // may be in the middle of anything
+            if (!rendered_) renderer_.reset();  // may be in the middle of anything
             throw;
         }
     }
@@ -127,6 +128,7 @@ class Sequence {
         });
         context_->check("rendering");
         times.render = clock.lap();
+        rendered_ = true;
         if (result.stats.interrupted) return false;
         const Paths outputs = files_of(a_, frame);
         const std::string error = judge(a_, result.stats, outputs[0], console_);
@@ -163,6 +165,7 @@ class Sequence {
     std::string fingerprint_;
     std::optional<gpu::Context> context_;
     std::optional<Renderer> renderer_;  // lives on while nothing but cameras moves
+    bool rendered_ = false;             // the frame that is being made
 };
 
 /// "frames 3,7-9 of 24", for messages.
