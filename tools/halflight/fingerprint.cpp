@@ -2,9 +2,9 @@
 
 #include <limits>
 
+#include "engine/core/hash.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
-#include "tools/converge/fingerprint.h"
 
 namespace halflight {
 namespace {
@@ -27,7 +27,7 @@ class Fingerprint {
     std::string hex() const { return fmt::format("{:016x}", hash_.value()); }
 
   private:
-    converge::Hash hash_;
+    Hash hash_;
 };
 
 template <class T>
@@ -74,7 +74,7 @@ std::string sequence_fingerprint(const RenderArguments& a, const RenderSettings&
     add_color(print, a, config);
     print.values("{} x {}, {} bounces, {} samples, seed {}", s.width, s.height, s.bounces, s.samples, s.seed);
     print.values("time {}, error {} {} {}", s.time_limit, optional_text(a.error), name(a.error_metric), a.best_effort);
-    print.values("layers {}", fmt::join(a.aovs, ","));
+    print.values("layers {}, {}", fmt::join(a.aovs, ","), halflight::text(s.estimator));
     return print.hex();
 }
 
