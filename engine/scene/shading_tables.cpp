@@ -177,6 +177,8 @@ class Builder {
         tables_.lights = std::move(lights.rows);
         tables_.light_alias = std::move(lights.alias);
         tables_.light_tree = std::move(lights.tree);
+        // Of the scene, not of what is kept: it decides which light is picked.
+        if (!tables_.light_tree.empty()) tables_.light_tree[0].z = needs.transmission ? 1.0f : 0.0f;
         tables_.light_choice = lights.choice;
         tables_.light_of_triangle = std::move(lights.light_of_triangle);
         tables_.environment = std::move(lights.environment);

@@ -9,12 +9,7 @@ struct LightWay {
     float probability;  // of it, among all lights of the tree; 0: it ends where no light reaches the receiver
 };
 
-float light_tree_importance(Receiver at, vec4 ball, vec4 cone, vec4 rest) {
-#ifdef HALFLIGHT_TRANSMISSION
-    const bool through = true;
-#else
-    const bool through = false;
-#endif
+float light_tree_importance(Receiver at, bool through, vec4 ball, vec4 cone, vec4 rest) {
     bool two_sided = (word_of_float(rest.w) & kLightTreeTwoSided) != 0u;
     return light_importance(LightNode(ball.xyz, ball.w, cone.xyz, cone.w, rest.x, rest.y, two_sided), at.position,
                             at.normal, through);
@@ -31,15 +26,16 @@ LightWay light_way(Receiver at, bool guided, uint trail, uint choice) {
     LightWay way = LightWay(0u, 1.0);
     uint number = choice >> 8;
     uint fresh = choice;
+    bool through = texelFetch(light_tree, 0).z != 0.0;
     int row = kLightTreeHeaderTexels;
     bool inner = true;
     while (inner) {
         vec4 rest0 = texelFetch(light_tree, row + 2);
         vec4 rest1 = texelFetch(light_tree, row + 5);
         float importance0 =
-            light_tree_importance(at, texelFetch(light_tree, row), texelFetch(light_tree, row + 1), rest0);
+            light_tree_importance(at, through, texelFetch(light_tree, row), texelFetch(light_tree, row + 1), rest0);
         float importance1 =
-            light_tree_importance(at, texelFetch(light_tree, row + 3), texelFetch(light_tree, row + 4), rest1);
+            light_tree_importance(at, through, texelFetch(light_tree, row + 3), texelFetch(light_tree, row + 4), rest1);
         precise float total = importance0 + importance1;
         bool lesser_is_second = importance1 < importance0;
         precise float lesser = total > 0.0 ? min(importance0, importance1) / total : 0.0;

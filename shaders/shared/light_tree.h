@@ -3,7 +3,7 @@
 //
 // Rows (UNIT_LIGHT_TREE, RGBA32F): texel 0 is a header, then kLightTreePairTexels for each pair of siblings, the root's
 // children first, each of them as a LightNode:
-//   header     gain, share, -, -
+//   header     gain, share, 1 where some surface transmits light and what is behind it counts, -
 //   texel 0    centre, radius
 //   texel 1    axis, cos_o
 //   texel 2    cos_e, intensity, -, word
