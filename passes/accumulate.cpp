@@ -27,6 +27,8 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     }
     const bool indirect = sample.continuation && sample.continuation->indirect;
     if (indirect) defines.set("HALFLIGHT_INDIRECT");
+    const bool clamped = indirect && options.clamp;
+    if (clamped) defines.set("HALFLIGHT_CLAMP");
     const bool pending = indirect && sample.continuation->occluded;
     if (pending) {
         pass.read(sample.continuation->occluded, Access::storage_read);
@@ -63,7 +65,9 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         if (pending) r.buffer(sample.continuation->occluded).bind_storage(4);
         for (const auto& [binding, handle] : sums) r.buffer(handle).bind_storage(binding);
         r.buffer(out.bad_values).bind_storage(10);
-        r.programs().compute("shaders/accumulate.comp", defines).dispatch(view.band.paths() / 64);
+        const gpu::Program& program = r.programs().compute("shaders/accumulate.comp", defines);
+        if (clamped) program.set("most_luminance", *options.clamp);
+        program.dispatch(view.band.paths() / 64);
     });
     return out;
 }

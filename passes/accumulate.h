@@ -35,6 +35,7 @@ inline constexpr std::size_t kBadValueCounts = shared::kCountedPasses * shared::
 struct AccumulateOptions {
     bool squares = false;
     bool features = false;
+    std::optional<float> clamp{};  // the most luminance of a sample's indirect light, > 0; +inf clamps nothing
 };
 
 /// The sums live in the graph's history: a run adds one sample, sample 0 of a frame starts anew, whatever there was.

@@ -23,7 +23,9 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
         sample.paths = paths;
     }
 
-    frame.sums = add_accumulate(graph, view, sample, {bool(needs.squares), bool(needs.features)}, bad_values);
+    AccumulateOptions wanted{bool(needs.squares), bool(needs.features), std::nullopt};
+    if (needs.clamp) wanted.clamp = options.clamp > 0 ? options.clamp : kInfinity;
+    frame.sums = add_accumulate(graph, view, sample, wanted, bad_values);
     for (const graph::BufferHandle& sums : {frame.sums.emission, frame.sums.direct, frame.sums.indirect,
                                             frame.sums.squares, frame.sums.features, frame.sums.bad_values}) {
         if (sums) graph.output(sums);

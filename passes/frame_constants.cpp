@@ -102,7 +102,8 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
 
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index) {
     const std::uint32_t seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
-    return {band, shared::sample_2d(shared::make_sampler(~0u, ~0u, index, seed), 0), index, seed};
+    const vec2 xi = shared::sample_2d(shared::make_sampler(~0u, ~0u, index, seed), 0);
+    return {band, sample_point(frame.filter, xi), index, seed};
 }
 
 shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view) {

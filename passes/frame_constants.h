@@ -11,7 +11,7 @@ namespace halflight {
 /// Where and how a sample of a band looks at the scene.
 struct SampleView {
     Band band;
-    vec2 jitter{0.5f};         // sample point within every pixel, [0,1)^2
+    vec2 jitter{0.5f};         // sample point of every pixel, from its upper left corner, pixels
     std::uint32_t sample = 0;  // index
     std::uint32_t seed = 0;    // of the frame
 };
@@ -21,8 +21,8 @@ struct SampleView {
 shared::Frame frame_constants(const Camera& camera, const Camera& previous, const dvec3& origin, double reach,
                               const SampleView& view);
 
-/// Of sample `index` of a picture: all pixels look through the same point, as rasterizing demands, and seeds of
-/// different frames and of different user seeds share nothing.
+/// Of sample `index` of a picture: all pixels look through the same point of the filter, as rasterizing demands, and
+/// seeds of different frames and of different user seeds share nothing.
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index);
 shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view);
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 
+#include "engine/core/pixel_filter.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
@@ -21,6 +22,7 @@ struct FrameSettings {
     Camera camera;
     std::optional<Camera> previous_camera{};  // of the frame before, for the motion output; without: `camera`
     int samples = 64;                         // per pixel, > 0
+    PixelFilter filter{};                     // that the picture is made with; data at pixel centres is without
     double time_limit = 0;  // seconds; > 0: samples are added until it is spent, at least one, `samples` at most
     /// Samples are added until the error is below it at kConfidence (engine/core/statistics.h), `samples` at most. Then
     /// there are a multiple of kReplicates samples, at least twice as many (passes/replicates.h).

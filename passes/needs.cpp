@@ -80,6 +80,10 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .later_light = {"light samples along paths", kShadowRay + kListEntry, single ? single : no_shadow},
         .camera_rays = {"camera rays", sizeof(shared::Ray), no_transport},
         .camera_hits = {"hits of camera rays", sizeof(shared::Hit), asked(options.want_hits)},
+        .clamp = {"clamp of indirect light", 0,
+                  no_transport ? no_transport
+                  : single     ? single
+                               : asked(options.clamp > 0)},
         .squares = {"sums of squares", 3 * sizeof(double), asked(options.want_squares)},
         .features = {"sums of albedo and normal", 6 * sizeof(double), asked(options.want_features)},
         .tiles = {"tile lists", tile_bytes_of_path(), no_shadow ? no_shadow : no_tiles(options)},

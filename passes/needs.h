@@ -22,6 +22,7 @@ struct FrameOptions {
     rays::Culling culling = rays::Culling::automatic;
     std::uint64_t runs = 0;  // of each band at most: samples of all pictures; 0: any number
     bool keep_all = false;   // parts that contribute nothing are there all the same
+    float clamp = 0;         // > 0: the most luminance of a sample's indirect light
 };
 
 /// A part of a frame.
@@ -36,10 +37,12 @@ struct FrameNeeds {
     FramePart shadow, diffuse, glossy, continuation;  // passes
     FramePart later_light;                            // light samples where paths have been reflected
     FramePart camera_rays, camera_hits;               // outputs of the G-buffer
+    FramePart clamp;                                  // of indirect light
     FramePart squares, features;                      // sums
     FramePart tiles;                                  // lists of the shadow rays of surfaces that the camera sees
-    std::array<FramePart, 10> parts() const {
-        return {shadow, diffuse, glossy, continuation, later_light, camera_rays, camera_hits, squares, features, tiles};
+    std::array<FramePart, 11> parts() const {
+        return {shadow,      diffuse, glossy,  continuation, later_light, camera_rays,
+                camera_hits, clamp,   squares, features,     tiles};
     }
 };
 FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options);

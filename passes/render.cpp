@@ -37,6 +37,8 @@ void check(const FrameSettings& s) {
     require(
         s.camera.orthographic ? s.camera.ortho_height > 0 : s.camera.vertical_fov > 0 && s.camera.vertical_fov < kPi,
         "the camera's field of view is not between 0 and 180 degrees, or its height is not positive");
+    require(s.filter.radius > 0 && s.filter.radius <= kMaxFilterRadius,
+            "the filter's radius must be positive and at most 16 pixels");
     require(s.time_limit >= 0 && std::isfinite(s.time_limit), "the time limit must be zero or positive");
     if (!s.error) return;
     require(s.error->error > 0 && std::isfinite(s.error->error), "the error must be positive");
@@ -47,6 +49,7 @@ void check_all(const RenderSettings& s) {
     require(s.width > 0 && s.height > 0, "width and height must be positive");
     require(s.width <= 65536 && s.height <= 65536, "width and height must be at most 65536");
     require(s.bounces >= 0, "bounces must not be negative");
+    require(s.clamp >= 0 && std::isfinite(s.clamp), "the clamp must be positive, or zero for none");
     check(s);
     for (const std::string& name : s.aovs) {
         const auto known = known_aovs();
@@ -144,7 +147,8 @@ struct Renderer::State {
                 .want_hits = !mattes->empty(),
                 .culling = settings.culling,
                 .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),
-                .keep_all = settings.keep_all};
+                .keep_all = settings.keep_all,
+                .clamp = settings.clamp};
     }
 
     /// Of band number `index`.
@@ -377,6 +381,9 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
         const std::uint32_t* of = &counts[i * shared::kBadKinds];
         stats.bad_values.push_back({names[i], of[shared::kBadNan], of[shared::kBadInfinite], of[shared::kBadNegative]});
     }
+    if (s.settings.clamp > 0 && s.settings.bounces > 1)
+        stats.biases.push_back(
+            fmt::format("indirect light clamped to a luminance of {:g} per sample", s.settings.clamp));
     return result;
 }
 

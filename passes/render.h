@@ -37,9 +37,12 @@ std::span<const AovInfo> known_aovs();
 
 /// Those of the first picture, and what is the same for all pictures of a renderer.
 struct RenderSettings : FrameSettings {
-    int width = 1280;               // pixels, > 0
-    int height = 720;               // pixels, > 0
-    int bounces = 8;                // reflections along a path, >= 0: 0 emission only, 1 direct light
+    int width = 1280;  // pixels, > 0
+    int height = 720;  // pixels, > 0
+    int bounces = 8;   // reflections along a path, >= 0: 0 emission only, 1 direct light
+    // > 0: the most luminance that a sample of a pixel's indirect light may have; brighter ones keep their hue and are
+    // dimmed to it. A bias, which RenderStats names.
+    float clamp = 0;
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32
     bool want_view = false;         // also the picture through `view`
@@ -101,7 +104,8 @@ struct RenderStats {
     std::vector<PassTime> passes;   // with settings.measure, else empty
     std::vector<LeftOut> left_out;  // what the scene or the settings did not need, with the reason
     std::vector<BadValues> bad_values;
-    std::optional<AchievedError> error;          // where one was asked for, unless interrupted
+    std::vector<std::string> biases;     // why the picture would not converge to the light that there is; phrases
+    std::optional<AchievedError> error;  // where one was asked for, unless interrupted
     std::vector<rays::BatchStatistics> batches;  // how rays were traced
     std::vector<rays::RasterBatch> raster;       // with raster culling: what it did
 };

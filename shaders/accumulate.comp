@@ -37,6 +37,10 @@ layout(std430, binding = 9) buffer FeatureSums { double feature_sums[]; };  // a
 #endif
 layout(std430, binding = 10) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
 
+#ifdef HALFLIGHT_CLAMP
+uniform float most_luminance;  // of a sample's indirect light
+#endif
+
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/surface_record.glsl"
 
@@ -99,6 +103,10 @@ void main() {
 #endif
     }
     later = guarded(later, kCountContinuation);
+#ifdef HALFLIGHT_CLAMP
+    float luminance = dot(later, vec3(0.2126, 0.7152, 0.0722));  // BT.709
+    later *= luminance > most_luminance ? most_luminance / luminance : 1.0;
+#endif
     beauty += dvec3(later);
     for (uint i = 0u; i < 3u; ++i) {
         ADD(indirect_sums[path * 6u + i], lobe == kLobeDiffuse ? later[i] : 0.0);

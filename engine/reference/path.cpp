@@ -25,6 +25,16 @@ ReferenceRay camera_ray(const Prepared& scene, const ReferenceSettings& settings
     return ray;
 }
 
+/// One axis of a point of the pixel filter, in pixels from the pixel's centre; the Blackman-Harris window by rejection
+/// (von Neumann 1951), which needs its values alone.
+double filtered(const PixelFilter& filter, Random& random) {
+    for (;;) {
+        const double t = 2 * random.uniform() - 1, c = std::cos(kPi * t);
+        const double window = 0.35875 + 0.48829 * c + 0.14128 * (2 * c * c - 1) + 0.01168 * c * (4 * c * c - 3);
+        if (filter.shape == PixelFilter::Shape::box || random.uniform() < window) return filter.radius * t;
+    }
+}
+
 /// Veach 1997, eq. 9.13, beta = 2: the weight of the strategy with density `a`.
 double power_heuristic(double a, double b) {
     if (!(a > 0)) return 0;
@@ -151,8 +161,8 @@ Radiance& Radiance::operator+=(const Radiance& other) {
 }
 
 PathResult trace_path(const Prepared& scene, const ReferenceSettings& settings, int x, int y, Random& random) {
-    const double dx = random.uniform(), dy = random.uniform();
-    return Path(scene, settings, random).trace(camera_ray(scene, settings, x + dx, y + dy));
+    const double dx = filtered(settings.filter, random), dy = filtered(settings.filter, random);
+    return Path(scene, settings, random).trace(camera_ray(scene, settings, x + 0.5 + dx, y + 0.5 + dy));
 }
 
 std::optional<Surface> first_surface(const Prepared& scene, const ReferenceSettings& settings, int x, int y) {

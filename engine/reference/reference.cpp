@@ -49,6 +49,7 @@ void check(const ReferenceSettings& s) {
     require(s.first_sample >= 0, "first_sample", s.first_sample);
     require(s.bounces >= 0, "bounces", s.bounces);
     require(s.threads >= 0, "threads", s.threads);
+    require(s.filter.radius > 0, "filter.radius", s.filter.radius);
 }
 
 ReferenceResult make_result(const ReferenceSettings& s) {

@@ -11,6 +11,7 @@
 
 #include "engine/core/image.h"
 #include "engine/core/math.h"
+#include "engine/core/pixel_filter.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
@@ -74,6 +75,7 @@ struct ReferenceSettings {
     int bounces = 8;       // >= 0, SHADING.md "Estimator"
     std::uint64_t seed = 0;
     Camera camera;
+    PixelFilter filter{};
     int threads = 0;  // at most; 0: all there are; the result does not depend on it
     /// lights_only: no light by sampled rays where a light table could have found it. surfaces_only: the reverse,
     /// which leaves out punctual lights.

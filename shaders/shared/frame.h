@@ -6,25 +6,27 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-// A frame is rendered in horizontal bands so that no buffer outgrows a driver's limit. Paths of a band are numbered in tile
-// order (shaders/shared/pixel_order.h); sampling is keyed by the pixel of the whole image, so bands change no result.
+// A frame is rendered in horizontal bands so that no buffer outgrows a driver's limit. Paths of a band are numbered in
+// tile order (shaders/shared/pixel_order.h); sampling is keyed by the pixel of the whole image, so bands change no
+// result.
 struct Frame {
-    mat4 view_projection;       // world (relative to origin) to clip of the raster window, reversed infinite depth, jitter included
+    // World (relative to origin) to clip space of the raster window, reversed infinite depth, jitter included.
+    mat4 view_projection;
     mat4 previous_view_projection;  // of the frame before, without jitter
-    vec4 camera_position;       // xyz relative to SceneTables::origin; w: 1 perspective, 0 orthographic
-    vec4 camera_right;          // xyz: half of the image's width on the plane at distance 1 (orthographic: on any plane)
-    vec4 camera_up;             // xyz: half of its height
-    vec4 camera_forward;        // xyz: unit
-    vec2 jitter;                // sample point within the pixel, [0,1)^2
-    vec2 clip;                  // near and far distance along camera_forward; far may be +inf
-    ivec2 size;                 // image, pixels
-    int band_y;                 // first row of the band
-    int band_rows;              // rows of the band
-    uint sample_index;          // from 0
-    uint seed;                  // of the whole frame: user's seed and frame number
-    uint tiles_x;               // 16x16 blocks across
-    uint tiles_y;               // 16x16 blocks down the band
-    int window_y;               // row of the image that is rasterized into row 0 of the visibility texture
+    vec4 camera_position;           // xyz relative to SceneTables::origin; w: 1 perspective, 0 orthographic
+    vec4 camera_right;    // xyz: half of the image's width on the plane at distance 1 (orthographic: on any plane)
+    vec4 camera_up;       // xyz: half of its height
+    vec4 camera_forward;  // xyz: unit
+    vec2 jitter;          // sample point from the pixel's upper left corner, pixels; [0,1)^2 with the usual filter
+    vec2 clip;            // near and far distance along camera_forward; far may be +inf
+    ivec2 size;           // image, pixels
+    int band_y;           // first row of the band
+    int band_rows;        // rows of the band
+    uint sample_index;    // from 0
+    uint seed;            // of the whole frame: user's seed and frame number
+    uint tiles_x;         // 16x16 blocks across
+    uint tiles_y;         // 16x16 blocks down the band
+    int window_y;         // row of the image that is rasterized into row 0 of the visibility texture
     int unused1;
     int unused2;
     int unused3;

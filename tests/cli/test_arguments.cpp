@@ -70,6 +70,13 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--best-effort"}, 2, "--best-effort: needs --error");
     expect_render({"--samples", "1", "--time", "1"}, 2, "--samples: cannot be given together with --time");
     expect_render({"--bounces", "-1"}, 2, "--bounces: wants a whole number from 0 to .*");
+    expect_render({"--filter", "sinc"}, 2, "--filter: there is no filter 'sinc', only box, blackman-harris");
+    for (const char* radius : {"0", "-1", "17", "nan"})
+        expect_render({"--filter-radius", radius}, 2, "--filter-radius: wants a number from 0.01 to 16, not '.*'");
+    for (const char* clamp : {"0", "-1", "inf", "much"})
+        expect_render({"--clamp", clamp}, 2, "--clamp: wants a number from .*");
+    expect({"info", scene, "--env", "1,1,1"}, 2, "--env: goes together with --needs");
+    expect({"info", scene, "--needs", "--env", folder / "no.hdr"}, 1, ".*no.hdr: .*");
     expect_render({"--seed", "-1"}, 2, "--seed: wants a whole number from 0 to 4294967295, not '-1'");
     expect({"render", scene, folder / "out.exr", "--width", "0"}, 2, "--width: wants a whole number from 1 to .*");
     expect_render({"--look-from", "0,0,1"}, 2, "--look-from: goes together with --look-at");

@@ -40,6 +40,51 @@ class Converge : public testing::Test {
     std::string out = folder / "out";
 };
 
+TEST_F(Converge, ClampShowsAsBias) {
+    const Strings common{"--samples", "4,16", "--seeds", "4", "--method", "plain", "--reference-samples", "512"};
+    const auto run = [&](const Strings& more) {
+        Strings all = common;
+        all.insert(all.end(), more.begin(), more.end());
+        const Outcome outcome = converge(all);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return report();
+    };
+    const Json plain = run({}), clamped = run({"--clamp", "0.02"});
+    EXPECT_TRUE(plain["biases"].empty());
+    ASSERT_EQ(clamped["biases"].size(), 1u);
+    EXPECT_NE(clamped["biases"][0].get<std::string>().find("clamped to a luminance of 0.02"), std::string::npos);
+    EXPECT_NE(read_text(out + "/report.html").find("Biased on purpose"), std::string::npos);
+    const Json& bias = clamped["methods"][0]["points"][1]["relative_bias"];
+    EXPECT_LT(bias["value"].get<double>() + bias["half_width"].get<double>(), -0.02);
+    EXPECT_EQ(clamped["reference"]["samples_found"], 512) << "a reference is never clamped";
+    EXPECT_EQ(clamped["reference"]["file"], plain["reference"]["file"]);
+}
+
+TEST_F(Converge, SeedsAndFilterAreThoseAskedFor) {
+    const Strings common{"--samples", "1", "--seeds", "2", "--method", "plain", "--reference-samples", "8"};
+    const auto run = [&](const Strings& more) {
+        Strings all = common;
+        all.insert(all.end(), more.begin(), more.end());
+        const Outcome outcome = converge(all);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return report();
+    };
+    const Json usual = run({}), other = run({"--seed", "2"}), last = run({"--seed", "2147483647"}),
+               soft = run({"--filter", "blackman-harris"});
+    EXPECT_EQ(usual["runs"][0]["seed"], 1);
+    EXPECT_EQ(other["plan"]["first_seed"], 2);
+    EXPECT_EQ(other["runs"][0]["seed"], 2);
+    EXPECT_EQ(usual["runs"][1]["mse"], other["runs"][0]["mse"]) << "the same seed makes the same picture";
+    EXPECT_NE(usual["runs"][0]["mse"], other["runs"][0]["mse"]);
+    EXPECT_EQ(last["runs"][0]["seed"], 2147483647);
+    EXPECT_EQ(last["runs"][1]["seed"], 1) << "seeds of references are beyond";
+    EXPECT_EQ(soft["filter"], (Json{{"shape", "blackman-harris"}, {"radius", 1.5}}));
+    EXPECT_NE(soft["reference"]["file"], usual["reference"]["file"]);
+    EXPECT_GT(usual["methods"][0]["points"][0]["blurred_mse"]["value"], 0);
+    EXPECT_LT(usual["methods"][0]["points"][0]["blurred_mse"]["value"],
+              usual["methods"][0]["points"][0]["mse"]["value"]);
+}
+
 TEST_F(Converge, ReportsEveryMethodAndContinuesReferences) {
     const Outcome first = converge({"--samples", "1,4,16", "--seeds", "4", "--reference-samples", "256"});
     ASSERT_EQ(first.status, 0) << first.err;

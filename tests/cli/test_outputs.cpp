@@ -112,6 +112,32 @@ TEST_F(Output, LayersAreThoseAskedFor) {
               (Strings{"A", "B", "G", "R", "albedo.B", "albedo.G", "albedo.R", "normal.X", "normal.Y", "normal.Z"}));
 }
 
+TEST_F(Output, FilterAndBiasAreRecorded) {
+    render({file("usual.exr"), "--stats", file("usual.json")});
+    render({file("box.exr"), "--filter", "box", "--filter-radius", "0.5"});
+    EXPECT_TRUE(same_pixels(file("usual.exr"), file("box.exr")));
+    auto extra = read_exr(file("usual.exr")).attributes.extra;
+    EXPECT_EQ(extra["filter"], "box, radius 0.5 pixels");
+    EXPECT_FALSE(extra.contains("bias"));
+    auto stats = nlohmann::json::parse(read_text(file("usual.json")));
+    EXPECT_EQ(stats["settings"]["clamp"], nullptr);
+    EXPECT_TRUE(stats["biases"].empty());
+
+    const Outcome outcome =
+        render({file("soft.exr"), "--stats", file("soft.json"), "--filter", "blackman-harris", "--clamp", "0.5"});
+    EXPECT_FALSE(same_pixels(file("usual.exr"), file("soft.exr")));
+    EXPECT_NE(outcome.err.find("biased: indirect light clamped to a luminance of 0.5 per sample"), std::string::npos);
+    const ExrFile soft = read_exr(file("soft.exr"));
+    EXPECT_NE(soft.attributes.comments.find("filter blackman-harris, radius 1.5 pixels"), std::string::npos);
+    extra = soft.attributes.extra;
+    EXPECT_EQ(extra["filter"], "blackman-harris, radius 1.5 pixels");
+    EXPECT_EQ(extra["bias"], "indirect light clamped to a luminance of 0.5 per sample");
+    stats = nlohmann::json::parse(read_text(file("soft.json")));
+    EXPECT_EQ(stats["settings"]["filter"], (nlohmann::json{{"shape", "blackman-harris"}, {"radius", 1.5}}));
+    EXPECT_EQ(stats["settings"]["clamp"], 0.5);
+    EXPECT_EQ(stats["biases"].size(), 1u);
+}
+
 TEST_F(Output, RendersToAnErrorAndTellsIt) {
     const auto attribute = [&](const char* name) { return read_exr(file(name)).attributes.extra["error"]; };
     const Strings easy{"--error", "0.5", "--samples", "256"}, hard{"--error", "1e-9", "--samples", "20"};
@@ -461,6 +487,10 @@ TEST_F(Output, InfoListsWhatIsLeftOutWithTheBytes) {
     EXPECT_TRUE(std::regex_search(text.out, std::regex("alpha tests +0  alpha decides no hit"))) << text.out;
     EXPECT_EQ(run_program({"info", scene}).out.find("alpha decides"), std::string::npos);
     EXPECT_EQ(run_program({"info", "--device", "--needs"}).status, 2);
+    EXPECT_TRUE(parts.contains("environment"));
+    const Outcome lit = run_program({"info", "--needs", "--json", scene, "--env", "0.5,0.5,0.5"});
+    ASSERT_EQ(lit.status, 0) << lit.err;
+    for (const auto& part : nlohmann::json::parse(lit.out).at("left_out")) EXPECT_NE(part.at("what"), "environment");
 }
 
 TEST_F(Output, KeepAllKeepsThePicture) {

@@ -132,8 +132,18 @@ TEST(Converge, ShareOfTimeAndErrorByStage) {
     for (std::size_t i = 0; i < 3; ++i) {
         EXPECT_NEAR(stages[i].time_share, time[i], 1e-9);
         EXPECT_NEAR(stages[i].error_share, error[i], 0.02);
-        EXPECT_NEAR(stages[i].gain, 1 / ((1 - error[i] / 2) * (1 + time[i])), 0.02);
+        EXPECT_NEAR(stages[i].gain.value, 1 / ((1 - error[i] / 2) * (1 + time[i])), 0.02);
     }
+    for (const Stage& stage : stages) {
+        EXPECT_GT(stage.gain.half_width, 0);
+        EXPECT_LT(stage.gain.half_width, 0.05);
+    }
+    // Direct light: 1.0 by 1 / (0.8 * 1.25), emission 0.99 by 1 / (0.9 * 1.125).
+    EXPECT_NEAR(measured.methods[0].stage_lead.value, 1 / (0.8 * 1.25) - 1 / (0.9 * 1.125), 0.02);
+    EXPECT_GT(measured.methods[0].stage_lead.half_width, 0);
+    Plan plan = kPlan;
+    plan.seeds = 1;
+    EXPECT_TRUE(std::isinf(measure_fakes({}, {}, plan).methods[0].stage_lead.half_width));
     for (const char* pass : {"gbuffer: evaluate", "primary rays: closest hit", "accumulate"})
         EXPECT_EQ(stage_of(pass), 0u);
     EXPECT_EQ(stage_of("shadow: sample lights"), 1u);

@@ -135,7 +135,8 @@ TEST_F(ConvergeReport, JsonHoldsAllFigures) {
     EXPECT_EQ(json["reference"]["samples"], 4096);
     ASSERT_EQ(json["runs"].size(), 64u);
     for (const auto& run : json["runs"]) {
-        for (const char* key : {"mse", "relative_mse", "hdr_flip", "trimmed_mse"}) EXPECT_GT(run[key], 0) << key;
+        for (const char* key : {"mse", "relative_mse", "hdr_flip", "trimmed_mse", "blurred_mse"})
+            EXPECT_GT(run[key], 0) << key;
         EXPECT_EQ(run["components_mse"].size(), kComponents.size());
         EXPECT_GT(run["seconds"]["cpu"], 0);
     }
@@ -152,12 +153,24 @@ TEST_F(ConvergeReport, JsonHoldsAllFigures) {
 TEST_F(ConvergeReport, AdviceFollowsTheStages) {
     Measurement one;
     MethodResult& method = one.methods.emplace_back();
-    method.stages = {{"sky", 1, 0.2, 0.9, 1.5}, {"sea", 4, 0.8, 0.1, 0.6}};
-    ASSERT_EQ(advice(subject("a.glb"), one).size(), 1u);
-    EXPECT_NE(advice(subject("a.glb"), one)[0].find("most where sky holds 90 % of the error and takes 20 %"),
-              std::string::npos);
-    method.stages[0].gain = 0.9;
-    EXPECT_NE(advice(subject("a.glb"), one)[0].find("no stage alone"), std::string::npos);
+    method.stages = {{"sky", 1, 0.2, 0.9, {1.5, 0.1}}, {"sea", 4, 0.8, 0.1, {0.6, 0.1}}};
+    method.stage_lead = {0.9, 0.15};
+    const auto line = [&] {
+        const auto lines = advice(subject("a.glb"), one);
+        EXPECT_EQ(lines.size(), 1u);
+        return lines.at(0);
+    };
+    EXPECT_NE(line().find("most where sky holds 90 % of the error and takes 20 %"), std::string::npos);
+    EXPECT_NE(line().find("1.50 ± 0.10"), std::string::npos) << line();
+    method.stages[0].gain = {0.9, 0.05};
+    EXPECT_NE(line().find("no stage alone"), std::string::npos);
+    // What the seeds do not tell is not claimed.
+    method.stages[0].gain = {0.95, 0.1};
+    EXPECT_NE(line().find("undecided"), std::string::npos);
+    method.stages[0].gain = {1.5, 0.1};
+    method.stage_lead = {0.9, 1.0};
+    EXPECT_NE(line().find("undecided"), std::string::npos);
+    EXPECT_NE(line().find("of sea by 0.60 ± 0.10"), std::string::npos) << line();
 }
 
 TEST_F(ConvergeReport, WhatIsNotKnownIsNull) {

@@ -92,6 +92,8 @@ std::uint64_t reference_fingerprint(std::uint64_t scene, const View& view, std::
     hash.add_bytes(&c.camera_to_world, sizeof(c.camera_to_world));
     hash.add(c.orthographic);
     for (const double value : {c.vertical_fov, c.ortho_height, c.near_plane, c.far_plane}) hash.add(value);
+    hash.add(view.filter.shape);
+    hash.add(view.filter.radius);
     hash.add_bytes(maker.data(), maker.size());
     for (const Image& image : probe.components)
         hash.add_bytes(image.pixels.data(), image.pixels.size() * sizeof(float));

@@ -12,8 +12,8 @@ namespace halflight::converge {
 /// and reports are not part of it.
 std::uint64_t scene_fingerprint(const Scene& scene);
 
-/// Of the expected picture: scene, size, camera and bounces, and who makes it: the values of `probe`, a small picture
-/// that the maker has made of the scene, change where its code changes what it makes.
+/// Of the expected picture: scene, size, camera, bounces and pixel filter, and who makes it: the values of `probe`, a
+/// small picture that the maker has made of the scene, change where its code changes what it makes.
 std::uint64_t reference_fingerprint(std::uint64_t scene, const View& view, std::string_view maker,
                                     const Picture& probe);
 

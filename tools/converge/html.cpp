@@ -87,12 +87,15 @@ class Page {
             "content=\"width=device-width, initial-scale=1\"/>\n<title>Error against run time: {0}</title>\n"
             "<style>{1}</style>\n</head>\n<body>\n<h1>Error against run time: {0}</h1>\n",
             escape(scene), kStyle);
-        paragraph(fmt::format("{} × {} pixels, camera {}, {} bounces, environment {}; {} independent pictures of each "
-                              "budget; {}{}.",
-                              subject_.view.width, subject_.view.height, subject_.camera, subject_.view.bounces,
-                              subject_.environment, subject_.plan.seeds, subject_.program,
-                              subject_.device.empty() ? "" : " on " + subject_.device),
-                  "sub");
+        paragraph(
+            fmt::format(
+                "{} × {} pixels, camera {}, {} bounces, filter {}, environment {}; {} independent pictures of each "
+                "budget; {}{}.",
+                subject_.view.width, subject_.view.height, subject_.camera, subject_.view.bounces,
+                halflight::text(subject_.view.filter), subject_.environment, subject_.plan.seeds, subject_.program,
+                subject_.device.empty() ? "" : " on " + subject_.device),
+            "sub");
+        for (const std::string& bias : biases(subject_.plan)) paragraph("Biased on purpose: " + bias);
         summary();
         plots();
         budgets();
@@ -244,17 +247,21 @@ class Page {
     void budgets() {
         heading("By budget");
         begin_table(
-            {"method", "samples", "wall s", "CPU s", "MSE", "relMSE", "HDR-FLIP", "bias²", "variance", "worst 0.1 %"},
-            fmt::format("Means over {} seeds ± {:.0f} % intervals. relMSE: squared error by reference² + {:g}. "
+            {"method", "samples", "wall s", "CPU s", "MSE", "blurred MSE", "relMSE", "HDR-FLIP", "bias²", "variance",
+             "worst 0.1 %"},
+            fmt::format("Means over {} seeds ± {:.0f} % intervals. blurred MSE: after a blur of {} × {} pixels. "
+                        "relMSE: squared error by reference² + {:g}. "
                         "MSE = bias² + variance, all without the variance of the reference. Worst 0.1 %: share of "
                         "the squared error that the worst {:g} % of the pixels hold.",
-                        subject_.plan.seeds, 100 * kConfidence, kRelativeEpsilon, 100 * kWorstShare));
+                        subject_.plan.seeds, 100 * kConfidence, 2 * kBlurRadius + 1, 2 * kBlurRadius + 1,
+                        kRelativeEpsilon, 100 * kWorstShare));
         for (const MethodResult& m : measured_.methods) {
             for (std::size_t b = 0; b < m.points.size(); ++b) {
                 const Point& p = m.points[b];
                 row({b == 0 ? m.name : "", fmt::format("{:.4g}", p.samples), figure(p.time.wall), figure(p.time.cpu),
-                     converge::text(p.mse), converge::text(p.relative_mse), converge::text(p.flip),
-                     converge::text(p.bias_squared), figure(p.variance.value), percent(p.worst_share)},
+                     converge::text(p.mse), converge::text(p.blurred_mse), converge::text(p.relative_mse),
+                     converge::text(p.flip), converge::text(p.bias_squared), figure(p.variance.value),
+                     percent(p.worst_share)},
                     b == 0 && &m != &measured_.methods.front() ? "first" : "");
             }
         }
@@ -291,12 +298,12 @@ class Page {
             "Time by passes, each waited for, of one more picture of the largest budget. Camera rays answer for "
             "the emission that is seen, shadow rays of the first surface for direct light, all other rays for "
             "indirect light, though these meet lights, too. Gain: of the efficiency, if the samples of this stage "
-            "alone were doubled; above 1, the next second is well spent on it.",
+            "alone were doubled, ± over seeds; above 1, the next second is well spent on it.",
             "names");
         for (const MethodResult& m : measured_.methods) {
             for (const Stage& s : m.stages)
                 row({&s == &m.stages.front() ? m.name : "", s.name, figure(s.seconds), percent(s.time_share),
-                     percent(s.error_share), fmt::format("{:.2f}", s.gain)},
+                     percent(s.error_share), converge::text(s.gain)},
                     &s == &m.stages.front() && &m != &measured_.methods.front() ? "first" : "");
         }
         end_table();

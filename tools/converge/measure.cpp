@@ -1,7 +1,9 @@
 #include "tools/converge/measure.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 
 #include "engine/core/image_tools.h"
 #include "engine/core/seed_errors.h"
@@ -38,7 +40,7 @@ double by(Clock clock, const Seconds& seconds) {
 
 /// `runs`: those of the point, by repeat; their squared errors are set.
 Point point_of(const std::vector<RunResult*>& runs, const std::vector<Image>& images, const Reference& reference,
-               const Image& relative) {
+               const Image& relative, const std::array<Image, 2>& blurred_halves) {
     const auto& [half0, half1] = reference.halves;
     const auto mean = [&](const auto& value) {
         double sum = 0;
@@ -47,10 +49,14 @@ Point point_of(const std::vector<RunResult*>& runs, const std::vector<Image>& im
     };
     const SeedErrors errors = seed_errors(images, half0.beauty, half1.beauty);
     const SeedErrors relative_errors = seed_errors(images, half0.beauty, half1.beauty, relative);
+    std::vector<Image> blurred;
+    for (const Image& image : images) blurred.push_back(box_blur(image, kBlurRadius));
+    const SeedErrors blurred_errors = seed_errors(blurred, blurred_halves[0], blurred_halves[1]);
     std::vector<double> flips;
     for (std::size_t k = 0; k < runs.size(); ++k) {
         runs[k]->mse = errors.of_render[k];
         runs[k]->relative_mse = relative_errors.of_render[k];
+        runs[k]->blurred_mse = blurred_errors.of_render[k];
         flips.push_back(runs[k]->errors.flip);
     }
     Point point;
@@ -59,6 +65,7 @@ Point point_of(const std::vector<RunResult*>& runs, const std::vector<Image>& im
                   mean([](const RunResult& r) { return r.time.cpu; })};
     point.mse = errors.mse;
     point.relative_mse = relative_errors.mse;
+    point.blurred_mse = blurred_errors.mse;
     point.flip = mean_interval(flips);
     point.bias_squared = errors.squared_bias;
     point.variance = errors.variance;
@@ -99,25 +106,57 @@ void fit(MethodResult& method, Clock clock) {
     method.efficiency = last.mse.value > 0 ? 1 / (last.mse.value * time(last)) : 0;
 }
 
-std::vector<Stage> stages_of(const std::vector<PassTime>& passes, const Point& point) {
-    std::vector<Stage> stages;
-    for (const char* stage_name : kStageNames) stages.push_back({.name = stage_name});
-    double seconds = 0, error = 0;
-    for (const PassTime& pass : passes) {
-        stages[stage_of(pass.name)].seconds += pass.seconds;
-        seconds += pass.seconds;
-    }
+using Components = std::array<double, kComponents.size()>;
+
+/// Of the runs of one method and budget: the squared error of each component.
+std::vector<Components> components_of(const std::vector<RunResult>& runs, int method, int budget) {
+    std::vector<Components> components;
+    for (const RunResult& run : runs)
+        if (run.run.method == method && run.run.budget == budget) components.push_back(run.errors.components);
+    return components;
+}
+
+/// Shares of each stage in the mean error, that of run number `without` left out.
+std::array<double, kStages> error_shares(const std::vector<Components>& runs, std::size_t without) {
+    std::array<double, kStages> shares{};
+    double error = 0;
     for (std::size_t c = 0; c < kComponents.size(); ++c) {
-        const double part = std::max(point.components[c], 0.0);  // an estimate of nothing may be negative
-        stages[kStageOfComponent[c]].error_share += part;
+        double sum = 0;
+        for (std::size_t r = 0; r < runs.size(); ++r) sum += r == without ? 0 : runs[r][c];
+        const double part = std::max(sum, 0.0);  // an estimate of nothing may be negative
+        shares[kStageOfComponent[c]] += part;
         error += part;
     }
-    for (Stage& stage : stages) {
-        stage.time_share = seconds > 0 ? stage.seconds / seconds : 0;
-        stage.error_share = error > 0 ? stage.error_share / error : 0;
-        stage.gain = 1 / ((1 - stage.error_share / 2) * (1 + stage.time_share));
+    for (double& share : shares) share = error > 0 ? share / error : 0;
+    return shares;
+}
+
+/// Needs the method's passes.
+void set_stages(MethodResult& method, const std::vector<Components>& runs) {
+    std::array<double, kStages> seconds{};
+    double all = 0;
+    for (const PassTime& pass : method.passes) {
+        seconds[stage_of(pass.name)] += pass.seconds;
+        all += pass.seconds;
     }
-    return stages;
+    const auto time_share = [&](std::size_t s) { return all > 0 ? seconds[s] / all : 0; };
+    const auto gain = [&](std::size_t s, const std::array<double, kStages>& error_share) {
+        return 1 / ((1 - error_share[s] / 2) * (1 + time_share(s)));
+    };
+    const std::array<double, kStages> shares = error_shares(runs, runs.size());
+    std::vector<std::array<double, kStages>> without;
+    for (std::size_t r = 0; r < runs.size() && runs.size() > 1; ++r) without.push_back(error_shares(runs, r));
+    const auto over_seeds = [&](const auto& statistic) {
+        std::vector<double> values;
+        for (const auto& left : without) values.push_back(statistic(left));
+        return jackknife_interval(statistic(shares), values);
+    };
+    for (std::size_t s = 0; s < kStages; ++s)
+        method.stages.push_back({kStageNames[s], seconds[s], time_share(s), shares[s],
+                                 over_seeds([&](const auto& of) { return gain(s, of); })});
+    std::array<std::size_t, kStages> order{0, 1, 2};
+    std::ranges::sort(order, std::ranges::greater(), [&](std::size_t s) { return method.stages[s].gain.value; });
+    method.stage_lead = over_seeds([&](const auto& of) { return gain(order[0], of) - gain(order[1], of); });
 }
 
 }  // namespace
@@ -148,7 +187,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
         const Run& run = runs[i];
         const auto m = static_cast<std::size_t>(run.method), b = static_cast<std::size_t>(run.budget);
         Painted painted = painters[m]->paint(plan.budgets[b], run.seed, hooks.pulse);
-        result.runs.push_back({run, painted.picture.samples, painted.time, 0, 0, {}, painted.picture.non_finite});
+        result.runs.push_back({run, painted.picture.samples, painted.time, 0, 0, 0, {}, painted.picture.non_finite});
         RunResult& made = result.runs.back();
 
         // The pictures of a turn follow each other.
@@ -175,6 +214,8 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
     }
 
     const Image relative = relative_weights(reference.mean.beauty);
+    const auto& halves = reference.halves;
+    const std::array blurred_halves{box_blur(halves[0].beauty, kBlurRadius), box_blur(halves[1].beauty, kBlurRadius)};
     for (std::size_t m = 0; m < methods; ++m) {
         MethodResult& method = result.methods.emplace_back();
         method.name = plan.method_name(m);
@@ -185,7 +226,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
                 if (run.run.method == static_cast<int>(m) && run.run.budget == static_cast<int>(b))
                     of_point.push_back(&run);
             const std::vector<Image> images = images_of(pictures[m][b]);
-            method.points.push_back(point_of(of_point, images, reference, relative));
+            method.points.push_back(point_of(of_point, images, reference, relative, blurred_halves));
             if (b + 1 == budgets) {
                 method.picture = images.front();
                 method.mean = mean_image(images);
@@ -194,7 +235,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
         }
         method.passes = painters[m]->passes(plan.budgets.back(), runs.back().seed, hooks.pulse);
         if (reference.has_components && !method.passes.empty())
-            method.stages = stages_of(method.passes, method.points.back());
+            set_stages(method, components_of(result.runs, static_cast<int>(m), static_cast<int>(budgets) - 1));
         fit(method, clock);
         method.findings = findings_of(method);
     }

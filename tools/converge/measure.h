@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,12 +15,16 @@ namespace halflight::converge {
 
 using bench::Clock;
 
+/// Of the blur that tells how error is spread over the screen: 5 x 5 pixels.
+inline constexpr int kBlurRadius = 2;
+
 struct RunResult {
     Run run;
     int samples = 0;  // per pixel
     Seconds time;
     double mse = 0;
     double relative_mse = 0;
+    double blurred_mse = 0;
     RunErrors errors;
     std::uint64_t non_finite = 0;
 };
@@ -29,6 +34,7 @@ struct Point {
     double samples = 0;  // per pixel, mean
     Seconds time;        // mean of one picture
     Interval mse, relative_mse, flip;
+    Interval blurred_mse;                                 // mse where picture and reference are blurred (kBlurRadius)
     Interval bias_squared, variance;                      // parts of mse
     Interval relative_bias;                               // of the picture's mean
     double reference_variance = 0;                        // that the errors are without
@@ -44,7 +50,7 @@ struct Stage {
     double time_share = 0;   // of all stages
     double error_share = 0;  // of the sum of the components' errors
     /// By how much the efficiency, 1 / (mse x seconds), is multiplied if this stage alone takes twice the samples.
-    double gain = 1;
+    Interval gain{1, 0};  // over seeds; the time of a stage is one picture's
 };
 
 struct Finding {
@@ -55,7 +61,7 @@ struct Finding {
 std::string_view name(Finding::Kind kind);
 
 struct MethodResult {
-    std::string name;  // of the method
+    std::string name;              // of the method
     Seconds preparation;           // before the first picture
     std::vector<Point> points;     // by budget
     Slope slope;                   // of mse over the time of the plan's clock
@@ -64,6 +70,7 @@ struct MethodResult {
     double efficiency = 0;         // 1 / (mse x seconds) at the largest budget
     std::vector<PassTime> passes;  // of one more picture of the largest budget; empty for the oracle
     std::vector<Stage> stages;
+    Interval stage_lead{0, std::numeric_limits<double>::infinity()};  // of the greatest gain over the second one
     std::vector<Finding> findings;
     Image picture;  // of the largest budget's first seed
     Image mean;     // of the largest budget's seeds

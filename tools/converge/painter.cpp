@@ -13,12 +13,14 @@ constexpr int kManySamples = 1 << 24;  // where the time decides
 
 class GlPainter final : public Painter {
   public:
-    GlPainter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method)
+    GlPainter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method, float clamp)
         : scene_(scene), colors_(colors) {
         settings_.width = view.width;
         settings_.height = view.height;
         settings_.camera = view.camera;
         settings_.bounces = view.bounces;
+        settings_.filter = view.filter;
+        settings_.clamp = clamp;
         settings_.aovs.assign(kComponents.begin(), kComponents.end());
         settings_.culling = method == Method::compute  ? rays::Culling::compute
                             : method == Method::raster ? rays::Culling::raster
@@ -121,8 +123,9 @@ class OraclePainter final : public Painter {
 
 }  // namespace
 
-std::unique_ptr<Painter> gl_painter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method) {
-    return std::make_unique<GlPainter>(scene, colors, view, method);
+std::unique_ptr<Painter> gl_painter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method,
+                                    float clamp) {
+    return std::make_unique<GlPainter>(scene, colors, view, method, clamp);
 }
 
 std::unique_ptr<Painter> oracle_painter(const Scene& scene, const View& view) {
@@ -135,6 +138,7 @@ Picture oracle_samples(const ReferenceScene& scene, const View& view, std::uint6
     settings.height = view.height;
     settings.camera = view.camera;
     settings.bounces = view.bounces;
+    settings.filter = view.filter;
     settings.seed = seed;
     settings.first_sample = first;
     settings.samples = count;

@@ -39,6 +39,7 @@ struct View {
     int height = 0;  // pixels
     Camera camera;
     int bounces = 8;
+    PixelFilter filter{};
 };
 
 /// Called now and then during long work; what it throws ends the work.
@@ -60,7 +61,9 @@ class Painter {
 };
 
 /// Method::oracle is none of these. The scene and the colours must outlive the painter.
-std::unique_ptr<Painter> gl_painter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method);
+/// `clamp`: RenderSettings::clamp.
+std::unique_ptr<Painter> gl_painter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method,
+                                    float clamp = 0);
 std::unique_ptr<Painter> oracle_painter(const Scene& scene, const View& view);
 
 /// Samples [first, first + count) of the oracle's picture of this seed: disjoint ranges are independent.

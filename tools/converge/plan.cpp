@@ -58,9 +58,9 @@ std::vector<Run> runs_of(const Plan& plan) {
     for (int repeat = 0; repeat < plan.seeds; ++repeat) {
         for (int b = 0; b < budgets; ++b) {
             const int turn = repeat * budgets + b, budget = (repeat + b) % budgets;
-            for (int m = 0; m < methods; ++m)
-                runs.push_back({(turn + m) % methods, budget, repeat,
-                                static_cast<std::uint32_t>(1 + budget * plan.seeds + repeat)});
+            const auto number = static_cast<std::uint32_t>(budget * plan.seeds + repeat);
+            const std::uint32_t seed = 1 + (plan.first_seed - 1 + number) % (kSeedsOfMethods - 1);
+            for (int m = 0; m < methods; ++m) runs.push_back({(turn + m) % methods, budget, repeat, seed});
         }
     }
     return runs;

@@ -34,9 +34,11 @@ struct Budget {
 std::string text(const Budget& budget);  ///< "16 samples", "0.5 s"
 
 struct Plan {
-    std::vector<Method> methods;          // with their estimators no two alike
-    std::vector<Budget> budgets;          // all of samples or all of seconds, growing
-    int seeds = 8;                        // > 0: independent pictures of each budget
+    std::vector<Method> methods;   // with their estimators no two alike
+    std::vector<Budget> budgets;   // all of samples or all of seconds, growing
+    int seeds = 8;                 // > 0: independent pictures of each budget
+    std::uint32_t first_seed = 1;  // of runs_of()
+    float clamp = 0;  // of the pictures of GL methods (RenderSettings::clamp), a bias; never of the reference
     std::vector<Estimator> estimators{};  // of each method; empty: the default one for all
 
     Estimator estimator(std::size_t method) const { return estimators.empty() ? Estimator() : estimators[method]; }
@@ -56,7 +58,11 @@ struct Run {
     std::uint32_t seed = 0;
 };
 
-/// Every picture of the plan. Budgets and repeats have a seed of their own, the same one for all methods. A turn, which
+/// Seeds of methods are below it, those of references are not.
+inline constexpr std::uint32_t kSeedsOfMethods = 1u << 31;
+
+/// Every picture of the plan. Seeds count from the first one, and go on at 1 after the last one below kSeedsOfMethods.
+/// Budgets and repeats have a seed of their own, the same one for all methods. A turn, which
 /// is one run of each method, rotates the order of the methods by one; each repeat goes through the budgets from
 /// another one on: what else the machine does falls on all alike.
 std::vector<Run> runs_of(const Plan& plan);

@@ -16,7 +16,7 @@ namespace {
 using Maker = ReferenceOrder::Maker;
 
 constexpr std::uint64_t kOracleSeed = std::uint64_t{1} << 40;  // beyond the seeds of methods, which have 32 bits
-constexpr std::uint32_t kGlSeed = 1u << 31;                    // beyond the seeds of runs_of()
+constexpr std::uint32_t kGlSeed = kSeedsOfMethods;
 
 /// A picture of this size shows what its maker makes of a scene, and takes no time.
 View probe_view(View view) {

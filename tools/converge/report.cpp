@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "engine/core/metrics.h"
 
@@ -48,6 +49,7 @@ Json run_json(const Subject& subject, const Reference& reference, const RunResul
             {"seconds", seconds_json(r.time)},
             {"mse", r.mse},
             {"relative_mse", r.relative_mse},
+            {"blurred_mse", r.blurred_mse},
             {"hdr_flip", r.errors.flip},
             {"trimmed_mse", r.errors.trimmed_mse},
             {"components_mse", components_json(reference, r.errors.components)},
@@ -60,6 +62,7 @@ Json point_json(const Reference& reference, const Budget& budget, const Point& p
             {"seconds", seconds_json(p.time)},
             {"mse", interval_json(p.mse)},
             {"relative_mse", interval_json(p.relative_mse)},
+            {"blurred_mse", interval_json(p.blurred_mse)},
             {"hdr_flip", interval_json(p.flip)},
             {"bias_squared", interval_json(p.bias_squared)},
             {"variance", interval_json(p.variance)},
@@ -81,7 +84,7 @@ Json method_json(const Subject& subject, const Reference& reference, const Metho
                           {"seconds", s.seconds},
                           {"time_share", s.time_share},
                           {"error_share", s.error_share},
-                          {"gain_of_twice_the_samples", s.gain}});
+                          {"gain_of_twice_the_samples", interval_json(s.gain)}});
     for (const Finding& f : m.findings) findings.push_back({{"kind", name(f.kind)}, {"text", f.text}});
     return {{"method", m.name},
             {"preparation_seconds", seconds_json(m.preparation)},
@@ -92,6 +95,7 @@ Json method_json(const Subject& subject, const Reference& reference, const Metho
             {"points", points},
             {"passes", passes},
             {"stages", stages},
+            {"lead_of_the_best_stage", stages.empty() ? Json() : interval_json(m.stage_lead)},
             {"findings", findings}};
 }
 
@@ -101,7 +105,39 @@ const MethodResult* most_efficient(const Measurement& measured) {
     return best == measured.methods.end() || best->efficiency <= 0 ? nullptr : &*best;
 }
 
+/// Where the next second of a method lowers the error most, as far as its seeds tell.
+std::string stage_advice(const MethodResult& m) {
+    std::vector<const Stage*> order;
+    for (const Stage& stage : m.stages) order.push_back(&stage);
+    std::ranges::sort(order, std::ranges::greater(), [](const Stage* s) { return s->gain.value; });
+    const Stage& s = *order.front();
+    const std::string shares = fmt::format("{} holds {:.0f} % of the error and takes {:.0f} % of the time", s.name,
+                                           100 * s.error_share, 100 * s.time_share);
+    if (s.gain.upper() <= 1) return fmt::format("no stage alone is worth more samples; of all, {}.", shares);
+    const bool leads = order.size() < 2 || m.stage_lead.lower() > 0;
+    if (leads && s.gain.lower() > 1)
+        return fmt::format(
+            "the next second lowers the error most where {}: twice its samples alone would multiply the "
+            "efficiency by {}.",
+            shares, text(s.gain));
+    std::string others;
+    for (std::size_t i = 1; i < order.size(); ++i)
+        others += fmt::format(", of {} by {}", order[i]->name, text(order[i]->gain));
+    return fmt::format(
+        "undecided, as the seeds do not tell where the next second lowers the error most: {}; twice its "
+        "samples alone would multiply the efficiency by {}{}.",
+        shares, text(s.gain), others);
+}
+
 }  // namespace
+
+std::vector<std::string> biases(const Plan& plan) {
+    if (plan.clamp <= 0) return {};
+    return {
+        fmt::format("Indirect light of the GL methods is clamped to a luminance of {:g} per sample; the reference's "
+                    "is not.",
+                    plan.clamp)};
+}
 
 std::vector<std::string> advice(const Subject& subject, const Measurement& measured) {
     std::vector<std::string> lines;
@@ -118,17 +154,8 @@ std::vector<std::string> advice(const Subject& subject, const Measurement& measu
                         "at the largest budget, is {}.",
                         best->name, subject.clock == Clock::cpu ? "CPU" : "wall", others));
     }
-    for (const MethodResult& m : measured.methods) {
-        if (m.stages.empty()) continue;
-        const Stage& s = *std::ranges::max_element(m.stages, {}, &Stage::gain);
-        const std::string shares = fmt::format("{} holds {:.0f} % of the error and takes {:.0f} % of the time", s.name,
-                                               100 * s.error_share, 100 * s.time_share);
-        lines.push_back(s.gain > 1
-                            ? fmt::format("{}: the next second lowers the error most where {}: twice its samples "
-                                          "alone would multiply the efficiency by {:.2f}.",
-                                          m.name, shares, s.gain)
-                            : fmt::format("{}: no stage alone is worth more samples; of all, {}.", m.name, shares));
-    }
+    for (const MethodResult& m : measured.methods)
+        if (!m.stages.empty()) lines.push_back(fmt::format("{}: {}", m.name, stage_advice(m)));
     return lines;
 }
 
@@ -148,15 +175,19 @@ Json report_json(const Subject& subject, const Reference& reference, const Measu
             {"width", subject.view.width},
             {"height", subject.view.height},
             {"bounces", subject.view.bounces},
+            {"filter", {{"shape", name(subject.view.filter.shape)}, {"radius", subject.view.filter.radius}}},
             {"scene_preparation_seconds", subject.scene_seconds},
             {"plan",
              {{"methods", asked},
               {"budgets", budgets},
               {"seeds", subject.plan.seeds},
+              {"first_seed", subject.plan.first_seed},
+              {"clamp", subject.plan.clamp > 0 ? Json(subject.plan.clamp) : Json()},
               {"clock", subject.clock == Clock::cpu ? "cpu" : "wall"}}},
             {"definitions",
              {{"confidence", kConfidence},
               {"relative_mse_epsilon", kRelativeEpsilon},
+              {"blur_pixels", 2 * kBlurRadius + 1},
               {"worst_share_of_pixels", kWorstShare}}},
             {"reference",
              {{"maker", reference.maker},
@@ -166,6 +197,7 @@ Json report_json(const Subject& subject, const Reference& reference, const Measu
               {"samples_found", reference.found},
               {"independent_halves", reference.halves_differ},
               {"seconds", seconds_json(reference.time)}}},
+            {"biases", biases(subject.plan)},
             {"advice", advice(subject, measured)},
             {"same_pictures", {{"compared", measured.pictures_compared}, {"different", measured.pictures_different}}},
             {"methods", methods},
@@ -175,15 +207,15 @@ Json report_json(const Subject& subject, const Reference& reference, const Measu
 std::string report_csv(const Subject& subject, const Reference& reference, const Measurement& measured) {
     std::string csv =
         "method,budget_samples,budget_seconds,seed,samples,wall_seconds,cpu_seconds,mse,relative_mse,"
-        "hdr_flip,trimmed_mse";
+        "hdr_flip,trimmed_mse,blurred_mse";
     for (const char* component : kComponents) csv += fmt::format(",{}_mse", component);
     csv += ",non_finite\r\n";  // RFC 4180
     for (const RunResult& r : measured.runs) {
         const Budget& b = subject.plan.budgets[static_cast<std::size_t>(r.run.budget)];
-        csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{}",
+        csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}",
                            subject.plan.method_name(static_cast<std::size_t>(r.run.method)), b.samples, b.seconds,
                            r.run.seed, r.samples, r.time.wall, r.time.cpu, r.mse, r.relative_mse, r.errors.flip,
-                           r.errors.trimmed_mse);
+                           r.errors.trimmed_mse, r.blurred_mse);
         for (const double component : r.errors.components)
             csv += reference.has_components ? fmt::format(",{}", component) : ",";
         csv += fmt::format(",{}\r\n", r.non_finite);

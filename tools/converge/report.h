@@ -10,7 +10,7 @@
 
 namespace halflight::converge {
 
-inline constexpr int kSchema = 1;  // of the JSON
+inline constexpr int kSchema = 2;  // of the JSON
 
 /// What the reports tell beside the measurement.
 struct Subject {
@@ -34,6 +34,9 @@ std::string report_csv(const Subject& subject, const Reference& reference, const
 /// One file that needs no other, nor scripts. `view` shows the pictures.
 std::string report_html(const Subject& subject, const Reference& reference, const Measurement& measured,
                         const ViewProcessor& view);
+
+/// Why pictures of GL methods would not converge to the reference even so: what was asked for, in sentences.
+std::vector<std::string> biases(const Plan& plan);
 
 /// Where the next second lowers the error most: sentences, the methods first, then each method's stages.
 std::vector<std::string> advice(const Subject& subject, const Measurement& measured);

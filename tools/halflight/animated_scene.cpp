@@ -77,7 +77,7 @@ AnimatedScene::AnimatedScene(const RenderArguments& a, const Console& console) {
         files_ = file_->files();
         if (playing_.empty()) file_.reset();  // with its copy of the images
     }
-    set_environment(scene_, a, console);
+    set_environment(scene_, a.environment, console);
     camera_ = choose_camera(scene_, a);
 }
 

@@ -43,6 +43,8 @@ std::vector<std::string> aov_names(const std::string& option, const std::string&
 
 void add_picture_options(Options& options, RenderArguments& a) {
     add_size_options(options, a);
+    add_filter_options(options, a);
+    add_clamp_option(options, a.clamp);
     options.value("--samples", "N", "samples per pixel (default 64)",
                   [&](const auto& name, const auto& text) { a.samples = whole(name, text, 1, kMaxSamples); });
     options.value("--time", "SECONDS", "as many samples as the time allows",
@@ -160,6 +162,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
 
 void check(const InfoArguments& a) {
     if (a.needs && !a.scene) throw UsageError("--needs", "is about a scene, and none is given");
+    if (!a.needs && a.environment.index() != 0) throw UsageError("--env", "goes together with --needs");
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
 }
 
@@ -220,6 +223,9 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     info_app.add_option("SCENE", info.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("");
     info_app.add_flag("--device", info.device, "list the devices tried, and why each was or was not taken");
     info_app.add_flag("--needs", info.needs, "list what rendering the scene does without, why, and the bytes saved");
+    Options info_options(info_app);
+    info_options.group("Light");
+    add_environment_option(info_options, info.environment);
     info_app.add_flag("--json", info.json, "as JSON");
     info_app.add_flag("--allow-outside", info.allow_outside, "the scene may name files outside its folder");
 

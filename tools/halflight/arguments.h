@@ -11,6 +11,7 @@
 #include "engine/core/error.h"
 #include "engine/core/frames.h"
 #include "engine/core/math.h"
+#include "engine/core/pixel_filter.h"
 #include "engine/rays/tracer.h"
 #include "passes/estimator.h"
 #include "passes/frame_settings.h"
@@ -22,6 +23,9 @@
 namespace halflight {
 
 inline constexpr int kMaxSide = 65536;  ///< of a picture, pixels; what the driver can do is told by the renderer
+
+/// What --env asks for: nothing, a constant radiance, a map.
+using EnvironmentChoice = std::variant<std::monostate, vec3, std::filesystem::path>;
 
 /// What is looked at, of whatever command makes a picture; ranges are checked, names of cameras are not yet.
 struct ViewArguments {
@@ -37,8 +41,12 @@ struct ViewArguments {
     dvec3 up{0, 1, 0};
     double vertical_fov = 45;  // degrees
 
+    PixelFilter::Shape filter = PixelFilter::Shape::box;
+    std::optional<double> filter_radius;  // pixels
+    PixelFilter pixel_filter() const { return {filter, filter_radius.value_or(usual_radius(filter))}; }
+
     int bounces = 8;
-    std::variant<std::monostate, vec3, std::filesystem::path> environment;  // none, constant radiance, map
+    EnvironmentChoice environment;
 
     std::string device;
     bool gl_debug = false;
@@ -56,6 +64,7 @@ struct RenderArguments : ViewArguments {
     bool best_effort = false;  // a picture whose error was not reached is one
     std::uint32_t seed = 0;
     std::uint32_t frame = 0;
+    float clamp = 0;  // RenderSettings::clamp
 
     std::vector<std::uint32_t> frames;     // of a sequence, in their order; empty: one picture, of `frame`
     FrameRate frame_rate;                  // frame 0 is at 0 s
@@ -90,8 +99,9 @@ struct ConvergeArguments : ViewArguments {
 /// `halflight info`.
 struct InfoArguments {
     std::optional<std::filesystem::path> scene;
-    bool device = false;  // list devices
-    bool needs = false;   // what rendering does without
+    bool device = false;            // list devices
+    bool needs = false;             // what rendering does without
+    EnvironmentChoice environment;  // to render with
     bool json = false;
     bool allow_outside = false;
 };

@@ -84,7 +84,7 @@ void run_converge(const ConvergeArguments& a) {
     const ViewProcessor shown = colors.view({});
 
     Scene scene = load_scene(a.scene, a.allow_outside, console);
-    set_environment(scene, a, console);
+    set_environment(scene, a.environment, console);
     const auto [camera, index, origin] = choose_camera(scene, a);
     const ivec2 size = picture_size(a, camera);
     Subject subject{.program = "halflight " HALFLIGHT_VERSION,
@@ -92,7 +92,7 @@ void run_converge(const ConvergeArguments& a) {
                     .camera = origin,
                     .environment = environment_name(scene.environment),
                     .device = {},
-                    .view = {size.x, size.y, camera, a.bounces},
+                    .view = {size.x, size.y, camera, a.bounces, a.pixel_filter()},
                     .plan = a.plan,
                     .clock = a.clock};
     ReferenceOrder order = a.reference;
@@ -128,8 +128,9 @@ void run_converge(const ConvergeArguments& a) {
     std::vector<std::unique_ptr<Painter>> painters;
     for (std::size_t m = 0; m < a.plan.methods.size(); ++m) {
         const Method method = a.plan.methods[m];
-        painters.push_back(uses_gl(method) ? gl_painter(gl(a.plan.estimator(m)), colors, subject.view, method)
-                                           : oracle_painter(scene, subject.view));
+        painters.push_back(uses_gl(method)
+                               ? gl_painter(gl(a.plan.estimator(m)), colors, subject.view, method, a.plan.clamp)
+                               : oracle_painter(scene, subject.view));
     }
     const Measurement measured = measure(a.plan, painters, reference, a.clock, {pulse, Progress(console, "pictures")});
     if (context) context->check("rendering");
@@ -145,6 +146,7 @@ void run_converge(const ConvergeArguments& a) {
         write_file(a.folder / kReports[1], json);
         write_file(a.folder / kReports[0], html);
     }
+    for (const std::string& bias : biases(a.plan)) console.note("biased on purpose: {}", bias);
     for (const MethodResult& m : measured.methods) {
         console.note("{}: slope {}", m.name, text(m.slope));
         for (const Finding& f : m.findings) console.note("{}: {}: {}", m.name, name(f.kind), f.text);

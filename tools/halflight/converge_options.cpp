@@ -90,6 +90,11 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
                   });
     options.value("--seeds", "K", "independent pictures of each method and budget (default 8)",
                   [&](const auto& name, const auto& text) { a.plan.seeds = whole(name, text, 1, kMaxSeeds); });
+    options.value("--seed", "N", "the first one (default 1); others tell how much the figures owe to theirs",
+                  [&](const auto& name, const auto& text) {
+                      a.plan.first_seed = whole(name, text, 1u, converge::kSeedsOfMethods - 1);
+                  });
+    add_clamp_option(options, a.plan.clamp);
     options.value("--clock", "wall|cpu",
                   "time that errors are held against (default wall); cpu where a machine is shared",
                   [&](const auto& name, const auto& text) {
@@ -116,6 +121,7 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
                   });
     add_camera_options(options, a);
     add_size_options(options, a);
+    add_filter_options(options, a);
     add_light_options(options, a);
     add_device_options(options, a);
 }

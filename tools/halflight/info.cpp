@@ -76,7 +76,9 @@ void run_info(const InfoArguments& a) {
     Json all = Json::object();
     if (a.device) all["devices"] = device_facts();
     if (a.scene) {
-        Scene scene = load_scene(*a.scene, a.allow_outside, Console(true));  // the warnings are in the facts
+        const Console silent(true);  // the warnings are in the facts
+        Scene scene = load_scene(*a.scene, a.allow_outside, silent);
+        if (a.needs) set_environment(scene, a.environment, silent);
         GltfScene file(*a.scene, gltf_options(a.allow_outside));
         const Json motion = motion_facts(file, scene.report.warnings);
         all["file"] = a.scene->string();

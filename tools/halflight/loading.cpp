@@ -16,10 +16,10 @@ Scene load_scene(const std::filesystem::path& path, bool allow_outside, const Co
     return scene;
 }
 
-void set_environment(Scene& scene, const ViewArguments& arguments, const Console& console) {
-    if (const auto* color = std::get_if<vec3>(&arguments.environment)) {
+void set_environment(Scene& scene, const EnvironmentChoice& choice, const Console& console) {
+    if (const auto* color = std::get_if<vec3>(&choice)) {
         scene.environment = {"constant", *color, {}};
-    } else if (const auto* file = std::get_if<std::filesystem::path>(&arguments.environment)) {
+    } else if (const auto* file = std::get_if<std::filesystem::path>(&choice)) {
         const std::size_t warned = scene.report.warnings.size();
         scene.environment = load_environment(*file, scene.report);
         for (std::size_t i = warned; i < scene.report.warnings.size(); ++i)

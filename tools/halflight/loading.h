@@ -14,6 +14,6 @@ GltfOptions gltf_options(bool allow_outside);
 Scene load_scene(const std::filesystem::path& path, bool allow_outside, const Console& console);
 
 /// Sets the environment that was asked for; a scene without any light gets a neutral sky, and the console says so.
-void set_environment(Scene& scene, const ViewArguments& arguments, const Console& console);
+void set_environment(Scene& scene, const EnvironmentChoice& choice, const Console& console);
 
 }  // namespace halflight

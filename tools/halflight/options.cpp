@@ -92,11 +92,38 @@ void add_size_options(Options& options, ViewArguments& a) {
                   [&](const auto& name, const auto& text) { a.height = whole(name, text, 1, kMaxSide); });
 }
 
+void add_filter_options(Options& options, ViewArguments& a) {
+    options.value("--filter", "NAME", "pixel filter: box (default), blackman-harris",
+                  [&](const auto& name, const auto& text) {
+                      using enum PixelFilter::Shape;
+                      const std::string list = text;
+                      for (const PixelFilter::Shape shape : {box, blackman_harris})
+                          if (list == halflight::name(shape)) return void(a.filter = shape);
+                      throw UsageError(name, "there is no filter '{}', only box, blackman-harris", text);
+                  });
+    options.value(
+        "--filter-radius", "PIXELS",
+        fmt::format("how far it reaches from a pixel's centre (default: box {:g}, blackman-harris {:g})",
+                    usual_radius(PixelFilter::Shape::box), usual_radius(PixelFilter::Shape::blackman_harris)),
+        [&](const auto& name, const auto& text) { a.filter_radius = real(name, text, 0.01, kMaxFilterRadius); });
+}
+
+void add_clamp_option(Options& options, float& clamp) {
+    options.value(
+        "--clamp", "LUMINANCE",
+        "the most that one sample of a pixel's indirect light may have: fewer fireflies, less light",
+        [&](const auto& name, const auto& text) { clamp = static_cast<float>(real(name, text, 1e-6, 1e30)); });
+}
+
 void add_light_options(Options& options, ViewArguments& a) {
     options.group("Light");
     options.value("--bounces", "N",
                   fmt::format("reflections along a path; 0 shows lights only, 1 direct light (default {})", a.bounces),
                   [&](const auto& name, const auto& text) { a.bounces = whole(name, text, 0, kMaxBounces); });
+    add_environment_option(options, a.environment);
+}
+
+void add_environment_option(Options& options, EnvironmentChoice& environment) {
     options.value("--env", "FILE|R,G,B", "environment: an equirectangular .exr or .hdr, or a constant radiance",
                   [&](const auto& name, const auto& text) {
                       if (text.empty()) throw UsageError(name, "wants the name of a file or R,G,B");
@@ -104,9 +131,9 @@ void add_light_options(Options& options, ViewArguments& a) {
                       if (color && glm::any(glm::lessThan(*color, dvec3(0))))
                           throw UsageError(name, "radiance is never negative: '{}'", text);
                       if (color)
-                          a.environment = vec3(*color);
+                          environment = vec3(*color);
                       else
-                          a.environment = std::filesystem::path(text);
+                          environment = std::filesystem::path(text);
                   });
 }
 

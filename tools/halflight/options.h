@@ -58,7 +58,11 @@ class Options {
 
 void add_camera_options(Options& options, ViewArguments& arguments);
 void add_size_options(Options& options, ViewArguments& arguments);
+void add_filter_options(Options& options, ViewArguments& arguments);
+/// RenderSettings::clamp.
+void add_clamp_option(Options& options, float& clamp);
 void add_light_options(Options& options, ViewArguments& arguments);
+void add_environment_option(Options& options, EnvironmentChoice& environment);
 /// Device, what the scene may name, quiet.
 void add_device_options(Options& options, ViewArguments& arguments);
 

@@ -50,7 +50,10 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     if (!info.fingerprint.empty()) attributes.extra[kFingerprintName] = info.fingerprint;
     attributes.software = "halflight " HALFLIGHT_VERSION;
     attributes.comments = info.comments;
-    if (!info.error.empty()) attributes.extra["error"] = info.error;
+    const std::pair<const char*, const std::string&> extra[] = {
+        {"filter", info.filter}, {"bias", info.bias}, {"error", info.error}};
+    for (const auto& [name, value] : extra)
+        if (!value.empty()) attributes.extra[name] = value;
     write_exr(path, layers, attributes);
 }
 
@@ -58,8 +61,8 @@ void write_png_picture(const std::filesystem::path& path, const RenderResult& re
     const Image picture = rgb(result.view);
     PngText text;
     if (!info.fingerprint.empty()) text = {kFingerprintName, info.fingerprint};
-    write_file(path, encode_png(path.string(), picture.width, picture.height, picture.channels, quantize_8bit(picture),
-                                text));
+    write_file(
+        path, encode_png(path.string(), picture.width, picture.height, picture.channels, quantize_8bit(picture), text));
 }
 
 }  // namespace

@@ -18,6 +18,8 @@ struct PictureInfo {
     LinearSpace working_space;  // of the colour layers that are written; variances stay linear Rec.709
     bool half = false;          // beauty as half floats; the AOVs bring their own type
     std::string comments;
+    std::string filter;         // that made the pixels
+    std::string bias;           // why it would not converge to the light that there is; empty where it would
     std::string error;          // that the picture has, in words; empty where it is not known
     bool reproducible = false;  // without the date
     // Of a frame of a sequence:

@@ -72,13 +72,12 @@ void render_picture(const RenderArguments& a) {
     context.check("rendering");
     times.render = clock.lap();
     if (result.stats.interrupted) stop_point(a.outputs[0], fmt::format("after {} samples per pixel", samples_done));
+    for (const std::string& bias : result.stats.biases) console.note("biased: {}", bias);
     const std::string error = judge(a, result.stats, a.outputs[0], console);
 
     {
         const WritingFiles writing;
-        PictureInfo info{settings.camera, space, a.half, settings_line(a, settings, scene, result.stats),
-                         error};
-        info.reproducible = a.reproducible;
+        const PictureInfo info = picture_info(a, settings, space, scene, result.stats, error);
         for (const auto& path : a.outputs) write_picture(path, result, info);
         if (a.graph) write_file(*a.graph, renderer.graph_dot());
         times.write = clock.lap();

@@ -30,7 +30,9 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.samples = a.samples.value_or(a.time || a.error ? kManySamples : kUsualSamples);
     settings.time_limit = a.time.value_or(0);
     if (a.error) settings.error = ErrorTarget{a.error_metric, *a.error};
+    settings.filter = a.pixel_filter();
     settings.bounces = a.bounces;
+    settings.clamp = a.clamp;
     settings.culling = a.culling;
     settings.keep_all = a.keep_all;
     settings.estimator = a.estimator;
@@ -43,6 +45,18 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.view = a.view;
     settings.measure = a.stats.has_value();
     return settings;
+}
+
+PictureInfo picture_info(const RenderArguments& a, const RenderSettings& settings, const LinearSpace& space,
+                         const Scene& scene, const RenderStats& stats, const std::string& error) {
+    return {.camera = settings.camera,
+            .working_space = space,
+            .half = a.half,
+            .comments = settings_line(a, settings, scene, stats),
+            .filter = text(settings.filter),
+            .bias = fmt::format("{}", fmt::join(stats.biases, "; ")),
+            .error = error,
+            .reproducible = a.reproducible};
 }
 
 std::string judge(const RenderArguments& a, const RenderStats& stats, const std::filesystem::path& output,

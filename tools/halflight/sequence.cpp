@@ -134,9 +134,7 @@ class Sequence {
         const std::string error = judge(a_, result.stats, outputs[0], console_);
 
         const WritingFiles writing;
-        PictureInfo info{settings_.camera, space_, a_.half,
-                         settings_line(a_, settings_, scene_->scene(), result.stats), error};
-        info.reproducible = a_.reproducible;
+        PictureInfo info = picture_info(a_, settings_, space_, scene_->scene(), result.stats, error);
         info.frame_rate = a_.frame_rate;
         info.frame = frame;
         info.fingerprint = frame_fingerprint(fingerprint_, frame);

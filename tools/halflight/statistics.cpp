@@ -85,10 +85,10 @@ std::string environment_name(const Environment& environment) {
 
 std::string settings_line(const RenderArguments& a, const RenderSettings& s, const Scene& scene,
                           const RenderStats& stats) {
-    std::string line =
-        fmt::format("scene {}, {} x {}, {} samples, {} bounces, seed {}, frame {}, environment {}, estimator {}",
-                    a.scene.filename().string(), s.width, s.height, stats.samples, s.bounces, s.seed, s.frame,
-                    environment_name(scene.environment), text(stats.estimator));
+    std::string line = fmt::format(
+        "scene {}, {} x {}, {} samples, {} bounces, seed {}, frame {}, filter {}, environment {}, estimator {}",
+        a.scene.filename().string(), s.width, s.height, stats.samples, s.bounces, s.seed, s.frame, text(s.filter),
+        environment_name(scene.environment), text(stats.estimator));
     if (!s.camera.name.empty()) line += fmt::format(", camera {}", s.camera.name);
     return line;
 }
@@ -140,6 +140,8 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
           {"height", s.height},
           {"camera", s.camera.name},
           {"bounces", s.bounces},
+          {"filter", {{"shape", name(s.filter.shape)}, {"radius", s.filter.radius}}},
+          {"clamp", s.clamp > 0 ? Json(s.clamp) : Json()},
           {"culling", rays::name(s.culling)},
           {"keep_all", s.keep_all},
           {"estimator", text(stats.estimator)},
@@ -155,6 +157,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
         {"paths", stats.paths},
         {"paths_per_second", static_cast<double>(stats.paths) / std::max(stats.render_seconds, 1e-9)},
         {"error", error},
+        {"biases", stats.biases},
         {"gpu_bytes", stats.gpu_bytes},
         {"peak_memory_bytes", peak_memory_bytes()},
         {"seconds",

@@ -1,0 +1,80 @@
+// Images: alpha dropped, bits compared, means over squares; where caches are.
+#include "engine/core/image_tools.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+
+#include "engine/core/cache_folder.h"
+#include "engine/core/hash.h"
+
+namespace halflight {
+namespace {
+
+Image numbered(int width, int height, int channels) {
+    Image image(width, height, channels);
+    for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = std::sin(static_cast<float>(i * i));
+    return image;
+}
+
+TEST(ImageTools, AlphaIsDropped) {
+    const Image rgba = numbered(5, 3, 4), without = rgb(rgba);
+    EXPECT_EQ(without.channels, 3);
+    for (int y = 0; y < 3; ++y)
+        for (int x = 0; x < 5; ++x)
+            for (int c = 0; c < 3; ++c) EXPECT_EQ(without.at(x, y)[c], rgba.at(x, y)[c]);
+}
+
+TEST(ImageTools, BitsAreCompared) {
+    Image a = numbered(4, 6, 3), b = a;
+    EXPECT_TRUE(same_bits(a, b));
+    a.pixels[7] = b.pixels[7] = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_TRUE(same_bits(a, b));
+    a.pixels[7] = 0.0f, b.pixels[7] = -0.0f;
+    EXPECT_FALSE(same_bits(a, b));
+    EXPECT_FALSE(same_bits(Image(4, 6, 3), Image(6, 4, 3)));
+    EXPECT_FALSE(same_bits(Image(4, 6, 3), Image(4, 5, 3)));
+}
+
+TEST(ImageTools, BlurIsTheMeanOfTheSquare) {
+    for (const int radius : {0, 2, 9}) {
+        const Image image = numbered(7, 12, 2), blurred = box_blur(image, radius);
+        for (int y = 0; y < image.height; ++y) {
+            for (int x = 0; x < image.width; ++x) {
+                for (int c = 0; c < 2; ++c) {
+                    double sum = 0;
+                    int count = 0;
+                    for (int v = y - radius; v <= y + radius; ++v)
+                        for (int u = x - radius; u <= x + radius; ++u)
+                            if (u >= 0 && v >= 0 && u < 7 && v < 12) sum += image.at(u, v)[c], ++count;
+                    EXPECT_NEAR(blurred.at(x, y)[c], sum / count, 1e-6) << radius << ' ' << x << ' ' << y;
+                }
+            }
+        }
+    }
+}
+
+TEST(CacheFolder, FollowsTheEnvironment) {
+    setenv("XDG_CACHE_HOME", "/caches", 1);
+    EXPECT_EQ(cache_folder("things"), "/caches/halflight/things");
+    setenv("XDG_CACHE_HOME", "relative", 1);
+    setenv("HOME", "/home/somebody", 1);
+    EXPECT_EQ(cache_folder("things"), "/home/somebody/.cache/halflight/things");
+    unsetenv("XDG_CACHE_HOME");
+    setenv("HOME", "relative", 1);
+    EXPECT_EQ(cache_folder("things"), "");
+    unsetenv("HOME");
+    EXPECT_EQ(cache_folder("things"), "");
+}
+
+TEST(HashOfBytes, IsFnv1a) {
+    // From the test vectors of draft-eastlake-fnv.
+    EXPECT_EQ(hash_of(""), 0xcbf29ce484222325u);
+    EXPECT_EQ(hash_of("a"), 0xaf63dc4c8601ec8cu);
+    EXPECT_EQ(hash_of("foobar"), 0x85944171f73967e8u);
+}
+
+}  // namespace
+}  // namespace halflight
