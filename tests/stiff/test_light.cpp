@@ -73,22 +73,27 @@ TEST_F(Light, DarkBesideBright) {
 }
 
 TEST_F(Light, ManyOfAllKinds) {
+    // Each of them sends as much, but for spots that the place is not in.
+    constexpr double kEach = 0.01;
     Scene scene = floor();
     double exact = 0;
     for (int i = 0; i < 64; ++i) {
-        const double turn = 2.4 * i, away = 0.05 * i, high = 0.3 + 0.02 * ((7 * i) % 64);
+        const double turn = 2.4 * i, away = 0.02 * i, high = 0.5 + 0.02 * ((7 * i) % 64);
         const dvec3 at(away * std::cos(turn), high, away * std::sin(turn));
         const double square = glm::dot(at, at), cosine = high / std::sqrt(square);
         if (i % 2 == 0) {
             const double size = 0.01 + 0.001 * i;
-            const dvec3 u(size, 0.3 * size, 0), v(0, 0.2 * size, size);
-            const float radiance = static_cast<float>(1 + i * i);
-            add_quad(scene, add_material(scene, light_material(vec3(radiance))), vec3(at), vec3(u), vec3(v));
-            exact += radiance * polygon_irradiance(dvec3(0), {0, 1, 0}, {at, at + u, at + u + v, at + v});
+            const vec3 corner(at), u(size, 0.3 * size, 0), v(0, 0.2 * size, size);
+            const double of_one = polygon_irradiance(
+                dvec3(0), {0, 1, 0}, {dvec3(corner), dvec3(corner + u), dvec3(corner + u + v), dvec3(corner + v)});
+            const auto radiance = static_cast<float>(kEach / of_one);
+            add_quad(scene, add_material(scene, light_material(vec3(radiance))), corner, u, v);
+            exact += radiance * of_one;
             continue;
         }
         const bool spot = i % 4 == 3;
-        const int lamp = add_lamp(scene, spot ? LightType::spot : LightType::point, at, 0.1f);
+        const int lamp =
+            add_lamp(scene, spot ? LightType::spot : LightType::point, at, static_cast<float>(kEach * square / cosine));
         PunctualLight& light = scene.lights[static_cast<std::size_t>(lamp)];
         light.inner_cone = 0.5f, light.outer_cone = 1.2f;
         if (i % 8 == 7) light.direction = {0, 1, 0};
