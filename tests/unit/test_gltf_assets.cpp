@@ -93,6 +93,50 @@ TEST_F(GltfAssets, SkinnedFoxIsWhereItsJointsAre) {
     EXPECT_NEAR(bounds.upper.z - bounds.lower.z, 155, 2);
 }
 
+/// The upper end of the bar follows the second joint, at (0, 1, 0), which has turned by 90 degrees after a second.
+TEST_F(GltfAssets, SimpleSkinBends) {
+    GltfScene scene(kAssets / "animation/SimpleSkin/SimpleSkin.gltf");
+    ASSERT_EQ(scene.animations().size(), 1u);
+    const std::size_t first[] = {0};
+    const std::vector<vec3> straight = scene.at(0, first).meshes.at(0).positions;
+    const std::vector<vec3> bent = scene.at(1, first).meshes.at(0).positions;
+    ASSERT_EQ(straight.size(), bent.size());
+    std::size_t ends = 0;
+    for (std::size_t i = 0; i < straight.size(); ++i) {
+        const vec3 p = straight[i];
+        if (p.y == 0) {
+            EXPECT_LT(glm::distance(bent[i], p), 1e-6f);
+        }
+        if (p.y < 2) continue;
+        EXPECT_LT(glm::distance(bent[i], vec3(1 - p.y, 1 + p.x, p.z)), 1e-3f) << i;  // its keys have three decimals
+        ++ends;
+    }
+    EXPECT_GE(ends, 2u);
+}
+
+TEST_F(GltfAssets, AnimationsPlay) {
+    const struct {
+        const char* file;
+        std::vector<std::string> names;
+    } cases[] = {{"Fox.glb", {"Survey", "Walk", "Run"}}, {"MorphStressTest.gltf", {"Individuals", "Pulse", "TheWave"}}};
+    for (const auto& [file, names] : cases) {
+        GltfScene scene(kAssets / "animation" / file);
+        const WorldBounds rest = world_bounds(scene.at(0, {}));
+        const double size = glm::distance(rest.lower, rest.upper);
+        ASSERT_EQ(scene.animations().size(), names.size());
+        for (std::size_t i = 0; i < names.size(); ++i) {
+            const Animation& animation = scene.animations()[i];
+            EXPECT_EQ(animation.name, names[i]);
+            EXPECT_TRUE(scene.surfaces_move({&i, 1}));
+            const Scene before = scene.at(0.3 * animation.end, {&i, 1}), after = scene.at(0.6 * animation.end, {&i, 1});
+            EXPECT_NE(before.meshes.at(0).positions, after.meshes.at(0).positions) << file << " " << names[i];
+            const WorldBounds bounds = world_bounds(after);
+            EXPECT_LT(glm::distance(bounds.lower, rest.lower), size) << file << " " << names[i];
+            EXPECT_LT(glm::distance(bounds.upper, rest.upper), size) << file << " " << names[i];
+        }
+    }
+}
+
 TEST_F(GltfAssets, BadOnesNeverCrash) {
     for (const fs::path& path : scenes_below(kAssets / "bad")) {
         const std::string message = error_message([&] { load_gltf(path); });
