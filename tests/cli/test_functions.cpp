@@ -44,6 +44,8 @@ TEST(FrameNames, PlaceholdersStandForNumbers) {
     for (const auto& [pattern, count] :
          {std::pair("a.exr", 0), {"a#/b.exr", 0}, {"%4d", 0}, {"%x", 0}, {"%d", 1}, {"#.#", 2}, {"####%d", 2}})
         EXPECT_EQ(count_placeholders(pattern), count) << pattern;
+    EXPECT_EQ(count_placeholders(std::string(1 << 20, '#')), 1);
+    EXPECT_EQ(count_placeholders(std::string(1 << 20, '%')), 0);
 }
 
 TEST(Console, OneLineWhateverIsQuoted) {

@@ -2,33 +2,66 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cassert>
-#include <regex>
+#include <optional>
+#include <string>
+#include <string_view>
 
 namespace halflight {
 namespace {
 
-const std::regex& placeholder() {
-    static const std::regex pattern("#+|%(0([1-9][0-9]?))?d");
-    return pattern;
+struct Placeholder {
+    std::size_t at = 0;
+    std::size_t length = 0;
+    int width = 1;  // digits at least
+};
+
+/// Of %d and %0Nd, N from 1 to 99, at the start of `text`.
+std::optional<Placeholder> printf_placeholder(std::string_view text) {
+    const auto digit = [&](std::size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
+    Placeholder found{0, 1, 1};
+    if (digit(1) && text[1] == '0' && digit(2) && text[2] != '0') {
+        found.width = text[2] - '0';
+        found.length = 3;
+        if (digit(3)) found.width = 10 * found.width + (text[3] - '0'), found.length = 4;
+    }
+    if (!text.substr(found.length).starts_with('d')) return std::nullopt;
+    ++found.length;
+    return found;
+}
+
+/// The first one from `from` on.
+std::optional<Placeholder> find_placeholder(std::string_view name, std::size_t from = 0) {
+    for (std::size_t i = from; i < name.size(); ++i) {
+        if (name[i] == '#') {
+            const std::size_t end = std::min(name.find_first_not_of('#', i), name.size());
+            return Placeholder{i, end - i, static_cast<int>(end - i)};
+        }
+        if (name[i] != '%') continue;
+        if (auto found = printf_placeholder(name.substr(i))) {
+            found->at = i;
+            return found;
+        }
+    }
+    return std::nullopt;
 }
 
 }  // namespace
 
 int count_placeholders(const std::filesystem::path& pattern) {
     const std::string name = pattern.filename().string();
-    return static_cast<int>(std::distance(std::sregex_iterator(name.begin(), name.end(), placeholder()), {}));
+    int count = 0;
+    for (auto found = find_placeholder(name); found; found = find_placeholder(name, found->at + found->length)) ++count;
+    return count;
 }
 
 std::filesystem::path frame_path(const std::filesystem::path& pattern, std::uint32_t frame) {
     const std::string name = pattern.filename().string();
-    std::smatch match;
-    const bool found = std::regex_search(name, match, placeholder());
+    const auto found = find_placeholder(name);
     assert(found);
-    static_cast<void>(found);
-    const bool hashes = match[0].str().front() == '#';
-    const int width = hashes ? static_cast<int>(match.length(0)) : match[2].matched ? std::stoi(match[2]) : 1;
-    return pattern.parent_path() / fmt::format("{}{:0{}}{}", match.prefix().str(), frame, width, match.suffix().str());
+    return pattern.parent_path() / fmt::format("{}{:0{}}{}", name.substr(0, found->at), frame, found->width,
+                                               name.substr(found->at + found->length));
 }
 
 }  // namespace halflight
