@@ -148,13 +148,13 @@ TEST_F(Converge, BiasIsFlagged) {
 TEST_F(Converge, EstimatorsAreCompared) {
     const Outcome outcome =
         converge({"--samples", "4,16", "--seeds", "2", "--method", "plain,compute,oracle", "--reference-samples", "32",
-                  "--estimator", "lights=power", "--estimator", "lights=uniform"});
+                  "--estimator", "lights=power", "--estimator", "lights=tree"});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const Json json = report();
     Strings names;
     for (const Json& method : json["methods"]) names.push_back(method["method"]);
-    EXPECT_EQ(names, (Strings{"plain lights=power", "plain lights=uniform", "compute lights=power",
-                              "compute lights=uniform", "oracle"}));
+    EXPECT_EQ(names, (Strings{"plain lights=power", "plain lights=tree", "compute lights=power", "compute lights=tree",
+                              "oracle"}));
     // The same estimator makes the same picture by whoever traces; others make others.
     EXPECT_EQ(json["same_pictures"], (Json{{"compared", 8}, {"different", 0}}));
     EXPECT_NE(json["methods"][0]["points"][1]["mse"], json["methods"][1]["points"][1]["mse"]);
