@@ -312,6 +312,20 @@ TEST_F(Sequence, AnimationsByNameAndNumber) {
         << unknown.err;
 }
 
+TEST_F(Sequence, DamagedAnimationsAreAnErrorWhereTheyArePlayed) {
+    scene = copy_room(folder.path);
+    std::string text = read_text(scene);
+    write_text(scene, text.insert(text.find('{') + 1, R"("animations": [{"samplers": []}],)"));
+    const Outcome played = run("out", "1");
+    EXPECT_EQ(played.status, 1);
+    EXPECT_TRUE(std::regex_match(played.err, std::regex("halflight: .*room.gltf: animations.0.: has no 'channels'\n")))
+        << played.err;
+    make("out", "1", {"--animation", "none"});
+    const Outcome info = run_program({"info", scene, "--json"});
+    EXPECT_EQ(info.status, 0) << info.err;
+    EXPECT_NE(Json::parse(info.out).at("warnings").dump().find("has no 'channels'"), std::string::npos) << info.out;
+}
+
 TEST_F(Sequence, NamesThatMakeNoSense) {
     const auto refused = [&](const Strings& outputs, const Strings& more, const std::string& message) {
         Strings arguments = {"render", scene};

@@ -79,6 +79,16 @@ void append_line(const std::filesystem::path& path, const std::string& line) {
     check(written && closed);
 }
 
+/// Why a frame is not there. That the file of statistics cannot be written, either, stops no other frame.
+void add_failure(const std::filesystem::path& stats, std::uint32_t frame, const std::string& what,
+                 const Console& console) {
+    try {
+        append_line(stats, nlohmann::ordered_json{{"frame", frame}, {"error", what}}.dump());
+    } catch (const Error& error) {
+        console.warn("{}", error.what());
+    }
+}
+
 class Sequence {
   public:
     Sequence(const RenderArguments& a, const Console& console)
@@ -201,7 +211,7 @@ void run_sequence(const RenderArguments& a) {
                 console.warn("frame {}: {}", frame, what);
                 if (failed.empty()) reason = what;
                 failed.push_back(frame);
-                if (a.stats) append_line(*a.stats, nlohmann::ordered_json{{"frame", frame}, {"error", what}}.dump());
+                if (a.stats) add_failure(*a.stats, frame, what, console);
                 continue;
             }
             if (!done)
