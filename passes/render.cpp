@@ -102,7 +102,8 @@ struct Renderer::State {
     std::optional<ViewKernel> view_kernel;
     std::optional<Mattes> mattes;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
-    gpu::Buffer bad_values{"bad values", kBadValueCounts * sizeof(std::uint32_t)};
+    gpu::Buffer bad_values{"bad values", kBadValueCounts * sizeof(std::uint32_t)};  // of one sample
+    BadValueSums bad_value_sums;
     Band band;
     Band current;  // of the constants
     int bands = 0;
@@ -194,8 +195,10 @@ struct Renderer::State {
 
     void add_sample(const FrameSettings& frame, const SampleView& at, const CompiledBand& with) {
         look(frame, at);
+        bad_values.clear();
         executor.run(with.sample);
         glFinish();
+        bad_value_sums.add(std::span<const std::uint32_t, kBadValueCounts>(bad_values.read<std::uint32_t>()));
         scene.context().check("rendering");
         if (!mattes->empty()) mattes->add(executor.read<shared::Hit>(with.frame.gbuffer.hits));
     }
@@ -319,7 +322,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     const double compiled_before = s.scene.programs().seconds();
     s.executor.reset_times();
     s.tracer->reset_statistics();
-    s.bad_values.clear();
+    s.bad_value_sums.reset();
 
     RenderResult result;
     RenderStats& stats = result.stats;
@@ -375,12 +378,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     for (const graph::PassTime& t : s.executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.batches = s.tracer->statistics();
     if (s.raster) stats.raster = s.raster->batches();
-    const auto counts = s.bad_values.read<std::uint32_t>();
-    const char* names[shared::kCountedPasses] = {"gbuffer", "shadow", "diffuse and glossy", "continuation"};
-    for (std::size_t i = 0; i < shared::kCountedPasses; ++i) {
-        const std::uint32_t* of = &counts[i * shared::kBadKinds];
-        stats.bad_values.push_back({names[i], of[shared::kBadNan], of[shared::kBadInfinite], of[shared::kBadNegative]});
-    }
+    stats.bad_values = s.bad_value_sums.told();
     if (s.settings.clamp > 0 && s.settings.bounces > 1)
         stats.biases.push_back(
             fmt::format("indirect light clamped to a luminance of {:g} per sample", s.settings.clamp));

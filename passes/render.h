@@ -18,6 +18,7 @@
 #include "engine/rays/raster.h"
 #include "engine/rays/tracer.h"
 #include "engine/scene/scene.h"
+#include "passes/bad_values.h"
 #include "passes/estimator.h"
 #include "passes/frame_settings.h"
 #include "passes/needs.h"
@@ -74,15 +75,6 @@ struct PassTime {
     std::string name;
     std::uint64_t runs = 0;
     double seconds = 0;
-};
-
-/// Values that a pass got wrong: replaced by zero before accumulation, so that none gets into a sum.
-struct BadValues {
-    std::string component;
-    std::uint64_t nans = 0;
-    std::uint64_t infinities = 0;
-    std::uint64_t negatives = 0;  // of radiance
-    std::uint64_t total() const { return nans + infinities + negatives; }
 };
 
 /// Of a picture that was rendered to an error.

@@ -98,6 +98,7 @@ TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, con
         }
     }
     defines_.set("HALFLIGHT_STACK", packed.stack_entries);
+    if (tables.slivers) defines_.set("HALFLIGHT_SLIVERS");
     if (packed.two_level) defines_.set("HALFLIGHT_TWO_LEVEL");
     if (packed.format == NodeFormat::floating) defines_.set("HALFLIGHT_NODES_FLOAT");
     statistics_ = {.triangles = tables.triangles.size(),

@@ -12,6 +12,8 @@ constexpr std::array kNeeds = {
     SceneNeed{"instance transforms", &N::instances, "INSTANCES", "all triangles are in world space"},
     SceneNeed{"vertex colours", &N::vertex_colors, "VERTEX_COLORS", "no vertex has any but white"},
     SceneNeed{"alpha tests", &N::alpha, "ALPHA", "alpha decides no hit"},
+    SceneNeed{"double precision for needles", &N::slivers, "SLIVERS",
+              "no triangle is more than 2000 times as long as high"},
     SceneNeed{"unlit surfaces", &N::unlit, "UNLIT", "no material is unlit"},
     SceneNeed{"diffuse lobe", &N::diffuse, "DIFFUSE", "no material has a diffuse component"},
     SceneNeed{"glossy lobe", &N::glossy, "GLOSSY", "no material has a specular, coat or transmission component"},
@@ -75,7 +77,7 @@ SceneNeeds united(SceneNeeds a, const SceneNeeds& b) {
 SceneNeeds everything_kept() {
     SceneNeeds all;
     for (const SceneNeed& need : kNeeds) all.*need.flag = true;
-    all.environment_map = all.light_tree = false;
+    all.environment_map = all.light_tree = all.slivers = false;
     return all;
 }
 

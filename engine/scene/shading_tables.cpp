@@ -53,6 +53,7 @@ class Builder {
         SceneNeeds& needs = tables_.needs;
         for (const BlockInstance& instance : trace_.instances) needs.instances |= !instance.identity;
         needs.alpha = trace_.alpha_tested;
+        needs.slivers = trace_.slivers;
         find_attributes();
         for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
             tables_.materials.resize((i + 1) * shared::kMaterialStride, vec4(0));

@@ -65,8 +65,15 @@ struct TraceTables {
     std::vector<Block> blocks;
     std::vector<BlockInstance> instances;  // at least one where there is a triangle; identity first, then scene order
     bool alpha_tested = false;    // whether kernels test alpha: some triangle has kTriangleAlpha, or it is kept
+    bool slivers = false;         // whether kernels test triangles in double: some is_sliver()
     bool keep_top_level = false;  // a hierarchy over instances, even if one of them is all there is
 };
+
+/// Whether a triangle is a needle: more than kSliverAspect times as long as it is high. Floats then place what a ray
+/// meets by more than some thousandths of its height wrongly. None is one whose height is lost in the rounding of its
+/// coordinates (2^-24 of the largest): it has no area as far as floats can tell.
+bool is_sliver(const vec3& a, const vec3& b, const vec3& c);
+inline constexpr double kSliverAspect = 2000;
 
 /// Precondition: validate(scene) passes. A mesh used once is merged into block 0, and so is each instance whose
 /// transform is singular, or so ill-conditioned that rays brought to object space would lose nearly half of their

@@ -190,6 +190,8 @@ class Builder {
             tables_.triangles.emplace_back(corners, word);
             tables_.alpha_tested |= (word & kTriangleAlpha) != 0;
             for (int k = 0; k < 3; ++k) block.bounds.add(tables_.positions[corners[k]]);
+            tables_.slivers |=
+                is_sliver(tables_.positions[corners.x], tables_.positions[corners.y], tables_.positions[corners.z]);
         }
         block.triangle_count += range.triangle_count;
     }
@@ -265,6 +267,15 @@ class Builder {
 };
 
 }  // namespace
+
+bool is_sliver(const vec3& a, const vec3& b, const vec3& c) {
+    const dvec3 e1 = dvec3(b) - dvec3(a), e2 = dvec3(c) - dvec3(a), e3 = dvec3(c) - dvec3(b);
+    const double square = std::max({glm::dot(e1, e1), glm::dot(e2, e2), glm::dot(e3, e3)});
+    const double doubled_area = glm::length(glm::cross(e1, e2));
+    const dvec3 reach(glm::max(glm::max(glm::abs(a), glm::abs(b)), glm::abs(c)));
+    const double lost = 0x1p-24 * std::max({reach.x, reach.y, reach.z}) * std::sqrt(square);
+    return doubled_area > lost && square > kSliverAspect * doubled_area;
+}
 
 TraceTables build_trace_tables(const Scene& scene, std::size_t flatten_limit) {
     return Builder(scene, flatten_limit).build();

@@ -6,11 +6,25 @@
 // rounding is monotone; at worst it is zero. Zero counts as inside, so of the triangles around a point the one that
 // contains it is met, and others that the ray passes within the rounding of their corners. These are kept few by asking
 // that the corners' bounds contain the ray and have an area; a needle of which all three are zero is met on that alone.
+//
+// Variant: HALFLIGHT_SLIVERS, where there are needles. In floats corners are sheared with roundings of their distance, and
+// a needle's height is lost in these; in doubles (REAL) they are exact to 2^-50 of it.
+#ifdef HALFLIGHT_SLIVERS
+#define REAL double
+#define REAL2 dvec2
+#define REAL3 dvec3
+#define REAL4 dvec4
+#else
+#define REAL float
+#define REAL2 vec2
+#define REAL3 vec3
+#define REAL4 vec4
+#endif
 
 struct TriangleRay {
     ivec3 axes;    // z: that of the greatest direction component
     vec3 origin;   // in that order of axes
-    vec3 shear;    // xy: direction.xy / direction.z, z: 1 / direction.z, in that order of axes
+    REAL3 shear;   // xy: direction.xy / direction.z, z: 1 / direction.z, in that order of axes
 };
 
 TriangleRay triangle_ray(vec3 origin, vec3 direction) {
@@ -21,9 +35,9 @@ TriangleRay triangle_ray(vec3 origin, vec3 direction) {
     ray.axes = x_first ? ivec3(1, 2, 0) : (y_first ? ivec3(2, 0, 1) : ivec3(0, 1, 2));
     ray.origin = x_first ? origin.yzx : (y_first ? origin.zxy : origin);
     vec3 d = x_first ? direction.yzx : (y_first ? direction.zxy : direction);
-    precise float inverse = 1.0 / d.z;
-    precise vec2 shear = d.xy * inverse;
-    ray.shear = vec3(shear, inverse);
+    precise REAL inverse = REAL(1.0) / REAL(d.z);
+    precise REAL2 shear = REAL2(d.xy) * inverse;
+    ray.shear = REAL3(shear, inverse);
     return ray;
 }
 
@@ -34,26 +48,27 @@ struct TrianglePoint {
     vec3 weights;
 };
 
-TrianglePoint triangle_point(TriangleRay ray, vec3 edges, vec3 z) {
-    if (edges == vec3(0.0)) edges = vec3(1.0);
-    precise float determinant = edges.x + edges.y + edges.z;
-    precise float inverse = 1.0 / determinant;
-    precise float t = (edges.x * z.x + edges.y * z.y + edges.z * z.z) * ray.shear.z * inverse;
-    precise vec3 weights = edges * inverse;
-    return TrianglePoint(t, weights);
+TrianglePoint triangle_point(TriangleRay ray, REAL3 edges, REAL3 z) {
+    if (edges == REAL3(0.0)) edges = REAL3(1.0);
+    precise REAL determinant = edges.x + edges.y + edges.z;
+    precise REAL inverse = REAL(1.0) / determinant;
+    precise REAL t = (edges.x * z.x + edges.y * z.y + edges.z * z.z) * ray.shear.z * inverse;
+    precise REAL3 weights = edges * inverse;
+    return TrianglePoint(float(t), vec3(weights));
 }
 
 // Two triangles of a ring of four corners: of its corners 0, 1, 2 and 2, 3, 0.
 struct PairEdges {
     bvec2 met;     // each of them, anywhere on the line
-    vec4 z;        // of the corners
-    vec4 ring;     // edge functions from each corner to the next
-    float across;  // and from corner 0 to 2
+    REAL4 z;       // of the corners
+    REAL4 ring;    // edge functions from each corner to the next
+    REAL across;   // and from corner 0 to 2
 };
 
 // Whether bounds of the corners of each triangle contain zero and are not all there is to it.
-bvec2 both_may_contain_zero(vec4 v) {
-    bvec4 below = lessThanEqual(v, vec4(0.0)), above = greaterThanEqual(v, vec4(0.0)), off = notEqual(v, vec4(0.0));
+bvec2 both_may_contain_zero(REAL4 v) {
+    const REAL4 zero = REAL4(0.0);
+    bvec4 below = lessThanEqual(v, zero), above = greaterThanEqual(v, zero), off = notEqual(v, zero);
     bvec3 common_edge = bvec3(below.x || below.z, above.x || above.z, off.x || off.z);
     return bvec2((common_edge.x || below.y) && (common_edge.y || above.y) && (common_edge.z || off.y),
                  (common_edge.x || below.w) && (common_edge.y || above.w) && (common_edge.z || off.w));
@@ -61,13 +76,13 @@ bvec2 both_may_contain_zero(vec4 v) {
 
 // row_*: coordinates of the four corners along axes.x, .y and .z.
 PairEdges intersect_pair(TriangleRay ray, vec4 row_x, vec4 row_y, vec4 row_z) {
-    precise vec4 z = row_z - ray.origin.z;
-    precise vec4 x = (row_x - ray.origin.x) - ray.shear.x * z;
-    precise vec4 y = (row_y - ray.origin.y) - ray.shear.y * z;
-    precise vec4 ring = x * y.yzwx - y * x.yzwx;
-    precise float across = x.x * y.z - y.x * x.z;
-    bvec4 positive = greaterThanEqual(ring, vec4(0.0)), negative = lessThanEqual(ring, vec4(0.0));
-    bool across_positive = across >= 0.0, across_negative = across <= 0.0;
+    precise REAL4 z = REAL4(row_z) - REAL(ray.origin.z);
+    precise REAL4 x = (REAL4(row_x) - REAL(ray.origin.x)) - ray.shear.x * z;
+    precise REAL4 y = (REAL4(row_y) - REAL(ray.origin.y)) - ray.shear.y * z;
+    precise REAL4 ring = x * y.yzwx - y * x.yzwx;
+    precise REAL across = x.x * y.z - y.x * x.z;
+    bvec4 positive = greaterThanEqual(ring, REAL4(0.0)), negative = lessThanEqual(ring, REAL4(0.0));
+    bool across_positive = across >= REAL(0.0), across_negative = across <= REAL(0.0);
     bool first = (positive.x && positive.y && across_negative) || (negative.x && negative.y && across_positive);
     bool second = (positive.z && positive.w && across_positive) || (negative.z && negative.w && across_negative);
     bvec2 x_in = both_may_contain_zero(x), y_in = both_may_contain_zero(y);
@@ -75,10 +90,10 @@ PairEdges intersect_pair(TriangleRay ray, vec4 row_x, vec4 row_y, vec4 row_z) {
 }
 
 // The same for the corners of the first or second of the pair: the ring's corners 0 and 2, then the triangle's third.
-vec3 edges_of(PairEdges e, bool second) {
-    return second ? vec3(e.ring.z, e.ring.w, e.across) : vec3(e.ring.y, e.ring.x, -e.across);
+REAL3 edges_of(PairEdges e, bool second) {
+    return second ? REAL3(e.ring.z, e.ring.w, e.across) : REAL3(e.ring.y, e.ring.x, -e.across);
 }
-vec3 corners_z(PairEdges e, bool second) { return vec3(e.z.x, e.z.z, second ? e.z.w : e.z.y); }
+REAL3 corners_z(PairEdges e, bool second) { return REAL3(e.z.x, e.z.z, second ? e.z.w : e.z.y); }
 
 TrianglePoint pair_point(TriangleRay ray, PairEdges e, bool second) {
     return triangle_point(ray, edges_of(e, second), corners_z(e, second));
@@ -97,20 +112,20 @@ vec3 along_axes(TriangleRay ray, vec3 v) {
 TriangleHit intersect_triangle(TriangleRay ray, vec3 a, vec3 b, vec3 c) {
     a = along_axes(ray, a), b = along_axes(ray, b), c = along_axes(ray, c);
     PairEdges e = intersect_pair(ray, vec4(a.x, b.x, c.x, c.x), vec4(a.y, b.y, c.y, c.y), vec4(a.z, b.z, c.z, c.z));
-    return TriangleHit(e.met.x, triangle_point(ray, vec3(e.ring.y, -e.across, e.ring.x), e.z.xyz));
+    return TriangleHit(e.met.x, triangle_point(ray, REAL3(e.ring.y, -e.across, e.ring.x), e.z.xyz));
 }
 
-vec3 arranged(vec3 v, bvec3 is_second, bvec3 is_third) {
-    float first = is_second.x || is_third.x ? (is_second.y || is_third.y ? v.z : v.y) : v.x;
-    return vec3(first, is_second.x ? v.x : (is_second.y ? v.y : v.z), is_third.x ? v.x : (is_third.y ? v.y : v.z));
+REAL3 arranged(REAL3 v, bvec3 is_second, bvec3 is_third) {
+    REAL first = is_second.x || is_third.x ? (is_second.y || is_third.y ? v.z : v.y) : v.x;
+    return REAL3(first, is_second.x ? v.x : (is_second.y ? v.y : v.z), is_third.x ? v.x : (is_third.y ? v.y : v.z));
 }
 
 // With the corners, and their weights, as in the file: order (shaders/shared/bvh.h) says where they are. Thus coincident
 // triangles are met at the same t, bit for bit, whatever each of them is paired with, and the lower id decides.
 TrianglePoint pair_point_in_file_order(TriangleRay ray, PairEdges e, bool second, uint order) {
     uint at_second = order & 3u, at_third = (order >> 2) & 3u;
-    vec3 edges = edges_of(e, second);
-    vec3 z = corners_z(e, second);
+    REAL3 edges = edges_of(e, second);
+    REAL3 z = corners_z(e, second);
     bvec3 is_second = equal(uvec3(at_second), uvec3(0u, 1u, 2u));
     bvec3 is_third = equal(uvec3(at_third), uvec3(0u, 1u, 2u));
     return triangle_point(ray, arranged(edges, is_second, is_third), arranged(z, is_second, is_third));

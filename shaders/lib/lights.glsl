@@ -29,6 +29,13 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     vec3 inside = at.x * edge1_triangle.xyz + at.y * edge2_bound.xyz;
     vec3 point = head.xyz + inside;
     vec3 face = face_vector(edge1_triangle.xyz, edge2_bound.xyz);
+#if defined(HALFLIGHT_SLIVERS) && !defined(HALFLIGHT_INSTANCES)
+    // The row's edges are rounded.
+    uvec3 corner = triangle_corners(word_of_float(edge1_triangle.w));
+    vec3 a = corner_position(corner.x), b = corner_position(corner.y), c = corner_position(corner.z);
+    face = face_of_corners(a, b, c);
+    point = (1.0 - at.x - at.y) * a + at.x * b + at.y * c;
+#endif
     vec3 normal = face * inversesqrt(max(dot(face, face), 1e-30));
     vec3 to_light = point - position;
     normal = dot(normal, to_light) > 0.0 ? -normal : normal;

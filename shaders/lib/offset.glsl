@@ -13,11 +13,20 @@ float rounding_bound(float n) {
 // roundings of its length in slivers alone. At worst these are some thirty roundings; being many and independent they
 // are met within five (tests/pass/test_direct_light.cpp, test_shading_surface.cpp). At most the triangle's least height,
 // so that needles send no ray far away.
+#ifdef HALFLIGHT_SLIVERS
+// In doubles the tracer sees the triangle's true plane. What is left are floats that say where "off" is: the normal, three
+// roundings of its products and three of its length, and whether a direction is on its side, four more. A ray that is off
+// by these comes down by as much of its way, which ends at the triangle's furthest corner.
+float sliver_bound(vec3 a, vec3 b, vec3 c) {
+    return rounding_bound(10.0) * sqrt(max(dot(a, a), max(dot(b, b), dot(c, c))));
+}
+#else
 float sliver_bound(vec3 a, vec3 b, vec3 c) {
     float longest = sqrt(max(max(dot(b - a, b - a), dot(c - a, c - a)), max(dot(c - b, c - b), 1e-30)));
     float doubled_area = max(length(cross(b - a, c - a)), 1e-30);
     return min(rounding_bound(6.0) * length(a) * length(b) * length(c) / doubled_area, doubled_area / longest);
 }
+#endif
 
 // offset: Surface::offset; normal: geometric, unit. To the side of `direction`.
 vec3 offset_ray_origin(vec3 position, float offset, vec3 normal, vec3 direction) {

@@ -7,6 +7,18 @@ vec3 face_vector(vec3 e1, vec3 e2) {
     return cross(e1 * scale, e2 * scale);
 }
 
+// Of a triangle. A needle's edges say nothing of its height once they are rounded.
+vec3 face_of_corners(vec3 a, vec3 b, vec3 c) {
+#ifdef HALFLIGHT_SLIVERS
+    dvec3 face = cross(dvec3(b) - dvec3(a), dvec3(c) - dvec3(a));
+    dvec3 magnitude = abs(face);
+    double largest = max(max(magnitude.x, magnitude.y), magnitude.z);
+    return vec3(face / (largest > double(0.0) ? largest : double(1.0)));
+#else
+    return face_vector(b - a, c - a);
+#endif
+}
+
 // Columns: two tangents and n (Duff et al. 2017, Building an Orthonormal Basis, Revisited).
 mat3 basis_around(vec3 n) {
     float s = n.z >= 0.0 ? 1.0 : -1.0;

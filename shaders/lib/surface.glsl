@@ -47,7 +47,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     // distance. Moved along the plane by as much, a ray that leaves it at a slant would meet it again.
     vec3 spread = rounding_bound(8.0) *
                   (weights.x * abs(a - s.position) + weights.y * abs(b - s.position) + weights.z * abs(c - s.position));
-    vec3 face = face_vector(b - a, c - a);
+    vec3 face = face_of_corners(a, b, c);
     float sliver = sliver_bound(a - s.position, b - s.position, c - s.position);
     vec4 normal_u = interpolate_row(triangle.xyz, weights, kVertexNormalTexel);
     vec3 normal = normal_u.xyz;
@@ -78,6 +78,12 @@ Surface surface_at(Hit hit, vec3 direction) {
     mat3 absolute_inverse = mat3(abs(inverse_rows[0]), abs(inverse_rows[1]), abs(inverse_rows[2]));
     float moved = instance_row(hit.instance, kInstanceTracer, 0).y;  // 0: in world space already, and nothing is rounded
     error += moved * rounding_bound(5.0) * (abs(s.position) + reach * absolute_inverse);
+#ifdef HALFLIGHT_SLIVERS
+    // The direction is brought there, too, with four roundings, and the ray leaves its way by as much of its length.
+    vec3 extent = max(abs(a - s.position), max(abs(b - s.position), abs(c - s.position)));
+    vec3 way = vec3(dot(abs(m0.xyz), extent), dot(abs(m1.xyz), extent), dot(abs(m2.xyz), extent));
+    sliver += moved * rounding_bound(4.0) * dot(abs(face) / max(length(face), 1e-30), way * absolute_inverse);
+#endif
 #endif
     // Rays that start on an edge where walls meet would pass through the other wall as often as not: the point is kept off
     // the edges, four times as far as it may be off itself, so that walls may meet at angles down to 1/4. Attributes stay

@@ -168,22 +168,24 @@ TEST_F(ShadingSurface, DegenerateAttributesGiveUnitNormals) {
 }
 
 /// Whether floats near the triangle are fine enough to tell its normal: its least height is 100 units in their last
-/// place.
+/// place; two where normals are told in double.
 bool has_normal(const TraceTables& trace, std::uint32_t triangle) {
     const uvec4 corner = trace.triangles[triangle];
     const dvec3 a(trace.positions[corner.x]), b(trace.positions[corner.y]), c(trace.positions[corner.z]);
     const double longest = std::max({glm::length(b - a), glm::length(c - a), glm::length(c - b)});
     const dvec3 reach = glm::max(glm::max(glm::abs(a), glm::abs(b)), glm::abs(c));
-    return glm::length(glm::cross(b - a, c - a)) / longest > 100 * 0x1p-23 * std::max({reach.x, reach.y, reach.z});
+    return glm::length(glm::cross(b - a, c - a)) / longest >
+           (trace.slivers ? 2 : 100) * 0x1p-23 * std::max({reach.x, reach.y, reach.z});
 }
 
 // Whatever the triangle's size, place and shape, and the ray's slant: a ray that leaves the surface never meets it.
-class ShadingSurfaceScales : public ShadingSurface, public ::testing::WithParamInterface<std::tuple<int, bool>> {};
+class ShadingSurfaceScales : public ShadingSurface,
+                             public ::testing::WithParamInterface<std::tuple<int, bool, bool>> {};
 INSTANTIATE_TEST_SUITE_P(Decades, ShadingSurfaceScales,
-                         ::testing::Combine(::testing::Values(-6, -3, 0, 3, 6), ::testing::Bool()));
+                         ::testing::Combine(::testing::Values(-6, -3, 0, 3, 6), ::testing::Bool(), ::testing::Bool()));
 
 TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
-    const auto [decade, instanced] = GetParam();
+    const auto [decade, instanced, needles] = GetParam();
     Random random(7);
     Scene scene = triangle_scene({});
     scene.meshes.clear();
@@ -192,12 +194,17 @@ TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
         const double size = std::pow(10.0, decade + random.within(-0.5, 0.5));
         Mesh mesh;
         for (int i = 0; i < 16; ++i) {
-            // In a plane through the origin, sliver, far away, general.
-            vec3 a = random.box(size), b = random.box(size), c = random.box(size);
-            if (i % 4 == 0) a.y = b.y = c.y = 0;
-            if (i % 4 == 1) c = glm::mix(a, b, 0.7f) + 1e-3f * c;
-            const vec3 far = i % 4 == 2 ? random.direction() * static_cast<float>(size * 300) : vec3(0);
-            mesh.positions.insert(mesh.positions.end(), {a + far, b + far, c + far});
+            // In a plane through the origin, sliver or needle of aspect 10^3 to 10^7, far away, general.
+            vec3 a, b, c;
+            do {
+                a = random.box(size), b = random.box(size), c = random.box(size);
+                if (i % 4 == 0) a.y = b.y = c.y = 0;
+                const double height = needles ? std::pow(10, random.within(-7, -3)) : 1e-3;
+                if (i % 4 == 1) c = glm::mix(a, b, 0.7f) + static_cast<float>(height) * c;
+                const vec3 far = i % 4 == 2 ? random.direction() * static_cast<float>(size * 300) : vec3(0);
+                a += far, b += far, c += far;
+            } while (!needles && is_sliver(a, b, c));
+            mesh.positions.insert(mesh.positions.end(), {a, b, c});
         }
         mesh.normals.assign(mesh.positions.size(), vec3(0, 1, 0));
         for (unsigned i = 0; i < 48; i += 3) mesh.triangles.emplace_back(i, i + 1, i + 2);
@@ -215,6 +222,7 @@ TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
         }
     }
     const ShadingScene shading(scene);
+    ASSERT_EQ(shading.trace.slivers, needles);
     std::vector<vec4> inputs;
     for (std::uint32_t instance = 0; instance < shading.trace.instances.size(); ++instance) {
         const Block& block = shading.trace.blocks[shading.trace.instances[instance].block];
@@ -228,7 +236,7 @@ TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
         }
     }
     const auto count = static_cast<std::uint32_t>(inputs.size() / 2);
-    ASSERT_GT(count, 0.7 * 24 * 16 * 4);
+    ASSERT_GT(count, 0.6 * 24 * 16 * 4);
     const auto found = shading.run(R"(
             #include "shaders/lib/intersect.glsl"
             #include "shaders/lib/sobol.glsl"

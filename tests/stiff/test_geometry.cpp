@@ -95,6 +95,86 @@ TEST_F(Geometry, Slivers) {
                 mean_of(render_oracle(scene, camera_in_box(), 32, 64, 4)), exact);
 }
 
+/// A strip of 64 bands, each of two needles of 6 x 3 * 2^-k, about the origin. All corners are floats exactly, and in
+/// one plane, though none of its directions is along an axis.
+struct NeedleStrip {
+    static constexpr int kBands = 64;
+    vec3 along{1, 2, 2}, across{2, 1, -2}, up{2, -2, 1};  // of length 3 each
+    float step;                                           // of the bands, in lengths of `across`
+
+    explicit NeedleStrip(int k) : step(std::ldexp(1.0f, -k)) {}
+    double aspect() const { return 6 / (3.0 * step); }
+    double width() const { return 3.0 * kBands * step; }
+    vec3 corner(float end, int band) const {
+        return end * along + step * static_cast<float>(band - kBands / 2) * across;
+    }
+    /// One mesh, so that nothing is subtracted from its corners.
+    void add_to(Scene& scene, int material) const {
+        Mesh mesh;
+        for (int band = 0; band <= kBands; ++band)
+            for (const float end : {-1.0f, 1.0f}) mesh.positions.push_back(corner(end, band));
+        for (unsigned i = 0; i < 2 * kBands; i += 2) {
+            mesh.triangles.emplace_back(i, i + 1, i + 2);
+            mesh.triangles.emplace_back(i + 2, i + 1, i + 3);
+        }
+        mesh.normals.assign(mesh.positions.size(), up / 3.0f);
+        mesh.triangle_material.assign(mesh.triangles.size(), static_cast<std::uint32_t>(material));
+        scene.instances.push_back({"strip", static_cast<int>(scene.meshes.size()), dmat4(1), kNone});
+        scene.meshes.push_back(std::move(mesh));
+    }
+};
+
+TEST_F(Geometry, NeedlesThatReceiveLight) {
+    for (const int k : {9, 13, 17, 22}) {
+        const NeedleStrip strip(k);
+        Scene scene;
+        strip.add_to(scene, add_material(scene, diffuse_material(vec3(0.5f))));
+        scene.environment.color = vec3(1);
+        const std::string name = fmt::format("strip of needles of aspect {:.1e} under a sky of 1", strip.aspect());
+        EXPECT_EQ(build_trace_tables(scene).slivers, strip.aspect() > kSliverAspect) << name;
+        for (const float place : {0.0f, 0.9f}) {
+            const Camera camera = spot_camera(dvec3(place * strip.along), dvec3(strip.up) / 3.0, 0.5 * strip.width());
+            const RenderResult seen = picture(scene, camera, 32, 64, 1);
+            expect_mean(fmt::format("{}, {} of its way to an end", name, place), mean_of(seen), 0.5);
+        }
+    }
+}
+
+TEST_F(Geometry, NeedlesThatShine) {
+    for (const int k : {9, 13, 17, 22}) {
+        const NeedleStrip strip(k);
+        Scene scene;
+        const float radiance = 1e3f / strip.step;
+        strip.add_to(scene, add_material(scene, light_material(vec3(radiance))));
+        const dvec3 up = dvec3(strip.up) / 3.0, along = dvec3(strip.along) / 3.0, across = dvec3(strip.across) / 3.0;
+        const dvec3 at = -2.0 * up + 0.7 * along + 0.5 * across;
+        const dvec3 normal = glm::normalize(up + 0.3 * along);
+        const dvec3 u = glm::normalize(glm::cross(normal, across)), v = glm::cross(normal, u);
+        add_quad(scene, add_material(scene, diffuse_material(vec3(0.5f))), vec3(at - 0.5 * u - 0.5 * v), vec3(u),
+                 vec3(v));
+        const dvec3 end = 3.0 * along, side = 0.5 * strip.width() * across;
+        const double irradiance =
+            radiance * polygon_irradiance(at, normal, {-end - side, end - side, end + side, side - end});
+        const double exact = 0.5 / kPi * irradiance;
+        const std::string name = fmt::format("lit by a strip of needles of aspect {:.1e}", strip.aspect());
+        expect_mean(name, mean_of(picture(scene, spot_camera(at, normal, 0.01), 16, 256, 1)), exact, 1e-3,
+                    "1/1000 for the spot's size");
+    }
+}
+
+TEST_F(Geometry, TrianglesWithoutAreaAreNoNeedles) {
+    Scene scene = closed_box(diffuse_material(vec3(0.5f)));
+    EXPECT_FALSE(build_trace_tables(scene).slivers);
+    const vec3 a(0.1f, 0.2f, 0.3f), b(0.7f, -0.4f, 0.9f);
+    double needles = 0;
+    needles += is_sliver(a, a, b) + is_sliver(a, b, a) + is_sliver(b, a, a) + is_sliver(a, a, a);
+    for (int i = 1; i < 64; ++i) needles += is_sliver(a, b, glm::mix(a, b, static_cast<float>(i) / 64.0f));
+    expect("triangles on a line, as well as floats can tell: tested as needles", needles, 0, "triangles",
+           "exact: they cover nothing");
+    expect("needle of 2 m x 5 10^-7 m: tested as one", !is_sliver({-1, 0, 0}, {1, 0, 0}, {0.2f, 5e-7f, 0}), 0,
+           "triangles not so", "exact: its height is 8 units of its coordinates' last place");
+}
+
 TEST_F(Geometry, DuplicateTriangles) {
     const Scene once = cornell_box();
     Scene twice = once;

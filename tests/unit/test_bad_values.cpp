@@ -1,0 +1,29 @@
+// Counts of bad values over more samples than 32 bits can count.
+#include "passes/bad_values.h"
+
+#include <gtest/gtest.h>
+
+namespace halflight {
+namespace {
+
+TEST(BadValues, SumsDoNotWrap) {
+    BadValueSums sums;
+    std::array<std::uint32_t, kBadValueCounts> counts{};
+    counts[1 * shared::kBadKinds + shared::kBadNan] = 0xffffffffu;
+    counts[1 * shared::kBadKinds + shared::kBadNegative] = 1;
+    counts[3 * shared::kBadKinds + shared::kBadInfinite] = 0x80000000u;
+    for (int sample = 0; sample < 4; ++sample) sums.add(counts);
+    const std::vector<BadValues> told = sums.told();
+    ASSERT_EQ(told.size(), shared::kCountedPasses);
+    EXPECT_EQ(told[1].component, "shadow");
+    EXPECT_EQ(told[1].nans, 4 * 0xffffffffull);
+    EXPECT_EQ(told[1].negatives, 4u);
+    EXPECT_EQ(told[3].infinities, 0x200000000ull);
+    EXPECT_EQ(told[0].total() + told[2].total(), 0u);
+    EXPECT_EQ(told[1].total(), 4 * 0x100000000ull);
+    sums.reset();
+    for (const BadValues& n : sums.told()) EXPECT_EQ(n.total(), 0u);
+}
+
+}  // namespace
+}  // namespace halflight
