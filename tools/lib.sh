@@ -20,10 +20,11 @@ as_root() {
     fi
 }
 
-# Installs those of packages.txt that are not there; a second call finds nothing to do.
+# install_packages [test]: installs those of packages.txt that are not there; a second call finds nothing to do.
 install_packages() {
-    local wanted missing package
-    wanted=$(sed 's/#.*//' "$root/tools/packages.txt")
+    local wanted missing package until='/^#! test/,$d'
+    [ "${1:-}" != test ] || until=
+    wanted=$(sed "$until; s/#.*//" "$root/tools/packages.txt")
     missing=()
     for package in $wanted; do
         dpkg-query --show --showformat='${db:Status-Status}' "$package" 2>/dev/null | grep -qx installed ||

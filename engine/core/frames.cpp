@@ -91,6 +91,24 @@ std::string frames_text(const std::vector<std::uint32_t>& frames) {
     return text;
 }
 
+ListPart parse_part(std::string_view subject, std::string_view text) {
+    ListPart part;
+    const char* const end = text.data() + text.size();
+    const auto number = std::from_chars(text.data(), end, part.number);
+    const bool slash = number.ec == std::errc() && number.ptr != end && *number.ptr == '/';
+    const auto of = slash ? std::from_chars(number.ptr + 1, end, part.of) : number;
+    if (!slash || of.ec != std::errc() || of.ptr != end || part.number < 1 || part.number > part.of)
+        throw Error(subject, "wants a part as I/N, from 1/N to N/N, not '{}'", text);
+    return part;
+}
+
+std::vector<std::uint32_t> part_of(const std::vector<std::uint32_t>& frames, const ListPart& part) {
+    const auto begin = [&](std::uint64_t number) {
+        return frames.begin() + static_cast<std::ptrdiff_t>(number * frames.size() / part.of);
+    };
+    return {begin(part.number - 1), begin(part.number)};
+}
+
 FrameRate parse_frame_rate(std::string_view subject, std::string_view text) {
     std::string_view rest = text;
     std::int64_t numerator = 0, denominator = 1;

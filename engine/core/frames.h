@@ -19,6 +19,16 @@ std::vector<std::uint32_t> parse_frames(std::string_view subject, std::string_vi
 /// The reverse: "1-10,15", ranges where three or more follow each other. In the order given.
 std::string frames_text(const std::vector<std::uint32_t>& frames);
 
+/// One of so many consecutive parts of a list, whose lengths differ by one at most.
+struct ListPart {
+    std::uint32_t number = 1;  // from 1 to `of`
+    std::uint32_t of = 1;
+};
+/// "3/24". Throws Error whose subject is `subject`.
+ListPart parse_part(std::string_view subject, std::string_view text);
+/// Nothing where there are more parts than frames, in some of them.
+std::vector<std::uint32_t> part_of(const std::vector<std::uint32_t>& frames, const ListPart& part);
+
 /// Frames per second, exactly.
 struct FrameRate {
     std::int32_t numerator = 24;   // > 0

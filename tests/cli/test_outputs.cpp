@@ -298,9 +298,10 @@ TEST_F(Output, TimeDecides) {
                                          "0.5", "--stats", file("stats.json")});
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     const auto stats = nlohmann::json::parse(read_text(file("stats.json")));
-    EXPECT_GT(stats.at("samples"), 1);
-    EXPECT_GE(stats.at("seconds").at("render"), 0.4);
-    EXPECT_LT(stats.at("seconds").at("render"), 5);
+    // It ends where one sample more would be too late, however fast the machine is.
+    const double samples = stats.at("samples");
+    EXPECT_LT(samples, 1e6);
+    EXPECT_GE(stats.at("seconds").at("render"), 0.5 * samples / (samples + 1));
 }
 
 TEST_F(Output, SceneWithoutLightGetsASky) {

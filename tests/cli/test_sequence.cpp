@@ -172,6 +172,30 @@ TEST_F(Sequence, WholeFramesOfTheSameSettingsAreKept) {
     }
 }
 
+TEST_F(Sequence, InPartsAndChecked) {
+    const Outcome none = run("a", "1-5", {"--check"});
+    EXPECT_EQ(none.status, 1);
+    EXPECT_NE(none.err.find("frames 1-5 of 5: missing, damaged, or of another scene or other settings"),
+              std::string::npos)
+        << none.err;
+    for (const char* part : {"2/3", "1/3", "3/3"}) make("a", "1-5", {"--part", part});
+    EXPECT_NE(make("a", "1-5", {"--check"}).err.find("all 5 frames are whole"), std::string::npos);
+    EXPECT_NE(make("a", "1-5", {"--part", "2/9"}).err.find("1 of 1 frames are there already"), std::string::npos);
+    EXPECT_NE(make("a", "1-5", {"--part", "1/9"}).err.find("fewer frames than parts"), std::string::npos);
+    EXPECT_EQ(contents("a").size(), 5u);
+    make("b", "1-5");
+    EXPECT_EQ(contents("a"), contents("b"));
+
+    fs::resize_file(file("a", 2), fs::file_size(file("a", 2)) - 1);
+    fs::remove(file("a", 4));
+    const auto before = contents("a");
+    EXPECT_NE(run("a", "1-5", {"--check"}).err.find("frames 2,4 of 5"), std::string::npos);
+    EXPECT_NE(run("a", "1-5", {"--check", "--seed", "2"}).err.find("frames 1-5 of 5"), std::string::npos);
+    EXPECT_EQ(contents("a"), before);
+    EXPECT_EQ(run("a", "1-5", {"--check", "--overwrite"}).status, 2);
+    EXPECT_EQ(run("a", "1-5", {"--part", "4/3"}).status, 2);
+}
+
 TEST_F(Sequence, FramesOfOtherSettingsAreAnError) {
     make("out", "1-3");
     const auto before = contents("out");

@@ -57,5 +57,16 @@ TEST_F(CulledPictures, Instances) {
     check(instanced_scene());
 }
 
+// Tested in double.
+TEST_F(CulledPictures, Needles) {
+    Scene scene = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
+    const int material = add_material(scene, diffuse_material(vec3(0.8f)));
+    for (int i = 0; i < 20; ++i) {
+        const float h = 0.04f * static_cast<float>(i);
+        add_quad(scene, material, {-0.9f, h - 0.5f, 0.7f - h}, {1.8f, 0.4f - h, 0.1f}, {0, 1e-6f * (1 + h), 0});
+    }
+    check(scene);
+}
+
 }  // namespace
 }  // namespace halflight

@@ -87,6 +87,28 @@ TEST(Frames, AsText) {
     EXPECT_EQ(again("4294967293-4294967295,0-2"), "4294967293-4294967295,0-2");
 }
 
+TEST(Frames, InParts) {
+    const std::vector<std::uint32_t> frames{5, 1, 9, 10, 11, 12, 2};
+    for (const std::uint32_t of : {1u, 2u, 3u, 7u, 10u, 4294967295u}) {
+        std::vector<std::uint32_t> together;
+        for (std::uint32_t i = 1; i <= std::min(of, 10u); ++i) {
+            const auto part = part_of(frames, {i, of});
+            EXPECT_LE(part.size(), (frames.size() + of - 1) / of);
+            together.insert(together.end(), part.begin(), part.end());
+        }
+        if (of <= 10) {
+            EXPECT_EQ(together, frames) << of;
+        }
+    }
+    EXPECT_EQ(part_of(frames, {4294967295u, 4294967295u}), (std::vector<std::uint32_t>{2}));
+    const ListPart part = parse_part("--part", "3/24");
+    EXPECT_EQ(part.number, 3u);
+    EXPECT_EQ(part.of, 24u);
+    for (const char* text :
+         {"", "3", "/", "3/", "/24", "0/24", "25/24", "-1/24", "3/24 ", "3/0", "3/2/1", "1/99999999999"})
+        EXPECT_THROW(parse_part("--part", text), Error) << text;
+}
+
 TEST(FrameRates, AreExact) {
     const auto rate = [](const char* text) { return parse_frame_rate("--fps", text); };
     EXPECT_EQ(rate("24"), (FrameRate{24, 1}));

@@ -70,6 +70,8 @@ struct RenderArguments : ViewArguments {
     FrameRate frame_rate;                  // frame 0 is at 0 s
     std::optional<std::string> animation;  // name, number, "all" or "none"
     bool overwrite = false;                // frames of other settings are replaced
+    ListPart part;                         // of `frames`: those that are to be made
+    bool check = false;                    // make none, see that all are there
     bool reproducible = false;             // no date in files
 
     std::vector<std::string> aovs;

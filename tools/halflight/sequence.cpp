@@ -181,10 +181,32 @@ std::string of_all(const std::vector<std::uint32_t>& frames, const RenderArgumen
     return fmt::format("frame{} {} of {}", frames.size() == 1 ? "" : "s", frames_text(frames), a.frames.size());
 }
 
+void check_frames(const RenderArguments& a, const Console& console) {
+    const std::string fingerprint = Sequence(a, console).fingerprint();
+    std::vector<std::uint32_t> bad;
+    for (const std::uint32_t frame : a.frames) {
+        const auto is_whole = [&](const std::filesystem::path& path) {
+            return examine_frame(path, frame_fingerprint(fingerprint, frame)) == FrameFile::whole;
+        };
+        if (!std::ranges::all_of(files_of(a, frame), is_whole)) bad.push_back(frame);
+    }
+    if (!bad.empty())
+        throw Error(a.outputs[0].string(), "{}: missing, damaged, or of another scene or other settings",
+                    of_all(bad, a));
+    console.note("{}: all {} frames are whole", a.outputs[0].string(), a.frames.size());
+}
+
 }  // namespace
 
-void run_sequence(const RenderArguments& a) {
+void run_sequence(const RenderArguments& all) {
+    RenderArguments a = all;
+    a.frames = part_of(all.frames, all.part);
     const Console console(a.quiet);
+    if (a.frames.empty()) {
+        console.note("there are fewer frames than parts: none in part {} of {}", a.part.number, a.part.of);
+        return;
+    }
+    if (a.check) return check_frames(a, console);
     check_folders(a);
     Sequence sequence(a, console);
     const std::vector<std::uint32_t> todo = frames_to_make(a, sequence.fingerprint(), console);

@@ -34,6 +34,9 @@ void add_sequence_options(Options& options, RenderArguments& a) {
                       a.animation = text;
                   });
     options.flag("--overwrite", a.overwrite, "replace frames that are there with other settings or of another scene");
+    options.value("--part", "I/N", "only the I-th of N parts of the frames, as for N machines",
+                  [&](const auto& name, const auto& text) { a.part = parsed(parse_part, name, text); });
+    options.flag("--check", a.check, "render nothing: fail where a frame is missing, damaged or of other settings");
     options.flag("--reproducible", a.reproducible, "no date in files: the same picture is the same file");
 }
 
@@ -42,6 +45,9 @@ void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
     exclude(app, "--frames", "--frame");
     exclude(app, "--frames", "--dump-graph");
     if (app.count("--overwrite") > 0 && !sequence) throw UsageError("--overwrite", "needs --frames");
+    if (app.count("--part") > 0 && !sequence) throw UsageError("--part", "needs --frames");
+    if (app.count("--check") > 0 && !sequence) throw UsageError("--check", "needs --frames");
+    exclude(app, "--check", "--overwrite");
     if (app.count("--fps") > 0 && !sequence && !a.animation) throw UsageError("--fps", "needs --frames or --animation");
     for (const auto& path : a.outputs) {
         const int placeholders = count_placeholders(path);

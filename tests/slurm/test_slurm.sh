@@ -1,0 +1,50 @@
+#!/usr/bin/env bash
+# test_slurm.sh PROGRAM SOURCE: 24 frames by a job array of six tasks, one of whose workers is killed: all frames are whole
+# afterwards, and the same as without Slurm. Exit status 77: skipped.
+set -euo pipefail
+
+program=$1
+source=$2
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+
+inside() {
+    cd "$folder"
+    cp "$source/scenes/cornell.glb" walk.glb
+    local settings=(--width 64 --height 36 --samples 32 --reproducible)
+    local render=(walk.glb out/walk.####.exr --frames 1-24 "${settings[@]}")
+    mkdir out logs
+    "$source/tools/slurm/submit" --halflight "$program" --tasks 6 --logs logs --memory 1000 --wait "${render[@]}" &
+    local submitted=$!
+
+    # The first worker that is seen dies as by a crash.
+    local worker= deadline=$((SECONDS + 120))
+    until worker=$(pgrep --full --oldest -- "^$program render walk.glb .*--part"); do
+        [ $SECONDS -lt $deadline ] || { echo "no worker was seen"; return 1; }
+        sleep 0.01
+    done
+    kill -9 "$worker"
+
+    local status=0
+    wait $submitted || status=$?
+    [ $status -eq 0 ] || { cat logs/*; echo "the check says $status"; return 1; }
+    grep --quiet "queued again" logs/*.log || { cat logs/*; echo "no task was queued again"; return 1; }
+    [ "$(ls out | wc -l)" -eq 24 ] || { ls out; echo "there should be 24 frames"; return 1; }
+
+    mkdir alone
+    "$program" render walk.glb alone/walk.####.exr --frames 3,24 "${settings[@]}" --quiet
+    for frame in 0003 0024; do cmp out/walk.$frame.exr alone/walk.$frame.exr; done
+
+    # A frame that is cut short or missing is named by the check.
+    truncate --size=-1 out/walk.0007.exr
+    rm out/walk.0012.exr
+    if "$program" render "${render[@]}" --check >said 2>&1; then echo "nothing was missed"; return 1; fi
+    grep --quiet 7 said && grep --quiet 12 said || { cat said; echo "7 and 12 are not named"; return 1; }
+    # What submit cannot use, it says before anything is queued.
+    if "$source/tools/slurm/submit" --halflight "$program" none.glb out/x.####.exr --frames 1-2 2>said; then return 1; fi
+    grep --quiet none.glb said || { cat said; return 1; }
+}
+
+export -f inside
+export program source folder
+"$(dirname "$0")/with_cluster" "$folder/slurm" bash -euo pipefail -c inside
