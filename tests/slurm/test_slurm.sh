@@ -6,6 +6,7 @@ set -euo pipefail
 program=$1
 source=$2
 folder=$(mktemp -d)
+chmod 755 "$folder"  # munged is another user
 trap 'rm -rf "$folder"' EXIT
 
 inside() {
@@ -18,7 +19,7 @@ inside() {
     local submitted=$!
 
     # The first worker that is seen dies as by a crash.
-    local worker= deadline=$((SECONDS + 120))
+    local worker= deadline=$((SECONDS + 60))
     until worker=$(pgrep --full --oldest -- "^$program render walk.glb .*--part"); do
         [ $SECONDS -lt $deadline ] || { echo "no worker was seen"; return 1; }
         sleep 0.01
