@@ -53,8 +53,8 @@ struct RenderSettings : FrameSettings {
     // renderers that share a scene, the scene's.
     bool keep_all = false;
     Estimator estimator{};  // of renderers that share a scene, the scene's
-    int pictures = 0;      // that will be made at most, of `samples` each; 0: any number
-    bool measure = false;  // wait for the GPU after each pass to tell its time, and count rays and culling (slower)
+    int pictures = 0;       // that will be made at most, of `samples` each; 0: any number
+    bool measure = false;   // wait for the GPU after each pass to tell its time, and count rays and culling (slower)
     // What is rendered at once: bands of whole rows of 16x16 blocks, of so many pixels at most where one row allows it.
     // Half a gigabyte of buffers by default, of a large picture.
     std::size_t band_pixels = std::size_t{1} << 20;

@@ -2,9 +2,9 @@
 //
 // All of shaders/ (*.glsl *.comp *.vert *.frag, shared/*.h) is part of the library. The environment variable
 // HALFLIGHT_SHADERS names a folder that is read instead, for development: the one that holds lib/ and shared/.
-// `#include "shaders/lib/x.glsl"` is relative to the root and includes a file once per shader, wherever the compiler comes
-// by it first: an include under a condition (#if) that does not hold is none. `#version 450 core` and the defines are put
-// in front; a #version line of a file itself is ignored.
+// `#include "shaders/lib/x.glsl"` is relative to the root and includes a file once per shader, wherever the compiler
+// comes by it first: an include under a condition (#if) that does not hold is none. `#version 450 core` and the defines
+// are put in front; a #version line of a file itself is ignored.
 #pragma once
 
 #include <cstddef>

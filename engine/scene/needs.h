@@ -71,8 +71,8 @@ std::span<const SceneNeed> known_scene_needs();
 /// What either needs, and what follows from it: a texture needs the lobe that it belongs to, and so on.
 SceneNeeds united(SceneNeeds a, const SceneNeeds& b);
 /// All that can be there without changing a picture: all but the environment map, which is sampled by other directions
-/// than a constant environment, the light tree, which picks other lights, and the test of needles, which rounds what other
-/// triangles' rays meet otherwise.
+/// than a constant environment, the light tree, which picks other lights, and the test of needles, which rounds what
+/// other triangles' rays meet otherwise.
 SceneNeeds everything_kept();
 
 /// Macros (name, value) that select the variant of shaders/lib for a scene; sorted by name.

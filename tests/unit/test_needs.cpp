@@ -84,8 +84,8 @@ TEST(FrameNeeds, EverythingCanBeKept) {
     EXPECT_EQ(facts({}, {.keep_all = true}),
               (std::map<std::string, std::string>{
                   {"environment map", "the environment is of one colour"},
-                   {"light tree", "there are few lights, or another choice was asked for"},
-                   {"double precision for needles", "no triangle is more than 2000 times as long as high"}}));
+                  {"light tree", "there are few lights, or another choice was asked for"},
+                  {"double precision for needles", "no triangle is more than 2000 times as long as high"}}));
 }
 
 TEST(LeftOut, ListsFactsAndBytes) {

@@ -45,8 +45,8 @@ Json bounds(const Scene& scene) {
     return {{"lower", triple(box.lower)}, {"upper", triple(box.upper)}, {"size", triple(box.upper - box.lower)}};
 }
 
-/// About what rendering 1280x720 pixels takes of a machine without a GPU, for whoever has to ask for memory: the largest
-/// figures per part of what Cornell box, atrium and the city of 10^6 triangles were seen to take, rounded up.
+/// About what rendering 1280x720 pixels takes of a machine without a GPU, for whoever has to ask for memory: the
+/// largest figures per part of what Cornell box, atrium and the city of 10^6 triangles were seen to take, rounded up.
 std::size_t render_bytes(const Scene& scene, std::size_t geometry, std::size_t textures) {
     constexpr std::size_t kProgram = std::size_t{192} << 20;  // with the driver and compiled shaders
     constexpr std::size_t kPixel = 600;                       // of a band and its visibility state
