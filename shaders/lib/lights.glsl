@@ -29,12 +29,15 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     vec3 inside = at.x * edge1_triangle.xyz + at.y * edge2_bound.xyz;
     vec3 point = head.xyz + inside;
     vec3 face = face_vector(edge1_triangle.xyz, edge2_bound.xyz);
-#if defined(HALFLIGHT_SLIVERS) && !defined(HALFLIGHT_INSTANCES)
-    // The row's edges are rounded.
+#ifdef HALFLIGHT_SLIVERS
+    // The row's edges are rounded, the table's corners are not. (Those of a moved instance lie elsewhere.)
     uvec3 corner = triangle_corners(word_of_float(edge1_triangle.w));
     vec3 a = corner_position(corner.x), b = corner_position(corner.y), c = corner_position(corner.z);
-    face = face_of_corners(a, b, c);
-    point = (1.0 - at.x - at.y) * a + at.x * b + at.y * c;
+    vec3 off = max(abs(a - head.xyz), max(abs(b - head.xyz - edge1_triangle.xyz), abs(c - head.xyz - edge2_bound.xyz)));
+    vec3 reach = max(abs(a), max(abs(b), abs(c)));
+    bool here = max(off.x, max(off.y, off.z)) <= rounding_bound(16.0) * max(reach.x, max(reach.y, reach.z));
+    face = here ? face_of_corners(a, b, c) : face;
+    point = here ? (1.0 - at.x - at.y) * a + at.x * b + at.y * c : point;
 #endif
     vec3 normal = face * inversesqrt(max(dot(face, face), 1e-30));
     vec3 to_light = point - position;

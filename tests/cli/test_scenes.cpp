@@ -315,7 +315,8 @@ TEST(Emitters, HasWhatWasAskedFor) {
     };
     refused({"emitters", "--lights", "100", "--triangles", "211"}, "few.glb", "100 lights in a hall are 212 triangles");
     refused({"emitters", "--lights", "0"}, "none.glb", "--lights");
-    refused({"emitters", "--triangles", "0"}, "none.glb", "no triangles");
+    for (const char* triangles : {"0", "-3", "99999999999"})
+        refused({"emitters", "--triangles", triangles}, "none.glb", "--triangles: Value");
     refused({"emitters"}, "hall.png", "hall.png: is no name of a .glb");
 }
 

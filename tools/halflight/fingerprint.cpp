@@ -55,7 +55,8 @@ void add_environment(Fingerprint& print, const RenderArguments& a) {
 
 void add_color(Fingerprint& print, const RenderArguments& a, const ColorConfig& config) {
     print.values("{} {}", a.half, a.working_space);
-    const bool named = std::filesystem::is_regular_file(config.source());
+    std::error_code none;
+    const bool named = std::filesystem::is_regular_file(config.source(), none);
     named ? print.file(config.source()) : print.text(config.source());
     print.text(a.view.display).text(a.view.view).text(a.view.look).values("{}", a.view.exposure);
 }
@@ -86,10 +87,12 @@ std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame) 
 FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint) {
     std::error_code none;
     if (!std::filesystem::is_regular_file(path, none)) return FrameFile::missing;
-    const std::string bytes = read_file(path, kAnySize);
-    if (bytes.empty()) return FrameFile::incomplete;
     std::string found;
     try {
+        const std::string bytes = read_file(path, kAnySize);
+        constexpr std::size_t kSignature = 8;  // of a .png; an .exr's is shorter
+        if (bytes.size() < kSignature || bytes.find_first_not_of('\0') == std::string::npos)
+            return FrameFile::incomplete;
         if (is_exr(bytes)) {
             ExrFile exr = read_exr(path, {kMaxSide, kAnySize});
             found = exr.attributes.extra[kFingerprintName];

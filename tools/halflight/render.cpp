@@ -83,7 +83,9 @@ void render_picture(const RenderArguments& a) {
         times.write = clock.lap();
         times.total = clock.seconds();
         if (a.stats)
-            write_file(*a.stats, run_statistics(a, settings, scene, context, result.stats, times).dump(2) + "\n");
+            write_file(*a.stats, run_statistics(a, settings, scene, context, result.stats, times)
+                                         .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
+                                     "\n");
     }
     for (const auto& path : a.outputs)
         console.note("wrote {}: {} samples per pixel in {:.1f} s", path.string(), result.stats.samples, times.total);

@@ -52,7 +52,8 @@ std::vector<std::uint32_t> frames_to_make(const RenderArguments& a, const std::s
             const FrameFile file = examine_frame(path, fingerprint);
             if (file == FrameFile::other && !a.overwrite)
                 throw Error(path.string(),
-                            "is there and no such frame: of another scene, other settings or another version; "
+                            "is there and is another frame, of another scene, other settings or another version: "
+                            "nothing was rendered; "
                             "--overwrite replaces it");
             if (file == FrameFile::incomplete) damaged.push_back(frame);
             whole = whole && file == FrameFile::whole;
@@ -79,11 +80,16 @@ void append_line(const std::filesystem::path& path, const std::string& line) {
     check(written && closed);
 }
 
+/// Names of files may be no UTF-8, which JSON cannot hold.
+std::string line_of(const nlohmann::ordered_json& json) {
+    return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
 /// Why a frame is not there. That the file of statistics cannot be written, either, stops no other frame.
 void add_failure(const std::filesystem::path& stats, std::uint32_t frame, const std::string& what,
                  const Console& console) {
     try {
-        append_line(stats, nlohmann::ordered_json{{"frame", frame}, {"error", what}}.dump());
+        append_line(stats, line_of({{"frame", frame}, {"error", what}}));
     } catch (const Error& error) {
         console.warn("{}", error.what());
     }
@@ -161,7 +167,7 @@ class Sequence {
         of_frame.outputs = outputs;
         nlohmann::ordered_json line{{"frame", frame}, {"time", seconds}};
         line.update(run_statistics(of_frame, settings_, scene_->scene(), *context_, stats, times));
-        append_line(*a_.stats, line.dump());
+        append_line(*a_.stats, line_of(line));
     }
 
     const RenderArguments& a_;

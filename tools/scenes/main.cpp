@@ -37,11 +37,13 @@ int run(int argc, char** argv) {
         ->check(CLI::Range(1, 10'000'000))
         ->capture_default_str();
     CLI::Option* all_triangles =
-        emitters->add_option("--triangles", hall_triangles, "of the whole (default: 10 000 beside lamps and walls)");
+        emitters->add_option("--triangles", hall_triangles, "of the whole (default: 10 000 beside lamps and walls)")
+            ->check(CLI::Range(1LL, 1'000'000'000LL));
     scenes::CityOptions options;
     std::uint64_t part_mib = options.part_bytes >> 20;
     CLI::App* city = command("city", "A procedural city of any size");
     city->add_option("--triangles", options.triangles, "how many, instances counted as often as they are used")
+        ->check(CLI::Range(1LL, 1'000'000'000LL))
         ->capture_default_str();
     CLI::Option* flatten = city->add_flag("--flatten", options.flatten, "unique geometry instead of shared meshes");
     city->add_flag("--gpu-instancing", options.gpu_instancing,
