@@ -36,9 +36,8 @@ int run(int argc, char** argv) {
     emitters->add_option("--lights", lights, "how many lamps, of two triangles each")
         ->check(CLI::Range(1, 10'000'000))
         ->capture_default_str();
-    CLI::Option* all_triangles =
-        emitters->add_option("--triangles", hall_triangles, "of the whole (default: 10 000 beside lamps and walls)")
-            ->check(CLI::Range(1LL, 1'000'000'000LL));
+    emitters->add_option("--triangles", hall_triangles, "of the whole (default: 10 000 beside lamps and walls)")
+        ->check(CLI::Range(1LL, 1'000'000'000LL));
     scenes::CityOptions options;
     std::uint64_t part_mib = options.part_bytes >> 20;
     CLI::App* city = command("city", "A procedural city of any size");
@@ -68,10 +67,7 @@ int run(int argc, char** argv) {
         if (*atrium) write(scenes::atrium_scene());
         if (*still_life) write(scenes::still_life());
         if (*room) write(scenes::room());
-        if (*emitters) {
-            if (*all_triangles && hall_triangles == 0) throw Error(output, "a scene of no triangles has no lamps");
-            write(scenes::emitters(lights, hall_triangles));
-        }
+        if (*emitters) write(scenes::emitters(lights, hall_triangles));
         if (*city) {
             options.part_bytes = part_mib << 20;
             const std::uint64_t triangles = scenes::write_city(output, options);
