@@ -35,6 +35,12 @@ class Converge : public testing::Test {
         EXPECT_NE(outcome.err.find(message), std::string::npos) << outcome.err;
         EXPECT_FALSE(std::filesystem::exists(out));
     }
+    Json report_of(Strings common, const Strings& more) {
+        common.insert(common.end(), more.begin(), more.end());
+        const Outcome outcome = converge(common);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return report();
+    }
 
     TemporaryFolder folder;
     std::string out = folder / "out";
@@ -42,13 +48,7 @@ class Converge : public testing::Test {
 
 TEST_F(Converge, ClampShowsAsBias) {
     const Strings common{"--samples", "4,16", "--seeds", "4", "--method", "plain", "--reference-samples", "512"};
-    const auto run = [&](const Strings& more) {
-        Strings all = common;
-        all.insert(all.end(), more.begin(), more.end());
-        const Outcome outcome = converge(all);
-        EXPECT_EQ(outcome.status, 0) << outcome.err;
-        return report();
-    };
+    const auto run = [&](const Strings& more) { return report_of(common, more); };
     const Json plain = run({}), clamped = run({"--clamp", "0.02"});
     EXPECT_TRUE(plain["biases"].empty());
     ASSERT_EQ(clamped["biases"].size(), 1u);
@@ -62,13 +62,7 @@ TEST_F(Converge, ClampShowsAsBias) {
 
 TEST_F(Converge, SeedsAndFilterAreThoseAskedFor) {
     const Strings common{"--samples", "1", "--seeds", "2", "--method", "plain", "--reference-samples", "8"};
-    const auto run = [&](const Strings& more) {
-        Strings all = common;
-        all.insert(all.end(), more.begin(), more.end());
-        const Outcome outcome = converge(all);
-        EXPECT_EQ(outcome.status, 0) << outcome.err;
-        return report();
-    };
+    const auto run = [&](const Strings& more) { return report_of(common, more); };
     const Json usual = run({}), other = run({"--seed", "2"}), last = run({"--seed", "2147483647"}),
                soft = run({"--filter", "blackman-harris"});
     EXPECT_EQ(usual["runs"][0]["seed"], 1);

@@ -154,7 +154,9 @@ TEST_F(ShadingLights, DensitiesAndShadowRays) {
             expected.push_back(sum);
         }
         const auto found =
-            shading.run(kLibrary, std::string("const uint kInstances = ") + std::to_string(copies) + R"(u;
+            shading.run(kLibrary,
+                        std::string("const bool kTree = ") + (choice == LightChoice::tree ? "true" : "false") +
+                            "; const uint kInstances = " + std::to_string(copies) + R"(u;
             float sum = 0.0;
             float worst = 0.0;
             float stopped = 0.0;
@@ -171,7 +173,7 @@ TEST_F(ShadingLights, DensitiesAndShadowRays) {
                     // One that is met just before its end is met although it is the target.
                     stopped += hit.t < ray.t_max && hit.t > 0.999 ? 1.0 : 0.0;
                     // At the edge between two triangles either may be met, and a tree picks them with other densities.
-                    bool on_edge = min(min(hit.u, hit.v), 1.0 - hit.u - hit.v) < 1e-4;
+                    bool on_edge = kTree && min(min(hit.u, hit.v), 1.0 - hit.u - hit.v) < 1e-4;
                     if (hit.triangle != kMiss && hit.t >= ray.t_max && hit.t < 1.001 && !on_edge) {
                         Surface surface = surface_at(hit, ray.direction);
                         float far = distance(p, surface.position);
