@@ -10,7 +10,8 @@ namespace halflight {
 Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& bad_values) {
     const FrameNeeds needs = frame_needs(view.scene.needs(), options);
     Frame frame;
-    frame.gbuffer = add_gbuffer(graph, view, {.rays = bool(needs.camera_rays), .hits = bool(needs.camera_hits)});
+    frame.gbuffer = add_gbuffer(graph, view, {.rays = bool(needs.camera_rays), .hits = bool(needs.camera_hits)},
+                                options.primary);
     SampleInputs sample;
     sample.gbuffer = frame.gbuffer;
     if (needs.shadow) sample.direct = add_shadow(graph, view, frame.gbuffer);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 
+#include "engine/rays/tracer.h"
 #include "passes/raster_window.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/rays.h"
@@ -62,17 +63,45 @@ void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
     });
 }
 
+void trace(const SceneView& view, GBuffer& g, graph::Graph& graph) {
+    const std::uint32_t paths = view.band.paths();
+    graph::Pass pass = graph.add_pass("gbuffer: camera rays");
+    pass.read(view.frame_constants, Access::uniform_read);
+    g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
+    pass.execute([view, g, paths](graph::Resources& r) {
+        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
+        r.buffer(g.rays).bind_storage(0);
+        r.programs().compute("shaders/camera_rays.comp").dispatch(paths / 64);
+    });
+    const rays::RayBatch batch{.kind = rays::RayKind::primary,
+                               .place = view.place,
+                               .capacity = paths,
+                               .rays = g.rays,
+                               .list = {},
+                               .list_header = {},
+                               .frame_constants = view.frame_constants};
+    g.hits = rays::closest_hit(graph, view.tracer, batch,
+                               graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}));
+}
+
 void evaluate(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, graph::Graph& graph) {
     const std::size_t paths = view.band.paths();
+    const bool traced = !g.visibility;
     graph::Pass pass = graph.add_pass("gbuffer: evaluate");
     pass.read(view.frame_constants, Access::uniform_read);
-    pass.read(g.visibility, Access::texture_read);
     gpu::Defines defines = view.scene.defines();
-    if (outputs.rays) {
+    if (traced) {
+        pass.read(g.rays, Access::storage_read);
+        pass.read(g.hits, Access::storage_read);
+        defines.set("HALFLIGHT_PRIMARY_TRACED");
+    } else {
+        pass.read(g.visibility, Access::texture_read);
+    }
+    if (outputs.rays && !traced) {
         g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
         defines.set("HALFLIGHT_PRIMARY_RAYS");
     }
-    if (outputs.hits) {
+    if (outputs.hits && !traced) {
         g.hits = pass.write(graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}), Access::storage_write);
         defines.set("HALFLIGHT_PRIMARY_HITS");
     }
@@ -80,7 +109,7 @@ void evaluate(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, 
                             Access::storage_write);
     pass.execute([view, g, paths, defines](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
-        r.texture(g.visibility).bind(UNIT_FREE);
+        if (g.visibility) r.texture(g.visibility).bind(UNIT_FREE);
         if (g.rays) r.buffer(g.rays).bind_storage(0);
         if (g.hits) r.buffer(g.hits).bind_storage(1);
         r.buffer(g.surfaces).bind_storage(2);
@@ -92,9 +121,32 @@ void evaluate(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, 
 
 }  // namespace
 
-GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs) {
+const char* name(PrimaryVisibility primary) {
+    switch (primary) {
+        case PrimaryVisibility::automatic:
+            return "auto";
+        case PrimaryVisibility::raster:
+            return "raster";
+        case PrimaryVisibility::traced:
+            return "traced";
+    }
+    return "";
+}
+
+PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image) {
+    if (primary != PrimaryVisibility::automatic) return primary;
+    const double pixels = double(image.x) * double(image.y);
+    return double(triangles) > kTracedTrianglesPerPixel * pixels ? PrimaryVisibility::traced
+                                                                 : PrimaryVisibility::raster;
+}
+
+GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs,
+                    PrimaryVisibility primary) {
     GBuffer g;
-    rasterize(view, g, graph);
+    if (primary == PrimaryVisibility::traced)
+        trace(view, g, graph);
+    else
+        rasterize(view, g, graph);
     evaluate(view, g, outputs, graph);
     return g;
 }

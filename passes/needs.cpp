@@ -71,6 +71,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
     const char* no_light = "no light can be sampled";
     const char* single = options.bounces == 1 ? "one bounce was asked for" : nullptr;
     const char* no_shadow = unless(scene.lights(), no_light);
+    const bool traced = options.primary == PrimaryVisibility::traced;  // through rays and hits
     return {
         .shadow = {"shadow", kShadowRay + sizeof(shared::DirectLight), no_shadow},
         .diffuse = {"diffuse", kListEntry, unless(scene.diffuse, fact_without(&SceneNeeds::diffuse))},
@@ -78,8 +79,8 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .continuation = {"continuation", sizeof(shared::Ray) + sizeof(shared::Hit) + sizeof(shared::PathState),
                          no_transport},
         .later_light = {"light samples along paths", kShadowRay + kListEntry, single ? single : no_shadow},
-        .camera_rays = {"camera rays", sizeof(shared::Ray), no_transport},
-        .camera_hits = {"hits of camera rays", sizeof(shared::Hit), asked(options.want_hits)},
+        .camera_rays = {"camera rays", sizeof(shared::Ray), traced ? nullptr : no_transport},
+        .camera_hits = {"hits of camera rays", sizeof(shared::Hit), asked(options.want_hits || traced)},
         .clamp = {"clamp of indirect light", 0,
                   no_transport ? no_transport
                   : single     ? single

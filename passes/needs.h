@@ -10,6 +10,7 @@
 
 #include "engine/rays/tracer.h"
 #include "engine/scene/needs.h"
+#include "passes/gbuffer.h"
 
 namespace halflight {
 
@@ -23,6 +24,7 @@ struct FrameOptions {
     std::uint64_t runs = 0;  // of each band at most: samples of all pictures; 0: any number
     bool keep_all = false;   // parts that contribute nothing are there all the same
     float clamp = 0;         // > 0: the most luminance of a sample's indirect light
+    PrimaryVisibility primary = PrimaryVisibility::raster;  // not automatic
 };
 
 /// A part of a frame.

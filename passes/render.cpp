@@ -61,6 +61,12 @@ void check_all(const RenderSettings& s) {
     }
 }
 
+std::uint64_t drawn_triangles(const TraceTables& tables) {
+    std::uint64_t triangles = 0;
+    for (const BlockInstance& i : tables.instances) triangles += tables.blocks[i.block].triangle_count;
+    return triangles;
+}
+
 /// Bands of whole block rows, as few as the driver's limits on buffers and textures allow, and all alike: each costs as
 /// much as the largest.
 Band first_band(const RenderSettings& s, const SceneBuffers& scene, const gpu::Limits& limits) {
@@ -125,6 +131,8 @@ struct Renderer::State {
         }
         settings.keep_all = scene.keeps_all();
         settings.estimator = scene.estimator();
+        settings.primary =
+            resolved(settings.primary, drawn_triangles(scene.tables()), ivec2(settings.width, settings.height));
         band = first_band(settings, scene.buffers(), scene.context().limits());
         bands = (settings.height + band.rows - 1) / band.rows;
         mattes.emplace(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs, band.paths());
@@ -149,7 +157,8 @@ struct Renderer::State {
                 .culling = settings.culling,
                 .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),
                 .keep_all = settings.keep_all,
-                .clamp = settings.clamp};
+                .clamp = settings.clamp,
+                .primary = settings.primary};
     }
 
     /// Of band number `index`.
@@ -175,7 +184,8 @@ struct Renderer::State {
         const bool keep = settings.keep_all;
         const bool motion = asked_for(settings, {"motion"}) || keep;
         const GBuffer gbuffer =
-            add_gbuffer(to.data_graph, seen, {.rays = debug.nodes || debug.culling || keep, .hits = aov || keep});
+            add_gbuffer(to.data_graph, seen, {.rays = debug.nodes || debug.culling || keep, .hits = aov || keep},
+                        settings.primary);
         if (aov) to.data_graph.output(to.aov = add_aov(to.data_graph, seen, gbuffer, motion));
         if (debug.nodes || debug.culling)
             to.data_graph.output(to.debug = add_debug_aov(to.data_graph, seen, gbuffer, debug));
@@ -367,6 +377,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     stats.render_seconds = seconds_since(start) - stats.compile_seconds;
     stats.prepare_seconds = s.scene.seconds();
     stats.estimator = s.scene.estimator();
+    stats.primary = s.settings.primary;
     const std::size_t pictures =
         (s.view_kernel ? 2 : 1) * sizeof(vec4) * std::size_t(s.band.image.x) * std::size_t(s.band.rows);
     const CompiledBand& first = s.compiled(0);

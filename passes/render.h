@@ -49,6 +49,7 @@ struct RenderSettings : FrameSettings {
     bool want_view = false;         // also the picture through `view`
     ViewTransform view;
     rays::Culling culling = rays::Culling::automatic;  // who finds hits; never changes the picture
+    PrimaryVisibility primary = PrimaryVisibility::automatic;  // who finds what the camera sees
     // Build what the scene has no use for, too: passes, buffers, tables, shader code. Never changes the picture. Of
     // renderers that share a scene, the scene's.
     bool keep_all = false;
@@ -93,6 +94,7 @@ struct RenderStats {
     std::uint64_t paths = 0;        // width x height x samples
     std::size_t gpu_bytes = 0;      // buffers and textures, scene and frame
     Estimator estimator;            // nothing in it is left to the scene any more
+    PrimaryVisibility primary{};    // nor is this
     std::vector<PassTime> passes;   // with settings.measure, else empty
     std::vector<LeftOut> left_out;  // what the scene or the settings did not need, with the reason
     std::vector<BadValues> bad_values;

@@ -1,4 +1,7 @@
-// From the visibility buffer to surfaces in path order; with HALFLIGHT_PRIMARY_RAYS to rays, with HALFLIGHT_PRIMARY_HITS to hits.
+// What camera rays see as surfaces in path order.
+//
+// Variants: HALFLIGHT_PRIMARY_TRACED (rays and hits are given), else from the visibility buffer: HALFLIGHT_PRIMARY_RAYS and
+// HALFLIGHT_PRIMARY_HITS (these are made, too).
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
@@ -8,6 +11,10 @@
 layout(local_size_x = 64) in;
 
 layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+#ifdef HALFLIGHT_PRIMARY_TRACED
+layout(std430, binding = 0) readonly buffer Rays { Ray rays[]; };
+layout(std430, binding = 1) readonly buffer Hits { Hit hits[]; };
+#else
 layout(binding = UNIT_FREE) uniform usampler2D visibility;
 #ifdef HALFLIGHT_PRIMARY_RAYS
 layout(std430, binding = 0) writeonly buffer Rays { Ray rays[]; };
@@ -15,12 +22,16 @@ layout(std430, binding = 0) writeonly buffer Rays { Ray rays[]; };
 #ifdef HALFLIGHT_PRIMARY_HITS
 layout(std430, binding = 1) writeonly buffer Hits { Hit hits[]; };
 #endif
+#endif
 layout(std430, binding = 2) writeonly buffer Surfaces { vec4 surfaces[]; };
 
 #define HALFLIGHT_STORE_SURFACE
+#ifndef HALFLIGHT_PRIMARY_TRACED
 #include "shaders/lib/alpha_key.glsl"
 #include "shaders/lib/camera.glsl"
 #include "shaders/lib/primary_search.glsl"
+#endif
+#include "shaders/lib/finite.glsl"
 #include "shaders/lib/surface_record.glsl"
 #include "shaders/lib/environment.glsl"
 
@@ -28,13 +39,24 @@ void main() {
     uint path = gl_GlobalInvocationID.x;
     ivec2 pixel = ivec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y)));
     bool inside = pixel.x < frame.size.x && pixel.y < frame.band_rows;
+#ifdef HALFLIGHT_PRIMARY_TRACED
+    Ray ray = rays[path];
+    Hit hit = hits[path];
+    bool is_hit = hit.triangle != kMiss && finite(hit.t);
+    bool unfinished = hit.triangle != kMiss && !is_hit;
+    // What sees nothing looks at some triangle too, for nothing: lanes of one register cannot part.
+    hit.triangle = is_hit ? hit.triangle : 0u;
+    hit.instance = is_hit ? hit.instance : 0u;
+#else
     // Beyond the picture's edge the last pixel is looked at again, and then nothing is made of it.
     pixel = min(pixel, ivec2(frame.size.x, frame.band_rows) - 1) + ivec2(0, frame.band_y);
     Ray ray = camera_ray(frame, pixel);
     PrimarySearch seen = search_seen(frame, pixel, ray, alpha_key_of_pixel(frame, pixel, 0u));
-    vec3 wo = -ray.direction;
     Hit hit = seen.hit;
     bool is_hit = inside && seen.is_hit && hit.t <= ray.t_max;
+    const bool unfinished = false;
+#endif
+    vec3 wo = -ray.direction;
     Surface surface = surface_at(hit, ray.direction);
     Material material = evaluate_material(surface, wo);
     Bsdf bsdf = make_bsdf(material, surface.geometric_normal, wo);
@@ -43,6 +65,7 @@ void main() {
     point.position = surface.position;
     point.offset = surface.offset;
     point.emission = is_hit ? material.emission : inside ? environment_radiance(ray.direction) : vec3(0.0);
+    if (unfinished) point.emission = vec3(not_a_number());  // to be counted
     point.is_surface = is_hit;
     store_surface(path, point, bsdf);
 #ifdef HALFLIGHT_PRIMARY_RAYS

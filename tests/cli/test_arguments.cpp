@@ -88,6 +88,7 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--env", "1,-1,1"}, 2, "--env: radiance is never negative: '1,-1,1'");
     expect_render({"--culling", "nonsense"}, 2, "--culling: unknown way 'nonsense'; there are: auto, .*off");
     expect_render({"--culling", "off", "--culling", "raster"}, 2, "--culling: wants exactly one value");
+    expect_render({"--primary", "trace"}, 2, "--primary: unknown way 'trace'; there are: auto, raster, traced");
     expect_render({"--estimator", "light=tree"}, 2,
                   "--estimator: light=tree: 'light=tree' is no technique; there are: lights=auto.power.tree.uniform");
     expect_render({"--estimator", "lights=bush"}, 2, "--estimator: lights=bush: there is no lights=bush; .*power, .*");

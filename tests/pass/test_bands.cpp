@@ -33,7 +33,11 @@ TEST_F(BandsTest, Atrium) {
     const Scene scene = load_gltf(std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/atrium.glb");
     RenderSettings settings = all_settings(scene, 150, 110, 2);
     settings.bounces = 2;
-    expect_the_same(scene, settings);
+    for (const PrimaryVisibility primary : {PrimaryVisibility::raster, PrimaryVisibility::traced}) {
+        SCOPED_TRACE(name(primary));
+        settings.primary = primary;
+        expect_the_same(scene, settings);
+    }
 }
 
 TEST_F(BandsTest, InstancesBehindVeils) {

@@ -12,10 +12,10 @@
 namespace halflight::test {
 namespace {
 
-class GBufferTest : public PassTest {
+class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryVisibility> {
   protected:
     struct Content {
-        std::vector<float> depth;
+        std::vector<float> depth;  // of rasterized ones
         std::vector<shared::Ray> rays;
         std::vector<shared::Hit> hits;
         std::vector<vec4> rows;
@@ -23,13 +23,13 @@ class GBufferTest : public PassTest {
     };
     Content render(Stage& stage) {
         graph::Graph graph;
-        const GBuffer g = add_gbuffer(graph, stage.view(graph));
-        graph.output(g.depth);
+        const GBuffer g = add_gbuffer(graph, stage.view(graph), {}, GetParam());
+        if (g.depth) graph.output(g.depth);
         graph.output(g.rays);
         graph.output(g.hits);
         graph.output(g.surfaces);
         run(graph);
-        Content c{executor.texture(g.depth).read_float(),
+        Content c{g.depth ? executor.texture(g.depth).read_float() : std::vector<float>{},
                   executor.read<shared::Ray>(g.rays),
                   executor.read<shared::Hit>(g.hits),
                   executor.read<vec4>(g.surfaces),
@@ -80,7 +80,8 @@ class GBufferTest : public PassTest {
                 EXPECT_LT(glm::length(dvec3(record.normal) - bent(s)), 1e-6 + 8 * error) << x << ", " << y;
                 EXPECT_GT(record.offset, 0);
                 EXPECT_LT(record.offset, 200 * 0x1p-24 * size);
-                expect_depth(camera, stage, found.depth[static_cast<std::size_t>(y * image.x + x)], s.depth);
+                if (!found.depth.empty())
+                    expect_depth(camera, stage, found.depth[static_cast<std::size_t>(y * image.x + x)], s.depth);
             }
         }
         EXPECT_GE(clear_count, clear * image.x * image.y);
@@ -104,34 +105,37 @@ class GBufferTest : public PassTest {
     }
 };
 
-TEST_F(GBufferTest, TiltedQuad) {
+INSTANTIATE_TEST_SUITE_P(, GBufferTest, testing::Values(PrimaryVisibility::raster, PrimaryVisibility::traced),
+                         [](const auto& way) { return std::string(name(way.param)); });
+
+TEST_P(GBufferTest, TiltedQuad) {
     expect_as_seen(tilted_quad(), camera_on_quad(), {96, 64}, 0, 0.9, 0.15);
 }
 
-TEST_F(GBufferTest, TiltedQuadThroughOtherPointsOfThePixels) {
+TEST_P(GBufferTest, TiltedQuadThroughOtherPointsOfThePixels) {
     for (std::uint32_t sample = 1; sample < 5; ++sample)
         expect_as_seen(tilted_quad(), camera_on_quad(), {61, 35}, sample, 0.9, 0.1);
 }
 
-TEST_F(GBufferTest, TiltedQuadFromBehind) {
+TEST_P(GBufferTest, TiltedQuadFromBehind) {
     const Camera camera = look_at_camera({-0.7, -1.4, -3.6}, {0, 0, 0}, {0.1, 1, 0}, 0.9);
     expect_as_seen(tilted_quad(), camera, {61, 35}, 0, 0.9, 0.1);
 }
 
-TEST_F(GBufferTest, TiltedQuadFarFromTheOrigin) {
+TEST_P(GBufferTest, TiltedQuadFarFromTheOrigin) {
     const dvec3 centre(1e6, -3e5, 2e6);
     expect_as_seen(tilted_quad(centre), camera_on_quad(centre), {61, 35}, 0, 0.9, 0.1);
 }
 
-TEST_F(GBufferTest, Orthographic) {
+TEST_P(GBufferTest, Orthographic) {
     expect_as_seen(tilted_quad(), camera_on_quad(dvec3(0), true), {61, 35}, 3, 0.9, 0.1);
 }
 
-TEST_F(GBufferTest, InstancesTurnedScaledAndMirrored) {
+TEST_P(GBufferTest, InstancesTurnedScaledAndMirrored) {
     expect_as_seen(pyramids(), camera_on_pyramids(), {160, 120}, 2, 0.85, 0.15);
 }
 
-TEST_F(GBufferTest, NearAndFarPlanesClip) {
+TEST_P(GBufferTest, NearAndFarPlanesClip) {
     Camera camera = camera_on_quad();
     camera.near_plane = 3.6;
     camera.far_plane = 4.2;
@@ -141,7 +145,7 @@ TEST_F(GBufferTest, NearAndFarPlanesClip) {
     expect_as_seen(tilted_quad(), camera, {61, 35}, 0, 0.8, 0.03);
 }
 
-TEST_F(GBufferTest, MaterialRowsAndEmission) {
+TEST_P(GBufferTest, MaterialRowsAndEmission) {
     Stage stage(programs, tilted_quad(), camera_on_quad(), {33, 17});
     const SurfaceRecord s = render(stage).surfaces[stage.path(16, 8)];
     ASSERT_TRUE(s.is_surface);
@@ -170,7 +174,7 @@ TEST_F(GBufferTest, MaterialRowsAndEmission) {
     EXPECT_NEAR(gain.b, 1, 0.05);
 }
 
-TEST_F(GBufferTest, UnlitEmitsItsColourAndReflectsNothing) {
+TEST_P(GBufferTest, UnlitEmitsItsColourAndReflectsNothing) {
     Material m = diffuse_material({0.2f, 0.5f, 0.7f});
     m.unlit = true;
     m.emission = vec3(9);
@@ -184,7 +188,7 @@ TEST_F(GBufferTest, UnlitEmitsItsColourAndReflectsNothing) {
     EXPECT_EQ(s.specular, vec3(0));
 }
 
-TEST_F(GBufferTest, TheEnvironmentIsSeenWhereThereIsNoSurface) {
+TEST_P(GBufferTest, TheEnvironmentIsSeenWhereThereIsNoSurface) {
     Scene scene = tilted_quad();
     scene.environment.color = {0.5f, 1, 2};
     scene.environment.map = Image(64, 32, 3);
@@ -214,7 +218,7 @@ TEST_F(GBufferTest, TheEnvironmentIsSeenWhereThereIsNoSurface) {
     EXPECT_GT(misses, image.x * image.y / 3);
 }
 
-TEST_F(GBufferTest, BandsAreTheSameAsTheWhole) {
+TEST_P(GBufferTest, BandsAreTheSameAsTheWhole) {
     const Scene scene = pyramids();
     const ivec2 image(70, 90);
     Stage stage(programs, scene, camera_on_pyramids(), image);
@@ -244,7 +248,7 @@ TEST_F(GBufferTest, BandsAreTheSameAsTheWhole) {
     }
 }
 
-TEST_F(GBufferTest, PathsBeyondThePictureAreNothing) {
+TEST_P(GBufferTest, PathsBeyondThePictureAreNothing) {
     Scene scene = floor_scene(diffuse_material(vec3(0.5f)));
     scene.environment.color = vec3(1);
     Stage stage(programs, scene, spot_camera({0, 0, 0}, {0, 1, 0}, 1), {17, 19});
@@ -263,7 +267,7 @@ TEST_F(GBufferTest, PathsBeyondThePictureAreNothing) {
     }
 }
 
-TEST_F(GBufferTest, NearSurfacesAreToldApartThousandsOfUnitsAway) {
+TEST_P(GBufferTest, NearSurfacesAreToldApartThousandsOfUnitsAway) {
     // Two sheets 1/16 apart, 4000 units from the camera, the near plane left to the camera: depth needs 2^-16.
     Scene scene;
     add_quad(scene, add_material(scene, diffuse_material(vec3(0))), {-2000, -2000, 0}, {4000, 0, 0}, {0, 4000, 0});
@@ -280,7 +284,7 @@ TEST_F(GBufferTest, NearSurfacesAreToldApartThousandsOfUnitsAway) {
     }
 }
 
-TEST_F(GBufferTest, EmptyScene) {
+TEST_P(GBufferTest, EmptyScene) {
     Scene scene;
     scene.environment.color = {1, 2, 3};
     Stage stage(programs, scene, look_at_camera({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, 1), {16, 16});
@@ -288,6 +292,16 @@ TEST_F(GBufferTest, EmptyScene) {
         EXPECT_FALSE(s.is_surface);
         EXPECT_EQ(s.emission, vec3(1, 2, 3));
     }
+}
+
+TEST(PrimaryVisibility, IsTracedWhereTrianglesAreSmallerThanPixels) {
+    using enum PrimaryVisibility;
+    const ivec2 image(200, 100);
+    EXPECT_EQ(resolved(automatic, 40000, image), raster);
+    EXPECT_EQ(resolved(automatic, 40001, image), traced);
+    EXPECT_EQ(resolved(automatic, std::uint64_t{1} << 40, {65536, 65536}), traced);
+    EXPECT_EQ(resolved(raster, 40001, image), raster);
+    EXPECT_EQ(resolved(traced, 0, image), traced);
 }
 
 // --- Alpha ----------------------------------------------------------------------------------------------------------
@@ -307,7 +321,7 @@ Scene curtain(AlphaMode mode) {
     return scene;
 }
 
-TEST_F(GBufferTest, MaskLetsThroughWhatIsBelowTheCutoff) {
+TEST_P(GBufferTest, MaskLetsThroughWhatIsBelowTheCutoff) {
     const ivec2 image(32, 32);
     Stage stage(programs, curtain(AlphaMode::mask), spot_camera({0, 0, 0}, {0, 0, 1}, 2), image);
     const Content c = render(stage);
@@ -316,7 +330,7 @@ TEST_F(GBufferTest, MaskLetsThroughWhatIsBelowTheCutoff) {
             EXPECT_EQ(c.surfaces[stage.path(x, y)].diffuse.x, x < 16 ? 1 : 0.25f) << x << ", " << y;
 }
 
-TEST_F(GBufferTest, BlendIsMetAsOftenAsItsAlphaSays) {
+TEST_P(GBufferTest, BlendIsMetAsOftenAsItsAlphaSays) {
     const ivec2 image(32, 32);
     Stage stage(programs, curtain(AlphaMode::blend), spot_camera({0, 0, 0}, {0, 0, 1}, 2), image);
     const int samples = 40;

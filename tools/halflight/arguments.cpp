@@ -22,6 +22,14 @@ rays::Culling culling_named(const std::string& option, const std::string& text) 
     throw UsageError(option, "unknown way '{}'; there are: auto, compute, raster, off", text);
 }
 
+PrimaryVisibility primary_named(const std::string& option, const std::string& text) {
+    using enum PrimaryVisibility;
+    for (const PrimaryVisibility primary : {automatic, raster, traced}) {
+        if (text == name(primary)) return primary;
+    }
+    throw UsageError(option, "unknown way '{}'; there are: auto, raster, traced", text);
+}
+
 std::string known_aov_names() {
     std::string names;
     for (const AovInfo& aov : known_aovs())
@@ -92,6 +100,10 @@ void add_run_options(Options& options, RenderArguments& a) {
     add_device_options(options, a);
     options.value("--culling", "WAY", "how hits are found, never which: auto (default), compute, raster, off",
                   [&](const auto& name, const auto& text) { a.culling = culling_named(name, text); });
+    options.value("--primary", "WAY",
+                  "how what the camera sees is found: raster, traced, or auto (default), which traces where there are "
+                  "more than twice as many triangles as pixels",
+                  [&](const auto& name, const auto& text) { a.primary = primary_named(name, text); });
     options.value("--estimator", "KEY=VALUE,...",
                   "techniques, by default chosen by what the scene is: " + known_estimators(),
                   [&](const auto& name, const auto& text) { a.estimator = estimator(name, text); });

@@ -81,6 +81,7 @@ struct RenderArguments : ViewArguments {
     std::string working_space;  // of EXR colour; empty: linear Rec.709
 
     rays::Culling culling = rays::Culling::automatic;
+    PrimaryVisibility primary = PrimaryVisibility::automatic;
     bool strict = false;  // bad values are an error
     bool keep_all = false;
     Estimator estimator;

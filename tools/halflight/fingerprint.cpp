@@ -76,6 +76,7 @@ std::string sequence_fingerprint(const RenderArguments& a, const RenderSettings&
     print.values("{} x {}, {} bounces, {} samples, seed {}", s.width, s.height, s.bounces, s.samples, s.seed);
     print.values("time {}, error {} {} {}", s.time_limit, optional_text(a.error), name(a.error_metric), a.best_effort);
     print.values("layers {}, {}", fmt::join(a.aovs, ","), halflight::text(s.estimator));
+    print.values("primary {}", name(s.primary));
     print.values("filter {}, clamp {}", halflight::text(s.filter), s.clamp);
     return print.hex();
 }

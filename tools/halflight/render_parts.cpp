@@ -34,6 +34,7 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.bounces = a.bounces;
     settings.clamp = a.clamp;
     settings.culling = a.culling;
+    settings.primary = a.primary;
     settings.keep_all = a.keep_all;
     settings.estimator = a.estimator;
     settings.pictures = 1;

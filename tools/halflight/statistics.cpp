@@ -86,9 +86,9 @@ std::string environment_name(const Environment& environment) {
 std::string settings_line(const RenderArguments& a, const RenderSettings& s, const Scene& scene,
                           const RenderStats& stats) {
     std::string line = fmt::format(
-        "scene {}, {} x {}, {} samples, {} bounces, seed {}, frame {}, filter {}, environment {}, estimator {}",
+        "scene {}, {} x {}, {} samples, {} bounces, seed {}, frame {}, filter {}, environment {}, estimator {}, primary {}",
         a.scene.filename().string(), s.width, s.height, stats.samples, s.bounces, s.seed, s.frame, text(s.filter),
-        environment_name(scene.environment), text(stats.estimator));
+        environment_name(scene.environment), text(stats.estimator), name(stats.primary));
     if (!s.camera.name.empty()) line += fmt::format(", camera {}", s.camera.name);
     return line;
 }
@@ -143,6 +143,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
           {"filter", {{"shape", name(s.filter.shape)}, {"radius", s.filter.radius}}},
           {"clamp", s.clamp > 0 ? Json(s.clamp) : Json()},
           {"culling", rays::name(s.culling)},
+          {"primary", name(stats.primary)},
           {"keep_all", s.keep_all},
           {"estimator", text(stats.estimator)},
           {"seed", s.seed},

@@ -1,0 +1,20 @@
+// Camera rays in path order, for a tracer. Beyond the picture's edge they are dead.
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/frame.h"
+#include "shaders/shared/pixel_order.h"
+#include "shaders/shared/rays.h"
+
+layout(local_size_x = 64) in;
+
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std430, binding = 0) writeonly buffer Rays { Ray rays[]; };
+
+#include "shaders/lib/camera.glsl"
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    ivec2 pixel = ivec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y)));
+    Ray ray = camera_ray(frame, pixel + ivec2(0, frame.band_y));
+    ray.t_max = pixel.x < frame.size.x && pixel.y < frame.band_rows ? ray.t_max : -1.0;
+    rays[path] = ray;
+}
