@@ -121,10 +121,12 @@ TEST_F(Output, FilterAndBiasAreRecorded) {
     EXPECT_FALSE(extra.contains("bias"));
     auto stats = nlohmann::json::parse(read_text(file("usual.json")));
     EXPECT_EQ(stats["settings"]["clamp"], nullptr);
+    EXPECT_EQ(stats["settings"]["primary"], "raster");
     EXPECT_TRUE(stats["biases"].empty());
 
     const Outcome outcome =
-        render({file("soft.exr"), "--stats", file("soft.json"), "--filter", "blackman-harris", "--clamp", "0.5"});
+        render({file("soft.exr"), "--stats", file("soft.json"), "--filter", "blackman-harris", "--clamp", "0.5",
+                "--primary", "traced"});
     EXPECT_FALSE(same_pixels(file("usual.exr"), file("soft.exr")));
     EXPECT_NE(outcome.err.find("biased: indirect light clamped to a luminance of 0.5 per sample"), std::string::npos);
     const ExrFile soft = read_exr(file("soft.exr"));
@@ -135,6 +137,7 @@ TEST_F(Output, FilterAndBiasAreRecorded) {
     stats = nlohmann::json::parse(read_text(file("soft.json")));
     EXPECT_EQ(stats["settings"]["filter"], (nlohmann::json{{"shape", "blackman-harris"}, {"radius", 1.5}}));
     EXPECT_EQ(stats["settings"]["clamp"], 0.5);
+    EXPECT_EQ(stats["settings"]["primary"], "traced");
     EXPECT_EQ(stats["biases"].size(), 1u);
 }
 
