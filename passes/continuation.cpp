@@ -84,14 +84,14 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
 }  // namespace
 
 Continuation add_continuation(graph::Graph& graph, const SceneView& view, const std::vector<PathList>& batches,
-                              int bounces, PathBuffers& paths) {
+                              const ContinuationOptions& options, PathBuffers& paths) {
     const std::size_t capacity = view.band.paths();
     Shadowing shadowing{graph.create_buffer("light sample rays", {capacity * sizeof(shared::Ray)}),
                         graph.create_buffer("light sample occluded", {capacity * sizeof(shared::uint)})};
     std::vector<PathList> arriving = batches;
-    for (int depth = 1; depth < bounces; ++depth) {
+    for (int depth = 1; depth < options.bounces; ++depth) {
         PathList leaving = create_path_list(graph, view, "continuation");
-        if (view.scene.needs().lights()) {
+        if (options.light_samples) {
             PathList lit = create_path_list(graph, view, "light samples");
             for (const PathList& batch : arriving)
                 add_vertex(graph, view, depth, batch, paths, shadowing, &lit, &leaving);
@@ -106,8 +106,9 @@ Continuation add_continuation(graph::Graph& graph, const SceneView& view, const 
             graph, view.tracer, ray_batch(view, rays::RayKind::continuation, paths.rays, leaving, depth), paths.hits);
         arriving = {leaving};
     }
-    for (const PathList& batch : arriving) add_vertex(graph, view, bounces, batch, paths, shadowing, nullptr, nullptr);
-    return {shadowing.answered() ? shadowing.occluded : graph::BufferHandle{}, bounces > 1};
+    for (const PathList& batch : arriving)
+        add_vertex(graph, view, options.bounces, batch, paths, shadowing, nullptr, nullptr);
+    return {shadowing.answered() ? shadowing.occluded : graph::BufferHandle{}, options.bounces > 1};
 }
 
 }  // namespace halflight

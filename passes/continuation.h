@@ -13,10 +13,14 @@ struct Continuation {
     bool indirect = true;          // there are bounces later than the first
 };
 
-/// Follows the paths of `batches` from their first hit on, up to `bounces` reflections in all (the first surface's is
-/// one), with next-event estimation at every vertex, if there is a light to sample, and Russian roulette from depth 3
-/// on. Updates `paths`.
+struct ContinuationOptions {
+    int bounces = 8;            // reflections in all, >= 1: the first surface's is one
+    bool light_samples = true;  // next-event estimation at every vertex
+};
+
+/// Follows the paths of `batches`, one at least, from their first hit on, with Russian roulette from depth 3 on.
+/// Updates `paths`.
 Continuation add_continuation(graph::Graph& graph, const SceneView& view, const std::vector<PathList>& batches,
-                              int bounces, PathBuffers& paths);
+                              const ContinuationOptions& options, PathBuffers& paths);
 
 }  // namespace halflight

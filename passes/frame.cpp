@@ -20,7 +20,8 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
         std::vector<PathList> batches;
         if (needs.diffuse) batches.push_back(add_diffuse(graph, view, frame.gbuffer, paths));
         if (needs.glossy) batches.push_back(add_glossy(graph, view, frame.gbuffer, paths));
-        sample.continuation = add_continuation(graph, view, batches, options.bounces, paths);
+        sample.continuation = add_continuation(
+            graph, view, batches, {.bounces = options.bounces, .light_samples = bool(needs.later_light)}, paths);
         sample.paths = paths;
     }
 

@@ -14,6 +14,18 @@
 namespace halflight {
 namespace {
 
+constexpr const char* kShadow = "shadow";
+constexpr const char* kDiffuse = "diffuse";
+constexpr const char* kGlossy = "glossy";
+constexpr const char* kContinuation = "continuation";
+constexpr const char* kLaterLight = "light samples along paths";
+constexpr const char* kCameraRays = "camera rays";
+constexpr const char* kCameraHits = "hits of camera rays";
+constexpr const char* kClamp = "clamp of indirect light";
+constexpr const char* kSquares = "sums of squares";
+constexpr const char* kFeatures = "sums of albedo and normal";
+constexpr const char* kTiles = "tile lists";
+
 constexpr std::size_t kRow = sizeof(vec4);
 constexpr std::size_t kListEntry = sizeof(shared::uint);
 constexpr std::size_t kShadowRay = sizeof(shared::Ray) + sizeof(shared::uint);  // and its answer
@@ -29,8 +41,9 @@ const char* no_tiles(const FrameOptions& options) {
     using enum rays::Culling;
     if (options.culling == off || options.culling == raster) return "culling by tiles was not asked for";
     const bool few = options.runs > 0 && options.runs <= rays::Choice::kFirstRuns;
-    return options.culling == automatic && few && !options.keep_all ? "so few samples end before culling could pay"
-                                                                    : nullptr;
+    return options.culling == automatic && few && !options.kept.has(kTiles)
+               ? "so few samples end before culling could pay"
+               : nullptr;
 }
 
 const char* fact_without(bool SceneNeeds::*flag) {
@@ -43,6 +56,7 @@ std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
     using N = SceneNeeds;
     const std::pair<bool N::*, std::size_t> bytes[] = {
         {&N::vertex_colors, size.vertices * kRow},
+        {&N::texture_coordinates, size.vertices * kRow},
         {&N::normal_maps, size.vertices * kRow},
         {&N::glossy, size.paths * 2 * kRow + sizeof(vec2) * shared::kAlbedoTableSize * shared::kAlbedoTableSize},
         {&N::transmission, size.paths * kRow},
@@ -58,48 +72,61 @@ std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
 }  // namespace
 
 FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
-    const bool keep = options.keep_all;
-    const char* no_transport = options.bounces == 0               ? "no bounces were asked for"
-                               : keep                             ? nullptr
-                               : !(scene.diffuse || scene.glossy) ? "no material reflects light"
-                               : !scene.light()                   ? "nothing shines"
-                                                                  : nullptr;
-    const auto unless = [&](bool needed, const char* fact) {
-        return no_transport ? no_transport : needed || keep ? nullptr : fact;
+    const auto kept = [&](const char* name) { return options.kept.has(name); };
+    const char* no_bounce = options.bounces == 0 ? "no bounces were asked for" : nullptr;
+    const char* single = options.bounces == 1 ? "one bounce was asked for" : no_bounce;
+    const char* no_transport = !(scene.diffuse || scene.glossy) ? "no material reflects light"
+                               : !scene.light()                 ? "nothing shines"
+                                                                : nullptr;
+    const char* no_light = scene.lights() ? nullptr : "no light can be sampled";
+    const char* not_asked = "nobody asked for it";
+    const auto transport = [&](bool keep, const char* fact) {
+        return no_bounce ? no_bounce : keep ? nullptr : no_transport ? no_transport : fact;
     };
-    const auto asked = [&](bool wanted) { return wanted || keep ? nullptr : "nobody asked for it"; };
-    const char* no_light = "no light can be sampled";
-    const char* single = options.bounces == 1 ? "one bounce was asked for" : nullptr;
-    const char* no_shadow = unless(scene.lights(), no_light);
+    const auto later = [&](bool keep, const char* fact) { return single ? single : transport(keep, fact); };
+    const auto asked = [&](bool wanted, const char* name) { return wanted || kept(name) ? nullptr : not_asked; };
+
+    // Paths begin in some batch, and all rays with the camera's.
+    const bool paths = kept(kDiffuse) || kept(kGlossy) || kept(kContinuation) || kept(kLaterLight) || kept(kClamp);
+    const bool diffuse = kept(kDiffuse) || (paths && no_transport && !kept(kGlossy));
+    const bool shadow = kept(kShadow) || kept(kTiles);
+    const char* no_shadow = transport(shadow, no_light);
     const bool traced = options.primary == PrimaryVisibility::traced;  // through rays and hits
     return {
-        .shadow = {"shadow", kShadowRay + sizeof(shared::DirectLight), no_shadow},
-        .diffuse = {"diffuse", kListEntry, unless(scene.diffuse, fact_without(&SceneNeeds::diffuse))},
-        .glossy = {"glossy", kListEntry, unless(scene.glossy, fact_without(&SceneNeeds::glossy))},
-        .continuation = {"continuation", sizeof(shared::Ray) + sizeof(shared::Hit) + sizeof(shared::PathState),
-                         no_transport},
-        .later_light = {"light samples along paths", kShadowRay + kListEntry, single ? single : no_shadow},
-        .camera_rays = {"camera rays", sizeof(shared::Ray), traced ? nullptr : no_transport},
-        .camera_hits = {"hits of camera rays", sizeof(shared::Hit), asked(options.want_hits || traced)},
-        .clamp = {"clamp of indirect light", 0,
-                  no_transport ? no_transport
-                  : single     ? single
-                               : asked(options.clamp > 0)},
-        .squares = {"sums of squares", 3 * sizeof(double), asked(options.want_squares)},
-        .features = {"sums of albedo and normal", 6 * sizeof(double), asked(options.want_features)},
-        .tiles = {"tile lists", tile_bytes_of_path(), no_shadow ? no_shadow : no_tiles(options)},
+        .shadow = {kShadow, kShadowRay + sizeof(shared::DirectLight), no_shadow},
+        .diffuse = {kDiffuse, kListEntry,
+                    transport(diffuse, scene.diffuse ? nullptr : fact_without(&SceneNeeds::diffuse))},
+        .glossy = {kGlossy, kListEntry,
+                   transport(kept(kGlossy), scene.glossy ? nullptr : fact_without(&SceneNeeds::glossy))},
+        .continuation = {kContinuation, sizeof(shared::Ray) + sizeof(shared::Hit) + sizeof(shared::PathState),
+                         transport(paths, nullptr)},
+        .later_light = {kLaterLight, kShadowRay + kListEntry, later(kept(kLaterLight), no_light)},
+        .camera_rays = {kCameraRays, sizeof(shared::Ray),
+                        traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
+        .camera_hits = {kCameraHits, sizeof(shared::Hit), asked(options.want_hits || traced, kCameraHits)},
+        .clamp = {kClamp, 0, later(kept(kClamp), options.clamp > 0 ? nullptr : not_asked)},
+        .squares = {kSquares, 3 * sizeof(double), asked(options.want_squares, kSquares)},
+        .features = {kFeatures, 6 * sizeof(double), asked(options.want_features, kFeatures)},
+        .tiles = {kTiles, tile_bytes_of_path(), no_shadow ? no_shadow : no_tiles(options)},
     };
 }
 
 std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& options, const FrameSize& size) {
+    const SceneNeeds needs = united(scene, kept_needs(options.kept));
     std::vector<LeftOut> all;
-    for (const FramePart& part : frame_needs(scene, options).parts())
+    for (const FramePart& part : frame_needs(needs, options).parts())
         if (!part) all.push_back({part.name, part.left_out, part.path_bytes * size.paths});
-    const SceneNeeds kept = options.keep_all ? united(scene, everything_kept()) : scene;
-    if (!kept.textures()) all.push_back({"texture coordinates", "there are no textures", size.vertices * kRow});
     for (const SceneNeed& need : known_scene_needs())
-        if (!(kept.*need.flag)) all.push_back({need.name, need.fact, bytes_of(need.flag, size)});
+        if (!(needs.*need.flag)) all.push_back({need.name, need.fact, bytes_of(need.flag, size)});
     return all;
+}
+
+std::vector<std::string> keepable_names() {
+    std::vector<std::string> names;
+    for (const FramePart& part : frame_needs({}, {}).parts()) names.emplace_back(part.name);
+    for (const SceneNeed& need : known_scene_needs())
+        if (can_be_kept(need)) names.emplace_back(need.name);
+    return names;
 }
 
 }  // namespace halflight

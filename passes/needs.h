@@ -22,7 +22,7 @@ struct FrameOptions {
     bool want_hits = false;      // of camera rays
     rays::Culling culling = rays::Culling::automatic;
     std::uint64_t runs = 0;  // of each band at most: samples of all pictures; 0: any number
-    bool keep_all = false;   // parts that contribute nothing are there all the same
+    Kept kept{};             // parts that contribute nothing and are there all the same
     float clamp = 0;         // > 0: the most luminance of a sample's indirect light
     PrimaryVisibility primary = PrimaryVisibility::raster;  // not automatic
 };
@@ -47,6 +47,7 @@ struct FrameNeeds {
                 camera_hits, clamp,   squares, features,     tiles};
     }
 };
+/// scene: with what is kept of it. A part that is kept brings along those that it cannot do without.
 FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options);
 
 /// Something that a frame does without.
@@ -63,5 +64,9 @@ struct FrameSize {
 };
 /// Parts of the frame first, then what the scene's tables and shaders are without.
 std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& options, const FrameSize& size);
+
+/// What can be kept, in the order of that list. Parts that were not asked for by their own option stay out all the
+/// same: bounces, culling.
+std::vector<std::string> keepable_names();
 
 }  // namespace halflight

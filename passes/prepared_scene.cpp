@@ -17,7 +17,7 @@ std::string name_or(const std::string& name, const char* what, std::size_t index
 }  // namespace
 
 PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)
-    : context_(context), programs_(context.binaries()), keeps_all_(options.keep_all), estimator_(options.estimator) {
+    : context_(context), programs_(context.binaries()), kept_(options.kept), estimator_(options.estimator) {
     using Clock = std::chrono::steady_clock;
     const Clock::time_point start = Clock::now();
     validate(scene);
@@ -25,12 +25,13 @@ PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const Pr
     for (const Material& m : scene.materials)
         material_names_.push_back(name_or(m.name, "material", material_names_.size()));
     tables_ = build_trace_tables(scene, kFlattenLimit);
-    if (keeps_all_) tables_.alpha_tested = tables_.keep_top_level = true;
+    const SceneNeeds kept = kept_needs(kept_);
+    tables_.alpha_tested |= kept.alpha;
+    tables_.keep_top_level = kept.instances;
     // Hierarchies on another thread, while this one packs and uploads the rest.
     auto packing = std::async(std::launch::async, [&] { return rays::pack_scene(tables_); });
     {
-        const ShadingTables shading =
-            build_shading_tables(scene, tables_, keeps_all_ ? everything_kept() : SceneNeeds(), estimator_.lights);
+        const ShadingTables shading = build_shading_tables(scene, tables_, kept, estimator_.lights);
         estimator_.lights = shading.light_choice;
         has_environment_ = !shading.environment.pixels.empty();
         buffers_.emplace(tables_, shading);

@@ -17,7 +17,7 @@ namespace halflight {
 
 struct PrepareOptions {
     bool raster_culling = true;  // also what renderers with rays::Culling::raster need
-    bool keep_all = false;       // and everything that the scene has no use for (SceneNeeds)
+    Kept kept{};                 // and what the scene has no use for (SceneNeeds)
     Estimator estimator{};
 };
 
@@ -38,7 +38,7 @@ class PreparedScene {
     const std::vector<std::string>& object_names() const { return object_names_; }      ///< of Scene::instances
     const std::vector<std::string>& material_names() const { return material_names_; }  ///< of Scene::materials
     bool has_environment() const { return has_environment_; }  ///< that is seen where there is no surface
-    bool keeps_all() const { return keeps_all_; }
+    const Kept& kept() const { return kept_; }
     const Estimator& estimator() const { return estimator_; }  ///< where it was left to the scene, what came of it
     gpu::ProgramCache& programs() { return programs_; }
     std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< in device memory
@@ -54,7 +54,7 @@ class PreparedScene {
     rays::CullTree cull_tree_;
     gpu::ProgramCache programs_;
     bool has_environment_ = false;
-    bool keeps_all_;
+    Kept kept_;
     Estimator estimator_;
     double seconds_ = 0;
 };

@@ -129,7 +129,7 @@ struct Renderer::State {
         } else {
             tracer.emplace(scene.trace(), settings.culling);
         }
-        settings.keep_all = scene.keeps_all();
+        settings.kept = scene.kept();
         settings.estimator = scene.estimator();
         settings.primary =
             resolved(settings.primary, drawn_triangles(scene.tables()), ivec2(settings.width, settings.height));
@@ -137,7 +137,7 @@ struct Renderer::State {
         bands = (settings.height + band.rows - 1) / band.rows;
         mattes.emplace(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs, band.paths());
         const FrameOptions options = frame_options();
-        if (options.runs > 0 && !options.keep_all) tracer->expect(options.runs);
+        if (options.runs > 0 && !frame_needs(scene.buffers().needs(), options).tiles) tracer->expect(options.runs);
         if (settings.measure) tracer->count();
         if (settings.want_view) view_kernel.emplace(colors.view(settings.view));
         executor.measure(settings.measure);
@@ -156,7 +156,7 @@ struct Renderer::State {
                 .want_hits = !mattes->empty(),
                 .culling = settings.culling,
                 .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),
-                .keep_all = settings.keep_all,
+                .kept = settings.kept,
                 .clamp = settings.clamp,
                 .primary = settings.primary};
     }
@@ -181,7 +181,7 @@ struct Renderer::State {
         const DebugOptions debug{asked_for(settings, {"nodes"}), asked_for(settings, {"culling"})};
         if (!aov && !debug.nodes && !debug.culling) return;
         const SceneView seen = view(to.data_graph, place);
-        const bool keep = settings.keep_all;
+        const bool keep = settings.kept.is_everything();
         const bool motion = asked_for(settings, {"motion"}) || keep;
         const GBuffer gbuffer =
             add_gbuffer(to.data_graph, seen, {.rays = debug.nodes || debug.culling || keep, .hits = aov || keep},
@@ -308,7 +308,7 @@ Renderer::Renderer(gpu::Context& context, const Scene& scene, const ColorConfig&
     check_all(settings);
     const bool raster = settings.culling == rays::Culling::raster;
     auto own =
-        std::make_unique<PreparedScene>(context, scene, PrepareOptions{raster, settings.keep_all, settings.estimator});
+        std::make_unique<PreparedScene>(context, scene, PrepareOptions{raster, settings.kept, settings.estimator});
     PreparedScene& prepared = *own;
     state_ = std::make_unique<State>(std::move(own), prepared, colors, settings);
 }

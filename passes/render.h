@@ -50,9 +50,9 @@ struct RenderSettings : FrameSettings {
     ViewTransform view;
     rays::Culling culling = rays::Culling::automatic;  // who finds hits; never changes the picture
     PrimaryVisibility primary = PrimaryVisibility::automatic;  // who finds what the camera sees
-    // Build what the scene has no use for, too: passes, buffers, tables, shader code. Never changes the picture. Of
-    // renderers that share a scene, the scene's.
-    bool keep_all = false;
+    // What is built though the scene has no use for it: passes, buffers, tables, shader code. Never changes the
+    // picture. Of renderers that share a scene, the scene's.
+    Kept kept{};
     Estimator estimator{};  // of renderers that share a scene, the scene's
     int pictures = 0;       // that will be made at most, of `samples` each; 0: any number
     bool measure = false;   // wait for the GPU after each pass to tell its time, and count rays and culling (slower)

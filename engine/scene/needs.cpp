@@ -42,6 +42,7 @@ constexpr std::array kNeeds = {
     SceneNeed{"coat normal maps", &N::clearcoat_normal_texture, "TEXTURE_CLEARCOAT_NORMAL",
               "no coat has one, or no mesh tangents"},
     SceneNeed{"transmission textures", &N::transmission_texture, "TEXTURE_TRANSMISSION", "no material has one"},
+    SceneNeed{"texture coordinates", &N::texture_coordinates, "TEXTURES", "there are no textures"},
     SceneNeed{"tangents", &N::normal_maps, "NORMAL_MAPS", "there is no normal map to go with them"},
     SceneNeed{"texture transforms", &N::texture_transforms, "TEXTURE_TRANSFORMS", "no texture has one"},
     SceneNeed{"second texture coordinates", &N::texture_uv_set_1, "TEXTURE_UV_SET_1", "no texture uses them"},
@@ -56,8 +57,12 @@ SceneNeeds completed(SceneNeeds n) {
     n.clearcoat |= n.clearcoat_texture || n.clearcoat_roughness_texture || n.clearcoat_normal_texture;
     n.transmission |= n.transmission_texture;
     n.specular_color |= n.specular_color_texture;
-    n.normal_maps = n.normal_texture || n.clearcoat_normal_texture;  // tangents mean nothing without
+    n.normal_maps |= n.normal_texture || n.clearcoat_normal_texture;
     n.glossy |= n.clearcoat || n.transmission || n.specular_color || n.specular_texture;
+    n.texture_coordinates |= n.normal_maps ||  // whose handedness lies beside them
+                             n.base_color_texture || n.metallic_roughness_texture || n.emission_texture ||
+                             n.specular_texture || n.specular_color_texture || n.clearcoat_texture ||
+                             n.clearcoat_roughness_texture || n.transmission_texture;
     n.environment |= n.environment_map;
     n.light_choice |= n.light_tree;
     return n;
@@ -74,21 +79,31 @@ SceneNeeds united(SceneNeeds a, const SceneNeeds& b) {
     return completed(a);
 }
 
-SceneNeeds everything_kept() {
-    SceneNeeds all;
-    for (const SceneNeed& need : kNeeds) all.*need.flag = true;
-    all.environment_map = all.light_tree = all.slivers = false;
-    return all;
+Kept Kept::everything() {
+    Kept kept;
+    kept.everything_ = true;
+    return kept;
 }
 
-bool SceneNeeds::textures() const {
-    return base_color_texture || metallic_roughness_texture || normal_texture || emission_texture || specular_texture ||
-           specular_color_texture || clearcoat_texture || clearcoat_roughness_texture || clearcoat_normal_texture ||
-           transmission_texture;
+std::string Kept::text() const {
+    if (everything_) return "everything";
+    std::string text;
+    for (const std::string& name : names_) text += (text.empty() ? "" : ",") + name;
+    return text.empty() ? "nothing" : text;
+}
+
+bool can_be_kept(const SceneNeed& need) {
+    return need.flag != &N::environment_map && need.flag != &N::light_tree && need.flag != &N::slivers;
+}
+
+SceneNeeds kept_needs(const Kept& kept) {
+    SceneNeeds needs;
+    for (const SceneNeed& need : kNeeds) needs.*need.flag = can_be_kept(need) && kept.has(need.name);
+    return completed(needs);
 }
 
 int SceneNeeds::vertex_stride() const {
-    return 1 + (textures() ? 1 : 0) + (normal_maps ? 1 : 0) + (vertex_colors ? 1 : 0);
+    return 1 + (texture_coordinates ? 1 : 0) + (normal_maps ? 1 : 0) + (vertex_colors ? 1 : 0);
 }
 
 std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds& needs) {
@@ -99,7 +114,6 @@ std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds
     for (const SceneNeed& need : kNeeds)
         if (needs.*need.flag) define(need.define, "1");
     if (needs.lights()) define("LIGHTS", "1");
-    if (needs.textures()) define("TEXTURES", "1");
     define("VERTEX_STRIDE", std::to_string(needs.vertex_stride()));
     std::sort(defines.begin(), defines.end());
     return defines;

@@ -1,8 +1,11 @@
 // What a scene needs of shaders and tables; everything else is left out. Pure: no OpenGL.
 #pragma once
 
+#include <functional>
+#include <set>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -43,6 +46,7 @@ struct SceneNeeds {
     bool clearcoat_roughness_texture = false;
     bool clearcoat_normal_texture = false;
     bool transmission_texture = false;
+    bool texture_coordinates = false;  // some texture is looked up, or a normal map turned
     bool texture_transforms = false;
     bool texture_uv_set_1 = false;
     bool texture_mirrored = false;  // some axis repeats mirrored
@@ -53,7 +57,6 @@ struct SceneNeeds {
     bool lights() const { return area_lights || punctual_lights || environment; }
     /// Whether any path can end in light.
     bool light() const { return lights() || emission; }
-    bool textures() const;
     /// Texels per vertex (shaders/shared/vertex.h).
     int vertex_stride() const;
     bool operator==(const SceneNeeds&) const = default;
@@ -70,10 +73,30 @@ std::span<const SceneNeed> known_scene_needs();
 
 /// What either needs, and what follows from it: a texture needs the lobe that it belongs to, and so on.
 SceneNeeds united(SceneNeeds a, const SceneNeeds& b);
-/// All that can be there without changing a picture: all but the environment map, which is sampled by other directions
-/// than a constant environment, the light tree, which picks other lights, and the test of needles, which rounds what
-/// other triangles' rays meet otherwise.
-SceneNeeds everything_kept();
+
+/// What is built though nothing needs it: by name, as in the list of what is left out (passes/needs.h).
+class Kept {
+  public:
+    Kept() = default;  ///< nothing
+    explicit Kept(std::set<std::string, std::less<>> names) : names_(std::move(names)) {}
+    static Kept everything();
+    bool has(std::string_view name) const { return everything_ || names_.contains(name); }
+    bool is_everything() const { return everything_; }
+    /// "nothing", "everything", or the names joined by commas.
+    std::string text() const;
+    bool operator==(const Kept&) const = default;
+
+  private:
+    std::set<std::string, std::less<>> names_;
+    bool everything_ = false;
+};
+
+/// Whether it can be there without changing a picture: all but the environment map, which is sampled by other
+/// directions than a constant environment, the light tree, which picks other lights, and the test of needles, which
+/// rounds what other triangles' rays meet otherwise.
+bool can_be_kept(const SceneNeed& need);
+/// Of these, what is kept, and what follows from it: a lobe is there for its texture, and so on.
+SceneNeeds kept_needs(const Kept& kept);
 
 /// Macros (name, value) that select the variant of shaders/lib for a scene; sorted by name.
 std::vector<std::pair<std::string, std::string>> shader_defines(const SceneNeeds& needs);

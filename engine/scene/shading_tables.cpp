@@ -154,7 +154,7 @@ class Builder {
         const vec2 uv1 = mesh.uvs[1].empty() ? vec2(0) : mesh.uvs[1][i];
         const vec4 tangent = mesh.tangents.empty() ? vec4(0) : mesh.tangents[i];
         row[shared::kVertexNormalTexel] = vec4(vec3(carrier.normal * dvec3(mesh.normals[i])), uv0.x);
-        if (needs.textures()) row[shared::kVertexUvTexel] = vec4(uv0.y, uv1, tangent.w * carrier.handedness);
+        if (needs.texture_coordinates) row[shared::kVertexUvTexel] = vec4(uv0.y, uv1, tangent.w * carrier.handedness);
         if (needs.normal_maps) row[shared::kVertexTangentTexel] = vec4(vec3(carrier.tangent * dvec3(tangent)), 0);
         if (needs.vertex_colors) row[needs.vertex_stride() - 1] = mesh.colors.empty() ? vec4(1) : mesh.colors[i];
     }

@@ -505,6 +505,17 @@ TEST_F(Output, KeepAllKeepsThePicture) {
     const auto kept = nlohmann::json::parse(read_text(file("kept.json")));
     EXPECT_GT(kept.at("gpu_bytes"), lean.at("gpu_bytes"));
     EXPECT_GT(lean.at("left_out").size(), kept.at("left_out").size());
+    EXPECT_EQ(lean.at("settings").at("kept"), "nothing");
+    EXPECT_EQ(kept.at("settings").at("kept"), "everything");
+    render({file("some.exr"), "--stats", file("some.json"), "--keep", "clearcoat,sums of squares", "--keep",
+            "alpha tests"});
+    EXPECT_TRUE(same_pixels(file("lean.exr"), file("some.exr")));
+    const auto some = nlohmann::json::parse(read_text(file("some.json")));
+    EXPECT_EQ(some.at("settings").at("kept"), "alpha tests,clearcoat,sums of squares");
+    std::set<std::string> gone;
+    for (const auto& part : lean.at("left_out")) gone.insert(part.at("what").get<std::string>());
+    for (const auto& part : some.at("left_out")) gone.erase(part.at("what").get<std::string>());
+    EXPECT_EQ(gone, (std::set<std::string>{"alpha tests", "clearcoat", "sums of squares"}));
 }
 
 TEST_F(Output, CompiledShadersAreKeptForTheNextRun) {

@@ -30,7 +30,7 @@ TEST_F(ClampTest, WithoutOneOrWithAHighOneNothingChanges) {
     settings.clamp = 1e30f;
     expect_same(render(context, scene, settings), plain);
     settings.clamp = 0;
-    settings.keep_all = true;  // with the code that clamps
+    settings.kept = Kept::everything();  // with the code that clamps
     expect_same(render(context, scene, settings), plain);
 }
 

@@ -37,8 +37,8 @@ void main() {
 class ShadingVariants : public GpuTest {};
 
 TEST_F(ShadingVariants, Compile) {
-    std::vector<SceneNeeds> variants = {SceneNeeds(), everything_kept()};
-    SceneNeeds all = everything_kept();
+    SceneNeeds all = kept_needs(Kept::everything());
+    std::vector<SceneNeeds> variants = {SceneNeeds(), all};
     all.environment_map = true;
     variants.push_back(all);
     all.light_tree = true;

@@ -38,13 +38,14 @@ TEST(SceneNeeds, UnionsAreComplete) {
     SceneNeeds coat_map;
     coat_map.clearcoat_normal_texture = true;
     const SceneNeeds all = united(plain_scene(), coat_map);
-    EXPECT_TRUE(all.diffuse && all.clearcoat && all.glossy && all.normal_maps && all.textures());
+    EXPECT_TRUE(all.diffuse && all.clearcoat && all.glossy && all.normal_maps && all.texture_coordinates);
     EXPECT_FALSE(all.transmission || all.environment);
     SceneNeeds tree;
     tree.light_tree = true;
     EXPECT_TRUE(united(plain_scene(), tree).light_choice);
     EXPECT_EQ(united(plain_scene(), {}), plain_scene());
-    EXPECT_EQ(united(everything_kept(), plain_scene()), everything_kept());
+    const SceneNeeds kept = kept_needs(Kept::everything());
+    EXPECT_EQ(united(kept, plain_scene()), kept);
 }
 
 TEST(FrameNeeds, FollowFromTheScene) {
@@ -66,7 +67,7 @@ TEST(FrameNeeds, FollowFromTheScene) {
 }
 
 TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
-    const FrameNeeds none = frame_needs(plain_scene(), {.bounces = 0, .keep_all = true});
+    const FrameNeeds none = frame_needs(plain_scene(), {.bounces = 0, .kept = Kept::everything()});
     for (const FramePart& part : {none.shadow, none.diffuse, none.glossy, none.continuation, none.later_light})
         EXPECT_STREQ(part.left_out, "no bounces were asked for") << part.name;
     EXPECT_FALSE(frame_needs(plain_scene(), {.bounces = 1}).later_light);
@@ -80,12 +81,58 @@ TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
 }
 
 TEST(FrameNeeds, EverythingCanBeKept) {
-    for (const FramePart& part : frame_needs({}, {.runs = 1, .keep_all = true}).parts()) EXPECT_TRUE(part) << part.name;
-    EXPECT_EQ(facts({}, {.keep_all = true}),
+    for (const FramePart& part : frame_needs({}, {.runs = 1, .kept = Kept::everything()}).parts())
+        EXPECT_TRUE(part) << part.name;
+    EXPECT_EQ(facts({}, {.kept = Kept::everything()}),
               (std::map<std::string, std::string>{
                   {"environment map", "the environment is of one colour"},
                   {"light tree", "there are few lights, or another choice was asked for"},
                   {"double precision for needles", "no triangle is more than 2000 times as long as high"}}));
+}
+
+/// What is there beside, if one item is kept.
+std::set<std::string> brought_along(const SceneNeeds& scene, const std::string& item) {
+    const auto all = facts(scene, {.runs = 1}), rest = facts(scene, {.runs = 1, .kept = Kept({item})});
+    EXPECT_TRUE(all.contains(item) && !rest.contains(item)) << item;
+    std::set<std::string> names;
+    for (const auto& [name, fact] : all)
+        if (name != item && !rest.contains(name)) names.insert(name);
+    return names;
+}
+
+TEST(LeftOut, ItemsAreKeptEachByItself) {
+    using Names = std::set<std::string>;
+    const SceneNeeds lit = plain_scene();
+    for (const char* alone : {"tile lists", "sums of squares", "clamp of indirect light", "vertex colours", "glossy",
+                              "alpha tests", "instance transforms", "texture coordinates"})
+        EXPECT_EQ(brought_along(lit, alone), Names{}) << alone;
+    EXPECT_EQ(brought_along(lit, "glossy lobe"), Names{"glossy"});
+    EXPECT_EQ(brought_along(lit, "tangents"), Names{"texture coordinates"});
+    EXPECT_EQ(brought_along(lit, "coat normal maps"),
+              (Names{"clearcoat", "glossy", "glossy lobe", "tangents", "texture coordinates"}));
+    EXPECT_EQ(brought_along(lit, "spot cones"), Names{"punctual lights"});
+
+    const SceneNeeds nothing;
+    EXPECT_EQ(brought_along(nothing, "camera rays"), Names{});
+    EXPECT_EQ(brought_along(nothing, "shadow"), Names{"camera rays"});
+    EXPECT_EQ(brought_along(nothing, "tile lists"), (Names{"camera rays", "shadow"}));
+    EXPECT_EQ(brought_along(nothing, "glossy"), (Names{"camera rays", "continuation"}));
+    EXPECT_EQ(brought_along(nothing, "continuation"), (Names{"camera rays", "diffuse"}));
+    EXPECT_EQ(brought_along(nothing, "light samples along paths"), (Names{"camera rays", "continuation", "diffuse"}));
+}
+
+TEST(LeftOut, TellsWhatCanBeKept) {
+    std::set<std::string> expected;
+    for (const auto& [name, fact] : facts({}, {.runs = 1})) expected.insert(name);
+    for (const char* never : {"environment map", "light tree", "double precision for needles"})
+        EXPECT_EQ(expected.erase(never), 1u);
+    const std::vector<std::string> names = keepable_names();
+    EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);
+    EXPECT_EQ(names.size(), expected.size()) << "no name stands for two items";
+    EXPECT_EQ(facts({}, {.kept = Kept({"light tree"})}), facts({}));
+    EXPECT_EQ(Kept().text(), "nothing");
+    EXPECT_EQ(Kept::everything().text(), "everything");
+    EXPECT_EQ(Kept({"vertex colours", "alpha tests"}).text(), "alpha tests,vertex colours");
 }
 
 TEST(LeftOut, ListsFactsAndBytes) {
@@ -98,6 +145,7 @@ TEST(LeftOut, ListsFactsAndBytes) {
         return std::find_if(all.begin(), all.end(), [&](const LeftOut& l) { return l.what == what; })->bytes;
     };
     EXPECT_EQ(bytes("vertex colours"), 10u * 16);
+    EXPECT_EQ(bytes("texture coordinates"), 10u * 16);
     EXPECT_EQ(bytes("sums of squares"), 256u * 24);
     EXPECT_EQ(bytes("clearcoat"), 256u * 16);
     EXPECT_EQ(bytes("unlit surfaces"), 0u);

@@ -87,7 +87,7 @@ TEST(ShadingTables, UnusedMaterialsCountForNothing) {
     scene.images.push_back({"", 1, 1, {1, 2, 3, 4}});
     scene.materials.push_back(unused);
     const ShadingTables tables = tables_of(scene);
-    EXPECT_FALSE(tables.needs.clearcoat || tables.needs.transmission || tables.needs.textures());
+    EXPECT_FALSE(tables.needs.clearcoat || tables.needs.transmission || tables.needs.texture_coordinates);
     EXPECT_EQ(tables.materials.size(), 2u * shared::kMaterialStride);
 }
 

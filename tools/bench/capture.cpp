@@ -149,7 +149,7 @@ RaySet second_bounce(Studio& studio) {
         std::vector<PathList> batches;
         if (needs.diffuse) batches.push_back(add_diffuse(graph, view, gbuffer, paths));
         if (needs.glossy) batches.push_back(add_glossy(graph, view, gbuffer, paths));
-        add_continuation(graph, view, batches, 2, paths);
+        add_continuation(graph, view, batches, {.bounces = 2, .light_samples = needs.lights()}, paths);
         return {paths.rays,
                 {named(graph, "continuation list"), named(graph, "continuation list header")},
                 view.band.paths()};

@@ -49,6 +49,17 @@ std::vector<std::string> aov_names(const std::string& option, const std::string&
     return names;
 }
 
+Kept kept_items(const std::string& option, const std::string& list) {
+    const std::vector<std::string> known = keepable_names();
+    std::set<std::string, std::less<>> names;
+    for (const std::string& name : split_names(list)) {
+        if (std::ranges::find(known, name) == known.end())
+            throw UsageError(option, "'{}' cannot be kept, only {}", name, fmt::join(known, ", "));
+        names.insert(name);
+    }
+    return Kept(std::move(names));
+}
+
 void add_picture_options(Options& options, RenderArguments& a) {
     add_size_options(options, a);
     add_filter_options(options, a);
@@ -108,8 +119,13 @@ void add_run_options(Options& options, RenderArguments& a) {
                   "techniques, by default chosen by what the scene is: " + known_estimators(),
                   [&](const auto& name, const auto& text) { a.estimator = estimator(name, text); });
     options.flag("--strict", a.strict, "write nothing if any pass gives a NaN, an infinity or a negative radiance");
-    options.flag("--keep-all", a.keep_all,
-                 "build what the scene has no use for, too; costs time and memory, never changes the picture");
+    options
+        .value("--keep", "NAME,...",
+               "build this, too, though the scene has no use for it: names as in `halflight info SCENE --needs`. Costs "
+               "time and memory, never changes the picture",
+               [&](const auto& name, const auto& text) { a.kept = kept_items(name, text); })
+        ->multi_option_policy(CLI::MultiOptionPolicy::Join);
+    options.flag("--keep-all", a.keep_all, "the same of all that can be kept");
     options.flag("--no-shader-cache", a.no_shader_cache,
                  "neither look for compiled shaders in $XDG_CACHE_HOME/halflight/programs nor keep them there");
     options.path("--stats", "FILE.json",

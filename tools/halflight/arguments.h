@@ -13,6 +13,7 @@
 #include "engine/core/math.h"
 #include "engine/core/pixel_filter.h"
 #include "engine/rays/tracer.h"
+#include "engine/scene/needs.h"
 #include "passes/estimator.h"
 #include "passes/frame_settings.h"
 #include "tools/bench/bench.h"
@@ -83,6 +84,7 @@ struct RenderArguments : ViewArguments {
     rays::Culling culling = rays::Culling::automatic;
     PrimaryVisibility primary = PrimaryVisibility::automatic;
     bool strict = false;  // bad values are an error
+    Kept kept;
     bool keep_all = false;
     Estimator estimator;
     bool no_shader_cache = false;

@@ -35,7 +35,7 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.clamp = a.clamp;
     settings.culling = a.culling;
     settings.primary = a.primary;
-    settings.keep_all = a.keep_all;
+    settings.kept = a.keep_all ? Kept::everything() : a.kept;
     settings.estimator = a.estimator;
     settings.pictures = 1;
     settings.seed = a.seed;

@@ -144,7 +144,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
           {"clamp", s.clamp > 0 ? Json(s.clamp) : Json()},
           {"culling", rays::name(s.culling)},
           {"primary", name(stats.primary)},
-          {"keep_all", s.keep_all},
+          {"kept", s.kept.text()},
           {"estimator", text(stats.estimator)},
           {"seed", s.seed},
           {"frame", s.frame},

@@ -58,7 +58,7 @@ Json measure(gpu::Context& context, const std::string& file, const Options& opti
     settings.culling = rays::Culling::off;  // its trials would be timed, too
     const ColorConfig colors = ColorConfig::load();
     Side lean{Renderer(context, scene, colors, settings), {}, {}};
-    settings.keep_all = true;
+    settings.kept = Kept::everything();
     Side kept{Renderer(context, scene, colors, settings), {}, {}};
 
     lean.render();  // compiles

@@ -1,0 +1,69 @@
+// Each of the things that are left out would have contributed nothing by itself, too: kept alone, it is there, and the
+// pictures are the same, bit for bit.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight::test {
+namespace {
+
+using Names = std::set<std::string>;
+
+class LeftOutItemsTest : public GpuTest {
+  protected:
+    static Names left_out(const RenderResult& result) {
+        Names names;
+        for (const LeftOut& part : result.stats.left_out) names.insert(part.what);
+        return names;
+    }
+
+    /// Of what the scene does without, keeps each item that no scene before it has left out.
+    void keep_each(const Scene& scene) {
+        RenderSettings settings = small_settings(scene.cameras.front(), 32, 32, 3, 3);
+        settings.pictures = 1;  // so that lists of tiles are left out
+        std::erase(settings.aovs, "variance");
+        const RenderResult lean = render(context, scene, settings);
+        for (const std::string& item : left_out(lean)) {
+            if (std::ranges::find(todo, item) == todo.end()) continue;
+            SCOPED_TRACE(item);
+            settings.kept = Kept({item});
+            const RenderResult kept = render(context, scene, settings);
+            expect_same(kept, lean);
+            EXPECT_FALSE(left_out(kept).contains(item));
+            std::erase(todo, item);
+        }
+    }
+
+    std::vector<std::string> todo = keepable_names();
+};
+
+TEST_F(LeftOutItemsTest, EachChangesNothing) {
+    Scene glowing = tilted_quad();  // emits, and one triangle of it is a light by itself
+    glowing.meshes[0].triangles.resize(1);
+    glowing.meshes[0].triangle_material.resize(1);
+    glowing.cameras = {camera_on_quad()};
+    Scene metal = tilted_quad();
+    metal.materials[0] = metal_material({0.9f, 0.7f, 0.4f}, 0.3f);
+    metal.environment.color = {0.5f, 0.7f, 0.9f};
+    metal.cameras = {camera_on_quad()};
+    Scene unlit = tilted_quad();
+    unlit.materials[0].unlit = true;
+    unlit.cameras = {camera_on_quad()};
+    const std::pair<const char*, Scene> scenes[] = {{"a diffuse box", cornell_box()},
+                                                    {"a glowing triangle", glowing},
+                                                    {"a metal in the sky", metal},
+                                                    {"nothing that reflects", unlit}};
+    for (const auto& [name, scene] : scenes) {
+        SCOPED_TRACE(name);
+        keep_each(scene);
+    }
+    EXPECT_EQ(todo, std::vector<std::string>()) << "no scene leaves these out";
+}
+
+}  // namespace
+}  // namespace halflight::test
