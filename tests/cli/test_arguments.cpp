@@ -75,6 +75,7 @@ TEST_F(Refusal, OptionsOutOfRange) {
         expect_render({"--filter-radius", radius}, 2, "--filter-radius: wants a number from 0.01 to 16, not '.*'");
     for (const char* clamp : {"0", "-1", "inf", "much"})
         expect_render({"--clamp", clamp}, 2, "--clamp: wants a number from .*");
+    expect({"info", scene, "--time"}, 2, "--time: goes together with --needs");
     expect({"info", scene, "--env", "1,1,1"}, 2, "--env: goes together with --needs");
     expect({"info", scene, "--needs", "--env", folder / "no.hdr"}, 1, ".*no.hdr: .*");
     expect_render({"--seed", "-1"}, 2, "--seed: wants a whole number from 0 to 4294967295, not '-1'");

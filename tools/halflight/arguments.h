@@ -106,6 +106,7 @@ struct InfoArguments {
     std::optional<std::filesystem::path> scene;
     bool device = false;            // list devices
     bool needs = false;             // what rendering does without
+    bool time = false;              // what that saves
     EnvironmentChoice environment;  // to render with
     bool json = false;
     bool allow_outside = false;

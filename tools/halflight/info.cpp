@@ -1,16 +1,22 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/gpu/context.h"
+#include "engine/gpu/program_binaries.h"
 #include "engine/io/gltf.h"
 #include "tools/halflight/commands.h"
 #include "tools/halflight/facts.h"
 #include "tools/halflight/loading.h"
+#include "tools/halflight/signals.h"
+#include "tools/leftout/measure.h"
 
 namespace halflight {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr leftout::Settings kTimed{.width = 320, .height = 180, .samples = 2, .turns = 5};
 
 std::string scalar_text(const Json& value) {
     if (value.is_null()) return "none";
@@ -62,41 +68,80 @@ void print_devices(const Json& attempts) {
                    scalar_text(attempts[i]["reason"]));
 }
 
-/// What, why, and what it would take.
-void print_left_out(const Json& list) {
-    fmt::print("left out with the default settings, and the bytes that it would take\n");
-    for (const Json& l : list)
-        fmt::print("  {:<30} {:>12}  {}\n", l["what"].get<std::string>(), l["bytes"].get<std::size_t>(),
-                   l["fact"].get<std::string>());
+void print_left_out_head(bool timed) {
+    fmt::print("left out with the default settings, and the bytes that it would take");
+    if (timed)
+        fmt::print("; how many times as long a sample of {} x {} pixels is with it alone, median [quartiles] of {} turns",
+                   kTimed.width, kTimed.height, kTimed.turns);
+    fmt::print("\n");
+}
+
+/// What, what it would take, and why.
+void print_left_out(const Json& l) {
+    std::string time;
+    if (l.contains("time")) {
+        time = "  -                   ";
+        if (!l["time"].is_null()) {
+            const Json& ratio = l["time"]["time_ratio"];
+            time = fmt::format("  {:.3f} [{:.3f}, {:.3f}]", ratio["median"].get<double>(), ratio["lower"].get<double>(),
+                               ratio["upper"].get<double>());
+        }
+    }
+    fmt::print("  {:<30} {:>12}{}  {}\n", l["what"].get<std::string>(), l["bytes"].get<std::size_t>(), time,
+               l["fact"].get<std::string>());
+    std::fflush(stdout);
+}
+
+/// Null where it cannot be kept.
+Json time_of(gpu::Context& context, const Scene& scene, const ColorConfig& colors, const std::string& item) {
+    const auto stop_point = [&] {
+        if (const int signal = stop_signal()) throw Interrupted(signal, scene.name, "interrupted");
+    };
+    const leftout::Comparison c = leftout::compare(context, scene, colors, Kept({item}), kTimed, stop_point);
+    return c.added().empty() ? Json() : leftout::to_json(c);
+}
+
+/// For people the rows are printed as they come: measuring takes a while.
+Json left_out_facts(const InfoArguments& a, const Scene& scene) {
+    Json list = left_out_json(scene_left_out(scene));
+    std::optional<gpu::Context> context;
+    if (a.time) context.emplace(gpu::Context::create({.binaries_folder = gpu::default_binaries_folder()}));
+    const ColorConfig colors = ColorConfig::load();
+    if (!a.json) print_left_out_head(a.time);
+    for (Json& l : list) {
+        if (a.time) l["time"] = time_of(*context, scene, colors, l["what"]);
+        if (!a.json) print_left_out(l);
+    }
+    return list;
+}
+
+/// Reads the scene, as it will be rendered, and tells what is in its file.
+Json file_facts(const InfoArguments& a, Scene& scene) {
+    const Console silent(true);  // the warnings are in the facts
+    scene = load_scene(*a.scene, a.allow_outside, silent);
+    if (a.needs) set_environment(scene, a.environment, silent);
+    GltfScene file(*a.scene, gltf_options(a.allow_outside));
+    const Json motion = motion_facts(file, scene.report.warnings);
+    Json facts{{"file", a.scene->string()}, {"bytes", std::filesystem::file_size(*a.scene)}};
+    facts.update(scene_facts(scene));
+    facts.update(motion);
+    return facts;
 }
 
 }  // namespace
 
 void run_info(const InfoArguments& a) {
-    Json all = Json::object();
+    Json all = Json::object(), facts = Json::object();
+    Scene scene;
     if (a.device) all["devices"] = device_facts();
-    if (a.scene) {
-        const Console silent(true);  // the warnings are in the facts
-        Scene scene = load_scene(*a.scene, a.allow_outside, silent);
-        if (a.needs) set_environment(scene, a.environment, silent);
-        GltfScene file(*a.scene, gltf_options(a.allow_outside));
-        const Json motion = motion_facts(file, scene.report.warnings);
-        all["file"] = a.scene->string();
-        all["bytes"] = std::filesystem::file_size(*a.scene);
-        all.update(scene_facts(scene));
-        all.update(motion);
-        if (a.needs) all["left_out"] = left_out_json(scene_left_out(scene));
+    if (a.scene) facts = file_facts(a, scene);
+    if (!a.json) {
+        if (a.device) print_devices(all["devices"]);
+        print_text(facts, 0);
     }
-    if (a.json) {
-        fmt::print("{}\n", all.dump(2));
-        return;
-    }
-    if (a.device) print_devices(all["devices"]);
-    const Json left_out = all.value("left_out", Json());
-    all.erase("devices");
-    all.erase("left_out");
-    print_text(all, 0);
-    if (a.needs) print_left_out(left_out);
+    if (a.needs) facts["left_out"] = left_out_facts(a, scene);
+    all.update(facts);
+    if (a.json) fmt::print("{}\n", all.dump(2));
 }
 
 }  // namespace halflight
