@@ -203,6 +203,14 @@ TEST_F(ConvergeReport, CsvHasARowForEachRun) {
     EXPECT_EQ(rows, 64);
 }
 
+TEST(ConvergeCsv, FieldsAreQuotedWhereTheyMustBe) {
+    EXPECT_EQ(csv_field("plain lights=tree"), "plain lights=tree");
+    EXPECT_EQ(csv_field("plain lights=tree,filter=box"), "\"plain lights=tree,filter=box\"");
+    EXPECT_EQ(csv_field("a \"b\""), "\"a \"\"b\"\"\"");
+    EXPECT_EQ(csv_field("a\r\nb"), "\"a\r\nb\"");
+    EXPECT_EQ(csv_field(""), "");
+}
+
 TEST_F(ConvergeReport, PageIsWellFormedAndNeedsNothingElse) {
     const std::string page = html("<script>alert('&')</script>.glb");
     EXPECT_EQ(xml_error(page), "");

@@ -204,6 +204,13 @@ Json report_json(const Subject& subject, const Reference& reference, const Measu
             {"runs", runs}};
 }
 
+std::string csv_field(const std::string& text) {
+    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
+    return quoted + "\"";
+}
+
 std::string report_csv(const Subject& subject, const Reference& reference, const Measurement& measured) {
     std::string csv =
         "method,budget_samples,budget_seconds,seed,samples,wall_seconds,cpu_seconds,mse,relative_mse,"
@@ -213,9 +220,9 @@ std::string report_csv(const Subject& subject, const Reference& reference, const
     for (const RunResult& r : measured.runs) {
         const Budget& b = subject.plan.budgets[static_cast<std::size_t>(r.run.budget)];
         csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}",
-                           subject.plan.method_name(static_cast<std::size_t>(r.run.method)), b.samples, b.seconds,
-                           r.run.seed, r.samples, r.time.wall, r.time.cpu, r.mse, r.relative_mse, r.errors.flip,
-                           r.errors.trimmed_mse, r.blurred_mse);
+                           csv_field(subject.plan.method_name(static_cast<std::size_t>(r.run.method))), b.samples,
+                           b.seconds, r.run.seed, r.samples, r.time.wall, r.time.cpu, r.mse, r.relative_mse,
+                           r.errors.flip, r.errors.trimmed_mse, r.blurred_mse);
         for (const double component : r.errors.components)
             csv += reference.has_components ? fmt::format(",{}", component) : ",";
         csv += fmt::format(",{}\r\n", r.non_finite);

@@ -28,6 +28,8 @@ struct Subject {
 /// Figures that are not known (intervals of a single seed) are null.
 nlohmann::ordered_json report_json(const Subject& subject, const Reference& reference, const Measurement& measured);
 
+/// A field of a CSV file, quoted where it must be (RFC 4180, section 2).
+std::string csv_field(const std::string& text);
 /// A header, then a row for each run. Errors of components are empty where the reference has none.
 std::string report_csv(const Subject& subject, const Reference& reference, const Measurement& measured);
 
