@@ -1,14 +1,11 @@
 #include "engine/io/png.h"
 
-#include <png.h>
-
 #include <algorithm>
 #include <cmath>
-#include <csetjmp>
-#include <cstring>
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
+#include "engine/io/png_errors.h"
 
 namespace halflight {
 namespace {
@@ -16,16 +13,13 @@ namespace {
 constexpr int kColorTypes[] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB,
                                PNG_COLOR_TYPE_RGB_ALPHA};  // by channels - 1
 
-/// libpng reports by calls that must not return. Nothing between setjmp and there has a destructor.
-class Encoder {
+class Encoder : public PngErrors {
   public:
     Encoder()
-        : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, this, fail, [](png_structp, png_const_charp) {})),
+        : png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, errors(), fail, ignore)),
           info_(png_create_info_struct(png_)) {
         if (!info_) throw std::bad_alloc();
     }
-    Encoder(const Encoder&) = delete;
-    Encoder& operator=(const Encoder&) = delete;
     ~Encoder() { png_destroy_write_struct(&png_, &info_); }
 
     /// False where message() says why.
@@ -44,14 +38,8 @@ class Encoder {
     }
 
     std::string take() { return std::move(file_); }
-    const char* message() const { return message_; }
 
   private:
-    [[noreturn]] static void fail(png_structp png, png_const_charp message) {
-        auto& self = *static_cast<Encoder*>(png_get_error_ptr(png));
-        std::strncpy(self.message_, message, sizeof self.message_ - 1);
-        png_longjmp(png, 1);
-    }
     /// No exception may pass through libpng, and none may be left by a jump.
     static void append(png_structp png, png_bytep data, std::size_t count) {
         bool done = true;
@@ -64,7 +52,6 @@ class Encoder {
     }
 
     std::string file_;
-    char message_[256] = {};
     png_structp png_;
     png_infop info_;
 };

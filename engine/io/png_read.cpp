@@ -1,13 +1,11 @@
-#include <png.h>
-
 #include <algorithm>
 #include <bit>
-#include <csetjmp>
 #include <cstring>
 #include <vector>
 
 #include "engine/core/error.h"
 #include "engine/io/png.h"
+#include "engine/io/png_errors.h"
 
 namespace halflight {
 namespace {
@@ -15,19 +13,16 @@ namespace {
 // Of one bit, deflated as far as that goes (1032:1, zlib's technical details).
 constexpr std::size_t kTexelsPerByte = 8 * 1032;
 
-/// libpng reports by calls that must not return. Nothing between setjmp and there has a destructor.
-class Decoder {
+class Decoder : public PngErrors {
   public:
     /// With `rgba` texels are 8-bit RGBA, without they are of 16 bits and as many channels as the file has.
     Decoder(std::string_view bytes, bool rgba)
         : rest_(bytes),
           rgba_(rgba),
-          png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, this, fail, [](png_structp, png_const_charp) {})),
+          png_(png_create_read_struct(PNG_LIBPNG_VER_STRING, errors(), fail, ignore)),
           info_(png_create_info_struct(png_)) {
         if (!info_) throw std::bad_alloc();
     }
-    Decoder(const Decoder&) = delete;
-    Decoder& operator=(const Decoder&) = delete;
     ~Decoder() { png_destroy_read_struct(&png_, &info_, nullptr); }
 
     /// Each false where message() says why.
@@ -65,18 +60,10 @@ class Decoder {
     std::size_t width() const { return png_get_image_width(png_, info_); }
     std::size_t height() const { return png_get_image_height(png_, info_); }
     std::size_t channels() const { return png_get_channels(png_, info_); }
-    const char* message() const { return message_; }
 
   private:
-    [[noreturn]] static void fail(png_structp png, png_const_charp message) {
-        auto& self = *static_cast<Decoder*>(png_get_error_ptr(png));
-        std::strncpy(self.message_, message, sizeof self.message_ - 1);
-        png_longjmp(png, 1);
-    }
-
     std::string_view rest_;
     bool rgba_;
-    char message_[256] = {};
     png_structp png_;
     png_infop info_;
 };
