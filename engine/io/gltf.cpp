@@ -329,6 +329,14 @@ Scene GltfScene::at(double seconds, Playing playing) {
     });
 }
 
+Scene GltfScene::at_rest() {
+    return guarded(state_->path, [&] {
+        state_->pose(0, {});
+        return validated(convert(state_->document, state_->path, state_->looks ? &state_->looks : nullptr),
+                         state_->path);
+    });
+}
+
 std::vector<Camera> GltfScene::cameras_at(double seconds, Playing playing) {
     return guarded(state_->path, [&] {
         state_->pose(seconds, playing);

@@ -72,6 +72,8 @@ class GltfScene {
     /// load_gltf() gives. Throws what that throws, also where the pose is at fault: "nodes[3]: its transform
     /// overflows".
     Scene at(double seconds, Playing playing);
+    /// The same as load_gltf(). Unlike at() it keeps no copy of the images for another time.
+    Scene at_rest();
     /// Only the cameras of at().
     std::vector<Camera> cameras_at(double seconds, Playing playing);
     /// Whether at() gives more than other cameras as time goes by: meshes, instances or lights.

@@ -56,6 +56,8 @@ TEST_F(GltfAnimation, MovesTurnsAndScalesNodes) {
     EXPECT_EQ(scene.at(7, kFirst).instances.at(0).object_to_world[3], dvec4(2, 0, 0, 1));
     EXPECT_EQ(scene.at(-7, kFirst).instances.at(0).object_to_world[3], dvec4(0, 0, 0, 1));
     EXPECT_EQ(scene.at(0, {}).instances.at(0).object_to_world[3], dvec4(9, 9, 9, 1)) << "and at rest again";
+    scene.at(1, kFirst);
+    EXPECT_EQ(scene.at_rest().instances.at(0).object_to_world[3], dvec4(9, 9, 9, 1)) << "and so";
 
     // A quarter turn in normalised shorts; twice as large.
     const int times = b.floats("SCALAR", {0, 1});
@@ -182,12 +184,14 @@ TEST_F(GltfAnimation, CamerasAndLightsHangOnTheirNodes) {
 
 TEST_F(GltfAnimation, AtRestAsLoadedWithoutAnimations) {
     for (const GltfBuilder& b : {moving(), skinned_by_two_sets(), morphed()}) {
-        const Scene loaded = load(b), posed = open(b).at(3, {});
-        ASSERT_EQ(loaded.meshes.size(), posed.meshes.size());
-        EXPECT_EQ(loaded.meshes[0].positions, posed.meshes[0].positions);
-        EXPECT_EQ(loaded.instances[0].object_to_world, posed.instances[0].object_to_world);
-        EXPECT_EQ(loaded.materials.size(), posed.materials.size());
-        EXPECT_EQ(loaded.report.warnings, posed.report.warnings);
+        const Scene loaded = load(b);
+        for (const Scene& posed : {open(b).at(3, {}), open(b).at_rest()}) {
+            ASSERT_EQ(loaded.meshes.size(), posed.meshes.size());
+            EXPECT_EQ(loaded.meshes[0].positions, posed.meshes[0].positions);
+            EXPECT_EQ(loaded.instances[0].object_to_world, posed.instances[0].object_to_world);
+            EXPECT_EQ(loaded.materials.size(), posed.materials.size());
+            EXPECT_EQ(loaded.report.warnings, posed.report.warnings);
+        }
     }
 }
 

@@ -71,8 +71,9 @@ void print_devices(const Json& attempts) {
 void print_left_out_head(bool timed) {
     fmt::print("left out with the default settings, and the bytes that it would take");
     if (timed)
-        fmt::print("; how many times as long a sample of {} x {} pixels is with it alone, median [quartiles] of {} turns",
-                   kTimed.width, kTimed.height, kTimed.turns);
+        fmt::print(
+            "; how many times as long a sample of {} x {} pixels is with it alone, median [quartiles] of {} turns",
+            kTimed.width, kTimed.height, kTimed.turns);
     fmt::print("\n");
 }
 
@@ -92,24 +93,31 @@ void print_left_out(const Json& l) {
     std::fflush(stdout);
 }
 
-/// Null where it cannot be kept.
-Json time_of(gpu::Context& context, const Scene& scene, const ColorConfig& colors, const std::string& item) {
-    const auto stop_point = [&] {
-        if (const int signal = stop_signal()) throw Interrupted(signal, scene.name, "interrupted");
-    };
-    const leftout::Comparison c = leftout::compare(context, scene, colors, Kept({item}), kTimed, stop_point);
-    return c.added().empty() ? Json() : leftout::to_json(c);
-}
+/// Renders small samples with and without what is left out.
+class Timer {
+  public:
+    /// Null where the item cannot be kept.
+    Json time(const Scene& scene, const std::string& item) {
+        const auto stop_point = [&] {
+            if (const int signal = stop_signal()) throw Interrupted(signal, scene.name, "interrupted");
+        };
+        const leftout::Comparison c = leftout::compare(context_, scene, colors_, Kept({item}), kTimed, stop_point);
+        return c.added().empty() ? Json() : leftout::to_json(c);
+    }
+
+  private:
+    gpu::Context context_ = gpu::Context::create({.binaries_folder = gpu::default_binaries_folder()});
+    ColorConfig colors_ = ColorConfig::load();
+};
 
 /// For people the rows are printed as they come: measuring takes a while.
 Json left_out_facts(const InfoArguments& a, const Scene& scene) {
     Json list = left_out_json(scene_left_out(scene));
-    std::optional<gpu::Context> context;
-    if (a.time) context.emplace(gpu::Context::create({.binaries_folder = gpu::default_binaries_folder()}));
-    const ColorConfig colors = ColorConfig::load();
+    std::optional<Timer> timer;
+    if (a.time) timer.emplace();
     if (!a.json) print_left_out_head(a.time);
     for (Json& l : list) {
-        if (a.time) l["time"] = time_of(*context, scene, colors, l["what"]);
+        if (timer) l["time"] = timer->time(scene, l["what"].get<std::string>());
         if (!a.json) print_left_out(l);
     }
     return list;
@@ -117,10 +125,9 @@ Json left_out_facts(const InfoArguments& a, const Scene& scene) {
 
 /// Reads the scene, as it will be rendered, and tells what is in its file.
 Json file_facts(const InfoArguments& a, Scene& scene) {
-    const Console silent(true);  // the warnings are in the facts
-    scene = load_scene(*a.scene, a.allow_outside, silent);
-    if (a.needs) set_environment(scene, a.environment, silent);
     GltfScene file(*a.scene, gltf_options(a.allow_outside));
+    scene = file.at_rest();
+    if (a.needs) set_environment(scene, a.environment, Console(true));  // its warnings are in the facts
     const Json motion = motion_facts(file, scene.report.warnings);
     Json facts{{"file", a.scene->string()}, {"bytes", std::filesystem::file_size(*a.scene)}};
     facts.update(scene_facts(scene));
