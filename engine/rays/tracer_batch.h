@@ -1,0 +1,122 @@
+// What a tracer keeps of each batch: which way it takes, and what that took.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/gpu/buffer.h"
+#include "engine/gpu/context.h"
+#include "engine/rays/batch_statistics.h"
+#include "engine/rays/choice.h"
+#include "engine/rays/tracer.h"
+#include "shaders/shared/rays.h"
+#include "shaders/shared/tile_list.h"
+
+namespace halflight::rays {
+
+/// What is known of a batch, and the way of its next run.
+class Tracer::Batch {
+  public:
+    /// measures: the time of all runs is wanted, not only of those on trial.
+    Batch(std::string name, std::vector<Way> ways, std::string reason, bool measures)
+        : ways_(std::move(ways)), choice_(names_of(ways_)), measures_(measures) {
+        statistics_.batch = std::move(name);
+        statistics_.way = ways_.front();
+        statistics_.reason = ways_.size() > 1 ? choice_.reason() : std::move(reason);
+    }
+
+    Way way() const { return statistics_.way; }
+    /// Of the last run.
+    std::optional<Way> ran() const { return ran_; }
+    bool measuring() const { return measures_ || choice_.on_trial(); }
+    const gpu::Buffer& culled() const { return culled_; }
+    void set_state_bytes(std::size_t bytes) { statistics_.state_bytes = bytes; }
+
+    using Step = double BatchStatistics::Seconds::*;
+    void begin() { seconds_ = 0; }
+    void add(Step step, double seconds) {
+        seconds_ += seconds;
+        if (way() == Way::tiles) statistics_.steps.*step += seconds;
+    }
+    /// The run is over.
+    void end(std::uint64_t tiles) {
+        BatchStatistics::Measured& m = of(way());
+        ++m.runs;
+        if (measuring()) {
+            m.best = m.timed == 0 ? seconds_ : std::min(m.best, seconds_);
+            ++m.timed;
+            m.seconds += seconds_;
+        }
+        ran_ = way();
+        statistics_.tiles += tiles;
+        if (ways_.size() < 2) return;
+        choice_.ran(seconds_);
+        statistics_.way = ways_[choice_.now()];
+        statistics_.reason = choice_.reason();
+    }
+
+    /// For batches that have but one way, and no steps.
+    void start() { watch_.emplace(); }
+    void stop() {
+        seconds_ = watch_->seconds();
+        end(0);
+    }
+    /// Of the last run.
+    void count(const shared::BatchCounts& counts, const shared::RestHeader& rest) {
+        of(*ran_).rays += counts.rays;
+        if (ran_ != Way::tiles) return;
+        BatchStatistics::Lists& l = statistics_.lists;
+        l.tiles += counts.tiles;
+        l.entries += counts.entries;
+        l.leaves += counts.leaves;
+        l.longest = std::max(l.longest, std::uint64_t{counts.longest});
+        l.rays += counts.rays;
+        l.rest_rays += rest.list.count;
+        l.remembered += rest.remembered;
+    }
+
+    BatchStatistics statistics() const {
+        BatchStatistics s = statistics_;
+        s.tiles_culled = culled_.read<std::uint32_t>().front();
+        return s;
+    }
+
+    void reset_statistics() {
+        for (BatchStatistics::Measured& m : statistics_.measured) m = {};
+        statistics_.steps = {};
+        statistics_.tiles = 0;
+        statistics_.lists = {};
+        culled_.clear();
+    }
+
+    /// Which way is the fastest.
+    void forget() {
+        if (ways_.size() < 2) return;
+        choice_.forget();
+        statistics_.way = ways_[choice_.now()];
+        statistics_.reason = choice_.reason();
+    }
+
+  private:
+    static std::vector<std::string> names_of(const std::vector<Way>& ways) {
+        std::vector<std::string> names;
+        for (const Way way : ways) names.emplace_back(name(way));
+        return names;
+    }
+    BatchStatistics::Measured& of(Way way) { return statistics_.measured[static_cast<std::size_t>(way)]; }
+
+    std::vector<Way> ways_;  // that come into question, the first one to begin with
+    Choice choice_;
+    bool measures_;
+    BatchStatistics statistics_;
+    std::optional<Way> ran_;
+    double seconds_ = 0;
+    std::optional<gpu::Stopwatch> watch_;
+    gpu::Buffer culled_{"tiles culled", sizeof(std::uint32_t)};
+};
+
+}  // namespace halflight::rays
