@@ -1,18 +1,18 @@
 #include "engine/rays/raster.h"
 
 #include <epoxy/gl.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cmath>
 #include <ctime>
 #include <map>
 #include <optional>
 
-#include "engine/core/error.h"
 #include "engine/gpu/context.h"
 #include "engine/graph/execute.h"
+#include "engine/rays/raster_layout.h"
 #include "shaders/shared/raster.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/word.h"
@@ -27,41 +27,7 @@ void delete_query(GLuint id) {
 }
 using Query = gpu::Object<delete_query>;
 
-constexpr int kTileEdge = 8;  // texels
-constexpr std::uint32_t kTileRays = 64;
-constexpr std::uint32_t kBlockTiles = 64;
 constexpr std::size_t kWideTile = 10;  // nodes of the survey that a tile may meet and still be culled
-
-/// Texels of a batch: shaders/lib/raster_texels.glsl. There are blocks enough to fill the rows; those at the end are
-/// empty.
-struct Layout {
-    std::uint32_t blocks;
-    std::uint32_t columns;  // of blocks
-    ivec2 tile_texels;
-
-    explicit Layout(std::uint32_t capacity) {
-        const std::uint32_t needed = std::max((capacity + kTileRays * kBlockTiles - 1) / (kTileRays * kBlockTiles), 1u);
-        columns = static_cast<std::uint32_t>(std::ceil(std::sqrt(static_cast<double>(needed))));
-        const std::uint32_t rows = (needed + columns - 1) / columns;
-        blocks = columns * rows;
-        tile_texels = kTileEdge * ivec2(columns, rows);
-    }
-    std::uint32_t tiles() const { return blocks * kBlockTiles; }
-    ivec2 ray_texels() const { return kTileEdge * tile_texels; }
-};
-
-void check_driver(const Layout& layout) {
-    std::array<GLfloat, 2> points{};
-    GLint largest = 0;
-    glGetFloatv(GL_POINT_SIZE_RANGE, points.data());
-    glGetIntegerv(GL_MAX_FRAMEBUFFER_WIDTH, &largest);
-    const ivec2 texels = layout.ray_texels();
-    if (points[1] < kTileEdge) throw Error("raster culling", "the driver draws points of at most {} texels", points[1]);
-    if (std::max(texels.x, texels.y) > largest) {
-        throw Error("raster culling", "a batch of {} x {} texels; the driver draws to at most {}", texels.x, texels.y,
-                    largest);
-    }
-}
 
 /// Rows of UNIT_RASTER_BOXES.
 std::vector<vec4> box_rows(const CullTree& tree) {
@@ -317,7 +283,7 @@ class RasterRun final : public CullDevice {
         glDepthFunc(GL_LEQUAL);
         glDepthMask(GL_FALSE);
         glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
-        glPointSize(kTileEdge);
+        glPointSize(RasterLayout::kTileEdge);
     }
 
     /// What fragments say becomes the depth.
@@ -363,7 +329,7 @@ class RasterRun final : public CullDevice {
         glBindFramebuffer(GL_FRAMEBUFFER, ray_target_.id());
         glViewport(0, 0, layout_.ray_texels().x, layout_.ray_texels().y);
         glDisable(GL_DEPTH_TEST);
-        glPointSize(kTileEdge);
+        glPointSize(RasterLayout::kTileEdge);
         trace_->draw(GL_POINTS, layout_.tiles());
     }
 
@@ -377,7 +343,7 @@ class RasterRun final : public CullDevice {
 
     RasterCulling::Parts& parts_;
     RasterStatistics& statistics_;
-    Layout layout_;
+    RasterLayout layout_;
     graph::Resources& resources_;
     const RayBatch& batch_;
     const RasterTargets& targets_;
@@ -395,8 +361,8 @@ class RasterRun final : public CullDevice {
 
 graph::BufferHandle RasterCulling::add(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                                        graph::BufferHandle results, bool any_hit) {
-    const Layout layout(batch.capacity);
-    check_driver(layout);
+    const RasterLayout layout(batch.capacity);
+    layout.check_driver();
     graph::Pass pass =
         graph.add_pass(fmt::format("{} rays: {}, raster", name(batch.kind), any_hit ? "any hit" : "closest hit"));
     read_batch(pass, scene, batch);
