@@ -160,6 +160,7 @@ void check_files(const RenderArguments& a) {
     Paths read = {a.scene}, written = output_files(a);
     if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
     if (a.ocio) read.push_back(*a.ocio);
+    if (a.movie) written.push_back(*a.movie);
     if (a.stats) written.push_back(*a.stats);
     if (a.graph) written.push_back(*a.graph);
     check_files(read, written);
@@ -167,6 +168,7 @@ void check_files(const RenderArguments& a) {
 
 void check(const RenderArguments& a, const CLI::App& app) {
     const auto given = [&](const char* option) { return app.count(option) > 0; };
+    if (a.outputs.empty() && !a.movie) throw UsageError("OUTPUT", "is missing; see halflight render --help");
     for (const auto& path : a.outputs) {
         if (!has_extension(path, "exr") && !has_extension(path, "png"))
             throw UsageError(path.string(), "an output is an .exr or a .png");
@@ -185,7 +187,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
         if (given(option) && !exr) throw UsageError(option, "is for an .exr, and none is asked for");
     const bool png = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "png"); });
     for (const char* option : {"--display", "--view", "--look", "--exposure"})
-        if (given(option) && !png) throw UsageError(option, "is for a .png, and none is asked for");
+        if (given(option) && !png && !a.movie) throw UsageError(option, "is for a .png, and none is asked for");
 }
 
 void check(const InfoArguments& a) {
@@ -231,8 +233,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     render_app.add_option("SCENE", render.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
     render_app
         .add_option("OUTPUT", render.outputs, ".exr: scene-linear, with layers; .png: through the view transform")
-        ->type_name("")
-        ->required();
+        ->type_name("");
     Options options(render_app);
     add_camera_options(options, render);
     add_picture_options(options, render);

@@ -56,7 +56,9 @@ struct ViewArguments {
 
 /// `halflight render`; names of displays are not checked yet.
 struct RenderArguments : ViewArguments {
-    std::vector<std::filesystem::path> outputs;  // .exr or .png, no two alike; of a sequence with placeholders
+    // .exr or .png, no two alike; of a sequence with placeholders; none only where there is a movie
+    std::vector<std::filesystem::path> outputs;
+    std::optional<std::filesystem::path> movie;  // .mp4 or .mov, of all frames
 
     std::optional<int> samples;
     std::optional<double> time;  // seconds

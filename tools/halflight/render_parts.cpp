@@ -42,7 +42,7 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.frame = a.frame;
     settings.aovs = a.aovs;
     settings.half_color = a.half;
-    settings.want_view = wants(a, "png");
+    settings.want_view = wants(a, "png") || a.movie;
     settings.view = a.view;
     settings.measure = a.stats.has_value();
     return settings;

@@ -5,13 +5,16 @@
 
 #include <algorithm>
 #include <optional>
+#include <set>
 
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/files.h"
+#include "engine/io/png.h"
 #include "tools/halflight/animated_scene.h"
 #include "tools/halflight/commands.h"
 #include "tools/halflight/fingerprint.h"
 #include "tools/halflight/frame_names.h"
+#include "tools/halflight/movie.h"
 #include "tools/halflight/progress.h"
 #include "tools/halflight/render_parts.h"
 #include "tools/halflight/signals.h"
@@ -41,10 +44,23 @@ void check_folders(const RenderArguments& a) {
     if (a.stats) check_writable(*a.stats);
 }
 
-/// Of those asked for, in their order. Throws Error for files that are not to be replaced.
+/// What a frame is called where it has several files, or none.
+std::filesystem::path main_file(const RenderArguments& a, std::uint32_t frame) {
+    return a.outputs.empty() ? *a.movie : frame_path(a.outputs[0], frame);
+}
+
+/// The same of the sequence.
+std::string main_name(const RenderArguments& a) {
+    return (a.outputs.empty() ? *a.movie : a.outputs[0]).string();
+}
+
+/// Of those asked for, in their order. Frames that a movie cannot show from a .png are among them. Throws Error for
+/// files that are not to be replaced.
 std::vector<std::uint32_t> frames_to_make(const RenderArguments& a, const std::string& sequence,
                                           const Console& console) {
     std::vector<std::uint32_t> todo, damaged;
+    const bool shown = !a.movie || wants(a, "png");
+    std::size_t not_shown = 0;  // of those that are whole
     for (const std::uint32_t frame : a.frames) {
         const std::string fingerprint = frame_fingerprint(sequence, frame);
         bool whole = true;
@@ -58,9 +74,12 @@ std::vector<std::uint32_t> frames_to_make(const RenderArguments& a, const std::s
             if (file == FrameFile::incomplete) damaged.push_back(frame);
             whole = whole && file == FrameFile::whole;
         }
-        if (!whole) todo.push_back(frame);
+        if (!whole || !shown) todo.push_back(frame);
+        not_shown += whole && !shown && !a.outputs.empty() ? 1 : 0;
     }
     if (!damaged.empty()) console.note("damaged and made again: frames {}", frames_text(damaged));
+    if (not_shown > 0)
+        console.note("{} frames are there, but not as .png for the movie, and are made again", not_shown);
     return todo;
 }
 
@@ -99,7 +118,7 @@ class Sequence {
   public:
     Sequence(const RenderArguments& a, const Console& console)
         : a_(a), console_(console), config_(ColorConfig::load(a.ocio)) {
-        if (wants(a, "png")) config_.view(a.view);  // for its errors
+        if (wants(a, "png") || a.movie) display_ = config_.view(a.view).display();
         space_ = working_space(config_, a);
         scene_.emplace(a, console);
         settings_ = make_settings(a, scene_->chosen_camera().camera);
@@ -107,6 +126,10 @@ class Sequence {
     }
 
     const std::string& fingerprint() const { return fingerprint_; }
+    MovieFormat movie_format() const {
+        const bool srgb = display_.find("sRGB") != std::string::npos;
+        return {{settings_.width, settings_.height}, a_.frame_rate, srgb};
+    }
 
     void start(std::size_t frames) {
         settings_.pictures = scene_->surfaces_move() ? 1 : static_cast<int>(frames);
@@ -118,11 +141,11 @@ class Sequence {
                       scene_->chosen_camera().origin, context_->renderer());
     }
 
-    /// False: interrupted, and nothing was written. Throws Error where the frame cannot be made.
-    bool make(std::uint32_t frame, SequenceDisplay& display) {
+    /// False: interrupted, and nothing was written. Throws Error where the frame cannot be made. `movie`: or null.
+    bool make(std::uint32_t frame, SequenceDisplay& display, Movie* movie) {
         rendered_ = false;
         try {
-            return try_to_make(frame, display);
+            return try_to_make(frame, display, movie);
         } catch (...) {
             if (!rendered_) renderer_.reset();  // may be in the middle of anything
             throw;
@@ -130,7 +153,7 @@ class Sequence {
     }
 
   private:
-    bool try_to_make(std::uint32_t frame, SequenceDisplay& display) {
+    bool try_to_make(std::uint32_t frame, SequenceDisplay& display, Movie* movie) {
         Clock clock;
         StepTimes times;
         const double seconds = a_.frame_rate.seconds(frame);
@@ -147,7 +170,8 @@ class Sequence {
         rendered_ = true;
         if (result.stats.interrupted) return false;
         const Paths outputs = files_of(a_, frame);
-        const std::string error = judge(a_, result.stats, outputs[0], console_);
+        const std::string error = judge(a_, result.stats, main_file(a_, frame), console_);
+        if (movie) movie->add(result.view);
 
         const WritingFiles writing;
         PictureInfo info = picture_info(a_, settings_, space_, scene_->scene(), result.stats, error);
@@ -173,6 +197,7 @@ class Sequence {
     const RenderArguments& a_;
     const Console& console_;
     ColorConfig config_;
+    std::string display_;  // of the view, where there is one
     LinearSpace space_;
     std::optional<AnimatedScene> scene_;
     RenderSettings settings_;
@@ -202,6 +227,67 @@ void check_frames(const RenderArguments& a, const Console& console) {
     console.note("{}: all {} frames are whole", a.outputs[0].string(), a.frames.size());
 }
 
+/// What became of the frames so far.
+struct Tally {
+    std::size_t kept = 0;
+    std::size_t made = 0;
+    std::vector<std::uint32_t> failed;
+    std::string reason;  // of the first failure
+};
+
+/// As the movie would have got it; the .png is whole, and of these settings.
+Image kept_view(const RenderArguments& a, std::uint32_t frame) {
+    const auto png = std::ranges::find_if(a.outputs, [](const auto& path) { return has_extension(path, "png"); });
+    const std::filesystem::path path = frame_path(*png, frame);
+    return read_png(path.string(), read_file(path, std::uint64_t{1} << 40), kMaxSide);
+}
+
+/// Makes the frames of `todo`; with a movie, which gets all frames in their order, shows it those that are there.
+/// Throws Interrupted after a signal.
+void make_frames(const RenderArguments& a, const std::vector<std::uint32_t>& todo, Sequence& sequence, Movie* movie,
+                 Tally& tally, const Console& console) {
+    const std::set<std::uint32_t> missing(todo.begin(), todo.end());
+    const Clock clock;
+    SequenceDisplay display(stderr, a.quiet, todo.size());
+    for (const std::uint32_t frame : movie ? a.frames : todo) {
+        const bool kept = !missing.contains(frame);
+        bool done = false;
+        try {
+            done = stop_signal() == 0;
+            if (done && kept)
+                movie->add(kept_view(a, frame));
+            else if (done)
+                done = sequence.make(frame, display, movie);
+        } catch (const std::exception& error) {  // bad_alloc, too: other frames may need less
+            const std::string what =
+                dynamic_cast<const std::bad_alloc*>(&error) ? "there is not enough memory" : error.what();
+            display.clear();
+            console.warn("frame {}: {}", frame, what);
+            if (tally.failed.empty()) tally.reason = what;
+            tally.failed.push_back(frame);
+            if (a.stats) add_failure(*a.stats, frame, what, console);
+            if (a.outputs.empty()) return;  // it would be a movie with a gap
+            continue;
+        }
+        if (!done)
+            throw Interrupted(stop_signal(), main_name(a),
+                              a.outputs.empty() ? fmt::format("not written: interrupted in frame {}", frame)
+                                                : fmt::format("interrupted in frame {}: {} of {} frames are there",
+                                                              frame, tally.kept + tally.made, a.frames.size()));
+        if (movie && movie->failed() && a.outputs.empty()) return;
+        if (kept) continue;
+        ++tally.made;
+        display.made(frame, tally.made, tally.failed.size(), clock.seconds());
+    }
+}
+
+/// Throws Error where frames have failed.
+void check_all_made(const RenderArguments& a, const Tally& tally) {
+    if (!tally.failed.empty())
+        throw Error(main_name(a), "{} failed{}: {}", of_all(tally.failed, a),
+                    a.movie && !a.outputs.empty() ? ", and there is no movie" : "", tally.reason);
+}
+
 }  // namespace
 
 void run_sequence(const RenderArguments& all) {
@@ -216,42 +302,29 @@ void run_sequence(const RenderArguments& all) {
     check_folders(a);
     Sequence sequence(a, console);
     const std::vector<std::uint32_t> todo = frames_to_make(a, sequence.fingerprint(), console);
-    const std::string pattern = a.outputs[0].string();
-    const std::size_t kept = a.frames.size() - todo.size();
-    if (kept > 0) console.note("{} of {} frames are there already", kept, a.frames.size());
-    if (todo.empty()) return;
-    sequence.start(todo.size());
+    Tally tally;
+    tally.kept = a.frames.size() - todo.size();
+    if (tally.kept > 0) console.note("{} of {} frames are there already", tally.kept, a.frames.size());
+    if (todo.empty() && !a.movie) return;
 
-    std::vector<std::uint32_t> failed;
-    std::string reason;  // of the first failure
-    std::size_t made = 0;
     const Clock clock;
-    {
-        SequenceDisplay display(stderr, a.quiet, todo.size());
-        for (const std::uint32_t frame : todo) {
-            bool done = false;
-            try {
-                done = stop_signal() == 0 && sequence.make(frame, display);
-            } catch (const std::exception& error) {  // bad_alloc, too: other frames may need less
-                const std::string what =
-                    dynamic_cast<const std::bad_alloc*>(&error) ? "there is not enough memory" : error.what();
-                display.clear();
-                console.warn("frame {}: {}", frame, what);
-                if (failed.empty()) reason = what;
-                failed.push_back(frame);
-                if (a.stats) add_failure(*a.stats, frame, what, console);
-                continue;
-            }
-            if (!done)
-                throw Interrupted(stop_signal(), pattern,
-                                  fmt::format("interrupted in frame {}: {} of {} frames are there", frame, kept + made,
-                                              a.frames.size()));
-            ++made;
-            display.made(frame, made, failed.size(), clock.seconds());
-        }
+    const auto make = [&](Movie* movie) {
+        if (!todo.empty()) sequence.start(todo.size());
+        make_frames(a, todo, sequence, movie, tally, console);
+        check_all_made(a, tally);
+    };
+    if (a.movie) {
+        write_atomically(*a.movie, [&](const std::filesystem::path& temporary) {
+            Movie movie(temporary, a.movie->string(), sequence.movie_format());
+            make(&movie);
+            movie.finish();
+        });
+    } else {
+        make(nullptr);
     }
-    if (!failed.empty()) throw Error(pattern, "{} failed: {}", of_all(failed, a), reason);
-    console.note("wrote {}: {} frames in {:.1f} s", pattern, made, clock.seconds());
+    if (tally.made > 0 && !a.outputs.empty())
+        console.note("wrote {}: {} frames in {:.1f} s", main_name(a), tally.made, clock.seconds());
+    if (a.movie) console.note("wrote {}: {} frames", a.movie->string(), a.frames.size());
 }
 
 }  // namespace halflight

@@ -17,6 +17,17 @@ auto parsed(F f, const std::string& option, const std::string& text) {
     }
 }
 
+void check_movie(const CLI::App& app, const RenderArguments& a) {
+    if (a.frames.empty()) throw UsageError("--movie", "needs --frames");
+    if (!has_extension(*a.movie, "mp4") && !has_extension(*a.movie, "mov"))
+        throw UsageError(a.movie->string(), "a movie is an .mp4 or a .mov");
+    if (count_placeholders(*a.movie) > 0)
+        throw UsageError(a.movie->string(), "has a placeholder for frames' numbers, and a movie is one file");
+    // A part is no movie; a run of all frames makes it of the parts' .png files.
+    exclude(app, "--movie", "--part");
+    exclude(app, "--movie", "--check");
+}
+
 }  // namespace
 
 void add_sequence_options(Options& options, RenderArguments& a) {
@@ -33,6 +44,8 @@ void add_sequence_options(Options& options, RenderArguments& a) {
                       if (text.empty()) throw UsageError(name, "wants a name, a number, all or none");
                       a.animation = text;
                   });
+    options.path("--movie", "FILE.mp4|.mov",
+                 "the frames as a movie through the view transform, H.264 or ProRes; takes an ffmpeg in PATH", a.movie);
     options.flag("--overwrite", a.overwrite, "replace frames that are there with other settings or of another scene");
     options.value("--part", "I/N", "only the I-th of N parts of the frames, as for N machines",
                   [&](const auto& name, const auto& text) { a.part = parsed(parse_part, name, text); });
@@ -48,6 +61,7 @@ void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
     if (app.count("--part") > 0 && !sequence) throw UsageError("--part", "needs --frames");
     if (app.count("--check") > 0 && !sequence) throw UsageError("--check", "needs --frames");
     exclude(app, "--check", "--overwrite");
+    if (a.movie) check_movie(app, a);
     if (app.count("--fps") > 0 && !sequence && !a.animation) throw UsageError("--fps", "needs --frames or --animation");
     for (const auto& path : a.outputs) {
         const int placeholders = count_placeholders(path);

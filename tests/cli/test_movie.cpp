@@ -1,0 +1,205 @@
+// Movies: what ffmpeg is given, and what becomes of the file.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <regex>
+
+#include "engine/io/png.h"
+#include "tests/cli/animated_scenes.h"
+#include "tests/cli/process.h"
+
+namespace halflight::test {
+namespace {
+
+namespace fs = std::filesystem;
+using Strings = std::vector<std::string>;
+
+class MovieTest : public testing::Test {
+  protected:
+    static constexpr int kWidth = 17, kHeight = 15;  // a movie of 18 x 16
+
+    /// Puts a program of that name first into PATH.
+    void install(const std::string& script) {
+        fs::create_directories(folder / "bin");
+        write_text(folder / "bin" / "ffmpeg", "#!/bin/sh\n" + script);
+        fs::permissions(folder / "bin" / "ffmpeg", fs::perms::owner_all);
+        path = (folder / "bin").string() + ":/usr/bin:/bin";
+    }
+    /// Keeps arguments and input, and says that it was a movie.
+    void install_recorder() {
+        install("printf '%s\\n' \"$@\" > '" + (folder / "arguments").string() + "'\ncat > '" +
+                (folder / "input").string() + "'\nfor file; do :; done\necho movie > \"${file#file:}\"\n");
+    }
+    Outcome run(const Strings& more) {
+        Strings arguments = {"render",    scene, "--width", std::to_string(kWidth), "--height", std::to_string(kHeight),
+                             "--samples", "1"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_program(arguments, {.environment = {"PATH=" + path}});
+    }
+    std::string out(const std::string& name) const { return (folder / "out" / name).string(); }
+    Strings files() const {
+        Strings names;
+        for (const auto& entry : fs::directory_iterator(folder / "out")) names.push_back(entry.path().filename());
+        std::ranges::sort(names);
+        return names;
+    }
+    /// The frames of the recorder's input that their .png files make.
+    std::string expected_input(const std::vector<int>& frames) const {
+        std::string bytes;
+        for (const int frame : frames) {
+            const std::string name = out(fmt::format("f.{}.png", frame));
+            const Image png = read_png(name, read_text(name), 100);
+            for (int y = 0; y < kHeight + 1; ++y)
+                for (int x = 0; x < kWidth + 1; ++x)
+                    for (int c = 0; c < 3; ++c)
+                        bytes += static_cast<char>(
+                            quantize_8bit(png.at(std::min(x, kWidth - 1), std::min(y, kHeight - 1))[c]));
+        }
+        return bytes;
+    }
+
+    TemporaryFolder folder;
+    const fs::path out_folder = (fs::create_directory(folder / "out"), folder / "out");
+    std::string scene = write_animated_scene(folder.path);
+    std::string path = folder.path.string();  // no ffmpeg there
+};
+
+TEST_F(MovieTest, GetsAllFramesInTheirOrder) {
+    install_recorder();
+    const Outcome beside = run({out("f.#.png"), "--movie", out("m.mp4"), "--frames", "3,1-2", "--fps", "29.97"});
+    ASSERT_EQ(beside.status, 0) << beside.err;
+    EXPECT_EQ(files(), (Strings{"f.1.png", "f.2.png", "f.3.png", "m.mp4"}));
+    EXPECT_EQ(read_text(out("m.mp4")), "movie\n");
+    const std::string input = read_text(folder / "input"), arguments = read_text(folder / "arguments");
+    EXPECT_EQ(input, expected_input({3, 1, 2}));
+    for (const char* pair : {"-video_size\n18x16\n", "-framerate\n30000/1001\n", "-pixel_format\nrgb24\n",
+                             "-c:v\nlibx264\n", "-pix_fmt\nyuv420p\n", "-f\nmp4\n"})
+        EXPECT_NE(arguments.find(pair), std::string::npos) << pair << arguments;
+
+    // Alone it is the same movie; ProRes by the name.
+    fs::remove(folder / "input");
+    const Outcome alone = run({"--movie", out("m.MOV"), "--frames", "3,1-2", "--fps", "29.97"});
+    ASSERT_EQ(alone.status, 0) << alone.err;
+    EXPECT_EQ(read_text(folder / "input"), input);
+    EXPECT_NE(read_text(folder / "arguments").find("-c:v\nprores_ks\n"), std::string::npos);
+    EXPECT_EQ(files().size(), 5u) << "something is left";
+}
+
+TEST_F(MovieTest, ResumedItIsTheSame) {
+    install_recorder();
+    const Strings arguments = {out("f.#.exr"), out("f.#.png"), "--movie", out("m.mp4"), "--frames", "1-4"};
+    ASSERT_EQ(run(arguments).status, 0);
+    const std::string input = read_text(folder / "input");
+    fs::remove(out("f.2.png"));
+    fs::remove(out("f.3.exr"));
+    const Outcome resumed = run(arguments);
+    ASSERT_EQ(resumed.status, 0) << resumed.err;
+    EXPECT_NE(resumed.err.find("2 of 4 frames are there already"), std::string::npos) << resumed.err;
+    EXPECT_EQ(read_text(folder / "input"), input);
+    // All are there; the movie is not, and is made of the .png files without rendering.
+    fs::remove(out("m.mp4"));
+    fs::remove(folder / "input");
+    const Outcome of_files = run(arguments);
+    ASSERT_EQ(of_files.status, 0) << of_files.err;
+    EXPECT_NE(of_files.err.find("4 of 4 frames are there already"), std::string::npos) << of_files.err;
+    EXPECT_EQ(of_files.err.find("pixels, camera"), std::string::npos) << of_files.err;
+    EXPECT_EQ(read_text(folder / "input"), input);
+    // An .exr does not keep what the view shows.
+    const Outcome again = run({out("f.#.exr"), "--movie", out("m.mp4"), "--frames", "1-4"});
+    ASSERT_EQ(again.status, 0) << again.err;
+    EXPECT_NE(again.err.find("4 frames are there, but not as .png for the movie"), std::string::npos) << again.err;
+    EXPECT_EQ(read_text(folder / "input"), input);
+}
+
+TEST_F(MovieTest, WithoutFfmpegNothingIsRendered) {
+    const Outcome outcome = run({out("f.#.exr"), "--movie", out("m.mp4"), "--frames", "1-2", "--quiet"});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_TRUE(
+        std::regex_match(outcome.err, std::regex("halflight: .*m.mp4: cannot be made: there is no ffmpeg in PATH\n")))
+        << outcome.err;
+    EXPECT_EQ(files(), Strings{});
+}
+
+TEST_F(MovieTest, WhatFfmpegSaysIsTold) {
+    const auto expect = [&](const std::string& script, const std::string& message) {
+        install(script);
+        write_text(out("m.mp4"), "the last one");
+        const Outcome outcome = run({out("f.#.exr"), "--movie", out("m.mp4"), "--frames", "1-2", "--quiet"});
+        EXPECT_EQ(outcome.status, 1);
+        EXPECT_TRUE(std::regex_match(outcome.err, std::regex("halflight: .*m.mp4: not written: ffmpeg: " + message)))
+            << outcome.err;
+        EXPECT_EQ(files(), (Strings{"f.1.exr", "f.2.exr", "m.mp4"})) << "frames are there, whatever it says";
+        EXPECT_EQ(read_text(out("m.mp4")), "the last one");
+    };
+    expect("cat > /dev/null; echo 'first' >&2; echo \"Unknown encoder 'libx264'\" >&2; exit 1",
+           "Unknown encoder 'libx264'\n");
+    expect("exit 3", "exit status 3\n");
+    expect("kill -9 $$", "was ended by signal 9\n");
+    expect("cat > /dev/null", "wrote nothing\n");
+}
+
+TEST_F(MovieTest, HasNoGaps) {
+    install_recorder();
+    scene = write_scene_with_bad_frame(folder.path);
+    const Outcome beside = run({out("f.#.exr"), "--movie", out("m.mp4"), "--frames", "1-5", "--fps", "1", "--quiet"});
+    EXPECT_EQ(beside.status, 1);
+    EXPECT_TRUE(std::regex_match(
+        beside.err, std::regex("halflight: .*f.#.exr: frame 3 of 5 failed, and there is no movie: .*overflows\n")))
+        << beside.err;
+    EXPECT_EQ(files(), (Strings{"f.1.exr", "f.2.exr", "f.4.exr", "f.5.exr"}));
+
+    const Outcome alone = run({"--movie", out("m.mp4"), "--frames", "1-5", "--fps", "1", "--quiet"});
+    EXPECT_EQ(alone.status, 1);
+    EXPECT_TRUE(std::regex_match(alone.err, std::regex("halflight: .*m.mp4: frame 3 of 5 failed: .*overflows\n")))
+        << alone.err;
+    EXPECT_EQ(files().size(), 4u) << "something is left";
+}
+
+TEST_F(MovieTest, WhatMakesNoSense) {
+    const auto refused = [&](const Strings& more, const std::string& message) {
+        const Outcome outcome = run(more);
+        EXPECT_EQ(outcome.status, 2) << message;
+        EXPECT_TRUE(std::regex_match(outcome.err, std::regex("halflight: " + message + "\n"))) << outcome.err;
+    };
+    refused({"--movie", out("m.mp4")}, "--movie: needs --frames");
+    refused({"--movie", out("m.avi"), "--frames", "1"}, ".*m.avi: a movie is an .mp4 or a .mov");
+    refused({"--movie", out("m.#.mp4"), "--frames", "1"}, ".*: has a placeholder for frames' numbers, .*one file");
+    refused({"--movie", out("m.mp4"), "--frames", "1-9", "--part", "1/2"}, "--movie: cannot .* together with --part");
+    refused({"--movie", out("m.mp4"), "--frames", "1-9", "--check"}, "--movie: cannot be given together with --check");
+    refused({"--frames", "1-9"}, "OUTPUT: is missing; see halflight render --help");
+    refused({"--movie", out("m.mp4"), "--frames", "1", "--aov", "depth"}, "--aov: is for an .exr, .*");
+}
+
+/// What a shell command says.
+std::string output_of(const std::string& command) {
+    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+    std::string bytes;
+    std::array<char, 4096> buffer;
+    while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), pipe.get()))
+        bytes.append(buffer.data(), count);
+    return bytes;
+}
+
+TEST_F(MovieTest, OfTheRealFfmpeg) {
+    path = std::getenv("PATH");
+    if (output_of("command -v ffmpeg").empty()) GTEST_SKIP() << "there is no ffmpeg";
+    for (const char* name : {"m.mp4", "m.mov"}) {
+        const Outcome outcome = run({out("f.#.png"), "--movie", out(name), "--frames", "1-3"});
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        const std::string expected = expected_input({1, 2, 3});
+        const std::string found = output_of("ffmpeg -loglevel error -i '" + out(name) +
+                                            "' -vf scale=in_color_matrix=bt709 -f rawvideo -pix_fmt rgb24 -");
+        ASSERT_EQ(found.size(), expected.size()) << name;
+        double difference = 0;
+        for (std::size_t i = 0; i < found.size(); ++i)
+            difference += std::abs(static_cast<unsigned char>(found[i]) - static_cast<unsigned char>(expected[i]));
+        EXPECT_LT(difference / static_cast<double>(found.size()), 12) << name << ": means of 8-bit noise, coded";
+    }
+}
+
+}  // namespace
+}  // namespace halflight::test
