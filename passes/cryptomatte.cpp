@@ -60,15 +60,15 @@ std::map<std::string, std::string> cryptomatte_attributes(std::string_view layer
             {key + "manifest", manifest.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)}};
 }
 
-void IdCoverage::add(std::size_t pixel, float id) {
+void IdCoverage::add(std::size_t pixel, float id, std::uint32_t samples) {
     const auto bits = std::bit_cast<std::uint32_t>(id);
     std::uint32_t* at = &first_[pixel];
     while (*at != kNone && seen_[*at].id != bits) at = &seen_[*at].next;
     if (*at != kNone) {
-        ++seen_[*at].samples;
+        seen_[*at].samples += samples;
     } else {
         *at = static_cast<std::uint32_t>(seen_.size());
-        seen_.push_back({bits, 1, kNone});  // `at` may point nowhere from here on
+        seen_.push_back({bits, samples, kNone});  // `at` may point nowhere from here on
     }
 }
 

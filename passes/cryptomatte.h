@@ -38,8 +38,8 @@ class IdCoverage {
   public:
     explicit IdCoverage(std::size_t pixels) : first_(pixels, kNone) {}
 
-    /// A sample has seen `id`. Those that see nothing are not told.
-    void add(std::size_t pixel, float id);
+    /// So many samples have seen `id`. Those that see nothing are not told.
+    void add(std::size_t pixel, float id, std::uint32_t samples = 1);
     /// Pairs of id and coverage in [0,1], those of most coverage first (of equal ones, by the ids' bits); zeros where
     /// there are no more. samples: of the pixel, those that saw nothing too.
     void rank(std::size_t pixel, int samples, std::span<float, 2 * kCryptomatteRanks> to) const;

@@ -97,13 +97,14 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
     frame.tiles_x = view.band.tiles().x;
     frame.tiles_y = view.band.tiles().y;
     frame.window_y = drawn.y;
+    frame.begins = view.sample == view.first ? 1 : 0;
     return frame;
 }
 
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index) {
     const std::uint32_t seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
     const vec2 xi = shared::sample_2d(shared::make_sampler(~0u, ~0u, index, seed), 0);
-    return {band, sample_point(frame.filter, xi), index, seed};
+    return {band, sample_point(frame.filter, xi), index, seed, static_cast<std::uint32_t>(frame.first_sample)};
 }
 
 shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view) {

@@ -14,6 +14,7 @@ struct SampleView {
     vec2 jitter{0.5f};         // sample point of every pixel, from its upper left corner, pixels
     std::uint32_t sample = 0;  // index
     std::uint32_t seed = 0;    // of the frame
+    std::uint32_t first = 0;   // index of the picture's first sample, with which its sums begin
 };
 
 /// `origin`: TraceTables::origin. `previous`: the camera of the frame before. `reach`: world units, the scene lies
@@ -21,7 +22,7 @@ struct SampleView {
 shared::Frame frame_constants(const Camera& camera, const Camera& previous, const dvec3& origin, double reach,
                               const SampleView& view);
 
-/// Of sample `index` of a picture: all pixels look through the same point of the filter, as rasterizing demands, and
+/// Of sample `index` of a frame: all pixels look through the same point of the filter, as rasterizing demands, and
 /// seeds of different frames and of different user seeds share nothing.
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index);
 shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view);

@@ -4,6 +4,7 @@
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "engine/core/error.h"
@@ -34,6 +35,8 @@ void require(bool good, const char* what) {
 
 void check(const FrameSettings& s) {
     require(s.samples > 0, "samples must be positive");
+    require(s.first_sample >= 0 && s.first_sample <= std::numeric_limits<int>::max() - s.samples,
+            "the first sample must not be negative, nor the last one beyond all numbers");
     require(
         s.camera.orthographic ? s.camera.ortho_height > 0 : s.camera.vertical_fov > 0 && s.camera.vertical_fov < kPi,
         "the camera's field of view is not between 0 and 180 degrees, or its height is not positive");
@@ -41,6 +44,7 @@ void check(const FrameSettings& s) {
             "the filter's radius must be positive and at most 16 pixels");
     require(s.time_limit >= 0 && std::isfinite(s.time_limit), "the time limit must be zero or positive");
     if (!s.error) return;
+    require(s.first_sample == 0, "a picture that is rendered to an error begins with the first sample");
     require(s.error->error > 0 && std::isfinite(s.error->error), "the error must be positive");
     require(s.samples >= kFirstLook * kReplicates, "there must be at least 16 samples to tell an error");
 }
@@ -221,7 +225,8 @@ struct Renderer::State {
                     const AfterSample& after_sample) {
         const Clock::time_point start = Clock::now();
         for (int done = 1;; ++done) {
-            add_sample(frame, sample_view(frame, where, static_cast<std::uint32_t>(done - 1)), with);
+            const auto index = static_cast<std::uint32_t>(frame.first_sample + done - 1);
+            add_sample(frame, sample_view(frame, where, index), with);
             const bool go_on = after_sample(done, frame.samples);
             if (!go_on || done == frame.samples) return done;
             // Another sample like those so far would end late.

@@ -1,4 +1,4 @@
-// Adds one sample to the sums of its pixel; sample 0 of a frame begins them. No NaN, infinity or negative radiance gets into
+// Adds one sample to the sums of its pixel; the first one of a picture begins them. No NaN, infinity or negative radiance gets into
 // them: such values are counted, by the pass they come from, and taken as zero.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
@@ -45,7 +45,7 @@ uniform float most_luminance;  // of a sample's indirect light
 #include "shaders/lib/surface_record.glsl"
 
 // Whatever an earlier frame has left there.
-double so_far(double sum) { return frame.sample_index == 0u ? 0.0lf : sum; }
+double so_far(double sum) { return frame.begins != 0u ? 0.0lf : sum; }
 #define ADD(sum, value) sum = so_far(sum) + double(value)
 
 uint how_many(bvec3 b) { return uint(b.x) + uint(b.y) + uint(b.z); }

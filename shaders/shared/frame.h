@@ -22,14 +22,14 @@ struct Frame {
     ivec2 size;           // image, pixels
     int band_y;           // first row of the band
     int band_rows;        // rows of the band
-    uint sample_index;    // from 0
+    uint sample_index;    // of the frame's sequence, from 0
     uint seed;            // of the whole frame: user's seed and frame number
     uint tiles_x;         // 16x16 blocks across
     uint tiles_y;         // 16x16 blocks down the band
     int window_y;         // row of the image that is rasterized into row 0 of the visibility texture
+    uint begins;          // 1: sums begin with this sample; else 0
     int unused1;
     int unused2;
-    int unused3;
 };
 HALFLIGHT_SHARED_SIZE(Frame, 256)
 

@@ -124,4 +124,25 @@ std::filesystem::path write_scene_with_bad_frame(const std::filesystem::path& fo
     return scene.write(folder / "bad_frame.glb");
 }
 
+std::filesystem::path write_sliding_light(const std::filesystem::path& folder) {
+    AnimatedScene scene;
+    GltfBuilder& b = scene.b;
+    Json& square = b.add_mesh({{"POSITION", b.floats("VEC3", {-0.5f, -0.5f, 0, 0.5f, -0.5f, 0, 0.5f, 0.5f, 0,  //
+                                                              -0.5f, 0.5f, 0})}});
+    square["indices"] = b.accessor("SCALAR", kU8, std::vector<std::uint8_t>{0, 1, 2, 0, 2, 3});
+    square["material"] = scene.material({0, 0, 0}, {1, 1, 1});
+    b.json["nodes"].back()["name"] = "slider";
+    const int slider = scene.last_node();
+    const auto camera = [&](const char* name) {
+        const Json shape = {{"xmag", 2}, {"ymag", 2}, {"znear", 0.1}, {"zfar", 100}};
+        const int index = b.push("cameras", {{"type", "orthographic"}, {"name", name}, {"orthographic", shape}});
+        return b.push("nodes", {{"camera", index}, {"translation", {0, 0, 5}}});
+    };
+    camera("still");
+    const int panning = camera("panning");
+    scene.animate("slide", slider, "translation", "LINEAR", {0, 2}, b.floats("VEC3", {-2, 0, 0, 2, 0, 0}));
+    scene.animate("pan", panning, "translation", "LINEAR", {0, 2}, b.floats("VEC3", {2, 0, 5, -2, 0, 5}));
+    return scene.write(folder / "sliding.glb");
+}
+
 }  // namespace halflight::test

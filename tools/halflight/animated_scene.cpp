@@ -82,10 +82,11 @@ AnimatedScene::AnimatedScene(const RenderArguments& a, const Console& console) {
 }
 
 bool AnimatedScene::pose(double seconds) {
-    if (!surfaces_move_) return false;
+    if (!surfaces_move_ || seconds == posed_at_) return false;
     Scene posed = file_->at(seconds, playing_);
     posed.environment = std::move(scene_.environment);
     scene_ = std::move(posed);
+    posed_at_ = seconds;
     return true;
 }
 

@@ -25,8 +25,9 @@ class AnimatedScene {
 
     /// As it was posed last, at first for 0 s.
     const Scene& scene() const { return scene_; }
-    /// False where meshes, instances and lights of scene() stay as they are, and with them renderers. Cameras are told
-    /// by camera(). Throws Error where the pose is at fault, and leaves scene() as it was.
+    /// False where meshes, instances and lights of scene() stay as they are, and with them renderers: nothing of them
+    /// moves, or it was posed for that time already. Cameras are told by camera(). Throws Error where the pose is at
+    /// fault, and leaves scene() as it was.
     bool pose(double seconds);
     /// Whether pose() can ever return true.
     bool surfaces_move() const { return surfaces_move_; }
@@ -44,6 +45,7 @@ class AnimatedScene {
     Scene scene_;
     ChosenCamera camera_;
     bool surfaces_move_ = false;
+    double posed_at_ = 0;  // seconds
 };
 
 /// What a picture of frame `frame` differs in from others of the run: its number, its camera and, where the layer

@@ -72,6 +72,8 @@ struct RenderArguments : ViewArguments {
     std::vector<std::uint32_t> frames;     // of a sequence, in their order; empty: one picture, of `frame`
     FrameRate frame_rate;                  // frame 0 is at 0 s
     std::optional<std::string> animation;  // name, number, "all" or "none"
+    double shutter = 0;                    // open for so much of a frame, [0,1]
+    std::optional<int> shutter_times;      // at which it is seen meanwhile
     bool overwrite = false;                // frames of other settings are replaced
     ListPart part;                         // of `frames`: those that are to be made
     bool check = false;                    // make none, see that all are there

@@ -5,6 +5,7 @@
 #include "engine/core/hash.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
+#include "tools/halflight/frame_renderer.h"
 
 namespace halflight {
 namespace {
@@ -78,6 +79,7 @@ std::string sequence_fingerprint(const RenderArguments& a, const RenderSettings&
     print.values("layers {}, {}", fmt::join(a.aovs, ","), halflight::text(s.estimator));
     print.values("primary {}", name(s.primary));
     print.values("filter {}, clamp {}", halflight::text(s.filter), s.clamp);
+    print.values("shutter {}, {} times", a.shutter, shutter_count(a, s.samples));
     return print.hex();
 }
 

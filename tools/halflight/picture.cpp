@@ -51,7 +51,7 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
     attributes.software = "halflight " HALFLIGHT_VERSION;
     attributes.comments = info.comments;
     const std::pair<const char*, const std::string&> extra[] = {
-        {"filter", info.filter}, {"bias", info.bias}, {"error", info.error}};
+        {"filter", info.filter}, {"shutter", info.shutter}, {"bias", info.bias}, {"error", info.error}};
     for (const auto& [name, value] : extra)
         if (!value.empty()) attributes.extra[name] = value;
     write_exr(path, layers, attributes);

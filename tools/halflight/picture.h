@@ -19,6 +19,7 @@ struct PictureInfo {
     bool half = false;          // beauty as half floats; the AOVs bring their own type
     std::string comments;
     std::string filter;         // that made the pixels
+    std::string shutter;        // how long it was open; empty without motion blur
     std::string bias;           // why it would not converge to the light that there is; empty where it would
     std::string error;          // that the picture has, in words; empty where it is not known
     bool reproducible = false;  // without the date

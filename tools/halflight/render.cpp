@@ -4,6 +4,7 @@
 #include "engine/io/files.h"
 #include "tools/halflight/animated_scene.h"
 #include "tools/halflight/commands.h"
+#include "tools/halflight/frame_renderer.h"
 #include "tools/halflight/progress.h"
 #include "tools/halflight/render_parts.h"
 #include "tools/halflight/sequence.h"
@@ -50,27 +51,27 @@ void render_picture(const RenderArguments& a) {
     AnimatedScene animated = reading.get();
     const Scene& scene = animated.scene();
     const ChosenCamera chosen = animated.camera(a.frame_rate.seconds(a.frame));
-    RenderSettings settings = make_settings(a, chosen.camera);
-    set_frame(settings, animated, a.frame_rate, a.frame);
+    FrameRenderer renderer(a, animated, context, config, make_settings(a, chosen.camera));
+    const RenderSettings& settings = renderer.settings();
     times.load = clock.lap();
     stop_point(a.outputs[0], "before rendering");
 
     console.note("{} x {} pixels, camera {}, on {}", settings.width, settings.height, chosen.origin,
                  context.renderer());
 
-    Renderer renderer(context, scene, config, settings);
     RenderResult result;
     int samples_done = 0;
     {
         ProgressDisplay display(stderr, a.quiet, settings.time_limit);
-        result = renderer.render([&](const RenderProgress& progress) {
+        result = renderer.render(a.frame, [&](const RenderProgress& progress) {
             display.show(progress);
             samples_done = progress.samples_done;
             return stop_signal() == 0;
         });
     }
     context.check("rendering");
-    times.render = clock.lap();
+    times.load += renderer.load_seconds();
+    times.render = clock.lap() - renderer.load_seconds();
     if (result.stats.interrupted) stop_point(a.outputs[0], fmt::format("after {} samples per pixel", samples_done));
     for (const std::string& bias : result.stats.biases) console.note("biased: {}", bias);
     const std::string error = judge(a, result.stats, a.outputs[0], console);

@@ -3,12 +3,12 @@
 #include <algorithm>
 
 #include "tools/halflight/camera.h"
+#include "tools/halflight/frame_renderer.h"
 #include "tools/halflight/statistics.h"
 
 namespace halflight {
 namespace {
 
-constexpr int kUsualSamples = 64;
 constexpr int kManySamples = 1 << 24;  // where the time decides
 
 }  // namespace
@@ -55,6 +55,7 @@ PictureInfo picture_info(const RenderArguments& a, const RenderSettings& setting
             .half = a.half,
             .comments = settings_line(a, settings, scene, stats),
             .filter = text(settings.filter),
+            .shutter = shutter_text(a, settings.samples),
             .bias = fmt::format("{}", fmt::join(stats.biases, "; ")),
             .error = error,
             .reproducible = a.reproducible};

@@ -14,6 +14,7 @@
 #include "tools/halflight/commands.h"
 #include "tools/halflight/fingerprint.h"
 #include "tools/halflight/frame_names.h"
+#include "tools/halflight/frame_renderer.h"
 #include "tools/halflight/movie.h"
 #include "tools/halflight/progress.h"
 #include "tools/halflight/render_parts.h"
@@ -137,60 +138,45 @@ class Sequence {
             gpu::Context::create({.device = a_.device,
                                   .binaries_folder = a_.no_shader_cache ? "" : gpu::default_binaries_folder(),
                                   .debug = a_.gl_debug}));
+        renderer_.emplace(a_, *scene_, *context_, config_, settings_);
         console_.note("{} x {} pixels, camera {}, on {}", settings_.width, settings_.height,
                       scene_->chosen_camera().origin, context_->renderer());
     }
 
     /// False: interrupted, and nothing was written. Throws Error where the frame cannot be made. `movie`: or null.
     bool make(std::uint32_t frame, SequenceDisplay& display, Movie* movie) {
-        rendered_ = false;
-        try {
-            return try_to_make(frame, display, movie);
-        } catch (...) {
-            if (!rendered_) renderer_.reset();  // may be in the middle of anything
-            throw;
-        }
-    }
-
-  private:
-    bool try_to_make(std::uint32_t frame, SequenceDisplay& display, Movie* movie) {
         Clock clock;
         StepTimes times;
-        const double seconds = a_.frame_rate.seconds(frame);
-        if (scene_->pose(seconds)) renderer_.reset();
-        set_frame(settings_, *scene_, a_.frame_rate, frame);
-        times.load = clock.lap();
-        if (!renderer_) renderer_.emplace(*context_, scene_->scene(), config_, settings_);
-        const RenderResult result = renderer_->render(settings_, [&](const RenderProgress& progress) {
+        const RenderResult result = renderer_->render(frame, [&](const RenderProgress& progress) {
             display.show(frame, progress);
             return stop_signal() == 0;
         });
         context_->check("rendering");
-        times.render = clock.lap();
-        rendered_ = true;
+        times.load = renderer_->load_seconds();
+        times.render = clock.lap() - times.load;
         if (result.stats.interrupted) return false;
         const Paths outputs = files_of(a_, frame);
         const std::string error = judge(a_, result.stats, main_file(a_, frame), console_);
         if (movie) movie->add(result.view);
 
         const WritingFiles writing;
-        PictureInfo info = picture_info(a_, settings_, space_, scene_->scene(), result.stats, error);
+        PictureInfo info = picture_info(a_, renderer_->settings(), space_, scene_->scene(), result.stats, error);
         info.frame_rate = a_.frame_rate;
         info.frame = frame;
         info.fingerprint = frame_fingerprint(fingerprint_, frame);
         for (const auto& path : outputs) write_picture(path, result, info);
         times.write = clock.lap();
         times.total = clock.seconds();
-        if (a_.stats) add_statistics(frame, seconds, outputs, result.stats, times);
+        if (a_.stats) add_statistics(frame, outputs, result.stats, times);
         return true;
     }
 
-    void add_statistics(std::uint32_t frame, double seconds, const Paths& outputs, const RenderStats& stats,
-                        const StepTimes& times) {
+  private:
+    void add_statistics(std::uint32_t frame, const Paths& outputs, const RenderStats& stats, const StepTimes& times) {
         RenderArguments of_frame = a_;
         of_frame.outputs = outputs;
-        nlohmann::ordered_json line{{"frame", frame}, {"time", seconds}};
-        line.update(run_statistics(of_frame, settings_, scene_->scene(), *context_, stats, times));
+        nlohmann::ordered_json line{{"frame", frame}, {"time", a_.frame_rate.seconds(frame)}};
+        line.update(run_statistics(of_frame, renderer_->settings(), scene_->scene(), *context_, stats, times));
         append_line(*a_.stats, line_of(line));
     }
 
@@ -203,8 +189,7 @@ class Sequence {
     RenderSettings settings_;
     std::string fingerprint_;
     std::optional<gpu::Context> context_;
-    std::optional<Renderer> renderer_;  // lives on while nothing but cameras moves
-    bool rendered_ = false;             // the frame that is being made
+    std::optional<FrameRenderer> renderer_;
 };
 
 /// "frames 3,7-9 of 24", for messages.

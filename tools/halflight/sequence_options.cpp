@@ -1,7 +1,11 @@
 // Options of sequences and animations.
+#include <algorithm>
+
 #include "engine/core/frames.h"
 #include "tools/halflight/frame_names.h"
+#include "tools/halflight/frame_renderer.h"
 #include "tools/halflight/options.h"
+#include "tools/halflight/render_parts.h"
 
 namespace halflight {
 namespace {
@@ -15,6 +19,19 @@ auto parsed(F f, const std::string& option, const std::string& text) {
         const std::string what = error.what();
         throw UsageError(option, "{}", what.substr(option.size() + 2));
     }
+}
+
+void check_shutter(const CLI::App& app, const RenderArguments& a) {
+    if (app.count("--shutter-times") > 0 && a.shutter == 0) throw UsageError("--shutter-times", "needs --shutter");
+    if (a.shutter == 0) return;
+    if (a.frames.empty() && !a.animation) throw UsageError("--shutter", "needs --frames or --animation");
+    for (const char* other : {"--time", "--error"}) exclude(app, "--shutter", other);  // samples are dealt out first
+    const int samples = a.samples.value_or(kUsualSamples), times = shutter_count(a, samples);
+    if (times > samples) throw UsageError("--shutter-times", "{} samples are too few for {} times", samples, times);
+    const bool variance = std::ranges::find(a.aovs, "variance") != a.aovs.end();
+    if (variance && times > 1 && samples / times < 2)
+        throw UsageError("--shutter-times", "the layer variance takes two samples at each time, and {} are {} times",
+                         samples, times);
 }
 
 void check_movie(const CLI::App& app, const RenderArguments& a) {
@@ -44,6 +61,12 @@ void add_sequence_options(Options& options, RenderArguments& a) {
                       if (text.empty()) throw UsageError(name, "wants a name, a number, all or none");
                       a.animation = text;
                   });
+    options.value("--shutter", "S",
+                  "motion blur: the shutter is open for S of a frame, half of it ahead of the frame's time; 0 to 1 "
+                  "(default 0: at that time alone)",
+                  [&](const auto& name, const auto& text) { a.shutter = real(name, text, 0, 1); });
+    options.value("--shutter-times", "N", "at how many times it is seen meanwhile (default 8, or all samples)",
+                  [&](const auto& name, const auto& text) { a.shutter_times = whole(name, text, 1, kMaxSamples); });
     options.path("--movie", "FILE.mp4|.mov",
                  "the frames as a movie through the view transform, H.264 or ProRes; takes an ffmpeg in PATH", a.movie);
     options.flag("--overwrite", a.overwrite, "replace frames that are there with other settings or of another scene");
@@ -62,6 +85,7 @@ void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
     if (app.count("--check") > 0 && !sequence) throw UsageError("--check", "needs --frames");
     exclude(app, "--check", "--overwrite");
     if (a.movie) check_movie(app, a);
+    check_shutter(app, a);
     if (app.count("--fps") > 0 && !sequence && !a.animation) throw UsageError("--fps", "needs --frames or --animation");
     for (const auto& path : a.outputs) {
         const int placeholders = count_placeholders(path);

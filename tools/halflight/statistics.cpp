@@ -7,6 +7,7 @@
 #include "engine/core/metrics.h"
 #include "engine/core/statistics.h"
 #include "tools/halflight/facts.h"
+#include "tools/halflight/frame_renderer.h"
 
 namespace halflight {
 namespace {
@@ -141,6 +142,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
           {"camera", s.camera.name},
           {"bounces", s.bounces},
           {"filter", {{"shape", name(s.filter.shape)}, {"radius", s.filter.radius}}},
+          {"shutter", a.shutter > 0 ? Json{{"open", a.shutter}, {"times", shutter_count(a, s.samples)}} : Json()},
           {"clamp", s.clamp > 0 ? Json(s.clamp) : Json()},
           {"culling", rays::name(s.culling)},
           {"primary", name(stats.primary)},

@@ -1,0 +1,202 @@
+// Motion blur: known profiles, and that it is none where nothing moves.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <map>
+#include <regex>
+
+#include "engine/io/exr.h"
+#include "passes/cryptomatte.h"
+#include "tests/cli/animated_scenes.h"
+#include "tests/cli/process.h"
+
+namespace halflight::test {
+namespace {
+
+using Strings = std::vector<std::string>;
+
+constexpr int kSide = 32;               // pixels
+constexpr double kPixel = 4.0 / kSide;  // world units
+
+class Shutter : public testing::Test {
+  protected:
+    Outcome run(const std::string& scene, const Strings& more) {
+        Strings arguments = {"render", scene, "--width", std::to_string(kSide), "--height", std::to_string(kSide),
+                             "--fps",  "1"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_program(arguments);
+    }
+    ExrFile picture(const std::string& scene, const Strings& more) {
+        const std::string file = folder / "picture.exr";
+        Strings arguments = {file};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = run(scene, arguments);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return read_exr(file);
+    }
+    /// Of the row through the middle.
+    static std::vector<double> row(const ExrFile& file, const std::string& channel) {
+        const std::vector<float>& values = file.find(channel)->values;
+        return {values.begin() + kSide * kSide / 2, values.begin() + kSide * (kSide / 2 + 1)};
+    }
+
+    TemporaryFolder folder;
+    const std::string sliding = write_sliding_light(folder.path);
+};
+
+/// The part of a pixel, and of the time that the shutter is open, in which a square of side 1 covers it that goes from
+/// -travel / 2 to travel / 2 around the middle.
+double covered(int pixel, double travel) {
+    constexpr int kSteps = 256;
+    double sum = 0;
+    for (int i = 0; i < kSteps; ++i) {
+        const double x = (pixel + (i + 0.5) / kSteps) * kPixel - 2;
+        const double from = std::max(x - 0.5, -travel / 2), to = std::min(x + 0.5, travel / 2);
+        sum += std::max(to - from, 0.0) / travel;
+    }
+    return sum / kSteps;
+}
+
+double rms_error(const std::vector<double>& profile, double travel) {
+    double sum = 0;
+    for (int x = 0; x < kSide; ++x) {
+        const double error = profile[static_cast<std::size_t>(x)] - covered(x, travel);
+        sum += error * error;
+    }
+    return std::sqrt(sum / kSide);
+}
+
+// Each of 32 times is known to 1/32 of 2 units, or half a pixel; with the pixel's own width, four of them may go either
+// way at each edge.
+TEST_F(Shutter, MovingSquareHasTheProfileOfItsPath) {
+    const Strings settings = {"--frame", "1", "--samples", "32", "--shutter-times", "32"};
+    const auto profile = [&](const Strings& more) {
+        Strings all = settings;
+        all.insert(all.end(), more.begin(), more.end());
+        return row(picture(sliding, all), "R");
+    };
+    const std::map<std::string, Strings> movements = {{"the square", {"--animation", "slide", "--camera", "still"}},
+                                                      {"the camera", {"--animation", "pan", "--camera", "panning"}}};
+    for (const auto& [what, movement] : movements) {
+        for (const double open : {1.0, 0.5}) {
+            SCOPED_TRACE(fmt::format("{} moves, shutter {}", what, open));
+            std::vector<double> mean(kSide, 0.0);
+            constexpr int kSeeds = 8;
+            for (int seed = 0; seed < kSeeds; ++seed) {
+                Strings more = movement;
+                more.insert(more.end(), {"--shutter", std::to_string(open), "--seed", std::to_string(seed)});
+                const std::vector<double> one = profile(more);
+                double light = 0;
+                for (int x = 0; x < kSide; ++x) {
+                    const double value = one[static_cast<std::size_t>(x)];
+                    EXPECT_NEAR(value, covered(x, 2 * open), 8.0 / 32 / 2) << x;
+                    light += value;
+                    mean[static_cast<std::size_t>(x)] += value / kSeeds;
+                }
+                EXPECT_NEAR(light * kPixel, 1, 0.1) << "what leaves one pixel is in another";
+            }
+            EXPECT_LT(rms_error(mean, 2 * open), 0.015);
+        }
+    }
+    EXPECT_GT(rms_error(profile(movements.at("the square")), 2), 0.2) << "without --shutter";
+}
+
+TEST_F(Shutter, CameraAndSquareMoveAgainstEachOther) {
+    const ExrFile file = picture(sliding, {"--frame", "1", "--samples", "32", "--animation", "all", "--camera",
+                                           "panning", "--shutter", "0.5", "--shutter-times", "32"});
+    EXPECT_LT(rms_error(row(file, "R"), 2), 0.05) << "twice as fast as each of them";
+}
+
+TEST_F(Shutter, MattesHaveTheCoverageOfTheirLight) {
+    const ExrFile file = picture(sliding, {"--frame", "1", "--samples", "32", "--animation", "slide", "--camera",
+                                           "still", "--shutter", "1", "--aov", "cryptoobject,depth"});
+    const auto light = row(file, "R"), coverage = row(file, "CryptoObject00.G"), depth = row(file, "Z");
+    const std::vector<float>& ids = file.find("CryptoObject00.R")->values;
+    int partly = 0;
+    for (std::size_t x = 0; x < kSide; ++x) {
+        EXPECT_NEAR(coverage[x], light[x], 1e-6) << x;
+        if (light[x] > 0)
+            EXPECT_EQ(std::bit_cast<std::uint32_t>(ids[kSide * kSide / 2 + x]),
+                      std::bit_cast<std::uint32_t>(cryptomatte_id("slider")));
+        partly += light[x] > 0 && light[x] < 1 ? 1 : 0;
+        const bool inside = x >= 12 && x < 20;  // at the frame's own time
+        EXPECT_NEAR(depth[x], inside ? 5 : 1e10, 1e-4) << x;
+    }
+    EXPECT_GT(partly, 16);
+}
+
+// The samples are the same ones; sums of parts are rounded to float32 before they are added.
+TEST_F(Shutter, StillScenesStayAsTheyAre) {
+    const std::string scene = write_animated_scene(folder.path);
+    const Strings settings = {
+        "--frame",     "3",
+        "--animation", "none",
+        "--samples",   "11",
+        "--aov",       "emission,direct_diffuse,indirect_diffuse,samples,albedo,normal,position,ids,cryptoobject"};
+    Strings open = settings;
+    open.insert(open.end(), {"--shutter", "0.5"});
+    const ExrFile sharp = picture(scene, settings), blurred = picture(scene, open);
+    ASSERT_EQ(sharp.channels.size(), blurred.channels.size());
+    for (std::size_t c = 0; c < sharp.channels.size(); ++c) {
+        const ExrChannel &a = sharp.channels[c], &b = blurred.channels[c];
+        ASSERT_EQ(a.name, b.name);
+        std::size_t different = 0;
+        for (std::size_t i = 0; i < a.values.size(); ++i) {
+            const bool same_bits =
+                std::bit_cast<std::uint32_t>(a.values[i]) == std::bit_cast<std::uint32_t>(b.values[i]);
+            different +=
+                same_bits || std::abs(a.values[i] - b.values[i]) <= 5e-7f * (1 + std::abs(a.values[i])) ? 0 : 1;
+        }
+        EXPECT_EQ(different, 0u) << a.name;
+    }
+    EXPECT_EQ(blurred.attributes.extra.at("shutter"), "open for 0.5 of a frame, 8 times");
+    EXPECT_FALSE(sharp.attributes.extra.contains("shutter"));
+}
+
+TEST_F(Shutter, FramesAreTheSameHoweverTheyAreMade) {
+    const std::string scene = write_animated_scene(folder.path);
+    const auto make = [&](const std::string& into, const std::string& frames, const std::string& open = "0.7",
+                          const std::string& times = "2") {
+        std::filesystem::create_directory(folder / into);
+        return run(scene,
+                   {folder / into / "f.#.exr", "--frames", frames, "--samples", "4", "--shutter", open,
+                    "--shutter-times", times, "--camera", "moving", "--aov", "variance,motion", "--reproducible"});
+    };
+    ASSERT_EQ(make("whole", "1-3").status, 0);
+    for (const char* frame : {"3", "2", "1"}) ASSERT_EQ(make("alone", frame).status, 0);
+    for (int frame = 1; frame <= 3; ++frame) {
+        const std::string name = fmt::format("f.{}.exr", frame);
+        EXPECT_EQ(read_text(folder / "whole" / name), read_text(folder / "alone" / name)) << frame;
+    }
+    EXPECT_EQ(make("whole", "1", "0.6").status, 1) << "is no other frame";
+    EXPECT_EQ(make("whole", "1", "0.7", "1").status, 1) << "is no other frame";
+    EXPECT_EQ(make("whole", "1").status, 0);
+}
+
+TEST_F(Shutter, WhatMakesNoSense) {
+    const auto refused = [&](const Strings& more, const std::string& message) {
+        Strings arguments = {"render", sliding, folder / "a.exr"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        const Outcome outcome = run_program(arguments);
+        EXPECT_EQ(outcome.status, 2) << message;
+        EXPECT_TRUE(std::regex_match(outcome.err, std::regex("halflight: " + message + "\n"))) << outcome.err;
+    };
+    const auto open = [](Strings more) {
+        more.insert(more.end(), {"--animation", "all", "--shutter", "0.5"});
+        return more;
+    };
+    refused({"--shutter", "0.5"}, "--shutter: needs --frames or --animation");
+    refused({"--shutter", "1.5"}, "--shutter: wants a number from 0 to 1, not '1.5'");
+    refused({"--animation", "all", "--shutter-times", "4"}, "--shutter-times: needs --shutter");
+    refused(open({"--time", "1"}), "--shutter: cannot be given together with --time");
+    refused(open({"--error", "1"}), "--shutter: cannot be given together with --error");
+    refused(open({"--samples", "4", "--shutter-times", "5"}), "--shutter-times: 4 samples are too few for 5 times");
+    refused(open({"--samples", "5", "--shutter-times", "4", "--aov", "variance"}),
+            "--shutter-times: the layer variance takes two samples at each time, and 5 are 4 times");
+}
+
+}  // namespace
+}  // namespace halflight::test

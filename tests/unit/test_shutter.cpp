@@ -1,0 +1,100 @@
+// When the shutter is open, and pictures of several times as one.
+#include "passes/shutter.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+namespace halflight {
+namespace {
+
+TEST(ShutterTimes, AreOneInEachStratum) {
+    for (const auto& [samples, times] : {std::pair(16, 4), {7, 3}, {5, 5}, {64, 1}}) {
+        const std::vector<ShutterTime> all = shutter_times(samples, times, 1, 2);
+        ASSERT_EQ(all.size(), static_cast<std::size_t>(times));
+        int next = 0;
+        for (const ShutterTime& t : all) {
+            EXPECT_EQ(t.first_sample, next) << "of " << samples;
+            EXPECT_GE(t.samples, samples / times);
+            next += t.samples;
+            EXPECT_GE(t.at * samples, t.first_sample) << "before its stratum";
+            EXPECT_LT(t.at * samples, next) << "after its stratum";
+        }
+        EXPECT_EQ(next, samples);
+    }
+}
+
+// In the mean over frames each stratum's time is its middle: the standard error is 1 / sqrt(12 n) of a stratum.
+TEST(ShutterTimes, AreUniformOverFramesAndSeeds) {
+    constexpr int kFrames = 4000, kTimes = 3;
+    double sums[kTimes] = {}, product = 0;
+    for (std::uint32_t i = 0; i < kFrames; ++i) {
+        const auto all = shutter_times(kTimes, kTimes, i % 2, i / 2);
+        for (int k = 0; k < kTimes; ++k) sums[k] += all[static_cast<std::size_t>(k)].at * kTimes - k;
+        product += (all[0].at * kTimes - 0.5) * (all[1].at * kTimes - 1.5);
+    }
+    for (const double sum : sums) EXPECT_NEAR(sum / kFrames, 0.5, 4 / std::sqrt(12.0 * kFrames));
+    EXPECT_LT(std::abs(product / kFrames), 1.0 / 12) << "all strata have the same place in them";
+    EXPECT_EQ(shutter_times(8, 8, 3, 4)[5].at, shutter_times(8, 8, 3, 4)[5].at);
+    EXPECT_NE(shutter_times(8, 8, 3, 4)[5].at, shutter_times(8, 8, 3, 5)[5].at);
+    EXPECT_NE(shutter_times(8, 8, 3, 4)[5].at, shutter_times(8, 8, 4, 4)[5].at);
+}
+
+const std::vector<std::string> kAovs = {"albedo", "variance", "samples", "ids", "cryptoobject"};
+
+Image filled(int channels, std::initializer_list<float> values) {
+    Image image;
+    image.width = image.height = 1, image.channels = channels;
+    image.pixels = values;
+    image.pixels.resize(static_cast<std::size_t>(channels));
+    return image;
+}
+
+/// Of one pixel: `value` everywhere, object `name` on all samples.
+RenderResult picture(float value, int samples, const std::string& name) {
+    RenderResult r;
+    r.beauty = filled(4, {value, value, value, 1});
+    r.aovs = {{{}, filled(3, {value, 0, 0})},
+              {{}, filled(3, {value, 0, 0})},
+              {{}, filled(1, {static_cast<float>(samples)})},
+              {{}, filled(3, {value, 0, 0}), ExrType::uint32},
+              {{}, filled(12, {cryptomatte_id(name), 1})}};
+    r.attributes = cryptomatte_attributes("CryptoObject", std::vector<std::string>{name});
+    r.stats.samples = samples;
+    r.stats.passes = {{"aov", 1, 2.0}};
+    r.stats.bad_values = {{"shadow", 1, 0, 0}};
+    return r;
+}
+
+TEST(ShutterMean, WeighsPicturesByTheirSamples) {
+    ShutterMean mean(kAovs, 4);
+    mean.add(picture(8, 1, "a"));
+    mean.add(picture(4, 3, "b"));
+    ASSERT_TRUE(mean.wants_still());
+    const RenderResult r = mean.take(picture(7, 1, "c"));
+    EXPECT_EQ(r.beauty.pixels, (std::vector<float>{5, 5, 5, 1}));
+    EXPECT_EQ(r.aovs[0].image.pixels[0], 5) << "albedo";
+    EXPECT_EQ(r.aovs[1].image.pixels[0], 8 / 16.0f + 4 * 9 / 16.0f) << "variance";
+    EXPECT_EQ(r.aovs[2].image.pixels[0], 4) << "samples";
+    EXPECT_EQ(r.aovs[3].image.pixels[0], 7) << "ids";
+    const std::vector<float>& ranks = r.aovs[4].image.pixels;
+    EXPECT_EQ(std::bit_cast<std::uint32_t>(ranks[0]), std::bit_cast<std::uint32_t>(cryptomatte_id("b")));
+    EXPECT_EQ(ranks[1], 0.75f);
+    EXPECT_EQ(std::bit_cast<std::uint32_t>(ranks[2]), std::bit_cast<std::uint32_t>(cryptomatte_id("a")));
+    EXPECT_EQ(ranks[3], 0.25f);
+    EXPECT_EQ(r.stats.samples, 4);
+    EXPECT_EQ(r.stats.passes.at(0).runs, 2u);
+    EXPECT_EQ(r.stats.bad_values.at(0).nans, 2u);
+    for (const auto& [key, text] : r.attributes)
+        if (key.ends_with("/manifest")) EXPECT_EQ(nlohmann::json::parse(text).size(), 2u) << text;
+}
+
+TEST(ShutterMean, WantsNoMoreThanItTakes) {
+    EXPECT_FALSE(ShutterMean({"albedo", "variance", "cryptomaterial"}, 4).wants_still());
+    EXPECT_TRUE(ShutterMean({"depth"}, 4).wants_still());
+}
+
+}  // namespace
+}  // namespace halflight

@@ -1,0 +1,84 @@
+#include "tools/halflight/frame_renderer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "passes/shutter.h"
+#include "tools/halflight/render_parts.h"
+
+namespace halflight {
+
+int shutter_count(const RenderArguments& a, int samples) {
+    constexpr int kUsualTimes = 8;
+    if (a.shutter == 0) return 1;
+    const bool variance = std::ranges::find(a.aovs, "variance") != a.aovs.end();
+    return a.shutter_times.value_or(std::clamp(variance ? samples / 2 : samples, 1, kUsualTimes));
+}
+
+std::string shutter_text(const RenderArguments& a, int samples) {
+    if (a.shutter == 0) return "";
+    return fmt::format("open for {:g} of a frame, {} times", a.shutter, shutter_count(a, samples));
+}
+
+FrameRenderer::FrameRenderer(const RenderArguments& a, AnimatedScene& scene, gpu::Context& context,
+                             const ColorConfig& config, RenderSettings settings)
+    : a_(a), scene_(scene), context_(context), config_(config), settings_(std::move(settings)) {}
+
+RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& progress) {
+    load_seconds_ = 0;
+    set_frame(settings_, scene_, a_.frame_rate, frame);
+    return a_.shutter > 0 ? blurred(frame, progress) : picture(a_.frame_rate.seconds(frame), settings_, progress);
+}
+
+RenderResult FrameRenderer::picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress) {
+    Clock clock;
+    if (scene_.pose(seconds)) renderer_.reset();
+    load_seconds_ += clock.lap();
+    if (!renderer_) {
+        RenderSettings settings = settings_;
+        static_cast<FrameSettings&>(settings) = frame;
+        settings.want_view = settings.want_view && a_.shutter == 0;  // of the mean
+        renderer_.emplace(context_, scene_.scene(), config_, settings);
+    }
+    try {
+        return renderer_->render(frame, progress);
+    } catch (...) {
+        renderer_.reset();  // may be in the middle of anything
+        throw;
+    }
+}
+
+RenderResult FrameRenderer::blurred(std::uint32_t frame, const ProgressCallback& progress) {
+    const FrameSettings own = settings_;
+    const Clock clock;
+    ShutterMean mean(settings_.aovs, own.samples);
+    for (const ShutterTime& time : shutter_times(own.samples, shutter_count(a_, own.samples), own.seed, frame)) {
+        const double seconds = a_.frame_rate.seconds(frame + a_.shutter * (time.at - 0.5));
+        FrameSettings part = own;
+        part.camera = scene_.camera(seconds).camera;
+        part.first_sample = time.first_sample;
+        part.samples = time.samples;
+        const auto of_all = [&](RenderProgress p) {
+            p.samples_done += time.first_sample;
+            p.samples_total = own.samples;
+            p.seconds = clock.seconds();
+            return progress(p);
+        };
+        const bool prepared = renderer_ && !scene_.surfaces_move();
+        RenderResult result = picture(seconds, part, of_all);
+        if (result.stats.interrupted) return result;
+        if (prepared) result.stats.prepare_seconds = 0;  // for an earlier time
+        mean.add(result);
+    }
+    RenderResult still;
+    if (mean.wants_still()) {
+        FrameSettings one = own;
+        one.samples = 1;
+        still = picture(a_.frame_rate.seconds(frame), one, {});
+    }
+    RenderResult result = mean.take(std::move(still));
+    if (settings_.want_view) result.view = config_.view(settings_.view).apply(result.beauty);
+    return result;
+}
+
+}  // namespace halflight

@@ -1,0 +1,49 @@
+// Frames of an animated scene as pictures, with or without motion blur.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "passes/render.h"
+#include "tools/halflight/animated_scene.h"
+#include "tools/halflight/arguments.h"
+
+namespace halflight {
+
+/// At how many times a frame of so many samples is seen while the shutter is open: what was asked for, otherwise 8
+/// where there are as many samples, or twice as many for the layer "variance". 1 without a shutter.
+int shutter_count(const RenderArguments& arguments, int samples);
+
+/// "open for 0.5 of a frame, 8 times", as files tell it; empty without a shutter.
+std::string shutter_text(const RenderArguments& arguments, int samples);
+
+/// Renders with one Renderer for as long as no more than cameras move. Everything that it is given must outlive it.
+class FrameRenderer {
+  public:
+    FrameRenderer(const RenderArguments& arguments, AnimatedScene& scene, gpu::Context& context,
+                  const ColorConfig& config, RenderSettings settings);
+
+    /// The picture of a frame, at its own time; with a shutter that is open for S > 0, the mean of times up to S / 2
+    /// frames before and after. Throws Error where it cannot be made; other frames can.
+    RenderResult render(std::uint32_t frame, const ProgressCallback& progress);
+    /// Those of the frame rendered last: with its number and its camera.
+    const RenderSettings& settings() const { return settings_; }
+    /// That posing the scene took for it.
+    double load_seconds() const { return load_seconds_; }
+    std::string graph_dot() const { return renderer_->graph_dot(); }
+
+  private:
+    RenderResult picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress);
+    RenderResult blurred(std::uint32_t frame, const ProgressCallback& progress);
+
+    const RenderArguments& a_;
+    AnimatedScene& scene_;
+    gpu::Context& context_;
+    const ColorConfig& config_;
+    RenderSettings settings_;
+    std::optional<Renderer> renderer_;
+    double load_seconds_ = 0;
+};
+
+}  // namespace halflight
