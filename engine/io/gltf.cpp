@@ -12,6 +12,7 @@
 
 #include "engine/io/gltf_accessor.h"
 #include "engine/io/gltf_animation.h"
+#include "engine/io/gltf_driven.h"
 #include "engine/io/gltf_material.h"
 #include "engine/io/gltf_mesh.h"
 #include "engine/io/gltf_nodes.h"
@@ -167,7 +168,16 @@ Looks load_looks(GltfDocument& document, std::vector<GltfMaterial>& materials) {
     return looks;
 }
 
-/// With `kept`, looks are taken from there; those of the first time are left there.
+/// What may be driven. Of those whose glossiness became a texture nothing of it was left to be driven.
+void take_factors(Material& to, const GltfMaterial& from) {
+    to.base_color = from.material.base_color;
+    to.emission = from.material.emission;
+    if (from.glossiness) return;
+    to.metallic = from.material.metallic;
+    to.roughness = from.material.roughness;
+}
+
+/// With `kept`, looks are taken from there but for what may be driven; those of the first time are left there.
 Scene convert(GltfDocument& document, const std::filesystem::path& path, std::optional<Looks>* kept = nullptr) {
     Scene scene;
     scene.name = path.string();
@@ -176,8 +186,12 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, std::op
     GltfMeshes meshes(document, materials, scene.report);
     Instances instances(document, nodes, meshes, scene);
     for (const int node : nodes.shown) instances.add(node);
-    if (kept && !*kept) *kept = load_looks(document, materials);
+    if (kept && !*kept) {
+        std::vector<GltfMaterial> loaded = materials;
+        *kept = load_looks(document, loaded);
+    }
     Looks looks = kept ? **kept : load_looks(document, materials);
+    for (std::size_t i = 0; kept && i < materials.size(); ++i) take_factors(looks.materials[i], materials[i]);
     scene.images = std::move(looks.images);
     scene.materials = std::move(looks.materials);
     if (meshes.used_default_material()) scene.materials.emplace_back().name = "default";
@@ -222,8 +236,6 @@ Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options) {
 struct GltfScene::State {
     State(const std::filesystem::path& p, const GltfOptions& options) : path(p), document(open_gltf(p, options)) {}
 
-    tinygltf::Node& node(int index) { return document.model.nodes[static_cast<std::size_t>(index)]; }
-
     const std::vector<Animation>& read_all() {
         if (!animations) {
             const GltfWarnings before = std::exchange(document.warnings, {});
@@ -236,14 +248,10 @@ struct GltfScene::State {
         return *animations;
     }
 
-    /// Puts the nodes where they are at that time.
+    /// Puts the model into the state that it has at that time.
     void pose(double seconds, Playing playing) {
         document.warnings = opening_warnings;
-        for (const auto& [index, rest] : rest_poses) {
-            tinygltf::Node& n = node(index);
-            n.translation = rest.translation, n.rotation = rest.rotation, n.scale = rest.scale;
-            n.weights = rest.weights;
-        }
+        for (const auto& [target, values] : at_rest) set_driven_values(document.model, target, values);
         for (const std::size_t index : playing) {
             const Animation& animation = read_all().at(index);
             for (const AnimationChannel& channel : animation.channels) drive(animation, channel, seconds);
@@ -251,15 +259,12 @@ struct GltfScene::State {
     }
 
     void drive(const Animation& animation, const AnimationChannel& channel, double seconds) {
-        tinygltf::Node& n = node(channel.node);
-        rest_poses.try_emplace(channel.node, RestPose{n.translation, n.rotation, n.scale, n.weights});
-        std::vector<double>& target = channel.property == NodeProperty::translation ? n.translation
-                                      : channel.property == NodeProperty::rotation  ? n.rotation
-                                      : channel.property == NodeProperty::scale     ? n.scale
-                                                                                    : n.weights;
+        const GltfTarget target{channel.property, channel.target};
+        if (!at_rest.contains(target)) at_rest[target] = driven_values(document.model, target);
         const Keyframes& keys = animation.keyframes[channel.keyframes];
-        target.resize(static_cast<std::size_t>(keys.components));
-        sample(keys, seconds, target);
+        std::vector<double> values(static_cast<std::size_t>(keys.components));
+        sample(keys, seconds, values);
+        set_driven_values(document.model, target, values);
     }
 
     /// Whether these nodes and those below them carry more than cameras.
@@ -280,17 +285,14 @@ struct GltfScene::State {
         return false;
     }
 
-    struct RestPose {
-        std::vector<double> translation, rotation, scale, weights;
-    };
-
     std::filesystem::path path;
     GltfDocument document;
     GltfWarnings opening_warnings = document.warnings;
     std::optional<std::vector<Animation>> animations;
     std::vector<std::string> animation_warnings;
     std::optional<Looks> looks;
-    std::map<int, RestPose> rest_poses;  // of nodes that have been driven, as the file has them
+    // What has been driven, as the file has it.
+    std::map<GltfTarget, std::vector<double>> at_rest;
 };
 
 GltfScene::GltfScene(const std::filesystem::path& path, const GltfOptions& options)
@@ -346,8 +348,12 @@ std::vector<Camera> GltfScene::cameras_at(double seconds, Playing playing) {
 
 bool GltfScene::surfaces_move(Playing playing) {
     std::vector<int> driven;
-    for (const std::size_t index : playing)
-        for (const AnimationChannel& channel : animations().at(index).channels) driven.push_back(channel.node);
+    for (const std::size_t index : playing) {
+        for (const AnimationChannel& channel : animations().at(index).channels) {
+            if (of_material(channel.property) || of_light(channel.property)) return true;
+            if (of_node(channel.property)) driven.push_back(channel.target);
+        }
+    }
     return state_->carry_surfaces(std::move(driven));
 }
 

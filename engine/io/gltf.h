@@ -25,7 +25,8 @@ struct GltfOptions {
 /// and default morph weights give: morph targets and skins are applied, skinned meshes are in world space. Nodes that
 /// share a mesh become instances of one Mesh.
 ///
-/// Extensions: KHR_lights_punctual, KHR_materials_{clearcoat, emissive_strength, ior, pbrSpecularGlossiness, specular,
+/// Extensions: KHR_animation_pointer (of nodes, and what animation.h lists of materials, lights and cameras),
+/// KHR_lights_punctual, KHR_materials_{clearcoat, emissive_strength, ior, pbrSpecularGlossiness, specular,
 /// transmission, unlit}, KHR_mesh_quantization, KHR_texture_transform, EXT_mesh_gpu_instancing; and one of our own, at
 /// the root: HALFLIGHT_environment {"color": [r, g, b]}, constant radiance (linear Rec.709) from all around, for which
 /// glTF has nothing. Others are refused
@@ -68,7 +69,7 @@ class GltfScene {
     /// Of animations(): left out channels, one line each.
     const std::vector<std::string>& animation_warnings();
     GltfDeformers deformers() const;
-    /// Of skins and morph targets, nodes, cameras and the nodes of lights at that time, finite; without animations what
+    /// Of skins and morph targets, nodes, cameras, lights and materials at that time, finite; without animations what
     /// load_gltf() gives. Throws what that throws, also where the pose is at fault: "nodes[3]: its transform
     /// overflows".
     Scene at(double seconds, Playing playing);
@@ -76,7 +77,7 @@ class GltfScene {
     Scene at_rest();
     /// Only the cameras of at().
     std::vector<Camera> cameras_at(double seconds, Playing playing);
-    /// Whether at() gives more than other cameras as time goes by: meshes, instances or lights.
+    /// Whether at() gives more than other cameras as time goes by: meshes, instances, lights or materials.
     bool surfaces_move(Playing playing);
     /// That have been read so far: the scene's own first, buffers, images once at() has been called.
     const std::vector<std::filesystem::path>& files() const;

@@ -7,6 +7,7 @@
 #include <tuple>
 
 #include "engine/io/gltf_accessor.h"
+#include "engine/io/gltf_driven.h"
 #include "engine/io/gltf_schema.h"
 
 namespace halflight {
@@ -14,11 +15,11 @@ namespace {
 
 using Json = nlohmann::json;
 
-std::optional<NodeProperty> property_named(const std::string& path) {
-    if (path == "translation") return NodeProperty::translation;
-    if (path == "rotation") return NodeProperty::rotation;
-    if (path == "scale") return NodeProperty::scale;
-    if (path == "weights") return NodeProperty::weights;
+std::optional<AnimatedProperty> property_named(const std::string& path) {
+    if (path == "translation") return AnimatedProperty::translation;
+    if (path == "rotation") return AnimatedProperty::rotation;
+    if (path == "scale") return AnimatedProperty::scale;
+    if (path == "weights") return AnimatedProperty::weights;
     return std::nullopt;
 }
 
@@ -60,30 +61,45 @@ class Reader {
   private:
     void add_channel(Animation& animation, const Json& from, std::size_t index) {
         const std::string element = fmt::format("{}.channels[{}]", element_, index);
-        const Json& target = from.at("target");
-        const auto path = target.at("path").get<std::string>();
-        const auto property = property_named(path);
-        if (!property || !target.contains("node")) {
-            document_.warnings.add(property ? "drives no node, it is left out"
-                                            : fmt::format("drives '{}', which is not supported; it is left out", path),
-                                   element);
-            return;
-        }
-        const int node = target.at("node");
+        const auto target = target_of(from.at("target"), element);
+        if (!target) return;
         const auto sampler = from.at("sampler").get<std::size_t>();
         if (sampler >= samplers_->size())
             document_.fail(element, "sampler {} is not an index into its samplers, which has {}", sampler,
                            samplers_->size());
-        const int targets = check_target(element, node, *property);
-        const auto [it, is_new] = read_.try_emplace({sampler, *property, targets}, animation.keyframes.size());
-        if (is_new) animation.keyframes.push_back(read_sampler(sampler, *property, targets));
-        animation.channels.push_back({node, *property, it->second});
+        const int targets = of_node(target->property) ? check_node(element, target->index, target->property) : 0;
+        const auto [it, is_new] = read_.try_emplace({sampler, target->property, targets}, animation.keyframes.size());
+        if (is_new) animation.keyframes.push_back(read_sampler(sampler, target->property, targets));
+        animation.channels.push_back({target->property, target->index, it->second});
+    }
+
+    /// None where a warning says that it is left out.
+    std::optional<GltfTarget> target_of(const Json& from, const std::string& element) {
+        const auto path = from.at("path").get<std::string>();
+        if (path == "pointer") return pointed_at(from, element);
+        const auto property = property_named(path);
+        if (property && from.contains("node")) return GltfTarget{*property, from.at("node").get<int>()};
+        document_.warnings.add(property ? "drives no node, it is left out"
+                                        : fmt::format("drives '{}', which is not supported; it is left out", path),
+                               element);
+        return std::nullopt;
+    }
+
+    std::optional<GltfTarget> pointed_at(const Json& from, const std::string& element) {
+        const auto at = Json::json_pointer("/extensions/KHR_animation_pointer/pointer");
+        if (!from.contains(at)) document_.fail(element, "has no KHR_animation_pointer to say what it drives");
+        const auto pointer = from.at(at).get<std::string>();
+        const auto target = follow_pointer(document_, pointer, element);
+        if (!target)
+            document_.warnings.add(fmt::format("drives '{}', which is not supported; it is left out", pointer),
+                                   element);
+        return target;
     }
 
     /// Number of morph targets where weights are driven, else 0.
-    int check_target(const std::string& element, int index, NodeProperty property) const {
+    int check_node(const std::string& element, int index, AnimatedProperty property) const {
         const tinygltf::Node& node = document_.model.nodes[static_cast<std::size_t>(index)];
-        if (property != NodeProperty::weights) {
+        if (property != AnimatedProperty::weights) {
             if (!node.matrix.empty()) document_.fail(element, "nodes[{}] has a matrix, which cannot be driven", index);
             return 0;
         }
@@ -95,7 +111,7 @@ class Reader {
         return static_cast<int>(targets);
     }
 
-    Keyframes read_sampler(std::size_t index, NodeProperty property, int targets) const {
+    Keyframes read_sampler(std::size_t index, AnimatedProperty property, int targets) const {
         const std::string element = fmt::format("{}.samplers[{}]", element_, index);
         const Json& from = samplers_->at(index);
         const std::string name = from.value("interpolation", "LINEAR");
@@ -103,24 +119,27 @@ class Reader {
         if (!interpolation) document_.fail(element, "interpolation '{}' is unknown", name);
         Keyframes keys;
         keys.interpolation = *interpolation;
-        keys.rotation = property == NodeProperty::rotation;
-        keys.components = property == NodeProperty::weights ? targets : keys.rotation ? 4 : 3;
+        const bool weights = property == AnimatedProperty::weights;
+        keys.rotation = property == AnimatedProperty::rotation;
+        keys.components = weights ? targets : components_of(property);
         const int input = from.at("input"), output = from.at("output");
         // An accessor of weights has an element for each of them.
         const std::size_t per_key = (keys.interpolation == Interpolation::cubic_spline ? 3 : 1) *
-                                    static_cast<std::size_t>(property == NodeProperty::weights ? targets : 1);
+                                    static_cast<std::size_t>(weights ? targets : 1);
         const std::size_t expected = accessors_.count(input) * per_key;
         if (accessors_.count(output) != expected)
             document_.fail(element, "its output has {} elements for {} keys, {} expected", accessors_.count(output),
                            accessors_.count(input), expected);
         keys.times = accessors_.read<float>(input, element + ".input");
         const std::string purpose = element + ".output";
-        if (property == NodeProperty::weights)
+        if (weights || keys.components == 1)
             keys.values = accessors_.read<float>(output, 0, expected, purpose, true);
-        else if (keys.rotation)
+        else if (keys.components == 4)
             keys.values = flat(accessors_.read<vec4>(output, 0, expected, purpose, true));
-        else
+        else if (of_node(property))
             keys.values = flat(accessors_.read<vec3>(output, purpose));
+        else
+            keys.values = flat(accessors_.read<vec3>(output, 0, expected, purpose, true));
         check_keyframes(keys, fmt::format("{}: {}", document_.file, element));
         return keys;
     }
@@ -129,7 +148,7 @@ class Reader {
     const GltfAccessors accessors_;
     std::string element_;
     const Json* samplers_ = nullptr;
-    std::map<std::tuple<std::size_t, NodeProperty, int>, std::size_t> read_;  // samplers may serve many channels
+    std::map<std::tuple<std::size_t, AnimatedProperty, int>, std::size_t> read_;  // samplers may serve many channels
 };
 
 }  // namespace

@@ -17,6 +17,7 @@ using Json = nlohmann::json;
 const std::set<std::string, std::less<>> kSupportedExtensions{
     "EXT_mesh_gpu_instancing",
     "HALFLIGHT_environment",
+    "KHR_animation_pointer",
     "KHR_lights_punctual",
     "KHR_materials_clearcoat",
     "KHR_materials_emissive_strength",

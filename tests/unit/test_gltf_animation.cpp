@@ -199,7 +199,7 @@ TEST_F(GltfAnimation, WarningsAreOfOnePose) {
     GltfBuilder b = moving();
     b.push("nodes", {{"mesh", 0}, {"scale", {0, 0, 0}}});
     Json& channels = b.json["animations"][0]["channels"];
-    channels.push_back({{"sampler", 0}, {"target", {{"node", 0}, {"path", "pointer"}}}});
+    channels.push_back({{"sampler", 0}, {"target", {{"node", 0}, {"path", "visibility"}}}});
     channels.push_back({{"sampler", 0}, {"target", {{"path", "translation"}}}});
     GltfScene scene = open(b);
     const std::vector<std::string> expected = {"nodes[1]: is scaled to nothing, it is left out"};
@@ -208,7 +208,7 @@ TEST_F(GltfAnimation, WarningsAreOfOnePose) {
     EXPECT_EQ(scene.animations()[0].channels.size(), 1u);
     EXPECT_EQ(
         scene.animation_warnings(),
-        (std::vector<std::string>{"animations[0].channels[1]: drives 'pointer', which is not supported; it is left out",
+        (std::vector<std::string>{"animations[0].channels[1]: drives 'visibility', which is not supported; it is left out",
                                   "animations[0].channels[2]: drives no node, it is left out"}));
 }
 

@@ -4,6 +4,7 @@
 #include <charconv>
 #include <map>
 #include <numeric>
+#include <set>
 
 #include "tools/halflight/loading.h"
 
@@ -47,21 +48,40 @@ std::vector<std::size_t> choose_animations(GltfScene& scene, const RenderArgumen
 /// Of animations that drive the same thing only the last one is seen, which is seldom what was meant.
 void warn_of_conflicts(const std::vector<Animation>& animations, const std::vector<std::size_t>& playing,
                        const Console& console) {
-    std::map<std::pair<int, NodeProperty>, std::size_t> driver;
+    constexpr std::size_t kMostNamed = 8;
+    std::map<std::pair<AnimatedProperty, int>, std::size_t> driver;
+    std::set<std::size_t> in_conflict;
     for (const std::size_t index : playing) {
         for (const AnimationChannel& channel : animations[index].channels) {
-            const auto [it, is_new] = driver.try_emplace({channel.node, channel.property}, index);
-            if (is_new || it->second == index) continue;
-            return console.warn(
-                "animations {} and {} drive the same nodes, and the later one wins; --animation chooses",
-                title(animations, it->second), title(animations, index));
+            const auto [it, is_new] = driver.try_emplace({channel.property, channel.target}, index);
+            if (!is_new && it->second != index) in_conflict.insert({it->second, index});
         }
     }
+    if (in_conflict.empty()) return;
+    std::vector<std::string> names;
+    for (const std::size_t index : in_conflict)
+        if (names.size() < kMostNamed) names.push_back(title(animations, index));
+    if (in_conflict.size() > kMostNamed) names.push_back(fmt::format("{} more", in_conflict.size() - kMostNamed));
+    const std::string last = names.back();
+    names.pop_back();
+    console.warn("animations {} and {} drive the same things, of which the last one wins; --animation chooses",
+                 fmt::join(names, ", "), last);
+}
+
+/// Whether light may come later where there is none at 0 s.
+bool drive_light(const std::vector<Animation>& animations, const std::vector<std::size_t>& playing) {
+    return std::ranges::any_of(playing, [&](std::size_t index) {
+        return std::ranges::any_of(animations[index].channels, [](const AnimationChannel& channel) {
+            return of_light(channel.property) || channel.property == AnimatedProperty::emissive_factor ||
+                   channel.property == AnimatedProperty::emissive_strength;
+        });
+    });
 }
 
 }  // namespace
 
 AnimatedScene::AnimatedScene(const RenderArguments& a, const Console& console) {
+    bool lit_later = false;
     if (a.frames.empty() && !a.animation) {
         scene_ = load_scene(a.scene, a.allow_outside, console);
     } else {
@@ -70,6 +90,7 @@ AnimatedScene::AnimatedScene(const RenderArguments& a, const Console& console) {
         if (!playing_.empty()) {
             for (const std::string& warning : file_->animation_warnings()) console.warn("{}", warning);
             warn_of_conflicts(file_->animations(), playing_, console);
+            lit_later = drive_light(file_->animations(), playing_);
         }
         surfaces_move_ = file_->surfaces_move(playing_);
         scene_ = file_->at(0, playing_);
@@ -77,7 +98,8 @@ AnimatedScene::AnimatedScene(const RenderArguments& a, const Console& console) {
         files_ = file_->files();
         if (playing_.empty()) file_.reset();  // with its copy of the images
     }
-    set_environment(scene_, a.environment, console);
+    const bool chosen = !std::holds_alternative<std::monostate>(a.environment);
+    if (chosen || !lit_later) set_environment(scene_, a.environment, console);
     camera_ = choose_camera(scene_, a);
 }
 
