@@ -80,6 +80,8 @@ class ColorConfig {
     static ColorConfig load(const std::optional<std::filesystem::path>& file = std::nullopt);
 
     const std::string& source() const;  ///< the file's name, or "built-in"
+    /// What the config is made of: its own file, then LUTs that it names and that are there; none of the built-in one.
+    const std::vector<std::filesystem::path>& files() const;
     std::vector<std::string> displays() const;
     std::vector<std::string> views(const std::string& display) const;
     std::vector<std::string> looks() const;

@@ -62,10 +62,10 @@ ocio::TransformRcPtr rec709_to_aces() {
     return group;
 }
 
-ocio::ConstConfigRcPtr open(const std::string& file) {
-    ocio::ConstConfigRcPtr config = read_config(file);
-    if (config->getNumDisplays() == 0) throw ocio::Exception("the config has no active displays");
-    return config;
+ConfigFile open(const std::string& file) {
+    ConfigFile read = read_config(file);
+    if (read.config->getNumDisplays() == 0) throw ocio::Exception("the config has no active displays");
+    return read;
 }
 
 /// OCIO says which file it is, and so do we; once is enough.
@@ -87,14 +87,19 @@ ColorConfig ColorConfig::load(const std::optional<std::filesystem::path>& file) 
     const char* const environment = std::getenv("OCIO");
     auto data = std::make_shared<Data>();
     std::string subject = "built-in colour config";
+    const auto take = [&](const std::string& name) {
+        data->source = name;
+        ConfigFile read = open(name);
+        data->config = std::move(read.config);
+        data->files = std::move(read.files);
+    };
     try {
         if (file) {
-            subject = data->source = file->string();
-            data->config = open(data->source);
+            subject = file->string();
+            take(subject);
         } else if (environment && *environment) {
-            data->source = environment;
-            subject = "$OCIO (" + data->source + ")";
-            data->config = open(data->source);
+            subject = fmt::format("$OCIO ({})", environment);
+            take(environment);
         } else {
             data->source = "built-in";
             std::istringstream text(kEmbeddedConfig);
@@ -123,6 +128,10 @@ ColorConfig ColorConfig::load(const std::optional<std::filesystem::path>& file) 
 
 const std::string& ColorConfig::source() const {
     return data_->source;
+}
+
+const std::vector<std::filesystem::path>& ColorConfig::files() const {
+    return data_->files;
 }
 
 std::vector<std::string> ColorConfig::displays() const {

@@ -3,7 +3,9 @@
 
 #include <OpenColorIO/OpenColorIO.h>
 
+#include <filesystem>
 #include <string>
+#include <vector>
 
 #include "engine/color/color.h"
 
@@ -15,12 +17,18 @@ namespace ocio = OCIO_NAMESPACE;
 inline constexpr auto kOptimization =
     static_cast<ocio::OptimizationFlags>(ocio::OPTIMIZATION_LOSSLESS | ocio::OPTIMIZATION_LUT_INV_FAST);
 
+/// A config, and the files that it is made of.
+struct ConfigFile {
+    ocio::ConstConfigRcPtr config;
+    std::vector<std::filesystem::path> files;  // its own first, then those of LUTs that are there
+};
 /// The config in a file, and what it names are regular files. Throws ocio::Exception.
-ocio::ConstConfigRcPtr read_config(const std::filesystem::path& path);
+ConfigFile read_config(const std::filesystem::path& path);
 
 struct ColorConfig::Data {
     ocio::ConstConfigRcPtr config;
     std::string source;
+    std::vector<std::filesystem::path> files;
     std::string rendering_space;       // a name of the config that `from_rec709` leads to
     ocio::TransformRcPtr from_rec709;  // null where rendering_space is linear Rec.709 itself
 };

@@ -1,4 +1,5 @@
 #include <filesystem>
+#include <set>
 #include <sstream>
 
 #include "engine/color/ocio.h"
@@ -13,12 +14,14 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kMaxConfigBytes = std::uint64_t{64} << 20;  // the largest of the ACES project's has 2 MB
 constexpr std::uint64_t kMaxLutBytes = std::uint64_t{1} << 30;      // as text, 129^3 entries have a tenth of that
 
-/// Refuses files that OpenColorIO would read without end or wait for: it opens whatever it is given.
+/// Finds the files of a config, and refuses those that OpenColorIO would read without end or wait for: it opens
+/// whatever it is given.
 class FileGuard {
   public:
     explicit FileGuard(const ocio::Config& config) : config_(config) {}
 
-    void check_all() const {
+    /// Those that are there, in the order of their names.
+    std::set<fs::path> check_all() {
         for (int i = 0; i < config_.getNumColorSpaces(ocio::SEARCH_REFERENCE_SPACE_ALL, ocio::COLORSPACE_ALL); ++i) {
             const auto space = config_.getColorSpace(
                 config_.getColorSpaceNameByIndex(ocio::SEARCH_REFERENCE_SPACE_ALL, ocio::COLORSPACE_ALL, i));
@@ -41,10 +44,11 @@ class FileGuard {
             check(named->getTransform(ocio::TRANSFORM_DIR_FORWARD));
             check(named->getTransform(ocio::TRANSFORM_DIR_INVERSE));
         }
+        return files_;
     }
 
   private:
-    void check(const ocio::ConstTransformRcPtr& transform) const {
+    void check(const ocio::ConstTransformRcPtr& transform) {
         if (const auto group = std::dynamic_pointer_cast<const ocio::GroupTransform>(transform)) {
             for (int i = 0; i < group->getNumTransforms(); ++i) check(group->getTransform(i));
         } else if (const auto file = std::dynamic_pointer_cast<const ocio::FileTransform>(transform)) {
@@ -52,7 +56,7 @@ class FileGuard {
         }
     }
 
-    void check_file(const char* source) const {
+    void check_file(const char* source) {
         fs::path path;
         try {
             path = config_.getCurrentContext()->resolveFileLocation(source);
@@ -66,9 +70,11 @@ class FileGuard {
             throw ocio::Exception(
                 fmt::format("LUT {}: {} bytes are more than the limit of {}", path.string(), size, kMaxLutBytes)
                     .c_str());
+        files_.insert(path);
     }
 
     const ocio::Config& config_;
+    std::set<fs::path> files_;
 };
 
 /// OpenColorIO's exceptions go without the file's name.
@@ -82,14 +88,16 @@ std::string read(const fs::path& path) {
 
 }  // namespace
 
-ocio::ConstConfigRcPtr read_config(const fs::path& path) {
+ConfigFile read_config(const fs::path& path) {
     const std::string bytes = read(path);
     if (is_lfs_pointer(bytes)) throw ocio::Exception("it is a Git LFS pointer, not the file itself");
     std::istringstream text(bytes);
     const ocio::ConfigRcPtr config = ocio::Config::CreateFromStream(text)->createEditableCopy();
     config->setWorkingDir(fs::absolute(path).parent_path().c_str());  // where relative names of files begin
-    FileGuard(*config).check_all();
-    return config;
+    ConfigFile result{config, {path}};
+    const std::set<fs::path> luts = FileGuard(*config).check_all();
+    result.files.insert(result.files.end(), luts.begin(), luts.end());
+    return result;
 }
 
 }  // namespace halflight

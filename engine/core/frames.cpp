@@ -81,11 +81,15 @@ void snap_to_ntsc(std::int64_t& whole, std::int64_t& power) {
 std::string frames_text(const std::vector<std::uint32_t>& frames) {
     std::string text;
     for (std::size_t i = 0; i < frames.size();) {
-        std::size_t end = i + 1;
-        while (end < frames.size() && frames[end] > frames[end - 1] && frames[end] - frames[end - 1] == 1) ++end;
+        std::size_t end = i + 1;  // of what goes on by the same step
+        const bool rises = end < frames.size() && frames[end] > frames[i];
+        const std::uint32_t step = rises ? frames[end] - frames[i] : 0;
+        while (rises && end < frames.size() && frames[end] > frames[end - 1] && frames[end] - frames[end - 1] == step)
+            ++end;
         if (end - i < 3) end = i + 1;
         text += fmt::format("{}{}", text.empty() ? "" : ",", frames[i]);
         if (end - i > 1) text += fmt::format("-{}", frames[end - 1]);
+        if (end - i > 1 && step > 1) text += fmt::format("x{}", step);
         i = end;
     }
     return text;

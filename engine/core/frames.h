@@ -16,7 +16,7 @@ inline constexpr std::size_t kMaxFrames = std::size_t{1} << 20;  ///< in one lis
 /// is `subject`: anything else, or more than kMaxFrames.
 std::vector<std::uint32_t> parse_frames(std::string_view subject, std::string_view text);
 
-/// The reverse: "1-10,15", ranges where three or more follow each other. In the order given.
+/// The reverse: "1-10,15,20-30x5", ranges where three or more follow each other by the same step. In the order given.
 std::string frames_text(const std::vector<std::uint32_t>& frames);
 
 /// One of so many consecutive parts of a list, whose lengths differ by one at most.

@@ -1,16 +1,20 @@
 #include "engine/io/files.h"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <atomic>
 #include <cerrno>
+#include <map>
 #include <random>
+#include <set>
 #include <system_error>
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/hash.h"
 
 namespace halflight {
 namespace {
@@ -21,23 +25,11 @@ std::string reason(int error) {
     return std::generic_category().message(error);
 }
 
-/// Removes its file unless told to keep it.
-struct Temporary {
-    explicit Temporary(fs::path p) : path(std::move(p)) {}
-    Temporary(const Temporary&) = delete;
-    Temporary& operator=(const Temporary&) = delete;
-    ~Temporary() {
-        if (!path.empty()) unlink(path.c_str());
-    }
-    void keep() { path.clear(); }
-    fs::path path;
-};
-
 class Descriptor {
   public:
     Descriptor(const fs::path& path, int flags, mode_t mode = 0) : fd_(open(path.c_str(), flags | O_CLOEXEC, mode)) {}
-    Descriptor(const Descriptor&) = delete;
-    Descriptor& operator=(const Descriptor&) = delete;
+    Descriptor(Descriptor&& other) noexcept : fd_(std::exchange(other.fd_, -1)) {}
+    Descriptor& operator=(Descriptor&&) = delete;
     ~Descriptor() {
         if (fd_ >= 0) ::close(fd_);
     }
@@ -45,6 +37,19 @@ class Descriptor {
 
   private:
     int fd_;
+};
+
+/// Removes its file unless told to keep it. Its lock tells others that somebody is writing.
+struct Temporary {
+    Temporary(fs::path p, Descriptor d) : path(std::move(p)), lock(std::move(d)) {}
+    Temporary(Temporary&& other) noexcept : path(std::exchange(other.path, {})), lock(std::move(other.lock)) {}
+    Temporary& operator=(Temporary&&) = delete;
+    ~Temporary() {
+        if (!path.empty()) unlink(path.c_str());
+    }
+    void keep() { path.clear(); }
+    fs::path path;
+    Descriptor lock;
 };
 
 /// A regular file.
@@ -76,16 +81,32 @@ fs::path follow_links(const fs::path& path) {
     throw Error(path.string(), "cannot write: {}", reason(ELOOP));
 }
 
+/// How names of a target's temporaries begin.
+std::string temporary_prefix(const fs::path& target) {
+    return fmt::format(".halflight-{:016x}-", hash_of(target.filename().string()));
+}
+
 /// Creates an empty file beside `target` under a name that nobody has. The extension stays: some writers go by it.
-fs::path create_beside(const fs::path& target, const std::string& subject) {
+Temporary create_beside(const fs::path& target, const std::string& subject) {
     static std::atomic<unsigned> counter{0};
     std::random_device random;
     for (;;) {
-        const fs::path path = target.parent_path() / fmt::format(".halflight-{}-{}-{:08x}{}", getpid(), counter++,
-                                                                 random(), target.extension().string());
-        if (Descriptor(path, O_CREAT | O_EXCL | O_WRONLY, 0666) >= 0) return path;
-        if (errno != EEXIST) throw Error(subject, "cannot write: {}", reason(errno));
+        const fs::path path = target.parent_path() / fmt::format("{}{}-{}-{:08x}{}", temporary_prefix(target), getpid(),
+                                                                 counter++, random(), target.extension().string());
+        Descriptor file(path, O_CREAT | O_EXCL | O_WRONLY, 0666);
+        if (file < 0 && errno != EEXIST) throw Error(subject, "cannot write: {}", reason(errno));
+        if (file < 0) continue;
+        // Ahead of its lock it may look abandoned to others, and be removed.
+        const bool locked = flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
+        struct stat info {};
+        if (locked && fstat(file, &info) == 0 && info.st_nlink > 0) return {path, std::move(file)};
     }
+}
+
+/// Removes a temporary that nobody writes any more. Without locks nobody can tell.
+void remove_unlocked(const fs::path& path) {
+    const Descriptor file(path, O_RDONLY | O_NONBLOCK | O_NOFOLLOW);
+    if (file >= 0 && flock(file, LOCK_EX | LOCK_NB) == 0) unlink(path.c_str());
 }
 
 void sync(const fs::path& path, const std::string& subject) {
@@ -114,7 +135,7 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
     if (exists && faccessat(AT_FDCWD, target.c_str(), W_OK, AT_EACCESS) != 0)
         throw Error(subject, "cannot write: {}", reason(errno));
 
-    Temporary temporary(create_beside(target, subject));
+    Temporary temporary = create_beside(target, subject);
     write(temporary.path);
     sync(temporary.path, subject);
     if (exists && chmod(temporary.path.c_str(), old.st_mode & 07777) != 0)
@@ -122,6 +143,24 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
     if (rename(temporary.path.c_str(), target.c_str()) != 0) throw Error(subject, "cannot write: {}", reason(errno));
     temporary.keep();
     sync_folder(target.parent_path());
+}
+
+void remove_abandoned(std::span<const fs::path> paths) {
+    std::map<fs::path, std::set<std::string>> prefixes;  // by folder
+    for (const fs::path& path : paths) {
+        try {
+            const fs::path target = follow_links(path);
+            const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
+            prefixes[folder].insert(temporary_prefix(target));
+        } catch (const std::exception&) {  // a loop of links, which writing will complain about
+        }
+    }
+    for (const auto& [folder, wanted] : prefixes) {
+        const std::size_t length = wanted.begin()->size();
+        std::error_code none;
+        for (fs::directory_iterator entry(folder, none), end; !none && entry != end; entry.increment(none))
+            if (wanted.contains(entry->path().filename().string().substr(0, length))) remove_unlocked(entry->path());
+    }
 }
 
 void check_writable(const fs::path& path) {

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -17,6 +18,10 @@ namespace halflight {
 /// reason. What `write` throws is passed on.
 void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path& temporary)>& write);
+
+/// Removes what write_atomically() of processes that were killed has left of these files. Temporaries of those that
+/// live, and of file systems without locks, stay; so does what cannot be removed.
+void remove_abandoned(std::span<const std::filesystem::path> paths);
 
 /// Throws Error if a file of this name cannot be written here, as far as that can be told without writing it.
 void check_writable(const std::filesystem::path& path);

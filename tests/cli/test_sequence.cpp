@@ -189,6 +189,8 @@ TEST_F(Sequence, InPartsAndChecked) {
     const auto before = contents("a");
     EXPECT_NE(run("a", "1-5", {"--check"}).err.find("frames 2,4 of 5"), std::string::npos);
     EXPECT_NE(run("a", "1-5", {"--check", "--seed", "2"}).err.find("frames 1-5 of 5"), std::string::npos);
+    EXPECT_NE(run("a", "1-5", {"--check", "--part", "2/3"}).err.find("frame 2 of part 2/3: missing"),
+              std::string::npos);
     EXPECT_EQ(contents("a"), before);
     EXPECT_EQ(run("a", "1-5", {"--check", "--overwrite"}).status, 2);
     EXPECT_EQ(run("a", "1-5", {"--part", "4/3"}).status, 2);
@@ -222,6 +224,62 @@ TEST_F(Sequence, FramesOfOtherSettingsAreAnError) {
     // A frame under another's name is not that frame.
     fs::copy_file(file("out", 3), file("out", 6));
     EXPECT_EQ(run("out", "6").status, 1);
+}
+
+/// A config whose only view is what the table says.
+fs::path write_config_with_table(const fs::path& folder, const std::string& table) {
+    write_text(folder / "table.cube", table);
+    write_text(folder / "config.ocio", R"(ocio_profile_version: 1
+search_path: "."
+roles: {default: lin_srgb, scene_linear: lin_srgb}
+displays:
+  d:
+    - !<View> {name: v, colorspace: out}
+colorspaces:
+  - !<ColorSpace> {name: lin_srgb}
+  - !<ColorSpace>
+    name: out
+    from_reference: !<FileTransform> {src: table.cube, interpolation: linear}
+)");
+    return folder / "config.ocio";
+}
+
+TEST_F(Sequence, TablesOfTheColourConfigAreSettings) {
+    const std::string table = "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n";
+    const Strings config = {"--ocio", write_config_with_table(folder.path, table), "--aov", "depth"};
+    make("out", "1", config);
+    EXPECT_EQ(make("out", "1", config).err, "halflight: 1 of 1 frames are there already\n");
+    write_config_with_table(folder.path, "LUT_1D_SIZE 2\n0 0 0\n1 1 0.5\n");
+    EXPECT_EQ(run("out", "1", config).status, 1) << "of another table";
+}
+
+TEST_F(Sequence, StatisticsAreAFileWhateverWasMade) {
+    make("out", "1");
+    make("out", "1", {"--stats", folder / "s.json"});
+    EXPECT_EQ(read_text(folder / "s.json"), "");
+}
+
+TEST_F(Sequence, WhatAKilledRunHasLeftIsRemoved) {
+    // Killed while a movie is written, which is all the time.
+    fs::create_directory(folder / "bin");
+    write_text(folder / "bin" / "ffmpeg", "#!/bin/sh\ncat > /dev/null\n");
+    fs::permissions(folder / "bin" / "ffmpeg", fs::perms::owner_all);
+    const std::string path = "PATH=" + (folder / "bin").string() + ":/usr/bin:/bin";
+    const auto hidden = [&] {
+        return std::count_if(fs::directory_iterator(folder / "out"), {},
+                             [](const auto& entry) { return entry.path().filename().string().starts_with("."); });
+    };
+    RunOptions killed{.environment = {path}};
+    killed.watch = [](pid_t child, const std::string& err) {
+        if (err.find("frame 1 written") != std::string::npos) kill(child, SIGKILL);
+    };
+    const Strings movie = {"--movie", folder / "out" / "m.mp4"};
+    EXPECT_EQ(run("out", "1-100000", movie, killed).status, 128 + SIGKILL);
+    EXPECT_GE(hidden(), 1);
+    make("out", "1", {"--overwrite"});
+    EXPECT_GE(hidden(), 1) << "of a file that this run does not write";
+    EXPECT_EQ(run("out", "1", movie, {.environment = {path}}).status, 1) << "that ffmpeg writes nothing";
+    EXPECT_EQ(hidden(), 0);
 }
 
 TEST_F(Sequence, HowHitsAreFoundIsNoOtherSetting) {

@@ -47,6 +47,8 @@ inside() {
     # What submit cannot use, it says before anything is queued.
     if "$source/tools/slurm/submit" --halflight "$program" none.glb out/x.####.exr --frames 1-2 2>said; then return 1; fi
     grep --quiet none.glb said || { cat said; return 1; }
+    if "$source/tools/slurm/submit" --halflight "$program" --logs walk.glb/logs "${render[@]}" 2>said; then return 1; fi
+    [ "$(cat said)" = "submit: --logs: 'walk.glb/logs' is no folder that can be written" ] || { cat said; return 1; }
 }
 
 export -f inside

@@ -324,6 +324,10 @@ TEST(Color, TablesReachCpuAndGpu) {
         EXPECT_NEAR(shown(swap, vec3(0.1f, 0.2f, 0.3f))[c], vec3(0.3f, 0.2f, 0.1f)[c], 1e-6);
         EXPECT_NEAR(shown(half, vec3(0.1f, 0.2f, 0.3f))[c], vec3(0.05f, 0.1f, 0.15f)[c], 1e-6);
     }
+    std::vector<std::string> names;
+    for (const fs::path& file : config.files()) names.push_back(file.filename().string());
+    EXPECT_EQ(names, (std::vector<std::string>{"config.ocio", "half.spi1d", "swap.cube"}));
+    EXPECT_TRUE(built_in().files().empty());
     for (const ViewProcessor& view : {swap, half}) {
         const GpuShader shader = view.gpu_shader();
         ASSERT_EQ(shader.luts.size(), 1u);

@@ -1,11 +1,14 @@
 // Atomic output and guarded reading.
 #include <fcntl.h>
 #include <gtest/gtest.h>
+#include <signal.h>
 #include <sys/stat.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <filesystem>
 #include <fstream>
+#include <vector>
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
@@ -150,6 +153,35 @@ TEST_F(Files, SymbolicLinksAreFollowed) {
     EXPECT_EQ(read_file(folder_ / "far/later", 9), "made");
     fs::create_symlink("loop", folder_ / "loop");
     EXPECT_NE(error_of([&] { write_file(folder_ / "loop", ""); }).find("symbolic links"), std::string::npos);
+}
+
+TEST_F(Files, WhatKilledWritersLeaveCanBeRemoved) {
+    const auto die_writing = [&](const fs::path& path) {
+        const pid_t child = fork();
+        if (child == 0) write_atomically(path, [](const auto&) { raise(SIGKILL); });
+        waitpid(child, nullptr, 0);
+    };
+    const std::vector<fs::path> mine = {folder_ / "a.exr", folder_ / "b.exr"};
+    die_writing(folder_ / "a.exr");
+    die_writing(folder_ / "other.exr");
+    ASSERT_EQ(entries(), 2u) << "of each its temporary";
+    write_atomically(folder_ / "b.exr", [&](const auto& temporary) {
+        remove_abandoned(mine);
+        EXPECT_TRUE(fs::exists(temporary)) << "its writer lives";
+        EXPECT_EQ(entries(), 2u) << "that and the other's";
+    });
+    EXPECT_TRUE(fs::exists(folder_ / "b.exr"));
+    const fs::path other[] = {folder_ / "other.exr", folder_ / "none" / "x"};
+    remove_abandoned(other);
+    EXPECT_EQ(entries(), 1u);
+    // By a link, the temporary is where that leads.
+    fs::create_directories(folder_ / "far");
+    fs::create_symlink("far/target", folder_ / "link");
+    const fs::path link[] = {folder_ / "link"};
+    die_writing(link[0]);
+    EXPECT_FALSE(fs::is_empty(folder_ / "far"));
+    remove_abandoned(link);
+    EXPECT_TRUE(fs::is_empty(folder_ / "far"));
 }
 
 TEST_F(Files, AFullDiskIsNoticedByCloseAtTheLatest) {

@@ -84,6 +84,9 @@ TEST(Frames, AsText) {
     EXPECT_EQ(again("7"), "7");
     EXPECT_EQ(again("1,2,4,5,6,9"), "1,2,4-6,9");
     EXPECT_EQ(again("3,2,1,2"), "3,2,1") << "in their order";
+    EXPECT_EQ(again("1-9x2,20"), "1-9x2,20");
+    EXPECT_EQ(again("0,10,20,21,22"), "0-20x10,21,22");
+    EXPECT_EQ(again("1,3,8,10"), "1,3,8,10");
     EXPECT_EQ(again("4294967293-4294967295,0-2"), "4294967293-4294967295,0-2");
 }
 

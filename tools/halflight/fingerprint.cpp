@@ -56,9 +56,8 @@ void add_environment(Fingerprint& print, const RenderArguments& a) {
 
 void add_color(Fingerprint& print, const RenderArguments& a, const ColorConfig& config) {
     print.values("{} {}", a.half, a.working_space);
-    std::error_code none;
-    const bool named = std::filesystem::is_regular_file(config.source(), none);
-    named ? print.file(config.source()) : print.text(config.source());
+    for (const auto& file : config.files()) print.file(file);
+    print.values("{} files", config.files().size());
     print.text(a.view.display).text(a.view.view).text(a.view.look).values("{}", a.view.exposure);
 }
 

@@ -12,8 +12,8 @@
 namespace halflight {
 
 /// Of all that decides the pixels of a sequence: the contents of the scene's files, of environment map and colour
-/// config, the settings, the program's version. How hits are found, what is printed and where files are is no part of
-/// it. Throws Error for a file that can no longer be read.
+/// config with its LUTs, the settings, the program's version. How hits are found, what is printed and where files are
+/// is no part of it. Throws Error for a file that can no longer be read.
 std::string sequence_fingerprint(const RenderArguments& arguments, const RenderSettings& settings,
                                  const AnimatedScene& scene, const ColorConfig& config);
 

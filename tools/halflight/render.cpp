@@ -16,9 +16,11 @@ namespace {
 
 /// Everything that can be told before the long work.
 void check_outputs(const RenderArguments& a) {
-    for (const auto& path : a.outputs) check_writable(path);
-    if (a.stats) check_writable(*a.stats);
-    if (a.graph) check_writable(*a.graph);
+    std::vector<std::filesystem::path> files = a.outputs;
+    if (a.stats) files.push_back(*a.stats);
+    if (a.graph) files.push_back(*a.graph);
+    remove_abandoned(files);
+    for (const auto& path : files) check_writable(path);
 }
 
 /// Throws if a signal asked to stop.

@@ -16,6 +16,7 @@
 #include "tools/halflight/frame_names.h"
 #include "tools/halflight/frame_renderer.h"
 #include "tools/halflight/movie.h"
+#include "tools/halflight/options.h"
 #include "tools/halflight/progress.h"
 #include "tools/halflight/render_parts.h"
 #include "tools/halflight/signals.h"
@@ -84,7 +85,8 @@ std::vector<std::uint32_t> frames_to_make(const RenderArguments& a, const std::s
     return todo;
 }
 
-/// A line at the end of the file, which a run that was killed may have left without the end of its last one.
+/// A line at the end of the file, which a run that was killed may have left without the end of its last one. Of an
+/// empty one no more than that end, so that there is a file.
 void append_line(const std::filesystem::path& path, const std::string& line) {
     const auto check = [&](bool good) {
         if (!good) throw Error(path.string(), "cannot write: {}", std::generic_category().message(errno));
@@ -94,7 +96,7 @@ void append_line(const std::filesystem::path& path, const std::string& line) {
     const off_t size = lseek(file, 0, SEEK_END);
     char last = '\n';
     if (size > 0 && pread(file, &last, 1, size - 1) != 1) last = '\n';
-    const std::string text = (last == '\n' ? "" : "\n") + line + "\n";
+    const std::string text = (last == '\n' ? "" : "\n") + (line.empty() ? "" : line + "\n");
     const bool written = write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
     const bool closed = close(file) == 0;
     check(written && closed);
@@ -192,9 +194,12 @@ class Sequence {
     std::optional<FrameRenderer> renderer_;
 };
 
-/// "frames 3,7-9 of 24", for messages.
-std::string of_all(const std::vector<std::uint32_t>& frames, const RenderArguments& a) {
-    return fmt::format("frame{} {} of {}", frames.size() == 1 ? "" : "s", frames_text(frames), a.frames.size());
+/// "frames 3,7-9 of 24", "frame 4 of part 2/5", for messages.
+std::string of_all(std::vector<std::uint32_t> frames, const RenderArguments& a) {
+    std::ranges::sort(frames);
+    const std::string whole =
+        a.part.of == 1 ? std::to_string(a.frames.size()) : fmt::format("part {}/{}", a.part.number, a.part.of);
+    return fmt::format("frame{} {} of {}", frames.size() == 1 ? "" : "s", frames_text(frames), whole);
 }
 
 void check_frames(const RenderArguments& a, const Console& console) {
@@ -284,9 +289,13 @@ void run_sequence(const RenderArguments& all) {
         return;
     }
     if (a.check) return check_frames(a, console);
+    Paths files = output_files(a);
+    if (a.movie) files.push_back(*a.movie);
+    remove_abandoned(files);
     check_folders(a);
     Sequence sequence(a, console);
     const std::vector<std::uint32_t> todo = frames_to_make(a, sequence.fingerprint(), console);
+    if (a.stats) append_line(*a.stats, "");
     Tally tally;
     tally.kept = a.frames.size() - todo.size();
     if (tally.kept > 0) console.note("{} of {} frames are there already", tally.kept, a.frames.size());
