@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 
+#include "passes/frame_constants.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"
 
@@ -23,7 +24,8 @@ constexpr std::array kAovs = {
     AovInfo{"position", "XYZ", "world position at the pixel's centre, world units; 0 where there is no surface"},
     AovInfo{"depth", "Z",
             "distance along the camera's axis at the pixel's centre, world units; 1e10 where there is no surface"},
-    AovInfo{"motion", "XY", "pixels moved since the previous frame, x right, y down, at the pixel's centre"},
+    AovInfo{"motion", "XY",
+            "pixels that the surface at the pixel's centre moved since the previous frame, x right, y down"},
     AovInfo{
         "ids", "",
         "uint32 ids.instance, ids.primitive, ids.material at the pixel's centre; 4294967295 where there is no surface"},
@@ -165,6 +167,26 @@ void Film::add_data(const Band& band, const std::vector<shared::AovRecord>& reco
             to[1] = std::bit_cast<float>(source.triangle);
             to[2] = std::bit_cast<float>(material);
         }
+    });
+}
+
+void Film::add_surface_motion(const Band& band, const std::vector<shared::AovRecord>& records,
+                              const PreviousSurfaces& surfaces, const Camera& previous) {
+    Image* motion = plane("motion");
+    if (!motion) return;
+    const dvec2 size(band.image);
+    const dmat4 to_clip = world_to_clip(previous, band.image, 1);  // depth is not looked at
+    for_each_pixel(band, [&](int x, int y, std::size_t path) {
+        const shared::AovRecord& r = records[path];
+        if (r.triangle == shared::kMiss) return;
+        const TriangleSource source = source_of(tables_, r.instance, r.triangle);
+        if (!surfaces.moved(source.instance)) return;
+        const dvec3 before = surfaces.before(source.instance, source.triangle, dvec3(r.position) + tables_.origin);
+        const dvec4 clip = to_clip * dvec4(before, 1);
+        if (!(clip.w > 0)) return;  // behind the camera it had no place in the picture
+        const dvec2 there = dvec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w) * size;
+        motion->at(x, y)[0] = static_cast<float>(x + 0.5 - there.x);
+        motion->at(x, y)[1] = static_cast<float>(y + 0.5 - there.y);
     });
 }
 

@@ -33,6 +33,9 @@ class Film {
     /// coverage: by path index.
     void add_ids(const Band& band, int samples, std::string_view aov, const IdCoverage& coverage);
     void add_data(const Band& band, const std::vector<shared::AovRecord>& records);
+    /// After add_data(): motion of surfaces that were elsewhere in the frame before.
+    void add_surface_motion(const Band& band, const std::vector<shared::AovRecord>& records,
+                            const PreviousSurfaces& surfaces, const Camera& previous);
     void add_debug(const Band& band, const std::vector<shared::DebugRecord>& records);
 
     /// Beauty, view and the AOVs that were asked for, in that order. Leaves the film empty.

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "engine/core/pixel_filter.h"
+#include "engine/scene/motion.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
@@ -21,9 +22,10 @@ struct ErrorTarget {
 struct FrameSettings {
     Camera camera;
     std::optional<Camera> previous_camera{};  // of the frame before, for the motion output; without: `camera`
-    int samples = 64;                         // per pixel, > 0
-    int first_sample = 0;                     // >= 0; the picture's are those from here on of the frame's sequence
-    PixelFilter filter{};                     // that the picture is made with; data at pixel centres is without
+    const PreviousSurfaces* previous_surfaces = nullptr;  // of the frame before, likewise; null: as they are
+    int samples = 64;                                     // per pixel, > 0
+    int first_sample = 0;   // >= 0; the picture's are those from here on of the frame's sequence
+    PixelFilter filter{};   // that the picture is made with; data at pixel centres is without
     double time_limit = 0;  // seconds; > 0: samples are added until it is spent, at least one, `samples` at most
     /// Samples are added until the error is below it at kConfidence (engine/core/statistics.h), `samples` at most. Then
     /// there are a multiple of kReplicates samples, at least twice as many (passes/replicates.h).

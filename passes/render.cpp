@@ -298,7 +298,13 @@ struct Renderer::State {
             look(frame, centres);
             executor.run(with.data);
         }
-        if (with.aov) film.add_data(where, executor.read<shared::AovRecord>(with.aov));
+        if (with.aov) {
+            const auto records = executor.read<shared::AovRecord>(with.aov);
+            film.add_data(where, records);
+            if (frame.previous_surfaces)
+                film.add_surface_motion(where, records, *frame.previous_surfaces,
+                                        frame.previous_camera.value_or(frame.camera));
+        }
         if (with.debug) film.add_debug(where, executor.read<shared::DebugRecord>(with.debug));
     }
 };

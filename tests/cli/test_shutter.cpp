@@ -7,6 +7,7 @@
 #include <cmath>
 #include <map>
 #include <regex>
+#include <tuple>
 
 #include "engine/io/exr.h"
 #include "passes/cryptomatte.h"
@@ -174,6 +175,30 @@ TEST_F(Shutter, FramesAreTheSameHoweverTheyAreMade) {
     EXPECT_EQ(make("whole", "1", "0.6").status, 1) << "is no other frame";
     EXPECT_EQ(make("whole", "1", "0.7", "1").status, 1) << "is no other frame";
     EXPECT_EQ(make("whole", "1").status, 0);
+}
+
+TEST_F(Shutter, MotionIsThatOfSquareAndCamera) {
+    for (const auto& [animation, camera, pixels] : {std::tuple("slide", "still", 8.0),
+                                                    {"pan", "panning", 8.0},
+                                                    {"all", "panning", 16.0},
+                                                    {"none", "still", 0.0}}) {
+        // Two frames a second: a unit, or 8 pixels, each. At 1 s the square is in the middle.
+        const std::string file = folder / "motion.exr";
+        const Outcome outcome =
+            run_program({"render", sliding, file, "--width", "32", "--frame", "2", "--fps", "2", "--samples", "1",
+                         "--animation", animation, "--camera", camera, "--aov", "motion"});
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        const ExrFile picture = read_exr(file);
+        const auto x = row(picture, "motion.X"), y = row(picture, "motion.Y");
+        for (std::size_t i = 0; i < kSide; ++i) {
+            if (camera != std::string("panning")) {
+                EXPECT_NEAR(x[i], i >= 12 && i < 20 ? pixels : 0, 1e-3) << animation << " " << i;
+            } else if (i >= 12 && i < 20) {
+                EXPECT_NEAR(x[i], pixels, 1e-3) << animation << " " << i;
+            }
+            EXPECT_NEAR(y[i], 0, 1e-3) << animation << " " << i;
+        }
+    }
 }
 
 TEST_F(Shutter, WhatMakesNoSense) {

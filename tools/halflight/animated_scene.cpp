@@ -105,11 +105,15 @@ AnimatedScene::AnimatedScene(const RenderArguments& a, const Console& console) {
 
 bool AnimatedScene::pose(double seconds) {
     if (!surfaces_move_ || seconds == posed_at_) return false;
-    Scene posed = file_->at(seconds, playing_);
+    Scene posed = this->posed(seconds);
     posed.environment = std::move(scene_.environment);
     scene_ = std::move(posed);
     posed_at_ = seconds;
     return true;
+}
+
+Scene AnimatedScene::posed(double seconds) {
+    return file_->at(seconds, playing_);
 }
 
 ChosenCamera AnimatedScene::camera(double seconds) {

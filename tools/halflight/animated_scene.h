@@ -29,6 +29,8 @@ class AnimatedScene {
     /// moves, or it was posed for that time already. Cameras are told by camera(). Throws Error where the pose is at
     /// fault, and leaves scene() as it was.
     bool pose(double seconds);
+    /// As it is at another time, without an environment. Where surfaces_move() alone. Throws what pose() does.
+    Scene posed(double seconds);
     /// Whether pose() can ever return true.
     bool surfaces_move() const { return surfaces_move_; }
     ChosenCamera camera(double seconds);

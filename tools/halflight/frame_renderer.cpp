@@ -27,7 +27,22 @@ FrameRenderer::FrameRenderer(const RenderArguments& a, AnimatedScene& scene, gpu
 RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& progress) {
     load_seconds_ = 0;
     set_frame(settings_, scene_, a_.frame_rate, frame);
-    return a_.shutter > 0 ? blurred(frame, progress) : picture(a_.frame_rate.seconds(frame), settings_, progress);
+    return a_.shutter > 0 ? blurred(frame, progress) : still(frame, settings_, progress);
+}
+
+RenderResult FrameRenderer::still(std::uint32_t frame, const FrameSettings& settings,
+                                  const ProgressCallback& progress) {
+    const double seconds = a_.frame_rate.seconds(frame);
+    if (!scene_.surfaces_move() || std::ranges::find(a_.aovs, "motion") == a_.aovs.end())
+        return picture(seconds, settings, progress);
+    Clock clock;
+    Scene before = scene_.posed(a_.frame_rate.seconds(static_cast<double>(frame) - 1));
+    if (scene_.pose(seconds)) renderer_.reset();
+    load_seconds_ += clock.lap();
+    const PreviousSurfaces surfaces(scene_.scene(), std::move(before));
+    FrameSettings moving = settings;
+    moving.previous_surfaces = &surfaces;
+    return picture(seconds, moving, progress);
 }
 
 RenderResult FrameRenderer::picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress) {
@@ -37,6 +52,7 @@ RenderResult FrameRenderer::picture(double seconds, const FrameSettings& frame, 
     if (!renderer_) {
         RenderSettings settings = settings_;
         static_cast<FrameSettings&>(settings) = frame;
+        settings.previous_surfaces = nullptr;                        // of this picture alone
         settings.want_view = settings.want_view && a_.shutter == 0;  // of the mean
         renderer_.emplace(context_, scene_.scene(), config_, settings);
     }
@@ -70,13 +86,13 @@ RenderResult FrameRenderer::blurred(std::uint32_t frame, const ProgressCallback&
         if (prepared) result.stats.prepare_seconds = 0;  // for an earlier time
         mean.add(result);
     }
-    RenderResult still;
+    RenderResult own_time;
     if (mean.wants_still()) {
         FrameSettings one = own;
         one.samples = 1;
-        still = picture(a_.frame_rate.seconds(frame), one, {});
+        own_time = still(frame, one, {});
     }
-    RenderResult result = mean.take(std::move(still));
+    RenderResult result = mean.take(std::move(own_time));
     if (settings_.want_view) result.view = config_.view(settings_.view).apply(result.beauty);
     return result;
 }

@@ -35,6 +35,8 @@ class FrameRenderer {
 
   private:
     RenderResult picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress);
+    /// At the frame's own time, with the motion of surfaces where it is asked for.
+    RenderResult still(std::uint32_t frame, const FrameSettings& settings, const ProgressCallback& progress);
     RenderResult blurred(std::uint32_t frame, const ProgressCallback& progress);
 
     const RenderArguments& a_;

@@ -1,0 +1,61 @@
+#include "engine/scene/motion.h"
+
+#include <map>
+#include <utility>
+
+namespace halflight {
+namespace {
+
+const Mesh& mesh_of(const Scene& scene, const Instance& instance) {
+    return scene.meshes[static_cast<std::size_t>(instance.mesh)];
+}
+
+/// A node has many instances where EXT_mesh_gpu_instancing says so.
+using Key = std::pair<int, int>;  // node, place among its instances
+
+template <class F>
+void for_each_key(const Scene& scene, F f) {
+    std::map<int, int> seen;
+    for (std::size_t i = 0; i < scene.instances.size(); ++i) {
+        const int node = scene.instances[i].node;
+        f(Key(node, seen[node]++), i);
+    }
+}
+
+}  // namespace
+
+PreviousSurfaces::PreviousSurfaces(const Scene& now, Scene before)
+    : now_(now), before_(std::move(before)), before_of_(now.instances.size(), kNone) {
+    std::map<Key, std::size_t> places;
+    for_each_key(before_, [&](const Key& key, std::size_t i) { places[key] = i; });
+    for_each_key(now_, [&](const Key& key, std::size_t i) {
+        const auto found = places.find(key);
+        if (found == places.end()) return;
+        const Instance &here = now_.instances[i], &there = before_.instances[found->second];
+        const Mesh &mesh = mesh_of(now_, here), &old = mesh_of(before_, there);
+        const bool same_triangles = mesh.triangles == old.triangles && mesh.positions.size() == old.positions.size();
+        const bool still = here.object_to_world == there.object_to_world && mesh.positions == old.positions;
+        if (same_triangles && !still) before_of_[i] = static_cast<int>(found->second);
+    });
+}
+
+dvec3 PreviousSurfaces::before(std::uint32_t instance, std::uint32_t triangle, const dvec3& now) const {
+    const Instance& here = now_.instances[instance];
+    const Instance& there = before_.instances[static_cast<std::size_t>(before_of_[instance])];
+    const Mesh &mesh = mesh_of(now_, here), &old = mesh_of(before_, there);
+    const uvec3 corners = mesh.triangles[triangle];
+    const auto corner = [](const Mesh& m, const Instance& i, std::uint32_t vertex) {
+        return dvec3(i.object_to_world * dvec4(dvec3(m.positions[vertex]), 1));
+    };
+    const dvec3 a = corner(mesh, here, corners.x);
+    const dvec3 ab = corner(mesh, here, corners.y) - a, ac = corner(mesh, here, corners.z) - a;
+    // Barycentrics by areas, which suit points that rounding has moved off the plane.
+    const dvec3 normal = glm::cross(ab, ac);
+    const double area = glm::dot(normal, normal);
+    const double v = glm::dot(glm::cross(now - a, ac), normal) / area;
+    const double w = glm::dot(glm::cross(ab, now - a), normal) / area;
+    const dvec3 old_a = corner(old, there, corners.x);
+    return old_a + v * (corner(old, there, corners.y) - old_a) + w * (corner(old, there, corners.z) - old_a);
+}
+
+}  // namespace halflight
