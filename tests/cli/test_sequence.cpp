@@ -1,75 +1,17 @@
-// Sequences: the same frames however they are made, what is kept, what fails.
-#include <fmt/format.h>
-#include <gtest/gtest.h>
+// Sequences: the same frames however they are made, and what is kept.
 #include <signal.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cstring>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
-#include <sstream>
 
-#include "engine/io/exr.h"
-#include "tests/cli/animated_scenes.h"
-#include "tests/cli/process.h"
+#include "tests/cli/sequence_test.h"
 
 namespace halflight::test {
 namespace {
 
-namespace fs = std::filesystem;
-using Strings = std::vector<std::string>;
 using Json = nlohmann::json;
-
-class Sequence : public testing::Test {
-  protected:
-    /// Frames of 16 x 16 pixels and two samples into folder/into/f.####.exr unless told otherwise.
-    Outcome run(const std::string& into, const std::string& frames, const Strings& more = {},
-                const RunOptions& options = {}) {
-        fs::create_directory(folder / into);
-        Strings arguments = {"render",    scene,      folder / into / "f.####.exr",
-                             "--frames",  frames,     "--width",
-                             "16",        "--height", "16",
-                             "--samples", "2",        "--reproducible"};
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        return run_program(arguments, options);
-    }
-    Outcome make(const std::string& into, const std::string& frames, const Strings& more = {},
-                 const RunOptions& options = {}) {
-        Outcome outcome = run(into, frames, more, options);
-        EXPECT_EQ(outcome.status, 0) << outcome.err;
-        return outcome;
-    }
-    fs::path file(const std::string& in, int frame) const { return folder / in / fmt::format("f.{:04}.exr", frame); }
-    std::map<std::string, std::string> contents(const std::string& of) const {
-        std::map<std::string, std::string> files;
-        for (const auto& entry : fs::directory_iterator(folder / of))
-            if (!entry.path().filename().string().starts_with(".")) files[entry.path().filename()] = read_text(entry);
-        return files;
-    }
-    static bool same_bits(const std::vector<float>& a, const std::vector<float>& b) {
-        return a.size() == b.size() &&
-               std::memcmp(a.data(), b.data(), a.size() * sizeof(float)) == 0;  // ids may be NaN
-    }
-    static bool same_pixels(const fs::path& a, const fs::path& b) {
-        const ExrFile x = read_exr(a), y = read_exr(b);
-        if (x.channels.size() != y.channels.size()) return false;
-        for (std::size_t i = 0; i < x.channels.size(); ++i)
-            if (x.channels[i].name != y.channels[i].name || !same_bits(x.channels[i].values, y.channels[i].values))
-                return false;
-        return true;
-    }
-    /// The last line of stderr.
-    static std::string last_line(const Outcome& outcome) {
-        const std::string text = outcome.err.substr(0, outcome.err.find_last_not_of('\n') + 1);
-        return text.substr(text.find_last_of('\n') + 1);
-    }
-
-    TemporaryFolder folder;
-    std::string scene = write_animated_scene(folder.path);
-};
 
 /// Kills a run of frames 1 to 24 once five of them are there. False where it was too fast for that.
 bool kill_in_the_middle(const std::function<Outcome(const RunOptions&)>& start, const fs::path& folder) {
@@ -226,141 +168,10 @@ TEST_F(Sequence, FramesOfOtherSettingsAreAnError) {
     EXPECT_EQ(run("out", "6").status, 1);
 }
 
-/// A config whose only view is what the table says.
-fs::path write_config_with_table(const fs::path& folder, const std::string& table) {
-    write_text(folder / "table.cube", table);
-    write_text(folder / "config.ocio", R"(ocio_profile_version: 1
-search_path: "."
-roles: {default: lin_srgb, scene_linear: lin_srgb}
-displays:
-  d:
-    - !<View> {name: v, colorspace: out}
-colorspaces:
-  - !<ColorSpace> {name: lin_srgb}
-  - !<ColorSpace>
-    name: out
-    from_reference: !<FileTransform> {src: table.cube, interpolation: linear}
-)");
-    return folder / "config.ocio";
-}
-
-TEST_F(Sequence, TablesOfTheColourConfigAreSettings) {
-    const std::string table = "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n";
-    const Strings config = {"--ocio", write_config_with_table(folder.path, table), "--aov", "depth"};
-    make("out", "1", config);
-    EXPECT_EQ(make("out", "1", config).err, "halflight: 1 of 1 frames are there already\n");
-    write_config_with_table(folder.path, "LUT_1D_SIZE 2\n0 0 0\n1 1 0.5\n");
-    EXPECT_EQ(run("out", "1", config).status, 1) << "of another table";
-}
-
-TEST_F(Sequence, StatisticsAreAFileWhateverWasMade) {
-    make("out", "1");
-    make("out", "1", {"--stats", folder / "s.json"});
-    EXPECT_EQ(read_text(folder / "s.json"), "");
-}
-
-TEST_F(Sequence, WhatAKilledRunHasLeftIsRemoved) {
-    // Killed while a movie is written, which is all the time.
-    fs::create_directory(folder / "bin");
-    write_text(folder / "bin" / "ffmpeg", "#!/bin/sh\ncat > /dev/null\n");
-    fs::permissions(folder / "bin" / "ffmpeg", fs::perms::owner_all);
-    const std::string path = "PATH=" + (folder / "bin").string() + ":/usr/bin:/bin";
-    const auto hidden = [&] {
-        return std::count_if(fs::directory_iterator(folder / "out"), {},
-                             [](const auto& entry) { return entry.path().filename().string().starts_with("."); });
-    };
-    RunOptions killed{.environment = {path}};
-    killed.watch = [](pid_t child, const std::string& err) {
-        if (err.find("frame 1 written") != std::string::npos) kill(child, SIGKILL);
-    };
-    const Strings movie = {"--movie", folder / "out" / "m.mp4"};
-    EXPECT_EQ(run("out", "1-100000", movie, killed).status, 128 + SIGKILL);
-    EXPECT_GE(hidden(), 1);
-    make("out", "1", {"--overwrite"});
-    EXPECT_GE(hidden(), 1) << "of a file that this run does not write";
-    EXPECT_EQ(run("out", "1", movie, {.environment = {path}}).status, 1) << "that ffmpeg writes nothing";
-    EXPECT_EQ(hidden(), 0);
-}
-
 TEST_F(Sequence, HowHitsAreFoundIsNoOtherSetting) {
     make("out", "1", {"--culling", "off"});
     EXPECT_EQ(make("out", "1", {"--culling", "compute", "--stats", folder / "s.json"}).err,
               "halflight: 1 of 1 frames are there already\n");
-}
-
-TEST_F(Sequence, OneBadFrameStopsNoOther) {
-    scene = write_scene_with_bad_frame(folder.path);
-    const std::string stats = folder / "stats.json";
-    const Outcome outcome = run("out", "1-5", {"--fps", "1", "--stats", stats});
-    EXPECT_EQ(outcome.status, 1);
-    EXPECT_TRUE(
-        std::regex_match(last_line(outcome), std::regex("halflight: .*f.####.exr: frame 3 of 5 failed: .*overflows")))
-        << outcome.err;
-    EXPECT_EQ(contents("out").size(), 4u);
-    EXPECT_FALSE(fs::exists(file("out", 3)));
-    EXPECT_FALSE(same_pixels(file("out", 2), file("out", 4))) << "frame 4 shows what it should";
-    std::istringstream lines(read_text(stats));
-    std::vector<Json> all;
-    for (std::string line; std::getline(lines, line);) all.push_back(Json::parse(line));
-    ASSERT_EQ(all.size(), 5u);
-    EXPECT_EQ(all[2].at("frame"), 3);
-    EXPECT_TRUE(all[2].contains("error"));
-    EXPECT_EQ(all[3].at("time"), 4);
-    EXPECT_EQ(all[3].at("outputs"), Strings{file("out", 4)});
-    const Outcome quiet = run("out", "1-5", {"--fps", "1", "--quiet"});
-    EXPECT_EQ(quiet.status, 1);
-    EXPECT_EQ(std::count(quiet.err.begin(), quiet.err.end(), '\n'), 1) << quiet.err;
-}
-
-TEST_F(Sequence, WhatCannotBeWrittenIsTheMatterOfItsFrame) {
-    fs::create_directories(file("out", 2));
-    const Outcome outcome = run("out", "1-3");
-    EXPECT_EQ(outcome.status, 1);
-    EXPECT_TRUE(std::regex_match(last_line(outcome), std::regex(".*frame 2 of 3 failed: .*f.0002.exr.*directory")))
-        << outcome.err;
-    EXPECT_TRUE(fs::exists(file("out", 1)) && fs::exists(file("out", 3)));
-
-    const Outcome nowhere = run_program({"render", scene, folder / "none" / "f.#.exr", "--frames", "1"});
-    EXPECT_EQ(nowhere.status, 1);
-    EXPECT_TRUE(std::regex_match(nowhere.err, std::regex(".*none/f.#.exr: cannot write: No such file.*\n")))
-        << nowhere.err;
-}
-
-TEST_F(Sequence, FullDisk) {
-    // Frames of 64 x 64 pixels of noise need more bytes than that; the driver's cache must not run into the limit.
-    const auto limit = [] {
-        const rlimit size{8192, 8192};
-        setrlimit(RLIMIT_FSIZE, &size);
-    };
-    fs::create_directory(folder / "out");
-    const Outcome outcome =
-        run_program({"render", scene, folder / "out" / "f.%02d.exr", "--frames", "1-2", "--width", "64", "--height",
-                     "64", "--samples", "1", "--animation", "none", "--aov", "normal", "--quiet"},
-                    {.environment = {"MESA_SHADER_CACHE_DISABLE=true"}, .in_child = limit});
-    EXPECT_EQ(outcome.status, 1);
-    EXPECT_TRUE(std::regex_match(
-        outcome.err, std::regex("halflight: .*f.%02d.exr: frames 1,2 of 2 failed: .*f.01.exr: .*File too large\n")))
-        << outcome.err;
-    EXPECT_TRUE(fs::is_empty(folder / "out")) << "something is left";
-}
-
-TEST_F(Sequence, StoppedBySignal) {
-    bool sent = false;
-    RunOptions options;
-    options.watch = [&](pid_t child, const std::string& err) {
-        if (!sent && err.find("frame 2 written") != std::string::npos) sent = kill(child, SIGTERM) == 0;
-    };
-    fs::create_directory(folder / "out");
-    const Outcome outcome = run("out", "1-100000", {}, options);
-    EXPECT_EQ(outcome.status, 128 + SIGTERM);
-    EXPECT_TRUE(
-        std::regex_match(last_line(outcome),
-                         std::regex("halflight: .*: interrupted in frame [0-9]+: [0-9]+ of 100000 frames are there")))
-        << outcome.err;
-    for (const auto& entry : fs::directory_iterator(folder / "out")) EXPECT_NO_THROW(read_exr(entry.path()));
-    EXPECT_EQ(contents("out").size(),
-              static_cast<std::size_t>(std::distance(fs::directory_iterator(folder / "out"), {})))
-        << "a temporary is left";
 }
 
 TEST_F(Sequence, PicturesThroughTheViewToo) {

@@ -1,0 +1,150 @@
+// Sequences: what fails, what is left of it, and what else decides whether frames are kept.
+#include <signal.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
+
+#include "tests/cli/sequence_test.h"
+
+namespace halflight::test {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST_F(Sequence, OneBadFrameStopsNoOther) {
+    scene = write_scene_with_bad_frame(folder.path);
+    const std::string stats = folder / "stats.json";
+    const Outcome outcome = run("out", "1-5", {"--fps", "1", "--stats", stats});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_TRUE(
+        std::regex_match(last_line(outcome), std::regex("halflight: .*f.####.exr: frame 3 of 5 failed: .*overflows")))
+        << outcome.err;
+    EXPECT_EQ(contents("out").size(), 4u);
+    EXPECT_FALSE(fs::exists(file("out", 3)));
+    EXPECT_FALSE(same_pixels(file("out", 2), file("out", 4))) << "frame 4 shows what it should";
+    std::istringstream lines(read_text(stats));
+    std::vector<Json> all;
+    for (std::string line; std::getline(lines, line);) all.push_back(Json::parse(line));
+    ASSERT_EQ(all.size(), 5u);
+    EXPECT_EQ(all[2].at("frame"), 3);
+    EXPECT_TRUE(all[2].contains("error"));
+    EXPECT_EQ(all[3].at("time"), 4);
+    EXPECT_EQ(all[3].at("outputs"), Strings{file("out", 4)});
+    const Outcome quiet = run("out", "1-5", {"--fps", "1", "--quiet"});
+    EXPECT_EQ(quiet.status, 1);
+    EXPECT_EQ(std::count(quiet.err.begin(), quiet.err.end(), '\n'), 1) << quiet.err;
+}
+
+TEST_F(Sequence, WhatCannotBeWrittenIsTheMatterOfItsFrame) {
+    fs::create_directories(file("out", 2));
+    const Outcome outcome = run("out", "1-3");
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_TRUE(std::regex_match(last_line(outcome), std::regex(".*frame 2 of 3 failed: .*f.0002.exr.*directory")))
+        << outcome.err;
+    EXPECT_TRUE(fs::exists(file("out", 1)) && fs::exists(file("out", 3)));
+
+    const Outcome nowhere = run_program({"render", scene, folder / "none" / "f.#.exr", "--frames", "1"});
+    EXPECT_EQ(nowhere.status, 1);
+    EXPECT_TRUE(std::regex_match(nowhere.err, std::regex(".*none/f.#.exr: cannot write: No such file.*\n")))
+        << nowhere.err;
+}
+
+TEST_F(Sequence, FullDisk) {
+    // Frames of 64 x 64 pixels of noise need more bytes than that; the driver's cache must not run into the limit.
+    const auto limit = [] {
+        const rlimit size{8192, 8192};
+        setrlimit(RLIMIT_FSIZE, &size);
+    };
+    fs::create_directory(folder / "out");
+    const Outcome outcome =
+        run_program({"render", scene, folder / "out" / "f.%02d.exr", "--frames", "1-2", "--width", "64", "--height",
+                     "64", "--samples", "1", "--animation", "none", "--aov", "normal", "--quiet"},
+                    {.environment = {"MESA_SHADER_CACHE_DISABLE=true"}, .in_child = limit});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_TRUE(std::regex_match(
+        outcome.err, std::regex("halflight: .*f.%02d.exr: frames 1,2 of 2 failed: .*f.01.exr: .*File too large\n")))
+        << outcome.err;
+    EXPECT_TRUE(fs::is_empty(folder / "out")) << "something is left";
+}
+
+TEST_F(Sequence, StoppedBySignal) {
+    bool sent = false;
+    RunOptions options;
+    options.watch = [&](pid_t child, const std::string& err) {
+        if (!sent && err.find("frame 2 written") != std::string::npos) sent = kill(child, SIGTERM) == 0;
+    };
+    fs::create_directory(folder / "out");
+    const Outcome outcome = run("out", "1-100000", {}, options);
+    EXPECT_EQ(outcome.status, 128 + SIGTERM);
+    EXPECT_TRUE(
+        std::regex_match(last_line(outcome),
+                         std::regex("halflight: .*: interrupted in frame [0-9]+: [0-9]+ of 100000 frames are there")))
+        << outcome.err;
+    for (const auto& entry : fs::directory_iterator(folder / "out")) EXPECT_NO_THROW(read_exr(entry.path()));
+    EXPECT_EQ(contents("out").size(),
+              static_cast<std::size_t>(std::distance(fs::directory_iterator(folder / "out"), {})))
+        << "a temporary is left";
+}
+
+/// A config whose only view is what the table says.
+fs::path write_config_with_table(const fs::path& folder, const std::string& table) {
+    write_text(folder / "table.cube", table);
+    write_text(folder / "config.ocio", R"(ocio_profile_version: 1
+search_path: "."
+roles: {default: lin_srgb, scene_linear: lin_srgb}
+displays:
+  d:
+    - !<View> {name: v, colorspace: out}
+colorspaces:
+  - !<ColorSpace> {name: lin_srgb}
+  - !<ColorSpace>
+    name: out
+    from_reference: !<FileTransform> {src: table.cube, interpolation: linear}
+)");
+    return folder / "config.ocio";
+}
+
+TEST_F(Sequence, TablesOfTheColourConfigAreSettings) {
+    const std::string table = "LUT_1D_SIZE 2\n0 0 0\n1 1 1\n";
+    const Strings config = {"--ocio", write_config_with_table(folder.path, table), "--aov", "depth"};
+    make("out", "1", config);
+    EXPECT_EQ(make("out", "1", config).err, "halflight: 1 of 1 frames are there already\n");
+    write_config_with_table(folder.path, "LUT_1D_SIZE 2\n0 0 0\n1 1 0.5\n");
+    EXPECT_EQ(run("out", "1", config).status, 1) << "of another table";
+}
+
+TEST_F(Sequence, StatisticsAreAFileWhateverWasMade) {
+    make("out", "1");
+    make("out", "1", {"--stats", folder / "s.json"});
+    EXPECT_EQ(read_text(folder / "s.json"), "");
+}
+
+TEST_F(Sequence, WhatAKilledRunHasLeftIsRemoved) {
+    // Killed while a movie is written, which is all the time.
+    fs::create_directory(folder / "bin");
+    write_text(folder / "bin" / "ffmpeg", "#!/bin/sh\ncat > /dev/null\n");
+    fs::permissions(folder / "bin" / "ffmpeg", fs::perms::owner_all);
+    const std::string path = "PATH=" + (folder / "bin").string() + ":/usr/bin:/bin";
+    const auto hidden = [&] {
+        return std::count_if(fs::directory_iterator(folder / "out"), {},
+                             [](const auto& entry) { return entry.path().filename().string().starts_with("."); });
+    };
+    RunOptions killed{.environment = {path}};
+    killed.watch = [](pid_t child, const std::string& err) {
+        if (err.find("frame 1 written") != std::string::npos) kill(child, SIGKILL);
+    };
+    const Strings movie = {"--movie", folder / "out" / "m.mp4"};
+    EXPECT_EQ(run("out", "1-100000", movie, killed).status, 128 + SIGKILL);
+    EXPECT_GE(hidden(), 1);
+    make("out", "1", {"--overwrite"});
+    EXPECT_GE(hidden(), 1) << "of a file that this run does not write";
+    EXPECT_EQ(run("out", "1", movie, {.environment = {path}}).status, 1) << "that ffmpeg writes nothing";
+    EXPECT_EQ(hidden(), 0);
+}
+
+}  // namespace
+}  // namespace halflight::test

@@ -1,0 +1,89 @@
+"""Reads the channels of an OpenEXR file of scan lines, uncompressed or ZIP, without OpenEXR: for scripts that compare what
+this project writes with what other programs make of it. Follows openexr.com's "OpenEXR File Layout".
+
+    width, height, channels = exr_layers.read("picture.exr")   # {"R": array[height, width], ...}, float32 or uint32
+"""
+import struct
+import zlib
+
+import numpy
+
+KINDS = {0: numpy.dtype("<u4"), 1: numpy.dtype("<f2"), 2: numpy.dtype("<f4")}
+LINES = {0: 1, 2: 1, 3: 16}  # of a block: none, ZIPS, ZIP
+
+
+def text(data, at):
+    end = data.index(b"\0", at)
+    return data[at:end].decode(), end + 1
+
+
+def header(data):
+    """Attributes by name, as bytes, and where the header ends."""
+    magic, version = struct.unpack_from("<II", data, 0)
+    if magic != 20000630 or version & 0x1a00:
+        raise ValueError("not an OpenEXR file of one part of scan lines")
+    attributes, at = {}, 8
+    while data[at]:
+        name, at = text(data, at)
+        _, at = text(data, at)
+        size, = struct.unpack_from("<I", data, at)
+        attributes[name] = data[at + 4:at + 4 + size]
+        at += 4 + size
+    return attributes, at + 1
+
+
+def channel_list(data):
+    channels, at = [], 0
+    while data[at]:
+        name, at = text(data, at)
+        channels.append((name, KINDS[struct.unpack_from("<I", data, at)[0]]))
+        at += 16
+    return channels
+
+
+def unpack(block, size):
+    """ZIP: deflate of differences of bytes, the even ones first."""
+    if len(block) == size:
+        return block
+    differences = numpy.frombuffer(zlib.decompress(block), numpy.uint8)
+    parts = (numpy.cumsum(differences.astype(numpy.int64) - 128) + 128).astype(numpy.uint8)
+    whole = numpy.empty(size, numpy.uint8)
+    whole[0::2], whole[1::2] = parts[:(size + 1) // 2], parts[(size + 1) // 2:]
+    return whole.tobytes()
+
+
+def read(path):
+    with open(path, "rb") as file:
+        data = file.read()
+    attributes, at = header(data)
+    compression = attributes["compression"][0]
+    if compression not in LINES:
+        raise ValueError(f"{path}: compression {compression} is not read here")
+    left, top, right, bottom = struct.unpack("<4i", attributes["dataWindow"])
+    width, height, lines = right - left + 1, bottom - top + 1, LINES[compression]
+    channels = channel_list(attributes["channels"])
+    planes = {name: numpy.empty((height, width), kind if kind.itemsize == 4 else numpy.float32)
+              for name, kind in channels}
+    row_bytes = width * sum(kind.itemsize for _, kind in channels)
+    for offset in struct.unpack_from(f"<{(height + lines - 1) // lines}Q", data, at):
+        first, size = struct.unpack_from("<iI", data, offset)
+        first -= top
+        count = min(lines, height - first)
+        block = unpack(data[offset + 8:offset + 8 + size], row_bytes * count)
+        place = 0
+        for y in range(first, first + count):
+            for name, kind in channels:
+                planes[name][y] = numpy.frombuffer(block, kind, width, place)
+                place += width * kind.itemsize
+    return width, height, planes
+
+
+def manifest(path, layer):
+    """Names and ids (as floats' bits) of a Cryptomatte."""
+    import json
+    with open(path, "rb") as file:
+        attributes, _ = header(file.read())
+    for name, value in attributes.items():
+        if name.startswith("cryptomatte/") and name.endswith("/name") and value.decode() == layer:
+            return {n: int(i, 16) for n, i in json.loads(attributes[name[:-4] + "manifest"]).items()}
+    raise KeyError(layer)
