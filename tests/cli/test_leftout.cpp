@@ -31,7 +31,7 @@ class LeftOutTool : public testing::Test {
             EXPECT_EQ(figures.at("seconds_per_sample").at(side).size(), turns);
             for (const char* step : {"prepare_seconds", "compile_seconds"}) {
                 EXPECT_EQ(figures.at(step).at(side).size(), starts);
-                for (const double seconds : figures.at(step).at(side)) EXPECT_GT(seconds, 0);
+                for (const double seconds : figures.at(step).at(side)) EXPECT_GT(seconds, 0) << step;
             }
         }
         EXPECT_LE(figures.at("time_ratio").at("lower"), figures.at("time_ratio").at("upper"));

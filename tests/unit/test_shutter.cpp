@@ -88,7 +88,9 @@ TEST(ShutterMean, WeighsPicturesByTheirSamples) {
     EXPECT_EQ(r.stats.passes.at(0).runs, 2u);
     EXPECT_EQ(r.stats.bad_values.at(0).nans, 2u);
     for (const auto& [key, text] : r.attributes)
-        if (key.ends_with("/manifest")) EXPECT_EQ(nlohmann::json::parse(text).size(), 2u) << text;
+        if (key.ends_with("/manifest")) {
+            EXPECT_EQ(nlohmann::json::parse(text).size(), 2u) << text;
+        }
 }
 
 TEST(ShutterMean, WantsNoMoreThanItTakes) {

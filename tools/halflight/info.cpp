@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr leftout::Settings kTimed{.width = 320, .height = 180, .samples = 2, .turns = 5};
+constexpr leftout::Settings kTimed{.width = 160, .height = 90, .samples = 2, .turns = 5};
 
 std::string scalar_text(const Json& value) {
     if (value.is_null()) return "none";
@@ -106,7 +106,7 @@ class Timer {
     }
 
   private:
-    gpu::Context context_ = gpu::Context::create({.binaries_folder = gpu::default_binaries_folder()});
+    gpu::Context context_ = gpu::Context::create({.device = "", .binaries_folder = gpu::default_binaries_folder()});
     ColorConfig colors_ = ColorConfig::load();
 };
 

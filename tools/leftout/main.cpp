@@ -22,6 +22,8 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
+constexpr const char* kEverything = "everything";
+
 struct Options {
     std::vector<std::string> scenes;
     Settings settings;
@@ -60,14 +62,15 @@ void print_item_head() {
     fmt::print("{:<30} {:>8} {:>20} {:>15} {:>17}  {}\n", "", "ms of a", "times as much",
                "ms to start:", "kB on the device:", "");
     fmt::print("{:<30} {:>8} {:>20} {:>7} {:>7} {:>8} {:>8}  {:<9} {}\n", "left out", "sample", "median [quartiles]",
-               "prepare", "compile", "listed", "saved", "pictures", "with it");
+               "prepare", "compile", "listed", "saved", "pictures", "brought along");
 }
 
 void print_item(const std::string& name, std::size_t listed_bytes, const Comparison& c) {
     const bench::Quartiles ratio = c.time_ratio();
     std::string others;
-    for (const std::string& other : c.added())
-        if (other != name) others += (others.empty() ? "" : ", ") + other;
+    if (name != kEverything)
+        for (const std::string& other : c.added())
+            if (other != name) others += (others.empty() ? "" : ", ") + other;
     fmt::print("{:<30} {:>8.2f} {:>4.3f} [{:.3f}, {:.3f}] {:>7.0f} {:>7.0f} {:>8.0f} {:>8.0f}  {:<9} {}\n", name,
                1e3 * added_median(c.lean.sample_seconds, c.kept.sample_seconds), ratio.median, ratio.lower, ratio.upper,
                1e3 * added_median(c.lean.prepare_seconds, c.kept.prepare_seconds),
@@ -126,7 +129,7 @@ class Report {
         for (const LeftOut& part : all.lean.left_out) listed += part.bytes;
         fmt::print("\n{}: {:.2f} ms of CPU a sample\n", scene, 1e3 * median(all.lean.sample_seconds));
         print_item_head();
-        print_item("everything", listed, all);
+        print_item(kEverything, listed, all);
     }
 
     gpu::Context& context_;

@@ -19,11 +19,11 @@ struct Settings {
     int starts = 1;                 // how often each is prepared and compiled anew before that, > 0
 };
 
-/// One of the two.
+/// One of the two. Seconds are CPU time of all threads: what else the machine does prolongs nothing.
 struct Side {
-    std::vector<double> sample_seconds;   // of all threads, per sample, by turn
-    std::vector<double> prepare_seconds;  // wall clock: tables, hierarchies, upload; by start
-    std::vector<double> compile_seconds;  // wall clock: shaders; by start
+    std::vector<double> sample_seconds;   // per sample, by turn
+    std::vector<double> prepare_seconds;  // tables, hierarchies, upload; by start
+    std::vector<double> compile_seconds;  // what the first picture took more than its samples; by start
     std::size_t bytes = 0;                // in device memory
     std::vector<LeftOut> left_out;
 };

@@ -1,0 +1,34 @@
+// `halflight info --needs --time`: what each item that a scene does without would take.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/process.h"
+
+namespace halflight::test {
+namespace {
+
+TEST(InfoTime, IsMeasuredOfAllThatCanBeKept) {
+    const TemporaryFolder folder;
+    const Outcome json = run_program({"info", "--needs", "--time", "--json", copy_room(folder.path)});
+    ASSERT_EQ(json.status, 0) << json.err;
+    int measured = 0, others = 0;
+    const auto facts = nlohmann::json::parse(json.out);
+    for (const auto& part : facts.at("left_out")) {
+        SCOPED_TRACE(part);
+        const auto& time = part.at("time");
+        ++(time.is_null() ? others : measured);
+        if (time.is_null()) continue;
+        EXPECT_GT(time.at("time_ratio").at("lower"), 0);
+        EXPECT_LE(time.at("time_ratio").at("lower"), time.at("time_ratio").at("upper"));
+        EXPECT_EQ(time.at("same_bits"), true);
+        if (part.at("what") == "sums of squares") {
+            EXPECT_GT(time.at("bytes").at("kept"), time.at("bytes").at("lean"));
+        }
+    }
+    EXPECT_GE(measured, 20);
+    EXPECT_EQ(others, 3) << "environment map, light tree, needles";
+}
+
+}  // namespace
+}  // namespace halflight::test
