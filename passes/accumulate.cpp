@@ -1,5 +1,8 @@
 #include "passes/accumulate.h"
 
+#include <fmt/format.h>
+
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -38,7 +41,8 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     Accumulated out;
     std::vector<std::pair<GLuint, graph::BufferHandle>> sums;
     const auto keep = [&](const char* name, std::size_t doubles, GLuint binding) {
-        const graph::BufferHandle before = graph.carried_buffer(name, {paths * doubles * sizeof(double)});
+        const std::string own = view.sums == 0 ? name : fmt::format("{} {}", name, view.sums);
+        const graph::BufferHandle before = graph.carried_buffer(own, {paths * doubles * sizeof(double)});
         return sums.emplace_back(binding, pass.write(before, Access::storage_read_write)).second;
     };
     out.emission = keep("emission sums", 4, 5);

@@ -5,7 +5,9 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <optional>
+#include <span>
 
 #include "engine/core/error.h"
 #include "engine/graph/compile.h"
@@ -91,8 +93,16 @@ Band first_band(const RenderSettings& s, const SceneBuffers& scene, const gpu::L
 
 }  // namespace
 
-/// The graphs of a band, or of several.
+/// Sums of a band, in the history of who runs its graph; null where the frame left them out.
+struct SumBuffers {
+    gpu::Buffer *emission = nullptr, *direct = nullptr, *indirect = nullptr, *squares = nullptr, *features = nullptr;
+};
+
+/// The graphs of a band, or of several that come one after the other.
 struct CompiledBand {
+    explicit CompiledBand(Mattes m) : mattes(std::move(m)) {}
+    Mattes mattes;
+    SumBuffers sums;  // once a sample was added
     graph::Graph sample_graph;
     Frame frame;
     graph::CompiledGraph sample;
@@ -110,14 +120,15 @@ struct Renderer::State {
     std::optional<rays::RasterCulling> raster;
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
-    std::optional<Mattes> mattes;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
     gpu::Buffer bad_values{"bad values", kBadValueCounts * sizeof(std::uint32_t)};  // of one sample
     BadValueSums bad_value_sums;
     Band band;
     Band current;  // of the constants
     int bands = 0;
-    std::vector<std::unique_ptr<CompiledBand>> places;  // that have visibility state of their own; made when needed
+    std::size_t states = 1;  // places in visibility state
+    // Bands that have visibility state or, in turns, sums of their own; made when needed.
+    std::vector<std::unique_ptr<CompiledBand>> places;
     graph::Executor executor;  // of samples: their sums and the visibility state are its history
     graph::Executor composer;
 
@@ -139,7 +150,6 @@ struct Renderer::State {
             resolved(settings.primary, drawn_triangles(scene.tables()), ivec2(settings.width, settings.height));
         band = first_band(settings, scene.buffers(), scene.context().limits());
         bands = (settings.height + band.rows - 1) / band.rows;
-        mattes.emplace(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs, band.paths());
         const FrameOptions options = frame_options();
         if (options.runs > 0 && !frame_needs(scene.buffers().needs(), options).tiles) tracer->expect(options.runs);
         if (settings.measure) tracer->count();
@@ -149,7 +159,8 @@ struct Renderer::State {
         compiled(0);
         std::size_t bytes = 0;
         for (const rays::BatchStatistics& batch : tracer->statistics()) bytes += batch.state_bytes;
-        if (bytes > 0) places.resize(std::clamp<std::size_t>(settings.state_bytes / bytes, 1, std::size_t(bands)));
+        if (bytes > 0) states = std::clamp<std::size_t>(settings.state_bytes / bytes, 1, std::size_t(bands));
+        places.resize(settings.in_turns ? std::size_t(bands) : states);
         scene.context().check("compiling the frame");
     }
 
@@ -157,7 +168,7 @@ struct Renderer::State {
         return {.bounces = settings.bounces,
                 .want_squares = asked_for(settings, {"variance"}),
                 .want_features = asked_for(settings, {"albedo", "normal"}),
-                .want_hits = !mattes->empty(),
+                .want_hits = asked_for(settings, {"cryptoobject", "cryptomaterial"}),
                 .culling = settings.culling,
                 .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),
                 .kept = settings.kept,
@@ -165,15 +176,22 @@ struct Renderer::State {
                 .primary = settings.primary};
     }
 
+    Band band_at(int index) const {
+        Band where = band;
+        where.y = index * band.rows;
+        return where;
+    }
+
     /// Of band number `index`.
-    CompiledBand& compiled(std::size_t index) {
-        const std::size_t place = std::min(index, places.size() - 1);
+    CompiledBand& compiled(int index) {
+        const std::size_t place = std::min(std::size_t(index), places.size() - 1);
         if (!places[place]) places[place] = compile(static_cast<std::uint32_t>(place));
         return *places[place];
     }
 
     std::unique_ptr<CompiledBand> compile(std::uint32_t place) {
-        auto made = std::make_unique<CompiledBand>();
+        auto made = std::make_unique<CompiledBand>(
+            Mattes(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs, band.paths()));
         made->frame = add_frame(made->sample_graph, view(made->sample_graph, place), frame_options(), bad_values);
         made->sample = graph::compile(made->sample_graph);
         add_data(*made, place);
@@ -198,7 +216,16 @@ struct Renderer::State {
 
     SceneView view(graph::Graph& graph, std::uint32_t place) {
         const graph::BufferHandle constants = graph.import_buffer("frame constants", frame_constants_buffer);
-        return {scene.programs(), scene.buffers(), scene.trace(), *tracer, band, constants, place, &current};
+        const auto state = static_cast<std::uint32_t>(std::min<std::size_t>(place, states - 1));
+        return {scene.programs(),
+                scene.buffers(),
+                scene.trace(),
+                *tracer,
+                band,
+                constants,
+                state,
+                &current,
+                settings.in_turns ? place : 0};
     }
 
     void look(const FrameSettings& frame, const SampleView& at) {
@@ -207,21 +234,24 @@ struct Renderer::State {
         current = at.band;
     }
 
-    void add_sample(const FrameSettings& frame, const SampleView& at, const CompiledBand& with) {
+    void add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with) {
         look(frame, at);
         bad_values.clear();
         executor.run(with.sample);
         glFinish();
+        const Accumulated& a = with.frame.sums;
+        const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
+        with.sums = {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares), buffer(a.features)};
         bad_value_sums.add(std::span<const std::uint32_t, kBadValueCounts>(bad_values.read<std::uint32_t>()));
         scene.context().check("rendering");
-        if (!mattes->empty()) mattes->add(executor.read<shared::Hit>(with.frame.gbuffer.hits));
+        if (!with.mattes.empty()) with.mattes.add(executor.read<shared::Hit>(with.frame.gbuffer.hits));
     }
 
     /// Told how many samples of a band are done, and how many there will be as far as is known; false: stop.
     using AfterSample = std::function<bool(int done, int total)>;
 
     /// Adds samples to a band until there are enough, time is up, or the callback says stop. Returns how many.
-    int render_band(const FrameSettings& frame, const Band& where, const CompiledBand& with, double time_limit,
+    int render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
                     const AfterSample& after_sample) {
         const Clock::time_point start = Clock::now();
         for (int done = 1;; ++done) {
@@ -236,8 +266,8 @@ struct Renderer::State {
 
     /// The same until the band's error is below the target, too, which is then below it in the whole picture. Adds what
     /// it knows of the error to that of the picture.
-    int render_band_to_error(const FrameSettings& frame, const Band& where, const CompiledBand& with, double time_limit,
-                             const AfterSample& after_sample, PictureError& picture) {
+    int render_band_to_error(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
+                             const AfterSample& after_sample, PictureError& picture_error) {
         const Clock::time_point start = Clock::now();
         const int most = std::min(frame.samples / kReplicates, kMostReplicateSamples);
         BandReplicates replicates(where);
@@ -258,32 +288,47 @@ struct Renderer::State {
             if (time_limit > 0)
                 next = static_cast<int>(std::min<double>(next, each * time_limit / seconds_since(start)));
         }
-        picture.add(replicates.error(frame.error->metric, each));
+        picture_error.add(replicates.error(frame.error->metric, each));
         return done;
     }
 
-    std::vector<double> sums(graph::BufferHandle h) { return h ? executor.read<double>(h) : std::vector<double>{}; }
-    Film::Sums light(const CompiledBand& with) {
-        const Accumulated& a = with.frame.sums;
-        return {sums(a.emission), sums(a.direct), sums(a.indirect), {}, {}};
+    /// Adds samples to all bands in turns, until there are enough, time is up, or the callback says stop; it is told of
+    /// each band by itself. `done`: samples of each.
+    void render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,
+                         const std::function<bool()>& after_sample) {
+        const Clock::time_point start = Clock::now();
+        for (int b = 0; b < bands; ++b) compiled(b).mattes.clear();
+        for (int i = 0; i < frame.samples; ++i) {
+            for (int b = 0; b < bands; ++b) {
+                const auto index = static_cast<std::uint32_t>(frame.first_sample + i);
+                add_sample(frame, sample_view(frame, band_at(b), index), compiled(b));
+                done[std::size_t(b)] = i + 1;
+                if (!after_sample()) return;
+            }
+            if (time_limit > 0 && seconds_since(start) * (i + 2) / (i + 1) > time_limit) return;
+        }
+    }
+
+    static std::vector<double> read(const gpu::Buffer* b) { return b ? b->read<double>() : std::vector<double>{}; }
+    static Film::Sums light(const CompiledBand& with) {
+        return {read(with.sums.emission), read(with.sums.direct), read(with.sums.indirect), {}, {}};
     }
 
     void develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int samples, Film& film) {
-        const Accumulated& a = with.frame.sums;
-        Film::Sums all = light(with);
-        all.squares = sums(a.squares), all.features = sums(a.features);
+        Film::Sums all;
+        if (asked_for(settings, {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy",
+                                 "variance"}))
+            all = light(with);
+        all.squares = read(with.sums.squares), all.features = read(with.sums.features);
         film.add_sums(where, samples, all);
-        for (const Mattes::Layer& layer : mattes->layers()) film.add_ids(where, samples, layer.aov, layer.coverage);
-        mattes->clear();
+        for (const Mattes::Layer& layer : with.mattes.layers()) film.add_ids(where, samples, layer.aov, layer.coverage);
 
         graph::Graph graph;
-        const auto import = [&](graph::BufferHandle h) {
-            return h ? graph.import_buffer("sums", executor.buffer(h)) : graph::BufferHandle{};
-        };
+        const auto import = [&](gpu::Buffer* b) { return b ? graph.import_buffer("sums", *b) : graph::BufferHandle{}; };
         Accumulated imported;
-        imported.emission = import(a.emission);
-        imported.direct = import(a.direct);
-        imported.indirect = import(a.indirect);
+        imported.emission = import(with.sums.emission);
+        imported.direct = import(with.sums.direct);
+        imported.indirect = import(with.sums.indirect);
         const Composite composite = add_composite(graph, band, imported, samples, scene.has_environment(),
                                                   view_kernel ? &*view_kernel : nullptr);
         graph.output(composite.beauty);
@@ -306,6 +351,45 @@ struct Renderer::State {
                                         frame.previous_camera.value_or(frame.camera));
         }
         if (with.debug) film.add_debug(where, executor.read<shared::DebugRecord>(with.debug));
+    }
+
+    /// Of bands whose sums are there; `samples`: of each.
+    void develop(const FrameSettings& frame, std::span<const int> samples, Film& film) {
+        for (int b = 0; b < bands; ++b)
+            if (samples[std::size_t(b)] > 0) develop(frame, band_at(b), compiled(b), samples[std::size_t(b)], film);
+    }
+
+    /// Takes the film's pictures, and tells what there is to tell of them and of how they came about.
+    void finish(RenderResult& result, Film& film, std::span<const int> samples, Clock::time_point start,
+                double compiled_before) {
+        film.take(result);
+        const CompiledBand& first = compiled(0);
+        for (const Mattes::Layer& layer : first.mattes.layers())
+            result.attributes.merge(cryptomatte_attributes(cryptomatte_layer(layer.aov), layer.names));
+        RenderStats& stats = result.stats;
+        stats.samples = *std::ranges::min_element(samples);
+        for (int b = 0; b < bands; ++b)
+            stats.paths += std::uint64_t(std::min(band.rows, settings.height - b * band.rows)) *
+                           std::uint64_t(settings.width) * std::uint64_t(samples[std::size_t(b)]);
+        stats.compile_seconds = scene.programs().seconds() - compiled_before;
+        stats.render_seconds = seconds_since(start) - stats.compile_seconds;
+        stats.prepare_seconds = scene.seconds();
+        stats.estimator = scene.estimator();
+        stats.primary = settings.primary;
+        const std::size_t pictures =
+            (view_kernel ? 2 : 1) * sizeof(vec4) * std::size_t(band.image.x) * std::size_t(band.rows);
+        stats.gpu_bytes = scene.bytes() + executor.history().bytes() + pictures +
+                          std::max(first.sample.slot_bytes, first.data.slot_bytes);
+        const TraceTables& tables = scene.tables();
+        stats.left_out = left_out(scene.buffers().needs(), frame_options(),
+                                  {tables.positions.size(), tables.triangles.size(), band.paths()});
+        for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
+        stats.batches = tracer->statistics();
+        if (raster) stats.raster = raster->batches();
+        stats.bad_values = bad_value_sums.told();
+        if (settings.clamp > 0 && settings.bounces > 1)
+            stats.biases.push_back(
+                fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));
     }
 };
 
@@ -347,63 +431,56 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
 
     RenderResult result;
     RenderStats& stats = result.stats;
-    stats.samples = frame.samples;
     Film film(s.settings, s.scene.tables());
     PictureError error;
-    std::int64_t samples_before = 0;
-    int b = 0;
-    for (; b < s.bands && !stats.interrupted; ++b) {
-        const CompiledBand& with = s.compiled(static_cast<std::size_t>(b));
-        Band where = s.band;
-        where.y = b * s.band.rows;
-        const double time_left =
-            frame.time_limit > 0 ? std::max((frame.time_limit - seconds_since(start)) / (s.bands - b), 1e-9) : 0.0;
-        const auto after_sample = [&](int samples, int total) {
-            if (!progress) return true;
-            const std::int64_t all = samples_before + std::int64_t{total} * (s.bands - b);
-            const bool go_on = progress({static_cast<int>((samples_before + samples) / s.bands),
-                                         static_cast<int>(all / s.bands), seconds_since(start)});
-            stats.interrupted = stats.interrupted || !go_on;
-            return go_on;
-        };
-        const int done = frame.error ? s.render_band_to_error(frame, where, with, time_left, after_sample, error)
-                                     : s.render_band(frame, where, with, time_left, after_sample);
-        samples_before += done;
-        s.develop(frame, where, with, done, film);
-        stats.samples = std::min(stats.samples, done);
-        stats.paths += std::uint64_t(std::min(where.rows, s.settings.height - where.y)) *
-                       std::uint64_t(s.settings.width) * std::uint64_t(done);
+    std::vector<int> done(std::size_t(s.bands));  // samples, by band
+    const bool in_turns = s.settings.in_turns && !frame.error;
+    const bool sums_are_there = !frame.error && (in_turns || s.bands == 1);
+    /// all: samples of all bands, as far as is known.
+    const auto go_on = [&](std::int64_t all) {
+        if (!progress) return true;
+        const auto sum = std::accumulate(done.begin(), done.end(), std::int64_t{0});
+        RenderProgress told{static_cast<int>(sum / s.bands), static_cast<int>(all / s.bands), seconds_since(start)};
+        if (sums_are_there && std::ranges::count(done, done[0]) == s.bands) {
+            told.picture = [&] {
+                RenderResult so_far;
+                Film own(s.settings, s.scene.tables());
+                s.develop(frame, done, own);
+                s.finish(so_far, own, done, start, compiled_before);
+                return so_far;
+            };
+        }
+        stats.interrupted = !progress(told);
+        return !stats.interrupted;
+    };
+    if (in_turns) {
+        s.render_in_turns(frame, frame.time_limit, done, [&] { return go_on(std::int64_t{frame.samples} * s.bands); });
+        s.develop(frame, done, film);
+    } else {
+        std::int64_t samples_before = 0;
+        for (int b = 0; b < s.bands && !stats.interrupted; ++b) {
+            CompiledBand& with = s.compiled(b);
+            with.mattes.clear();
+            const Band where = s.band_at(b);
+            const double time_left =
+                frame.time_limit > 0 ? std::max((frame.time_limit - seconds_since(start)) / (s.bands - b), 1e-9) : 0.0;
+            int& of_band = done[std::size_t(b)];
+            const auto after_sample = [&](int samples, int total) {
+                of_band = samples;
+                return go_on(samples_before + std::int64_t{total} * (s.bands - b));
+            };
+            of_band = frame.error ? s.render_band_to_error(frame, where, with, time_left, after_sample, error)
+                                  : s.render_band(frame, where, with, time_left, after_sample);
+            samples_before += of_band;
+            s.develop(frame, where, with, of_band, film);
+        }
     }
-    if (b < s.bands) stats.samples = 0;
     s.scene.context().check("rendering");
-    film.take(result);
-    for (const Mattes::Layer& layer : s.mattes->layers())
-        result.attributes.merge(cryptomatte_attributes(cryptomatte_layer(layer.aov), layer.names));
+    s.finish(result, film, done, start, compiled_before);
     if (frame.error && !stats.interrupted) {
         const ErrorEstimate estimate = error.estimate();
         stats.error = {*frame.error, estimate, estimate.bound <= frame.error->error};
     }
-
-    stats.compile_seconds = s.scene.programs().seconds() - compiled_before;
-    stats.render_seconds = seconds_since(start) - stats.compile_seconds;
-    stats.prepare_seconds = s.scene.seconds();
-    stats.estimator = s.scene.estimator();
-    stats.primary = s.settings.primary;
-    const std::size_t pictures =
-        (s.view_kernel ? 2 : 1) * sizeof(vec4) * std::size_t(s.band.image.x) * std::size_t(s.band.rows);
-    const CompiledBand& first = s.compiled(0);
-    stats.gpu_bytes = s.scene.bytes() + s.executor.history().bytes() + pictures +
-                      std::max(first.sample.slot_bytes, first.data.slot_bytes);
-    const TraceTables& tables = s.scene.tables();
-    stats.left_out = left_out(s.scene.buffers().needs(), s.frame_options(),
-                              {tables.positions.size(), tables.triangles.size(), s.band.paths()});
-    for (const graph::PassTime& t : s.executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
-    stats.batches = s.tracer->statistics();
-    if (s.raster) stats.raster = s.raster->batches();
-    stats.bad_values = s.bad_value_sums.told();
-    if (s.settings.clamp > 0 && s.settings.bounces > 1)
-        stats.biases.push_back(
-            fmt::format("indirect light clamped to a luminance of {:g} per sample", s.settings.clamp));
     return result;
 }
 

@@ -61,16 +61,11 @@ struct RenderSettings : FrameSettings {
     std::size_t band_pixels = std::size_t{1} << 20;
     // Of visibility state, which bands have each to themselves; where there are too many for that, the last ones share.
     std::size_t state_bytes = std::size_t{256} << 20;
+    // Bands get their samples in turns instead of one band after the other, so that there is a whole picture after each
+    // sample, to be seen by RenderProgress::picture. Never changes a picture; keeps the sums of all bands in memory, up
+    // to 200 bytes per pixel. Where there is an error to reach, bands come one after the other all the same.
+    bool in_turns = false;
 };
-
-struct RenderProgress {
-    int samples_done = 0;   // per pixel, the mean of all bands
-    int samples_total = 0;  // as far as is known: with an error to reach, what it seems to take
-    double seconds = 0;
-};
-/// Called after every sample of a band; false stops early. What is done is returned: bands that were not begun are
-/// black and have no samples.
-using ProgressCallback = std::function<bool(const RenderProgress&)>;
 
 struct PassTime {
     std::string name;
@@ -111,6 +106,18 @@ struct RenderResult {
     Image view;                                     // RGBA, display-encoded, [0,1]; empty unless wanted
     RenderStats stats;
 };
+
+struct RenderProgress {
+    int samples_done = 0;   // per pixel, the mean of all bands
+    int samples_total = 0;  // as far as is known: with an error to reach, what it seems to take
+    double seconds = 0;
+    // Makes the picture of the samples so far, bit for bit that of a render of so many; to be called during the
+    // callback. Empty where there is none: bands differ in samples, or sums of earlier bands are gone (in_turns).
+    std::function<RenderResult()> picture{};
+};
+/// Called after every sample of a band; false stops early. What is done is returned: bands that were not begun are
+/// black and have no samples. What it throws is passed on, and the renderer can be used again.
+using ProgressCallback = std::function<bool(const RenderProgress&)>;
 
 /// Renders one picture after the other. What it learns about visibility and about who traces fastest lives on from band
 /// to band and from picture to picture, and decides about time alone: a picture is a function of scene and settings,

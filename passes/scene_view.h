@@ -30,6 +30,7 @@ struct SceneView {
     graph::BufferHandle frame_constants;  // struct Frame
     std::uint32_t place = 0;              // of the picture: RayBatch::place
     const Band* current = nullptr;        // the one that the constants are of; null: rows of others are drawn, too
+    std::uint32_t sums = 0;               // which ones samples are added to, where bands have their own
 };
 
 }  // namespace halflight
