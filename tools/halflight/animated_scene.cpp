@@ -100,20 +100,24 @@ AnimatedScene::AnimatedScene(const RenderArguments& a, const Console& console) {
     }
     const bool chosen = !std::holds_alternative<std::monostate>(a.environment);
     if (chosen || !lit_later) set_environment(scene_, a.environment, console);
+    edits_ = a.edits;
+    apply(edits_, scene_);
     camera_ = choose_camera(scene_, a);
 }
 
 bool AnimatedScene::pose(double seconds) {
     if (!surfaces_move_ || seconds == posed_at_) return false;
     Scene posed = this->posed(seconds);
-    posed.environment = std::move(scene_.environment);
+    posed.environment = std::move(scene_.environment);  // which has its edits
     scene_ = std::move(posed);
     posed_at_ = seconds;
     return true;
 }
 
 Scene AnimatedScene::posed(double seconds) {
-    return file_->at(seconds, playing_);
+    Scene posed = file_->at(seconds, playing_);
+    apply(edits_, posed);
+    return posed;
 }
 
 ChosenCamera AnimatedScene::camera(double seconds) {

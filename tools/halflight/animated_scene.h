@@ -45,6 +45,7 @@ class AnimatedScene {
     std::vector<std::size_t> playing_;
     std::vector<std::filesystem::path> files_;
     Scene scene_;
+    SceneEdits edits_;
     ChosenCamera camera_;
     bool surfaces_move_ = false;
     double posed_at_ = 0;  // seconds

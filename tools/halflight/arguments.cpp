@@ -92,16 +92,7 @@ void add_picture_options(Options& options, RenderArguments& a) {
 
 void add_color_options(Options& options, RenderArguments& a) {
     options.group(kColourGroup);
-    options.path("--ocio", "FILE", "OpenColorIO config (default: $OCIO, else a built-in ACES config)", a.ocio);
-    options.value("--display", "NAME", "display of the .png (default: the config's)",
-                  [&](const auto&, const auto& text) { a.view.display = text; });
-    options.value("--view", "NAME", "view of the .png (default: the display's)",
-                  [&](const auto&, const auto& text) { a.view.view = text; });
-    options.value("--look", "NAME", "look of the .png (default: the view's)",
-                  [&](const auto&, const auto& text) { a.view.look = text; });
-    options.value("--exposure", "STOPS", "exposure of the .png (default 0)", [&](const auto& name, const auto& text) {
-        a.view.exposure = static_cast<float>(real(name, text, -64, 64));
-    });
+    add_view_options(options, a.ocio, a.view, " of the .png");
     options.value("--working-space", "NAME",
                   "linear space of colour in the .exr: rec709, acescg or one of the config (default rec709)",
                   [&](const auto&, const auto& text) { a.working_space = text; });
@@ -160,6 +151,7 @@ void check_files(const RenderArguments& a) {
     Paths read = {a.scene}, written = output_files(a);
     if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
     if (a.ocio) read.push_back(*a.ocio);
+    if (a.settings) read.push_back(*a.settings);
     if (a.movie) written.push_back(*a.movie);
     if (a.stats) written.push_back(*a.stats);
     if (a.graph) written.push_back(*a.graph);
@@ -235,12 +227,18 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         .add_option("OUTPUT", render.outputs, ".exr: scene-linear, with layers; .png: through the view transform")
         ->type_name("");
     Options options(render_app);
+    add_settings_option(options, render);
     add_camera_options(options, render);
     add_picture_options(options, render);
     add_sequence_options(options, render);
     add_light_options(options, render);
     add_color_options(options, render);
     add_run_options(options, render);
+
+    PreviewArguments preview;
+    CLI::App& preview_app = *app.add_subcommand("view", "Show a scene in a window, to walk about in it");
+    preview_app.allow_extras();
+    add_preview_options(preview_app, preview);
 
     ConvergeArguments converge;
     CLI::App& converge_app = *app.add_subcommand("converge", "Measure error against run time, and report it");
@@ -280,6 +278,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         return Help{version.what()};
     } catch (const CLI::ParseError& error) {
         throw usage_error(error, render_app.parsed()     ? "halflight render"
+                                 : preview_app.parsed()  ? "halflight view"
                                  : converge_app.parsed() ? "halflight converge"
                                  : bench_app.parsed()    ? "halflight bench"
                                  : compare_app.parsed()  ? "halflight compare"
@@ -289,7 +288,14 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     if (render_app.parsed()) {
         check_leftovers(render_app, "halflight render");
         check(render, render_app);
+        use_settings(render_app, render);
         return render;
+    }
+    if (preview_app.parsed()) {
+        check_leftovers(preview_app, "halflight view");
+        check_camera_options(preview_app);
+        use_settings(preview_app, preview);
+        return preview;
     }
     if (converge_app.parsed()) {
         check_leftovers(converge_app, "halflight converge");

@@ -20,6 +20,8 @@
 #include "tools/compare/compare.h"
 #include "tools/converge/plan.h"
 #include "tools/converge/reference.h"
+#include "tools/halflight/camera_pose.h"
+#include "tools/halflight/scene_edits.h"
 
 namespace halflight {
 
@@ -40,7 +42,8 @@ struct ViewArguments {
     std::optional<dvec3> look_from;
     std::optional<dvec3> look_at;
     dvec3 up{0, 1, 0};
-    double vertical_fov = 45;  // degrees
+    double vertical_fov = 45;        // degrees
+    std::optional<CameraPose> pose;  // of a file of settings
 
     PixelFilter::Shape filter = PixelFilter::Shape::box;
     std::optional<double> filter_radius;  // pixels
@@ -48,6 +51,7 @@ struct ViewArguments {
 
     int bounces = 8;
     EnvironmentChoice environment;
+    SceneEdits edits;  // of a file of settings
 
     std::string device;
     bool gl_debug = false;
@@ -56,6 +60,7 @@ struct ViewArguments {
 
 /// `halflight render`; names of displays are not checked yet.
 struct RenderArguments : ViewArguments {
+    std::optional<std::filesystem::path> settings;  // settings_file.h; what it says is in its places already
     // .exr or .png, no two alike; of a sequence with placeholders; none only where there is a movie
     std::vector<std::filesystem::path> outputs;
     std::optional<std::filesystem::path> movie;  // .mp4 or .mov, of all frames
@@ -96,6 +101,19 @@ struct RenderArguments : ViewArguments {
     std::optional<std::filesystem::path> graph;
 };
 
+/// `halflight view`; the window's size is the picture's.
+struct PreviewArguments : ViewArguments {
+    std::optional<std::filesystem::path>
+        settings;                     // to be saved; none: beside the scene. What it says is in its places
+    std::vector<Bookmark> bookmarks;  // that it has
+    std::optional<int> samples;       // per pixel, after which nothing more is done
+    double budget = 100;              // ms until the first picture of a view
+    std::optional<std::filesystem::path> script;
+    std::optional<std::filesystem::path> ocio;
+    ViewTransform view;
+    bool no_shader_cache = false;
+};
+
 /// `halflight converge`; the view's size has defaults of its own.
 struct ConvergeArguments : ViewArguments {
     std::filesystem::path folder;  // of the reports
@@ -130,8 +148,8 @@ class UsageError : public Error {
 using bench::BenchArguments;      // `halflight bench`
 using compare::CompareArguments;  // `halflight compare`
 
-using Arguments =
-    std::variant<Help, RenderArguments, ConvergeArguments, InfoArguments, BenchArguments, CompareArguments>;
+using Arguments = std::variant<Help, RenderArguments, PreviewArguments, ConvergeArguments, InfoArguments,
+                               BenchArguments, CompareArguments>;
 Arguments parse_arguments(int argc, const char* const* argv);
 
 /// Whether the name ends in `.extension`, in any case.

@@ -31,6 +31,7 @@ ChosenCamera choose_camera(const Scene& scene, const ViewArguments& a) {
     if (a.look_from)
         return {look_at_camera(*a.look_from, *a.look_at, a.up, glm::radians(a.vertical_fov)), std::nullopt,
                 "of the command line"};
+    if (a.pose) return {camera_of(*a.pose), std::nullopt, "of the settings"};
     if (a.camera) {
         const std::size_t index = find_camera(scene, *a.camera);
         const Camera& camera = scene.cameras[index];

@@ -14,6 +14,9 @@ class Interrupted : public Error {
 };
 
 void run_render(const RenderArguments& arguments);
+/// Becomes `halflight-view` with the same command line, a program of its own so that this one needs no window system.
+/// Throws Error where it is not beside this one.
+[[noreturn]] void start_viewer(char** argv);
 void run_converge(const ConvergeArguments& arguments);
 void run_info(const InfoArguments& arguments);
 void run_bench(const BenchArguments& arguments);

@@ -44,6 +44,10 @@ void add_camera(Fingerprint& print, const RenderArguments& a, const ChosenCamera
     if (a.look_from) {
         print.text(point_text(*a.look_from)).text(point_text(*a.look_at)).text(point_text(a.up));
         print.values("{}", a.vertical_fov);
+    } else if (a.pose) {
+        const CameraPose& p = *a.pose;
+        print.text("pose").text(point_text(p.from)).text(point_text(p.at)).text(point_text(p.up));
+        print.values("{} {} {} {} {}", p.vertical_fov, p.orthographic, p.ortho_height, p.near_plane, p.far_plane);
     } else {
         print.text(optional_text(chosen.index));
     }
@@ -52,6 +56,13 @@ void add_camera(Fingerprint& print, const RenderArguments& a, const ChosenCamera
 void add_environment(Fingerprint& print, const RenderArguments& a) {
     if (const auto* color = std::get_if<vec3>(&a.environment)) print.text(point_text(dvec3(*color)));
     if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) print.text("map").file(*map);
+}
+
+void add_edits(Fingerprint& print, const SceneEdits& edits) {
+    if (edits == SceneEdits()) return;
+    print.text("edits").values("{} {} {} {}", edits.environment_rotation, edits.environment_intensity, edits.emission,
+                               edits.clay);
+    print.values("{}", fmt::join(edits.lights, " "));
 }
 
 void add_color(Fingerprint& print, const RenderArguments& a, const ColorConfig& config) {
@@ -72,6 +83,7 @@ std::string sequence_fingerprint(const RenderArguments& a, const RenderSettings&
     print.values("{}/{} fps", a.frame_rate.numerator, a.frame_rate.denominator);
     add_camera(print, a, scene.chosen_camera());
     add_environment(print, a);
+    add_edits(print, a.edits);
     add_color(print, a, config);
     print.values("{} x {}, {} bounces, {} samples, seed {}", s.width, s.height, s.bounces, s.samples, s.seed);
     print.values("time {}, error {} {} {}", s.time_limit, optional_text(a.error), name(a.error_metric), a.best_effort);

@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
         const Arguments arguments = parse_arguments(argc, argv);
         if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());
         if (const auto* render = std::get_if<RenderArguments>(&arguments)) run_render(*render);
+        if (std::holds_alternative<PreviewArguments>(arguments)) start_viewer(argv);
         if (const auto* converge = std::get_if<ConvergeArguments>(&arguments)) run_converge(*converge);
         if (const auto* info = std::get_if<InfoArguments>(&arguments)) run_info(*info);
         if (const auto* bench = std::get_if<BenchArguments>(&arguments)) run_bench(*bench);

@@ -5,8 +5,6 @@
 namespace halflight {
 namespace {
 
-constexpr int kMaxBounces = 1024;
-
 /// X,Y,Z
 std::optional<dvec3> triple(const std::string& text) {
     dvec3 value;
@@ -135,6 +133,20 @@ void add_environment_option(Options& options, EnvironmentChoice& environment) {
                       else
                           environment = std::filesystem::path(text);
                   });
+}
+
+void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, ViewTransform& view,
+                      const std::string& of) {
+    options.path("--ocio", "FILE", "OpenColorIO config (default: $OCIO, else a built-in ACES config)", ocio);
+    options.value("--display", "NAME", "display" + of + " (default: the config's)",
+                  [&](const auto&, const auto& text) { view.display = text; });
+    options.value("--view", "NAME", "view" + of + " (default: the display's)",
+                  [&](const auto&, const auto& text) { view.view = text; });
+    options.value("--look", "NAME", "look" + of + " (default: the view's)",
+                  [&](const auto&, const auto& text) { view.look = text; });
+    options.value("--exposure", "STOPS", "exposure" + of + " (default 0)", [&](const auto& name, const auto& text) {
+        view.exposure = static_cast<float>(real(name, text, -64, 64));
+    });
 }
 
 void add_device_options(Options& options, ViewArguments& a) {

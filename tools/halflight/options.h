@@ -13,6 +13,7 @@
 namespace halflight {
 
 inline constexpr int kMaxSamples = 1 << 24;  // a float32 counts no further
+inline constexpr int kMaxBounces = 1024;
 
 /// All of `text` as a number from `lower` to `upper`; `kind` says in the UsageError what was wanted.
 template <class T>
@@ -63,6 +64,9 @@ void add_filter_options(Options& options, ViewArguments& arguments);
 void add_clamp_option(Options& options, float& clamp);
 void add_light_options(Options& options, ViewArguments& arguments);
 void add_environment_option(Options& options, EnvironmentChoice& environment);
+/// Config, display, view, look, exposure; what is transformed is told as `of`: " of the .png".
+void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, ViewTransform& view,
+                      const std::string& of);
 /// Device, what the scene may name, quiet.
 void add_device_options(Options& options, ViewArguments& arguments);
 
@@ -71,6 +75,15 @@ void add_sequence_options(Options& options, RenderArguments& arguments);
 void check_sequence_options(const CLI::App& app, const RenderArguments& arguments);
 /// Of all frames, the names that the command line stands for; without --frames its outputs as they are.
 std::vector<std::filesystem::path> output_files(const RenderArguments& arguments);
+
+/// --settings of `halflight render`, and what the file says put where the command line says nothing.
+void add_settings_option(Options& options, RenderArguments& arguments);
+void use_settings(const CLI::App& app, RenderArguments& arguments);
+
+/// All of `halflight view`.
+void add_preview_options(CLI::App& app, PreviewArguments& arguments);
+/// Of the file that it would save to, where it is there (take_settings()).
+void use_settings(const CLI::App& app, PreviewArguments& arguments);
 
 /// All of `halflight converge`.
 void add_converge_options(CLI::App& app, ConvergeArguments& arguments);

@@ -1,0 +1,15 @@
+// A picture as a display shows it. With HALFLIGHT_VIEW the text of ocio_view() stands above: the picture is linear;
+// without it is encoded for the display already.
+layout(binding = 0) uniform sampler2D picture;
+#ifdef HALFLIGHT_VIEW
+uniform float exposure_scale;
+#endif
+layout(location = 0) out vec4 color;
+
+void main() {
+    vec3 pixel = texelFetch(picture, ivec2(gl_FragCoord.xy), 0).rgb;
+#ifdef HALFLIGHT_VIEW
+    pixel = ocio_view(vec4(pixel * exposure_scale, 1.0)).rgb;
+#endif
+    color = vec4(pixel, 1.0);
+}

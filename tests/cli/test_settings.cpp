@@ -1,0 +1,95 @@
+// `halflight render --settings`: the file's camera, lights and samples, unless the command line says otherwise.
+#include <gtest/gtest.h>
+
+#include "engine/core/image_tools.h"
+#include "engine/io/exr.h"
+#include "tests/cli/process.h"
+
+namespace halflight::test {
+namespace {
+
+class Settings : public testing::Test {
+  protected:
+    std::string file(const std::string& name) const { return folder / name; }
+    Outcome run(const std::string& output, std::vector<std::string> more) {
+        more.insert(more.begin(), {"render", scene, file(output), "--width", "32", "--height", "24", "--quiet"});
+        return run_program(more);
+    }
+    ExrFile render(const std::string& output, const std::vector<std::string>& more) {
+        const Outcome outcome = run(output, more);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return read_exr(file(output));
+    }
+    static bool same(const ExrFile& a, const ExrFile& b) {
+        return same_bits(a.image({"R", "G", "B", "A"}), b.image({"R", "G", "B", "A"}));
+    }
+    std::string settings(const std::string& more) {
+        write_text(folder / "s.json", "{\"halflight_settings\": 1, " + more + "}");
+        return file("s.json");
+    }
+
+    TemporaryFolder folder;
+    std::string scene = copy_room(folder.path);
+};
+
+TEST_F(Settings, AreWhatOptionsWouldSay) {
+    const std::string s = settings(R"("camera": "above", "samples": 3, "bounces": 1, "exposure": 1,
+                                      "environment": {"color": [0.2, 0.3, 0.4], "intensity": 2})");
+    const ExrFile expected =
+        render("a.exr", {"--camera", "above", "--samples", "3", "--bounces", "1", "--env", "0.4,0.6,0.8"});
+    const ExrFile by_file = render("b.exr", {"--settings", s});
+    EXPECT_TRUE(same(by_file, expected));
+    EXPECT_NE(by_file.attributes.comments.find("3 samples, 1 bounces"), std::string::npos)
+        << by_file.attributes.comments;
+
+    const ExrFile own = render("c.exr", {"--settings", s, "--camera", "front", "--samples", "2", "--bounces", "0"});
+    EXPECT_FALSE(same(own, expected));
+    EXPECT_TRUE(
+        same(own, render("d.exr", {"--camera", "front", "--samples", "2", "--bounces", "0", "--env", "0.4,0.6,0.8"})));
+
+    ASSERT_EQ(run("a.png",
+                  {"--samples", "3", "--exposure", "1", "--bounces", "1", "--camera", "above", "--env", "0.4,0.6,0.8"})
+                  .status,
+              0);
+    ASSERT_EQ(run("b.png", {"--settings", s}).status, 0);
+    EXPECT_EQ(read_text(file("a.png")), read_text(file("b.png")));
+}
+
+TEST_F(Settings, HaveCamerasOfTheirOwn) {
+    const std::string s = settings(
+        R"("samples": 2, "camera": {"from": [1, 2, 5], "at": [0, 0.5, 0], "up": [0, 1, 0], "vfov": 0.7853981633974483})");
+    EXPECT_TRUE(same(render("a.exr", {"--settings", s}),
+                     render("b.exr", {"--look-from", "1,2,5", "--look-at", "0,0.5,0", "--samples", "2"})));
+}
+
+TEST_F(Settings, EditTheLightOfSequencesToo) {
+    const std::string plain = settings(R"("samples": 1)");
+    const auto sequence = [&](const std::string& name) {
+        return run(name + ".##.exr", {"--settings", file("s.json"), "--frames", "1-2", "--reproducible"});
+    };
+    ASSERT_EQ(sequence("a").status, 0);
+    settings(R"("samples": 1, "emission": 0.5)");
+    EXPECT_EQ(sequence("a").status, 1) << "those are other frames";
+    ASSERT_EQ(sequence("b").status, 0);
+    const Image bright = read_exr(file("a.01.exr")).image({"R", "G", "B"});
+    const Image dim = read_exr(file("b.01.exr")).image({"R", "G", "B"});
+    for (std::size_t i = 0; i < dim.pixels.size(); ++i) EXPECT_NEAR(dim.pixels[i], bright.pixels[i] / 2, 1e-4);
+}
+
+TEST_F(Settings, ThatAreWrongAreRefused) {
+    const auto refused = [&](const std::string& name) {
+        const Outcome outcome = run("a.exr", {"--settings", name});
+        EXPECT_EQ(outcome.status, 1);
+        return outcome.err;
+    };
+    EXPECT_TRUE(refused(file("no.json")).starts_with("halflight: " + file("no.json")));
+    EXPECT_EQ(refused(settings("\"samples\": 0")),
+              "halflight: " + file("s.json") + ": samples: is no number from 1 to 16777216\n");
+    EXPECT_EQ(refused(settings("\"camera\": \"nobody\"")),
+              "halflight: " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'\n");
+    const Outcome both = run("s.exr", {"--settings", file("s.exr")});
+    EXPECT_EQ(both.status, 2) << "it is both input and output";
+}
+
+}  // namespace
+}  // namespace halflight::test

@@ -1,0 +1,265 @@
+// The viewer's window, steered by scripts: what is seen is what `render` makes.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdlib>
+#include <nlohmann/json.hpp>
+
+#include "engine/core/image_tools.h"
+#include "engine/io/exr.h"
+#include "engine/io/png.h"
+#include "tests/cli/process.h"
+#include "tests/cli/virtual_display.h"
+
+namespace halflight::test {
+namespace {
+
+constexpr unsigned kMostSeconds = 240;  // of a viewer that hangs
+
+class View : public testing::Test {
+  protected:
+    static void SetUpTestSuite() { display = new VirtualDisplay; }
+    static void TearDownTestSuite() {
+        delete display;
+        display = nullptr;
+    }
+    void SetUp() override {
+        if (display->name().empty()) GTEST_SKIP() << display->why_not();
+    }
+
+    std::string file(const std::string& name) const { return folder / name; }
+
+    static RunOptions on_display(const std::string& name) {
+        RunOptions options;
+        options.environment = {fmt::format("DISPLAY={}", name), "LIBGL_ALWAYS_SOFTWARE=1"};
+        options.in_child = [] { alarm(kMostSeconds); };
+        return options;
+    }
+    /// `halflight view` by a script, in whose lines @ stands for the folder.
+    Outcome view(std::string script, const std::vector<std::string>& more = {}) {
+        for (std::size_t at = 0; (at = script.find('@')) != std::string::npos;)
+            script.replace(at, 1, folder.path.string() + "/");
+        write_text(folder / "script.txt", script);
+        std::vector<std::string> arguments = {"view", scene, "--size", "320x240", "--script", file("script.txt")};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        return run_program(arguments, on_display(display->name()));
+    }
+    void expect_done(const Outcome& outcome) {
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(outcome.err, "");
+    }
+    void render(std::vector<std::string> more) {
+        more.insert(more.begin(), {"render", scene, "--width", "320", "--height", "240", "--quiet"});
+        const Outcome outcome = run_program(more);
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+    }
+    Image png(const std::string& name) const { return read_png(file(name), read_text(file(name)), 4096); }
+    Image exr(const std::string& name) const { return read_exr(file(name)).image({"R", "G", "B", "A"}); }
+
+    /// The largest difference of two pictures in 8-bit steps.
+    static double difference(const Image& a, const Image& b) {
+        EXPECT_EQ(a.width, b.width);
+        EXPECT_EQ(a.height, b.height);
+        EXPECT_EQ(a.channels, b.channels);
+        if (a.pixels.size() != b.pixels.size()) return 255;
+        double most = 0;
+        for (std::size_t i = 0; i < a.pixels.size(); ++i)
+            most = std::max(most, std::abs(double{a.pixels[i]} - double{b.pixels[i]}));
+        return 255 * most;
+    }
+    static bool same_values(const ExrChannel& a, const ExrChannel& b) {
+        const auto bits = [](float v) { return std::bit_cast<std::uint32_t>(v); };
+        return std::ranges::equal(a.values, b.values, {}, bits, bits);
+    }
+    static double mean(const Image& image) {
+        double sum = 0;
+        for (const float v : image.pixels) sum += double{v};
+        return sum / static_cast<double>(image.pixels.size());
+    }
+
+    TemporaryFolder folder;
+    std::string scene = copy_room(folder.path);
+    static VirtualDisplay* display;
+};
+VirtualDisplay* View::display = nullptr;
+
+TEST_F(View, WhatIsSeenIsWhatRenderMakes) {
+    expect_done(view(R"(
+        wait first
+        wait samples 3
+        screenshot @seen.png
+        screenshot @seen.exr
+        window @window.png
+        exposure 1.5
+        screenshot @bright.png
+        orbit 40 -10
+        dolly 0.8
+        wait samples 2
+        screenshot @moved.png
+        save
+        key H
+        window @panels.png
+        timings @timings.json
+        quit)"));
+    render({file("render.exr"), file("render.png"), "--samples", "3"});
+    EXPECT_TRUE(same_bits(exr("seen.exr"), exr("render.exr")));
+    EXPECT_LE(difference(png("seen.png"), png("render.png")), 1.01);
+    EXPECT_GT(mean(png("seen.png")), 0.002) << "it is black";
+    EXPECT_EQ(difference(png("window.png"), png("seen.png")), 0) << "without panels it is the picture alone";
+    EXPECT_GT(difference(png("panels.png"), png("moved.png")), 50) << "the panels are not there";
+
+    render({file("bright-render.png"), "--samples", "3", "--exposure", "1.5"});
+    EXPECT_LE(difference(png("bright.png"), png("bright-render.png")), 1.01);
+    EXPECT_GT(mean(png("bright.png")), mean(png("seen.png")));
+
+    render({file("moved-render.png"), "--settings", scene + ".halflight.json", "--samples", "2"});
+    EXPECT_LE(difference(png("moved.png"), png("moved-render.png")), 1.01) << "or settings are not what was saved";
+    EXPECT_GT(difference(png("moved.png"), png("bright.png")), 10);
+
+    const auto timings = nlohmann::json::parse(read_text(file("timings.json")));
+    EXPECT_EQ(timings["views"], 2);
+    EXPECT_GT(timings["seconds_to_first_picture"]["median"], 0);
+    EXPECT_EQ(timings["last_picture"]["samples"], 2);
+}
+
+TEST_F(View, EveryViewCanBeSeen) {
+    std::string script;
+    std::vector<std::string> views = {
+        "final",           "emission", "direct_diffuse", "direct_glossy", "indirect_diffuse",
+        "indirect_glossy", "variance", "samples",        "albedo",        "normal",
+        "position",        "depth",    "motion",         "ids",           "cryptoobject",
+        "cryptomaterial",  "nodes",    "culling"};
+    for (const std::string& name : views) {
+        script += fmt::format("view {0}\nwait samples 2\nscreenshot @{0}.png\n", name);
+        if (name != "final") script += fmt::format("screenshot @{}.exr\n", name);
+    }
+    expect_done(view(script));
+    render({file("all.exr"), "--samples", "2", "--aov", "all"});
+    const ExrFile all = read_exr(file("all.exr"));
+    for (const std::string& name : views) {
+        SCOPED_TRACE(name);
+        EXPECT_EQ(png(name + ".png").width, 320);
+        if (name == "final") continue;
+        const ExrFile own = read_exr(file(name + ".exr"));
+        EXPECT_GT(own.channels.size(), 4u) << "the layer is not in it";
+        for (const ExrChannel& channel : own.channels) {
+            const ExrChannel* expected = all.find(channel.name);
+            EXPECT_TRUE(!expected || same_values(channel, *expected)) << channel.name;
+        }
+    }
+    for (const char* name : {"albedo", "normal", "position", "depth", "ids", "cryptoobject", "cryptomaterial"})
+        EXPECT_GT(mean(png(name + std::string(".png"))), 0.02) << name << " is black";
+}
+
+TEST_F(View, LightsMaterialsAndBookmarks) {
+    expect_done(view(R"(
+        wait samples 2
+        screenshot @first.png
+        bookmark here
+        camera above
+        clay on
+        emission 0.5
+        bounces 2
+        wait samples 2
+        screenshot @above.png
+        save
+        recall here
+        clay off
+        emission 1
+        bounces 8
+        wait samples 2
+        screenshot @again.png)",
+                     {"--env", "0.5,0.5,1"}));
+    render({file("above-render.png"), "--settings", scene + ".halflight.json", "--samples", "2"});
+    EXPECT_LE(difference(png("above.png"), png("above-render.png")), 1.01);
+    EXPECT_GT(difference(png("above.png"), png("first.png")), 10);
+    // The bookmark's camera differs from the scene's by roundings only.
+    Image first = png("first.png"), again = png("again.png");
+    EXPECT_NEAR(mean(first), mean(again), 0.01);
+
+    // What was saved is there the next time.
+    expect_done(view("wait samples 2\nscreenshot @next.png\nrecall here\n"));
+    EXPECT_EQ(difference(png("next.png"), png("above.png")), 0);
+    expect_done(view("wait samples 2\nscreenshot @other.png\n", {"--camera", "front", "--bounces", "8"}));
+    EXPECT_GT(difference(png("other.png"), png("above.png")), 10) << "the command line goes before the file";
+}
+
+TEST_F(View, OpensScenesAndEnvironments) {
+    TemporaryFolder second;
+    const std::string dark = copy_room(second.path, false);
+    ExrLayer sky{{"R", "G", "B"}, Image(8, 4, 3)};
+    std::ranges::fill(sky.image.pixels, 0.7f);
+    write_exr(file("sky.exr"), {sky}, {});
+    const std::string first = scene;
+    expect_done(
+        view(fmt::format("wait samples 1\nopen {}\nopen @sky.exr\nwait samples 2\nscreenshot @opened.exr\n", dark),
+             {"--quiet"}));
+    scene = dark;
+    render({file("render.exr"), "--samples", "2", "--env", file("sky.exr")});
+    EXPECT_TRUE(same_bits(exr("opened.exr"), exr("render.exr")));
+}
+
+TEST_F(View, WhatCannotBeDoneIsTold) {
+    const auto expect_error = [&](const Outcome& outcome, int status, const std::string& message) {
+        EXPECT_EQ(outcome.status, status);
+        EXPECT_EQ(outcome.err, fmt::format("halflight: {}\n", message));
+    };
+    const std::string at = file("script.txt:");
+    expect_error(view("wait first\njump\n"), 1, at + "2: there is no command 'jump'");
+    expect_error(view("camera nobody\n"), 1, at + "1: " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'");
+    expect_error(view("screenshot @a.png\n"), 1, at + "1: " + file("a.png: not written: there is no picture yet"));
+    expect_error(view("recall there\n"), 1, at + "1: bookmarks: there is no 'there'");
+    expect_error(view("light 0 1\n"), 1, at + "1: light: the scene has 0");
+    expect_error(view("open @script.txt\n"), 1,
+                 at + "1: " + file("script.txt: is neither a scene (.glb, .gltf) nor an environment (.exr, .hdr)"));
+    expect_error(run_program({"view", scene, "--size", "640"}), 2, "--size: wants WIDTHxHEIGHT in pixels, not '640'");
+    EXPECT_NE(view("\n\nview sideways\n").err.find("script.txt:3: view: there is no 'sideways', only final, emission"),
+              std::string::npos);
+    EXPECT_EQ(view("quit\n", {"--view", "nothing"}).status, 1);
+    write_text(scene + ".halflight.json", "{}");
+    expect_error(view("quit\n"), 1, scene + ".halflight.json: has no 'halflight_settings', the version of its format");
+}
+
+TEST_F(View, ALaterErrorKeepsThePicture) {
+    // The device is wanted on another thread: the window is there before it is told.
+    const Outcome outcome = view("wait first\n", {"--device", "no such device"});
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("script.txt:1: GPU: no OpenGL 4.5 context for device 'no such device'"),
+              std::string::npos)
+        << outcome.err;
+}
+
+TEST(ViewWithout, ADisplayItSaysSo) {
+    TemporaryFolder folder;
+    const std::string scene = copy_room(folder.path);
+    RunOptions options;
+    options.in_child = [] {
+        unsetenv("DISPLAY");
+        unsetenv("WAYLAND_DISPLAY");
+        alarm(kMostSeconds);
+    };
+    const Outcome outcome = run_program({"view", scene}, options);
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_TRUE(outcome.err.starts_with("halflight: window: there is no display: ")) << outcome.err;
+    EXPECT_EQ(std::ranges::count(outcome.err, '\n'), 1) << outcome.err;
+    EXPECT_EQ(run_program({"view", folder / "no.gltf"}, options).status, 1);
+    const Outcome help = run_program({"view", "--help"}, options);
+    EXPECT_EQ(help.status, 0);
+    EXPECT_NE(help.out.find("--budget"), std::string::npos);
+}
+
+TEST(ViewWithout, OtherCommandsNeedNoWindowSystem) {
+    const std::string program = read_text(HALFLIGHT_PROGRAM);
+    ASSERT_GT(program.size(), 1u << 20);
+    for (const char* library : {"libglfw.so", "libX11.so"}) {
+        // Names that it is linked against stand in it with a terminating zero on both sides.
+        EXPECT_EQ(program.find(std::string(1, '\0') + library), std::string::npos) << library;
+    }
+}
+
+}  // namespace
+}  // namespace halflight::test

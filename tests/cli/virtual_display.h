@@ -1,0 +1,27 @@
+// An X server without a screen, for tests of windows.
+#pragma once
+
+#include <sys/types.h>
+
+#include <string>
+
+namespace halflight::test {
+
+/// Lives as long as the object, and no longer than the process.
+class VirtualDisplay {
+  public:
+    VirtualDisplay();
+    VirtualDisplay(const VirtualDisplay&) = delete;
+    VirtualDisplay& operator=(const VirtualDisplay&) = delete;
+    ~VirtualDisplay();
+
+    const std::string& name() const { return name_; }  ///< ":99"; empty where none could be started
+    const std::string& why_not() const { return why_not_; }
+
+  private:
+    pid_t server_ = -1;
+    std::string name_;
+    std::string why_not_;
+};
+
+}  // namespace halflight::test

@@ -1,0 +1,205 @@
+// The viewer's render thread: a coarse picture first, then the mean that `render` makes, bit for bit.
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <condition_variable>
+#include <mutex>
+
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
+#include "tools/view/render_thread.h"
+
+namespace halflight::view {
+namespace {
+
+using test::expect_same;
+
+/// A render thread, and all pictures that it has published.
+class Watched {
+  public:
+    explicit Watched(double budget = 1e6)
+        : thread_(ColorConfig::load(), {.context = {.device = "software"}, .budget = budget, .changed = [this] {
+                                            const std::lock_guard lock(mutex_);
+                                            changed_ = true;
+                                            wake_.notify_all();
+                                        }}) {}
+
+    RenderThread& operator*() { return thread_; }
+    RenderThread* operator->() { return &thread_; }
+
+    /// Looks at whatever comes until done() holds; false where it does not within minutes.
+    template <class F>
+    bool until(const F& done) {
+        const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(4);
+        for (;;) {
+            const auto newest = thread_.picture();
+            if (newest && (seen.empty() || newest != seen.back())) seen.push_back(newest);
+            if (done()) return true;
+            std::unique_lock lock(mutex_);
+            if (!wake_.wait_until(lock, end, [&] { return changed_; })) return false;
+            changed_ = false;
+        }
+    }
+    /// Until the whole picture of a request has so many samples.
+    bool until_samples(std::uint64_t request, int samples) {
+        return until([&] {
+            return !seen.empty() && seen.back()->request == request && seen.back()->divisor == 1 &&
+                   seen.back()->result.stats.samples == samples;
+        });
+    }
+
+    std::vector<std::shared_ptr<const Picture>> seen;  // some may have been missed
+
+  private:
+    std::mutex mutex_;
+    std::condition_variable wake_;
+    bool changed_ = false;
+    RenderThread thread_;
+};
+
+class RenderThreadTest : public GpuTest {
+  protected:
+    Request request() const {
+        Request r;
+        r.scene = scene;
+        r.camera = scene->cameras[0];
+        r.size = {60, 45};
+        r.bounces = 3;
+        return r;
+    }
+    /// What `render` makes of the same.
+    RenderResult expected(const Request& r, int samples) {
+        Scene edited = *r.scene;
+        apply(r.edits, edited);
+        RenderSettings s;
+        s.width = r.size.x, s.height = r.size.y;
+        s.camera = r.camera;
+        s.bounces = r.bounces;
+        s.samples = samples;
+        s.aovs = r.aovs;
+        return test::render(context, edited, s);
+    }
+
+    std::shared_ptr<const Scene> scene = std::make_shared<const Scene>(test::shiny_cornell());
+};
+
+TEST_F(RenderThreadTest, TheMeanIsThatOfRender) {
+    Watched thread;
+    Request r = request();
+    for (const AovInfo& aov : known_aovs())
+        if (!aov.debug) r.aovs.emplace_back(aov.name);
+    thread->limit(5);
+    const std::uint64_t number = thread->show(r);
+    EXPECT_EQ(number, 1u);
+    ASSERT_TRUE(thread.until_samples(number, 5)) << thread->status().error;
+    expect_same(thread.seen.back()->result, expected(r, 5));
+    EXPECT_EQ(thread.seen.back()->aovs, r.aovs);
+    // It goes on where it was.
+    thread->limit(7);
+    ASSERT_TRUE(thread.until_samples(number, 7));
+    expect_same(thread.seen.back()->result, expected(r, 7));
+    for (const auto& picture : thread.seen) {
+        EXPECT_EQ(picture->request, number);
+        EXPECT_LE(picture->result.stats.samples, 7);
+    }
+}
+
+TEST_F(RenderThreadTest, TheFirstPictureIsCoarse) {
+    Watched thread;
+    Request r = request();
+    thread->show(r);
+    ASSERT_TRUE(thread.until([&] { return !thread.seen.empty(); })) << thread->status().error;
+    EXPECT_EQ(thread.seen[0]->divisor, 8) << "nothing is known of how long it takes";
+    EXPECT_EQ(thread.seen[0]->result.beauty.width, 8);
+    EXPECT_EQ(thread.seen[0]->result.beauty.height, 6);
+    ASSERT_TRUE(thread.until_samples(1, 1));
+    // All the time in the world: whole pictures from now on.
+    r.camera.camera_to_world[3].x += 0.1;
+    const std::uint64_t second = thread->show(r);
+    ASSERT_TRUE(thread.until_samples(second, 1));
+    expect_same(thread.seen.back()->result, expected(r, 1));
+    for (const auto& picture : thread.seen)
+        EXPECT_EQ(picture->divisor == 1, picture->request == second || picture != thread.seen[0]);
+
+    Watched hasty(1e-9);
+    hasty->show(r);
+    ASSERT_TRUE(hasty.until_samples(1, 1));
+    hasty->show(request());
+    ASSERT_TRUE(hasty.until([&] { return hasty.seen.back()->request == 2; }));
+    EXPECT_EQ(hasty.seen.back()->divisor, 16) << "nothing is fast enough";
+}
+
+TEST_F(RenderThreadTest, TheNewestIsWhatIsMade) {
+    Watched thread;
+    thread->limit(1 << 24);
+    Request r = request();
+    std::uint64_t last = 0;
+    for (int i = 0; i < 20; ++i) {
+        r.camera.camera_to_world[3].x += 0.01;
+        last = thread->show(r);
+    }
+    EXPECT_EQ(last, 20u);
+    ASSERT_TRUE(thread.until([&] { return !thread.seen.empty() && thread.seen.back()->request == last; }));
+    // A request that comes while a picture gets better and better ends that one.
+    r.camera.camera_to_world[3].y += 0.1;
+    last = thread->show(r);
+    ASSERT_TRUE(thread.until([&] { return thread.seen.back()->request == last; }));
+    thread->limit(1);
+    for (std::size_t i = 1; i < thread.seen.size(); ++i)
+        EXPECT_LE(thread.seen[i - 1]->request, thread.seen[i]->request);
+}
+
+TEST_F(RenderThreadTest, LightsAndMaterialsAreEdited) {
+    Watched thread;
+    thread->limit(2);
+    Request r = request();
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    const auto plain = thread.seen.back();
+    r.edits.clay = true;
+    r.edits.emission = 0.25f;
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    expect_same(thread.seen.back()->result, expected(r, 2));
+    EXPECT_FALSE(same_bits(thread.seen.back()->result.beauty, plain->result.beauty));
+    r.edits = {};
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    expect_same(thread.seen.back()->result, plain->result);
+}
+
+TEST_F(RenderThreadTest, AnErrorKeepsThePicture) {
+    Watched thread;
+    Request good = request();
+    ASSERT_TRUE(thread.until_samples(thread->show(good), 1));
+    const auto before = thread.seen.back();
+    Request bad = good;
+    Scene broken = *scene;
+    broken.instances[0].mesh = 1000;
+    bad.scene = std::make_shared<const Scene>(broken);
+    const std::uint64_t number = thread->show(bad);
+    ASSERT_TRUE(thread.until([&] { return thread->status().failed == number; }));
+    EXPECT_NE(thread->status().error, "");
+    EXPECT_FALSE(thread->status().ended);
+    EXPECT_EQ(thread->picture(), before);
+    ASSERT_TRUE(thread.until_samples(thread->show(good), 1));
+    EXPECT_EQ(thread->status().error, "");
+    EXPECT_EQ(thread->status().failed, 0u);
+}
+
+TEST_F(RenderThreadTest, NoDeviceIsAnError) {
+    RenderThread thread(ColorConfig::load(), {.context = {.device = "no such device"}});
+    while (!thread.status().ended) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    EXPECT_NE(thread.status().error.find("no such device"), std::string::npos) << thread.status().error;
+    thread.show(request());  // of no use, but no harm
+}
+
+TEST_F(RenderThreadTest, EndsInTheMiddle) {
+    Watched thread;
+    thread->limit(1 << 24);
+    Request r = request();
+    r.size = {512, 512};
+    thread->show(r);
+    ASSERT_TRUE(thread.until([&] { return !thread.seen.empty(); }));
+}
+
+}  // namespace
+}  // namespace halflight::view

@@ -1,0 +1,151 @@
+// Settings as a file: what is written is read again, and what is wrong is named.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/cli/process.h"
+#include "tests/support/error_message.h"
+#include "tests/support/scenes.h"
+#include "tools/halflight/settings_file.h"
+
+namespace halflight {
+namespace {
+
+using test::TemporaryFolder;
+
+SavedSettings all_kinds() {
+    SavedSettings s;
+    CameraPose pose;
+    pose.from = {0.1, 1.0 / 3, -1e7};
+    pose.at = {5, 6, 7};
+    pose.vertical_fov = 0.7;
+    pose.near_plane = 0.25;
+    s.camera = pose;
+    s.view = {"sRGB", "Raw", "a look", 1.3f};
+    s.samples = 77;
+    s.bounces = 3;
+    s.edits.environment_rotation = 12.5;
+    s.edits.environment_intensity = 0.1f;
+    s.edits.emission = 2;
+    s.edits.lights = {1, 0.3f};
+    s.edits.clay = true;
+    pose.orthographic = true;
+    pose.ortho_height = 3;
+    s.bookmarks = {{"one", pose}, {"", CameraPose()}};
+    return s;
+}
+
+TEST(SettingsFile, WhatIsWrittenIsRead) {
+    TemporaryFolder folder;
+    SavedSettings s = all_kinds();
+    for (const EnvironmentChoice& environment :
+         {EnvironmentChoice(), EnvironmentChoice(vec3(0.1f, 2, 3)), EnvironmentChoice(folder / "sky.hdr")}) {
+        s.environment = environment;
+        write_settings(folder / "a.json", s);
+        const SavedSettings r = read_settings(folder / "a.json");
+        EXPECT_EQ(r.camera, s.camera);
+        EXPECT_EQ(r.view.display, s.view.display);
+        EXPECT_EQ(r.view.view, s.view.view);
+        EXPECT_EQ(r.view.look, s.view.look);
+        EXPECT_EQ(r.view.exposure, s.view.exposure);
+        EXPECT_EQ(r.samples, s.samples);
+        EXPECT_EQ(r.bounces, s.bounces);
+        EXPECT_EQ(r.environment, s.environment);
+        EXPECT_EQ(r.edits, s.edits);
+        EXPECT_EQ(r.bookmarks, s.bookmarks);
+    }
+    EXPECT_EQ(folder.entries(), std::vector<std::string>{"a.json"}) << "no temporary file stays";
+    s.camera = std::string("nave");
+    write_settings(folder / "a.json", s);
+    EXPECT_EQ(read_settings(folder / "a.json").camera, s.camera);
+}
+
+TEST(SettingsFile, MapsMoveWithTheirFolder) {
+    TemporaryFolder first, second;
+    SavedSettings s;
+    s.environment = first / "sky.hdr";
+    write_settings(first / "a.json", s);
+    std::filesystem::copy_file(first / "a.json", second / "a.json");
+    EXPECT_EQ(read_settings(second / "a.json").environment, EnvironmentChoice(second / "sky.hdr"));
+}
+
+TEST(SettingsFile, ElementsThatAreWrongAreNamed) {
+    TemporaryFolder folder;
+    const auto message = [&](const std::string& text) {
+        test::write_text(folder / "a.json", text);
+        std::string said = error_message([&] { read_settings(folder / "a.json"); });
+        const std::string path = (folder / "a.json").string();
+        EXPECT_TRUE(said.starts_with(path)) << said;
+        return said.substr(std::min(path.size() + 2, said.size()));
+    };
+    const auto with = [&](const std::string& more) { return message("{\"halflight_settings\": 1, " + more + "}"); };
+    EXPECT_EQ(message("{"), "is no JSON");
+    EXPECT_EQ(message("[]"), "is no object");
+    EXPECT_EQ(message("{}"), "has no 'halflight_settings', the version of its format");
+    EXPECT_EQ(message("{\"halflight_settings\": 2}"), "halflight_settings: is not 1, the version that is known");
+    EXPECT_EQ(with("\"sample\": 1"), "there is no setting 'sample'");
+    EXPECT_EQ(with("\"samples\": 0"), "samples: is no number from 1 to 16777216");
+    EXPECT_EQ(with("\"samples\": 1.5"), "samples: is no whole number");
+    EXPECT_EQ(with("\"clay\": 1"), "clay: is neither true nor false");
+    EXPECT_EQ(with("\"lights\": [1, -1]"), "lights[1]: is no number from 0 to 1000000000");
+    EXPECT_EQ(with("\"camera\": {\"from\": [0, 1]}"), "camera.from: is no list of three numbers");
+    EXPECT_EQ(with("\"camera\": {\"from\": [0, 0, 0]}"), "camera: camera: from and at are the same point");
+    EXPECT_EQ(with("\"environment\": {\"map\": \"a\", \"color\": [1, 1, 1]}"),
+              "environment: has both a map and a colour");
+    EXPECT_EQ(with("\"bookmarks\": [{\"name\": \"a\"}]"), "bookmarks[0]: wants a name and a camera");
+    EXPECT_EQ(error_message([&] { read_settings(folder / "no.json"); }).find((folder / "no.json").string()), 0u);
+}
+
+TEST(SceneEdits, TurnTheEnvironmentByWholeTexels) {
+    Scene scene;
+    scene.environment = {"map", vec3(1), Image(4, 2, 3)};
+    for (int i = 0; i < 24; ++i) scene.environment.map.pixels[std::size_t(i)] = float(i);
+    const Scene before = scene;
+    SceneEdits edits;
+    edits.environment_rotation = 90;
+    edits.environment_intensity = 0.5f;
+    apply(edits, scene);
+    EXPECT_EQ(scene.environment.color, vec3(0.5f));
+    for (int y = 0; y < 2; ++y)
+        for (int x = 0; x < 4; ++x)
+            EXPECT_EQ(*scene.environment.map.at((x + 1) % 4, y), *before.environment.map.at(x, y)) << x << " " << y;
+    for (const double none : {0.0, 360.0, -720.0, 20.0}) {
+        Scene same = before;
+        apply({.environment_rotation = none}, same);
+        EXPECT_EQ(same.environment.map.pixels, before.environment.map.pixels) << none;
+    }
+    Scene back = scene;
+    apply({.environment_rotation = -90}, back);
+    EXPECT_EQ(back.environment.map.pixels, before.environment.map.pixels);
+}
+
+TEST(SceneEdits, ClayKeepsLightsAndHoles) {
+    Scene scene = test::cornell_box(test::metal_material(vec3(0.9f, 0.5f, 0.1f), 0.1f));
+    Material leaf = test::diffuse_material(vec3(0, 1, 0));
+    leaf.alpha_mode = AlphaMode::mask;
+    leaf.base_color.a = 0.3f;
+    test::add_material(scene, leaf);
+    PunctualLight light;
+    scene.lights = {light, light};
+    const Scene before = scene;
+    SceneEdits edits;
+    edits.clay = true;
+    edits.emission = 2;
+    edits.lights = {3};
+    apply(edits, scene);
+    for (std::size_t i = 0; i < scene.materials.size(); ++i) {
+        const Material& m = scene.materials[i];
+        EXPECT_EQ(vec3(m.base_color), vec3(0.5f));
+        EXPECT_EQ(m.metallic, 0);
+        EXPECT_EQ(m.roughness, 1);
+        EXPECT_EQ(m.emission, 2.0f * before.materials[i].emission);
+        EXPECT_EQ(m.base_color.a, before.materials[i].base_color.a);
+        EXPECT_EQ(m.alpha_mode, before.materials[i].alpha_mode);
+    }
+    EXPECT_EQ(scene.lights[0].intensity, 3.0f * light.intensity);
+    EXPECT_EQ(scene.lights[1].intensity, light.intensity);
+    EXPECT_NO_THROW(validate(scene));
+}
+
+}  // namespace
+}  // namespace halflight

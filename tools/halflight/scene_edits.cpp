@@ -1,0 +1,50 @@
+#include "tools/halflight/scene_edits.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace halflight {
+namespace {
+
+/// The direction at u is now seen at u + degrees / 360 (u grows to the right).
+void turn(Image& map, double degrees) {
+    if (map.width == 0) return;
+    const double turns = degrees / 360 - std::floor(degrees / 360);
+    const auto shift = std::llround(turns * map.width) % map.width * map.channels;
+    if (shift == 0) return;
+    for (int y = 0; y < map.height; ++y) {
+        float* const row = map.at(0, y);
+        float* const end = row + static_cast<std::ptrdiff_t>(map.width) * map.channels;
+        std::rotate(row, end - shift, end);
+    }
+}
+
+/// Lights stay what they are, and so do holes.
+Material clay(const Material& of) {
+    constexpr float kGrey = 0.5f;
+    if (of.unlit) return of;
+    Material clay;
+    clay.name = of.name;
+    clay.base_color = vec4(vec3(kGrey), of.base_color.a);
+    if (of.alpha_mode != AlphaMode::opaque) clay.base_color_texture = of.base_color_texture;
+    clay.metallic = 0;
+    clay.emission = of.emission;
+    clay.emission_texture = of.emission_texture;
+    clay.alpha_mode = of.alpha_mode;
+    clay.alpha_cutoff = of.alpha_cutoff;
+    clay.double_sided = of.double_sided;
+    return clay;
+}
+
+}  // namespace
+
+void apply(const SceneEdits& edits, Scene& scene) {
+    turn(scene.environment.map, edits.environment_rotation);
+    scene.environment.color *= edits.environment_intensity;
+    if (edits.clay) std::ranges::transform(scene.materials, scene.materials.begin(), clay);
+    for (Material& material : scene.materials) material.emission *= edits.emission;
+    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i)
+        scene.lights[i].intensity *= edits.lights[i];
+}
+
+}  // namespace halflight

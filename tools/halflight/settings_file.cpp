@@ -1,0 +1,213 @@
+#include "tools/halflight/settings_file.h"
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "engine/io/files.h"
+#include "tools/halflight/options.h"
+
+namespace halflight {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr int kVersion = 1;
+constexpr std::uint64_t kMaxBytes = 16 << 20;
+
+/// A value of the file, with its place in it for messages.
+class Element {
+  public:
+    Element(const fs::path& file, const Json& json, std::string place = "")
+        : file_(file), json_(json), place_(std::move(place)) {}
+
+    template <class... Args>
+    [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) const {
+        throw Error(file_.string() + (place_.empty() ? "" : ": " + place_),
+                    fmt::format(format, std::forward<Args>(args)...));
+    }
+
+    bool is_string() const { return json_.is_string(); }
+    std::optional<Element> find(const char* key) const {
+        const auto found = json_.find(key);
+        if (found == json_.end()) return std::nullopt;
+        return Element(file_, *found, place_.empty() ? key : place_ + "." + key);
+    }
+    /// An object, all of whose keys are among these.
+    void check_keys(const std::set<std::string>& known) const {
+        if (!json_.is_object()) fail("is no object");
+        for (const auto& [key, unused] : json_.items())
+            if (!known.contains(key)) fail("there is no setting '{}'", key);
+    }
+    std::vector<Element> items() const {
+        if (!json_.is_array()) fail("is no list");
+        std::vector<Element> all;
+        for (std::size_t i = 0; i < json_.size(); ++i)
+            all.emplace_back(file_, json_[i], fmt::format("{}[{}]", place_, i));
+        return all;
+    }
+
+    std::string text() const {
+        if (!json_.is_string()) fail("is no text");
+        return json_.get<std::string>();
+    }
+    bool truth() const {
+        if (!json_.is_boolean()) fail("is neither true nor false");
+        return json_.get<bool>();
+    }
+    double number(double lower, double upper) const {
+        const double value = json_.is_number() ? json_.get<double>() : NAN;
+        if (!(value >= lower && value <= upper)) fail("is no number from {} to {}", lower, upper);
+        return value;
+    }
+    int whole(int lower, int upper) const {
+        const double value = number(lower, upper);
+        if (value != std::floor(value)) fail("is no whole number");
+        return static_cast<int>(value);
+    }
+    dvec3 triple(double lower, double upper) const {
+        const auto numbers = items();
+        if (numbers.size() != 3) fail("is no list of three numbers");
+        return {numbers[0].number(lower, upper), numbers[1].number(lower, upper), numbers[2].number(lower, upper)};
+    }
+
+  private:
+    const fs::path& file_;
+    const Json& json_;
+    std::string place_;
+};
+
+constexpr double kFar = 1e30;    // of coordinates
+constexpr double kBright = 1e9;  // of factors
+
+/// Calls f with the value of a key that is there.
+template <class F>
+void with(const Element& object, const char* key, F&& f) {
+    if (const auto value = object.find(key)) f(*value);
+}
+
+CameraPose read_pose(const Element& e) {
+    e.check_keys({"from", "at", "up", "vfov", "ortho_height", "near", "far"});
+    CameraPose pose;
+    with(e, "from", [&](const Element& v) { pose.from = v.triple(-kFar, kFar); });
+    with(e, "at", [&](const Element& v) { pose.at = v.triple(-kFar, kFar); });
+    with(e, "up", [&](const Element& v) { pose.up = v.triple(-kFar, kFar); });
+    with(e, "vfov", [&](const Element& v) { pose.vertical_fov = v.number(1e-4, kPi); });
+    with(e, "ortho_height", [&](const Element& v) {
+        pose.ortho_height = v.number(1e-30, kFar);
+        pose.orthographic = true;
+    });
+    with(e, "near", [&](const Element& v) { pose.near_plane = v.number(0, kFar); });
+    with(e, "far", [&](const Element& v) { pose.far_plane = v.number(0, kFar); });
+    try {
+        camera_of(pose);
+    } catch (const Error& error) {
+        e.fail("{}", error.what());
+    }
+    return pose;
+}
+
+Json list(const dvec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+Json pose_json(const CameraPose& pose) {
+    Json json{{"from", list(pose.from)}, {"at", list(pose.at)}, {"up", list(pose.up)}, {"vfov", pose.vertical_fov}};
+    if (pose.orthographic) json["ortho_height"] = pose.ortho_height;
+    if (pose.near_plane > 0) json["near"] = pose.near_plane;
+    if (pose.far_plane > 0) json["far"] = pose.far_plane;
+    return json;
+}
+
+void read_environment(const Element& e, const fs::path& folder, SavedSettings& s) {
+    e.check_keys({"map", "color", "rotation", "intensity"});
+    if (e.find("map") && e.find("color")) e.fail("has both a map and a colour");
+    with(e, "map", [&](const Element& v) { s.environment = (folder / v.text()).lexically_normal(); });
+    with(e, "color", [&](const Element& v) { s.environment = vec3(v.triple(0, 1e30)); });
+    with(e, "rotation", [&](const Element& v) { s.edits.environment_rotation = v.number(-1e6, 1e6); });
+    with(e, "intensity",
+         [&](const Element& v) { s.edits.environment_intensity = static_cast<float>(v.number(0, kBright)); });
+}
+
+Json environment_json(const SavedSettings& s, const fs::path& folder) {
+    Json json = Json::object();
+    if (const auto* map = std::get_if<fs::path>(&s.environment)) {
+        std::error_code none;
+        const fs::path near = fs::proximate(*map, folder.empty() ? fs::path(".") : folder, none);
+        json["map"] = (none ? fs::absolute(*map) : near).string();
+    }
+    if (const auto* color = std::get_if<vec3>(&s.environment)) json["color"] = list(dvec3(*color));
+    json["rotation"] = s.edits.environment_rotation;
+    json["intensity"] = s.edits.environment_intensity;
+    return json;
+}
+
+}  // namespace
+
+fs::path settings_file_of(const fs::path& scene) {
+    return scene.string() + ".halflight.json";
+}
+
+SavedSettings read_settings(const fs::path& path) {
+    const std::string bytes = read_file(path, kMaxBytes);
+    const Json json = Json::parse(bytes, nullptr, false);
+    if (json.is_discarded()) throw Error(path.string(), "is no JSON");
+    const Element file(path, json);
+    file.check_keys({"halflight_settings", "camera", "exposure", "display", "view", "look", "samples", "bounces",
+                     "environment", "emission", "lights", "clay", "bookmarks"});
+    const auto version = file.find("halflight_settings");
+    if (!version) file.fail("has no 'halflight_settings', the version of its format");
+    if (version->whole(0, 1 << 30) != kVersion) version->fail("is not {}, the version that is known", kVersion);
+
+    SavedSettings s;
+    with(file, "camera", [&](const Element& v) {
+        if (v.is_string())
+            s.camera = v.text();
+        else
+            s.camera = read_pose(v);
+    });
+    with(file, "exposure", [&](const Element& v) { s.view.exposure = static_cast<float>(v.number(-64, 64)); });
+    with(file, "display", [&](const Element& v) { s.view.display = v.text(); });
+    with(file, "view", [&](const Element& v) { s.view.view = v.text(); });
+    with(file, "look", [&](const Element& v) { s.view.look = v.text(); });
+    with(file, "samples", [&](const Element& v) { s.samples = v.whole(1, kMaxSamples); });
+    with(file, "bounces", [&](const Element& v) { s.bounces = v.whole(0, kMaxBounces); });
+    with(file, "environment", [&](const Element& v) { read_environment(v, path.parent_path(), s); });
+    with(file, "emission", [&](const Element& v) { s.edits.emission = static_cast<float>(v.number(0, kBright)); });
+    with(file, "lights", [&](const Element& v) {
+        for (const Element& one : v.items()) s.edits.lights.push_back(static_cast<float>(one.number(0, kBright)));
+    });
+    with(file, "clay", [&](const Element& v) { s.edits.clay = v.truth(); });
+    with(file, "bookmarks", [&](const Element& v) {
+        for (const Element& one : v.items()) {
+            one.check_keys({"name", "camera"});
+            const auto name = one.find("name"), camera = one.find("camera");
+            if (!name || !camera) one.fail("wants a name and a camera");
+            s.bookmarks.push_back({name->text(), read_pose(*camera)});
+        }
+    });
+    return s;
+}
+
+void write_settings(const fs::path& path, const SavedSettings& s) {
+    Json json{{"halflight_settings", kVersion}};
+    if (const auto* name = std::get_if<std::string>(&s.camera)) json["camera"] = *name;
+    if (const auto* pose = std::get_if<CameraPose>(&s.camera)) json["camera"] = pose_json(*pose);
+    json["exposure"] = s.view.exposure;
+    if (!s.view.display.empty()) json["display"] = s.view.display;
+    if (!s.view.view.empty()) json["view"] = s.view.view;
+    if (!s.view.look.empty()) json["look"] = s.view.look;
+    if (s.samples) json["samples"] = *s.samples;
+    if (s.bounces) json["bounces"] = *s.bounces;
+    json["environment"] = environment_json(s, path.parent_path());
+    json["emission"] = s.edits.emission;
+    json["lights"] = s.edits.lights;
+    json["clay"] = s.edits.clay;
+    json["bookmarks"] = Json::array();
+    for (const Bookmark& b : s.bookmarks)
+        json["bookmarks"].push_back({{"name", b.name}, {"camera", pose_json(b.pose)}});
+    write_file(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+}
+
+}  // namespace halflight

@@ -1,0 +1,19 @@
+#include <unistd.h>
+
+#include <cerrno>
+#include <system_error>
+
+#include "tools/halflight/commands.h"
+
+namespace halflight {
+
+void start_viewer(char** argv) {
+    std::error_code none;
+    const auto own = std::filesystem::read_symlink("/proc/self/exe", none);
+    const auto viewer = own.parent_path() / "halflight-view";
+    execv(viewer.c_str(), argv);
+    throw Error(viewer.string(), "cannot be started: {}; it is a program of its own, which not every build has",
+                std::generic_category().message(errno));
+}
+
+}  // namespace halflight

@@ -1,0 +1,41 @@
+// halflight-view: what `halflight view` becomes.
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <new>
+#include <vector>
+
+#include "tools/halflight/commands.h"
+#include "tools/halflight/console.h"
+#include "tools/halflight/signals.h"
+#include "tools/view/viewer.h"
+
+namespace {
+
+int fail(int status, const char* what) {
+    halflight::put(stderr, fmt::format("halflight: {}\n", halflight::one_line(what)));
+    return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+    using namespace halflight;
+    hold_standard_streams();
+    handle_signals();
+    std::vector<const char*> words(argv, argv + argc);
+    if (argc < 2 || std::strcmp(argv[1], "view") != 0) words.insert(words.begin() + 1, "view");
+    try {
+        const Arguments arguments = parse_arguments(static_cast<int>(words.size()), words.data());
+        if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());
+        if (const auto* preview = std::get_if<PreviewArguments>(&arguments)) view::Viewer(*preview).run();
+        if (const int signal = stop_signal()) return 128 + signal;
+        return 0;
+    } catch (const UsageError& error) {
+        return fail(2, error.what());
+    } catch (const std::bad_alloc&) {
+        return fail(1, "memory: there is not enough of it");
+    } catch (const std::exception& error) {
+        return fail(1, error.what());
+    }
+}

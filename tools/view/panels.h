@@ -1,0 +1,30 @@
+// The panels: what can be set, and what there is to know.
+#pragma once
+
+#include <string>
+
+#include "engine/color/color.h"
+#include "tools/view/navigation.h"
+#include "tools/view/session.h"
+
+namespace halflight::view {
+
+/// What panels tell of.
+struct Situation {
+    const Picture* picture = nullptr;  // that is seen; null at first
+    RenderThread::Status status;
+    std::string message;  // an error or a note of the window's own; empty: none
+};
+
+/// What panels were asked for that they cannot do themselves.
+struct Asked {
+    bool screenshot = false;
+    bool exr = false;
+    bool save = false;
+    bool read_message = false;  // it can go
+};
+
+/// Declares all panels, between Gui::begin() and draw().
+Asked panels(Session& session, const ColorConfig& colors, Navigation& navigation, const Situation& situation);
+
+}  // namespace halflight::view

@@ -1,0 +1,82 @@
+#include "tools/view/pick.h"
+
+#include <cmath>
+#include <utility>
+
+namespace halflight::view {
+namespace {
+
+constexpr double kFar = std::numeric_limits<double>::infinity();
+
+/// Whether the ray meets the box before `t`. Slabs; a direction of 0 gives infinities that compare as they should.
+bool meets(const Bounds& box, const dvec3& origin, const dvec3& direction, double t) {
+    if (box.empty()) return false;
+    double near = 0, far = t;
+    for (int axis = 0; axis < 3; ++axis) {
+        if (direction[axis] == 0) {
+            if (origin[axis] < double{box.lower[axis]} || origin[axis] > double{box.upper[axis]}) return false;
+            continue;
+        }
+        double a = (double{box.lower[axis]} - origin[axis]) / direction[axis];
+        double b = (double{box.upper[axis]} - origin[axis]) / direction[axis];
+        if (a > b) std::swap(a, b);
+        near = std::max(near, a);
+        far = std::min(far, b);
+    }
+    return near <= far;
+}
+
+/// Distance along the ray, kFar where it misses (Moeller, Trumbore 1997).
+double distance(const dvec3& origin, const dvec3& direction, const dvec3& a, const dvec3& b, const dvec3& c) {
+    const dvec3 u = b - a, v = c - a, p = glm::cross(direction, v);
+    const double det = glm::dot(u, p);
+    if (det == 0) return kFar;
+    const dvec3 s = origin - a, q = glm::cross(s, u);
+    const double x = glm::dot(s, p) / det, y = glm::dot(direction, q) / det, t = glm::dot(v, q) / det;
+    return x >= 0 && y >= 0 && x + y <= 1 && t > 0 ? t : kFar;
+}
+
+}  // namespace
+
+Picker::Picker(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)) {
+    for (const Mesh& mesh : scene_->meshes) {
+        Bounds& box = boxes_.emplace_back();
+        for (const vec3& p : mesh.positions) box.add(p);
+    }
+}
+
+std::optional<Picked> Picker::pick(const Ray& ray) const {
+    double nearest = kFar;
+    std::size_t instance = 0;
+    for (std::size_t i = 0; i < scene_->instances.size(); ++i) {
+        const Instance& in = scene_->instances[i];
+        const Mesh& mesh = scene_->meshes[static_cast<std::size_t>(in.mesh)];
+        // The direction keeps its length, so that distances are those of the world.
+        const dmat4 to_object = glm::inverse(in.object_to_world);
+        const dvec3 origin(to_object * dvec4(ray.origin, 1)), direction(to_object * dvec4(ray.direction, 0));
+        if (!meets(boxes_[static_cast<std::size_t>(in.mesh)], origin, direction, nearest)) continue;
+        for (const uvec3& t : mesh.triangles) {
+            const double found = distance(origin, direction, dvec3(mesh.positions[t.x]), dvec3(mesh.positions[t.y]),
+                                          dvec3(mesh.positions[t.z]));
+            if (found < nearest) nearest = found, instance = i;
+        }
+    }
+    if (nearest == kFar) return std::nullopt;
+    return Picked{ray.origin + nearest * ray.direction, instance};
+}
+
+WorldBounds Picker::bounds(std::size_t instance) const {
+    const Instance& in = scene_->instances[instance];
+    const Bounds& box = boxes_[static_cast<std::size_t>(in.mesh)];
+    WorldBounds world;
+    for (int corner = 0; corner < 8 && !box.empty(); ++corner) {
+        const dvec3 p(corner & 1 ? box.upper.x : box.lower.x, corner & 2 ? box.upper.y : box.lower.y,
+                      corner & 4 ? box.upper.z : box.lower.z);
+        const dvec3 at(in.object_to_world * dvec4(p, 1));
+        world.lower = glm::min(world.lower, at);
+        world.upper = glm::max(world.upper, at);
+    }
+    return world;
+}
+
+}  // namespace halflight::view

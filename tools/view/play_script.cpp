@@ -1,0 +1,96 @@
+// What Viewer does by a script; script.h says what its lines mean.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/io/files.h"
+#include "tools/view/viewer.h"
+
+namespace halflight::view {
+
+void Viewer::step_script() {
+    while (next_command_ < script_.size() && !quit_) {
+        const Command& command = script_[next_command_];
+        try {
+            if (command.name == "wait") {
+                if (!waited(command)) return;
+            } else {
+                execute(command);
+            }
+        } catch (const Error& error) {
+            throw Error(fmt::format("{}:{}", arguments_.script->string(), command.line), error.what());
+        }
+        ++next_command_;
+        frames_due_ = std::max(frames_due_, 1);
+    }
+    quit_ = true;
+}
+
+/// Whether what the command waits for is on the window.
+bool Viewer::waited(const Command& command) {
+    ask();
+    const RenderThread::Status status = thread_.status();
+    if (status.ended || status.failed == request_) throw Error("", status.error);
+    if (command.numbers.empty()) return drawn_request_ == request_;
+    const int samples = static_cast<int>(command.numbers[0]);
+    thread_.limit(samples);
+    return drawn_request_ == request_ && drawn_samples_ >= samples;
+}
+
+void Viewer::execute(const Command& c) {
+    const auto n = [&](std::size_t i) { return c.numbers.at(i); };
+    const ivec2 size = window_.framebuffer_size();
+    const dvec2 point = c.numbers.size() >= 2 ? dvec2(n(0), n(1)) : dvec2(size) / 2.0;
+    const dvec2 drag = point / double(size.y);
+    const CameraPose& pose = session_.pose();
+    if (c.name == "camera") session_.take_camera(c.words[0]);
+    if (c.name == "orbit") session_.move(orbit(pose, kPi * drag));
+    if (c.name == "pan") session_.move(pan(pose, drag));
+    if (c.name == "turn") session_.move(turn(pose, pose.vertical_fov * drag));
+    if (c.name == "dolly") session_.move(dolly(pose, n(0)));
+    if (c.name == "fly") session_.move(fly(pose, {n(0), n(1), n(2)}));
+    if (c.name == "focus" && !session_.focus(point, size)) throw Error("focus", "there is nothing");
+    if (c.name == "key") key(c.words[0][0], point);
+    if (c.name == "view") {
+        const std::vector<std::string> all = views();
+        if (std::ranges::find(all, c.words[0]) == all.end())
+            throw Error("view", "there is no '{}', only {}", c.words[0], fmt::join(all, ", "));
+        session_.view = c.words[0];
+    }
+    if (c.name == "exposure") session_.transform.exposure = static_cast<float>(n(0));
+    if (c.name == "transform") {
+        session_.transform.display = c.words[0];
+        session_.transform.view = c.words[1];
+    }
+    if (c.name == "rotation") session_.edits.environment_rotation = n(0);
+    if (c.name == "intensity") session_.edits.environment_intensity = static_cast<float>(n(0));
+    if (c.name == "emission") session_.edits.emission = static_cast<float>(n(0));
+    if (c.name == "light") {
+        const std::size_t lights = session_.scene().lights.size();
+        if (n(0) < 0 || n(0) >= static_cast<double>(lights)) throw Error("light", "the scene has {}", lights);
+        session_.edits.lights.resize(lights, 1);
+        session_.edits.lights[static_cast<std::size_t>(n(0))] = static_cast<float>(n(1));
+    }
+    if (c.name == "clay") session_.edits.clay = c.words[0] == "on";
+    if (c.name == "bounces") session_.bounces = static_cast<int>(n(0));
+    if (c.name == "bookmark") session_.bookmark(c.words[0]);
+    if (c.name == "recall") session_.recall(c.words[0]);
+    if (c.name == "open") session_.open(c.words[0]);
+    if (c.name == "save") session_.save();
+    if (c.name == "quit") quit_ = true;
+    if (c.name == "screenshot") {
+        frame();  // with what has changed since the last one
+        screenshot(c.words[0]);
+    }
+    if (c.name == "window") {
+        frame();  // panels find their sizes
+        frame(c.words[0]);
+    }
+    if (c.name == "timings") {
+        write_file(c.words[0], timings_.json().dump(2) + "\n");
+        timings_.forget();
+    }
+}
+
+}  // namespace halflight::view

@@ -1,0 +1,148 @@
+#include "tools/view/script.h"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <limits>
+
+#include "engine/core/error.h"
+
+namespace halflight::view {
+namespace {
+
+constexpr double kAny = std::numeric_limits<double>::max();
+constexpr double kWhole = 1 << 24;
+
+/// Letters: t text, n number, i whole number.
+struct Form {
+    std::string_view name;
+    std::string_view words;
+    double lower = -kAny;  // of its numbers
+    double upper = kAny;
+};
+constexpr std::array kForms = {
+    Form{"wait", "t"},
+    Form{"wait", "ti", 1, kWhole},
+    Form{"camera", "t"},
+    Form{"orbit", "nn"},
+    Form{"pan", "nn"},
+    Form{"turn", "nn"},
+    Form{"dolly", "n", 1e-6, 1e6},
+    Form{"fly", "nnn"},
+    Form{"focus", "nn"},
+    Form{"key", "t"},
+    Form{"view", "t"},
+    Form{"exposure", "n", -64, 64},
+    Form{"transform", "tt"},
+    Form{"rotation", "n", -1e6, 1e6},
+    Form{"intensity", "n", 0, 1e9},
+    Form{"emission", "n", 0, 1e9},
+    Form{"light", "in", 0, 1e9},
+    Form{"clay", "t"},
+    Form{"bounces", "i", 0, 1024},
+    Form{"bookmark", "t"},
+    Form{"recall", "t"},
+    Form{"open", "t"},
+    Form{"screenshot", "t"},
+    Form{"window", "t"},
+    Form{"save", ""},
+    Form{"timings", "t"},
+    Form{"quit", ""},
+};
+
+class Parser {
+  public:
+    Parser(const std::string& file, int line) : file_(file), line_(line) {}
+
+    template <class... Args>
+    [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) const {
+        throw Error(fmt::format("{}:{}", file_, line_), fmt::format(format, std::forward<Args>(args)...));
+    }
+
+    std::vector<std::string> words(std::string_view text) const {
+        std::vector<std::string> all;
+        for (std::size_t i = 0; i < text.size();) {
+            if (text[i] == ' ' || text[i] == '\t' || text[i] == '\r') {
+                ++i;
+            } else if (text[i] == '#') {
+                break;
+            } else if (text[i] == '"') {
+                const std::size_t end = text.find('"', i + 1);
+                if (end == std::string_view::npos) fail("a quote has no end");
+                all.emplace_back(text.substr(i + 1, end - i - 1));
+                i = end + 1;
+            } else {
+                const std::size_t end = std::min(text.find_first_of(" \t\r#\"", i), text.size());
+                all.emplace_back(text.substr(i, end - i));
+                i = end;
+            }
+        }
+        return all;
+    }
+
+    Command command(std::vector<std::string> words) const {
+        Command command;
+        command.name = words.front();
+        command.words.assign(words.begin() + 1, words.end());
+        command.line = line_;
+        const auto named = [&](const Form& f) { return f.name == command.name; };
+        if (std::ranges::none_of(kForms, named)) fail("there is no command '{}'", command.name);
+        const auto form = std::ranges::find_if(
+            kForms, [&](const Form& f) { return named(f) && f.words.size() == command.words.size(); });
+        if (form == kForms.end()) {
+            const auto usual = std::ranges::find_if(kForms, named);
+            fail("'{}' wants {} words, not {}", command.name, usual->words.size(), command.words.size());
+        }
+        for (std::size_t i = 0; i < form->words.size(); ++i)
+            if (form->words[i] != 't') command.numbers.push_back(number(command, *form, i));
+        check(command);
+        return command;
+    }
+
+  private:
+    double number(const Command& command, const Form& form, std::size_t index) const {
+        const std::string& text = command.words[index];
+        double value = 0;
+        const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+        const bool whole = form.words[index] == 'i';
+        if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value) ||
+            (whole && value != std::floor(value)))
+            fail("'{}' wants a {}number, not '{}'", command.name, whole ? "whole " : "", text);
+        if (value < form.lower || value > form.upper)
+            fail("'{}' wants a number from {} to {}, not {}", command.name, form.lower, form.upper, text);
+        return value;
+    }
+
+    void check(const Command& c) const {
+        if (c.name == "wait" && c.words[0] != (c.numbers.empty() ? "first" : "samples"))
+            fail("there is 'wait first' and 'wait samples N', no 'wait {}'", c.words[0]);
+        if (c.name == "clay" && c.words[0] != "on" && c.words[0] != "off") fail("'clay' is on or off");
+        if (c.name == "key" &&
+            (c.words[0].size() != 1 || std::string_view("FHR123456789").find(c.words[0][0]) == std::string_view::npos))
+            fail("there is no key '{}'", c.words[0]);
+        const auto ends_in = [&](std::string_view end) { return c.words[0].ends_with(end); };
+        if (c.name == "screenshot" && !ends_in(".png") && !ends_in(".exr")) fail("a screenshot is a .png or an .exr");
+        if (c.name == "window" && !ends_in(".png")) fail("a picture of the window is a .png");
+    }
+
+    const std::string& file_;
+    int line_;
+};
+
+}  // namespace
+
+std::vector<Command> parse_script(const std::string& file, std::string_view text) {
+    std::vector<Command> commands;
+    int line = 0;
+    for (std::size_t from = 0; from <= text.size();) {
+        const std::size_t to = std::min(text.find('\n', from), text.size());
+        const Parser parser(file, ++line);
+        const std::vector<std::string> words = parser.words(text.substr(from, to - from));
+        if (!words.empty()) commands.push_back(parser.command(words));
+        from = to + 1;
+    }
+    return commands;
+}
+
+}  // namespace halflight::view

@@ -1,0 +1,51 @@
+// Scripts: what somebody could do in the window, as lines of a file, for tests and for figures that can be had again.
+//
+//     wait first               until a picture of the view as it is now is shown, however coarse
+//     wait samples N           until the whole picture has N samples; it gets no more until another `wait`
+//     camera NAME              one of the scene's, by name or number
+//     orbit X Y                a drag of so many pixels, to the right and down
+//     pan X Y
+//     turn X Y                 of the head
+//     dolly FACTOR             distance to what is looked at times so much
+//     fly X Y Z                to the right, up, ahead; world units
+//     focus X Y                looks at what is seen at that pixel
+//     key K                    a key: F H R 1 to 9
+//     view NAME                final, or one of the layers of --aov
+//     exposure STOPS
+//     transform DISPLAY VIEW
+//     rotation DEGREES         of the environment
+//     intensity FACTOR         of the environment
+//     emission FACTOR          of emissive surfaces
+//     light N FACTOR           of a punctual light, by number
+//     clay on|off
+//     bounces N
+//     bookmark NAME            keeps the view
+//     recall NAME
+//     open FILE                a scene or an environment, as if it were dropped
+//     screenshot FILE          what is seen: .png as it is shown, .exr linear
+//     window FILE.png          the whole window with its panels
+//     save                     the settings
+//     timings FILE.json        of the pictures since the last such line
+//     quit                     so does the end of the file
+//
+// Words are separated by spaces; "..." keeps some together; # begins a comment.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace halflight::view {
+
+struct Command {
+    std::string name;
+    std::vector<std::string> words;  // all that follows it
+    std::vector<double> numbers;     // those of them that are numbers by the command's nature, finite
+    int line = 0;                    // from 1
+};
+
+/// Throws Error "FILE:LINE: what" for the first line that is none of the above.
+std::vector<Command> parse_script(const std::string& file, std::string_view text);
+
+}  // namespace halflight::view

@@ -1,0 +1,204 @@
+#include "tools/view/viewer.h"
+
+#define GLFW_INCLUDE_NONE
+#include <GLFW/glfw3.h>
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "engine/gpu/program_binaries.h"
+#include "engine/io/files.h"
+#include "engine/io/png.h"
+#include "tools/halflight/picture.h"
+#include "tools/halflight/signals.h"
+
+namespace halflight::view {
+namespace {
+
+constexpr std::uint64_t kMostScript = 1 << 20;  // bytes
+constexpr double kIdle = 0.5;                   // seconds without anything to draw
+constexpr double kMoving = 0.01;                // seconds from frame to frame while a key is held
+
+double now() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+std::vector<Command> script_of(const PreviewArguments& a) {
+    if (!a.script) return {};
+    return parse_script(a.script->string(), read_file(*a.script, kMostScript));
+}
+
+RenderThread::Options thread_options(const PreviewArguments& a) {
+    return {.context = {.device = a.device,
+                        .binaries_folder = a.no_shader_cache ? "" : gpu::default_binaries_folder(),
+                        .debug = a.gl_debug},
+            .budget = 1e-3 * a.budget,
+            .changed = &Window::wake};
+}
+
+bool same(const ViewTransform& a, const ViewTransform& b) {
+    return a.display == b.display && a.view == b.view && a.look == b.look && a.exposure == b.exposure;
+}
+
+}  // namespace
+
+Viewer::Viewer(const PreviewArguments& arguments)
+    : arguments_(arguments),
+      script_(script_of(arguments)),
+      session_(arguments),
+      colors_(ColorConfig::load(arguments.ocio)),
+      processor_(colors_.view(arguments.view)),
+      window_({*arguments.width, *arguments.height}, title()),
+      gui_(window_),
+      thread_(colors_, thread_options(arguments)) {
+    transform_ = session_.transform;
+    display_.set_view(processor_);
+    if (scripted()) panels_shown_ = false;
+}
+
+template <class F>
+void Viewer::attempt(const F& f) {
+    if (scripted()) return f();
+    try {
+        f();
+    } catch (const Error& error) {
+        message_ = error.what();
+    }
+}
+
+std::string Viewer::title() const {
+    const auto camera = session_.scene_camera();
+    const std::string name = camera ? session_.scene().cameras[*camera].name : "";
+    return one_line(fmt::format("halflight: {}{}", session_.file().filename().string(),
+                                name.empty() ? "" : fmt::format(" ({})", name)));
+}
+
+void Viewer::run() {
+    while (!window_.closing() && !quit_ && stop_signal() == 0) {
+        const bool at_once = frames_due_ > 0 || next_command_ < script_.size();
+        const double patience = navigation_.moving() || at_once ? kMoving : kIdle;
+        if (window_.wait(patience) || navigation_.moving()) frames_due_ = std::max(frames_due_, 2);
+        drop();
+        take_picture();
+        if (frames_due_ > 0) frame();
+        if (scripted()) step_script();
+    }
+}
+
+/// Makes the picture that came last the one that is seen, if it shows what is to be seen.
+void Viewer::take_picture() {
+    const auto newest = thread_.picture();
+    if (!newest || (newest == picture_ && view_ == session_.view)) return;
+    const std::vector<std::string> needed = aovs_of(session_.view);
+    if (!needed.empty() && newest->aovs != needed) return;
+    picture_ = newest;
+    view_ = session_.view;
+    display_.set_picture(seen(view_, picture_->result));
+    frames_due_ = std::max(frames_due_, 1);
+}
+
+void Viewer::drop() {
+    for (const auto& path : window_.dropped()) attempt([&] { session_.open(path); });
+}
+
+/// Asks for another picture where one is needed.
+void Viewer::ask() {
+    const ivec2 size = window_.framebuffer_size();
+    Wanted wanted = session_.wanted(size);
+    if (!scripted()) thread_.limit(session_.samples);
+    if (wanted == wanted_) return;
+    wanted_ = std::move(wanted);
+    if (scripted()) thread_.limit(1);  // until the script says how many it waits for
+    request_ = thread_.show(session_.request(wanted_));
+    timings_.requested(request_, now());
+    window_.set_title(title());
+}
+
+void Viewer::frame(const std::filesystem::path& shot) {
+    const ivec2 size = window_.framebuffer_size();
+    frames_due_ = std::max(frames_due_ - 1, 0);
+    if (size.x == 0 || size.y == 0) return;
+    gui_.begin();
+    if (!scripted()) {
+        navigation_.steer(session_, size);
+        keys();
+    }
+    Asked asked;
+    if (panels_shown_) asked = panels(session_, colors_, navigation_, {picture_.get(), thread_.status(), message_});
+    ask();
+    if (!same(session_.transform, transform_)) {
+        attempt([&] { processor_ = colors_.view(session_.transform); });
+        transform_ = session_.transform;
+        display_.set_view(processor_);
+    }
+    display_.draw(size);
+    gui_.draw();
+    if (!shot.empty()) write_png(shot, window_.read());
+    window_.swap();
+    if (picture_) {
+        drawn_request_ = picture_->request;
+        drawn_samples_ = picture_->divisor == 1 ? picture_->result.stats.samples : 0;
+        timings_.shown(*picture_, now());
+    }
+    answer(asked);
+}
+
+void Viewer::answer(const Asked& asked) {
+    if (asked.read_message) message_.clear();
+    attempt([&] {
+        if (asked.save) {
+            session_.save();
+            message_ = fmt::format("wrote {}", session_.settings_file().string());
+        }
+        if (asked.screenshot || asked.exr) screenshot(free_name(asked.exr ? "exr" : "png"));
+    });
+}
+
+/// In the folder that is current, of the scene's name.
+std::filesystem::path Viewer::free_name(const char* extension) const {
+    for (int i = 1;; ++i) {
+        const std::filesystem::path name = fmt::format("{}-{:04}.{}", session_.file().stem().string(), i, extension);
+        if (!std::filesystem::exists(name)) return name;
+    }
+}
+
+void Viewer::screenshot(const std::filesystem::path& path) {
+    if (!picture_) throw Error(path.string(), "not written: there is no picture yet");
+    if (has_extension(path, "exr")) {
+        const RenderStats& stats = picture_->result.stats;
+        write_picture(path, picture_->result,
+                      {.camera = picture_->camera,
+                       .working_space = colors_.linear_space(""),
+                       .comments = fmt::format("scene {}, seen by halflight view, {} samples",
+                                               session_.file().filename().string(), stats.samples),
+                       .filter = text(PixelFilter{}),
+                       .bias = "",
+                       .error = ""});
+    } else {
+        write_png(path, display_.read());
+    }
+    message_ = fmt::format("wrote {}", path.string());
+}
+
+void Viewer::keys() {
+    const ImGuiIO& io = ImGui::GetIO();
+    if (io.WantTextInput) return;
+    const dvec2 point(io.MousePos.x * io.DisplayFramebufferScale.x, io.MousePos.y * io.DisplayFramebufferScale.y);
+    for (const char k : {'F', 'H', 'R', '1', '2', '3', '4', '5', '6', '7', '8', '9'})
+        if (ImGui::IsKeyPressed(k, false)) key(k, point);  // GLFW's key codes are ASCII
+    if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_S, false)) answer({.save = true});
+    if (ImGui::IsKeyPressed(GLFW_KEY_P, false)) answer({.screenshot = true});
+}
+
+void Viewer::key(char key, const dvec2& point) {
+    if (key == 'F') session_.frame_object(point, window_.framebuffer_size());
+    if (key == 'H') panels_shown_ = !panels_shown_;
+    if (key == 'R') session_.reset_camera();
+    const auto number = static_cast<std::size_t>(key - '1');
+    if (key >= '1' && key <= '9' && number < session_.bookmarks.size()) session_.move(session_.bookmarks[number].pose);
+}
+
+}  // namespace halflight::view

@@ -1,0 +1,73 @@
+// The program `halflight view`: a window, a session, a render thread, and what comes and goes between them.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/view/display.h"
+#include "tools/view/gui.h"
+#include "tools/view/panels.h"
+#include "tools/view/script.h"
+#include "tools/view/timings.h"
+
+namespace halflight::view {
+
+class Viewer {
+  public:
+    /// Loads the scene, then opens the window. Throws Error, also for a script that makes no sense.
+    explicit Viewer(const PreviewArguments& arguments);
+
+    /// Until the window is closed, a signal asks to stop, or the script ends. Throws Error "SCRIPT:LINE: what" where a
+    /// line cannot be done.
+    void run();
+
+  private:
+    void frame(const std::filesystem::path& shot = {});  // to be written: the window as it is then
+    void keys();
+    void key(char key, const dvec2& point);
+    void ask();
+    void take_picture();
+    void drop();
+    void answer(const Asked& asked);
+    void screenshot(const std::filesystem::path& path);
+    std::filesystem::path free_name(const char* extension) const;
+    std::string title() const;
+
+    bool scripted() const { return arguments_.script.has_value(); }
+    void step_script();
+    bool waited(const Command& command);
+    void execute(const Command& command);
+
+    /// Does what may fail: in a script that is the end, in the window it is told.
+    template <class F>
+    void attempt(const F& f);
+
+    PreviewArguments arguments_;
+    std::vector<Command> script_;
+    std::size_t next_command_ = 0;
+    Session session_;
+    ColorConfig colors_;
+    ViewProcessor processor_;
+    Window window_;
+    Gui gui_;
+    Display display_;
+    Navigation navigation_;
+    Timings timings_;
+    std::string message_;
+    bool panels_shown_ = true;
+    bool quit_ = false;
+    int frames_due_ = 3;  // Dear ImGui wants some after whatever happens
+
+    Wanted wanted_;                           // of the request that is under way
+    std::uint64_t request_ = 0;               // its number
+    ViewTransform transform_;                 // that the display has
+    std::string view_;                        // that the display has
+    std::shared_ptr<const Picture> picture_;  // that the display has
+    std::uint64_t drawn_request_ = 0;         // of the picture in the window
+    int drawn_samples_ = 0;                   // of that picture; 0: it is a coarse one
+    RenderThread thread_;                     // last: it ends first
+};
+
+}  // namespace halflight::view

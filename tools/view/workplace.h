@@ -1,0 +1,36 @@
+// What the render thread keeps from request to request: the prepared scene, and renderers by size.
+#pragma once
+
+#include <map>
+#include <memory>
+
+#include "tools/view/render_thread.h"
+#include "tools/view/resolution.h"
+
+namespace halflight::view {
+
+/// On the thread of its context.
+class Workplace {
+  public:
+    /// The context must outlive it. `budget` as of Resolution.
+    Workplace(gpu::Context& context, ColorConfig colors, double budget)
+        : context_(context), colors_(std::move(colors)), resolution_(budget) {}
+
+    /// Whether prepare() will have to make the scene's tables and hierarchies.
+    bool needs_scene(const Request& request) const;
+    /// Throws what preparing a scene throws; then there is none until the next call.
+    void prepare(const Request& request);
+    /// Of the size of the request that was prepared last. Throws what a Renderer throws.
+    Renderer& renderer(int divisor);
+    Resolution& resolution() { return resolution_; }
+
+  private:
+    gpu::Context& context_;
+    ColorConfig colors_;
+    Request request_;
+    std::unique_ptr<PreparedScene> scene_;
+    std::map<int, Renderer> renderers_;  // by divisor
+    Resolution resolution_;
+};
+
+}  // namespace halflight::view
