@@ -175,6 +175,7 @@ void Viewer::screenshot(const std::filesystem::path& path) {
                        .comments = fmt::format("scene {}, seen by halflight view, {} samples",
                                                session_.file().filename().string(), stats.samples),
                        .filter = text(PixelFilter{}),
+                       .shutter = "",
                        .bias = "",
                        .error = ""});
     } else {
