@@ -63,7 +63,10 @@ std::vector<std::string> ffmpeg_arguments(const MovieFormat& format, const std::
     add({"-f", "rawvideo", "-pixel_format", "rgb24"});
     add({"-video_size", fmt::format("{}x{}", even(format.size.x), even(format.size.y))});
     add({"-framerate", fmt::format("{}/{}", format.rate.numerator, format.rate.denominator), "-i", "pipe:0"});
-    add({"-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int"});
+    // Some encoders ask the frames what they are of, some the stream.
+    std::string params = "colorspace=bt709:range=tv";
+    if (format.srgb) params += ":color_primaries=bt709:color_trc=iec61966-2-1";
+    add({"-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,setparams=" + params});
     add({"-colorspace", "bt709", "-color_range", "tv"});
     if (format.srgb) add({"-color_primaries", "bt709", "-color_trc", "iec61966-2-1"});
     if (has_extension(file, "mov"))
