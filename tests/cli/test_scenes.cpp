@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <map>
 #include <nlohmann/json.hpp>
@@ -318,6 +319,33 @@ TEST(Emitters, HasWhatWasAskedFor) {
     for (const char* triangles : {"0", "-3", "99999999999"})
         refused({"emitters", "--triangles", triangles}, "none.glb", "--triangles: Value");
     refused({"emitters"}, "hall.png", "hall.png: is no name of a .glb");
+}
+
+TEST(Path, FliesACameraThroughAScene) {
+    const TemporaryFolder folder;
+    const std::string out = folder / "path.glb";
+    const Outcome outcome =
+        run_program({"path", kScenes / "cornell.glb", out, "--frames", "5", "--fps", "2", "--degrees", "90"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Glb before(kScenes / "cornell.glb"), after(out);
+    EXPECT_EQ(after.bytes.substr(0, before.bytes.size()), before.bytes) << "the rest stays as it is";
+    const Json& animation = after.json["animations"].at(0);
+    EXPECT_EQ(animation["name"], "path");
+    const Json& samplers = animation["samplers"];
+    const auto values = [&]<class T>(std::size_t sampler, const char* which) {
+        return after.values<T>(after.json["accessors"][samplers[sampler][which].get<std::size_t>()]);
+    };
+    EXPECT_EQ(values.operator()<float>(0, "input"), (std::vector<float>{0, 0.5f, 1, 1.5f, 2}));
+    const auto places = values.operator()<vec3>(0, "output");
+    ASSERT_EQ(places.size(), 5u);
+    const Json& node = after.json["nodes"].back();
+    EXPECT_EQ(after.json["scenes"][0]["nodes"].back(), after.json["nodes"].size() - 1);
+    EXPECT_EQ(after.json["cameras"][node["camera"].get<std::size_t>()]["name"], "path");
+    // On a circle: the chord of a right angle is sqrt(2) of its radius, and steps are alike.
+    const float step = glm::distance(places[0], places[1]);
+    for (std::size_t i = 1; i < 4; ++i) EXPECT_NEAR(glm::distance(places[i], places[i + 1]), step, 1e-4f * step);
+    EXPECT_NEAR(glm::distance(places[0], places[4]) / step, std::sqrt(0.5) / std::sin(kPi / 16), 1e-3);
+    EXPECT_EQ(run_program({"path", kScenes / "cornell.glb", out, "--camera", "nobody"}).status, 1);
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "engine/core/error.h"
 #include "tools/scenes/city.h"
+#include "tools/scenes/path.h"
 #include "tools/scenes/scenes.h"
 #include "tools/tool_main.h"
 
@@ -56,6 +57,16 @@ int run(int argc, char** argv) {
         ->check(CLI::Range(16, 4095))
         ->capture_default_str();
 
+    std::string flown;
+    scenes::PathOptions flight;
+    CLI::App* path = app.add_subcommand("path", "A scene with one more camera, path, which an animation moves");
+    path->add_option("SCENE", flown, "the .glb to copy")->required();
+    path->add_option("OUT", output, "the .glb to write")->required();
+    path->add_option("--camera", flight.camera, "of the scene, whose view the arc is around (default: the first)");
+    path->add_option("--frames", flight.frames, "of the flight")->check(CLI::Range(2, 100'000))->capture_default_str();
+    path->add_option("--fps", flight.fps, "frames per second")->check(CLI::Range(0.001, 1e6))->capture_default_str();
+    path->add_option("--degrees", flight.degrees, "of the arc")->check(CLI::Range(0.0, 360.0))->capture_default_str();
+
     const auto write = [&](const scenes::Document& document) {
         document.write(output);
         std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(document.triangles()));
@@ -68,6 +79,10 @@ int run(int argc, char** argv) {
         if (*still_life) write(scenes::still_life());
         if (*room) write(scenes::room());
         if (*emitters) write(scenes::emitters(lights, hall_triangles));
+        if (*path) {
+            scenes::write_camera_path(flown, output, flight);
+            std::printf("%s: %d frames\n", output.c_str(), flight.frames);
+        }
         if (*city) {
             options.part_bytes = part_mib << 20;
             const std::uint64_t triangles = scenes::write_city(output, options);
