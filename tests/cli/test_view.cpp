@@ -224,7 +224,7 @@ TEST_F(View, WhatCannotBeDoneIsTold) {
     expect_error(view("quit\n"), 1, scene + ".halflight.json: has no 'halflight_settings', the version of its format");
 }
 
-TEST_F(View, ALaterErrorKeepsThePicture) {
+TEST_F(View, WithoutADeviceItSaysSo) {
     // The device is wanted on another thread: the window is there before it is told.
     const Outcome outcome = view("wait first\n", {"--device", "no such device"});
     EXPECT_EQ(outcome.status, 1);

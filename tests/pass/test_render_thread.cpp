@@ -95,6 +95,7 @@ TEST_F(RenderThreadTest, TheMeanIsThatOfRender) {
     ASSERT_TRUE(thread.until_samples(number, 5)) << thread->status().error;
     expect_same(thread.seen.back()->result, expected(r, 5));
     EXPECT_EQ(thread.seen.back()->aovs, r.aovs);
+    EXPECT_TRUE(thread.seen.back()->result.stats.passes.empty()) << "nobody has asked for times";
     // It goes on where it was.
     thread->limit(7);
     ASSERT_TRUE(thread.until_samples(number, 7));
@@ -162,8 +163,10 @@ TEST_F(RenderThreadTest, LightsAndMaterialsAreEdited) {
     expect_same(thread.seen.back()->result, expected(r, 2));
     EXPECT_FALSE(same_bits(thread.seen.back()->result.beauty, plain->result.beauty));
     r.edits = {};
+    r.measure = true;
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
     expect_same(thread.seen.back()->result, plain->result);
+    EXPECT_FALSE(thread.seen.back()->result.stats.passes.empty());
 }
 
 TEST_F(RenderThreadTest, AnErrorKeepsThePicture) {

@@ -103,11 +103,10 @@ struct RenderArguments : ViewArguments {
 
 /// `halflight view`; the window's size is the picture's.
 struct PreviewArguments : ViewArguments {
-    std::optional<std::filesystem::path>
-        settings;                     // to be saved; none: beside the scene. What it says is in its places
-    std::vector<Bookmark> bookmarks;  // that it has
-    std::optional<int> samples;       // per pixel, after which nothing more is done
-    double budget = 100;              // ms until the first picture of a view
+    std::optional<std::filesystem::path> settings;  // to be saved, and read already; none: beside the scene
+    std::vector<Bookmark> bookmarks;                // that it has
+    std::optional<int> samples;                     // per pixel, after which nothing more is done
+    double budget = 100;                            // ms until the first picture of a view
     std::optional<std::filesystem::path> script;
     std::optional<std::filesystem::path> ocio;
     ViewTransform view;

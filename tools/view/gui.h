@@ -1,6 +1,7 @@
 // Dear ImGui in a window: its context, and its frames.
 #pragma once
 
+#include "tools/view/navigation.h"
 #include "tools/view/window.h"
 
 namespace halflight::view {
@@ -13,8 +14,9 @@ class Gui {
     Gui& operator=(const Gui&) = delete;
     ~Gui();
 
-    void begin();  ///< from here on panels can be declared
-    void draw();   ///< what was declared, onto the window's framebuffer
+    void begin();         ///< from here on panels can be declared
+    Input input() const;  ///< of the frame that has begun
+    void draw();          ///< what was declared, onto the window's framebuffer
 };
 
 }  // namespace halflight::view

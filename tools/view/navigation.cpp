@@ -1,53 +1,41 @@
 #include "tools/view/navigation.h"
 
-#define GLFW_INCLUDE_NONE
-#include <GLFW/glfw3.h>
-#include <imgui.h>
-
 #include <algorithm>
 #include <cmath>
 
 namespace halflight::view {
+namespace {
 
-void Navigation::steer(Session& session, const ivec2& size) {
-    const ImGuiIO& io = ImGui::GetIO();
-    if (!io.WantCaptureMouse) {
-        // Of the window's height, as the picture's.
-        const dvec2 drag = dvec2(io.MouseDelta.x, io.MouseDelta.y) / double{std::max(io.DisplaySize.y, 1.0f)};
-        const bool left = ImGui::IsMouseDown(ImGuiMouseButton_Left);
-        const bool sideways = ImGui::IsMouseDown(ImGuiMouseButton_Middle) || (left && io.KeyShift);
-        if (drag != dvec2(0) && sideways) {
-            session.move(pan(session.pose(), drag));
-        } else if (drag != dvec2(0) && left) {
-            session.move(manner == Manner::orbit ? orbit(session.pose(), kPi * drag)
-                                                 : turn(session.pose(), session.pose().vertical_fov * drag));
-        } else if (drag.y != 0 && ImGui::IsMouseDown(ImGuiMouseButton_Right)) {
-            session.move(dolly(session.pose(), std::exp(2 * drag.y)));
-        }
-        if (io.MouseWheel != 0 && manner == Manner::orbit)
-            session.move(dolly(session.pose(), std::exp(-0.1 * double{io.MouseWheel})));
-        if (io.MouseWheel != 0 && manner == Manner::fly)
-            speed = std::clamp(speed * std::exp(0.1f * io.MouseWheel), 0.01f, 100.0f);
-        if (ImGui::IsMouseDoubleClicked(ImGuiMouseButton_Left))
-            session.focus({io.MousePos.x * io.DisplayFramebufferScale.x, io.MousePos.y * io.DisplayFramebufferScale.y},
-                          size);
+constexpr double kDollyNotch = 0.1, kDollyHeight = 2;  // logarithm of the distance, by notch and height of the window
+constexpr double kSpeedNotch = 0.1;
+constexpr double kLongest = 0.1;  // seconds that count as one step: nothing was drawn for long before the first one
+
+}  // namespace
+
+void Navigation::steer(Session& session, const Input& in, const ivec2& size) {
+    if (in.drag != dvec2(0)) {
+        const CameraPose& pose = session.pose();
+        if (in.middle || (in.left && in.shift))
+            session.move(pan(pose, in.drag));
+        else if (in.left && manner == Manner::orbit)
+            session.move(orbit(pose, kPi * in.drag));
+        else if (in.left)
+            session.move(turn(pose, pose.vertical_fov * in.drag));
+        else if (in.right)
+            session.move(dolly(pose, std::exp(kDollyHeight * in.drag.y)));
     }
-    fly(session);
-}
-
-void Navigation::fly(Session& session) {
-    const ImGuiIO& io = ImGui::GetIO();
-    moving_ = false;
-    if (io.WantCaptureKeyboard || io.KeyCtrl) return;
-    const auto axis = [](int more, int less) {
-        return (ImGui::IsKeyDown(more) ? 1.0 : 0.0) - (ImGui::IsKeyDown(less) ? 1.0 : 0.0);
-    };
-    const dvec3 way(axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S));
-    if (way == dvec3(0)) return;
-    moving_ = true;
+    if (in.wheel != 0) {
+        if (manner == Manner::orbit)
+            session.move(dolly(session.pose(), std::exp(-kDollyNotch * in.wheel)));
+        else
+            speed = std::clamp(speed * static_cast<float>(std::exp(kSpeedNotch * in.wheel)), 0.01f, 100.0f);
+    }
+    if (in.double_click) session.focus(*in.double_click, size);
+    moving_ = in.way != dvec3(0);
+    if (!moving_) return;
     const WorldBounds box = world_bounds(session.scene());
     const double diagonal = box.empty() ? 1 : glm::length(box.upper - box.lower);
-    session.move(view::fly(session.pose(), 0.1 * double{speed} * diagonal * double{io.DeltaTime} * way));
+    session.move(fly(session.pose(), 0.1 * double{speed} * diagonal * std::min(in.seconds, kLongest) * in.way));
 }
 
 }  // namespace halflight::view

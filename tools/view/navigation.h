@@ -1,5 +1,7 @@
-// Mouse and keys to movements of the camera.
+// Mouse and keys to movements of the camera. No window.
 #pragma once
+
+#include <optional>
 
 #include "tools/view/session.h"
 
@@ -7,19 +9,27 @@ namespace halflight::view {
 
 enum class Manner : int { orbit, fly };
 
-/// Between Gui::begin() and draw(), for what the panels leave to it.
+/// Since the last frame, without what the panels took for themselves.
+struct Input {
+    dvec2 drag{0};  // way of the mouse, right and down, in heights of the window
+    bool left = false, middle = false, right = false, shift = false;  // held
+    double wheel = 0;                                                 // notches, away from the user
+    std::optional<dvec2> double_click{};                              // where, pixels of the framebuffer
+    dvec3 way{0};                                                     // -1, 0 or 1 by the keys held: right, up, ahead
+    double seconds = 0;                                               // since the last frame
+};
+
 class Navigation {
   public:
     Manner manner = Manner::orbit;
     float speed = 1;  // of flying, scene diagonals per ten seconds
 
-    /// Drags, wheel, clicks, W A S D Q E. `size`: of the framebuffer.
-    void steer(Session& session, const ivec2& size);
+    /// `size`: of the framebuffer, pixels.
+    void steer(Session& session, const Input& input, const ivec2& size);
     /// Whether it goes on without anything new happening: a key is held.
     bool moving() const { return moving_; }
 
   private:
-    void fly(Session& session);
     bool moving_ = false;
 };
 

@@ -123,7 +123,7 @@ void Viewer::frame(const std::filesystem::path& shot) {
     if (size.x == 0 || size.y == 0) return;
     gui_.begin();
     if (!scripted()) {
-        navigation_.steer(session_, size);
+        navigation_.steer(session_, gui_.input(), size);
         keys();
     }
     Asked asked;

@@ -1,0 +1,133 @@
+// What a session makes of mouse, keys and files.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/support/error_message.h"
+#include "tools/view/navigation.h"
+
+namespace halflight::view {
+namespace {
+
+constexpr ivec2 kSize(512, 512);
+
+class ViewSession : public testing::Test {
+  protected:
+    static PreviewArguments cornell() {
+        PreviewArguments a;
+        a.scene = std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/cornell.glb";
+        a.quiet = true;
+        return a;
+    }
+    double distance() const { return glm::length(session.pose().at - session.pose().from); }
+    void steer(const Input& input) { navigation.steer(session, input, kSize); }
+
+    Session session{cornell()};
+    Navigation navigation;
+};
+
+TEST_F(ViewSession, TheScenesCameraStaysAsItIsUntilItMoves) {
+    ASSERT_EQ(session.scene_camera(), 0u);
+    EXPECT_EQ(session.camera().camera_to_world, session.scene().cameras[0].camera_to_world);
+    const Wanted before = session.wanted(kSize);
+    steer({});
+    EXPECT_EQ(session.wanted(kSize), before) << "nothing has happened";
+    EXPECT_EQ(std::get<std::string>(session.saved().camera), session.scene().cameras[0].name);
+    steer({.drag = {0.1, 0}, .left = true});
+    EXPECT_FALSE(session.scene_camera());
+    EXPECT_FALSE(session.wanted(kSize) == before);
+    EXPECT_EQ(std::get<CameraPose>(session.saved().camera), session.pose());
+    session.reset_camera();
+    EXPECT_EQ(session.wanted(kSize), before);
+}
+
+TEST_F(ViewSession, TurnsAroundWhatIsInTheMiddle) {
+    // Of the box's back wall, within the box.
+    const auto picked =
+        Picker(std::make_shared<Scene>(session.scene())).pick(ray_through(session.camera(), {256, 256}, kSize));
+    ASSERT_TRUE(picked);
+    EXPECT_LT(glm::length(session.pose().at - picked->position), 1e-6);
+}
+
+TEST_F(ViewSession, DragsOfEachButton) {
+    const CameraPose start = session.pose();
+    steer({.drag = {0.1, 0.05}});
+    EXPECT_EQ(session.pose(), start) << "no button is held";
+    steer({.drag = {0.1, 0.05}, .left = true});
+    EXPECT_EQ(session.pose(), orbit(start, {kPi * 0.1, kPi * 0.05}));
+    session.reset_camera();
+    for (const Input& sideways :
+         {Input{.drag = {0.1, 0.05}, .middle = true}, Input{.drag = {0.1, 0.05}, .left = true, .shift = true}}) {
+        steer(sideways);
+        EXPECT_EQ(session.pose(), pan(start, {0.1, 0.05}));
+        session.reset_camera();
+    }
+    const double before = distance();
+    steer({.drag = {0, 0.5}, .right = true});
+    EXPECT_NEAR(distance(), before * std::exp(1), 1e-9);
+    session.reset_camera();
+    steer({.wheel = 1});
+    EXPECT_LT(distance(), before);
+}
+
+TEST_F(ViewSession, FlyingTurnsTheHead) {
+    navigation.manner = Manner::fly;
+    const CameraPose start = session.pose();
+    steer({.drag = {0.1, 0}, .left = true});
+    EXPECT_EQ(session.pose().from, start.from);
+    EXPECT_NE(session.pose().at, start.at);
+    session.reset_camera();
+    steer({.wheel = 2});
+    EXPECT_GT(navigation.speed, 1);
+    EXPECT_EQ(session.pose(), start);
+
+    navigation.speed = 1;
+    steer({.way = {0, 0, 1}, .seconds = 0.05});
+    EXPECT_TRUE(navigation.moving());
+    const double step = glm::length(session.pose().from - start.from);
+    EXPECT_GT(step, 0);
+    session.reset_camera();
+    steer({.way = {0, 0, 1}, .seconds = 60});
+    EXPECT_NEAR(glm::length(session.pose().from - start.from), 2 * step, 1e-9) << "a pause is no flight";
+    steer({});
+    EXPECT_FALSE(navigation.moving());
+}
+
+TEST_F(ViewSession, ADoubleClickLooksThere) {
+    const auto there =
+        Picker(std::make_shared<Scene>(session.scene())).pick(ray_through(session.camera(), {300, 400}, kSize));
+    ASSERT_TRUE(there);
+    steer({.double_click = dvec2(300, 400)});
+    EXPECT_LT(glm::length(session.pose().at - there->position), 1e-9);
+    EXPECT_TRUE(session.frame_object({256, 256}, kSize));
+    session.move(turn(session.pose(), {kPi, 0}));
+    const CameraPose away = session.pose();
+    EXPECT_FALSE(session.focus({256, 256}, kSize)) << "there is nothing";
+    EXPECT_EQ(session.pose(), away);
+}
+
+TEST_F(ViewSession, BookmarksAreReplacedByName) {
+    const CameraPose start = session.pose();
+    session.bookmark("a");
+    steer({.drag = {0.1, 0}, .left = true});
+    session.bookmark("b");
+    session.bookmark("a");
+    ASSERT_EQ(session.bookmarks.size(), 2u);
+    EXPECT_NE(session.bookmarks[0].pose, start);
+    session.reset_camera();
+    session.recall("b");
+    EXPECT_NE(session.pose(), start);
+    EXPECT_EQ(error_message([&] { session.recall("c"); }), "bookmarks: there is no 'c'");
+}
+
+TEST_F(ViewSession, WhatCannotBeOpenedChangesNothing) {
+    const Wanted before = session.wanted(kSize);
+    for (const char* bad : {"no.glb", "no.exr", "README.md"}) {
+        EXPECT_THROW(session.open(bad), Error) << bad;
+        EXPECT_EQ(session.wanted(kSize), before) << bad;
+    }
+    EXPECT_EQ(session.saved().environment, EnvironmentChoice());
+}
+
+}  // namespace
+}  // namespace halflight::view
