@@ -21,27 +21,27 @@ constexpr std::array kAovs = {
     AovInfo{"samples", "Y", "samples of the pixel"},
     AovInfo{"albedo", "RGB", "reflectance: diffuse, transmission and specular at normal incidence; filtered"},
     AovInfo{"normal", "XYZ", "shading normal, world; filtered, not normalised"},
-    AovInfo{"position", "XYZ", "world position at the pixel's centre, world units; 0 where there is no surface"},
+    AovInfo{"position", "XYZ", "world position at the pixel's centre, world units; 0 where there is no surface",
+            false, true},
     AovInfo{"depth", "Z",
-            "distance along the camera's axis at the pixel's centre, world units; 1e10 where there is no surface"},
+            "distance along the camera's axis at the pixel's centre, world units; 1e10 where there is no surface",
+            false, true},
     AovInfo{"motion", "XY",
-            "pixels that the surface at the pixel's centre moved since the previous frame, x right, y down"},
+            "pixels that the surface at the pixel's centre moved since the previous frame, x right, y down",
+            false, true},
     AovInfo{
         "ids", "",
-        "uint32 ids.instance, ids.primitive, ids.material at the pixel's centre; 4294967295 where there is no surface"},
+        "uint32 ids.instance, ids.primitive, ids.material at the pixel's centre; 4294967295 where there is no surface",
+        false, true},
     AovInfo{"cryptoobject", "", "Cryptomatte of the objects: CryptoObject00 to 02, ids and coverage of 6 ranks"},
     AovInfo{"cryptomaterial", "", "Cryptomatte of the materials: CryptoMaterial00 to 02"},
     AovInfo{"nodes", "Y", "nodes of the hierarchy that the camera ray at the pixel's centre visits, without culling",
-            true},
+            true, true},
     AovInfo{"culling", "",
             "culling.leaves, culling.others: length of the pixel's tile's list for first shadow rays, of the last "
             "sample that had any there; 0 where none had or culling did without lists",
-            true},
+            true, true},
 };
-
-const AovInfo& info(std::string_view name) {
-    return *std::find_if(kAovs.begin(), kAovs.end(), [&](const AovInfo& a) { return a.name == name; });
-}
 
 bool is_color(const AovInfo& a) {
     return a.channels == "RGB" && a.name != "variance";
@@ -79,6 +79,11 @@ void add_mean(const Band& band, Image* to, const std::vector<double>& sums, std:
 
 }  // namespace
 
+const AovInfo* find_aov(std::string_view name) {
+    const auto found = std::ranges::find(kAovs, name, &AovInfo::name);
+    return found == kAovs.end() ? nullptr : &*found;
+}
+
 std::span<const AovInfo> known_aovs() {
     return kAovs;
 }
@@ -93,7 +98,7 @@ Film::Film(const RenderSettings& settings, const TraceTables& tables)
     if (settings.want_view) view_ = Image(settings.width, settings.height, 4);
     for (const std::string& name : settings.aovs)
         planes_.push_back(
-            {name, Image(settings.width, settings.height, static_cast<int>(channel_names(info(name)).size()))});
+            {name, Image(settings.width, settings.height, static_cast<int>(channel_names(*find_aov(name)).size()))});
 }
 
 Image* Film::plane(std::string_view aov) {
@@ -207,7 +212,7 @@ void Film::take(RenderResult& result) {
     result.beauty = std::move(beauty_);
     result.view = std::move(view_);
     for (Plane& p : planes_) {
-        const AovInfo& a = info(p.aov);
+        const AovInfo& a = *find_aov(p.aov);
         const ExrType type = a.name == "ids"                       ? ExrType::uint32
                              : settings_.half_color && is_color(a) ? ExrType::half
                                                                    : ExrType::float32;

@@ -32,7 +32,10 @@ struct AovInfo {
     std::string_view channels;     // after the layer's name ("RGB", "XYZ", "Z")
     std::string_view description;  // one line with units
     bool debug = false;            // tells how the picture was made, not what it shows; may differ from run to run
+    bool at_centre = false;        // of the ray through the pixel's centre alone: has no mean over samples or times
 };
+/// Of known_aovs(), by name; null for others.
+const AovInfo* find_aov(std::string_view name);
 /// Those for debugging come last.
 std::span<const AovInfo> known_aovs();
 

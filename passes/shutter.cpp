@@ -1,7 +1,6 @@
 #include "passes/shutter.h"
 
 #include <algorithm>
-#include <array>
 #include <cassert>
 #include <cmath>
 #include <nlohmann/json.hpp>
@@ -14,8 +13,7 @@ namespace halflight {
 namespace {
 
 bool has_no_mean(std::string_view aov) {
-    constexpr std::array<std::string_view, 6> kNames = {"position", "depth", "motion", "ids", "nodes", "culling"};
-    return std::ranges::find(kNames, aov) != kNames.end();
+    return find_aov(aov)->at_centre;
 }
 
 bool is_matte(std::string_view aov) {

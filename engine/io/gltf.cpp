@@ -155,7 +155,7 @@ void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
         warnings.add(fmt::format("{} primitives of lines are left out", report.line_primitives_skipped));
 }
 
-/// Materials and what they refer to, which are the same in every pose.
+/// Materials and what they refer to, which are the same in every pose but for what take_factors() brings up to date.
 struct Looks {
     std::vector<TextureImage> images;
     std::vector<Material> materials;

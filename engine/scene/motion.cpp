@@ -28,14 +28,25 @@ PreviousSurfaces::PreviousSurfaces(const Scene& now, Scene before)
     : now_(now), before_(std::move(before)), before_of_(now.instances.size(), kNone) {
     std::map<Key, std::size_t> places;
     for_each_key(before_, [&](const Key& key, std::size_t i) { places[key] = i; });
+    // Of pairs of meshes, since many instances may share them.
+    struct Change {
+        bool same_triangles, same_positions;
+    };
+    std::map<std::pair<const Mesh*, const Mesh*>, Change> changes;
+    const auto change = [&](const Mesh& mesh, const Mesh& old) {
+        const auto [known, is_new] = changes.try_emplace({&mesh, &old});
+        if (is_new)
+            known->second = {mesh.triangles == old.triangles && mesh.positions.size() == old.positions.size(),
+                             mesh.positions == old.positions};
+        return known->second;
+    };
     for_each_key(now_, [&](const Key& key, std::size_t i) {
         const auto found = places.find(key);
         if (found == places.end()) return;
         const Instance &here = now_.instances[i], &there = before_.instances[found->second];
-        const Mesh &mesh = mesh_of(now_, here), &old = mesh_of(before_, there);
-        const bool same_triangles = mesh.triangles == old.triangles && mesh.positions.size() == old.positions.size();
-        const bool still = here.object_to_world == there.object_to_world && mesh.positions == old.positions;
-        if (same_triangles && !still) before_of_[i] = static_cast<int>(found->second);
+        const Change c = change(mesh_of(now_, here), mesh_of(before_, there));
+        const bool still = here.object_to_world == there.object_to_world && c.same_positions;
+        if (c.same_triangles && !still) before_of_[i] = static_cast<int>(found->second);
     });
 }
 

@@ -89,6 +89,15 @@ TEST_F(Settings, ThatAreWrongAreRefused) {
               "halflight: " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'\n");
     const Outcome both = run("s.exr", {"--settings", file("s.exr")});
     EXPECT_EQ(both.status, 2) << "it is both input and output";
+
+    // What the file says is held against the rest of the command line.
+    write_exr(file("sky.exr"), {ExrLayer{{"R", "G", "B"}, Image(2, 1, 3)}}, {});
+    const std::string sky = read_text(file("sky.exr"));
+    EXPECT_EQ(run("sky.exr", {"--settings", settings(R"("environment": {"map": "sky.exr"})")}).status, 2);
+    EXPECT_EQ(read_text(file("sky.exr")), sky);
+    const std::string few = settings("\"samples\": 3");
+    EXPECT_EQ(run("a.##.exr", {"--settings", few, "--frames", "1", "--shutter", "0.5", "--shutter-times", "5"}).err,
+              "halflight: --shutter-times: 3 samples are too few for 5 times\n");
 }
 
 }  // namespace

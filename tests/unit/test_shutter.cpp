@@ -36,8 +36,7 @@ TEST(ShutterTimes, AreUniformOverFramesAndSeeds) {
         product += (all[0].at * kTimes - 0.5) * (all[1].at * kTimes - 1.5);
     }
     for (const double sum : sums) EXPECT_NEAR(sum / kFrames, 0.5, 4 / std::sqrt(12.0 * kFrames));
-    EXPECT_LT(std::abs(product / kFrames), 1.0 / 12) << "all strata have the same place in them";
-    EXPECT_EQ(shutter_times(8, 8, 3, 4)[5].at, shutter_times(8, 8, 3, 4)[5].at);
+    EXPECT_LT(product / kFrames, 0.03) << "1/12: all strata have the same place in them";
     EXPECT_NE(shutter_times(8, 8, 3, 4)[5].at, shutter_times(8, 8, 3, 5)[5].at);
     EXPECT_NE(shutter_times(8, 8, 3, 4)[5].at, shutter_times(8, 8, 4, 4)[5].at);
 }

@@ -288,7 +288,10 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     if (render_app.parsed()) {
         check_leftovers(render_app, "halflight render");
         check(render, render_app);
-        use_settings(render_app, render);
+        if (render.settings) {
+            use_settings(render_app, render);
+            check(render, render_app);  // with what the file says
+        }
         return render;
     }
     if (preview_app.parsed()) {

@@ -92,9 +92,10 @@ std::vector<std::uint8_t> movie_frame(const Image& view) {
 
 Movie::Movie(const std::filesystem::path& file, std::string subject, const MovieFormat& format)
     : subject_(std::move(subject)), file_(file), said_(std::tmpfile()) {
+    if (!said_) throw Error(subject_, "no temporary file: {}", std::generic_category().message(errno));
     // A socket, since writing to a pipe whose reader has gone is a signal, which others may have a use for.
     std::array<int, 2> ends{-1, -1};
-    int error = said_ && socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) == 0 ? 0 : errno;
+    int error = socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) == 0 ? 0 : errno;
     if (error == 0) {
         error = spawn(ffmpeg_arguments(format, file), ends[1], fileno(said_), process_);
         close(ends[1]);
@@ -102,7 +103,7 @@ Movie::Movie(const std::filesystem::path& file, std::string subject, const Movie
     }
     if (error == 0) return;
     close_input();
-    if (said_) std::fclose(said_);
+    std::fclose(said_);
     if (error == ENOENT) throw Error(subject_, "cannot be made: there is no ffmpeg in PATH");
     throw Error(subject_, "cannot start ffmpeg: {}", std::generic_category().message(error));
 }

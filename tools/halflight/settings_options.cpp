@@ -51,7 +51,7 @@ void add_settings_option(Options& options, RenderArguments& a) {
 }
 
 void use_settings(const CLI::App& app, RenderArguments& a) {
-    if (a.settings) take(read_settings(*a.settings), given_to(app), a);
+    take(read_settings(*a.settings), given_to(app), a);
 }
 
 void use_settings(const CLI::App& app, PreviewArguments& a) {
