@@ -165,7 +165,7 @@ int main(int argc, char** argv) {
     CLI::Option* each = app.add_flag("--items", options.each, "each item that is left out by itself, too");
     app.add_option("--item", options.items, "with --items: this one alone; may be repeated")
         ->allow_extra_args(false)
-        ->check(CLI::IsMember(halflight::keepable_names()))
+        ->check(CLI::IsMember(halflight::keepable_names()).description("NAME"))
         ->needs(each);
     app.add_option("--width", settings.width, "pixels")->check(CLI::Range(1, 8192))->capture_default_str();
     app.add_option("--height", settings.height, "pixels")->check(CLI::Range(1, 8192))->capture_default_str();
