@@ -73,10 +73,11 @@ Image positions(const Image& image) {
 }
 
 Image motions(const Image& image) {
+    constexpr float kLeast = 0.01f;  // pixels on the scale: less are roundings
     std::vector<float> lengths;
     for (std::size_t i = 0; i + 1 < image.pixels.size(); i += 2)
         lengths.push_back(std::hypot(image.pixels[i], image.pixels[i + 1]));
-    const float top = std::max(percentile(std::move(lengths), 0.99), 1e-6f);
+    const float top = std::max(percentile(std::move(lengths), 0.99), kLeast);
     return mapped(image, [&](const float* p, int, int) {
         return glm::clamp(vec3(0.5f + 0.5f * p[0] / top, 0.5f + 0.5f * p[1] / top, 0.5f), 0.0f, 1.0f);
     });
