@@ -38,6 +38,11 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         defines.set("HALFLIGHT_PENDING");
     }
 
+    if (sample.received) {
+        pass.read(sample.received, Access::storage_read);
+        defines.set("HALFLIGHT_REUSE");
+    }
+
     Accumulated out;
     std::vector<std::pair<GLuint, graph::BufferHandle>> sums;
     const auto keep = [&](const char* name, std::size_t doubles, GLuint binding) {
@@ -69,6 +74,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         if (pending) r.buffer(sample.continuation->occluded).bind_storage(4);
         for (const auto& [binding, handle] : sums) r.buffer(handle).bind_storage(binding);
         r.buffer(out.bad_values).bind_storage(10);
+        if (sample.received) r.buffer(sample.received).bind_storage(11);
         const gpu::Program& program = r.programs().compute("shaders/accumulate.comp", defines);
         if (clamped) program.set("most_luminance", *options.clamp);
         program.dispatch(view.band.paths() / 64);

@@ -16,6 +16,7 @@ struct SampleInputs {
     std::optional<DirectLightEstimate> direct;
     std::optional<PathBuffers> paths;
     std::optional<Continuation> continuation;
+    graph::BufferHandle received;  // DirectLight by path, indirect: from the paths of its group (add_reuse)
 };
 
 /// Sums over all samples so far, at the path index; divide by the number of samples.

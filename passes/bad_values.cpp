@@ -7,7 +7,8 @@ void BadValueSums::add(std::span<const std::uint32_t, kBadValueCounts> counts) {
 }
 
 std::vector<BadValues> BadValueSums::told() const {
-    const char* names[shared::kCountedPasses] = {"gbuffer", "shadow", "diffuse and glossy", "continuation"};
+    const char* names[shared::kCountedPasses] = {"gbuffer", "shadow", "diffuse and glossy", "continuation",
+                                                 "path reuse"};
     std::vector<BadValues> all;
     for (std::size_t i = 0; i < shared::kCountedPasses; ++i) {
         const std::uint64_t* of = &sums_[i * shared::kBadKinds];

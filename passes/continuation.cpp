@@ -35,6 +35,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
         else
             paths.receivers = pass.write(paths.receivers, Access::storage_read_write);
     }
+    if (paths.points) paths.points = pass.write(paths.points, partial_write(paths.points));
     const graph::BufferHandle answered = shadowing.occluded;
     const bool pending = shadowing.answered();
     if (pending) pass.read(answered, Access::storage_read);
@@ -54,6 +55,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     if (last) defines.set("HALFLIGHT_LAST_VERTEX");
     if (samples_lights) defines.set("HALFLIGHT_LIGHT_SAMPLES");
     if (depth == 1) defines.set("HALFLIGHT_FIRST_HIT");
+    if (paths.points) defines.set("HALFLIGHT_REUSE");
     pass.execute([=, shadow_rays = shadowing.rays, lit_list = lit ? *lit : PathList{},
                   next = leaving ? *leaving : PathList{}](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
@@ -64,6 +66,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
         r.buffer(paths.states).bind_storage(4);
         if (pending) r.buffer(answered).bind_storage(5);
         if (paths.receivers) r.buffer(paths.receivers).bind_storage(11);
+        if (paths.points) r.buffer(paths.points).bind_storage(12);
         if (samples_lights) {
             r.buffer(shadow_rays).bind_storage(6);
             r.buffer(lit_list.list).bind_storage(7);

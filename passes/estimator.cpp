@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/scene/reflectance.h"
 
 namespace halflight {
 namespace {
@@ -27,7 +28,12 @@ const std::vector<Key>& keys() {
                    [](const Estimator& e) { return std::string(name(e.lights)); },
                    [](Estimator& e, std::size_t value) { e.lights = kLightChoices[value]; }};
         for (const LightChoice choice : kLightChoices) lights.values.emplace_back(name(choice));
-        return std::vector{lights};
+        Key reuse{"reuse",
+                  {},
+                  [](const Estimator& e) { return std::string(name(e.reuse)); },
+                  [](Estimator& e, std::size_t value) { e.reuse = kReuses[value]; }};
+        for (const Reuse choice : kReuses) reuse.values.emplace_back(name(choice));
+        return std::vector{lights, reuse};
     }();
     return all;
 }
@@ -41,6 +47,23 @@ std::string listed(const What& what) {
 }
 
 }  // namespace
+
+const char* name(Reuse reuse) {
+    switch (reuse) {
+        case Reuse::automatic:
+            return "auto";
+        case Reuse::on:
+            return "on";
+        case Reuse::off:
+            return "off";
+    }
+    return "unknown";
+}
+
+Reuse choose_reuse(Reuse asked, const Scene& scene) {
+    if (asked != Reuse::automatic) return asked;
+    return glossy_share(scene) > kMostGlossyShare ? Reuse::off : Reuse::on;
+}
 
 std::string text(const Estimator& estimator) {
     return listed([&](const Key& key) { return key.get(estimator); });

@@ -3,6 +3,7 @@
 #include "passes/continuation.h"
 #include "passes/diffuse.h"
 #include "passes/glossy.h"
+#include "passes/reuse.h"
 #include "passes/shadow.h"
 
 namespace halflight {
@@ -17,11 +18,13 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
     if (needs.shadow) sample.direct = add_shadow(graph, view, frame.gbuffer);
     if (needs.continuation) {
         PathBuffers paths = create_path_buffers(graph, view);
+        if (needs.reuse) paths.points = create_reuse_points(graph, view);
         std::vector<PathList> batches;
         if (needs.diffuse) batches.push_back(add_diffuse(graph, view, frame.gbuffer, paths));
         if (needs.glossy) batches.push_back(add_glossy(graph, view, frame.gbuffer, paths));
         sample.continuation = add_continuation(
             graph, view, batches, {.bounces = options.bounces, .light_samples = bool(needs.later_light)}, paths);
+        if (needs.reuse) sample.received = add_reuse(graph, view, frame.gbuffer, paths, *sample.continuation);
         sample.paths = paths;
     }
 

@@ -9,6 +9,7 @@
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
+#include "shaders/shared/reuse.h"
 #include "shaders/shared/tile_list.h"
 
 namespace halflight {
@@ -19,6 +20,7 @@ constexpr const char* kDiffuse = "diffuse";
 constexpr const char* kGlossy = "glossy";
 constexpr const char* kContinuation = "continuation";
 constexpr const char* kLaterLight = "light samples along paths";
+constexpr const char* kReuse = "path reuse";
 constexpr const char* kCameraRays = "camera rays";
 constexpr const char* kCameraHits = "hits of camera rays";
 constexpr const char* kClamp = "clamp of indirect light";
@@ -29,6 +31,9 @@ constexpr const char* kTiles = "tile lists";
 constexpr std::size_t kRow = sizeof(vec4);
 constexpr std::size_t kListEntry = sizeof(shared::uint);
 constexpr std::size_t kShadowRay = sizeof(shared::Ray) + sizeof(shared::uint);  // and its answer
+
+constexpr std::size_t kReuseBytes =
+    sizeof(shared::ReusePoint) + sizeof(shared::DirectLight) + shared::kGroupSize * (kShadowRay + sizeof(float));
 
 /// A record and a mask per tile, of a scene without instances on the grid; a ray may be left over.
 constexpr std::size_t tile_bytes_of_path() {
@@ -101,6 +106,12 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .continuation = {kContinuation, sizeof(shared::Ray) + sizeof(shared::Hit) + sizeof(shared::PathState),
                          transport(paths, nullptr)},
         .later_light = {kLaterLight, kShadowRay + kListEntry, later(kept(kLaterLight), no_light)},
+        // Kept with all the rest, but not by itself: to share paths is an estimator of its own.
+        .reuse = {kReuse, kReuseBytes,
+                  single           ? single
+                  : !options.reuse ? "paths of each pixel's own were asked for, or pay better"
+                                   : transport(options.kept.is_everything(),
+                                               scene.diffuse ? nullptr : fact_without(&SceneNeeds::diffuse))},
         .camera_rays = {kCameraRays, sizeof(shared::Ray),
                         traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
         .camera_hits = {kCameraHits, sizeof(shared::Hit), asked(options.want_hits || traced, kCameraHits)},
@@ -123,7 +134,8 @@ std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& optio
 
 std::vector<std::string> keepable_names() {
     std::vector<std::string> names;
-    for (const FramePart& part : frame_needs({}, {}).parts()) names.emplace_back(part.name);
+    for (const FramePart& part : frame_needs({}, {}).parts())
+        if (part.name != kReuse) names.emplace_back(part.name);
     for (const SceneNeed& need : known_scene_needs())
         if (can_be_kept(need)) names.emplace_back(need.name);
     return names;

@@ -25,6 +25,7 @@ struct FrameOptions {
     Kept kept{};             // parts that contribute nothing and are there all the same
     float clamp = 0;         // > 0: the most luminance of a sample's indirect light
     PrimaryVisibility primary = PrimaryVisibility::raster;  // not automatic
+    bool reuse = true;       // of paths across pixels (choose_reuse)
 };
 
 /// A part of a frame.
@@ -38,13 +39,14 @@ struct FramePart {
 struct FrameNeeds {
     FramePart shadow, diffuse, glossy, continuation;  // passes
     FramePart later_light;                            // light samples where paths have been reflected
+    FramePart reuse;                                  // of paths, by the pixels of a group
     FramePart camera_rays, camera_hits;               // outputs of the G-buffer
     FramePart clamp;                                  // of indirect light
     FramePart squares, features;                      // sums
     FramePart tiles;                                  // lists of the shadow rays of surfaces that the camera sees
-    std::array<FramePart, 11> parts() const {
-        return {shadow,      diffuse, glossy,  continuation, later_light, camera_rays,
-                camera_hits, clamp,   squares, features,     tiles};
+    std::array<FramePart, 12> parts() const {
+        return {shadow,      diffuse,     glossy, continuation, later_light, reuse,
+                camera_rays, camera_hits, clamp,  squares,      features,    tiles};
     }
 };
 /// scene: with what is kept of it. A part that is kept brings along those that it cannot do without.

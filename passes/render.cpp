@@ -20,6 +20,7 @@
 #include "passes/frame_constants.h"
 #include "passes/raster_window.h"
 #include "passes/replicates.h"
+#include "passes/reuse.h"
 #include "shaders/shared/path.h"
 
 namespace halflight {
@@ -73,8 +74,9 @@ std::uint64_t drawn_triangles(const TraceTables& tables) {
 
 /// Bands of whole block rows, as few as the driver's limits on buffers and textures allow, and all alike: each costs as
 /// much as the largest.
-Band first_band(const RenderSettings& s, const SceneBuffers& scene, const gpu::Limits& limits) {
-    const std::size_t paths = std::min(s.band_pixels, limits.storage_block_bytes / scene.widest_record_bytes());
+Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t most_paths, const gpu::Limits& limits) {
+    const std::size_t paths =
+        std::min({s.band_pixels, most_paths, limits.storage_block_bytes / scene.widest_record_bytes()});
     const std::size_t row_paths = (static_cast<std::size_t>(s.width) + 15) / 16 * 256;  // of a row of blocks
     if (s.width > limits.texture_size)
         throw Error("render settings", "{} pixels wide: the driver takes {}", s.width, limits.texture_size);
@@ -146,10 +148,12 @@ struct Renderer::State {
         settings.estimator = scene.estimator();
         settings.primary =
             resolved(settings.primary, drawn_triangles(scene.tables()), ivec2(settings.width, settings.height));
-        band = first_band(settings, scene.buffers(), scene.context().limits());
+        const bool reuse = bool(needs().reuse);
+        const gpu::Limits& limits = scene.context().limits();
+        band = first_band(settings, scene.buffers(), reuse ? most_reuse_paths(*tracer, limits) : SIZE_MAX, limits);
         bands = (settings.height + band.rows - 1) / band.rows;
         const FrameOptions options = frame_options();
-        if (options.runs > 0 && !frame_needs(scene.buffers().needs(), options).tiles) tracer->expect(options.runs);
+        if (options.runs > 0 && !needs().tiles) tracer->expect(options.runs);
         if (settings.measure) tracer->count();
         if (settings.want_view) view_kernel.emplace(colors.view(settings.view));
         executor.measure(settings.measure);
@@ -171,8 +175,10 @@ struct Renderer::State {
                 .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),
                 .kept = settings.kept,
                 .clamp = settings.clamp,
-                .primary = settings.primary};
+                .primary = settings.primary,
+                .reuse = settings.estimator.reuse == Reuse::on};
     }
+    FrameNeeds needs() const { return frame_needs(scene.buffers().needs(), frame_options()); }
 
     Band band_at(int index) const {
         Band where = band;
@@ -373,6 +379,7 @@ struct Renderer::State {
         stats.render_seconds = seconds_since(start) - stats.compile_seconds;
         stats.prepare_seconds = scene.seconds();
         stats.estimator = scene.estimator();
+        stats.estimator.reuse = needs().reuse ? Reuse::on : Reuse::off;
         stats.primary = settings.primary;
         const std::size_t pictures =
             (view_kernel ? 2 : 1) * sizeof(vec4) * std::size_t(band.image.x) * std::size_t(band.rows);

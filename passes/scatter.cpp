@@ -17,7 +17,8 @@ PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view) {
     return {.rays = graph.create_buffer("path rays", {paths * sizeof(shared::Ray)}),
             .hits = graph.create_buffer("path hits", {paths * sizeof(shared::Hit)}),
             .states = graph.create_buffer("path states", {paths * sizeof(shared::PathState)}),
-            .receivers = receivers};
+            .receivers = receivers,
+            .points = {}};
 }
 
 PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name) {

@@ -14,6 +14,7 @@ struct PathBuffers {
     graph::BufferHandle states;  // PathState
     // Receiver: where the rays come from, for the density with which lights are picked there; none without a light tree
     graph::BufferHandle receivers;
+    graph::BufferHandle points;  // ReusePoint: the paths' second vertices; none without path reuse
 };
 
 /// The paths of one batch.

@@ -36,6 +36,9 @@ layout(std430, binding = 8) buffer SquareSums { double square_sums[]; };
 layout(std430, binding = 9) buffer FeatureSums { double feature_sums[]; };  // albedo, normal
 #endif
 layout(std430, binding = 10) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
+#ifdef HALFLIGHT_REUSE
+layout(std430, binding = 11) readonly buffer Received { DirectLight received[]; };
+#endif
 
 #ifdef HALFLIGHT_CLAMP
 uniform float most_luminance;  // of a sample's indirect light
@@ -103,14 +106,22 @@ void main() {
 #endif
     }
     later = guarded(later, kCountContinuation);
-#ifdef HALFLIGHT_CLAMP
-    float luminance = dot(later, vec3(0.2126, 0.7152, 0.0722));  // BT.709
-    later *= luminance > most_luminance ? most_luminance / luminance : 1.0;
+    dvec3 later_diffuse = dvec3(lobe == kLobeDiffuse ? later : vec3(0.0));
+    dvec3 later_glossy = dvec3(lobe == kLobeGlossy ? later : vec3(0.0));
+#ifdef HALFLIGHT_REUSE
+    later_diffuse += dvec3(guarded(received[path].diffuse, kCountReuse));
+    later_glossy += dvec3(guarded(received[path].glossy, kCountReuse));
 #endif
-    beauty += dvec3(later);
+#ifdef HALFLIGHT_CLAMP
+    double luminance = dot(later_diffuse + later_glossy, dvec3(0.2126, 0.7152, 0.0722));  // BT.709
+    double kept = luminance > most_luminance ? most_luminance / luminance : 1.0lf;
+    later_diffuse *= kept;
+    later_glossy *= kept;
+#endif
+    beauty += later_diffuse + later_glossy;
     for (uint i = 0u; i < 3u; ++i) {
-        ADD(indirect_sums[path * 6u + i], lobe == kLobeDiffuse ? later[i] : 0.0);
-        ADD(indirect_sums[path * 6u + 3u + i], lobe == kLobeGlossy ? later[i] : 0.0);
+        ADD(indirect_sums[path * 6u + i], later_diffuse[i]);
+        ADD(indirect_sums[path * 6u + 3u + i], later_glossy[i]);
     }
 #endif
 

@@ -1,10 +1,9 @@
-// Connection rays, as path reuse traces them (Bekaert, Sbert, Halton 2002): from the 16 pixels of an interleaved group, 4
-// apart within a 16x16 block, to what the diffuse ray of each of them has met. An entry is (block, group, point, receiver),
-// the receiver changing fastest. Without a point, without a surface, or where one is behind the other, the ray is dead.
+// Connection rays for the benchmark, as path reuse traces them (shaders/reuse_connect.comp): from the 16 pixels of a group to
+// what the diffuse ray of each of them has met. An entry is (block, group, point, receiver), the receiver changing fastest. Without a point, without a surface, or where one is behind the other, the ray is dead.
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/path.h"
-#include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"
+#include "shaders/shared/reuse.h"
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
@@ -22,17 +21,13 @@ uniform uint block_stride;
 #include "shaders/lib/surface.glsl"
 #include "shaders/lib/surface_record.glsl"
 
-uint path_of_member(uint block, uint group, uint member) {
-    uvec2 pixel = uvec2(group & 3u, group >> 2) + 4u * uvec2(member & 3u, member >> 2);
-    return (block << 8) | (morton_spread(pixel.y) << 1) | morton_spread(pixel.x);
-}
-
 void main() {
     uint entry = gl_GlobalInvocationID.x;
     uint block = first_block + (entry >> 12) * block_stride;
     uint group = (entry >> 8) & 15u;
-    uint sender = path_of_member(block, group, (entry >> 4) & 15u);
-    uint receiver = path_of_member(block, group, entry & 15u);
+    uint first = (block << 8) | group;
+    uint sender = path_of_member(first, (entry >> 4) & 15u);
+    uint receiver = path_of_member(first, entry & 15u);
 
     Hit hit = hits[sender];
     bool has_point = states[sender].lobe == kLobeDiffuse && hit.triangle != kMiss && finite(hit.t);

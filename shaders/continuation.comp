@@ -1,12 +1,14 @@
 // One vertex of the paths in a list: light that they met is added, light is sampled, and they go on or end.
 //
 // Variants: HALFLIGHT_FIRST_HIT (vertex 1: light met is direct light), HALFLIGHT_PENDING (the last vertex sampled a light),
-// HALFLIGHT_LAST_VERTEX (nothing goes on from here), HALFLIGHT_LIGHT_SAMPLES (lights are sampled).
+// HALFLIGHT_LAST_VERTEX (nothing goes on from here), HALFLIGHT_LIGHT_SAMPLES (lights are sampled), HALFLIGHT_REUSE (what
+// leaves vertex 1 diffusely is kept apart, for all of the path's group; SHADING.md, Path reuse).
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
+#include "shaders/shared/reuse.h"
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
@@ -32,6 +34,9 @@ layout(std430, binding = 10) buffer LeavingHeader { ListHeader leaving_header; }
 #ifdef HALFLIGHT_LIGHT_TREE
 layout(std430, binding = 11) buffer Receivers { Receiver receivers[]; };  // where the rays come from
 #endif
+#ifdef HALFLIGHT_REUSE
+layout(std430, binding = 12) buffer Points { ReusePoint points[]; };
+#endif
 
 uniform uint depth;  // of this vertex, > 0
 
@@ -39,6 +44,9 @@ uniform uint depth;  // of this vertex, > 0
 #include "shaders/lib/next_event.glsl"
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/path_list.glsl"
+#ifdef HALFLIGHT_REUSE
+#include "shaders/lib/reuse.glsl"
+#endif
 
 #ifndef HALFLIGHT_LAST_VERTEX
 #ifdef HALFLIGHT_LIGHT_SAMPLES
@@ -62,6 +70,14 @@ void main() {
 #ifdef HALFLIGHT_PENDING
     if (state.pending_light != 0u) state.indirect += answered_light(state.pending, occluded[path]);
 #endif
+#if defined(HALFLIGHT_REUSE) && !defined(HALFLIGHT_FIRST_HIT)
+    bool has_point = (state.reuse & kReusePoint) != 0u;
+    bool gives = (state.reuse & kReuseRest) != 0u;
+    vec3 given = points[path].light;
+#ifdef HALFLIGHT_PENDING
+    if (state.pending_light != 0u) given += answered_light(points[path].pending, occluded[path]);
+#endif
+#endif
     state.pending_light = 0u;
 
     // A miss looks at some triangle too, for nothing: lanes of one register cannot part.
@@ -82,6 +98,10 @@ void main() {
     met *= state.throughput * met_light_weight(state.pdf, density);
 #ifdef HALFLIGHT_FIRST_HIT
     state.direct = met;
+#elif defined(HALFLIGHT_REUSE)
+    given += gives ? met : vec3(0.0);
+    state.indirect += gives ? vec3(0.0) : met;
+    if (active_path && has_point) points[path].light = given;
 #else
     state.indirect += met;
 #endif
@@ -91,13 +111,32 @@ void main() {
 #else
     Bsdf b = make_bsdf(material, surface.geometric_normal, wo);
     Sampler random = path_sampler(frame, path);
+#ifdef HALFLIGHT_REUSE
+    vec3 given_pending = vec3(0.0);
+#ifdef HALFLIGHT_FIRST_HIT
+    ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
+    bool has_point = is_hit && state.pdf > 0.0 && point.share > 0.0;
+#endif
+#endif
 
 #ifdef HALFLIGHT_LIGHT_SAMPLES
     NextEvent e = sample_next_event(surface.position, surface.offset, b, wo,
                                     sample_1d_bits(random, vertex_dimension(depth, kDimensionLightChoice)),
                                     sample_2d(random, vertex_dimension(depth, kDimensionLightPoint)));
+#if defined(HALFLIGHT_REUSE) && defined(HALFLIGHT_FIRST_HIT)
+    given_pending = has_point ? e.diffuse : vec3(0.0);
+    e.diffuse = has_point ? vec3(0.0) : e.diffuse;
+#endif
     state.pending = state.throughput * (e.diffuse + e.glossy);
     bool is_lit = active_path && is_hit && contributes(state.pending);
+#ifdef HALFLIGHT_REUSE
+#ifdef HALFLIGHT_FIRST_HIT
+    is_lit = is_lit || (active_path && contributes(given_pending));
+#else
+    given_pending = gives ? state.pending : vec3(0.0);
+    state.pending = gives ? vec3(0.0) : state.pending;
+#endif
+#endif
     state.pending_light = is_lit ? 1u : 0u;
 #endif
 
@@ -114,6 +153,11 @@ void main() {
     s.direction = is_diffuse ? s.direction : glossy.direction;
     s.weight = is_diffuse ? s.weight : glossy.weight;
     s.pdf = is_diffuse ? s.pdf : glossy.pdf;
+#endif
+#if defined(HALFLIGHT_REUSE) && defined(HALFLIGHT_FIRST_HIT)
+    bool gives = has_point && is_diffuse;
+    state.throughput = gives ? vec3(1.0) : state.throughput;  // receivers have BSDFs of their own
+    state.reuse = (has_point ? kReusePoint : 0u) | (gives ? kReuseRest : 0u);
 #endif
     float p = is_diffuse ? b.p_diffuse : 1.0 - b.p_diffuse;
     state.throughput *= s.weight / p;
@@ -147,6 +191,14 @@ void main() {
         receivers[path] = receiver_at(surface.position, b.geometric_normal);
 #endif
     }
+#ifdef HALFLIGHT_REUSE
+#ifdef HALFLIGHT_FIRST_HIT
+    point.pending = given_pending;
+    if (active_path && has_point) points[path] = point;
+#else
+    if (active_path && has_point) points[path].pending = given_pending;
+#endif
+#endif
     if (active_path) states[path] = state;
 #endif
 }

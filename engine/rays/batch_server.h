@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "engine/gpu/program.h"
 #include "engine/rays/rays.h"
 
 namespace halflight::rays {
@@ -39,5 +40,8 @@ class BatchServer {
 void read_batch(graph::Pass& pass, const TraceScene& scene, const RayBatch& batch,
                 graph::Access rays = graph::Access::texture_read);
 graph::BufferHandle write_results(graph::Pass& pass, const RayBatch& batch, graph::BufferHandle results);
+/// Uniforms and block of shaders/lib/batch_rays.glsl that alpha tests are keyed by, where the scene has any.
+void set_alpha_keys(graph::Resources& resources, const gpu::Program& program, const TraceScene& scene,
+                    const RayBatch& batch);
 
 }  // namespace halflight::rays

@@ -263,10 +263,7 @@ class RasterRun final : public CullDevice {
         if (!batch_.list) {
             for (const gpu::Program* program : {bounds_, ends_, trace_}) program->set("capacity", batch_.capacity);
         }
-        if (scene.alpha_tested()) {
-            resources_.buffer(batch_.frame_constants).bind_uniform(BLOCK_FRAME);
-            trace_->set("alpha_salt", batch_.alpha_salt);
-        }
+        set_alpha_keys(resources_, *trace_, scene, batch_);
     }
 
     void set_candidates(const gpu::Program& program, std::span<const std::uint32_t> nodes) const {

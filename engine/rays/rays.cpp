@@ -13,6 +13,7 @@
 #include "shaders/shared/bvh.h"
 #include "shaders/shared/instances.h"
 #include "shaders/shared/rays.h"
+#include "shaders/shared/reuse.h"
 
 namespace halflight::rays {
 namespace {
@@ -133,6 +134,17 @@ graph::BufferHandle write_results(graph::Pass& pass, const RayBatch& batch, grap
     return pass.write(results, keeps ? Access::storage_read_write : Access::storage_write);
 }
 
+std::uint32_t rays_of_path(const RayBatch& batch) {
+    return batch.kind == RayKind::connection && !batch.list ? shared::kGroupSize : 1;
+}
+
+void set_alpha_keys(graph::Resources& r, const gpu::Program& program, const TraceScene& scene, const RayBatch& batch) {
+    if (!scene.alpha_tested()) return;
+    r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
+    program.set("alpha_salt", batch.alpha_salt);
+    program.set("rays_of_path", rays_of_path(batch));
+}
+
 graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                                 graph::BufferHandle hits) {
     return trace(graph, scene, batch, hits, false);
@@ -152,10 +164,7 @@ void trace_plain(graph::Resources& r, const TraceScene& scene, const RayBatch& b
     scene.bind();
     r.buffer(batch.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
     r.buffer(results).bind_storage(0);
-    if (scene.alpha_tested()) {
-        r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
-        program.set("alpha_salt", batch.alpha_salt);
-    }
+    set_alpha_keys(r, program, scene, batch);
     if (batch.list) {
         r.buffer(batch.list).bind_storage(1);
         r.buffer(batch.list_header).bind_storage(2);

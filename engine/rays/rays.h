@@ -37,6 +37,10 @@ struct RayBatch {
     std::uint32_t alpha_salt = 0;
 };
 
+/// Consecutive rays that belong to one path: those that connect it with the kGroupSize members of its group
+/// (shaders/shared/reuse.h), or a single one.
+std::uint32_t rays_of_path(const RayBatch& batch);
+
 /// Of all batches, at whatever time, that are alike: what is known of one is of use to the next.
 struct BatchKey {
     RayKind kind = RayKind::primary;

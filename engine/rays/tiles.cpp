@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "engine/rays/batch_server.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/tile_list.h"
@@ -52,17 +53,14 @@ void bind_search(graph::Resources& r, const gpu::Program& program, const TraceSc
     r.buffer(results).bind_storage(0);
     r.buffer(tiles.rest_header).bind_storage(3);
     r.buffer(tiles.rest).bind_storage(4);
-    if (scene.alpha_tested()) {
-        r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
-        program.set("alpha_salt", batch.alpha_salt);
-    }
+    set_alpha_keys(r, program, scene, batch);
 }
 
 }  // namespace
 
 std::uint32_t tile_rays(const RayBatch& batch, const TileSettings& settings) {
-    const bool connects = batch.kind == RayKind::connection && !batch.list;
-    return connects ? std::uint32_t{shared::kConnectionTileRays} : settings.side * settings.side;
+    const std::uint32_t of_path = rays_of_path(batch);
+    return of_path > 1 ? of_path : settings.side * settings.side;
 }
 
 std::uint32_t tile_count(const RayBatch& batch, const TileSettings& settings) {

@@ -9,6 +9,7 @@ layout(binding = UNIT_FREE) uniform samplerBuffer rays;  // RGBA32F, two texels 
 #include "shaders/lib/alpha_key.glsl"
 layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
 uniform uint alpha_salt;
+uniform uint rays_of_path;  // consecutive ones
 #endif
 
 Ray load_ray(uint path) {
@@ -20,7 +21,7 @@ Ray load_ray(uint path) {
 // Not read without HALFLIGHT_ALPHA.
 uint alpha_key(uint path) {
 #ifdef HALFLIGHT_ALPHA
-    return alpha_key_of_path(frame, path, alpha_salt);
+    return alpha_key_of_path(frame, path / rays_of_path, alpha_salt + ((path % rays_of_path) << 16));
 #else
     return 0u;
 #endif

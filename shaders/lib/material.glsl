@@ -18,6 +18,7 @@ struct Material {
     float coat;
     float coat_roughness;
     float transmission;
+    bool bent;  // wo does not see n as it was, or n_k where there is a coat
 };
 
 vec4 material_row(uint material, int texel) {
@@ -125,6 +126,7 @@ Material evaluate_material(Surface s, vec3 wo) {
 #endif
 #endif
 #endif
+    m.bent = dot(m.normal, wo) <= 0.0 || (m.coat > 0.0 && dot(m.coat_normal, wo) <= 0.0);
     m.normal = bend_normal(m.normal, wo);
     m.coat_normal = bend_normal(m.coat_normal, wo);
 #ifdef HALFLIGHT_UNLIT

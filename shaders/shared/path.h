@@ -19,11 +19,11 @@ struct PathState {
     vec3 indirect;       // everything later
     uint pending_light;  // 1: `pending` waits for the answer of a shadow ray
     vec3 pending;        // radiance of the last light sample, if it is visible
-    uint reserved;
+    uint reuse;          // bits of shaders/shared/reuse.h; 0 without path reuse
 };
 HALFLIGHT_SHARED_SIZE(PathState, 64)
 
-// Light sampled at the first surface, if it is visible; by component.
+// Light at the first surface, by component: sampled there, if it is visible; or received from its group.
 struct DirectLight {
     vec3 diffuse;
     float reserved0;
@@ -37,7 +37,8 @@ HALFLIGHT_SHARED_CONST uint kCountGBuffer = 0u;
 HALFLIGHT_SHARED_CONST uint kCountShadow = 1u;
 HALFLIGHT_SHARED_CONST uint kCountScatter = 2u;  // diffuse and glossy
 HALFLIGHT_SHARED_CONST uint kCountContinuation = 3u;
-HALFLIGHT_SHARED_CONST uint kCountedPasses = 4u;
+HALFLIGHT_SHARED_CONST uint kCountReuse = 4u;
+HALFLIGHT_SHARED_CONST uint kCountedPasses = 5u;
 HALFLIGHT_SHARED_CONST uint kBadNan = 0u;
 HALFLIGHT_SHARED_CONST uint kBadInfinite = 1u;
 HALFLIGHT_SHARED_CONST uint kBadNegative = 2u;  // radiances and albedos; normals may be

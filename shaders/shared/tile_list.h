@@ -20,7 +20,6 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-HALFLIGHT_SHARED_CONST int kConnectionTileRays = 16;  // from a few receivers towards one point: a tile of their own
 HALFLIGHT_SHARED_CONST int kTileMaskBits = 32;        // of a word, one for each entry; longer lists have two words
 HALFLIGHT_SHARED_CONST int kMostTileEntries = 64;
 HALFLIGHT_SHARED_CONST int kTileHeaderTexels = 4;

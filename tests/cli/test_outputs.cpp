@@ -256,7 +256,7 @@ TEST_F(Output, StatisticsTellTheRun) {
     EXPECT_GT(stats.at("peak_memory_bytes"), 0);
     EXPECT_FALSE(stats.at("device").at("renderer").get<std::string>().empty());
     EXPECT_EQ(stats.at("device").at("errors"), 0);
-    EXPECT_EQ(stats.at("bad_values").size(), 4u);
+    EXPECT_EQ(stats.at("bad_values").size(), 5u);
     for (const auto& [component, bad] : stats.at("bad_values").items())
         for (const char* kind : {"nan", "infinite", "negative"}) EXPECT_EQ(bad.at(kind), 0) << component << " " << kind;
     const auto& seconds = stats.at("seconds");
@@ -471,7 +471,7 @@ TEST_F(Output, InfoNamesThePassesThatRun) {
         std::set<std::string> left_out;
         const auto stats = nlohmann::json::parse(read_text(file("stats.json")));
         for (const auto& part : stats.at("left_out")) left_out.insert(part.at("what").get<std::string>());
-        for (const char* pass : {"gbuffer", "shadow", "diffuse", "glossy", "continuation"})
+        for (const char* pass : {"gbuffer", "shadow", "diffuse", "glossy", "continuation", "path reuse"})
             EXPECT_NE(std::ranges::count(named, pass), left_out.count(pass)) << pass;
     };
     check(scene);

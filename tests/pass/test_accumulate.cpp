@@ -24,6 +24,7 @@ struct SampleData {
     std::vector<shared::DirectLight> light;
     std::vector<shared::uint> occluded, light_occluded;
     std::vector<shared::PathState> states;
+    std::vector<shared::DirectLight> received;
 };
 
 /// Radiances of all magnitudes; with `broken`, one in fifty is not finite or negative.
@@ -41,6 +42,7 @@ class RandomSamples {
             d.light.push_back({radiance(), 0, radiance(), 0});
             d.occluded.push_back(chance(0.5));
             d.light_occluded.push_back(chance(0.5));
+            d.received.push_back({radiance(), 0, radiance(), 0});
             shared::PathState& p = d.states.emplace_back();
             p.lobe = static_cast<shared::uint>(std::uniform_int_distribution(0, 2)(random_));
             p.throughput = radiance();
@@ -89,7 +91,8 @@ struct SumsOnCpu {
         return out;
     }
 
-    void add(const SampleData& d, bool with_light, bool with_paths, bool with_pending, bool with_features) {
+    void add(const SampleData& d, bool with_light, bool with_paths, bool with_pending, bool with_features,
+             bool with_reuse = false) {
         for (std::size_t i = 0; i < emission.size(); ++i) {
             const SurfaceRecord& s = d.surfaces[i];
             const dvec3 emitted = guarded(s.emission, shared::kCountGBuffer);
@@ -107,6 +110,10 @@ struct SumsOnCpu {
                     const bool lit = p.pending_light != 0 && d.light_occluded[i] == 0;
                     far[way] += guarded(p.indirect + (lit ? p.pending : vec3(0)), shared::kCountContinuation);
                 }
+            }
+            if (with_reuse) {
+                far[0] += guarded(d.received[i].diffuse, shared::kCountReuse);
+                far[1] += guarded(d.received[i].glossy, shared::kCountReuse);
             }
             const dvec3 beauty = emitted + near[0] + near[1] + far[0] + far[1];
             dvec3 albedo(0), normal(0);
@@ -131,7 +138,7 @@ struct SumsOnCpu {
 class AccumulateTest : public PassTest {
   protected:
     struct Variant {
-        bool light = true, paths = true, pending = true, squares = true, features = true;
+        bool light = true, paths = true, pending = true, squares = true, features = true, reuse = false;
     };
 
     AccumulateTest() : stage(programs, floor_scene(glossy()), spot_camera(dvec3(0), {0, 1, 0}, 1), {40, 20}) {}
@@ -157,7 +164,9 @@ class AccumulateTest : public PassTest {
         const graph::BufferHandle later = import("light occluded", n * sizeof(shared::uint));
         if (variant.light) sample.direct = DirectLightEstimate{light, occluded};
         if (variant.paths) sample.paths.emplace().states = states;
+        const graph::BufferHandle received = import("received", n * sizeof(shared::DirectLight));
         if (variant.pending) sample.continuation = Continuation{later};
+        if (variant.reuse) sample.received = received;
         sums = add_accumulate(graph, stage.view(graph), sample, {variant.squares, variant.features}, counts);
         for (const graph::BufferHandle h :
              {sums.emission, sums.direct, sums.indirect, sums.squares, sums.features, sums.bad_values})
@@ -170,6 +179,7 @@ class AccumulateTest : public PassTest {
         inputs[2]->write(std::span<const shared::uint>(d.occluded));
         inputs[3]->write(std::span<const shared::PathState>(d.states));
         inputs[4]->write(std::span<const shared::uint>(d.light_occluded));
+        inputs[5]->write(std::span<const shared::DirectLight>(d.received));
         stage.look(samples++);
         executor.run(plan);
     }
@@ -202,13 +212,13 @@ class AccumulateTest : public PassTest {
 };
 
 TEST_F(AccumulateTest, SumsAreThoseOfDoubles) {
-    build({});
+    build({.reuse = true});
     RandomSamples random(false);
     SumsOnCpu expected(stage.paths());
     for (int i = 0; i < 20; ++i) {
         const SampleData d = random.next(stage.paths());
         feed(d);
-        expected.add(d, true, true, true, true);
+        expected.add(d, true, true, true, true, true);
     }
     expect_sums(sums.emission, expected.emission, "emission");
     expect_sums(sums.direct, expected.direct, "direct");
@@ -218,13 +228,13 @@ TEST_F(AccumulateTest, SumsAreThoseOfDoubles) {
 }
 
 TEST_F(AccumulateTest, BadValuesAreCountedAndTakenAsZero) {
-    build({});
+    build({.reuse = true});
     RandomSamples random(true);
     SumsOnCpu expected(stage.paths());
     for (int i = 0; i < 20; ++i) {
         const SampleData d = random.next(stage.paths());
         feed(d);
-        expected.add(d, true, true, true, true);
+        expected.add(d, true, true, true, true, true);
     }
     expect_sums(sums.emission, expected.emission, "emission");
     expect_sums(sums.direct, expected.direct, "direct");

@@ -352,7 +352,7 @@ TEST_F(FrameTest, StatisticsAreThere) {
     ASSERT_NE(found, stats.passes.end());
     EXPECT_EQ(found->runs, 3u);
     EXPECT_GT(found->seconds, 0);
-    ASSERT_EQ(stats.bad_values.size(), 4u);
+    ASSERT_EQ(stats.bad_values.size(), shared::kCountedPasses);
 }
 
 }  // namespace

@@ -32,6 +32,7 @@ class LeftOutTest : public GpuTest {
     void check(const Scene& scene) {
         const Camera camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras.front();
         RenderSettings settings = small_settings(camera, 48, 32, 6, 4);
+        settings.estimator.reuse = Reuse::on;
         settings.aovs.clear();
         for (const AovInfo& aov : known_aovs())
             if (!aov.debug) settings.aovs.emplace_back(aov.name);
@@ -77,9 +78,9 @@ TEST_F(LeftOutTest, ChangesNothingOfManyLights) {
     }
     check(scene);
     RenderSettings settings = small_settings(scene.cameras.front(), 32, 32, 2, 4);
-    EXPECT_EQ(text(render(context, scene, settings).stats.estimator), "lights=tree");
+    EXPECT_EQ(text(render(context, scene, settings).stats.estimator), "lights=tree,reuse=off");
     settings.estimator.lights = LightChoice::power;
-    EXPECT_EQ(text(render(context, scene, settings).stats.estimator), "lights=power");
+    EXPECT_EQ(text(render(context, scene, settings).stats.estimator), "lights=power,reuse=off");
     check(scene, settings);
 }
 

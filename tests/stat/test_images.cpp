@@ -10,6 +10,7 @@
 #include "engine/core/statistics.h"
 #include "engine/io/gltf.h"
 #include "engine/reference/reference.h"
+#include "tests/pass/batches.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"
@@ -30,45 +31,6 @@ struct Trial {
     Agreement component = {.p_value = 1e-5, .relative_difference = 0.01};
 };
 
-/// Means over 8 x 8 pixels. Their scatter tells their errors, whatever neighbours have in common: the engine's samples
-/// look through the same point of every pixel.
-Image block_means(const Image& image) {
-    constexpr int kBlock = 8;
-    Image blocks(image.width / kBlock, image.height / kBlock, 3);
-    for (int y = 0; y < blocks.height * kBlock; ++y)
-        for (int x = 0; x < blocks.width * kBlock; ++x)
-            for (int c = 0; c < 3; ++c) blocks.at(x / kBlock, y / kBlock)[c] += image.at(x, y)[c] / (kBlock * kBlock);
-    return blocks;
-}
-
-/// Means over batches that share nothing, and how much single batches scatter around them: the variance is that of a
-/// batch, whatever its samples have in common.
-class Batches {
-  public:
-    void add(const Image& image) {
-        if (count_ == 0) {
-            mean_ = Image(image.width, image.height, 3);
-            squares_ = mean_;
-        }
-        ++count_;
-        for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-            const double deviation = image.pixels[i] - mean_.pixels[i];
-            mean_.pixels[i] += static_cast<float>(deviation / count_);
-            squares_.pixels[i] += static_cast<float>(deviation * (image.pixels[i] - mean_.pixels[i]));
-        }
-    }
-    const Image& mean() const { return mean_; }
-    Estimate estimate() {
-        variance_ = squares_;
-        for (float& v : variance_.pixels) v /= static_cast<float>(count_ - 1);
-        return {mean_, variance_, static_cast<double>(count_)};
-    }
-
-  private:
-    int count_ = 0;
-    Image mean_, squares_, variance_;
-};
-
 /// $HALFLIGHT_IMAGE_EFFORT times as many samples: errors shrink by its root, and what they hide shows.
 int effort() {
     const char* value = std::getenv("HALFLIGHT_IMAGE_EFFORT");
@@ -76,28 +38,40 @@ int effort() {
 }
 
 constexpr int kBatches = 16;
+constexpr int kBlock = 8;
+constexpr int kGroupBlock = 16;  // pixels of different ones share no paths
 constexpr const char* kComponents[] = {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse",
                                        "indirect_glossy"};
 
 class ImageTest : public GpuTest {
   protected:
-    /// Beauty and every component of both, from kBatches batches each.
+    /// Beauty and every component of both, from kBatches batches each; indirect light once more with path reuse.
+    /// Without, noise is of the oracle's kind, and independent from pixel to pixel: what rare light leaves of the tests
+    /// of single pixels is alike on both sides.
     void expect_agreement(const Scene& scene, Trial trial) {
         trial.samples *= effort();
         trial.oracle_samples *= effort();
         std::array<Batches, 6> ours, oracle;
-        Batches our_variance, oracle_variance;  // of one sample
+        std::array<Batches, 2> reused, oracle_indirect;  // diffuse, glossy
+        Batches our_variance, oracle_variance;           // of one sample
         std::uint64_t bad_values = 0;
         for (int b = 0; b < kBatches; ++b) {
             RenderSettings settings =
                 small_settings(trial.camera, trial.width, trial.height, trial.samples / kBatches, trial.bounces);
             settings.seed = static_cast<std::uint32_t>(b);
+            settings.estimator.reuse = Reuse::off;
             const RenderResult r = render(context, scene, settings);
+            settings.estimator.reuse = Reuse::on;
+            const RenderResult with_reuse = render(context, scene, settings);
+            for (std::size_t c = 0; c < 2; ++c)
+                reused[c].add(block_means(layer(with_reuse, std::string(kComponents[3 + c]) + ".R"), kGroupBlock));
+            for (const BadValues& n : with_reuse.stats.bad_values) bad_values += n.total();
             ours[5].add(rgb(r.beauty));
             Image variance = layer(r, "variance.R");
             for (float& v : variance.pixels) v *= static_cast<float>(settings.samples);
             our_variance.add(variance);
-            for (std::size_t c = 0; c < 5; ++c) ours[c].add(block_means(layer(r, std::string(kComponents[c]) + ".R")));
+            for (std::size_t c = 0; c < 5; ++c)
+                ours[c].add(block_means(layer(r, std::string(kComponents[c]) + ".R"), kBlock));
             for (const BadValues& n : r.stats.bad_values) bad_values += n.total();
         }
         const ReferenceScene reference(scene);
@@ -112,7 +86,8 @@ class ImageTest : public GpuTest {
             const ReferenceComponents& k = r.components;
             const Image* images[] = {&k.emission, &k.direct_diffuse, &k.direct_glossy, &k.indirect_diffuse,
                                      &k.indirect_glossy};
-            for (std::size_t c = 0; c < 5; ++c) oracle[c].add(block_means(*images[c]));
+            for (std::size_t c = 0; c < 5; ++c) oracle[c].add(block_means(*images[c], kBlock));
+            for (std::size_t c = 0; c < 2; ++c) oracle_indirect[c].add(block_means(*images[3 + c], kGroupBlock));
             oracle[5].add(r.beauty);
             oracle_variance.add(r.variance);
             EXPECT_EQ(r.non_finite_samples, 0u);
@@ -121,6 +96,11 @@ class ImageTest : public GpuTest {
         for (std::size_t c = 0; c < 5; ++c) {
             std::printf("  %s-%s:\n", trial.name.c_str(), kComponents[c]);
             report(agree(trial.name + "-" + kComponents[c], ours[c].estimate(), oracle[c].estimate(), trial.component));
+        }
+        for (std::size_t c = 0; c < 2; ++c) {
+            const std::string name = trial.name + "-reused-" + kComponents[3 + c];
+            std::printf("  %s:\n", name.c_str());
+            report(agree(name, reused[c].estimate(), oracle_indirect[c].estimate(), trial.component));
         }
         report(agree(trial.name + "-beauty", {ours[5].mean(), our_variance.mean(), static_cast<double>(trial.samples)},
                      {oracle[5].mean(), oracle_variance.mean(), static_cast<double>(trial.oracle_samples)},

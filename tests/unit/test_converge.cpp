@@ -147,8 +147,8 @@ TEST(Converge, ShareOfTimeAndErrorByStage) {
     for (const char* pass : {"gbuffer: evaluate", "primary rays: closest hit", "accumulate"})
         EXPECT_EQ(stage_of(pass), 0u);
     EXPECT_EQ(stage_of("shadow: sample lights"), 1u);
-    for (const char* pass :
-         {"diffuse: sample", "glossy rays: closest hit", "continuation: last vertex", "later shadow rays: any hit"})
+    for (const char* pass : {"diffuse: sample", "glossy rays: closest hit", "continuation: last vertex",
+                             "later shadow rays: any hit", "connection rays: any hit", "reuse: gather"})
         EXPECT_EQ(stage_of(pass), 2u) << pass;
 }
 

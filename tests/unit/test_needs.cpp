@@ -71,6 +71,13 @@ TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
     for (const FramePart& part : {none.shadow, none.diffuse, none.glossy, none.continuation, none.later_light})
         EXPECT_STREQ(part.left_out, "no bounces were asked for") << part.name;
     EXPECT_FALSE(frame_needs(plain_scene(), {.bounces = 1}).later_light);
+    EXPECT_TRUE(frame_needs(plain_scene(), {}).reuse);
+    EXPECT_STREQ(frame_needs(plain_scene(), {.bounces = 1}).reuse.left_out, "one bounce was asked for");
+    EXPECT_STREQ(frame_needs(plain_scene(), {.kept = Kept::everything(), .reuse = false}).reuse.left_out,
+                 "paths of each pixel's own were asked for, or pay better");
+    SceneNeeds mirrors = plain_scene();
+    mirrors.diffuse = false, mirrors.glossy = true;
+    EXPECT_FALSE(frame_needs(mirrors, {}).reuse);
     EXPECT_FALSE(frame_needs(plain_scene(), {}).squares);
     EXPECT_TRUE(frame_needs(plain_scene(), {.want_squares = true}).squares);
     EXPECT_FALSE(frame_needs(plain_scene(), {}).camera_hits);

@@ -1,0 +1,75 @@
+// Path reuse across pixels (SHADING.md, Path reuse): what the densities and the sums of a group are made of.
+#include "shaders/lib/bsdf.glsl"
+#include "shaders/shared/reuse.h"
+
+// make_bsdf()'s diffuse albedo is a constant of the material times this share of light, which depends on wo: what neither
+// the specular lobe nor the coat reflects. Exactly 1 without these.
+float diffuse_share(ReusePoint y, vec3 wo) {
+    precise float share = 1.0;
+#ifdef HALFLIGHT_GLOSSY
+    vec2 albedo = ggx_albedo(dot(y.normal, wo), y.alpha);
+    float gain = multiple_scattering_gain(vec3(y.f0), albedo.x + albedo.y).x;
+    share = 1.0 - min(gain * (y.f0 * albedo.x + y.f90 * albedo.y), 1.0);
+#ifdef HALFLIGHT_CLEARCOAT
+    vec2 e_k = ggx_albedo(dot(y.coat_normal, wo), y.coat_alpha);
+    float coat = y.coat * multiple_scattering_gain(vec3(kCoatF0), e_k.x + e_k.y).x;
+    share *= 1.0 - coat * (kCoatF0 * e_k.x + e_k.y);
+#endif
+#endif
+    return share;
+}
+
+// What a path has found as its second vertex, of a BSDF and a direction of sampled density: all but the light. A point that
+// cannot be shared has a share of 0.
+ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
+    ReusePoint y;
+    y.position = surface.position;
+    y.offset = surface.offset;
+    y.geometric_normal = surface.geometric_normal;
+    y.distance = t;
+    y.direction = ray.direction;
+    y.light = vec3(0.0);
+    y.pending = vec3(0.0);
+    vec3 f0 = min(m.dielectric_f0 * m.specular_color, vec3(1.0)) * m.specular;
+    y.f0 = max(f0.r, max(f0.g, f0.b));
+    y.f90 = m.specular;
+    y.normal = m.normal;
+    y.alpha = b.alpha;
+    y.coat_normal = m.coat_normal;
+    y.coat_alpha = b.coat_alpha;
+    y.coat = m.coat;
+    y.reserved0 = 0.0;
+    y.reserved1 = 0.0;
+    y.reserved2 = 0.0;
+    // The diffuse lobe of a bent normal is of that wo alone. Edge-on, or at no distance, the point has no density of area.
+    bool sharable = !m.bent && b.diffuse != vec3(0.0) && dot(y.geometric_normal, ray.direction) < 0.0 && t > 1e-18;
+    y.share = sharable ? diffuse_share(y, -ray.direction) : 0.0;
+    return y;
+}
+
+// How a first surface sees a point.
+struct Sight {
+    vec3 direction;  // unit
+    float geometry;  // solid angle per area of y, times the square of y.distance: cosine / relative distance^2
+};
+
+// finder: the surface from which y has been found; it sees y as it was sampled.
+Sight sight_of(ReusePoint y, vec3 from, bool finder) {
+    vec3 way = (y.position - from) / y.distance;
+    float square = max(dot(way, way), 1e-20);  // of relative distances: so near, all of them have the same weight
+    vec3 direction = finder ? y.direction : way * inversesqrt(square);
+    // What leaves the point diffusely is of one side, and as its normals are there (SHADING.md, Surfaces).
+    bool seen = dot(y.normal, direction) < 0.0;
+#ifdef HALFLIGHT_CLEARCOAT
+    seen = seen && (y.coat == 0.0 || dot(y.coat_normal, direction) < 0.0);
+#endif
+    float cosine = max(-dot(y.geometric_normal, direction), 0.0);
+    return Sight(direction, seen || finder ? (finder ? cosine : cosine / square) : 0.0);
+}
+
+// Density per solid angle with which shaders/first_scatter.glsl sends a path on, mirrors apart. What has no value there is
+// not sent.
+float scatter_density(Bsdf b, BsdfValue f) {
+    return (f.diffuse != vec3(0.0) ? b.p_diffuse * f.pdf_diffuse : 0.0) +
+           (f.glossy != vec3(0.0) ? (1.0 - b.p_diffuse) * f.pdf_glossy : 0.0);
+}

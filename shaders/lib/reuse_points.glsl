@@ -1,0 +1,47 @@
+// Points that the paths of a group have found, as the kernels read them that connect and gather. Binds them: they are
+// read 16 times each, and faster as texels. Include after the blocks `states[]` and, with HALFLIGHT_PENDING, `occluded[]`.
+#include "shaders/lib/occlusion.glsl"
+#include "shaders/shared/path.h"
+#include "shaders/shared/reuse.h"
+
+layout(binding = UNIT_FREE) uniform samplerBuffer points;  // RGBA32F, kReusePointTexels for each path
+
+vec4 point_texel(uint path, int texel) { return texelFetch(points, int(path) * kReusePointTexels + texel); }
+
+// Of a path that has one. Without its light.
+ReusePoint load_point(uint path) {
+    vec4 position = point_texel(path, 0);
+    vec4 geometric = point_texel(path, 1);
+    vec4 direction = point_texel(path, 2);
+    vec4 shading = point_texel(path, 3);
+    ReusePoint y;
+    y.position = position.xyz;
+    y.offset = position.w;
+    y.geometric_normal = geometric.xyz;
+    y.distance = geometric.w;
+    y.direction = direction.xyz;
+    y.share = direction.w;
+    y.normal = shading.xyz;
+    y.alpha = shading.w;
+#ifdef HALFLIGHT_GLOSSY
+    y.f0 = point_texel(path, 4).w;
+    y.f90 = point_texel(path, 5).w;
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+    vec4 coat = point_texel(path, 6);
+    y.coat_normal = coat.xyz;
+    y.coat_alpha = coat.w;
+    y.coat = point_texel(path, 7).x;
+#endif
+    return y;
+}
+
+// ReusePoint::light, complete; 0 where the path has no such vertex.
+vec3 given_light(uint path) {
+    bool gives = states[path].lobe != kLobeNone && (states[path].reuse & kReusePoint) != 0u;
+    vec3 light = gives ? point_texel(path, 4).xyz : vec3(0.0);
+#ifdef HALFLIGHT_PENDING
+    if (gives && states[path].pending_light != 0u) light += answered_light(point_texel(path, 5).xyz, occluded[path]);
+#endif
+    return light;
+}

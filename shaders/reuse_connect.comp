@@ -1,0 +1,54 @@
+// Connection rays between the first surfaces of a group and the points that its paths have found, and the density with which
+// each of these surfaces would have found the point (SHADING.md, Path reuse). One work group per block. An entry is (path
+// that found the point, member of its group): the 16 rays towards a point follow one another. Of points that give no light
+// all are dead, and so is the ray of the path itself, which has arrived already.
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/path.h"
+#include "shaders/shared/rays.h"
+#include "shaders/shared/reuse.h"
+#include "shaders/scene_tables.glsl"
+
+layout(local_size_x = 256) in;
+
+layout(std430, binding = 0) readonly buffer PrimaryRays { Ray primary_rays[]; };
+layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430, binding = 2) readonly buffer States { PathState states[]; };
+#ifdef HALFLIGHT_PENDING
+layout(std430, binding = 3) readonly buffer Occluded { uint occluded[]; };
+#endif
+layout(std430, binding = 4) writeonly buffer Connections { Ray connections[]; };
+layout(std430, binding = 5) writeonly buffer Densities { float densities[]; };  // per area, times y.distance^2; if visible
+
+#include "shaders/lib/reuse.glsl"
+#include "shaders/lib/reuse_points.glsl"
+#include "shaders/lib/surface_record.glsl"
+
+shared uint gives[256];  // 1: there is light at the path's point
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    vec3 light = given_light(path);
+    gives[gl_LocalInvocationIndex] = light != vec3(0.0) && all_finite(light) ? 1u : 0u;
+    barrier();
+
+    SurfacePoint from = load_surface_point(path);
+    Bsdf b = load_bsdf(path);
+    vec3 wo = -primary_rays[path].direction;
+    for (uint member = 0u; member < kGroupSize; ++member) {
+        uint finder = path_of_member(path, member);
+        uint entry = finder * kGroupSize + member_of_path(path);
+        ReusePoint y = load_point(finder);
+        Sight sight = sight_of(y, from.position, finder == path);
+        float density = scatter_density(b, evaluate_bsdf(b, wo, sight.direction)) * sight.geometry;
+        density = gives[finder & 255u] != 0u && from.is_surface ? density : 0.0;
+        densities[entry] = density;
+
+        // As to a light: the end is on this side of the point's surface by its error and by the tracer's.
+        float margin = y.offset + rounding_bound(8.0) * distance(y.position, from.position);
+        vec3 origin = offset_ray_origin(from.position, from.offset, b.geometric_normal, sight.direction);
+        vec3 direction = y.position + margin * y.geometric_normal - origin;
+        bool live = density > 0.0 && finder != path && direction != vec3(0.0);
+        connections[entry] = Ray(live ? origin : vec3(0.0), 0.0, live ? direction : vec3(1.0),
+                                 live ? 1.0 - rounding_bound(8.0) : -1.0);
+    }
+}

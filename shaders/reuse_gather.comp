@@ -1,0 +1,65 @@
+// What each first surface receives of the points of its group (SHADING.md, Path reuse), one work group per block.
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/path.h"
+#include "shaders/shared/rays.h"
+#include "shaders/shared/reuse.h"
+#include "shaders/scene_tables.glsl"
+
+layout(local_size_x = 256) in;
+
+layout(std430, binding = 0) readonly buffer PrimaryRays { Ray primary_rays[]; };
+layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430, binding = 2) readonly buffer States { PathState states[]; };
+#ifdef HALFLIGHT_PENDING
+layout(std430, binding = 3) readonly buffer Occluded { uint occluded[]; };
+#endif
+layout(std430, binding = 4) readonly buffer Blocked { uint blocked[]; };  // answers to the connection rays
+layout(std430, binding = 5) readonly buffer Densities { float densities[]; };
+layout(std430, binding = 6) writeonly buffer Received { DirectLight received[]; };
+
+#include "shaders/lib/reuse.glsl"
+#include "shaders/lib/reuse_points.glsl"
+#include "shaders/lib/surface_record.glsl"
+
+shared vec3 given[256];  // light of each point over its density with which the group finds it; 0: nothing
+
+// 1 or 0; NaN, which the accumulation counts, where there was no answer.
+float visible(uint entry) {
+    uint answer = blocked[entry];
+    return answer == kFree ? 1.0 : answer == kOccluded ? 0.0 : not_a_number();
+}
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    vec3 light = given_light(path);
+    bool bad = !all_finite(light);
+    float density = 0.0;
+    for (uint member = 0u; member < kGroupSize; ++member) {
+        uint entry = path * kGroupSize + member;
+        density += densities[entry] == 0.0 ? 0.0 : densities[entry] * visible(entry);
+    }
+    bool gives = light != vec3(0.0) && !bad && density != 0.0;
+    given[gl_LocalInvocationIndex] = gives ? light / (point_texel(path, 2).w * density) : vec3(0.0);
+    barrier();
+
+    SurfacePoint from = load_surface_point(path);
+    Bsdf b = load_bsdf(path);
+    vec3 wo = -primary_rays[path].direction;
+    vec3 diffuse = vec3(0.0);
+    vec3 glossy = vec3(0.0);
+    for (uint member = 0u; member < kGroupSize; ++member) {
+        uint finder = path_of_member(path, member);
+        uint entry = finder * kGroupSize + member_of_path(path);
+        vec3 incoming = given[finder & 255u];
+        ReusePoint y = load_point(finder);
+        Sight sight = sight_of(y, from.position, finder == path);
+        BsdfValue f = evaluate_bsdf(b, wo, sight.direction);
+        bool receives = incoming != vec3(0.0) && densities[entry] != 0.0;
+        incoming *= visible(entry) * sight.geometry * diffuse_share(y, -sight.direction);
+        diffuse += receives ? f.diffuse * incoming : vec3(0.0);
+        glossy += receives ? f.glossy * incoming : vec3(0.0);
+    }
+    // Light that went wrong stays with the path that brought it, to be counted once.
+    diffuse += bad ? light : vec3(0.0);
+    received[path] = DirectLight(from.is_surface ? diffuse : vec3(0.0), 0.0, from.is_surface ? glossy : vec3(0.0), 0.0);
+}
