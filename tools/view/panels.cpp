@@ -102,7 +102,7 @@ void light_panel(Session& session) {
         if (scene.environment.map.width > 0 && ImGui::SliderFloat("rotation", &degrees, -180, 180, "%.1f deg"))
             edits.environment_rotation = double{degrees};
     }
-    if (std::ranges::any_of(scene.materials, has_emission)) factor("emissive surfaces", edits.emission);
+    if (std::ranges::any_of(scene.materials, has_emission)) factor("emission", edits.emission);
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         float value = i < edits.lights.size() ? edits.lights[i] : 1;
         ImGui::PushID(static_cast<int>(i));
