@@ -57,6 +57,16 @@ TEST(Resolution, ForgetsAndAdapts) {
     EXPECT_EQ(resolution.divisor(kSize), 8);
 }
 
+TEST(Resolution, TriesAgainWhatWasSlowOnce) {
+    Resolution resolution(0.1);
+    resolution.took(divided(kSize, 8), 0.5);
+    EXPECT_EQ(resolution.divisor(kSize), 16);
+    int pictures = 0;
+    for (; resolution.divisor(kSize) == 16 && pictures < 1000; ++pictures) resolution.took(divided(kSize, 16), 0.01);
+    EXPECT_EQ(resolution.divisor(kSize), 8);
+    EXPECT_GT(pictures, 20) << "but not all the time";
+}
+
 TEST(Script, LinesBecomeCommands) {
     const auto commands = parse_script("s.txt",
                                        "# a comment\n\nwait samples 4\r\n  orbit -10 2.5 # more\n"

@@ -146,6 +146,7 @@ void RenderThread::serve(Workplace& place, const Request& request, std::uint64_t
         FrameSettings frame;
         frame.camera = request.camera;
         frame.samples = 1;
+        const bool is_new = place.is_new(divisor);
         Renderer& renderer = place.renderer(divisor);
         const double start = now();
         RenderResult result = renderer.render(frame, [&](const RenderProgress&) {
@@ -153,8 +154,7 @@ void RenderThread::serve(Workplace& place, const Request& request, std::uint64_t
             return true;
         });
         const double seconds = now() - start;
-        // What was compiled is there the next time.
-        place.resolution().took(divided(request.size, divisor), seconds - result.stats.compile_seconds);
+        if (!is_new) place.resolution().took(divided(request.size, divisor), seconds);
         publish({number, divisor, now() - since, request.camera, request.aovs, std::move(result)});
         settle(number);
     }
@@ -165,6 +165,7 @@ void RenderThread::refine(Workplace& place, const Request& request, std::uint64_
     FrameSettings frame;
     frame.camera = request.camera;
     frame.samples = kMostSamples;
+    const bool is_new = place.is_new(1);
     Renderer& renderer = place.renderer(1);
     double looked = -1e9;  // when the last picture was published
     double cost = 0;       // seconds that it took to make
@@ -181,8 +182,7 @@ void RenderThread::refine(Workplace& place, const Request& request, std::uint64_
         if (samples == 1 || samples >= limit || before - looked > std::max(kLookEvery, cost / kLookShare)) {
             RenderResult result = progress.picture();
             cost = now() - before;
-            if (samples == 1)
-                place.resolution().took(request.size, progress.seconds + cost - result.stats.compile_seconds);
+            if (samples == 1 && !is_new) place.resolution().took(request.size, progress.seconds + cost);
             looked = now();
             publish({number, 1, looked - since, request.camera, request.aovs, std::move(result)});
             shown = true;

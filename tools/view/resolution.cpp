@@ -8,6 +8,7 @@ namespace halflight::view {
 namespace {
 
 constexpr int kFirst = 8;
+constexpr double kFading = 0.98;  // of other sizes' seconds, by picture: a time of twice the budget is tried after 35
 
 std::size_t pixels_of(const ivec2& size) {
     return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
@@ -27,6 +28,8 @@ int Resolution::divisor(const ivec2& size) const {
 }
 
 void Resolution::took(const ivec2& size, double seconds) {
+    for (auto& [pixels, known] : seconds_)
+        if (pixels != pixels_of(size)) known *= kFading;
     const auto [known, is_new] = seconds_.try_emplace(pixels_of(size), seconds);
     if (!is_new) known->second = 0.5 * known->second + 0.5 * seconds;
 }

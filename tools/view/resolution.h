@@ -21,7 +21,8 @@ class Resolution {
     /// The finest of 1, 2, 4, 8, 16 of which a sample of the whole picture is expected within the budget; 16 where none
     /// is, and 8 while nothing is known.
     int divisor(const ivec2& size) const;
-    /// A picture of one sample took so long.
+    /// A picture of one sample took so long. What is known of other sizes counts a little less from then on, so that
+    /// they are tried again some time.
     void took(const ivec2& size, double seconds);
     /// Another scene, other settings.
     void forget() { seconds_.clear(); }

@@ -20,6 +20,8 @@ class Workplace {
     bool needs_scene(const Request& request) const;
     /// Throws what preparing a scene throws; then there is none until the next call.
     void prepare(const Request& request);
+    /// Whether the first picture of this size is still to be made, which takes longer than others.
+    bool is_new(int divisor) const { return !renderers_.contains(divisor); }
     /// Of the size of the request that was prepared last. Throws what a Renderer throws.
     Renderer& renderer(int divisor);
     Resolution& resolution() { return resolution_; }
