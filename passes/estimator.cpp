@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "engine/core/error.h"
-#include "engine/scene/reflectance.h"
 
 namespace halflight {
 namespace {
@@ -50,19 +49,12 @@ std::string listed(const What& what) {
 
 const char* name(Reuse reuse) {
     switch (reuse) {
-        case Reuse::automatic:
-            return "auto";
-        case Reuse::on:
-            return "on";
         case Reuse::off:
             return "off";
+        case Reuse::on:
+            return "on";
     }
     return "unknown";
-}
-
-Reuse choose_reuse(Reuse asked, const Scene& scene) {
-    if (asked != Reuse::automatic) return asked;
-    return glossy_share(scene) > kMostGlossyShare ? Reuse::off : Reuse::on;
 }
 
 std::string text(const Estimator& estimator) {

@@ -109,7 +109,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         // Kept with all the rest, but not by itself: to share paths is an estimator of its own.
         .reuse = {kReuse, kReuseBytes,
                   single           ? single
-                  : !options.reuse ? "paths of each pixel's own were asked for, or pay better"
+                  : !options.reuse ? not_asked
                                    : transport(options.kept.is_everything(),
                                                scene.diffuse ? nullptr : fact_without(&SceneNeeds::diffuse))},
         .camera_rays = {kCameraRays, sizeof(shared::Ray),

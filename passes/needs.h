@@ -25,7 +25,7 @@ struct FrameOptions {
     Kept kept{};             // parts that contribute nothing and are there all the same
     float clamp = 0;         // > 0: the most luminance of a sample's indirect light
     PrimaryVisibility primary = PrimaryVisibility::raster;  // not automatic
-    bool reuse = true;       // of paths across pixels (choose_reuse)
+    bool reuse = false;      // of paths across pixels
 };
 
 /// A part of a frame.

@@ -33,7 +33,6 @@ PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const Pr
     {
         const ShadingTables shading = build_shading_tables(scene, tables_, kept, estimator_.lights);
         estimator_.lights = shading.light_choice;
-        estimator_.reuse = choose_reuse(estimator_.reuse, scene);
         has_environment_ = !shading.environment.pixels.empty();
         buffers_.emplace(tables_, shading);
     }

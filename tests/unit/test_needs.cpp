@@ -71,13 +71,14 @@ TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
     for (const FramePart& part : {none.shadow, none.diffuse, none.glossy, none.continuation, none.later_light})
         EXPECT_STREQ(part.left_out, "no bounces were asked for") << part.name;
     EXPECT_FALSE(frame_needs(plain_scene(), {.bounces = 1}).later_light);
-    EXPECT_TRUE(frame_needs(plain_scene(), {}).reuse);
-    EXPECT_STREQ(frame_needs(plain_scene(), {.bounces = 1}).reuse.left_out, "one bounce was asked for");
+    EXPECT_FALSE(frame_needs(plain_scene(), {}).reuse);
+    EXPECT_TRUE(frame_needs(plain_scene(), {.reuse = true}).reuse);
+    EXPECT_STREQ(frame_needs(plain_scene(), {.bounces = 1, .reuse = true}).reuse.left_out, "one bounce was asked for");
     EXPECT_STREQ(frame_needs(plain_scene(), {.kept = Kept::everything(), .reuse = false}).reuse.left_out,
-                 "paths of each pixel's own were asked for, or pay better");
+                 "nobody asked for it");
     SceneNeeds mirrors = plain_scene();
     mirrors.diffuse = false, mirrors.glossy = true;
-    EXPECT_FALSE(frame_needs(mirrors, {}).reuse);
+    EXPECT_FALSE(frame_needs(mirrors, {.reuse = true}).reuse);
     EXPECT_FALSE(frame_needs(plain_scene(), {}).squares);
     EXPECT_TRUE(frame_needs(plain_scene(), {.want_squares = true}).squares);
     EXPECT_FALSE(frame_needs(plain_scene(), {}).camera_hits);
@@ -88,9 +89,9 @@ TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
 }
 
 TEST(FrameNeeds, EverythingCanBeKept) {
-    for (const FramePart& part : frame_needs({}, {.runs = 1, .kept = Kept::everything()}).parts())
+    for (const FramePart& part : frame_needs({}, {.runs = 1, .kept = Kept::everything(), .reuse = true}).parts())
         EXPECT_TRUE(part) << part.name;
-    EXPECT_EQ(facts({}, {.kept = Kept::everything()}),
+    EXPECT_EQ(facts({}, {.kept = Kept::everything(), .reuse = true}),
               (std::map<std::string, std::string>{
                   {"environment map", "the environment is of one colour"},
                   {"light tree", "there are few lights, or another choice was asked for"},
@@ -131,7 +132,7 @@ TEST(LeftOut, ItemsAreKeptEachByItself) {
 TEST(LeftOut, TellsWhatCanBeKept) {
     std::set<std::string> expected;
     for (const auto& [name, fact] : facts({}, {.runs = 1})) expected.insert(name);
-    for (const char* never : {"environment map", "light tree", "double precision for needles"})
+    for (const char* never : {"environment map", "light tree", "double precision for needles", "path reuse"})
         EXPECT_EQ(expected.erase(never), 1u);
     const std::vector<std::string> names = keepable_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);

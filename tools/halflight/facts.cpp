@@ -125,16 +125,16 @@ Json repaired(const SceneReport& report) {
     return counts;
 }
 
-FrameOptions usual_options(const Scene& scene) {
+FrameOptions usual_options() {
     const RenderSettings usual;
-    return {.bounces = usual.bounces, .reuse = choose_reuse(usual.estimator.reuse, scene) == Reuse::on};
+    return {.bounces = usual.bounces, .reuse = usual.estimator.reuse == Reuse::on};
 }
 
 /// The passes that light needs here, with the default number of bounces.
 Json passes(const Scene& scene) {
     const SceneNeeds needs = build_shading_tables(scene, build_trace_tables(scene, kFlattenLimit)).needs;
     Json names = {"gbuffer"};
-    const FrameNeeds frame = frame_needs(needs, usual_options(scene));
+    const FrameNeeds frame = frame_needs(needs, usual_options());
     for (const FramePart& pass : {frame.shadow, frame.diffuse, frame.glossy, frame.continuation, frame.reuse})
         if (pass) names.push_back(pass.name);
     return names;
@@ -188,7 +188,7 @@ Json left_out_json(const std::vector<LeftOut>& left_out) {
 std::vector<LeftOut> scene_left_out(const Scene& scene) {
     const RenderSettings usual;
     const TraceTables tables = build_trace_tables(scene, kFlattenLimit);
-    return left_out(build_shading_tables(scene, tables).needs, usual_options(scene),
+    return left_out(build_shading_tables(scene, tables).needs, usual_options(),
                     {.vertices = tables.positions.size(),
                      .triangles = tables.triangles.size(),
                      .paths = Band{{usual.width, usual.height}, 0, usual.height}.paths()});
