@@ -69,6 +69,21 @@ TEST(SettingsFile, MapsMoveWithTheirFolder) {
     EXPECT_EQ(read_settings(second / "a.json").environment, EnvironmentChoice(second / "sky.hdr"));
 }
 
+TEST(SettingsFile, MapsAreFoundThroughLinks) {
+    TemporaryFolder folder;
+    std::filesystem::create_directories(folder / "a/b/c");
+    std::filesystem::create_directory_symlink("a/b/c", folder / "link");
+    test::write_text(folder / "a/b/env.exr", "");
+    SavedSettings s;
+    s.environment = folder / "a/b/env.exr";
+    write_settings(folder / "link/a.json", s);
+    for (const char* name : {"link/a.json", "a/b/c/a.json"}) {
+        const auto read = std::get<std::filesystem::path>(read_settings(folder / name).environment);
+        std::error_code none;
+        EXPECT_TRUE(std::filesystem::equivalent(read, folder / "a/b/env.exr", none)) << read;
+    }
+}
+
 TEST(SettingsFile, ElementsThatAreWrongAreNamed) {
     TemporaryFolder folder;
     const auto message = [&](const std::string& text) {

@@ -123,7 +123,7 @@ Json pose_json(const CameraPose& pose) {
 void read_environment(const Element& e, const fs::path& folder, SavedSettings& s) {
     e.check_keys({"map", "color", "rotation", "intensity"});
     if (e.find("map") && e.find("color")) e.fail("has both a map and a colour");
-    with(e, "map", [&](const Element& v) { s.environment = (folder / v.text()).lexically_normal(); });
+    with(e, "map", [&](const Element& v) { s.environment = folder / v.text(); });
     with(e, "color", [&](const Element& v) { s.environment = vec3(v.triple(0, 1e30)); });
     with(e, "rotation", [&](const Element& v) { s.edits.environment_rotation = v.number(-1e6, 1e6); });
     with(e, "intensity",
