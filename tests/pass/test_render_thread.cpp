@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <condition_variable>
+#include <deque>
 #include <mutex>
 
 #include "tests/pass/renders.h"
@@ -22,23 +23,27 @@ class Watched {
         : thread_(ColorConfig::load(), {.context = {.device = "software"}, .budget = budget, .changed = [this] {
                                             const std::lock_guard lock(mutex_);
                                             changed_ = true;
+                                            const auto newest = thread_.picture();
+                                            if (newest != newest_) published_.push_back(newest);
+                                            newest_ = newest;
                                             wake_.notify_all();
                                         }}) {}
 
     RenderThread& operator*() { return thread_; }
     RenderThread* operator->() { return &thread_; }
 
-    /// Looks at whatever comes until done() holds; false where it does not within minutes.
+    /// Looks at whatever comes, picture by picture, until done() holds; false where it does not within minutes.
     template <class F>
     bool until(const F& done) {
         const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(4);
         for (;;) {
-            const auto newest = thread_.picture();
-            if (newest && (seen.empty() || newest != seen.back())) seen.push_back(newest);
             if (done()) return true;
             std::unique_lock lock(mutex_);
-            if (!wake_.wait_until(lock, end, [&] { return changed_; })) return false;
+            if (!wake_.wait_until(lock, end, [&] { return changed_ || !published_.empty(); })) return false;
             changed_ = false;
+            if (published_.empty()) continue;
+            seen.push_back(published_.front());
+            published_.pop_front();
         }
     }
     /// Until the whole picture of a request has so many samples.
@@ -49,12 +54,14 @@ class Watched {
         });
     }
 
-    std::vector<std::shared_ptr<const Picture>> seen;  // some may have been missed
+    std::vector<std::shared_ptr<const Picture>> seen;  // none is missed
 
   private:
     std::mutex mutex_;
     std::condition_variable wake_;
     bool changed_ = false;
+    std::deque<std::shared_ptr<const Picture>> published_;  // that are still to be looked at
+    std::shared_ptr<const Picture> newest_;
     RenderThread thread_;
 };
 
