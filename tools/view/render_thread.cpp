@@ -4,6 +4,7 @@
 #include <chrono>
 #include <utility>
 
+#include "tools/view/clock.h"
 #include "tools/view/workplace.h"
 
 namespace halflight::view {
@@ -13,10 +14,6 @@ constexpr int kMostSamples = 1 << 24;
 constexpr auto kSettle = std::chrono::milliseconds(100);  // without another request: then the camera stands still
 constexpr double kLookEvery = 0.1;                        // seconds from picture to picture of a whole one
 constexpr double kLookShare = 0.2;                        // of the time may go into making them
-
-double now() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 }  // namespace
 
@@ -96,12 +93,10 @@ void RenderThread::settle(std::uint64_t number) {
     if (wake_.wait_for(lock, kSettle, [&] { return stop_ || number != number_; })) throw Stale();
 }
 
-void RenderThread::hold(std::uint64_t number, int samples) {
-    std::unique_lock lock(mutex_);
-    if (samples < limit_) return;
-    lock.unlock();
+void RenderThread::hold(std::uint64_t number, int samples, int limit) {
+    if (samples < limit) return;
     say("");
-    lock.lock();
+    std::unique_lock lock(mutex_);
     wake_.wait(lock, [&] { return stop_ || number != number_ || samples < limit_; });
     if (stop_ || number != number_) throw Stale();
     lock.unlock();
@@ -187,7 +182,7 @@ void RenderThread::refine(Workplace& place, const Request& request, std::uint64_
             publish({number, 1, looked - since, request.camera, request.aovs, std::move(result)});
             shown = true;
         }
-        hold(number, samples);
+        hold(number, samples, limit);
         return true;
     });
 }

@@ -49,13 +49,16 @@ class RenderThread {
     RenderThread(ColorConfig colors, Options options);
     RenderThread(const RenderThread&) = delete;
     RenderThread& operator=(const RenderThread&) = delete;
-    ~RenderThread();  ///< waits for what the device is doing: at most a sample of a band, or the preparing of a scene
+    /// Waits for what the device is doing: a sample of a band, the preparing of a scene, shaders that are being
+    /// compiled, a picture that is being made of the samples.
+    ~RenderThread();
 
     /// Never waits. From now on this is wanted and nothing else; returns its number, 1 for the first one. Requests may
     /// come faster than pictures: one whose first picture is under way is shown all the same.
     std::uint64_t show(Request request);
     /// How many samples a whole picture gets; it goes on where more are wanted. The picture of exactly so many is
-    /// always published, of fewer those that come as fast as they can be looked at.
+    /// always published, except where more are there or under way: then the one with which it stops. Of fewer, those
+    /// are that come as fast as they can be looked at.
     void limit(int samples);
 
     std::shared_ptr<const Picture> picture() const;  ///< the newest one; null at first
@@ -81,8 +84,9 @@ class RenderThread {
     void go_on(std::uint64_t number, bool first_is_there) const;
     /// Throws Stale if something else is wanted within the time.
     void settle(std::uint64_t number);
-    /// While there are as many samples as wanted. Throws Stale.
-    void hold(std::uint64_t number, int samples);
+    /// While there are as many samples as wanted; `limit`: of which the picture is published if they are `samples`.
+    /// Throws Stale.
+    void hold(std::uint64_t number, int samples, int limit);
 
     const Options options_;
     mutable std::mutex mutex_;  // of all that follows
