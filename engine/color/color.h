@@ -21,6 +21,7 @@ struct ViewTransform {
     std::string view;     // empty: the display's default
     std::string look;     // empty: those of the view; otherwise it replaces them ("a, -b": a, then b undone)
     float exposure = 0;   // stops: radiance is multiplied by 2^exposure before anything else
+    bool operator==(const ViewTransform&) const = default;
 };
 
 /// A texture that the shader samples: upload as GL_R32F or GL_RGB32F, clamp to edge, no mipmaps.

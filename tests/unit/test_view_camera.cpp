@@ -77,7 +77,7 @@ TEST(CameraControl, TheSceneFollowsTheDrag) {
     EXPECT_NEAR(panned.from.y, 2 * 2 * std::tan(kPi / 8), 1e-12);
     EXPECT_EQ(panned.at.y, panned.from.y);
     EXPECT_LT(pan(front(), {0.1, 0}).from.x, 0);
-    expect_near(dolly(front(), 0.5).from, {0, 0, 1});
+    expect_near(dolly(front(), 0.5, 1).from, {0, 0, 1});
 }
 
 TEST(CameraControl, TheHeadTurnsAndTheBodyFlies) {
@@ -94,9 +94,31 @@ TEST(CameraControl, OrthographicViewsZoom) {
     CameraPose pose = front();
     pose.orthographic = true;
     pose.ortho_height = 4;
-    EXPECT_EQ(dolly(pose, 0.5).ortho_height, 2);
-    EXPECT_EQ(dolly(pose, 0.5).from, pose.from);
+    EXPECT_EQ(dolly(pose, 0.5, 1).ortho_height, 2);
+    EXPECT_EQ(dolly(pose, 0.5, 1).from, pose.from);
     EXPECT_NEAR(pan(pose, {0, 0.5}).from.y, 2, 1e-12);
+}
+
+TEST(CameraControl, ADollyStaysShortOfWhatItLooksAt) {
+    for (const bool orthographic : {false, true}) {
+        for (const dvec3& at : {dvec3(0), dvec3(1e6, -2e6, 3e6)}) {
+            CameraPose pose = front();
+            pose.from += at;
+            pose.at += at;
+            pose.orthographic = orthographic;
+            for (int i = 0; i < 2000; ++i) pose = dolly(pose, 0.5, 10);
+            EXPECT_NO_THROW(camera_of(pose));
+            EXPECT_NO_THROW(camera_of(orbit(pose, {0.3, 0.2})));
+            const auto distance = [&] { return orthographic ? pose.ortho_height : glm::length(pose.from - pose.at); };
+            const double nearest = distance();
+            EXPECT_LT(nearest, 0.01);
+            pose = dolly(pose, 2, 10);
+            EXPECT_NEAR(distance() / nearest, 2, 1e-3) << "it does not come away";
+        }
+    }
+    CameraPose near = front();
+    near.from.z = 1e-12;
+    EXPECT_EQ(dolly(near, 0.5, 10), near) << "it is pushed away";
 }
 
 TEST(CameraControl, LooksAtWhatItIsTold) {

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "tests/cli/process.h"
 #include "tests/support/error_message.h"
 #include "tools/view/navigation.h"
 
@@ -22,7 +23,7 @@ class ViewSession : public testing::Test {
     double distance() const { return glm::length(session.pose().at - session.pose().from); }
     void steer(const Input& input) { navigation.steer(session, input, kSize); }
 
-    Session session{cornell()};
+    Session session{cornell(), ColorConfig::load()};
     Navigation navigation;
 };
 
@@ -85,7 +86,8 @@ TEST_F(ViewSession, FlyingTurnsTheHead) {
     steer({.way = {0, 0, 1}, .seconds = 0.05});
     EXPECT_TRUE(navigation.moving());
     const double step = glm::length(session.pose().from - start.from);
-    EXPECT_GT(step, 0);
+    const WorldBounds box = world_bounds(session.scene());
+    EXPECT_NEAR(step, 0.1 * 0.05 * glm::length(box.upper - box.lower), 1e-9);
     session.reset_camera();
     steer({.way = {0, 0, 1}, .seconds = 60});
     EXPECT_NEAR(glm::length(session.pose().from - start.from), 2 * step, 1e-9) << "a pause is no flight";
@@ -120,6 +122,31 @@ TEST_F(ViewSession, BookmarksAreReplacedByName) {
     EXPECT_EQ(error_message([&] { session.recall("c"); }), "bookmarks: there is no 'c'");
 }
 
+TEST_F(ViewSession, NewBookmarksReplaceNone) {
+    session.bookmark();
+    session.bookmark();
+    session.bookmark("view 4");
+    session.bookmarks.erase(session.bookmarks.begin());
+    for (int i = 0; i < 3; ++i) session.bookmark();
+    std::vector<std::string> names;
+    for (const Bookmark& bookmark : session.bookmarks) names.push_back(bookmark.name);
+    EXPECT_EQ(names, (std::vector<std::string>{"view 2", "view 4", "view 1", "view 3", "view 5"}));
+}
+
+TEST_F(ViewSession, WhatMakesNoViewIsNotTaken) {
+    const Wanted before = session.wanted(kSize);
+    CameraPose flat = session.pose(), nowhere = session.pose();
+    flat.vertical_fov = kPi;
+    nowhere.at = nowhere.from;
+    for (const CameraPose& bad : {flat, nowhere}) {
+        EXPECT_THROW(session.move(bad), Error);
+        EXPECT_EQ(session.wanted(kSize), before);
+    }
+    for (int i = 0; i < 100; ++i) steer({.wheel = 100});
+    EXPECT_NO_THROW(session.camera());
+    steer({.drag = {0.1, 0}, .left = true});
+}
+
 TEST_F(ViewSession, WhatCannotBeOpenedChangesNothing) {
     const Wanted before = session.wanted(kSize);
     for (const char* bad : {"no.glb", "no.exr", "README.md"}) {
@@ -127,6 +154,14 @@ TEST_F(ViewSession, WhatCannotBeOpenedChangesNothing) {
         EXPECT_EQ(session.wanted(kSize), before) << bad;
     }
     EXPECT_EQ(session.saved().environment, EnvironmentChoice());
+    // A scene whose settings want a display that there is not.
+    test::TemporaryFolder folder;
+    const std::filesystem::path other = test::copy_room(folder.path);
+    test::write_text(settings_file_of(other), R"({"halflight_settings": 1, "display": "nobody's"})");
+    EXPECT_NE(error_message([&] { session.open(other); }).find("nobody's"), std::string::npos);
+    EXPECT_EQ(session.wanted(kSize), before);
+    EXPECT_EQ(session.transform, ViewTransform());
+    EXPECT_EQ(session.file(), cornell().scene);
 }
 
 }  // namespace

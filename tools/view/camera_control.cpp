@@ -7,7 +7,8 @@
 namespace halflight::view {
 namespace {
 
-constexpr double kPole = 1e-3;  // radians that the line of sight keeps from `up`
+constexpr double kPole = 1e-3;   // radians that the line of sight keeps from `up`
+constexpr double kLeast = 1e-9;  // of the larger of coordinates and scene: distance that a dolly keeps
 
 dvec3 rotated(const dvec3& v, double angle, const dvec3& axis) {
     return dvec3(glm::rotate(dmat4(1), angle, axis) * dvec4(v, 0));
@@ -46,7 +47,10 @@ CameraPose pan(CameraPose pose, const dvec2& heights) {
     return pose;
 }
 
-CameraPose dolly(CameraPose pose, double factor) {
+CameraPose dolly(CameraPose pose, double factor, double diagonal) {
+    const double distance = pose.orthographic ? pose.ortho_height : glm::length(pose.from - pose.at);
+    const double least = kLeast * std::max(glm::length(pose.at), diagonal);
+    factor = std::max(factor, std::min(least / distance, 1.0));  // one that is nearer stays where it is
     if (pose.orthographic)
         pose.ortho_height *= factor;
     else

@@ -11,8 +11,9 @@ CameraPose orbit(CameraPose pose, const dvec2& angle);
 /// Moves camera and `at` sideways, as if the scene followed a drag to the right and down; in heights of the view at the
 /// distance of `at`.
 CameraPose pan(CameraPose pose, const dvec2& heights);
-/// Distance to `at` (orthographic: height of the view) times `factor` > 0.
-CameraPose dolly(CameraPose pose, double factor);
+/// Distance to `at` (orthographic: height of the view) times `factor` > 0. Comes no nearer than roundings allow in a
+/// scene of this diagonal, world units.
+CameraPose dolly(CameraPose pose, double factor, double diagonal);
 /// Turns the head to the right (x) and down (y), radians; stops short of looking along `up`.
 CameraPose turn(CameraPose pose, const dvec2& angle);
 /// Moves to the right (x), along `up` (y) and ahead (z), world units.

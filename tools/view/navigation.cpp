@@ -13,6 +13,7 @@ constexpr double kLongest = 0.1;  // seconds that count as one step: nothing was
 }  // namespace
 
 void Navigation::steer(Session& session, const Input& in, const ivec2& size) {
+    moving_ = in.way != dvec3(0);
     if (in.drag != dvec2(0)) {
         const CameraPose& pose = session.pose();
         if (in.middle || (in.left && in.shift))
@@ -22,20 +23,18 @@ void Navigation::steer(Session& session, const Input& in, const ivec2& size) {
         else if (in.left)
             session.move(turn(pose, pose.vertical_fov * in.drag));
         else if (in.right)
-            session.move(dolly(pose, std::exp(kDollyHeight * in.drag.y)));
+            session.move(dolly(pose, std::exp(kDollyHeight * in.drag.y), session.diagonal()));
     }
     if (in.wheel != 0) {
         if (manner == Manner::orbit)
-            session.move(dolly(session.pose(), std::exp(-kDollyNotch * in.wheel)));
+            session.move(dolly(session.pose(), std::exp(-kDollyNotch * in.wheel), session.diagonal()));
         else
             speed = std::clamp(speed * static_cast<float>(std::exp(kSpeedNotch * in.wheel)), 0.01f, 100.0f);
     }
     if (in.double_click) session.focus(*in.double_click, size);
-    moving_ = in.way != dvec3(0);
     if (!moving_) return;
-    const WorldBounds box = world_bounds(session.scene());
-    const double diagonal = box.empty() ? 1 : glm::length(box.upper - box.lower);
-    session.move(fly(session.pose(), 0.1 * double{speed} * diagonal * std::min(in.seconds, kLongest) * in.way));
+    const double step = 0.1 * double{speed} * session.diagonal() * std::min(in.seconds, kLongest);
+    session.move(fly(session.pose(), step * in.way));
 }
 
 }  // namespace halflight::view

@@ -24,7 +24,7 @@ class Navigation {
     Manner manner = Manner::orbit;
     float speed = 1;  // of flying, scene diagonals per ten seconds
 
-    /// `size`: of the framebuffer, pixels.
+    /// `size`: of the framebuffer, pixels. Throws what Session::move() throws.
     void steer(Session& session, const Input& input, const ivec2& size);
     /// Whether it goes on without anything new happening: a key is held.
     bool moving() const { return moving_; }

@@ -8,6 +8,10 @@
 namespace halflight::view {
 namespace {
 
+// Numbers can be typed into a slider, too: none that a settings file may not have.
+constexpr ImGuiSliderFlags kClamp = ImGuiSliderFlags_AlwaysClamp;
+constexpr ImGuiSliderFlags kLogarithmic = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic;
+
 /// A list to choose one of; true where another one was.
 bool choose(const char* label, std::string& chosen, const std::vector<std::string>& all) {
     bool changed = false;
@@ -25,7 +29,7 @@ void text(const std::string& line) {
     ImGui::TextUnformatted(line.c_str());
 }
 
-void camera_panel(Session& session, Navigation& navigation) {
+void camera_panel(Session& session, Navigation& navigation, Asked& asked) {
     const auto& cameras = session.scene().cameras;
     const auto now = session.scene_camera();
     const auto title = [&](std::size_t i) {
@@ -45,19 +49,19 @@ void camera_panel(Session& session, Navigation& navigation) {
     ImGui::RadioButton("fly (W A S D Q E)", &manner, static_cast<int>(Manner::fly));
     navigation.manner = static_cast<Manner>(manner);
     if (navigation.manner == Manner::fly)
-        ImGui::SliderFloat("speed", &navigation.speed, 0.01f, 100, "%.2f", ImGuiSliderFlags_Logarithmic);
+        ImGui::SliderFloat("speed", &navigation.speed, 0.01f, 100, "%.2f", kLogarithmic);
     CameraPose pose = session.pose();
     auto degrees = static_cast<float>(glm::degrees(pose.vertical_fov));
-    if (!pose.orthographic && ImGui::SliderFloat("field of view", &degrees, 5, 120, "%.1f deg")) {
+    if (!pose.orthographic && ImGui::SliderFloat("field of view", &degrees, 5, 120, "%.1f deg", kClamp)) {
         pose.vertical_fov = glm::radians(double{degrees});
-        session.move(pose);
+        asked.pose = pose;
     }
     if (ImGui::Button("reset (R)")) session.reset_camera();
     ImGui::SameLine();
-    if (ImGui::Button("bookmark")) session.bookmark(fmt::format("view {}", session.bookmarks.size() + 1));
+    if (ImGui::Button("bookmark")) session.bookmark();
     for (std::size_t i = 0; i < session.bookmarks.size(); ++i) {
         ImGui::PushID(static_cast<int>(i));
-        if (ImGui::Button(session.bookmarks[i].name.c_str())) session.move(session.bookmarks[i].pose);
+        if (ImGui::Button(session.bookmarks[i].name.c_str())) asked.pose = session.bookmarks[i].pose;
         ImGui::SameLine();
         const bool gone = ImGui::SmallButton("x");
         ImGui::PopID();
@@ -74,7 +78,7 @@ void view_panel(Session& session) {
 
 void color_panel(Session& session, const ColorConfig& colors) {
     ViewTransform& t = session.transform;
-    ImGui::SliderFloat("exposure", &t.exposure, -10, 10, "%.2f stops");
+    ImGui::SliderFloat("exposure", &t.exposure, -10, 10, "%.2f stops", kClamp);
     std::string display = t.display.empty() ? colors.default_display() : t.display;
     if (choose("display", display, colors.displays())) {
         t.display = display;
@@ -90,7 +94,7 @@ void color_panel(Session& session, const ColorConfig& colors) {
 }
 
 void factor(const char* label, float& value) {
-    ImGui::SliderFloat(label, &value, 0, 100, "%.3f", ImGuiSliderFlags_Logarithmic);
+    ImGui::SliderFloat(label, &value, 0, 100, "%.3f", kLogarithmic);
 }
 
 void light_panel(Session& session) {
@@ -99,7 +103,7 @@ void light_panel(Session& session) {
     if (!scene.environment.black()) {
         factor("environment", edits.environment_intensity);
         auto degrees = static_cast<float>(edits.environment_rotation);
-        if (scene.environment.map.width > 0 && ImGui::SliderFloat("rotation", &degrees, -180, 180, "%.1f deg"))
+        if (scene.environment.map.width > 0 && ImGui::SliderFloat("rotation", &degrees, -180, 180, "%.1f deg", kClamp))
             edits.environment_rotation = double{degrees};
     }
     if (std::ranges::any_of(scene.materials, has_emission)) factor("emission", edits.emission);
@@ -113,11 +117,11 @@ void light_panel(Session& session) {
         edits.lights[i] = value;
     }
     ImGui::Checkbox("clay", &edits.clay);
-    ImGui::SliderInt("bounces", &session.bounces, 0, 16);
+    ImGui::SliderInt("bounces", &session.bounces, 0, 16, "%d", kClamp);
 }
 
 void statistics_panel(Session& session, const Situation& now) {
-    ImGui::SliderInt("samples", &session.samples, 1, 1 << 16, "%d", ImGuiSliderFlags_Logarithmic);
+    ImGui::SliderInt("samples", &session.samples, 1, 1 << 16, "%d", kLogarithmic);
     ImGui::Checkbox("measure passes (slower)", &session.measure);
     text(now.status.device);
     if (!now.picture) return;
@@ -169,7 +173,7 @@ Asked panels(Session& session, const ColorConfig& colors, Navigation& navigation
     const auto open = [](const char* section) {
         return ImGui::CollapsingHeader(section, ImGuiTreeNodeFlags_DefaultOpen);
     };
-    if (open("Camera")) camera_panel(session, navigation);
+    if (open("Camera")) camera_panel(session, navigation, asked);
     if (open("What is seen")) view_panel(session);
     if (open("Colour")) color_panel(session, colors);
     if (open("Light")) light_panel(session);

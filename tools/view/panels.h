@@ -1,6 +1,7 @@
 // The panels: what can be set, and what there is to know.
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "engine/color/color.h"
@@ -21,7 +22,8 @@ struct Asked {
     bool screenshot = false;
     bool exr = false;
     bool save = false;
-    bool read_message = false;  // it can go
+    std::optional<CameraPose> pose{};  // to move to
+    bool read_message = false;         // it can go
 };
 
 /// Declares all panels, between Gui::begin() and draw().

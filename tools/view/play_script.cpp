@@ -48,7 +48,7 @@ void Viewer::execute(const Command& c) {
     if (c.name == "orbit") session_.move(orbit(pose, kPi * drag));
     if (c.name == "pan") session_.move(pan(pose, drag));
     if (c.name == "turn") session_.move(turn(pose, pose.vertical_fov * drag));
-    if (c.name == "dolly") session_.move(dolly(pose, n(0)));
+    if (c.name == "dolly") session_.move(dolly(pose, n(0), session_.diagonal()));
     if (c.name == "fly") session_.move(fly(pose, {n(0), n(1), n(2)}));
     if (c.name == "focus" && !session_.focus(point, size)) throw Error("focus", "there is nothing");
     if (c.name == "key") key(c.words[0][0], point);

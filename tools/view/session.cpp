@@ -1,6 +1,9 @@
 #include "tools/view/session.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <utility>
 
 #include "engine/io/environment.h"
 #include "tools/halflight/camera.h"
@@ -21,7 +24,8 @@ double distance_ahead(const Camera& camera, const Picker& picker, const Scene& s
 
 }  // namespace
 
-Session::Session(const PreviewArguments& arguments) : console_(arguments.quiet) {
+Session::Session(const PreviewArguments& arguments, ColorConfig colors)
+    : console_(arguments.quiet), colors_(std::move(colors)) {
     load(arguments);
 }
 
@@ -33,10 +37,13 @@ void Session::load(const PreviewArguments& a) {
     const auto picker = std::make_shared<const Picker>(scene);
     const CameraPose pose =
         a.pose && !chosen.index ? *a.pose : pose_of(chosen.camera, distance_ahead(chosen.camera, *picker, *scene));
+    const WorldBounds box = world_bounds(*scene);
+    colors_.view(a.view);  // throws where it is unknown
     // Nothing fails any more.
     arguments_ = a;
     file_ = a.scene;
     scene_ = scene, picker_ = picker;
+    diagonal_ = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);
     pose_ = first_pose_ = pose;
     scene_camera_ = first_camera_ = chosen.index;
     transform = a.view;
@@ -72,6 +79,7 @@ Camera Session::camera() const {
 
 void Session::move(const CameraPose& pose) {
     if (pose == pose_) return;
+    camera_of(pose);  // throws where it makes none
     pose_ = pose;
     scene_camera_.reset();
 }
@@ -114,6 +122,15 @@ void Session::bookmark(const std::string& name) {
         known->pose = pose_;
     else
         bookmarks.push_back({name, pose_});
+}
+
+void Session::bookmark() {
+    const auto known = [&](const std::string& name) {
+        return std::ranges::find(bookmarks, name, &Bookmark::name) != bookmarks.end();
+    };
+    int number = 1;
+    while (known(fmt::format("view {}", number))) ++number;
+    bookmark(fmt::format("view {}", number));
 }
 
 void Session::recall(const std::string& name) {

@@ -31,8 +31,8 @@ struct Wanted {
 
 class Session {
   public:
-    /// Loads the scene. Throws Error.
-    explicit Session(const PreviewArguments& arguments);
+    /// Loads the scene. Throws Error, also for a view transform that these colours do not have.
+    Session(const PreviewArguments& arguments, ColorConfig colors);
 
     // Panels write to these.
     std::string view = kFinal;  // what is seen: one of views()
@@ -45,6 +45,7 @@ class Session {
 
     const std::filesystem::path& file() const { return file_; }
     const Scene& scene() const { return *scene_; }
+    double diagonal() const { return diagonal_; }  ///< of the scene's bounds, world units, > 0
     /// A scene, whose camera is taken and whose settings are as they would be at the start, or an environment. Throws
     /// Error, and nothing has changed then.
     void open(const std::filesystem::path& path);
@@ -54,15 +55,16 @@ class Session {
     std::optional<std::size_t> scene_camera() const { return scene_camera_; }
     /// As `render` would have it, bit for bit.
     Camera camera() const;
-    void move(const CameraPose& pose);
+    void move(const CameraPose& pose);  ///< Throws Error for what makes no view, and nothing has changed then.
     void take_camera(std::size_t index);
     void take_camera(const std::string& name_or_number);  ///< Throws Error that lists those that there are.
     void reset_camera();                                  ///< to that of the start
-    /// Looks at the surface that is seen at a pixel; false where there is none.
+    /// Looks at the surface that is seen at a pixel; false where there is none. Throws as move() does.
     bool focus(const dvec2& point, const ivec2& size);
     /// The same, and comes as close as to see the whole object.
     bool frame_object(const dvec2& point, const ivec2& size);
     void bookmark(const std::string& name);  ///< replaces one of this name
+    void bookmark();                         ///< "view N" with the first N from 1 that no other has
     void recall(const std::string& name);    ///< Throws Error where there is none.
 
     Wanted wanted(const ivec2& size) const;
@@ -78,9 +80,11 @@ class Session {
 
     PreviewArguments arguments_;
     Console console_;
+    ColorConfig colors_;
     std::filesystem::path file_;
     std::shared_ptr<const Scene> scene_;
     std::shared_ptr<const Picker> picker_;
+    double diagonal_ = 1;
     CameraPose pose_;
     CameraPose first_pose_;
     std::optional<std::size_t> scene_camera_, first_camera_;

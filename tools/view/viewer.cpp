@@ -6,14 +6,14 @@
 #include <imgui.h>
 
 #include <algorithm>
-#include <chrono>
-#include <cmath>
+#include <new>
 
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
 #include "tools/halflight/picture.h"
 #include "tools/halflight/signals.h"
+#include "tools/view/clock.h"
 
 namespace halflight::view {
 namespace {
@@ -21,10 +21,6 @@ namespace {
 constexpr std::uint64_t kMostScript = 1 << 20;  // bytes
 constexpr double kIdle = 0.5;                   // seconds without anything to draw
 constexpr double kMoving = 0.01;                // seconds from frame to frame while a key is held
-
-double now() {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 std::vector<Command> script_of(const PreviewArguments& a) {
     if (!a.script) return {};
@@ -39,17 +35,13 @@ RenderThread::Options thread_options(const PreviewArguments& a) {
             .changed = &Window::wake};
 }
 
-bool same(const ViewTransform& a, const ViewTransform& b) {
-    return a.display == b.display && a.view == b.view && a.look == b.look && a.exposure == b.exposure;
-}
-
 }  // namespace
 
 Viewer::Viewer(const PreviewArguments& arguments)
     : arguments_(arguments),
       script_(script_of(arguments)),
-      session_(arguments),
       colors_(ColorConfig::load(arguments.ocio)),
+      session_(arguments, colors_),
       processor_(colors_.view(arguments.view)),
       window_({*arguments.width, *arguments.height}, title()),
       gui_(window_),
@@ -64,7 +56,9 @@ void Viewer::attempt(const F& f) {
     if (scripted()) return f();
     try {
         f();
-    } catch (const Error& error) {
+    } catch (const std::bad_alloc&) {
+        message_ = "memory: there is not enough of it";
+    } catch (const std::exception& error) {
         message_ = error.what();
     }
 }
@@ -86,6 +80,9 @@ void Viewer::run() {
         if (frames_due_ > 0) frame();
         if (scripted()) step_script();
     }
+    if (scripted() && !quit_ && stop_signal() == 0 && next_command_ < script_.size())
+        throw Error(fmt::format("{}:{}", arguments_.script->string(), script_[next_command_].line),
+                    "the window was closed");
 }
 
 /// Makes the picture that came last the one that is seen, if it shows what is to be seen.
@@ -123,16 +120,20 @@ void Viewer::frame(const std::filesystem::path& shot) {
     if (size.x == 0 || size.y == 0) return;
     gui_.begin();
     if (!scripted()) {
-        navigation_.steer(session_, gui_.input(), size);
+        attempt([&] { navigation_.steer(session_, gui_.input(), size); });
         keys();
     }
     Asked asked;
     if (panels_shown_) asked = panels(session_, colors_, navigation_, {picture_.get(), thread_.status(), message_});
+    if (asked.pose) attempt([&] { session_.move(*asked.pose); });
     ask();
-    if (!same(session_.transform, transform_)) {
-        attempt([&] { processor_ = colors_.view(session_.transform); });
-        transform_ = session_.transform;
-        display_.set_view(processor_);
+    if (session_.transform != transform_) {
+        attempt([&] {
+            processor_ = colors_.view(session_.transform);
+            display_.set_view(processor_);
+            transform_ = session_.transform;
+        });
+        session_.transform = transform_;  // as it was, where it failed
     }
     display_.draw(size);
     gui_.draw();
@@ -161,7 +162,8 @@ void Viewer::answer(const Asked& asked) {
 std::filesystem::path Viewer::free_name(const char* extension) const {
     for (int i = 1;; ++i) {
         const std::filesystem::path name = fmt::format("{}-{:04}.{}", session_.file().stem().string(), i, extension);
-        if (!std::filesystem::exists(name)) return name;
+        std::error_code none;
+        if (!std::filesystem::exists(name, none)) return name;
     }
 }
 
@@ -189,7 +191,7 @@ void Viewer::keys() {
     if (io.WantTextInput) return;
     const dvec2 point(io.MousePos.x * io.DisplayFramebufferScale.x, io.MousePos.y * io.DisplayFramebufferScale.y);
     for (const char k : {'F', 'H', 'R', '1', '2', '3', '4', '5', '6', '7', '8', '9'})
-        if (ImGui::IsKeyPressed(k, false)) key(k, point);  // GLFW's key codes are ASCII
+        if (ImGui::IsKeyPressed(k, false)) attempt([&] { key(k, point); });  // GLFW's key codes are ASCII
     if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_S, false)) answer({.save = true});
     if (ImGui::IsKeyPressed(GLFW_KEY_P, false)) answer({.screenshot = true});
 }

@@ -20,7 +20,7 @@ class Viewer {
     explicit Viewer(const PreviewArguments& arguments);
 
     /// Until the window is closed, a signal asks to stop, or the script ends. Throws Error "SCRIPT:LINE: what" where a
-    /// line cannot be done.
+    /// line cannot be done, also as the window was closed before it.
     void run();
 
   private:
@@ -47,8 +47,8 @@ class Viewer {
     PreviewArguments arguments_;
     std::vector<Command> script_;
     std::size_t next_command_ = 0;
-    Session session_;
     ColorConfig colors_;
+    Session session_;
     ViewProcessor processor_;
     Window window_;
     Gui gui_;
