@@ -146,9 +146,10 @@ TEST_F(View, EveryViewCanBeSeen) {
         if (name == "final") continue;
         const ExrFile own = read_exr(file(name + ".exr"));
         EXPECT_GT(own.channels.size(), 4u) << "the layer is not in it";
+        const bool debug = name == "nodes" || name == "culling";  // "all" is without those
         for (const ExrChannel& channel : own.channels) {
             const ExrChannel* expected = all.find(channel.name);
-            EXPECT_TRUE(!expected || same_values(channel, *expected)) << channel.name;
+            EXPECT_TRUE(expected ? same_values(channel, *expected) : debug) << channel.name;
         }
     }
     for (const char* name : {"albedo", "normal", "position", "depth", "ids", "cryptoobject", "cryptomaterial"})
@@ -240,6 +241,7 @@ TEST(ViewWithout, ADisplayItSaysSo) {
     options.in_child = [] {
         unsetenv("DISPLAY");
         unsetenv("WAYLAND_DISPLAY");
+        unsetenv("XDG_RUNTIME_DIR");
         alarm(kMostSeconds);
     };
     const Outcome outcome = run_program({"view", scene}, options);
