@@ -24,7 +24,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     options.value("--samples", "N", "samples per pixel after which the picture is left as it is (default 1024)",
                   [&](const auto& name, const auto& text) { a.samples = whole(name, text, 1, kMaxSamples); });
     options.value("--budget", "MS",
-                  fmt::format("milliseconds until a view that has changed is shown, coarser where it takes that "
+                  fmt::format("milliseconds within which a view that has changed is to be shown, coarser where it takes that "
                               "(default {:g})",
                               a.budget),
                   [&](const auto& name, const auto& text) { a.budget = real(name, text, 1, 1e6); });
