@@ -46,7 +46,7 @@ void add_settings_option(Options& options, RenderArguments& a) {
     options.group("Picture");
     options.path(
         "--settings", "FILE.json",
-        "camera, lights, exposure, samples, ... as `halflight view` has saved them; other options go before it",
+        "camera, lights, exposure, samples, ... as `halflight view` has saved them; other options override it",
         a.settings);
 }
 

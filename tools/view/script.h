@@ -23,7 +23,7 @@
 //     recall NAME
 //     open FILE                a scene or an environment, as if it were dropped
 //     screenshot FILE          what is seen: .png as it is shown, .exr linear
-//     window FILE.png          the whole window with its panels
+//     window FILE.png          the whole window, with its panels where they are shown (key H)
 //     save                     the settings
 //     timings FILE.json        of the pictures since the last such line
 //     quit                     so does the end of the file
