@@ -71,6 +71,7 @@ void trace(const SceneView& view, GBuffer& g, graph::Graph& graph) {
     pass.execute([view, g, paths](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
         r.buffer(g.rays).bind_storage(0);
+        view.scene.bind();  // what the tracer's alpha tests read; another scene may have been rendered before
         r.programs().compute("shaders/camera_rays.comp").dispatch(paths / 64);
     });
     const rays::RayBatch batch{.kind = rays::RayKind::primary,

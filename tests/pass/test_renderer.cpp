@@ -154,6 +154,34 @@ TEST_F(RendererTest, RenderersShareAScene) {
     expect_same(b.render(all[1]), expected[0]);
 }
 
+/// A sheet, one half of which is cut away by its texture's alpha, in a white sky.
+Scene half_a_sheet(bool left) {
+    Scene scene;
+    const std::uint8_t l = left ? 255 : 0, r = left ? 0 : 255;
+    scene.images = {{"mask", 2, 1, {255, 255, 255, l, 255, 255, 255, r}}};
+    Material m = diffuse_material(vec3(0.25f));
+    m.base_color_texture.image = 0;
+    m.alpha_mode = AlphaMode::mask;
+    add_quad(scene, add_material(scene, m), {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});
+    scene.environment.color = vec3(1);
+    scene.cameras = {look_at_camera({0, 0, 3}, {0, 0, 0}, {0, 1, 0}, 0.8)};
+    return scene;
+}
+
+TEST_F(RendererTest, OtherScenesInBetweenChangeNothing) {
+    for (const PrimaryVisibility primary : {PrimaryVisibility::raster, PrimaryVisibility::traced}) {
+        SCOPED_TRACE(name(primary));
+        const Scene left = half_a_sheet(true), right = half_a_sheet(false);
+        RenderSettings settings = all_settings(left, 24, 16, 1);
+        settings.primary = primary;
+        Renderer a(context, left, colors, settings);
+        const RenderResult first = a.render();
+        Renderer b(context, right, colors, settings);
+        EXPECT_FALSE(same_bits(first.beauty, b.render().beauty));
+        expect_same(a.render(), first);
+    }
+}
+
 TEST_F(RendererTest, ProgressGoesOverAllBands) {
     Renderer renderer(prepared, colors, banded(Culling::off));
     std::vector<int> done;
