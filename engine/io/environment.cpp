@@ -50,13 +50,15 @@ std::size_t repair(Image& map) {
 
 /// To linear Rec.709; colours outside it are cut off at its boundary.
 void convert(const std::string& subject, Image& map, const Chromaticities& from) {
-    const mat3 matrix(rgb_conversion(from, kRec709));
+    const dmat3 matrix = rgb_conversion(from, kRec709);
     for (int i = 0; i < 3; ++i)
-        if (!all_finite(matrix[i])) throw Error(subject, "is damaged: its chromaticities span no colours");
+        if (!all_finite(vec3(matrix[i]))) throw Error(subject, "is damaged: its chromaticities span no colours");
     for (std::size_t i = 0; i < map.pixels.size(); i += 3) {
-        const vec3 colour = matrix * vec3(map.pixels[i], map.pixels[i + 1], map.pixels[i + 2]);
+        // In double, where no product of floats overflows: infinities of both signs would make a NaN.
+        const dvec3 colour = matrix * dvec3(map.pixels[i], map.pixels[i + 1], map.pixels[i + 2]);
         for (std::size_t c = 0; c < 3; ++c)
-            map.pixels[i + c] = std::clamp(colour[static_cast<int>(c)], 0.0f, std::numeric_limits<float>::max());
+            map.pixels[i + c] = static_cast<float>(
+                std::clamp(colour[static_cast<int>(c)], 0.0, double{std::numeric_limits<float>::max()}));
     }
 }
 
