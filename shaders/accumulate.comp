@@ -1,5 +1,5 @@
-// Adds one sample to the sums of its pixel; the first one of a picture begins them. No NaN, infinity or negative radiance gets into
-// them: such values are counted, by the pass they come from, and taken as zero.
+// Adds one sample to the sums of its pixel; the first one of a picture begins them. No NaN, infinity or negative radiance
+// gets into them: such values are counted, by the pass they come from, and taken as zero.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/scene_tables.glsl"

@@ -1,5 +1,6 @@
 // Connection rays for the benchmark, as path reuse traces them (shaders/reuse_connect.comp): from the 16 pixels of a group to
-// what the diffuse ray of each of them has met. An entry is (block, group, point, receiver), the receiver changing fastest. Without a point, without a surface, or where one is behind the other, the ray is dead.
+// what the diffuse ray of each of them has met. An entry is (block, group, point, receiver), the receiver changing fastest.
+// Without a point, without a surface, or where one is behind the other, the ray is dead.
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
