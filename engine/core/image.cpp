@@ -6,7 +6,7 @@
 namespace halflight {
 
 Image::Image(int w, int h, int c) : width(w), height(h), channels(c) {
-    assert(w >= 0 && h >= 0 && c >= 1 && c <= 4);
+    assert(w >= 0 && h >= 0 && c >= 1);
     pixels.resize(static_cast<std::size_t>(w) * static_cast<std::size_t>(h) * static_cast<std::size_t>(c));
 }
 

@@ -11,7 +11,7 @@ namespace halflight {
 struct Image {
     int width = 0;     // pixels, >= 0
     int height = 0;    // pixels, >= 0
-    int channels = 0;  // 1 to 4
+    int channels = 0;  // of a pixel, >= 1
     std::vector<float> pixels;
 
     Image() = default;

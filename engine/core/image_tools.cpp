@@ -1,7 +1,7 @@
 #include "engine/core/image_tools.h"
 
 #include <algorithm>
-#include <cstring>
+#include <span>
 
 namespace halflight {
 namespace {
@@ -27,7 +27,7 @@ Image rgb(const Image& rgba) {
 
 bool same_bits(const Image& a, const Image& b) {
     return a.width == b.width && a.height == b.height && a.channels == b.channels &&
-           std::memcmp(a.pixels.data(), b.pixels.data(), a.pixels.size() * sizeof(float)) == 0;
+           std::ranges::equal(std::as_bytes(std::span(a.pixels)), std::as_bytes(std::span(b.pixels)));
 }
 
 Image box_blur(const Image& image, int radius) {
