@@ -38,6 +38,10 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         defines.set("HALFLIGHT_PENDING");
     }
 
+    if (sample.seen) {
+        pass.read(sample.seen, Access::storage_read);
+        defines.set("HALFLIGHT_SEEN");
+    }
     if (sample.received) {
         pass.read(sample.received, Access::storage_read);
         defines.set("HALFLIGHT_REUSE");
@@ -75,6 +79,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         for (const auto& [binding, handle] : sums) r.buffer(handle).bind_storage(binding);
         r.buffer(out.bad_values).bind_storage(10);
         if (sample.received) r.buffer(sample.received).bind_storage(11);
+        if (sample.seen) r.buffer(sample.seen).bind_storage(12);
         const gpu::Program& program = r.programs().compute("shaders/accumulate.comp", defines);
         if (clamped) program.set("most_luminance", *options.clamp);
         program.dispatch(view.band.paths() / 64);

@@ -16,6 +16,7 @@ struct SampleInputs {
     std::optional<DirectLightEstimate> direct;
     std::optional<PathBuffers> paths;
     std::optional<Continuation> continuation;
+    graph::BufferHandle seen;      // vec4 by path: emission through more camera rays than the G-buffer's (add_seen)
     graph::BufferHandle received;  // DirectLight by path, indirect: from the paths of its group (add_reuse)
 };
 

@@ -20,20 +20,23 @@ struct Key {
     std::function<void(Estimator&, std::size_t value)> set;
 };
 
+template <class Choice, std::size_t N>
+Key key(const char* key_name, const Choice (&choices)[N], Choice Estimator::*which) {
+    Key k{key_name,
+          {},
+          [=](const Estimator& e) { return std::string(name(e.*which)); },
+          [&choices, which](Estimator& e, std::size_t value) { e.*which = choices[value]; }};
+    for (const Choice choice : choices) k.values.emplace_back(name(choice));
+    return k;
+}
+
 const std::vector<Key>& keys() {
-    static const std::vector<Key> all = [] {
-        Key lights{"lights",
-                   {},
-                   [](const Estimator& e) { return std::string(name(e.lights)); },
-                   [](Estimator& e, std::size_t value) { e.lights = kLightChoices[value]; }};
-        for (const LightChoice choice : kLightChoices) lights.values.emplace_back(name(choice));
-        Key reuse{"reuse",
-                  {},
-                  [](const Estimator& e) { return std::string(name(e.reuse)); },
-                  [](Estimator& e, std::size_t value) { e.reuse = kReuses[value]; }};
-        for (const Reuse choice : kReuses) reuse.values.emplace_back(name(choice));
-        return std::vector{lights, reuse};
-    }();
+    static const std::vector<Key> all{
+        key("lights", kLightChoices, &Estimator::lights),
+        key("reuse", kReuses, &Estimator::reuse),
+        key("camera", kCameraRays, &Estimator::camera),
+        key("sampler", kSamplePoints, &Estimator::sampler),
+    };
     return all;
 }
 
@@ -53,6 +56,38 @@ const char* name(Reuse reuse) {
             return "off";
         case Reuse::on:
             return "on";
+    }
+    return "unknown";
+}
+
+const char* name(CameraRays rays) {
+    switch (rays) {
+        case CameraRays::automatic:
+            return "auto";
+        case CameraRays::one:
+            return "1";
+        case CameraRays::two:
+            return "2";
+        case CameraRays::four:
+            return "4";
+        case CameraRays::eight:
+            return "8";
+        case CameraRays::sixteen:
+            return "16";
+    }
+    return "unknown";
+}
+
+CameraRays resolved(CameraRays rays, bool surfaces_glow) {
+    return rays != CameraRays::automatic ? rays : surfaces_glow ? kUsualCameraRays : CameraRays::one;
+}
+
+const char* name(SamplePoints points) {
+    switch (points) {
+        case SamplePoints::sobol:
+            return "sobol";
+        case SamplePoints::independent:
+            return "independent";
     }
     return "unknown";
 }

@@ -16,9 +16,27 @@ enum class Reuse : std::uint8_t { off, on };
 inline constexpr Reuse kReuses[] = {Reuse::off, Reuse::on};
 const char* name(Reuse reuse);  ///< "off", "on"
 
+/// Where samples lie. Independent points converge with the exact rate of Monte Carlo, variance in inverse proportion to
+/// samples, which is what they are for: to compare with.
+enum class SamplePoints : std::uint8_t { sobol, independent };
+inline constexpr SamplePoints kSamplePoints[] = {SamplePoints::sobol, SamplePoints::independent};
+const char* name(SamplePoints points);  ///< "sobol": Owen-scrambled (shaders/shared/sobol.h), "independent"
+
+/// Camera rays of each sample for light that is seen directly, emitters' edges above all; as many samples of the rest
+/// would be better, but cost a path each. `automatic`: kUsualCameraRays where surfaces glow, else one, the path's own.
+enum class CameraRays : std::uint8_t { automatic = 0, one = 1, two = 2, four = 4, eight = 8, sixteen = 16 };
+inline constexpr CameraRays kCameraRays[] = {CameraRays::automatic, CameraRays::one,   CameraRays::two,
+                                             CameraRays::four,      CameraRays::eight, CameraRays::sixteen};
+inline constexpr CameraRays kUsualCameraRays = CameraRays::four;
+/// Not `automatic` any more.
+CameraRays resolved(CameraRays rays, bool surfaces_glow);
+const char* name(CameraRays rays);  ///< "auto", "1", "2", "4", "8", "16"
+
 struct Estimator {
     LightChoice lights = LightChoice::automatic;  // how next-event estimation picks a light
     Reuse reuse = Reuse::off;                     // where it is left out, `on` stays without effect
+    CameraRays camera = CameraRays::automatic;
+    SamplePoints sampler = SamplePoints::sobol;
     bool operator==(const Estimator&) const = default;
 };
 
@@ -27,7 +45,7 @@ std::string text(const Estimator& estimator);
 /// Of such a list; what it does not name stays as it is by default. Throws Error, with the list as its subject, where a
 /// key or a value is none, or a key is given twice.
 Estimator estimator_named(std::string_view list);
-/// "lights=auto|power|tree|uniform,reuse=off|on", for helps.
+/// "lights=auto|power|tree|uniform,reuse=off|on,...", for helps.
 std::string known_estimators();
 
 }  // namespace halflight

@@ -8,13 +8,15 @@
 
 namespace halflight {
 
-Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& bad_values) {
+Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options,
+                gpu::Buffer& bad_values, const std::vector<graph::BufferHandle>& seen_constants) {
     const FrameNeeds needs = frame_needs(view.scene.needs(), options);
     Frame frame;
     frame.gbuffer = add_gbuffer(graph, view, {.rays = bool(needs.camera_rays), .hits = bool(needs.camera_hits)},
                                 options.primary);
     SampleInputs sample;
     sample.gbuffer = frame.gbuffer;
+    if (needs.seen) sample.seen = add_seen(graph, view, seen_constants, options.primary);
     if (needs.shadow) sample.direct = add_shadow(graph, view, frame.gbuffer);
     if (needs.continuation) {
         PathBuffers paths = create_path_buffers(graph, view);

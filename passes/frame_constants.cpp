@@ -36,6 +36,10 @@ double reach_of(const TraceTables& tables, const Camera& camera) {
     return glm::length(far_corner);
 }
 
+vec2 jitter_of(const SampleView& view, const PixelFilter& filter) {
+    return sample_point(filter, shared::sample_2d(shared::make_sampler(~0u, ~0u, view.sample, view.seed), 0));
+}
+
 }  // namespace
 
 dmat4 world_to_clip(const Camera& camera, const ivec2& image, double reach) {
@@ -97,14 +101,24 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
     frame.tiles_x = view.band.tiles().x;
     frame.tiles_y = view.band.tiles().y;
     frame.window_y = drawn.y;
-    frame.begins = view.sample == view.first ? 1 : 0;
+    frame.begins = view.begins ? 1 : 0;
     return frame;
 }
 
-SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index) {
-    const std::uint32_t seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
-    const vec2 xi = shared::sample_2d(shared::make_sampler(~0u, ~0u, index, seed), 0);
-    return {band, sample_point(frame.filter, xi), index, seed, static_cast<std::uint32_t>(frame.first_sample)};
+SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points) {
+    SampleView view{.band = band, .sample = index, .begins = index == static_cast<std::uint32_t>(frame.first_sample)};
+    view.seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
+    // The first points of sequences that have nothing to do with each other are independent.
+    if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;
+    view.jitter = jitter_of(view, frame.filter);
+    return view;
+}
+
+SampleView seen_view(const SampleView& sample, const PixelFilter& filter, int number, int count) {
+    SampleView view = sample;
+    view.sample = sample.sample * static_cast<std::uint32_t>(count) + static_cast<std::uint32_t>(number);
+    view.jitter = jitter_of(view, filter);
+    return view;
 }
 
 shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view) {

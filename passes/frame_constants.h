@@ -2,6 +2,7 @@
 #pragma once
 
 #include "engine/scene/tables.h"
+#include "passes/estimator.h"
 #include "passes/frame_settings.h"
 #include "passes/scene_view.h"
 #include "shaders/shared/frame.h"
@@ -12,9 +13,9 @@ namespace halflight {
 struct SampleView {
     Band band;
     vec2 jitter{0.5f};         // sample point of every pixel, from its upper left corner, pixels
-    std::uint32_t sample = 0;  // index
-    std::uint32_t seed = 0;    // of the frame
-    std::uint32_t first = 0;   // index of the picture's first sample, with which its sums begin
+    std::uint32_t sample = 0;  // index in its sequence
+    std::uint32_t seed = 0;    // of the sequences of all pixels
+    bool begins = true;        // is the picture's first sample, with which its sums begin
 };
 
 /// `origin`: TraceTables::origin. `previous`: the camera of the frame before. `reach`: world units, the scene lies
@@ -24,7 +25,9 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
 
 /// Of sample `index` of a frame: all pixels look through the same point of the filter, as rasterizing demands, and
 /// seeds of different frames and of different user seeds share nothing.
-SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index);
+SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points);
+/// The same with one of `count` points of its own, which together are samples of `count` times as long a sequence.
+SampleView seen_view(const SampleView& sample, const PixelFilter& filter, int number, int count);
 shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view);
 
 /// World to OpenGL clip space of the whole image: +y up, reversed depth (near 1, far 0). Orthographic cameras use

@@ -85,6 +85,16 @@ void trace(const SceneView& view, GBuffer& g, graph::Graph& graph) {
                                graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}));
 }
 
+/// What finds hits, without anything that is made of them.
+GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility primary) {
+    GBuffer g;
+    if (primary == PrimaryVisibility::traced)
+        trace(view, g, graph);
+    else
+        rasterize(view, g, graph);
+    return g;
+}
+
 void evaluate(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, graph::Graph& graph) {
     const std::size_t paths = view.band.paths();
     const bool traced = !g.visibility;
@@ -143,13 +153,48 @@ PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, c
 
 GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs,
                     PrimaryVisibility primary) {
-    GBuffer g;
-    if (primary == PrimaryVisibility::traced)
-        trace(view, g, graph);
-    else
-        rasterize(view, g, graph);
+    GBuffer g = visible(graph, view, primary);
     evaluate(view, g, outputs, graph);
     return g;
+}
+
+graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
+                             const std::vector<graph::BufferHandle>& frame_constants, PrimaryVisibility primary) {
+    const std::size_t paths = view.band.paths();
+    graph::BufferHandle seen = graph.create_buffer("light seen", {paths * sizeof(vec4)});
+    for (const graph::BufferHandle& constants : frame_constants) {
+        SceneView through = view;
+        through.frame_constants = constants;
+        const GBuffer g = visible(graph, through, primary);
+        const bool first = constants == frame_constants.front();
+        graph::Pass pass = graph.add_pass("gbuffer: light seen");
+        pass.read(constants, Access::uniform_read);
+        gpu::Defines defines = view.scene.defines();
+        defines.set("HALFLIGHT_SEEN");
+        if (g.visibility) {
+            pass.read(g.visibility, Access::texture_read);
+        } else {
+            pass.read(g.rays, Access::storage_read);
+            pass.read(g.hits, Access::storage_read);
+            defines.set("HALFLIGHT_PRIMARY_TRACED");
+        }
+        seen = pass.write(seen, first ? Access::storage_write : Access::storage_read_write);
+        const float weight = 1.0f / static_cast<float>(frame_constants.size());
+        pass.execute([=](graph::Resources& r) {
+            r.buffer(constants).bind_uniform(BLOCK_FRAME);
+            if (g.visibility) r.texture(g.visibility).bind(UNIT_FREE);
+            if (g.rays) r.buffer(g.rays).bind_storage(0);
+            if (g.hits) r.buffer(g.hits).bind_storage(1);
+            r.buffer(seen).bind_storage(2);
+            view.trace.bind();
+            view.scene.bind();
+            const gpu::Program& program = r.programs().compute("shaders/gbuffer.comp", defines);
+            program.set("weight", weight);
+            program.set("begins", first);
+            program.dispatch(static_cast<std::uint32_t>(paths / 64));
+        });
+    }
+    return seen;
 }
 
 }  // namespace halflight

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "passes/scene_view.h"
 
@@ -55,5 +56,11 @@ struct GBufferOutputs {
 /// Each pixel is the same, bit for bit, whatever band it is in (passes/raster_window.h).
 GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs = {},
                     PrimaryVisibility primary = PrimaryVisibility::raster);
+
+/// What shines directly through several points of each pixel, of which there are as many as frame constants: the mean of
+/// the radiance that surfaces emit there, or the environment where there is none. vec4 by path, w: 0. Nothing but the
+/// jitter, sample_index and seed of the constants may differ.
+graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
+                             const std::vector<graph::BufferHandle>& frame_constants, PrimaryVisibility primary);
 
 }  // namespace halflight

@@ -23,6 +23,7 @@ constexpr const char* kLaterLight = "light samples along paths";
 constexpr const char* kReuse = "path reuse";
 constexpr const char* kCameraRays = "camera rays";
 constexpr const char* kCameraHits = "hits of camera rays";
+constexpr const char* kSeen = "camera rays for light alone";
 constexpr const char* kClamp = "clamp of indirect light";
 constexpr const char* kSquares = "sums of squares";
 constexpr const char* kFeatures = "sums of albedo and normal";
@@ -115,6 +116,11 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .camera_rays = {kCameraRays, sizeof(shared::Ray),
                         traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
         .camera_hits = {kCameraHits, sizeof(shared::Hit), asked(options.want_hits || traced, kCameraHits)},
+        // As path reuse: another estimator, which may only be kept where it was asked for.
+        .seen = {kSeen, sizeof(vec4),
+                 options.camera_rays == 1                                                   ? not_asked
+                 : scene.emission || scene.environment || options.kept.is_everything() ? nullptr
+                                                                                            : "nothing shines"},
         .clamp = {kClamp, 0, later(kept(kClamp), options.clamp > 0 ? nullptr : not_asked)},
         .squares = {kSquares, 3 * sizeof(double), asked(options.want_squares, kSquares)},
         .features = {kFeatures, 6 * sizeof(double), asked(options.want_features, kFeatures)},
@@ -135,7 +141,7 @@ std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& optio
 std::vector<std::string> keepable_names() {
     std::vector<std::string> names;
     for (const FramePart& part : frame_needs({}, {}).parts())
-        if (part.name != kReuse) names.emplace_back(part.name);
+        if (part.name != kReuse && part.name != kSeen) names.emplace_back(part.name);
     for (const SceneNeed& need : known_scene_needs())
         if (can_be_kept(need)) names.emplace_back(need.name);
     return names;

@@ -26,6 +26,7 @@ struct FrameOptions {
     float clamp = 0;         // > 0: the most luminance of a sample's indirect light
     PrimaryVisibility primary = PrimaryVisibility::raster;  // not automatic
     bool reuse = false;      // of paths across pixels
+    int camera_rays = 1;     // of each sample, for light that is seen directly; > 0
 };
 
 /// A part of a frame.
@@ -41,12 +42,13 @@ struct FrameNeeds {
     FramePart later_light;                            // light samples where paths have been reflected
     FramePart reuse;                                  // of paths, by the pixels of a group
     FramePart camera_rays, camera_hits;               // outputs of the G-buffer
+    FramePart seen;                                   // light, through camera rays of its own
     FramePart clamp;                                  // of indirect light
     FramePart squares, features;                      // sums
     FramePart tiles;                                  // lists of the shadow rays of surfaces that the camera sees
-    std::array<FramePart, 12> parts() const {
+    std::array<FramePart, 13> parts() const {
         return {shadow,      diffuse,     glossy, continuation, later_light, reuse,
-                camera_rays, camera_hits, clamp,  squares,      features,    tiles};
+                camera_rays, camera_hits, seen,   clamp,        squares,     features, tiles};
     }
 };
 /// scene: with what is kept of it. A part that is kept brings along those that it cannot do without.

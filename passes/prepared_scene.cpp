@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 #include <future>
 
@@ -12,6 +13,10 @@ namespace {
 
 std::string name_or(const std::string& name, const char* what, std::size_t index) {
     return name.empty() ? fmt::format("{} {}", what, index) : name;
+}
+
+bool glows(const Material& m) {
+    return m.unlit || m.emission != vec3(0);
 }
 
 }  // namespace
@@ -33,6 +38,7 @@ PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const Pr
     {
         const ShadingTables shading = build_shading_tables(scene, tables_, kept, estimator_.lights);
         estimator_.lights = shading.light_choice;
+        estimator_.camera = resolved(estimator_.camera, std::ranges::any_of(scene.materials, glows));
         has_environment_ = !shading.environment.pixels.empty();
         buffers_.emplace(tables_, shading);
     }

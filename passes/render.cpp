@@ -121,6 +121,7 @@ struct Renderer::State {
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
+    std::vector<gpu::Buffer> seen_constants;  // of camera rays for light alone
     gpu::Buffer bad_values{"bad values", kBadValueCounts * sizeof(std::uint32_t)};  // of one sample
     BadValueSums bad_value_sums;
     Band band;
@@ -148,6 +149,9 @@ struct Renderer::State {
         settings.estimator = scene.estimator();
         settings.primary =
             resolved(settings.primary, drawn_triangles(scene.tables()), ivec2(settings.width, settings.height));
+        if (needs().seen)
+            for (int i = 0; i < static_cast<int>(settings.estimator.camera); ++i)
+                seen_constants.emplace_back("constants of light seen", sizeof(shared::Frame));
         const bool reuse = bool(needs().reuse);
         const gpu::Limits& limits = scene.context().limits();
         band = first_band(settings, scene.buffers(), reuse ? most_reuse_paths(*tracer, limits) : SIZE_MAX, limits);
@@ -176,7 +180,8 @@ struct Renderer::State {
                 .kept = settings.kept,
                 .clamp = settings.clamp,
                 .primary = settings.primary,
-                .reuse = settings.estimator.reuse == Reuse::on};
+                .reuse = settings.estimator.reuse == Reuse::on,
+                .camera_rays = static_cast<int>(settings.estimator.camera)};
     }
     FrameNeeds needs() const { return frame_needs(scene.buffers().needs(), frame_options()); }
 
@@ -196,7 +201,11 @@ struct Renderer::State {
     std::unique_ptr<CompiledBand> compile(std::uint32_t place) {
         auto made = std::make_unique<CompiledBand>(
             Mattes(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs, band.paths()));
-        made->frame = add_frame(made->sample_graph, view(made->sample_graph, place), frame_options(), bad_values);
+        graph::Graph& graph = made->sample_graph;
+        std::vector<graph::BufferHandle> seen;
+        for (gpu::Buffer& constants : seen_constants)
+            seen.push_back(graph.import_buffer("constants of light seen", constants));
+        made->frame = add_frame(graph, view(graph, place), frame_options(), bad_values, seen);
         made->sample = graph::compile(made->sample_graph);
         add_data(*made, place);
         return made;
@@ -240,6 +249,12 @@ struct Renderer::State {
 
     void add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with) {
         look(frame, at);
+        const int seen = static_cast<int>(seen_constants.size());
+        for (int i = 0; i < seen; ++i) {
+            const shared::Frame constants =
+                frame_constants(frame, scene.tables(), seen_view(at, frame.filter, i, seen));
+            seen_constants[std::size_t(i)].write(0, sizeof(constants), &constants);
+        }
         bad_values.clear();
         executor.run(with.sample);
         glFinish();
@@ -260,7 +275,7 @@ struct Renderer::State {
         const Clock::time_point start = Clock::now();
         for (int done = 1;; ++done) {
             const auto index = static_cast<std::uint32_t>(frame.first_sample + done - 1);
-            add_sample(frame, sample_view(frame, where, index), with);
+            add_sample(frame, sample_view(frame, where, index, settings.estimator.sampler), with);
             const bool go_on = after_sample(done, frame.samples);
             if (!go_on || done == frame.samples) return done;
             // Another sample like those so far would end late.
@@ -280,7 +295,7 @@ struct Renderer::State {
         for (int next = kFirstLook; next > each;) {
             for (int r = 0; r < kReplicates; ++r) {
                 for (int i = each; i < next; ++i) {
-                    add_sample(frame, replicate_view(frame, where, r, i), with);
+                    add_sample(frame, replicate_view(frame, where, r, i, settings.estimator.sampler), with);
                     if (!after_sample(++done, next * kReplicates)) return done;
                 }
                 replicates.add(r, light(with));
@@ -305,7 +320,7 @@ struct Renderer::State {
         for (int i = 0; i < frame.samples; ++i) {
             for (int b = 0; b < bands; ++b) {
                 const auto index = static_cast<std::uint32_t>(frame.first_sample + i);
-                add_sample(frame, sample_view(frame, band_at(b), index), compiled(b));
+                add_sample(frame, sample_view(frame, band_at(b), index, settings.estimator.sampler), compiled(b));
                 done[std::size_t(b)] = i + 1;
                 if (!after_sample()) return;
             }
@@ -342,7 +357,7 @@ struct Renderer::State {
                           composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
 
         if (with.aov || with.debug) {
-            SampleView centres = sample_view(frame, where, 0);
+            SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
             centres.jitter = vec2(0.5f);
             look(frame, centres);
             executor.run(with.data);
@@ -378,7 +393,7 @@ struct Renderer::State {
         stats.compile_seconds = scene.programs().seconds() - compiled_before;
         stats.render_seconds = seconds_since(start) - stats.compile_seconds;
         stats.prepare_seconds = scene.seconds();
-        stats.estimator = scene.estimator();
+        stats.estimator = settings.estimator;
         stats.estimator.reuse = needs().reuse ? Reuse::on : Reuse::off;
         stats.primary = settings.primary;
         const std::size_t pictures =

@@ -19,13 +19,13 @@ double relative_weight(double reference) {
 
 }  // namespace
 
-SampleView replicate_view(const FrameSettings& frame, const Band& band, int replicate, int index) {
+SampleView replicate_view(const FrameSettings& frame, const Band& band, int replicate, int index, SamplePoints points) {
     FrameSettings own = frame;
     own.seed = shared::hash_combine(shared::hash_u32(frame.seed), static_cast<std::uint32_t>(replicate));
     // A block of a Sobol sequence that begins at a power of two is as good as its beginning, and has no sample 0 but
     // the first replicate's, with which the sums of a frame begin.
     const auto number = static_cast<std::uint32_t>(replicate * kMostReplicateSamples + index);
-    return sample_view(own, band, number);
+    return sample_view(own, band, number, points);
 }
 
 void PictureError::add(std::span<const double> values, ErrorMetric metric) {

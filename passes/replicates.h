@@ -19,7 +19,7 @@ inline constexpr int kFirstLook =
 inline constexpr int kMostReplicateSamples = 1 << 20;  ///< of each
 
 /// Sample `index` of a replicate. Its seeds have nothing to do with those of sample_view(), nor with each other.
-SampleView replicate_view(const FrameSettings& frame, const Band& band, int replicate, int index);
+SampleView replicate_view(const FrameSettings& frame, const Band& band, int replicate, int index, SamplePoints points);
 
 /// The error of a picture, or of a part of it. Weights of a relative error would have to come from the true picture.
 /// From the picture itself they make it too low, outliers having little weight; each replicate's from all others, too

@@ -40,6 +40,10 @@ layout(std430, binding = 10) buffer Counts { uint bad_values[kCountedPasses * kB
 layout(std430, binding = 11) readonly buffer Received { DirectLight received[]; };
 #endif
 
+#ifdef HALFLIGHT_SEEN
+layout(std430, binding = 12) readonly buffer LightSeen { vec4 light_seen[]; };
+#endif
+
 #ifdef HALFLIGHT_CLAMP
 uniform float most_luminance;  // of a sample's indirect light
 #endif
@@ -70,6 +74,9 @@ vec3 guarded(vec3 radiance, uint pass) { return guarded(radiance, 0.0, pass); }
 void main() {
     uint path = gl_GlobalInvocationID.x;
     SurfacePoint point = load_surface_point(path);
+#ifdef HALFLIGHT_SEEN
+    point.emission = light_seen[path].rgb;
+#endif
     vec3 emission = guarded(point.emission, kCountGBuffer);
     dvec3 beauty = emission;  // of finite floats no sum of doubles overflows
     for (uint i = 0u; i < 3u; ++i) ADD(emission_sums[path * 4u + i], emission[i]);

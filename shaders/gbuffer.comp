@@ -1,7 +1,7 @@
 // What camera rays see as surfaces in path order.
 //
 // Variants: HALFLIGHT_PRIMARY_TRACED (rays and hits are given), else from the visibility buffer: HALFLIGHT_PRIMARY_RAYS and
-// HALFLIGHT_PRIMARY_HITS (these are made, too).
+// HALFLIGHT_PRIMARY_HITS (these are made, too). HALFLIGHT_SEEN: only what they see shining is added to a mean.
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
@@ -23,16 +23,27 @@ layout(std430, binding = 0) writeonly buffer Rays { Ray rays[]; };
 layout(std430, binding = 1) writeonly buffer Hits { Hit hits[]; };
 #endif
 #endif
+#ifdef HALFLIGHT_SEEN
+layout(std430, binding = 2) buffer LightSeen { vec4 light_seen[]; };
+
+uniform float weight;  // of these rays in the mean
+uniform bool begins;   // it has nothing of others yet
+#else
 layout(std430, binding = 2) writeonly buffer Surfaces { vec4 surfaces[]; };
 
 #define HALFLIGHT_STORE_SURFACE
+#endif
 #ifndef HALFLIGHT_PRIMARY_TRACED
 #include "shaders/lib/alpha_key.glsl"
 #include "shaders/lib/camera.glsl"
 #include "shaders/lib/primary_search.glsl"
 #endif
 #include "shaders/lib/finite.glsl"
+#ifdef HALFLIGHT_SEEN
+#include "shaders/lib/material.glsl"
+#else
 #include "shaders/lib/surface_record.glsl"
+#endif
 #include "shaders/lib/environment.glsl"
 
 void main() {
@@ -59,15 +70,19 @@ void main() {
     vec3 wo = -ray.direction;
     Surface surface = surface_at(hit, ray.direction);
     Material material = evaluate_material(surface, wo);
-    Bsdf bsdf = make_bsdf(material, surface.geometric_normal, wo);
-
+    vec3 emission = is_hit ? material.emission : inside ? environment_radiance(ray.direction) : vec3(0.0);
+    if (unfinished) emission = vec3(not_a_number());  // to be counted
+#ifdef HALFLIGHT_SEEN
+    vec4 before = begins ? vec4(0.0) : light_seen[path];
+    light_seen[path] = before + weight * vec4(emission, 0.0);
+#else
     SurfacePoint point;
     point.position = surface.position;
     point.offset = surface.offset;
-    point.emission = is_hit ? material.emission : inside ? environment_radiance(ray.direction) : vec3(0.0);
-    if (unfinished) point.emission = vec3(not_a_number());  // to be counted
+    point.emission = emission;
     point.is_surface = is_hit;
-    store_surface(path, point, bsdf);
+    store_surface(path, point, make_bsdf(material, surface.geometric_normal, wo));
+#endif
 #ifdef HALFLIGHT_PRIMARY_RAYS
     ray.t_max = inside ? ray.t_max : -1.0;
     rays[path] = ray;

@@ -428,7 +428,8 @@ TEST_F(Output, StatisticsTellHowRaysWereTraced) {
         }
     }
     EXPECT_GT(rays.at("shadow"), 0u);
-    for (const auto& batch : run("compute").at("ray_batches")) {
+    const nlohmann::json compute = run("compute");
+    for (const auto& batch : compute.at("ray_batches")) {
         if (batch.at("batch") != "shadow") continue;
         EXPECT_GT(batch.at("tile_lists").at("kept"), 0) << "a still camera";
         EXPECT_GE(batch.at("tile_lists").at("mean_entries"), 1);
