@@ -22,6 +22,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     if (sample.direct) {
         pass.read(sample.direct->light, Access::storage_read);
         pass.read(sample.direct->occluded, Access::storage_read);
+        if (sample.direct->sun_occluded) pass.read(sample.direct->sun_occluded, Access::storage_read);
         defines.set("HALFLIGHT_LIGHT_SAMPLES");
     }
     if (sample.paths) {
@@ -36,6 +37,10 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     if (pending) {
         pass.read(sample.continuation->occluded, Access::storage_read);
         defines.set("HALFLIGHT_PENDING");
+        if (sample.continuation->sun_occluded) {
+            pass.read(sample.continuation->sun_occluded, Access::storage_read);
+            pass.read(sample.paths->sun_light, Access::storage_read);
+        }
     }
 
     if (sample.seen) {
@@ -73,9 +78,14 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         if (sample.direct) {
             r.buffer(sample.direct->light).bind_storage(1);
             r.buffer(sample.direct->occluded).bind_storage(2);
+            if (sample.direct->sun_occluded) r.buffer(sample.direct->sun_occluded).bind_storage(13);
         }
         if (sample.paths) r.buffer(sample.paths->states).bind_storage(3);
         if (pending) r.buffer(sample.continuation->occluded).bind_storage(4);
+        if (pending && sample.continuation->sun_occluded) {
+            r.buffer(sample.continuation->sun_occluded).bind_storage(14);
+            r.buffer(sample.paths->sun_light).bind_storage(15);
+        }
         for (const auto& [binding, handle] : sums) r.buffer(handle).bind_storage(binding);
         r.buffer(out.bad_values).bind_storage(10);
         if (sample.received) r.buffer(sample.received).bind_storage(11);

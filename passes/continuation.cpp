@@ -11,8 +11,10 @@ using graph::Access;
 
 /// Buffers that all bounces share.
 struct Shadowing {
-    graph::BufferHandle rays;      // of the light samples
-    graph::BufferHandle occluded;  // their answers
+    graph::BufferHandle rays;          // of the light samples
+    graph::BufferHandle occluded;      // their answers
+    graph::BufferHandle sun_rays;      // of those of the sun
+    graph::BufferHandle sun_occluded;  // their answers
     bool answered() const { return occluded.version != 0; }
 };
 
@@ -38,12 +40,21 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     if (paths.points) paths.points = pass.write(paths.points, partial_write(paths.points));
     const graph::BufferHandle answered = shadowing.occluded;
     const bool pending = shadowing.answered();
+    const graph::BufferHandle sun_answered = shadowing.sun_occluded;
+    const bool sun = view.scene.needs().sun && (pending || samples_lights);
     if (pending) pass.read(answered, Access::storage_read);
+    if (pending && sun) pass.read(sun_answered, Access::storage_read);
+    if (sun && samples_lights)
+        paths.sun_light = pass.write(paths.sun_light, partial_write(paths.sun_light));
+    else if (sun)
+        pass.read(paths.sun_light, Access::storage_read);
     if (last) {
         pass.read(paths.rays, Access::storage_read);
     } else {
         paths.rays = pass.write(paths.rays, Access::storage_read_write);
         if (samples_lights) shadowing.rays = pass.write(shadowing.rays, partial_write(shadowing.rays));
+        if (samples_lights && sun)
+            shadowing.sun_rays = pass.write(shadowing.sun_rays, partial_write(shadowing.sun_rays));
         for (PathList* list : {lit, leaving}) {
             if (!list) continue;
             list->list = pass.write(list->list, Access::storage_read_write);
@@ -56,7 +67,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     if (samples_lights) defines.set("HALFLIGHT_LIGHT_SAMPLES");
     if (depth == 1) defines.set("HALFLIGHT_FIRST_HIT");
     if (paths.points) defines.set("HALFLIGHT_REUSE");
-    pass.execute([=, shadow_rays = shadowing.rays, lit_list = lit ? *lit : PathList{},
+    pass.execute([=, shadow_rays = shadowing.rays, sun_rays = shadowing.sun_rays, lit_list = lit ? *lit : PathList{},
                   next = leaving ? *leaving : PathList{}](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
         r.buffer(arriving.list).bind_storage(0);
@@ -65,6 +76,9 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
         r.buffer(paths.hits).bind_storage(3);
         r.buffer(paths.states).bind_storage(4);
         if (pending) r.buffer(answered).bind_storage(5);
+        if (pending && sun) r.buffer(sun_answered).bind_storage(13);
+        if (samples_lights && sun) r.buffer(sun_rays).bind_storage(14);
+        if (sun) r.buffer(paths.sun_light).bind_storage(15);
         if (paths.receivers) r.buffer(paths.receivers).bind_storage(11);
         if (paths.points) r.buffer(paths.points).bind_storage(12);
         if (samples_lights) {
@@ -90,7 +104,16 @@ Continuation add_continuation(graph::Graph& graph, const SceneView& view, const 
                               const ContinuationOptions& options, PathBuffers& paths) {
     const std::size_t capacity = view.band.paths();
     Shadowing shadowing{graph.create_buffer("light sample rays", {capacity * sizeof(shared::Ray)}),
-                        graph.create_buffer("light sample occluded", {capacity * sizeof(shared::uint)})};
+                        graph.create_buffer("light sample occluded", {capacity * sizeof(shared::uint)}),
+                        {},
+                        {}};
+    const bool sun = view.scene.needs().sun && options.light_samples && options.bounces > 1;
+    if (sun) {
+        shadowing.sun_rays = graph.create_buffer("sun sample rays", {capacity * sizeof(shared::Ray)});
+        shadowing.sun_occluded = graph.create_buffer("sun sample occluded", {capacity * sizeof(shared::uint)});
+        paths.sun_light =
+            graph.create_buffer("sun samples", {(paths.points ? 2 : 1) * capacity * sizeof(vec4)});
+    }
     std::vector<PathList> arriving = batches;
     for (int depth = 1; depth < options.bounces; ++depth) {
         PathList leaving = create_path_list(graph, view, "continuation");
@@ -101,6 +124,10 @@ Continuation add_continuation(graph::Graph& graph, const SceneView& view, const 
             shadowing.occluded =
                 rays::any_hit(graph, view.tracer, ray_batch(view, rays::RayKind::shadow, shadowing.rays, lit, depth),
                               shadowing.occluded);
+            if (sun)
+                shadowing.sun_occluded =
+                    rays::any_hit(graph, view.tracer, ray_batch(view, rays::RayKind::sun, shadowing.sun_rays, lit, depth),
+                                  shadowing.sun_occluded);
         } else {
             for (const PathList& batch : arriving)
                 add_vertex(graph, view, depth, batch, paths, shadowing, nullptr, &leaving);
@@ -111,7 +138,9 @@ Continuation add_continuation(graph::Graph& graph, const SceneView& view, const 
     }
     for (const PathList& batch : arriving)
         add_vertex(graph, view, options.bounces, batch, paths, shadowing, nullptr, nullptr);
-    return {shadowing.answered() ? shadowing.occluded : graph::BufferHandle{}, options.bounces > 1};
+    const bool pending = shadowing.answered();
+    return {pending ? shadowing.occluded : graph::BufferHandle{}, pending ? shadowing.sun_occluded : graph::BufferHandle{},
+            options.bounces > 1};
 }
 
 }  // namespace halflight

@@ -33,6 +33,7 @@ Key key(const char* key_name, const Choice (&choices)[N], Choice Estimator::*whi
 const std::vector<Key>& keys() {
     static const std::vector<Key> all{
         key("lights", kLightChoices, &Estimator::lights),
+        key("sun", kSunChoices, &Estimator::sun),
         key("reuse", kReuses, &Estimator::reuse),
         key("camera", kCameraRays, &Estimator::camera),
         key("sampler", kSamplePoints, &Estimator::sampler),

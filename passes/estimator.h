@@ -34,6 +34,7 @@ const char* name(CameraRays rays);  ///< "auto", "1", "2", "4", "8", "16"
 
 struct Estimator {
     LightChoice lights = LightChoice::automatic;  // how next-event estimation picks a light
+    SunChoice sun = SunChoice::apart;             // without effect where there is no sun, or nothing else
     Reuse reuse = Reuse::off;                     // where it is left out, `on` stays without effect
     CameraRays camera = CameraRays::automatic;
     SamplePoints sampler = SamplePoints::sobol;

@@ -36,7 +36,7 @@ PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const Pr
     // Hierarchies on another thread, while this one packs and uploads the rest.
     auto packing = std::async(std::launch::async, [&] { return rays::pack_scene(tables_); });
     {
-        const ShadingTables shading = build_shading_tables(scene, tables_, kept, estimator_.lights);
+        const ShadingTables shading = build_shading_tables(scene, tables_, kept, estimator_.lights, estimator_.sun);
         estimator_.lights = shading.light_choice;
         estimator_.camera = resolved(estimator_.camera, std::ranges::any_of(scene.materials, glows));
         has_environment_ = !shading.environment.pixels.empty();

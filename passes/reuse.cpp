@@ -25,10 +25,10 @@ struct Connections {
 /// What both kernels read, from binding 0 on.
 struct GroupInputs {
     SceneView view;
-    graph::BufferHandle primary_rays, surfaces, states, points, occluded;
+    graph::BufferHandle primary_rays, surfaces, states, points, occluded, sun_occluded, sun_light;
 
     void declare(graph::Pass& pass) const {
-        for (const graph::BufferHandle& read : {primary_rays, surfaces, states, occluded})
+        for (const graph::BufferHandle& read : {primary_rays, surfaces, states, occluded, sun_occluded, sun_light})
             if (read) pass.read(read, Access::storage_read);
         pass.read(points, Access::texture_read);
     }
@@ -38,6 +38,10 @@ struct GroupInputs {
             if (read) r.buffer(read).bind_storage(binding);
             ++binding;
         }
+        if (sun_occluded) {
+            r.buffer(sun_occluded).bind_storage(7);
+            r.buffer(sun_light).bind_storage(8);
+        }
         view.trace.bind();
         view.scene.bind();
         r.buffer(points).bind_texture(UNIT_FREE, GL_RGBA32F);
@@ -45,6 +49,7 @@ struct GroupInputs {
     gpu::Defines defines() const {
         gpu::Defines defines = view.scene.defines();
         if (occluded) defines.set("HALFLIGHT_PENDING");
+        defines.set("HALFLIGHT_REUSE");
         return defines;
     }
 };
@@ -84,7 +89,8 @@ graph::BufferHandle create_reuse_points(graph::Graph& graph, const SceneView& vi
 
 graph::BufferHandle add_reuse(graph::Graph& graph, const SceneView& view, const GBuffer& g, const PathBuffers& paths,
                               const Continuation& continuation) {
-    const GroupInputs inputs{view, g.rays, g.surfaces, paths.states, paths.points, continuation.occluded};
+    const GroupInputs inputs{view,         g.rays,       g.surfaces, paths.states, paths.points, continuation.occluded,
+                             continuation.sun_occluded, continuation.sun_occluded ? paths.sun_light : graph::BufferHandle{}};
     const Connections c = connect(graph, inputs);
     graph::Pass pass = graph.add_pass("reuse: gather");
     inputs.declare(pass);

@@ -18,7 +18,8 @@ PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view) {
             .hits = graph.create_buffer("path hits", {paths * sizeof(shared::Hit)}),
             .states = graph.create_buffer("path states", {paths * sizeof(shared::PathState)}),
             .receivers = receivers,
-            .points = {}};
+            .points = {},
+            .sun_light = {}};
 }
 
 PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name) {
@@ -38,7 +39,8 @@ PathList create_path_list(graph::Graph& graph, const SceneView& view, const std:
 rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays, const PathList& list,
                          int depth) {
     // Camera rays have salt 0 (shaders/gbuffer.frag).
-    const auto salt = static_cast<std::uint32_t>(1 + 2 * depth + (kind == rays::RayKind::shadow ? 1 : 0));
+    const int of_depth = kind == rays::RayKind::shadow ? 1 : kind == rays::RayKind::sun ? 2 : 0;
+    const auto salt = static_cast<std::uint32_t>(1 + 3 * depth + of_depth);
     return {.kind = kind,
             .depth = static_cast<std::uint32_t>(depth),
             .place = view.place,

@@ -15,6 +15,9 @@ struct PathBuffers {
     // Receiver: where the rays come from, for the density with which lights are picked there; none without a light tree
     graph::BufferHandle receivers;
     graph::BufferHandle points;  // ReusePoint: the paths' second vertices; none without path reuse
+    // vec4 rgb, 0: radiance of the last sample of the sun, if it is visible; with `points` in two parts as PathState's
+    // and ReusePoint's `pending` are. Valid where these are; none without a sun apart
+    graph::BufferHandle sun_light;
 };
 
 /// The paths of one batch.

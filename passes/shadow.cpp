@@ -9,34 +9,50 @@ namespace halflight {
 
 using graph::Access;
 
-DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const GBuffer& g) {
-    const std::size_t paths = view.band.paths();
-    DirectLightEstimate direct;
+namespace {
 
-    graph::Pass pass = graph.add_pass("shadow: sample lights");
+/// Adds the light of one sample of each pixel to `light`, and returns the answers to its shadow rays. kind: shadow, of
+/// the lights that are chosen from, or sun.
+graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, const GBuffer& g, rays::RayKind kind,
+                                graph::BufferHandle& light) {
+    const std::size_t paths = view.band.paths();
+    const bool sun = kind == rays::RayKind::sun;
+    graph::Pass pass = graph.add_pass(sun ? "shadow: sample the sun" : "shadow: sample lights");
     pass.read(view.frame_constants, Access::uniform_read);
     pass.read(g.rays, Access::storage_read);
     pass.read(g.surfaces, Access::storage_read);
     const graph::BufferHandle shadow_rays =
-        pass.write(graph.create_buffer("shadow rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
-    direct.light =
-        pass.write(graph.create_buffer("direct light", {paths * sizeof(shared::DirectLight)}), Access::storage_write);
+        pass.write(graph.create_buffer(sun ? "sun rays" : "shadow rays", {paths * sizeof(shared::Ray)}),
+                   Access::storage_write);
+    light = pass.write(light, partial_write(light));
     pass.execute([=](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
         r.buffer(g.rays).bind_storage(0);
         r.buffer(g.surfaces).bind_storage(1);
         r.buffer(shadow_rays).bind_storage(2);
-        r.buffer(direct.light).bind_storage(3);
+        r.buffer(light).bind_storage(3);
         view.trace.bind();
         view.scene.bind();
-        r.programs()
-            .compute("shaders/shadow.comp", view.scene.defines())
-            .dispatch(static_cast<std::uint32_t>(paths / 64));
+        gpu::Defines defines = view.scene.defines();
+        if (sun) defines.set("HALFLIGHT_SUN_SAMPLES");
+        r.programs().compute("shaders/shadow.comp", defines).dispatch(static_cast<std::uint32_t>(paths / 64));
     });
 
     // No list: the rays of a pixel keep their place in a tile, and what is known of the tile its use.
-    direct.occluded = rays::any_hit(graph, view.tracer, ray_batch(view, rays::RayKind::shadow, shadow_rays, {}, 0),
-                                    graph.create_buffer("occluded", {paths * sizeof(shared::uint)}));
+    return rays::any_hit(
+        graph, view.tracer, ray_batch(view, kind, shadow_rays, {}, 0),
+        graph.create_buffer(sun ? "sun occluded" : "occluded", {paths * sizeof(shared::uint)}));
+}
+
+}  // namespace
+
+DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const GBuffer& g) {
+    const bool sun = view.scene.needs().sun;
+    DirectLightEstimate direct;
+    direct.light = graph.create_buffer("direct light",
+                                       {(sun ? 2 : 1) * view.band.paths() * sizeof(shared::DirectLight)});
+    direct.occluded = add_samples(graph, view, g, rays::RayKind::shadow, direct.light);
+    if (sun) direct.sun_occluded = add_samples(graph, view, g, rays::RayKind::sun, direct.light);
     return direct;
 }
 

@@ -12,12 +12,19 @@ layout(std430, binding = 0) readonly buffer Surfaces { vec4 surfaces[]; };
 #ifdef HALFLIGHT_LIGHT_SAMPLES
 layout(std430, binding = 1) readonly buffer Light { DirectLight light[]; };
 layout(std430, binding = 2) readonly buffer Occluded { uint occluded[]; };
+#ifdef HALFLIGHT_SUN
+layout(std430, binding = 13) readonly buffer SunOccluded { uint sun_occluded[]; };
+#endif
 #endif
 #ifdef HALFLIGHT_PATHS
 layout(std430, binding = 3) readonly buffer States { PathState states[]; };
 #endif
 #ifdef HALFLIGHT_PENDING
 layout(std430, binding = 4) readonly buffer LightOccluded { uint light_occluded[]; };
+#ifdef HALFLIGHT_SUN
+layout(std430, binding = 14) readonly buffer LaterSunOccluded { uint later_sun_occluded[]; };
+layout(std430, binding = 15) readonly buffer SunLight { vec4 sun_light[]; };
+#endif
 #endif
 
 // Sums so far, in place.
@@ -49,6 +56,7 @@ uniform float most_luminance;  // of a sample's indirect light
 #endif
 
 #include "shaders/lib/occlusion.glsl"
+#include "shaders/lib/sun_light.glsl"
 #include "shaders/lib/surface_record.glsl"
 
 // Whatever an earlier frame has left there.
@@ -89,6 +97,11 @@ void main() {
     if (point.is_surface) {
         diffuse = guarded(answered_light(light[path].diffuse, occluded[path]), kCountShadow);
         glossy = guarded(answered_light(light[path].glossy, occluded[path]), kCountShadow);
+#ifdef HALFLIGHT_SUN
+        uint sun = gl_NumWorkGroups.x * 64u + path;
+        diffuse += dvec3(guarded(answered_light(light[sun].diffuse, sun_occluded[path]), kCountShadow));
+        glossy += dvec3(guarded(answered_light(light[sun].glossy, sun_occluded[path]), kCountShadow));
+#endif
     }
 #endif
 #ifdef HALFLIGHT_PATHS
@@ -109,7 +122,12 @@ void main() {
     if (lobe != kLobeNone) {
         later = states[path].indirect;
 #ifdef HALFLIGHT_PENDING
-        if (states[path].pending_light != 0u) later += answered_light(states[path].pending, light_occluded[path]);
+        if (states[path].pending_light != 0u) {
+            later += answered_light(states[path].pending, light_occluded[path]);
+#ifdef HALFLIGHT_SUN
+            later += answered_light(sun_light[own_sun_light(path)].rgb, later_sun_occluded[path]);
+#endif
+        }
 #endif
     }
     later = guarded(later, kCountContinuation);

@@ -21,12 +21,18 @@ layout(std430, binding = 3) readonly buffer Hits { Hit hits[]; };
 layout(std430, binding = 4) buffer States { PathState states[]; };
 #ifdef HALFLIGHT_PENDING
 layout(std430, binding = 5) readonly buffer Occluded { uint occluded[]; };
+#ifdef HALFLIGHT_SUN
+layout(std430, binding = 13) readonly buffer SunOccluded { uint sun_occluded[]; };
+#endif
 #endif
 #ifndef HALFLIGHT_LAST_VERTEX
 #ifdef HALFLIGHT_LIGHT_SAMPLES
 layout(std430, binding = 6) writeonly buffer ShadowRays { Ray shadow_rays[]; };
 layout(std430, binding = 7) writeonly buffer Lit { uint lit[]; };
 layout(std430, binding = 8) buffer LitHeader { ListHeader lit_header; };
+#ifdef HALFLIGHT_SUN
+layout(std430, binding = 14) writeonly buffer SunRays { Ray sun_rays[]; };
+#endif
 #endif
 layout(std430, binding = 9) writeonly buffer Leaving { uint leaving[]; };
 layout(std430, binding = 10) buffer LeavingHeader { ListHeader leaving_header; };
@@ -38,12 +44,17 @@ layout(std430, binding = 11) buffer Receivers { Receiver receivers[]; };  // whe
 layout(std430, binding = 12) buffer Points { ReusePoint points[]; };
 #endif
 
+#if defined(HALFLIGHT_SUN) && (defined(HALFLIGHT_PENDING) || defined(HALFLIGHT_LIGHT_SAMPLES))
+layout(std430, binding = 15) buffer SunLight { vec4 sun_light[]; };
+#endif
+
 uniform uint depth;  // of this vertex, > 0
 
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/next_event.glsl"
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/path_list.glsl"
+#include "shaders/lib/sun_light.glsl"
 #ifdef HALFLIGHT_REUSE
 #include "shaders/lib/reuse.glsl"
 #endif
@@ -68,14 +79,21 @@ void main() {
     vec3 wo = -direction;
 
 #ifdef HALFLIGHT_PENDING
-    if (state.pending_light != 0u) state.indirect += answered_light(state.pending, occluded[path]);
+    bool answers = state.pending_light != 0u;
+    if (answers) state.indirect += answered_light(state.pending, occluded[path]);
+#ifdef HALFLIGHT_SUN
+    if (answers) state.indirect += answered_light(sun_light[own_sun_light(path)].rgb, sun_occluded[path]);
+#endif
 #endif
 #if defined(HALFLIGHT_REUSE) && !defined(HALFLIGHT_FIRST_HIT)
     bool has_point = (state.reuse & kReusePoint) != 0u;
     bool gives = (state.reuse & kReuseRest) != 0u;
     vec3 given = points[path].light;
 #ifdef HALFLIGHT_PENDING
-    if (state.pending_light != 0u) given += answered_light(points[path].pending, occluded[path]);
+    if (answers) given += answered_light(points[path].pending, occluded[path]);
+#ifdef HALFLIGHT_SUN
+    if (answers) given += answered_light(sun_light[given_sun_light(path)].rgb, sun_occluded[path]);
+#endif
 #endif
 #endif
     state.pending_light = 0u;
@@ -113,6 +131,7 @@ void main() {
     Sampler random = path_sampler(frame, path);
 #ifdef HALFLIGHT_REUSE
     vec3 given_pending = vec3(0.0);
+    vec3 given_sun = vec3(0.0);
 #ifdef HALFLIGHT_FIRST_HIT
     ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
     bool has_point = is_hit && state.pdf > 0.0 && point.share > 0.0;
@@ -128,15 +147,36 @@ void main() {
     e.diffuse = has_point ? vec3(0.0) : e.diffuse;
 #endif
     state.pending = state.throughput * (e.diffuse + e.glossy);
-    bool is_lit = active_path && is_hit && contributes(state.pending);
+    bool asks = contributes(state.pending);
 #ifdef HALFLIGHT_REUSE
 #ifdef HALFLIGHT_FIRST_HIT
-    is_lit = is_lit || (active_path && contributes(given_pending));
+    asks = asks || contributes(given_pending);
 #else
     given_pending = gives ? state.pending : vec3(0.0);
     state.pending = gives ? vec3(0.0) : state.pending;
 #endif
 #endif
+#ifdef HALFLIGHT_SUN
+    NextEvent sun = sample_sun_event(surface.position, surface.offset, b, wo);
+#if defined(HALFLIGHT_REUSE) && defined(HALFLIGHT_FIRST_HIT)
+    given_sun = has_point ? sun.diffuse : vec3(0.0);
+    sun.diffuse = has_point ? vec3(0.0) : sun.diffuse;
+#endif
+    vec3 own_sun = state.throughput * (sun.diffuse + sun.glossy);
+    bool asks_sun = contributes(own_sun);
+#ifdef HALFLIGHT_REUSE
+#ifdef HALFLIGHT_FIRST_HIT
+    asks_sun = asks_sun || contributes(given_sun);
+#else
+    given_sun = gives ? own_sun : vec3(0.0);
+    own_sun = gives ? vec3(0.0) : own_sun;
+#endif
+#endif
+    if (!asks) e.ray = kDeadRay;
+    if (!asks_sun) sun.ray = kDeadRay;
+    asks = asks || asks_sun;
+#endif
+    bool is_lit = active_path && is_hit && asks;
     state.pending_light = is_lit ? 1u : 0u;
 #endif
 
@@ -180,6 +220,13 @@ void main() {
     uint lit_place = append_lit(is_lit);
     if (is_lit) {
         shadow_rays[path] = e.ray;
+#ifdef HALFLIGHT_SUN
+        sun_rays[path] = sun.ray;
+        sun_light[own_sun_light(path)] = vec4(own_sun, 0.0);
+#ifdef HALFLIGHT_REUSE
+        sun_light[given_sun_light(path)] = vec4(given_sun, 0.0);
+#endif
+#endif
         lit[lit_place] = path;
     }
 #endif

@@ -15,6 +15,10 @@ layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
 layout(std430, binding = 2) readonly buffer States { PathState states[]; };
 #ifdef HALFLIGHT_PENDING
 layout(std430, binding = 3) readonly buffer Occluded { uint occluded[]; };
+#ifdef HALFLIGHT_SUN
+layout(std430, binding = 7) readonly buffer SunOccluded { uint sun_occluded[]; };
+layout(std430, binding = 8) readonly buffer SunLight { vec4 sun_light[]; };
+#endif
 #endif
 layout(std430, binding = 4) writeonly buffer Connections { Ray connections[]; };
 layout(std430, binding = 5) writeonly buffer Densities { float densities[]; };  // per area, times y.distance^2; if visible

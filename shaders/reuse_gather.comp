@@ -12,6 +12,10 @@ layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
 layout(std430, binding = 2) readonly buffer States { PathState states[]; };
 #ifdef HALFLIGHT_PENDING
 layout(std430, binding = 3) readonly buffer Occluded { uint occluded[]; };
+#ifdef HALFLIGHT_SUN
+layout(std430, binding = 7) readonly buffer SunOccluded { uint sun_occluded[]; };
+layout(std430, binding = 8) readonly buffer SunLight { vec4 sun_light[]; };
+#endif
 #endif
 layout(std430, binding = 4) readonly buffer Blocked { uint blocked[]; };  // answers to the connection rays
 layout(std430, binding = 5) readonly buffer Densities { float densities[]; };

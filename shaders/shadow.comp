@@ -1,4 +1,4 @@
-// One light sample for every surface that the camera sees.
+// One light sample for every surface that the camera sees: of the sun with HALFLIGHT_SUN_SAMPLES, of the other lights without.
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
@@ -21,12 +21,22 @@ void main() {
     uint path = gl_GlobalInvocationID.x;
     SurfacePoint point = load_surface_point(path);
     Bsdf b = load_bsdf(path);
+    vec3 wo = -primary_rays[path].direction;
+#ifdef HALFLIGHT_SUN_SAMPLES
+    NextEvent e = sample_sun_event(point.position, point.offset, b, wo);
+#else
     Sampler random = path_sampler(frame, path);
-    NextEvent e = sample_next_event(point.position, point.offset, b, -primary_rays[path].direction,
+    NextEvent e = sample_next_event(point.position, point.offset, b, wo,
                                     sample_1d_bits(random, vertex_dimension(0u, kDimensionLightChoice)),
                                     sample_2d(random, vertex_dimension(0u, kDimensionLightPoint)));
-    light[path] = DirectLight(point.is_surface ? e.diffuse : vec3(0.0), 0.0, point.is_surface ? e.glossy : vec3(0.0), 0.0);
+#endif
+#ifdef HALFLIGHT_SUN_SAMPLES
+    uint place = gl_NumWorkGroups.x * 64u + path;
+#else
+    uint place = path;
+#endif
+    light[place] = DirectLight(point.is_surface ? e.diffuse : vec3(0.0), 0.0, point.is_surface ? e.glossy : vec3(0.0), 0.0);
     bool wanted = point.is_surface && contributes(e.diffuse + e.glossy);
-    if (!wanted) e.ray = Ray(vec3(0.0), 1.0, vec3(1.0), 0.0);  // dead
+    if (!wanted) e.ray = kDeadRay;
     shadow_rays[path] = e.ray;
 }

@@ -68,6 +68,8 @@ const char* name(RayKind kind) {
             return "primary";
         case RayKind::shadow:
             return "shadow";
+        case RayKind::sun:
+            return "sun";
         case RayKind::diffuse:
             return "diffuse";
         case RayKind::glossy:

@@ -13,9 +13,10 @@
 namespace halflight::rays {
 
 /// What a batch is for. Coherence, and with it every decision of a scheduler, goes by kind.
-enum class RayKind : std::uint8_t { primary, shadow, diffuse, glossy, continuation, occlusion, connection };
-inline constexpr RayKind kRayKinds[] = {RayKind::primary,      RayKind::shadow,    RayKind::diffuse,   RayKind::glossy,
-                                        RayKind::continuation, RayKind::occlusion, RayKind::connection};
+/// Sun: shadow rays of one direction.
+enum class RayKind : std::uint8_t { primary, shadow, sun, diffuse, glossy, continuation, occlusion, connection };
+inline constexpr RayKind kRayKinds[] = {RayKind::primary, RayKind::shadow,       RayKind::sun,       RayKind::diffuse,
+                                        RayKind::glossy,  RayKind::continuation, RayKind::occlusion, RayKind::connection};
 const char* name(RayKind kind);
 
 /// Rays and hits lie at their path's index (structs Ray and Hit of shaders/shared/rays.h), `capacity` of each.

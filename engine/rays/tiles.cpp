@@ -19,6 +19,7 @@ float stop_of(RayKind kind) {
         case RayKind::primary:
             return 0.25f;
         case RayKind::shadow:
+        case RayKind::sun:
             return 1.0f;
         case RayKind::occlusion:
             return 2.0f;

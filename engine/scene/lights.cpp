@@ -26,19 +26,24 @@ enum Kind { kTriangles, kLocal, kDirectional, kEnvironment, kKinds };
 
 class Builder {
   public:
-    Builder(const Scene& scene, const TraceTables& trace, LightChoice choice)
+    Builder(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun)
         : scene_(scene), trace_(trace), choice_(choice) {
+        if (sun == SunChoice::apart) sun_ = strongest_sun();
         const double radius = 0.5 * glm::length(dvec3(trace.bounds.extent()));
         shadow_disk_ = kPi * (radius > 0 ? radius * radius : 1);
     }
 
     LightTables build() {
         add_triangles();
-        for (const PunctualLight& light : scene_.lights) add_punctual(light);
+        for (const PunctualLight& light : scene_.lights)
+            if (&light != sun_) add_punctual(light);
         tables_.punctual_count = power_.size() - tables_.triangle_count;
         add_environment();
+        const bool others = std::any_of(power_.begin(), power_.end(), [](double power) { return power > 0; });
+        if (sun_ && !others) return Builder(scene_, trace_, choice_, SunChoice::among).build();
         if (!std::any_of(power_.begin(), power_.end(), [](double power) { return power > 0; })) return {};
         choose();
+        if (sun_) add_sun();
         return std::move(tables_);
     }
 
@@ -179,6 +184,24 @@ class Builder {
             intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal);
     }
 
+    /// Null where there is none.
+    const PunctualLight* strongest_sun() const {
+        const PunctualLight* sun = nullptr;
+        double most = 0;
+        for (const PunctualLight& light : scene_.lights) {
+            const double irradiance = luminance_of(dvec3(light.intensity));
+            if (light.type == LightType::directional && irradiance > most) sun = &light, most = irradiance;
+        }
+        return sun;
+    }
+
+    /// After all others have been chosen from.
+    void add_sun() {
+        add_punctual(*sun_);
+        tables_.rows.back().w = 1;
+        tables_.sun = true;
+    }
+
     void add_environment() {
         const Environment& environment = scene_.environment;
         if (environment.black()) return;
@@ -284,6 +307,7 @@ class Builder {
     const Scene& scene_;
     const TraceTables& trace_;
     const LightChoice choice_;
+    const PunctualLight* sun_ = nullptr;     // that is apart
     double shadow_disk_ = 0;                 // m^2
     std::map<int, LuminanceSums> sums_;      // by image
     std::vector<double> power_;              // of each light
@@ -311,8 +335,18 @@ const char* name(LightChoice choice) {
     return "unknown";
 }
 
-LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice) {
-    return Builder(scene, trace, choice).build();
+const char* name(SunChoice choice) {
+    switch (choice) {
+        case SunChoice::apart:
+            return "apart";
+        case SunChoice::among:
+            return "among";
+    }
+    return "unknown";
+}
+
+LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun) {
+    return Builder(scene, trace, choice, sun).build();
 }
 
 EnvironmentCells environment_cells(const Image& map, int max_cells) {

@@ -31,7 +31,8 @@ const char* name(LightChoice choice);  ///< "auto", "power", "tree", "uniform"
 inline constexpr std::size_t kTreeLights = 16;
 
 struct LightTables {
-    std::vector<vec4> rows;                        // UNIT_LIGHTS: triangles, then punctual lights, then the environment
+    // UNIT_LIGHTS: triangles, then punctual lights, then the environment, then the sun that is apart
+    std::vector<vec4> rows;
     std::vector<vec2> alias;                       // UNIT_LIGHT_ALIAS
     std::vector<std::uint32_t> light_of_triangle;  // UNIT_LIGHT_OF_TRIANGLE; empty without emissive triangles
     Image environment;                             // UNIT_ENVIRONMENT; empty where it is black
@@ -39,14 +40,24 @@ struct LightTables {
     std::vector<vec4> tree;                        // UNIT_LIGHT_TREE; empty where lights are chosen otherwise
     LightChoice choice = LightChoice::power;       // what was made of `automatic`
     double tree_share = 0;                         // of the choices, that the tree decides
-    std::vector<double> probabilities;             // of each light, without what the tree adds
+    std::vector<double> probabilities;             // of each light, without what the tree adds; not of the sun
     std::size_t triangle_count = 0;
-    std::size_t punctual_count = 0;
+    std::size_t punctual_count = 0;                // without the sun
+    bool sun = false;                              // the last row is not among those that are chosen from
 };
+
+/// How the sun, the strongest directional light, is sampled where there are other lights.
+enum class SunChoice : std::uint8_t {
+    apart,  // at every vertex, beside one of the others: two shadow rays
+    among,  // as one of them
+};
+inline constexpr SunChoice kSunChoices[] = {SunChoice::apart, SunChoice::among};
+const char* name(SunChoice choice);  ///< "apart", "among"
 
 /// Empty where nothing shines. Precondition: validate(scene) passes, `trace` was built from it. Throws Error for 2^29
 /// lights or more, or more than 2^26 of a tree.
-LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice = LightChoice::automatic);
+LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice = LightChoice::automatic,
+                         SunChoice sun = SunChoice::among);
 
 /// Importance of an environment map. Directions within a cell are uniform, so the best weight is the root of solid
 /// angle times the integral of the squared luminance; bilinear interpolation being convex, that integral is bounded by

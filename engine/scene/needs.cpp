@@ -22,9 +22,10 @@ constexpr std::array kNeeds = {
     SceneNeed{"specular colour", &N::specular_color, "SPECULAR_COLOR", "every dielectric reflects white"},
     SceneNeed{"emission", &N::emission, "EMISSION", "no surface glows"},
     SceneNeed{"area lights", &N::area_lights, "AREA_LIGHTS", "no triangle is a light"},
-    SceneNeed{"punctual lights", &N::punctual_lights, "PUNCTUAL_LIGHTS", "there are none"},
+    SceneNeed{"punctual lights", &N::punctual_lights, "PUNCTUAL_LIGHTS", "there are none to choose from"},
     SceneNeed{"spot cones", &N::spot_lights, "SPOT_LIGHTS", "there is no spot light"},
-    SceneNeed{"directional lights", &N::directional_lights, "DIRECTIONAL_LIGHTS", "there are none"},
+    SceneNeed{"directional lights", &N::directional_lights, "DIRECTIONAL_LIGHTS", "there are none to choose from"},
+    SceneNeed{"sun apart", &N::sun, "SUN", "there is no directional light beside others, or another choice was asked for"},
     SceneNeed{"choice of a light", &N::light_choice, "LIGHT_CHOICE", "there is one light at most"},
     SceneNeed{"light tree", &N::light_tree, "LIGHT_TREE", "there are few lights, or another choice was asked for"},
     SceneNeed{"environment", &N::environment, "ENVIRONMENT", "the environment is black"},
@@ -93,7 +94,8 @@ std::string Kept::text() const {
 }
 
 bool can_be_kept(const SceneNeed& need) {
-    return need.flag != &N::environment_map && need.flag != &N::light_tree && need.flag != &N::slivers;
+    return need.flag != &N::environment_map && need.flag != &N::light_tree && need.flag != &N::sun &&
+           need.flag != &N::slivers;
 }
 
 SceneNeeds kept_needs(const Kept& kept) {

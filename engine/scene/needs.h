@@ -32,6 +32,7 @@ struct SceneNeeds {
     bool directional_lights = false;
     bool light_choice = false;     // there are two lights or more
     bool light_tree = false;       // of which a tree chooses
+    bool sun = false;              // a directional light is sampled apart from the others
     bool environment = false;      // not black
     bool environment_map = false;  // not constant
 
@@ -92,8 +93,8 @@ class Kept {
 };
 
 /// Whether it can be there without changing a picture: all but the environment map, which is sampled by other
-/// directions than a constant environment, the light tree, which picks other lights, and the test of needles, which
-/// rounds what other triangles' rays meet otherwise.
+/// directions than a constant environment, the light tree and the sun apart, which pick other lights, and the test of
+/// needles, which rounds what other triangles' rays meet otherwise.
 bool can_be_kept(const SceneNeed& need);
 /// Of these, what is kept, and what follows from it: a lobe is there for its texture, and so on.
 SceneNeeds kept_needs(const Kept& kept);

@@ -44,8 +44,8 @@ struct Carrier {
 
 class Builder {
   public:
-    Builder(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept, LightChoice choice)
-        : scene_(scene), trace_(trace), kept_(kept), choice_(choice), pools_(scene, tables_) {}
+    Builder(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept, LightChoice choice, SunChoice sun)
+        : scene_(scene), trace_(trace), kept_(kept), choice_(choice), sun_(sun), pools_(scene, tables_) {}
 
     ShadingTables build() {
         std::vector<bool> used(scene_.materials.size(), false);
@@ -162,7 +162,7 @@ class Builder {
     // --- Lights ---------------------------------------------------------------------------------------------------
 
     void add_lights() {
-        LightTables lights = build_lights(scene_, trace_, choice_);
+        LightTables lights = build_lights(scene_, trace_, choice_, sun_);
         SceneNeeds& needs = tables_.needs;
         needs.area_lights = lights.triangle_count > 0;
         needs.punctual_lights = lights.punctual_count > 0;
@@ -170,6 +170,7 @@ class Builder {
         needs.environment_map = needs.environment && !scene_.environment.map.pixels.empty();
         needs.light_choice = lights.probabilities.size() > 1;
         needs.light_tree = !lights.tree.empty();
+        needs.sun = lights.sun;
         for (std::size_t i = 0; i < lights.punctual_count; ++i) {
             const vec4& head = lights.rows[(lights.triangle_count + i) * shared::kLightStride];
             needs.spot_lights |= shared::light_kind(shared::word_of_float(head.w)) == shared::kLightSpot;
@@ -205,6 +206,7 @@ class Builder {
     const TraceTables& trace_;
     const SceneNeeds& kept_;
     const LightChoice choice_;
+    const SunChoice sun_;
     bool has_tangents_ = false;
     ShadingTables tables_;
     TexturePools pools_;
@@ -213,8 +215,8 @@ class Builder {
 }  // namespace
 
 ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept,
-                                   LightChoice choice) {
-    return Builder(scene, trace, kept, choice).build();
+                                   LightChoice choice, SunChoice sun) {
+    return Builder(scene, trace, kept, choice, sun).build();
 }
 
 }  // namespace halflight

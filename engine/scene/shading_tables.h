@@ -35,6 +35,6 @@ struct ShadingTables {
 /// 2^31 lights. kept: tables are made as if the scene needed that, too; what they hold then adds nothing to a picture.
 /// Precondition: `kept` has no light tree.
 ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept = {},
-                                   LightChoice choice = LightChoice::automatic);
+                                   LightChoice choice = LightChoice::automatic, SunChoice sun = SunChoice::among);
 
 }  // namespace halflight

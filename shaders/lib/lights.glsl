@@ -20,6 +20,24 @@ struct LightSample {
 
 Receiver receiver_at(vec3 position, vec3 normal) { return Receiver(position, 0.0, normal, 0.0); }
 
+#ifdef HALFLIGHT_SUN
+const uint kSuns = 1u;
+
+// The light that is apart, in the last row.
+LightSample sample_sun(vec3 position) {
+    int row = textureSize(scene_lights) - kLightStride;
+    LightSample s;
+    s.direction = -texelFetch(scene_lights, row + 1).xyz;
+    s.pdf = 0.0;
+    s.weight = texelFetch(scene_lights, row + 3).rgb;
+    s.at_infinity = true;
+    s.end = position;
+    return s;
+}
+#else
+const uint kSuns = 0u;
+#endif
+
 #ifdef HALFLIGHT_LIGHTS
 // last: texel 3 of the light's row, w being the density or probability of the whole choice.
 void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi, inout LightSample s) {
@@ -117,7 +135,7 @@ LightSample sample_light(Receiver at, uint choice, vec2 xi) {
     uint count = 1u;
     vec2 alias = vec2(1.0, 0.0);
 #ifdef HALFLIGHT_LIGHT_CHOICE
-    count = uint(textureSize(scene_lights) / kLightStride);
+    count = uint(textureSize(scene_lights) / kLightStride) - kSuns;
     umulExtended(choice, count, light, fraction);
     alias = texelFetch(light_alias, int(light)).xy;
 #endif

@@ -10,8 +10,7 @@ struct NextEvent {
 
 bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // true for NaN, which must be seen
 
-NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, uint choice, vec2 xi) {
-    LightSample light = sample_light(receiver_at(position, b.geometric_normal), choice, xi);
+NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 wo) {
     BsdfValue f = evaluate_bsdf(b, wo, light.direction);
     bool delta = light.pdf == 0.0;
     NextEvent e;
@@ -20,6 +19,21 @@ NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, uint c
     e.ray = shadow_ray(position, offset, b.geometric_normal, light);
     return e;
 }
+
+// Of one of the lights that are chosen from.
+NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, uint choice, vec2 xi) {
+    LightSample light = sample_light(receiver_at(position, b.geometric_normal), choice, xi);
+    return event_of(light, position, offset, b, wo);
+}
+
+#ifdef HALFLIGHT_SUN
+// Of the one that is apart.
+NextEvent sample_sun_event(vec3 position, float offset, Bsdf b, vec3 wo) {
+    return event_of(sample_sun(position), position, offset, b, wo);
+}
+#endif
+
+const Ray kDeadRay = Ray(vec3(0.0), 1.0, vec3(1.0), 0.0);
 
 // MIS weight of light that a sampled ray meets: pdf is the ray's density within its component times the component's
 // probability (0: delta). Exactly 1 where only one of the two can find it.

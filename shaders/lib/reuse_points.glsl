@@ -1,6 +1,8 @@
 // Points that the paths of a group have found, as the kernels read them that connect and gather. Binds them: they are
-// read 16 times each, and faster as texels. Include after the blocks `states[]` and, with HALFLIGHT_PENDING, `occluded[]`.
+// read 16 times each, and faster as texels. Include after the blocks `states[]` and, with HALFLIGHT_PENDING, `occluded[]`, `sun_occluded[]` and
+// `sun_light[]` (HALFLIGHT_SUN).
 #include "shaders/lib/occlusion.glsl"
+#include "shaders/lib/sun_light.glsl"
 #include "shaders/shared/path.h"
 #include "shaders/shared/reuse.h"
 
@@ -41,7 +43,11 @@ vec3 given_light(uint path) {
     bool gives = states[path].lobe != kLobeNone && (states[path].reuse & kReusePoint) != 0u;
     vec3 light = gives ? point_texel(path, 4).xyz : vec3(0.0);
 #ifdef HALFLIGHT_PENDING
-    if (gives && states[path].pending_light != 0u) light += answered_light(point_texel(path, 5).xyz, occluded[path]);
+    bool answers = gives && states[path].pending_light != 0u;
+    if (answers) light += answered_light(point_texel(path, 5).xyz, occluded[path]);
+#ifdef HALFLIGHT_SUN
+    if (answers) light += answered_light(sun_light[given_sun_light(path)].rgb, sun_occluded[path]);
+#endif
 #endif
     return light;
 }

@@ -11,6 +11,9 @@
 // bits are the kind; those above are the light's trail in the light tree (light_tree.h), where there is one. Probability
 // and density are then those of the alias table alone, which decides where the tree is not asked.
 //
+// With HALFLIGHT_SUN the last row is a directional light that is not among those to choose from: of probability 1, and
+// without an entry in the alias table.
+//
 // Alias table (UNIT_LIGHT_ALIAS, RG32F; Walker 1977), one entry per light: keep this one where a uniform number is
 // below x, else take light y (a word).
 //

@@ -130,9 +130,14 @@ FrameOptions usual_options() {
     return {.bounces = usual.bounces, .reuse = usual.estimator.reuse == Reuse::on};
 }
 
+SceneNeeds shading_needs(const Scene& scene, const TraceTables& tables) {
+    const Estimator usual;
+    return build_shading_tables(scene, tables, {}, usual.lights, usual.sun).needs;
+}
+
 /// The passes that light needs here, with the default number of bounces.
 Json passes(const Scene& scene) {
-    const SceneNeeds needs = build_shading_tables(scene, build_trace_tables(scene, kFlattenLimit)).needs;
+    const SceneNeeds needs = shading_needs(scene, build_trace_tables(scene, kFlattenLimit));
     Json names = {"gbuffer"};
     const FrameNeeds frame = frame_needs(needs, usual_options());
     for (const FramePart& pass : {frame.shadow, frame.diffuse, frame.glossy, frame.continuation, frame.reuse})
@@ -188,7 +193,7 @@ Json left_out_json(const std::vector<LeftOut>& left_out) {
 std::vector<LeftOut> scene_left_out(const Scene& scene) {
     const RenderSettings usual;
     const TraceTables tables = build_trace_tables(scene, kFlattenLimit);
-    return left_out(build_shading_tables(scene, tables).needs, usual_options(),
+    return left_out(shading_needs(scene, tables), usual_options(),
                     {.vertices = tables.positions.size(),
                      .triangles = tables.triangles.size(),
                      .paths = Band{{usual.width, usual.height}, 0, usual.height}.paths()});
