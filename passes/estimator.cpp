@@ -41,12 +41,17 @@ const std::vector<Key>& keys() {
     return all;
 }
 
-/// "key=what" of each, joined by commas.
-template <class What>
-std::string listed(const What& what) {
+/// "key=what" of those that are `wanted`, joined by commas.
+template <class What, class Wanted>
+std::string listed(const What& what, const Wanted& wanted) {
     std::vector<std::string> all;
-    for (const Key& key : keys()) all.push_back(fmt::format("{}={}", key.name, what(key)));
+    for (const Key& key : keys())
+        if (wanted(key)) all.push_back(fmt::format("{}={}", key.name, what(key)));
     return fmt::format("{}", fmt::join(all, ","));
+}
+
+bool every(const Key&) {
+    return true;
 }
 
 }  // namespace
@@ -94,7 +99,16 @@ const char* name(SamplePoints points) {
 }
 
 std::string text(const Estimator& estimator) {
-    return listed([&](const Key& key) { return key.get(estimator); });
+    return listed([&](const Key& key) { return key.get(estimator); }, every);
+}
+
+std::string difference(const Estimator& estimator, std::span<const Estimator> others) {
+    return listed([&](const Key& key) { return key.get(estimator); },
+                  [&](const Key& key) {
+                      const std::string own = key.get(estimator);
+                      return own != key.get({}) ||
+                             std::ranges::any_of(others, [&](const Estimator& e) { return key.get(e) != own; });
+                  });
 }
 
 Estimator estimator_named(std::string_view list) {
@@ -120,7 +134,7 @@ Estimator estimator_named(std::string_view list) {
 }
 
 std::string known_estimators() {
-    return listed([](const Key& key) { return fmt::join(key.values, "|"); });
+    return listed([](const Key& key) { return fmt::join(key.values, "|"); }, every);
 }
 
 }  // namespace halflight

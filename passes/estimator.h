@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -43,10 +44,12 @@ struct Estimator {
 
 /// "key=value" for each technique, joined by commas.
 std::string text(const Estimator& estimator);
+/// The same of those techniques that set it apart from the default or from one of the others.
+std::string difference(const Estimator& estimator, std::span<const Estimator> others);
 /// Of such a list; what it does not name stays as it is by default. Throws Error, with the list as its subject, where a
 /// key or a value is none, or a key is given twice.
 Estimator estimator_named(std::string_view list);
-/// "lights=auto|power|tree|uniform,reuse=off|on,...", for helps.
+/// "lights=auto|power|tree|uniform,sun=apart|among,...", for helps.
 std::string known_estimators();
 
 }  // namespace halflight

@@ -63,7 +63,8 @@ void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
     });
 }
 
-void trace(const SceneView& view, GBuffer& g, graph::Graph& graph) {
+/// number: of these rays in the graph; what is known of where rays go is kept apart by it.
+void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t number) {
     const std::uint32_t paths = view.band.paths();
     graph::Pass pass = graph.add_pass("gbuffer: camera rays");
     pass.read(view.frame_constants, Access::uniform_read);
@@ -75,6 +76,7 @@ void trace(const SceneView& view, GBuffer& g, graph::Graph& graph) {
         r.programs().compute("shaders/camera_rays.comp").dispatch(paths / 64);
     });
     const rays::RayBatch batch{.kind = rays::RayKind::primary,
+                               .depth = number,
                                .place = view.place,
                                .capacity = paths,
                                .rays = g.rays,
@@ -86,10 +88,10 @@ void trace(const SceneView& view, GBuffer& g, graph::Graph& graph) {
 }
 
 /// What finds hits, without anything that is made of them.
-GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility primary) {
+GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility primary, std::uint32_t number) {
     GBuffer g;
     if (primary == PrimaryVisibility::traced)
-        trace(view, g, graph);
+        trace(view, g, graph, number);
     else
         rasterize(view, g, graph);
     return g;
@@ -153,7 +155,7 @@ PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, c
 
 GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs,
                     PrimaryVisibility primary) {
-    GBuffer g = visible(graph, view, primary);
+    GBuffer g = visible(graph, view, primary, 0);
     evaluate(view, g, outputs, graph);
     return g;
 }
@@ -162,10 +164,11 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
                              const std::vector<graph::BufferHandle>& frame_constants, PrimaryVisibility primary) {
     const std::size_t paths = view.band.paths();
     graph::BufferHandle seen = graph.create_buffer("light seen", {paths * sizeof(vec4)});
+    std::uint32_t number = 0;
     for (const graph::BufferHandle& constants : frame_constants) {
         SceneView through = view;
         through.frame_constants = constants;
-        const GBuffer g = visible(graph, through, primary);
+        const GBuffer g = visible(graph, through, primary, ++number);
         const bool first = constants == frame_constants.front();
         graph::Pass pass = graph.add_pass("gbuffer: light seen");
         pass.read(constants, Access::uniform_read);

@@ -25,7 +25,8 @@ const char* name(RayKind kind);
 /// t_min is dead: it is not traced and reports a miss.
 struct RayBatch {
     RayKind kind = RayKind::primary;
-    std::uint32_t depth = 0;          // reflections before: with the kind it tells the batches of a graph apart
+    // Reflections before; of camera rays, number of the batch. With the kind it tells the batches of a graph apart.
+    std::uint32_t depth = 0;
     std::uint32_t place = 0;          // part of the picture: what is known of where rays go is kept apart by it
     std::uint32_t capacity = 0;       // rays; a multiple of 256
     graph::BufferHandle rays;         // capacity x Ray

@@ -147,8 +147,8 @@ TEST_F(Converge, EstimatorsAreCompared) {
     const Json json = report();
     Strings names;
     for (const Json& method : json["methods"]) names.push_back(method["method"]);
-    EXPECT_EQ(names, (Strings{"plain lights=power,reuse=off", "plain lights=tree,reuse=off",
-                              "compute lights=power,reuse=off", "compute lights=tree,reuse=off", "oracle"}));
+    EXPECT_EQ(names, (Strings{"plain lights=power", "plain lights=tree", "compute lights=power",
+                              "compute lights=tree", "oracle"}));
     // The same estimator makes the same picture by whoever traces; others make others.
     EXPECT_EQ(json["same_pictures"], (Json{{"compared", 8}, {"different", 0}}));
     EXPECT_NE(json["methods"][0]["points"][1]["mse"], json["methods"][1]["points"][1]["mse"]);

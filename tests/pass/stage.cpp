@@ -37,7 +37,7 @@ void Stage::look_through(const Camera& camera, const Camera& previous) {
 }
 
 void Stage::look(std::uint32_t index, std::uint32_t seed) {
-    sample_.sample = index, sample_.seed = seed;
+    sample_.sample = index, sample_.seed = seed, sample_.begins = index == 0;
     sample_.jitter = shared::sample_2d(shared::make_sampler(~0u, ~0u, index, seed), 0);
     update();
 }

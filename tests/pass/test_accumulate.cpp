@@ -162,10 +162,10 @@ class AccumulateTest : public PassTest {
         const graph::BufferHandle occluded = import("occluded", n * sizeof(shared::uint));
         const graph::BufferHandle states = import("states", n * sizeof(shared::PathState));
         const graph::BufferHandle later = import("light occluded", n * sizeof(shared::uint));
-        if (variant.light) sample.direct = DirectLightEstimate{light, occluded};
+        if (variant.light) sample.direct = DirectLightEstimate{light, occluded, {}};
         if (variant.paths) sample.paths.emplace().states = states;
         const graph::BufferHandle received = import("received", n * sizeof(shared::DirectLight));
-        if (variant.pending) sample.continuation = Continuation{later};
+        if (variant.pending) sample.continuation = Continuation{later, {}, true};
         if (variant.reuse) sample.received = received;
         sums = add_accumulate(graph, stage.view(graph), sample, {variant.squares, variant.features}, counts);
         for (const graph::BufferHandle h :

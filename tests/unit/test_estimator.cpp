@@ -3,29 +3,51 @@
 
 #include <gtest/gtest.h>
 
+#include <span>
+#include <string>
+#include <vector>
+
 #include "tests/support/error_message.h"
 
 namespace halflight {
 namespace {
 
+constexpr const char* kKnown =
+    "lights=auto|power|tree|uniform,sun=apart|among,reuse=off|on,camera=auto|1|2|4|8|16,sampler=sobol|independent";
+
 TEST(Estimator, IsWhatItsTextSays) {
-    EXPECT_EQ(text({}), "lights=auto,reuse=off");
-    for (const LightChoice choice : kLightChoices) {
-        const Estimator estimator{.lights = choice};
-        EXPECT_EQ(estimator_named(text(estimator)), estimator);
+    EXPECT_EQ(text({}), "lights=auto,sun=apart,reuse=off,camera=auto,sampler=sobol");
+    EXPECT_EQ(known_estimators(), kKnown);
+    for (const LightChoice lights : kLightChoices) {
+        for (const SunChoice sun : kSunChoices) {
+            for (const CameraRays camera : kCameraRays) {
+                for (const SamplePoints sampler : kSamplePoints) {
+                    const Estimator estimator{lights, sun, Reuse::on, camera, sampler};
+                    EXPECT_EQ(estimator_named(text(estimator)), estimator);
+                }
+            }
+        }
     }
-    for (const Reuse choice : kReuses) {
-        const Estimator estimator{.lights = LightChoice::tree, .reuse = choice};
-        EXPECT_EQ(estimator_named(text(estimator)), estimator);
-    }
-    EXPECT_EQ(estimator_named("reuse=on").lights, LightChoice::automatic);
-    EXPECT_EQ(known_estimators(), "lights=auto|power|tree|uniform,reuse=off|on");
+    EXPECT_EQ(estimator_named("reuse=on"), Estimator{.reuse = Reuse::on});
+}
+
+TEST(Estimator, DifferencesAreToldFromTheDefaultAndFromOthers) {
+    const std::vector<Estimator> all{{}, {.lights = LightChoice::tree}, {.reuse = Reuse::on}};
+    EXPECT_EQ(difference(all[0], all), "lights=auto,reuse=off");
+    EXPECT_EQ(difference(all[1], all), "lights=tree,reuse=off");
+    EXPECT_EQ(difference(all[2], std::span(all).subspan(2)), "reuse=on");
+    EXPECT_EQ(difference({}, {}), "");
+}
+
+TEST(Estimator, CameraRaysAreMoreWhereSurfacesGlow) {
+    EXPECT_EQ(resolved(CameraRays::automatic, true), kUsualCameraRays);
+    EXPECT_EQ(resolved(CameraRays::automatic, false), CameraRays::one);
+    EXPECT_EQ(resolved(CameraRays::eight, false), CameraRays::eight);
 }
 
 TEST(Estimator, UnknownTechniquesAreRefusedByName) {
     const auto message = [](const char* list) { return error_message([&] { estimator_named(list); }); };
-    EXPECT_EQ(message("light=tree"),
-              "light=tree: 'light=tree' is no technique; there are: lights=auto|power|tree|uniform,reuse=off|on");
+    EXPECT_EQ(message("light=tree"), std::string("light=tree: 'light=tree' is no technique; there are: ") + kKnown);
     EXPECT_EQ(message("lights=bush"), "lights=bush: there is no lights=bush; there are: auto, power, tree, uniform");
     EXPECT_EQ(message("lights=tree,lights=power"), "lights=tree,lights=power: 'lights' is given twice");
     for (const char* list : {"", "lights", "lights=tree,", ",lights=tree", "tree", "=", "lights=tree ", "Lights=tree"})

@@ -33,7 +33,12 @@ std::string text(const Budget& budget) {
 
 std::string Plan::method_name(std::size_t method) const {
     const std::string own(name(methods[method]));
-    return estimators.empty() || !uses_gl(methods[method]) ? own : own + " " + text(estimators[method]);
+    if (estimators.empty() || !uses_gl(methods[method])) return own;
+    std::vector<Estimator> others;
+    for (std::size_t other = 0; other < methods.size(); ++other)
+        if (uses_gl(methods[other])) others.push_back(estimators[other]);
+    const std::string apart = difference(estimators[method], others);
+    return apart.empty() ? own : own + " " + apart;
 }
 
 bool Plan::same_pictures(std::size_t method, std::size_t other) const {

@@ -42,7 +42,7 @@ struct Plan {
     std::vector<Estimator> estimators{};  // of each method; empty: the default one for all
 
     Estimator estimator(std::size_t method) const { return estimators.empty() ? Estimator() : estimators[method]; }
-    /// "plain", or "plain lights=tree" where estimators are compared.
+    /// "plain", or "plain lights=tree" where estimators are compared: by what sets them apart.
     std::string method_name(std::size_t method) const;
     /// Whether both make the same picture of the same seed and samples.
     bool same_pictures(std::size_t method, std::size_t other) const;

@@ -1,0 +1,137 @@
+// Techniques that differ in noise alone: their means agree, and each does what it is there for.
+#include <gtest/gtest.h>
+
+#include "tests/pass/batches.h"
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight::test {
+namespace {
+
+constexpr int kSeeds = 16;
+
+class EstimatorsTest : public GpuTest {
+  protected:
+    RenderResult picture(const Scene& scene, const Estimator& estimator, int samples, std::uint32_t seed = 1,
+                         int bounces = 4) {
+        RenderSettings settings = small_settings(scene.cameras.front(), 48, 48, samples, bounces);
+        settings.estimator = estimator;
+        settings.seed = seed;
+        return render(context, scene, settings);
+    }
+
+    /// Of independent pictures: means over blocks, since all pixels look through the same points, and pixels.
+    struct Layer {
+        Batches blocks, pixels;
+        void add(const Image& image) {
+            blocks.add(block_means(image, 16));
+            pixels.add(image);
+        }
+    };
+    struct Layers {
+        Layer direct, indirect, beauty;
+    };
+    Layers layers(const Scene& scene, const Estimator& estimator, int samples, std::uint32_t first_seed) {
+        PreparedScene prepared(context, scene, {.estimator = estimator});
+        RenderSettings settings = small_settings(scene.cameras.front(), 48, 48, samples, 4);
+        settings.estimator = estimator;
+        Renderer renderer(prepared, ColorConfig::load(), settings);
+        Layers all;
+        for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
+            settings.seed = first_seed + seed;
+            const RenderResult r = renderer.render(settings);
+            for (const BadValues& n : r.stats.bad_values) EXPECT_EQ(n.total(), 0u) << n.component;
+            all.direct.add(layer(r, "direct_diffuse.R"));
+            all.indirect.add(layer(r, "indirect_diffuse.R"));
+            all.beauty.add(rgb(r.beauty));
+        }
+        return all;
+    }
+};
+
+/// Slats between sun, sky, a lamp and a varnished floor: every surface has light by some of these and shade of others.
+Scene slats_in_the_sun() {
+    Scene scene;
+    Material floor = diffuse_material({0.7f, 0.6f, 0.5f});
+    floor.clearcoat = 0.8f, floor.clearcoat_roughness = 0.3f;
+    add_quad(scene, add_material(scene, floor), {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
+    const int slat = add_material(scene, diffuse_material(vec3(0.6f)));
+    for (int i = 0; i < 4; ++i) {
+        const float x = -1.0f + 0.5f * static_cast<float>(i);
+        add_box(scene, slat, {x, 0.3f, -1}, {x + 0.25f, 0.35f, 1});
+    }
+    scene.environment.color = {0.3f, 0.4f, 0.6f};
+    PunctualLight sun;
+    sun.type = LightType::directional;
+    sun.intensity = {4, 3.6f, 3};
+    sun.direction = glm::normalize(vec3(0.4f, -1, -0.3f));
+    PunctualLight faint = sun, lamp = sun;
+    faint.intensity = vec3(0.2f);
+    faint.direction = glm::normalize(vec3(-1, -0.5f, 0));
+    lamp.type = LightType::point;
+    lamp.position = {0, 0.2, 0.3};
+    lamp.intensity = vec3(0.1f);
+    scene.lights = {faint, sun, lamp};
+    scene.cameras = {look_at_camera({0.6, 1.2, 2}, {0, 0.1, 0}, {0, 1, 0}, 0.9)};
+    return scene;
+}
+
+TEST_F(EstimatorsTest, SunApartHasTheSameMeanAndLessNoise) {
+    const Scene scene = slats_in_the_sun();
+    const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
+    Layers among = layers(scene, {.sun = SunChoice::among}, 16, 1);
+    for (const Reuse reuse : {Reuse::off, Reuse::on}) {
+        Layers apart = layers(scene, {.sun = SunChoice::apart, .reuse = reuse}, 16, 1001);
+        const std::string with = std::string("sun-") + name(reuse);
+        EXPECT_TRUE(agree(with + "-direct", apart.direct.blocks.estimate(), among.direct.blocks.estimate(), limits));
+        EXPECT_TRUE(agree(with + "-indirect", apart.indirect.blocks.estimate(), among.indirect.blocks.estimate(), limits));
+        EXPECT_TRUE(agree(with + "-beauty", apart.beauty.blocks.estimate(), among.beauty.blocks.estimate(), limits));
+        EXPECT_LT(apart.direct.pixels.variance(), 0.5 * among.direct.pixels.variance()) << with;
+        EXPECT_LT(apart.indirect.pixels.variance(), 0.8 * among.indirect.pixels.variance()) << with;
+    }
+}
+
+TEST_F(EstimatorsTest, SunAloneIsChosenAsItAlwaysWas) {
+    Scene scene = slats_in_the_sun();
+    scene.environment.color = vec3(0);
+    scene.lights = {scene.lights[1]};
+    const Image apart = picture(scene, {.sun = SunChoice::apart}, 4).beauty;
+    EXPECT_TRUE(same_bits(apart, picture(scene, {.sun = SunChoice::among}, 4).beauty));
+    EXPECT_FALSE(same_bits(apart, Image(apart.width, apart.height, apart.channels)));
+}
+
+TEST_F(EstimatorsTest, CameraRaysOfTheirOwnAreSamplesOfALongerSequence) {
+    Scene scene = cornell_box();
+    scene.cameras = {look_at_camera({0, 0.3, 0.9}, {0, 0.98, 0}, {0, 0, -1}, 1.2)};  // at the lamp's edges
+    const RenderResult four = picture(scene, {.camera = CameraRays::four}, 4);
+    const RenderResult one = picture(scene, {.camera = CameraRays::one}, 4);
+    const RenderResult longer = picture(scene, {.camera = CameraRays::one}, 16);
+    const Image &emission = layer(four, "emission.R"), &as_many = layer(longer, "emission.R");
+    int edges = 0;
+    for (std::size_t i = 0; i < emission.pixels.size(); ++i) {
+        ASSERT_NEAR(emission.pixels[i], as_many.pixels[i], 1e-5f * as_many.pixels[i]) << i;
+        edges += as_many.pixels[i] > 0 && layer(one, "emission.R").pixels[i] != as_many.pixels[i];
+    }
+    EXPECT_GT(edges, 20) << "the test says nothing";
+    for (const char* other : {"direct_diffuse.R", "indirect_diffuse.R"})
+        EXPECT_TRUE(same_bits(layer(four, other), layer(one, other))) << other;
+    for (std::size_t i = 3; i < four.beauty.pixels.size(); i += 4)
+        ASSERT_EQ(four.beauty.pixels[i], one.beauty.pixels[i]) << "coverage";
+    EXPECT_TRUE(same_bits(picture(scene, {}, 4).beauty, four.beauty)) << "surfaces glow";
+}
+
+TEST_F(EstimatorsTest, IndependentSamplesConvergeAsSuch) {
+    const Scene scene = slats_in_the_sun();
+    const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
+    const Estimator independent{.sampler = SamplePoints::independent};
+    Layers few = layers(scene, independent, 4, 1), many = layers(scene, independent, 64, 101);
+    Layers sobol = layers(scene, {}, 64, 201);
+    EXPECT_TRUE(agree("independent", many.beauty.blocks.estimate(), sobol.beauty.blocks.estimate(), limits));
+    EXPECT_NEAR(few.beauty.pixels.variance() / many.beauty.pixels.variance(), 16, 3);
+    EXPECT_LT(sobol.beauty.pixels.variance(), 0.8 * many.beauty.pixels.variance());
+    EXPECT_FALSE(same_bits(picture(scene, independent, 1, 1).beauty, picture(scene, independent, 1, 2).beauty));
+}
+
+}  // namespace
+}  // namespace halflight::test
