@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 
+#include "engine/core/error.h"
 #include "passes/frame_constants.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"
@@ -12,13 +13,16 @@ namespace halflight {
 namespace {
 
 constexpr std::array kAovs = {
-    AovInfo{"emission", "RGB", "radiance of lights and environment seen directly"},
-    AovInfo{"direct_diffuse", "RGB", "radiance: light reflected once, diffusely"},
-    AovInfo{"direct_glossy", "RGB", "radiance: light reflected or transmitted once, by specular, coat or transmission"},
-    AovInfo{"indirect_diffuse", "RGB", "radiance: light reflected more than once, diffusely at the surface seen"},
-    AovInfo{"indirect_glossy", "RGB", "radiance: light reflected more than once, glossily at the surface seen"},
+    AovInfo{"emission", "RGB", "radiance of lights and environment seen directly", false, false, true},
+    AovInfo{"direct_diffuse", "RGB", "radiance: light reflected once, diffusely", false, false, true},
+    AovInfo{"direct_glossy", "RGB", "radiance: light reflected or transmitted once, by specular, coat or transmission",
+            false, false, true},
+    AovInfo{"indirect_diffuse", "RGB", "radiance: light reflected more than once, diffusely at the surface seen", false,
+            false, true},
+    AovInfo{"indirect_glossy", "RGB", "radiance: light reflected more than once, glossily at the surface seen", false,
+            false, true},
     AovInfo{"variance", "RGB", "variance of the pixel's mean radiance, estimated from its samples"},
-    AovInfo{"samples", "Y", "samples of the pixel"},
+    AovInfo{"samples", "Y", "samples of the pixel", false, false, true},
     AovInfo{"albedo", "RGB", "reflectance: diffuse, transmission and specular at normal incidence; filtered"},
     AovInfo{"normal", "XYZ", "shading normal, world; filtered, not normalised"},
     AovInfo{"position", "XYZ", "world position at the pixel's centre, world units; 0 where there is no surface",
@@ -96,9 +100,23 @@ bool asked_for(const RenderSettings& s, std::initializer_list<std::string_view> 
 Film::Film(const RenderSettings& settings, const TraceTables& tables)
     : settings_(settings), tables_(tables), beauty_(settings.width, settings.height, 4) {
     if (settings.want_view) view_ = Image(settings.width, settings.height, 4);
-    for (const std::string& name : settings.aovs)
+    choose(settings.aovs);
+}
+
+void Film::choose(const std::vector<std::string>& aovs) {
+    planes_.clear();
+    for (const std::string& name : aovs) {
+        const AovInfo* const aov = find_aov(name);
+        if (!aov || (!aov->at_any_time && !asked_for(settings_, {name})))
+            throw Error("render settings", "AOV \"{}\" was not asked for before the samples were made", name);
         planes_.push_back(
-            {name, Image(settings.width, settings.height, static_cast<int>(channel_names(*find_aov(name)).size()))});
+            {name, Image(settings_.width, settings_.height, static_cast<int>(channel_names(*aov).size()))});
+    }
+}
+
+bool Film::wants(std::initializer_list<std::string_view> names) const {
+    return std::ranges::any_of(
+        planes_, [&](const Plane& p) { return std::ranges::find(names, std::string_view(p.aov)) != names.end(); });
 }
 
 Image* Film::plane(std::string_view aov) {

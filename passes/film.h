@@ -21,7 +21,12 @@ bool asked_for(const RenderSettings& settings, std::initializer_list<std::string
 
 class Film {
   public:
+    /// Of the AOVs that the settings ask for.
     Film(const RenderSettings& settings, const TraceTables& tables);
+    /// Of these instead, before anything is added. Throws Error for those that samples with these settings do not leave
+    /// behind.
+    void choose(const std::vector<std::string>& aovs);
+    bool wants(std::initializer_list<std::string_view> names) const;  ///< any of these AOVs
 
     /// What a band's samples added up to, by path index (see Accumulated); empty where the frame left it out.
     struct Sums {

@@ -335,10 +335,11 @@ struct Renderer::State {
 
     void develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int samples, Film& film) {
         Film::Sums all;
-        if (asked_for(settings, {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy",
-                                 "variance"}))
+        if (film.wants(
+                {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy", "variance"}))
             all = light(with);
-        all.squares = read(with.sums.squares), all.features = read(with.sums.features);
+        if (film.wants({"variance"})) all.squares = read(with.sums.squares);
+        if (film.wants({"albedo", "normal"})) all.features = read(with.sums.features);
         film.add_sums(where, samples, all);
         for (const Mattes::Layer& layer : with.mattes.layers()) film.add_ids(where, samples, layer.aov, layer.coverage);
 
@@ -356,20 +357,22 @@ struct Renderer::State {
         film.add_pictures(where, composer.texture(composite.beauty).read_float(),
                           composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
 
-        if (with.aov || with.debug) {
+        const bool data = with.aov && film.wants({"position", "depth", "motion", "ids"});
+        const bool debug = with.debug && film.wants({"nodes", "culling"});
+        if (data || debug) {
             SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
             centres.jitter = vec2(0.5f);
             look(frame, centres);
             executor.run(with.data);
         }
-        if (with.aov) {
+        if (data) {
             const auto records = executor.read<shared::AovRecord>(with.aov);
             film.add_data(where, records);
             if (frame.previous_surfaces)
                 film.add_surface_motion(where, records, *frame.previous_surfaces,
                                         frame.previous_camera.value_or(frame.camera));
         }
-        if (with.debug) film.add_debug(where, executor.read<shared::DebugRecord>(with.debug));
+        if (debug) film.add_debug(where, executor.read<shared::DebugRecord>(with.debug));
     }
 
     /// Of bands whose sums are there; `samples`: of each.
@@ -381,10 +384,11 @@ struct Renderer::State {
     /// Takes the film's pictures, and tells what there is to tell of them and of how they came about.
     void finish(RenderResult& result, Film& film, std::span<const int> samples, Clock::time_point start,
                 double compiled_before) {
-        film.take(result);
         const CompiledBand& first = compiled(0);
         for (const Mattes::Layer& layer : first.mattes.layers())
-            result.attributes.merge(cryptomatte_attributes(cryptomatte_layer(layer.aov), layer.names));
+            if (film.wants({layer.aov}))
+                result.attributes.merge(cryptomatte_attributes(cryptomatte_layer(layer.aov), layer.names));
+        film.take(result);
         RenderStats& stats = result.stats;
         stats.samples = *std::ranges::min_element(samples);
         for (int b = 0; b < bands; ++b)
@@ -462,9 +466,10 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
         const auto sum = std::accumulate(done.begin(), done.end(), std::int64_t{0});
         RenderProgress told{static_cast<int>(sum / s.bands), static_cast<int>(all / s.bands), seconds_since(start)};
         if (sums_are_there && std::ranges::count(done, done[0]) == s.bands) {
-            told.picture = [&] {
+            told.picture = [&](const std::vector<std::string>& aovs) {
                 RenderResult so_far;
                 Film own(s.settings, s.scene.tables());
+                own.choose(aovs);
                 s.develop(frame, done, own);
                 s.finish(so_far, own, done, start, compiled_before);
                 return so_far;

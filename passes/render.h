@@ -33,6 +33,7 @@ struct AovInfo {
     std::string_view description;  // one line with units
     bool debug = false;            // tells how the picture was made, not what it shows; may differ from run to run
     bool at_centre = false;        // of the ray through the pixel's centre alone: has no mean over samples or times
+    bool at_any_time = false;      // made of what all samples leave behind: can still be asked for after them
 };
 /// Of known_aovs(), by name; null for others.
 const AovInfo* find_aov(std::string_view name);
@@ -114,9 +115,10 @@ struct RenderProgress {
     int samples_done = 0;   // per pixel, the mean of all bands
     int samples_total = 0;  // as far as is known: with an error to reach, what it seems to take
     double seconds = 0;
-    // Makes the picture of the samples so far, bit for bit that of a render of so many; to be called during the
-    // callback. Empty where there is none: bands differ in samples, or sums of earlier bands are gone (in_turns).
-    std::function<RenderResult()> picture{};
+    // Makes the picture of the samples so far, bit for bit that of a render of so many, with these AOVs: some of those
+    // of the RenderSettings, and any that are there at any time. To be called during the callback. Empty where there is
+    // none: bands differ in samples, or sums of earlier bands are gone (in_turns).
+    std::function<RenderResult(const std::vector<std::string>& aovs)> picture{};
 };
 /// Called after every sample of a band; false stops early. What is done is returned: bands that were not begun are
 /// black and have no samples. What it throws is passed on, and the renderer can be used again.

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "engine/core/error.h"
@@ -92,6 +94,16 @@ GLuint linked(std::string_view name, std::span<const Shader> shaders) {
         throw Error(name, "does not link: {}", log);
     }
     return program.release();
+}
+
+/// As a Program of these stages has it.
+std::string text_of(const std::vector<ShaderSource>& stages, const Defines& defines) {
+    std::string text;
+    for (const ShaderSource& stage : stages) {
+        if (!text.empty()) text += '\0';
+        text += expand(stage, defines).text;
+    }
+    return text;
 }
 
 /// Text of their own is part of the key, so that it may be generated.
@@ -204,28 +216,43 @@ void Program::draw(GLenum mode, std::uint32_t vertices, std::uint32_t instances)
     glDrawArraysInstanced(mode, 0, static_cast<GLsizei>(vertices), static_cast<GLsizei>(instances));
 }
 
-template <class Make>
-const Program& ProgramCache::get(std::string key, Make make) {
-    if (const auto found = programs_.find(key); found != programs_.end()) return *found->second;
-    std::unique_ptr<Program> program;
-    seconds_ += timed([&] { program = std::make_unique<Program>(make()); });
-    return *programs_.emplace(std::move(key), std::move(program)).first->second;
+Program ProgramCache::made(const Entry& entry) {
+    std::optional<Program> program;
+    seconds_ += timed([&] {
+        program.emplace(entry.stages.size() == 1
+                            ? Program::compute(entry.stages[0], entry.defines, binaries_)
+                            : Program::graphics(entry.stages[0], entry.stages[1], entry.defines, binaries_));
+    });
+    return std::move(*program);
+}
+
+template <class... Stages>
+const Program& ProgramCache::get(const Defines& defines, const Stages&... stages) {
+    std::string key;
+    (add_to_key(key, stages), ...);
+    add_to_key(key, defines);
+    if (const auto found = entries_.find(key); found != entries_.end()) return *found->second.program;
+    Entry entry{{stages...}, defines, nullptr};
+    entry.program = std::make_unique<Program>(made(entry));
+    return *entries_.emplace(std::move(key), std::move(entry)).first->second.program;
 }
 
 const Program& ProgramCache::compute(const ShaderSource& source, const Defines& defines) {
-    std::string key;
-    add_to_key(key, source);
-    add_to_key(key, defines);
-    return get(std::move(key), [&] { return Program::compute(source, defines, binaries_); });
+    return get(defines, source);
 }
 
 const Program& ProgramCache::graphics(const ShaderSource& vertex, const ShaderSource& fragment,
                                       const Defines& defines) {
-    std::string key;
-    add_to_key(key, vertex);
-    add_to_key(key, fragment);
-    add_to_key(key, defines);
-    return get(std::move(key), [&] { return Program::graphics(vertex, fragment, defines, binaries_); });
+    return get(defines, vertex, fragment);
+}
+
+std::size_t ProgramCache::reload() {
+    std::vector<std::pair<Program*, Program>> changed;
+    for (const auto& [key, entry] : entries_)
+        if (text_of(entry.stages, entry.defines) != entry.program->text())
+            changed.emplace_back(entry.program.get(), made(entry));
+    for (auto& [old, program] : changed) *old = std::move(program);
+    return changed.size();
 }
 
 }  // namespace halflight::gpu

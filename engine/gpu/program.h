@@ -7,6 +7,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <vector>
 
 #include "engine/core/math.h"
 #include "engine/gpu/buffer.h"
@@ -28,6 +29,7 @@ class Program {
 
     GLuint id() const { return object_.id(); }
     const std::string& name() const { return name_; }
+    const std::string& text() const { return text_; }  ///< as the compiler sees it, all stages
     void bind() const;
 
     /// -1 where the name is declared but not active. Throws Error where it does not even occur in the source.
@@ -64,7 +66,7 @@ class Program {
     mutable std::map<std::string, GLint, std::less<>> uniforms_;
 };
 
-/// Every variant is compiled once. References stay valid as long as the cache.
+/// Every variant is compiled once. References stay valid as long as the cache; reload() changes what they refer to.
 class ProgramCache {
   public:
     /// binaries: as for Program; outlives the cache.
@@ -73,13 +75,24 @@ class ProgramCache {
     const Program& compute(const ShaderSource& source, const Defines& defines = {});
     const Program& graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {});
 
-    std::size_t count() const { return programs_.size(); }
+    /// Compiles programs anew whose shaders have changed since (HALFLIGHT_SHADERS), and returns how many; these have
+    /// lost the values of their uniforms. Throws what Program throws for the first one that cannot be made; then all
+    /// stay as they were.
+    std::size_t reload();
+
+    std::size_t count() const { return entries_.size(); }
     double seconds() const { return seconds_; }  ///< spent compiling and linking, CPU clock
 
   private:
-    template <class Make>
-    const Program& get(std::string key, Make make);
-    std::unordered_map<std::string, std::unique_ptr<Program>> programs_;
+    struct Entry {
+        std::vector<ShaderSource> stages;  // a compute shader, or a vertex and a fragment shader
+        Defines defines;
+        std::unique_ptr<Program> program;
+    };
+    template <class... Stages>
+    const Program& get(const Defines& defines, const Stages&... stages);
+    Program made(const Entry& entry);
+    std::unordered_map<std::string, Entry> entries_;
     const ProgramBinaries* binaries_;
     double seconds_ = 0;
 };

@@ -15,11 +15,17 @@ namespace {
 
 constexpr std::string_view kRoot = "shaders/";
 
+/// That is read instead of what is part of the library; empty: none.
+std::string development_folder() {
+    const char* folder = std::getenv("HALFLIGHT_SHADERS");
+    return folder != nullptr ? folder : "";
+}
+
 /// Text of a file of shaders/, if there is such a one.
 std::optional<std::string> load(std::string_view name) {
     if (!name.starts_with(kRoot)) return std::nullopt;
-    if (const char* folder = std::getenv("HALFLIGHT_SHADERS"); folder != nullptr && *folder != '\0') {
-        std::ifstream file(std::string(folder) + "/" + std::string(name.substr(kRoot.size())), std::ios::binary);
+    if (const std::string folder = development_folder(); !folder.empty()) {
+        std::ifstream file(folder + "/" + std::string(name.substr(kRoot.size())), std::ios::binary);
         if (!file) return std::nullopt;
         return std::string(std::istreambuf_iterator<char>(file), {});
     }
@@ -157,6 +163,31 @@ CompileMessage first_message(std::string_view log, const ExpandedSource& source)
     if (line == 0 || line > source.lines.size()) return {source.files.front(), first};
     const auto [file, number] = source.lines[line - 1];
     return {fmt::format("{}:{}", source.files[file], number), match[3]};
+}
+
+ShaderWatch::ShaderWatch() : folder_(development_folder()), known_(files()) {}
+
+ShaderWatch::Files ShaderWatch::files() const {
+    Files found;
+    if (!watching()) return found;
+    std::error_code none;  // what is gone meanwhile is not there
+    std::filesystem::recursive_directory_iterator at(folder_, none), end;
+    for (; !none && at != end; at.increment(none)) {
+        std::error_code gone;
+        if (!at->is_regular_file(gone)) continue;
+        const auto time = at->last_write_time(gone);
+        const auto bytes = at->file_size(gone);
+        if (!gone) found[at->path()] = {time, bytes};
+    }
+    return found;
+}
+
+bool ShaderWatch::changed() {
+    if (!watching()) return false;
+    Files now = files();
+    if (now == known_) return false;
+    known_ = std::move(now);
+    return true;
 }
 
 std::vector<std::string_view> embedded_shaders() {

@@ -8,7 +8,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <filesystem>
 #include <initializer_list>
+#include <map>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -63,6 +66,22 @@ struct CompileMessage {
     std::string what;
 };
 CompileMessage first_message(std::string_view log, const ExpandedSource& source);
+
+/// Whether files of HALFLIGHT_SHADERS have changed, come or gone, by their sizes and times.
+class ShaderWatch {
+  public:
+    /// Of what is there now. Without HALFLIGHT_SHADERS nothing ever changes.
+    ShaderWatch();
+    bool watching() const { return !folder_.empty(); }
+    bool changed();  ///< since the last call, or construction
+
+  private:
+    using Files = std::map<std::filesystem::path, std::pair<std::filesystem::file_time_type, std::uintmax_t>>;
+    Files files() const;
+
+    std::filesystem::path folder_;  // empty: none
+    Files known_;
+};
 
 /// Names of all shaders that are part of the library, sorted.
 std::vector<std::string_view> embedded_shaders();

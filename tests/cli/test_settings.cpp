@@ -34,7 +34,7 @@ class Settings : public testing::Test {
 
 TEST_F(Settings, AreWhatOptionsWouldSay) {
     const std::string s = settings(R"("camera": "above", "samples": 3, "bounces": 1, "exposure": 1,
-                                      "environment": {"color": [0.2, 0.3, 0.4], "intensity": 2})");
+                                      "environment": {"color": [0.2, 0.6, 0.4], "intensity": 2, "tint": [1, 0.5, 1]})");
     const ExrFile expected =
         render("a.exr", {"--camera", "above", "--samples", "3", "--bounces", "1", "--env", "0.4,0.6,0.8"});
     const ExrFile by_file = render("b.exr", {"--settings", s});

@@ -75,6 +75,13 @@ class View : public testing::Test {
         const auto bits = [](float v) { return std::bit_cast<std::uint32_t>(v); };
         return std::ranges::equal(a.values, b.values, {}, bits, bits);
     }
+    /// Columns from `first` to before `end`.
+    static Image crop(const Image& image, int first, int end) {
+        Image part(end - first, image.height, image.channels);
+        for (int y = 0; y < image.height; ++y)
+            std::copy_n(image.at(first, y), (end - first) * image.channels, part.at(0, y));
+        return part;
+    }
     static double mean(const Image& image) {
         double sum = 0;
         for (const float v : image.pixels) sum += double{v};
@@ -129,10 +136,10 @@ TEST_F(View, WhatIsSeenIsWhatRenderMakes) {
 TEST_F(View, EveryViewCanBeSeen) {
     std::string script;
     std::vector<std::string> views = {
-        "final",           "emission", "direct_diffuse", "direct_glossy", "indirect_diffuse",
-        "indirect_glossy", "variance", "samples",        "albedo",        "normal",
-        "position",        "depth",    "motion",         "ids",           "cryptoobject",
-        "cryptomaterial",  "nodes",    "culling"};
+        "final",           "error",    "emission", "direct_diffuse", "direct_glossy",  "indirect_diffuse",
+        "indirect_glossy", "variance", "samples",  "albedo",         "normal",         "position",
+        "depth",           "motion",   "ids",      "cryptoobject",   "cryptomaterial", "nodes",
+        "culling"};
     for (const std::string& name : views) {
         script += fmt::format("view {0}\nwait samples 2\nscreenshot @{0}.png\n", name);
         if (name != "final") script += fmt::format("screenshot @{}.exr\n", name);
@@ -156,6 +163,59 @@ TEST_F(View, EveryViewCanBeSeen) {
         EXPECT_GT(mean(png(name + std::string(".png"))), 0.02) << name << " is black";
 }
 
+TEST_F(View, ComponentsAndTwoPicturesSideBySide) {
+    expect_done(view(R"(
+        wait samples 2
+        compare on
+        component emission off
+        component direct_diffuse off
+        split 0.25
+        wait samples 2
+        exposure 1
+        screenshot @both.png
+        window @window.png
+        compare off
+        screenshot @without.png
+        screenshot @without.exr
+        component emission on
+        component direct_diffuse on
+        wait samples 2
+        screenshot @with.png)"));
+    const Image both = png("both.png"), without = png("without.png"), with = png("with.png");
+    EXPECT_GT(difference(with, without), 10);
+    const int split = both.width / 4;
+    EXPECT_EQ(difference(crop(both, 0, split), crop(without, 0, split)), 0);
+    EXPECT_EQ(difference(crop(both, split, both.width), crop(with, split, both.width)), 0)
+        << "in the same exposure, although it was kept before that";
+    EXPECT_GT(difference(png("window.png"), both), 50) << "there is no line between them";
+    // What is seen is what is written.
+    const ExrFile exr = read_exr(file("without.exr"));
+    const auto values = [&](const std::string& name) { return exr.find(name)->values; };
+    const auto sum = values("R"), a = values("direct_glossy.R"), b = values("indirect_diffuse.R"),
+               c = values("indirect_glossy.R");
+    for (std::size_t i = 0; i < sum.size(); ++i) ASSERT_EQ(sum[i], a[i] + b[i] + c[i]);
+    EXPECT_NE(exr.attributes.comments.find("no emission, no direct_diffuse"), std::string::npos);
+}
+
+TEST_F(View, ErrorsAreEstimatedAndBiasesNamed) {
+    expect_done(view(R"(
+        wait error 0.5
+        timings @timings.json
+        screenshot @plain.exr
+        clamp 0.001
+        wait samples 2
+        screenshot @clamped.exr
+        window @window.png
+        screenshot @clamped.png)"));
+    const auto last = nlohmann::json::parse(read_text(file("timings.json")))["last_picture"];
+    EXPECT_LT(last["estimated_relmse"], 0.5);
+    EXPECT_GE(last["samples"], 4);
+    EXPECT_GT(difference(png("window.png"), png("clamped.png")), 50) << "nothing says that it is biased";
+    const auto bias = [&](const char* name) { return read_exr(file(name)).attributes.extra["bias"]; };
+    EXPECT_EQ(bias("plain.exr"), "");
+    EXPECT_NE(bias("clamped.exr").find("clamped to a luminance of 0.001"), std::string::npos);
+}
+
 TEST_F(View, LightsMaterialsAndBookmarks) {
     expect_done(view(R"(
         wait samples 2
@@ -164,6 +224,7 @@ TEST_F(View, LightsMaterialsAndBookmarks) {
         camera above
         clay on
         emission 0.5
+        tint 1 0.5 0.25
         bounces 2
         wait samples 2
         screenshot @above.png
@@ -171,6 +232,7 @@ TEST_F(View, LightsMaterialsAndBookmarks) {
         recall here
         clay off
         emission 1
+        tint 1 1 1
         bounces 8
         wait samples 2
         screenshot @again.png)",
@@ -214,12 +276,21 @@ TEST_F(View, WhatCannotBeDoneIsTold) {
     expect_error(view("camera nobody\n"), 1, at + "1: " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'");
     expect_error(view("screenshot @a.png\n"), 1, at + "1: " + file("a.png: not written: there is no picture yet"));
     expect_error(view("recall there\n"), 1, at + "1: bookmarks: there is no 'there'");
+    expect_error(view("light 0 1 0 0\n"), 1, at + "1: light: the scene has 0");
+    expect_error(view("component light on\n"), 1,
+                 at + "1: component: there is no 'light', only emission, direct_diffuse, direct_glossy, "
+                      "indirect_diffuse, indirect_glossy");
+    expect_error(view("compare on\n"), 1, at + "1: compare: there is no picture yet");
+    expect_error(view("culling some\n"), 1, at + "1: culling: is auto, off, compute or raster, not 'some'");
+    expect_error(view("wait first\nopen @no.glb\nquit\n"), 1,
+                 at + "2: " + file("no.glb: cannot read: No such file or directory"));
     expect_error(view("light 0 1\n"), 1, at + "1: light: the scene has 0");
     expect_error(view("open @script.txt\n"), 1,
                  at + "1: " + file("script.txt: is neither a scene (.glb, .gltf) nor an environment (.exr, .hdr)"));
     expect_error(run_program({"view", scene, "--size", "640"}), 2, "--size: wants WIDTHxHEIGHT in pixels, not '640'");
-    EXPECT_NE(view("\n\nview sideways\n").err.find("script.txt:3: view: there is no 'sideways', only final, emission"),
-              std::string::npos);
+    EXPECT_NE(
+        view("\n\nview sideways\n").err.find("script.txt:3: view: there is no 'sideways', only final, error, emission"),
+        std::string::npos);
     EXPECT_EQ(view("quit\n", {"--view", "nothing"}).status, 1);
     write_text(scene + ".halflight.json", "{}");
     expect_error(view("quit\n"), 1, scene + ".halflight.json: has no 'halflight_settings', the version of its format");

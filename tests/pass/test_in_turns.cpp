@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "engine/core/error.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"
@@ -62,7 +63,7 @@ TEST_F(InTurns, EveryPictureOnTheWayIsThatOfSoManySamples) {
             int looks = 0;
             const RenderResult last = renderer.render([&](const RenderProgress& p) {
                 if (!p.picture) return true;
-                const RenderResult seen = p.picture();
+                const RenderResult seen = p.picture(s.aovs);
                 EXPECT_EQ(seen.stats.samples, p.samples_done);
                 expect_same(seen, of.at(std::size_t(p.samples_done - 1)));
                 EXPECT_EQ(seen.attributes, of[0].attributes);
@@ -73,6 +74,25 @@ TEST_F(InTurns, EveryPictureOnTheWayIsThatOfSoManySamples) {
             expect_same(last, of[3]);
         }
     }
+}
+
+TEST_F(InTurns, ComponentsCanBeAskedForAfterTheSamples) {
+    const std::vector<std::string> components = {"indirect_diffuse", "emission", "samples"};
+    RenderSettings s = settings(2);
+    s.aovs = components;
+    const RenderResult asked_before = expected(s);
+    s.aovs = {"normal", "depth"};
+    const RenderResult data = expected(s);
+    s.in_turns = true;
+    Renderer renderer(prepared, colors, s);
+    renderer.render([&](const RenderProgress& p) {
+        if (!p.picture || p.samples_done < 2) return true;
+        expect_same(p.picture(components), asked_before);
+        expect_same(p.picture(s.aovs), data);
+        EXPECT_TRUE(p.picture({}).aovs.empty());
+        EXPECT_THROW(p.picture({"albedo"}), Error) << "nobody has summed it up";
+        return true;
+    });
 }
 
 TEST_F(InTurns, WhoStopsGetsWhatThereIs) {

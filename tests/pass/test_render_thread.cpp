@@ -1,11 +1,16 @@
 // The viewer's render thread: a coarse picture first, then the mean that `render` makes, bit for bit.
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <condition_variable>
+#include <cstdlib>
 #include <deque>
+#include <filesystem>
 #include <mutex>
+#include <thread>
 
+#include "tests/cli/process.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"
@@ -85,6 +90,7 @@ class RenderThreadTest : public GpuTest {
         s.bounces = r.bounces;
         s.samples = samples;
         s.aovs = r.aovs;
+        s.culling = r.culling;
         return test::render(context, edited, s);
     }
 
@@ -177,6 +183,181 @@ TEST_F(RenderThreadTest, LightsAndMaterialsAreEdited) {
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
     expect_same(thread.seen.back()->result, plain->result);
     EXPECT_FALSE(thread.seen.back()->result.stats.passes.empty());
+}
+
+TEST_F(RenderThreadTest, ComponentsNeedNoNewSamples) {
+    Watched thread;
+    thread->limit(3);
+    Request r = request();
+    r.aovs = {"variance"};
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 3));
+    const auto first = thread.seen.back();
+    EXPECT_FALSE(first->relmse) << "too few samples to tell";
+    Request parts = r;
+    parts.aovs = {"direct_diffuse", "indirect_diffuse"};
+    const std::uint64_t number = thread->show(parts);
+    ASSERT_TRUE(thread.until_samples(number, 3));
+    expect_same(thread.seen.back()->result, expected(parts, 3));
+    EXPECT_GT(thread.seen.back()->seconds, first->seconds) << "they are as old as the samples";
+    // They go on where they were, and what was gathered is still there.
+    thread->limit(5);
+    ASSERT_TRUE(thread.until_samples(number, 5));
+    const std::uint64_t again = thread->show(r);
+    ASSERT_TRUE(thread.until_samples(again, 5));
+    expect_same(thread.seen.back()->result, expected(r, 5));
+    EXPECT_GT(thread.seen.back()->relmse.value(), 0);
+    for (const auto& picture : thread.seen) {
+        EXPECT_TRUE(picture->request != number || picture->result.stats.samples >= 3) << "it has begun anew";
+        EXPECT_TRUE(picture->request != again || picture->result.stats.samples == 5) << "it has begun anew";
+    }
+}
+
+TEST_F(RenderThreadTest, PreviewModesSayWhatTheyDo) {
+    Watched thread;
+    thread->limit(2);
+    Request r = request();
+    r.modes.clamp = 0.01f;
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    EXPECT_EQ(thread.seen.back()->result.stats.biases.size(), 1u);
+    const auto clamped = thread.seen.back();
+    r.modes = {};
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    EXPECT_TRUE(thread.seen.back()->result.stats.biases.empty());
+    EXPECT_FALSE(same_bits(thread.seen.back()->result.beauty, clamped->result.beauty));
+}
+
+TEST_F(RenderThreadTest, CullingIsChosen) {
+    Watched thread;
+    thread->limit(2);
+    Request r = request();
+    r.measure = true;
+    for (const auto culling : {rays::Culling::raster, rays::Culling::off, rays::Culling::compute}) {
+        SCOPED_TRACE(rays::name(culling));
+        r.culling = culling;
+        ASSERT_TRUE(thread.until_samples(thread->show(r), 2)) << thread->status().error;
+        expect_same(thread.seen.back()->result, expected(r, 2));
+        EXPECT_EQ(thread.seen.back()->result.stats.raster.empty(), culling != rays::Culling::raster);
+    }
+}
+
+TEST_F(RenderThreadTest, OtherWorkComesBetween) {
+    Watched thread;
+    std::string activity;
+    const std::thread::id here = std::this_thread::get_id();
+    std::thread::id there = here;
+    std::atomic<bool> done = false;
+    const auto work = [&] {
+        activity = thread->status().activity;
+        there = std::this_thread::get_id();
+        done = true;
+    };
+    thread->perform("reading", work);
+    ASSERT_TRUE(thread.until([&] { return done.load(); })) << "nothing else is wanted";
+    EXPECT_EQ(activity, "reading");
+    EXPECT_NE(there, here);
+    // While a picture gets better and better, and while it is as good as wanted; it goes on afterwards.
+    Request r = request();
+    thread->limit(1 << 24);
+    const std::uint64_t number = thread->show(r);
+    ASSERT_TRUE(thread.until([&] { return !thread.seen.empty(); }));
+    done = false;
+    thread->perform("reading", work);
+    ASSERT_TRUE(thread.until([&] { return done.load(); }));
+    thread->limit(1);
+    const std::size_t before = thread.seen.size();
+    ASSERT_TRUE(thread.until([&] { return thread.seen.size() > before && thread.seen.back()->divisor == 1; }));
+    EXPECT_EQ(thread.seen.back()->request, number);
+    done = false;
+    thread->perform("reading", work);
+    ASSERT_TRUE(thread.until([&] { return done.load(); }));
+    thread->limit(2);
+    ASSERT_TRUE(thread.until_samples(number, 2));
+    expect_same(thread.seen.back()->result, expected(r, 2));
+}
+
+/// Shaders of one's own, as HALFLIGHT_SHADERS has them.
+class OwnShaders {
+  public:
+    OwnShaders() {
+        std::filesystem::copy(std::filesystem::path(HALFLIGHT_SOURCE_DIR) / "shaders", folder_.path,
+                              std::filesystem::copy_options::recursive);
+        setenv("HALFLIGHT_SHADERS", folder_.path.c_str(), 1);
+    }
+    ~OwnShaders() { unsetenv("HALFLIGHT_SHADERS"); }
+    OwnShaders(const OwnShaders&) = delete;
+    OwnShaders& operator=(const OwnShaders&) = delete;
+
+    std::string read(const std::string& name) const { return test::read_text(folder_ / name); }
+    /// All at once: nobody sees half of it.
+    void write(const std::string& name, const std::string& text) const {
+        test::write_text(drafts_ / name, text);
+        std::filesystem::rename(drafts_ / name, folder_ / name);
+    }
+
+  private:
+    test::TemporaryFolder folder_, drafts_;
+};
+
+TEST_F(RenderThreadTest, ShadersAreTakenWhenTheyChange) {
+    const RenderResult plain = expected(request(), 2);
+    const OwnShaders shaders;
+    Watched thread;
+    thread->limit(2);
+    const std::uint64_t number = thread->show(request());
+    ASSERT_TRUE(thread.until_samples(number, 2)) << thread->status().error;
+    expect_same(thread.seen.back()->result, plain);
+
+    // Where nothing is to be done but to wait: a picture in twice the light.
+    const std::string name = "accumulate.comp", good = shaders.read(name);
+    const std::string from = "vec3 emission = guarded(point.emission, kCountGBuffer);";
+    const std::size_t at = good.find(from);
+    ASSERT_NE(at, std::string::npos);
+    const auto edited = [&](const std::string& to) { return std::string(good).replace(at, from.size(), to); };
+    shaders.write(name, edited("vec3 emission = 2.0 * guarded(point.emission, kCountGBuffer);"));
+    const auto brighter = [&] {
+        const auto& last = thread.seen.back();
+        return last->divisor == 1 && last->result.stats.samples == 2 && !same_bits(last->result.beauty, plain.beauty);
+    };
+    ASSERT_TRUE(thread.until(brighter));
+    EXPECT_EQ(thread->status().reloads, 1u);
+    const auto bright = thread.seen.back();
+
+    // One that does not compile is told, and the old one goes on.
+    shaders.write(name, edited("vec3 emission = nonsense;"));
+    ASSERT_TRUE(thread.until([&] { return !thread->status().shader_error.empty(); }));
+    const std::string error = thread->status().shader_error;
+    EXPECT_TRUE(error.starts_with("shaders/accumulate.comp:")) << error;
+    EXPECT_EQ(error.find('\n'), std::string::npos);
+    EXPECT_EQ(thread->picture(), bright);
+    thread->limit(3);
+    ASSERT_TRUE(thread.until_samples(number, 3)) << "it goes on where it was";
+    EXPECT_NE(thread->status().shader_error, "");
+
+    // Mended, while there is a lot to do.
+    thread->limit(1 << 24);
+    shaders.write(name, good);
+    ASSERT_TRUE(thread.until([&] { return thread->status().shader_error.empty(); }));
+    EXPECT_EQ(thread->status().reloads, 2u);
+    thread->limit(2);
+    Request moved = request();
+    moved.bounces = 2;
+    ASSERT_TRUE(thread.until_samples(thread->show(moved), 2));
+    expect_same(thread.seen.back()->result, expected(moved, 2));
+}
+
+TEST_F(RenderThreadTest, AShaderThatWasBrokenAtTheStartCanBeMended) {
+    const RenderResult plain = expected(request(), 1);
+    const OwnShaders shaders;
+    const std::string good = shaders.read("accumulate.comp");
+    shaders.write("accumulate.comp", good + "nonsense;\n");
+    Watched thread;
+    const std::uint64_t number = thread->show(request());
+    ASSERT_TRUE(thread.until([&] { return thread->status().failed == number; }));
+    EXPECT_TRUE(thread->status().error.starts_with("shaders/accumulate.comp:")) << thread->status().error;
+    shaders.write("accumulate.comp", good);
+    ASSERT_TRUE(thread.until_samples(number, 1));
+    expect_same(thread.seen.back()->result, plain);
+    EXPECT_EQ(thread->status().error, "");
 }
 
 TEST_F(RenderThreadTest, AnErrorKeepsThePicture) {

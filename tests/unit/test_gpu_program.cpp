@@ -29,6 +29,7 @@ class ShaderFolder {
         std::filesystem::remove_all(folder_);
     }
     void add(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
+    void remove(const std::string& name) const { std::filesystem::remove(folder_ / name); }
 
   private:
     std::filesystem::path folder_;
@@ -264,6 +265,71 @@ TEST_F(ProgramTest, TheCacheCompilesEachVariantOnce) {
 }
 
 // --- Shared structs -------------------------------------------------------------------------------------------------
+
+TEST(ShaderWatch, SeesWhatHasChanged) {
+    EXPECT_FALSE(ShaderWatch().watching());
+    const ShaderFolder folder;
+    folder.add("a.comp", "one");
+    ShaderWatch watch;
+    EXPECT_TRUE(watch.watching());
+    EXPECT_FALSE(watch.changed());
+    folder.add("a.comp", "other");
+    EXPECT_TRUE(watch.changed());
+    EXPECT_FALSE(watch.changed());
+    folder.add("lib/b.glsl", "");
+    EXPECT_TRUE(watch.changed());
+    folder.remove("a.comp");
+    EXPECT_TRUE(watch.changed());
+    EXPECT_FALSE(watch.changed());
+}
+
+TEST_F(ProgramTest, TheCacheReloadsWhatHasChanged) {
+    const ShaderFolder folder;
+    const auto kernel = [](const char* value) {
+        return std::string(
+                   "#include \"shaders/lib/value.glsl\"\nlayout(local_size_x = 1) in;\n"
+                   "layout(std430, binding = 0) buffer Out { uint value; };\nuniform uint more;\n"
+                   "void main() { value = from_file() + more + ") +
+               value + "; }\n";
+    };
+    folder.add("lib/value.glsl", "uint from_file() { return 1u; }\n");
+    folder.add("a.comp", kernel("10u"));
+    folder.add("b.comp", kernel("20u"));
+    ProgramCache cache;
+    const Program& a = cache.compute("shaders/a.comp");
+    const Program& b = cache.compute("shaders/b.comp");
+    Buffer out("out", sizeof(std::uint32_t));
+    const auto values = [&] {
+        std::array<std::uint32_t, 2> result;
+        for (const Program* program : {&a, &b}) {
+            out.bind_storage(0);
+            program->set("more", 100u);
+            program->dispatch(1);
+            glMemoryBarrier(GL_ALL_BARRIER_BITS);
+            result[program == &b] = out.read<std::uint32_t>().at(0);
+        }
+        return result;
+    };
+    EXPECT_EQ(values(), (std::array{111u, 121u}));
+    EXPECT_EQ(cache.reload(), 0u);
+    folder.add("b.comp", kernel("30u"));
+    EXPECT_EQ(cache.reload(), 1u);
+    EXPECT_EQ(values(), (std::array{111u, 131u}));
+    folder.add("lib/value.glsl", "uint from_file() { return 2u; }\n");
+    EXPECT_EQ(cache.reload(), 2u);
+    EXPECT_EQ(values(), (std::array{112u, 132u}));
+    // One of them does not compile: neither changes.
+    folder.add("a.comp", kernel("11u"));
+    folder.add("b.comp", kernel("nothing"));
+    const std::string message = error_message([&] { cache.reload(); });
+    EXPECT_TRUE(message.starts_with("shaders/b.comp:5: ")) << message;
+    EXPECT_EQ(values(), (std::array{112u, 132u}));
+    folder.add("b.comp", kernel("31u"));
+    EXPECT_EQ(cache.reload(), 2u);
+    EXPECT_EQ(values(), (std::array{113u, 133u}));
+    EXPECT_EQ(&cache.compute("shaders/a.comp"), &a);
+    EXPECT_EQ(cache.count(), 2u);
+}
 
 TEST_F(ProgramTest, EverySharedHeaderIsGlsl) {
     for (const std::string_view name : embedded_shaders()) {

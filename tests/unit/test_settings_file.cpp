@@ -27,7 +27,8 @@ SavedSettings all_kinds() {
     s.edits.environment_rotation = 12.5;
     s.edits.environment_intensity = 0.1f;
     s.edits.emission = 2;
-    s.edits.lights = {1, 0.3f};
+    s.edits.environment_tint = {1, 0.5f, 0.1f};
+    s.edits.lights = {{}, {0.3f}, {2, vec3(0.2f, 0, 1)}};
     s.edits.clay = true;
     pose.orthographic = true;
     pose.ortho_height = 3;
@@ -103,6 +104,9 @@ TEST(SettingsFile, ElementsThatAreWrongAreNamed) {
     EXPECT_EQ(with("\"samples\": 1.5"), "samples: is no whole number");
     EXPECT_EQ(with("\"clay\": 1"), "clay: is neither true nor false");
     EXPECT_EQ(with("\"lights\": [1, -1]"), "lights[1]: is no number from 0 to 1000000000");
+    EXPECT_EQ(with("\"lights\": [{\"factor\": 1, \"colour\": 1}]"), "lights[0]: there is no setting 'colour'");
+    EXPECT_EQ(with("\"lights\": [{\"color\": [0, 0, 2]}]"), "lights[0].color[2]: is no number from 0 to 1");
+    EXPECT_EQ(with("\"environment\": {\"tint\": [0, -1, 0]}"), "environment.tint[1]: is no number from 0 to 1");
     EXPECT_EQ(with("\"camera\": {\"from\": [0, 1]}"), "camera.from: is no list of three numbers");
     EXPECT_EQ(with("\"camera\": {\"from\": [0, 0, 0]}"), "camera: camera: from and at are the same point");
     EXPECT_EQ(with("\"environment\": {\"map\": \"a\", \"color\": [1, 1, 1]}"),
@@ -134,6 +138,28 @@ TEST(SceneEdits, TurnTheEnvironmentByWholeTexels) {
     EXPECT_EQ(back.environment.map.pixels, before.environment.map.pixels);
 }
 
+TEST(SceneEdits, ColoursAreInPlaceOfTheLightsOwn) {
+    Scene scene;
+    PunctualLight light;
+    light.intensity = {0, 2, 8};
+    PunctualLight off;
+    off.intensity = vec3(0);
+    scene.lights = {light, light, light, off};
+    scene.environment = {"constant", vec3(2, 4, 6), {}};
+    EXPECT_EQ(color_of(light).color, vec3(0, 0.25f, 1));
+    EXPECT_EQ(color_of(light).intensity, 8);
+    EXPECT_EQ(color_of(off).color, vec3(1));
+    apply({.environment_intensity = 0.5f,
+           .environment_tint = {1, 0.5f, 0},
+           .lights = {{2, vec3(1, 0.5f, 0)}, {3}, {1, color_of(light).color}, {1, vec3(1)}}},
+          scene);
+    EXPECT_EQ(scene.lights[0].intensity, vec3(16, 8, 0));
+    EXPECT_EQ(scene.lights[1].intensity, 3.0f * light.intensity);
+    EXPECT_EQ(scene.lights[2].intensity, light.intensity);
+    EXPECT_EQ(scene.lights[3].intensity, vec3(0));
+    EXPECT_EQ(scene.environment.color, vec3(1, 1, 0));
+}
+
 TEST(SceneEdits, ClayKeepsLightsAndHoles) {
     Scene scene = test::cornell_box(test::metal_material(vec3(0.9f, 0.5f, 0.1f), 0.1f));
     Material leaf = test::diffuse_material(vec3(0, 1, 0));
@@ -146,7 +172,7 @@ TEST(SceneEdits, ClayKeepsLightsAndHoles) {
     SceneEdits edits;
     edits.clay = true;
     edits.emission = 2;
-    edits.lights = {3};
+    edits.lights = {{3}};
     apply(edits, scene);
     for (std::size_t i = 0; i < scene.materials.size(); ++i) {
         const Material& m = scene.materials[i];

@@ -5,10 +5,13 @@
 #include <bit>
 #include <cmath>
 
+#include "engine/core/color_map.h"
 #include "tests/support/error_message.h"
+#include "tools/view/pass_history.h"
 #include "tools/view/resolution.h"
 #include "tools/view/script.h"
 #include "tools/view/seen.h"
+#include "tools/view/statistics_text.h"
 #include "tools/view/timings.h"
 
 namespace halflight::view {
@@ -79,6 +82,13 @@ TEST(Script, LinesBecomeCommands) {
     EXPECT_EQ(commands[2].words, std::vector<std::string>{"a # b.png"});
     EXPECT_EQ(commands[3].line, 6);
     EXPECT_TRUE(parse_script("s.txt", "").empty());
+    const auto more = parse_script("s.txt", "wait error 0.01\nlight 12 5\nlight 12 0 0.5 1\ncompare on\nclay off");
+    ASSERT_EQ(more.size(), 5u);
+    EXPECT_EQ(more[0].numbers, std::vector{0.01});
+    EXPECT_EQ(more[1].numbers, (std::vector{12.0, 5.0}));
+    EXPECT_EQ(more[2].numbers, (std::vector{12.0, 0.0, 0.5, 1.0}));
+    EXPECT_TRUE(more[3].on());
+    EXPECT_FALSE(more[4].on());
 }
 
 TEST(Script, BadLinesAreNamed) {
@@ -91,8 +101,18 @@ TEST(Script, BadLinesAreNamed) {
     EXPECT_EQ(message("orbit 1 inf"), "s.txt:2: 'orbit' wants a number, not 'inf'");
     EXPECT_EQ(message("wait samples 1.5"), "s.txt:2: 'wait' wants a whole number, not '1.5'");
     EXPECT_EQ(message("wait samples 0"), "s.txt:2: 'wait' wants a number from 1 to 16777216, not 0");
-    EXPECT_EQ(message("wait long"), "s.txt:2: there is 'wait first' and 'wait samples N', no 'wait long'");
-    EXPECT_EQ(message("wait for 3"), "s.txt:2: there is 'wait first' and 'wait samples N', no 'wait for'");
+    EXPECT_EQ(message("wait long"),
+              "s.txt:2: there is 'wait first', 'wait samples N' and 'wait error E', no 'wait long'");
+    EXPECT_EQ(message("wait for 3"),
+              "s.txt:2: there is 'wait first', 'wait samples N' and 'wait error E', no 'wait for'");
+    EXPECT_EQ(message("wait error 0"), "s.txt:2: 'wait' wants a number from 1e-09 to 1000000000, not 0");
+    EXPECT_EQ(message("wait error x"), "s.txt:2: 'wait' wants a number, not 'x'");
+    EXPECT_EQ(message("component emission"), "s.txt:2: 'component' wants 2 words, not 1");
+    EXPECT_EQ(message("component emission maybe"), "s.txt:2: 'component' is on or off");
+    EXPECT_EQ(message("split 1.5"), "s.txt:2: 'split' wants a number from 0 to 1, not 1.5");
+    EXPECT_EQ(message("light -1 2"), "s.txt:2: 'light' wants a number from 0 to 16777216, not -1");
+    EXPECT_EQ(message("light 0.5 2"), "s.txt:2: 'light' wants a whole number, not '0.5'");
+    EXPECT_EQ(message("light 12 0.5 0.5 2"), "s.txt:2: 'light' wants a number from 0 to 1, not 2");
     EXPECT_EQ(message("clay perhaps"), "s.txt:2: 'clay' is on or off");
     EXPECT_EQ(message("key X"), "s.txt:2: there is no key 'X'");
     EXPECT_EQ(message("screenshot a.jpg"), "s.txt:2: a screenshot is a .png or an .exr");
@@ -110,7 +130,9 @@ TEST(Seen, EveryViewShowsSomethingFinite) {
         if (view == "depth" || view == "samples" || view == "nodes") layer.image = Image(4, 3, 1);
         for (std::size_t i = 0; i < layer.image.pixels.size(); ++i) layer.image.pixels[i] = 0.1f * float(i % 7);
         result.aovs.push_back(layer);
-        const Seen shown = seen(view, result);
+        const Look look{.view = view};
+        const std::vector<std::string> aovs = {view == kError ? "variance" : view};
+        const Seen shown = seen(look, aovs, result);
         EXPECT_EQ(shown.image.width, 4);
         EXPECT_EQ(shown.image.height, 3);
         EXPECT_GE(shown.image.channels, 3);
@@ -122,7 +144,11 @@ TEST(Seen, EveryViewShowsSomethingFinite) {
         EXPECT_EQ(least < most, view != kFinal);
         EXPECT_TRUE(!shown.encoded || (least >= 0 && most <= 1)) << least << " " << most;
         EXPECT_FALSE(description(view).empty());
-        EXPECT_EQ(aovs_of(view).size(), view == kFinal ? 0u : 1u);
+        EXPECT_EQ(aovs_of(look), view == kFinal ? std::vector<std::string>{} : aovs);
+        const bool scaled = view == kError || view == "variance" || view == "depth" || view == "samples" ||
+                            view == "nodes" || view == "culling";
+        ASSERT_EQ(shown.scale.has_value(), scaled);
+        EXPECT_TRUE(!scaled || (shown.scale->top > 0 && !shown.scale->unit.empty()));
     }
 }
 
@@ -131,16 +157,156 @@ TEST(Seen, NothingHasItsOwnColour) {
     result.beauty = Image(2, 1, 4);
     result.aovs.push_back({{}, Image(2, 1, 1)});
     result.aovs[0].image.pixels = {3, 1e10f};
-    const Image depth = seen("depth", result).image;
+    const Image depth = seen({.view = "depth"}, {"depth"}, result).image;
     EXPECT_EQ(std::vector(depth.at(1, 0), depth.at(1, 0) + 3),
               (std::vector{0xfc / 255.0f, 0xfd / 255.0f, 0xbf / 255.0f}))
         << "the far end of magma";
     result.aovs[0].image = Image(2, 1, 3);
     result.aovs[0].image.pixels[0] = std::bit_cast<float>(7u);
     result.aovs[0].image.pixels[3] = std::bit_cast<float>(~0u);
-    const Image ids = seen("ids", result).image;
+    const Image ids = seen({.view = "ids"}, {"ids"}, result).image;
     EXPECT_GT(*ids.at(0, 0), 0);
     EXPECT_EQ(*ids.at(1, 0), 0);
+}
+
+TEST(Seen, ComponentsAddUp) {
+    RenderResult result;
+    result.beauty = Image(1, 1, 4);
+    result.beauty.pixels = {100, 100, 100, 1};
+    std::vector<std::string> aovs = {"variance"};
+    result.aovs.push_back({{}, Image(1, 1, 3)});
+    for (std::size_t i = 0; i < kComponents.size(); ++i) {
+        aovs.emplace_back(kComponents[i]);
+        ExrLayer& layer = result.aovs.emplace_back(ExrLayer{{}, Image(1, 1, 3)});
+        layer.image.pixels = {float(1 << i), float(10 << i), 0};
+    }
+    Look look;
+    EXPECT_FALSE(look.is_sum());
+    EXPECT_EQ(seen(look, aovs, result).image.pixels, result.beauty.pixels) << "all of them are the picture itself";
+    look.components = {true, false, false, true, false};
+    EXPECT_TRUE(look.is_sum());
+    const Seen sum = seen(look, aovs, result);
+    EXPECT_EQ(sum.image.pixels, (std::vector<float>{9, 90, 0}));
+    EXPECT_FALSE(sum.encoded);
+    look.view = "albedo";
+    EXPECT_FALSE(look.is_sum()) << "that has none";
+}
+
+TEST(Seen, ErrorsAreOfTheMeanAndRelative) {
+    RenderResult result;
+    result.beauty = Image(2, 1, 4);
+    result.beauty.pixels = {0, 0, 0, 1, 2, 2, 2, 1};
+    result.aovs.push_back({{}, Image(2, 1, 3)});
+    result.aovs[0].image.pixels = {0.012f, 0.012f, 0.012f, 1, 1, 1};
+    result.stats.samples = kLeastSamples;
+    const Seen error = seen({.view = kError}, {"variance"}, result);
+    // sqrt(0.012 / 0.01) = 1.1 and sqrt(1 / 4.01) = 0.499, which is the 99th percentile of two: a scale up to 0.5.
+    EXPECT_FLOAT_EQ(error.scale->top, 0.5f);
+    EXPECT_NEAR(error.image.at(0, 0)[2], magma(1).b, 1e-6f);
+    EXPECT_NEAR(error.image.at(1, 0)[2], magma(0.49938f / 0.5f).b, 1e-3f);
+    const Seen variance = seen({.view = "variance"}, {"variance"}, result);
+    EXPECT_FLOAT_EQ(variance.scale->top, 0.02f) << "that is absolute";
+    EXPECT_NEAR(variance.image.at(0, 0)[2], magma(0.6f).b, 1e-3f);
+
+    ASSERT_TRUE(estimated_relmse({"variance"}, result));
+    EXPECT_NEAR(*estimated_relmse({"variance"}, result), 0.5 * (1.2 + 1 / 4.01), 1e-6);
+    EXPECT_FALSE(estimated_relmse({"albedo"}, result));
+    result.stats.samples = kLeastSamples - 1;
+    EXPECT_FALSE(estimated_relmse({"variance"}, result)) << "too few to tell";
+}
+
+TEST(Requests, ServeOthersThatDifferInWhatIsLookedAt) {
+    Request made;
+    made.aovs = {"variance", "emission"};
+    Request other = made;
+    other.aovs = {"indirect_glossy", "samples", "variance"};
+    EXPECT_TRUE(serves(made, other));
+    other.aovs.clear();
+    EXPECT_TRUE(serves(made, other));
+    EXPECT_FALSE(serves(other, made)) << "nobody gathers the variance";
+    other.bounces = 1;
+    EXPECT_FALSE(serves(made, other));
+    other = made;
+    other.camera.camera_to_world[3].x = 1;
+    EXPECT_FALSE(serves(made, other));
+    other = made;
+    other.modes.clamp = 1;
+    EXPECT_FALSE(serves(made, other));
+}
+
+Picture with_passes(int samples, std::vector<PassTime> passes) {
+    Picture picture;
+    picture.result.stats.samples = samples;
+    picture.result.stats.passes = std::move(passes);
+    return picture;
+}
+
+TEST(PassHistory, TellsEachSamplesTime) {
+    PassHistory history;
+    history.add(with_passes(1, {{"a", 1, 0.5}, {"b", 1, 1}}));
+    history.add(with_passes(3, {{"a", 3, 0.75}, {"b", 3, 5}}));
+    ASSERT_EQ(history.passes().size(), 2u);
+    EXPECT_EQ(history.passes()[0].milliseconds, (std::vector<float>{500, 125}));
+    EXPECT_EQ(history.passes()[1].milliseconds, (std::vector<float>{1000, 2000}));
+    history.add(with_passes(3, {{"a", 3, 0.75}, {"b", 3, 5}}));
+    EXPECT_EQ(history.passes()[0].milliseconds.size(), 2u) << "the same samples seen otherwise";
+    // Another view begins again; passes that it has not are gone.
+    history.add(with_passes(1, {{"b", 1, 3}, {"c", 1, 0.25}}));
+    ASSERT_EQ(history.passes().size(), 2u);
+    EXPECT_EQ(history.passes()[0].milliseconds, (std::vector<float>{1000, 2000, 3000}));
+    EXPECT_EQ(history.passes()[1].milliseconds, std::vector<float>{250});
+    Picture coarse = with_passes(1, {{"b", 1, 1}});
+    coarse.divisor = 4;
+    history.add(coarse);
+    history.add(with_passes(2, {}));
+    EXPECT_EQ(history.passes()[0].milliseconds.size(), 3u);
+    for (int i = 2; i < 200; ++i) history.add(with_passes(i, {{"b", 1, double(i)}, {"c", 1, 1}}));
+    EXPECT_EQ(history.passes()[0].milliseconds.size(), PassHistory::kLength);
+}
+
+TEST(StatisticsText, TellsWhatCullingDoes) {
+    RenderStats stats;
+    rays::BatchStatistics batch;
+    batch.batch = "shadow";
+    batch.way = rays::Way::tiles;
+    batch.reason = "faster";
+    stats.batches.push_back(batch);
+    EXPECT_EQ(culling_lines(stats), std::vector<std::string>{"shadow: tiles (faster)"}) << "nothing was counted";
+    stats.batches[0].tiles_culled = 10;
+    stats.batches[0].lists = {
+        .tiles = 40, .entries = 400, .leaves = 300, .longest = 32, .rays = 1000, .rest_rays = 100, .remembered = 250};
+    stats.batches[0].state_bytes = 3 << 20;
+    rays::RasterBatch raster;
+    raster.statistics = {.runs = 2,
+                         .queries = 20,
+                         .multi_queries = 4,
+                         .saved_hidden = 6,
+                         .saved_visible = 8,
+                         .waits = 0,
+                         .nodes = 50,
+                         .leaves = 30,
+                         .traces = 0,
+                         .seconds = 0,
+                         .pairs = 900,
+                         .stages = {}};
+    stats.raster.push_back(raster);
+    EXPECT_EQ(
+        culling_lines(stats),
+        (std::vector<std::string>{"shadow: tiles (faster)", "  pairs per tile 10.0, 7.5 of them leaves; at most 32",
+                                  "  state hits: 75 % of lists kept, 25 % of rays ended by a remembered leaf",
+                                  "  10 % of rays went on beyond leaves", "  3.0 MiB of state",
+                                  "primary 0 by queries, each run:", "  10 queries, 2 about several nodes",
+                                  "  state hits: 3 queries saved of hidden nodes, 4 of visible ones",
+                                  "  25 nodes tested, 15 leaves hit, 450 pairs"}));
+}
+
+TEST(StatisticsText, TellsWhatIsLeftOut) {
+    RenderStats stats;
+    stats.gpu_bytes = 5 << 20;
+    stats.left_out = {{"glossy", "nothing shines", 1 << 20}, {"clearcoat", "none has it", 0}};
+    EXPECT_EQ(left_out_lines(stats),
+              (std::vector<std::string>{"glossy: nothing shines (1.0 MiB)", "clearcoat: none has it"}));
+    EXPECT_EQ(memory_lines(stats).front(), "5.0 MiB on the device, 1.0 MiB left out");
 }
 
 TEST(Timings, FirstPicturesCount) {
@@ -158,6 +324,9 @@ TEST(Timings, FirstPicturesCount) {
     picture.seconds = 7;
     picture.result.stats.samples = 12;
     timings.shown(picture, 20);
+    EXPECT_FALSE(timings.json()["last_picture"].contains("estimated_relmse"));
+    picture.relmse = 0.25;
+    timings.shown(picture, 21);
     const auto json = timings.json();
     EXPECT_EQ(json["views"], 2);
     EXPECT_EQ(json["seconds_to_first_picture"]["median"], 0.25);
@@ -165,6 +334,7 @@ TEST(Timings, FirstPicturesCount) {
     EXPECT_EQ(json["resolutions"]["1/4"], 2);
     EXPECT_EQ(json["last_picture"]["samples"], 12);
     EXPECT_EQ(json["last_picture"]["seconds"], 7.0);
+    EXPECT_EQ(json["last_picture"]["estimated_relmse"], 0.25);
 }
 
 }  // namespace

@@ -1,8 +1,11 @@
 // What a session makes of mouse, keys and files.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <thread>
 
+#include "engine/io/exr.h"
 #include "tests/cli/process.h"
 #include "tests/support/error_message.h"
 #include "tools/view/navigation.h"
@@ -30,16 +33,16 @@ class ViewSession : public testing::Test {
 TEST_F(ViewSession, TheScenesCameraStaysAsItIsUntilItMoves) {
     ASSERT_EQ(session.scene_camera(), 0u);
     EXPECT_EQ(session.camera().camera_to_world, session.scene().cameras[0].camera_to_world);
-    const Wanted before = session.wanted(kSize);
+    const Request before = session.request(kSize);
     steer({});
-    EXPECT_EQ(session.wanted(kSize), before) << "nothing has happened";
+    EXPECT_TRUE(session.request(kSize) == before) << "nothing has happened";
     EXPECT_EQ(std::get<std::string>(session.saved().camera), session.scene().cameras[0].name);
     steer({.drag = {0.1, 0}, .left = true});
     EXPECT_FALSE(session.scene_camera());
-    EXPECT_FALSE(session.wanted(kSize) == before);
+    EXPECT_FALSE(session.request(kSize) == before);
     EXPECT_EQ(std::get<CameraPose>(session.saved().camera), session.pose());
     session.reset_camera();
-    EXPECT_EQ(session.wanted(kSize), before);
+    EXPECT_TRUE(session.request(kSize) == before);
 }
 
 TEST_F(ViewSession, TurnsAroundWhatIsInTheMiddle) {
@@ -134,13 +137,13 @@ TEST_F(ViewSession, NewBookmarksReplaceNone) {
 }
 
 TEST_F(ViewSession, WhatMakesNoViewIsNotTaken) {
-    const Wanted before = session.wanted(kSize);
+    const Request before = session.request(kSize);
     CameraPose flat = session.pose(), nowhere = session.pose();
     flat.vertical_fov = kPi;
     nowhere.at = nowhere.from;
     for (const CameraPose& bad : {flat, nowhere}) {
         EXPECT_THROW(session.move(bad), Error);
-        EXPECT_EQ(session.wanted(kSize), before);
+        EXPECT_TRUE(session.request(kSize) == before);
     }
     for (int i = 0; i < 100; ++i) steer({.wheel = 100});
     EXPECT_NO_THROW(session.camera());
@@ -148,20 +151,69 @@ TEST_F(ViewSession, WhatMakesNoViewIsNotTaken) {
 }
 
 TEST_F(ViewSession, WhatCannotBeOpenedChangesNothing) {
-    const Wanted before = session.wanted(kSize);
+    const Request before = session.request(kSize);
     for (const char* bad : {"no.glb", "no.exr", "README.md"}) {
-        EXPECT_THROW(session.open(bad), Error) << bad;
-        EXPECT_EQ(session.wanted(kSize), before) << bad;
+        EXPECT_THROW(session.open(session.opening(bad)()), Error) << bad;
+        EXPECT_TRUE(session.request(kSize) == before) << bad;
     }
     EXPECT_EQ(session.saved().environment, EnvironmentChoice());
     // A scene whose settings want a display that there is not.
     test::TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
     test::write_text(settings_file_of(other), R"({"halflight_settings": 1, "display": "nobody's"})");
-    EXPECT_NE(error_message([&] { session.open(other); }).find("nobody's"), std::string::npos);
-    EXPECT_EQ(session.wanted(kSize), before);
+    EXPECT_NE(error_message([&] { session.open(session.opening(other)()); }).find("nobody's"), std::string::npos);
+    EXPECT_TRUE(session.request(kSize) == before);
     EXPECT_EQ(session.transform, ViewTransform());
     EXPECT_EQ(session.file(), cornell().scene);
+}
+
+TEST_F(ViewSession, FilesAreReadOnAnyThreadAndTakenLater) {
+    test::TemporaryFolder folder;
+    const std::filesystem::path other = test::copy_room(folder.path);
+    const Request before = session.request(kSize);
+    const auto reading = session.opening(other);
+    Session::Opened opened;
+    std::thread([&] { opened = reading(); }).join();
+    EXPECT_TRUE(session.request(kSize) == before) << "it is not taken yet";
+    session.open(opened);
+    EXPECT_EQ(session.file(), other);
+    EXPECT_EQ(session.camera().name, "front");
+
+    // An environment changes nothing else.
+    ExrLayer sky{{"R", "G", "B"}, Image(2, 1, 3)};
+    std::ranges::fill(sky.image.pixels, 0.5f);
+    write_exr(folder / "sky.exr", {sky}, {});
+    session.edits.clay = true;
+    steer({.drag = {0.1, 0}, .left = true});
+    const CameraPose pose = session.pose();
+    session.open(session.opening(folder / "sky.exr")());
+    EXPECT_EQ(session.pose(), pose);
+    EXPECT_TRUE(session.edits.clay);
+    EXPECT_EQ(session.scene().environment.map.width, 2);
+    EXPECT_EQ(session.saved().environment, EnvironmentChoice(folder / "sky.exr"));
+}
+
+TEST_F(ViewSession, ComponentsAndErrorsNeedTheirAovs) {
+    EXPECT_TRUE(session.request(kSize).aovs.empty());
+    session.look.components[1] = false;
+    EXPECT_EQ(session.request(kSize).aovs.size(), kComponents.size());
+    EXPECT_TRUE(gathered(session.request(kSize)).empty()) << "they need no samples of their own";
+    session.estimate_error = true;
+    EXPECT_EQ(gathered(session.request(kSize)), std::vector<std::string>{"variance"});
+    session.look.view = kError;
+    EXPECT_EQ(session.request(kSize).aovs, std::vector<std::string>{"variance"});
+}
+
+TEST_F(ViewSession, TellsWhatIsSeen) {
+    EXPECT_EQ(session.description(), "final, 8 bounces");
+    session.look.components[0] = false;
+    session.edits.emission = 0.5f;
+    session.edits.lights = {{}, {2, vec3(1, 0, 0)}};
+    session.edits.clay = true;
+    session.modes.clamp = 3;
+    session.bounces = 1;
+    EXPECT_EQ(session.description(),
+              "final, no emission, emission x 0.5, light 1 x 2, light 1 coloured, clay, clamped to 3, 1 bounces");
 }
 
 }  // namespace

@@ -62,7 +62,11 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
     if (edits == SceneEdits()) return;
     print.text("edits").values("{} {} {} {}", edits.environment_rotation, edits.environment_intensity, edits.emission,
                                edits.clay);
-    print.values("{}", fmt::join(edits.lights, " "));
+    print.text("tint").text(point_text(dvec3(edits.environment_tint)));
+    for (const LightEdit& light : edits.lights) {
+        print.values("light {}", light.factor);
+        if (light.color) print.text(point_text(dvec3(*light.color)));
+    }
 }
 
 void add_color(Fingerprint& print, const RenderArguments& a, const ColorConfig& config) {

@@ -38,13 +38,22 @@ Material clay(const Material& of) {
 
 }  // namespace
 
+LightColor color_of(const PunctualLight& light) {
+    const float most = std::max({light.intensity.r, light.intensity.g, light.intensity.b});
+    return {most > 0 ? light.intensity / most : vec3(1), most};
+}
+
 void apply(const SceneEdits& edits, Scene& scene) {
     turn(scene.environment.map, edits.environment_rotation);
-    scene.environment.color *= edits.environment_intensity;
+    scene.environment.color *= edits.environment_intensity * edits.environment_tint;
     if (edits.clay) std::ranges::transform(scene.materials, scene.materials.begin(), clay);
     for (Material& material : scene.materials) material.emission *= edits.emission;
-    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i)
-        scene.lights[i].intensity *= edits.lights[i];
+    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i) {
+        PunctualLight& light = scene.lights[i];
+        const LightEdit& edit = edits.lights[i];
+        if (edit.color) light.intensity = color_of(light).intensity * *edit.color;
+        light.intensity *= edit.factor;
+    }
 }
 
 }  // namespace halflight

@@ -29,6 +29,7 @@ class Element {
     }
 
     bool is_string() const { return json_.is_string(); }
+    bool is_object() const { return json_.is_object(); }
     std::optional<Element> find(const char* key) const {
         const auto found = json_.find(key);
         if (found == json_.end()) return std::nullopt;
@@ -121,13 +122,32 @@ Json pose_json(const CameraPose& pose) {
 }
 
 void read_environment(const Element& e, const fs::path& folder, SavedSettings& s) {
-    e.check_keys({"map", "color", "rotation", "intensity"});
+    e.check_keys({"map", "color", "rotation", "intensity", "tint"});
     if (e.find("map") && e.find("color")) e.fail("has both a map and a colour");
     with(e, "map", [&](const Element& v) { s.environment = folder / v.text(); });
     with(e, "color", [&](const Element& v) { s.environment = vec3(v.triple(0, 1e30)); });
     with(e, "rotation", [&](const Element& v) { s.edits.environment_rotation = v.number(-1e6, 1e6); });
     with(e, "intensity",
          [&](const Element& v) { s.edits.environment_intensity = static_cast<float>(v.number(0, kBright)); });
+    with(e, "tint", [&](const Element& v) { s.edits.environment_tint = vec3(v.triple(0, 1)); });
+}
+
+/// A factor alone, or an object that has a colour, too.
+LightEdit read_light(const Element& e) {
+    LightEdit light;
+    if (!e.is_object()) {
+        light.factor = static_cast<float>(e.number(0, kBright));
+        return light;
+    }
+    e.check_keys({"factor", "color"});
+    with(e, "factor", [&](const Element& v) { light.factor = static_cast<float>(v.number(0, kBright)); });
+    with(e, "color", [&](const Element& v) { light.color = vec3(v.triple(0, 1)); });
+    return light;
+}
+
+Json light_json(const LightEdit& light) {
+    if (!light.color) return light.factor;
+    return {{"factor", light.factor}, {"color", list(dvec3(*light.color))}};
 }
 
 Json environment_json(const SavedSettings& s, const fs::path& folder) {
@@ -140,6 +160,7 @@ Json environment_json(const SavedSettings& s, const fs::path& folder) {
     if (const auto* color = std::get_if<vec3>(&s.environment)) json["color"] = list(dvec3(*color));
     json["rotation"] = s.edits.environment_rotation;
     json["intensity"] = s.edits.environment_intensity;
+    if (s.edits.environment_tint != vec3(1)) json["tint"] = list(dvec3(s.edits.environment_tint));
     return json;
 }
 
@@ -176,7 +197,7 @@ SavedSettings read_settings(const fs::path& path) {
     with(file, "environment", [&](const Element& v) { read_environment(v, path.parent_path(), s); });
     with(file, "emission", [&](const Element& v) { s.edits.emission = static_cast<float>(v.number(0, kBright)); });
     with(file, "lights", [&](const Element& v) {
-        for (const Element& one : v.items()) s.edits.lights.push_back(static_cast<float>(one.number(0, kBright)));
+        for (const Element& one : v.items()) s.edits.lights.push_back(read_light(one));
     });
     with(file, "clay", [&](const Element& v) { s.edits.clay = v.truth(); });
     with(file, "bookmarks", [&](const Element& v) {
@@ -202,7 +223,8 @@ void write_settings(const fs::path& path, const SavedSettings& s) {
     if (s.bounces) json["bounces"] = *s.bounces;
     json["environment"] = environment_json(s, path.parent_path());
     json["emission"] = s.edits.emission;
-    json["lights"] = s.edits.lights;
+    json["lights"] = Json::array();
+    for (const LightEdit& light : s.edits.lights) json["lights"].push_back(light_json(light));
     json["clay"] = s.edits.clay;
     json["bookmarks"] = Json::array();
     for (const Bookmark& b : s.bookmarks)

@@ -14,12 +14,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-std::uint64_t peak_memory_bytes() {
-    rusage usage{};
-    getrusage(RUSAGE_SELF, &usage);
-    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // getrusage(2): kilobytes
-}
-
 double ratio(std::uint64_t part, std::uint64_t whole) {
     return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
 }
@@ -78,6 +72,12 @@ Json raster_statistics(const rays::RasterBatch& batch) {
 
 }  // namespace
 
+std::uint64_t peak_memory_bytes() {
+    rusage usage{};
+    getrusage(RUSAGE_SELF, &usage);
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // getrusage(2): kilobytes
+}
+
 std::string environment_name(const Environment& environment) {
     if (environment.black()) return "none";
     const vec3 c = environment.color;
@@ -87,7 +87,8 @@ std::string environment_name(const Environment& environment) {
 std::string settings_line(const RenderArguments& a, const RenderSettings& s, const Scene& scene,
                           const RenderStats& stats) {
     std::string line = fmt::format(
-        "scene {}, {} x {}, {} samples, {} bounces, seed {}, frame {}, filter {}, environment {}, estimator {}, primary {}",
+        "scene {}, {} x {}, {} samples, {} bounces, seed {}, frame {}, filter {}, environment {}, estimator {}, "
+        "primary {}",
         a.scene.filename().string(), s.width, s.height, stats.samples, s.bounces, s.seed, s.frame, text(s.filter),
         environment_name(scene.environment), text(stats.estimator), name(stats.primary));
     if (!s.camera.name.empty()) line += fmt::format(", camera {}", s.camera.name);

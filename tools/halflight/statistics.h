@@ -1,6 +1,7 @@
 // What a run was and what it cost, as JSON.
 #pragma once
 
+#include <cstdint>
 #include <nlohmann/json.hpp>
 
 #include "engine/gpu/context.h"
@@ -17,6 +18,9 @@ struct StepTimes {
     double write = 0;    // files
     double total = 0;    // since the program's start
 };
+
+/// Most memory that the program has had at a time, resident.
+std::uint64_t peak_memory_bytes();
 
 /// "none", or the environment's name, with its radiance where it is constant.
 std::string environment_name(const Environment& environment);

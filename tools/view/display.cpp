@@ -2,6 +2,9 @@
 
 #include <epoxy/gl.h>
 
+#include <array>
+#include <cmath>
+#include <cstdlib>
 #include <span>
 
 #include "engine/core/image_tools.h"
@@ -12,7 +15,8 @@ namespace halflight::view {
 
 void Display::set_view(const ViewProcessor& view) {
     const GpuShader shader = view.gpu_shader();
-    developed_ = false;
+    for (std::optional<Side>* picture : {&picture_, &other_})
+        if (*picture) (*picture)->developed = false;
     if (view_ && view_id_ == shader.cache_id) {
         view_->exposure_scale = view.exposure_scale();
         return;
@@ -34,29 +38,41 @@ void Display::set_view(const ViewProcessor& view) {
     view_id_ = shader.cache_id;
 }
 
+Display::Side::Side(const gpu::TextureDesc& desc)
+    : linear("picture", desc),
+      shown("picture as it is shown", {desc.width, desc.height, GL_RGBA8}),
+      target("picture as it is shown", std::array<const gpu::Texture*, 1>{&shown}) {}
+
 void Display::set_picture(const Seen& seen) {
     const Image& image = seen.image;
     const GLenum format = image.channels == 4 ? GL_RGBA32F : GL_RGB32F;
     const gpu::TextureDesc desc{image.width, image.height, format};
-    if (!linear_ || linear_->desc() != desc) {
-        const gpu::TextureDesc shown{image.width, image.height, GL_RGBA8};
-        target_.reset();
-        linear_.emplace("picture", desc);
-        shown_.emplace("picture as it is shown", shown);
-        const gpu::Texture* const colors[] = {&*shown_};
-        target_.emplace("picture as it is shown", colors);
-    }
-    linear_->upload(std::span<const float>(image.pixels));
-    encoded_ = seen.encoded;
-    developed_ = false;
+    if (!picture_ || picture_->linear.desc() != desc) picture_.emplace(desc);
+    picture_->linear.upload(std::span<const float>(image.pixels));
+    picture_->encoded = seen.encoded;
+    picture_->developed = false;
 }
 
-void Display::develop() {
-    if (developed_) return;
+void Display::keep() {
+    const gpu::TextureDesc& desc = picture_->linear.desc();
+    other_.emplace(desc);
+    glCopyImageSubData(picture_->linear.id(), desc.target, 0, 0, 0, 0, other_->linear.id(), desc.target, 0, 0, 0, 0,
+                       desc.width, desc.height, 1);
+    other_->encoded = picture_->encoded;
+}
+
+void Display::reload_shaders() {
+    if (programs_.reload() == 0) return;
+    for (std::optional<Side>* picture : {&picture_, &other_})
+        if (*picture) (*picture)->developed = false;
+}
+
+void Display::develop(Side& picture) {
+    if (picture.developed) return;
     gpu::default_state();
-    target_->bind();
-    linear_->bind(0);
-    if (encoded_ || !view_) {
+    picture.target.bind();
+    picture.linear.bind(0);
+    if (picture.encoded || !view_) {
         programs_.graphics("shaders/raster_cover.vert", "shaders/view.frag").draw(GL_TRIANGLES, 3);
     } else {
         const gpu::Program& program =
@@ -69,27 +85,45 @@ void Display::develop() {
         program.set("exposure_scale", view_->exposure_scale);
         program.draw(GL_TRIANGLES, 3);
     }
-    developed_ = true;
+    picture.developed = true;
 }
 
-void Display::draw(const ivec2& framebuffer) {
+void Display::compose(GLuint framebuffer, int width, int from, int to, float split) {
+    const int height = std::abs(to - from);
+    const auto blit = [&](Side& picture) {
+        develop(picture);
+        const gpu::Framebuffer& target = picture.target;
+        const bool whole = target.width() == width && target.height() == height;
+        glBlitNamedFramebuffer(target.id(), framebuffer, 0, 0, target.width(), target.height(), 0, from, width, to,
+                               GL_COLOR_BUFFER_BIT, whole ? GL_NEAREST : GL_LINEAR);
+    };
+    blit(*picture_);
+    if (!other_) return;
+    develop(*other_);  // before the scissor is there
+    const int first = static_cast<int>(std::lround(split * static_cast<float>(width)));
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(first, 0, width - first, height);
+    blit(*other_);
+    glDisable(GL_SCISSOR_TEST);
+}
+
+void Display::draw(const ivec2& framebuffer, float split) {
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
     glViewport(0, 0, framebuffer.x, framebuffer.y);
     glClearColor(0, 0, 0, 1);
     glClear(GL_COLOR_BUFFER_BIT);
     if (empty()) return;
-    develop();
+    compose(0, framebuffer.x, framebuffer.y, 0, split);  // the window's first row is the lower one
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
-    // The window's first row is the lower one.
-    const bool whole = target_->width() == framebuffer.x && target_->height() == framebuffer.y;
-    glBlitNamedFramebuffer(target_->id(), 0, 0, 0, target_->width(), target_->height(), 0, framebuffer.y, framebuffer.x,
-                           0, GL_COLOR_BUFFER_BIT, whole ? GL_NEAREST : GL_LINEAR);
 }
 
-Image Display::read() {
-    develop();
-    Image image(target_->width(), target_->height(), 4);
-    image.pixels = shown_->read_float();
+Image Display::read(float split) {
+    const int width = picture_->target.width(), height = picture_->target.height();
+    const gpu::Texture both("pictures as they are shown", {width, height, GL_RGBA8});
+    const gpu::Framebuffer target("pictures as they are shown", std::array<const gpu::Texture*, 1>{&both});
+    compose(target.id(), width, 0, height, split);
+    Image image(width, height, 4);
+    image.pixels = both.read_float();
     return rgb(image);
 }
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "tools/view/statistics_panel.h"
+
 namespace halflight::view {
 namespace {
 
@@ -24,6 +26,9 @@ bool choose(const char* label, std::string& chosen, const std::vector<std::strin
     ImGui::EndCombo();
     return changed;
 }
+
+constexpr float kSmall = 640;  // width of windows that panels would cover, pixels
+constexpr float kTall = 900;   // height of those that have room for all sections
 
 void text(const std::string& line) {
     ImGui::TextUnformatted(line.c_str());
@@ -69,11 +74,39 @@ void camera_panel(Session& session, Navigation& navigation, Asked& asked) {
     }
 }
 
-void view_panel(Session& session) {
-    choose("seen", session.view, views());
+void wrapped(const std::string& line) {
     ImGui::PushTextWrapPos();
-    text(description(session.view));
+    text(line);
     ImGui::PopTextWrapPos();
+}
+
+void view_panel(Session& session, const Situation& now, Asked& asked) {
+    choose("seen", session.look.view, views());
+    wrapped(description(session.look.view));
+    if (!now.picture) return;
+    if (ImGui::Button(now.comparing ? "keep as B anew" : "keep as B")) asked.compare = true;
+    if (!now.comparing) return;
+    ImGui::SameLine();
+    if (ImGui::Button("let B go")) asked.compare = false;
+}
+
+/// What the picture is the sum of, and how far paths go.
+void passes_panel(Session& session) {
+    if (session.look.view == kFinal) {
+        for (std::size_t i = 0; i < kComponents.size(); ++i) {
+            std::string name(kComponents[i]);
+            std::ranges::replace(name, '_', ' ');
+            ImGui::Checkbox(name.c_str(), &session.look.components[i]);
+        }
+    }
+    ImGui::SliderInt("bounces", &session.bounces, 0, 16, "%d", kClamp);
+}
+
+void modes_panel(PreviewModes& modes) {
+    wrapped("Biased: pictures are better soon, and not the right ones in the end. Not saved.");
+    bool clamped = modes.clamp > 0;
+    if (ImGui::Checkbox("clamp indirect light", &clamped)) modes.clamp = clamped ? 10.0f : 0.0f;
+    if (clamped) ImGui::SliderFloat("luminance", &modes.clamp, 0.01f, 1000, "%.2f", kLogarithmic);
 }
 
 void color_panel(Session& session, const ColorConfig& colors) {
@@ -97,58 +130,52 @@ void factor(const char* label, float& value) {
     ImGui::SliderFloat(label, &value, 0, 100, "%.3f", kLogarithmic);
 }
 
+/// Linear [0,1], picked as displays show it; true where it has changed.
+bool pick_color(const char* label, vec3& linear) {
+    constexpr float kGamma = 2.2f;
+    vec3 shown = glm::pow(linear, vec3(1 / kGamma));
+    if (!ImGui::ColorEdit3(label, &shown.r, ImGuiColorEditFlags_NoInputs)) return false;
+    linear = glm::pow(glm::clamp(shown, 0.0f, 1.0f), vec3(kGamma));
+    return true;
+}
+
+void punctual_light(const PunctualLight& light, LightEdit& edit) {
+    factor(light.name.empty() ? "light" : light.name.c_str(), edit.factor);
+    vec3 color = edit.color.value_or(color_of(light).color);
+    if (pick_color("colour", color)) edit.color = color;
+    if (!edit.color) return;
+    ImGui::SameLine();
+    if (ImGui::SmallButton("its own")) edit.color.reset();
+}
+
 void light_panel(Session& session) {
     SceneEdits& edits = session.edits;
     const Scene& scene = session.scene();
     if (!scene.environment.black()) {
         factor("environment", edits.environment_intensity);
+        pick_color("tint", edits.environment_tint);
         auto degrees = static_cast<float>(edits.environment_rotation);
         if (scene.environment.map.width > 0 && ImGui::SliderFloat("rotation", &degrees, -180, 180, "%.1f deg", kClamp))
             edits.environment_rotation = double{degrees};
     }
     if (std::ranges::any_of(scene.materials, has_emission)) factor("emission", edits.emission);
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
-        float value = i < edits.lights.size() ? edits.lights[i] : 1;
+        LightEdit edit = i < edits.lights.size() ? edits.lights[i] : LightEdit();
+        const LightEdit before = edit;
         ImGui::PushID(static_cast<int>(i));
-        factor(scene.lights[i].name.empty() ? "light" : scene.lights[i].name.c_str(), value);
+        punctual_light(scene.lights[i], edit);
         ImGui::PopID();
-        if (value == (i < edits.lights.size() ? edits.lights[i] : 1)) continue;
-        edits.lights.resize(scene.lights.size(), 1);
-        edits.lights[i] = value;
+        if (edit == before) continue;
+        edits.lights.resize(scene.lights.size());
+        edits.lights[i] = edit;
     }
     ImGui::Checkbox("clay", &edits.clay);
-    ImGui::SliderInt("bounces", &session.bounces, 0, 16, "%d", kClamp);
-}
-
-void statistics_panel(Session& session, const Situation& now) {
-    ImGui::SliderInt("samples", &session.samples, 1, 1 << 16, "%d", kLogarithmic);
-    ImGui::Checkbox("measure passes (slower)", &session.measure);
-    text(now.status.device);
-    if (!now.picture) return;
-    const RenderStats& s = now.picture->result.stats;
-    const Image& image = now.picture->result.beauty;
-    text(fmt::format("{} x {}, {} samples", image.width, image.height, s.samples));
-    text(fmt::format("{:.3f} s/sample, {:.2f} Mpaths/s", s.render_seconds / std::max(s.samples, 1),
-                     1e-6 * static_cast<double>(s.paths) / std::max(s.render_seconds, 1e-9)));
-    text(fmt::format("prepared in {:.2f} s, {:.0f} MiB on the device", s.prepare_seconds,
-                     static_cast<double>(s.gpu_bytes) / (1 << 20)));
-    for (const BadValues& bad : s.bad_values)
-        if (bad.total() > 0)
-            text(fmt::format("{}: {} NaN, {} infinite, {} negative", bad.component, bad.nans, bad.infinities,
-                             bad.negatives));
-    if (!s.passes.empty() && ImGui::TreeNode("time of passes")) {
-        for (const PassTime& pass : s.passes)
-            text(fmt::format("{:7.2f} ms  {}", 1e3 * pass.seconds / std::max(s.samples, 1), pass.name));
-        ImGui::TreePop();
-    }
-    if (ImGui::TreeNode("left out")) {
-        for (const LeftOut& l : s.left_out) text(fmt::format("{}: {}", l.what, l.fact));
-        ImGui::TreePop();
-    }
 }
 
 void message_panel(const Situation& now, Asked& asked) {
-    const std::string& error = now.message.empty() ? now.status.error : now.message;
+    const std::string& error = !now.message.empty()        ? now.message
+                               : !now.status.error.empty() ? now.status.error
+                                                           : now.status.shader_error;
     if (error.empty()) return;
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({size.x / 2, size.y - 20}, ImGuiCond_Always, {0.5f, 1});
@@ -165,19 +192,24 @@ void message_panel(const Situation& now, Asked& asked) {
 
 Asked panels(Session& session, const ColorConfig& colors, Navigation& navigation, const Situation& now) {
     Asked asked;
+    const ImVec2 size = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({10, 10}, ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowSize({320, std::max(ImGui::GetIO().DisplaySize.y - 20, 100.0f)}, ImGuiCond_FirstUseEver);
+    ImGui::SetNextWindowSize({std::clamp(0.3f * size.x, 200.0f, 320.0f), std::max(size.y - 20, 100.0f)},
+                             ImGuiCond_FirstUseEver);
+    ImGui::SetNextWindowCollapsed(size.x < kSmall, ImGuiCond_FirstUseEver);
     ImGui::Begin("halflight (H hides)");
-    ImGui::PushItemWidth(-110);
+    ImGui::PushItemWidth(0.6f * ImGui::GetContentRegionAvail().x);
     text(now.status.activity.empty() ? "ready" : now.status.activity);
-    const auto open = [](const char* section) {
-        return ImGui::CollapsingHeader(section, ImGuiTreeNodeFlags_DefaultOpen);
+    const auto open = [&](const char* section, bool first) {
+        return ImGui::CollapsingHeader(section, first || size.y > kTall ? ImGuiTreeNodeFlags_DefaultOpen : 0);
     };
-    if (open("Camera")) camera_panel(session, navigation, asked);
-    if (open("What is seen")) view_panel(session);
-    if (open("Colour")) color_panel(session, colors);
-    if (open("Light")) light_panel(session);
-    if (open("Statistics")) statistics_panel(session, now);
+    if (open("Camera", false)) camera_panel(session, navigation, asked);
+    if (open("What is seen", true)) view_panel(session, now, asked);
+    if (open("Passes", true)) passes_panel(session);
+    if (open("Colour", false)) color_panel(session, colors);
+    if (open("Light", false)) light_panel(session);
+    if (open("Preview modes", false)) modes_panel(session.modes);
+    if (open("Statistics", true)) statistics_panel(session, now);
     ImGui::Separator();
     asked.screenshot = ImGui::Button("screenshot .png");
     ImGui::SameLine();

@@ -6,15 +6,18 @@
 
 #include "engine/color/color.h"
 #include "tools/view/navigation.h"
+#include "tools/view/pass_history.h"
 #include "tools/view/session.h"
 
 namespace halflight::view {
 
 /// What panels tell of.
 struct Situation {
-    const Picture* picture = nullptr;  // that is seen; null at first
+    const Picture* picture = nullptr;      // that is seen; null at first
+    const PassHistory* history = nullptr;  // of pictures so far; not null
     RenderThread::Status status;
-    std::string message;  // an error or a note of the window's own; empty: none
+    std::string message;     // an error or a note of the window's own; empty: none
+    bool comparing = false;  // there is a picture B
 };
 
 /// What panels were asked for that they cannot do themselves.
@@ -22,6 +25,7 @@ struct Asked {
     bool screenshot = false;
     bool exr = false;
     bool save = false;
+    std::optional<bool> compare{};     // keep the picture as B, or let B go
     std::optional<CameraPose> pose{};  // to move to
     bool read_message = false;         // it can go
 };

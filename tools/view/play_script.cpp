@@ -3,11 +3,23 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "engine/io/files.h"
 #include "tools/view/viewer.h"
 
 namespace halflight::view {
+namespace {
+
+constexpr int kMostSamples = 1 << 24;
+
+rays::Culling culling_named(const std::string& name) {
+    for (const auto one : {rays::Culling::automatic, rays::Culling::off, rays::Culling::compute, rays::Culling::raster})
+        if (name == rays::name(one)) return one;
+    throw Error("culling", "is auto, off, compute or raster, not '{}'", name);
+}
+
+}  // namespace
 
 void Viewer::step_script() {
     while (next_command_ < script_.size() && !quit_) {
@@ -15,6 +27,8 @@ void Viewer::step_script() {
         try {
             if (command.name == "wait") {
                 if (!waited(command)) return;
+            } else if (command.name == "open") {
+                if (!opened(command)) return;
             } else {
                 execute(command);
             }
@@ -29,13 +43,32 @@ void Viewer::step_script() {
 
 /// Whether what the command waits for is on the window.
 bool Viewer::waited(const Command& command) {
+    if (command.words[0] == "error") session_.estimate_error = true;
     ask();
     const RenderThread::Status status = thread_.status();
     if (status.ended || status.failed == request_) throw Error("", status.error);
     if (command.numbers.empty()) return drawn_request_ == request_;
+    if (command.words[0] == "error") {
+        thread_.limit(kMostSamples);
+        const bool enough = drawn_request_ == request_ && picture_->relmse && *picture_->relmse < command.numbers[0];
+        if (enough) thread_.limit(drawn_samples_);
+        return enough;
+    }
     const int samples = static_cast<int>(command.numbers[0]);
     thread_.limit(samples);
     return drawn_request_ == request_ && drawn_samples_ >= samples;
+}
+
+/// Whether the command has been done; the first call begins it.
+bool Viewer::opened(const Command& command) {
+    if (thread_.status().ended) throw Error("", thread_.status().error);
+    if (!std::exchange(script_opens_, true)) {
+        to_open_.push_back(command.words[0]);
+        open_next();
+    }
+    if (!take_opened()) return false;
+    script_opens_ = false;
+    return true;
 }
 
 void Viewer::execute(const Command& c) {
@@ -56,8 +89,19 @@ void Viewer::execute(const Command& c) {
         const std::vector<std::string> all = views();
         if (std::ranges::find(all, c.words[0]) == all.end())
             throw Error("view", "there is no '{}', only {}", c.words[0], fmt::join(all, ", "));
-        session_.view = c.words[0];
+        session_.look.view = c.words[0];
     }
+    if (c.name == "component") {
+        const auto known = std::ranges::find(kComponents, c.words[0]);
+        if (known == kComponents.end())
+            throw Error("component", "there is no '{}', only {}", c.words[0], fmt::join(kComponents, ", "));
+        session_.look.components[static_cast<std::size_t>(known - kComponents.begin())] = c.on();
+    }
+    if (c.name == "compare") {
+        take_picture();
+        compare(c.on());
+    }
+    if (c.name == "split") split_ = static_cast<float>(n(0));
     if (c.name == "exposure") session_.transform.exposure = static_cast<float>(n(0));
     if (c.name == "transform") {
         session_.transform.display = c.words[0];
@@ -69,22 +113,29 @@ void Viewer::execute(const Command& c) {
     if (c.name == "light") {
         const std::size_t lights = session_.scene().lights.size();
         if (n(0) < 0 || n(0) >= static_cast<double>(lights)) throw Error("light", "the scene has {}", lights);
-        session_.edits.lights.resize(lights, 1);
-        session_.edits.lights[static_cast<std::size_t>(n(0))] = static_cast<float>(n(1));
+        session_.edits.lights.resize(lights);
+        LightEdit& light = session_.edits.lights[static_cast<std::size_t>(n(0))];
+        if (c.numbers.size() == 2)
+            light.factor = static_cast<float>(n(1));
+        else
+            light.color = vec3(n(1), n(2), n(3));
     }
-    if (c.name == "clay") session_.edits.clay = c.words[0] == "on";
+    if (c.name == "tint") session_.edits.environment_tint = vec3(n(0), n(1), n(2));
+    if (c.name == "clay") session_.edits.clay = c.on();
+    if (c.name == "clamp") session_.modes.clamp = static_cast<float>(n(0));
+    if (c.name == "measure") session_.measure = c.on();
+    if (c.name == "culling") session_.culling = culling_named(c.words[0]);
     if (c.name == "bounces") session_.bounces = static_cast<int>(n(0));
     if (c.name == "bookmark") session_.bookmark(c.words[0]);
     if (c.name == "recall") session_.recall(c.words[0]);
-    if (c.name == "open") session_.open(c.words[0]);
     if (c.name == "save") session_.save();
     if (c.name == "quit") quit_ = true;
     if (c.name == "screenshot") {
-        frame();  // with what has changed since the last one
+        take_picture(), frame();  // with what has changed since the last one
         screenshot(c.words[0]);
     }
     if (c.name == "window") {
-        frame();  // panels find their sizes
+        take_picture(), frame();  // panels find their sizes
         frame(c.words[0]);
     }
     if (c.name == "timings") {

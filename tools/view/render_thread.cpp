@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <tuple>
 #include <utility>
 
 #include "tools/view/clock.h"
+#include "tools/view/resolution.h"
+#include "tools/view/seen.h"
 #include "tools/view/workplace.h"
 
 namespace halflight::view {
@@ -14,8 +17,40 @@ constexpr int kMostSamples = 1 << 24;
 constexpr auto kSettle = std::chrono::milliseconds(100);  // without another request: then the camera stands still
 constexpr double kLookEvery = 0.1;                        // seconds from picture to picture of a whole one
 constexpr double kLookShare = 0.2;                        // of the time may go into making them
+constexpr auto kWatch = std::chrono::milliseconds(500);   // from look to look at the shaders' files
 
 }  // namespace
+
+bool same(const Camera& a, const Camera& b) {
+    const auto members = [](const Camera& c) {
+        return std::tie(c.name, c.camera_to_world, c.orthographic, c.vertical_fov, c.ortho_height, c.aspect,
+                        c.near_plane, c.far_plane);
+    };
+    return members(a) == members(b);
+}
+
+bool Request::operator==(const Request& o) const {
+    const auto members = [](const Request& r) {
+        return std::tie(r.scene, r.edits, r.size, r.bounces, r.aovs, r.modes, r.culling, r.measure);
+    };
+    return same(camera, o.camera) && members(*this) == members(o);
+}
+
+std::vector<std::string> gathered(const Request& request) {
+    std::vector<std::string> aovs;
+    for (const std::string& name : request.aovs)
+        if (const AovInfo* aov = find_aov(name); !aov || !aov->at_any_time) aovs.push_back(name);
+    return aovs;
+}
+
+bool serves(const Request& made, const Request& wanted) {
+    Request other = wanted;
+    other.aovs = made.aovs;
+    if (!(other == made)) return false;
+    const std::vector<std::string> there = gathered(made);
+    return std::ranges::all_of(gathered(wanted),
+                               [&](const std::string& aov) { return std::ranges::find(there, aov) != there.end(); });
+}
 
 RenderThread::RenderThread(ColorConfig colors, Options options)
     : options_(std::move(options)), thread_([this, colors = std::move(colors)] { run(colors); }) {}
@@ -43,6 +78,12 @@ void RenderThread::limit(int samples) {
     wake_.notify_all();
 }
 
+void RenderThread::perform(std::string activity, std::function<void()> work) {
+    const std::lock_guard lock(mutex_);
+    work_.push_back({std::move(activity), std::move(work)});
+    wake_.notify_all();
+}
+
 std::shared_ptr<const Picture> RenderThread::picture() const {
     const std::lock_guard lock(mutex_);
     return picture_;
@@ -54,6 +95,7 @@ RenderThread::Status RenderThread::status() const {
 }
 
 void RenderThread::publish(Picture picture) {
+    if (picture.divisor == 1) picture.relmse = estimated_relmse(picture.aovs, picture.result);
     auto made = std::make_shared<const Picture>(std::move(picture));
     {
         const std::lock_guard lock(mutex_);
@@ -83,24 +125,76 @@ void RenderThread::fail(std::uint64_t number, std::string error, bool for_good) 
     options_.changed();
 }
 
+bool RenderThread::follow(const Request& made, Job& job) {
+    const std::lock_guard lock(mutex_);
+    if (job.number == number_ || !serves(made, wanted_)) return false;
+    job.request = wanted_, job.number = number_;
+    return true;
+}
+
 void RenderThread::go_on(std::uint64_t number, bool first_is_there) const {
     const std::lock_guard lock(mutex_);
-    if (stop_ || (first_is_there && number != number_)) throw Stale();
+    if (stop_ || (first_is_there && (number != number_ || !work_.empty()))) throw Stale();
 }
 
 void RenderThread::settle(std::uint64_t number) {
     std::unique_lock lock(mutex_);
-    if (wake_.wait_for(lock, kSettle, [&] { return stop_ || number != number_; })) throw Stale();
+    if (wake_.wait_for(lock, kSettle, [&] { return stop_ || !work_.empty() || number != number_; })) throw Stale();
 }
 
-void RenderThread::hold(std::uint64_t number, int samples, int limit) {
-    if (samples < limit) return;
+template <class F>
+void RenderThread::wait(Workplace& place, std::unique_lock<std::mutex>& lock, const F& done) {
+    if (!shaders_.watching()) return wake_.wait(lock, done);
+    while (!wake_.wait_for(lock, kWatch, done)) {
+        lock.unlock();
+        take_shaders(place);
+        lock.lock();
+    }
+}
+
+void RenderThread::hold(Workplace& place, std::uint64_t number, int samples) {
     say("");
-    std::unique_lock lock(mutex_);
-    wake_.wait(lock, [&] { return stop_ || number != number_ || samples < limit_; });
-    if (stop_ || number != number_) throw Stale();
-    lock.unlock();
+    {
+        std::unique_lock lock(mutex_);
+        wait(place, lock, [&] { return stop_ || !work_.empty() || number != number_ || samples < limit_; });
+    }
     say("rendering");
+}
+
+void RenderThread::take_shaders(Workplace& place) {
+    if (!shaders_.watching() || now() - shaders_looked_at_ < std::chrono::duration<double>(kWatch).count()) return;
+    shaders_looked_at_ = now();
+    if (!shaders_.changed()) return;
+    std::string error;
+    bool taken = false;
+    try {
+        taken = place.reload_shaders();
+    } catch (const std::exception& e) {
+        error = e.what();
+    }
+    {
+        const std::lock_guard lock(mutex_);
+        taken |= error.empty() && status_.failed != 0;  // what has failed may be mended
+        status_.shader_error = error;
+        if (error.empty()) ++status_.reloads;
+    }
+    options_.changed();
+    if (taken) throw Stale();
+}
+
+std::optional<std::variant<RenderThread::Job, RenderThread::Work>> RenderThread::next(Workplace& place,
+                                                                                      std::uint64_t done, bool again) {
+    std::unique_lock lock(mutex_);
+    try {
+        wait(place, lock, [&] { return stop_ || !work_.empty() || again || number_ != done; });
+    } catch (const Stale&) {
+        lock.lock();
+    }
+    if (stop_) return std::nullopt;
+    if (work_.empty()) return Job{wanted_, number_, since_};
+    Work work = std::move(work_.front());
+    work_.pop_front();
+    return work;
 }
 
 void RenderThread::run(ColorConfig colors) {
@@ -111,18 +205,23 @@ void RenderThread::run(ColorConfig colors) {
             status_.device = context.renderer();
         }
         Workplace place(context, std::move(colors), options_.budget);
-        for (std::uint64_t done = 0;;) {
-            Request request;
-            double since = 0;
-            {
-                std::unique_lock lock(mutex_);
-                wake_.wait(lock, [&] { return stop_ || number_ != done; });
-                if (stop_) return;
-                request = wanted_, done = number_, since = since_;
+        std::uint64_t done = 0;  // number of the last job
+        bool again = false;      // it is to be done once more
+        while (const auto todo = next(place, done, again)) {
+            if (const auto* work = std::get_if<Work>(&*todo)) {
+                say(work->activity);
+                work->work();
+                say("");
+                continue;
             }
+            const Job& job = std::get<Job>(*todo);
+            done = job.number;
+            again = false;
+            if (done == 0) continue;  // shaders have changed before anything was wanted
             try {
-                serve(place, request, done, since);
+                serve(place, job);
             } catch (const Stale&) {
+                again = true;
             } catch (const std::exception& error) {
                 fail(done, error.what(), false);
             }
@@ -132,58 +231,81 @@ void RenderThread::run(ColorConfig colors) {
     }
 }
 
-void RenderThread::serve(Workplace& place, const Request& request, std::uint64_t number, double since) {
+void RenderThread::serve(Workplace& place, const Job& job) {
+    const Request& request = job.request;
     if (place.needs_scene(request)) say("preparing the scene");
     place.prepare(request);
     say("rendering");
     const int divisor = place.resolution().divisor(request.size);
     if (divisor > 1) {
-        FrameSettings frame;
-        frame.camera = request.camera;
-        frame.samples = 1;
-        const bool is_new = place.is_new(divisor);
-        Renderer& renderer = place.renderer(divisor);
-        const double start = now();
-        RenderResult result = renderer.render(frame, [&](const RenderProgress&) {
-            go_on(number, false);
-            return true;
-        });
-        const double seconds = now() - start;
-        if (!is_new) place.resolution().took(divided(request.size, divisor), seconds);
-        publish({number, divisor, now() - since, request.camera, request.aovs, std::move(result)});
-        settle(number);
+        publish(coarse(place, job, divisor));
+        settle(job.number);
     }
-    refine(place, request, number, since, divisor > 1);
+    refine(place, job, divisor > 1);
 }
 
-void RenderThread::refine(Workplace& place, const Request& request, std::uint64_t number, double since, bool shown) {
+Picture RenderThread::coarse(Workplace& place, const Job& job, int divisor) {
     FrameSettings frame;
-    frame.camera = request.camera;
+    frame.camera = job.request.camera;
+    frame.samples = 1;
+    const bool is_new = place.is_new(divisor);
+    Renderer& renderer = place.renderer(divisor);
+    const double start = now();
+    struct Done {};  // before render() makes a picture with fewer AOVs
+    RenderResult result;
+    try {
+        renderer.render(frame, [&](const RenderProgress& progress) {
+            go_on(job.number, false);
+            if (!progress.picture) return true;
+            result = progress.picture(job.request.aovs);
+            throw Done();
+        });
+    } catch (const Done&) {
+    }
+    if (!is_new) place.resolution().took(divided(job.request.size, divisor), now() - start);
+    return {job.number, divisor, now() - job.since, job.request.camera, job.request.aovs, {}, std::move(result)};
+}
+
+void RenderThread::refine(Workplace& place, Job job, bool shown) {
+    const Request made = job.request;
+    FrameSettings frame;
+    frame.camera = made.camera;
     frame.samples = kMostSamples;
     const bool is_new = place.is_new(1);
     Renderer& renderer = place.renderer(1);
-    double looked = -1e9;  // when the last picture was published
+    int published = 0;     // samples of the last picture
+    double looked = -1e9;  // when it was published
     double cost = 0;       // seconds that it took to make
+    bool due = false;      // there is another request since
     renderer.render(frame, [&](const RenderProgress& progress) {
-        go_on(number, shown);
-        if (!progress.picture) return true;
-        const int samples = progress.samples_done;
-        int limit = 0;
-        {
-            const std::lock_guard lock(mutex_);
-            limit = limit_;
+        for (;;) {
+            due |= follow(made, job);
+            go_on(job.number, shown);
+            take_shaders(place);
+            if (!progress.picture) return true;
+            const int samples = progress.samples_done;
+            int limit = 0;
+            {
+                const std::lock_guard lock(mutex_);
+                limit = limit_;
+            }
+            const double before = now();
+            due |= published < samples &&
+                   (published == 0 || samples >= limit || before - looked > std::max(kLookEvery, cost / kLookShare));
+            if (due) {
+                RenderResult result = progress.picture(job.request.aovs);
+                looked = now();
+                cost = looked - before;
+                if (samples == 1 && published == 0 && !is_new)
+                    place.resolution().took(made.size, progress.seconds + cost);
+                publish({job.number, 1, looked - job.since, made.camera, job.request.aovs, {}, std::move(result)});
+                published = samples;
+                shown = true;
+                due = false;
+            }
+            if (samples < limit) return true;
+            hold(place, job.number, samples);
         }
-        const double before = now();
-        if (samples == 1 || samples >= limit || before - looked > std::max(kLookEvery, cost / kLookShare)) {
-            RenderResult result = progress.picture();
-            cost = now() - before;
-            if (samples == 1 && !is_new) place.resolution().took(request.size, progress.seconds + cost);
-            looked = now();
-            publish({number, 1, looked - since, request.camera, request.aovs, std::move(result)});
-            shown = true;
-        }
-        hold(number, samples, limit);
-        return true;
     });
 }
 

@@ -14,7 +14,7 @@ namespace {
 constexpr double kAny = std::numeric_limits<double>::max();
 constexpr double kWhole = 1 << 24;
 
-/// Letters: t text, n number, i whole number.
+/// Letters: t text, o on or off, n number, i whole number, x index from 0, which has no other bounds.
 struct Form {
     std::string_view name;
     std::string_view words;
@@ -24,6 +24,7 @@ struct Form {
 constexpr std::array kForms = {
     Form{"wait", "t"},
     Form{"wait", "ti", 1, kWhole},
+    Form{"wait", "tn", 1e-9, 1e9},
     Form{"camera", "t"},
     Form{"orbit", "nn"},
     Form{"pan", "nn"},
@@ -33,14 +34,22 @@ constexpr std::array kForms = {
     Form{"focus", "nn"},
     Form{"key", "t"},
     Form{"view", "t"},
+    Form{"component", "to"},
+    Form{"compare", "o"},
+    Form{"split", "n", 0, 1},
     Form{"exposure", "n", -64, 64},
     Form{"transform", "tt"},
     Form{"rotation", "n", -1e6, 1e6},
     Form{"intensity", "n", 0, 1e9},
     Form{"emission", "n", 0, 1e9},
-    Form{"light", "in", 0, 1e9},
-    Form{"clay", "t"},
+    Form{"tint", "nnn", 0, 1},
+    Form{"light", "xn", 0, 1e9},
+    Form{"light", "xnnn", 0, 1},
+    Form{"clay", "o"},
     Form{"bounces", "i", 0, 1024},
+    Form{"clamp", "n", 0, 1e9},
+    Form{"culling", "t"},
+    Form{"measure", "o"},
     Form{"bookmark", "t"},
     Form{"recall", "t"},
     Form{"open", "t"},
@@ -88,14 +97,20 @@ class Parser {
         command.line = line_;
         const auto named = [&](const Form& f) { return f.name == command.name; };
         if (std::ranges::none_of(kForms, named)) fail("there is no command '{}'", command.name);
-        const auto form = std::ranges::find_if(
-            kForms, [&](const Form& f) { return named(f) && f.words.size() == command.words.size(); });
+        const bool error = command.name == "wait" && command.words.size() == 2 && command.words[0] == "error";
+        const auto form = std::ranges::find_if(kForms, [&](const Form& f) {
+            return named(f) && f.words.size() == command.words.size() && (!error || f.words == "tn");
+        });
         if (form == kForms.end()) {
             const auto usual = std::ranges::find_if(kForms, named);
             fail("'{}' wants {} words, not {}", command.name, usual->words.size(), command.words.size());
         }
-        for (std::size_t i = 0; i < form->words.size(); ++i)
-            if (form->words[i] != 't') command.numbers.push_back(number(command, *form, i));
+        for (std::size_t i = 0; i < form->words.size(); ++i) {
+            const char kind = form->words[i];
+            if (kind == 'o' && command.words[i] != "on" && command.words[i] != "off")
+                fail("'{}' is on or off", command.name);
+            if (kind != 't' && kind != 'o') command.numbers.push_back(number(command, *form, i));
+        }
         check(command);
         return command;
     }
@@ -105,19 +120,22 @@ class Parser {
         const std::string& text = command.words[index];
         double value = 0;
         const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-        const bool whole = form.words[index] == 'i';
+        const bool is_index = form.words[index] == 'x';
+        const bool whole = is_index || form.words[index] == 'i';
         if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value) ||
             (whole && value != std::floor(value)))
             fail("'{}' wants a {}number, not '{}'", command.name, whole ? "whole " : "", text);
-        if (value < form.lower || value > form.upper)
-            fail("'{}' wants a number from {} to {}, not {}", command.name, form.lower, form.upper, text);
+        const double lower = is_index ? 0 : form.lower, upper = is_index ? kWhole : form.upper;
+        if (value < lower || value > upper)
+            fail("'{}' wants a number from {} to {}, not {}", command.name, lower, upper, text);
         return value;
     }
 
     void check(const Command& c) const {
-        if (c.name == "wait" && c.words[0] != (c.numbers.empty() ? "first" : "samples"))
-            fail("there is 'wait first' and 'wait samples N', no 'wait {}'", c.words[0]);
-        if (c.name == "clay" && c.words[0] != "on" && c.words[0] != "off") fail("'clay' is on or off");
+        const bool until = c.words.size() == 2 ? c.words[0] == "samples" || c.words[0] == "error"
+                                               : c.words.size() == 1 && c.words[0] == "first";
+        if (c.name == "wait" && !until)
+            fail("there is 'wait first', 'wait samples N' and 'wait error E', no 'wait {}'", c.words[0]);
         if (c.name == "key" &&
             (c.words[0].size() != 1 || std::string_view("FHR123456789").find(c.words[0][0]) == std::string_view::npos))
             fail("there is no key '{}'", c.words[0]);

@@ -2,6 +2,8 @@
 //
 //     wait first               until a picture of the view as it is now is shown, however coarse
 //     wait samples N           until the whole picture has N samples; it gets no more until another `wait`
+//     wait error E             until the picture's relMSE is estimated to be below E, from the variance of its samples:
+//                              usually more than it is (estimated_relmse() in seen.h)
 //     camera NAME              one of the scene's, by name or number
 //     orbit X Y                a drag of so many pixels, to the right and down
 //     pan X Y
@@ -10,18 +12,27 @@
 //     fly X Y Z                to the right, up, ahead; world units
 //     focus X Y                looks at what is seen at that pixel
 //     key K                    a key: F H R 1 to 9
-//     view NAME                final, or one of the layers of --aov
+//     view NAME                final, error, or one of the layers of --aov
+//     component NAME on|off    emission, direct_diffuse, direct_glossy, indirect_diffuse or indirect_glossy: whether
+//                              the final picture has it; needs no new samples
+//     compare on|off           keeps what is seen now as B, to be seen on the right of what is seen later
+//     split SHARE              of the window's width that shows the latter, 0 to 1
 //     exposure STOPS
 //     transform DISPLAY VIEW
 //     rotation DEGREES         of the environment
 //     intensity FACTOR         of the environment
 //     emission FACTOR          of emissive surfaces
+//     tint R G B               of the environment, linear, 0 to 1
 //     light N FACTOR           of a punctual light, by number
+//     light N R G B            its colour, linear, 0 to 1
 //     clay on|off
 //     bounces N
+//     clamp L                  the preview mode; 0 for none
+//     culling NAME             as of --culling
+//     measure on|off           times of passes, and counts of what culling does
 //     bookmark NAME            keeps the view
 //     recall NAME
-//     open FILE                a scene or an environment, as if it were dropped
+//     open FILE                a scene or an environment, as if it were dropped, and waits until it is there
 //     screenshot FILE          what is seen: .png as it is shown, .exr linear
 //     window FILE.png          the whole window, with its panels where they are shown (key H)
 //     save                     the settings
@@ -42,7 +53,8 @@ struct Command {
     std::string name;
     std::vector<std::string> words;  // all that follows it
     std::vector<double> numbers;     // those of them that are numbers by the command's nature, finite
-    int line = 0;                    // from 1
+    bool on() const { return words.back() == "on"; }
+    int line = 0;  // from 1
 };
 
 /// Throws Error "FILE:LINE: what" for the first line that is none of the above.

@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <functional>
 
 #include "engine/core/color_map.h"
 #include "engine/core/hash.h"
 #include "engine/core/math.h"
+#include "engine/core/metrics.h"
 
 namespace halflight::view {
 namespace {
@@ -41,14 +43,23 @@ float percentile(std::vector<float> values, double share) {
     return *at;
 }
 
-/// f(pixel's channels, x, y) on magma's scale.
+/// The least of 1, 2 and 5 times powers of ten that is not below; 1 for 0.
+float round_up(float value) {
+    if (!(value > 0)) return 1;
+    const float power = std::pow(10.0f, std::floor(std::log10(value)));
+    for (const float step : {1.0f, 2.0f, 5.0f})
+        if (value <= step * power) return step * power;
+    return 10 * power;
+}
+
+/// f(pixel's channels, x, y) on a scale.
 template <class F>
-Image on_scale(const Image& image, const F& f) {
+Seen on_scale(const Image& image, const std::string& unit, const F& f) {
     Image values(image.width, image.height, 1);
     for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x) *values.at(x, y) = f(image.at(x, y), x, y);
-    const float top = percentile(values.pixels, 0.99);
-    return magma(values, top > 0 ? top : 1);
+    const float top = round_up(percentile(values.pixels, 0.99));
+    return {magma(values, double{top}), true, Scale{top, unit}};
 }
 
 vec3 color_of_id(std::uint32_t id) {
@@ -83,57 +94,86 @@ Image motions(const Image& image) {
     });
 }
 
-/// The standard error of a pixel's luminance, relative to that luminance as relMSE has it.
-Image relative_errors(const Image& variance, const Image& beauty) {
-    return on_scale(variance, [&](const float* v, int x, int y) {
+Seen relative_errors(const Image& variance, const Image& beauty) {
+    return on_scale(variance, "standard error / value", [&](const float* v, int x, int y) {
         const float* b = beauty.at(x, y);
         const float mean = luminance(vec3(b[0], b[1], b[2]));
-        return std::sqrt(luminance(vec3(v[0], v[1], v[2])) / (mean * mean + 0.01f));
+        return std::sqrt(luminance(vec3(v[0], v[1], v[2])) / (mean * mean + static_cast<float>(kRelativeEpsilon)));
     });
 }
 
-Image data_picture(const std::string& view, const Image& image, const Image& beauty) {
+Seen data_picture(const std::string& view, const Image& image) {
     constexpr float kNothing = 1e9f;  // of depths, beyond which there is no surface
-    if (view == "variance") return relative_errors(image, beauty);
+    if (view == "variance")
+        return on_scale(image, "variance of luminance",
+                        [](const float* v, int, int) { return luminance(vec3(v[0], v[1], v[2])); });
     if (view == "normal")
-        return mapped(image, [](const float* p, int, int) { return 0.5f + 0.5f * vec3(p[0], p[1], p[2]); });
-    if (view == "position") return positions(image);
-    if (view == "motion") return motions(image);
+        return {mapped(image, [](const float* p, int, int) { return 0.5f + 0.5f * vec3(p[0], p[1], p[2]); }), true};
+    if (view == "position") return {positions(image), true};
+    if (view == "motion") return {motions(image), true};
     if (view == "depth")
-        return on_scale(image, [](const float* p, int, int) { return *p < kNothing ? *p : kInfinity; });
+        return on_scale(image, "world units", [](const float* p, int, int) { return *p < kNothing ? *p : kInfinity; });
     if (view == "ids")
-        return mapped(image, [](const float* p, int, int) {
-            const auto id = std::bit_cast<std::uint32_t>(p[0]);
-            return id == ~0u ? vec3(0) : color_of_id(id);
-        });
-    return on_scale(image, [&](const float* p, int, int) {
-        float sum = 0;
-        for (int c = 0; c < image.channels; ++c) sum += p[c];
-        return sum;
-    });
+        return {mapped(image,
+                       [](const float* p, int, int) {
+                           const auto id = std::bit_cast<std::uint32_t>(p[0]);
+                           return id == ~0u ? vec3(0) : color_of_id(id);
+                       }),
+                true};
+    return on_scale(image, view == "culling" ? "nodes and leaves of the tile's list" : view,
+                    [&](const float* p, int, int) {
+                        float sum = 0;
+                        for (int c = 0; c < image.channels; ++c) sum += p[c];
+                        return sum;
+                    });
+}
+
+const Image& layer(const std::string& aov, const std::vector<std::string>& aovs, const RenderResult& result) {
+    return result.aovs.at(static_cast<std::size_t>(std::ranges::find(aovs, aov) - aovs.begin())).image;
+}
+
+Image sum_of(const Look& look, const std::vector<std::string>& aovs, const RenderResult& result) {
+    Image sum(result.beauty.width, result.beauty.height, 3);
+    for (std::size_t i = 0; i < kComponents.size(); ++i) {
+        if (!look.components[i]) continue;
+        const Image& part = layer(std::string(kComponents[i]), aovs, result);
+        std::ranges::transform(sum.pixels, part.pixels, sum.pixels.begin(), std::plus());
+    }
+    return sum;
 }
 
 }  // namespace
 
+bool Look::is_sum() const {
+    return view == kFinal && std::ranges::count(components, false) > 0;
+}
+
 std::vector<std::string> views() {
-    std::vector<std::string> all = {kFinal};
+    std::vector<std::string> all = {kFinal, kError};
     for (const AovInfo& aov : known_aovs()) all.emplace_back(aov.name);
     return all;
 }
 
-std::vector<std::string> aovs_of(const std::string& view) {
-    if (view == kFinal) return {};
-    return {view};
+std::vector<std::string> aovs_of(const Look& look) {
+    if (look.is_sum()) return {kComponents.begin(), kComponents.end()};
+    if (look.view == kFinal) return {};
+    if (look.view == kError) return {"variance"};
+    return {look.view};
 }
 
 std::string description(const std::string& view) {
-    return view == kFinal ? "the picture" : std::string(info(view).description);
+    if (view == kFinal) return "the picture";
+    if (view == kError) return "standard error of the pixel's mean radiance, relative to it";
+    return std::string(info(view).description);
 }
 
-Seen seen(const std::string& view, const RenderResult& result) {
+Seen seen(const Look& look, const std::vector<std::string>& aovs, const RenderResult& result) {
+    const std::string& view = look.view;
+    if (look.is_sum()) return {sum_of(look, aovs, result), false};
     if (view == kFinal) return {result.beauty, false};
+    if (view == kError) return relative_errors(layer("variance", aovs, result), result.beauty);
     const AovInfo& aov = info(view);
-    const Image& image = result.aovs.front().image;
+    const Image& image = layer(view, aovs, result);
     if (is_color(aov)) return {image, false};
     if (view.starts_with("crypto"))
         // Pairs of id and coverage: the object that covers most of the pixel.
@@ -141,7 +181,22 @@ Seen seen(const std::string& view, const RenderResult& result) {
             mapped(image, [](const float* p, int,
                              int) { return std::min(p[1], 1.0f) * color_of_id(std::bit_cast<std::uint32_t>(p[0])); }),
             true};
-    return {data_picture(view, image, result.beauty), true};
+    return data_picture(view, image);
+}
+
+std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, const RenderResult& result) {
+    if (result.stats.samples < kLeastSamples || std::ranges::find(aovs, "variance") == aovs.end()) return std::nullopt;
+    const Image& variance = layer("variance", aovs, result);
+    double sum = 0;
+    for (int y = 0; y < variance.height; ++y) {
+        for (int x = 0; x < variance.width; ++x) {
+            for (int c = 0; c < 3; ++c) {
+                const double mean{result.beauty.at(x, y)[c]};
+                sum += double{variance.at(x, y)[c]} / (mean * mean + kRelativeEpsilon);
+            }
+        }
+    }
+    return sum / (3.0 * variance.width * variance.height);
 }
 
 }  // namespace halflight::view

@@ -26,51 +26,64 @@ double distance_ahead(const Camera& camera, const Picker& picker, const Scene& s
 
 Session::Session(const PreviewArguments& arguments, ColorConfig colors)
     : console_(arguments.quiet), colors_(std::move(colors)) {
-    load(arguments);
+    open(load(arguments, colors_, console_));
 }
 
-void Session::load(const PreviewArguments& a) {
-    Scene loaded = load_scene(a.scene, a.allow_outside, console_);
-    set_environment(loaded, a.environment, console_);
+Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colors, const Console& console) {
+    Scene loaded = load_scene(a.scene, a.allow_outside, console);
+    set_environment(loaded, a.environment, console);
     const ChosenCamera chosen = choose_camera(loaded, a);
-    const auto scene = std::make_shared<const Scene>(std::move(loaded));
-    const auto picker = std::make_shared<const Picker>(scene);
-    const CameraPose pose =
-        a.pose && !chosen.index ? *a.pose : pose_of(chosen.camera, distance_ahead(chosen.camera, *picker, *scene));
-    const WorldBounds box = world_bounds(*scene);
-    colors_.view(a.view);  // throws where it is unknown
-    // Nothing fails any more.
-    arguments_ = a;
-    file_ = a.scene;
-    scene_ = scene, picker_ = picker;
-    diagonal_ = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);
-    pose_ = first_pose_ = pose;
-    scene_camera_ = first_camera_ = chosen.index;
-    transform = a.view;
-    edits = a.edits;
-    bounces = a.bounces;
-    samples = a.samples.value_or(samples);
-    bookmarks = a.bookmarks;
+    colors.view(a.view);  // throws where it is unknown
+    Opened opened;
+    opened.arguments = a;
+    opened.scene = std::make_shared<const Scene>(std::move(loaded));
+    opened.picker = std::make_shared<const Picker>(opened.scene);
+    const WorldBounds box = world_bounds(*opened.scene);
+    opened.diagonal = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);
+    const double ahead = distance_ahead(chosen.camera, *opened.picker, *opened.scene);
+    opened.start = {a.pose && !chosen.index ? *a.pose : pose_of(chosen.camera, ahead), chosen.index};
+    return opened;
 }
 
-void Session::open(const std::filesystem::path& path) {
+std::function<Session::Opened()> Session::opening(const std::filesystem::path& path) const {
     if (has_extension(path, "glb") || has_extension(path, "gltf")) {
         PreviewArguments a;
         a.scene = path;
         a.allow_outside = arguments_.allow_outside;
         a.device = arguments_.device;
         a.quiet = arguments_.quiet;
-        take_settings(a);
-        load(a);
-    } else if (has_extension(path, "exr") || has_extension(path, "hdr")) {
-        Scene other = *scene_;
-        set_environment(other, path, console_);
-        arguments_.environment = path;
-        scene_ = std::make_shared<const Scene>(std::move(other));
-        picker_ = std::make_shared<const Picker>(scene_);
-    } else {
-        throw Error(path.string(), "is neither a scene (.glb, .gltf) nor an environment (.exr, .hdr)");
+        return [a, colors = colors_, console = console_]() mutable {
+            take_settings(a);
+            return load(a, colors, console);
+        };
     }
+    if (has_extension(path, "exr") || has_extension(path, "hdr")) {
+        Opened opened{arguments_, scene_, picker_, diagonal_, {}};
+        opened.arguments.environment = path;
+        return [opened, console = console_]() mutable {
+            Scene other = *opened.scene;
+            set_environment(other, opened.arguments.environment, console);
+            opened.scene = std::make_shared<const Scene>(std::move(other));
+            opened.picker = std::make_shared<const Picker>(opened.scene);
+            return opened;
+        };
+    }
+    throw Error(path.string(), "is neither a scene (.glb, .gltf) nor an environment (.exr, .hdr)");
+}
+
+void Session::open(Opened opened) {
+    arguments_ = std::move(opened.arguments);
+    file_ = arguments_.scene;
+    scene_ = std::move(opened.scene), picker_ = std::move(opened.picker);
+    diagonal_ = opened.diagonal;
+    if (!opened.start) return;
+    pose_ = first_pose_ = opened.start->pose;
+    scene_camera_ = first_camera_ = opened.start->camera;
+    transform = arguments_.view;
+    edits = arguments_.edits;
+    bounces = arguments_.bounces;
+    samples = arguments_.samples.value_or(samples);
+    bookmarks = arguments_.bookmarks;
 }
 
 Camera Session::camera() const {
@@ -139,12 +152,31 @@ void Session::recall(const std::string& name) {
     move(known->pose);
 }
 
-Wanted Session::wanted(const ivec2& size) const {
-    return {scene_, edits, pose_, scene_camera_, size, bounces, aovs_of(view), measure};
+Request Session::request(const ivec2& size) const {
+    Request r{scene_, edits, camera(), size, bounces, aovs_of(look), modes, culling, measure};
+    if (estimate_error && std::ranges::find(r.aovs, "variance") == r.aovs.end()) r.aovs.emplace_back("variance");
+    return r;
 }
 
-Request Session::request(const Wanted& w) const {
-    return {w.scene, w.edits, camera(), w.size, w.bounces, w.aovs, w.measure};
+std::string Session::description() const {
+    std::vector<std::string> words = {look.view};
+    for (std::size_t i = 0; i < kComponents.size(); ++i)
+        if (look.is_sum() && !look.components[i]) words.push_back(fmt::format("no {}", kComponents[i]));
+    const auto factor = [&](const char* what, float value) {
+        if (value != 1) words.push_back(fmt::format("{} x {:g}", what, value));
+    };
+    factor("environment", edits.environment_intensity);
+    if (edits.environment_rotation != 0) words.push_back(fmt::format("turned by {:g} deg", edits.environment_rotation));
+    if (edits.environment_tint != vec3(1)) words.emplace_back("tinted");
+    factor("emission", edits.emission);
+    for (std::size_t i = 0; i < edits.lights.size(); ++i) {
+        factor(fmt::format("light {}", i).c_str(), edits.lights[i].factor);
+        if (edits.lights[i].color) words.push_back(fmt::format("light {} coloured", i));
+    }
+    if (edits.clay) words.emplace_back("clay");
+    if (modes.clamp > 0) words.push_back(fmt::format("clamped to {:g}", modes.clamp));
+    words.push_back(fmt::format("{} bounces", bounces));
+    return fmt::format("{}", fmt::join(words, ", "));
 }
 
 std::filesystem::path Session::settings_file() const {

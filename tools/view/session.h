@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -16,39 +17,43 @@
 
 namespace halflight::view {
 
-/// What a request is made of: another one is needed where it differs.
-struct Wanted {
-    std::shared_ptr<const Scene> scene;
-    SceneEdits edits;
-    CameraPose pose;
-    std::optional<std::size_t> scene_camera;
-    ivec2 size{0};
-    int bounces = 0;
-    std::vector<std::string> aovs;
-    bool measure = false;
-    bool operator==(const Wanted&) const = default;
-};
-
 class Session {
   public:
     /// Loads the scene. Throws Error, also for a view transform that these colours do not have.
     Session(const PreviewArguments& arguments, ColorConfig colors);
 
     // Panels write to these.
-    std::string view = kFinal;  // what is seen: one of views()
+    Look look;
     ViewTransform transform;
     SceneEdits edits;
     int bounces = 8;
-    int samples = 1024;  // after which nothing more is done
+    int samples = 1024;           // after which nothing more is done
+    bool estimate_error = false;  // Picture::relmse is wanted
+    PreviewModes modes;           // not saved: `render` has none
+    rays::Culling culling = rays::Culling::automatic;
     bool measure = false;
     std::vector<Bookmark> bookmarks;
 
     const std::filesystem::path& file() const { return file_; }
     const Scene& scene() const { return *scene_; }
     double diagonal() const { return diagonal_; }  ///< of the scene's bounds, world units, > 0
-    /// A scene, whose camera is taken and whose settings are as they would be at the start, or an environment. Throws
-    /// Error, and nothing has changed then.
-    void open(const std::filesystem::path& path);
+    /// A scene or an environment that has been read: all of open() that takes long.
+    struct Opened {
+        PreviewArguments arguments;
+        std::shared_ptr<const Scene> scene;
+        std::shared_ptr<const Picker> picker;
+        double diagonal = 1;
+        struct Start {
+            CameraPose pose;
+            std::optional<std::size_t> camera;
+        };
+        std::optional<Start> start;  // of a scene; none: it is the one that was there, in another environment
+    };
+    /// Reads a file, on whatever thread it is called. Throws Error.
+    std::function<Opened()> opening(const std::filesystem::path& path) const;
+    /// Of a scene, its camera is taken and its settings are as they would be at the start; of an environment, all else
+    /// stays.
+    void open(Opened opened);
 
     const CameraPose& pose() const { return pose_; }
     /// Where the camera is that of the scene as it is, its number.
@@ -67,8 +72,9 @@ class Session {
     void bookmark();                         ///< "view N" with the first N from 1 that no other has
     void recall(const std::string& name);    ///< Throws Error where there is none.
 
-    Wanted wanted(const ivec2& size) const;
-    Request request(const Wanted& wanted) const;
+    Request request(const ivec2& size) const;
+    /// Of the picture, in a few words: what is seen, and what is not as the scene has it.
+    std::string description() const;
 
     std::filesystem::path settings_file() const;
     SavedSettings saved() const;
@@ -76,7 +82,7 @@ class Session {
 
   private:
     std::optional<Picked> pick(const dvec2& point, const ivec2& size) const;
-    void load(const PreviewArguments& arguments);
+    static Opened load(const PreviewArguments& arguments, const ColorConfig& colors, const Console& console);
 
     PreviewArguments arguments_;
     Console console_;

@@ -22,6 +22,7 @@ void Timings::shown(const Picture& picture, double seconds) {
     if (picture.divisor == 1) {
         samples_ = picture.result.stats.samples;
         age_ = picture.seconds;
+        relmse_ = picture.relmse;
     }
     const auto request = open_.find(picture.request);
     if (request == open_.end()) return;
@@ -36,6 +37,8 @@ nlohmann::ordered_json Timings::json() const {
     std::map<std::string, int> coarseness;
     for (const int divisor : divisors_) ++coarseness["1/" + std::to_string(divisor)];
     const double span = last_ - first_;
+    nlohmann::ordered_json last{{"samples", samples_}, {"seconds", age_}};
+    if (relmse_) last["estimated_relmse"] = *relmse_;
     return {{"views", latencies_.size()},
             {"seconds_to_first_picture",
              {{"median", quantile(latencies_, 0.5)},
@@ -43,7 +46,7 @@ nlohmann::ordered_json Timings::json() const {
               {"most", quantile(latencies_, 1)}}},
             {"first_pictures_per_second", span > 0 ? static_cast<double>(latencies_.size() - 1) / span : 0.0},
             {"resolutions", coarseness},
-            {"last_picture", {{"samples", samples_}, {"seconds", age_}}}};
+            {"last_picture", last}};
 }
 
 }  // namespace halflight::view

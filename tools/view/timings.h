@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,8 @@ class Timings {
     void forget() { *this = {}; }
 
     /// Seconds from the input to the first picture of it on the window (median, 95 %, most), pictures per second over
-    /// first pictures, how coarse they were, and the last whole picture's samples and age.
+    /// first pictures, how coarse they were, and the last whole picture's samples, age and, where there is one, its
+    /// estimated relMSE.
     nlohmann::ordered_json json() const;
 
   private:
@@ -29,7 +31,8 @@ class Timings {
     std::vector<int> divisors_;             // of the same
     double first_ = 0, last_ = 0;           // when the first and the last first picture were shown
     int samples_ = 0;                       // of the last whole picture
-    double age_ = 0;                        // seconds since its request
+    double age_ = 0;                        // its Picture::seconds
+    std::optional<double> relmse_;          // and Picture::relmse
 };
 
 }  // namespace halflight::view

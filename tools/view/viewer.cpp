@@ -6,7 +6,9 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <chrono>
 #include <new>
+#include <utility>
 
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/files.h"
@@ -75,7 +77,8 @@ void Viewer::run() {
         const bool at_once = frames_due_ > 0 || next_command_ < script_.size();
         const double patience = navigation_.moving() || at_once ? kMoving : kIdle;
         if (window_.wait(patience) || navigation_.moving()) frames_due_ = std::max(frames_due_, 2);
-        drop();
+        if (!scripted()) drop();
+        take_shaders();
         take_picture();
         if (frames_due_ > 0) frame();
         if (scripted()) step_script();
@@ -88,28 +91,73 @@ void Viewer::run() {
 /// Makes the picture that came last the one that is seen, if it shows what is to be seen.
 void Viewer::take_picture() {
     const auto newest = thread_.picture();
-    if (!newest || (newest == picture_ && view_ == session_.view)) return;
-    const std::vector<std::string> needed = aovs_of(session_.view);
-    if (!needed.empty() && newest->aovs != needed) return;
+    if (!newest || (newest == picture_ && look_ == session_.look)) return;
+    const auto there = [&](const std::string& aov) {
+        return std::ranges::find(newest->aovs, aov) != newest->aovs.end();
+    };
+    if (!std::ranges::all_of(aovs_of(session_.look), there)) return;
+    if (newest != picture_) history_.add(*newest);
     picture_ = newest;
-    view_ = session_.view;
-    display_.set_picture(seen(view_, picture_->result));
+    look_ = session_.look;
+    const Seen shown = seen(look_, picture_->aovs, picture_->result);
+    scale_ = shown.scale;
+    display_.set_picture(shown);
     frames_due_ = std::max(frames_due_, 1);
 }
 
 void Viewer::drop() {
-    for (const auto& path : window_.dropped()) attempt([&] { session_.open(path); });
+    for (auto& path : window_.dropped()) to_open_.push_back(std::move(path));
+    take_opened();
+    open_next();
+}
+
+void Viewer::open_next() {
+    if (opening_.valid() || to_open_.empty()) return;
+    const std::filesystem::path path = std::move(to_open_.front());
+    to_open_.pop_front();
+    attempt([&] {
+        const auto task = std::make_shared<std::packaged_task<Session::Opened()>>(session_.opening(path));
+        opening_ = task->get_future();
+        thread_.perform(fmt::format("loading {}", path.filename().string()), [task] { (*task)(); });
+    });
+}
+
+bool Viewer::take_opened() {
+    if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
+        frames_due_ = std::max(frames_due_, 2);
+        attempt([&] { session_.open(opening_.get()); });
+    }
+    return !opening_.valid() && to_open_.empty();
+}
+
+/// The display's, once the render thread has seen that files have changed.
+void Viewer::take_shaders() {
+    const std::uint64_t reloads = thread_.status().reloads;
+    if (reloads == reloads_) return;
+    reloads_ = reloads;
+    frames_due_ = std::max(frames_due_, 1);
+    attempt([&] { display_.reload_shaders(); });
+}
+
+void Viewer::compare(bool on) {
+    if (!on) {
+        other_.reset();
+        display_.drop_other();
+        return;
+    }
+    if (!picture_) throw Error("compare", "there is no picture yet");
+    display_.keep();
+    other_ = fmt::format("{}, {} samples", session_.description(), picture_->result.stats.samples);
 }
 
 /// Asks for another picture where one is needed.
 void Viewer::ask() {
-    const ivec2 size = window_.framebuffer_size();
-    Wanted wanted = session_.wanted(size);
+    Request request = session_.request(window_.framebuffer_size());
     if (!scripted()) thread_.limit(session_.samples);
-    if (wanted == wanted_) return;
-    wanted_ = std::move(wanted);
+    if (request == wanted_) return;
     if (scripted()) thread_.limit(1);  // until the script says how many it waits for
-    request_ = thread_.show(session_.request(wanted_));
+    request_ = thread_.show(request);
+    wanted_ = std::move(request);
     timings_.requested(request_, now());
     window_.set_title(title());
 }
@@ -124,7 +172,11 @@ void Viewer::frame(const std::filesystem::path& shot) {
         keys();
     }
     Asked asked;
-    if (panels_shown_) asked = panels(session_, colors_, navigation_, {picture_.get(), thread_.status(), message_});
+    const RenderThread::Status status = thread_.status();
+    if (panels_shown_)
+        asked =
+            panels(session_, colors_, navigation_, {picture_.get(), &history_, status, message_, other_.has_value()});
+    draw_overlay({scale_, notices(status), session_.description(), other_}, split_);
     if (asked.pose) attempt([&] { session_.move(*asked.pose); });
     ask();
     if (session_.transform != transform_) {
@@ -135,7 +187,7 @@ void Viewer::frame(const std::filesystem::path& shot) {
         });
         session_.transform = transform_;  // as it was, where it failed
     }
-    display_.draw(size);
+    display_.draw(size, split_);
     gui_.draw();
     if (!shot.empty()) write_png(shot, window_.read());
     window_.swap();
@@ -147,9 +199,21 @@ void Viewer::frame(const std::filesystem::path& shot) {
     answer(asked);
 }
 
+/// What has to be seen, panels or not.
+std::vector<std::string> Viewer::notices(const RenderThread::Status& status) const {
+    std::vector<std::string> lines;
+    if (picture_)
+        for (const std::string& bias : picture_->result.stats.biases) lines.push_back("preview, biased: " + bias);
+    if (panels_shown_) return lines;  // which tell of errors
+    for (const std::string& error : {status.error, status.shader_error})
+        if (!error.empty()) lines.push_back(error);
+    return lines;
+}
+
 void Viewer::answer(const Asked& asked) {
     if (asked.read_message) message_.clear();
     attempt([&] {
+        if (asked.compare) compare(*asked.compare);
         if (asked.save) {
             session_.save();
             message_ = fmt::format("wrote {}", session_.settings_file().string());
@@ -171,17 +235,24 @@ void Viewer::screenshot(const std::filesystem::path& path) {
     if (!picture_) throw Error(path.string(), "not written: there is no picture yet");
     if (has_extension(path, "exr")) {
         const RenderStats& stats = picture_->result.stats;
-        write_picture(path, picture_->result,
-                      {.camera = picture_->camera,
-                       .working_space = colors_.linear_space(""),
-                       .comments = fmt::format("scene {}, seen by halflight view, {} samples",
-                                               session_.file().filename().string(), stats.samples),
-                       .filter = text(PixelFilter{}),
-                       .shutter = "",
-                       .bias = "",
-                       .error = ""});
+        RenderResult shown = picture_->result;
+        if (look_.is_sum()) {
+            const Image sum = seen(look_, picture_->aovs, shown).image;
+            for (int y = 0; y < sum.height; ++y)
+                for (int x = 0; x < sum.width; ++x) std::copy_n(sum.at(x, y), 3, shown.beauty.at(x, y));
+        }
+        write_picture(
+            path, shown,
+            {.camera = picture_->camera,
+             .working_space = colors_.linear_space(""),
+             .comments = fmt::format("scene {}, seen by halflight view, {} samples, {}",
+                                     session_.file().filename().string(), stats.samples, session_.description()),
+             .filter = text(PixelFilter{}),
+             .shutter = "",
+             .bias = fmt::format("{}", fmt::join(stats.biases, "; ")),
+             .error = ""});
     } else {
-        write_png(path, display_.read());
+        write_png(path, display_.read(split_));
     }
     message_ = fmt::format("wrote {}", path.string());
 }

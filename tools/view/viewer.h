@@ -1,6 +1,8 @@
 // The program `halflight view`: a window, a session, a render thread, and what comes and goes between them.
 #pragma once
 
+#include <deque>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
@@ -8,6 +10,7 @@
 
 #include "tools/view/display.h"
 #include "tools/view/gui.h"
+#include "tools/view/overlay.h"
 #include "tools/view/panels.h"
 #include "tools/view/script.h"
 #include "tools/view/timings.h"
@@ -30,6 +33,11 @@ class Viewer {
     void ask();
     void take_picture();
     void drop();
+    void open_next();    // of the files that wait, on the render thread
+    bool take_opened();  // whether there is nothing left that waits or is being opened
+    void compare(bool on);
+    void take_shaders();
+    std::vector<std::string> notices(const RenderThread::Status& status) const;
     void answer(const Asked& asked);
     void screenshot(const std::filesystem::path& path);
     std::filesystem::path free_name(const char* extension) const;
@@ -38,6 +46,7 @@ class Viewer {
     bool scripted() const { return arguments_.script.has_value(); }
     void step_script();
     bool waited(const Command& command);
+    bool opened(const Command& command);
     void execute(const Command& command);
 
     /// Does what may fail: in a script that is the end, in the window it is told.
@@ -47,6 +56,7 @@ class Viewer {
     PreviewArguments arguments_;
     std::vector<Command> script_;
     std::size_t next_command_ = 0;
+    bool script_opens_ = false;  // the command `open` has begun
     ColorConfig colors_;
     Session session_;
     ViewProcessor processor_;
@@ -55,15 +65,22 @@ class Viewer {
     Display display_;
     Navigation navigation_;
     Timings timings_;
+    PassHistory history_;
     std::string message_;
+    std::deque<std::filesystem::path> to_open_;
+    std::future<Session::Opened> opening_;  // valid while something is being opened
+    std::optional<std::string> other_;      // what picture B shows
+    float split_ = 0.5f;                    // as of Display
+    std::uint64_t reloads_ = 0;             // of the render thread's shaders, that the display has followed
     bool panels_shown_ = true;
     bool quit_ = false;
     int frames_due_ = 3;  // Dear ImGui wants some after whatever happens
 
-    Wanted wanted_;                           // of the request that is under way
+    std::optional<Request> wanted_;           // that is under way
     std::uint64_t request_ = 0;               // its number
     ViewTransform transform_;                 // that the display has
-    std::string view_;                        // that the display has
+    Look look_;                               // that the display has
+    std::optional<Scale> scale_;              // of the colours that the display has
     std::shared_ptr<const Picture> picture_;  // that the display has
     std::uint64_t drawn_request_ = 0;         // of the picture in the window
     int drawn_samples_ = 0;                   // of that picture; 0: it is a coarse one

@@ -10,26 +10,37 @@ constexpr std::size_t kHardwareBand = std::size_t{1} << 20;
 }  // namespace
 
 bool Workplace::needs_scene(const Request& r) const {
-    return !scene_ || r.scene != request_.scene || r.edits != request_.edits;
+    const bool raster = r.culling == rays::Culling::raster;
+    return !scene_ || r.scene != request_.scene || r.edits != request_.edits || (raster && !raster_);
+}
+
+bool Workplace::reload_shaders() {
+    if (!scene_ || scene_->programs().reload() == 0) return false;
+    reloaded_ = true;  // renderers may be at work
+    return true;
 }
 
 void Workplace::prepare(const Request& r) {
     const bool new_scene = needs_scene(r);
-    const bool same = !new_scene && r.size == request_.size && r.bounces == request_.bounces &&
-                      r.aovs == request_.aovs && r.measure == request_.measure;
-    if (!same) {
+    Request still = request_;
+    still.camera = r.camera;
+    if (new_scene || reloaded_ || !serves(still, r)) {
         renderers_.clear();
         resolution_.forget();
+        request_ = r;
     }
-    request_ = r;
+    request_.camera = r.camera;
+    reloaded_ = false;
     if (!new_scene) return;
     scene_.reset();  // two might not fit together
+    raster_ = r.culling == rays::Culling::raster;
+    const PrepareOptions options{.raster_culling = raster_};
     if (r.edits == SceneEdits()) {
-        scene_ = std::make_unique<PreparedScene>(context_, *r.scene, PrepareOptions{.raster_culling = false});
+        scene_ = std::make_unique<PreparedScene>(context_, *r.scene, options);
     } else {
         Scene edited = *r.scene;
         apply(r.edits, edited);
-        scene_ = std::make_unique<PreparedScene>(context_, edited, PrepareOptions{.raster_culling = false});
+        scene_ = std::make_unique<PreparedScene>(context_, edited, options);
     }
 }
 
@@ -41,7 +52,9 @@ Renderer& Workplace::renderer(int divisor) {
     s.width = size.x, s.height = size.y;
     s.camera = request_.camera;
     s.bounces = request_.bounces;
-    s.aovs = request_.aovs;
+    s.aovs = gathered(request_);
+    s.clamp = request_.modes.clamp;
+    s.culling = request_.culling;
     s.measure = request_.measure;
     s.band_pixels = context_.software() ? kSoftwareBand : kHardwareBand;
     s.in_turns = true;

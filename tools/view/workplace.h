@@ -18,6 +18,9 @@ class Workplace {
 
     /// Whether prepare() will have to make the scene's tables and hierarchies.
     bool needs_scene(const Request& request) const;
+    /// Programs of shaders that have changed are compiled anew; whether there were any. Throws what
+    /// gpu::ProgramCache::reload() throws.
+    bool reload_shaders();
     /// Throws what preparing a scene throws; then there is none until the next call.
     void prepare(const Request& request);
     /// Whether the first picture of this size is still to be made, which takes longer than others.
@@ -30,7 +33,9 @@ class Workplace {
     gpu::Context& context_;
     ColorConfig colors_;
     Request request_;
+    bool reloaded_ = false;  // shaders, since the last prepare()
     std::unique_ptr<PreparedScene> scene_;
+    bool raster_ = false;                // the scene is prepared for raster culling
     std::map<int, Renderer> renderers_;  // by divisor
     Resolution resolution_;
 };

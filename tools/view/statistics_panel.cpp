@@ -1,0 +1,77 @@
+#include "tools/view/statistics_panel.h"
+
+#include <fmt/format.h>
+#include <imgui.h>
+
+#include <algorithm>
+
+#include "tools/view/statistics_text.h"
+
+namespace halflight::view {
+namespace {
+
+void text(const std::string& line) {
+    ImGui::TextUnformatted(line.c_str());
+}
+
+void lines(const char* title, const std::vector<std::string>& all) {
+    if (all.empty() || !ImGui::TreeNode(title)) return;
+    ImGui::PushTextWrapPos();
+    for (const std::string& line : all) text(line);
+    ImGui::PopTextWrapPos();
+    ImGui::TreePop();
+}
+
+void picture_lines(const Picture& picture) {
+    const RenderStats& s = picture.result.stats;
+    const Image& image = picture.result.beauty;
+    text(fmt::format("{} x {}, {} samples", image.width, image.height, s.samples));
+    if (picture.relmse) text(fmt::format("relMSE about {:.3g}", *picture.relmse));
+    text(fmt::format("{:.3f} s/sample, {:.2f} Mpaths/s", s.render_seconds / std::max(s.samples, 1),
+                     1e-6 * static_cast<double>(s.paths) / std::max(s.render_seconds, 1e-9)));
+    text(fmt::format("prepared in {:.2f} s", s.prepare_seconds));
+    for (const std::string& line : memory_lines(s)) text(line);
+    for (const BadValues& bad : s.bad_values)
+        if (bad.total() > 0)
+            text(fmt::format("{}: {} NaN, {} infinite, {} negative", bad.component, bad.nans, bad.infinities,
+                             bad.negatives));
+}
+
+void time_lines(const PassHistory& history) {
+    if (history.passes().empty() || !ImGui::TreeNodeEx("time of passes", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    for (const PassHistory::Pass& pass : history.passes()) {
+        const std::vector<float>& ms = pass.milliseconds;
+        ImGui::PushID(pass.name.c_str());
+        ImGui::PlotLines("", ms.data(), static_cast<int>(ms.size()), 0, nullptr, 0,
+                         1.2f * *std::max_element(ms.begin(), ms.end()), {60, ImGui::GetTextLineHeight()});
+        ImGui::PopID();
+        ImGui::SameLine();
+        text(fmt::format("{:7.2f} ms  {}", ms.back(), pass.name));
+    }
+    ImGui::TreePop();
+}
+
+void choose_culling(rays::Culling& chosen) {
+    if (!ImGui::BeginCombo("culling", rays::name(chosen))) return;
+    for (const auto one : {rays::Culling::automatic, rays::Culling::off, rays::Culling::compute, rays::Culling::raster})
+        if (ImGui::Selectable(rays::name(one), one == chosen)) chosen = one;
+    ImGui::EndCombo();
+}
+
+}  // namespace
+
+void statistics_panel(Session& session, const Situation& now) {
+    ImGui::SliderInt("samples", &session.samples, 1, 1 << 16, "%d",
+                     ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
+    ImGui::Checkbox("estimate error", &session.estimate_error);
+    choose_culling(session.culling);
+    ImGui::Checkbox("measure passes and culling (slower)", &session.measure);
+    text(now.status.device);
+    if (!now.picture) return;
+    picture_lines(*now.picture);
+    time_lines(*now.history);
+    lines("culling", culling_lines(now.picture->result.stats));
+    lines("left out", left_out_lines(now.picture->result.stats));
+}
+
+}  // namespace halflight::view

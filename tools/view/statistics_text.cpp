@@ -1,0 +1,75 @@
+#include "tools/view/statistics_text.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "tools/halflight/statistics.h"
+
+namespace halflight::view {
+namespace {
+
+double share(std::uint64_t part, std::uint64_t whole) {
+    return whole == 0 ? 0.0 : static_cast<double>(part) / static_cast<double>(whole);
+}
+
+double mebibytes(std::size_t bytes) {
+    return static_cast<double>(bytes) / (1 << 20);
+}
+
+void add_tiles(const rays::BatchStatistics& b, std::vector<std::string>& lines) {
+    const rays::BatchStatistics::Lists& l = b.lists;
+    if (l.tiles == 0) return;
+    lines.push_back(fmt::format("  pairs per tile {:.1f}, {:.1f} of them leaves; at most {}", share(l.entries, l.tiles),
+                                share(l.leaves, l.tiles), l.longest));
+    lines.push_back(fmt::format("  state hits: {:.0f} % of lists kept, {:.0f} % of rays ended by a remembered leaf",
+                                100 * (1 - std::min(share(b.tiles_culled, l.tiles), 1.0)),
+                                100 * share(l.remembered, l.rays)));
+    lines.push_back(fmt::format("  {:.0f} % of rays went on beyond leaves", 100 * share(l.rest_rays, l.rays)));
+}
+
+void add_raster(const rays::RasterBatch& batch, std::vector<std::string>& lines) {
+    const rays::RasterStatistics& s = batch.statistics;
+    if (s.runs == 0) return;
+    const auto runs = static_cast<double>(s.runs);
+    lines.push_back(fmt::format("{} {} by queries, each run:", rays::name(batch.kind), batch.depth));
+    lines.push_back(fmt::format("  {:.0f} queries, {:.0f} about several nodes", static_cast<double>(s.queries) / runs,
+                                static_cast<double>(s.multi_queries) / runs));
+    lines.push_back(fmt::format("  state hits: {:.0f} queries saved of hidden nodes, {:.0f} of visible ones",
+                                static_cast<double>(s.saved_hidden) / runs,
+                                static_cast<double>(s.saved_visible) / runs));
+    lines.push_back(fmt::format("  {:.0f} nodes tested, {:.0f} leaves hit, {:.0f} pairs",
+                                static_cast<double>(s.nodes) / runs, static_cast<double>(s.leaves) / runs,
+                                static_cast<double>(s.pairs) / runs));
+}
+
+}  // namespace
+
+std::vector<std::string> culling_lines(const RenderStats& stats) {
+    std::vector<std::string> lines;
+    for (const rays::BatchStatistics& b : stats.batches) {
+        lines.push_back(fmt::format("{}: {}{}", b.batch, rays::name(b.way),
+                                    b.reason.empty() ? "" : fmt::format(" ({})", b.reason)));
+        add_tiles(b, lines);
+        if (b.state_bytes > 0) lines.push_back(fmt::format("  {:.1f} MiB of state", mebibytes(b.state_bytes)));
+    }
+    for (const rays::RasterBatch& batch : stats.raster) add_raster(batch, lines);
+    return lines;
+}
+
+std::vector<std::string> left_out_lines(const RenderStats& stats) {
+    std::vector<std::string> lines;
+    for (const LeftOut& l : stats.left_out)
+        lines.push_back(fmt::format("{}: {}{}", l.what, l.fact,
+                                    l.bytes == 0 ? "" : fmt::format(" ({:.1f} MiB)", mebibytes(l.bytes))));
+    return lines;
+}
+
+std::vector<std::string> memory_lines(const RenderStats& stats) {
+    std::size_t saved = 0;
+    for (const LeftOut& l : stats.left_out) saved += l.bytes;
+    return {fmt::format("{:.1f} MiB on the device, {:.1f} MiB left out", mebibytes(stats.gpu_bytes), mebibytes(saved)),
+            fmt::format("{:.1f} MiB at most of the program", mebibytes(peak_memory_bytes()))};
+}
+
+}  // namespace halflight::view
