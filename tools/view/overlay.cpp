@@ -14,33 +14,40 @@ constexpr ImU32 kText = IM_COL32(255, 255, 255, 255);
 constexpr ImU32 kBehind = IM_COL32(0, 0, 0, 160);
 constexpr float kMargin = 10;
 
-/// A line of text on a dark ground; `align`: the share of it that is left of x.
+/// A line of text on a dark ground; `align`: the share of it that is left of x, less where the window ends.
 void label(float x, float y, float align, const std::string& text) {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     const ImVec2 size = ImGui::CalcTextSize(text.c_str());
-    const float left = x - align * size.x;
+    const float end = ImGui::GetIO().DisplaySize.x - kMargin;
+    const float left = std::max(std::min(x - align * size.x, end - size.x), kMargin);
     list.AddRectFilled({left - 4, y - 2}, {left + size.x + 4, y + size.y + 2}, kBehind, 3);
     list.AddText({left, y}, kText, text.c_str());
 }
 
+/// Upper edge of a line of labels.
+float row(int index) {
+    return kMargin + static_cast<float>(index) * (ImGui::GetTextLineHeight() + kMargin);
+}
+
 void draw_scale(const Scale& scale) {
     constexpr int kSteps = 64;
-    constexpr float kWidth = 192, kHeight = 10;
+    constexpr float kHeight = 10;
+    const float width = std::max(192.0f, ImGui::CalcTextSize(scale.unit.c_str()).x);
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     const ImVec2 window = ImGui::GetIO().DisplaySize;
     const float line = ImGui::GetTextLineHeight();
-    const float left = window.x - kMargin - kWidth, top = window.y - kMargin - kHeight;
+    const float left = window.x - kMargin - width, top = window.y - kMargin - kHeight;
     list.AddRectFilled({left - 6, top - 2 * line - 10}, {window.x - kMargin + 6, window.y - kMargin + 6}, kBehind, 3);
     for (int i = 0; i < kSteps; ++i) {
         const vec3 c = magma((static_cast<float>(i) + 0.5f) / kSteps);
-        const float x = left + kWidth * static_cast<float>(i) / kSteps;
-        list.AddRectFilled({x, top}, {x + kWidth / kSteps, top + kHeight},
+        const float x = left + width * static_cast<float>(i) / kSteps;
+        list.AddRectFilled({x, top}, {x + width / kSteps, top + kHeight},
                            ImGui::ColorConvertFloat4ToU32({c.r, c.g, c.b, 1}));
     }
     const std::string most = fmt::format("{:g}", scale.top);
     list.AddText({left, top - 2 * line - 6}, kText, scale.unit.c_str());
-    list.AddText({left, top - line - 3}, kText, "0");
-    list.AddText({left + kWidth - ImGui::CalcTextSize(most.c_str()).x, top - line - 3}, kText, most.c_str());
+    list.AddText({left, top - line - 3}, kText, fmt::format("{:g}", scale.bottom).c_str());
+    list.AddText({left + width - ImGui::CalcTextSize(most.c_str()).x, top - line - 3}, kText, most.c_str());
 }
 
 /// Takes the mouse for a few pixels on both sides.
@@ -67,7 +74,7 @@ void draw_split(const std::string& here, const std::string& other, float& split)
     const float x = split * window.x;
     ImGui::GetBackgroundDrawList()->AddLine({x, 0}, {x, window.y}, kText, 2);
     label(x - kMargin, kMargin, 1, "A: " + here);
-    label(x + kMargin, kMargin, 0, "B: " + other);
+    label(x + kMargin, row(1), 0, "B: " + other);
 }
 
 }  // namespace
@@ -76,11 +83,8 @@ void draw_overlay(const Overlay& overlay, float& split) {
     const ImVec2 window = ImGui::GetIO().DisplaySize;
     if (overlay.scale) draw_scale(*overlay.scale);
     if (overlay.other) draw_split(overlay.here, *overlay.other, split);
-    float y = overlay.other ? 2 * kMargin + ImGui::GetTextLineHeight() : kMargin;
-    for (const std::string& notice : overlay.notices) {
-        label(window.x / 2, y, 0.5f, notice);
-        y += ImGui::GetTextLineHeight() + kMargin;
-    }
+    int next = overlay.other ? 2 : 0;
+    for (const std::string& notice : overlay.notices) label(window.x / 2, row(next++), 0.5f, notice);
 }
 
 }  // namespace halflight::view

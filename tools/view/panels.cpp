@@ -74,15 +74,9 @@ void camera_panel(Session& session, Navigation& navigation, Asked& asked) {
     }
 }
 
-void wrapped(const std::string& line) {
-    ImGui::PushTextWrapPos();
-    text(line);
-    ImGui::PopTextWrapPos();
-}
-
 void view_panel(Session& session, const Situation& now, Asked& asked) {
     choose("seen", session.look.view, views());
-    wrapped(description(session.look.view));
+    text(description(session.look.view));
     if (!now.picture) return;
     if (ImGui::Button(now.comparing ? "keep as B anew" : "keep as B")) asked.compare = true;
     if (!now.comparing) return;
@@ -103,7 +97,7 @@ void passes_panel(Session& session) {
 }
 
 void modes_panel(PreviewModes& modes) {
-    wrapped("Biased: pictures are better soon, and not the right ones in the end. Not saved.");
+    text("Biased: pictures are better soon, and not the right ones in the end. Not saved.");
     bool clamped = modes.clamp > 0;
     if (ImGui::Checkbox("clamp indirect light", &clamped)) modes.clamp = clamped ? 10.0f : 0.0f;
     if (clamped) ImGui::SliderFloat("luminance", &modes.clamp, 0.01f, 1000, "%.2f", kLogarithmic);
@@ -198,7 +192,8 @@ Asked panels(Session& session, const ColorConfig& colors, Navigation& navigation
                              ImGuiCond_FirstUseEver);
     ImGui::SetNextWindowCollapsed(size.x < kSmall, ImGuiCond_FirstUseEver);
     ImGui::Begin("halflight (H hides)");
-    ImGui::PushItemWidth(0.6f * ImGui::GetContentRegionAvail().x);
+    ImGui::PushItemWidth(0.55f * ImGui::GetContentRegionAvail().x);
+    ImGui::PushTextWrapPos();
     text(now.status.activity.empty() ? "ready" : now.status.activity);
     const auto open = [&](const char* section, bool first) {
         return ImGui::CollapsingHeader(section, first || size.y > kTall ? ImGuiTreeNodeFlags_DefaultOpen : 0);
@@ -216,6 +211,7 @@ Asked panels(Session& session, const ColorConfig& colors, Navigation& navigation
     asked.exr = ImGui::Button(".exr");
     ImGui::SameLine();
     asked.save = ImGui::Button("save settings");
+    ImGui::PopTextWrapPos();
     ImGui::PopItemWidth();
     ImGui::End();
     message_panel(now, asked);

@@ -52,14 +52,18 @@ float round_up(float value) {
     return 10 * power;
 }
 
-/// f(pixel's channels, x, y) on a scale.
+/// f(pixel's channels, x, y) on a scale, a logarithmic one of so many decades if there are any.
 template <class F>
-Seen on_scale(const Image& image, const std::string& unit, const F& f) {
+Seen on_scale(const Image& image, const std::string& unit, const F& f, int decades = 0) {
     Image values(image.width, image.height, 1);
     for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x) *values.at(x, y) = f(image.at(x, y), x, y);
-    const float top = round_up(percentile(values.pixels, 0.99));
-    return {magma(values, double{top}), true, Scale{top, unit}};
+    Scale scale{round_up(percentile(values.pixels, 0.99)), unit};
+    if (decades == 0) return {magma(values, double{scale.top}), true, scale};
+    scale.bottom = scale.top * std::pow(10.0f, static_cast<float>(-decades));
+    for (float& v : values.pixels)
+        v = 1 + std::log10(std::max(v, scale.bottom) / scale.top) / static_cast<float>(decades);
+    return {magma(values, 1), true, scale};
 }
 
 vec3 color_of_id(std::uint32_t id) {
@@ -104,9 +108,11 @@ Seen relative_errors(const Image& variance, const Image& beauty) {
 
 Seen data_picture(const std::string& view, const Image& image) {
     constexpr float kNothing = 1e9f;  // of depths, beyond which there is no surface
+    constexpr int kVarianceDecades = 4;
     if (view == "variance")
-        return on_scale(image, "variance of luminance",
-                        [](const float* v, int, int) { return luminance(vec3(v[0], v[1], v[2])); });
+        return on_scale(
+            image, "variance of luminance", [](const float* v, int, int) { return luminance(vec3(v[0], v[1], v[2])); },
+            kVarianceDecades);
     if (view == "normal")
         return {mapped(image, [](const float* p, int, int) { return 0.5f + 0.5f * vec3(p[0], p[1], p[2]); }), true};
     if (view == "position") return {positions(image), true};

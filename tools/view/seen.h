@@ -31,10 +31,11 @@ std::vector<std::string> aovs_of(const Look& look);
 /// One line for people.
 std::string description(const std::string& view);
 
-/// Of a colour scale, which is magma's and begins with 0.
+/// Of a colour scale, which is magma's.
 struct Scale {
     float top = 1;  // of the values; what is above looks like it
     std::string unit;
+    float bottom = 0;  // likewise what is below; > 0: the scale is logarithmic
 };
 
 /// An image of 3 channels at least, as it goes to the display.
@@ -46,9 +47,9 @@ struct Seen {
 
 /// Of a result whose AOVs have these names; those of the look must be among them. Radiance and albedo are colour. Of
 /// data: normals and motion as colour around grey; position as colour between the corners of what is seen; ids as a
-/// colour each; depth, variance, error and counts on a scale up to a round number (1, 2 or 5) not below their 99th
-/// percentile. The error is the standard error of the pixel's mean, of luminance, divided by sqrt(value^2 + 0.01), as
-/// relMSE has it.
+/// colour each; depth, error, counts and, by its logarithm, variance on a scale up to a round number (1, 2 or 5)
+/// not below their 99th percentile. The error is the standard error of the pixel's mean, of luminance, divided by
+/// sqrt(value^2 + 0.01), as relMSE has it.
 Seen seen(const Look& look, const std::vector<std::string>& aovs, const RenderResult& result);
 
 /// What the picture's relMSE (engine/core/metrics.h) would be if it were the mean of independent samples with the

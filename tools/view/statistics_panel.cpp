@@ -14,11 +14,9 @@ void text(const std::string& line) {
     ImGui::TextUnformatted(line.c_str());
 }
 
-void lines(const char* title, const std::vector<std::string>& all) {
-    if (all.empty() || !ImGui::TreeNode(title)) return;
-    ImGui::PushTextWrapPos();
+void lines(const char* title, bool open, const std::vector<std::string>& all) {
+    if (all.empty() || !ImGui::TreeNodeEx(title, open ? ImGuiTreeNodeFlags_DefaultOpen : 0)) return;
     for (const std::string& line : all) text(line);
-    ImGui::PopTextWrapPos();
     ImGui::TreePop();
 }
 
@@ -70,8 +68,8 @@ void statistics_panel(Session& session, const Situation& now) {
     if (!now.picture) return;
     picture_lines(*now.picture);
     time_lines(*now.history);
-    lines("culling", culling_lines(now.picture->result.stats));
-    lines("left out", left_out_lines(now.picture->result.stats));
+    lines("what culling does", session.measure, culling_lines(now.picture->result.stats));
+    lines("left out", false, left_out_lines(now.picture->result.stats));
 }
 
 }  // namespace halflight::view
