@@ -160,6 +160,11 @@ void Film::add_pictures(const Band& band, const std::vector<float>& beauty, cons
     if (!view.empty()) std::copy_n(view.begin(), count, view_.at(0, band.y));
 }
 
+void Film::replace_pictures(Image beauty, const ViewProcessor* view) {
+    beauty_ = std::move(beauty);
+    if (view) view_ = view->apply(beauty_);
+}
+
 void Film::add_ids(const Band& band, int samples, std::string_view aov, const IdCoverage& coverage) {
     Image* ids = plane(aov);
     if (!ids) return;

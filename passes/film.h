@@ -35,6 +35,8 @@ class Film {
     };
     void add_sums(const Band& band, int samples, const Sums& sums);
     void add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view);
+    /// Instead of those pictures: another beauty, and its view if there is a processor.
+    void replace_pictures(Image beauty, const ViewProcessor* view);
     /// coverage: by path index.
     void add_ids(const Band& band, int samples, std::string_view aov, const IdCoverage& coverage);
     void add_data(const Band& band, const std::vector<shared::AovRecord>& records);

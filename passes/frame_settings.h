@@ -10,6 +10,8 @@
 
 namespace halflight {
 
+class PictureHistory;
+
 enum class ErrorMetric { mse, relmse };  // engine/core/metrics.h
 const char* name(ErrorMetric metric);
 
@@ -23,6 +25,8 @@ struct FrameSettings {
     Camera camera;
     std::optional<Camera> previous_camera{};  // of the frame before, for the motion output; without: `camera`
     const PreviousSurfaces* previous_surfaces = nullptr;  // of the frame before, likewise; null: as they are
+    // With Preview::temporal: what earlier pictures have left to this one, and what it leaves; null: nothing.
+    PictureHistory* history = nullptr;
     int samples = 64;                                     // per pixel, > 0
     int first_sample = 0;   // >= 0; the picture's are those from here on of the frame's sequence
     PixelFilter filter{};   // that the picture is made with; data at pixel centres is without

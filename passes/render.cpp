@@ -18,6 +18,7 @@
 #include "passes/film.h"
 #include "passes/frame.h"
 #include "passes/frame_constants.h"
+#include "passes/preview_picture.h"
 #include "passes/raster_window.h"
 #include "passes/replicates.h"
 #include "passes/reuse.h"
@@ -28,9 +29,13 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+constexpr std::initializer_list<std::string_view> kCentreAovs = {"position", "depth", "motion", "ids"};  // AovRecord
+
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
 }
+
+constexpr const char* kNoErrorOfPreviews = "the error of a picture in a preview mode is not known";
 
 void require(bool good, const char* what) {
     if (!good) throw Error("render settings", what);
@@ -58,6 +63,7 @@ void check_all(const RenderSettings& s) {
     require(s.bounces >= 0, "bounces must not be negative");
     require(s.clamp >= 0 && std::isfinite(s.clamp), "the clamp must be positive, or zero for none");
     check(s);
+    require(!(s.error && s.preview.any()), kNoErrorOfPreviews);
     for (const std::string& name : s.aovs) {
         if (find_aov(name)) continue;
         std::string names;
@@ -120,6 +126,9 @@ struct Renderer::State {
     std::optional<rays::RasterCulling> raster;
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
+    std::optional<ViewProcessor> preview_view;  // of pictures that come from no sums
+    std::optional<PreviewPicture> preview;
+    PreviewPicture::Made previewed;  // of the picture that was made last
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
     std::vector<gpu::Buffer> seen_constants;  // of camera rays for light alone
     gpu::Buffer bad_values{"bad values", kBadValueCounts * sizeof(std::uint32_t)};  // of one sample
@@ -160,6 +169,10 @@ struct Renderer::State {
         if (options.runs > 0 && !needs().tiles) tracer->expect(options.runs);
         if (settings.measure) tracer->count();
         if (settings.want_view) view_kernel.emplace(colors.view(settings.view));
+        if (settings.preview.any()) {
+            preview.emplace(scene.programs(), settings.preview, ivec2(settings.width, settings.height));
+            if (settings.want_view) preview_view = colors.view(settings.view);
+        }
         executor.measure(settings.measure);
         places.resize(1);
         compiled(0);
@@ -172,8 +185,8 @@ struct Renderer::State {
 
     FrameOptions frame_options() const {
         return {.bounces = settings.bounces,
-                .want_squares = asked_for(settings, {"variance"}),
-                .want_features = asked_for(settings, {"albedo", "normal"}),
+                .want_squares = asked_for(settings, {"variance"}) || settings.preview.any(),
+                .want_features = asked_for(settings, {"albedo", "normal"}) || settings.preview.any(),
                 .want_hits = asked_for(settings, {"cryptoobject", "cryptomaterial"}),
                 .culling = settings.culling,
                 .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),
@@ -211,8 +224,9 @@ struct Renderer::State {
         return made;
     }
 
+
     void add_data(CompiledBand& to, std::uint32_t place) {
-        const bool aov = asked_for(settings, {"position", "depth", "motion", "ids"});
+        const bool aov = asked_for(settings, kCentreAovs) || settings.preview.any();
         const DebugOptions debug{asked_for(settings, {"nodes"}), asked_for(settings, {"culling"})};
         if (!aov && !debug.nodes && !debug.culling) return;
         const SceneView seen = view(to.data_graph, place);
@@ -343,6 +357,15 @@ struct Renderer::State {
         film.add_sums(where, samples, all);
         for (const Mattes::Layer& layer : with.mattes.layers()) film.add_ids(where, samples, layer.aov, layer.coverage);
 
+        const bool data = with.aov && (preview || film.wants(kCentreAovs));
+        const bool debug = with.debug && film.wants({"nodes", "culling"});
+        if (data || debug) {
+            SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
+            centres.jitter = vec2(0.5f);
+            look(frame, centres);
+            executor.run(with.data);
+        }
+
         graph::Graph graph;
         const auto import = [&](gpu::Buffer* b) { return b ? graph.import_buffer("sums", *b) : graph::BufferHandle{}; };
         Accumulated imported;
@@ -353,26 +376,46 @@ struct Renderer::State {
                                                   view_kernel ? &*view_kernel : nullptr);
         graph.output(composite.beauty);
         if (composite.view) graph.output(composite.view);
+        if (preview) add_preview(graph, where, with, imported, composite.beauty, samples);
         composer.run(graph::compile(graph));
         film.add_pictures(where, composer.texture(composite.beauty).read_float(),
                           composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
 
-        const bool data = with.aov && film.wants({"position", "depth", "motion", "ids"});
-        const bool debug = with.debug && film.wants({"nodes", "culling"});
-        if (data || debug) {
-            SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
-            centres.jitter = vec2(0.5f);
-            look(frame, centres);
-            executor.run(with.data);
-        }
-        if (data) {
+        if (with.aov && (film.wants(kCentreAovs) || (preview && frame.previous_surfaces))) {
             const auto records = executor.read<shared::AovRecord>(with.aov);
             film.add_data(where, records);
             if (frame.previous_surfaces)
                 film.add_surface_motion(where, records, *frame.previous_surfaces,
                                         frame.previous_camera.value_or(frame.camera));
+            if (frame.previous_surfaces && preview)
+                preview->add_motion(where, records, scene.tables(), *frame.previous_surfaces);
         }
         if (debug) film.add_debug(where, executor.read<shared::DebugRecord>(with.debug));
+    }
+
+    void add_preview(graph::Graph& graph, const Band& where, const CompiledBand& with, Accumulated sums,
+                     graph::TextureHandle beauty, int samples) {
+        sums.squares = graph.import_buffer("square sums", *with.sums.squares);
+        sums.features = graph.import_buffer("feature sums", *with.sums.features);
+        const graph::BufferHandle records = graph.import_buffer("aov records", executor.buffer(with.aov));
+        const PreviewPixels filled =
+            add_preview_input(graph, where, sums, records, beauty, samples, preview->import_pixels(graph));
+        const PreviewTexels& t = filled.texels;
+        for (const graph::TextureHandle h : {t.light, t.guide, t.place, filled.albedo, filled.beauty}) graph.output(h);
+    }
+
+    /// After all bands were developed.
+    void apply_preview(const FrameSettings& frame, std::span<const int> samples, Film& film) {
+        previewed = {};
+        const int least = *std::ranges::min_element(samples);
+        if (!preview || least == 0) return;
+        FrameSettings still = frame;
+        still.previous_camera.reset();
+        const ivec2 image(settings.width, settings.height);
+        previewed = preview->make(frame_constants(still, scene.tables(), {.band = {image, 0, image.y}}),
+                                  scene.tables().origin, least);
+        if (previewed.beauty)
+            film.replace_pictures(*std::move(previewed.beauty), preview_view ? &*preview_view : nullptr);
     }
 
     /// Of bands whose sums are there; `samples`: of each.
@@ -411,6 +454,11 @@ struct Renderer::State {
         stats.batches = tracer->statistics();
         if (raster) stats.raster = raster->batches();
         stats.bad_values = bad_value_sums.told();
+        if (preview) {
+            stats.gpu_bytes += preview->bytes();
+            stats.bad_values.push_back({"earlier pictures", previewed.nans, previewed.infinities, 0});
+            stats.biases = previewed.biases;
+        }
         if (settings.clamp > 0 && settings.bounces > 1)
             stats.biases.push_back(
                 fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));
@@ -447,11 +495,13 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
 RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback& progress) {
     check(frame);
     State& s = *state_;
+    require(!(frame.error && s.preview), kNoErrorOfPreviews);
     const Clock::time_point start = Clock::now();
     const double compiled_before = s.scene.programs().seconds();
     s.executor.reset_times();
     s.tracer->reset_statistics();
     s.bad_value_sums.reset();
+    if (s.preview) s.preview->begin(frame.history);
 
     RenderResult result;
     RenderStats& stats = result.stats;
@@ -471,6 +521,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
                 Film own(s.settings, s.scene.tables());
                 own.choose(aovs);
                 s.develop(frame, done, own);
+                s.apply_preview(frame, done, own);
                 s.finish(so_far, own, done, start, compiled_before);
                 return so_far;
             };
@@ -500,6 +551,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
             s.develop(frame, where, with, of_band, film);
         }
     }
+    s.apply_preview(frame, done, film);
     s.scene.context().check("rendering");
     s.finish(result, film, done, start, compiled_before);
     if (frame.error && !stats.interrupted) {

@@ -23,6 +23,7 @@
 #include "passes/frame_settings.h"
 #include "passes/needs.h"
 #include "passes/prepared_scene.h"
+#include "passes/preview.h"
 
 namespace halflight {
 
@@ -58,6 +59,8 @@ struct RenderSettings : FrameSettings {
     // picture. Of renderers that share a scene, the scene's.
     Kept kept{};
     Estimator estimator{};  // of renderers that share a scene, the scene's
+    // Of the picture, not of its layers. A bias, which RenderStats names; not where there is an error to reach.
+    Preview preview{};
     int pictures = 0;       // that will be made at most, of `samples` each; 0: any number
     bool measure = false;   // wait for the GPU after each pass to tell its time, and count rays and culling (slower)
     // What is rendered at once: bands of whole rows of 16x16 blocks, of so many pixels at most where one row allows it.

@@ -1,0 +1,30 @@
+// No pixel is brighter than the brightest of those around it: what outliers the filter has left, alone as they are.
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(binding = 0) uniform sampler2D light;
+layout(binding = 1) uniform sampler2D guide;
+layout(rgba32f, binding = 0) writeonly uniform image2D calm;
+
+float luminance(vec3 rgb) { return dot(rgb, vec3(0.2126, 0.7152, 0.0722)); }  // BT.709
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    ivec2 size = imageSize(calm);
+    if (any(greaterThanEqual(pixel, size))) return;
+    vec4 own = texelFetch(light, pixel, 0);
+    float own_luminance = luminance(own.rgb);
+    float most = 0.0;
+    float seen = 0.0;
+    for (int y = -1; y <= 1; ++y) {
+        for (int x = -1; x <= 1; ++x) {
+            ivec2 other = pixel + ivec2(x, y);
+            bool inside = all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, size)) && (x | y) != 0;
+            other = clamp(other, ivec2(0), size - 1);
+            bool counts = inside && texelFetch(guide, other, 0).w > 0.0;
+            seen += counts ? 1.0 : 0.0;
+            most = max(most, counts ? luminance(texelFetch(light, other, 0).rgb) : 0.0);
+        }
+    }
+    float scale = seen > 0.0 && own_luminance > most ? most / own_luminance : 1.0;
+    imageStore(calm, pixel, vec4(scale * own.rgb, own.a));
+}

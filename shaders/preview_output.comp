@@ -1,0 +1,33 @@
+// The mean with its reflected light replaced: by that of earlier pictures with it, by what a filter has made of that.
+#include "shaders/shared/preview.h"
+
+layout(local_size_x = 8, local_size_y = 8) in;
+
+layout(binding = 0) uniform sampler2D beauty;
+layout(binding = 1) uniform sampler2D albedo;
+layout(binding = 2) uniform sampler2D light;        // that is in the beauty
+layout(binding = 3) uniform sampler2D place;        // w: samples of the beauty
+layout(binding = 4) uniform sampler2D accumulated;  // light, earlier pictures' with it
+#ifdef HALFLIGHT_FILTERED
+layout(binding = 5) uniform sampler2D filtered;  // that
+#endif
+layout(rgba32f, binding = 0) writeonly uniform image2D picture;
+
+#include "shaders/lib/finite.glsl"
+
+void main() {
+    ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
+    if (any(greaterThanEqual(pixel, imageSize(picture)))) return;
+    vec4 mean = texelFetch(beauty, pixel, 0);
+    vec4 own = texelFetch(light, pixel, 0);
+    vec3 shown = texelFetch(accumulated, pixel, 0).rgb;
+#ifdef HALFLIGHT_FILTERED
+    float samples = texelFetch(place, pixel, 0).w;
+    float strength = clamp((kFilterEnds - samples) / (kFilterEnds - kFilterWeakens), 0.0, 1.0);
+    shown += strength * (texelFetch(filtered, pixel, 0).rgb - shown);
+#endif
+    // Where nothing was replaced, nothing is added: the mean stays as it is, bit for bit.
+    vec3 made = max(mean.rgb + texelFetch(albedo, pixel, 0).rgb * (shown - own.rgb), vec3(0.0));
+    bool good = own.a >= 0.0 && all_finite(made) && all(greaterThanEqual(mean.rgb, vec3(0.0)));
+    imageStore(picture, pixel, vec4(good ? made : mean.rgb, mean.a));
+}

@@ -1,0 +1,164 @@
+// The filter on planes with noise made by hand: what it may mix, and that it ends.
+#include "passes/denoise.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "shaders/shared/preview.h"
+#include "tests/pass/preview_scene.h"
+
+namespace halflight::test {
+namespace {
+
+constexpr ivec2 kSize(64, 48);
+constexpr int kEdge = 32;  // column
+
+class DenoiseTest : public PassTest {
+  protected:
+    TexelData filtered(const TexelData& data) {
+        graph::Graph graph;
+        TexelTextures texels(data);
+        gpu::Buffer constants("frame constants", sizeof(frame), &frame);
+        const graph::TextureHandle out =
+            add_denoise(graph, texels.import(graph), graph.import_buffer("frame constants", constants));
+        graph.output(out);
+        run(graph);
+        TexelData result = data;
+        result.light = texels_of(executor.texture(out));
+        return result;
+    }
+
+    /// Light 5 left of the edge, 6 on the right, seen on planes of either side; noise of 3 up and down, whose mean over
+    /// any few pixels is known.
+    TexelData two_sides(const Plane& left, const Plane& right) {
+        return seen_planes(
+            frame, [&](int x, int) { return x < kEdge ? left : right; },
+            [&](int x, int y, const vec3&) { return vec3((x < kEdge ? 5 : 6) + ((x ^ y) & 1 ? 3 : -3)); },
+            1);
+    }
+    /// How far the mean of the eight columns beside the edge is from that of the side, on the left and on the right.
+    vec2 mixed(const TexelData& data) const {
+        vec2 sum(0);
+        for (int y = 0; y < kSize.y; ++y) {
+            for (int x = 0; x < 8; ++x) {
+                sum.x += data.light_at(kEdge - 1 - x, y).x - 5;
+                sum.y += 6 - data.light_at(kEdge + x, y).x;
+            }
+        }
+        return sum / static_cast<float>(kSize.y * 8);
+    }
+
+    const shared::Frame frame = constants_of(camera_at({0, 0, 0}), kSize);
+};
+
+double spread(const TexelData& data, int from, int to) {
+    double sum = 0, squares = 0, count = 0;
+    for (int y = 0; y < data.size.y; ++y) {
+        for (int x = from; x < to; ++x) {
+            const double value = data.light_at(x, y).x;
+            sum += value, squares += value * value, ++count;
+        }
+    }
+    return std::sqrt(squares / count - sum / count * sum / count);
+}
+
+TEST_F(DenoiseTest, AConstantStays) {
+    for (const Plane& plane : {Plane{}, Plane{glm::normalize(vec3(0.5f, 0.3f, 1)), -3}}) {
+        const TexelData data = seen_planes(
+            frame, [&](int, int) { return plane; }, [](int, int, const vec3&) { return vec3(0.3f, 7, 1e-4f); }, 1);
+        for (const vec4& light : filtered(data).light)
+            for (int c = 0; c < 3; ++c) ASSERT_NEAR(light[c], data.light[0][c], 1e-5f * data.light[0][c]);
+    }
+}
+
+TEST_F(DenoiseTest, NoiseOfOneSurfaceGoes) {
+    const TexelData noisy = two_sides({}, {});
+    const TexelData smooth = filtered(noisy);
+    EXPECT_LT(spread(smooth, 0, 16), 0.3 * spread(noisy, 0, 16));
+    EXPECT_LT(spread(smooth, 48, 64), 0.3 * spread(noisy, 48, 64));
+    // No edge but that of the light, which is lost in the noise: without the surfaces' edges all is mixed.
+    EXPECT_GT(mixed(smooth).x, 0.1f);
+    EXPECT_GT(mixed(smooth).y, 0.1f);
+}
+
+TEST_F(DenoiseTest, NothingIsMixedAcrossAnEdge) {
+    const Plane wall;
+    const vec3 turned = glm::normalize(vec3(1, 0, 1));
+    const Plane nearer{{0, 0, 1}, -4};           // parallel, with a gap
+    const Plane corner{turned, -5 * turned.z};   // touching it at x = 0, where the edge is
+    for (const Plane& right : {nearer, corner}) {
+        const TexelData noisy = two_sides(wall, right);
+        const TexelData smooth = filtered(noisy);
+        EXPECT_NEAR(mixed(smooth).x, 0, 0.02f);
+        EXPECT_NEAR(mixed(smooth).y, 0, 0.02f);
+        EXPECT_LT(spread(smooth, kEdge - 8, kEdge), 0.3 * spread(noisy, kEdge - 8, kEdge));
+        EXPECT_LT(spread(smooth, kEdge, kEdge + 8), 0.3 * spread(noisy, kEdge, kEdge + 8));
+    }
+}
+
+TEST_F(DenoiseTest, WhatTheSamplesAgreeUponStays) {
+    // Stripes of texels of 64 samples that are all alike: no noise, whatever the neighbours say.
+    const TexelData stripes = seen_planes(
+        frame, [](int, int) { return Plane{}; }, [](int x, int, const vec3&) { return vec3(x % 4 < 2 ? 1 : 2); }, 64);
+    const TexelData result = filtered(stripes);
+    for (std::size_t i = 0; i < result.light.size(); ++i) ASSERT_NEAR(result.light[i].x, stripes.light[i].x, 1e-3f);
+}
+
+TEST_F(DenoiseTest, WhereNothingIsSeenNothingGetsIn) {
+    TexelData data = two_sides({}, {});
+    for (int y = 0; y < kSize.y; ++y) {
+        for (int x = kEdge; x < kSize.x; ++x) {
+            const auto i = std::size_t(y * kSize.x + x);
+            data.light[i] = vec4(1e6f, 1e6f, 1e6f, -1), data.guide[i] = vec4(0);
+        }
+    }
+    const TexelData result = filtered(data);
+    for (int y = 0; y < kSize.y; ++y)
+        for (int x = 0; x < kEdge; ++x) ASSERT_LT(result.light_at(x, y).x, 8) << x << ", " << y;
+}
+
+TEST_F(DenoiseTest, ThePictureIsTheMeanWhereSamplesAreMany) {
+    auto random_texels = [random = std::mt19937(7)](float a) mutable {
+        std::vector<vec4> all(std::size_t(kSize.x * kSize.y));
+        std::uniform_real_distribution<float> value(0.01f, 3);
+        for (vec4& t : all) t = vec4(value(random), value(random), value(random), a);
+        return all;
+    };
+    const std::vector<vec4> beauty = random_texels(0.5f), albedo = random_texels(1), other = random_texels(0);
+    for (const float samples : {shared::kFilterWeakens, 160.0f, shared::kFilterEnds, 4096.0f}) {
+        TexelData data{kSize, random_texels(1), {}, {}};
+        data.guide.resize(beauty.size());
+        data.place.assign(beauty.size(), vec4(0, 0, 0, samples));
+        data.light[5].w = -1;  // no surface
+        graph::Graph graph;
+        TexelTextures texels(data);
+        gpu::Texture beauty_texture = texture_of(beauty, kSize), albedo_texture = texture_of(albedo, kSize),
+                     other_texture = texture_of(other, kSize);
+        const PreviewPixels pixels{texels.import(graph), graph.import_texture("albedo", albedo_texture),
+                                   graph.import_texture("beauty", beauty_texture)};
+        const graph::TextureHandle out =
+            add_preview_output(graph, pixels, pixels.texels.light, graph.import_texture("other", other_texture));
+        graph.output(out);
+        run(graph);
+        const std::vector<vec4> result = texels_of(executor.texture(out));
+        const float strength = std::clamp((shared::kFilterEnds - samples) / (shared::kFilterEnds - shared::kFilterWeakens),
+                                          0.0f, 1.0f);
+        EXPECT_EQ(result[5], beauty[5]);
+        for (std::size_t i = 6; i < result.size(); ++i) {
+            if (samples >= shared::kFilterEnds) {
+                ASSERT_EQ(result[i], beauty[i]) << i;
+                continue;
+            }
+            const vec4 change = strength * albedo[i] * (other[i] - data.light[i]);
+            for (int c = 0; c < 3; ++c)
+                ASSERT_NEAR(result[i][c], std::max(beauty[i][c] + change[c], 0.0f), 1e-5f) << i;
+            ASSERT_EQ(result[i].w, beauty[i].w);
+        }
+    }
+}
+
+}  // namespace
+}  // namespace halflight::test
