@@ -224,7 +224,6 @@ struct Renderer::State {
         return made;
     }
 
-
     void add_data(CompiledBand& to, std::uint32_t place) {
         const bool aov = asked_for(settings, kCentreAovs) || settings.preview.any();
         const DebugOptions debug{asked_for(settings, {"nodes"}), asked_for(settings, {"culling"})};

@@ -109,6 +109,10 @@ void add_run_options(Options& options, RenderArguments& a) {
     options.value("--estimator", "KEY=VALUE,...",
                   "techniques, by default chosen by what the scene is: " + known_estimators(),
                   [&](const auto& name, const auto& text) { a.estimator = estimator(name, text); });
+    options.value("--preview", "NAME,...",
+                  "make pictures of few samples look better, at the price of a bias: " + known_previews() +
+                      " (which keeps light of earlier frames, and needs --frames)",
+                  [&](const auto& name, const auto& text) { a.preview = preview(name, text); });
     options.flag("--strict", a.strict, "write nothing if any pass gives a NaN, an infinity or a negative radiance");
     options
         .value("--keep", "NAME,...",
@@ -166,6 +170,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
             throw UsageError(path.string(), "an output is an .exr or a .png");
     }
     check_sequence_options(app, a);
+    check_preview_options(app, a);
     check_files(a);
     if (!a.error) exclude(app, "--samples", "--time");
     for (const char* option : {"--error-metric", "--best-effort"})

@@ -16,6 +16,7 @@
 #include "engine/scene/needs.h"
 #include "passes/estimator.h"
 #include "passes/frame_settings.h"
+#include "passes/preview.h"
 #include "tools/bench/bench.h"
 #include "tools/compare/compare.h"
 #include "tools/converge/plan.h"
@@ -96,6 +97,7 @@ struct RenderArguments : ViewArguments {
     Kept kept;
     bool keep_all = false;
     Estimator estimator;
+    Preview preview;
     bool no_shader_cache = false;
     std::optional<std::filesystem::path> stats;
     std::optional<std::filesystem::path> graph;
@@ -106,6 +108,7 @@ struct PreviewArguments : ViewArguments {
     std::optional<std::filesystem::path> settings;  // to be saved, and read already; none: beside the scene
     std::vector<Bookmark> bookmarks;                // that it has
     std::optional<int> samples;                     // per pixel, after which nothing more is done
+    Preview preview;                                // modes that are on at the start
     double budget = 100;                            // ms until the first picture of a view
     std::optional<std::filesystem::path> script;
     std::optional<std::filesystem::path> ocio;

@@ -93,6 +93,9 @@ std::string sequence_fingerprint(const RenderArguments& a, const RenderSettings&
     print.values("time {}, error {} {} {}", s.time_limit, optional_text(a.error), name(a.error_metric), a.best_effort);
     print.values("layers {}, {}", fmt::join(a.aovs, ","), halflight::text(s.estimator));
     print.values("primary {}", name(s.primary));
+    if (s.preview.any()) print.values("preview {}", halflight::text(s.preview));
+    // Then frames depend on those that were made before them.
+    if (s.preview.temporal) print.values("frames {}", fmt::join(a.frames, ","));
     print.values("filter {}, clamp {}", halflight::text(s.filter), s.clamp);
     print.values("shutter {}, {} times", a.shutter, shutter_count(a, s.samples));
     return print.hex();

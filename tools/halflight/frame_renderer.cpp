@@ -27,13 +27,18 @@ FrameRenderer::FrameRenderer(const RenderArguments& a, AnimatedScene& scene, gpu
 RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& progress) {
     load_seconds_ = 0;
     set_frame(settings_, scene_, a_.frame_rate, frame);
+    // Surfaces are known where they were one frame ago, and nowhere else.
+    if (scene_.surfaces_move() && last_frame_ != frame - 1) history_.forget();
+    last_frame_ = frame;
+    settings_.history = &history_;
     return a_.shutter > 0 ? blurred(frame, progress) : still(frame, settings_, progress);
 }
 
 RenderResult FrameRenderer::still(std::uint32_t frame, const FrameSettings& settings,
                                   const ProgressCallback& progress) {
     const double seconds = a_.frame_rate.seconds(frame);
-    if (!scene_.surfaces_move() || std::ranges::find(a_.aovs, "motion") == a_.aovs.end())
+    const bool motion = settings_.preview.temporal || std::ranges::find(a_.aovs, "motion") != a_.aovs.end();
+    if (!scene_.surfaces_move() || !motion)
         return picture(seconds, settings, progress);
     Clock clock;
     Scene before = scene_.posed(a_.frame_rate.seconds(static_cast<double>(frame) - 1));
@@ -53,6 +58,7 @@ RenderResult FrameRenderer::picture(double seconds, const FrameSettings& frame, 
         RenderSettings settings = settings_;
         static_cast<FrameSettings&>(settings) = frame;
         settings.previous_surfaces = nullptr;                        // of this picture alone
+        settings.history = nullptr;
         settings.want_view = settings.want_view && a_.shutter == 0;  // of the mean
         renderer_.emplace(context_, scene_.scene(), config_, settings);
     }
@@ -60,6 +66,7 @@ RenderResult FrameRenderer::picture(double seconds, const FrameSettings& frame, 
         return renderer_->render(frame, progress);
     } catch (...) {
         renderer_.reset();  // may be in the middle of anything
+        history_.forget();
         throw;
     }
 }

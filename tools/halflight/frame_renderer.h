@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "passes/preview_picture.h"
 #include "passes/render.h"
 #include "tools/halflight/animated_scene.h"
 #include "tools/halflight/arguments.h"
@@ -45,6 +46,8 @@ class FrameRenderer {
     const ColorConfig& config_;
     RenderSettings settings_;
     std::optional<Renderer> renderer_;
+    PictureHistory history_;                   // of the frame rendered last, with RenderSettings::preview
+    std::optional<std::uint32_t> last_frame_;  // rendered
     double load_seconds_ = 0;
 };
 

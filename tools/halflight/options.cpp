@@ -35,6 +35,14 @@ Estimator estimator(const std::string& option, const std::string& list) {
     }
 }
 
+Preview preview(const std::string& option, const std::string& list) {
+    try {
+        return preview_named(list);
+    } catch (const Error& error) {
+        throw UsageError(option, error.what());
+    }
+}
+
 std::vector<std::string> split_names(const std::string& list) {
     std::vector<std::string> names;
     std::size_t from = 0;

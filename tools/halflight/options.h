@@ -37,6 +37,8 @@ inline double real(const std::string& option, const std::string& text, double lo
 /// As a UsageError where it is none.
 Estimator estimator(const std::string& option, const std::string& list);
 
+Preview preview(const std::string& option, const std::string& list);
+
 /// The names in a comma list; a repeated option is joined by line ends.
 std::vector<std::string> split_names(const std::string& list);
 
@@ -73,6 +75,8 @@ void add_device_options(Options& options, ViewArguments& arguments);
 /// Which frames, when they are, what plays.
 void add_sequence_options(Options& options, RenderArguments& arguments);
 void check_sequence_options(const CLI::App& app, const RenderArguments& arguments);
+/// What --preview cannot go with.
+void check_preview_options(const CLI::App& app, const RenderArguments& arguments);
 /// Of all frames, the names that the command line stands for; without --frames its outputs as they are.
 std::vector<std::filesystem::path> output_files(const RenderArguments& arguments);
 

@@ -13,6 +13,15 @@ void size(PreviewArguments& a, const std::string& option, const std::string& tex
 
 }  // namespace
 
+void check_preview_options(const CLI::App& app, const RenderArguments& a) {
+    if (!a.preview.any()) return;
+    exclude(app, "--preview", "--error");    // which is that of the mean
+    exclude(app, "--preview", "--shutter");  // whose times are no pictures of their own
+    if (!a.preview.temporal) return;
+    if (a.frames.empty()) throw UsageError("--preview", "temporal keeps light of earlier frames and needs --frames");
+    exclude(app, "--preview", "--part");
+}
+
 void add_preview_options(CLI::App& app, PreviewArguments& a) {
     app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
     a.width = 1280, a.height = 720;
@@ -23,6 +32,10 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
                   [&](const auto& name, const auto& text) { size(a, name, text); });
     options.value("--samples", "N", "samples per pixel after which the picture is left as it is (default 1024)",
                   [&](const auto& name, const auto& text) { a.samples = whole(name, text, 1, kMaxSamples); });
+    options.value("--preview", "NAME,...",
+                  "modes that are on at the start, biases that are named in the window: none (default), " +
+                      known_previews(),
+                  [&](const auto& name, const auto& text) { a.preview = preview(name, text); });
     options.value("--budget", "MS",
                   fmt::format("milliseconds within which a view that has changed is to be shown, coarser where it takes that "
                               "(default {:g})",

@@ -37,6 +37,7 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.primary = a.primary;
     settings.kept = a.keep_all ? Kept::everything() : a.kept;
     settings.estimator = a.estimator;
+    settings.preview = a.preview;
     settings.pictures = 1;
     settings.seed = a.seed;
     settings.frame = a.frame;

@@ -79,6 +79,10 @@ std::vector<std::uint32_t> frames_to_make(const RenderArguments& a, const std::s
         if (!whole || !shown) todo.push_back(frame);
         not_shown += whole && !shown && !a.outputs.empty() ? 1 : 0;
     }
+    if (a.preview.temporal && !todo.empty() && todo.size() < a.frames.size()) {
+        console.note("--preview temporal: frames go on from those before them, and all are made again");
+        return a.frames;
+    }
     if (!damaged.empty()) console.note("damaged and made again: frames {}", frames_text(damaged));
     if (not_shown > 0)
         console.note("{} frames are there, but not as .png for the movie, and are made again", not_shown);
