@@ -29,7 +29,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr std::initializer_list<std::string_view> kCentreAovs = {"position", "depth", "motion", "ids"};  // AovRecord
+const std::initializer_list<std::string_view> kCentreAovs = {"position", "depth", "motion", "ids"};  // AovRecord
 
 double seconds_since(Clock::time_point start) {
     return std::chrono::duration<double>(Clock::now() - start).count();
