@@ -216,6 +216,36 @@ TEST_F(View, ErrorsAreEstimatedAndBiasesNamed) {
     EXPECT_NE(bias("clamped.exr").find("clamped to a luminance of 0.001"), std::string::npos);
 }
 
+TEST_F(View, PreviewModesAreNamedAndHandOverToTheMean) {
+    expect_done(view(R"(
+        wait first
+        preview temporal,filter
+        wait samples 2
+        orbit 20 5
+        wait samples 4
+        screenshot @early.png
+        screenshot @early.exr
+        window @early-window.png
+        preview temporal
+        wait first
+        orbit -20 -5
+        wait samples 32
+        screenshot @late.png
+        screenshot @late.exr
+        window @late-window.png
+        save
+        quit)"));
+    const auto bias = [&](const char* name) { return read_exr(file(name)).attributes.extra["bias"]; };
+    EXPECT_EQ(bias("early.exr"),
+              "preview: light of earlier pictures, until there are 32 samples; "
+              "preview: noise filtered out, until there are 256 samples");
+    EXPECT_GT(difference(png("early-window.png"), png("early.png")), 20) << "they are not named in the window";
+    EXPECT_EQ(bias("late.exr"), "");
+    EXPECT_EQ(difference(png("late-window.png"), png("late.png")), 0);
+    render({file("mean.exr"), "--settings", scene + ".halflight.json", "--samples", "32"});
+    EXPECT_TRUE(same_bits(exr("late.exr"), exr("mean.exr")));
+}
+
 TEST_F(View, LightsMaterialsAndBookmarks) {
     expect_done(view(R"(
         wait samples 2

@@ -98,6 +98,8 @@ void passes_panel(Session& session) {
 
 void modes_panel(PreviewModes& modes) {
     text("Biased: pictures are better soon, and not the right ones in the end. Not saved.");
+    ImGui::Checkbox("temporal: light of earlier pictures", &modes.preview.temporal);
+    ImGui::Checkbox("filter: noise is filtered out", &modes.preview.filter);
     bool clamped = modes.clamp > 0;
     if (ImGui::Checkbox("clamp indirect light", &clamped)) modes.clamp = clamped ? 10.0f : 0.0f;
     if (clamped) ImGui::SliderFloat("luminance", &modes.clamp, 0.01f, 1000, "%.2f", kLogarithmic);

@@ -122,6 +122,7 @@ void Viewer::execute(const Command& c) {
     }
     if (c.name == "tint") session_.edits.environment_tint = vec3(n(0), n(1), n(2));
     if (c.name == "clay") session_.edits.clay = c.on();
+    if (c.name == "preview") session_.modes.preview = preview_named(c.words[0]);
     if (c.name == "clamp") session_.modes.clamp = static_cast<float>(n(0));
     if (c.name == "measure") session_.measure = c.on();
     if (c.name == "culling") session_.culling = culling_named(c.words[0]);

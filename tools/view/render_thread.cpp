@@ -248,6 +248,7 @@ Picture RenderThread::coarse(Workplace& place, const Job& job, int divisor) {
     FrameSettings frame;
     frame.camera = job.request.camera;
     frame.samples = 1;
+    frame.history = &place.history();
     const bool is_new = place.is_new(divisor);
     Renderer& renderer = place.renderer(divisor);
     const double start = now();
@@ -271,6 +272,7 @@ void RenderThread::refine(Workplace& place, Job job, bool shown) {
     FrameSettings frame;
     frame.camera = made.camera;
     frame.samples = kMostSamples;
+    frame.history = &place.history();
     const bool is_new = place.is_new(1);
     Renderer& renderer = place.renderer(1);
     int published = 0;     // samples of the last picture

@@ -27,7 +27,8 @@ class Workplace;
 /// Of the viewer alone: what makes pictures better soon, and not the right ones in the end. RenderStats::biases names
 /// what they do.
 struct PreviewModes {
-    float clamp = 0;  // RenderSettings::clamp
+    Preview preview{};  // RenderSettings::preview: the picture is a mean from some number of samples on
+    float clamp = 0;    // RenderSettings::clamp
     bool operator==(const PreviewModes&) const = default;
 };
 

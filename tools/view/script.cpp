@@ -47,6 +47,7 @@ constexpr std::array kForms = {
     Form{"light", "xnnn", 0, 1},
     Form{"clay", "o"},
     Form{"bounces", "i", 0, 1024},
+    Form{"preview", "t"},
     Form{"clamp", "n", 0, 1e9},
     Form{"culling", "t"},
     Form{"measure", "o"},

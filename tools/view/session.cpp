@@ -52,6 +52,7 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
         a.allow_outside = arguments_.allow_outside;
         a.device = arguments_.device;
         a.quiet = arguments_.quiet;
+        a.preview = modes.preview;
         return [a, colors = colors_, console = console_]() mutable {
             take_settings(a);
             return load(a, colors, console);
@@ -82,6 +83,7 @@ void Session::open(Opened opened) {
     transform = arguments_.view;
     edits = arguments_.edits;
     bounces = arguments_.bounces;
+    modes.preview = arguments_.preview;
     samples = arguments_.samples.value_or(samples);
     bookmarks = arguments_.bookmarks;
 }
@@ -174,6 +176,7 @@ std::string Session::description() const {
         if (edits.lights[i].color) words.push_back(fmt::format("light {} coloured", i));
     }
     if (edits.clay) words.emplace_back("clay");
+    if (modes.preview.any()) words.push_back(fmt::format("preview {}", text(modes.preview)));
     if (modes.clamp > 0) words.push_back(fmt::format("clamped to {:g}", modes.clamp));
     words.push_back(fmt::format("{} bounces", bounces));
     return fmt::format("{}", fmt::join(words, ", "));

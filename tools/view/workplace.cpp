@@ -26,6 +26,7 @@ void Workplace::prepare(const Request& r) {
     still.camera = r.camera;
     if (new_scene || reloaded_ || !serves(still, r)) {
         renderers_.clear();
+        history_.forget();
         resolution_.forget();
         request_ = r;
     }
@@ -53,6 +54,7 @@ Renderer& Workplace::renderer(int divisor) {
     s.camera = request_.camera;
     s.bounces = request_.bounces;
     s.aovs = gathered(request_);
+    s.preview = request_.modes.preview;
     s.clamp = request_.modes.clamp;
     s.culling = request_.culling;
     s.measure = request_.measure;

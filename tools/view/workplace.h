@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 
+#include "passes/preview_picture.h"
 #include "tools/view/render_thread.h"
 #include "tools/view/resolution.h"
 
@@ -28,6 +29,8 @@ class Workplace {
     /// Of the size of the request that was prepared last. Throws what a Renderer throws.
     Renderer& renderer(int divisor);
     Resolution& resolution() { return resolution_; }
+    /// Of the pictures since the last prepare() that changed more than the camera.
+    PictureHistory& history() { return history_; }
 
   private:
     gpu::Context& context_;
@@ -37,6 +40,7 @@ class Workplace {
     std::unique_ptr<PreparedScene> scene_;
     bool raster_ = false;                // the scene is prepared for raster culling
     std::map<int, Renderer> renderers_;  // by divisor
+    PictureHistory history_;
     Resolution resolution_;
 };
 
