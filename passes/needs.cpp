@@ -5,6 +5,7 @@
 
 #include "engine/core/math.h"
 #include "engine/rays/choice.h"
+#include "passes/denoise.h"
 #include "shaders/shared/albedo.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
@@ -14,6 +15,8 @@
 
 namespace halflight {
 namespace {
+
+constexpr const char* kNotAsked = "nobody asked for it";
 
 constexpr const char* kShadow = "shadow";
 constexpr const char* kDiffuse = "diffuse";
@@ -42,6 +45,9 @@ constexpr std::size_t tile_bytes_of_path() {
     constexpr std::size_t texels = shared::kTileHeaderTexels + tiles.capacity * shared::kTileBoxTexels;
     return (texels * sizeof(uvec4) + sizeof(shared::TileBlockers)) / (tiles.side * tiles.side) + sizeof(uvec2);
 }
+
+constexpr std::size_t kTemporalBytes = 2 * 3 * kRow;                   // the new picture and the earlier one
+constexpr std::size_t kFilterBytes = (kDenoiseLevels + 2) * kRow;      // variance, levels, despeckled
 
 const char* no_tiles(const FrameOptions& options) {
     using enum rays::Culling;
@@ -85,7 +91,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
                                : !scene.light()                 ? "nothing shines"
                                                                 : nullptr;
     const char* no_light = scene.lights() ? nullptr : "no light can be sampled";
-    const char* not_asked = "nobody asked for it";
+    const char* not_asked = kNotAsked;
     const auto transport = [&](bool keep, const char* fact) {
         return no_bounce ? no_bounce : keep ? nullptr : no_transport ? no_transport : fact;
     };
@@ -133,6 +139,8 @@ std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& optio
     std::vector<LeftOut> all;
     for (const FramePart& part : frame_needs(needs, options).parts())
         if (!part) all.push_back({part.name, part.left_out, part.path_bytes * size.paths});
+    if (!options.preview.temporal) all.push_back({"temporal accumulation", kNotAsked, kTemporalBytes * size.pixels});
+    if (!options.preview.filter) all.push_back({"filter of noise", kNotAsked, kFilterBytes * size.pixels});
     for (const SceneNeed& need : known_scene_needs())
         if (!(needs.*need.flag)) all.push_back({need.name, need.fact, bytes_of(need.flag, size)});
     return all;

@@ -11,6 +11,7 @@
 #include "engine/rays/tracer.h"
 #include "engine/scene/needs.h"
 #include "passes/gbuffer.h"
+#include "passes/preview.h"
 
 namespace halflight {
 
@@ -27,6 +28,7 @@ struct FrameOptions {
     PrimaryVisibility primary = PrimaryVisibility::raster;  // not automatic
     bool reuse = false;      // of paths across pixels
     int camera_rays = 1;     // of each sample, for light that is seen directly; > 0
+    Preview preview{};
 };
 
 /// A part of a frame.
@@ -64,9 +66,10 @@ struct LeftOut {
 struct FrameSize {
     std::size_t vertices = 0;
     std::size_t triangles = 0;
-    std::size_t paths = 0;  // of a band
+    std::size_t paths = 0;   // of a band
+    std::size_t pixels = 0;  // of the picture
 };
-/// Parts of the frame first, then what the scene's tables and shaders are without.
+/// Parts of the frame first, then those of the whole picture, then what the scene's tables and shaders are without.
 std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& options, const FrameSize& size);
 
 /// What can be kept, in the order of that list. Parts that were not asked for by their own option stay out all the

@@ -46,6 +46,7 @@ PreviewPicture::PreviewPicture(gpu::ProgramCache& programs, const Preview& previ
 void PreviewPicture::begin(PictureHistory* history) {
     history_ = preview_.temporal ? history : nullptr;
     moved_ = Image();
+    executor_.reset_times();
     if (!history_ || !history_->shown_ || !history_->shown_->filled) return;
     std::swap(history_->earlier_, history_->shown_);
     if (history_->shown_) history_->shown_->filled = false;

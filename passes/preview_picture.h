@@ -62,6 +62,8 @@ class PreviewPicture {
     Made make(const shared::Frame& frame, const dvec3& origin, int samples);
 
     std::size_t bytes() const;  ///< In device memory; of the history, too.
+    void measure(bool on) { executor_.measure(on); }
+    const std::vector<graph::PassTime>& times() const { return executor_.times(); }  ///< since begin()
 
   private:
     std::optional<EarlierPicture> import_earlier(graph::Graph& graph, const dvec3& origin);

@@ -171,6 +171,7 @@ struct Renderer::State {
         if (settings.want_view) view_kernel.emplace(colors.view(settings.view));
         if (settings.preview.any()) {
             preview.emplace(scene.programs(), settings.preview, ivec2(settings.width, settings.height));
+            preview->measure(settings.measure);
             if (settings.want_view) preview_view = colors.view(settings.view);
         }
         executor.measure(settings.measure);
@@ -194,7 +195,8 @@ struct Renderer::State {
                 .clamp = settings.clamp,
                 .primary = settings.primary,
                 .reuse = settings.estimator.reuse == Reuse::on,
-                .camera_rays = static_cast<int>(settings.estimator.camera)};
+                .camera_rays = static_cast<int>(settings.estimator.camera),
+                .preview = settings.preview};
     }
     FrameNeeds needs() const { return frame_needs(scene.buffers().needs(), frame_options()); }
 
@@ -448,7 +450,8 @@ struct Renderer::State {
                           std::max(first.sample.slot_bytes, first.data.slot_bytes);
         const TraceTables& tables = scene.tables();
         stats.left_out = left_out(scene.buffers().needs(), frame_options(),
-                                  {tables.positions.size(), tables.triangles.size(), band.paths()});
+                                  {tables.positions.size(), tables.triangles.size(), band.paths(),
+                                   std::size_t(settings.width) * std::size_t(settings.height)});
         for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
         stats.batches = tracer->statistics();
         if (raster) stats.raster = raster->batches();
@@ -457,6 +460,7 @@ struct Renderer::State {
             stats.gpu_bytes += preview->bytes();
             stats.bad_values.push_back({"earlier pictures", previewed.nans, previewed.infinities, 0});
             stats.biases = previewed.biases;
+            for (const graph::PassTime& t : preview->times()) stats.passes.push_back({t.name, t.count, t.seconds});
         }
         if (settings.clamp > 0 && settings.bounces > 1)
             stats.biases.push_back(

@@ -12,7 +12,7 @@ namespace {
 
 std::map<std::string, std::string> facts(const SceneNeeds& scene, const FrameOptions& options = {}) {
     std::map<std::string, std::string> facts;
-    for (const LeftOut& part : left_out(scene, options, {10, 20, 256})) facts[part.what] = part.fact;
+    for (const LeftOut& part : left_out(scene, options, {10, 20, 256, 200})) facts[part.what] = part.fact;
     return facts;
 }
 
@@ -89,7 +89,8 @@ TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
 }
 
 TEST(FrameNeeds, EverythingCanBeKept) {
-    const FrameOptions all{.runs = 1, .kept = Kept::everything(), .reuse = true, .camera_rays = 4};
+    const FrameOptions all{
+        .runs = 1, .kept = Kept::everything(), .reuse = true, .camera_rays = 4, .preview = {true, true}};
     for (const FramePart& part : frame_needs({}, all).parts()) EXPECT_TRUE(part) << part.name;
     EXPECT_EQ(facts({}, all),
               (std::map<std::string, std::string>{
@@ -134,7 +135,7 @@ TEST(LeftOut, TellsWhatCanBeKept) {
     std::set<std::string> expected;
     for (const auto& [name, fact] : facts({}, {.runs = 1})) expected.insert(name);
     for (const char* never : {"environment map", "light tree", "sun apart", "double precision for needles", "path reuse",
-                              "camera rays for light alone"})
+                              "camera rays for light alone", "temporal accumulation", "filter of noise"})
         EXPECT_EQ(expected.erase(never), 1u);
     const std::vector<std::string> names = keepable_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);
@@ -150,7 +151,7 @@ TEST(LeftOut, ListsFactsAndBytes) {
     EXPECT_EQ(plain.at("glossy"), "no material has a specular, coat or transmission component");
     EXPECT_EQ(plain.at("alpha tests"), "alpha decides no hit");
     EXPECT_FALSE(plain.contains("shadow") || plain.contains("area lights"));
-    const auto all = left_out(plain_scene(), {}, {10, 20, 256});
+    const auto all = left_out(plain_scene(), {}, {10, 20, 256, 200});
     const auto bytes = [&](const std::string& what) {
         return std::find_if(all.begin(), all.end(), [&](const LeftOut& l) { return l.what == what; })->bytes;
     };
@@ -158,6 +159,10 @@ TEST(LeftOut, ListsFactsAndBytes) {
     EXPECT_EQ(bytes("texture coordinates"), 10u * 16);
     EXPECT_EQ(bytes("sums of squares"), 256u * 24);
     EXPECT_EQ(bytes("clearcoat"), 256u * 16);
+    EXPECT_EQ(bytes("temporal accumulation"), 200u * 96);
+    EXPECT_FALSE(facts(plain_scene(), {.preview = {.temporal = true}}).contains("temporal accumulation"));
+    EXPECT_EQ(facts(plain_scene(), {.preview = {.temporal = true}})["filter of noise"], "nobody asked for it");
+    EXPECT_FALSE(facts(plain_scene(), {.preview = {.filter = true}}).contains("filter of noise"));
     EXPECT_EQ(bytes("unlit surfaces"), 0u);
 }
 

@@ -196,7 +196,8 @@ std::vector<LeftOut> scene_left_out(const Scene& scene) {
     return left_out(shading_needs(scene, tables), usual_options(),
                     {.vertices = tables.positions.size(),
                      .triangles = tables.triangles.size(),
-                     .paths = Band{{usual.width, usual.height}, 0, usual.height}.paths()});
+                     .paths = Band{{usual.width, usual.height}, 0, usual.height}.paths(),
+                     .pixels = std::size_t(usual.width) * std::size_t(usual.height)});
 }
 
 }  // namespace halflight
