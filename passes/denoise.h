@@ -2,7 +2,9 @@
 // functions of Schied et al. 2017 (SVGF).
 //
 // Light over albedo is averaged with that of neighbours on the same surface as far as their difference is explained by
-// noise: with the pixel's standard error the reach of the filter falls, so that the picture tends to the mean.
+// noise: with the pixel's standard error the reach of the filter falls, so that the picture tends to the mean. Single
+// pixels that stand out even then are taken down, or up, to what is around them. Light is lost where few samples hold
+// much of it: 6 % of pictures of one sample, of the scenes room and atrium (tests/pass/test_preview_picture.cpp).
 #pragma once
 
 #include "passes/preview_texels.h"

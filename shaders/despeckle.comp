@@ -1,4 +1,5 @@
-// No pixel is brighter than the brightest of those around it: what outliers the filter has left, alone as they are.
+// No pixel is brighter than the brightest of those around it, or darker than the darkest: what outliers the filter has left,
+// alone as they are.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(binding = 0) uniform sampler2D light;
@@ -12,19 +13,27 @@ void main() {
     ivec2 size = imageSize(calm);
     if (any(greaterThanEqual(pixel, size))) return;
     vec4 own = texelFetch(light, pixel, 0);
-    float own_luminance = luminance(own.rgb);
-    float most = 0.0;
-    float seen = 0.0;
+    vec3 brightest = vec3(0.0);
+    vec3 darkest = vec3(0.0);
+    float most = -1.0;  // luminance of those; none was seen
+    float least = -1.0;
     for (int y = -1; y <= 1; ++y) {
         for (int x = -1; x <= 1; ++x) {
             ivec2 other = pixel + ivec2(x, y);
             bool inside = all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, size)) && (x | y) != 0;
             other = clamp(other, ivec2(0), size - 1);
+            vec3 there = texelFetch(light, other, 0).rgb;
+            float value = luminance(there);
             bool counts = inside && texelFetch(guide, other, 0).w > 0.0;
-            seen += counts ? 1.0 : 0.0;
-            most = max(most, counts ? luminance(texelFetch(light, other, 0).rgb) : 0.0);
+            bool brighter = counts && value > most;
+            bool darker = counts && (least < 0.0 || value < least);
+            brightest = brighter ? there : brightest;
+            most = brighter ? value : most;
+            darkest = darker ? there : darkest;
+            least = darker ? value : least;
         }
     }
-    float scale = seen > 0.0 && own_luminance > most ? most / own_luminance : 1.0;
-    imageStore(calm, pixel, vec4(scale * own.rgb, own.a));
+    float value = luminance(own.rgb);
+    bool outlier = most >= 0.0 && (value > most || value < least);
+    imageStore(calm, pixel, vec4(outlier ? (value > most ? brightest : darkest) : own.rgb, own.a));
 }

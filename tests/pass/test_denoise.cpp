@@ -107,6 +107,17 @@ TEST_F(DenoiseTest, WhatTheSamplesAgreeUponStays) {
     for (std::size_t i = 0; i < result.light.size(); ++i) ASSERT_NEAR(result.light[i].x, stripes.light[i].x, 1e-3f);
 }
 
+TEST_F(DenoiseTest, OutliersAreNoBrighterOrDarkerThanWhatIsAroundThem) {
+    // Of many samples that are all alike, so that nothing else is done to them.
+    TexelData data =
+        seen_planes(frame, [](int, int) { return Plane{}; }, [](int, int, const vec3&) { return vec3(1, 2, 3); }, 64);
+    const vec4 around = data.light[0];
+    for (const ivec2 at : {ivec2(0, 0), ivec2(63, 47), ivec2(20, 20)}) data.light_at(at.x, at.y) *= 1000.0f;
+    data.light_at(40, 20) = vec4(0);
+    for (const vec4& light : filtered(data).light)
+        ASSERT_LT(glm::length(vec3(light) - vec3(around)), 1e-4f);
+}
+
 TEST_F(DenoiseTest, WhereNothingIsSeenNothingGetsIn) {
     TexelData data = two_sides({}, {});
     for (int y = 0; y < kSize.y; ++y) {
