@@ -70,7 +70,8 @@ graph::TextureHandle add_despeckle(graph::Graph& graph, graph::TextureHandle lig
 
 }  // namespace
 
-graph::TextureHandle add_denoise(graph::Graph& graph, const PreviewTexels& texels, graph::BufferHandle frame_constants) {
+graph::TextureHandle add_denoise(graph::Graph& graph, const PreviewTexels& texels,
+                                 graph::BufferHandle frame_constants) {
     graph::TextureHandle light = add_variance(graph, texels, frame_constants);
     for (int level = 0; level < kDenoiseLevels; ++level)
         light = add_level(graph, light, texels.guide, 1 << level, frame_constants);

@@ -13,8 +13,8 @@ namespace halflight {
 
 inline constexpr int kDenoiseLevels = 5;  // taps 1, 2, 4, 8, 16 pixels apart: a reach of 31 pixels
 
-/// RGBA32F of the picture's size: light as PreviewTexels::light has it, filtered; a: variance of its luminance, as it is
-/// estimated. frame_constants: struct Frame of the whole picture (shaders/shared/frame.h), for its camera and size.
+/// RGBA32F of the picture's size: light as PreviewTexels::light has it, filtered; a: variance of its luminance, as it
+/// is estimated. frame_constants: struct Frame of the whole picture (shaders/shared/frame.h), for its camera and size.
 graph::TextureHandle add_denoise(graph::Graph& graph, const PreviewTexels& texels, graph::BufferHandle frame_constants);
 
 }  // namespace halflight

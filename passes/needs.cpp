@@ -46,8 +46,8 @@ constexpr std::size_t tile_bytes_of_path() {
     return (texels * sizeof(uvec4) + sizeof(shared::TileBlockers)) / (tiles.side * tiles.side) + sizeof(uvec2);
 }
 
-constexpr std::size_t kTemporalBytes = 2 * 3 * kRow;                   // the new picture and the earlier one
-constexpr std::size_t kFilterBytes = (kDenoiseLevels + 2) * kRow;      // variance, levels, despeckled
+constexpr std::size_t kTemporalBytes = 2 * 3 * kRow;               // the new picture and the earlier one
+constexpr std::size_t kFilterBytes = (kDenoiseLevels + 2) * kRow;  // variance, levels, despeckled
 
 const char* no_tiles(const FrameOptions& options) {
     using enum rays::Culling;

@@ -14,7 +14,7 @@ namespace {
 
 struct Mode {
     const char* name;
-    bool Preview::* flag;
+    bool Preview::*flag;
 };
 constexpr std::array kModes = {Mode{"temporal", &Preview::temporal}, Mode{"filter", &Preview::filter}};
 constexpr std::string_view kNone = "none";

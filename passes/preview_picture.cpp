@@ -112,8 +112,8 @@ PreviewPicture::Made PreviewPicture::make(const shared::Frame& frame, const dvec
         const std::optional<EarlierPicture> earlier = import_earlier(graph, origin);
         texels = output(graph, add_temporal(graph, texels, earlier, import_shown(graph, frame, origin), refused_));
         if (earlier && static_cast<float>(samples) < shared::kTemporalEnds)
-            made.biases.push_back(fmt::format("preview: light of earlier pictures, until there are {:g} samples",
-                                              shared::kTemporalEnds));
+            made.biases.push_back(
+                fmt::format("preview: light of earlier pictures, until there are {:g} samples", shared::kTemporalEnds));
     }
     graph::TextureHandle filtered;
     if (preview_.filter && static_cast<float>(samples) < shared::kFilterEnds) {

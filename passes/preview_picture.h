@@ -19,8 +19,8 @@
 namespace halflight {
 
 /// What pictures leave to the next one with Preview::temporal. It is of no renderer: those of other sizes, and of other
-/// poses of a scene, may go on with it, one after the other, in the same context, which must outlive it. Who changes what
-/// is seen in a way that no motion tells, another scene, other lights, a cut, forgets it.
+/// poses of a scene, may go on with it, one after the other, in the same context, which must outlive it. Who changes
+/// what is seen in a way that no motion tells, another scene, other lights, a cut, forgets it.
 class PictureHistory {
   public:
     void forget() { earlier_.reset(), shown_.reset(); }
@@ -43,7 +43,8 @@ class PreviewPicture {
     /// Of a picture of this size. Throws Error where the driver takes none so large.
     PreviewPicture(gpu::ProgramCache& programs, const Preview& preview, const ivec2& image);
 
-    /// Another picture begins: the one before it is that which it looks back at. history: or null; outlives the picture.
+    /// Another picture begins: the one before it is that which it looks back at. history: or null; outlives the
+    /// picture.
     void begin(PictureHistory* history);
     /// To be filled by add_preview_input(), band by band.
     PreviewPixels import_pixels(graph::Graph& graph);

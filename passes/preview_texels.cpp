@@ -25,9 +25,8 @@ PreviewPixels add_preview_input(graph::Graph& graph, const Band& band, const Acc
     pass.read(records, Access::storage_read);
     pass.read(beauty, Access::texture_read);
     const auto write = [&](graph::TextureHandle handle) { return pass.write(handle, Access::image_write); };
-    const PreviewPixels out{{write(to.texels.light), write(to.texels.guide), write(to.texels.place)},
-                            write(to.albedo),
-                            write(to.beauty)};
+    const PreviewPixels out{
+        {write(to.texels.light), write(to.texels.guide), write(to.texels.place)}, write(to.albedo), write(to.beauty)};
     pass.execute([=](graph::Resources& r) {
         r.buffer(sums.emission).bind_storage(0);
         if (sums.direct) r.buffer(sums.direct).bind_storage(1);
@@ -62,8 +61,7 @@ graph::TextureHandle add_preview_output(graph::Graph& graph, const PreviewPixels
         defines.set("HALFLIGHT_FILTERED");
     }
     const gpu::TextureDesc desc = graph.desc(from.beauty);
-    const graph::TextureHandle picture =
-        pass.write(graph.create_texture("preview picture", desc), Access::image_write);
+    const graph::TextureHandle picture = pass.write(graph.create_texture("preview picture", desc), Access::image_write);
     pass.execute([=](graph::Resources& r) {
         GLuint unit = 0;
         for (const graph::TextureHandle handle :
@@ -73,7 +71,8 @@ graph::TextureHandle add_preview_output(graph::Graph& graph, const PreviewPixels
         r.texture(picture).bind_image(0, GL_WRITE_ONLY);
         r.programs()
             .compute("shaders/preview_output.comp", defines)
-            .dispatch(static_cast<std::uint32_t>((desc.width + 7) / 8), static_cast<std::uint32_t>((desc.height + 7) / 8));
+            .dispatch(static_cast<std::uint32_t>((desc.width + 7) / 8),
+                      static_cast<std::uint32_t>((desc.height + 7) / 8));
     });
     return picture;
 }

@@ -12,7 +12,8 @@ struct PreviewTexels {
     // of that of single samples.
     graph::TextureHandle light;
     graph::TextureHandle guide;  // xyz: unit shading normal; w: depth along the camera's axis, world units, > 0
-    graph::TextureHandle place;  // xyz: world, relative to TraceTables::origin; w: samples that the light is the mean of
+    graph::TextureHandle
+        place;  // xyz: world, relative to TraceTables::origin; w: samples that the light is the mean of
 };
 
 struct PreviewPixels {

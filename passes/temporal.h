@@ -1,11 +1,11 @@
-// Reprojected temporal accumulation: the light of the new picture with that of an earlier one at the same places (Schied
-// et al. 2017, Spatiotemporal Variance-Guided Filtering, section 4.1).
+// Reprojected temporal accumulation: the light of the new picture with that of an earlier one at the same places
+// (Schied et al. 2017, Spatiotemporal Variance-Guided Filtering, section 4.1).
 //
 // What is reprojected is light over albedo, at a place of a surface: where the earlier picture's texels around it show
-// another surface (another plane, another normal) nothing is known of it, as behind an edge that has moved. What is known
-// is clipped to what the new picture's surroundings make likely (variance clipping: Salvi 2016) and weighs as much as the
-// samples that it is the mean of, kMostHistory at most, which is the inverse of its variance. It fades out as the new
-// picture's own samples become more, and is gone from kTemporalEnds on (shaders/shared/preview.h).
+// another surface (another plane, another normal) nothing is known of it, as behind an edge that has moved. What is
+// known is clipped to what the new picture's surroundings make likely (variance clipping: Salvi 2016) and weighs as
+// much as the samples that it is the mean of, kMostHistory at most, which is the inverse of its variance. It fades out
+// as the new picture's own samples become more, and is gone from kTemporalEnds on (shaders/shared/preview.h).
 #pragma once
 
 #include <optional>
@@ -17,11 +17,11 @@ namespace halflight {
 /// An earlier picture as the new one knows it.
 struct EarlierPicture {
     PreviewTexels texels;         // of its size, accumulated
-    graph::TextureHandle before;  // RGBA32F, size of the new picture; xyz: where what a pixel sees was then, relative to
-                                  // the earlier picture's origin. Empty: nothing but the camera has moved
+    graph::TextureHandle before;  // RGBA32F, size of the new picture; xyz: where what a pixel sees was then, relative
+                                  // to the earlier picture's origin. Empty: nothing but the camera has moved
     mat4 to_clip{1};              // from that origin to clip space, +y down, pixels' centres unmoved
     vec3 origin_shift{0};         // of the new picture's origin from the earlier one's, world units
-    float pixel = 0;  // world units that one of its pixels is high where clip space's w is 1 (orthographic: anywhere), > 0
+    float pixel = 0;              // > 0, world units that one of its pixels is high where clip space's w is 1
     float share = 1;  // of its samples that count, (0,1]; less than 1 where its pixels are larger than the new one's
 };
 

@@ -30,8 +30,8 @@ shared::Frame constants_of(const Camera& camera, const ivec2& size);
 /// Camera at `from` that looks along -z.
 Camera camera_at(const dvec3& from);
 
-/// What such a camera sees of the plane that at(x, y) names for a pixel; light(x, y, place) is what it sees there, of so
-/// many samples that are all alike.
+/// What such a camera sees of the plane that at(x, y) names for a pixel; light(x, y, place) is what it sees there, of
+/// so many samples that are all alike.
 TexelData seen_planes(const shared::Frame& frame, const std::function<Plane(int, int)>& at,
                       const std::function<vec3(int, int, const vec3&)>& light, float samples);
 

@@ -36,8 +36,7 @@ class DenoiseTest : public PassTest {
     TexelData two_sides(const Plane& left, const Plane& right) {
         return seen_planes(
             frame, [&](int x, int) { return x < kEdge ? left : right; },
-            [&](int x, int y, const vec3&) { return vec3((x < kEdge ? 5 : 6) + ((x ^ y) & 1 ? 3 : -3)); },
-            1);
+            [&](int x, int y, const vec3&) { return vec3((x < kEdge ? 5 : 6) + ((x ^ y) & 1 ? 3 : -3)); }, 1);
     }
     /// How far the mean of the eight columns beside the edge is from that of the side, on the left and on the right.
     vec2 mixed(const TexelData& data) const {
@@ -87,8 +86,8 @@ TEST_F(DenoiseTest, NoiseOfOneSurfaceGoes) {
 TEST_F(DenoiseTest, NothingIsMixedAcrossAnEdge) {
     const Plane wall;
     const vec3 turned = glm::normalize(vec3(1, 0, 1));
-    const Plane nearer{{0, 0, 1}, -4};           // parallel, with a gap
-    const Plane corner{turned, -5 * turned.z};   // touching it at x = 0, where the edge is
+    const Plane nearer{{0, 0, 1}, -4};          // parallel, with a gap
+    const Plane corner{turned, -5 * turned.z};  // touching it at x = 0, where the edge is
     for (const Plane& right : {nearer, corner}) {
         const TexelData noisy = two_sides(wall, right);
         const TexelData smooth = filtered(noisy);
@@ -109,13 +108,12 @@ TEST_F(DenoiseTest, WhatTheSamplesAgreeUponStays) {
 
 TEST_F(DenoiseTest, OutliersAreNoBrighterOrDarkerThanWhatIsAroundThem) {
     // Of many samples that are all alike, so that nothing else is done to them.
-    TexelData data =
-        seen_planes(frame, [](int, int) { return Plane{}; }, [](int, int, const vec3&) { return vec3(1, 2, 3); }, 64);
+    TexelData data = seen_planes(
+        frame, [](int, int) { return Plane{}; }, [](int, int, const vec3&) { return vec3(1, 2, 3); }, 64);
     const vec4 around = data.light[0];
     for (const ivec2 at : {ivec2(0, 0), ivec2(63, 47), ivec2(20, 20)}) data.light_at(at.x, at.y) *= 1000.0f;
     data.light_at(40, 20) = vec4(0);
-    for (const vec4& light : filtered(data).light)
-        ASSERT_LT(glm::length(vec3(light) - vec3(around)), 1e-4f);
+    for (const vec4& light : filtered(data).light) ASSERT_LT(glm::length(vec3(light) - vec3(around)), 1e-4f);
 }
 
 TEST_F(DenoiseTest, WhereNothingIsSeenNothingGetsIn) {
@@ -155,8 +153,8 @@ TEST_F(DenoiseTest, ThePictureIsTheMeanWhereSamplesAreMany) {
         graph.output(out);
         run(graph);
         const std::vector<vec4> result = texels_of(executor.texture(out));
-        const float strength = std::clamp((shared::kFilterEnds - samples) / (shared::kFilterEnds - shared::kFilterWeakens),
-                                          0.0f, 1.0f);
+        const float strength =
+            std::clamp((shared::kFilterEnds - samples) / (shared::kFilterEnds - shared::kFilterWeakens), 0.0f, 1.0f);
         EXPECT_EQ(result[5], beauty[5]);
         for (std::size_t i = 6; i < result.size(); ++i) {
             if (samples >= shared::kFilterEnds) {
@@ -164,8 +162,7 @@ TEST_F(DenoiseTest, ThePictureIsTheMeanWhereSamplesAreMany) {
                 continue;
             }
             const vec4 change = strength * albedo[i] * (other[i] - data.light[i]);
-            for (int c = 0; c < 3; ++c)
-                ASSERT_NEAR(result[i][c], std::max(beauty[i][c] + change[c], 0.0f), 1e-5f) << i;
+            for (int c = 0; c < 3; ++c) ASSERT_NEAR(result[i][c], std::max(beauty[i][c] + change[c], 0.0f), 1e-5f) << i;
             ASSERT_EQ(result[i].w, beauty[i].w);
         }
     }

@@ -57,8 +57,8 @@ TEST_F(TemporalTest, LightIsFoundAgainWhereItWasSeen) {
     Camera moved = camera_at({0.83, -0.31, 0.6});
     moved.camera_to_world = moved.camera_to_world * glm::rotate(dmat4(1), 0.05, dvec3(0.2, 1, 0.5));
     const shared::Frame frame = constants_of(moved, kSize);
-    const TexelData earlier =
-        seen_planes(still, wall, [](int, int, const vec3& p) { return pattern(p); }, kEarlierSamples);
+    const TexelData earlier = seen_planes(
+        still, wall, [](int, int, const vec3& p) { return pattern(p); }, kEarlierSamples);
     const TexelData now = seen_planes(frame, wall, with_noise, 1);
     const TexelData result = accumulate(now, earlier, still);
     int found = 0, lost = 0;
@@ -110,8 +110,8 @@ TEST_F(TemporalTest, BehindWhatHasMovedThereIsNothing) {
 TEST_F(TemporalTest, ACutLeavesNothing) {
     const shared::Frame elsewhere = constants_of(camera_at({0, 0, 40}), kSize);
     const auto far_wall = [](int, int) { return Plane{{0, 0, 1}, 35}; };
-    const TexelData earlier =
-        seen_planes(elsewhere, far_wall, [](int, int, const vec3&) { return vec3(1000); }, kEarlierSamples);
+    const TexelData earlier = seen_planes(
+        elsewhere, far_wall, [](int, int, const vec3&) { return vec3(1000); }, kEarlierSamples);
     const TexelData now = seen_planes(still, wall, with_noise, 1);
     const TexelData result = accumulate(now, earlier, elsewhere);
     EXPECT_EQ(result.light, now.light);
@@ -123,8 +123,8 @@ TEST_F(TemporalTest, ACutLeavesNothing) {
 }
 
 TEST_F(TemporalTest, NothingThatIsNotFiniteGetsInAndItIsCounted) {
-    TexelData earlier =
-        seen_planes(still, wall, [](int, int, const vec3& p) { return pattern(p); }, kEarlierSamples);
+    TexelData earlier = seen_planes(
+        still, wall, [](int, int, const vec3& p) { return pattern(p); }, kEarlierSamples);
     const shared::Frame moved = constants_of(camera_at({0.05, 0.03, 0}), kSize);
     const TexelData now = seen_planes(moved, wall, with_noise, 1);
     const TexelData expected = accumulate(now, earlier, still);
@@ -150,14 +150,16 @@ TEST_F(TemporalTest, NothingThatIsNotFiniteGetsInAndItIsCounted) {
 }
 
 TEST_F(TemporalTest, LightThatHasGoneIsClippedAway) {
-    const TexelData earlier = seen_planes(still, wall, [](int, int, const vec3&) { return vec3(1); }, kEarlierSamples);
-    const TexelData now = seen_planes(still, wall, [](int, int, const vec3&) { return vec3(0.25f); }, 1);
+    const TexelData earlier = seen_planes(
+        still, wall, [](int, int, const vec3&) { return vec3(1); }, kEarlierSamples);
+    const TexelData now = seen_planes(
+        still, wall, [](int, int, const vec3&) { return vec3(0.25f); }, 1);
     for (const vec4& light : accumulate(now, earlier, still).light) ASSERT_NEAR(light.x, 0.25f, 1e-5f);
 }
 
 TEST_F(TemporalTest, FadesOutAsSamplesComeAndIsGone) {
-    const TexelData earlier =
-        seen_planes(still, wall, [](int, int, const vec3& p) { return pattern(p); }, 1000);
+    const TexelData earlier = seen_planes(
+        still, wall, [](int, int, const vec3& p) { return pattern(p); }, 1000);
     float before = shared::kMostHistory + 1;
     for (const float samples : {1.0f, 4.0f, 16.0f, 31.0f}) {
         const float kept =
@@ -174,8 +176,8 @@ TEST_F(TemporalTest, FadesOutAsSamplesComeAndIsGone) {
 
 TEST_F(TemporalTest, LargerPixelsKnowLess) {
     const shared::Frame coarse = constants_of(camera_at({0, 0, 0}), kSize / 4);
-    const TexelData earlier =
-        seen_planes(coarse, wall, [](int, int, const vec3& p) { return pattern(p); }, kEarlierSamples);
+    const TexelData earlier = seen_planes(
+        coarse, wall, [](int, int, const vec3& p) { return pattern(p); }, kEarlierSamples);
     const TexelData now = seen_planes(still, wall, with_noise, 1);
     const TexelData result = accumulate(now, earlier, coarse, 0.25f);
     const vec3 expected = (vec3(now.light_at(20, 15)) + 2.0f * pattern(vec3(now.place_at(20, 15)))) / 3.0f;
@@ -184,8 +186,8 @@ TEST_F(TemporalTest, LargerPixelsKnowLess) {
 }
 
 TEST_F(TemporalTest, SurfacesThatMovedBringTheirLight) {
-    const TexelData earlier =
-        seen_planes(still, wall, [](int, int, const vec3& p) { return pattern(p); }, kEarlierSamples);
+    const TexelData earlier = seen_planes(
+        still, wall, [](int, int, const vec3& p) { return pattern(p); }, kEarlierSamples);
     const TexelData now = seen_planes(still, wall, with_noise, 1);
     const vec3 way(0.37f, -0.21f, 0);  // that the wall has gone since
     std::vector<vec4> before;
@@ -194,8 +196,7 @@ TEST_F(TemporalTest, SurfacesThatMovedBringTheirLight) {
     for (int y = 6; y < kSize.y - 6; ++y) {
         for (int x = 6; x < kSize.x - 6; ++x) {
             const vec3 then = vec3(now.place_at(x, y)) - way;
-            const vec3 expected =
-                (vec3(now.light_at(x, y)) + kEarlierSamples * pattern(then)) / (1 + kEarlierSamples);
+            const vec3 expected = (vec3(now.light_at(x, y)) + kEarlierSamples * pattern(then)) / (1 + kEarlierSamples);
             ASSERT_LT(glm::length(vec3(result.light_at(x, y)) - expected), 1e-3f) << x << ", " << y;
         }
     }

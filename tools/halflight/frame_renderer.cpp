@@ -38,8 +38,7 @@ RenderResult FrameRenderer::still(std::uint32_t frame, const FrameSettings& sett
                                   const ProgressCallback& progress) {
     const double seconds = a_.frame_rate.seconds(frame);
     const bool motion = settings_.preview.temporal || std::ranges::find(a_.aovs, "motion") != a_.aovs.end();
-    if (!scene_.surfaces_move() || !motion)
-        return picture(seconds, settings, progress);
+    if (!scene_.surfaces_move() || !motion) return picture(seconds, settings, progress);
     Clock clock;
     Scene before = scene_.posed(a_.frame_rate.seconds(static_cast<double>(frame) - 1));
     if (scene_.pose(seconds)) renderer_.reset();

@@ -32,10 +32,10 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
                   [&](const auto& name, const auto& text) { size(a, name, text); });
     options.value("--samples", "N", "samples per pixel after which the picture is left as it is (default 1024)",
                   [&](const auto& name, const auto& text) { a.samples = whole(name, text, 1, kMaxSamples); });
-    options.value("--preview", "NAME,...",
-                  "modes that are on at the start, biases that are named in the window: none (default), " +
-                      known_previews(),
-                  [&](const auto& name, const auto& text) { a.preview = preview(name, text); });
+    options.value(
+        "--preview", "NAME,...",
+        "modes that are on at the start, biases that are named in the window: none (default), " + known_previews(),
+        [&](const auto& name, const auto& text) { a.preview = preview(name, text); });
     options.value("--budget", "MS",
                   fmt::format("milliseconds within which a view that has changed is to be shown, coarser where it takes that "
                               "(default {:g})",
