@@ -14,19 +14,16 @@ constexpr ImU32 kText = IM_COL32(255, 255, 255, 255);
 constexpr ImU32 kBehind = IM_COL32(0, 0, 0, 160);
 constexpr float kMargin = 10;
 
-/// A line of text on a dark ground; `align`: the share of it that is left of x, less where the window ends.
-void label(float x, float y, float align, const std::string& text) {
+/// Text on a dark ground, in several lines where the window is narrow; `align`: the share of it that is left of x, less
+/// where the window ends. Returns where the next one may begin.
+float label(float x, float y, float align, const std::string& text) {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
-    const ImVec2 size = ImGui::CalcTextSize(text.c_str());
     const float end = ImGui::GetIO().DisplaySize.x - kMargin;
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, end - kMargin);
     const float left = std::max(std::min(x - align * size.x, end - size.x), kMargin);
     list.AddRectFilled({left - 4, y - 2}, {left + size.x + 4, y + size.y + 2}, kBehind, 3);
-    list.AddText({left, y}, kText, text.c_str());
-}
-
-/// Upper edge of a line of labels.
-float row(int index) {
-    return kMargin + static_cast<float>(index) * (ImGui::GetTextLineHeight() + kMargin);
+    list.AddText(nullptr, 0, {left, y}, kText, text.c_str(), nullptr, end - kMargin);
+    return y + size.y + kMargin;
 }
 
 void draw_scale(const Scale& scale) {
@@ -68,13 +65,14 @@ void drag_line(float& split) {
     ImGui::PopStyleVar(2);
 }
 
-void draw_split(const std::string& here, const std::string& other, float& split) {
+/// Returns where more labels may begin.
+float draw_split(const std::string& here, const std::string& other, float& split) {
     drag_line(split);
     const ImVec2 window = ImGui::GetIO().DisplaySize;
     const float x = split * window.x;
     ImGui::GetBackgroundDrawList()->AddLine({x, 0}, {x, window.y}, kText, 2);
-    label(x - kMargin, kMargin, 1, "A: " + here);
-    label(x + kMargin, row(1), 0, "B: " + other);
+    const float next = label(x - kMargin, kMargin, 1, "A: " + here);
+    return label(x + kMargin, next, 0, "B: " + other);
 }
 
 }  // namespace
@@ -82,9 +80,8 @@ void draw_split(const std::string& here, const std::string& other, float& split)
 void draw_overlay(const Overlay& overlay, float& split) {
     const ImVec2 window = ImGui::GetIO().DisplaySize;
     if (overlay.scale) draw_scale(*overlay.scale);
-    if (overlay.other) draw_split(overlay.here, *overlay.other, split);
-    int next = overlay.other ? 2 : 0;
-    for (const std::string& notice : overlay.notices) label(window.x / 2, row(next++), 0.5f, notice);
+    float next = overlay.other ? draw_split(overlay.here, *overlay.other, split) : kMargin;
+    for (const std::string& notice : overlay.notices) next = label(window.x / 2, next, 0.5f, notice);
 }
 
 }  // namespace halflight::view

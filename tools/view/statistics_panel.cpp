@@ -37,15 +37,17 @@ void picture_lines(const Picture& picture) {
 
 void time_lines(const PassHistory& history) {
     if (history.passes().empty() || !ImGui::TreeNodeEx("time of passes", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    ImGui::PushTextWrapPos(-1);  // a line each
     for (const PassHistory::Pass& pass : history.passes()) {
         const std::vector<float>& ms = pass.milliseconds;
         ImGui::PushID(pass.name.c_str());
         ImGui::PlotLines("", ms.data(), static_cast<int>(ms.size()), 0, nullptr, 0,
-                         1.2f * *std::max_element(ms.begin(), ms.end()), {60, ImGui::GetTextLineHeight()});
+                         1.2f * *std::max_element(ms.begin(), ms.end()), {40, ImGui::GetTextLineHeight()});
         ImGui::PopID();
         ImGui::SameLine();
-        text(fmt::format("{:7.2f} ms  {}", ms.back(), pass.name));
+        text(fmt::format("{:7.2f} ms {}", ms.back(), pass.name));
     }
+    ImGui::PopTextWrapPos();
     ImGui::TreePop();
 }
 
