@@ -3,7 +3,7 @@
 //     wait first               until a picture of the view as it is now is shown, however coarse
 //     wait samples N           until the whole picture has N samples; it gets no more until another `wait`
 //     wait error E             until the picture's relMSE is estimated to be below E, from the variance of its samples:
-//                              usually more than it is (estimated_relmse() in seen.h)
+//                              (estimated_relmse() in seen.h)
 //     camera NAME              one of the scene's, by name or number
 //     orbit X Y                a drag of so many pixels, to the right and down
 //     pan X Y

@@ -138,6 +138,17 @@ const Image& layer(const std::string& aov, const std::vector<std::string>& aovs,
     return result.aovs.at(static_cast<std::size_t>(std::ranges::find(aovs, aov) - aovs.begin())).image;
 }
 
+/// Of a channel over the 3 x 3 pixels around one, those of them that there are.
+float median_around(const Image& image, int x, int y, int channel) {
+    std::array<float, 9> values{};
+    auto end = values.begin();
+    for (int j = std::max(y - 1, 0); j <= std::min(y + 1, image.height - 1); ++j)
+        for (int i = std::max(x - 1, 0); i <= std::min(x + 1, image.width - 1); ++i) *end++ = image.at(i, j)[channel];
+    const auto middle = values.begin() + (end - values.begin()) / 2;
+    std::nth_element(values.begin(), middle, end);
+    return *middle;
+}
+
 Image sum_of(const Look& look, const std::vector<std::string>& aovs, const RenderResult& result) {
     Image sum(result.beauty.width, result.beauty.height, 3);
     for (std::size_t i = 0; i < kComponents.size(); ++i) {
@@ -197,8 +208,8 @@ std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, con
     for (int y = 0; y < variance.height; ++y) {
         for (int x = 0; x < variance.width; ++x) {
             for (int c = 0; c < 3; ++c) {
-                const double mean{result.beauty.at(x, y)[c]};
-                sum += double{variance.at(x, y)[c]} / (mean * mean + kRelativeEpsilon);
+                const double value{median_around(result.beauty, x, y, c)};
+                sum += double{variance.at(x, y)[c]} / (value * value + kRelativeEpsilon);
             }
         }
     }

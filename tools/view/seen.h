@@ -53,8 +53,9 @@ struct Seen {
 Seen seen(const Look& look, const std::vector<std::string>& aovs, const RenderResult& result);
 
 /// What the picture's relMSE (engine/core/metrics.h) would be if it were the mean of independent samples with the
-/// variance that they seem to have. An estimate: the engine's samples usually do better, being stratified, and light
-/// that no sample has met is not in it. None without the AOV "variance", or of fewer than kLeastSamples.
+/// variance that they seem to have; errors are relative to the median of the 3 x 3 pixels around each, since a pixel
+/// with a rare bright sample would take its own error for small. An estimate: samples are stratified, and light that
+/// none of them has met is not in it. None without the AOV "variance", or of fewer than kLeastSamples.
 std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, const RenderResult& result);
 inline constexpr int kLeastSamples = 4;
 
