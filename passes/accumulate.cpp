@@ -38,6 +38,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         pass.read(sample.continuation->occluded, Access::storage_read);
         defines.set("HALFLIGHT_PENDING");
         if (sample.continuation->sun_occluded) {
+            if (sample.paths->cells) defines.set("HALFLIGHT_RADIANCE_CACHE");
             pass.read(sample.continuation->sun_occluded, Access::storage_read);
             pass.read(sample.paths->sun_light, Access::storage_read);
         }

@@ -38,6 +38,10 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
             paths.receivers = pass.write(paths.receivers, Access::storage_read_write);
     }
     if (paths.points) paths.points = pass.write(paths.points, partial_write(paths.points));
+    const bool asks = paths.cells && depth == 1;  // for cells
+    const bool takes = paths.cells && depth == 2 && !last;
+    if (takes) pass.read(paths.cells, Access::texture_read);
+    if (asks) paths.cells = pass.write(paths.cells, Access::storage_read_write);
     const graph::BufferHandle answered = shadowing.occluded;
     const bool pending = shadowing.answered();
     const graph::BufferHandle sun_answered = shadowing.sun_occluded;
@@ -66,7 +70,8 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     if (last) defines.set("HALFLIGHT_LAST_VERTEX");
     if (samples_lights) defines.set("HALFLIGHT_LIGHT_SAMPLES");
     if (depth == 1) defines.set("HALFLIGHT_FIRST_HIT");
-    if (paths.points) defines.set("HALFLIGHT_REUSE");
+    if (takes) defines.set("HALFLIGHT_CACHE_TAKEN");
+    if (paths.points) defines.set(paths.cells ? "HALFLIGHT_RADIANCE_CACHE" : "HALFLIGHT_REUSE");
     pass.execute([=, shadow_rays = shadowing.rays, sun_rays = shadowing.sun_rays, lit_list = lit ? *lit : PathList{},
                   next = leaving ? *leaving : PathList{}](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
@@ -81,6 +86,8 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
         if (sun) r.buffer(paths.sun_light).bind_storage(15);
         if (paths.receivers) r.buffer(paths.receivers).bind_storage(11);
         if (paths.points) r.buffer(paths.points).bind_storage(12);
+        if (asks) r.buffer(paths.cells).bind_storage(13);
+        if (takes) r.buffer(paths.cells).bind_texture(UNIT_FREE, GL_R32UI);
         if (samples_lights) {
             r.buffer(shadow_rays).bind_storage(6);
             r.buffer(lit_list.list).bind_storage(7);

@@ -21,7 +21,7 @@ struct ContinuationOptions {
 
 /// Follows the paths of `batches`, one at least, from their first hit on, with Russian roulette from depth 3 on.
 /// Updates `paths`. Where they have `points` (bounces > 1), what leaves their second vertices diffusely lies there and
-/// not in their states.
+/// not in their states; where they have `cells`, too, paths end at those that know it.
 Continuation add_continuation(graph::Graph& graph, const SceneView& view, const std::vector<PathList>& batches,
                               const ContinuationOptions& options, PathBuffers& paths);
 

@@ -3,6 +3,7 @@
 #include "passes/continuation.h"
 #include "passes/diffuse.h"
 #include "passes/glossy.h"
+#include "passes/radiance_cache.h"
 #include "passes/reuse.h"
 #include "passes/shadow.h"
 
@@ -21,12 +22,15 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
     if (needs.continuation) {
         PathBuffers paths = create_path_buffers(graph, view);
         if (needs.reuse) paths.points = create_reuse_points(graph, view);
+        if (needs.radiance_cache) use_radiance_cache(graph, view, *view.radiance_cache, paths);
         std::vector<PathList> batches;
         if (needs.diffuse) batches.push_back(add_diffuse(graph, view, frame.gbuffer, paths));
         if (needs.glossy) batches.push_back(add_glossy(graph, view, frame.gbuffer, paths));
         sample.continuation = add_continuation(
             graph, view, batches, {.bounces = options.bounces, .light_samples = bool(needs.later_light)}, paths);
         if (needs.reuse) sample.received = add_reuse(graph, view, frame.gbuffer, paths, *sample.continuation);
+        if (needs.radiance_cache)
+            add_radiance_cache(graph, view, *view.radiance_cache, *sample.continuation, paths);
         sample.paths = paths;
     }
 

@@ -9,6 +9,7 @@
 #include "shaders/shared/albedo.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
+#include "shaders/shared/radiance_cache.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
 #include "shaders/shared/tile_list.h"
@@ -24,6 +25,7 @@ constexpr const char* kGlossy = "glossy";
 constexpr const char* kContinuation = "continuation";
 constexpr const char* kLaterLight = "light samples along paths";
 constexpr const char* kReuse = "path reuse";
+constexpr const char* kRadianceCache = "radiance cache";
 constexpr const char* kCameraRays = "camera rays";
 constexpr const char* kCameraHits = "hits of camera rays";
 constexpr const char* kSeen = "camera rays for light alone";
@@ -91,6 +93,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
                                : !scene.light()                 ? "nothing shines"
                                                                 : nullptr;
     const char* no_light = scene.lights() ? nullptr : "no light can be sampled";
+    const char* no_diffuse = scene.diffuse ? nullptr : fact_without(&SceneNeeds::diffuse);
     const char* not_asked = kNotAsked;
     const auto transport = [&](bool keep, const char* fact) {
         return no_bounce ? no_bounce : keep ? nullptr : no_transport ? no_transport : fact;
@@ -106,8 +109,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
     const bool traced = options.primary == PrimaryVisibility::traced;  // through rays and hits
     return {
         .shadow = {kShadow, kShadowRay + sizeof(shared::DirectLight), no_shadow},
-        .diffuse = {kDiffuse, kListEntry,
-                    transport(diffuse, scene.diffuse ? nullptr : fact_without(&SceneNeeds::diffuse))},
+        .diffuse = {kDiffuse, kListEntry, transport(diffuse, no_diffuse)},
         .glossy = {kGlossy, kListEntry,
                    transport(kept(kGlossy), scene.glossy ? nullptr : fact_without(&SceneNeeds::glossy))},
         .continuation = {kContinuation, sizeof(shared::Ray) + sizeof(shared::Hit) + sizeof(shared::PathState),
@@ -117,8 +119,12 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .reuse = {kReuse, kReuseBytes,
                   single           ? single
                   : !options.reuse ? not_asked
-                                   : transport(options.kept.is_everything(),
-                                               scene.diffuse ? nullptr : fact_without(&SceneNeeds::diffuse))},
+                                   : transport(options.kept.is_everything(), no_diffuse)},
+        // Nor is this one.
+        .radiance_cache = {kRadianceCache, sizeof(shared::CachePoint),
+                           single                                     ? single
+                           : !options.radiance_cache || options.reuse ? not_asked
+                                                                      : transport(false, no_diffuse)},
         .camera_rays = {kCameraRays, sizeof(shared::Ray),
                         traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
         .camera_hits = {kCameraHits, sizeof(shared::Hit), asked(options.want_hits || traced, kCameraHits)},
@@ -149,7 +155,7 @@ std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& optio
 std::vector<std::string> keepable_names() {
     std::vector<std::string> names;
     for (const FramePart& part : frame_needs({}, {}).parts())
-        if (part.name != kReuse && part.name != kSeen) names.emplace_back(part.name);
+        if (part.name != kReuse && part.name != kSeen && part.name != kRadianceCache) names.emplace_back(part.name);
     for (const SceneNeed& need : known_scene_needs())
         if (can_be_kept(need)) names.emplace_back(need.name);
     return names;

@@ -28,7 +28,8 @@ struct FrameOptions {
     PrimaryVisibility primary = PrimaryVisibility::raster;  // not automatic
     bool reuse = false;      // of paths across pixels
     int camera_rays = 1;     // of each sample, for light that is seen directly; > 0
-    Preview preview{};
+    bool radiance_cache = false;  // for the samples of Preview::cache that use it; goes without reuse
+    Preview preview{};            // of the whole picture
 };
 
 /// A part of a frame.
@@ -43,13 +44,14 @@ struct FrameNeeds {
     FramePart shadow, diffuse, glossy, continuation;  // passes
     FramePart later_light;                            // light samples where paths have been reflected
     FramePart reuse;                                  // of paths, by the pixels of a group
+    FramePart radiance_cache;                         // in which paths end
     FramePart camera_rays, camera_hits;               // outputs of the G-buffer
     FramePart seen;                                   // light, through camera rays of its own
     FramePart clamp;                                  // of indirect light
     FramePart squares, features;                      // sums
     FramePart tiles;                                  // lists of the shadow rays of surfaces that the camera sees
-    std::array<FramePart, 13> parts() const {
-        return {shadow,      diffuse,     glossy, continuation, later_light, reuse,
+    std::array<FramePart, 14> parts() const {
+        return {shadow,      diffuse,     glossy, continuation, later_light, reuse,    radiance_cache,
                 camera_rays, camera_hits, seen,   clamp,        squares,     features, tiles};
     }
 };

@@ -16,7 +16,8 @@ struct Mode {
     const char* name;
     bool Preview::*flag;
 };
-constexpr std::array kModes = {Mode{"temporal", &Preview::temporal}, Mode{"filter", &Preview::filter}};
+constexpr std::array kModes = {Mode{"cache", &Preview::cache}, Mode{"temporal", &Preview::temporal},
+                               Mode{"filter", &Preview::filter}};
 constexpr std::string_view kNone = "none";
 
 }  // namespace

@@ -18,7 +18,9 @@
 #include "passes/film.h"
 #include "passes/frame.h"
 #include "passes/frame_constants.h"
-#include "passes/preview_picture.h"
+#include "passes/hand_over.h"
+#include "passes/preview_stage.h"
+#include "passes/radiance_cache.h"
 #include "passes/raster_window.h"
 #include "passes/replicates.h"
 #include "passes/reuse.h"
@@ -99,19 +101,20 @@ Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t 
 
 }  // namespace
 
-/// Sums of a band, in the history of who runs its graph; null where the frame left them out.
-struct SumBuffers {
-    gpu::Buffer *emission = nullptr, *direct = nullptr, *indirect = nullptr, *squares = nullptr, *features = nullptr;
+/// A sample, and where it is added.
+struct CompiledSample {
+    graph::Graph graph;
+    Frame frame;
+    graph::CompiledGraph compiled;
+    SumBuffers sums;  // once one was added
 };
 
 /// The graphs of a band, or of several that come one after the other.
 struct CompiledBand {
     explicit CompiledBand(Mattes m) : mattes(std::move(m)) {}
     Mattes mattes;
-    SumBuffers sums;  // once a sample was added
-    graph::Graph sample_graph;
-    Frame frame;
-    graph::CompiledGraph sample;
+    CompiledSample sample;
+    std::unique_ptr<CompiledSample> cached;  // with the radiance cache; or none
     // AOVs through the pixels' centres; empty unless asked for
     graph::Graph data_graph;
     graph::BufferHandle aov;
@@ -126,12 +129,12 @@ struct Renderer::State {
     std::optional<rays::RasterCulling> raster;
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
-    std::optional<ViewProcessor> preview_view;  // of pictures that come from no sums
-    std::optional<PreviewPicture> preview;
-    PreviewPicture::Made previewed;  // of the picture that was made last
+    std::optional<PreviewStage> preview;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
     std::vector<gpu::Buffer> seen_constants;  // of camera rays for light alone
     gpu::Buffer bad_values{"bad values", kBadValueCounts * sizeof(std::uint32_t)};  // of one sample
+    std::shared_ptr<RadianceCache> cache;  // null without
+    HandOver hand_over;
     BadValueSums bad_value_sums;
     Band band;
     Band current;  // of the constants
@@ -161,6 +164,8 @@ struct Renderer::State {
         if (needs().seen)
             for (int i = 0; i < static_cast<int>(settings.estimator.camera); ++i)
                 seen_constants.emplace_back("constants of light seen", sizeof(shared::Frame));
+        if (settings.preview.cache && frame_needs(scene.buffers().needs(), cached_options()).radiance_cache)
+            cache = settings.radiance_cache ? settings.radiance_cache : std::make_shared<RadianceCache>();
         const bool reuse = bool(needs().reuse);
         const gpu::Limits& limits = scene.context().limits();
         band = first_band(settings, scene.buffers(), reuse ? most_reuse_paths(*tracer, limits) : SIZE_MAX, limits);
@@ -169,11 +174,7 @@ struct Renderer::State {
         if (options.runs > 0 && !needs().tiles) tracer->expect(options.runs);
         if (settings.measure) tracer->count();
         if (settings.want_view) view_kernel.emplace(colors.view(settings.view));
-        if (settings.preview.any()) {
-            preview.emplace(scene.programs(), settings.preview, ivec2(settings.width, settings.height));
-            preview->measure(settings.measure);
-            if (settings.want_view) preview_view = colors.view(settings.view);
-        }
+        if (settings.preview.of_picture()) preview.emplace(scene.programs(), settings, colors);
         executor.measure(settings.measure);
         places.resize(1);
         compiled(0);
@@ -186,8 +187,8 @@ struct Renderer::State {
 
     FrameOptions frame_options() const {
         return {.bounces = settings.bounces,
-                .want_squares = asked_for(settings, {"variance"}) || settings.preview.any(),
-                .want_features = asked_for(settings, {"albedo", "normal"}) || settings.preview.any(),
+                .want_squares = asked_for(settings, {"variance"}) || settings.preview.of_picture(),
+                .want_features = asked_for(settings, {"albedo", "normal"}) || settings.preview.of_picture(),
                 .want_hits = asked_for(settings, {"cryptoobject", "cryptomaterial"}),
                 .culling = settings.culling,
                 .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),
@@ -197,6 +198,11 @@ struct Renderer::State {
                 .reuse = settings.estimator.reuse == Reuse::on,
                 .camera_rays = static_cast<int>(settings.estimator.camera),
                 .preview = settings.preview};
+    }
+    FrameOptions cached_options() const {
+        FrameOptions options = frame_options();
+        options.reuse = false, options.radiance_cache = true;
+        return options;
     }
     FrameNeeds needs() const { return frame_needs(scene.buffers().needs(), frame_options()); }
 
@@ -216,18 +222,29 @@ struct Renderer::State {
     std::unique_ptr<CompiledBand> compile(std::uint32_t place) {
         auto made = std::make_unique<CompiledBand>(
             Mattes(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs, band.paths()));
-        graph::Graph& graph = made->sample_graph;
-        std::vector<graph::BufferHandle> seen;
-        for (gpu::Buffer& constants : seen_constants)
-            seen.push_back(graph.import_buffer("constants of light seen", constants));
-        made->frame = add_frame(graph, view(graph, place), frame_options(), bad_values, seen);
-        made->sample = graph::compile(made->sample_graph);
+        compile(made->sample, place, 0, frame_options());
+        if (cache) {
+            made->cached = std::make_unique<CompiledSample>();
+            compile(*made->cached, place, settings.in_turns ? static_cast<std::uint32_t>(bands) : 1, cached_options());
+        }
         add_data(*made, place);
         return made;
     }
 
+    /// further_sums: how many sums are not its own.
+    void compile(CompiledSample& sample, std::uint32_t place, std::uint32_t further_sums, const FrameOptions& options) {
+        SceneView own_view = view(sample.graph, place);
+        own_view.sums += further_sums;
+        own_view.radiance_cache = cache.get();
+        std::vector<graph::BufferHandle> constants;
+        for (gpu::Buffer& of_seen : seen_constants)
+            constants.push_back(sample.graph.import_buffer("constants of light seen", of_seen));
+        sample.frame = add_frame(sample.graph, own_view, options, bad_values, constants);
+        sample.compiled = graph::compile(sample.graph);
+    }
+
     void add_data(CompiledBand& to, std::uint32_t place) {
-        const bool aov = asked_for(settings, kCentreAovs) || settings.preview.any();
+        const bool aov = asked_for(settings, kCentreAovs) || settings.preview.of_picture();
         const DebugOptions debug{asked_for(settings, {"nodes"}), asked_for(settings, {"culling"})};
         if (!aov && !debug.nodes && !debug.culling) return;
         const SceneView seen = view(to.data_graph, place);
@@ -262,7 +279,21 @@ struct Renderer::State {
         current = at.band;
     }
 
-    void add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with) {
+    /// Sample number `done` of a picture, from 0.
+    void add_sample(const FrameSettings& frame, const Band& where, int done, CompiledBand& with) {
+        const int cached = with.cached ? kCachedSamples : 0;
+        if (done < cached) {
+            const std::uint32_t first = (cache->picture() - 1) * kCachedSamples;
+            const auto index = static_cast<std::uint32_t>(done);
+            add_sample(frame, cached_view(frame, where, first, index, settings.estimator.sampler), with, *with.cached);
+        } else {
+            if (done == cached) with.mattes.clear();
+            const auto index = static_cast<std::uint32_t>(frame.first_sample + done - cached);
+            add_sample(frame, sample_view(frame, where, index, settings.estimator.sampler), with, with.sample);
+        }
+    }
+
+    void add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with, CompiledSample& sample) {
         look(frame, at);
         const int seen = static_cast<int>(seen_constants.size());
         for (int i = 0; i < seen; ++i) {
@@ -271,14 +302,14 @@ struct Renderer::State {
             seen_constants[std::size_t(i)].write(0, sizeof(constants), &constants);
         }
         bad_values.clear();
-        executor.run(with.sample);
+        executor.run(sample.compiled);
         glFinish();
-        const Accumulated& a = with.frame.sums;
+        const Accumulated& a = sample.frame.sums;
         const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
-        with.sums = {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares), buffer(a.features)};
+        sample.sums = {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares), buffer(a.features)};
         bad_value_sums.add(std::span<const std::uint32_t, kBadValueCounts>(bad_values.read<std::uint32_t>()));
         scene.context().check("rendering");
-        if (!with.mattes.empty()) with.mattes.add(executor.read<shared::Hit>(with.frame.gbuffer.hits));
+        if (!with.mattes.empty()) with.mattes.add(executor.read<shared::Hit>(sample.frame.gbuffer.hits));
     }
 
     /// Told how many samples of a band are done, and how many there will be as far as is known; false: stop.
@@ -289,8 +320,7 @@ struct Renderer::State {
                     const AfterSample& after_sample) {
         const Clock::time_point start = Clock::now();
         for (int done = 1;; ++done) {
-            const auto index = static_cast<std::uint32_t>(frame.first_sample + done - 1);
-            add_sample(frame, sample_view(frame, where, index, settings.estimator.sampler), with);
+            add_sample(frame, where, done - 1, with);
             const bool go_on = after_sample(done, frame.samples);
             if (!go_on || done == frame.samples) return done;
             // Another sample like those so far would end late.
@@ -310,10 +340,10 @@ struct Renderer::State {
         for (int next = kFirstLook; next > each;) {
             for (int r = 0; r < kReplicates; ++r) {
                 for (int i = each; i < next; ++i) {
-                    add_sample(frame, replicate_view(frame, where, r, i, settings.estimator.sampler), with);
+                    add_sample(frame, replicate_view(frame, where, r, i, settings.estimator.sampler), with, with.sample);
                     if (!after_sample(++done, next * kReplicates)) return done;
                 }
-                replicates.add(r, light(with));
+                replicates.add(r, light(with.sample.sums));
             }
             each = next;
             const ErrorEstimate estimate = replicates.error(frame.error->metric, each).estimate();
@@ -334,8 +364,7 @@ struct Renderer::State {
         for (int b = 0; b < bands; ++b) compiled(b).mattes.clear();
         for (int i = 0; i < frame.samples; ++i) {
             for (int b = 0; b < bands; ++b) {
-                const auto index = static_cast<std::uint32_t>(frame.first_sample + i);
-                add_sample(frame, sample_view(frame, band_at(b), index, settings.estimator.sampler), compiled(b));
+                add_sample(frame, band_at(b), i, compiled(b));
                 done[std::size_t(b)] = i + 1;
                 if (!after_sample()) return;
             }
@@ -344,19 +373,21 @@ struct Renderer::State {
     }
 
     static std::vector<double> read(const gpu::Buffer* b) { return b ? b->read<double>() : std::vector<double>{}; }
-    static Film::Sums light(const CompiledBand& with) {
-        return {read(with.sums.emission), read(with.sums.direct), read(with.sums.indirect), {}, {}};
+    static Film::Sums light(const SumBuffers& sums) {
+        return {read(sums.emission), read(sums.direct), read(sums.indirect), {}, {}};
     }
 
-    void develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int samples, Film& film) {
+    void develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int done, Film& film) {
+        const auto [sums, samples, mattes] =
+            hand_over.shown(composer, with.cached ? &with.cached->sums : nullptr, with.sample.sums, done);
         Film::Sums all;
         if (film.wants(
                 {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy", "variance"}))
-            all = light(with);
-        if (film.wants({"variance"})) all.squares = read(with.sums.squares);
-        if (film.wants({"albedo", "normal"})) all.features = read(with.sums.features);
+            all = light(sums);
+        if (film.wants({"variance"})) all.squares = read(sums.squares);
+        if (film.wants({"albedo", "normal"})) all.features = read(sums.features);
         film.add_sums(where, samples, all);
-        for (const Mattes::Layer& layer : with.mattes.layers()) film.add_ids(where, samples, layer.aov, layer.coverage);
+        for (const Mattes::Layer& layer : with.mattes.layers()) film.add_ids(where, mattes, layer.aov, layer.coverage);
 
         const bool data = with.aov && (preview || film.wants(kCentreAovs));
         const bool debug = with.debug && film.wants({"nodes", "culling"});
@@ -370,14 +401,19 @@ struct Renderer::State {
         graph::Graph graph;
         const auto import = [&](gpu::Buffer* b) { return b ? graph.import_buffer("sums", *b) : graph::BufferHandle{}; };
         Accumulated imported;
-        imported.emission = import(with.sums.emission);
-        imported.direct = import(with.sums.direct);
-        imported.indirect = import(with.sums.indirect);
+        imported.emission = import(sums.emission);
+        imported.direct = import(sums.direct);
+        imported.indirect = import(sums.indirect);
         const Composite composite = add_composite(graph, band, imported, samples, scene.has_environment(),
                                                   view_kernel ? &*view_kernel : nullptr);
         graph.output(composite.beauty);
         if (composite.view) graph.output(composite.view);
-        if (preview) add_preview(graph, where, with, imported, composite.beauty, samples);
+        if (preview) {
+            imported.squares = import(sums.squares);
+            imported.features = import(sums.features);
+            preview->add_band(graph, where, imported, graph.import_buffer("aov records", executor.buffer(with.aov)),
+                              composite.beauty, samples);
+        }
         composer.run(graph::compile(graph));
         film.add_pictures(where, composer.texture(composite.beauty).read_float(),
                           composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
@@ -394,29 +430,10 @@ struct Renderer::State {
         if (debug) film.add_debug(where, executor.read<shared::DebugRecord>(with.debug));
     }
 
-    void add_preview(graph::Graph& graph, const Band& where, const CompiledBand& with, Accumulated sums,
-                     graph::TextureHandle beauty, int samples) {
-        sums.squares = graph.import_buffer("square sums", *with.sums.squares);
-        sums.features = graph.import_buffer("feature sums", *with.sums.features);
-        const graph::BufferHandle records = graph.import_buffer("aov records", executor.buffer(with.aov));
-        const PreviewPixels filled =
-            add_preview_input(graph, where, sums, records, beauty, samples, preview->import_pixels(graph));
-        const PreviewTexels& t = filled.texels;
-        for (const graph::TextureHandle h : {t.light, t.guide, t.place, filled.albedo, filled.beauty}) graph.output(h);
-    }
-
     /// After all bands were developed.
     void apply_preview(const FrameSettings& frame, std::span<const int> samples, Film& film) {
-        previewed = {};
         const int least = *std::ranges::min_element(samples);
-        if (!preview || least == 0) return;
-        FrameSettings still = frame;
-        still.previous_camera.reset();
-        const ivec2 image(settings.width, settings.height);
-        previewed = preview->make(frame_constants(still, scene.tables(), {.band = {image, 0, image.y}}),
-                                  scene.tables().origin, least);
-        if (previewed.beauty)
-            film.replace_pictures(*std::move(previewed.beauty), preview_view ? &*preview_view : nullptr);
+        if (preview && least > 0) preview->apply(frame, scene.tables(), least, film);
     }
 
     /// Of bands whose sums are there; `samples`: of each.
@@ -444,27 +461,27 @@ struct Renderer::State {
         stats.estimator = settings.estimator;
         stats.estimator.reuse = needs().reuse ? Reuse::on : Reuse::off;
         stats.primary = settings.primary;
+        if (cache && settings.measure) stats.radiance_cache = cache->statistics();
         const std::size_t pictures =
             (view_kernel ? 2 : 1) * sizeof(vec4) * std::size_t(band.image.x) * std::size_t(band.rows);
-        stats.gpu_bytes = scene.bytes() + executor.history().bytes() + pictures +
-                          std::max(first.sample.slot_bytes, first.data.slot_bytes);
+        stats.gpu_bytes = scene.bytes() + executor.history().bytes() + pictures + (cache ? cache->bytes() : 0) +
+                          std::max({first.sample.compiled.slot_bytes, first.data.slot_bytes,
+                                    first.cached ? first.cached->compiled.slot_bytes : 0});
         const TraceTables& tables = scene.tables();
-        stats.left_out = left_out(scene.buffers().needs(), frame_options(),
+        stats.left_out = left_out(scene.buffers().needs(), cache ? cached_options() : frame_options(),
                                   {tables.positions.size(), tables.triangles.size(), band.paths(),
                                    std::size_t(settings.width) * std::size_t(settings.height)});
         for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
         stats.batches = tracer->statistics();
         if (raster) stats.raster = raster->batches();
         stats.bad_values = bad_value_sums.told();
-        if (preview) {
-            stats.gpu_bytes += preview->bytes();
-            stats.bad_values.push_back({"earlier pictures", previewed.nans, previewed.infinities, 0});
-            stats.biases = previewed.biases;
-            for (const graph::PassTime& t : preview->times()) stats.passes.push_back({t.name, t.count, t.seconds});
-        }
+        if (preview) preview->tell(stats);
         if (settings.clamp > 0 && settings.bounces > 1)
             stats.biases.push_back(
                 fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));
+        if (const double weight = cache ? cached_weight(stats.samples) : 0; weight > 0)
+            stats.biases.push_back(fmt::format("preview: {:.0f} % of it by a radiance cache, none from {} samples on",
+                                               100 * weight, kHandedOver));
     }
 };
 
@@ -489,6 +506,7 @@ Renderer::~Renderer() = default;
 void Renderer::forget(std::string reason) {
     state_->executor.history().invalidate(std::move(reason));
     state_->tracer->invalidate();
+    if (state_->cache) state_->cache->clear();
 }
 
 RenderResult Renderer::render(const ProgressCallback& progress) {
@@ -498,13 +516,14 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
 RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback& progress) {
     check(frame);
     State& s = *state_;
-    require(!(frame.error && s.preview), kNoErrorOfPreviews);
+    require(!(frame.error && s.settings.preview.any()), kNoErrorOfPreviews);
     const Clock::time_point start = Clock::now();
     const double compiled_before = s.scene.programs().seconds();
     s.executor.reset_times();
     s.tracer->reset_statistics();
     s.bad_value_sums.reset();
     if (s.preview) s.preview->begin(frame.history);
+    if (s.cache) s.cache->begin_picture(s.scene.programs());
 
     RenderResult result;
     RenderStats& stats = result.stats;
@@ -569,7 +588,7 @@ const char* name(ErrorMetric metric) {
 }
 
 std::string Renderer::graph_dot() const {
-    return graph::to_dot(state_->compiled(0).sample);
+    return graph::to_dot(state_->compiled(0).sample.compiled);
 }
 
 }  // namespace halflight

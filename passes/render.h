@@ -27,6 +27,8 @@
 
 namespace halflight {
 
+class RadianceCache;
+
 /// An arbitrary output variable that can be asked for by name.
 struct AovInfo {
     std::string_view name;         // EXR layer ("albedo", "depth")
@@ -59,8 +61,11 @@ struct RenderSettings : FrameSettings {
     // picture. Of renderers that share a scene, the scene's.
     Kept kept{};
     Estimator estimator{};  // of renderers that share a scene, the scene's
-    // Of the picture, not of its layers. A bias, which RenderStats names; not where there is an error to reach.
+    // A bias, which RenderStats names; not where there is an error to reach. Layers are without, but for the cache.
     Preview preview{};
+    // That preview.cache uses; it may be shared by renderers of one scene with as many bounces. Null: one of its own.
+    // Pictures depend on what was made with it before.
+    std::shared_ptr<RadianceCache> radiance_cache{};
     int pictures = 0;       // that will be made at most, of `samples` each; 0: any number
     bool measure = false;   // wait for the GPU after each pass to tell its time, and count rays and culling (slower)
     // What is rendered at once: bands of whole rows of 16x16 blocks, of so many pixels at most where one row allows it.
@@ -97,6 +102,7 @@ struct RenderStats {
     std::size_t gpu_bytes = 0;      // buffers and textures, scene and frame
     Estimator estimator;            // nothing in it is left to the scene any more
     PrimaryVisibility primary{};    // nor is this
+    std::optional<CacheStatistics> radiance_cache;  // where it was used, with settings.measure
     std::vector<PassTime> passes;   // with settings.measure, else empty
     std::vector<LeftOut> left_out;  // what the scene or the settings did not need, with the reason
     std::vector<BadValues> bad_values;
@@ -129,7 +135,8 @@ using ProgressCallback = std::function<bool(const RenderProgress&)>;
 
 /// Renders one picture after the other. What it learns about visibility and about who traces fastest lives on from band
 /// to band and from picture to picture, and decides about time alone: a picture is a function of scene and settings,
-/// whatever was rendered before. Needs its context current on the calling thread for as long as it lives.
+/// whatever was rendered before, preview modes apart. Needs its context current on the calling thread for as long as it
+/// lives.
 class Renderer {
   public:
     /// Shares a scene, which must outlive it. Throws Error for settings out of range, for raster culling of a scene
@@ -144,8 +151,8 @@ class Renderer {
     RenderResult render(const FrameSettings&, const ProgressCallback& = {});
     /// The picture of the RenderSettings.
     RenderResult render(const ProgressCallback& = {});
-    /// Camera cut: the next picture has nothing in common with the last one, and what was learned is forgotten. (Other
-    /// scenes, scene edits and sizes have renderers of their own.)
+    /// Camera cut: the next picture has nothing in common with the last one, and what was learned is forgotten, the
+    /// radiance cache with it. (Other scenes, scene edits and sizes have renderers of their own.)
     void forget(std::string reason);
     /// The compiled frame graph in Graphviz' dot language.
     std::string graph_dot() const;

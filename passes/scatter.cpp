@@ -19,7 +19,8 @@ PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view) {
             .states = graph.create_buffer("path states", {paths * sizeof(shared::PathState)}),
             .receivers = receivers,
             .points = {},
-            .sun_light = {}};
+            .sun_light = {},
+            .cells = {}};
 }
 
 PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name) {

@@ -14,10 +14,12 @@ struct PathBuffers {
     graph::BufferHandle states;  // PathState
     // Receiver: where the rays come from, for the density with which lights are picked there; none without a light tree
     graph::BufferHandle receivers;
-    graph::BufferHandle points;  // ReusePoint: the paths' second vertices; none without path reuse
+    // ReusePoint, or CachePoint where there are `cells`: the paths' second vertices; none without path reuse or cache
+    graph::BufferHandle points;
     // vec4 rgb, 0: radiance of the last sample of the sun, if it is visible; with `points` in two parts as PathState's
-    // and ReusePoint's `pending` are. Valid where these are; none without a sun apart
+    // and their own `pending` are. Valid where these are; none without a sun apart
     graph::BufferHandle sun_light;
+    graph::BufferHandle cells;  // CacheCell: of the radiance cache that the paths use; or none
 };
 
 /// The paths of one batch.

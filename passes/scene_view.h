@@ -20,6 +20,8 @@ struct Band {
     std::uint32_t paths() const { return tiles().x * tiles().y * 256; }
 };
 
+class RadianceCache;
+
 /// References outlive the graph; passes may capture them.
 struct SceneView {
     gpu::ProgramCache& programs;
@@ -31,6 +33,7 @@ struct SceneView {
     std::uint32_t place = 0;              // of the picture: RayBatch::place
     const Band* current = nullptr;        // the one that the constants are of; null: rows of others are drawn, too
     std::uint32_t sums = 0;               // which ones samples are added to, where bands have their own
+    RadianceCache* radiance_cache = nullptr;  // where paths are to use one
 };
 
 }  // namespace halflight

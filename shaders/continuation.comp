@@ -2,11 +2,14 @@
 //
 // Variants: HALFLIGHT_FIRST_HIT (vertex 1: light met is direct light), HALFLIGHT_PENDING (the last vertex sampled a light),
 // HALFLIGHT_LAST_VERTEX (nothing goes on from here), HALFLIGHT_LIGHT_SAMPLES (lights are sampled), HALFLIGHT_REUSE (what
-// leaves vertex 1 diffusely is kept apart, for all of the path's group; SHADING.md, Path reuse).
+// leaves vertex 1 diffusely is kept apart, for all of the path's group; SHADING.md, Path reuse), HALFLIGHT_RADIANCE_CACHE (it
+// is taken from a cell of the radiance cache, and what the path finds is kept apart for that), HALFLIGHT_CACHE_TAKEN (so it is at
+// a later vertex, where a cell knows it, and nothing is kept apart).
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
+#include "shaders/shared/radiance_cache.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
 #include "shaders/scene_tables.glsl"
@@ -40,8 +43,20 @@ layout(std430, binding = 10) buffer LeavingHeader { ListHeader leaving_header; }
 #ifdef HALFLIGHT_LIGHT_TREE
 layout(std430, binding = 11) buffer Receivers { Receiver receivers[]; };  // where the rays come from
 #endif
+#if defined(HALFLIGHT_REUSE) || defined(HALFLIGHT_RADIANCE_CACHE)
+#define HALFLIGHT_APART  // what leaves vertex 1 diffusely is no part of the path's own light
+#endif
 #ifdef HALFLIGHT_REUSE
 layout(std430, binding = 12) buffer Points { ReusePoint points[]; };
+#elif defined(HALFLIGHT_RADIANCE_CACHE)
+layout(std430, binding = 12) buffer Points { CachePoint points[]; };
+#if defined(HALFLIGHT_FIRST_HIT) || defined(HALFLIGHT_CACHE_TAKEN)
+#define HALFLIGHT_CELLS
+#endif
+#ifdef HALFLIGHT_FIRST_HIT
+#define HALFLIGHT_CACHE_ASKED
+layout(std430, binding = 13) buffer Cells { CacheCell cells[]; };
+#endif
 #endif
 
 #if defined(HALFLIGHT_SUN) && (defined(HALFLIGHT_PENDING) || defined(HALFLIGHT_LIGHT_SAMPLES))
@@ -57,6 +72,9 @@ uniform uint depth;  // of this vertex, > 0
 #include "shaders/lib/sun_light.glsl"
 #ifdef HALFLIGHT_REUSE
 #include "shaders/lib/reuse.glsl"
+#endif
+#ifdef HALFLIGHT_CELLS
+#include "shaders/lib/radiance_cache.glsl"
 #endif
 
 #ifndef HALFLIGHT_LAST_VERTEX
@@ -85,7 +103,7 @@ void main() {
     if (answers) state.indirect += answered_light(sun_light[own_sun_light(path)].rgb, sun_occluded[path]);
 #endif
 #endif
-#if defined(HALFLIGHT_REUSE) && !defined(HALFLIGHT_FIRST_HIT)
+#if defined(HALFLIGHT_APART) && !defined(HALFLIGHT_FIRST_HIT)
     bool has_point = (state.reuse & kReusePoint) != 0u;
     bool gives = (state.reuse & kReuseRest) != 0u;
     vec3 given = points[path].light;
@@ -116,7 +134,7 @@ void main() {
     met *= state.throughput * met_light_weight(state.pdf, density);
 #ifdef HALFLIGHT_FIRST_HIT
     state.direct = met;
-#elif defined(HALFLIGHT_REUSE)
+#elif defined(HALFLIGHT_APART)
     given += gives ? met : vec3(0.0);
     state.indirect += gives ? vec3(0.0) : met;
     if (active_path && has_point) points[path].light = given;
@@ -129,12 +147,33 @@ void main() {
 #else
     Bsdf b = make_bsdf(material, surface.geometric_normal, wo);
     Sampler random = path_sampler(frame, path);
-#ifdef HALFLIGHT_REUSE
+#ifdef HALFLIGHT_CELLS
+    int finest = cache_level(distance(surface.position, frame.camera_position.xyz));
+    int levels = cache_levels(finest, hit.t * length(ray.direction), state.pdf, -dot(surface.geometric_normal, direction));
+    bool may_know = active_path && is_hit && state.pdf > 0.0 && levels > 0 && contributes(b.diffuse);
+#endif
+#ifdef HALFLIGHT_CACHE_TAKEN
+    uint known = may_know && !gives ? known_cell(surface.position, surface.geometric_normal, finest, levels) : kNoCacheCell;
+    vec3 from_cell = cache_mean(known == kNoCacheCell ? 0u : known);
+    state.indirect += known != kNoCacheCell ? state.throughput * b.diffuse * from_cell : vec3(0.0);
+    b.diffuse = known != kNoCacheCell ? vec3(0.0) : b.diffuse;
+#endif
+#ifdef HALFLIGHT_APART
     vec3 given_pending = vec3(0.0);
     vec3 given_sun = vec3(0.0);
 #ifdef HALFLIGHT_FIRST_HIT
+#ifdef HALFLIGHT_REUSE
     ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
     bool has_point = is_hit && state.pdf > 0.0 && point.share > 0.0;
+    bool is_apart = has_point;
+#else
+    CachePoint point = cache_point(levels, state.throughput * b.diffuse);
+    bool is_apart = may_know;
+    float to_feed = sample_1d(random, vertex_dimension(depth, kDimensionRoulette));
+    bool is_known = is_apart && find_cells(surface.position, surface.geometric_normal, finest, to_feed, point);
+    bool has_point = is_apart && !is_known;
+    b.diffuse = is_apart ? vec3(1.0) : b.diffuse;  // cells know no albedo
+#endif
 #endif
 #endif
 
@@ -142,13 +181,13 @@ void main() {
     NextEvent e = sample_next_event(surface.position, surface.offset, b, wo,
                                     sample_1d_bits(random, vertex_dimension(depth, kDimensionLightChoice)),
                                     sample_2d(random, vertex_dimension(depth, kDimensionLightPoint)));
-#if defined(HALFLIGHT_REUSE) && defined(HALFLIGHT_FIRST_HIT)
+#if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     given_pending = has_point ? e.diffuse : vec3(0.0);
-    e.diffuse = has_point ? vec3(0.0) : e.diffuse;
+    e.diffuse = is_apart ? vec3(0.0) : e.diffuse;
 #endif
     state.pending = state.throughput * (e.diffuse + e.glossy);
     bool asks = contributes(state.pending);
-#ifdef HALFLIGHT_REUSE
+#ifdef HALFLIGHT_APART
 #ifdef HALFLIGHT_FIRST_HIT
     asks = asks || contributes(given_pending);
 #else
@@ -158,13 +197,13 @@ void main() {
 #endif
 #ifdef HALFLIGHT_SUN
     NextEvent sun = sample_sun_event(surface.position, surface.offset, b, wo);
-#if defined(HALFLIGHT_REUSE) && defined(HALFLIGHT_FIRST_HIT)
+#if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     given_sun = has_point ? sun.diffuse : vec3(0.0);
-    sun.diffuse = has_point ? vec3(0.0) : sun.diffuse;
+    sun.diffuse = is_apart ? vec3(0.0) : sun.diffuse;
 #endif
     vec3 own_sun = state.throughput * (sun.diffuse + sun.glossy);
     bool asks_sun = contributes(own_sun);
-#ifdef HALFLIGHT_REUSE
+#ifdef HALFLIGHT_APART
 #ifdef HALFLIGHT_FIRST_HIT
     asks_sun = asks_sun || contributes(given_sun);
 #else
@@ -194,15 +233,21 @@ void main() {
     s.weight = is_diffuse ? s.weight : glossy.weight;
     s.pdf = is_diffuse ? s.pdf : glossy.pdf;
 #endif
-#if defined(HALFLIGHT_REUSE) && defined(HALFLIGHT_FIRST_HIT)
+#if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     bool gives = has_point && is_diffuse;
     state.throughput = gives ? vec3(1.0) : state.throughput;  // receivers have BSDFs of their own
     state.reuse = (has_point ? kReusePoint : 0u) | (gives ? kReuseRest : 0u);
+#ifdef HALFLIGHT_RADIANCE_CACHE
+    state.reuse |= is_apart ? kReuseCell : 0u;
+#endif
 #endif
     float p = is_diffuse ? b.p_diffuse : 1.0 - b.p_diffuse;
     state.throughput *= s.weight / p;
     state.pdf = p * s.pdf;
     bool goes_on = active_path && is_hit && contributes(state.throughput);
+#if defined(HALFLIGHT_RADIANCE_CACHE) && defined(HALFLIGHT_FIRST_HIT)
+    goes_on = goes_on && !(is_known && is_diffuse);
+#endif
     // Roulette would end a path of NaN unseen; here it ends where it is counted.
     if (goes_on && !all_finite(state.throughput)) {
         state.indirect = state.throughput;
@@ -223,7 +268,7 @@ void main() {
 #ifdef HALFLIGHT_SUN
         sun_rays[path] = sun.ray;
         sun_light[own_sun_light(path)] = vec4(own_sun, 0.0);
-#ifdef HALFLIGHT_REUSE
+#ifdef HALFLIGHT_APART
         sun_light[given_sun_light(path)] = vec4(given_sun, 0.0);
 #endif
 #endif
@@ -238,10 +283,10 @@ void main() {
         receivers[path] = receiver_at(surface.position, b.geometric_normal);
 #endif
     }
-#ifdef HALFLIGHT_REUSE
+#ifdef HALFLIGHT_APART
 #ifdef HALFLIGHT_FIRST_HIT
     point.pending = given_pending;
-    if (active_path && has_point) points[path] = point;
+    if (active_path && is_apart) points[path] = point;
 #else
     if (active_path && has_point) points[path].pending = given_pending;
 #endif

@@ -1,5 +1,5 @@
 // Where a path's samples of the sun lie (PathBuffers::sun_light).
-#ifdef HALFLIGHT_REUSE
+#if defined(HALFLIGHT_REUSE) || defined(HALFLIGHT_RADIANCE_CACHE)
 const uint kSunLightRows = 2u;
 #else
 const uint kSunLightRows = 1u;
@@ -7,5 +7,5 @@ const uint kSunLightRows = 1u;
 
 // What belongs to PathState::pending.
 uint own_sun_light(uint path) { return path * kSunLightRows; }
-// What belongs to ReusePoint::pending.
+// What belongs to ReusePoint::pending or CachePoint::pending.
 uint given_sun_light(uint path) { return path * kSunLightRows + 1u; }

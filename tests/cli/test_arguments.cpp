@@ -96,6 +96,8 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--estimator", "lights=bush"}, 2, "--estimator: lights=bush: there is no lights=bush; .*power, .*");
     expect_render({"--estimator", "lights=tree", "--estimator", "lights=tree"}, 2,
                   "--estimator: wants exactly one value");
+    expect_render({"--preview", "fog"}, 2, "--preview: fog: 'fog' is no preview mode; there are: .*cache.*");
+    expect_render({"--preview", "cache", "--error", "0.1"}, 2, "--preview: cannot be given together with --error");
     expect_render({"--keep", "clearcoat,smell"}, 2, "--keep: 'smell' cannot be kept, only shadow, .*clearcoat, .*");
     expect_render({"--keep", "light tree"}, 2, "--keep: 'light tree' cannot be kept, only .*");
     expect_render({"--aov", "albedo,smell"}, 2, "--aov: there is no 'smell', only all, .*albedo.*");

@@ -158,6 +158,28 @@ TEST_F(Converge, EstimatorsAreCompared) {
     EXPECT_EQ(report()["reference"]["samples_found"], 32);
 }
 
+TEST_F(Converge, PreviewsAreCompared) {
+    const auto compared = [&](const Strings& more) {
+        Strings options{"--samples", "2,64", "--seeds", "2", "--method", "plain,oracle", "--reference-samples", "32",
+                        "--preview", "none", "--preview", "cache"};
+        options.insert(options.end(), more.begin(), more.end());
+        const Outcome outcome = converge(options);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return report();
+    };
+    const Json cold = compared({});
+    Strings names;
+    for (const Json& method : cold["methods"]) names.push_back(method["method"]);
+    EXPECT_EQ(names, (Strings{"plain preview=none", "plain preview=cache", "oracle"}));
+    EXPECT_EQ(cold["biases"], Json{"plain preview=cache is a preview."});
+    EXPECT_EQ(cold["same_pictures"]["compared"], 0);
+    const Json warm = compared({"--warm-up", "8"});
+    const auto mse = [](const Json& json, int method, int budget) { return json["methods"][method]["points"][budget]["mse"]; };
+    EXPECT_EQ(mse(warm, 0, 0), mse(cold, 0, 0));
+    EXPECT_NE(mse(warm, 1, 0), mse(cold, 1, 0));
+    EXPECT_EQ(mse(warm, 1, 1), mse(cold, 1, 1)) << "both have been handed over";
+}
+
 TEST_F(Converge, BudgetsOfSeconds) {
     const Outcome outcome = converge({"--seconds", "0.05,0.4", "--seeds", "2", "--method", "plain,oracle",
                                       "--reference", "gl", "--reference-samples", "64"});
@@ -183,6 +205,7 @@ TEST_F(Converge, RefusesWhatMakesNoSense) {
     refused({"--method", "plain,plain"}, "--method: 'plain' is given twice");
     refused({"--estimator", "lights=tree", "--estimator", "lights=tree"}, "--estimator: 'lights=tree' is given twice");
     refused({"--estimator", "lights=sun"}, "--estimator: lights=sun: there is no lights=sun");
+    refused({"--preview", "temporal,filter"}, "--preview: temporal keeps light of earlier pictures: here are none");
     refused({"--samples", "1,4,4"}, "--samples: wants budgets that grow, not '1,4,4'");
     refused({"--samples", "1,,4"}, "--samples: wants a whole number from 1 to");
     refused({"--seconds", "1"}, "--samples: cannot be given together with --seconds");

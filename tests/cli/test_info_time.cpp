@@ -27,7 +27,7 @@ TEST(InfoTime, IsMeasuredOfAllThatCanBeKept) {
         }
     }
     EXPECT_GE(measured, 20);
-    EXPECT_EQ(others, 6) << "environment map, light tree, needles, path reuse, both preview modes";
+    EXPECT_EQ(others, 7) << "environment map, light tree, needles, path reuse, three preview modes";
 }
 
 }  // namespace

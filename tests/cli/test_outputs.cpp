@@ -141,6 +141,22 @@ TEST_F(Output, FilterAndBiasAreRecorded) {
     EXPECT_EQ(stats["biases"].size(), 1u);
 }
 
+TEST_F(Output, PreviewsAreNamedWhileTheyHaveAPart) {
+    const auto bias = [&](const char* name) { return read_exr(file(name)).attributes.extra["bias"]; };
+    render({file("early.exr"), "--stats", file("early.json"), "--preview", "cache", "--samples", "11"});
+    EXPECT_EQ(bias("early.exr"), "preview: 60 % of it by a radiance cache, none from 32 samples on");
+    EXPECT_NE(read_exr(file("early.exr")).attributes.comments.find("preview cache"), std::string::npos);
+    const auto stats = nlohmann::json::parse(read_text(file("early.json")));
+    EXPECT_EQ(stats["settings"]["preview"], "cache");
+    EXPECT_EQ(stats["biases"].size(), 1u);
+    EXPECT_GT(stats["radiance_cache"]["used"], 0);
+    render({file("late.exr"), "--preview", "cache", "--samples", "32"});
+    EXPECT_EQ(bias("late.exr"), "");
+    render({file("plain.exr"), "--samples", "28"});
+    EXPECT_TRUE(same_pixels(file("late.exr"), file("plain.exr")));
+    EXPECT_FALSE(same_pixels(file("early.exr"), file("plain.exr")));
+}
+
 TEST_F(Output, RendersToAnErrorAndTellsIt) {
     const auto attribute = [&](const char* name) { return read_exr(file(name)).attributes.extra["error"]; };
     const Strings easy{"--error", "0.5", "--samples", "256"}, hard{"--error", "1e-9", "--samples", "20"};

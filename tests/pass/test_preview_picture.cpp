@@ -81,6 +81,28 @@ TEST_F(PreviewPictureTest, StandingStillItIsTheMean) {
     EXPECT_TRUE(last.stats.biases.empty());
 }
 
+TEST_F(PreviewPictureTest, FiltersWhatTheRadianceCacheHasFound) {
+    const Scene scene = shiny_cornell();
+    PreparedScene prepared(context, scene);
+    RenderSettings settings = small_settings(scene.cameras[0], 40, 30, 1, 3);
+    const auto render = [&](const Preview& preview, int samples) {
+        settings.samples = samples;
+        return renderer(prepared, settings, preview).render();
+    };
+    const Preview filter{.filter = true}, cache{.cache = true}, both{.cache = true, .filter = true};
+    for (const int samples : {1, 6}) {  // of one kind, and of both
+        const RenderResult filtered = render(both, samples);
+        EXPECT_EQ(filtered.stats.biases.size(), 2u);
+        EXPECT_FALSE(same_bits(filtered.beauty, render(filter, samples).beauty));
+        const RenderResult found = render(cache, samples);
+        EXPECT_EQ(found.stats.biases.size(), 1u);
+        EXPECT_FALSE(same_bits(filtered.beauty, found.beauty));
+        EXPECT_TRUE(same_bits(layer(filtered, "indirect_diffuse.R"), layer(found, "indirect_diffuse.R")));
+    }
+    // 32 samples, of which the first 4 are gone.
+    EXPECT_TRUE(same_bits(render(both, 32).beauty, render(filter, 28).beauty));
+}
+
 TEST_F(PreviewPictureTest, LooksBackAtThePictureBeforeAndNotAtItself) {
     const Scene scene = shiny_cornell();
     PreparedScene prepared(context, scene);

@@ -167,6 +167,33 @@ TEST_F(RenderThreadTest, TheNewestIsWhatIsMade) {
         EXPECT_LE(thread.seen[i - 1]->request, thread.seen[i]->request);
 }
 
+TEST_F(RenderThreadTest, TheRadianceCacheLivesWhileOnlyTheCameraMoves) {
+    Watched thread;
+    Request r = request();
+    r.modes.preview.cache = true;
+    thread->limit(2);
+    const auto picture = [&](const Request& wanted) {
+        const std::uint64_t number = thread->show(wanted);
+        EXPECT_TRUE(thread.until_samples(number, 2)) << thread->status().error;
+        return thread.seen.back()->result;
+    };
+    const RenderResult cold = picture(r);
+    EXPECT_EQ(cold.stats.biases.size(), 1u);
+    Request other = r;
+    other.camera.camera_to_world[3].x += 0.1;
+    picture(other);
+    const RenderResult warm = picture(r);
+    EXPECT_FALSE(same_bits(warm.beauty, cold.beauty));
+    Request dark = r;
+    dark.edits.emission = 0.25f;
+    picture(dark);
+    expect_same(picture(r), cold);  // each change of lights has emptied it
+    Request less = r;
+    less.bounces = 2;
+    picture(less);
+    expect_same(picture(r), cold);
+}
+
 TEST_F(RenderThreadTest, LightsAndMaterialsAreEdited) {
     Watched thread;
     thread->limit(2);

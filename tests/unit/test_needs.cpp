@@ -74,6 +74,10 @@ TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
     EXPECT_FALSE(frame_needs(plain_scene(), {}).reuse);
     EXPECT_TRUE(frame_needs(plain_scene(), {.reuse = true}).reuse);
     EXPECT_STREQ(frame_needs(plain_scene(), {.bounces = 1, .reuse = true}).reuse.left_out, "one bounce was asked for");
+    EXPECT_FALSE(frame_needs(plain_scene(), {.kept = Kept::everything()}).radiance_cache);
+    EXPECT_TRUE(frame_needs(plain_scene(), {.radiance_cache = true}).radiance_cache);
+    EXPECT_STREQ(frame_needs(plain_scene(), {.bounces = 1, .radiance_cache = true}).radiance_cache.left_out,
+                 "one bounce was asked for");
     EXPECT_STREQ(frame_needs(plain_scene(), {.kept = Kept::everything(), .reuse = false}).reuse.left_out,
                  "nobody asked for it");
     SceneNeeds mirrors = plain_scene();
@@ -89,13 +93,18 @@ TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
 }
 
 TEST(FrameNeeds, EverythingCanBeKept) {
-    const FrameOptions all{
-        .runs = 1, .kept = Kept::everything(), .reuse = true, .camera_rays = 4, .preview = {true, true}};
-    for (const FramePart& part : frame_needs({}, all).parts()) EXPECT_TRUE(part) << part.name;
+    const FrameOptions all{.runs = 1,
+                           .kept = Kept::everything(),
+                           .reuse = true,
+                           .camera_rays = 4,
+                           .preview = {.temporal = true, .filter = true}};
+    for (const FramePart& part : frame_needs({}, all).parts())
+        EXPECT_NE(bool(part), part.name == std::string("radiance cache")) << part.name;
     EXPECT_EQ(facts({}, all),
               (std::map<std::string, std::string>{
                   {"environment map", "the environment is of one colour"},
                   {"light tree", "there are few lights, or another choice was asked for"},
+                  {"radiance cache", "nobody asked for it"},
                   {"sun apart", "there is no directional light beside others, or another choice was asked for"},
                   {"double precision for needles", "no triangle is more than 2000 times as long as high"}}));
 }
@@ -135,7 +144,8 @@ TEST(LeftOut, TellsWhatCanBeKept) {
     std::set<std::string> expected;
     for (const auto& [name, fact] : facts({}, {.runs = 1})) expected.insert(name);
     for (const char* never : {"environment map", "light tree", "sun apart", "double precision for needles", "path reuse",
-                              "camera rays for light alone", "temporal accumulation", "filter of noise"})
+                              "radiance cache", "camera rays for light alone", "temporal accumulation",
+                              "filter of noise"})
         EXPECT_EQ(expected.erase(never), 1u);
     const std::vector<std::string> names = keepable_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <glm/gtc/matrix_transform.hpp>
 
 #include "engine/core/image_tools.h"
 
@@ -13,14 +14,16 @@ constexpr int kManySamples = 1 << 24;  // where the time decides
 
 class GlPainter final : public Painter {
   public:
-    GlPainter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method, float clamp)
-        : scene_(scene), colors_(colors) {
+    GlPainter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method, float clamp,
+              const Preview& preview, int warm_up)
+        : scene_(scene), colors_(colors), warm_up_(preview.cache ? warm_up : 0) {
         settings_.width = view.width;
         settings_.height = view.height;
         settings_.camera = view.camera;
         settings_.bounces = view.bounces;
         settings_.filter = view.filter;
         settings_.clamp = clamp;
+        settings_.preview = preview;
         settings_.aovs.assign(kComponents.begin(), kComponents.end());
         settings_.culling = method == Method::compute  ? rays::Culling::compute
                             : method == Method::raster ? rays::Culling::raster
@@ -51,6 +54,13 @@ class GlPainter final : public Painter {
         frame.time_limit = budget.seconds;
         frame.seed = seed;
         renderer.forget("pictures are independent of each other, and so are their times");
+        if (warm_up_ > 0) {
+            FrameSettings elsewhere = settings_;
+            elsewhere.camera = aside(settings_.camera);
+            elsewhere.samples = warm_up_;
+            elsewhere.seed = seed + kSeedsOfMethods / 2;
+            renderer.render(elsewhere);
+        }
         std::exception_ptr stopped;
         const Stopwatch rendering;
         RenderResult result = renderer.render(frame, [&](const RenderProgress&) {
@@ -75,8 +85,18 @@ class GlPainter final : public Painter {
         return {std::move(painted), std::move(result.stats)};
     }
 
+    /// By a 20th of the scene's diagonal, and turned by 20 degrees.
+    Camera aside(Camera camera) const {
+        const Bounds& box = scene_.tables().bounds;
+        const double way = box.empty() ? 0 : 0.05 * glm::length(dvec3(box.upper - box.lower));
+        camera.camera_to_world = glm::rotate(glm::translate(camera.camera_to_world, dvec3(way, 0, 0)),
+                                             glm::radians(20.0), dvec3(0, 1, 0));
+        return camera;
+    }
+
     PreparedScene& scene_;
     const ColorConfig& colors_;
+    int warm_up_;
     RenderSettings settings_;
     std::optional<Renderer> renderer_;
     Seconds preparation_;
@@ -124,8 +144,8 @@ class OraclePainter final : public Painter {
 }  // namespace
 
 std::unique_ptr<Painter> gl_painter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method,
-                                    float clamp) {
-    return std::make_unique<GlPainter>(scene, colors, view, method, clamp);
+                                    float clamp, const Preview& preview, int warm_up) {
+    return std::make_unique<GlPainter>(scene, colors, view, method, clamp, preview, warm_up);
 }
 
 std::unique_ptr<Painter> oracle_painter(const Scene& scene, const View& view) {

@@ -61,9 +61,9 @@ class Painter {
 };
 
 /// Method::oracle is none of these. The scene and the colours must outlive the painter.
-/// `clamp`: RenderSettings::clamp.
+/// `clamp`, `preview`: of RenderSettings. `warm_up`: Plan::warm_up.
 std::unique_ptr<Painter> gl_painter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method,
-                                    float clamp = 0);
+                                    float clamp = 0, const Preview& preview = {}, int warm_up = 0);
 std::unique_ptr<Painter> oracle_painter(const Scene& scene, const View& view);
 
 /// Samples [first, first + count) of the oracle's picture of this seed: disjoint ranges are independent.

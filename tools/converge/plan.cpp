@@ -32,8 +32,10 @@ std::string text(const Budget& budget) {
 }
 
 std::string Plan::method_name(std::size_t method) const {
-    const std::string own(name(methods[method]));
-    if (estimators.empty() || !uses_gl(methods[method])) return own;
+    std::string own(name(methods[method]));
+    if (!uses_gl(methods[method])) return own;
+    if (!previews.empty()) own += fmt::format(" preview={}", text(previews[method]));
+    if (estimators.empty()) return own;
     std::vector<Estimator> others;
     for (std::size_t other = 0; other < methods.size(); ++other)
         if (uses_gl(methods[other])) others.push_back(estimators[other]);
@@ -42,7 +44,8 @@ std::string Plan::method_name(std::size_t method) const {
 }
 
 bool Plan::same_pictures(std::size_t method, std::size_t other) const {
-    return uses_gl(methods[method]) && uses_gl(methods[other]) && estimator(method) == estimator(other);
+    return uses_gl(methods[method]) && uses_gl(methods[other]) && estimator(method) == estimator(other) &&
+           preview(method) == preview(other);
 }
 
 void compare_estimators(Plan& plan, const std::vector<Estimator>& estimators) {
@@ -55,6 +58,22 @@ void compare_estimators(Plan& plan, const std::vector<Estimator>& estimators) {
             if (!uses_gl(method)) break;
         }
     }
+}
+
+void compare_previews(Plan& plan, const std::vector<Preview>& previews) {
+    Plan all = plan;
+    all.methods.clear(), all.estimators.clear(), all.previews.clear();
+    for (std::size_t m = 0; m < plan.methods.size(); ++m) {
+        for (const Preview& preview : previews) {
+            const bool gl = uses_gl(plan.methods[m]);
+            all.methods.push_back(plan.methods[m]);
+            all.estimators.push_back(plan.estimator(m));
+            all.previews.push_back(gl ? preview : Preview());
+            if (!gl) break;
+        }
+    }
+    if (plan.estimators.empty()) all.estimators.clear();
+    plan = std::move(all);
 }
 
 std::vector<Run> runs_of(const Plan& plan) {

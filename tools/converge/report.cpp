@@ -132,11 +132,14 @@ std::string stage_advice(const MethodResult& m) {
 }  // namespace
 
 std::vector<std::string> biases(const Plan& plan) {
-    if (plan.clamp <= 0) return {};
-    return {
-        fmt::format("Indirect light of the GL methods is clamped to a luminance of {:g} per sample; the reference's "
-                    "is not.",
-                    plan.clamp)};
+    std::vector<std::string> all;
+    if (plan.clamp > 0)
+        all.push_back(fmt::format(
+            "Indirect light of the GL methods is clamped to a luminance of {:g} per sample; the reference's is not.",
+            plan.clamp));
+    for (std::size_t m = 0; m < plan.methods.size(); ++m)
+        if (plan.preview(m).any()) all.push_back(fmt::format("{} is a preview.", plan.method_name(m)));
+    return all;
 }
 
 std::vector<std::string> advice(const Subject& subject, const Measurement& measured) {

@@ -111,7 +111,7 @@ void add_run_options(Options& options, RenderArguments& a) {
                   [&](const auto& name, const auto& text) { a.estimator = estimator(name, text); });
     options.value("--preview", "NAME,...",
                   "make pictures of few samples look better, at the price of a bias: " + known_previews() +
-                      " (which keeps light of earlier frames, and needs --frames)",
+                      " (temporal keeps light of earlier frames, and needs --frames)",
                   [&](const auto& name, const auto& text) { a.preview = preview(name, text); });
     options.flag("--strict", a.strict, "write nothing if any pass gives a NaN, an infinity or a negative radiance");
     options

@@ -121,6 +121,7 @@ struct ConvergeArguments : ViewArguments {
     std::filesystem::path folder;  // of the reports
     converge::Plan plan;
     std::vector<Estimator> estimators;  // as asked for, none: the default one; the plan has them by method
+    std::vector<Preview> previews;      // likewise
     bench::Clock clock = bench::Clock::wall;
     converge::ReferenceOrder reference;  // folder: empty for the default one
 };

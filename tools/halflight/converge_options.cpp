@@ -36,13 +36,14 @@ std::vector<Method> methods(const std::string& option, const std::string& list) 
     return wanted;
 }
 
-/// One or several, joined by line ends.
-std::vector<Estimator> estimators(const std::string& option, const std::string& lists) {
-    std::vector<Estimator> wanted;
+/// One or several, joined by line ends. one(option, list) makes a list what it means.
+template <class One>
+auto each_given(const std::string& option, const std::string& lists, const One& one) {
+    std::vector<decltype(one(option, lists))> wanted;
     for (std::size_t from = 0; from <= lists.size();) {
         const std::size_t to = std::min(lists.find('\n', from), lists.size());
         const std::string list = lists.substr(from, to - from);
-        wanted.push_back(estimator(option, list));
+        wanted.push_back(one(option, list));
         if (std::ranges::count(wanted, wanted.back()) > 1) throw UsageError(option, "'{}' is given twice", list);
         from = to + 1;
     }
@@ -74,8 +75,16 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     options
         .value("--estimator", "KEY=VALUE,...",
                "techniques of the methods that use GL; given several times, they are compared: " + known_estimators(),
-               [&](const auto& name, const auto& text) { a.estimators = estimators(name, text); })
+               [&](const auto& name, const auto& text) { a.estimators = each_given(name, text, estimator); })
         ->multi_option_policy(CLI::MultiOptionPolicy::Join);
+    options
+        .value("--preview", "NAME,...",
+               "preview modes of the methods that use GL, likewise: none, " + known_previews(),
+               [&](const auto& name, const auto& text) { a.previews = each_given(name, text, preview); })
+        ->multi_option_policy(CLI::MultiOptionPolicy::Join);
+    options.value("--warm-up", "N",
+                  "samples by a camera beside the scene's that fill the radiance cache before each picture (default 0)",
+                  [&](const auto& name, const auto& text) { a.plan.warm_up = whole(name, text, 0, kMaxSamples); });
     options.value("--samples", "N,...", "budgets in samples per pixel (default 1,2,4,... 64)",
                   [&](const auto& name, const auto& text) {
                       a.plan.budgets = budgets(name, text, [&](const std::string& one) {
@@ -128,6 +137,9 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
 
 void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     if (!a.estimators.empty()) converge::compare_estimators(a.plan, a.estimators);
+    for (const Preview& preview : a.previews)
+        if (preview.temporal) throw UsageError("--preview", "temporal keeps light of earlier pictures: here are none");
+    if (!a.previews.empty()) converge::compare_previews(a.plan, a.previews);
     exclude(app, "--samples", "--seconds");
     check_camera_options(app);
     if (a.reference.maker == converge::ReferenceOrder::Maker::file) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "passes/radiance_cache.h"
 #include "passes/shutter.h"
 #include "tools/halflight/render_parts.h"
 
@@ -22,7 +23,9 @@ std::string shutter_text(const RenderArguments& a, int samples) {
 
 FrameRenderer::FrameRenderer(const RenderArguments& a, AnimatedScene& scene, gpu::Context& context,
                              const ColorConfig& config, RenderSettings settings)
-    : a_(a), scene_(scene), context_(context), config_(config), settings_(std::move(settings)) {}
+    : a_(a), scene_(scene), context_(context), config_(config), settings_(std::move(settings)) {
+    if (settings_.preview.cache) settings_.radiance_cache = std::make_shared<RadianceCache>();
+}
 
 RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& progress) {
     load_seconds_ = 0;
@@ -53,6 +56,8 @@ RenderResult FrameRenderer::picture(double seconds, const FrameSettings& frame, 
     Clock clock;
     if (scene_.pose(seconds)) renderer_.reset();
     load_seconds_ += clock.lap();
+    // A frame does not depend on those before it.
+    if (settings_.radiance_cache) settings_.radiance_cache->clear();
     if (!renderer_) {
         RenderSettings settings = settings_;
         static_cast<FrameSettings&>(settings) = frame;

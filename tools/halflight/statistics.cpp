@@ -91,6 +91,7 @@ std::string settings_line(const RenderArguments& a, const RenderSettings& s, con
         "primary {}",
         a.scene.filename().string(), s.width, s.height, stats.samples, s.bounces, s.seed, s.frame, text(s.filter),
         environment_name(scene.environment), text(stats.estimator), name(stats.primary));
+    if (s.preview.any()) line += fmt::format(", preview {}", text(s.preview));
     if (!s.camera.name.empty()) line += fmt::format(", camera {}", s.camera.name);
     return line;
 }
@@ -124,6 +125,9 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
     for (const rays::BatchStatistics& b : stats.batches) batches.push_back(batch_statistics(b));
     Json raster = Json::array();
     for (const rays::RasterBatch& batch : stats.raster) raster.push_back(raster_statistics(batch));
+    Json radiance_cache;
+    if (const auto& c = stats.radiance_cache)
+        radiance_cache = {{"cells", c->cells}, {"used", c->used}, {"mature", c->mature}, {"refused", c->refused}};
     Json error;
     if (const auto& e = stats.error) {
         error = {{"metric", name(e->target.metric)}, {"relmse_epsilon", kRelativeEpsilon}, {"value", e->estimate.value},
@@ -175,6 +179,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
           {"finish",
            std::max(0.0, times.render - stats.prepare_seconds - stats.compile_seconds - stats.render_seconds)},
           {"write", times.write}}},
+        {"radiance_cache", radiance_cache},
         {"passes", passes},
         {"ray_batches", batches},
         {"raster_culling", raster},

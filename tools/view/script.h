@@ -27,7 +27,7 @@
 //     light N R G B            its colour, linear, 0 to 1
 //     clay on|off
 //     bounces N
-//     preview LIST             preview modes that are on, as --preview has them: temporal,filter, one of them, or none
+//     preview LIST             preview modes that are on, as --preview has them: NAME,... or none
 //     clamp L                  dims indirect light, a preview mode of the viewer; 0 for none
 //     culling NAME             as of --culling
 //     measure on|off           times of passes, and counts of what culling does

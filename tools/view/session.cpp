@@ -83,8 +83,8 @@ void Session::open(Opened opened) {
     transform = arguments_.view;
     edits = arguments_.edits;
     bounces = arguments_.bounces;
-    modes.preview = arguments_.preview;
     samples = arguments_.samples.value_or(samples);
+    modes.preview = arguments_.preview;
     bookmarks = arguments_.bookmarks;
 }
 

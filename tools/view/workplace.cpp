@@ -24,6 +24,13 @@ void Workplace::prepare(const Request& r) {
     const bool new_scene = needs_scene(r);
     Request still = request_;
     still.camera = r.camera;
+    const bool new_light = new_scene || reloaded_ || r.bounces != request_.bounces;
+    if (!r.modes.preview.cache)
+        radiance_cache_.reset();
+    else if (!radiance_cache_)
+        radiance_cache_ = std::make_shared<RadianceCache>();
+    else if (new_light)
+        radiance_cache_->clear();
     if (new_scene || reloaded_ || !serves(still, r)) {
         renderers_.clear();
         history_.forget();
@@ -54,8 +61,9 @@ Renderer& Workplace::renderer(int divisor) {
     s.camera = request_.camera;
     s.bounces = request_.bounces;
     s.aovs = gathered(request_);
-    s.preview = request_.modes.preview;
     s.clamp = request_.modes.clamp;
+    s.preview = request_.modes.preview;
+    s.radiance_cache = radiance_cache_;
     s.culling = request_.culling;
     s.measure = request_.measure;
     s.band_pixels = context_.software() ? kSoftwareBand : kHardwareBand;

@@ -5,6 +5,7 @@
 #include <memory>
 
 #include "passes/preview_picture.h"
+#include "passes/radiance_cache.h"
 #include "tools/view/render_thread.h"
 #include "tools/view/resolution.h"
 
@@ -41,6 +42,7 @@ class Workplace {
     bool raster_ = false;                // the scene is prepared for raster culling
     std::map<int, Renderer> renderers_;  // by divisor
     PictureHistory history_;
+    std::shared_ptr<RadianceCache> radiance_cache_;  // that they share; null until one is wanted
     Resolution resolution_;
 };
 

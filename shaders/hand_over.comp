@@ -1,0 +1,14 @@
+// Weighted sum of two pictures' sums.
+layout(local_size_x = 64) in;
+
+layout(std430, binding = 0) readonly buffer Biased { double biased[]; };
+layout(std430, binding = 1) readonly buffer Unbiased { double unbiased[]; };
+layout(std430, binding = 2) writeonly buffer Both { double both[]; };
+
+uniform float weight_biased;
+uniform float weight_unbiased;
+
+void main() {
+    uint i = gl_GlobalInvocationID.x;
+    both[i] = double(weight_biased) * biased[i] + double(weight_unbiased) * unbiased[i];
+}

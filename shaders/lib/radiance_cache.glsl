@@ -1,0 +1,135 @@
+// Cells of the radiance cache. Include after `buffer ... { CacheCell cells[]; }`. Variants: HALFLIGHT_CACHE_ASKED (for cells),
+// HALFLIGHT_CACHE_TAKEN (cells are read only, and bound here as texels: storage blocks are scarce).
+#include "shaders/lib/hash.glsl"
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/radiance_cache.h"
+
+#ifdef HALFLIGHT_CACHE_TAKEN
+layout(binding = UNIT_FREE) uniform usamplerBuffer cells;  // R32UI, kCacheCellWords for each
+
+uint cell_word(uint cell, int word) { return texelFetch(cells, int(cell) * kCacheCellWords + word).x; }
+uint cell_key(uint cell) { return cell_word(cell, kCacheKeyWord); }
+uint cell_count(uint cell) { return cell_word(cell, kCacheCountWord); }
+uint cell_low(uint cell, int channel) { return cell_word(cell, kCacheLowWord + channel); }
+uint cell_high(uint cell, int channel) { return cell_word(cell, kCacheHighWord + channel); }
+#else
+uint cell_key(uint cell) { return cells[cell].key; }
+uint cell_count(uint cell) { return cells[cell].count; }
+uint cell_low(uint cell, int channel) { return cells[cell].low[channel]; }
+uint cell_high(uint cell, int channel) { return cells[cell].high[channel]; }
+#endif
+
+// A cell's length over its distance from the camera, before it is rounded up to a power of two.
+const float kCacheAngle = 1.0 / 16.0;
+
+// Of the finest level: cells are 2^level long.
+int cache_level(float distance_to_camera) {
+    return int(ceil(log2(clamp(distance_to_camera, 1e-12, 1e12) * kCacheAngle)));
+}
+
+// Exact, which exp2() need not be.
+float cache_length(int level) { return uintBitsToFloat(uint(level + 127) << 23); }
+
+// How many levels have cells that are narrower than the beam of a ray: the area over which neighbours would be spread that
+// were sampled like it (Bekaert et al. 2003, A Custom Designed Density Estimation Method for Light Transport; as Mueller et al.
+// 2021, Real-time Neural Radiance Caching, eq. 3, ends paths). pdf: per solid angle; cosine: at the surface that was met.
+int cache_levels(int finest, float way, float pdf, float cosine) {
+    float spread = way * way / (pdf * max(cosine, 1e-6));
+    int levels = 0;
+    for (int l = 0; l < kCacheLevels; ++l) {
+        float side = cache_length(finest + l);
+        levels += spread >= side * side ? 1 : 0;
+    }
+    return levels;
+}
+
+struct CacheKey {
+    uint first;  // probe
+    uint key;
+};
+
+// By place and the axis that the normal is closest to (Binder et al. 2018, Fast Path Space Filtering by Jittered Spatial
+// Hashing, without the jitter: the first bounce scatters what is seen of the cells' edges). Positions are relative to
+// TraceTables::origin.
+CacheKey cache_key(vec3 position, vec3 normal, int level) {
+    ivec3 cell = ivec3(floor(clamp(position / cache_length(level), vec3(-1e9), vec3(1e9))));
+    vec3 size = abs(normal);
+    uint axis = size.x >= size.y && size.x >= size.z ? 0u : size.y >= size.z ? 1u : 2u;
+    uint side = normal[axis] < 0.0 ? 1u : 0u;
+    uint hash = hash_u32(uint(level) * 6u + axis * 2u + side);
+    hash = hash_combine(hash_combine(hash_combine(hash, uint(cell.x)), uint(cell.y)), uint(cell.z));
+    uint key = hash_combine(hash_combine(hash_combine(hash_u32(hash ^ 0x9e3779b9u), uint(cell.x)), uint(cell.y)), uint(cell.z));
+    return CacheKey(hash, max(key, 1u));
+}
+
+// Where a key's cell is or, where there is none, which is free for it.
+struct CacheFind {
+    uint cell;   // kNoCacheCell: none
+    uint free;   // likewise
+    uint count;  // samples in the cell
+};
+
+// While no cell is fed, so that all that look find the same. Not beyond a free cell: where cells before it have been freed, a
+// key gets another one, and nobody comes to the old one any more.
+CacheFind find_cell(CacheKey k) {
+    CacheFind found = CacheFind(kNoCacheCell, kNoCacheCell, 0u);
+    for (uint probe = 0u; probe < kCacheProbes && min(found.cell, found.free) == kNoCacheCell; ++probe) {
+        uint cell = (k.first + probe) & (kCacheCells - 1u);
+        uint count = cell_count(cell);
+        bool is_own = count > 0u && cell_key(cell) == k.key;
+        found.cell = is_own ? cell : found.cell;
+        found.count = is_own ? count : found.count;
+        found.free = count == 0u ? cell : found.free;
+    }
+    return found;
+}
+
+// Without cells and light.
+CachePoint cache_point(int levels, vec3 weight) {
+    return CachePoint(vec3(0.0), uint(levels), vec3(0.0), 0u, weight, 0u, 0u, kNoCacheCell, kNoCacheCell, kNoCacheCell);
+}
+
+#ifdef HALFLIGHT_CACHE_ASKED
+// Paths that go on from mature cells all the same, so that these learn on.
+const float kCacheFed = 1.0 / 8.0;
+
+// Finds the point's cells. True: the shortest one is mature and the path may end, as far as `choice` (uniform) says. False:
+// the path is to bring what it finds to cells of all levels, and asks for those that there are not. Of several keys that
+// ask for a cell, the largest gets it, whoever comes first; the others ask for another one with the next sample.
+bool find_cells(vec3 position, vec3 normal, int finest, float choice, inout CachePoint point) {
+    CacheKey key = cache_key(position, normal, finest);
+    CacheFind found = find_cell(key);
+    point.key0 = key.key;
+    point.cell0 = found.cell;
+    if (found.count >= kCacheFull || (found.count >= kCacheMature && choice >= kCacheFed)) return true;
+    for (int level = 0; level < kCacheLevels; ++level) {
+        key = cache_key(position, normal, finest + level);
+        found = find_cell(key);
+        if (found.cell == kNoCacheCell && found.free != kNoCacheCell) atomicMax(cells[found.free].key, key.key);
+        uint cell = found.cell != kNoCacheCell ? found.cell : found.free;
+        if (level == 0) point.key0 = key.key, point.cell0 = cell;
+        if (level == 1) point.key1 = key.key, point.cell1 = cell;
+        if (level == 2) point.key2 = key.key, point.cell2 = cell;
+    }
+    return false;
+}
+#endif
+
+// The shortest of so many levels' cells that has enough samples to take; kNoCacheCell where none has.
+uint known_cell(vec3 position, vec3 normal, int finest, int levels) {
+    uint known = kNoCacheCell;
+    for (int level = 0; level < levels && known == kNoCacheCell; ++level) {
+        CacheFind found = find_cell(cache_key(position, normal, finest + level));
+        known = found.count >= kCacheTaken ? found.cell : kNoCacheCell;
+    }
+    return known;
+}
+
+const float kCacheLow = 2.3283064365386963e-10;  // 1 / 2^32
+
+// Of a cell that has samples.
+vec3 cache_mean(uint cell) {
+    vec3 low = vec3(cell_low(cell, 0), cell_low(cell, 1), cell_low(cell, 2));
+    vec3 high = vec3(cell_high(cell, 0), cell_high(cell, 1), cell_high(cell, 2));
+    return (high + low * kCacheLow) * (kCacheUnit / float(max(cell_count(cell), 1u)));
+}

@@ -1,0 +1,25 @@
+// Second vertices of paths, as the kernels read them that feed the radiance cache and that take from it. Include after the
+// blocks `points[]` and, with HALFLIGHT_PENDING, `occluded[]`, `sun_occluded[]` and `sun_light[]` (HALFLIGHT_SUN).
+#include "shaders/lib/occlusion.glsl"
+#include "shaders/lib/sun_light.glsl"
+#include "shaders/shared/path.h"
+#include "shaders/shared/radiance_cache.h"
+#include "shaders/shared/reuse.h"
+
+// CachePoint::light, complete. Of a path that feeds.
+vec3 found_light(PathState state, CachePoint point, uint path) {
+    vec3 light = point.light;
+#ifdef HALFLIGHT_PENDING
+    bool answers = state.pending_light != 0u;
+    if (answers) light += answered_light(point.pending, occluded[path]);
+#ifdef HALFLIGHT_SUN
+    if (answers) light += answered_light(sun_light[given_sun_light(path)].rgb, sun_occluded[path]);
+#endif
+#endif
+    return light;
+}
+
+bool good_light(vec3 light) { return all_finite(light) && all(greaterThanEqual(light, vec3(0.0))); }
+
+uint cell_of(CachePoint point, int level) { return level == 0 ? point.cell0 : level == 1 ? point.cell1 : point.cell2; }
+uint key_of(CachePoint point, int level) { return level == 0 ? point.key0 : level == 1 ? point.key1 : point.key2; }

@@ -1,0 +1,18 @@
+// Frees the cells that no picture has used for long.
+#include "shaders/shared/radiance_cache.h"
+
+layout(local_size_x = 64) in;
+
+layout(std430, binding = 0) buffer Cells { CacheCell cells[]; };
+
+uniform uint picture;  // CacheCell::used, of the one that begins
+uniform uint oldest;   // pictures ago
+
+void main() {
+    uint cell = gl_GlobalInvocationID.x;
+    uint age = picture - cells[cell].used;
+    bool old = cells[cell].key != 0u && (cells[cell].count == 0u || age > oldest);
+    // A loop without a turn costs nothing, unlike a branch not taken.
+    for (uint turn = 0u; turn < (old ? 1u : 0u); ++turn)
+        cells[cell] = CacheCell(0u, 0u, 0u, uint[](0u, 0u, 0u), uint[](0u, 0u, 0u));
+}

@@ -1,0 +1,50 @@
+// Gives paths what their second vertices send them diffusely: from the shortest cell that knows it, else from the longest
+// one, else what the path has found itself.
+#include "shaders/shared/path.h"
+#include "shaders/shared/radiance_cache.h"
+
+layout(local_size_x = 64) in;
+
+layout(std430, binding = 0) buffer States { PathState states[]; };
+layout(std430, binding = 1) readonly buffer Points { CachePoint points[]; };
+layout(std430, binding = 2) buffer Cells { CacheCell cells[]; };
+#ifdef HALFLIGHT_PENDING
+layout(std430, binding = 4) readonly buffer Occluded { uint occluded[]; };
+#ifdef HALFLIGHT_SUN
+layout(std430, binding = 5) readonly buffer SunOccluded { uint sun_occluded[]; };
+layout(std430, binding = 6) readonly buffer SunLight { vec4 sun_light[]; };
+#endif
+#endif
+
+uniform uint picture;  // CacheCell::used
+
+#include "shaders/lib/radiance_cache.glsl"
+#include "shaders/lib/radiance_cache_points.glsl"
+
+void main() {
+    uint path = gl_GlobalInvocationID.x;
+    PathState state = states[path];
+    if (state.lobe == kLobeNone || (state.reuse & kReuseCell) == 0u) return;
+    CachePoint point = points[path];
+    bool has_found = (state.reuse & kReusePoint) != 0u;
+    vec3 light = has_found ? found_light(state, point, path) : vec3(0.0);
+
+    uint best = kNoCacheCell;
+    bool enough = false;
+    for (uint level = 0u; level < point.levels; ++level) {
+        uint cell = cell_of(point, int(level));
+        bool usable = !enough && cell != kNoCacheCell;
+        uint key = usable ? cell_key(cell) : 0u;
+        uint count = usable ? cell_count(cell) : 0u;
+        if (usable && key == key_of(point, int(level)) && count > 0u) {
+            best = cell;
+            enough = count >= kCacheTaken;
+        }
+    }
+    // Light that went wrong stays with its path, to be counted.
+    if (best != kNoCacheCell && (!has_found || good_light(light))) {
+        light = cache_mean(best);
+        cells[best].used = picture;
+    }
+    states[path].indirect = state.indirect + point.weight * light;
+}
