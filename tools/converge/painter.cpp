@@ -6,6 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "engine/core/image_tools.h"
+#include "passes/hand_over.h"
 
 namespace halflight::converge {
 namespace {
@@ -54,10 +55,11 @@ class GlPainter final : public Painter {
         frame.time_limit = budget.seconds;
         frame.seed = seed;
         renderer.forget("pictures are independent of each other, and so are their times");
-        if (warm_up_ > 0) {
+        // Of a longer picture, later samples would bring the cache nothing.
+        for (int done = 0; done < warm_up_; done += kCachedSamples) {
             FrameSettings elsewhere = settings_;
             elsewhere.camera = aside(settings_.camera);
-            elsewhere.samples = warm_up_;
+            elsewhere.samples = std::min(kCachedSamples, warm_up_ - done);
             elsewhere.seed = seed + kSeedsOfMethods / 2;
             renderer.render(elsewhere);
         }
