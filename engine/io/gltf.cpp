@@ -13,6 +13,7 @@
 #include "engine/io/gltf_accessor.h"
 #include "engine/io/gltf_animation.h"
 #include "engine/io/gltf_driven.h"
+#include "engine/io/gltf_instances.h"
 #include "engine/io/gltf_material.h"
 #include "engine/io/gltf_mesh.h"
 #include "engine/io/gltf_nodes.h"
@@ -20,122 +21,6 @@
 
 namespace halflight {
 namespace {
-
-/// Fills Scene::meshes and Scene::instances.
-class Instances {
-  public:
-    Instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, Scene& scene)
-        : document_(document), accessors_(document), nodes_(nodes), meshes_(meshes), scene_(scene) {}
-
-    void add(int node) {
-        const tinygltf::Node& from = node_of(node);
-        if (from.mesh == kNone) return;
-        if (from.skin != kNone) {
-            // The joints alone say where a skinned mesh is (glTF 2.0, section 3.7.3.3).
-            add(node, dmat4(1), {skin_joints(static_cast<std::size_t>(from.skin)), true});
-            return;
-        }
-        const dmat4& world = nodes_.world[static_cast<std::size_t>(node)];
-        const tinygltf::Value* instancing = find_extension(from.extensions, "EXT_mesh_gpu_instancing");
-        if (!instancing) return place(node, world);
-        const std::string element = fmt::format("nodes[{}]", node);
-        for (const dmat4& local : instance_transforms(*instancing, element)) {
-            if (!within_float_range(world * local)) document_.fail(element, "an instance's transform overflows");
-            place(node, world * local);
-        }
-    }
-
-  private:
-    const tinygltf::Node& node_of(int node) const { return document_.model.nodes[static_cast<std::size_t>(node)]; }
-
-    /// Nothing later could invert a flat transform, so what it makes is a mesh of its own.
-    void place(int node, const dmat4& world) {
-        const dmat3 m(world);
-        const double determinant = glm::determinant(m);
-        if (determinant != 0 && std::isfinite(determinant)) return add(node, world, {});
-        const bool has_area = glm::cross(m[0], m[1]) != dvec3(0) || glm::cross(m[1], m[2]) != dvec3(0) ||
-                              glm::cross(m[2], m[0]) != dvec3(0);
-        if (has_area) return add(node, dmat4(1), {{world}, false});
-        document_.warnings.add("is scaled to nothing, it is left out", fmt::format("nodes[{}]", node));
-    }
-
-    void add(int node, const dmat4& object_to_world, const GltfPose& pose) {
-        const tinygltf::Node& from = node_of(node);
-        const int mesh = find_mesh(node, pose);
-        if (mesh == kNone) return;
-        const std::string& mesh_name = scene_.meshes[static_cast<std::size_t>(mesh)].name;
-        scene_.instances.push_back({from.name.empty() ? mesh_name : from.name, mesh, object_to_world, node});
-    }
-
-    /// Nodes share a mesh where nothing that goes into it differs.
-    int find_mesh(int node, const GltfPose& pose) {
-        const tinygltf::Node& from = node_of(node);
-        const auto& default_weights = document_.model.meshes[static_cast<std::size_t>(from.mesh)].weights;
-        const std::vector<double>& weights = from.weights.empty() ? default_weights : from.weights;
-        const bool flattened = !pose.skin && !pose.joints.empty();
-        const auto [it, is_new] = found_.try_emplace({from.mesh, from.skin, flattened ? node : kNone, weights}, kNone);
-        if (!is_new && !flattened) return it->second;
-        Mesh mesh = meshes_.convert(static_cast<std::size_t>(from.mesh), weights, pose);
-        it->second = kNone;
-        if (!mesh.triangles.empty()) {
-            it->second = static_cast<int>(scene_.meshes.size());
-            scene_.meshes.push_back(std::move(mesh));
-        }
-        return it->second;
-    }
-
-    std::vector<dmat4> skin_joints(std::size_t index) const {
-        const tinygltf::Skin& skin = document_.model.skins[index];
-        const std::string element = fmt::format("skins[{}]", index);
-        std::vector<dmat4> joints;
-        for (const int joint : skin.joints) joints.push_back(nodes_.world[static_cast<std::size_t>(joint)]);
-        if (joints.empty()) document_.fail(element, "has no joints");
-        if (skin.inverseBindMatrices == kNone) return joints;
-        const auto inverse = accessors_.read<mat4>(skin.inverseBindMatrices, element + ".inverseBindMatrices");
-        if (inverse.size() < joints.size())
-            document_.fail(element, "{} inverse bind matrices for {} joints", inverse.size(), joints.size());
-        for (std::size_t i = 0; i < joints.size(); ++i) joints[i] = joints[i] * dmat4(inverse[i]);
-        return joints;
-    }
-
-    std::vector<dmat4> instance_transforms(const tinygltf::Value& extension, const std::string& element) const {
-        const tinygltf::Value& attributes = extension.Get("attributes");
-        const auto accessor = [&](const char* name) {
-            return attributes.IsObject() ? integer(attributes, name, kNone) : kNone;
-        };
-        const int translation = accessor("TRANSLATION"), rotation = accessor("ROTATION"), scale = accessor("SCALE");
-        std::size_t count = 0;
-        for (const int a : {translation, rotation, scale}) {
-            if (a == kNone) continue;
-            if (count != 0 && accessors_.count(a) != count)
-                document_.fail(element, "instance attributes differ in number: {} and {}", count, accessors_.count(a));
-            count = accessors_.count(a);
-        }
-        const auto read = [&]<class V>(int a, const V& otherwise, const char* name, bool normalize) {
-            return a == kNone ? std::vector<V>(count, otherwise) : accessors_.read<V>(a, 0, count, name, normalize);
-        };
-        const auto translations = read(translation, vec3(0), "TRANSLATION", false);
-        const auto rotations = read(rotation, vec4(0, 0, 0, 1), "ROTATION", true);
-        const auto scales = read(scale, vec3(1), "SCALE", false);
-        std::vector<dmat4> transforms;
-        for (std::size_t i = 0; i < count; ++i) {
-            const bool finite = all_finite(translations[i]) && all_finite(vec3(rotations[i])) &&
-                                std::isfinite(rotations[i].w) && all_finite(scales[i]);
-            if (!finite) document_.fail(element, "instance {} is not finite", i);
-            transforms.push_back(compose(translations[i], rotations[i], scales[i]));
-        }
-        return transforms;
-    }
-
-    using MeshKey = std::tuple<int, int, int, std::vector<double>>;  // mesh, skin, flattened node, weights
-
-    GltfDocument& document_;
-    const GltfAccessors accessors_;
-    const GltfNodes& nodes_;
-    GltfMeshes& meshes_;
-    Scene& scene_;
-    std::map<MeshKey, int> found_;
-};
 
 Environment convert_environment(const GltfDocument& document) {
     Environment environment;
@@ -177,24 +62,30 @@ void take_factors(Material& to, const GltfMaterial& from) {
     to.roughness = from.material.roughness;
 }
 
-/// With `kept`, looks are taken from there but for what may be driven; those of the first time are left there.
-Scene convert(GltfDocument& document, const std::filesystem::path& path, std::optional<Looks>* kept = nullptr) {
+/// With `looks`, they are taken from there but for what may be driven; those of the first time are left there. Without
+/// `images`, these are left out.
+Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfKept& kept,
+              std::optional<Looks>* looks = nullptr, bool images = true) {
     Scene scene;
     scene.name = path.string();
     const GltfNodes nodes = resolve_nodes(document);
     std::vector<GltfMaterial> materials = convert_materials(document);
     GltfMeshes meshes(document, materials, scene.report);
-    Instances instances(document, nodes, meshes, scene);
-    for (const int node : nodes.shown) instances.add(node);
-    if (kept && !*kept) {
+    const bool default_material = add_instances(document, nodes, meshes, kept, scene);
+    if (looks && !*looks) {
         std::vector<GltfMaterial> loaded = materials;
-        *kept = load_looks(document, loaded);
+        *looks = load_looks(document, loaded);
     }
-    Looks looks = kept ? **kept : load_looks(document, materials);
-    for (std::size_t i = 0; kept && i < materials.size(); ++i) take_factors(looks.materials[i], materials[i]);
-    scene.images = std::move(looks.images);
-    scene.materials = std::move(looks.materials);
-    if (meshes.used_default_material()) scene.materials.emplace_back().name = "default";
+    if (looks) {
+        if (images) scene.images = (*looks)->images;
+        scene.materials = (*looks)->materials;
+        for (std::size_t i = 0; i < materials.size(); ++i) take_factors(scene.materials[i], materials[i]);
+    } else {
+        Looks loaded = load_looks(document, materials);
+        scene.images = std::move(loaded.images);
+        scene.materials = std::move(loaded.materials);
+    }
+    if (default_material) scene.materials.emplace_back().name = "default";
     scene.cameras = convert_cameras(document, nodes);
     scene.lights = convert_lights(document, nodes);
     scene.environment = convert_environment(document);
@@ -215,12 +106,16 @@ decltype(auto) guarded(const std::filesystem::path& path, F f) {
     }
 }
 
-Scene validated(Scene scene, const std::filesystem::path& path) {
+void check(const Scene& scene, const std::filesystem::path& path) {
     try {
         validate(scene);
     } catch (const Error& e) {
         throw Error(path.string(), e.what());
     }
+}
+
+Scene validated(Scene scene, const std::filesystem::path& path) {
+    check(scene, path);
     return scene;
 }
 
@@ -229,7 +124,8 @@ Scene validated(Scene scene, const std::filesystem::path& path) {
 Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options) {
     return guarded(path, [&] {
         GltfDocument document = open_gltf(path, options);
-        return validated(convert(document, path), path);
+        GltfKept nothing;
+        return validated(convert(document, path, nothing), path);
     });
 }
 
@@ -267,6 +163,22 @@ struct GltfScene::State {
         set_driven_values(document.model, target, values);
     }
 
+    GltfMovers movers(Playing playing) {
+        std::vector<AnimationChannel> channels;
+        for (const std::size_t index : playing) {
+            const std::vector<AnimationChannel>& more = read_all().at(index).channels;
+            channels.insert(channels.end(), more.begin(), more.end());
+        }
+        return find_movers(document.model, channels);
+    }
+
+    Scene posed(double seconds, Playing playing, bool images) {
+        pose(seconds, playing);
+        kept.wanted = true;
+        kept.movers = movers(playing);
+        return convert(document, path, kept, &looks, images);
+    }
+
     /// Whether these nodes and those below them carry more than cameras.
     bool carry_surfaces(std::vector<int> todo) const {
         const auto& nodes = document.model.nodes;
@@ -291,6 +203,7 @@ struct GltfScene::State {
     std::optional<std::vector<Animation>> animations;
     std::vector<std::string> animation_warnings;
     std::optional<Looks> looks;
+    GltfKept kept;
     // What has been driven, as the file has it.
     std::map<GltfTarget, std::vector<double>> at_rest;
 };
@@ -326,15 +239,29 @@ GltfDeformers GltfScene::deformers() const {
 
 Scene GltfScene::at(double seconds, Playing playing) {
     return guarded(state_->path, [&] {
-        state_->pose(seconds, playing);
-        return validated(convert(state_->document, state_->path, &state_->looks), state_->path);
+        return validated(state_->posed(seconds, playing, true), state_->path);
+    });
+}
+
+void GltfScene::pose(Scene& scene, double seconds, Playing playing) {
+    guarded(state_->path, [&] {
+        Scene posed = state_->posed(seconds, playing, false);
+        std::swap(posed.images, scene.images);
+        try {
+            check(posed, state_->path);
+        } catch (...) {
+            std::swap(posed.images, scene.images);
+            throw;
+        }
+        scene = std::move(posed);
     });
 }
 
 Scene GltfScene::at_rest() {
     return guarded(state_->path, [&] {
         state_->pose(0, {});
-        return validated(convert(state_->document, state_->path, state_->looks ? &state_->looks : nullptr),
+        GltfKept nothing;
+        return validated(convert(state_->document, state_->path, nothing, state_->looks ? &state_->looks : nullptr),
                          state_->path);
     });
 }

@@ -70,11 +70,14 @@ class GltfScene {
     const std::vector<std::string>& animation_warnings();
     GltfDeformers deformers() const;
     /// Of skins and morph targets, nodes, cameras, lights and materials at that time, finite; without animations what
-    /// load_gltf() gives. Throws what that throws, also where the pose is at fault: "nodes[3]: its transform
-    /// overflows".
+    /// load_gltf() gives. What the animations move says so (Instance::moves, Mesh::deforms), whether it is elsewhere at
+    /// that time or not. Throws what that throws, also where the pose is at fault: "nodes[3]: its transform overflows".
     Scene at(double seconds, Playing playing);
     /// The same as load_gltf(). Unlike at() it keeps no copy of the images for another time.
     Scene at_rest();
+    /// Makes of a scene that at() gave, or this, what at() gives for another time; images stay where they are. Throws
+    /// what that throws, and leaves the scene as it was.
+    void pose(Scene& scene, double seconds, Playing playing);
     /// Only the cameras of at().
     std::vector<Camera> cameras_at(double seconds, Playing playing);
     /// Whether at() gives more than other cameras as time goes by: meshes, instances, lights or materials.

@@ -233,6 +233,14 @@ void GltfWarnings::add(const std::string& what, const std::string& element) {
     ++it->second.count;
 }
 
+void GltfWarnings::add(const GltfWarnings& more) {
+    for (const std::string& what : more.order_) {
+        const Places& places = more.places_.at(what);
+        add(what, places.first);
+        places_.at(what).count += places.count - 1;
+    }
+}
+
 void GltfWarnings::write_to(SceneReport& report) const {
     for (const std::string& what : order_) {
         const Places& places = places_.at(what);

@@ -28,6 +28,8 @@ class GltfWarnings {
   public:
     /// `what` is the line, `element` one of the places that it is about; may be empty.
     void add(const std::string& what, const std::string& element = "");
+    /// What was collected elsewhere, later.
+    void add(const GltfWarnings& more);
     void write_to(SceneReport& report) const;
 
   private:

@@ -70,6 +70,7 @@ dmat3 cofactors(const dmat3& m) {
 
 Mesh GltfMeshes::convert(std::size_t index, std::span<const double> weights, const GltfPose& pose) {
     const tinygltf::Mesh& from = document_.model.meshes[index];
+    used_default_material_ = false;
     Mesh mesh;
     mesh.name = from.name.empty() ? fmt::format("mesh{}", index) : from.name;
     for (std::size_t i = 0; i < from.primitives.size(); ++i) {

@@ -24,6 +24,7 @@ class GltfMeshes {
     /// get the index after the last one. `weights` are those of the morph targets.
     Mesh convert(std::size_t index, std::span<const double> weights, const GltfPose& pose);
 
+    /// Whether the mesh converted last has such primitives.
     bool used_default_material() const { return used_default_material_; }
 
   private:

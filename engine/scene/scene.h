@@ -88,6 +88,7 @@ struct Mesh {
     std::vector<vec4> colors;                      // COLOR_0, linear, multiplies base_color
     std::vector<uvec3> triangles;                  // vertex indices, counter-clockwise seen from the front
     std::vector<std::uint32_t> triangle_material;  // per triangle, index into Scene::materials
+    bool deforms = false;                          // has other positions in other poses of the scene
 };
 
 struct Instance {
@@ -95,6 +96,7 @@ struct Instance {
     int mesh = kNone;
     dmat4 object_to_world{1};  // affine; may mirror, may be non-uniform; never NaN
     int node = kNone;          // glTF node it came from
+    bool moves = false;        // object_to_world is another one in other poses of the scene
 };
 
 // --- Lights and cameras ----------------------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
+#include <utility>
 
 #include "tests/unit/gltf_builder.h"
 
@@ -254,6 +255,78 @@ TEST_F(GltfAnimation, DamagedOnesAreRefusedWhenTheyAreToPlay) {
             b.json["animations"][0]["samplers"][0]["output"] = b.floats("VEC3", {0, 0, 0, INFINITY, 0, 0});
         },
         first + ": key 1 is not finite");
+}
+
+TEST_F(GltfAnimation, WhatMovesSaysSoInEveryPose) {
+    const auto flags = [](const Scene& scene) {
+        std::vector<std::pair<bool, bool>> all;  // moves, deforms
+        for (const Instance& i : scene.instances)
+            all.emplace_back(i.moves, scene.meshes[static_cast<std::size_t>(i.mesh)].deforms);
+        return all;
+    };
+    using Flags = std::vector<std::pair<bool, bool>>;
+    GltfBuilder b = moving();
+    b.push("nodes", {{"mesh", 0}});
+    b.push("nodes", {{"mesh", 0}});
+    b.json["nodes"][0]["children"] = {2};
+    for (const double seconds : {0.0, 0.5, 3.0}) {
+        EXPECT_EQ(flags(open(b).at(seconds, kFirst)), (Flags{{true, false}, {true, false}, {false, false}}))
+            << "a node, the one below it, and one apart";
+        EXPECT_EQ(flags(open(skinned_by_two_sets()).at(seconds, kFirst)), (Flags{{false, true}}));
+        EXPECT_EQ(flags(open(morphed()).at(seconds, kFirst)), (Flags{{false, true}}));
+    }
+    EXPECT_EQ(flags(open(b).at(0, {})), (Flags(3, {false, false}))) << "nothing plays";
+    EXPECT_EQ(flags(load(morphed())), (Flags{{false, false}}));
+}
+
+TEST_F(GltfAnimation, PosingASceneGivesWhatPosingTheFileDoes) {
+    for (GltfBuilder b : {moving(), skinned_by_two_sets(), morphed()}) {
+        // Another mesh that stays as it is, with something to mend in it.
+        const int node = b.push("nodes", Json::object());
+        b.add_triangle();
+        b.json["nodes"][static_cast<std::size_t>(node)] = {{"mesh", 1}};
+        b.json["meshes"][1]["primitives"].push_back(b.json["meshes"][1]["primitives"][0]);
+        b.json["meshes"][1]["primitives"][1].erase("attributes");
+        b.json["meshes"][1]["primitives"][1]["attributes"] = Json::object();
+        GltfScene file = open(b), other = open(b);
+        Scene scene = file.at(0, kFirst);
+        for (const double seconds : {0.5, 1.0, 0.25}) {
+            file.pose(scene, seconds, kFirst);
+            const Scene expected = open(b).at(seconds, kFirst), again = other.at(seconds, kFirst);
+            for (const Scene* found : {&std::as_const(scene), &again}) {
+                ASSERT_EQ(found->meshes.size(), expected.meshes.size());
+                for (std::size_t i = 0; i < expected.meshes.size(); ++i) {
+                    EXPECT_EQ(found->meshes[i].positions, expected.meshes[i].positions);
+                    EXPECT_EQ(found->meshes[i].normals, expected.meshes[i].normals);
+                    EXPECT_EQ(found->meshes[i].triangles, expected.meshes[i].triangles);
+                    EXPECT_EQ(found->meshes[i].deforms, expected.meshes[i].deforms);
+                }
+                ASSERT_EQ(found->instances.size(), expected.instances.size());
+                for (std::size_t i = 0; i < expected.instances.size(); ++i)
+                    EXPECT_EQ(found->instances[i].object_to_world, expected.instances[i].object_to_world);
+                EXPECT_EQ(found->materials.size(), expected.materials.size());
+                EXPECT_EQ(found->report.warnings, expected.report.warnings);
+                EXPECT_EQ(found->report.normals_generated, expected.report.normals_generated);
+            }
+            EXPECT_GT(expected.report.normals_generated, 0u);
+            EXPECT_FALSE(expected.report.warnings.empty());
+        }
+    }
+}
+
+TEST_F(GltfAnimation, AScenePosedInVainStaysAsItWas) {
+    GltfBuilder b = moving();
+    const float huge = std::numeric_limits<float>::max();
+    b.push("nodes", {{"children", {0}}, {"scale", {10, 10, 10}}});
+    b.json["animations"][0]["samplers"][0]["output"] = b.floats("VEC3", {0, 0, 0, huge, 0, 0});
+    GltfScene file = open(b);
+    Scene scene = file.at(0, kFirst);
+    scene.images.push_back({"mine", 1, 1, {1, 2, 3, 4}});
+    EXPECT_THROW(file.pose(scene, 1, kFirst), Error);
+    EXPECT_EQ(scene.instances.size(), 1u);
+    file.pose(scene, 0, kFirst);
+    ASSERT_EQ(scene.images.size(), 1u) << "images stay where they are";
+    EXPECT_EQ(scene.images[0].name, "mine");
 }
 
 TEST_F(GltfAnimation, APoseThatOverflowsIsNamed) {

@@ -107,9 +107,15 @@ AnimatedScene::AnimatedScene(const RenderArguments& a, const Console& console) {
 
 bool AnimatedScene::pose(double seconds) {
     if (!surfaces_move_ || seconds == posed_at_) return false;
-    Scene posed = this->posed(seconds);
-    posed.environment = std::move(scene_.environment);  // which has its edits
-    scene_ = std::move(posed);
+    Environment environment = std::move(scene_.environment);  // which has its edits
+    try {
+        file_->pose(scene_, seconds, playing_);
+    } catch (...) {
+        scene_.environment = std::move(environment);
+        throw;
+    }
+    apply(edits_, scene_);
+    scene_.environment = std::move(environment);
     posed_at_ = seconds;
     return true;
 }

@@ -1,0 +1,212 @@
+#include "engine/io/gltf_instances.h"
+
+#include <cmath>
+#include <utility>
+
+#include "engine/io/gltf_accessor.h"
+#include "engine/io/gltf_value.h"
+
+namespace halflight {
+namespace {
+
+void add_report(SceneReport& to, const SceneReport& of_mesh) {
+    to.non_finite_triangles_dropped += of_mesh.non_finite_triangles_dropped;
+    to.degenerate_triangles_dropped += of_mesh.degenerate_triangles_dropped;
+    to.normals_generated += of_mesh.normals_generated;
+    to.tangents_generated += of_mesh.tangents_generated;
+    to.point_primitives_skipped += of_mesh.point_primitives_skipped;
+    to.line_primitives_skipped += of_mesh.line_primitives_skipped;
+}
+
+/// Fills Scene::meshes and Scene::instances.
+class Instances {
+  public:
+    Instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfKept& kept, Scene& scene)
+        : document_(document), accessors_(document), nodes_(nodes), meshes_(meshes), kept_(kept), scene_(scene) {}
+
+    bool used_default_material() const { return used_default_material_; }
+
+    void add(int node) {
+        const tinygltf::Node& from = node_of(node);
+        if (from.mesh == kNone) return;
+        if (from.skin != kNone) {
+            // The joints alone say where a skinned mesh is (glTF 2.0, section 3.7.3.3).
+            add(node, dmat4(1), {skin_joints(static_cast<std::size_t>(from.skin)), true});
+            return;
+        }
+        const dmat4& world = nodes_.world[static_cast<std::size_t>(node)];
+        const tinygltf::Value* instancing = find_extension(from.extensions, "EXT_mesh_gpu_instancing");
+        if (!instancing) return place(node, world);
+        const std::string element = fmt::format("nodes[{}]", node);
+        for (const dmat4& local : instance_transforms(*instancing, element)) {
+            if (!within_float_range(world * local)) document_.fail(element, "an instance's transform overflows");
+            place(node, world * local);
+        }
+    }
+
+  private:
+    const tinygltf::Node& node_of(int node) const { return document_.model.nodes[static_cast<std::size_t>(node)]; }
+
+    /// Nothing later could invert a flat transform, so what it makes is a mesh of its own.
+    void place(int node, const dmat4& world) {
+        const dmat3 m(world);
+        const double determinant = glm::determinant(m);
+        if (determinant != 0 && std::isfinite(determinant)) return add(node, world, {});
+        const bool has_area = glm::cross(m[0], m[1]) != dvec3(0) || glm::cross(m[1], m[2]) != dvec3(0) ||
+                              glm::cross(m[2], m[0]) != dvec3(0);
+        if (has_area) return add(node, dmat4(1), {{world}, false});
+        document_.warnings.add("is scaled to nothing, it is left out", fmt::format("nodes[{}]", node));
+    }
+
+    void add(int node, const dmat4& object_to_world, const GltfPose& pose) {
+        const tinygltf::Node& from = node_of(node);
+        const int mesh = find_mesh(node, pose);
+        if (mesh == kNone) return;
+        const std::string& mesh_name = scene_.meshes[static_cast<std::size_t>(mesh)].name;
+        // A pose has the node's transform in its joints.
+        const bool moves = pose.joints.empty() && kept_.movers.move(node);
+        scene_.instances.push_back({from.name.empty() ? mesh_name : from.name, mesh, object_to_world, node, moves});
+    }
+
+    /// Whether animations change what a node's mesh becomes by a pose.
+    bool deforms(int node, const GltfPose& pose) const {
+        const GltfMovers& movers = kept_.movers;
+        if (movers.morph(node)) return true;
+        if (pose.joints.empty()) return false;
+        return pose.skin ? movers.bend(document_.model.skins[static_cast<std::size_t>(node_of(node).skin)])
+                         : movers.move(node);
+    }
+
+    /// Nodes share a mesh where nothing that goes into it differs.
+    int find_mesh(int node, const GltfPose& pose) {
+        const tinygltf::Node& from = node_of(node);
+        const auto& default_weights = document_.model.meshes[static_cast<std::size_t>(from.mesh)].weights;
+        const std::vector<double>& weights = from.weights.empty() ? default_weights : from.weights;
+        const bool flattened = !pose.skin && !pose.joints.empty();
+        const bool deforms = this->deforms(node, pose);
+        const GltfMeshKey key{from.mesh, from.skin, flattened ? node : kNone, weights};
+        const auto [it, is_new] = found_.try_emplace(key, kNone);
+        if (!is_new && !flattened) {
+            if (it->second != kNone) scene_.meshes[static_cast<std::size_t>(it->second)].deforms |= deforms;
+            return it->second;
+        }
+        // Of a node with several instances that are flattened each has a mesh of its own.
+        const bool keeps = kept_.wanted && !deforms && !flattened;
+        Mesh mesh = keeps ? still_mesh(key, pose) : convert(from.mesh, weights, pose);
+        mesh.deforms = deforms;
+        it->second = kNone;
+        if (!mesh.triangles.empty()) {
+            it->second = static_cast<int>(scene_.meshes.size());
+            scene_.meshes.push_back(std::move(mesh));
+        }
+        return it->second;
+    }
+
+    Mesh convert(int mesh, std::span<const double> weights, const GltfPose& pose) {
+        Mesh made = meshes_.convert(static_cast<std::size_t>(mesh), weights, pose);
+        used_default_material_ |= meshes_.used_default_material();
+        return made;
+    }
+
+    Mesh still_mesh(const GltfMeshKey& key, const GltfPose& pose) {
+        auto known = kept_.meshes.find(key);
+        if (known == kept_.meshes.end()) {
+            // What is said of it is said again with every pose.
+            GltfWarnings warnings = std::exchange(document_.warnings, {});
+            SceneReport report = std::exchange(scene_.report, {});
+            GltfStillMesh made;
+            made.mesh = meshes_.convert(static_cast<std::size_t>(std::get<0>(key)), std::get<3>(key), pose);
+            made.used_default_material = meshes_.used_default_material();
+            made.warnings = std::exchange(document_.warnings, std::move(warnings));
+            made.report = std::exchange(scene_.report, std::move(report));
+            known = kept_.meshes.emplace(key, std::move(made)).first;
+        }
+        const GltfStillMesh& still = known->second;
+        used_default_material_ |= still.used_default_material;
+        document_.warnings.add(still.warnings);
+        add_report(scene_.report, still.report);
+        return still.mesh;
+    }
+
+    std::vector<dmat4> skin_joints(std::size_t index) const {
+        const tinygltf::Skin& skin = document_.model.skins[index];
+        const std::string element = fmt::format("skins[{}]", index);
+        std::vector<dmat4> joints;
+        for (const int joint : skin.joints) joints.push_back(nodes_.world[static_cast<std::size_t>(joint)]);
+        if (joints.empty()) document_.fail(element, "has no joints");
+        if (skin.inverseBindMatrices == kNone) return joints;
+        const auto inverse = accessors_.read<mat4>(skin.inverseBindMatrices, element + ".inverseBindMatrices");
+        if (inverse.size() < joints.size())
+            document_.fail(element, "{} inverse bind matrices for {} joints", inverse.size(), joints.size());
+        for (std::size_t i = 0; i < joints.size(); ++i) joints[i] = joints[i] * dmat4(inverse[i]);
+        return joints;
+    }
+
+    std::vector<dmat4> instance_transforms(const tinygltf::Value& extension, const std::string& element) const {
+        const tinygltf::Value& attributes = extension.Get("attributes");
+        const auto accessor = [&](const char* name) {
+            return attributes.IsObject() ? integer(attributes, name, kNone) : kNone;
+        };
+        const int translation = accessor("TRANSLATION"), rotation = accessor("ROTATION"), scale = accessor("SCALE");
+        std::size_t count = 0;
+        for (const int a : {translation, rotation, scale}) {
+            if (a == kNone) continue;
+            if (count != 0 && accessors_.count(a) != count)
+                document_.fail(element, "instance attributes differ in number: {} and {}", count, accessors_.count(a));
+            count = accessors_.count(a);
+        }
+        const auto read = [&]<class V>(int a, const V& otherwise, const char* name, bool normalize) {
+            return a == kNone ? std::vector<V>(count, otherwise) : accessors_.read<V>(a, 0, count, name, normalize);
+        };
+        const auto translations = read(translation, vec3(0), "TRANSLATION", false);
+        const auto rotations = read(rotation, vec4(0, 0, 0, 1), "ROTATION", true);
+        const auto scales = read(scale, vec3(1), "SCALE", false);
+        std::vector<dmat4> transforms;
+        for (std::size_t i = 0; i < count; ++i) {
+            const bool finite = all_finite(translations[i]) && all_finite(vec3(rotations[i])) &&
+                                std::isfinite(rotations[i].w) && all_finite(scales[i]);
+            if (!finite) document_.fail(element, "instance {} is not finite", i);
+            transforms.push_back(compose(translations[i], rotations[i], scales[i]));
+        }
+        return transforms;
+    }
+
+    GltfDocument& document_;
+    const GltfAccessors accessors_;
+    const GltfNodes& nodes_;
+    GltfMeshes& meshes_;
+    GltfKept& kept_;
+    Scene& scene_;
+    std::map<GltfMeshKey, int> found_;
+    bool used_default_material_ = false;
+};
+
+}  // namespace
+
+GltfMovers find_movers(const tinygltf::Model& model, std::span<const AnimationChannel> channels) {
+    const std::vector<bool> none(model.nodes.size(), false);
+    GltfMovers movers{none, none};
+    std::vector<int> todo;
+    for (const AnimationChannel& channel : channels) {
+        if (channel.property == AnimatedProperty::weights)
+            movers.weights[static_cast<std::size_t>(channel.target)] = true;
+        else if (of_node(channel.property))
+            todo.push_back(channel.target);
+    }
+    while (!todo.empty()) {
+        const auto node = static_cast<std::size_t>(todo.back());
+        todo.pop_back();
+        if (movers.nodes[node]) continue;
+        movers.nodes[node] = true;
+        todo.insert(todo.end(), model.nodes[node].children.begin(), model.nodes[node].children.end());
+    }
+    return movers;
+}
+
+bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfKept& kept, Scene& scene) {
+    Instances instances(document, nodes, meshes, kept, scene);
+    for (const int node : nodes.shown) instances.add(node);
+    return instances.used_default_material();
+}
+
+}  // namespace halflight
