@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <chrono>
 #include <cmath>
 #include <limits>
@@ -74,12 +75,6 @@ void check_all(const RenderSettings& s) {
     }
 }
 
-std::uint64_t drawn_triangles(const TraceTables& tables) {
-    std::uint64_t triangles = 0;
-    for (const BlockInstance& i : tables.instances) triangles += tables.blocks[i.block].triangle_count;
-    return triangles;
-}
-
 /// Bands of whole block rows, as few as the driver's limits on buffers and textures allow, and all alike: each costs as
 /// much as the largest.
 Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t most_paths, const gpu::Limits& limits) {
@@ -125,7 +120,9 @@ struct CompiledBand {
 struct Renderer::State {
     std::unique_ptr<PreparedScene> own;  // or none
     PreparedScene& scene;
-    RenderSettings settings;
+    const ColorConfig colors;
+    const RenderSettings asked;
+    RenderSettings settings;  // with what the scene makes of them
     std::optional<rays::RasterCulling> raster;
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
@@ -144,9 +141,18 @@ struct Renderer::State {
     std::vector<std::unique_ptr<CompiledBand>> places;
     graph::Executor executor;  // of samples: their sums and the visibility state are its history
     graph::Executor composer;
+    bool told = false;  // what became of the hierarchies
 
-    State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& colors, RenderSettings r)
-        : own(std::move(o)), scene(s), settings(std::move(r)), executor(scene.programs()), composer(scene.programs()) {
+    State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& c, std::optional<ViewKernel> view,
+          RenderSettings r)
+        : own(std::move(o)),
+          scene(s),
+          colors(c),
+          asked(std::move(r)),
+          settings(asked),
+          view_kernel(std::move(view)),
+          executor(scene.programs()),
+          composer(scene.programs()) {
         if (settings.culling == rays::Culling::raster) {
             require(!scene.cull_tree().nodes.empty() || scene.tables().triangles.empty(),
                     "raster culling of a scene that was prepared without it");
@@ -160,7 +166,7 @@ struct Renderer::State {
         settings.kept = scene.kept();
         settings.estimator = scene.estimator();
         settings.primary =
-            resolved(settings.primary, drawn_triangles(scene.tables()), ivec2(settings.width, settings.height));
+            resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height));
         if (needs().seen)
             for (int i = 0; i < static_cast<int>(settings.estimator.camera); ++i)
                 seen_constants.emplace_back("constants of light seen", sizeof(shared::Frame));
@@ -173,7 +179,6 @@ struct Renderer::State {
         const FrameOptions options = frame_options();
         if (options.runs > 0 && !needs().tiles) tracer->expect(options.runs);
         if (settings.measure) tracer->count();
-        if (settings.want_view) view_kernel.emplace(colors.view(settings.view));
         if (settings.preview.of_picture()) preview.emplace(scene.programs(), settings, colors);
         executor.measure(settings.measure);
         places.resize(1);
@@ -458,6 +463,8 @@ struct Renderer::State {
         stats.compile_seconds = scene.programs().seconds() - compiled_before;
         stats.render_seconds = seconds_since(start) - stats.compile_seconds;
         stats.prepare_seconds = scene.seconds();
+        stats.hierarchies = scene.hierarchies();
+        if (rays::HierarchyCounts& h = stats.hierarchies; told) h = {.kept = h.kept + h.refitted + h.built};
         stats.estimator = settings.estimator;
         stats.estimator.reuse = needs().reuse ? Reuse::on : Reuse::off;
         stats.primary = settings.primary;
@@ -485,9 +492,18 @@ struct Renderer::State {
     }
 };
 
+namespace {
+
+std::optional<ViewKernel> view_kernel(const ColorConfig& colors, const RenderSettings& settings) {
+    if (!settings.want_view) return std::nullopt;
+    return std::optional<ViewKernel>(colors.view(settings.view));
+}
+
+}  // namespace
+
 Renderer::Renderer(PreparedScene& scene, const ColorConfig& colors, RenderSettings settings) {
     check_all(settings);
-    state_ = std::make_unique<State>(nullptr, scene, colors, std::move(settings));
+    state_ = std::make_unique<State>(nullptr, scene, colors, view_kernel(colors, settings), settings);
 }
 
 Renderer::Renderer(gpu::Context& context, const Scene& scene, const ColorConfig& colors,
@@ -497,11 +513,23 @@ Renderer::Renderer(gpu::Context& context, const Scene& scene, const ColorConfig&
     auto own =
         std::make_unique<PreparedScene>(context, scene, PrepareOptions{raster, settings.kept, settings.estimator});
     PreparedScene& prepared = *own;
-    state_ = std::make_unique<State>(std::move(own), prepared, colors, settings);
+    state_ = std::make_unique<State>(std::move(own), prepared, colors, view_kernel(colors, settings), settings);
 }
 
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer::~Renderer() = default;
+
+void Renderer::update(const Scene& scene) {
+    State& s = *state_;
+    assert(s.own);
+    if (s.scene.update(scene)) {
+        if (s.raster) s.raster->set_tree(s.scene.cull_tree());
+        s.told = false;
+        return;
+    }
+    PreparedScene& prepared = s.scene;
+    state_ = std::make_unique<State>(std::move(s.own), prepared, s.colors, std::move(s.view_kernel), s.asked);
+}
 
 void Renderer::forget(std::string reason) {
     state_->executor.history().invalidate(std::move(reason));
@@ -576,6 +604,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     s.apply_preview(frame, done, film);
     s.scene.context().check("rendering");
     s.finish(result, film, done, start, compiled_before);
+    s.told = true;
     if (frame.error && !stats.interrupted) {
         const ErrorEstimate estimate = error.estimate();
         stats.error = {*frame.error, estimate, estimate.bound <= frame.error->error};

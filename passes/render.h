@@ -95,7 +95,8 @@ struct AchievedError {
 struct RenderStats {
     int samples = 0;                // per pixel, done; those of the band that has fewest
     bool interrupted = false;       // by the callback
-    double prepare_seconds = 0;     // tables, hierarchies, upload, once for all pictures
+    double prepare_seconds = 0;     // tables, hierarchies, upload, once for all pictures of a pose
+    rays::HierarchyCounts hierarchies;  // what became of them before this picture
     double compile_seconds = 0;     // shaders that this render was the first to need
     double render_seconds = 0;      // samples
     std::uint64_t paths = 0;        // width x height x samples
@@ -151,6 +152,10 @@ class Renderer {
     RenderResult render(const FrameSettings&, const ProgressCallback& = {});
     /// The picture of the RenderSettings.
     RenderResult render(const ProgressCallback& = {});
+    /// Of a renderer with a scene of its own: brings it to another pose (PreparedScene::update). What was learned of who
+    /// traces fastest and of what is visible lives on where the pose needs no other shaders or buffers. Throws Error;
+    /// the renderer is of no use then.
+    void update(const Scene&);
     /// Camera cut: the next picture has nothing in common with the last one, and what was learned is forgotten, the
     /// radiance cache with it. (Other scenes, scene edits and sizes have renderers of their own.)
     void forget(std::string reason);

@@ -37,36 +37,79 @@ std::vector<std::uint32_t> instances_by_block(const TraceTables& trace) {
     return order;
 }
 
+bool same_image(const Image& a, const Image& b) {
+    return a.width == b.width && a.height == b.height && a.channels == b.channels && a.pixels == b.pixels;
+}
+
 }  // namespace
 
 SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shading)
-    : needs_(shading.needs),
-      positions_(gpu::Buffer::from("positions", trace.positions)),
-      indices_(gpu::Buffer::from("triangle indices", corner_indices(trace))),
-      instances_(gpu::Buffer::from("instances by block", instances_by_block(trace))),
+    : positions_("positions", 0),
+      indices_("triangle indices", 0),
+      instances_("instances by block", 0),
       environment_(table_texture("environment", shading.environment, GL_RGB32F)),
       albedo_(table_texture("directional albedo", shading.albedo, GL_RG32F)) {
+    const auto add = [&](GLuint unit, GLenum format, const char* name) {
+        views_.push_back({unit, format, gpu::Buffer(name, 0)});
+    };
+    add(UNIT_TRIANGLES, GL_RGBA32UI, "triangles");
+    add(UNIT_VERTICES, GL_RGBA32F, "vertex attributes");
+    add(UNIT_MATERIALS, GL_RGBA32F, "materials");
+    add(UNIT_TEXTURES, GL_RGBA32UI, "texture descriptors");
+    add(UNIT_COLOR_TEXELS, GL_RGBA16F, "colour texels");
+    add(UNIT_DATA_TEXELS, GL_RGBA8, "data texels");
+    add(UNIT_LIGHTS, GL_RGBA32F, "lights");
+    add(UNIT_LIGHT_ALIAS, GL_RG32F, "light alias table");
+    add(UNIT_LIGHT_TREE, GL_RGBA32F, "light tree");
+    add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, "light of triangle");
+    add(UNIT_ENVIRONMENT_ALIAS, GL_RGBA32F, "environment cells");
+    update_tables(trace, shading, nullptr);
+}
+
+void SceneBuffers::update(const TraceTables& trace, const ShadingTables& shading, const Content* last) {
+    if (!last || !same_image(last->shading.environment, shading.environment))
+        environment_ = table_texture("environment", shading.environment, GL_RGB32F);
+    if (!last || !same_image(last->shading.albedo, shading.albedo))
+        albedo_ = table_texture("directional albedo", shading.albedo, GL_RG32F);
+    update_tables(trace, shading, last);
+}
+
+void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& shading, const Content* last) {
+    needs_ = shading.needs;
+    defines_ = {};
     for (const auto& [name, value] : shader_defines(needs_)) defines_.set(name, value);
     defines_.set("HALFLIGHT_SURFACE_ROWS",
                  std::to_string(shared::surface_rows(needs_.glossy, needs_.transmission, needs_.clearcoat)) + "u");
 
-    const auto add = [&](GLuint unit, GLenum format, const char* name, const auto& values) {
-        views_.push_back({unit, format, gpu::Buffer::from(name, values)});
+    const auto bring = [&](GLuint unit, const auto& values, const auto& known) {
+        const auto view = std::ranges::find(views_, unit, &View::unit);
+        gpu::replace(view->buffer, values, known);
     };
-    add(UNIT_TRIANGLES, GL_RGBA32UI, "triangles", trace.triangles);
-    add(UNIT_VERTICES, GL_RGBA32F, "vertex attributes", shading.vertices);
-    add(UNIT_MATERIALS, GL_RGBA32F, "materials", shading.materials);
-    add(UNIT_TEXTURES, GL_RGBA32UI, "texture descriptors", shading.textures);
-    add(UNIT_COLOR_TEXELS, GL_RGBA16F, "colour texels", shading.color_texels);
-    add(UNIT_DATA_TEXELS, GL_RGBA8, "data texels", shading.data_texels);
-    add(UNIT_LIGHTS, GL_RGBA32F, "lights", shading.lights);
-    add(UNIT_LIGHT_ALIAS, GL_RG32F, "light alias table", shading.light_alias);
-    add(UNIT_LIGHT_TREE, GL_RGBA32F, "light tree", shading.light_tree);
-    add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, "light of triangle", shading.light_of_triangle);
-    add(UNIT_ENVIRONMENT_ALIAS, GL_RGBA32F, "environment cells", shading.environment_cells);
-
+    const TraceTables* const traced = last ? &last->trace : nullptr;
+    const ShadingTables* const shaded = last ? &last->shading : nullptr;
+    const bool topology = !traced || traced->triangles != trace.triangles;
+    gpu::replace(positions_, trace.positions, traced ? &traced->positions : nullptr);
+    if (topology) gpu::replace(indices_, corner_indices(trace));
+    gpu::replace(instances_, instances_by_block(trace));
+    bring(UNIT_TRIANGLES, trace.triangles, traced ? &traced->triangles : nullptr);
+    bring(UNIT_VERTICES, shading.vertices, shaded ? &shaded->vertices : nullptr);
+    bring(UNIT_MATERIALS, shading.materials, shaded ? &shaded->materials : nullptr);
+    bring(UNIT_TEXTURES, shading.textures, shaded ? &shaded->textures : nullptr);
+    if (!shading.texels_left_out) {
+        bring(UNIT_COLOR_TEXELS, shading.color_texels, shaded ? &shaded->color_texels : nullptr);
+        bring(UNIT_DATA_TEXELS, shading.data_texels, shaded ? &shaded->data_texels : nullptr);
+    }
+    bring(UNIT_LIGHTS, shading.lights, shaded ? &shaded->lights : nullptr);
+    bring(UNIT_LIGHT_ALIAS, shading.light_alias, shaded ? &shaded->light_alias : nullptr);
+    bring(UNIT_LIGHT_TREE, shading.light_tree, shaded ? &shaded->light_tree : nullptr);
+    bring(UNIT_LIGHT_OF_TRIANGLE, shading.light_of_triangle, shaded ? &shaded->light_of_triangle : nullptr);
+    bring(UNIT_ENVIRONMENT_ALIAS, shading.environment_cells, shaded ? &shaded->environment_cells : nullptr);
     bind();  // for its errors
+    set_draws(trace);
+}
 
+void SceneBuffers::set_draws(const TraceTables& trace) {
+    draws_.clear();
     for (const Block& block : trace.blocks) draws_.push_back({block.first_triangle, block.triangle_count, 0, 0});
     for (const BlockInstance& instance : trace.instances) ++draws_[instance.block].instance_count;
     std::uint32_t first_instance = 0;

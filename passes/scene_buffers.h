@@ -13,11 +13,20 @@
 
 namespace halflight {
 
-/// Immutable. Arrays that the scene does not need are not there.
+/// Arrays that the scene does not need are not there.
 class SceneBuffers {
   public:
     /// Throws Error where an array exceeds what the driver can address.
     SceneBuffers(const TraceTables& trace, const ShadingTables& shading);
+
+    /// What buffers hold.
+    struct Content {
+        const TraceTables& trace;
+        const ShadingTables& shading;
+    };
+    /// Brings them to other tables, those of another pose. Texels that are left out stay. last: so that no more is
+    /// written than what differs, where it is known. Throws Error as the constructor; they are of no use then.
+    void update(const TraceTables& trace, const ShadingTables& shading, const Content* last);
 
     const SceneNeeds& needs() const { return needs_; }
     /// Selects the shader variants for this scene: those of shader_defines, and HALFLIGHT_SURFACE_ROWS.
@@ -38,6 +47,8 @@ class SceneBuffers {
         GLenum format;
         gpu::Buffer buffer;
     };
+    void update_tables(const TraceTables& trace, const ShadingTables& shading, const Content* last);
+    void set_draws(const TraceTables& trace);
     struct Draw {
         std::uint32_t first_triangle;
         std::uint32_t triangle_count;

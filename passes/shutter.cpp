@@ -48,6 +48,9 @@ void merge_attributes(std::map<std::string, std::string>& to, const std::map<std
 void add_stats(RenderStats& all, const RenderStats& more) {
     all.samples += more.samples;
     all.prepare_seconds += more.prepare_seconds;
+    all.hierarchies.kept += more.hierarchies.kept;
+    all.hierarchies.refitted += more.hierarchies.refitted;
+    all.hierarchies.built += more.hierarchies.built;
     all.compile_seconds += more.compile_seconds;
     all.render_seconds += more.render_seconds;
     all.paths += more.paths;

@@ -5,6 +5,7 @@
 #include <cassert>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <string>
 #include <type_traits>
@@ -71,5 +72,24 @@ class Buffer {
     Object<delete_buffer> object_;
     mutable std::vector<std::pair<GLenum, Object<delete_texture>>> views_;
 };
+
+/// Makes a buffer hold other values, at best by writing what lies between the first and the last that differ. last: what
+/// it holds, or null where that is not known. A buffer of another size is made anew, under the same name.
+template <class T>
+void replace(Buffer& buffer, const std::vector<T>& values, const std::vector<T>* last = nullptr) {
+    static_assert(std::is_trivially_copyable_v<T>);
+    const std::span<const T> now(values);
+    if (buffer.bytes() != now.size_bytes()) {
+        buffer = Buffer::from(buffer.name(), now);
+        return;
+    }
+    std::size_t first = 0, end = now.size();
+    if (last && last->size() == now.size()) {  // bit by bit: some values are words in floats
+        const auto same = [&](std::size_t i) { return std::memcmp(&now[i], &(*last)[i], sizeof(T)) == 0; };
+        while (first < end && same(first)) ++first;
+        while (first < end && same(end - 1)) --end;
+    }
+    if (first < end) buffer.write(now.subspan(first, end - first), first);
+}
 
 }  // namespace halflight::gpu

@@ -174,15 +174,16 @@ Bvh build_bvh(std::span<const Bounds> boxes) {
     return build(primitives, boxes.size(), 1, nullptr);
 }
 
-Bvh build_pair_bvh(std::span<const Ring> pairs) {
+Bvh build_pair_bvh(std::span<const Ring> pairs, Splits splits) {
+    const bool whole = splits == Splits::none;
     const auto capacity = static_cast<std::size_t>(kSplitBudget * static_cast<double>(pairs.size())) + 1;
-    std::vector<RTCBuildPrimitive> primitives(capacity);
+    std::vector<RTCBuildPrimitive> primitives(whole ? pairs.size() : capacity);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
         Bounds box;
         for (const vec3& p : pairs[i]) box.add(p);
         primitives[i] = primitive_of(box, i);
     }
-    return build(primitives, pairs.size(), kMaxLeafPrimitives, pairs.data());
+    return build(primitives, pairs.size(), kMaxLeafPrimitives, whole ? nullptr : pairs.data());
 }
 
 }  // namespace halflight::rays

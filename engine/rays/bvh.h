@@ -40,6 +40,7 @@ Bvh build_bvh(std::span<const Bounds> boxes);
 /// Dietrich 2009, Spatial Splits in Bounding Volume Hierarchies), up to kSplitBudget references per pair: each leaf's
 /// box then holds a part of the pair, and all of them together hold it all.
 inline constexpr double kSplitBudget = 1.5;
-Bvh build_pair_bvh(std::span<const Ring> pairs);
+enum class Splits : std::uint8_t { allowed, none };
+Bvh build_pair_bvh(std::span<const Ring> pairs, Splits splits = Splits::allowed);
 
 }  // namespace halflight::rays

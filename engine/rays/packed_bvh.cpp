@@ -1,11 +1,11 @@
 #include "engine/rays/packed_bvh.h"
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <chrono>
 #include <cmath>
+#include <deque>
 
 #include "engine/core/error.h"
 #include "shaders/shared/bvh.h"
@@ -56,10 +56,6 @@ std::uint32_t index_word(std::size_t index, const char* what) {
     return kBvhTag | static_cast<std::uint32_t>(index);
 }
 
-vec3 corner_of(const TraceTables& tables, std::uint32_t triangle, int corner) {
-    return tables.positions[tables.triangles[triangle][corner]];
-}
-
 /// Outside of the box by one rounding, so that float arithmetic on the way to it makes no difference.
 Bounds widened(const dvec3& lower, const dvec3& upper) {
     const vec3 l(lower), u(upper);
@@ -94,71 +90,88 @@ double condition_of(const BlockInstance& instance) {
     return forward * backward;
 }
 
+/// Triangles, or what lies between them and a head.
+struct Tree {
+    enum class Leaves : std::uint8_t {
+        instances,
+        roots,  // of the trees after it in the same space
+        pairs,
+    };
+    const Bvh* bvh = nullptr;
+    Leaves leaves = Leaves::pairs;
+    std::uint32_t first_node = 0;  // index, as in references
+    std::uint32_t first_pair = 0;  // slot in PackedScene::pairs
+};
+
+/// What has a head: all instances, or a block.
+struct Space {
+    Grid grid;
+    float slack = static_cast<float>(kSlack);
+    std::vector<Tree> trees;  // the first one has the root
+    std::uint32_t head = 0;   // index
+};
+
 /// Mean over all boxes of the area on the grid by the exact area; a box without area counts as 4 at most.
-double looseness_of(const std::vector<Bvh>& hierarchies, const std::vector<Grid>& grids) {
+double looseness_of(const std::vector<Space>& spaces) {
     double sum = 0;
     std::size_t count = 0;
-    for (std::size_t i = 0; i < hierarchies.size(); ++i) {
-        for (const BvhNode& node : hierarchies[i].nodes) {
-            for (const BvhChild& child : node.children) {
-                if (child.bounds.empty()) continue;
-                dvec3 snapped;
-                for (int a = 0; a < 3; ++a) {
-                    const double base = grids[i].base[a], cell = grids[i].cell[a];
-                    snapped[a] = cell * (cell_above(child.bounds.upper[a], base, cell) -
-                                         cell_below(child.bounds.lower[a], base, cell));
-                }
-                const double exact = half_area(dvec3(child.bounds.upper) - dvec3(child.bounds.lower));
-                sum += half_area(snapped) < 4 * exact ? half_area(snapped) / exact : 4.0;
-                ++count;
-            }
+    const auto add = [&](const Grid& grid, const BvhChild& child) {
+        if (child.bounds.empty()) return;
+        dvec3 snapped;
+        for (int a = 0; a < 3; ++a) {
+            const double base = grid.base[a], cell = grid.cell[a];
+            snapped[a] =
+                cell * (cell_above(child.bounds.upper[a], base, cell) - cell_below(child.bounds.lower[a], base, cell));
         }
-    }
+        const double exact = half_area(dvec3(child.bounds.upper) - dvec3(child.bounds.lower));
+        sum += half_area(snapped) < 4 * exact ? half_area(snapped) / exact : 4.0;
+        ++count;
+    };
+    for (const Space& space : spaces)
+        for (const Tree& tree : space.trees)
+            for (const BvhNode& node : tree.bvh->nodes)
+                for (const BvhChild& child : node.children) add(space.grid, child);
     return count == 0 ? 1.0 : sum / static_cast<double>(count);
+}
+
+Bounds box_of(const Bvh& bvh) {
+    Bounds box;
+    for (const BvhChild& child : bvh.nodes.front().children) box.add(child.bounds);
+    return box;
 }
 
 class Packer {
   public:
-    explicit Packer(const TraceTables& tables) : tables_(tables) {
+    Packer(const TraceTables& tables, const Hierarchies& hierarchies) : tables_(tables), hierarchies_(hierarchies) {
         packed_.two_level = tables.instances.size() > 1 ||
                             (!tables.instances.empty() && (tables.keep_top_level || !tables.instances[0].identity));
         if (packed_.two_level) add_top_level();
-        std::vector<BuiltBlock> built(tables.blocks.size());
-        tbb::parallel_for(std::size_t{0}, built.size(),
-                          [&](std::size_t i) { built[i] = build_block(tables.blocks[i]); });
-        for (std::size_t i = 0; i < built.size(); ++i) add_block(tables.blocks[i], std::move(built[i]));
-        if (hierarchies_.empty()) add_nothing();
-        packed_.looseness = looseness_of(hierarchies_, grids_);
+        for (std::size_t first = 0; first < parts().size();) first = add_block(first);
+        if (spaces_.empty()) add_nothing();
+        packed_.looseness = looseness_of(spaces_);
     }
 
     double looseness() const { return packed_.looseness; }
 
     PackedScene pack(NodeFormat format) {
         packed_.format = format;
-        std::vector<std::uint32_t> heads;
-        std::size_t index = 0;
-        std::uint32_t deepest_block = 0;
-        for (std::size_t i = 0; i < hierarchies_.size(); ++i) {
-            heads.push_back(index_word(index, "nodes") & kBvhIndexMask);
-            index += 1 + hierarchies_[i].nodes.size();
-            packed_.node_count += hierarchies_[i].nodes.size();
-            if (!top_level(i)) deepest_block = std::max(deepest_block, hierarchies_[i].stack_entries);
-        }
-        index_word(index, "nodes");
-        packed_.stack_entries = std::max(deepest_block, 1u);
-        if (packed_.two_level) packed_.stack_entries += hierarchies_[0].stack_entries + 1;  // and kStackLeaveBlock
+        place_nodes();
         for (const BlockInstance& instance : tables_.instances) {
-            packed_.instance_head.push_back(heads[instance.block + (packed_.two_level ? 1u : 0u)]);
+            packed_.instance_head.push_back(spaces_[instance.block + (packed_.two_level ? 1u : 0u)].head);
         }
-        for (std::size_t i = 0; i < hierarchies_.size(); ++i) pack_hierarchy(i, heads[i]);
-        packed_.build_seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+        const std::size_t stride = on_grid() ? shared::kBvhGridTexels : shared::kBvhFloatTexels;
+        packed_.nodes.reserve((packed_.node_count + spaces_.size()) * stride);
+        for (const Space& space : spaces_) pack_space(space, stride);
+        packed_.build_seconds =
+            hierarchies_.seconds() + std::chrono::duration<double>(Clock::now() - start_).count();
         return std::move(packed_);
     }
 
   private:
     using Clock = std::chrono::steady_clock;
 
-    bool top_level(std::size_t i) const { return packed_.two_level && i == 0; }
+    const std::vector<Part>& parts() const { return hierarchies_.parts(); }
+    bool on_grid() const { return packed_.format == NodeFormat::grid; }
 
     void add_top_level() {
         std::vector<Bounds> boxes;
@@ -169,38 +182,41 @@ class Packer {
             all.add(boxes.back());
             condition = std::max(condition, condition_of(instance));
         }
-        hierarchies_.push_back(build_bvh(boxes));
-        grids_.push_back(grid_over(all));
-        slacks_.push_back(static_cast<float>(kInstanceSlack * condition));
-        first_pair_.push_back(0);
+        Space& top = spaces_.emplace_back();
+        top.grid = grid_over(all);
+        top.slack = static_cast<float>(kInstanceSlack * condition);
+        top.trees.push_back({keep(build_bvh(boxes)), Tree::Leaves::instances, 0, 0});
     }
 
-    struct BuiltBlock {
-        Bvh hierarchy;  // over the rings
-        std::vector<Ring> rings;
-        std::vector<vec4> ids;  // last texel of each pair
-    };
-
-    BuiltBlock build_block(const Block& block) const {
-        std::vector<Corners> triangles(block.triangle_count);
-        for (std::uint32_t i = 0; i < block.triangle_count; ++i) {
-            for (int k = 0; k < 3; ++k) {
-                triangles[i][static_cast<std::size_t>(k)] = corner_of(tables_, block.first_triangle + i, k);
-            }
-        }
-        BuiltBlock built;
-        for (const TrianglePair& pair : pair_triangles(triangles)) {
-            built.rings.push_back(ring_of(pair, triangles));
-            built.ids.push_back(ids_of(pair, block.first_triangle));
-        }
-        built.hierarchy = build_pair_bvh(built.rings);
-        return built;
+    /// Of the parts from `first` on; returns where the next block begins.
+    std::size_t add_block(std::size_t first) {
+        std::size_t end = first;
+        std::vector<Bounds> boxes;
+        for (; end < parts().size() && parts()[end].block == parts()[first].block; ++end)
+            boxes.push_back(box_of(hierarchies_.trees()[end].bvh));
+        Space& space = spaces_.emplace_back();
+        space.grid = grid_over(tables_.blocks[parts()[first].block].bounds);
+        if (boxes.size() > 1) space.trees.push_back({keep(build_bvh(boxes)), Tree::Leaves::roots, 0, 0});
+        for (std::size_t i = first; i < end; ++i) space.trees.push_back(add_pairs(parts()[i], hierarchies_.trees()[i]));
+        return end;
     }
 
-    vec4 ids_of(const TrianglePair& pair, std::uint32_t first_triangle) const {
+    Tree add_pairs(const Part& part, const PartTree& tree) {
+        const std::size_t slot = packed_.pairs.size() / shared::kBvhPairTexels;
+        index_word(slot + tree.bvh.primitives.size(), "pairs of triangles");
+        const std::vector<std::uint32_t> triangles = triangles_of(part);
+        for (const std::uint32_t primitive : tree.bvh.primitives) {
+            const Ring& ring = tree.rings[primitive];
+            for (int a = 0; a < 3; ++a) packed_.pairs.emplace_back(ring[0][a], ring[1][a], ring[2][a], ring[3][a]);
+            packed_.pairs.push_back(ids_of(tree.pairs[primitive], triangles));
+        }
+        return {&tree.bvh, Tree::Leaves::pairs, 0, static_cast<std::uint32_t>(slot)};
+    }
+
+    vec4 ids_of(const TrianglePair& pair, const std::vector<std::uint32_t>& triangles) const {
         uvec3 words(kBvhTag);
         for (int which = 0; which < 2; ++which) {
-            const std::uint32_t triangle = first_triangle + pair.triangles[static_cast<std::size_t>(which)];
+            const std::uint32_t triangle = triangles[pair.triangles[static_cast<std::size_t>(which)]];
             const bool alpha = (tables_.triangles[triangle].w & kTriangleAlpha) != 0;
             words[which] |= (alpha ? shared::kBvhAlphaTested : 0u) | triangle;
             const auto corners = corners_in_pair(pair, which);
@@ -212,60 +228,83 @@ class Packer {
         return {std::bit_cast<float>(words.x), std::bit_cast<float>(words.y), std::bit_cast<float>(words.z), 0};
     }
 
-    void add_block(const Block& block, BuiltBlock built) {
-        hierarchies_.push_back(std::move(built.hierarchy));
-        grids_.push_back(grid_over(block.bounds));
-        slacks_.push_back(static_cast<float>(kSlack));
-        const std::size_t slot = packed_.pairs.size() / shared::kBvhPairTexels;
-        index_word(slot + hierarchies_.back().primitives.size(), "pairs of triangles");
-        first_pair_.push_back(static_cast<std::uint32_t>(slot));
-        for (const std::uint32_t primitive : hierarchies_.back().primitives) {
-            const Ring& ring = built.rings[primitive];
-            for (int a = 0; a < 3; ++a) packed_.pairs.emplace_back(ring[0][a], ring[1][a], ring[2][a], ring[3][a]);
-            packed_.pairs.push_back(built.ids[primitive]);
-        }
-    }
-
     /// A scene without triangles: a root without children.
     void add_nothing() {
-        hierarchies_.emplace_back().nodes.emplace_back();
-        grids_.emplace_back();
-        slacks_.push_back(static_cast<float>(kSlack));
-        first_pair_.push_back(0);
+        Bvh empty;
+        empty.nodes.emplace_back();
+        spaces_.emplace_back().trees.push_back({keep(std::move(empty)), Tree::Leaves::pairs, 0, 0});
     }
 
-    std::uint32_t reference_to(const BvhChild& child, std::size_t hierarchy, std::uint32_t head) const {
-        if (child.bounds.empty()) return shared::kBvhNoChild;
-        if (!child.leaf()) return kBvhTag | (head + 1 + child.first);
-        if (top_level(hierarchy)) return kBvhTag | shared::kBvhInstance | hierarchies_[0].primitives[child.first];
-        return kBvhTag | shared::kBvhLeaf | (child.count << shared::kBvhCountShift) |
-               (first_pair_[hierarchy] + child.first);
-    }
+    const Bvh* keep(Bvh bvh) { return &made_.emplace_back(std::move(bvh)); }
 
-    void pack_hierarchy(std::size_t i, std::uint32_t head) {
-        const Grid& grid = grids_[i];
-        const auto bits = [](float f) { return std::bit_cast<std::uint32_t>(f); };
-        const bool on_grid = packed_.format == NodeFormat::grid;
-        packed_.nodes.emplace_back(bits(grid.base.x), bits(grid.base.y), bits(grid.base.z), bits(slacks_[i]));
-        packed_.nodes.emplace_back(bits(grid.cell.x), bits(grid.cell.y), bits(grid.cell.z), 0u);
-        const std::size_t stride = on_grid ? shared::kBvhGridTexels : shared::kBvhFloatTexels;
-        packed_.nodes.resize((head + 1) * stride);
-        for (const BvhNode& node : hierarchies_[i].nodes) {
-            std::vector<uvec4> texels(stride, uvec4(0));
-            for (int k = 0; k < 4; ++k) {
-                const BvhChild& child = node.children[static_cast<std::size_t>(k)];
-                for (int a = 0; a < 3; ++a) {
-                    if (on_grid) {
-                        put_cells(texels[static_cast<std::size_t>(a)], k, child.bounds, grid, a);
-                    } else {
-                        texels[static_cast<std::size_t>(2 * a)][k] = bits(child.bounds.lower[a]);
-                        texels[static_cast<std::size_t>(2 * a + 1)][k] = bits(child.bounds.upper[a]);
-                    }
-                }
-                texels[on_grid ? 3 : 6][k] = reference_to(child, i, head);
+    /// Says where heads and nodes are, and how much a traversal puts aside.
+    void place_nodes() {
+        std::size_t index = 0;
+        std::uint32_t top = 0, deepest_block = 0;
+        for (Space& space : spaces_) {
+            space.head = index_word(index, "nodes") & kBvhIndexMask;
+            ++index;
+            std::uint32_t joint = 0, deepest = 0;
+            for (Tree& tree : space.trees) {
+                tree.first_node = static_cast<std::uint32_t>(index);
+                index += tree.bvh->nodes.size();
+                packed_.node_count += tree.bvh->nodes.size();
+                if (tree.leaves == Tree::Leaves::roots)
+                    joint = tree.bvh->stack_entries;
+                else
+                    deepest = std::max(deepest, tree.bvh->stack_entries);
             }
-            packed_.nodes.insert(packed_.nodes.end(), texels.begin(), texels.end());
+            if (space.trees.front().leaves == Tree::Leaves::instances)
+                top = deepest;
+            else
+                deepest_block = std::max(deepest_block, joint + deepest);
         }
+        index_word(index, "nodes");
+        packed_.stack_entries = std::max(deepest_block, 1u);
+        if (packed_.two_level) packed_.stack_entries += top + 1;  // and kStackLeaveBlock
+    }
+
+    static std::uint32_t reference_to(const BvhChild& child, const Space& space, const Tree& tree) {
+        if (child.bounds.empty()) return shared::kBvhNoChild;
+        if (!child.leaf()) return kBvhTag | (tree.first_node + child.first);
+        switch (tree.leaves) {
+            case Tree::Leaves::instances:
+                return kBvhTag | shared::kBvhInstance | tree.bvh->primitives[child.first];
+            case Tree::Leaves::roots:
+                return kBvhTag | space.trees[1 + tree.bvh->primitives[child.first]].first_node;
+            case Tree::Leaves::pairs:
+                break;
+        }
+        return kBvhTag | shared::kBvhLeaf | (child.count << shared::kBvhCountShift) | (tree.first_pair + child.first);
+    }
+
+    void pack_space(const Space& space, std::size_t stride) {
+        const Grid& grid = space.grid;
+        const auto bits = [](float f) { return std::bit_cast<std::uint32_t>(f); };
+        packed_.nodes.emplace_back(bits(grid.base.x), bits(grid.base.y), bits(grid.base.z), bits(space.slack));
+        packed_.nodes.emplace_back(bits(grid.cell.x), bits(grid.cell.y), bits(grid.cell.z), 0u);
+        packed_.nodes.resize((space.head + 1) * stride);
+        for (const Tree& tree : space.trees)
+            for (const BvhNode& node : tree.bvh->nodes) pack_node(node, space, tree, stride);
+    }
+
+    void pack_node(const BvhNode& node, const Space& space, const Tree& tree, std::size_t stride) {
+        std::array<uvec4, shared::kBvhFloatTexels> texels{};
+        for (int k = 0; k < 4; ++k) {
+            const BvhChild& child = node.children[static_cast<std::size_t>(k)];
+            for (int a = 0; a < 3; ++a) {
+                if (on_grid()) {
+                    put_cells(texels[static_cast<std::size_t>(a)], k, child.bounds, space.grid, a);
+                } else {
+                    texels[static_cast<std::size_t>(2 * a)][k] = std::bit_cast<std::uint32_t>(child.bounds.lower[a]);
+                    texels[static_cast<std::size_t>(2 * a + 1)][k] =
+                        std::bit_cast<std::uint32_t>(child.bounds.upper[a]);
+                }
+            }
+            texels[on_grid() ? 3 : 6][k] = reference_to(child, space, tree);
+        }
+        packed_.nodes.insert(packed_.nodes.end(), texels.begin(),
+                             texels.begin() + static_cast<std::ptrdiff_t>(stride));
     }
 
     static void put_cells(uvec4& texel, int k, const Bounds& box, const Grid& grid, int a) {
@@ -277,22 +316,25 @@ class Packer {
 
     const Clock::time_point start_ = Clock::now();
     const TraceTables& tables_;
+    const Hierarchies& hierarchies_;
     PackedScene packed_;
-    std::vector<Bvh> hierarchies_;  // the top level first, if there is one, then one per block
-    std::vector<Grid> grids_;
-    std::vector<float> slacks_;
-    std::vector<std::uint32_t> first_pair_;  // slot in packed_.pairs
+    std::deque<Bvh> made_;       // over parts and instances
+    std::vector<Space> spaces_;  // all instances first, if they have one, then the blocks
 };
 
 }  // namespace
 
-PackedScene pack_scene(const TraceTables& tables) {
-    Packer packer(tables);
+PackedScene pack_scene(const TraceTables& tables, const Hierarchies& hierarchies) {
+    Packer packer(tables, hierarchies);
     return packer.pack(packer.looseness() <= kMaxLooseness ? NodeFormat::grid : NodeFormat::floating);
 }
 
+PackedScene pack_scene(const TraceTables& tables) {
+    return pack_scene(tables, Hierarchies(tables));
+}
+
 PackedScene pack_scene(const TraceTables& tables, NodeFormat format) {
-    return Packer(tables).pack(format);
+    return Packer(tables, Hierarchies(tables)).pack(format);
 }
 
 }  // namespace halflight::rays

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/core/math.h"
-#include "engine/rays/bvh.h"
+#include "engine/rays/hierarchies.h"
 #include "engine/scene/tables.h"
 
 namespace halflight::rays {
@@ -23,11 +23,13 @@ struct PackedScene {
     std::vector<std::uint32_t> instance_head;  // per instance: node index of its block's head
     std::uint32_t stack_entries = 1;           // that a traversal needs, >= 1
     std::size_t node_count = 0;                // without heads
-    double build_seconds = 0;                  // CPU clock
+    double build_seconds = 0;                  // CPU clock, hierarchies included
     double looseness = 1;                      // mean area of a box on the grid by its exact area; both formats
 };
 
-/// Chooses the format by the looseness of the grid. Throws Error where indices run out.
+/// hierarchies: of the tables' pose. Chooses the format by the looseness of the grid. Throws Error where indices run out.
+PackedScene pack_scene(const TraceTables& tables, const Hierarchies& hierarchies);
+/// With hierarchies made for it.
 PackedScene pack_scene(const TraceTables& tables);
 PackedScene pack_scene(const TraceTables& tables, NodeFormat format);
 

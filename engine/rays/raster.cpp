@@ -75,6 +75,11 @@ RasterCulling::RasterCulling(CullTree tree, const RasterSettings& settings) {
 }
 RasterCulling::~RasterCulling() = default;
 
+void RasterCulling::set_tree(CullTree tree) {
+    parts_->boxes = gpu::Buffer::from("culling boxes", box_rows(tree));
+    parts_->tree = std::move(tree);
+}
+
 const RasterSettings& RasterCulling::settings() const {
     return parts_->settings;
 }

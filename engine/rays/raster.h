@@ -54,6 +54,9 @@ class RasterCulling final : public BatchServer {
     explicit RasterCulling(CullTree tree, const RasterSettings& settings = {});
     ~RasterCulling() override;
 
+    /// Another pose of the scene. What is remembered stays, for as many nodes as there were.
+    void set_tree(CullTree tree);
+
     const RasterSettings& settings() const;
     const CullTree& tree() const;
     Way way() const override { return Way::raster; }

@@ -88,11 +88,33 @@ TraceScene::TraceScene(const TraceTables& tables, const gpu::Defines& shading)
     : TraceScene(tables, pack_scene(tables), shading) {}
 
 TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading)
-    : serial_(next_serial()),
-      alpha_tested_(tables.alpha_tested),
-      nodes_(gpu::Buffer::from("hierarchy nodes", packed.nodes)),
-      triangles_(gpu::Buffer::from("hierarchy triangles", packed.pairs)),
-      instances_(gpu::Buffer::from("block instances", instance_rows(tables, packed))) {
+    : nodes_("hierarchy nodes", 0), triangles_("hierarchy triangles", 0), instances_("block instances", 0) {
+    update(tables, packed, shading, nullptr);
+}
+
+void TraceScene::update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
+                        const PackedScene* last) {
+    serial_ = next_serial();
+    alpha_tested_ = tables.alpha_tested;
+    gpu::replace(nodes_, packed.nodes, last ? &last->nodes : nullptr);
+    gpu::replace(triangles_, packed.pairs, last ? &last->pairs : nullptr);
+    gpu::replace(instances_, instance_rows(tables, packed));
+    slivers_ = tables.slivers;
+    statistics_ = {.triangles = tables.triangles.size(),
+                   .instances = tables.instances.size(),
+                   .nodes = packed.node_count,
+                   .node_format = packed.format,
+                   .two_level = packed.two_level,
+                   // Never less than before: poses of a scene share their programs.
+                   .stack_entries = std::max(statistics_.stack_entries, packed.stack_entries),
+                   .bytes = nodes_.bytes() + triangles_.bytes() + instances_.bytes(),
+                   .build_seconds = packed.build_seconds};
+    set_shading(shading);
+    bind();  // for its errors
+}
+
+void TraceScene::set_shading(const gpu::Defines& shading) {
+    defines_ = {};
     if (alpha_tested_) {
         defines_ = shading;
         const auto& values = shading.values();
@@ -100,19 +122,10 @@ TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, con
             throw Error("rays", "alpha-tested triangles, but no shading defines to read their coverage by");
         }
     }
-    defines_.set("HALFLIGHT_STACK", packed.stack_entries);
-    if (tables.slivers) defines_.set("HALFLIGHT_SLIVERS");
-    if (packed.two_level) defines_.set("HALFLIGHT_TWO_LEVEL");
-    if (packed.format == NodeFormat::floating) defines_.set("HALFLIGHT_NODES_FLOAT");
-    statistics_ = {.triangles = tables.triangles.size(),
-                   .instances = tables.instances.size(),
-                   .nodes = packed.node_count,
-                   .node_format = packed.format,
-                   .two_level = packed.two_level,
-                   .stack_entries = packed.stack_entries,
-                   .bytes = nodes_.bytes() + triangles_.bytes() + instances_.bytes(),
-                   .build_seconds = packed.build_seconds};
-    bind();  // for its errors
+    defines_.set("HALFLIGHT_STACK", statistics_.stack_entries);
+    if (slivers_) defines_.set("HALFLIGHT_SLIVERS");
+    if (statistics_.two_level) defines_.set("HALFLIGHT_TWO_LEVEL");
+    if (statistics_.node_format == NodeFormat::floating) defines_.set("HALFLIGHT_NODES_FLOAT");
 }
 
 void TraceScene::bind() const {

@@ -65,7 +65,7 @@ struct TraceStatistics {
     double build_seconds = 0;
 };
 
-/// Hierarchies and triangles of one scene on the GPU. Immutable.
+/// Hierarchies and triangles of one scene on the GPU.
 class TraceScene {
   public:
     /// Builds one BVH4 per block with Embree's builder and, unless all triangles are in world space, one over the
@@ -76,6 +76,14 @@ class TraceScene {
     /// packed: what pack_scene() made of the tables.
     TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading);
 
+    /// Brings it to another pose. last: what is packed there, so that no more is written than what differs; or null.
+    /// Throws Error as the constructor; it is of no use then.
+    void update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
+                const PackedScene* last);
+
+    /// The scene is shaded otherwise: defines() follow.
+    void set_shading(const gpu::Defines& shading);
+
     /// Binds UNIT_NODES, UNIT_TRIANGLE_VERTICES and UNIT_INSTANCES.
     void bind() const;
     /// Variant of shaders/trace_scene.glsl and shaders/lib/traverse.glsl.
@@ -83,12 +91,13 @@ class TraceScene {
     /// Whether hits depend on coverage, and so on RayBatch::frame_constants and the scene's texture units.
     bool alpha_tested() const { return alpha_tested_; }
     const TraceStatistics& statistics() const { return statistics_; }
-    /// Another one for every scene of the process: what was made for one is not for another.
+    /// Another one for every scene and pose of the process: what was made for one is not for another.
     std::uint32_t serial() const { return serial_; }
 
   private:
-    std::uint32_t serial_;
-    bool alpha_tested_;
+    std::uint32_t serial_ = 0;
+    bool alpha_tested_ = false;
+    bool slivers_ = false;
     TraceStatistics statistics_;
     gpu::Defines defines_;
     gpu::Buffer nodes_;

@@ -15,6 +15,12 @@
 namespace halflight {
 namespace {
 
+/// The same for all scenes.
+Image albedo_table() {
+    static const Image table = build_albedo_table();
+    return table;
+}
+
 /// How an instance carries normals and tangents of a merged mesh to world space, by matrices scaled to a largest
 /// coefficient of 1, so that neither overflows nor are the vertices of a mesh weighted differently.
 struct Carrier {
@@ -47,7 +53,7 @@ class Builder {
     Builder(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept, LightChoice choice, SunChoice sun)
         : scene_(scene), trace_(trace), kept_(kept), choice_(choice), sun_(sun), pools_(scene, tables_) {}
 
-    ShadingTables build() {
+    ShadingTables build(const std::vector<PooledImage>* last) {
         std::vector<bool> used(scene_.materials.size(), false);
         for (const uvec4& triangle : trace_.triangles) used[triangle.w & kTriangleMaterialMask] = true;
         SceneNeeds& needs = tables_.needs;
@@ -59,9 +65,11 @@ class Builder {
             tables_.materials.resize((i + 1) * shared::kMaterialStride, vec4(0));
             if (used[i]) add_material(scene_.materials[i], &tables_.materials[i * shared::kMaterialStride]);
         }
+        tables_.texels_left_out = last && *last == tables_.pooled;
+        if (!tables_.texels_left_out) pools_.fill();
         // Takes a while, and nothing else depends on it.
         std::future<Image> albedo;
-        if (needs.glossy || kept_.glossy) albedo = std::async(std::launch::async, build_albedo_table);
+        if (needs.glossy || kept_.glossy) albedo = std::async(std::launch::async, albedo_table);
         add_lights();
         needs = united(needs, kept_);
         fill_light_tables();
@@ -215,8 +223,8 @@ class Builder {
 }  // namespace
 
 ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept,
-                                   LightChoice choice, SunChoice sun) {
-    return Builder(scene, trace, kept, choice, sun).build();
+                                   LightChoice choice, SunChoice sun, const std::vector<PooledImage>* last) {
+    return Builder(scene, trace, kept, choice, sun).build(last);
 }
 
 }  // namespace halflight

@@ -13,12 +13,21 @@
 
 namespace halflight {
 
+/// An image in one of the pools of texels.
+struct PooledImage {
+    int image = 0;          // index into Scene::images
+    bool is_color = false;  // in color_texels, decoded from sRGB; otherwise in data_texels
+    bool operator==(const PooledImage&) const = default;
+};
+
 /// Layouts: shaders/shared/{vertex,material,texture,light,environment}.h. What is not needed stays empty.
 struct ShadingTables {
     SceneNeeds needs;
     std::vector<vec4> vertices;                              // RGBA32F, vertex_stride() texels each
     std::vector<vec4> materials;                             // RGBA32F
     std::vector<uvec4> textures;                             // RGBA32UI
+    std::vector<PooledImage> pooled;                         // in the order of their texels
+    bool texels_left_out = false;                            // see build_shading_tables
     std::vector<std::array<std::uint16_t, 4>> color_texels;  // RGBA16F
     std::vector<std::array<std::uint8_t, 4>> data_texels;    // RGBA8
     std::vector<vec4> lights;                                // RGBA32F
@@ -33,8 +42,10 @@ struct ShadingTables {
 
 /// Precondition: validate(scene) passes, `trace` was built from it. Throws Error where a table exceeds 2^32 texels or
 /// 2^31 lights. kept: tables are made as if the scene needed that, too; what they hold then adds nothing to a picture.
-/// Precondition: `kept` has no light tree.
+/// Precondition: `kept` has no light tree. last: `pooled` of a pose with the same images; where the pools would be the
+/// same, texels are left out.
 ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept = {},
-                                   LightChoice choice = LightChoice::automatic, SunChoice sun = SunChoice::among);
+                                   LightChoice choice = LightChoice::automatic, SunChoice sun = SunChoice::among,
+                                   const std::vector<PooledImage>* last = nullptr);
 
 }  // namespace halflight

@@ -12,28 +12,33 @@ namespace halflight {
 std::uint32_t TexturePools::first_texel(int image, bool is_color) {
     const auto [found, fresh] = first_texels_.try_emplace({image, is_color}, 0);
     if (!fresh) return found->second;
-    const std::vector<std::uint8_t>& rgba = scene_.images[static_cast<std::size_t>(image)].rgba;
-    const std::size_t first = is_color ? tables_.color_texels.size() : tables_.data_texels.size();
-    if (first + rgba.size() / 4 > (1u << 31)) throw Error(scene_.name, "textures of more than 2^31 texels");
-    if (is_color) {
-        std::array<std::uint16_t, 256> linear;
-        std::array<std::uint16_t, 256> alpha;
-        for (std::size_t i = 0; i < 256; ++i) {
-            linear[i] = glm::packHalf1x16(static_cast<float>(srgb_to_linear(static_cast<std::uint8_t>(i))));
-            alpha[i] = glm::packHalf1x16(static_cast<float>(i) / 255.0f);
-        }
-        tables_.color_texels.reserve(first + rgba.size() / 4);
+    std::size_t& used = is_color ? color_texels_ : data_texels_;
+    const std::size_t first = used;
+    used += scene_.images[static_cast<std::size_t>(image)].rgba.size() / 4;
+    if (used > (1u << 31)) throw Error(scene_.name, "textures of more than 2^31 texels");
+    tables_.pooled.push_back({image, is_color});
+    return found->second = static_cast<std::uint32_t>(first);
+}
+
+void TexturePools::fill() {
+    std::array<std::uint16_t, 256> linear;
+    std::array<std::uint16_t, 256> alpha;
+    for (std::size_t i = 0; i < 256; ++i) {
+        linear[i] = glm::packHalf1x16(static_cast<float>(srgb_to_linear(static_cast<std::uint8_t>(i))));
+        alpha[i] = glm::packHalf1x16(static_cast<float>(i) / 255.0f);
+    }
+    tables_.color_texels.reserve(color_texels_);
+    tables_.data_texels.reserve(data_texels_);
+    for (const PooledImage& pooled : tables_.pooled) {
+        const std::vector<std::uint8_t>& rgba = scene_.images[static_cast<std::size_t>(pooled.image)].rgba;
         for (std::size_t i = 0; i + 3 < rgba.size(); i += 4) {
-            tables_.color_texels.push_back(
-                {linear[rgba[i]], linear[rgba[i + 1]], linear[rgba[i + 2]], alpha[rgba[i + 3]]});
-        }
-    } else {
-        tables_.data_texels.reserve(first + rgba.size() / 4);
-        for (std::size_t i = 0; i + 3 < rgba.size(); i += 4) {
-            tables_.data_texels.push_back({rgba[i], rgba[i + 1], rgba[i + 2], rgba[i + 3]});
+            if (pooled.is_color)
+                tables_.color_texels.push_back(
+                    {linear[rgba[i]], linear[rgba[i + 1]], linear[rgba[i + 2]], alpha[rgba[i + 3]]});
+            else
+                tables_.data_texels.push_back({rgba[i], rgba[i + 1], rgba[i + 2], rgba[i + 3]});
         }
     }
-    return found->second = static_cast<std::uint32_t>(first);
 }
 
 std::uint32_t TexturePools::add(const TextureRef& texture, bool is_color) {

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "engine/core/math.h"
@@ -43,11 +44,13 @@ struct MeshRange {
     std::uint32_t mesh = 0;      // index into Scene::meshes
     std::uint32_t instance = 0;  // index into Scene::instances; shared: the first one
     bool merged = false;         // transformed by the instance into block 0; else object space less Block::origin
+    bool moves = false;          // in block space, from pose to pose of the scene
     std::uint32_t block = 0;
     std::uint32_t first_vertex = 0;
     std::uint32_t vertex_count = 0;
     std::uint32_t first_triangle = 0;
     std::uint32_t triangle_count = 0;  // > 0
+    bool operator==(const MeshRange&) const = default;
 };
 
 /// Where a hit of the tables comes from, for the id outputs.
@@ -85,7 +88,13 @@ inline constexpr double kSliverAspect = 2000;
 /// long as these come to no more than `flatten_limit` triangles. A scene without a second level is traced 1.2 to 1.4
 /// times as fast (a city of 10^6 triangles); of kFlattenLimit triangles it takes 240 MB of device memory and two
 /// seconds.
-TraceTables build_trace_tables(const Scene& scene, std::size_t flatten_limit = 0);
+///
+/// reference: TraceTables::origin of the scene's reference pose. It is taken again wherever that is good enough, so that
+/// what does not move keeps its places: where the mean over all triangles of distance from it over size of their
+/// instance (half the diagonal of its box) is kNearOrigin at most, or no more than twice what it could be.
+TraceTables build_trace_tables(const Scene& scene, std::size_t flatten_limit = 0,
+                               const std::optional<dvec3>& reference = std::nullopt);
+inline constexpr double kNearOrigin = 16;
 inline constexpr std::size_t kFlattenLimit = std::size_t{1} << 21;
 
 /// The source of triangle `triangle` hit through table instance `instance` (Hit of shaders/shared/rays.h).

@@ -39,7 +39,8 @@ float lowest_alpha(const Material& material, const std::vector<float>& image_alp
 
 class Builder {
   public:
-    Builder(const Scene& scene, std::size_t flatten_limit) : scene_(scene), flatten_limit_(flatten_limit) {}
+    Builder(const Scene& scene, std::size_t flatten_limit, const std::optional<dvec3>& reference)
+        : scene_(scene), flatten_limit_(flatten_limit), reference_(reference) {}
 
     TraceTables build() {
         find_origin();
@@ -56,6 +57,12 @@ class Builder {
         return scene_.meshes[static_cast<std::size_t>(instance.mesh)];
     }
 
+    /// Where an instance is, and its triangles by its size.
+    struct Place {
+        dvec3 centre;
+        double weight;
+    };
+
     /// Floats round a place by its distance from the origin, and that matters by how small a thing is there. So the
     /// origin has the least sum, over all triangles, of distance over size of their instance: a median of the
     /// instances' centres, an axis at a time.
@@ -63,12 +70,8 @@ class Builder {
         std::vector<Bounds> boxes(scene_.meshes.size());
         for (std::size_t m = 0; m < boxes.size(); ++m)
             for (const vec3& p : scene_.meshes[m].positions) boxes[m].add(p);
-        struct Place {
-            dvec3 centre;
-            double weight;
-        };
         std::vector<Place> places;
-        double sum = 0;
+        double sum = 0, triangles = 0;
         for (const Instance& instance : scene_.instances) {
             if (!has_triangles(instance)) continue;
             const Bounds& box = boxes[static_cast<std::size_t>(instance.mesh)];
@@ -78,9 +81,10 @@ class Builder {
                 glm::abs(dvec3(m[0])) * half.x + glm::abs(dvec3(m[1])) * half.y + glm::abs(dvec3(m[2])) * half.z;
             const double size = glm::length(extent);
             if (size == 0) continue;  // flattened to a point: never seen
-            places.push_back({dvec3(m * dvec4(dvec3(box.lower) + half, 1)),
-                              static_cast<double>(mesh_of(instance).triangles.size()) / size});
+            const auto count = static_cast<double>(mesh_of(instance).triangles.size());
+            places.push_back({dvec3(m * dvec4(dvec3(box.lower) + half, 1)), count / size});
             sum += places.back().weight;
+            triangles += count;
         }
         for (int axis = 0; axis < 3 && !places.empty(); ++axis) {
             std::ranges::sort(places, {}, [axis](const Place& place) { return place.centre[axis]; });
@@ -91,6 +95,18 @@ class Builder {
             });
             tables_.origin[axis] = (middle == places.end() ? places.back() : *middle).centre[axis];
         }
+        const double allowed = std::max(kNearOrigin * triangles, 2 * remoteness(places, tables_.origin));
+        if (reference_ && remoteness(places, *reference_) <= allowed) tables_.origin = *reference_;
+    }
+
+    /// What a median minimizes.
+    static double remoteness(const std::vector<Place>& places, const dvec3& origin) {
+        double sum = 0;
+        for (const Place& place : places) {
+            const dvec3 d = glm::abs(place.centre - origin);
+            sum += place.weight * (d.x + d.y + d.z);
+        }
+        return sum;
     }
 
     /// Which instances are merged into block 0, which share their mesh's block.
@@ -170,6 +186,7 @@ class Builder {
         range.mesh = static_cast<std::uint32_t>(scene_.instances[instance].mesh);
         range.instance = static_cast<std::uint32_t>(instance);
         range.merged = merged;
+        range.moves = mesh.deforms || (merged && scene_.instances[instance].moves);
         range.block = static_cast<std::uint32_t>(tables_.blocks.size() - 1);
         range.first_vertex = static_cast<std::uint32_t>(tables_.positions.size());
         range.vertex_count = static_cast<std::uint32_t>(mesh.positions.size());
@@ -261,6 +278,7 @@ class Builder {
 
     const Scene& scene_;
     std::size_t flatten_limit_;
+    std::optional<dvec3> reference_;
     std::vector<char> shared_;        // per scene instance
     std::vector<float> image_alpha_;  // lowest of each image that alpha may depend on
     TraceTables tables_;
@@ -277,8 +295,8 @@ bool is_sliver(const vec3& a, const vec3& b, const vec3& c) {
     return doubled_area > lost && square > kSliverAspect * doubled_area;
 }
 
-TraceTables build_trace_tables(const Scene& scene, std::size_t flatten_limit) {
-    return Builder(scene, flatten_limit).build();
+TraceTables build_trace_tables(const Scene& scene, std::size_t flatten_limit, const std::optional<dvec3>& reference) {
+    return Builder(scene, flatten_limit, reference).build();
 }
 
 TriangleSource source_of(const TraceTables& tables, std::uint32_t instance, std::uint32_t triangle) {

@@ -3,8 +3,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <regex>
+#include <sstream>
 
 #include "tests/cli/sequence_test.h"
 
@@ -67,6 +69,26 @@ TEST_F(Sequence, FramesAreTheSameHoweverTheyAreMade) {
     alone.insert(alone.end(), all.begin(), all.end());
     ASSERT_EQ(run_program(alone).status, 0);
     EXPECT_TRUE(same_pixels(folder / "alone.exr", file("whole", 12))) << "alone";
+}
+
+TEST_F(Sequence, StatisticsTellWhatBecameOfHierarchies) {
+    // Floor and lamp stay, in one hierarchy; three boxes move. Frame 0 is the reference pose.
+    make("out", "0-2,24", {"--animation", "all", "--camera", "moving", "--stats", folder / "all.jsonl"});
+    std::vector<std::array<int, 3>> found;
+    const auto read = [&](const fs::path& file) {
+        found.clear();
+        std::istringstream lines(read_text(file));
+        for (std::string line; std::getline(lines, line);) {
+            const Json h = Json::parse(line).at("hierarchies");
+            found.push_back({h.at("kept"), h.at("refitted"), h.at("built")});
+        }
+    };
+    read(folder / "all.jsonl");
+    using Counts = std::vector<std::array<int, 3>>;
+    EXPECT_EQ(found, (Counts{{0, 0, 4}, {1, 3, 0}, {1, 3, 0}, {1, 3, 0}}));
+    make("fly", "0-2", {"--animation", "fly", "--camera", "moving", "--stats", folder / "fly.jsonl"});
+    read(folder / "fly.jsonl");
+    EXPECT_EQ(found, (Counts{{0, 0, 1}, {1, 0, 0}, {1, 0, 0}})) << "a camera alone";
 }
 
 TEST_F(Sequence, OnlyTheCameraMoves) {

@@ -55,6 +55,22 @@ TEST(TraceTables, OriginIsWhereTheDetailIs) {
     EXPECT_EQ(build_trace_tables(scene_of({}, {})).origin, dvec3(0));
 }
 
+TEST(TraceTables, OriginOfTheReferencePoseIsTakenWhereItIsGoodEnough) {
+    const Mesh triangle = one_triangle(vec3(-0.5f, -0.5f, 0));
+    const auto origin = [&](double x, const dvec3& reference) {
+        return build_trace_tables(scene_of({triangle}, {instance_of(0, moved(x, 0, 0))}), 0, reference).origin;
+    };
+    // The triangle's box is 1 x 1, half of its diagonal 0.71.
+    EXPECT_EQ(origin(11, dvec3(0)), dvec3(0));
+    EXPECT_EQ(origin(12, dvec3(0)), dvec3(12, 0, 0)) << "17 sizes away";
+    EXPECT_EQ(origin(1e6, dvec3(1e6 + 5, 0, 0)), dvec3(1e6 + 5, 0, 0));
+    // Of two far from each other no origin is good; that of the reference pose is no worse.
+    const Scene two = scene_of({triangle, triangle, triangle},
+                               {instance_of(0), instance_of(1, moved(1000, 0, 0)), instance_of(2, moved(900, 0, 0))});
+    EXPECT_EQ(build_trace_tables(two, 0, dvec3(1000, 0, 0)).origin, dvec3(1000, 0, 0));
+    EXPECT_EQ(build_trace_tables(two, 0, dvec3(-5000, 0, 0)).origin, dvec3(900, 0, 0));
+}
+
 TEST(TraceTables, MergesWhatIsUsedOnceAndSharesTheRest) {
     const Scene scene =
         scene_of({one_triangle(vec3(0)), one_triangle(vec3(5)), one_triangle(vec3(9))},

@@ -27,6 +27,17 @@ FrameRenderer::FrameRenderer(const RenderArguments& a, AnimatedScene& scene, gpu
     if (settings_.preview.cache) settings_.radiance_cache = std::make_shared<RadianceCache>();
 }
 
+template <class F>
+auto FrameRenderer::guarded(F f) {
+    try {
+        return f();
+    } catch (...) {
+        renderer_.reset();  // may be in the middle of anything
+        history_.forget();
+        throw;
+    }
+}
+
 RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& progress) {
     load_seconds_ = 0;
     set_frame(settings_, scene_, a_.frame_rate, frame);
@@ -44,35 +55,43 @@ RenderResult FrameRenderer::still(std::uint32_t frame, const FrameSettings& sett
     if (!scene_.surfaces_move() || !motion) return picture(seconds, settings, progress);
     Clock clock;
     Scene before = scene_.posed(a_.frame_rate.seconds(static_cast<double>(frame) - 1));
-    if (scene_.pose(seconds)) renderer_.reset();
     load_seconds_ += clock.lap();
+    pose(seconds, settings);
     const PreviousSurfaces surfaces(scene_.scene(), std::move(before));
     FrameSettings moving = settings;
     moving.previous_surfaces = &surfaces;
     return picture(seconds, moving, progress);
 }
 
-RenderResult FrameRenderer::picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress) {
+void FrameRenderer::pose(double seconds, const FrameSettings& frame) {
     Clock clock;
-    if (scene_.pose(seconds)) renderer_.reset();
-    load_seconds_ += clock.lap();
-    // A frame does not depend on those before it.
-    if (settings_.radiance_cache) settings_.radiance_cache->clear();
-    if (!renderer_) {
+    const bool is_new = !renderer_;
+    if (is_new) {
+        // Always first of all as it is at 0 s, the reference pose: what is made of others depends on it.
+        scene_.pose(0);
+        load_seconds_ += clock.lap();
         RenderSettings settings = settings_;
         static_cast<FrameSettings&>(settings) = frame;
         settings.previous_surfaces = nullptr;                        // of this picture alone
         settings.history = nullptr;
         settings.want_view = settings.want_view && a_.shutter == 0;  // of the mean
         renderer_.emplace(context_, scene_.scene(), config_, settings);
+        reference_seconds_ = clock.lap();
     }
-    try {
-        return renderer_->render(frame, progress);
-    } catch (...) {
-        renderer_.reset();  // may be in the middle of anything
-        history_.forget();
-        throw;
+    if (!scene_.pose(seconds)) {
+        if (is_new) reference_seconds_ = 0;  // which is the pose itself
+        return;
     }
+    load_seconds_ += clock.lap();
+    guarded([&] { renderer_->update(scene_.scene()); });
+}
+
+RenderResult FrameRenderer::picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress) {
+    pose(seconds, frame);
+    if (settings_.radiance_cache) settings_.radiance_cache->clear();  // a frame does not depend on those before it
+    RenderResult result = guarded([&] { return renderer_->render(frame, progress); });
+    result.stats.prepare_seconds += std::exchange(reference_seconds_, 0);
+    return result;
 }
 
 RenderResult FrameRenderer::blurred(std::uint32_t frame, const ProgressCallback& progress) {

@@ -19,7 +19,7 @@ int shutter_count(const RenderArguments& arguments, int samples);
 /// "open for 0.5 of a frame, 8 times", as files tell it; empty without a shutter.
 std::string shutter_text(const RenderArguments& arguments, int samples);
 
-/// Renders with one Renderer for as long as no more than cameras move. Everything that it is given must outlive it.
+/// Renders with one Renderer, which is brought from pose to pose. Everything that it is given must outlive it.
 class FrameRenderer {
   public:
     FrameRenderer(const RenderArguments& arguments, AnimatedScene& scene, gpu::Context& context,
@@ -35,6 +35,11 @@ class FrameRenderer {
     std::string graph_dot() const { return renderer_->graph_dot(); }
 
   private:
+    /// Brings scene and renderer to a time.
+    void pose(double seconds, const FrameSettings& frame);
+    /// Calls f(); where that throws, the next picture gets another renderer.
+    template <class F>
+    auto guarded(F f);
     RenderResult picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress);
     /// At the frame's own time, with the motion of surfaces where it is asked for.
     RenderResult still(std::uint32_t frame, const FrameSettings& settings, const ProgressCallback& progress);
@@ -49,6 +54,7 @@ class FrameRenderer {
     PictureHistory history_;                   // of the frame rendered last, with RenderSettings::preview
     std::optional<std::uint32_t> last_frame_;  // rendered
     double load_seconds_ = 0;
+    double reference_seconds_ = 0;  // that preparing the reference pose took, for the next picture
 };
 
 }  // namespace halflight

@@ -40,11 +40,7 @@ void render_picture(const RenderArguments& a) {
     const LinearSpace space = working_space(config, a);
 
     // Another thread reads while this one, whose context is to be, wakes the driver up.
-    auto reading = std::async(std::launch::async, [&] {
-        AnimatedScene read(a, console);
-        read.pose(a.frame_rate.seconds(a.frame));
-        return read;
-    });
+    auto reading = std::async(std::launch::async, [&] { return AnimatedScene(a, console); });
     gpu::Context context =
         gpu::Context::create({.device = a.device,
                               .binaries_folder = a.no_shader_cache ? "" : gpu::default_binaries_folder(),

@@ -139,7 +139,7 @@ class Sequence {
     }
 
     void start(std::size_t frames) {
-        settings_.pictures = scene_->surfaces_move() ? 1 : static_cast<int>(frames);
+        settings_.pictures = static_cast<int>(frames);
         context_.emplace(
             gpu::Context::create({.device = a_.device,
                                   .binaries_folder = a_.no_shader_cache ? "" : gpu::default_binaries_folder(),

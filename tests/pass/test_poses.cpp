@@ -1,0 +1,128 @@
+// Renderers that are brought from pose to pose: pictures follow from the reference pose and the pose alone.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight::test {
+namespace {
+
+using rays::Culling;
+using rays::HierarchyCounts;
+
+class Poses : public GpuTest {
+  protected:
+    /// The first instance's mesh is bent, the last instance is moved.
+    static Scene posed(Scene scene, float t) {
+        Mesh& mesh = scene.meshes[static_cast<std::size_t>(scene.instances.front().mesh)];
+        mesh.deforms = true;
+        for (vec3& p : mesh.positions) p.y += 0.2f * t * std::sin(3 * p.x + p.z);
+        Instance& last = scene.instances.back();
+        last.moves = true;
+        last.object_to_world = glm::translate(dmat4(1), dvec3(0.1, 0, 0.2) * double(t)) * last.object_to_world;
+        return scene;
+    }
+    static RenderSettings settings(const Scene& scene, Culling culling) {
+        RenderSettings s = all_settings(scene, 24, 32, 6);
+        s.culling = culling;
+        s.band_pixels = 32 * 16;
+        return s;
+    }
+
+    ColorConfig colors = ColorConfig::load();
+};
+
+TEST_F(Poses, PicturesDoNotDependOnPosesBefore) {
+    for (const Scene& scene : {shiny_cornell(), textured_scene(), instanced_scene()}) {
+        const float times[] = {0, 1, 0.5f, 3, 1};
+        std::vector<RenderResult> alone;
+        for (const float t : times) {
+            Renderer renderer(context, posed(scene, 0), colors, settings(scene, Culling::off));
+            renderer.update(posed(scene, t));
+            alone.push_back(renderer.render());
+        }
+        expect_same(alone[1], alone[4]);
+        EXPECT_FALSE(same_bits(alone[0].beauty, alone[1].beauty));
+        for (const Culling culling : {Culling::off, Culling::compute, Culling::raster, Culling::automatic}) {
+            Renderer renderer(context, posed(scene, 0), colors, settings(scene, culling));
+            for (std::size_t i = 0; i < alone.size(); ++i) {
+                SCOPED_TRACE(fmt::format("{}, pose {}", rays::name(culling), i));
+                if (i > 0) renderer.update(posed(scene, times[i]));
+                expect_same(renderer.render(), alone[i]);
+            }
+        }
+    }
+}
+
+TEST_F(Poses, WhatBecameOfHierarchiesIsTold) {
+    const Scene scene = shiny_cornell();
+    Renderer renderer(context, posed(scene, 0), colors, settings(scene, Culling::off));
+    EXPECT_EQ(renderer.render().stats.hierarchies, (HierarchyCounts{.built = 3})) << "the two that move, and the rest";
+    EXPECT_EQ(renderer.render().stats.hierarchies, (HierarchyCounts{.kept = 3})) << "no other pose since";
+    renderer.update(posed(scene, 1));
+    EXPECT_EQ(renderer.render().stats.hierarchies, (HierarchyCounts{.kept = 1, .refitted = 2}));
+    renderer.update(posed(scene, 1));
+    EXPECT_EQ(renderer.render().stats.hierarchies, (HierarchyCounts{.kept = 3}));
+}
+
+/// A picture of a renderer that goes from one scene to the other is that of one made for it.
+void expect_fresh(gpu::Context& context, const ColorConfig& colors, const Scene& from, const Scene& to,
+                  const RenderSettings& settings) {
+    Renderer updated(context, from, colors, settings);
+    updated.render();
+    updated.update(to);
+    Renderer fresh(context, to, colors, settings);
+    const RenderResult expected = fresh.render(), found = updated.render();
+    expect_same(found, expected);
+    EXPECT_EQ(found.stats.left_out, expected.stats.left_out) << "needs are the pose's";
+}
+
+TEST_F(Poses, LightsMaterialsAndNeedsAreThoseOfThePose) {
+    const Scene scene = textured_scene();
+    Scene other = scene;
+    for (std::size_t i = 0; i < other.materials.size(); ++i) {
+        Material& m = other.materials[i];
+        m.roughness = 0.3f;
+        m.clearcoat = i == 0 ? 0.5f : 0.0f;  // with its textures, or without those of others
+        m.transmission = 0;
+        m.emission = vec3(i == 1 ? 2.0f : 0.0f);
+    }
+    other.environment.color = vec3(0.5f);
+    other.lights.push_back({.name = "lamp", .position = dvec3(0, 3, 2)});
+    expect_fresh(context, colors, scene, other, settings(scene, Culling::off));
+    expect_fresh(context, colors, other, scene, settings(scene, Culling::compute));
+    Scene dark = scene;
+    dark.environment = {};
+    dark.lights.clear();
+    for (Material& m : dark.materials) m.emission = vec3(0);
+    expect_fresh(context, colors, scene, dark, settings(scene, Culling::off));
+    expect_fresh(context, colors, dark, scene, settings(scene, Culling::off));
+}
+
+TEST_F(Poses, ThingsMayComeAndGo) {
+    const Scene scene = instanced_scene();
+    Scene fewer = scene;
+    fewer.instances.resize(scene.instances.size() / 2);
+    for (const Culling culling : {Culling::compute, Culling::raster}) {
+        Renderer renderer(context, scene, colors, settings(scene, culling)),
+            other(context, scene, colors, settings(scene, culling));
+        const RenderResult all = renderer.render();
+        renderer.update(fewer);
+        other.update(posed(scene, 1));
+        other.render();
+        other.update(fewer);
+        const RenderResult some = renderer.render();
+        expect_same(some, other.render());
+        EXPECT_FALSE(same_bits(some.beauty, all.beauty));
+        renderer.update(scene);
+        expect_same(renderer.render(), all);
+    }
+}
+
+}  // namespace
+}  // namespace halflight::test
