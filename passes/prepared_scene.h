@@ -47,7 +47,7 @@ class PreparedScene {
     const rays::CullTree& cull_tree() const { return cull_tree_; }                      ///< empty unless prepared
     const std::vector<std::string>& object_names() const { return object_names_; }      ///< of Scene::instances
     const std::vector<std::string>& material_names() const { return material_names_; }  ///< of Scene::materials
-    std::uint64_t drawn_triangles() const;                     ///< instances counted each
+    std::uint64_t drawn_triangles() const;                                              ///< instances counted each
     bool has_environment() const { return has_environment_; }  ///< that is seen where there is no surface
     const Kept& kept() const { return options_.kept; }
     const Estimator& estimator() const { return estimator_; }  ///< where it was left to the scene, what came of it

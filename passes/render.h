@@ -96,7 +96,6 @@ struct RenderStats {
     int samples = 0;                // per pixel, done; those of the band that has fewest
     bool interrupted = false;       // by the callback
     double prepare_seconds = 0;     // tables, hierarchies, upload, once for all pictures of a pose
-    rays::HierarchyCounts hierarchies;  // what became of them before this picture
     double compile_seconds = 0;     // shaders that this render was the first to need
     double render_seconds = 0;      // samples
     std::uint64_t paths = 0;        // width x height x samples
@@ -111,6 +110,7 @@ struct RenderStats {
     std::optional<AchievedError> error;  // where one was asked for, unless interrupted
     std::vector<rays::BatchStatistics> batches;  // how rays were traced
     std::vector<rays::RasterBatch> raster;       // with raster culling: what it did
+    rays::HierarchyCounts hierarchies;           // what became of them before this picture
 };
 
 struct RenderResult {

@@ -73,8 +73,8 @@ class Buffer {
     mutable std::vector<std::pair<GLenum, Object<delete_texture>>> views_;
 };
 
-/// Makes a buffer hold other values, at best by writing what lies between the first and the last that differ. last: what
-/// it holds, or null where that is not known. A buffer of another size is made anew, under the same name.
+/// Makes a buffer hold other values, at best by writing what lies between the first and the last that differ. last:
+/// what it holds, or null where that is not known. A buffer of another size is made anew, under the same name.
 template <class T>
 void replace(Buffer& buffer, const std::vector<T>& values, const std::vector<T>* last = nullptr) {
     static_assert(std::is_trivially_copyable_v<T>);

@@ -238,9 +238,7 @@ GltfDeformers GltfScene::deformers() const {
 }
 
 Scene GltfScene::at(double seconds, Playing playing) {
-    return guarded(state_->path, [&] {
-        return validated(state_->posed(seconds, playing, true), state_->path);
-    });
+    return guarded(state_->path, [&] { return validated(state_->posed(seconds, playing, true), state_->path); });
 }
 
 void GltfScene::pose(Scene& scene, double seconds, Playing playing) {

@@ -162,8 +162,7 @@ class Packer {
         const std::size_t stride = on_grid() ? shared::kBvhGridTexels : shared::kBvhFloatTexels;
         packed_.nodes.reserve((packed_.node_count + spaces_.size()) * stride);
         for (const Space& space : spaces_) pack_space(space, stride);
-        packed_.build_seconds =
-            hierarchies_.seconds() + std::chrono::duration<double>(Clock::now() - start_).count();
+        packed_.build_seconds = hierarchies_.seconds() + std::chrono::duration<double>(Clock::now() - start_).count();
         return std::move(packed_);
     }
 
@@ -303,8 +302,7 @@ class Packer {
             }
             texels[on_grid() ? 3 : 6][k] = reference_to(child, space, tree);
         }
-        packed_.nodes.insert(packed_.nodes.end(), texels.begin(),
-                             texels.begin() + static_cast<std::ptrdiff_t>(stride));
+        packed_.nodes.insert(packed_.nodes.end(), texels.begin(), texels.begin() + static_cast<std::ptrdiff_t>(stride));
     }
 
     static void put_cells(uvec4& texel, int k, const Bounds& box, const Grid& grid, int a) {

@@ -27,7 +27,7 @@ struct PackedScene {
     double looseness = 1;                      // mean area of a box on the grid by its exact area; both formats
 };
 
-/// hierarchies: of the tables' pose. Chooses the format by the looseness of the grid. Throws Error where indices run out.
+/// hierarchies: of the tables' pose. Chooses the format by the grid's looseness. Throws Error where indices run out.
 PackedScene pack_scene(const TraceTables& tables, const Hierarchies& hierarchies);
 /// With hierarchies made for it.
 PackedScene pack_scene(const TraceTables& tables);

@@ -11,8 +11,8 @@
 
 namespace halflight {
 
-/// Gives images a place in the pools of `tables` when they are first referred to; every (image, use) is stored once, and
-/// so is every descriptor.
+/// Gives images a place in the pools of `tables` when they are first referred to; every (image, use) is stored once,
+/// and so is every descriptor.
 class TexturePools {
   public:
     TexturePools(const Scene& scene, ShadingTables& tables) : scene_(scene), tables_(tables) {}

@@ -89,8 +89,8 @@ inline constexpr double kSliverAspect = 2000;
 /// times as fast (a city of 10^6 triangles); of kFlattenLimit triangles it takes 240 MB of device memory and two
 /// seconds.
 ///
-/// reference: TraceTables::origin of the scene's reference pose. It is taken again wherever that is good enough, so that
-/// what does not move keeps its places: where the mean over all triangles of distance from it over size of their
+/// reference: TraceTables::origin of the scene's reference pose. It is taken again wherever that is good enough, so
+/// that what does not move keeps its places: where the mean over all triangles of distance from it over size of their
 /// instance (half the diagonal of its box) is kNearOrigin at most, or no more than twice what it could be.
 TraceTables build_trace_tables(const Scene& scene, std::size_t flatten_limit = 0,
                                const std::optional<dvec3>& reference = std::nullopt);

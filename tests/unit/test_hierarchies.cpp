@@ -252,8 +252,7 @@ TEST(Hierarchies, PairsThatComeApartAreMadeAnew) {
         mesh.positions.clear();
         for (uvec3& t : mesh.triangles) {
             const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-            for (int k = 0; k < 3; ++k)
-                mesh.positions.push_back(shared[t[k]] + apart * vec3(float(first % 2), 0, 0));
+            for (int k = 0; k < 3; ++k) mesh.positions.push_back(shared[t[k]] + apart * vec3(float(first % 2), 0, 0));
             t = {first, first + 1, first + 2};
         }
         mesh.normals.assign(mesh.positions.size(), vec3(0, 1, 0));
