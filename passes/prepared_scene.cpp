@@ -52,7 +52,7 @@ struct PreparedScene::Memory {
 /// What renderers have made graphs, buffers and statistics for.
 struct PreparedScene::Shape {
     SceneNeeds needs;
-    LightChoice lights;
+    Estimator estimator;
     rays::NodeFormat format;
     bool two_level;
     bool alpha_tested;
@@ -65,8 +65,8 @@ struct PreparedScene::Shape {
 
 PreparedScene::Shape PreparedScene::shape() const {
     const rays::TraceStatistics& s = trace_->statistics();
-    return {buffers_->needs(), estimator_.lights, s.node_format, s.two_level,    trace_->alpha_tested(),
-            has_environment_,  drawn_triangles(), object_names_, material_names_};
+    return {buffers_->needs(),       estimator_,       s.node_format,     s.two_level,
+            trace_->alpha_tested(), has_environment_, drawn_triangles(), object_names_, material_names_};
 }
 
 PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)

@@ -165,8 +165,7 @@ struct Renderer::State {
         }
         settings.kept = scene.kept();
         settings.estimator = scene.estimator();
-        settings.primary =
-            resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height));
+        settings.primary = resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height));
         if (needs().seen)
             for (int i = 0; i < static_cast<int>(settings.estimator.camera); ++i)
                 seen_constants.emplace_back("constants of light seen", sizeof(shared::Frame));

@@ -157,7 +157,7 @@ class Renderer {
     /// the renderer is of no use then.
     void update(const Scene&);
     /// Camera cut: the next picture has nothing in common with the last one, and what was learned is forgotten, the
-    /// radiance cache with it. (Other scenes, scene edits and sizes have renderers of their own.)
+    /// radiance cache with it. (Other scenes and sizes have renderers of their own.)
     void forget(std::string reason);
     /// The compiled frame graph in Graphviz' dot language.
     std::string graph_dot() const;

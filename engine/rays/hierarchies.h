@@ -24,7 +24,7 @@
 
 namespace halflight::rays {
 
-/// By expected_cost().
+/// By expected_cost(). A fox that runs comes to 1.3; hierarchies built for its poses would spare a fifth of that.
 inline constexpr double kMostRefitCost = 1.5;
 
 /// Triangles of a block that share a hierarchy.
