@@ -71,7 +71,7 @@ TEST_F(MattesOfPictures, CoverageIsThatOfTheGeometry) {
 }
 
 TEST_F(MattesOfPictures, CoverageIsOneAtMostAndBackgroundIsNone) {
-    const Image& image = layer(picture(squares(), 16), "CryptoObject00.R");
+    const Image image = layer(picture(squares(), 16), "CryptoObject00.R");
     ASSERT_EQ(image.channels, 12);
     const auto covered = [&](int x, int y) {
         double sum = 0;
