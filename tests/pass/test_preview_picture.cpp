@@ -73,7 +73,7 @@ TEST_F(PreviewPictureTest, StandingStillItIsTheMean) {
     frame.camera = second, frame.samples = all_end, frame.history = &of_both;
     std::vector<std::size_t> biases;
     const RenderResult last = both.render(frame, [&](const RenderProgress& progress) {
-        if (progress.samples_done % 31 == 0) biases.push_back(progress.picture().stats.biases.size());
+        if (progress.samples_done % 31 == 0) biases.push_back(progress.picture({}).stats.biases.size());
         return true;
     });
     EXPECT_EQ(biases, (std::vector<std::size_t>{2, 1, 1, 1, 1, 1, 1, 1}));
@@ -115,7 +115,7 @@ TEST_F(PreviewPictureTest, LooksBackAtThePictureBeforeAndNotAtItself) {
         r.render(frame);
         frame.camera = moved(frame.camera, 0.05), frame.seed = 1, frame.samples = 4;
         return r.render(frame, [&](const RenderProgress& progress) {
-            for (int i = 0; i < looks; ++i) progress.picture();
+            for (int i = 0; i < looks; ++i) progress.picture({});
             return true;
         });
     };
