@@ -521,6 +521,7 @@ Renderer::~Renderer() = default;
 void Renderer::update(const Scene& scene) {
     State& s = *state_;
     assert(s.own);
+    if (s.cache) s.cache->clear();
     if (s.scene.update(scene)) {
         if (s.raster) s.raster->set_tree(s.scene.cull_tree());
         s.told = false;

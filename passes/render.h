@@ -153,8 +153,8 @@ class Renderer {
     /// The picture of the RenderSettings.
     RenderResult render(const ProgressCallback& = {});
     /// Of a renderer with a scene of its own: brings it to another pose (PreparedScene::update). What was learned of who
-    /// traces fastest and of what is visible lives on where the pose needs no other shaders or buffers. Throws Error;
-    /// the renderer is of no use then.
+    /// traces fastest and of what is visible lives on where the pose needs no other shaders or buffers; the radiance
+    /// cache is emptied. Throws Error; the renderer is of no use then.
     void update(const Scene&);
     /// Camera cut: the next picture has nothing in common with the last one, and what was learned is forgotten, the
     /// radiance cache with it. (Other scenes and sizes have renderers of their own.)

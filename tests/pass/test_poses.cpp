@@ -104,6 +104,18 @@ TEST_F(Poses, LightsMaterialsAndNeedsAreThoseOfThePose) {
     expect_fresh(context, colors, dark, scene, settings(scene, Culling::off));
 }
 
+TEST_F(Poses, PreviewModesGoOn) {
+    const Scene scene = shiny_cornell();
+    RenderSettings s = settings(scene, Culling::off);
+    s.preview = {.cache = true, .filter = true};
+    Scene other = scene;
+    other.lights.push_back({.name = "lamp", .position = dvec3(0, 3, 2)});  // other shaders
+    expect_fresh(context, colors, scene, other, s);
+    Scene dimmer = scene;
+    for (Material& m : dimmer.materials) m.base_color *= 0.5f;
+    expect_fresh(context, colors, scene, dimmer, s);
+}
+
 TEST_F(Poses, ThingsMayComeAndGo) {
     const Scene scene = instanced_scene();
     Scene fewer = scene;
