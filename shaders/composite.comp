@@ -1,5 +1,6 @@
 // Mean of the components' sums, and the mean as a display shows it. With HALFLIGHT_VIEW the text of ocio_view() stands above.
 #include "shaders/shared/pixel_order.h"
+#include "shaders/lib/finite.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -33,7 +34,7 @@ void main() {
 #ifdef HALFLIGHT_INDIRECT
         sum += indirect[path * 6u + i] + indirect[path * 6u + 3u + i];
 #endif
-        mean[i] = float(sum * share);
+        mean[i] = float(min(sum * share, double(kLargestFloat)));  // finite parts may add up to more
     }
 #ifdef HALFLIGHT_OPAQUE_BACKGROUND
     mean.a = 1.0;
