@@ -444,6 +444,7 @@ TEST_F(Output, StatisticsTellHowRaysWereTraced) {
         }
     }
     EXPECT_GT(rays.at("shadow"), 0u);
+    scene = std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/cornell.glb";  // where something stands in the light
     const nlohmann::json compute = run("compute");
     for (const auto& batch : compute.at("ray_batches")) {
         if (batch.at("batch") != "shadow") continue;
