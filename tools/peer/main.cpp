@@ -30,6 +30,7 @@ constexpr double kBlockTolerance = 0.02;
 struct Options {
     std::string scene;
     CyclesSettings cycles;
+    std::string estimator;
     int repeats = 5;
     int reference_seeds = 8;
     int reference_samples = 256;
@@ -42,6 +43,7 @@ struct Options {
 class Ours {
   public:
     Ours(const Options& options) : options_(options), scene_(load_gltf(options.scene)) {
+        if (!options.estimator.empty()) estimator_ = estimator_named(options.estimator);
         if (scene_.cameras.empty()) throw Error(options.scene, "has no camera");
         camera_ = scene_.cameras.front();
         for (const Camera& c : scene_.cameras)
@@ -53,6 +55,7 @@ class Ours {
         s.width = options_.cycles.width, s.height = options_.cycles.height;
         s.camera = camera_;
         s.samples = samples, s.bounces = options_.cycles.reflections, s.seed = seed;
+        s.estimator = estimator_;
         return Renderer(context_, scene_, colors_, s).render();
     }
 
@@ -62,6 +65,7 @@ class Ours {
     Scene scene_;
     ColorConfig colors_ = ColorConfig::load();
     Camera camera_;
+    Estimator estimator_;
 };
 
 CyclesRun cycles(const Options& options, int samples, int seed) {
@@ -159,6 +163,7 @@ int run(int argc, char** argv) {
     app.add_option("--height", o.cycles.height, "pixels")->capture_default_str();
     app.add_option("--samples", o.cycles.samples, "of each timed picture")->capture_default_str();
     app.add_option("--bounces", o.cycles.reflections, "reflections along a path")->capture_default_str();
+    app.add_option("--estimator", o.estimator, "our techniques: " + known_estimators());
     app.add_option("--repeats", o.repeats, "timed pairs; 0: the agreement only")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
