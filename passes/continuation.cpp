@@ -118,8 +118,7 @@ Continuation add_continuation(graph::Graph& graph, const SceneView& view, const 
     if (sun) {
         shadowing.sun_rays = graph.create_buffer("sun sample rays", {capacity * sizeof(shared::Ray)});
         shadowing.sun_occluded = graph.create_buffer("sun sample occluded", {capacity * sizeof(shared::uint)});
-        paths.sun_light =
-            graph.create_buffer("sun samples", {(paths.points ? 2 : 1) * capacity * sizeof(vec4)});
+        paths.sun_light = graph.create_buffer("sun samples", {(paths.points ? 2 : 1) * capacity * sizeof(vec4)});
     }
     std::vector<PathList> arriving = batches;
     for (int depth = 1; depth < options.bounces; ++depth) {
@@ -132,9 +131,9 @@ Continuation add_continuation(graph::Graph& graph, const SceneView& view, const 
                 rays::any_hit(graph, view.tracer, ray_batch(view, rays::RayKind::shadow, shadowing.rays, lit, depth),
                               shadowing.occluded);
             if (sun)
-                shadowing.sun_occluded =
-                    rays::any_hit(graph, view.tracer, ray_batch(view, rays::RayKind::sun, shadowing.sun_rays, lit, depth),
-                                  shadowing.sun_occluded);
+                shadowing.sun_occluded = rays::any_hit(
+                    graph, view.tracer, ray_batch(view, rays::RayKind::sun, shadowing.sun_rays, lit, depth),
+                    shadowing.sun_occluded);
         } else {
             for (const PathList& batch : arriving)
                 add_vertex(graph, view, depth, batch, paths, shadowing, nullptr, &leaving);
@@ -146,8 +145,8 @@ Continuation add_continuation(graph::Graph& graph, const SceneView& view, const 
     for (const PathList& batch : arriving)
         add_vertex(graph, view, options.bounces, batch, paths, shadowing, nullptr, nullptr);
     const bool pending = shadowing.answered();
-    return {pending ? shadowing.occluded : graph::BufferHandle{}, pending ? shadowing.sun_occluded : graph::BufferHandle{},
-            options.bounces > 1};
+    return {pending ? shadowing.occluded : graph::BufferHandle{},
+            pending ? shadowing.sun_occluded : graph::BufferHandle{}, options.bounces > 1};
 }
 
 }  // namespace halflight

@@ -9,9 +9,9 @@ namespace halflight {
 
 /// What later bounces add to a path lies in its PathState; the answer to its last shadow ray lies here.
 struct Continuation {
-    graph::BufferHandle occluded;  // uint by path: valid where the state's `pending` is; none without light samples
+    graph::BufferHandle occluded;      // uint by path: valid where the state's `pending` is; none without light samples
     graph::BufferHandle sun_occluded;  // likewise of the sun, where it is apart
-    bool indirect = true;          // there are bounces later than the first
+    bool indirect = true;              // there are bounces later than the first
 };
 
 struct ContinuationOptions {

@@ -32,10 +32,8 @@ Key key(const char* key_name, const Choice (&choices)[N], Choice Estimator::*whi
 
 const std::vector<Key>& keys() {
     static const std::vector<Key> all{
-        key("lights", kLightChoices, &Estimator::lights),
-        key("sun", kSunChoices, &Estimator::sun),
-        key("reuse", kReuses, &Estimator::reuse),
-        key("camera", kCameraRays, &Estimator::camera),
+        key("lights", kLightChoices, &Estimator::lights),   key("sun", kSunChoices, &Estimator::sun),
+        key("reuse", kReuses, &Estimator::reuse),           key("camera", kCameraRays, &Estimator::camera),
         key("sampler", kSamplePoints, &Estimator::sampler),
     };
     return all;
@@ -84,8 +82,10 @@ const char* name(CameraRays rays) {
     return "unknown";
 }
 
-CameraRays resolved(CameraRays rays, bool surfaces_glow) {
-    return rays != CameraRays::automatic ? rays : surfaces_glow ? kUsualCameraRays : CameraRays::one;
+CameraRays resolved(CameraRays rays, const Scene& scene) {
+    const auto glows = [](const Material& m) { return m.unlit || m.emission != vec3(0); };
+    if (rays != CameraRays::automatic) return rays;
+    return std::ranges::any_of(scene.materials, glows) ? kUsualCameraRays : CameraRays::one;
 }
 
 const char* name(SamplePoints points) {

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "engine/scene/lights.h"
+#include "engine/scene/scene.h"
 
 namespace halflight {
 
@@ -30,7 +31,7 @@ inline constexpr CameraRays kCameraRays[] = {CameraRays::automatic, CameraRays::
                                              CameraRays::four,      CameraRays::eight, CameraRays::sixteen};
 inline constexpr CameraRays kUsualCameraRays = CameraRays::four;
 /// Not `automatic` any more.
-CameraRays resolved(CameraRays rays, bool surfaces_glow);
+CameraRays resolved(CameraRays rays, const Scene& scene);
 const char* name(CameraRays rays);  ///< "auto", "1", "2", "4", "8", "16"
 
 struct Estimator {

@@ -9,12 +9,12 @@
 
 namespace halflight {
 
-Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options,
-                gpu::Buffer& bad_values, const std::vector<graph::BufferHandle>& seen_constants) {
+Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& bad_values,
+                const std::vector<graph::BufferHandle>& seen_constants) {
     const FrameNeeds needs = frame_needs(view.scene.needs(), options);
     Frame frame;
-    frame.gbuffer = add_gbuffer(graph, view, {.rays = bool(needs.camera_rays), .hits = bool(needs.camera_hits)},
-                                options.primary);
+    frame.gbuffer =
+        add_gbuffer(graph, view, {.rays = bool(needs.camera_rays), .hits = bool(needs.camera_hits)}, options.primary);
     SampleInputs sample;
     sample.gbuffer = frame.gbuffer;
     if (needs.seen) sample.seen = add_seen(graph, view, seen_constants, options.primary);
@@ -29,8 +29,7 @@ Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& 
         sample.continuation = add_continuation(
             graph, view, batches, {.bounces = options.bounces, .light_samples = bool(needs.later_light)}, paths);
         if (needs.reuse) sample.received = add_reuse(graph, view, frame.gbuffer, paths, *sample.continuation);
-        if (needs.radiance_cache)
-            add_radiance_cache(graph, view, *view.radiance_cache, *sample.continuation, paths);
+        if (needs.radiance_cache) add_radiance_cache(graph, view, *view.radiance_cache, *sample.continuation, paths);
         sample.paths = paths;
     }
 

@@ -27,7 +27,7 @@ struct FrameSettings {
     const PreviousSurfaces* previous_surfaces = nullptr;  // of the frame before, likewise; null: as they are
     // With Preview::temporal: what earlier pictures have left to this one, and what it leaves; null: nothing.
     PictureHistory* history = nullptr;
-    int samples = 64;                                     // per pixel, > 0
+    int samples = 64;       // per pixel, > 0
     int first_sample = 0;   // >= 0; the picture's are those from here on of the frame's sequence
     PixelFilter filter{};   // that the picture is made with; data at pixel centres is without
     double time_limit = 0;  // seconds; > 0: samples are added until it is spent, at least one, `samples` at most

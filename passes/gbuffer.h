@@ -57,9 +57,9 @@ struct GBufferOutputs {
 GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs = {},
                     PrimaryVisibility primary = PrimaryVisibility::raster);
 
-/// What shines directly through several points of each pixel, of which there are as many as frame constants: the mean of
-/// the radiance that surfaces emit there, or the environment where there is none. vec4 by path, w: 0. Nothing but the
-/// jitter, sample_index and seed of the constants may differ.
+/// What shines directly through several points of each pixel, of which there are as many as frame constants: the mean
+/// of the radiance that surfaces emit there, or the environment where there is none. vec4 by path, w: 0. Nothing but
+/// the jitter, sample_index and seed of the constants may differ.
 graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
                              const std::vector<graph::BufferHandle>& frame_constants, PrimaryVisibility primary);
 

@@ -43,8 +43,7 @@ std::vector<double> beauty_sums(const SumBuffers& sums) {
     for (const gpu::Buffer* light : {sums.direct, sums.indirect}) {
         if (!light) continue;
         const auto both = light->read<double>();
-        for (std::size_t i = 0; i < all.size(); ++i)
-            all[i] += both[i / 3 * 6 + i % 3] + both[i / 3 * 6 + 3 + i % 3];
+        for (std::size_t i = 0; i < all.size(); ++i) all[i] += both[i / 3 * 6 + i % 3] + both[i / 3 * 6 + 3 + i % 3];
     }
     return all;
 }
@@ -92,8 +91,8 @@ ShownSums HandOver::shown(graph::Executor& executor, const SumBuffers* cached, c
 
 SumBuffers HandOver::blend(graph::Executor& executor, const SumBuffers& cached, int cached_samples,
                            const SumBuffers& others, int samples) {
-    constexpr gpu::Buffer* SumBuffers::* kSums[] = {&SumBuffers::emission, &SumBuffers::direct, &SumBuffers::indirect,
-                                                    &SumBuffers::features, &SumBuffers::squares};
+    constexpr gpu::Buffer* SumBuffers::*kSums[] = {&SumBuffers::emission, &SumBuffers::direct, &SumBuffers::indirect,
+                                                   &SumBuffers::features, &SumBuffers::squares};
     const int all = cached_samples + samples;
     const double weight = cached_weight(all);
     graph::Graph graph;

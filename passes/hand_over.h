@@ -16,9 +16,9 @@ inline constexpr int kCachedSamples = 4;
 inline constexpr int kHandedOver = 32;
 
 /// Weight of the mean of the cached samples in a picture of so many samples, cached ones included: 1 while there are no
-/// others, 0 from kHandedOver on. With x the share of the others that has come till then it is (1 - x)/(1 + x): at first
-/// as by inverse variance, were the cached samples worth half of kHandedOver; later the others make up for what is taken
-/// away.
+/// others, 0 from kHandedOver on. With x the share of the others that has come till then it is (1 - x)/(1 + x): at
+/// first as by inverse variance, were the cached samples worth half of kHandedOver; later the others make up for what
+/// is taken away.
 double cached_weight(int samples);
 
 /// Cached sample number `index` of a picture. Its numbers have nothing in common with those of sample_view(). `first`:

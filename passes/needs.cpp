@@ -76,6 +76,7 @@ std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
         {&N::transmission, size.paths * kRow},
         {&N::clearcoat, size.paths * kRow},
         {&N::area_lights, size.triangles * sizeof(shared::uint)},
+        {&N::sun, size.paths * (2 * kShadowRay + sizeof(shared::DirectLight) + kRow)},
         {&N::light_tree, size.paths * sizeof(shared::Receiver)},
     };
     for (const auto& [of, count] : bytes)
@@ -130,9 +131,9 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .camera_hits = {kCameraHits, sizeof(shared::Hit), asked(options.want_hits || traced, kCameraHits)},
         // As path reuse: another estimator, which may only be kept where it was asked for.
         .seen = {kSeen, sizeof(vec4),
-                 options.camera_rays == 1                                                   ? not_asked
+                 options.camera_rays == 1                                              ? not_asked
                  : scene.emission || scene.environment || options.kept.is_everything() ? nullptr
-                                                                                            : "nothing shines"},
+                                                                                       : "nothing shines"},
         .clamp = {kClamp, 0, later(kept(kClamp), options.clamp > 0 ? nullptr : not_asked)},
         .squares = {kSquares, 3 * sizeof(double), asked(options.want_squares, kSquares)},
         .features = {kFeatures, 6 * sizeof(double), asked(options.want_features, kFeatures)},

@@ -26,8 +26,8 @@ struct FrameOptions {
     Kept kept{};             // parts that contribute nothing and are there all the same
     float clamp = 0;         // > 0: the most luminance of a sample's indirect light
     PrimaryVisibility primary = PrimaryVisibility::raster;  // not automatic
-    bool reuse = false;      // of paths across pixels
-    int camera_rays = 1;     // of each sample, for light that is seen directly; > 0
+    bool reuse = false;                                     // of paths across pixels
+    int camera_rays = 1;                                    // of each sample, for light that is seen directly; > 0
     bool radiance_cache = false;  // for the samples of Preview::cache that use it; goes without reuse
     Preview preview{};            // of the whole picture
 };

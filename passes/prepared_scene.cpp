@@ -16,10 +16,6 @@ std::string name_or(const std::string& name, const char* what, std::size_t index
     return name.empty() ? fmt::format("{} {}", what, index) : name;
 }
 
-bool glows(const Material& m) {
-    return m.unlit || m.emission != vec3(0);
-}
-
 bool anything_moves(const TraceTables& tables) {
     return std::ranges::any_of(tables.ranges, &MeshRange::moves);
 }
@@ -65,8 +61,8 @@ struct PreparedScene::Shape {
 
 PreparedScene::Shape PreparedScene::shape() const {
     const rays::TraceStatistics& s = trace_->statistics();
-    return {buffers_->needs(),       estimator_,       s.node_format,     s.two_level,
-            trace_->alpha_tested(), has_environment_, drawn_triangles(), object_names_, material_names_};
+    return {buffers_->needs(), estimator_,        s.node_format, s.two_level,    trace_->alpha_tested(),
+            has_environment_,  drawn_triangles(), object_names_, material_names_};
 }
 
 PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)
@@ -116,11 +112,11 @@ void PreparedScene::prepare(const Scene& scene) {
         hierarchies_ = hierarchies.counts();
         return rays::pack_scene(tables, hierarchies);
     });
-    ShadingTables shading = build_shading_tables(scene, tables, kept, options_.estimator.lights,
-                                                 options_.estimator.sun, buffers_ ? &pooled_ : nullptr);
+    ShadingTables shading = build_shading_tables(scene, tables, kept, options_.estimator.lights, options_.estimator.sun,
+                                                 buffers_ ? &pooled_ : nullptr);
     estimator_ = options_.estimator;
     estimator_.lights = shading.light_choice;
-    estimator_.camera = resolved(estimator_.camera, std::ranges::any_of(scene.materials, glows));
+    estimator_.camera = resolved(estimator_.camera, scene);
     has_environment_ = !shading.environment.pixels.empty();
     pooled_ = shading.pooled;
     if (buffers_) {

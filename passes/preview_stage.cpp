@@ -17,8 +17,8 @@ void PreviewStage::begin(PictureHistory* history) {
     made_ = {};
 }
 
-void PreviewStage::add_band(graph::Graph& graph, const Band& band, const Accumulated& sums,
-                            graph::BufferHandle records, graph::TextureHandle beauty, int samples) {
+void PreviewStage::add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::BufferHandle records,
+                            graph::TextureHandle beauty, int samples) {
     const PreviewPixels filled =
         add_preview_input(graph, band, sums, records, beauty, samples, picture_.import_pixels(graph));
     const PreviewTexels& t = filled.texels;

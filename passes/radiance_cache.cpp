@@ -96,8 +96,8 @@ void add_radiance_cache(graph::Graph& graph, const SceneView& view, RadianceCach
         pass.read(paths.states, Access::storage_read);
         inputs.declare(pass);
         inputs.cells = pass.write(paths.cells, Access::storage_read_write);
-        inputs.counts = pass.write(graph.import_buffer("radiance cache counts", cache.counts()),
-                                   Access::storage_read_write);
+        inputs.counts =
+            pass.write(graph.import_buffer("radiance cache counts", cache.counts()), Access::storage_read_write);
         pass.execute([=, &cache, states = paths.states](graph::Resources& r) {
             inputs.bind(r, states);
             const gpu::Program& program = r.programs().compute("shaders/radiance_cache_feed.comp", inputs.defines());

@@ -128,9 +128,9 @@ struct Renderer::State {
     std::optional<ViewKernel> view_kernel;
     std::optional<PreviewStage> preview;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
-    std::vector<gpu::Buffer> seen_constants;  // of camera rays for light alone
+    std::vector<gpu::Buffer> seen_constants;                                        // of camera rays for light alone
     gpu::Buffer bad_values{"bad values", kBadValueCounts * sizeof(std::uint32_t)};  // of one sample
-    std::shared_ptr<RadianceCache> cache;  // null without
+    std::shared_ptr<RadianceCache> cache;                                           // null without
     HandOver hand_over;
     BadValueSums bad_value_sums;
     Band band;
@@ -254,9 +254,8 @@ struct Renderer::State {
         const SceneView seen = view(to.data_graph, place);
         const bool keep = settings.kept.is_everything();
         const bool motion = asked_for(settings, {"motion"}) || keep;
-        const GBuffer gbuffer =
-            add_gbuffer(to.data_graph, seen, {.rays = debug.nodes || debug.culling || keep, .hits = aov || keep},
-                        settings.primary);
+        const GBuffer gbuffer = add_gbuffer(
+            to.data_graph, seen, {.rays = debug.nodes || debug.culling || keep, .hits = aov || keep}, settings.primary);
         if (aov) to.data_graph.output(to.aov = add_aov(to.data_graph, seen, gbuffer, motion));
         if (debug.nodes || debug.culling)
             to.data_graph.output(to.debug = add_debug_aov(to.data_graph, seen, gbuffer, debug));
@@ -344,7 +343,8 @@ struct Renderer::State {
         for (int next = kFirstLook; next > each;) {
             for (int r = 0; r < kReplicates; ++r) {
                 for (int i = each; i < next; ++i) {
-                    add_sample(frame, replicate_view(frame, where, r, i, settings.estimator.sampler), with, with.sample);
+                    add_sample(frame, replicate_view(frame, where, r, i, settings.estimator.sampler), with,
+                               with.sample);
                     if (!after_sample(++done, next * kReplicates)) return done;
                 }
                 replicates.add(r, light(with.sample.sums));

@@ -55,7 +55,7 @@ struct RenderSettings : FrameSettings {
     bool half_color = false;        // colour layers as half floats; data stays float32
     bool want_view = false;         // also the picture through `view`
     ViewTransform view;
-    rays::Culling culling = rays::Culling::automatic;  // who finds hits; never changes the picture
+    rays::Culling culling = rays::Culling::automatic;          // who finds hits; never changes the picture
     PrimaryVisibility primary = PrimaryVisibility::automatic;  // who finds what the camera sees
     // What is built though the scene has no use for it: passes, buffers, tables, shader code. Never changes the
     // picture. Of renderers that share a scene, the scene's.
@@ -66,8 +66,8 @@ struct RenderSettings : FrameSettings {
     // That preview.cache uses; it may be shared by renderers of one scene with as many bounces. Null: one of its own.
     // Pictures depend on what was made with it before.
     std::shared_ptr<RadianceCache> radiance_cache{};
-    int pictures = 0;       // that will be made at most, of `samples` each; 0: any number
-    bool measure = false;   // wait for the GPU after each pass to tell its time, and count rays and culling (slower)
+    int pictures = 0;      // that will be made at most, of `samples` each; 0: any number
+    bool measure = false;  // wait for the GPU after each pass to tell its time, and count rays and culling (slower)
     // What is rendered at once: bands of whole rows of 16x16 blocks, of so many pixels at most where one row allows it.
     // Half a gigabyte of buffers by default, of a large picture.
     std::size_t band_pixels = std::size_t{1} << 20;
@@ -93,18 +93,18 @@ struct AchievedError {
 };
 
 struct RenderStats {
-    int samples = 0;                // per pixel, done; those of the band that has fewest
-    bool interrupted = false;       // by the callback
-    double prepare_seconds = 0;     // tables, hierarchies, upload, once for all pictures of a pose
-    double compile_seconds = 0;     // shaders that this render was the first to need
-    double render_seconds = 0;      // samples
-    std::uint64_t paths = 0;        // width x height x samples
-    std::size_t gpu_bytes = 0;      // buffers and textures, scene and frame
-    Estimator estimator;            // nothing in it is left to the scene any more
-    PrimaryVisibility primary{};    // nor is this
+    int samples = 0;                                // per pixel, done; those of the band that has fewest
+    bool interrupted = false;                       // by the callback
+    double prepare_seconds = 0;                     // tables, hierarchies, upload, once for all pictures of a pose
+    double compile_seconds = 0;                     // shaders that this render was the first to need
+    double render_seconds = 0;                      // samples
+    std::uint64_t paths = 0;                        // width x height x samples
+    std::size_t gpu_bytes = 0;                      // buffers and textures, scene and frame
+    Estimator estimator;                            // nothing in it is left to the scene any more
+    PrimaryVisibility primary{};                    // nor is this
     std::optional<CacheStatistics> radiance_cache;  // where it was used, with settings.measure
-    std::vector<PassTime> passes;   // with settings.measure, else empty
-    std::vector<LeftOut> left_out;  // what the scene or the settings did not need, with the reason
+    std::vector<PassTime> passes;                   // with settings.measure, else empty
+    std::vector<LeftOut> left_out;                  // what the scene or the settings did not need, with the reason
     std::vector<BadValues> bad_values;
     std::vector<std::string> biases;     // why the picture would not converge to the light that there is; phrases
     std::optional<AchievedError> error;  // where one was asked for, unless interrupted
@@ -152,9 +152,9 @@ class Renderer {
     RenderResult render(const FrameSettings&, const ProgressCallback& = {});
     /// The picture of the RenderSettings.
     RenderResult render(const ProgressCallback& = {});
-    /// Of a renderer with a scene of its own: brings it to another pose (PreparedScene::update). What was learned of who
-    /// traces fastest and of what is visible lives on where the pose needs no other shaders or buffers; the radiance
-    /// cache is emptied. Throws Error; the renderer is of no use then.
+    /// Of a renderer with a scene of its own: brings it to another pose (PreparedScene::update). What was learned of
+    /// who traces fastest and of what is visible lives on where the pose needs no other shaders or buffers; the
+    /// radiance cache is emptied. Throws Error; the renderer is of no use then.
     void update(const Scene&);
     /// Camera cut: the next picture has nothing in common with the last one, and what was learned is forgotten, the
     /// radiance cache with it. (Other scenes and sizes have renderers of their own.)

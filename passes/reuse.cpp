@@ -89,8 +89,14 @@ graph::BufferHandle create_reuse_points(graph::Graph& graph, const SceneView& vi
 
 graph::BufferHandle add_reuse(graph::Graph& graph, const SceneView& view, const GBuffer& g, const PathBuffers& paths,
                               const Continuation& continuation) {
-    const GroupInputs inputs{view,         g.rays,       g.surfaces, paths.states, paths.points, continuation.occluded,
-                             continuation.sun_occluded, continuation.sun_occluded ? paths.sun_light : graph::BufferHandle{}};
+    const GroupInputs inputs{view,
+                             g.rays,
+                             g.surfaces,
+                             paths.states,
+                             paths.points,
+                             continuation.occluded,
+                             continuation.sun_occluded,
+                             continuation.sun_occluded ? paths.sun_light : graph::BufferHandle{}};
     const Connections c = connect(graph, inputs);
     graph::Pass pass = graph.add_pass("reuse: gather");
     inputs.declare(pass);

@@ -27,12 +27,12 @@ struct SceneView {
     gpu::ProgramCache& programs;
     const SceneBuffers& scene;
     const rays::TraceScene& trace;
-    rays::Tracer& tracer;                 // of `trace`
-    Band band;                            // the largest one: buffers are made for it
-    graph::BufferHandle frame_constants;  // struct Frame
-    std::uint32_t place = 0;              // of the picture: RayBatch::place
-    const Band* current = nullptr;        // the one that the constants are of; null: rows of others are drawn, too
-    std::uint32_t sums = 0;               // which ones samples are added to, where bands have their own
+    rays::Tracer& tracer;                     // of `trace`
+    Band band;                                // the largest one: buffers are made for it
+    graph::BufferHandle frame_constants;      // struct Frame
+    std::uint32_t place = 0;                  // of the picture: RayBatch::place
+    const Band* current = nullptr;            // the one that the constants are of; null: rows of others are drawn, too
+    std::uint32_t sums = 0;                   // which ones samples are added to, where bands have their own
     RadianceCache* radiance_cache = nullptr;  // where paths are to use one
 };
 

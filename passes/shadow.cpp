@@ -21,9 +21,8 @@ graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, cons
     pass.read(view.frame_constants, Access::uniform_read);
     pass.read(g.rays, Access::storage_read);
     pass.read(g.surfaces, Access::storage_read);
-    const graph::BufferHandle shadow_rays =
-        pass.write(graph.create_buffer(sun ? "sun rays" : "shadow rays", {paths * sizeof(shared::Ray)}),
-                   Access::storage_write);
+    const graph::BufferHandle shadow_rays = pass.write(
+        graph.create_buffer(sun ? "sun rays" : "shadow rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
     light = pass.write(light, partial_write(light));
     pass.execute([=](graph::Resources& r) {
         r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
@@ -39,9 +38,8 @@ graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, cons
     });
 
     // No list: the rays of a pixel keep their place in a tile, and what is known of the tile its use.
-    return rays::any_hit(
-        graph, view.tracer, ray_batch(view, kind, shadow_rays, {}, 0),
-        graph.create_buffer(sun ? "sun occluded" : "occluded", {paths * sizeof(shared::uint)}));
+    return rays::any_hit(graph, view.tracer, ray_batch(view, kind, shadow_rays, {}, 0),
+                         graph.create_buffer(sun ? "sun occluded" : "occluded", {paths * sizeof(shared::uint)}));
 }
 
 }  // namespace
@@ -49,8 +47,8 @@ graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, cons
 DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const GBuffer& g) {
     const bool sun = view.scene.needs().sun;
     DirectLightEstimate direct;
-    direct.light = graph.create_buffer("direct light",
-                                       {(sun ? 2 : 1) * view.band.paths() * sizeof(shared::DirectLight)});
+    direct.light =
+        graph.create_buffer("direct light", {(sun ? 2 : 1) * view.band.paths() * sizeof(shared::DirectLight)});
     direct.occluded = add_samples(graph, view, g, rays::RayKind::shadow, direct.light);
     if (sun) direct.sun_occluded = add_samples(graph, view, g, rays::RayKind::sun, direct.light);
     return direct;

@@ -23,17 +23,14 @@ void main() {
     Bsdf b = load_bsdf(path);
     vec3 wo = -primary_rays[path].direction;
 #ifdef HALFLIGHT_SUN_SAMPLES
+    uint place = gl_NumWorkGroups.x * 64u + path;
     NextEvent e = sample_sun_event(point.position, point.offset, b, wo);
 #else
+    uint place = path;
     Sampler random = path_sampler(frame, path);
     NextEvent e = sample_next_event(point.position, point.offset, b, wo,
                                     sample_1d_bits(random, vertex_dimension(0u, kDimensionLightChoice)),
                                     sample_2d(random, vertex_dimension(0u, kDimensionLightPoint)));
-#endif
-#ifdef HALFLIGHT_SUN_SAMPLES
-    uint place = gl_NumWorkGroups.x * 64u + path;
-#else
-    uint place = path;
 #endif
     light[place] = DirectLight(point.is_surface ? e.diffuse : vec3(0.0), 0.0, point.is_surface ? e.glossy : vec3(0.0), 0.0);
     bool wanted = point.is_surface && contributes(e.diffuse + e.glossy);

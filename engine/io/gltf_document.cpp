@@ -15,18 +15,12 @@ namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
 const std::set<std::string, std::less<>> kSupportedExtensions{
-    "EXT_mesh_gpu_instancing",
-    "HALFLIGHT_environment",
-    "KHR_animation_pointer",
-    "KHR_lights_punctual",
-    "KHR_materials_clearcoat",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_ior",
-    "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_specular",
-    "KHR_materials_transmission",
-    "KHR_materials_unlit",
-    "KHR_mesh_quantization",
+    "EXT_mesh_gpu_instancing", "HALFLIGHT_environment",
+    "KHR_animation_pointer",   "KHR_lights_punctual",
+    "KHR_materials_clearcoat", "KHR_materials_emissive_strength",
+    "KHR_materials_ior",       "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_specular",  "KHR_materials_transmission",
+    "KHR_materials_unlit",     "KHR_mesh_quantization",
     "KHR_texture_transform",
 };
 

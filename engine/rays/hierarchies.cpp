@@ -62,9 +62,9 @@ bool same_bits(const vec3& a, const vec3& b) {
     return std::memcmp(&a, &b, sizeof(a)) == 0;
 }
 
-/// The same triangles in the same places, whatever they are called.
+/// The same triangles in the same places, whatever they are called, and of the same shape where they move.
 bool same_places(const TraceTables& a, const Part& pa, const TraceTables& b, const Part& pb) {
-    if (pa.moves != pb.moves) return false;
+    if (pa.moves != pb.moves || pa.key != pb.key) return false;
     const std::vector<std::uint32_t> ta = triangles_of(pa), tb = triangles_of(pb);
     const auto same = [&](std::uint32_t x, std::uint32_t y) {
         const uvec4 &tx = a.triangles[x], &ty = b.triangles[y];

@@ -35,7 +35,7 @@ struct Part {
     };
     std::uint32_t block = 0;
     bool moves = false;
-    std::pair<bool, std::uint32_t> key;  // of what moves, in every pose: merged and the instance, or the shared mesh
+    std::pair<bool, std::uint32_t> key;  // of what moves: merged and the instance, or the shared mesh
     std::vector<Span> spans;             // ascending
 };
 

@@ -13,10 +13,19 @@
 namespace halflight::rays {
 
 /// What a batch is for. Coherence, and with it every decision of a scheduler, goes by kind.
-/// Sun: shadow rays of one direction.
-enum class RayKind : std::uint8_t { primary, shadow, sun, diffuse, glossy, continuation, occlusion, connection };
-inline constexpr RayKind kRayKinds[] = {RayKind::primary, RayKind::shadow,       RayKind::sun,       RayKind::diffuse,
-                                        RayKind::glossy,  RayKind::continuation, RayKind::occlusion, RayKind::connection};
+enum class RayKind : std::uint8_t {
+    primary,
+    shadow,
+    sun,  // shadow rays of one direction
+    diffuse,
+    glossy,
+    continuation,
+    occlusion,
+    connection,
+};
+inline constexpr RayKind kRayKinds[] = {RayKind::primary,   RayKind::shadow,    RayKind::sun,
+                                        RayKind::diffuse,   RayKind::glossy,    RayKind::continuation,
+                                        RayKind::occlusion, RayKind::connection};
 const char* name(RayKind kind);
 
 /// Rays and hits lie at their path's index (structs Ray and Hit of shaders/shared/rays.h), `capacity` of each.

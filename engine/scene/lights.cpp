@@ -41,7 +41,7 @@ class Builder {
         add_environment();
         const bool others = std::any_of(power_.begin(), power_.end(), [](double power) { return power > 0; });
         if (sun_ && !others) return Builder(scene_, trace_, choice_, SunChoice::among).build();
-        if (!std::any_of(power_.begin(), power_.end(), [](double power) { return power > 0; })) return {};
+        if (!others) return {};
         choose();
         if (sun_) add_sun();
         return std::move(tables_);

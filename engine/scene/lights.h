@@ -42,8 +42,8 @@ struct LightTables {
     double tree_share = 0;                         // of the choices, that the tree decides
     std::vector<double> probabilities;             // of each light, without what the tree adds; not of the sun
     std::size_t triangle_count = 0;
-    std::size_t punctual_count = 0;                // without the sun
-    bool sun = false;                              // the last row is not among those that are chosen from
+    std::size_t punctual_count = 0;  // without the sun
+    bool sun = false;                // the last row is not among those that are chosen from
 };
 
 /// How the sun, the strongest directional light, is sampled where there are other lights.

@@ -149,8 +149,8 @@ TEST_F(Converge, EstimatorsAreCompared) {
     const Json json = report();
     Strings names;
     for (const Json& method : json["methods"]) names.push_back(method["method"]);
-    EXPECT_EQ(names, (Strings{"plain lights=power", "plain lights=tree", "compute lights=power",
-                              "compute lights=tree", "oracle"}));
+    EXPECT_EQ(names, (Strings{"plain lights=power", "plain lights=tree", "compute lights=power", "compute lights=tree",
+                              "oracle"}));
     // The same estimator makes the same picture by whoever traces; others make others.
     EXPECT_EQ(json["same_pictures"], (Json{{"compared", 8}, {"different", 0}}));
     EXPECT_NE(json["methods"][0]["points"][1]["mse"], json["methods"][1]["points"][1]["mse"]);
@@ -162,8 +162,8 @@ TEST_F(Converge, EstimatorsAreCompared) {
 
 TEST_F(Converge, PreviewsAreCompared) {
     const auto compared = [&](const Strings& more) {
-        Strings options{"--samples", "2,64", "--seeds", "2", "--method", "plain,oracle", "--reference-samples", "32",
-                        "--preview", "none", "--preview", "cache"};
+        Strings options{"--samples",           "2,64", "--seeds",   "2",    "--method",  "plain,oracle",
+                        "--reference-samples", "32",   "--preview", "none", "--preview", "cache"};
         options.insert(options.end(), more.begin(), more.end());
         const Outcome outcome = converge(options);
         EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -176,7 +176,9 @@ TEST_F(Converge, PreviewsAreCompared) {
     EXPECT_EQ(cold["biases"], Json{"plain preview=cache is a preview."});
     EXPECT_EQ(cold["same_pictures"]["compared"], 0);
     const Json warm = compared({"--warm-up", "8"});
-    const auto mse = [](const Json& json, int method, int budget) { return json["methods"][method]["points"][budget]["mse"]; };
+    const auto mse = [](const Json& json, int method, int budget) {
+        return json["methods"][method]["points"][budget]["mse"];
+    };
     EXPECT_EQ(mse(warm, 0, 0), mse(cold, 0, 0));
     EXPECT_NE(mse(warm, 1, 0), mse(cold, 1, 0));
     EXPECT_EQ(mse(warm, 1, 1), mse(cold, 1, 1)) << "both have been handed over";

@@ -124,9 +124,8 @@ TEST_F(Output, FilterAndBiasAreRecorded) {
     EXPECT_EQ(stats["settings"]["primary"], "raster");
     EXPECT_TRUE(stats["biases"].empty());
 
-    const Outcome outcome =
-        render({file("soft.exr"), "--stats", file("soft.json"), "--filter", "blackman-harris", "--clamp", "0.5",
-                "--primary", "traced"});
+    const Outcome outcome = render({file("soft.exr"), "--stats", file("soft.json"), "--filter", "blackman-harris",
+                                    "--clamp", "0.5", "--primary", "traced"});
     EXPECT_FALSE(same_pixels(file("usual.exr"), file("soft.exr")));
     EXPECT_NE(outcome.err.find("biased: indirect light clamped to a luminance of 0.5 per sample"), std::string::npos);
     const ExrFile soft = read_exr(file("soft.exr"));

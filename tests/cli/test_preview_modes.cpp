@@ -62,7 +62,8 @@ TEST_F(PreviewModes, WhatTheyCannotGoWithIsAnError) {
         EXPECT_EQ(outcome.status, 2);
         EXPECT_NE(outcome.err.find(what), std::string::npos) << outcome.err;
     };
-    refused("1-2", {"--preview", "blur"}, "--preview: blur: 'blur' is no preview mode; there are: cache, temporal, filter");
+    refused("1-2", {"--preview", "blur"},
+            "--preview: blur: 'blur' is no preview mode; there are: cache, temporal, filter");
     refused("1-2", {"--preview", "temporal", "--part", "1/2"}, "--preview: cannot be given together with --part");
     refused("1-2", {"--preview", "filter", "--shutter", "0.5"}, "--preview: cannot be given together with --shutter");
     refused("1-2", {"--preview", "filter", "--error", "1"}, "--preview: cannot be given together with --error");

@@ -85,7 +85,8 @@ TEST_F(EstimatorsTest, SunApartHasTheSameMeanAndLessNoise) {
         Layers apart = layers(scene, {.sun = SunChoice::apart, .reuse = reuse}, 16, 1001);
         const std::string with = std::string("sun-") + name(reuse);
         EXPECT_TRUE(agree(with + "-direct", apart.direct.blocks.estimate(), among.direct.blocks.estimate(), limits));
-        EXPECT_TRUE(agree(with + "-indirect", apart.indirect.blocks.estimate(), among.indirect.blocks.estimate(), limits));
+        EXPECT_TRUE(
+            agree(with + "-indirect", apart.indirect.blocks.estimate(), among.indirect.blocks.estimate(), limits));
         EXPECT_TRUE(agree(with + "-beauty", apart.beauty.blocks.estimate(), among.beauty.blocks.estimate(), limits));
         EXPECT_LT(apart.direct.pixels.variance(), 0.5 * among.direct.pixels.variance()) << with;
         EXPECT_LT(apart.indirect.pixels.variance(), 0.8 * among.indirect.pixels.variance()) << with;

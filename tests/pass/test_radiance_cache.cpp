@@ -238,8 +238,8 @@ TEST_F(RadianceCacheTest, PicturesAreTheSameBitsAgainAndByWhoeverTraces) {
     s.culling = rays::Culling::off;
     PreparedScene prepared(context, scene);
     std::vector<RenderResult> first;
-    for (const rays::Culling culling : {rays::Culling::off, rays::Culling::off, rays::Culling::compute,
-                                        rays::Culling::raster}) {
+    for (const rays::Culling culling :
+         {rays::Culling::off, rays::Culling::off, rays::Culling::compute, rays::Culling::raster}) {
         s.culling = culling;
         Renderer renderer(prepared, ColorConfig::load(), s);
         for (std::size_t picture = 0; picture < 3; ++picture) {

@@ -207,10 +207,10 @@ TEST_F(GltfAnimation, WarningsAreOfOnePose) {
     EXPECT_EQ(scene.at(0, kFirst).report.warnings, expected);
     EXPECT_EQ(scene.at(1, kFirst).report.warnings, expected);
     EXPECT_EQ(scene.animations()[0].channels.size(), 1u);
-    EXPECT_EQ(
-        scene.animation_warnings(),
-        (std::vector<std::string>{"animations[0].channels[1]: drives 'visibility', which is not supported; it is left out",
-                                  "animations[0].channels[2]: drives no node, it is left out"}));
+    EXPECT_EQ(scene.animation_warnings(),
+              (std::vector<std::string>{
+                  "animations[0].channels[1]: drives 'visibility', which is not supported; it is left out",
+                  "animations[0].channels[2]: drives no node, it is left out"}));
 }
 
 TEST_F(GltfAnimation, DamagedOnesAreRefusedWhenTheyAreToPlay) {

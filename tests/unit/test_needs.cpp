@@ -143,9 +143,9 @@ TEST(LeftOut, ItemsAreKeptEachByItself) {
 TEST(LeftOut, TellsWhatCanBeKept) {
     std::set<std::string> expected;
     for (const auto& [name, fact] : facts({}, {.runs = 1})) expected.insert(name);
-    for (const char* never : {"environment map", "light tree", "sun apart", "double precision for needles", "path reuse",
-                              "radiance cache", "camera rays for light alone", "temporal accumulation",
-                              "filter of noise"})
+    for (const char* never :
+         {"environment map", "light tree", "sun apart", "double precision for needles", "path reuse", "radiance cache",
+          "camera rays for light alone", "temporal accumulation", "filter of noise"})
         EXPECT_EQ(expected.erase(never), 1u);
     const std::vector<std::string> names = keepable_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);

@@ -69,7 +69,8 @@ class Studio {
 
   private:
     void look_at(const Band& where) {
-        const shared::Frame constants = frame_constants(seen_, tables_, sample_view(seen_, where, 0, SamplePoints::sobol));
+        const shared::Frame constants =
+            frame_constants(seen_, tables_, sample_view(seen_, where, 0, SamplePoints::sobol));
         frame_.write(0, sizeof(constants), &constants);
     }
 

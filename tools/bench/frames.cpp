@@ -95,7 +95,8 @@ class Rendering {
 
     void render(const FrameSettings& frame, int sample) {
         if (variant_.forgets) executor_.history().invalidate("bench");
-        const SampleView at = sample_view(frame, subject_.band, static_cast<std::uint32_t>(sample), SamplePoints::sobol);
+        const SampleView at =
+            sample_view(frame, subject_.band, static_cast<std::uint32_t>(sample), SamplePoints::sobol);
         const shared::Frame constants = frame_constants(frame, subject_.tables, at);
         constants_.write(0, sizeof(constants), &constants);
         for (auto& [batch, seconds] : series_.batches) seconds.emplace_back();

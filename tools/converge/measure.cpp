@@ -163,7 +163,8 @@ void set_stages(MethodResult& method, const std::vector<Components>& runs) {
 
 std::size_t stage_of(std::string_view pass) {
     if (pass.starts_with("shadow")) return 1;
-    for (const char* indirect : {"diffuse", "glossy", "continuation", "later shadow", "connection", "reuse", "radiance cache"})
+    for (const char* indirect :
+         {"diffuse", "glossy", "continuation", "later shadow", "connection", "reuse", "radiance cache"})
         if (pass.starts_with(indirect)) return 2;
     return 0;
 }

@@ -91,8 +91,8 @@ class GlPainter final : public Painter {
     Camera aside(Camera camera) const {
         const Bounds& box = scene_.tables().bounds;
         const double way = box.empty() ? 0 : 0.05 * glm::length(dvec3(box.upper - box.lower));
-        camera.camera_to_world = glm::rotate(glm::translate(camera.camera_to_world, dvec3(way, 0, 0)),
-                                             glm::radians(20.0), dvec3(0, 1, 0));
+        camera.camera_to_world =
+            glm::rotate(glm::translate(camera.camera_to_world, dvec3(way, 0, 0)), glm::radians(20.0), dvec3(0, 1, 0));
         return camera;
     }
 

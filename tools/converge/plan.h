@@ -42,12 +42,13 @@ struct Plan {
     float clamp = 0;  // of the pictures of GL methods (RenderSettings::clamp), a bias; never of the reference
     std::vector<Estimator> estimators{};  // of each method; empty: the default one for all
 
-    std::vector<Preview> previews{};      // likewise; never of the reference
+    std::vector<Preview> previews{};  // likewise; never of the reference
     int warm_up = 0;  // samples from elsewhere that fill the radiance cache before each picture that uses it, not timed
 
     Preview preview(std::size_t method) const { return previews.empty() ? Preview() : previews[method]; }
     Estimator estimator(std::size_t method) const { return estimators.empty() ? Estimator() : estimators[method]; }
-    /// "plain", or "plain lights=tree preview=cache" where estimators or previews are compared: by what sets them apart.
+    /// "plain", or "plain lights=tree preview=cache" where estimators or previews are compared: by what sets them
+    /// apart.
     std::string method_name(std::size_t method) const;
     /// Whether both make the same picture of the same seed and samples.
     bool same_pictures(std::size_t method, std::size_t other) const;

@@ -256,8 +256,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     info_app.add_option("SCENE", info.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("");
     info_app.add_flag("--device", info.device, "list the devices tried, and why each was or was not taken");
     info_app.add_flag("--needs", info.needs, "list what rendering the scene does without, why, and the bytes saved");
-    info_app.add_flag("--time", info.time,
-                      "with --needs: measure the time that each of it saves; takes minutes");
+    info_app.add_flag("--time", info.time, "with --needs: measure the time that each of it saves; takes minutes");
     Options info_options(info_app);
     info_options.group("Light");
     add_environment_option(info_options, info.environment);

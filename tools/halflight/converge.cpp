@@ -128,10 +128,9 @@ void run_converge(const ConvergeArguments& a) {
     std::vector<std::unique_ptr<Painter>> painters;
     for (std::size_t m = 0; m < a.plan.methods.size(); ++m) {
         const Method method = a.plan.methods[m];
-        painters.push_back(uses_gl(method)
-                               ? gl_painter(gl(a.plan.estimator(m)), colors, subject.view, method, a.plan.clamp,
-                                            a.plan.preview(m), a.plan.warm_up)
-                               : oracle_painter(scene, subject.view));
+        painters.push_back(uses_gl(method) ? gl_painter(gl(a.plan.estimator(m)), colors, subject.view, method,
+                                                        a.plan.clamp, a.plan.preview(m), a.plan.warm_up)
+                                           : oracle_painter(scene, subject.view));
     }
     const Measurement measured = measure(a.plan, painters, reference, a.clock, {pulse, Progress(console, "pictures")});
     if (context) context->check("rendering");

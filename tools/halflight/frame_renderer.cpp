@@ -43,9 +43,11 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     set_frame(settings_, scene_, a_.frame_rate, frame);
     // Surfaces are known where they were one frame ago, and nowhere else.
     if (scene_.surfaces_move() && last_frame_ != frame - 1) history_.forget();
-    last_frame_ = frame;
+    last_frame_.reset();  // until this one is made
     settings_.history = &history_;
-    return a_.shutter > 0 ? blurred(frame, progress) : still(frame, settings_, progress);
+    RenderResult result = a_.shutter > 0 ? blurred(frame, progress) : still(frame, settings_, progress);
+    last_frame_ = frame;
+    return result;
 }
 
 RenderResult FrameRenderer::still(std::uint32_t frame, const FrameSettings& settings,
@@ -72,7 +74,7 @@ void FrameRenderer::pose(double seconds, const FrameSettings& frame) {
         load_seconds_ += clock.lap();
         RenderSettings settings = settings_;
         static_cast<FrameSettings&>(settings) = frame;
-        settings.previous_surfaces = nullptr;                        // of this picture alone
+        settings.previous_surfaces = nullptr;  // of this picture alone
         settings.history = nullptr;
         settings.want_view = settings.want_view && a_.shutter == 0;  // of the mean
         renderer_.emplace(context_, scene_.scene(), config_, settings);

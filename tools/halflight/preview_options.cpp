@@ -36,11 +36,12 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
         "--preview", "NAME,...",
         "modes that are on at the start, biases that are named in the window: none (default), " + known_previews(),
         [&](const auto& name, const auto& text) { a.preview = preview(name, text); });
-    options.value("--budget", "MS",
-                  fmt::format("milliseconds within which a view that has changed is to be shown, coarser where it takes that "
-                              "(default {:g})",
-                              a.budget),
-                  [&](const auto& name, const auto& text) { a.budget = real(name, text, 1, 1e6); });
+    options.value(
+        "--budget", "MS",
+        fmt::format("milliseconds within which a view that has changed is to be shown, coarser where it takes that "
+                    "(default {:g})",
+                    a.budget),
+        [&](const auto& name, const auto& text) { a.budget = real(name, text, 1, 1e6); });
     options.path("--settings", "FILE.json",
                  "what is read at the start if it is there, and what is saved (default: SCENE.halflight.json)",
                  a.settings);
