@@ -203,7 +203,7 @@ void Viewer::frame(const std::filesystem::path& shot) {
 std::vector<std::string> Viewer::notices(const RenderThread::Status& status) const {
     std::vector<std::string> lines;
     if (picture_)
-        for (const std::string& bias : picture_->result.stats.biases) lines.push_back("preview, biased: " + bias);
+        for (const std::string& bias : picture_->result.stats.biases) lines.push_back("biased: " + bias);
     if (panels_shown_) return lines;  // which tell of errors
     for (const std::string& error : {status.error, status.shader_error})
         if (!error.empty()) lines.push_back(error);
