@@ -13,7 +13,7 @@ bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  
 NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 wo) {
     BsdfValue f = evaluate_bsdf(b, wo, light.direction);
     bool delta = light.pdf == 0.0;
-    NextEvent e;
+    precise NextEvent e;  // the same bits whatever else the shader holds (--keep-all)
     e.diffuse = f.diffuse * light.weight * (delta ? 1.0 : power_heuristic(light.pdf, b.p_diffuse * f.pdf_diffuse));
     e.glossy = f.glossy * light.weight * (delta ? 1.0 : power_heuristic(light.pdf, (1.0 - b.p_diffuse) * f.pdf_glossy));
     e.ray = shadow_ray(position, offset, b.geometric_normal, light);

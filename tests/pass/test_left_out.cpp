@@ -70,6 +70,18 @@ TEST_F(LeftOutTest, ChangesNothingWhereThereIsNoLightToSample) {
     check(scene);
 }
 
+TEST_F(LeftOutTest, ChangesNothingOfOneLamp) {
+    Material plastic = diffuse_material({0.7f, 0.5f, 0.3f});
+    plastic.specular = 1, plastic.roughness = 0.4f;
+    Scene scene = closed_box(plastic);
+    PunctualLight& lamp = scene.lights.emplace_back();
+    lamp.type = LightType::point;
+    lamp.position = {0.2, 0.5, -0.1};
+    lamp.intensity = vec3(3);
+    scene.cameras = {camera_in_box()};
+    check(scene, small_settings(scene.cameras.front(), 64, 64, 4, 4));
+}
+
 TEST_F(LeftOutTest, ChangesNothingOfManyLights) {
     Scene scene = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
     for (int i = 0; i < 10; ++i) {
