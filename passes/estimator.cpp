@@ -82,10 +82,8 @@ const char* name(CameraRays rays) {
     return "unknown";
 }
 
-CameraRays resolved(CameraRays rays, const Scene& scene) {
-    const auto glows = [](const Material& m) { return m.unlit || m.emission != vec3(0); };
-    if (rays != CameraRays::automatic) return rays;
-    return std::ranges::any_of(scene.materials, glows) ? kUsualCameraRays : CameraRays::one;
+CameraRays resolved(CameraRays rays) {
+    return rays == CameraRays::automatic ? CameraRays::one : rays;
 }
 
 const char* name(SamplePoints points) {

@@ -35,7 +35,8 @@ TEST(InfoTime, IsMeasuredOfAllThatCanBeKept) {
     EXPECT_GE(measured, 20);
     EXPECT_EQ(others,
               (std::set<std::string>{"environment map", "light tree", "sun apart", "double precision for needles",
-                                     "path reuse", "radiance cache", "temporal accumulation", "filter of noise"}));
+                                     "path reuse", "camera rays for light alone", "radiance cache",
+                                     "temporal accumulation", "filter of noise"}));
 }
 
 }  // namespace

@@ -39,17 +39,9 @@ TEST(Estimator, DifferencesAreToldFromTheDefaultAndFromOthers) {
     EXPECT_EQ(difference({}, {}), "");
 }
 
-TEST(Estimator, CameraRaysAreMoreWhereSurfacesGlow) {
-    Scene scene;
-    scene.materials.resize(2);
-    EXPECT_EQ(resolved(CameraRays::automatic, scene), CameraRays::one);
-    EXPECT_EQ(resolved(CameraRays::eight, scene), CameraRays::eight);
-    scene.materials[1].emission = {0, 0.1f, 0};
-    EXPECT_EQ(resolved(CameraRays::automatic, scene), kUsualCameraRays);
-    EXPECT_EQ(resolved(CameraRays::one, scene), CameraRays::one);
-    scene.materials[1] = {};
-    scene.materials[0].unlit = true;
-    EXPECT_EQ(resolved(CameraRays::automatic, scene), kUsualCameraRays);
+TEST(Estimator, CameraRaysAreThePathsOwnUnlessAskedFor) {
+    EXPECT_EQ(resolved(CameraRays::automatic), CameraRays::one);
+    EXPECT_EQ(resolved(CameraRays::eight), CameraRays::eight);
 }
 
 TEST(Estimator, UnknownTechniquesAreRefusedByName) {

@@ -125,11 +125,11 @@ Json repaired(const SceneReport& report) {
     return counts;
 }
 
-FrameOptions usual_options(const Scene& scene) {
+FrameOptions usual_options() {
     const RenderSettings usual;
     return {.bounces = usual.bounces,
             .reuse = usual.estimator.reuse == Reuse::on,
-            .camera_rays = static_cast<int>(resolved(usual.estimator.camera, scene))};
+            .camera_rays = static_cast<int>(resolved(usual.estimator.camera))};
 }
 
 SceneNeeds shading_needs(const Scene& scene, const TraceTables& tables) {
@@ -141,7 +141,7 @@ SceneNeeds shading_needs(const Scene& scene, const TraceTables& tables) {
 Json passes(const Scene& scene) {
     const SceneNeeds needs = shading_needs(scene, build_trace_tables(scene, kFlattenLimit));
     Json names = {"gbuffer"};
-    const FrameNeeds frame = frame_needs(needs, usual_options(scene));
+    const FrameNeeds frame = frame_needs(needs, usual_options());
     for (const FramePart& pass :
          {frame.seen, frame.shadow, frame.diffuse, frame.glossy, frame.continuation, frame.reuse})
         if (pass) names.push_back(pass.name);
@@ -196,7 +196,7 @@ Json left_out_json(const std::vector<LeftOut>& left_out) {
 std::vector<LeftOut> scene_left_out(const Scene& scene) {
     const RenderSettings usual;
     const TraceTables tables = build_trace_tables(scene, kFlattenLimit);
-    return left_out(shading_needs(scene, tables), usual_options(scene),
+    return left_out(shading_needs(scene, tables), usual_options(),
                     {.vertices = tables.positions.size(),
                      .triangles = tables.triangles.size(),
                      .paths = Band{{usual.width, usual.height}, 0, usual.height}.paths(),
