@@ -321,6 +321,44 @@ TEST(Emitters, HasWhatWasAskedFor) {
     refused({"emitters"}, "hall.png", "hall.png: is no name of a .glb");
 }
 
+TEST(Eel, IsSkinnedAsTheModelStands) {
+    const TemporaryFolder folder;
+    const auto eel = [&](const char* triangles) {
+        const Outcome outcome = make({"eel", "--triangles", triangles}, folder / "eel.glb");
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return Glb(folder / "eel.glb");
+    };
+    for (const char* triangles : {"100", "5000", "70000"})
+        EXPECT_NEAR(static_cast<double>(eel(triangles).triangles()), std::stod(triangles), 0.05 * std::stod(triangles));
+    const Glb glb = eel("3000");
+    expect_sound(glb, "eel");
+    const auto values = [&]<class T>(const Json& accessor) {
+        return glb.values<T>(glb.json["accessors"][accessor.get<std::size_t>()]);
+    };
+    const Json& attributes = glb.json["meshes"][0]["primitives"][0]["attributes"];
+    const auto joints = values.operator()<glm::u8vec4>(attributes["JOINTS_0"]);
+    const auto weights = values.operator()<vec4>(attributes["WEIGHTS_0"]);
+    const Json& skin = glb.json["skins"][0];
+    const std::size_t count = skin["joints"].size();
+    for (std::size_t v = 0; v < weights.size(); ++v) {
+        EXPECT_NEAR(weights[v].x + weights[v].y, 1, 1e-6);
+        EXPECT_EQ(vec2(weights[v].z, weights[v].w), vec2(0));
+        EXPECT_LT(std::max(joints[v].x, joints[v].y), count);
+    }
+    // Joints that are not turned, and the inverse of where they are, leave the mesh as it was modelled.
+    const auto inverse = values.operator()<mat4>(skin["inverseBindMatrices"]);
+    dvec3 at(0);
+    for (std::size_t j = 0; j < count; ++j) {
+        const Json& offset = glb.json["nodes"][skin["joints"][j].get<std::size_t>()]["translation"];
+        at += dvec3(offset[0], offset[1], offset[2]);
+        EXPECT_LT(glm::length(at + dvec3(inverse[j][3])), 1e-6) << "joint " << j;
+    }
+    const Json& animation = glb.json["animations"][0];
+    ASSERT_EQ(animation["channels"].size(), count);
+    for (const Json& sampler : animation["samplers"])
+        for (const vec4& turn : values.operator()<vec4>(sampler["output"])) EXPECT_NEAR(glm::length(turn), 1, 1e-6);
+}
+
 TEST(Path, FliesACameraThroughAScene) {
     const TemporaryFolder folder;
     const std::string out = folder / "path.glb";

@@ -13,7 +13,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;                   // glTF 2.0, 5.11.5
-constexpr int kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;           // glTF 2.0, 5.1.3
+constexpr int kUnsignedByte = 5121, kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;  // glTF 2.0, 5.1.3
 constexpr int kLinear = 9729, kLinearMipmapLinear = 9987, kRepeat = 10497;         // glTF 2.0, 5.26
 constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBin = 0x4E4942;  // glTF 2.0, 4.4
 
@@ -186,6 +186,14 @@ int Document::mesh(const Mesh& mesh) {
         if (material.dump().find("Texture") != std::string::npos)
             attributes["TEXCOORD_0"] =
                 attribute.template operator()<vec2>([](const Vertex& v) { return vec2(v.uv); }, "VEC2");
+        if (!part.influences.empty()) {
+            assert(part.influences.size() == count);
+            std::vector<glm::u8vec4> joints;
+            std::vector<vec4> weights;
+            for (const Influence& i : part.influences) joints.emplace_back(i.joints), weights.push_back(i.weights);
+            attributes["JOINTS_0"] = accessor(stored(std::move(joints), kArrayBuffer), kUnsignedByte, "VEC4", count);
+            attributes["WEIGHTS_0"] = accessor(stored(std::move(weights), kArrayBuffer), kFloat, "VEC4", count);
+        }
         const bool narrow = count < 65535;  // 65535 itself is the primitive restart value
         const std::uint64_t index_count = part.indices.size();
         const int indices_view =
@@ -209,6 +217,38 @@ int Document::node(const std::string& name, int mesh, const dmat4& matrix) {
     if (scale != dvec3(1)) node["scale"] = triple(scale);
     triangles_ += mesh_triangles_[static_cast<std::size_t>(mesh)];
     return root_node(std::move(node));
+}
+
+int Document::node(const std::string& name, int mesh, const Skeleton& skeleton, const dmat4& matrix) {
+    const std::size_t count = skeleton.joints.size(), keys = skeleton.seconds.size();
+    assert(count > 0 && count <= 256 && keys > 0);
+    const int times = accessor(stored(skeleton.seconds, 0), kFloat, "SCALAR", keys);
+    json_["accessors"].back()["min"] = Json::array({skeleton.seconds.front()});
+    json_["accessors"].back()["max"] = Json::array({skeleton.seconds.back()});
+    Json joints = Json::array(), channels = Json::array(), samplers = Json::array();
+    std::vector<mat4> bind;  // inverse
+    dvec3 at(0);
+    // A root after its joints: their indices are known then, and parents name children.
+    const std::size_t first = json_.contains("nodes") ? json_["nodes"].size() : 0;
+    for (std::size_t j = 0; j < count; ++j) {
+        const Joint& joint = skeleton.joints[j];
+        assert(joint.turns.size() == keys);
+        at += joint.offset;
+        bind.emplace_back(move(-at.x, -at.y, -at.z));
+        Json node{{"name", skeleton.name + " " + std::to_string(j)}, {"translation", triple(joint.offset)}};
+        if (j + 1 < count) node["children"] = Json::array({first + j + 1});
+        joints.push_back(append("nodes", std::move(node)));
+        const int turns = accessor(stored(joint.turns, 0), kFloat, "VEC4", keys);
+        samplers.push_back({{"input", times}, {"output", turns}});
+        channels.push_back({{"sampler", j}, {"target", {{"node", first + j}, {"path", "rotation"}}}});
+    }
+    root_node({{"name", skeleton.name}, {"translation", triple(dvec3(matrix[3]))}, {"children", Json::array({first})}});
+    append("animations",
+           {{"name", skeleton.animation}, {"channels", std::move(channels)}, {"samplers", std::move(samplers)}});
+    const int inverse = accessor(stored(std::move(bind), 0), kFloat, "MAT4", count);
+    const int skin = append("skins", {{"name", skeleton.name}, {"inverseBindMatrices", inverse}, {"joints", joints}});
+    triangles_ += mesh_triangles_[static_cast<std::size_t>(mesh)];
+    return root_node({{"name", name}, {"mesh", mesh}, {"skin", skin}});
 }
 
 void Document::instances(const std::string& name, int mesh, std::vector<vec3> translations,

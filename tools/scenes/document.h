@@ -48,6 +48,19 @@ Material metal(std::string name, const dvec3& color, double roughness);
 Material glossy(std::string name, const dvec3& color, double roughness);
 Material light(std::string name, const dvec3& radiance);
 
+/// One of a skeleton's, fixed to the one before it, the first one to the skeleton's node.
+struct Joint {
+    dvec3 offset{0};          // from the joint before, in the pose that the mesh is modelled in, where none is turned
+    std::vector<vec4> turns;  // quaternions x, y, z, w at the skeleton's `seconds`
+};
+
+/// A chain of joints, and the animation that turns them.
+struct Skeleton {
+    std::string name, animation;
+    std::vector<Joint> joints;   // at most 256
+    std::vector<float> seconds;  // ascending
+};
+
 class Document {
   public:
     explicit Document(const std::string& name);
@@ -58,6 +71,8 @@ class Document {
     int mesh(const Mesh& mesh);
     /// A named node under the root. `matrix` must be a move, turn and grow (no shear).
     int node(const std::string& name, int mesh, const dmat4& matrix = dmat4(1));
+    /// A skinned mesh, whose skeleton's node has the matrix: a move.
+    int node(const std::string& name, int mesh, const Skeleton& skeleton, const dmat4& matrix);
     /// The same mesh at many places, as one node with EXT_mesh_gpu_instancing; rotations are quaternions x, y, z, w.
     void instances(const std::string& name, int mesh, std::vector<vec3> translations, std::vector<vec4> rotations);
     /// vertical_fov in degrees; aspect = width / height, 0: that of the picture.

@@ -39,6 +39,11 @@ int run(int argc, char** argv) {
         ->capture_default_str();
     emitters->add_option("--triangles", hall_triangles, "of the whole (default: 10 000 beside lamps and walls)")
         ->check(CLI::Range(1LL, 1'000'000'000LL));
+    std::uint64_t eel_triangles = 10'000;
+    CLI::App* eel = command("eel", "A skinned mesh of any size that swims");
+    eel->add_option("--triangles", eel_triangles, "about how many")
+        ->check(CLI::Range(100LL, 100'000'000LL))
+        ->capture_default_str();
     scenes::CityOptions options;
     std::uint64_t part_mib = options.part_bytes >> 20;
     CLI::App* city = command("city", "A procedural city of any size");
@@ -79,6 +84,7 @@ int run(int argc, char** argv) {
         if (*still_life) write(scenes::still_life());
         if (*room) write(scenes::room());
         if (*emitters) write(scenes::emitters(lights, hall_triangles));
+        if (*eel) write(scenes::eel(eel_triangles));
         if (*path) {
             scenes::write_camera_path(flown, output, flight);
             std::printf("%s: %d frames\n", output.c_str(), flight.frames);

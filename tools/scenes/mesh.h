@@ -17,10 +17,17 @@ struct Vertex {
     dvec2 uv{0};      // v from the top row of the texture down
 };
 
+/// What a vertex of a skinned mesh follows: up to four joints, by their places in the skeleton; weights add up to 1.
+struct Influence {
+    ivec4 joints{0};
+    vec4 weights{0};
+};
+
 /// The triangles of one mesh that share a material (a glTF primitive).
 struct Part {
     int material = 0;  // of the document that the mesh goes to
     std::vector<Vertex> vertices;
+    std::vector<Influence> influences;   // of the vertices; none without a skeleton
     std::vector<std::uint32_t> indices;  // three per triangle
 };
 

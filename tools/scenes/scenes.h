@@ -27,4 +27,7 @@ Document room();
 /// lights > 0.
 Document emitters(int lights, std::uint64_t triangles);
 
+/// An eel that swims above a floor: a skinned mesh of about so many triangles, in one animation of 2 seconds.
+Document eel(std::uint64_t triangles);
+
 }  // namespace halflight::scenes
