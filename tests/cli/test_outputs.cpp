@@ -511,7 +511,8 @@ TEST_F(Output, InfoListsWhatIsLeftOutWithTheBytes) {
     EXPECT_TRUE(parts.contains("environment"));
     const Outcome lit = run_program({"info", "--needs", "--json", scene, "--env", "0.5,0.5,0.5"});
     ASSERT_EQ(lit.status, 0) << lit.err;
-    for (const auto& part : nlohmann::json::parse(lit.out).at("left_out")) EXPECT_NE(part.at("what"), "environment");
+    const auto of_lit = nlohmann::json::parse(lit.out);
+    for (const auto& part : of_lit.at("left_out")) EXPECT_NE(part.at("what"), "environment");
 }
 
 TEST_F(Output, KeepAllKeepsThePicture) {
