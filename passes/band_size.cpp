@@ -1,0 +1,28 @@
+#include "passes/band_size.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "engine/core/error.h"
+#include "passes/raster_window.h"
+
+namespace halflight {
+
+Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t most_paths, const gpu::Limits& limits) {
+    const std::size_t paths =
+        std::min({s.band_pixels, most_paths, limits.storage_block_bytes / scene.widest_record_bytes()});
+    const std::size_t row_paths = (static_cast<std::size_t>(s.width) + 15) / 16 * 256;  // of a row of blocks
+    if (s.width > limits.texture_size)
+        throw Error("render settings", "{} pixels wide: the driver takes {}", s.width, limits.texture_size);
+    const int most =
+        std::min(static_cast<int>(std::max<std::size_t>(paths / row_paths, 1)) * 16, limits.texture_size / 16 * 16);
+    const ivec2 image(s.width, s.height);
+    const int stride = window_stride(image);
+    if (stride < s.height)
+        return {image, 0, std::min(static_cast<int>(std::bit_floor(static_cast<unsigned>(most))), stride)};
+    const int bands = (s.height + most - 1) / most;
+    const int rows = ((s.height + bands - 1) / bands + 15) / 16 * 16;
+    return {image, 0, std::min(rows, s.height)};
+}
+
+}  // namespace halflight
