@@ -73,7 +73,7 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--filter", "sinc"}, 2, "--filter: there is no filter 'sinc', only box, blackman-harris");
     for (const char* radius : {"0", "-1", "17", "nan"})
         expect_render({"--filter-radius", radius}, 2, "--filter-radius: wants a number from 0.01 to 16, not '.*'");
-    for (const char* clamp : {"0", "-1", "inf", "much"})
+    for (const char* clamp : {"1e-50", "-1", "inf", "much"})
         expect_render({"--clamp", clamp}, 2, "--clamp: wants a number from .*");
     expect({"info", scene, "--time"}, 2, "--time: goes together with --needs");
     expect({"info", scene, "--env", "1,1,1"}, 2, "--env: goes together with --needs");

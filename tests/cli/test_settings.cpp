@@ -55,6 +55,41 @@ TEST_F(Settings, AreWhatOptionsWouldSay) {
     EXPECT_EQ(read_text(file("a.png")), read_text(file("b.png")));
 }
 
+TEST_F(Settings, HaveSizeAndBiases) {
+    const std::string s = settings(R"("samples": 2, "size": [40, 20], "preview": "filter,temporal", "clamp": 0.01)");
+    const auto picture = [&](const std::string& name, std::vector<std::string> more) {
+        more.insert(more.begin(), {"render", scene, file(name), "--quiet"});
+        const Outcome outcome = run_program(more);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return read_exr(file(name));
+    };
+    const auto size = [&](const std::vector<std::string>& more) {
+        std::vector<std::string> all = {"--settings", s, "--bounces", "0", "--samples", "1"};
+        all.insert(all.end(), more.begin(), more.end());
+        const ExrFile exr = picture("size.exr", all);
+        return std::pair(exr.width, exr.height);
+    };
+    EXPECT_EQ(size({}), std::pair(40, 20));
+    EXPECT_EQ(size({"--width", "10"}), std::pair(10, 5)) << "the file's shape";
+    EXPECT_EQ(size({"--height", "10"}), std::pair(20, 10));
+    EXPECT_EQ(size({"--width", "10", "--height", "10"}), std::pair(10, 10));
+
+    const auto bias = [](const ExrFile& exr) { return exr.attributes.extra.contains("bias"); };
+    const std::vector<std::string> biased = {"--width", "40",        "--height", "20",      "--samples",
+                                             "2",       "--preview", "filter",   "--clamp", "0.01"};
+    const ExrFile by_file = picture("a.exr", {"--settings", s});
+    EXPECT_TRUE(bias(by_file));
+    EXPECT_TRUE(same(by_file, picture("b.exr", biased))) << "temporal is for frames";
+    EXPECT_FALSE(bias(picture("c.exr", {"--settings", s, "--preview", "none", "--clamp", "0"})));
+    // To tell an error, or times of a frame, goes before the modes that do not go with it.
+    EXPECT_FALSE(bias(picture("d.exr", {"--settings", s, "--clamp", "0", "--error", "1e9", "--samples", "16"})));
+    EXPECT_EQ(run("e.#.exr", {"--settings", s, "--frames", "1-2", "--shutter", "0.5", "--shutter-times", "2"}).status,
+              0);
+    EXPECT_EQ(run("f.#.exr", {"--settings", s, "--frames", "1-2", "--part", "1/2"}).status, 0);
+    EXPECT_EQ(run("g.#.exr", {"--settings", s, "--frames", "1-2"}).status, 0);
+    EXPECT_NE(read_exr(file("g.2.exr")).attributes.extra["bias"].find("earlier pictures"), std::string::npos);
+}
+
 TEST_F(Settings, HaveCamerasOfTheirOwn) {
     const std::string s = settings(
         R"("samples": 2, "camera": {"from": [1, 2, 5], "at": [0, 0.5, 0], "up": [0, 1, 0], "vfov": 0.7853981633974483})");

@@ -246,6 +246,16 @@ TEST_F(View, PreviewModesAreNamedAndHandOverToTheMean) {
     EXPECT_TRUE(same_bits(exr("late.exr"), exr("mean.exr")));
 }
 
+TEST_F(View, SizeAndModesAreSaved) {
+    expect_done(view("preview filter\nclamp 0.5\nwait samples 2\nscreenshot @seen.exr\nsave\n"));
+    const Outcome outcome =
+        run_program({"render", scene, file("render.exr"), "--settings", scene + ".halflight.json", "--samples", "2"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    EXPECT_TRUE(same_bits(exr("seen.exr"), exr("render.exr")));
+    EXPECT_EQ(read_exr(file("seen.exr")).attributes.extra["bias"],
+              read_exr(file("render.exr")).attributes.extra["bias"]);
+}
+
 TEST_F(View, LightsMaterialsAndBookmarks) {
     expect_done(view(R"(
         wait samples 2

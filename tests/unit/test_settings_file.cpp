@@ -22,8 +22,11 @@ SavedSettings all_kinds() {
     pose.near_plane = 0.25;
     s.camera = pose;
     s.view = {"sRGB", "Raw", "a look", 1.3f};
+    s.size = ivec2(640, 48);
     s.samples = 77;
     s.bounces = 3;
+    s.preview = {.cache = true, .filter = true};
+    s.clamp = 0.3f;
     s.edits.environment_rotation = 12.5;
     s.edits.environment_intensity = 0.1f;
     s.edits.emission = 2;
@@ -49,8 +52,11 @@ TEST(SettingsFile, WhatIsWrittenIsRead) {
         EXPECT_EQ(r.view.view, s.view.view);
         EXPECT_EQ(r.view.look, s.view.look);
         EXPECT_EQ(r.view.exposure, s.view.exposure);
+        EXPECT_EQ(r.size, s.size);
         EXPECT_EQ(r.samples, s.samples);
         EXPECT_EQ(r.bounces, s.bounces);
+        EXPECT_EQ(r.preview, s.preview);
+        EXPECT_EQ(r.clamp, s.clamp);
         EXPECT_EQ(r.environment, s.environment);
         EXPECT_EQ(r.edits, s.edits);
         EXPECT_EQ(r.bookmarks, s.bookmarks);
@@ -102,6 +108,11 @@ TEST(SettingsFile, ElementsThatAreWrongAreNamed) {
     EXPECT_EQ(with("\"sample\": 1"), "there is no setting 'sample'");
     EXPECT_EQ(with("\"samples\": 0"), "samples: is no number from 1 to 16777216");
     EXPECT_EQ(with("\"samples\": 1.5"), "samples: is no whole number");
+    EXPECT_EQ(with("\"size\": [640]"), "size: is no list of two numbers");
+    EXPECT_EQ(with("\"size\": [640, 65537]"), "size[1]: is no number from 1 to 65536");
+    EXPECT_EQ(with("\"preview\": \"cache,blur\""),
+              "preview: cache,blur: 'blur' is no preview mode; there are: cache, temporal, filter");
+    EXPECT_EQ(with("\"clamp\": -1"), "clamp: is no number from 0 to 1e+30");
     EXPECT_EQ(with("\"clay\": 1"), "clay: is neither true nor false");
     EXPECT_EQ(with("\"lights\": [1, -1]"), "lights[1]: is no number from 0 to 1000000000");
     EXPECT_EQ(with("\"lights\": [{\"factor\": 1, \"colour\": 1}]"), "lights[0]: there is no setting 'colour'");

@@ -36,11 +36,11 @@ TEST_F(ViewSession, TheScenesCameraStaysAsItIsUntilItMoves) {
     const Request before = session.request(kSize);
     steer({});
     EXPECT_TRUE(session.request(kSize) == before) << "nothing has happened";
-    EXPECT_EQ(std::get<std::string>(session.saved().camera), session.scene().cameras[0].name);
+    EXPECT_EQ(std::get<std::string>(session.saved(kSize).camera), session.scene().cameras[0].name);
     steer({.drag = {0.1, 0}, .left = true});
     EXPECT_FALSE(session.scene_camera());
     EXPECT_FALSE(session.request(kSize) == before);
-    EXPECT_EQ(std::get<CameraPose>(session.saved().camera), session.pose());
+    EXPECT_EQ(std::get<CameraPose>(session.saved(kSize).camera), session.pose());
     session.reset_camera();
     EXPECT_TRUE(session.request(kSize) == before);
 }
@@ -156,7 +156,7 @@ TEST_F(ViewSession, WhatCannotBeOpenedChangesNothing) {
         EXPECT_THROW(session.open(session.opening(bad)()), Error) << bad;
         EXPECT_TRUE(session.request(kSize) == before) << bad;
     }
-    EXPECT_EQ(session.saved().environment, EnvironmentChoice());
+    EXPECT_EQ(session.saved(kSize).environment, EnvironmentChoice());
     // A scene whose settings want a display that there is not.
     test::TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
@@ -190,7 +190,26 @@ TEST_F(ViewSession, FilesAreReadOnAnyThreadAndTakenLater) {
     EXPECT_EQ(session.pose(), pose);
     EXPECT_TRUE(session.edits.clay);
     EXPECT_EQ(session.scene().environment.map.width, 2);
-    EXPECT_EQ(session.saved().environment, EnvironmentChoice(folder / "sky.exr"));
+    EXPECT_EQ(session.saved(kSize).environment, EnvironmentChoice(folder / "sky.exr"));
+}
+
+TEST_F(ViewSession, SavesSizeAndModes) {
+    session.modes = {{.cache = true, .filter = true}, 2.5f};
+    const SavedSettings saved = session.saved({640, 480});
+    EXPECT_EQ(saved.size, ivec2(640, 480));
+    EXPECT_EQ(saved.preview, (Preview{.cache = true, .filter = true}));
+    EXPECT_EQ(saved.clamp, 2.5f);
+    EXPECT_FALSE(session.saved({0, 0}).size) << "of a window that is minimised";
+
+    // Those of a scene's own settings are taken with it; where it has none they stay.
+    test::TemporaryFolder folder;
+    const std::filesystem::path other = test::copy_room(folder.path);
+    session.open(session.opening(other)());
+    EXPECT_EQ(session.modes, (PreviewModes{{.cache = true, .filter = true}, 2.5f}));
+    test::write_text(settings_file_of(other),
+                     R"({"halflight_settings": 1, "size": [8, 80], "preview": "temporal", "clamp": 0})");
+    session.open(session.opening(other)());
+    EXPECT_EQ(session.modes, (PreviewModes{{.temporal = true}, 0}));
 }
 
 TEST_F(ViewSession, ComponentsAndErrorsNeedTheirAovs) {

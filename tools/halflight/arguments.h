@@ -109,6 +109,7 @@ struct PreviewArguments : ViewArguments {
     std::vector<Bookmark> bookmarks;                // that it has
     std::optional<int> samples;                     // per pixel, after which nothing more is done
     Preview preview;                                // modes that are on at the start
+    float clamp = 0;                                // RenderSettings::clamp, likewise
     double budget = 100;                            // ms until the first picture of a view
     std::optional<std::filesystem::path> script;
     std::optional<std::filesystem::path> ocio;

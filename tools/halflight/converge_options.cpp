@@ -78,8 +78,10 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
                [&](const auto& name, const auto& text) { a.estimators = each_given(name, text, estimator); })
         ->multi_option_policy(CLI::MultiOptionPolicy::Join);
     options
-        .value("--preview", "NAME,...", "preview modes of the methods that use GL, likewise; none by itself: no mode; else of " + known_previews(),
-               [&](const auto& name, const auto& text) { a.previews = each_given(name, text, preview); })
+        .value(
+            "--preview", "NAME,...",
+            "preview modes of the methods that use GL, likewise; none by itself: no mode; else of " + known_previews(),
+            [&](const auto& name, const auto& text) { a.previews = each_given(name, text, preview); })
         ->multi_option_policy(CLI::MultiOptionPolicy::Join);
     options.value("--warm-up", "N",
                   "samples by a camera beside the scene's that fill the radiance cache before each picture (default 0)",

@@ -14,6 +14,7 @@ namespace halflight {
 
 inline constexpr int kMaxSamples = 1 << 24;  // a float32 counts no further
 inline constexpr int kMaxBounces = 1024;
+inline constexpr int kMinWindow = 16, kMaxWindow = 16384;  // sides, pixels
 
 /// All of `text` as a number from `lower` to `upper`; `kind` says in the UsageError what was wanted.
 template <class T>

@@ -7,8 +7,8 @@ namespace {
 void size(PreviewArguments& a, const std::string& option, const std::string& text) {
     const std::size_t x = text.find('x');
     if (x == std::string::npos) throw UsageError(option, "wants WIDTHxHEIGHT in pixels, not '{}'", text);
-    a.width = whole(option, text.substr(0, x), 16, 16384);
-    a.height = whole(option, text.substr(x + 1), 16, 16384);
+    a.width = whole(option, text.substr(0, x), kMinWindow, kMaxWindow);
+    a.height = whole(option, text.substr(x + 1), kMinWindow, kMaxWindow);
 }
 
 }  // namespace
@@ -36,6 +36,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
         "--preview", "NAME,...",
         "modes that are on at the start, biases that are named in the window: none (default), " + known_previews(),
         [&](const auto& name, const auto& text) { a.preview = preview(name, text); });
+    add_clamp_option(options, a.clamp);
     options.value(
         "--budget", "MS",
         fmt::format("milliseconds within which a view that has changed is to be shown, coarser where it takes that "

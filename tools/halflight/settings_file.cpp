@@ -79,7 +79,7 @@ class Element {
     std::string place_;
 };
 
-constexpr double kFar = 1e30;    // of coordinates
+constexpr double kFar = 1e30;    // of coordinates, and of radiance
 constexpr double kBright = 1e9;  // of factors
 
 /// Calls f with the value of a key that is there.
@@ -107,6 +107,20 @@ CameraPose read_pose(const Element& e) {
         e.fail("{}", error.what());
     }
     return pose;
+}
+
+ivec2 read_size(const Element& e) {
+    const auto sides = e.items();
+    if (sides.size() != 2) e.fail("is no list of two numbers");
+    return {sides[0].whole(1, kMaxSide), sides[1].whole(1, kMaxSide)};
+}
+
+Preview read_preview(const Element& e) {
+    try {
+        return preview_named(e.text());
+    } catch (const Error& error) {
+        e.fail("{}", error.what());
+    }
 }
 
 Json list(const dvec3& v) {
@@ -175,8 +189,8 @@ SavedSettings read_settings(const fs::path& path) {
     const Json json = Json::parse(bytes, nullptr, false);
     if (json.is_discarded()) throw Error(path.string(), "is no JSON");
     const Element file(path, json);
-    file.check_keys({"halflight_settings", "camera", "exposure", "display", "view", "look", "samples", "bounces",
-                     "environment", "emission", "lights", "clay", "bookmarks"});
+    file.check_keys({"halflight_settings", "camera", "exposure", "display", "view", "look", "size", "samples",
+                     "bounces", "preview", "clamp", "environment", "emission", "lights", "clay", "bookmarks"});
     const auto version = file.find("halflight_settings");
     if (!version) file.fail("has no 'halflight_settings', the version of its format");
     if (version->whole(0, 1 << 30) != kVersion) version->fail("is not {}, the version that is known", kVersion);
@@ -192,8 +206,11 @@ SavedSettings read_settings(const fs::path& path) {
     with(file, "display", [&](const Element& v) { s.view.display = v.text(); });
     with(file, "view", [&](const Element& v) { s.view.view = v.text(); });
     with(file, "look", [&](const Element& v) { s.view.look = v.text(); });
+    with(file, "size", [&](const Element& v) { s.size = read_size(v); });
     with(file, "samples", [&](const Element& v) { s.samples = v.whole(1, kMaxSamples); });
     with(file, "bounces", [&](const Element& v) { s.bounces = v.whole(0, kMaxBounces); });
+    with(file, "preview", [&](const Element& v) { s.preview = read_preview(v); });
+    with(file, "clamp", [&](const Element& v) { s.clamp = static_cast<float>(v.number(0, kFar)); });
     with(file, "environment", [&](const Element& v) { read_environment(v, path.parent_path(), s); });
     with(file, "emission", [&](const Element& v) { s.edits.emission = static_cast<float>(v.number(0, kBright)); });
     with(file, "lights", [&](const Element& v) {
@@ -219,8 +236,11 @@ void write_settings(const fs::path& path, const SavedSettings& s) {
     if (!s.view.display.empty()) json["display"] = s.view.display;
     if (!s.view.view.empty()) json["view"] = s.view.view;
     if (!s.view.look.empty()) json["look"] = s.view.look;
+    if (s.size) json["size"] = {s.size->x, s.size->y};
     if (s.samples) json["samples"] = *s.samples;
     if (s.bounces) json["bounces"] = *s.bounces;
+    if (s.preview) json["preview"] = text(*s.preview);
+    if (s.clamp) json["clamp"] = *s.clamp;
     json["environment"] = environment_json(s, path.parent_path());
     json["emission"] = s.edits.emission;
     json["lights"] = Json::array();

@@ -15,8 +15,11 @@ namespace halflight {
 struct SavedSettings {
     std::variant<std::monostate, std::string, CameraPose> camera;  // of the scene by name or number, or of one's own
     ViewTransform view;
+    std::optional<ivec2> size;  // pixels
     std::optional<int> samples;
     std::optional<int> bounces;
+    std::optional<Preview> preview;
+    std::optional<float> clamp;     // RenderSettings::clamp
     EnvironmentChoice environment;  // a map's name leads to the file from the folder that is current
     SceneEdits edits;
     std::vector<Bookmark> bookmarks;

@@ -1,8 +1,23 @@
+#include <algorithm>
+#include <cmath>
+
 #include "tools/halflight/options.h"
 #include "tools/halflight/settings_file.h"
 
 namespace halflight {
 namespace {
+
+/// Where one side is given, the other follows from the file's shape.
+template <class Given>
+void take_size(const ivec2& size, const Given& given, ViewArguments& a) {
+    const auto scaled = [](int side, int to, int from) {
+        return static_cast<int>(std::clamp(std::round(double(side) * to / from), 1.0, double{kMaxSide}));
+    };
+    const bool width = given("--width"), height = given("--height");
+    if (given("--size") || (width && height)) return;
+    a.width = height ? scaled(*a.height, size.x, size.y) : width ? *a.width : size.x;
+    a.height = width ? scaled(*a.width, size.y, size.x) : height ? *a.height : size.y;
+}
 
 /// Of either command's arguments; what given(option) says was given goes before the file.
 template <class A, class Given>
@@ -18,7 +33,10 @@ void take(const SavedSettings& s, const Given& given, A& a) {
     if (!given("--look")) a.view.look = s.view.look;
     if (!given("--exposure")) a.view.exposure = s.view.exposure;
     if (!given("--samples") && !given("--time") && !given("--error") && s.samples) a.samples = s.samples;
+    if (s.size) take_size(*s.size, given, a);
     if (!given("--bounces") && s.bounces) a.bounces = *s.bounces;
+    if (!given("--preview") && !given("--error") && !given("--shutter") && s.preview) a.preview = *s.preview;
+    if (!given("--clamp") && s.clamp) a.clamp = *s.clamp;
     if (!given("--env")) a.environment = s.environment;
     a.edits = s.edits;
 }
@@ -37,6 +55,8 @@ void take_file(const Given& given, PreviewArguments& a) {
     if (!std::filesystem::exists(file, none)) return;
     const SavedSettings settings = read_settings(file);
     take(settings, given, a);
+    for (std::optional<int>* side : {&a.width, &a.height})
+        if (*side) *side = std::clamp(**side, kMinWindow, kMaxWindow);
     a.bookmarks = settings.bookmarks;
 }
 
@@ -46,12 +66,17 @@ void add_settings_option(Options& options, RenderArguments& a) {
     options.group("Picture");
     options.path(
         "--settings", "FILE.json",
-        "camera, lights, exposure, samples, ... as `halflight view` has saved them; other options override it",
+        "camera, lights, size, exposure, samples, preview modes, ... as `halflight view` has saved them; other "
+        "options override it",
         a.settings);
 }
 
 void use_settings(const CLI::App& app, RenderArguments& a) {
-    take(read_settings(*a.settings), given_to(app), a);
+    const auto given = given_to(app);
+    SavedSettings settings = read_settings(*a.settings);
+    // A single picture has no earlier frames, and those of a part are not all there.
+    if (settings.preview && (a.frames.empty() || given("--part"))) settings.preview->temporal = false;
+    take(settings, given, a);
 }
 
 void use_settings(const CLI::App& app, PreviewArguments& a) {

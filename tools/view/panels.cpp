@@ -97,7 +97,7 @@ void passes_panel(Session& session) {
 }
 
 void modes_panel(PreviewModes& modes) {
-    text("Biased: pictures are better soon, and not the right ones in the end. Not saved.");
+    text("Biased: pictures are better soon, and not the right ones in the end.");
     ImGui::Checkbox("cache: paths end in radiance found earlier", &modes.preview.cache);
     ImGui::Checkbox("temporal: light of earlier pictures", &modes.preview.temporal);
     ImGui::Checkbox("filter: noise is filtered out", &modes.preview.filter);

@@ -129,7 +129,7 @@ void Viewer::execute(const Command& c) {
     if (c.name == "bounces") session_.bounces = static_cast<int>(n(0));
     if (c.name == "bookmark") session_.bookmark(c.words[0]);
     if (c.name == "recall") session_.recall(c.words[0]);
-    if (c.name == "save") session_.save();
+    if (c.name == "save") session_.save(size);
     if (c.name == "quit") quit_ = true;
     if (c.name == "screenshot") {
         take_picture(), frame();  // with what has changed since the last one

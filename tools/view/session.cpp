@@ -53,6 +53,7 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
         a.device = arguments_.device;
         a.quiet = arguments_.quiet;
         a.preview = modes.preview;
+        a.clamp = modes.clamp;
         return [a, colors = colors_, console = console_]() mutable {
             take_settings(a);
             return load(a, colors, console);
@@ -84,7 +85,7 @@ void Session::open(Opened opened) {
     edits = arguments_.edits;
     bounces = arguments_.bounces;
     samples = arguments_.samples.value_or(samples);
-    modes.preview = arguments_.preview;
+    modes = {arguments_.preview, arguments_.clamp};
     bookmarks = arguments_.bookmarks;
 }
 
@@ -186,7 +187,7 @@ std::filesystem::path Session::settings_file() const {
     return arguments_.settings.value_or(settings_file_of(file_));
 }
 
-SavedSettings Session::saved() const {
+SavedSettings Session::saved(const ivec2& size) const {
     SavedSettings s;
     if (scene_camera_) {
         const std::string& name = scene_->cameras[*scene_camera_].name;
@@ -197,16 +198,19 @@ SavedSettings Session::saved() const {
         s.camera = pose_;
     }
     s.view = transform;
+    if (size.x > 0 && size.y > 0) s.size = size;
     s.samples = samples;
     s.bounces = bounces;
+    s.preview = modes.preview;
+    s.clamp = modes.clamp;
     s.environment = arguments_.environment;
     s.edits = edits;
     s.bookmarks = bookmarks;
     return s;
 }
 
-void Session::save() const {
-    write_settings(settings_file(), saved());
+void Session::save(const ivec2& size) const {
+    write_settings(settings_file(), saved(size));
 }
 
 }  // namespace halflight::view

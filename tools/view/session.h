@@ -29,7 +29,7 @@ class Session {
     int bounces = 8;
     int samples = 1024;           // after which nothing more is done
     bool estimate_error = false;  // Picture::relmse is wanted
-    PreviewModes modes;           // not saved: `render` has none
+    PreviewModes modes;
     rays::Culling culling = rays::Culling::automatic;
     bool measure = false;
     std::vector<Bookmark> bookmarks;
@@ -77,8 +77,9 @@ class Session {
     std::string description() const;
 
     std::filesystem::path settings_file() const;
-    SavedSettings saved() const;
-    void save() const;  ///< Throws Error.
+    /// size: of the picture, pixels; not saved where it is none, of a window that is minimised.
+    SavedSettings saved(const ivec2& size) const;
+    void save(const ivec2& size) const;  ///< Throws Error.
 
   private:
     std::optional<Picked> pick(const dvec2& point, const ivec2& size) const;

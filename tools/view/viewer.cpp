@@ -215,7 +215,7 @@ void Viewer::answer(const Asked& asked) {
     attempt([&] {
         if (asked.compare) compare(*asked.compare);
         if (asked.save) {
-            session_.save();
+            session_.save(window_.framebuffer_size());
             message_ = fmt::format("wrote {}", session_.settings_file().string());
         }
         if (asked.screenshot || asked.exr) screenshot(free_name(asked.exr ? "exr" : "png"));
