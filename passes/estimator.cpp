@@ -118,8 +118,10 @@ Estimator estimator_named(std::string_view list) {
         const std::size_t equals = std::min(one.find('='), one.size());
         const std::string name(one.substr(0, equals));
         const auto key = std::ranges::find_if(keys(), [&](const Key& k) { return k.name == name; });
-        if (key == keys().end() || equals == one.size())
+        if (key == keys().end())
             throw Error(std::string(list), "'{}' is no technique; there are: {}", one, known_estimators());
+        if (equals == one.size())
+            throw Error(std::string(list), "'{}' has no value; there are: {}", one, fmt::join(key->values, ", "));
         const auto value = std::ranges::find(key->values, one.substr(equals + 1));
         if (value == key->values.end())
             throw Error(std::string(list), "there is no {}; there are: {}", one, fmt::join(key->values, ", "));

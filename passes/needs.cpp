@@ -17,7 +17,7 @@
 namespace halflight {
 namespace {
 
-constexpr const char* kNotAsked = "nobody asked for it";
+constexpr const char* kNoPreview = "no preview by it was asked for";
 
 constexpr const char* kShadow = "shadow";
 constexpr const char* kDiffuse = "diffuse";
@@ -95,12 +95,13 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
                                                                 : nullptr;
     const char* no_light = scene.lights() ? nullptr : "no light can be sampled";
     const char* no_diffuse = scene.diffuse ? nullptr : fact_without(&SceneNeeds::diffuse);
-    const char* not_asked = kNotAsked;
     const auto transport = [&](bool keep, const char* fact) {
         return no_bounce ? no_bounce : keep ? nullptr : no_transport ? no_transport : fact;
     };
     const auto later = [&](bool keep, const char* fact) { return single ? single : transport(keep, fact); };
-    const auto asked = [&](bool wanted, const char* name) { return wanted || kept(name) ? nullptr : not_asked; };
+    const auto asked = [&](bool wanted, const char* name, const char* fact) {
+        return wanted || kept(name) ? nullptr : fact;
+    };
 
     // Paths begin in some batch, and all rays with the camera's.
     const bool paths = kept(kDiffuse) || kept(kGlossy) || kept(kContinuation) || kept(kLaterLight) || kept(kClamp);
@@ -119,24 +120,26 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         // Kept with all the rest, but not by itself: to share paths is an estimator of its own.
         .reuse = {kReuse, kReuseBytes,
                   single           ? single
-                  : !options.reuse ? not_asked
+                  : !options.reuse ? "to share paths was not asked for"
                                    : transport(options.kept.is_everything(), no_diffuse)},
         // Nor is this one.
         .radiance_cache = {kRadianceCache, sizeof(shared::CachePoint),
                            single                                     ? single
-                           : !options.radiance_cache || options.reuse ? not_asked
+                           : !options.radiance_cache || options.reuse ? kNoPreview
                                                                       : transport(false, no_diffuse)},
         .camera_rays = {kCameraRays, sizeof(shared::Ray),
                         traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
-        .camera_hits = {kCameraHits, sizeof(shared::Hit), asked(options.want_hits || traced, kCameraHits)},
+        .camera_hits = {kCameraHits, sizeof(shared::Hit),
+                        asked(options.want_hits || traced, kCameraHits, "no mattes were asked for")},
         // As path reuse: another estimator, which may only be kept where it was asked for.
         .seen = {kSeen, sizeof(vec4),
-                 options.camera_rays == 1                                              ? not_asked
+                 options.camera_rays == 1 ? "no more of them were asked for"
                  : scene.emission || scene.environment || options.kept.is_everything() ? nullptr
                                                                                        : "nothing shines"},
-        .clamp = {kClamp, 0, later(kept(kClamp), options.clamp > 0 ? nullptr : not_asked)},
-        .squares = {kSquares, 3 * sizeof(double), asked(options.want_squares, kSquares)},
-        .features = {kFeatures, 6 * sizeof(double), asked(options.want_features, kFeatures)},
+        .clamp = {kClamp, 0, later(kept(kClamp), options.clamp > 0 ? nullptr : "no clamp was asked for")},
+        .squares = {kSquares, 3 * sizeof(double), asked(options.want_squares, kSquares, "no variance was asked for")},
+        .features = {kFeatures, 6 * sizeof(double),
+                     asked(options.want_features, kFeatures, "neither albedo nor normal was asked for")},
         .tiles = {kTiles, tile_bytes_of_path(), no_shadow ? no_shadow : no_tiles(options)},
     };
 }
@@ -146,8 +149,8 @@ std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& optio
     std::vector<LeftOut> all;
     for (const FramePart& part : frame_needs(needs, options).parts())
         if (!part) all.push_back({part.name, part.left_out, part.path_bytes * size.paths});
-    if (!options.preview.temporal) all.push_back({"temporal accumulation", kNotAsked, kTemporalBytes * size.pixels});
-    if (!options.preview.filter) all.push_back({"filter of noise", kNotAsked, kFilterBytes * size.pixels});
+    if (!options.preview.temporal) all.push_back({"temporal accumulation", kNoPreview, kTemporalBytes * size.pixels});
+    if (!options.preview.filter) all.push_back({"filter of noise", kNoPreview, kFilterBytes * size.pixels});
     for (const SceneNeed& need : known_scene_needs())
         if (!(needs.*need.flag)) all.push_back({need.name, need.fact, bytes_of(need.flag, size)});
     return all;

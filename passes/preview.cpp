@@ -35,6 +35,7 @@ Preview preview_named(std::string_view list) {
     for (std::size_t from = 0; from <= list.size();) {
         const std::size_t to = std::min(list.find(',', from), list.size());
         const std::string_view name = list.substr(from, to - from);
+        if (name == kNone) throw Error(std::string(list), "'{}' stands alone", kNone);
         const auto mode = std::ranges::find(kModes, name, &Mode::name);
         if (mode == kModes.end())
             throw Error(std::string(list), "'{}' is no preview mode; there are: {}", name, known_previews());

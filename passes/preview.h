@@ -19,7 +19,8 @@ struct Preview {
 
 /// The modes that are on, joined by commas; "none".
 std::string text(const Preview& preview);
-/// Of such a list. Throws Error, with the list as its subject, where a name is none or is given twice.
+/// Of such a list. Throws Error, with the list as its subject, where a name is unknown or given twice, or "none" is not
+/// alone.
 Preview preview_named(std::string_view list);
 /// "cache, temporal, filter", for helps.
 std::string known_previews();

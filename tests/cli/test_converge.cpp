@@ -208,6 +208,8 @@ TEST_F(Converge, RefusesWhatMakesNoSense) {
     refused({"--estimator", "lights=tree", "--estimator", "lights=tree"}, "--estimator: 'lights=tree' is given twice");
     refused({"--estimator", "lights=sun"}, "--estimator: lights=sun: there is no lights=sun");
     refused({"--preview", "temporal,filter"}, "--preview: temporal keeps light of earlier pictures: here are none");
+    refused({"--warm-up", "8"}, "--warm-up: is for the radiance cache, and no --preview has it");
+    refused({"--warm-up", "8", "--preview", "filter"}, "--warm-up: is for the radiance cache");
     refused({"--samples", "1,4,4"}, "--samples: wants budgets that grow, not '1,4,4'");
     refused({"--samples", "1,,4"}, "--samples: wants a whole number from 1 to");
     refused({"--seconds", "1"}, "--samples: cannot be given together with --seconds");

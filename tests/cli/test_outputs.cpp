@@ -506,6 +506,13 @@ TEST_F(Output, InfoListsWhatIsLeftOutWithTheBytes) {
     EXPECT_FALSE(parts.contains("area lights"));
     const Outcome text = run_program({"info", "--needs", scene});
     EXPECT_TRUE(std::regex_search(text.out, std::regex("alpha tests +0  alpha decides no hit"))) << text.out;
+    EXPECT_TRUE(std::regex_search(text.out, std::regex(R"(\n  light tree \* +\d)"))) << text.out;
+    // What is told to be for --keep is taken by it, and nothing else is.
+    for (const auto& [name, part] : parts) {
+        const Outcome keeping = run_program({"render", scene, file("a.exr"), "--keep", name, "--clock"});
+        const bool taken = keeping.err.find("cannot be kept") == std::string::npos;
+        EXPECT_EQ(taken, part.at("can_be_kept").get<bool>()) << name << ": " << keeping.err;
+    }
     EXPECT_EQ(run_program({"info", scene}).out.find("alpha decides"), std::string::npos);
     EXPECT_EQ(run_program({"info", "--device", "--needs"}).status, 2);
     EXPECT_TRUE(parts.contains("environment"));

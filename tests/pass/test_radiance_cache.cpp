@@ -325,7 +325,9 @@ TEST_F(RadianceCacheTest, IsLeftOutWhereThereIsNothingForIt) {
     expect_same(r, cold(scene, s));
     s.bounces = 3;
     const RenderResult off = cold(scene, s);
-    const auto named = [](const LeftOut& l) { return l.what == "radiance cache" && l.fact == "nobody asked for it"; };
+    const auto named = [](const LeftOut& l) {
+        return l.what == "radiance cache" && l.fact == "no preview by it was asked for";
+    };
     EXPECT_EQ(std::ranges::count_if(off.stats.left_out, named), 1);
     s.error = ErrorTarget{};
     s.samples = 64;

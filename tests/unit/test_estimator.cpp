@@ -48,6 +48,8 @@ TEST(Estimator, UnknownTechniquesAreRefusedByName) {
     const auto message = [](const char* list) { return error_message([&] { estimator_named(list); }); };
     EXPECT_EQ(message("light=tree"), std::string("light=tree: 'light=tree' is no technique; there are: ") + kKnown);
     EXPECT_EQ(message("lights=bush"), "lights=bush: there is no lights=bush; there are: auto, power, tree, uniform");
+    EXPECT_EQ(message("reuse=on,sun"), "reuse=on,sun: 'sun' has no value; there are: apart, among");
+    EXPECT_EQ(message("sun="), "sun=: there is no sun=; there are: apart, among");
     EXPECT_EQ(message("lights=tree,lights=power"), "lights=tree,lights=power: 'lights' is given twice");
     for (const char* list : {"", "lights", "lights=tree,", ",lights=tree", "tree", "=", "lights=tree ", "Lights=tree"})
         EXPECT_NE(message(list), "") << list;

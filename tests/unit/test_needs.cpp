@@ -79,7 +79,7 @@ TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
     EXPECT_STREQ(frame_needs(plain_scene(), {.bounces = 1, .radiance_cache = true}).radiance_cache.left_out,
                  "one bounce was asked for");
     EXPECT_STREQ(frame_needs(plain_scene(), {.kept = Kept::everything(), .reuse = false}).reuse.left_out,
-                 "nobody asked for it");
+                 "to share paths was not asked for");
     SceneNeeds mirrors = plain_scene();
     mirrors.diffuse = false, mirrors.glossy = true;
     EXPECT_FALSE(frame_needs(mirrors, {.reuse = true}).reuse);
@@ -104,7 +104,7 @@ TEST(FrameNeeds, EverythingCanBeKept) {
               (std::map<std::string, std::string>{
                   {"environment map", "the environment is of one colour"},
                   {"light tree", "there are few lights, or another choice was asked for"},
-                  {"radiance cache", "nobody asked for it"},
+                  {"radiance cache", "no preview by it was asked for"},
                   {"sun apart", "there is no directional light beside others, or another choice was asked for"},
                   {"double precision for needles", "no triangle is more than 2000 times as long as high"}}));
 }
@@ -171,8 +171,14 @@ TEST(LeftOut, ListsFactsAndBytes) {
     EXPECT_EQ(bytes("clearcoat"), 256u * 16);
     EXPECT_EQ(bytes("temporal accumulation"), 200u * 96);
     EXPECT_FALSE(facts(plain_scene(), {.preview = {.temporal = true}}).contains("temporal accumulation"));
-    EXPECT_EQ(facts(plain_scene(), {.preview = {.temporal = true}})["filter of noise"], "nobody asked for it");
+    EXPECT_EQ(facts(plain_scene(), {.preview = {.temporal = true}})["filter of noise"],
+              "no preview by it was asked for");
     EXPECT_FALSE(facts(plain_scene(), {.preview = {.filter = true}}).contains("filter of noise"));
+    EXPECT_EQ(plain.at("sums of squares"), "no variance was asked for");
+    EXPECT_EQ(plain.at("sums of albedo and normal"), "neither albedo nor normal was asked for");
+    EXPECT_EQ(plain.at("hits of camera rays"), "no mattes were asked for");
+    EXPECT_EQ(plain.at("camera rays for light alone"), "no more of them were asked for");
+    EXPECT_EQ(plain.at("clamp of indirect light"), "no clamp was asked for");
     EXPECT_EQ(bytes("unlit surfaces"), 0u);
 }
 

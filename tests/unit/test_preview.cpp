@@ -30,7 +30,9 @@ TEST(Preview, UnknownModesAreRefusedByName) {
     const auto message = [](const char* list) { return error_message([&] { preview_named(list); }); };
     EXPECT_EQ(message("blur"), "blur: 'blur' is no preview mode; there are: cache, temporal, filter");
     EXPECT_EQ(message("filter,filter"), "filter,filter: 'filter' is given twice");
-    for (const char* list : {"", "filter,", ",filter", "none,filter", "cache,none", "Filter", "filter "})
+    EXPECT_EQ(message("none,cache"), "none,cache: 'none' stands alone");
+    EXPECT_EQ(message("cache,none"), "cache,none: 'none' stands alone");
+    for (const char* list : {"", "filter,", ",filter", "Filter", "filter "})
         EXPECT_NE(message(list), "") << list;
 }
 

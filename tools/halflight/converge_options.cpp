@@ -141,6 +141,8 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     for (const Preview& preview : a.previews)
         if (preview.temporal) throw UsageError("--preview", "temporal keeps light of earlier pictures: here are none");
     if (!a.previews.empty()) converge::compare_previews(a.plan, a.previews);
+    if (a.plan.warm_up > 0 && std::ranges::none_of(a.previews, &Preview::cache))
+        throw UsageError("--warm-up", "is for the radiance cache, and no --preview has it");
     exclude(app, "--samples", "--seconds");
     check_camera_options(app);
     if (a.reference.maker == converge::ReferenceOrder::Maker::file) {

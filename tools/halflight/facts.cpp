@@ -188,8 +188,13 @@ Json motion_facts(GltfScene& scene, std::vector<std::string>& warnings) {
 }
 
 Json left_out_json(const std::vector<LeftOut>& left_out) {
+    const std::vector<std::string> keepable = keepable_names();
     Json list = Json::array();
-    for (const LeftOut& l : left_out) list.push_back({{"what", l.what}, {"fact", l.fact}, {"bytes", l.bytes}});
+    for (const LeftOut& l : left_out)
+        list.push_back({{"what", l.what},
+                        {"fact", l.fact},
+                        {"bytes", l.bytes},
+                        {"can_be_kept", std::ranges::find(keepable, l.what) != keepable.end()}});
     return list;
 }
 

@@ -20,7 +20,7 @@ nlohmann::ordered_json scene_facts(const Scene& scene);
 /// What a file has that moves: animations, skins, morph targets. Damaged animations are told of in `warnings`.
 nlohmann::ordered_json motion_facts(GltfScene& scene, std::vector<std::string>& warnings);
 
-/// A list of {what, fact, bytes}.
+/// A list of {what, fact, bytes, can_be_kept}.
 nlohmann::ordered_json left_out_json(const std::vector<LeftOut>& left_out);
 /// What rendering the scene with the default settings does without.
 std::vector<LeftOut> scene_left_out(const Scene& scene);

@@ -74,7 +74,7 @@ void print_left_out_head(bool timed) {
         fmt::print(
             "; how many times as long a sample of {} x {} pixels is with it alone, median [quartiles] of {} turns",
             kTimed.width, kTimed.height, kTimed.turns);
-    fmt::print("\n");
+    fmt::print(". * is not for --keep: the picture would be another one\n");
 }
 
 /// What, what it would take, and why.
@@ -88,8 +88,8 @@ void print_left_out(const Json& l) {
                                ratio["upper"].get<double>());
         }
     }
-    fmt::print("  {:<30} {:>12}{}  {}\n", l["what"].get<std::string>(), l["bytes"].get<std::size_t>(), time,
-               l["fact"].get<std::string>());
+    const std::string what = l["what"].get<std::string>() + (l["can_be_kept"].get<bool>() ? "" : " *");
+    fmt::print("  {:<30} {:>12}{}  {}\n", what, l["bytes"].get<std::size_t>(), time, l["fact"].get<std::string>());
     std::fflush(stdout);
 }
 

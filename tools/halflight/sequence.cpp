@@ -70,9 +70,9 @@ std::vector<std::uint32_t> frames_to_make(const RenderArguments& a, const std::s
             const FrameFile file = examine_frame(path, fingerprint);
             if (file == FrameFile::other && !a.overwrite)
                 throw Error(path.string(),
-                            "is there and is another frame, of another scene, other settings or another version: "
-                            "nothing was rendered; "
-                            "--overwrite replaces it");
+                            "is there and is another frame, of another scene, other settings{} or another version: "
+                            "nothing was rendered; --overwrite replaces it",
+                            a.preview.temporal ? ", other --frames (which --preview temporal goes on from)" : "");
             if (file == FrameFile::incomplete) damaged.push_back(frame);
             whole = whole && file == FrameFile::whole;
         }
