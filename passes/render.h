@@ -106,8 +106,9 @@ struct RenderStats {
     std::vector<PassTime> passes;                   // with settings.measure, else empty
     std::vector<LeftOut> left_out;                  // what the scene or the settings did not need, with the reason
     std::vector<BadValues> bad_values;
-    std::vector<std::string> biases;     // why the picture would not converge to the light that there is; phrases
-    std::optional<AchievedError> error;  // where one was asked for, unless interrupted
+    std::vector<std::string> biases;        // why the picture would not converge to the light that there is; phrases
+    std::vector<std::string> layer_biases;  // those of them that its layers have, too
+    std::optional<AchievedError> error;     // where one was asked for, unless interrupted
     std::vector<rays::BatchStatistics> batches;  // how rays were traced
     std::vector<rays::RasterBatch> raster;       // with raster culling: what it did
     rays::HierarchyCounts hierarchies;           // what became of them before this picture

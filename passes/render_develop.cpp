@@ -104,10 +104,12 @@ void Renderer::State::finish(RenderResult& result, Film& film, std::span<const i
     stats.bad_values = bad_value_sums.told();
     if (preview) preview->tell(stats);
     if (settings.clamp > 0 && settings.bounces > 1)
-        stats.biases.push_back(fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));
+        stats.layer_biases.push_back(
+            fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));
     if (const double weight = cache ? cached_weight(stats.samples) : 0; weight > 0)
-        stats.biases.push_back(fmt::format("preview: {:.0f} % of it by a radiance cache, none from {} samples on",
-                                           100 * weight, kHandedOver));
+        stats.layer_biases.push_back(fmt::format("preview: {:.0f} % of it by a radiance cache, none from {} samples on",
+                                                 100 * weight, kHandedOver));
+    stats.biases.insert(stats.biases.end(), stats.layer_biases.begin(), stats.layer_biases.end());
 }
 
 }  // namespace halflight

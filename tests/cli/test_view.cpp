@@ -226,6 +226,12 @@ TEST_F(View, PreviewModesAreNamedAndHandOverToTheMean) {
         screenshot @early.png
         screenshot @early.exr
         window @early-window.png
+        component emission off
+        wait samples 4
+        screenshot @sum.png
+        screenshot @sum.exr
+        window @sum-window.png
+        component emission on
         preview temporal
         wait first
         orbit -20 -5
@@ -240,6 +246,8 @@ TEST_F(View, PreviewModesAreNamedAndHandOverToTheMean) {
               "preview: light of earlier pictures, until there are 32 samples; "
               "preview: noise filtered out, until there are 256 samples");
     EXPECT_GT(difference(png("early-window.png"), png("early.png")), 20) << "they are not named in the window";
+    EXPECT_EQ(bias("sum.exr"), "") << "components are as they are";
+    EXPECT_EQ(difference(png("sum-window.png"), png("sum.png")), 0);
     EXPECT_EQ(bias("late.exr"), "");
     EXPECT_EQ(difference(png("late-window.png"), png("late.png")), 0);
     render({file("mean.exr"), "--settings", scene + ".halflight.json", "--samples", "32"});

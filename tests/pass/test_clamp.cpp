@@ -73,6 +73,7 @@ TEST_F(ClampTest, IsABiasAndSaysSo) {
     EXPECT_LT(mean_luminance(clamped.beauty), 0.95 * mean_luminance(plain.beauty));
     ASSERT_EQ(clamped.stats.biases.size(), 1u);
     EXPECT_EQ(clamped.stats.biases[0], "indirect light clamped to a luminance of 0.1 per sample");
+    EXPECT_EQ(clamped.stats.layer_biases, clamped.stats.biases);
     settings.bounces = 1;
     EXPECT_TRUE(render(context, scene, settings).stats.biases.empty()) << "there is no indirect light";
     settings.clamp = -1;

@@ -225,6 +225,20 @@ TEST(Seen, ErrorsAreOfTheMeanAndRelative) {
     EXPECT_FALSE(estimated_relmse({"variance"}, result)) << "too few to tell";
 }
 
+TEST(Seen, BiasesAreThoseOfWhatIsSeen) {
+    RenderStats stats;
+    stats.biases = {"filtered", "clamped"};
+    stats.layer_biases = {"clamped"};
+    Look look;
+    EXPECT_EQ(biases_of(look, stats), stats.biases);
+    look.components[2] = false;
+    EXPECT_EQ(biases_of(look, stats), stats.layer_biases) << "layers are without the filter, and so is their sum";
+    look.view = "indirect_diffuse";
+    EXPECT_EQ(biases_of(look, stats), stats.layer_biases);
+    look.view = kError;
+    EXPECT_EQ(biases_of(look, stats), stats.biases) << "it is relative to the picture";
+}
+
 TEST(Requests, ServeOthersThatDifferInWhatIsLookedAt) {
     Request made;
     made.aovs = {"variance", "emission"};

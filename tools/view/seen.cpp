@@ -201,6 +201,11 @@ Seen seen(const Look& look, const std::vector<std::string>& aovs, const RenderRe
     return data_picture(view, image);
 }
 
+const std::vector<std::string>& biases_of(const Look& look, const RenderStats& stats) {
+    const bool of_picture = (look.view == kFinal && !look.is_sum()) || look.view == kError;
+    return of_picture ? stats.biases : stats.layer_biases;
+}
+
 std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, const RenderResult& result) {
     if (result.stats.samples < kLeastSamples || std::ranges::find(aovs, "variance") == aovs.end()) return std::nullopt;
     const Image& variance = layer("variance", aovs, result);

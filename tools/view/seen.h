@@ -52,6 +52,9 @@ struct Seen {
 /// sqrt(value^2 + 0.01), as relMSE has it.
 Seen seen(const Look& look, const std::vector<std::string>& aovs, const RenderResult& result);
 
+/// Of what is seen: preview modes of the whole picture are not in its components, nor in other layers.
+const std::vector<std::string>& biases_of(const Look& look, const RenderStats& stats);
+
 /// What the picture's relMSE (engine/core/metrics.h) would be if it were the mean of independent samples with the
 /// variance that they seem to have; errors are relative to the median of the 3 x 3 pixels around each, since a pixel
 /// with a rare bright sample would take its own error for small. An estimate: samples are stratified, and light that

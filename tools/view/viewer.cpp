@@ -203,7 +203,7 @@ void Viewer::frame(const std::filesystem::path& shot) {
 std::vector<std::string> Viewer::notices(const RenderThread::Status& status) const {
     std::vector<std::string> lines;
     if (picture_)
-        for (const std::string& bias : picture_->result.stats.biases) lines.push_back("biased: " + bias);
+        for (const std::string& bias : biases_of(look_, picture_->result.stats)) lines.push_back("biased: " + bias);
     if (panels_shown_) return lines;  // which tell of errors
     for (const std::string& error : {status.error, status.shader_error})
         if (!error.empty()) lines.push_back(error);
@@ -249,7 +249,7 @@ void Viewer::screenshot(const std::filesystem::path& path) {
                                      session_.file().filename().string(), stats.samples, session_.description()),
              .filter = text(PixelFilter{}),
              .shutter = "",
-             .bias = fmt::format("{}", fmt::join(stats.biases, "; ")),
+             .bias = fmt::format("{}", fmt::join(look_.is_sum() ? stats.layer_biases : stats.biases, "; ")),
              .error = ""});
     } else {
         write_png(path, display_.read(split_));
