@@ -17,5 +17,6 @@ void gltf(std::string_view input);         ///< a .gltf or .glb; or JSON, a NUL 
 void environment(std::string_view input);  ///< an OpenEXR or Radiance file
 void color(std::string_view input);        ///< lines: display, view, look, colour space; the rest is a config
 void arguments(std::string_view input);    ///< lines: a list of frames, then the words of a command line
+void settings(std::string_view input);     ///< what a file of settings holds, without the file
 
 }  // namespace halflight::fuzz

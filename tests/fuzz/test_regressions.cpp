@@ -40,6 +40,9 @@ TEST(FuzzRegressions, Environment) {
 TEST(FuzzRegressions, Gltf) {
     run_all("gltf", gltf);
 }
+TEST(FuzzRegressions, Settings) {
+    run_all("settings", settings);
+}
 
 }  // namespace
 }  // namespace halflight::fuzz

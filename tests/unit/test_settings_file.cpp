@@ -120,8 +120,13 @@ TEST(SettingsFile, ElementsThatAreWrongAreNamed) {
     EXPECT_EQ(with("\"environment\": {\"tint\": [0, -1, 0]}"), "environment.tint[1]: is no number from 0 to 1");
     EXPECT_EQ(with("\"camera\": {\"from\": [0, 1]}"), "camera.from: is no list of three numbers");
     EXPECT_EQ(with("\"camera\": {\"from\": [0, 0, 0]}"), "camera: camera: from and at are the same point");
+    EXPECT_EQ(with("\"camera\": {\"from\": [0, 0, 1], \"near\": 2, \"far\": 1}"),
+              "camera: camera: far must be beyond near");
     EXPECT_EQ(with("\"environment\": {\"map\": \"a\", \"color\": [1, 1, 1]}"),
               "environment: has both a map and a colour");
+    for (const char* none : {"", "\\u0000", "/\\u0000sky.hdr"})
+        EXPECT_EQ(with(fmt::format("\"environment\": {{\"map\": \"{}\"}}", none)),
+                  "environment.map: is no name of a file");
     EXPECT_EQ(with("\"bookmarks\": [{\"name\": \"a\"}]"), "bookmarks[0]: wants a name and a camera");
     EXPECT_EQ(error_message([&] { read_settings(folder / "no.json"); }).find((folder / "no.json").string()), 0u);
 }

@@ -10,6 +10,7 @@ Camera camera_of(const CameraPose& pose) {
     Camera camera = look_at_camera(pose.from, pose.at, pose.up, pose.vertical_fov);
     if (pose.orthographic && !(pose.ortho_height > 0 && std::isfinite(pose.ortho_height)))
         throw Error("camera", "height of the view must be positive");
+    if (pose.far_plane != 0 && pose.far_plane <= pose.near_plane) throw Error("camera", "far must be beyond near");
     camera.orthographic = pose.orthographic;
     camera.ortho_height = pose.ortho_height;
     camera.near_plane = pose.near_plane;

@@ -138,7 +138,11 @@ Json pose_json(const CameraPose& pose) {
 void read_environment(const Element& e, const fs::path& folder, SavedSettings& s) {
     e.check_keys({"map", "color", "rotation", "intensity", "tint"});
     if (e.find("map") && e.find("color")) e.fail("has both a map and a colour");
-    with(e, "map", [&](const Element& v) { s.environment = folder / v.text(); });
+    with(e, "map", [&](const Element& v) {
+        const std::string name = v.text();
+        if (name.empty() || name.find('\0') != std::string::npos) v.fail("is no name of a file");
+        s.environment = folder / name;
+    });
     with(e, "color", [&](const Element& v) { s.environment = vec3(v.triple(0, 1e30)); });
     with(e, "rotation", [&](const Element& v) { s.edits.environment_rotation = v.number(-1e6, 1e6); });
     with(e, "intensity",
@@ -185,8 +189,11 @@ fs::path settings_file_of(const fs::path& scene) {
 }
 
 SavedSettings read_settings(const fs::path& path) {
-    const std::string bytes = read_file(path, kMaxBytes);
-    const Json json = Json::parse(bytes, nullptr, false);
+    return parse_settings(read_file(path, kMaxBytes), path);
+}
+
+SavedSettings parse_settings(std::string_view text, const fs::path& path) {
+    const Json json = Json::parse(text, nullptr, false);
     if (json.is_discarded()) throw Error(path.string(), "is no JSON");
     const Element file(path, json);
     file.check_keys({"halflight_settings", "camera", "exposure", "display", "view", "look", "size", "samples",
@@ -229,6 +236,10 @@ SavedSettings read_settings(const fs::path& path) {
 }
 
 void write_settings(const fs::path& path, const SavedSettings& s) {
+    write_file(path, settings_text(s, path.parent_path()));
+}
+
+std::string settings_text(const SavedSettings& s, const fs::path& folder) {
     Json json{{"halflight_settings", kVersion}};
     if (const auto* name = std::get_if<std::string>(&s.camera)) json["camera"] = *name;
     if (const auto* pose = std::get_if<CameraPose>(&s.camera)) json["camera"] = pose_json(*pose);
@@ -241,7 +252,7 @@ void write_settings(const fs::path& path, const SavedSettings& s) {
     if (s.bounces) json["bounces"] = *s.bounces;
     if (s.preview) json["preview"] = text(*s.preview);
     if (s.clamp) json["clamp"] = *s.clamp;
-    json["environment"] = environment_json(s, path.parent_path());
+    json["environment"] = environment_json(s, folder);
     json["emission"] = s.edits.emission;
     json["lights"] = Json::array();
     for (const LightEdit& light : s.edits.lights) json["lights"].push_back(light_json(light));
@@ -249,7 +260,7 @@ void write_settings(const fs::path& path, const SavedSettings& s) {
     json["bookmarks"] = Json::array();
     for (const Bookmark& b : s.bookmarks)
         json["bookmarks"].push_back({{"name", b.name}, {"camera", pose_json(b.pose)}});
-    write_file(path, json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n");
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace halflight

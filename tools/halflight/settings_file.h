@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <variant>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct SavedSettings {
     EnvironmentChoice environment;  // a map's name leads to the file from the folder that is current
     SceneEdits edits;
     std::vector<Bookmark> bookmarks;
+    bool operator==(const SavedSettings&) const = default;
 };
 
 /// SCENE.halflight.json.
@@ -33,7 +35,11 @@ void take_settings(PreviewArguments& arguments);
 
 /// Throws Error that names file and element: what it does not know, too.
 SavedSettings read_settings(const std::filesystem::path& path);
+/// Of what the file holds, which is not looked at.
+SavedSettings parse_settings(std::string_view text, const std::filesystem::path& path);
 /// The file is there complete or not at all (files.h).
 void write_settings(const std::filesystem::path& path, const SavedSettings& settings);
+/// What it holds then: names of maps lead to them from `folder`.
+std::string settings_text(const SavedSettings& settings, const std::filesystem::path& folder);
 
 }  // namespace halflight

@@ -24,8 +24,7 @@ namespace halflight::view {
 
 class Workplace;
 
-/// Of the viewer alone: what makes pictures better soon, and not the right ones in the end. RenderStats::biases names
-/// what they do.
+/// What makes pictures better soon, and not the right ones in the end. RenderStats::biases names what they do.
 struct PreviewModes {
     Preview preview{};  // RenderSettings::preview: the picture is a mean from some number of samples on
     float clamp = 0;    // RenderSettings::clamp
