@@ -98,4 +98,22 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     return out;
 }
 
+void read_light(graph::Pass& pass, gpu::Defines& defines, const Accumulated& sums) {
+    pass.read(sums.emission, Access::storage_read);
+    if (sums.direct) {
+        pass.read(sums.direct, Access::storage_read);
+        defines.set("HALFLIGHT_DIRECT");
+    }
+    if (sums.indirect) {
+        pass.read(sums.indirect, Access::storage_read);
+        defines.set("HALFLIGHT_INDIRECT");
+    }
+}
+
+void bind_light(graph::Resources& r, const Accumulated& sums) {
+    r.buffer(sums.emission).bind_storage(0);
+    if (sums.direct) r.buffer(sums.direct).bind_storage(1);
+    if (sums.indirect) r.buffer(sums.indirect).bind_storage(2);
+}
+
 }  // namespace halflight

@@ -32,6 +32,11 @@ struct Accumulated {
     graph::BufferHandle bad_values;  // kBadValueCounts uints (shaders/shared/path.h): what was taken as zero
 };
 
+/// What of emission, direct and indirect light there is, for a kernel of `pass` that has them at the bindings 0, 1 and
+/// 2: HALFLIGHT_DIRECT and HALFLIGHT_INDIRECT are set where they are there.
+void read_light(graph::Pass& pass, gpu::Defines& defines, const Accumulated& sums);
+void bind_light(graph::Resources& resources, const Accumulated& sums);
+
 inline constexpr std::size_t kBadValueCounts = shared::kCountedPasses * shared::kBadKinds;
 
 struct AccumulateOptions {

@@ -34,15 +34,7 @@ Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated
     Composite out;
     gpu::Defines defines;
     graph::Pass pass = graph.add_pass("composite");
-    pass.read(sums.emission, Access::storage_read);
-    if (sums.direct) {
-        pass.read(sums.direct, Access::storage_read);
-        defines.set("HALFLIGHT_DIRECT");
-    }
-    if (sums.indirect) {
-        pass.read(sums.indirect, Access::storage_read);
-        defines.set("HALFLIGHT_INDIRECT");
-    }
+    read_light(pass, defines, sums);
     const gpu::TextureDesc picture{band.image.x, band.rows, GL_RGBA32F};
     out.beauty = pass.write(graph.create_texture("beauty", picture), Access::image_write);
     if (view_kernel) {
@@ -51,9 +43,7 @@ Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated
     }
     if (opaque_background) defines.set("HALFLIGHT_OPAQUE_BACKGROUND");
     pass.execute([=](graph::Resources& r) {
-        r.buffer(sums.emission).bind_storage(0);
-        if (sums.direct) r.buffer(sums.direct).bind_storage(1);
-        if (sums.indirect) r.buffer(sums.indirect).bind_storage(2);
+        bind_light(r, sums);
         r.texture(out.beauty).bind_image(0, GL_WRITE_ONLY);
         const gpu::Program& program =
             r.programs().compute(view_kernel ? view_kernel->source() : "shaders/composite.comp", defines);

@@ -11,15 +11,7 @@ PreviewPixels add_preview_input(graph::Graph& graph, const Band& band, const Acc
                                 const PreviewPixels& to) {
     graph::Pass pass = graph.add_pass("preview input");
     gpu::Defines defines;
-    pass.read(sums.emission, Access::storage_read);
-    if (sums.direct) {
-        pass.read(sums.direct, Access::storage_read);
-        defines.set("HALFLIGHT_DIRECT");
-    }
-    if (sums.indirect) {
-        pass.read(sums.indirect, Access::storage_read);
-        defines.set("HALFLIGHT_INDIRECT");
-    }
+    read_light(pass, defines, sums);
     pass.read(sums.squares, Access::storage_read);
     pass.read(sums.features, Access::storage_read);
     pass.read(records, Access::storage_read);
@@ -28,9 +20,7 @@ PreviewPixels add_preview_input(graph::Graph& graph, const Band& band, const Acc
     const PreviewPixels out{
         {write(to.texels.light), write(to.texels.guide), write(to.texels.place)}, write(to.albedo), write(to.beauty)};
     pass.execute([=](graph::Resources& r) {
-        r.buffer(sums.emission).bind_storage(0);
-        if (sums.direct) r.buffer(sums.direct).bind_storage(1);
-        if (sums.indirect) r.buffer(sums.indirect).bind_storage(2);
+        bind_light(r, sums);
         r.buffer(sums.squares).bind_storage(3);
         r.buffer(sums.features).bind_storage(4);
         r.buffer(records).bind_storage(5);

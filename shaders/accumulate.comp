@@ -55,6 +55,7 @@ layout(std430, binding = 12) readonly buffer LightSeen { vec4 light_seen[]; };
 uniform float most_luminance;  // of a sample's indirect light
 #endif
 
+#include "shaders/lib/luminance.glsl"
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/sun_light.glsl"
 #include "shaders/lib/surface_record.glsl"
@@ -138,7 +139,7 @@ void main() {
     later_glossy += dvec3(guarded(received[path].glossy, kCountReuse));
 #endif
 #ifdef HALFLIGHT_CLAMP
-    double luminance = dot(later_diffuse + later_glossy, dvec3(0.2126, 0.7152, 0.0722));  // BT.709
+    double luminance = dot(later_diffuse + later_glossy, dvec3(kToLuminance));
     double kept = luminance > most_luminance ? most_luminance / luminance : 1.0lf;
     later_diffuse *= kept;
     later_glossy *= kept;

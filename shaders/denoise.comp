@@ -12,6 +12,7 @@ layout(rgba32f, binding = 0) writeonly uniform image2D smoother;  // the same
 
 uniform int stride;  // pixels from tap to tap
 
+#include "shaders/lib/luminance.glsl"
 #include "shaders/lib/preview_surface.glsl"
 
 const float kLuminanceDeviations = 4.0;
@@ -32,7 +33,7 @@ void main() {
     vec4 own = texelFetch(noisy, pixel, 0);
     vec4 surface = texelFetch(guide, pixel, 0);
     vec3 here = place_at_depth(frame, pixel, surface.w);
-    float luminance = preview_luminance(own.rgb);
+    float luminance = luminance_of(own.rgb);
     float allowed = kLuminanceDeviations * sqrt(smooth_variance(pixel)) + 1e-10;
     vec4 sum = own;
     float weights = 1.0;
@@ -44,7 +45,7 @@ void main() {
             vec4 there = texelFetch(noisy, other, 0);
             float weight = float((2 - abs(x)) * (2 - abs(y))) / 4.0 *  // 1 in the middle
                            likeness(frame, pixel, surface, here, other, texelFetch(guide, other, 0)) *
-                           exp(-abs(preview_luminance(there.rgb) - luminance) / allowed);
+                           exp(-abs(luminance_of(there.rgb) - luminance) / allowed);
             weight = inside ? weight : 0.0;
             sum += vec4(weight, weight, weight, weight * weight) * there;
             weights += weight;

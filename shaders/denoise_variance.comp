@@ -12,6 +12,7 @@ layout(binding = 1) uniform sampler2D guide;
 layout(binding = 2) uniform sampler2D place;
 layout(rgba32f, binding = 0) writeonly uniform image2D noisy;  // light, variance of the luminance of that mean
 
+#include "shaders/lib/luminance.glsl"
 #include "shaders/lib/preview_surface.glsl"
 
 const int kRadius = 2;  // pixels
@@ -32,7 +33,7 @@ void main() {
         for (int x = -kRadius; x <= kRadius; ++x) {
             ivec2 other = clamp(pixel + ivec2(x, y), ivec2(0), frame.size - 1);
             float weight = likeness(frame, pixel, surface, here, other, texelFetch(guide, other, 0));
-            float value = preview_luminance(texelFetch(light, other, 0).rgb);
+            float value = luminance_of(texelFetch(light, other, 0).rgb);
             count += weight;
             sum += weight * value;
             squares += weight * value * value;
@@ -40,7 +41,7 @@ void main() {
     }
     float mean = sum / max(count, 1e-30);
     float around = max(squares / max(count, 1e-30) - mean * mean, 0.0);
-    float luminance = preview_luminance(own.rgb);
+    float luminance = luminance_of(own.rgb);
     float of_samples = max(own.a - luminance * luminance, 0.0) / max(samples - 1.0, 1.0);
     float trust = clamp((samples - kFewSamples) / (kManySamples - kFewSamples), 0.0, 1.0);
     imageStore(noisy, pixel, vec4(own.rgb, mix(around, of_samples, trust)));

@@ -6,7 +6,7 @@ layout(binding = 0) uniform sampler2D light;
 layout(binding = 1) uniform sampler2D guide;
 layout(rgba32f, binding = 0) writeonly uniform image2D calm;
 
-float luminance(vec3 rgb) { return dot(rgb, vec3(0.2126, 0.7152, 0.0722)); }  // BT.709
+#include "shaders/lib/luminance.glsl"
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);
@@ -23,7 +23,7 @@ void main() {
             bool inside = all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, size)) && (x | y) != 0;
             other = clamp(other, ivec2(0), size - 1);
             vec3 there = texelFetch(light, other, 0).rgb;
-            float value = luminance(there);
+            float value = luminance_of(there);
             bool counts = inside && texelFetch(guide, other, 0).w > 0.0;
             bool brighter = counts && value > most;
             bool darker = counts && (least < 0.0 || value < least);
@@ -33,7 +33,7 @@ void main() {
             least = darker ? value : least;
         }
     }
-    float value = luminance(own.rgb);
+    float value = luminance_of(own.rgb);
     bool outlier = most >= 0.0 && (value > most || value < least);
     imageStore(calm, pixel, vec4(outlier ? (value > most ? brightest : darkest) : own.rgb, own.a));
 }

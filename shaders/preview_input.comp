@@ -31,11 +31,11 @@ uniform int first_row;  // of the band
 uniform uvec2 tiles;    // of the band
 
 #include "shaders/lib/finite.glsl"
+#include "shaders/lib/luminance.glsl"
 
 void main() {
     uint path = gl_GlobalInvocationID.x;
     ivec2 pixel = ivec2(pixel_of_path(path, tiles));
-    const vec3 to_luminance = vec3(0.2126, 0.7152, 0.0722);  // BT.709
     double share = 1.0LF / double(samples);
     vec3 reflectance, normal, reflected_light;
     float luminance = 0.0;
@@ -52,10 +52,10 @@ void main() {
         reflectance[i] = max(float(features[path * 6u + i] * share), kLeastAlbedo);
         normal[i] = float(features[path * 6u + 3u + i] * share);
         reflected_light[i] = float(reflected * share) / reflectance[i];
-        luminance += to_luminance[i] * reflected_light[i];
+        luminance += kToLuminance[i] * reflected_light[i];
         // Emission is the same for all samples of a pixel but at edges. Channels of noise go up and down together.
         double variance = max(squares[path * 3u + i] * share - whole * whole, 0.0LF);
-        deviation += to_luminance[i] * sqrt(float(variance)) / reflectance[i];
+        deviation += kToLuminance[i] * sqrt(float(variance)) / reflectance[i];
     }
     AovRecord record = records[path];
     float square = luminance * luminance + deviation * deviation;

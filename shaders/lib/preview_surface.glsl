@@ -1,8 +1,6 @@
 // Surfaces as preview passes know them: a guide is a unit normal and a depth along the camera's axis, 0 where nothing is
 // seen. Needs shaders/shared/frame.h.
 
-float preview_luminance(vec3 rgb) { return dot(rgb, vec3(0.2126, 0.7152, 0.0722)); }  // BT.709
-
 // What is seen through a pixel's centre at a depth, relative to the camera.
 vec3 place_at_depth(Frame frame, ivec2 pixel, float depth) {
     vec2 at = 2.0 * (vec2(pixel) + 0.5) / vec2(frame.size) - 1.0;

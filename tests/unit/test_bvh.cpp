@@ -10,22 +10,12 @@
 
 #include "engine/rays/packed_bvh.h"
 #include "shaders/shared/bvh.h"
+#include "tests/support/random_rings.h"
 
 namespace halflight::rays {
 namespace {
 
-/// Four points about a centre each: bent pairs.
-std::vector<Ring> random_rings(std::size_t count, float size, std::uint32_t seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<float> uniform(-1, 1);
-    const auto point = [&] { return vec3(uniform(random), uniform(random), uniform(random)); };
-    std::vector<Ring> rings(count);
-    for (Ring& ring : rings) {
-        const vec3 centre = point();
-        for (vec3& p : ring) p = centre + size * point();
-    }
-    return rings;
-}
+using test::random_rings;
 
 Corners first_of(const Ring& ring) {
     return {ring[0], ring[1], ring[2]};

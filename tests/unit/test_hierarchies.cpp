@@ -10,23 +10,13 @@
 
 #include "engine/rays/packed_bvh.h"
 #include "engine/rays/refit.h"
+#include "tests/support/random_rings.h"
 #include "tests/support/scenes.h"
 
 namespace halflight::rays {
 namespace {
 
-/// Pairs about random points of [-1, 1]^3.
-std::vector<Ring> random_rings(std::size_t count, float size, std::uint32_t seed) {
-    std::mt19937 random(seed);
-    std::uniform_real_distribution<float> uniform(-1, 1);
-    const auto point = [&] { return vec3(uniform(random), uniform(random), uniform(random)); };
-    std::vector<Ring> rings(count);
-    for (Ring& ring : rings) {
-        const vec3 centre = point();
-        for (vec3& p : ring) p = centre + size * point();
-    }
-    return rings;
-}
+using test::random_rings;
 
 /// Box of all below a node; checks that every box of the hierarchy is that of what is below it, and no larger.
 Bounds check_boxes(const Bvh& bvh, const std::vector<Ring>& rings, std::uint32_t node, std::size_t& pairs) {

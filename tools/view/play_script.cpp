@@ -11,8 +11,6 @@
 namespace halflight::view {
 namespace {
 
-constexpr int kMostSamples = 1 << 24;
-
 rays::Culling culling_named(const std::string& name) {
     for (const auto one : {rays::Culling::automatic, rays::Culling::off, rays::Culling::compute, rays::Culling::raster})
         if (name == rays::name(one)) return one;

@@ -13,7 +13,6 @@
 namespace halflight::view {
 namespace {
 
-constexpr int kMostSamples = 1 << 24;
 constexpr auto kSettle = std::chrono::milliseconds(100);  // without another request: then the camera stands still
 constexpr double kLookEvery = 0.1;                        // seconds from picture to picture of a whole one
 constexpr double kLookShare = 0.2;                        // of the time may go into making them

@@ -31,6 +31,8 @@ struct PreviewModes {
     bool operator==(const PreviewModes&) const = default;
 };
 
+inline constexpr int kMostSamples = 1 << 24;  ///< of a picture: a float32 counts no further
+
 /// Names, too.
 bool same(const Camera& a, const Camera& b);
 
