@@ -3,99 +3,14 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
-#include <cstdlib>
-#include <deque>
-#include <filesystem>
-#include <mutex>
 #include <thread>
 
-#include "tests/cli/process.h"
-#include "tests/pass/renders.h"
-#include "tests/pass/scenes.h"
-#include "tests/support/gpu_test.h"
-#include "tools/view/render_thread.h"
+#include "tests/pass/render_threads.h"
 
 namespace halflight::view {
 namespace {
 
 using test::expect_same;
-
-/// A render thread, and all pictures that it has published.
-class Watched {
-  public:
-    explicit Watched(double budget = 1e6)
-        : thread_(ColorConfig::load(), {.context = {.device = "software"}, .budget = budget, .changed = [this] {
-                                            const std::lock_guard lock(mutex_);
-                                            changed_ = true;
-                                            const auto newest = thread_.picture();
-                                            if (newest != newest_) published_.push_back(newest);
-                                            newest_ = newest;
-                                            wake_.notify_all();
-                                        }}) {}
-
-    RenderThread& operator*() { return thread_; }
-    RenderThread* operator->() { return &thread_; }
-
-    /// Looks at whatever comes, picture by picture, until done() holds; false where it does not within minutes.
-    template <class F>
-    bool until(const F& done) {
-        const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(4);
-        for (;;) {
-            if (done()) return true;
-            std::unique_lock lock(mutex_);
-            if (!wake_.wait_until(lock, end, [&] { return changed_ || !published_.empty(); })) return false;
-            changed_ = false;
-            if (published_.empty()) continue;
-            seen.push_back(published_.front());
-            published_.pop_front();
-        }
-    }
-    /// Until the whole picture of a request has so many samples.
-    bool until_samples(std::uint64_t request, int samples) {
-        return until([&] {
-            return !seen.empty() && seen.back()->request == request && seen.back()->divisor == 1 &&
-                   seen.back()->result.stats.samples == samples;
-        });
-    }
-
-    std::vector<std::shared_ptr<const Picture>> seen;  // none is missed
-
-  private:
-    std::mutex mutex_;
-    std::condition_variable wake_;
-    bool changed_ = false;
-    std::deque<std::shared_ptr<const Picture>> published_;  // that are still to be looked at
-    std::shared_ptr<const Picture> newest_;
-    RenderThread thread_;
-};
-
-class RenderThreadTest : public GpuTest {
-  protected:
-    Request request() const {
-        Request r;
-        r.scene = scene;
-        r.camera = scene->cameras[0];
-        r.size = {60, 45};
-        r.bounces = 3;
-        return r;
-    }
-    /// What `render` makes of the same.
-    RenderResult expected(const Request& r, int samples) {
-        Scene edited = *r.scene;
-        apply(r.edits, edited);
-        RenderSettings s;
-        s.width = r.size.x, s.height = r.size.y;
-        s.camera = r.camera;
-        s.bounces = r.bounces;
-        s.samples = samples;
-        s.aovs = r.aovs;
-        s.culling = r.culling;
-        return test::render(context, edited, s);
-    }
-
-    std::shared_ptr<const Scene> scene = std::make_shared<const Scene>(test::shiny_cornell());
-};
 
 TEST_F(RenderThreadTest, TheMeanIsThatOfRender) {
     Watched thread;
@@ -300,91 +215,6 @@ TEST_F(RenderThreadTest, OtherWorkComesBetween) {
     thread->limit(2);
     ASSERT_TRUE(thread.until_samples(number, 2));
     expect_same(thread.seen.back()->result, expected(r, 2));
-}
-
-/// Shaders of one's own, as HALFLIGHT_SHADERS has them.
-class OwnShaders {
-  public:
-    OwnShaders() {
-        std::filesystem::copy(std::filesystem::path(HALFLIGHT_SOURCE_DIR) / "shaders", folder_.path,
-                              std::filesystem::copy_options::recursive);
-        setenv("HALFLIGHT_SHADERS", folder_.path.c_str(), 1);
-    }
-    ~OwnShaders() { unsetenv("HALFLIGHT_SHADERS"); }
-    OwnShaders(const OwnShaders&) = delete;
-    OwnShaders& operator=(const OwnShaders&) = delete;
-
-    std::string read(const std::string& name) const { return test::read_text(folder_ / name); }
-    /// All at once: nobody sees half of it.
-    void write(const std::string& name, const std::string& text) const {
-        test::write_text(drafts_ / name, text);
-        std::filesystem::rename(drafts_ / name, folder_ / name);
-    }
-
-  private:
-    test::TemporaryFolder folder_, drafts_;
-};
-
-TEST_F(RenderThreadTest, ShadersAreTakenWhenTheyChange) {
-    const RenderResult plain = expected(request(), 2);
-    const OwnShaders shaders;
-    Watched thread;
-    thread->limit(2);
-    const std::uint64_t number = thread->show(request());
-    ASSERT_TRUE(thread.until_samples(number, 2)) << thread->status().error;
-    expect_same(thread.seen.back()->result, plain);
-
-    // Where nothing is to be done but to wait: a picture in twice the light.
-    const std::string name = "accumulate.comp", good = shaders.read(name);
-    const std::string from = "vec3 emission = guarded(point.emission, kCountGBuffer);";
-    const std::size_t at = good.find(from);
-    ASSERT_NE(at, std::string::npos);
-    const auto edited = [&](const std::string& to) { return std::string(good).replace(at, from.size(), to); };
-    shaders.write(name, edited("vec3 emission = 2.0 * guarded(point.emission, kCountGBuffer);"));
-    const auto brighter = [&] {
-        const auto& last = thread.seen.back();
-        return last->divisor == 1 && last->result.stats.samples == 2 && !same_bits(last->result.beauty, plain.beauty);
-    };
-    ASSERT_TRUE(thread.until(brighter));
-    EXPECT_GE(thread->status().reloads, 1u);
-    const auto bright = thread.seen.back();
-
-    // One that does not compile is told, and the old one goes on.
-    shaders.write(name, edited("vec3 emission = nonsense;"));
-    ASSERT_TRUE(thread.until([&] { return !thread->status().shader_error.empty(); }));
-    const std::string error = thread->status().shader_error;
-    EXPECT_TRUE(error.starts_with("shaders/accumulate.comp:")) << error;
-    EXPECT_EQ(error.find('\n'), std::string::npos);
-    EXPECT_EQ(thread->picture(), bright);
-    thread->limit(3);
-    ASSERT_TRUE(thread.until_samples(number, 3)) << "it goes on where it was";
-    EXPECT_NE(thread->status().shader_error, "");
-
-    // Mended, while there is a lot to do.
-    thread->limit(1 << 24);
-    shaders.write(name, good);
-    ASSERT_TRUE(thread.until([&] { return thread->status().shader_error.empty(); }));
-    EXPECT_GE(thread->status().reloads, 2u);
-    thread->limit(2);
-    Request moved = request();
-    moved.bounces = 2;
-    ASSERT_TRUE(thread.until_samples(thread->show(moved), 2));
-    expect_same(thread.seen.back()->result, expected(moved, 2));
-}
-
-TEST_F(RenderThreadTest, AShaderThatWasBrokenAtTheStartCanBeMended) {
-    const RenderResult plain = expected(request(), 1);
-    const OwnShaders shaders;
-    const std::string good = shaders.read("accumulate.comp");
-    shaders.write("accumulate.comp", good + "nonsense;\n");
-    Watched thread;
-    const std::uint64_t number = thread->show(request());
-    ASSERT_TRUE(thread.until([&] { return thread->status().failed == number; }));
-    EXPECT_TRUE(thread->status().error.starts_with("shaders/accumulate.comp:")) << thread->status().error;
-    shaders.write("accumulate.comp", good);
-    ASSERT_TRUE(thread.until_samples(number, 1));
-    expect_same(thread.seen.back()->result, plain);
-    EXPECT_EQ(thread->status().error, "");
 }
 
 TEST_F(RenderThreadTest, AnErrorKeepsThePicture) {

@@ -1,0 +1,92 @@
+// What tests of the viewer's render thread share.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <mutex>
+
+#include "tests/pass/renders.h"
+#include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
+#include "tools/view/render_thread.h"
+
+namespace halflight::view {
+
+/// A render thread, and all pictures that it has published.
+class Watched {
+  public:
+    explicit Watched(double budget = 1e6)
+        : thread_(ColorConfig::load(), {.context = {.device = "software"}, .budget = budget, .changed = [this] {
+                                            const std::lock_guard lock(mutex_);
+                                            changed_ = true;
+                                            const auto newest = thread_.picture();
+                                            if (newest != newest_) published_.push_back(newest);
+                                            newest_ = newest;
+                                            wake_.notify_all();
+                                        }}) {}
+
+    RenderThread& operator*() { return thread_; }
+    RenderThread* operator->() { return &thread_; }
+
+    /// Looks at whatever comes, picture by picture, until done() holds; false where it does not within minutes.
+    template <class F>
+    bool until(const F& done) {
+        const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(4);
+        for (;;) {
+            if (done()) return true;
+            std::unique_lock lock(mutex_);
+            if (!wake_.wait_until(lock, end, [&] { return changed_ || !published_.empty(); })) return false;
+            changed_ = false;
+            if (published_.empty()) continue;
+            seen.push_back(published_.front());
+            published_.pop_front();
+        }
+    }
+    /// Until the whole picture of a request has so many samples.
+    bool until_samples(std::uint64_t request, int samples) {
+        return until([&] {
+            return !seen.empty() && seen.back()->request == request && seen.back()->divisor == 1 &&
+                   seen.back()->result.stats.samples == samples;
+        });
+    }
+
+    std::vector<std::shared_ptr<const Picture>> seen;  // none is missed
+
+  private:
+    std::mutex mutex_;
+    std::condition_variable wake_;
+    bool changed_ = false;
+    std::deque<std::shared_ptr<const Picture>> published_;  // that are still to be looked at
+    std::shared_ptr<const Picture> newest_;
+    RenderThread thread_;
+};
+
+class RenderThreadTest : public GpuTest {
+  protected:
+    Request request() const {
+        Request r;
+        r.scene = scene;
+        r.camera = scene->cameras[0];
+        r.size = {60, 45};
+        r.bounces = 3;
+        return r;
+    }
+    /// What `render` makes of the same.
+    RenderResult expected(const Request& r, int samples) {
+        Scene edited = *r.scene;
+        apply(r.edits, edited);
+        RenderSettings s;
+        s.width = r.size.x, s.height = r.size.y;
+        s.camera = r.camera;
+        s.bounces = r.bounces;
+        s.samples = samples;
+        s.aovs = r.aovs;
+        s.culling = r.culling;
+        return test::render(context, edited, s);
+    }
+
+    std::shared_ptr<const Scene> scene = std::make_shared<const Scene>(test::shiny_cornell());
+};
+
+}  // namespace halflight::view
