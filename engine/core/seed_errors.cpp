@@ -20,9 +20,11 @@ namespace {
 //
 // The jackknife over renders tells how far these means scatter by n_s. Common to all renders is what r_1 and r_2 bring,
 //   d_1 d_2 - b (d_1 + d_2),  of variance v^2 + 2 b^2 v  with v = var d_i  (taken as the same for both).
-// Per pixel, v is estimated by u / 2, u = (r_1 - r_2)^2; v^2 by u u' / 4 with u' of the next pixel: two pixels have
-// independent noise and about the same variance, while u^2 would bring in the fourth moment, and b^2 u' for the same
-// reason. Channels of a pixel go up and down together: their standard deviations add.
+// Per pixel, with u = (r_1 - r_2)^2 and B the estimate of b^2, which holds d_1 d_2 - b (d_1 + d_2), too: for normal d_i
+//   E[u^2] = 12 v^2,  E[u B] = 2 b^2 v - 2 v^2,  hence  E[u (u / 4 + B)] = v^2 + 2 b^2 v.
+// Means of many samples are close to normal; where they have heavier tails this is too much, by which intervals become
+// wider by four times the references' variance at most. Neighbours tell nothing: an edge's pixel has all the noise.
+// Channels of a pixel go up and down together: their standard deviations add.
 
 /// Sums over the channels of a pixel, each value weighted.
 struct Pixel {
@@ -118,11 +120,10 @@ SeedErrors seed_errors(std::span<const Image> renders, const Image& first, const
     const auto count = static_cast<double>(first.pixels.size());
     std::vector<float> squares;
     double reference_scatter = 0;
-    for (std::size_t p = 0; p < pixels.size(); ++p) {
-        const double next = pixels[(p + 1) % pixels.size()].spread;
-        reference_scatter += next * (pixels[p].spread / 4 + pixels[p].bias);
-        result.reference_variance += pixels[p].spread / (4 * count);
-        squares.push_back(static_cast<float>(pixels[p].squares_about_reference));
+    for (const Pixel& pixel : pixels) {
+        reference_scatter += pixel.spread * (pixel.spread / 4 + pixel.bias);
+        result.reference_variance += pixel.spread / (4 * count);
+        squares.push_back(static_cast<float>(pixel.squares_about_reference));
     }
     result.worst_share = worst_share(squares);
     reference_scatter = std::max(reference_scatter, 0.0) / (count * count);
