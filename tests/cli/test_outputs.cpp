@@ -1,61 +1,14 @@
-// What the program writes, and when.
-#include <fcntl.h>
-#include <gtest/gtest.h>
-#include <signal.h>
-#include <unistd.h>
-
-#include <algorithm>
+// What the program writes.
 #include <cmath>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
 #include <set>
 
-#include "engine/io/exr.h"
 #include "passes/render.h"
-#include "tests/cli/process.h"
+#include "tests/cli/output_test.h"
 
 namespace halflight::test {
 namespace {
-
-using Strings = std::vector<std::string>;
-
-class Output : public testing::Test {
-  protected:
-    /// Renders the room, 32 x 32 pixels and one sample unless told otherwise, and expects success.
-    Outcome render(Strings more, const RunOptions& options = {}) {
-        Strings arguments = {"render", scene};
-        const auto add = [&](const char* option, const char* value) {
-            if (std::find(more.begin(), more.end(), option) == more.end())
-                arguments.insert(arguments.end(), {option, value});
-        };
-        add("--width", "32"), add("--height", "32"), add("--samples", "1");
-        arguments.insert(arguments.end(), more.begin(), more.end());
-        Outcome outcome = run_program(arguments, options);
-        EXPECT_EQ(outcome.status, 0) << outcome.err;
-        EXPECT_EQ(outcome.out, "");
-        return outcome;
-    }
-    std::string file(const std::string& name) const { return folder / name; }
-
-    TemporaryFolder folder;
-    std::string scene = copy_room(folder.path);
-    const RunOptions fixed_date{.environment = {"SOURCE_DATE_EPOCH=0"}};
-};
-
-Strings channel_names(const ExrFile& exr) {
-    Strings names;
-    for (const ExrChannel& channel : exr.channels) names.push_back(channel.name);
-    return names;
-}
-
-bool same_pixels(const std::string& a, const std::string& b) {
-    const ExrFile x = read_exr(a), y = read_exr(b);
-    if (channel_names(x) != channel_names(y)) return false;
-    for (std::size_t i = 0; i < x.channels.size(); ++i)
-        if (x.channels[i].values != y.channels[i].values) return false;
-    return true;
-}
 
 /// Width and height in a PNG's header; the file must also have its end.
 std::pair<int, int> png_size(const std::string& path) {
@@ -259,38 +212,6 @@ TEST_F(Output, WorkingSpace) {
     }
 }
 
-TEST_F(Output, StatisticsTellTheRun) {
-    render({file("a.exr"), "--samples", "2", "--stats", file("stats.json"), "--dump-graph", file("graph.dot")});
-    const auto stats = nlohmann::json::parse(read_text(file("stats.json")));
-    EXPECT_EQ(stats.at("samples"), 2);
-    EXPECT_EQ(stats.at("paths"), 32 * 32 * 2);
-    EXPECT_EQ(stats.at("counts").at("triangles_with_instances"), 4);
-    EXPECT_EQ(stats.at("settings").at("width"), 32);
-    EXPECT_EQ(stats.at("outputs"), Strings{file("a.exr")});
-    EXPECT_GT(stats.at("gpu_bytes"), 0);
-    EXPECT_GT(stats.at("peak_memory_bytes"), 0);
-    EXPECT_FALSE(stats.at("device").at("renderer").get<std::string>().empty());
-    EXPECT_EQ(stats.at("device").at("errors"), 0);
-    EXPECT_EQ(stats.at("bad_values").size(), 5u);
-    for (const auto& [component, bad] : stats.at("bad_values").items())
-        for (const char* kind : {"nan", "infinite", "negative"}) EXPECT_EQ(bad.at(kind), 0) << component << " " << kind;
-    const auto& seconds = stats.at("seconds");
-    double sum = 0;
-    for (const char* step : {"load", "context", "prepare", "compile", "render", "finish", "write"})
-        sum += seconds.at(step).get<double>();
-    EXPECT_NEAR(sum, seconds.at("total").get<double>(), 0.05 * sum + 0.01) << seconds;
-    std::set<std::string> passes;
-    for (const auto& pass : stats.at("passes")) {
-        EXPECT_GE(pass.at("seconds"), 0);
-        EXPECT_GE(pass.at("runs"), 2) << pass;
-        passes.insert(pass.at("name"));
-    }
-    EXPECT_FALSE(passes.empty());
-    const std::string dot = read_text(file("graph.dot"));
-    EXPECT_TRUE(dot.starts_with("digraph")) << dot.substr(0, 80);
-    EXPECT_NE(dot.find("gbuffer"), std::string::npos);
-}
-
 TEST_F(Output, StrictWritesNothingWhereAPassGoesWrong) {
     render({file("a.exr"), "--strict"});
     // A sky near the end of the float range: its radiance over its density passes that.
@@ -330,130 +251,6 @@ TEST_F(Output, SceneWithoutLightGetsASky) {
     EXPECT_TRUE(std::ranges::all_of(dark.pixels, [](float v) { return v == 0; }));
 }
 
-TEST_F(Output, ProgressInLines) {
-    const Outcome plain = render({file("a.exr"), "--samples", "20"});
-    EXPECT_TRUE(std::regex_match(plain.err, std::regex("(halflight: .*\n)*"))) << plain.err;
-    EXPECT_NE(plain.err.find("20/20 samples, "), std::string::npos) << plain.err;
-    EXPECT_LT(std::count(plain.err.begin(), plain.err.end(), '\n'), 15) << plain.err;
-    EXPECT_EQ(render({file("b.exr"), "--quiet"}).err, "");
-}
-
-TEST_F(Output, ProgressAsABar) {
-    if (!std::filesystem::exists("/dev/pts/ptmx")) GTEST_SKIP() << "there are no terminals here";
-    RunOptions terminal{.environment = {"TERM=xterm"}, .terminal = true};
-    const Strings arguments = {"render", scene, file("a.exr"), "--width", "32", "--height", "32", "--samples", "20"};
-    const Outcome bar = run_program(arguments, terminal);
-    EXPECT_EQ(bar.status, 0) << bar.err;
-    EXPECT_TRUE(std::regex_search(bar.err, std::regex(R"(\r\[#*\.*\] [0-9]+/20 samples, 0:[0-9]+ elapsed, )")))
-        << bar.err;
-    for (std::size_t at = 0; (at = bar.err.find("\r[", at)) != std::string::npos; ++at)
-        EXPECT_LT(bar.err.find("\033[K", at) - (at + 1), 80u) << "wider than the terminal";
-
-    terminal.environment = {"TERM=dumb"};
-    const Outcome dumb = run_program(arguments, terminal);
-    EXPECT_EQ(dumb.err.find('\033'), std::string::npos) << dumb.err;
-}
-
-TEST_F(Output, NoOneHasToListen) {
-    render({file("heard.exr"), "--samples", "10"});
-    render({file("closed.exr"), "--samples", "10"}, {.in_child = [] {
-               for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) close(stream);
-           }});
-    render({file("full.exr"), "--samples", "10"},
-           {.in_child = [] { dup2(open("/dev/full", O_WRONLY), STDERR_FILENO); }});
-    for (const char* name : {"closed.exr", "full.exr"}) EXPECT_TRUE(same_pixels(file("heard.exr"), file(name))) << name;
-}
-
-TEST_F(Output, StoppedInTheMiddleLeavesNothing) {
-    const auto files = folder.entries();
-    const Strings endless = {"render", scene,      file("a.exr"), file("a.png"), "--width",
-                             "32",     "--height", "32",          "--samples",   "10000000"};
-    for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
-        bool sent = false;
-        RunOptions options;
-        options.watch = [&](pid_t child, const std::string& err) {
-            // Once the device is known, rendering begins.
-            if (!sent && err.find("pixels, camera") != std::string::npos) sent = kill(child, signal) == 0;
-        };
-        const Outcome outcome = run_program(endless, options);
-        EXPECT_EQ(outcome.status, 128 + signal) << outcome.err;
-        EXPECT_EQ(folder.entries(), files);
-        if (signal == SIGKILL) continue;
-        EXPECT_TRUE(
-            std::regex_search(outcome.err, std::regex("halflight: .*a.exr: not written: interrupted after .*\n$")))
-            << outcome.err;
-    }
-}
-
-TEST_F(Output, OldPictureStaysUntilTheNewOneIsThere) {
-    write_text(file("a.exr"), "old");
-    const Outcome bad = run_program({"render", scene, file("a.exr"), "--camera", "rear"});
-    EXPECT_EQ(bad.status, 1);
-    EXPECT_EQ(read_text(file("a.exr")), "old");
-    render({file("a.exr")});
-    EXPECT_EQ(read_exr(file("a.exr")).width, 32);
-}
-
-TEST_F(Output, StatisticsTellHowRaysWereTraced) {
-    const auto run = [&](const std::string& culling) {
-        render({file("a.exr"), "--samples", "8", "--culling", culling, "--stats", file("stats.json")});
-        return nlohmann::json::parse(read_text(file("stats.json")));
-    };
-    const std::map<std::string, Strings> ways = {
-        {"off", {"plain"}}, {"compute", {"tiles"}}, {"raster", {"raster"}}, {"auto", {"plain", "tiles"}}};
-    std::map<std::string, std::uint64_t> rays;
-    for (const auto& [culling, names] : ways) {
-        SCOPED_TRACE(culling);
-        const auto stats = run(culling);
-        std::set<std::string> batches;
-        for (const auto& batch : stats.at("ray_batches")) {
-            batches.insert(batch.at("batch"));
-            EXPECT_FALSE(batch.at("reason").get<std::string>().empty());
-            std::uint64_t runs = 0, alive = 0;
-            for (const auto& [way, measured] : batch.at("ways").items()) {
-                EXPECT_EQ(std::ranges::count(names, way), 1) << way;
-                EXPECT_GT(measured.at("seconds"), 0);
-                EXPECT_LE(measured.at("fastest_run_seconds"), measured.at("seconds"));
-                runs += measured.at("runs").get<std::uint64_t>();
-                alive += measured.at("rays").get<std::uint64_t>();
-            }
-            EXPECT_EQ(runs, 8u) << batch;
-            EXPECT_LE(alive, 8u * 32 * 32);
-            // The same picture, the same rays.
-            EXPECT_EQ(rays.emplace(batch.at("batch"), alive).first->second, alive) << batch;
-            ASSERT_EQ(batch.contains("tile_lists"), batch.at("ways").contains("tiles"));
-            EXPECT_TRUE(culling != "raster" || batch.at("state_bytes") > 0);
-            if (!batch.contains("tile_lists")) continue;
-            const auto& lists = batch.at("tile_lists");
-            EXPECT_LE(lists.at("made"), lists.at("wanted"));
-            EXPECT_EQ(lists.at("kept").get<int>(), lists.at("wanted").get<int>() - lists.at("made").get<int>());
-            EXPECT_LE(lists.at("mean_leaves"), lists.at("mean_entries"));
-            EXPECT_LE(lists.at("mean_entries"), lists.at("most_entries"));
-            EXPECT_LE(lists.at("most_entries"), 32);
-            EXPECT_LE(lists.at("share_of_rays_beyond_leaves"), 1);
-            EXPECT_LE(lists.at("share_of_rays_ended_by_remembered_leaves"), 1);
-            for (const char* step : {"cull", "search", "rest"}) EXPECT_GE(lists.at("seconds").at(step), 0);
-        }
-        EXPECT_TRUE(batches.contains("shadow") && batches.contains("diffuse"));
-        EXPECT_EQ(stats.at("raster_culling").empty(), culling != "raster");
-        for (const auto& kind : stats.at("raster_culling")) {
-            EXPECT_EQ(kind.at("runs").get<int>() % 8, 0);
-            EXPECT_GT(kind.at("draws"), 0) << kind;
-            EXPECT_LE(kind.at("multi_queries"), kind.at("queries_issued"));
-        }
-    }
-    EXPECT_GT(rays.at("shadow"), 0u);
-    scene = std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/cornell.glb";  // where something stands in the light
-    const nlohmann::json compute = run("compute");
-    for (const auto& batch : compute.at("ray_batches")) {
-        if (batch.at("batch") != "shadow") continue;
-        EXPECT_GT(batch.at("tile_lists").at("kept"), 0) << "a still camera";
-        EXPECT_GE(batch.at("tile_lists").at("mean_entries"), 1);
-        EXPECT_GT(batch.at("tile_lists").at("share_of_rays_ended_by_remembered_leaves"), 0);
-        EXPECT_GT(batch.at("state_bytes"), 0);
-    }
-}
-
 TEST_F(Output, DebugLayersOnlyWhereAskedForByName) {
     render({file("a.exr"), "--aov", "nodes,culling", "--culling", "compute"});
     const ExrFile exr = read_exr(file("a.exr"));
@@ -462,64 +259,6 @@ TEST_F(Output, DebugLayersOnlyWhereAskedForByName) {
     EXPECT_GE(std::ranges::min(exr.find("nodes.Y")->values), 1);
     render({file("b.exr"), "--aov", "culling", "--culling", "off"});
     EXPECT_EQ(std::ranges::max(read_exr(file("b.exr")).find("culling.leaves")->values), 0);
-}
-
-TEST_F(Output, InfoTellsTheScene) {
-    const Outcome text = run_program({"info", scene});
-    EXPECT_EQ(text.status, 0) << text.err;
-    EXPECT_EQ(text.err, "");
-    EXPECT_NE(text.out.find("front"), std::string::npos) << text.out;
-    const Outcome json = run_program({"info", "--json", scene});
-    ASSERT_EQ(json.status, 0) << json.err;
-    const auto facts = nlohmann::json::parse(json.out);
-    EXPECT_EQ(facts.at("counts").at("triangles"), 4);
-    EXPECT_EQ(facts.at("cameras").at(1).at("name"), "above");
-    EXPECT_EQ(facts.at("lights").at("emissive_triangles"), 2);
-    EXPECT_EQ(facts.at("repaired").at("normals_generated"), 12);
-    EXPECT_NEAR(facts.at("bounds").at("size").at(0), 4, 1e-6);
-}
-
-TEST_F(Output, InfoNamesThePassesThatRun) {
-    const auto check = [&](const std::string& path) {
-        const auto named = nlohmann::json::parse(run_program({"info", "--json", path}).out).at("passes").get<Strings>();
-        const Outcome outcome = run_program({"render", path, file("a.exr"), "--env", "0,0,0", "--width", "8",
-                                             "--height", "8", "--samples", "1", "--stats", file("stats.json")});
-        ASSERT_EQ(outcome.status, 0) << outcome.err;
-        std::set<std::string> left_out;
-        const auto stats = nlohmann::json::parse(read_text(file("stats.json")));
-        for (const auto& part : stats.at("left_out")) left_out.insert(part.at("what").get<std::string>());
-        for (const char* pass : {"gbuffer", "shadow", "diffuse", "glossy", "continuation", "path reuse"})
-            EXPECT_NE(std::ranges::count(named, pass), left_out.count(pass)) << pass;
-    };
-    check(scene);
-    check(copy_room(folder.path, false));
-}
-
-TEST_F(Output, InfoListsWhatIsLeftOutWithTheBytes) {
-    const Outcome json = run_program({"info", "--needs", "--json", scene});
-    ASSERT_EQ(json.status, 0) << json.err;
-    std::map<std::string, nlohmann::json> parts;
-    const auto facts = nlohmann::json::parse(json.out);
-    for (const auto& part : facts.at("left_out")) parts[part.at("what")] = part;
-    EXPECT_EQ(parts.at("alpha tests").at("fact"), "alpha decides no hit");
-    EXPECT_GE(parts.at("sums of squares").at("bytes"), 1280 * 720 * 24);
-    EXPECT_FALSE(parts.contains("area lights"));
-    const Outcome text = run_program({"info", "--needs", scene});
-    EXPECT_TRUE(std::regex_search(text.out, std::regex("alpha tests +0  alpha decides no hit"))) << text.out;
-    EXPECT_TRUE(std::regex_search(text.out, std::regex(R"(\n  light tree \* +\d)"))) << text.out;
-    // What is told to be for --keep is taken by it, and nothing else is.
-    for (const auto& [name, part] : parts) {
-        const Outcome keeping = run_program({"render", scene, file("a.exr"), "--keep", name, "--clock"});
-        const bool taken = keeping.err.find("cannot be kept") == std::string::npos;
-        EXPECT_EQ(taken, part.at("can_be_kept").get<bool>()) << name << ": " << keeping.err;
-    }
-    EXPECT_EQ(run_program({"info", scene}).out.find("alpha decides"), std::string::npos);
-    EXPECT_EQ(run_program({"info", "--device", "--needs"}).status, 2);
-    EXPECT_TRUE(parts.contains("environment"));
-    const Outcome lit = run_program({"info", "--needs", "--json", scene, "--env", "0.5,0.5,0.5"});
-    ASSERT_EQ(lit.status, 0) << lit.err;
-    const auto of_lit = nlohmann::json::parse(lit.out);
-    for (const auto& part : of_lit.at("left_out")) EXPECT_NE(part.at("what"), "environment");
 }
 
 TEST_F(Output, KeepAllKeepsThePicture) {
@@ -568,24 +307,6 @@ TEST_F(Output, CompiledShadersAreKeptForTheNextRun) {
     for (const char* name : {"cold.exr", "warm.exr", "bad.exr"})
         EXPECT_TRUE(same_pixels(file("none.exr"), file(name))) << name;
     EXPECT_EQ(count(), kept) << "replaced";
-}
-
-TEST_F(Output, InfoListsDevices) {
-    const Outcome text = run_program({"info", "--device"});
-    EXPECT_EQ(text.status, 0) << text.err;
-    EXPECT_EQ(std::count(text.out.begin(), text.out.end(), '*'), 1) << text.out;
-    const auto devices = nlohmann::json::parse(run_program({"info", "--device", "--json"}).out).at("devices");
-    for (const auto& device : devices) EXPECT_FALSE(device.at("reason").get<std::string>().empty()) << device;
-}
-
-TEST_F(Output, HelpAndVersion) {
-    for (const Strings& arguments : {Strings{"--help"}, Strings{"render", "--help"}, Strings{"info", "-h"}}) {
-        const Outcome help = run_program(arguments);
-        EXPECT_EQ(help.status, 0);
-        EXPECT_EQ(help.err, "");
-        EXPECT_NE(help.out.find("Usage: halflight"), std::string::npos);
-    }
-    EXPECT_TRUE(std::regex_match(run_program({"--version"}).out, std::regex(R"(halflight \d+\.\d+\.\d+\n)")));
 }
 
 }  // namespace

@@ -1,0 +1,91 @@
+// `halflight info`, and what the program says of itself.
+#include <map>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <set>
+
+#include "tests/cli/output_test.h"
+
+namespace halflight::test {
+namespace {
+
+using Info = Output;
+
+TEST_F(Info, TellsTheScene) {
+    const Outcome text = run_program({"info", scene});
+    EXPECT_EQ(text.status, 0) << text.err;
+    EXPECT_EQ(text.err, "");
+    EXPECT_NE(text.out.find("front"), std::string::npos) << text.out;
+    const Outcome json = run_program({"info", "--json", scene});
+    ASSERT_EQ(json.status, 0) << json.err;
+    const auto facts = nlohmann::json::parse(json.out);
+    EXPECT_EQ(facts.at("counts").at("triangles"), 4);
+    EXPECT_EQ(facts.at("cameras").at(1).at("name"), "above");
+    EXPECT_EQ(facts.at("lights").at("emissive_triangles"), 2);
+    EXPECT_EQ(facts.at("repaired").at("normals_generated"), 12);
+    EXPECT_NEAR(facts.at("bounds").at("size").at(0), 4, 1e-6);
+}
+
+TEST_F(Info, NamesThePassesThatRun) {
+    const auto check = [&](const std::string& path) {
+        const auto named = nlohmann::json::parse(run_program({"info", "--json", path}).out).at("passes").get<Strings>();
+        const Outcome outcome = run_program({"render", path, file("a.exr"), "--env", "0,0,0", "--width", "8",
+                                             "--height", "8", "--samples", "1", "--stats", file("stats.json")});
+        ASSERT_EQ(outcome.status, 0) << outcome.err;
+        std::set<std::string> left_out;
+        const auto stats = nlohmann::json::parse(read_text(file("stats.json")));
+        for (const auto& part : stats.at("left_out")) left_out.insert(part.at("what").get<std::string>());
+        for (const char* pass : {"gbuffer", "shadow", "diffuse", "glossy", "continuation", "path reuse"})
+            EXPECT_NE(std::ranges::count(named, pass), left_out.count(pass)) << pass;
+    };
+    check(scene);
+    check(copy_room(folder.path, false));
+}
+
+TEST_F(Info, ListsWhatIsLeftOutWithTheBytes) {
+    const Outcome json = run_program({"info", "--needs", "--json", scene});
+    ASSERT_EQ(json.status, 0) << json.err;
+    std::map<std::string, nlohmann::json> parts;
+    const auto facts = nlohmann::json::parse(json.out);
+    for (const auto& part : facts.at("left_out")) parts[part.at("what")] = part;
+    EXPECT_EQ(parts.at("alpha tests").at("fact"), "alpha decides no hit");
+    EXPECT_GE(parts.at("sums of squares").at("bytes"), 1280 * 720 * 24);
+    EXPECT_FALSE(parts.contains("area lights"));
+    const Outcome text = run_program({"info", "--needs", scene});
+    EXPECT_TRUE(std::regex_search(text.out, std::regex("alpha tests +0  alpha decides no hit"))) << text.out;
+    EXPECT_TRUE(std::regex_search(text.out, std::regex(R"(\n  light tree \* +\d)"))) << text.out;
+    // What is told to be for --keep is taken by it, and nothing else is.
+    for (const auto& [name, part] : parts) {
+        const Outcome keeping = run_program({"render", scene, file("a.exr"), "--keep", name, "--clock"});
+        const bool taken = keeping.err.find("cannot be kept") == std::string::npos;
+        EXPECT_EQ(taken, part.at("can_be_kept").get<bool>()) << name << ": " << keeping.err;
+    }
+    EXPECT_EQ(run_program({"info", scene}).out.find("alpha decides"), std::string::npos);
+    EXPECT_EQ(run_program({"info", "--device", "--needs"}).status, 2);
+    EXPECT_TRUE(parts.contains("environment"));
+    const Outcome lit = run_program({"info", "--needs", "--json", scene, "--env", "0.5,0.5,0.5"});
+    ASSERT_EQ(lit.status, 0) << lit.err;
+    const auto of_lit = nlohmann::json::parse(lit.out);
+    for (const auto& part : of_lit.at("left_out")) EXPECT_NE(part.at("what"), "environment");
+}
+
+TEST_F(Info, ListsDevices) {
+    const Outcome text = run_program({"info", "--device"});
+    EXPECT_EQ(text.status, 0) << text.err;
+    EXPECT_EQ(std::count(text.out.begin(), text.out.end(), '*'), 1) << text.out;
+    const auto devices = nlohmann::json::parse(run_program({"info", "--device", "--json"}).out).at("devices");
+    for (const auto& device : devices) EXPECT_FALSE(device.at("reason").get<std::string>().empty()) << device;
+}
+
+TEST_F(Info, HelpAndVersion) {
+    for (const Strings& arguments : {Strings{"--help"}, Strings{"render", "--help"}, Strings{"info", "-h"}}) {
+        const Outcome help = run_program(arguments);
+        EXPECT_EQ(help.status, 0);
+        EXPECT_EQ(help.err, "");
+        EXPECT_NE(help.out.find("Usage: halflight"), std::string::npos);
+    }
+    EXPECT_TRUE(std::regex_match(run_program({"--version"}).out, std::regex(R"(halflight \d+\.\d+\.\d+\n)")));
+}
+
+}  // namespace
+}  // namespace halflight::test

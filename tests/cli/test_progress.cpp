@@ -1,0 +1,81 @@
+// What the program says while it works, and what is there when it is stopped.
+#include <fcntl.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <nlohmann/json.hpp>
+#include <regex>
+
+#include "tests/cli/output_test.h"
+
+namespace halflight::test {
+namespace {
+
+using Progress = Output;
+
+TEST_F(Progress, InLines) {
+    const Outcome plain = render({file("a.exr"), "--samples", "20"});
+    EXPECT_TRUE(std::regex_match(plain.err, std::regex("(halflight: .*\n)*"))) << plain.err;
+    EXPECT_NE(plain.err.find("20/20 samples, "), std::string::npos) << plain.err;
+    EXPECT_LT(std::count(plain.err.begin(), plain.err.end(), '\n'), 15) << plain.err;
+    EXPECT_EQ(render({file("b.exr"), "--quiet"}).err, "");
+}
+
+TEST_F(Progress, AsABar) {
+    if (!std::filesystem::exists("/dev/pts/ptmx")) GTEST_SKIP() << "there are no terminals here";
+    RunOptions terminal{.environment = {"TERM=xterm"}, .terminal = true};
+    const Strings arguments = {"render", scene, file("a.exr"), "--width", "32", "--height", "32", "--samples", "20"};
+    const Outcome bar = run_program(arguments, terminal);
+    EXPECT_EQ(bar.status, 0) << bar.err;
+    EXPECT_TRUE(std::regex_search(bar.err, std::regex(R"(\r\[#*\.*\] [0-9]+/20 samples, 0:[0-9]+ elapsed, )")))
+        << bar.err;
+    for (std::size_t at = 0; (at = bar.err.find("\r[", at)) != std::string::npos; ++at)
+        EXPECT_LT(bar.err.find("\033[K", at) - (at + 1), 80u) << "wider than the terminal";
+
+    terminal.environment = {"TERM=dumb"};
+    const Outcome dumb = run_program(arguments, terminal);
+    EXPECT_EQ(dumb.err.find('\033'), std::string::npos) << dumb.err;
+}
+
+TEST_F(Progress, NoOneHasToListen) {
+    render({file("heard.exr"), "--samples", "10"});
+    render({file("closed.exr"), "--samples", "10"}, {.in_child = [] {
+               for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) close(stream);
+           }});
+    render({file("full.exr"), "--samples", "10"},
+           {.in_child = [] { dup2(open("/dev/full", O_WRONLY), STDERR_FILENO); }});
+    for (const char* name : {"closed.exr", "full.exr"}) EXPECT_TRUE(same_pixels(file("heard.exr"), file(name))) << name;
+}
+
+TEST_F(Progress, StoppedInTheMiddleLeavesNothing) {
+    const auto files = folder.entries();
+    const Strings endless = {"render", scene,      file("a.exr"), file("a.png"), "--width",
+                             "32",     "--height", "32",          "--samples",   "10000000"};
+    for (const int signal : {SIGINT, SIGTERM, SIGKILL}) {
+        bool sent = false;
+        RunOptions options;
+        options.watch = [&](pid_t child, const std::string& err) {
+            // Once the device is known, rendering begins.
+            if (!sent && err.find("pixels, camera") != std::string::npos) sent = kill(child, signal) == 0;
+        };
+        const Outcome outcome = run_program(endless, options);
+        EXPECT_EQ(outcome.status, 128 + signal) << outcome.err;
+        EXPECT_EQ(folder.entries(), files);
+        if (signal == SIGKILL) continue;
+        EXPECT_TRUE(
+            std::regex_search(outcome.err, std::regex("halflight: .*a.exr: not written: interrupted after .*\n$")))
+            << outcome.err;
+    }
+}
+
+TEST_F(Progress, OldPictureStaysUntilTheNewOneIsThere) {
+    write_text(file("a.exr"), "old");
+    const Outcome bad = run_program({"render", scene, file("a.exr"), "--camera", "rear"});
+    EXPECT_EQ(bad.status, 1);
+    EXPECT_EQ(read_text(file("a.exr")), "old");
+    render({file("a.exr")});
+    EXPECT_EQ(read_exr(file("a.exr")).width, 32);
+}
+
+}  // namespace
+}  // namespace halflight::test
