@@ -12,6 +12,13 @@ bool finite(const dvec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
+/// By a power of two, which keeps its direction bit for bit, to a length whose square neither vanishes nor overflows.
+dvec3 of_moderate_length(const dvec3& v) {
+    int exponent = 0;
+    std::frexp(std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}), &exponent);
+    return {std::ldexp(v.x, -exponent), std::ldexp(v.y, -exponent), std::ldexp(v.z, -exponent)};
+}
+
 }  // namespace
 
 Camera look_at_camera(const dvec3& from, const dvec3& at, const dvec3& up, double vertical_fov) {
@@ -19,10 +26,11 @@ Camera look_at_camera(const dvec3& from, const dvec3& at, const dvec3& up, doubl
     if (!(vertical_fov > 0 && vertical_fov < kPi))
         throw Error("camera", "vertical field of view must be between 0 and 180 degrees");
     if (from == at) throw Error("camera", "from and at are the same point");
-    const dvec3 back = glm::normalize(from - at);
-    const dvec3 right = glm::cross(up, back);
+    const dvec3 back = glm::normalize(of_moderate_length(from - at));
+    const dvec3 upwards = of_moderate_length(up);
+    const dvec3 right = glm::cross(upwards, back);
     // Normalised before it is judged: the length of `up` says nothing.
-    const double sine = glm::length(right) / glm::length(up);
+    const double sine = glm::length(right) / glm::length(upwards);
     if (!(sine > std::numeric_limits<float>::epsilon())) throw Error("camera", "up is zero or along the line of sight");
     const dvec3 x = glm::normalize(right);
     Camera camera;

@@ -152,6 +152,15 @@ TEST(SceneCamera, LooksFromThereToThere) {
     EXPECT_EQ(dvec3(down.camera_to_world[0]), dvec3(1, 0, 0));
 }
 
+TEST(SceneCamera, LengthsSayNothing) {
+    const dvec3 from(0), at(0.3, -0.2, -1), up(0.1, 1, 0.7);
+    const dmat4 view = look_at_camera(from, at, up, 1).camera_to_world;
+    for (const double scale : {std::ldexp(1.0, -600), std::ldexp(1.0, 600)}) {
+        EXPECT_EQ(look_at_camera(from, at, scale * up, 1).camera_to_world, view);
+        EXPECT_EQ(look_at_camera(from, scale * at, up, 1).camera_to_world, view);
+    }
+}
+
 TEST(SceneCamera, RefusesWhatIsNoView) {
     const dvec3 a(0), b(0, 0, -1), up(0, 1, 0);
     EXPECT_NE(error_message([&] { look_at_camera(a, a, up, 1); }).find("same point"), std::string::npos);
