@@ -143,7 +143,7 @@ void PreparedScene::prepare(const Scene& scene) {
         memory_->shading = std::move(shading);
         if (!same) memory_->packed = std::move(packed);
     } else if (made && !origin_ && anything_moves(tables)) {
-        memory_ = std::make_unique<Memory>(std::move(*made), std::move(packed), std::move(shading));
+        memory_ = std::make_unique<Memory>(Memory{std::move(*made), std::move(packed), std::move(shading)});
     }
     tables_ = std::move(tables);
     seconds_ = std::chrono::duration<double>(Clock::now() - start).count();

@@ -14,9 +14,13 @@ Blender 3.4 imports every material as a Principled node, whose models are others
   very term. With HALFLIGHT_IMPORTED_METALS set in the environment metals stay as they are.
 What has a texture or is partly metallic is left as imported, and named.
 
+Prints the CPU seconds of the render, all threads, as a line of JSON beside the script's own.
+
 Cycles does not count the first reflection as a bounce: its --bounces N are our --bounces N + 1.
 """
+import json
 import os
+import time
 
 import bpy
 import numpy
@@ -162,4 +166,17 @@ def use_our_materials(*_):
                 tree.links.new(node.outputs[0], link.to_socket)
 
 
+@bpy.app.handlers.persistent
+def begin(*_):
+    global begun
+    begun = time.process_time()
+
+
+@bpy.app.handlers.persistent
+def tell_cpu_time(*_):
+    print(json.dumps({"cpu_seconds": time.process_time() - begun}), flush=True)
+
+
 bpy.app.handlers.render_init.append(use_our_materials)
+bpy.app.handlers.render_init.append(begin)
+bpy.app.handlers.render_complete.append(tell_cpu_time)

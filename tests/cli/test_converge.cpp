@@ -117,6 +117,44 @@ TEST_F(Converge, ReportsEveryMethodAndContinuesReferences) {
     EXPECT_EQ(report()["reference"]["samples_found"], 256);
 }
 
+TEST_F(Converge, OtherRenderersAreMethods) {
+    // The program itself stands for another one: its pictures are those of `plain`, but for what .exr keeps of them.
+    const std::string again =
+        "again=" HALFLIGHT_PROGRAM
+        " render {scene} {output} --samples {samples} --seed {seed} --width {width} --height {height}"
+        " --bounces {bounces} --camera {camera} --quiet && echo '{\"seconds\": 2, \"cpu_seconds\": 4}'";
+    const Outcome outcome = converge(
+        {"--samples", "1,2", "--seeds", "2", "--method", "plain", "--reference-samples", "64", "--external", again});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Json json = report();
+    EXPECT_EQ(json["plan"]["methods"], (Json{"plain", "again"}));
+    EXPECT_EQ(json["plan"]["external"], again.substr(6));
+    for (int budget = 0; budget < 2; ++budget) {
+        const Json &plain = json["methods"][0]["points"][budget], &other = json["methods"][1]["points"][budget];
+        EXPECT_NEAR(plain["mse"]["value"].get<double>(), other["mse"]["value"].get<double>(),
+                    1e-6 * plain["mse"]["value"].get<double>());
+        EXPECT_EQ(other["seconds"], (Json{{"wall", 2}, {"cpu", 4}}));
+        EXPECT_TRUE(other["components_mse"].is_null());
+    }
+    EXPECT_EQ(json["methods"][1]["seconds_to_the_error_of"]["again"]["mse"], 4);
+    const std::string page = read_text(out + "/report.html");
+    EXPECT_NE(page.find("again is the command"), std::string::npos);
+    EXPECT_NE(page.find("Time to the same error off the edges of lights"), std::string::npos);
+}
+
+TEST_F(Converge, RefusesOtherRenderersThatItCannotRun) {
+    const auto refused = [&](int status, const Strings& more, const std::string& message) {
+        Strings arguments{"--samples", "1", "--seeds", "1", "--method", "plain", "--reference-samples", "2"};
+        arguments.insert(arguments.end(), more.begin(), more.end());
+        expect_refusal(converge(arguments), status, message);
+    };
+    refused(2, {"--external", "blender"}, "wants NAME=COMMAND, not 'blender'");
+    refused(2, {"--external", "a=cp x {output}"}, "its command lacks {samples}");
+    refused(2, {"--external", "plain=cp {samples} {output}"}, "'plain' is the name of another method");
+    refused(1, {"--quiet", "--external", "a=echo no such scene >&2; false {samples} {output}"},
+            "a: exit status 1; it says: no such scene");
+}
+
 TEST_F(Converge, BiasIsFlagged) {
     // What only knows direct light is no reference for all of it.
     const std::string direct = folder / "direct.exr";

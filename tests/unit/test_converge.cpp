@@ -152,6 +152,68 @@ TEST(Converge, ShareOfTimeAndErrorByStage) {
         EXPECT_EQ(stage_of(pass), 2u) << pass;
 }
 
+TEST(Converge, TimeToTheSameErrorIsReadOffTheLine) {
+    MethodResult method;
+    for (const double samples : {1.0, 4.0, 16.0}) {
+        Point& point = method.points.emplace_back();
+        point.time = {0.5 * samples, samples};
+        point.mse.value = 1 / samples, point.off_edges_mse.value = 0.5 / samples;
+    }
+    EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 8, Clock::wall), 4);  // half way on a log-log plot
+    EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 8, Clock::cpu), 8);
+    EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 16, Clock::cpu, true), 8);
+    EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 16, Clock::cpu), 16);
+    EXPECT_DOUBLE_EQ(seconds_until(method, 2, Clock::wall), 0.5) << "that of the first budget";
+    EXPECT_EQ(seconds_until(method, 1.0 / 17, Clock::wall), std::numeric_limits<double>::infinity());
+    method.points[2].mse.value = -1e-9;  // an estimate of next to nothing
+    EXPECT_DOUBLE_EQ(seconds_until(method, 0.01, Clock::cpu), 16);
+}
+
+TEST(Converge, EdgesOfLightsAreToldByTheReferencesEmission) {
+    Reference reference = fake_reference(2);
+    Image& emission = reference.mean.components[0];
+    emission = Image(kWidth, kHeight, 3);
+    for (int y = 10; y < 20; ++y)
+        for (int x = 10; x < 20; ++x) emission.at(x, y)[1] = 5;
+    const Image weights = weights_off_edges(reference);
+    for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+            const bool near = x >= 9 && x <= 20 && y >= 9 && y <= 20;
+            const bool inside = x >= 11 && x <= 18 && y >= 11 && y <= 18;
+            for (int c = 0; c < 3; ++c) EXPECT_EQ(weights.at(x, y)[c], near && !inside ? 0 : 1) << x << ", " << y;
+        }
+    }
+    reference.has_components = false;
+    EXPECT_TRUE(weights_off_edges(reference).pixels.empty());
+}
+
+TEST(Converge, PicturesWithoutComponentsHaveNoShares) {
+    struct Plain final : Painter {
+        FakePainter fake{{}};
+        Painted paint(const Budget& budget, std::uint32_t seed, const Pulse& pulse) override {
+            Painted painted = fake.paint(budget, seed, pulse);
+            painted.picture.components = {};
+            return painted;
+        }
+        std::vector<PassTime> passes(const Budget&, std::uint32_t, const Pulse&) override { return {}; }
+        Seconds preparation() const override { return {}; }
+    };
+    Plan plan = kPlan;
+    plan.methods[1] = Method::external, plan.external = {"other", "render"};
+    std::vector<std::unique_ptr<Painter>> painters;
+    painters.push_back(std::make_unique<FakePainter>(Fake{}));
+    painters.push_back(std::make_unique<Plain>());
+    const Measurement measured = measure(plan, painters, fake_reference(4096), Clock::wall, {[] {}, [](double) {}});
+    const Point &ours = measured.methods[0].points[0], &others = measured.methods[1].points[0];
+    EXPECT_EQ(measured.methods[1].name, "other");
+    EXPECT_TRUE(ours.has_components);
+    EXPECT_FALSE(others.has_components);
+    EXPECT_EQ(ours.mse.value, others.mse.value) << "the same pictures";
+    EXPECT_EQ(others.components, decltype(others.components){});
+    EXPECT_TRUE(measured.methods[1].stages.empty());
+    EXPECT_EQ(measured.pictures_compared, 0) << "they need not be the same";
+}
+
 TEST(Converge, OneSeedHasNoIntervals) {
     Plan plan = kPlan;
     plan.seeds = 1;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "engine/core/flip.h"
 #include "engine/core/metrics.h"
@@ -46,10 +47,32 @@ RunErrors run_errors(const Picture& picture, const Reference& reference) {
     errors.flip = mean_of(hdr_flip_map(picture.beauty, reference.mean.beauty));
     errors.trimmed_mse = trimmed_mse(picture.beauty, half0.beauty, half1.beauty,
                                      squared_error_map(picture.beauty, reference.mean.beauty));
-    for (std::size_t c = 0; c < kComponents.size() && reference.has_components; ++c)
+    errors.has_components = reference.has_components && picture.has_components();
+    for (std::size_t c = 0; c < kComponents.size() && errors.has_components; ++c)
         errors.components[c] =
             seed_errors({&picture.components[c], 1}, half0.components[c], half1.components[c]).mse.value;
     return errors;
+}
+
+Image weights_off_edges(const Reference& reference) {
+    constexpr float kEdge = 0.1f;
+    if (!reference.has_components) return {};
+    const Image& emission = reference.mean.components[0];
+    Image weights(emission.width, emission.height, emission.channels);
+    for (int y = 0; y < emission.height; ++y) {
+        for (int x = 0; x < emission.width; ++x) {
+            bool edge = false;
+            for (int c = 0; c < emission.channels; ++c) {
+                float least = std::numeric_limits<float>::infinity(), most = 0;
+                for (int v = std::max(y - 1, 0); v <= std::min(y + 1, emission.height - 1); ++v)
+                    for (int u = std::max(x - 1, 0); u <= std::min(x + 1, emission.width - 1); ++u)
+                        least = std::min(least, emission.at(u, v)[c]), most = std::max(most, emission.at(u, v)[c]);
+                edge = edge || most - least > kEdge * most;
+            }
+            std::fill_n(weights.at(x, y), emission.channels, edge ? 0.0f : 1.0f);
+        }
+    }
+    return weights;
 }
 
 Interval relative_bias(std::span<const Image> renders, const Reference& reference) {

@@ -15,9 +15,14 @@ namespace halflight::converge {
 struct RunErrors {
     double flip = 0;                                      // HDR-FLIP against the reference's mean, [0, 1]
     double trimmed_mse = 0;                               // without the worst pixels (kWorstShare)
-    std::array<double, kComponents.size()> components{};  // mse of each; 0 where the reference has none
+    bool has_components = false;                          // picture and reference do
+    std::array<double, kComponents.size()> components{};  // mse of each, or 0
 };
 RunErrors run_errors(const Picture& picture, const Reference& reference);
+
+/// 0 for pixels that an edge of what glows crosses, 1 for others, as weights of squared errors: where pixel and its
+/// neighbours in the reference differ by more than a tenth of the brightest one's emission. Empty without components.
+Image weights_off_edges(const Reference& reference);
 
 /// (mean of the expectation) / (mean of the reference) - 1, over all pixels and channels. The interval holds the
 /// scatter of the renders, which must be independent, and of the reference.

@@ -157,6 +157,8 @@ class Page {
                  best > 0 ? figure(m.efficiency / best) : "–"});
         }
         end_table();
+        times(false);
+        if (reference_.has_components) times(true);
         markup("<ul>");
         for (const MethodResult& m : measured_.methods) {
             if (m.findings.empty())
@@ -213,6 +215,38 @@ class Page {
         return plot;
     }
 
+    static std::string known(const Interval& i) { return std::isnan(i.value) ? "–" : converge::text(i); }
+
+    /// How long each method takes to the error of each other one's largest budget, as a part of that one's time.
+    void times(bool off_edges) {
+        const auto& methods = measured_.methods;
+        const auto last = [&](const MethodResult& m) {
+            const Point& p = m.points.back();
+            return (off_edges ? p.off_edges_mse : p.mse).value;
+        };
+        if (methods.size() < 2 || !std::ranges::all_of(methods, [&](const auto& m) { return last(m) > 0; })) return;
+        Cells head{"method"};
+        for (const MethodResult& m : methods) head.push_back(m.name);
+        begin_table(
+            head,
+            fmt::format("Time to the same error{}: by how many times as much {} a row's method comes to the MSE of a "
+                        "column's largest budget, as its own line between budgets has it. < where its first budget "
+                        "is below that already, – where its last one is above.",
+                        off_edges ? " off the edges of lights" : "", clock()));
+        for (const MethodResult& m : methods) {
+            Cells cells{m.name};
+            for (const MethodResult& other : methods) {
+                const double seconds = seconds_until(m, last(other), subject_.clock, off_edges);
+                const bool at_once = seconds == time_of(m.points.front()) && &m != &other;
+                cells.push_back(std::isfinite(seconds) ? fmt::format("{}{:.2g}", at_once ? "< " : "",
+                                                                     seconds / time_of(other.points.back()))
+                                                       : "–");
+            }
+            row(cells);
+        }
+        end_table();
+    }
+
     void plots() {
         heading("Error against time");
         markup("<div class=\"plots\">");
@@ -226,7 +260,7 @@ class Page {
             "Mean squared error by samples", "MSE", true, [](const Point& p) { return p.mse; }, -1)));
         for (const MethodResult* m : distinct_methods()) {
             markup(svg(bias_plot(*m)));
-            if (reference_.has_components) markup(svg(parts_plot(*m)));
+            if (m->points.back().has_components) markup(svg(parts_plot(*m)));
         }
         markup("</div>");
         paragraph(
@@ -247,9 +281,10 @@ class Page {
     void budgets() {
         heading("By budget");
         begin_table(
-            {"method", "samples", "wall s", "CPU s", "MSE", "blurred MSE", "relMSE", "HDR-FLIP", "bias²", "variance",
-             "worst 0.1 %"},
-            fmt::format("Means over {} seeds ± {:.0f} % intervals. blurred MSE: after a blur of {} × {} pixels. "
+            {"method", "samples", "wall s", "CPU s", "MSE", "off edges", "blurred MSE", "relMSE", "HDR-FLIP", "bias²",
+             "variance", "worst 0.1 %"},
+            fmt::format("Means over {} seeds ± {:.0f} % intervals. off edges: MSE without what pixels on the edges of "
+                        "lights add. blurred MSE: after a blur of {} × {} pixels. "
                         "relMSE: squared error by reference² + {:g}. "
                         "MSE = bias² + variance, all without the variance of the reference. Worst 0.1 %: share of "
                         "the squared error that the worst {:g} % of the pixels hold.",
@@ -259,9 +294,9 @@ class Page {
             for (std::size_t b = 0; b < m.points.size(); ++b) {
                 const Point& p = m.points[b];
                 row({b == 0 ? m.name : "", fmt::format("{:.4g}", p.samples), figure(p.time.wall), figure(p.time.cpu),
-                     converge::text(p.mse), converge::text(p.blurred_mse), converge::text(p.relative_mse),
-                     converge::text(p.flip), converge::text(p.bias_squared), figure(p.variance.value),
-                     percent(p.worst_share)},
+                     converge::text(p.mse), known(p.off_edges_mse), converge::text(p.blurred_mse),
+                     converge::text(p.relative_mse), converge::text(p.flip), converge::text(p.bias_squared),
+                     figure(p.variance.value), percent(p.worst_share)},
                     b == 0 && &m != &measured_.methods.front() ? "first" : "");
             }
         }
@@ -284,6 +319,7 @@ class Page {
         begin_table(head,
                     "Share of each component in the sum of the components' squared errors, at the largest budget.");
         for (const MethodResult* m : distinct_methods()) {
+            if (!m->points.back().has_components) continue;
             const auto& parts = m->points.back().components;
             double sum = 0;
             for (const double part : parts) sum += std::max(part, 0.0);
@@ -359,6 +395,9 @@ class Page {
             lines.push_back(fmt::format("Preparing the scene for the GPU, once for all methods{}: {:.2f} s wall time.",
                                         subject_.plan.estimators.empty() ? "" : " of an estimator",
                                         subject_.scene_seconds));
+        if (!subject_.plan.external.name.empty())
+            lines.push_back(
+                fmt::format("{} is the command: {}", subject_.plan.external.name, subject_.plan.external.command));
         for (const MethodResult& m : measured_.methods)
             lines.push_back(fmt::format("Preparation for {}: {:.2f} s wall time, {:.2f} s CPU time.", m.name,
                                         m.preparation.wall, m.preparation.cpu));

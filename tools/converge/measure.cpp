@@ -15,6 +15,8 @@ constexpr std::size_t kStages = 3;
 constexpr const char* kStageNames[kStages] = {"camera rays and film", "direct light", "indirect light"};
 constexpr std::size_t kStageOfComponent[kComponents.size()] = {0, 1, 1, 2, 2};  // by kComponents
 
+constexpr Interval kUnknown{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
+
 /// Pictures of one method and budget, by repeat; methods whose pictures are the same share them.
 using Pictures = std::vector<std::shared_ptr<const Image>>;
 
@@ -40,7 +42,7 @@ double by(Clock clock, const Seconds& seconds) {
 
 /// `runs`: those of the point, by repeat; their squared errors are set.
 Point point_of(const std::vector<RunResult*>& runs, const std::vector<Image>& images, const Reference& reference,
-               const Image& relative, const std::array<Image, 2>& blurred_halves) {
+               const Image& relative, const Image& off_edges, const std::array<Image, 2>& blurred_halves) {
     const auto& [half0, half1] = reference.halves;
     const auto mean = [&](const auto& value) {
         double sum = 0;
@@ -66,6 +68,8 @@ Point point_of(const std::vector<RunResult*>& runs, const std::vector<Image>& im
     point.mse = errors.mse;
     point.relative_mse = relative_errors.mse;
     point.blurred_mse = blurred_errors.mse;
+    point.off_edges_mse =
+        off_edges.pixels.empty() ? kUnknown : seed_errors(images, half0.beauty, half1.beauty, off_edges).mse;
     point.flip = mean_interval(flips);
     point.bias_squared = errors.squared_bias;
     point.variance = errors.variance;
@@ -73,6 +77,7 @@ Point point_of(const std::vector<RunResult*>& runs, const std::vector<Image>& im
     point.reference_variance = errors.reference_variance;
     point.trimmed_mse = mean([](const RunResult& r) { return r.errors.trimmed_mse; });
     point.worst_share = errors.worst_share;
+    point.has_components = runs.front()->errors.has_components;
     for (std::size_t c = 0; c < kComponents.size(); ++c)
         point.components[c] = mean([&](const RunResult& r) { return r.errors.components[c]; });
     return point;
@@ -169,6 +174,20 @@ std::size_t stage_of(std::string_view pass) {
     return 0;
 }
 
+double seconds_until(const MethodResult& method, double mse, Clock clock, bool off_edges) {
+    const auto error = [&](const Point& p) { return (off_edges ? p.off_edges_mse : p.mse).value; };
+    const std::vector<Point>& points = method.points;
+    if (error(points.front()) <= mse) return by(clock, points.front().time);
+    for (std::size_t i = 1; i < points.size(); ++i) {
+        const double before = error(points[i - 1]), after = error(points[i]);
+        if (!(after <= mse)) continue;
+        const double t0 = by(clock, points[i - 1].time), t1 = by(clock, points[i].time);
+        if (!(after > 0)) return t1;
+        return t0 * std::pow(t1 / t0, std::log(before / mse) / std::log(before / after));
+    }
+    return std::numeric_limits<double>::infinity();
+}
+
 Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>>& painters, const Reference& reference,
                     Clock clock, const MeasureHooks& hooks) {
     const std::vector<Run> runs = runs_of(plan);
@@ -214,7 +233,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
         hooks.progress((done += cost(run.budget)) / all);
     }
 
-    const Image relative = relative_weights(reference.mean.beauty);
+    const Image relative = relative_weights(reference.mean.beauty), off_edges = weights_off_edges(reference);
     const auto& halves = reference.halves;
     const std::array blurred_halves{box_blur(halves[0].beauty, kBlurRadius), box_blur(halves[1].beauty, kBlurRadius)};
     for (std::size_t m = 0; m < methods; ++m) {
@@ -227,7 +246,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
                 if (run.run.method == static_cast<int>(m) && run.run.budget == static_cast<int>(b))
                     of_point.push_back(&run);
             const std::vector<Image> images = images_of(pictures[m][b]);
-            method.points.push_back(point_of(of_point, images, reference, relative, blurred_halves));
+            method.points.push_back(point_of(of_point, images, reference, relative, off_edges, blurred_halves));
             if (b + 1 == budgets) {
                 method.picture = images.front();
                 method.mean = mean_image(images);

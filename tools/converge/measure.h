@@ -34,12 +34,14 @@ struct Point {
     double samples = 0;  // per pixel, mean
     Seconds time;        // mean of one picture
     Interval mse, relative_mse, flip;
-    Interval blurred_mse;                                 // mse where picture and reference are blurred (kBlurRadius)
+    Interval off_edges_mse;  // mse without what pixels on edges of what glows add (weights_off_edges()), or not known
+    Interval blurred_mse;    // mse where picture and reference are blurred (kBlurRadius)
     Interval bias_squared, variance;                      // parts of mse
     Interval relative_bias;                               // of the picture's mean
     double reference_variance = 0;                        // that the errors are without
     double trimmed_mse = 0;                               // mean
     double worst_share = 0;                               // of the squared error, that kWorstShare of the pixels hold
+    bool has_components = false;                          // else these are 0
     std::array<double, kComponents.size()> components{};  // mean mse of each
 };
 
@@ -68,7 +70,7 @@ struct MethodResult {
     Slope slope_by_samples;        // of mse
     Slope slope_trimmed;           // of trimmed_mse over time
     double efficiency = 0;         // 1 / (mse x seconds) at the largest budget
-    std::vector<PassTime> passes;  // of one more picture of the largest budget; empty for the oracle
+    std::vector<PassTime> passes;  // of one more picture of the largest budget; empty for those without GL
     std::vector<Stage> stages;
     Interval stage_lead{0, std::numeric_limits<double>::infinity()};  // of the greatest gain over the second one
     std::vector<Finding> findings;
@@ -101,6 +103,10 @@ std::string text(const Interval& interval);
 /// Two points or more tell it, and how well.
 bool is_known(const Slope& slope);
 std::string text(const Slope& slope);  ///< "none" where it is not known
+
+/// Seconds of the plan's clock until a method's mse, taken as a line between budgets in the plot, is down to `mse`;
+/// below the first budget: its seconds; above the last one: infinity. off_edges: off_edges_mse instead.
+double seconds_until(const MethodResult& method, double mse, Clock clock, bool off_edges = false);
 
 /// What the slope and the errors of a method say about it; slopes, points and picture must be set.
 std::vector<Finding> findings_of(const MethodResult& method);

@@ -17,9 +17,11 @@ inline constexpr std::array kComponents{"emission", "direct_diffuse", "direct_gl
 /// Mean radiance, 3 channels each, of the same size.
 struct Picture {
     Image beauty;
-    std::array<Image, kComponents.size()> components;
+    std::array<Image, kComponents.size()> components;  // empty images where they are not known
     int samples = 0;               // per pixel
     std::uint64_t non_finite = 0;  // values that were taken as zero or left out: a bug in who made it
+
+    bool has_components() const { return !components[0].pixels.empty(); }
 };
 
 /// Pictures by their samples, in double.

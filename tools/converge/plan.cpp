@@ -17,6 +17,8 @@ std::string_view name(Method method) {
             return "plain";
         case Method::oracle:
             return "oracle";
+        case Method::external:
+            return "external";
     }
     return "unknown";
 }
@@ -32,6 +34,7 @@ std::string text(const Budget& budget) {
 }
 
 std::string Plan::method_name(std::size_t method) const {
+    if (methods[method] == Method::external) return external.name;
     std::string own(name(methods[method]));
     if (!uses_gl(methods[method])) return own;
     if (!previews.empty()) own += fmt::format(" preview={}", text(previews[method]));

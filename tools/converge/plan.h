@@ -17,15 +17,23 @@ enum class Method : std::uint8_t {
     raster,   // culling by occlusion queries over rasterized tiles
     plain,    // no culling
     oracle,   // the CPU path tracer of engine/reference
+    external  // another renderer (external.h)
 };
+/// Those that are always there.
 inline constexpr Method kMethods[] = {Method::compute, Method::raster, Method::plain, Method::oracle};
 std::string_view name(Method method);
 /// Null for a name that is none.
 std::optional<Method> method_named(std::string_view name);
-/// All but the oracle use OpenGL, and make the same picture of the same seed, samples and estimator.
+/// Those that do make the same picture of the same seed, samples and estimator.
 inline bool uses_gl(Method method) {
-    return method != Method::oracle;
+    return method != Method::oracle && method != Method::external;
 }
+
+/// A command for the shell; its placeholders are those of external.h.
+struct External {
+    std::string name;
+    std::string command;
+};
 
 /// Either is > 0, the other one 0.
 struct Budget {
@@ -43,6 +51,7 @@ struct Plan {
     std::vector<Estimator> estimators{};  // of each method; empty: the default one for all
 
     std::vector<Preview> previews{};  // likewise; never of the reference
+    External external{};              // of Method::external
     int warm_up = 0;  // samples from elsewhere that fill the radiance cache before each picture that uses it, not timed
 
     Preview preview(std::size_t method) const { return previews.empty() ? Preview() : previews[method]; }

@@ -30,8 +30,8 @@ Json slope_json(const Slope& s) {
     return {{"slope", slope}, {"scatter", number(s.scatter)}, {"points", s.points}};
 }
 
-Json components_json(const Reference& reference, const std::array<double, kComponents.size()>& values) {
-    if (!reference.has_components) return nullptr;
+Json components_json(bool known, const std::array<double, kComponents.size()>& values) {
+    if (!known) return nullptr;
     Json json;
     for (std::size_t c = 0; c < kComponents.size(); ++c) json[kComponents[c]] = values[c];
     return json;
@@ -41,7 +41,7 @@ Json budget_json(const Budget& b) {
     return b.seconds > 0 ? Json{{"seconds", b.seconds}} : Json{{"samples", b.samples}};
 }
 
-Json run_json(const Subject& subject, const Reference& reference, const RunResult& r) {
+Json run_json(const Subject& subject, const RunResult& r) {
     return {{"method", subject.plan.method_name(static_cast<std::size_t>(r.run.method))},
             {"budget", budget_json(subject.plan.budgets[static_cast<std::size_t>(r.run.budget)])},
             {"seed", r.run.seed},
@@ -52,17 +52,18 @@ Json run_json(const Subject& subject, const Reference& reference, const RunResul
             {"blurred_mse", r.blurred_mse},
             {"hdr_flip", r.errors.flip},
             {"trimmed_mse", r.errors.trimmed_mse},
-            {"components_mse", components_json(reference, r.errors.components)},
+            {"components_mse", components_json(r.errors.has_components, r.errors.components)},
             {"non_finite", r.non_finite}};
 }
 
-Json point_json(const Reference& reference, const Budget& budget, const Point& p) {
+Json point_json(const Budget& budget, const Point& p) {
     return {{"budget", budget_json(budget)},
             {"samples", p.samples},
             {"seconds", seconds_json(p.time)},
             {"mse", interval_json(p.mse)},
             {"relative_mse", interval_json(p.relative_mse)},
             {"blurred_mse", interval_json(p.blurred_mse)},
+            {"off_edges_mse", interval_json(p.off_edges_mse)},
             {"hdr_flip", interval_json(p.flip)},
             {"bias_squared", interval_json(p.bias_squared)},
             {"variance", interval_json(p.variance)},
@@ -70,13 +71,13 @@ Json point_json(const Reference& reference, const Budget& budget, const Point& p
             {"reference_variance", p.reference_variance},
             {"trimmed_mse", p.trimmed_mse},
             {"worst_share", p.worst_share},
-            {"components_mse", components_json(reference, p.components)}};
+            {"components_mse", components_json(p.has_components, p.components)}};
 }
 
-Json method_json(const Subject& subject, const Reference& reference, const MethodResult& m) {
+Json method_json(const Subject& subject, const Measurement& measured, const MethodResult& m) {
     Json points = Json::array(), passes = Json::array(), stages = Json::array(), findings = Json::array();
     for (std::size_t b = 0; b < m.points.size(); ++b)
-        points.push_back(point_json(reference, subject.plan.budgets[b], m.points[b]));
+        points.push_back(point_json(subject.plan.budgets[b], m.points[b]));
     for (const PassTime& pass : m.passes)
         passes.push_back({{"name", pass.name}, {"runs", pass.runs}, {"seconds", pass.seconds}});
     for (const Stage& s : m.stages)
@@ -85,6 +86,14 @@ Json method_json(const Subject& subject, const Reference& reference, const Metho
                           {"time_share", s.time_share},
                           {"error_share", s.error_share},
                           {"gain_of_twice_the_samples", interval_json(s.gain)}});
+    Json to_error = Json::object();  // of the largest budget
+    for (const MethodResult& other : measured.methods) {
+        const auto until = [&](const Interval& mse, bool off_edges) {
+            return number(seconds_until(m, mse.value, subject.clock, off_edges));
+        };
+        const Point& last = other.points.back();
+        to_error[other.name] = {{"mse", until(last.mse, false)}, {"off_edges_mse", until(last.off_edges_mse, true)}};
+    }
     for (const Finding& f : m.findings) findings.push_back({{"kind", name(f.kind)}, {"text", f.text}});
     return {{"method", m.name},
             {"preparation_seconds", seconds_json(m.preparation)},
@@ -92,6 +101,7 @@ Json method_json(const Subject& subject, const Reference& reference, const Metho
             {"slope_by_samples", slope_json(m.slope_by_samples)},
             {"slope_trimmed", slope_json(m.slope_trimmed)},
             {"efficiency", number(m.efficiency)},
+            {"seconds_to_the_error_of", to_error},
             {"points", points},
             {"passes", passes},
             {"stages", stages},
@@ -166,8 +176,8 @@ Json report_json(const Subject& subject, const Reference& reference, const Measu
     Json methods = Json::array(), runs = Json::array(), asked = Json::array(), budgets = Json::array();
     for (std::size_t m = 0; m < subject.plan.methods.size(); ++m) asked.push_back(subject.plan.method_name(m));
     for (const Budget& b : subject.plan.budgets) budgets.push_back(budget_json(b));
-    for (const MethodResult& m : measured.methods) methods.push_back(method_json(subject, reference, m));
-    for (const RunResult& r : measured.runs) runs.push_back(run_json(subject, reference, r));
+    for (const MethodResult& m : measured.methods) methods.push_back(method_json(subject, measured, m));
+    for (const RunResult& r : measured.runs) runs.push_back(run_json(subject, r));
     const Json samples = reference.samples > 0 ? Json(reference.samples) : Json(nullptr);
     return {{"schema", kSchema},
             {"program", subject.program},
@@ -183,6 +193,7 @@ Json report_json(const Subject& subject, const Reference& reference, const Measu
             {"plan",
              {{"methods", asked},
               {"budgets", budgets},
+              {"external", subject.plan.external.name.empty() ? Json() : Json(subject.plan.external.command)},
               {"seeds", subject.plan.seeds},
               {"first_seed", subject.plan.first_seed},
               {"clamp", subject.plan.clamp > 0 ? Json(subject.plan.clamp) : Json()},
@@ -214,7 +225,7 @@ std::string csv_field(const std::string& text) {
     return quoted + "\"";
 }
 
-std::string report_csv(const Subject& subject, const Reference& reference, const Measurement& measured) {
+std::string report_csv(const Subject& subject, const Measurement& measured) {
     std::string csv =
         "method,budget_samples,budget_seconds,seed,samples,wall_seconds,cpu_seconds,mse,relative_mse,"
         "hdr_flip,trimmed_mse,blurred_mse";
@@ -227,7 +238,7 @@ std::string report_csv(const Subject& subject, const Reference& reference, const
                            b.seconds, r.run.seed, r.samples, r.time.wall, r.time.cpu, r.mse, r.relative_mse,
                            r.errors.flip, r.errors.trimmed_mse, r.blurred_mse);
         for (const double component : r.errors.components)
-            csv += reference.has_components ? fmt::format(",{}", component) : ",";
+            csv += r.errors.has_components ? fmt::format(",{}", component) : ",";
         csv += fmt::format(",{}\r\n", r.non_finite);
     }
     return csv;

@@ -30,8 +30,8 @@ nlohmann::ordered_json report_json(const Subject& subject, const Reference& refe
 
 /// A field of a CSV file, quoted where it must be (RFC 4180, section 2).
 std::string csv_field(const std::string& text);
-/// A header, then a row for each run. Errors of components are empty where the reference has none.
-std::string report_csv(const Subject& subject, const Reference& reference, const Measurement& measured);
+/// A header, then a row for each run. Errors of components are empty where they are not known.
+std::string report_csv(const Subject& subject, const Measurement& measured);
 
 /// One file that needs no other, nor scripts. `view` shows the pictures.
 std::string report_html(const Subject& subject, const Reference& reference, const Measurement& measured,

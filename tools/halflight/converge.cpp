@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "engine/io/files.h"
+#include "tools/converge/external.h"
 #include "tools/converge/report.h"
 #include "tools/halflight/camera.h"
 #include "tools/halflight/commands.h"
@@ -128,6 +129,11 @@ void run_converge(const ConvergeArguments& a) {
     std::vector<std::unique_ptr<Painter>> painters;
     for (std::size_t m = 0; m < a.plan.methods.size(); ++m) {
         const Method method = a.plan.methods[m];
+        if (method == Method::external) {
+            painters.push_back(
+                external_painter(a.plan.external, {a.scene, camera.name, scene.environment}, subject.view));
+            continue;
+        }
         painters.push_back(uses_gl(method) ? gl_painter(gl(a.plan.estimator(m)), colors, subject.view, method,
                                                         a.plan.clamp, a.plan.preview(m), a.plan.warm_up)
                                            : oracle_painter(scene, subject.view));
@@ -138,7 +144,7 @@ void run_converge(const ConvergeArguments& a) {
     const std::string html = report_html(subject, reference, measured, shown);
     const std::string json =
         report_json(subject, reference, measured).dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
-    const std::string csv = report_csv(subject, reference, measured);
+    const std::string csv = report_csv(subject, measured);
     {
         const WritingFiles writing;
         folder.make();  // should it be gone by now

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "tools/converge/external.h"
 #include "tools/halflight/options.h"
 
 namespace halflight {
@@ -34,6 +35,20 @@ std::vector<Method> methods(const std::string& option, const std::string& list) 
         wanted.push_back(*method);
     }
     return wanted;
+}
+
+converge::External external(const std::string& option, const std::string& text) {
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
+        throw UsageError(option, "wants NAME=COMMAND, not '{}'", text);
+    converge::External made{text.substr(0, equals), text.substr(equals + 1)};
+    if (converge::method_named(made.name)) throw UsageError(option, "'{}' is the name of another method", made.name);
+    try {
+        converge::check_external(made);
+    } catch (const Error& error) {
+        throw UsageError(option, "{}", error.what());
+    }
+    return made;
 }
 
 /// One or several, joined by line ends. one(option, list) makes a list what it means.
@@ -86,6 +101,10 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     options.value("--warm-up", "N",
                   "samples by a camera beside the scene's that fill the radiance cache before each picture (default 0)",
                   [&](const auto& name, const auto& text) { a.plan.warm_up = whole(name, text, 0, kMaxSamples); });
+    options.value("--external", "NAME=COMMAND",
+                  "another renderer as one more method: a command of the shell that renders {scene} by {camera} in "
+                  "{environment} to {output}, an .exr, with {samples} {seed} {width} {height} {bounces}",
+                  [&](const auto& name, const auto& text) { a.plan.external = external(name, text); });
     options.value("--samples", "N,...", "budgets in samples per pixel (default 1,2,4,... 64)",
                   [&](const auto& name, const auto& text) {
                       a.plan.budgets = budgets(name, text, [&](const std::string& one) {
@@ -143,6 +162,12 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     if (!a.previews.empty()) converge::compare_previews(a.plan, a.previews);
     if (a.plan.warm_up > 0 && std::ranges::none_of(a.previews, &Preview::cache))
         throw UsageError("--warm-up", "is for the radiance cache, and no --preview has it");
+    if (!a.plan.external.name.empty()) {
+        exclude(app, "--external", "--seconds");
+        a.plan.methods.push_back(converge::Method::external);
+        if (!a.plan.estimators.empty()) a.plan.estimators.emplace_back();
+        if (!a.plan.previews.empty()) a.plan.previews.emplace_back();
+    }
     exclude(app, "--samples", "--seconds");
     check_camera_options(app);
     if (a.reference.maker == converge::ReferenceOrder::Maker::file) {

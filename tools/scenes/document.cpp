@@ -12,10 +12,10 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;                   // glTF 2.0, 5.11.5
+constexpr int kArrayBuffer = 34962, kElementArrayBuffer = 34963;                                // glTF 2.0, 5.11.5
 constexpr int kUnsignedByte = 5121, kUnsignedShort = 5123, kUnsignedInt = 5125, kFloat = 5126;  // glTF 2.0, 5.1.3
-constexpr int kLinear = 9729, kLinearMipmapLinear = 9987, kRepeat = 10497;         // glTF 2.0, 5.26
-constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBin = 0x4E4942;  // glTF 2.0, 4.4
+constexpr int kLinear = 9729, kLinearMipmapLinear = 9987, kRepeat = 10497;                      // glTF 2.0, 5.26
+constexpr std::uint32_t kMagic = 0x46546C67, kJson = 0x4E4F534A, kBin = 0x4E4942;               // glTF 2.0, 4.4
 
 Json triple(const dvec3& v) {
     return Json::array({v.x, v.y, v.z});
