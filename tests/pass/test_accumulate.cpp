@@ -202,6 +202,22 @@ class AccumulateTest : public PassTest {
         return counted;
     }
 
+    /// Of 20 samples that have everything.
+    SumsOnCpu expect_sums_of(RandomSamples random) {
+        SumsOnCpu expected(stage.paths());
+        for (int i = 0; i < 20; ++i) {
+            const SampleData d = random.next(stage.paths());
+            feed(d);
+            expected.add(d, true, true, true, true, true);
+        }
+        expect_sums(sums.emission, expected.emission, "emission");
+        expect_sums(sums.direct, expected.direct, "direct");
+        expect_sums(sums.indirect, expected.indirect, "indirect");
+        expect_sums(sums.squares, expected.squares, "squares");
+        expect_sums(sums.features, expected.features, "features");
+        return expected;
+    }
+
     Stage stage;
     graph::Graph graph;
     std::vector<std::unique_ptr<gpu::Buffer>> inputs;
@@ -213,34 +229,12 @@ class AccumulateTest : public PassTest {
 
 TEST_F(AccumulateTest, SumsAreThoseOfDoubles) {
     build({.reuse = true});
-    RandomSamples random(false);
-    SumsOnCpu expected(stage.paths());
-    for (int i = 0; i < 20; ++i) {
-        const SampleData d = random.next(stage.paths());
-        feed(d);
-        expected.add(d, true, true, true, true, true);
-    }
-    expect_sums(sums.emission, expected.emission, "emission");
-    expect_sums(sums.direct, expected.direct, "direct");
-    expect_sums(sums.indirect, expected.indirect, "indirect");
-    expect_sums(sums.squares, expected.squares, "squares");
-    expect_sums(sums.features, expected.features, "features");
+    expect_sums_of(RandomSamples(false));
 }
 
 TEST_F(AccumulateTest, BadValuesAreCountedAndTakenAsZero) {
     build({.reuse = true});
-    RandomSamples random(true);
-    SumsOnCpu expected(stage.paths());
-    for (int i = 0; i < 20; ++i) {
-        const SampleData d = random.next(stage.paths());
-        feed(d);
-        expected.add(d, true, true, true, true, true);
-    }
-    expect_sums(sums.emission, expected.emission, "emission");
-    expect_sums(sums.direct, expected.direct, "direct");
-    expect_sums(sums.indirect, expected.indirect, "indirect");
-    expect_sums(sums.squares, expected.squares, "squares");
-    expect_sums(sums.features, expected.features, "features");
+    const SumsOnCpu expected = expect_sums_of(RandomSamples(true));
     for (const std::uint32_t c : expected.counts) EXPECT_GT(c, 100u);
     EXPECT_EQ(counted(), expected.counts);
 }

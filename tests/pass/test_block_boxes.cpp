@@ -14,13 +14,14 @@
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/bvh.h"
 #include "shaders/shared/instances.h"
+#include "tests/pass/random_kernel.h"
 #include "tests/support/gpu_test.h"
 
 namespace halflight {
 namespace {
 
 // One instance and one bundle of rays per invocation, 64 boxes each.
-const char* const kKernel = R"(
+const std::string kKernel = R"(
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/hash.glsl"
 #include "shaders/lib/traverse.glsl"
@@ -35,17 +36,7 @@ uniform float margins;  // that boxes are made larger by
 
 const int kRays = 3;
 
-uint state;
-uint next() {
-    state = state * 747796405u + 2891336453u;
-    return hash_u32(state);
-}
-bool one_of(uint n) { return next() % n == 0u; }
-float unit() { return float(next() >> 8) * 5.9604645e-8; }
-float between(float a, float b) { return a + (b - a) * unit(); }
-float power_of_ten(float a, float b) { return exp2(3.3219281 * between(a, b)); }
-vec3 cube() { return vec3(between(-1.0, 1.0), between(-1.0, 1.0), between(-1.0, 1.0)); }
-
+)" + kRandomNumbers + R"(
 vec3 to_world(uint instance, vec3 p) {
     vec3 world;
     for (int a = 0; a < 3; ++a) {

@@ -6,6 +6,7 @@
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/program.h"
 #include "engine/rays/packed_bvh.h"
+#include "tests/pass/random_kernel.h"
 #include "tests/support/gpu_test.h"
 
 namespace halflight {
@@ -13,7 +14,7 @@ namespace {
 
 // One hierarchy and one bundle of rays per invocation, 64 boxes each. HALFLIGHT_RASTER: by the raster back end's
 // shafts.
-const char* const kKernel = R"(
+const std::string kKernel = R"(
 #include "shaders/trace_scene.glsl"
 #include "shaders/shared/rays.h"
 #include "shaders/lib/hash.glsl"
@@ -40,16 +41,7 @@ uniform float narrower;  // by which shafts are, relative to the reach
 const int kRays = 4;
 const float kInfinite = uintBitsToFloat(0x7f800000u);
 
-uint state;
-uint next() {
-    state = state * 747796405u + 2891336453u;
-    return hash_u32(state);
-}
-bool one_of(uint n) { return next() % n == 0u; }
-float unit() { return float(next() >> 8) * 5.9604645e-8; }
-float between(float a, float b) { return a + (b - a) * unit(); }
-float power_of_ten(float a, float b) { return exp2(3.3219281 * between(a, b)); }
-vec3 cube() { return vec3(between(-1.0, 1.0), between(-1.0, 1.0), between(-1.0, 1.0)); }
+)" + kRandomNumbers + R"(
 vec3 inside(vec3 lower, vec3 upper) { return mix(lower, upper, vec3(unit(), unit(), unit())); }
 float one_sign() { return one_of(2u) ? 1.0 : -1.0; }
 

@@ -11,6 +11,7 @@
 #include "engine/color/color.h"
 #include "engine/color/ocio.h"
 #include "engine/core/error.h"
+#include "tests/support/error_message.h"
 
 namespace halflight {
 namespace {
@@ -38,15 +39,6 @@ vec3 shown(const ViewProcessor& view, const vec3& colour) {
     for (int c = 0; c < 3; ++c) image.pixels[c] = colour[c];
     image = view.apply(image);
     return {image.pixels[0], image.pixels[1], image.pixels[2]};
-}
-
-std::string error_of(const auto& call) {
-    try {
-        call();
-    } catch (const Error& e) {
-        return e.what();
-    }
-    return "no error";
 }
 
 /// IEC 61966-2-1.
@@ -184,20 +176,20 @@ TEST(Color, NamesInAnyCaseAndErrorsThatList) {
     const ColorConfig config = built_in();
     EXPECT_EQ(config.view({"srgb", "un-tone-mapped", "", 0}).display(), "sRGB - Display");
     EXPECT_EQ(config.view({"DISPLAY P3", "RAW", "", 0}).view(), "Raw");
-    EXPECT_EQ(error_of([&] {
+    EXPECT_EQ(error_message([&] {
                   config.view({"CRT", "", "", 0});
               }),
               "built-in: has no display \"CRT\"; it has: sRGB - Display, Rec.1886 Rec.709 - Display, Display P3 - "
               "Display");
-    EXPECT_EQ(error_of([&] {
+    EXPECT_EQ(error_message([&] {
                   config.view({"", "Filmic", "", 0});
               }),
               "built-in: sRGB - Display: has no view \"Filmic\"; it has: ACES 1.0 - SDR Video, Un-tone-mapped, Raw");
-    EXPECT_EQ(error_of([&] {
+    EXPECT_EQ(error_message([&] {
                   config.view({"", "", "teal", 0});
               }),
               "built-in: has no look \"teal\"; it has: ACES 1.3 Reference Gamut Compression");
-    EXPECT_NE(error_of([&] { config.linear_space("Rec.9000"); }).find("Linear Rec.709 (sRGB), ACEScg"),
+    EXPECT_NE(error_message([&] { config.linear_space("Rec.9000"); }).find("Linear Rec.709 (sRGB), ACEScg"),
               std::string::npos);
 }
 
@@ -216,20 +208,20 @@ TEST(Color, LinearSpaces) {
         ASSERT_TRUE(space.chromaticities) << name;
         EXPECT_EQ(space.chromaticities->green, expected.green) << name;
     }
-    EXPECT_NE(error_of([&] { config.linear_space("sRGB - Texture"); }).find("is not linear"), std::string::npos);
-    EXPECT_NE(error_of([&] { config.linear_space("ACEScct"); }).find("is not linear"), std::string::npos);
+    EXPECT_NE(error_message([&] { config.linear_space("sRGB - Texture"); }).find("is not linear"), std::string::npos);
+    EXPECT_NE(error_message([&] { config.linear_space("ACEScct"); }).find("is not linear"), std::string::npos);
 }
 
 TEST(Color, EnvironmentVariableIsObeyedOrAnError) {
     {
         Ocio missing("/nonexistent/config.ocio");
-        const std::string error = error_of([] { ColorConfig::load(); });
+        const std::string error = error_message([] { ColorConfig::load(); });
         EXPECT_TRUE(error.starts_with("$OCIO (/nonexistent/config.ocio): cannot be used")) << error;
         EXPECT_EQ(error.find('\n'), std::string::npos);
     }
     {
         Ocio folder(HALFLIGHT_SOURCE_DIR);
-        EXPECT_TRUE(error_of([] { ColorConfig::load(); }).ends_with(": cannot read: Is a directory"));
+        EXPECT_TRUE(error_message([] { ColorConfig::load(); }).ends_with(": cannot read: Is a directory"));
     }
     {
         Ocio empty("");
@@ -247,11 +239,11 @@ TEST(Color, EnvironmentVariableIsObeyedOrAnError) {
     const fs::path bad = fs::path(testing::TempDir()) / fmt::format("halflight-{}.ocio", getpid());
     for (const char* text : {"", "ocio_profile_version: 2\ndisplays: [", "\x01\x02 {", "ocio_profile_version: 2.1\n"}) {
         std::ofstream(bad) << text;
-        const std::string error = error_of([&] { ColorConfig::load(bad); });
+        const std::string error = error_message([&] { ColorConfig::load(bad); });
         EXPECT_TRUE(error.starts_with(bad.string() + ": cannot be used")) << error;
     }
     fs::remove(bad);
-    EXPECT_TRUE(error_of([] { ColorConfig::load("/nonexistent.ocio"); }).starts_with("/nonexistent.ocio: cannot"));
+    EXPECT_TRUE(error_message([] { ColorConfig::load("/nonexistent.ocio"); }).starts_with("/nonexistent.ocio: cannot"));
 }
 
 TEST(Color, OtherPeoplesConfigs) {

@@ -11,6 +11,7 @@
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "engine/io/radiance.h"
+#include "tests/support/error_message.h"
 
 namespace halflight {
 namespace {
@@ -37,15 +38,6 @@ class EnvironmentMap : public testing::Test {
     fs::path path_ = fs::path(testing::TempDir()) / fmt::format("halflight-environment-{}", getpid());
     SceneReport report_;
 };
-
-std::string error_of(const auto& call) {
-    try {
-        call();
-    } catch (const Error& e) {
-        return e.what();
-    }
-    return "no error";
-}
 
 Image image_of(int width, int height, int channels, std::vector<float> pixels) {
     Image image(width, height, channels);
@@ -102,9 +94,9 @@ TEST_F(EnvironmentMap, DamagedRadianceFilesAreErrors) {
     const std::string whole = hdr("", "-Y 1 +X 8", row);
     EXPECT_NO_THROW(load_bytes(whole));
     for (std::size_t length = 0; length < whole.size(); ++length)
-        EXPECT_NE(error_of([&] { load_bytes(whole.substr(0, length)); }), "no error") << length << " bytes";
+        EXPECT_NE(error_message([&] { load_bytes(whole.substr(0, length)); }), "") << length << " bytes";
     const auto fails_with = [&](const std::string& bytes, const char* text) {
-        const std::string error = error_of([&] { load_bytes(bytes); });
+        const std::string error = error_message([&] { load_bytes(bytes); });
         EXPECT_NE(error.find(text), std::string::npos) << error;
     };
     fails_with(hdr("", "-Y 1 +X 8", {2, 2, 0, 9, 136, 9}), "bad row length");
@@ -138,7 +130,7 @@ TEST_F(EnvironmentMap, LuminanceAndOddChannels) {
     EXPECT_EQ(load_exr({{{"Y"}, grey}}).map.pixels, expected);
     EXPECT_EQ(load_exr({{{"Y"}, grey}, {{"A"}, Image(2, 1, 1)}}).map.pixels, expected);
     EXPECT_EQ(load_exr({{{"sky"}, grey}}).map.pixels, expected);
-    const std::string error = error_of([&] { load_exr({{{"U", "V"}, Image(2, 1, 2)}}); });
+    const std::string error = error_message([&] { load_exr({{{"U", "V"}, Image(2, 1, 2)}}); });
     EXPECT_NE(error.find("has no colour among its channels: U, V"), std::string::npos) << error;
 }
 
@@ -170,7 +162,7 @@ TEST_F(EnvironmentMap, OtherPrimariesAreConverted) {
     for (int c = 0; c < 3; ++c)
         EXPECT_NEAR(e.map.pixels[static_cast<std::size_t>(3 + c)], std::max(0.0, expected[c]), 1e-6);
     attributes.chromaticities = Chromaticities{{0, 0}, {0, 0}, {0, 0}, {0, 0}};
-    EXPECT_NE(error_of([&] {
+    EXPECT_NE(error_message([&] {
                   load_exr({{{"R", "G", "B"}, image}}, attributes);
               }).find("span no colours"),
               std::string::npos);
@@ -193,7 +185,7 @@ TEST_F(EnvironmentMap, OtherPeoplesMaps) {
     for (const auto& entry : fs::directory_iterator(kAssets / "bad/truncated")) {
         if (entry.path().extension() != ".hdr") continue;
         SceneReport report;
-        const std::string error = error_of([&] { load_environment(entry.path(), report); });
+        const std::string error = error_message([&] { load_environment(entry.path(), report); });
         EXPECT_NE(error.find("truncated"), std::string::npos) << entry.path() << ": " << error;
     }
 }

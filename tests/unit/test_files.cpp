@@ -12,6 +12,7 @@
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
+#include "tests/support/error_message.h"
 
 namespace halflight {
 namespace {
@@ -31,15 +32,6 @@ class Files : public testing::Test {
 
     fs::path folder_;
 };
-
-std::string error_of(const auto& call) {
-    try {
-        call();
-    } catch (const Error& e) {
-        return e.what();
-    }
-    return "no error";
-}
 
 TEST_F(Files, RoundTripOfAnyBytes) {
     const std::string bytes("\0\n\r\xff text", 9);
@@ -78,30 +70,31 @@ TEST_F(Files, AFailureLeavesTheOldFileAndNoTemporary) {
 
 TEST_F(Files, ErrorsNameTheFileAndTheReason) {
     const std::string folder = folder_.string();
-    EXPECT_EQ(error_of([&] { write_file(folder_ / "no/a.txt", ""); }),
+    EXPECT_EQ(error_message([&] { write_file(folder_ / "no/a.txt", ""); }),
               folder + "/no/a.txt: cannot write: No such file or directory");
-    EXPECT_EQ(error_of([&] { write_file(folder_, ""); }), folder + ": cannot write: Is a directory");
-    EXPECT_EQ(error_of([&] { write_file(folder + "/", ""); }), folder + "/: does not name a file to write");
-    EXPECT_EQ(error_of([&] { write_file("", ""); }), "output: does not name a file to write");
-    EXPECT_EQ(error_of([&] { write_file("/dev/full", "x"); }), "/dev/full: cannot write: not a regular file");
+    EXPECT_EQ(error_message([&] { write_file(folder_, ""); }), folder + ": cannot write: Is a directory");
+    EXPECT_EQ(error_message([&] { write_file(folder + "/", ""); }), folder + "/: does not name a file to write");
+    EXPECT_EQ(error_message([&] { write_file("", ""); }), "output: does not name a file to write");
+    EXPECT_EQ(error_message([&] { write_file("/dev/full", "x"); }), "/dev/full: cannot write: not a regular file");
     write_file(folder_ / "file", "");
-    EXPECT_EQ(error_of([&] { write_file(folder_ / "file/a.txt", ""); }),
+    EXPECT_EQ(error_message([&] { write_file(folder_ / "file/a.txt", ""); }),
               folder + "/file/a.txt: cannot write: Not a directory");
-    EXPECT_EQ(error_of([&] { write_file(folder_ / std::string(300, 'x'), ""); }),
+    EXPECT_EQ(error_message([&] { write_file(folder_ / std::string(300, 'x'), ""); }),
               folder + "/" + std::string(300, 'x') + ": cannot write: File name too long");
     EXPECT_EQ(entries(), 1u);
 
-    EXPECT_EQ(error_of([&] { read_file(folder_ / "none", 9); }),
+    EXPECT_EQ(error_message([&] { read_file(folder_ / "none", 9); }),
               folder + "/none: cannot read: No such file or directory");
-    EXPECT_EQ(error_of([&] { read_file(folder_, 9); }), folder + ": cannot read: Is a directory");
-    EXPECT_EQ(error_of([&] { check_readable(folder_); }), folder + ": cannot read: Is a directory");
-    EXPECT_EQ(error_of([&] { check_writable(folder_); }), folder + ": cannot write: Is a directory");
-    EXPECT_EQ(error_of([] { read_file("/dev/zero", 9); }), "/dev/zero: cannot read: not a regular file");
+    EXPECT_EQ(error_message([&] { read_file(folder_, 9); }), folder + ": cannot read: Is a directory");
+    EXPECT_EQ(error_message([&] { check_readable(folder_); }), folder + ": cannot read: Is a directory");
+    EXPECT_EQ(error_message([&] { check_writable(folder_); }), folder + ": cannot write: Is a directory");
+    EXPECT_EQ(error_message([] { read_file("/dev/zero", 9); }), "/dev/zero: cannot read: not a regular file");
     write_file(folder_ / "ten", "0123456789");
-    EXPECT_EQ(error_of([&] { read_file(folder_ / "ten", 9); }),
+    EXPECT_EQ(error_message([&] { read_file(folder_ / "ten", 9); }),
               folder + "/ten: has 10 bytes, more than the limit of 9");
     ASSERT_EQ(mkfifo((folder_ / "pipe").c_str(), 0600), 0);
-    EXPECT_EQ(error_of([&] { read_file(folder_ / "pipe", 9); }), folder + "/pipe: cannot read: not a regular file");
+    EXPECT_EQ(error_message([&] { read_file(folder_ / "pipe", 9); }),
+              folder + "/pipe: cannot read: not a regular file");
 }
 
 /// Root may write everywhere; for a while it becomes nobody.
@@ -120,9 +113,9 @@ TEST_F(Files, ReadOnlyFolderAndFile) {
     const fs::path path = folder_ / "a.txt";
     write_file(path, "old");
     fs::permissions(path, fs::perms::owner_read);
-    EXPECT_EQ(error_of([&] { write_file(path, "new"); }), path.string() + ": cannot write: Permission denied");
+    EXPECT_EQ(error_message([&] { write_file(path, "new"); }), path.string() + ": cannot write: Permission denied");
     fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
-    EXPECT_EQ(error_of([&] { write_file(folder_ / "b", "new"); }),
+    EXPECT_EQ(error_message([&] { write_file(folder_ / "b", "new"); }),
               (folder_ / "b").string() + ": cannot write: Permission denied");
     fs::permissions(folder_, fs::perms::owner_all);
     EXPECT_EQ(read_file(path, 100), "old");
@@ -152,7 +145,7 @@ TEST_F(Files, SymbolicLinksAreFollowed) {
     write_file(folder_ / "dangling", "made");
     EXPECT_EQ(read_file(folder_ / "far/later", 9), "made");
     fs::create_symlink("loop", folder_ / "loop");
-    EXPECT_NE(error_of([&] { write_file(folder_ / "loop", ""); }).find("symbolic links"), std::string::npos);
+    EXPECT_NE(error_message([&] { write_file(folder_ / "loop", ""); }).find("symbolic links"), std::string::npos);
 }
 
 TEST_F(Files, WhatKilledWritersLeaveCanBeRemoved) {
@@ -187,13 +180,13 @@ TEST_F(Files, WhatKilledWritersLeaveCanBeRemoved) {
 TEST_F(Files, AFullDiskIsNoticedByCloseAtTheLatest) {
     CheckedFile file("/dev/full", "out.exr");
     file.write("x", 1);  // buffered
-    EXPECT_EQ(error_of([&] { file.close(); }), "out.exr: cannot write: No space left on device");
+    EXPECT_EQ(error_message([&] { file.close(); }), "out.exr: cannot write: No space left on device");
 
     CheckedFile swallowed("/dev/full", "out.exr");
     const std::string much(1 << 20, 'x');
-    EXPECT_EQ(error_of([&] { swallowed.write(much.data(), much.size()); }),
+    EXPECT_EQ(error_message([&] { swallowed.write(much.data(), much.size()); }),
               "out.exr: cannot write: No space left on device");
-    EXPECT_EQ(error_of([&] { swallowed.close(); }), "out.exr: cannot write: No space left on device");
+    EXPECT_EQ(error_message([&] { swallowed.close(); }), "out.exr: cannot write: No space left on device");
 }
 
 TEST_F(Files, KnowsLfsPointers) {
