@@ -117,8 +117,8 @@ void add_filter_options(Options& options, ViewArguments& a) {
 void add_clamp_option(Options& options, float& clamp) {
     options.value(
         "--clamp", "LUMINANCE",
-        "the most that one sample of a pixel's indirect light may have: fewer fireflies, less light (default 0: no "
-        "matter how much)",
+        "the most that one sample of a pixel's indirect light may have: fewer fireflies, less light (default 0: "
+        "all that it has)",
         [&](const auto& name, const auto& text) {
             clamp = static_cast<float>(real(name, text, text == "0" ? 0 : 1e-6, 1e30));
         });
