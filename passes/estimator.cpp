@@ -66,8 +66,6 @@ const char* name(Reuse reuse) {
 
 const char* name(CameraRays rays) {
     switch (rays) {
-        case CameraRays::automatic:
-            return "auto";
         case CameraRays::one:
             return "1";
         case CameraRays::two:
@@ -80,10 +78,6 @@ const char* name(CameraRays rays) {
             return "16";
     }
     return "unknown";
-}
-
-CameraRays resolved(CameraRays rays) {
-    return rays == CameraRays::automatic ? CameraRays::one : rays;
 }
 
 const char* name(SamplePoints points) {

@@ -25,20 +25,18 @@ inline constexpr SamplePoints kSamplePoints[] = {SamplePoints::sobol, SamplePoin
 const char* name(SamplePoints points);  ///< "sobol": Owen-scrambled (shaders/shared/sobol.h), "independent"
 
 /// Camera rays of each sample for light that is seen directly, emitters' edges above all; as many samples of the rest
-/// would be better, but cost a path each. `automatic`: one, the path's own. Four have half the squared error times time
-/// where emitters' edges are in sight (scenes/cornell.glb), and take a third more time for nothing where none is.
-enum class CameraRays : std::uint8_t { automatic = 0, one = 1, two = 2, four = 4, eight = 8, sixteen = 16 };
-inline constexpr CameraRays kCameraRays[] = {CameraRays::automatic, CameraRays::one,   CameraRays::two,
-                                             CameraRays::four,      CameraRays::eight, CameraRays::sixteen};
-/// Not `automatic` any more.
-CameraRays resolved(CameraRays rays);
-const char* name(CameraRays rays);  ///< "auto", "1", "2", "4", "8", "16"
+/// would be better, but cost a path each. One is the path's own. Four have half the squared error times time where
+/// emitters' edges are in sight (scenes/cornell.glb), and take a third more time for nothing where none is.
+enum class CameraRays : std::uint8_t { one = 1, two = 2, four = 4, eight = 8, sixteen = 16 };
+inline constexpr CameraRays kCameraRays[] = {CameraRays::one, CameraRays::two, CameraRays::four, CameraRays::eight,
+                                             CameraRays::sixteen};
+const char* name(CameraRays rays);  ///< "1", "2", "4", "8", "16"
 
 struct Estimator {
     LightChoice lights = LightChoice::automatic;  // how next-event estimation picks a light
     SunChoice sun = SunChoice::apart;             // without effect where there is no sun, or nothing else
     Reuse reuse = Reuse::off;                     // where it is left out, `on` stays without effect
-    CameraRays camera = CameraRays::automatic;
+    CameraRays camera = CameraRays::one;
     SamplePoints sampler = SamplePoints::sobol;
     bool operator==(const Estimator&) const = default;
 };

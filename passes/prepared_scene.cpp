@@ -116,7 +116,6 @@ void PreparedScene::prepare(const Scene& scene) {
                                                  buffers_ ? &pooled_ : nullptr);
     estimator_ = options_.estimator;
     estimator_.lights = shading.light_choice;
-    estimator_.camera = resolved(estimator_.camera);
     has_environment_ = !shading.environment.pixels.empty();
     pooled_ = shading.pooled;
     if (buffers_) {

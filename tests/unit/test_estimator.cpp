@@ -13,10 +13,10 @@ namespace halflight {
 namespace {
 
 constexpr const char* kKnown =
-    "lights=auto|power|tree|uniform,sun=apart|among,reuse=off|on,camera=auto|1|2|4|8|16,sampler=sobol|independent";
+    "lights=auto|power|tree|uniform,sun=apart|among,reuse=off|on,camera=1|2|4|8|16,sampler=sobol|independent";
 
 TEST(Estimator, IsWhatItsTextSays) {
-    EXPECT_EQ(text({}), "lights=auto,sun=apart,reuse=off,camera=auto,sampler=sobol");
+    EXPECT_EQ(text({}), "lights=auto,sun=apart,reuse=off,camera=1,sampler=sobol");
     EXPECT_EQ(known_estimators(), kKnown);
     for (const LightChoice lights : kLightChoices) {
         for (const SunChoice sun : kSunChoices) {
@@ -37,11 +37,6 @@ TEST(Estimator, DifferencesAreToldFromTheDefaultAndFromOthers) {
     EXPECT_EQ(difference(all[1], all), "lights=tree,reuse=off");
     EXPECT_EQ(difference(all[2], std::span(all).subspan(2)), "reuse=on");
     EXPECT_EQ(difference({}, {}), "");
-}
-
-TEST(Estimator, CameraRaysAreThePathsOwnUnlessAskedFor) {
-    EXPECT_EQ(resolved(CameraRays::automatic), CameraRays::one);
-    EXPECT_EQ(resolved(CameraRays::eight), CameraRays::eight);
 }
 
 TEST(Estimator, UnknownTechniquesAreRefusedByName) {

@@ -129,7 +129,7 @@ FrameOptions usual_options() {
     const RenderSettings usual;
     return {.bounces = usual.bounces,
             .reuse = usual.estimator.reuse == Reuse::on,
-            .camera_rays = static_cast<int>(resolved(usual.estimator.camera))};
+            .camera_rays = static_cast<int>(usual.estimator.camera)};
 }
 
 SceneNeeds shading_needs(const Scene& scene, const TraceTables& tables) {
