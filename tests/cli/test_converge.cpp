@@ -149,9 +149,13 @@ TEST_F(Converge, RefusesOtherRenderersThatItCannotRun) {
         expect_refusal(converge(arguments), status, message);
     };
     refused(2, {"--external", "blender"}, "wants NAME=COMMAND, not 'blender'");
-    refused(2, {"--external", "a=cp x {output}"}, "its command lacks {samples}");
-    refused(2, {"--external", "plain=cp {samples} {output}"}, "'plain' is the name of another method");
-    refused(1, {"--quiet", "--external", "a=echo no such scene >&2; false {samples} {output}"},
+    refused(2, {"--external", "a=cp x {output} {samples}"}, "its command lacks {seed}");
+    refused(2, {"--external", "plain=cp {samples} {seed} {output}"}, "'plain' is the name of another method");
+    const std::string copy = "a=cp x {samples} {seed} {output}";
+    refused(2, {"--external", copy, "--filter", "blackman-harris"}, "--filter");
+    refused(1, {"--quiet", "--external", copy, "--env", "1,1,1"}, "a: its command lacks {environment}");
+    refused(1, {"--quiet", "--external", copy, "--look-from", "0,0,1", "--look-at", "0,0,0"}, "this one has none");
+    refused(1, {"--quiet", "--external", "a=echo no such scene >&2; false {samples} {seed} {output}"},
             "a: exit status 1; it says: no such scene");
 }
 

@@ -13,7 +13,7 @@
 namespace halflight::converge::test {
 namespace {
 
-using halflight::test::TemporaryFolder;
+using halflight::test::TemporaryFolder, halflight::test::write_text;
 
 class ExternalTest : public testing::Test {
   protected:
@@ -27,11 +27,13 @@ class ExternalTest : public testing::Test {
     /// After `first`, copies the picture to where it is wanted; {samples} stands where it does nothing.
     Painted paint(
         const std::string& first, const Pulse& pulse = [] {}) const {
-        const External external{"other", first + "; : {samples}; cp {scene} {output}"};
+        const External external{"other", first + "; : {samples} {seed} {environment}; cp {scene} {output}"};
         return external_painter(external, scene, view)->paint({7, 0}, 11, pulse);
     }
     std::string refusal(const std::string& command) const {
-        return error_message([&] { external_painter({"other", command}, scene, view)->paint({7, 0}, 11, [] {}); });
+        const auto paint = [&] { external_painter({"other", command}, scene, view)->paint({7, 0}, 11, [] {}); };
+        const std::string message = error_message(paint);
+        return message.empty() ? "none" : message;
     }
 
     TemporaryFolder folder;
@@ -75,14 +77,32 @@ TEST_F(ExternalTest, ValuesThatAreNoneAreCounted) {
 }
 
 TEST_F(ExternalTest, FailuresAreToldInItsWords) {
-    EXPECT_EQ(refusal("echo first >&2; echo 'no licence' >&2; exit 3 # {samples} {output}"),
+    EXPECT_EQ(refusal("echo first >&2; echo 'no licence' >&2; exit 3 # {samples} {seed} {environment} {output}"),
               "other: exit status 3; it says: no licence");
-    EXPECT_EQ(refusal("kill -9 $$ # {samples} {output}"), "other: was ended by signal 9");
-    EXPECT_EQ(refusal(": {samples} {output}"), "other: has written no picture");
+    EXPECT_EQ(refusal("kill -9 $$ # {samples} {seed} {environment} {output}"), "other: was ended by signal 9");
+    EXPECT_EQ(refusal(": {samples} {seed} {environment} {output}"), "other: has written no picture");
+    EXPECT_EQ(refusal("echo lost; : {samples} {seed} {environment} {output}"),
+              "other: has written no picture; it says: lost");
     EXPECT_EQ(refusal("cp {scene} {output}"), "other: its command lacks {samples}");
+    EXPECT_EQ(refusal("cp {scene} {output} {samples}"), "other: its command lacks {seed}");
     EXPECT_EQ(refusal("echo {samples}"), "other: its command lacks {output}");
+    const std::string copies = "cp {scene} {output} # {samples} {seed}";
+    EXPECT_EQ(refusal(copies), "other: its command lacks {environment}, and the scene has one");
+    scene.environment.color = vec3(0);
+    EXPECT_EQ(refusal(copies), "none");
     write(3, 4);
-    EXPECT_EQ(refusal("cp {scene} {output} # {samples}"), "other: its picture is of 3x4 pixels, not of 4x3");
+    EXPECT_EQ(refusal(copies), "other: its picture is of 3x4 pixels, not of 4x3");
+    write_text(scene.file, "no picture");
+    EXPECT_TRUE(refusal(copies).starts_with("other: its picture cannot be used: ")) << refusal(copies);
+    scene.camera.clear();
+    EXPECT_EQ(refusal(copies), "other: can be told of a camera by its name alone, and this one has none");
+}
+
+TEST_F(ExternalTest, LeavesNothingRunning) {
+    const std::string late = folder / "late";
+    paint("(sleep 1; touch '" + late + "') >/dev/null 2>&1 & true");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    EXPECT_FALSE(std::filesystem::exists(late));
 }
 
 TEST_F(ExternalTest, EndsWithAllThatItStartedWhereThePulseThrows) {

@@ -173,6 +173,23 @@ TEST_F(ConvergeReport, AdviceFollowsTheStages) {
     EXPECT_NE(line().find("of sea by 0.60 ± 0.10"), std::string::npos) << line();
 }
 
+TEST_F(ConvergeReport, NoMethodIsBestWhereAnErrorIsBelowTheReferencesNoise) {
+    Measurement noisy = measured;
+    noisy.methods[1].points.back().mse.value = -1e-6, noisy.methods[1].efficiency = 0;
+    const auto lines = advice(subject("a.glb"), noisy);
+    EXPECT_NE(lines.at(0).find("is not known"), std::string::npos) << lines.at(0);
+    const std::string page = report_html(subject("a.glb"), reference, noisy, ColorConfig::load().view({}));
+    EXPECT_EQ(page.find("± −"), std::string::npos) << "half widths are positive";
+}
+
+TEST_F(ConvergeReport, NamesOfMethodsAreEscaped) {
+    Measurement hostile = measured;
+    hostile.methods[1].name = "a<b>&\"";
+    const std::string page = report_html(subject("a.glb"), reference, hostile, ColorConfig::load().view({}));
+    EXPECT_EQ(page.find("a<b>"), std::string::npos);
+    EXPECT_GT(count(page, "a&lt;b&gt;&amp;"), 5u);
+}
+
 TEST_F(ConvergeReport, WhatIsNotKnownIsNull) {
     Plan plan = kPlan;
     plan.seeds = 1;

@@ -14,6 +14,7 @@
 #include <sstream>
 #include <system_error>
 #include <thread>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/io/exr.h"
@@ -100,7 +101,7 @@ class Process {
         for (Ended ended;; pulse()) {
             rusage used{};
             if (wait4(id_, &ended.status, WNOHANG, &used) == id_) {
-                id_ = -1;
+                kill(-std::exchange(id_, -1), SIGKILL);  // what it has left running
                 const auto seconds = [](const timeval& t) {
                     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
                 };
@@ -141,6 +142,10 @@ class ExternalPainter final : public Painter {
   public:
     ExternalPainter(const External& external, const ExternalScene& scene, const View& view)
         : external_(external), view_(view) {
+        if (external.command.find("{environment}") == std::string::npos && !scene.environment.black())
+            throw Error(external.name, "its command lacks {environment}, and the scene has one");
+        if (scene.camera.empty())
+            throw Error(external.name, "can be told of a camera by its name alone, and this one has none");
         const std::filesystem::path environment = folder_ / "environment.exr";
         Image map = scene.environment.map;
         if (map.pixels.empty()) {
@@ -165,7 +170,7 @@ class ExternalPainter final : public Painter {
         std::error_code none;
         std::filesystem::remove(output_, none);
         const Ended ended = Process(filled(external_.command, values_), out, err).wait(pulse);
-        const std::string said = last_line(err);
+        const std::string complaint = last_line(err), said = complaint.empty() ? last_line(out) : complaint;
         const std::string words = said.empty() ? "" : fmt::format("; it says: {}", said);
         if (WIFSIGNALED(ended.status))
             throw Error(external_.name, "was ended by signal {}{}", WTERMSIG(ended.status), words);
@@ -174,7 +179,11 @@ class ExternalPainter final : public Painter {
         if (!std::filesystem::exists(output_)) throw Error(external_.name, "has written no picture{}", words);
         Painted painted{{}, told(out, ended.time)};
         painted.picture.samples = budget.samples;
-        painted.picture.beauty = read_exr(output_).image({"R", "G", "B"});
+        try {
+            painted.picture.beauty = read_exr(output_).image({"R", "G", "B"});
+        } catch (const Error& error) {
+            throw Error(external_.name, "its picture cannot be used: {}{}", error.what(), words);
+        }
         Image& beauty = painted.picture.beauty;
         if (beauty.width != view_.width || beauty.height != view_.height)
             throw Error(external_.name, "its picture is of {}x{} pixels, not of {}x{}", beauty.width, beauty.height,
@@ -201,7 +210,7 @@ class ExternalPainter final : public Painter {
 }  // namespace
 
 void check_external(const External& external) {
-    for (const char* needed : {"{output}", "{samples}"})
+    for (const char* needed : {"{output}", "{samples}", "{seed}"})
         if (external.command.find(needed) == std::string::npos)
             throw Error(external.name, "its command lacks {}", needed);
 }

@@ -152,9 +152,10 @@ class Page {
             const Point& last = m.points.back();
             Interval share = last.bias_squared;
             share.value /= last.mse.value, share.half_width /= last.mse.value;
+            const bool told = last.mse.value > 0;
             row({m.name, converge::text(m.slope), converge::text(m.slope_by_samples), converge::text(m.slope_trimmed),
-                 converge::text(share), converge::text(in_percent(last.relative_bias)),
-                 best > 0 ? figure(m.efficiency / best) : "–"});
+                 told ? converge::text(share) : "–", converge::text(in_percent(last.relative_bias)),
+                 told && best > 0 ? figure(m.efficiency / best) : "–"});
         }
         end_table();
         times(false);
@@ -165,9 +166,9 @@ class Page {
                 markup(
                     fmt::format("<li>{}: <span class=\"fine\">nothing to note</span> (unbiased within its interval, "
                                 "slope −1 within 0.1 or within its interval).</li>",
-                                m.name));
+                                escape(m.name)));
             for (const Finding& f : m.findings)
-                markup(fmt::format("<li>{}: <span class=\"{}\">{}.</span> {}</li>", m.name, style_of(f.kind),
+                markup(fmt::format("<li>{}: <span class=\"{}\">{}.</span> {}</li>", escape(m.name), style_of(f.kind),
                                    escape(std::string(name(f.kind))), escape(typeset(f.text))));
         }
         for (const std::string& line : advice(subject_, measured_))

@@ -109,10 +109,10 @@ Json method_json(const Subject& subject, const Measurement& measured, const Meth
             {"findings", findings}};
 }
 
-/// Of the largest budget; null where no method has an efficiency.
+/// Of the largest budget; null where that of a method is not known: the reference is too noisy for its error.
 const MethodResult* most_efficient(const Measurement& measured) {
-    const auto best = std::ranges::max_element(measured.methods, {}, &MethodResult::efficiency);
-    return best == measured.methods.end() || best->efficiency <= 0 ? nullptr : &*best;
+    const auto [worst, best] = std::ranges::minmax_element(measured.methods, {}, &MethodResult::efficiency);
+    return worst == measured.methods.end() || worst->efficiency <= 0 ? nullptr : &*best;
 }
 
 /// Where the next second of a method lowers the error most, as far as its seeds tell.
@@ -158,7 +158,7 @@ std::vector<std::string> advice(const Subject& subject, const Measurement& measu
     if (best && measured.methods.size() > 1) {
         std::string others;
         for (const MethodResult& m : measured.methods) {
-            if (&m != best && m.efficiency > 0)
+            if (&m != best)
                 others += fmt::format("{}{:.2f} times that of {}", others.empty() ? "" : ", ",
                                       best->efficiency / m.efficiency, m.name);
         }
@@ -167,6 +167,10 @@ std::vector<std::string> advice(const Subject& subject, const Measurement& measu
                         "at the largest budget, is {}.",
                         best->name, subject.clock == Clock::cpu ? "CPU" : "wall", others));
     }
+    if (!best && measured.methods.size() > 1)
+        lines.push_back(
+            "Which method lowers the error most per second is not known: the error of one of them is not above the "
+            "noise of the reference; a reference of more samples would tell.");
     for (const MethodResult& m : measured.methods)
         if (!m.stages.empty()) lines.push_back(fmt::format("{}: {}", m.name, stage_advice(m)));
     return lines;

@@ -81,7 +81,8 @@ void add_picture_options(Options& options, RenderArguments& a) {
     options.flag("--best-effort", a.best_effort, "write the picture, too, if it ends before its error is below E");
     options.value("--seed", "N", "another seed, another noise (default 0)",
                   [&](const auto& name, const auto& text) { a.seed = whole(name, text, 0u, ~0u); });
-    options.value("--frame", "N", "frame number, which the noise depends on (default 0)",
+    options.value("--frame", "N",
+                  "frame number, which the noise depends on and, with --animation, the pose (default 0)",
                   [&](const auto& name, const auto& text) { a.frame = whole(name, text, 0u, ~0u); });
     options
         .value("--aov", "NAME,...", "further layers of the .exr, `all` or some of: " + known_aov_names(),

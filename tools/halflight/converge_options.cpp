@@ -101,10 +101,11 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     options.value("--warm-up", "N",
                   "samples by a camera beside the scene's that fill the radiance cache before each picture (default 0)",
                   [&](const auto& name, const auto& text) { a.plan.warm_up = whole(name, text, 0, kMaxSamples); });
-    options.value("--external", "NAME=COMMAND",
-                  "another renderer as one more method: a command of the shell that renders {scene} by {camera} in "
-                  "{environment} to {output}, an .exr, with {samples} {seed} {width} {height} {bounces}",
-                  [&](const auto& name, const auto& text) { a.plan.external = external(name, text); });
+    options.value(
+        "--external", "NAME=COMMAND",
+        "another renderer as one more method: a command of the shell that renders {scene} by {camera} in "
+        "{environment} to {output}, an .exr, with {samples} {seed} {width} {height} {bounces}; names are quoted",
+        [&](const auto& name, const auto& text) { a.plan.external = external(name, text); });
     options.value("--samples", "N,...", "budgets in samples per pixel (default 1,2,4,... 64)",
                   [&](const auto& name, const auto& text) {
                       a.plan.budgets = budgets(name, text, [&](const std::string& one) {
@@ -164,6 +165,7 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
         throw UsageError("--warm-up", "is for the radiance cache, and no --preview has it");
     if (!a.plan.external.name.empty()) {
         exclude(app, "--external", "--seconds");
+        exclude(app, "--external", "--filter");  // of which commands are not told
         a.plan.methods.push_back(converge::Method::external);
         if (!a.plan.estimators.empty()) a.plan.estimators.emplace_back();
         if (!a.plan.previews.empty()) a.plan.previews.emplace_back();
