@@ -161,6 +161,10 @@ class Sequence {
         times.load = renderer_->load_seconds();
         times.render = clock.lap() - times.load;
         if (result.stats.interrupted) return false;
+        if (result.stats.biases != told_biases_) {
+            for (const std::string& bias : result.stats.biases) console_.note("biased: {}", bias);
+            told_biases_ = result.stats.biases;
+        }
         const Paths outputs = files_of(a_, frame);
         const std::string error = judge(a_, result.stats, main_file(a_, frame), console_);
         if (movie) movie->add(result.view);
@@ -196,6 +200,7 @@ class Sequence {
     std::string fingerprint_;
     std::optional<gpu::Context> context_;
     std::optional<FrameRenderer> renderer_;
+    std::vector<std::string> told_biases_;  // of the last frame
 };
 
 /// "frames 3,7-9 of 24", "frame 4 of part 2/5", for messages.
