@@ -22,8 +22,9 @@ namespace {
 //   d_1 d_2 - b (d_1 + d_2),  of variance v^2 + 2 b^2 v  with v = var d_i  (taken as the same for both).
 // Per pixel, with u = (r_1 - r_2)^2 and B the estimate of b^2, which holds d_1 d_2 - b (d_1 + d_2), too: for normal d_i
 //   E[u^2] = 12 v^2,  E[u B] = 2 b^2 v - 2 v^2,  hence  E[u (u / 4 + B)] = v^2 + 2 b^2 v.
-// Means of many samples are close to normal; where they have heavier tails this is too much, by which intervals become
-// wider by four times the references' variance at most. Neighbours tell nothing: an edge's pixel has all the noise.
+// Means of many samples are close to normal. Of symmetric noise with heavier tails, or where b <= 0, this is too much,
+// by four times the references' variance at most; where the noise is skewed to bright and b is about as large as its
+// deviation, up to about half too little. Neighbours tell nothing: an edge's pixel has all the noise.
 // Channels of a pixel go up and down together: their standard deviations add.
 
 /// Sums over the channels of a pixel, each value weighted.

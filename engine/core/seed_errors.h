@@ -22,7 +22,8 @@ struct SeedErrors {
 
 /// `renders` (one or more) are of independent seeds; `first` and `second` are references of yet other seeds, both
 /// unbiased, of whatever noise. `weights`: one per value, or empty for 1. Precondition: all of the same size and
-/// channels. Intervals hold the scatter of the renders and of the references, for light tails or many pixels.
+/// channels. Intervals hold the scatter of the renders and of the references, for light tails or many pixels whose noise
+/// is independent.
 SeedErrors seed_errors(std::span<const Image> renders, const Image& first, const Image& second,
                        const Image& weights = {});
 

@@ -85,7 +85,12 @@ TEST_F(Settings, HaveSizeAndBiases) {
     EXPECT_FALSE(bias(picture("d.exr", {"--settings", s, "--clamp", "0", "--error", "1e9", "--samples", "16"})));
     EXPECT_EQ(run("e.#.exr", {"--settings", s, "--frames", "1-2", "--shutter", "0.5", "--shutter-times", "2"}).status,
               0);
-    EXPECT_EQ(run("f.#.exr", {"--settings", s, "--frames", "1-2", "--part", "1/2"}).status, 0);
+    const Outcome part = run("f.#.exr", {"--settings", s, "--frames", "1-2", "--part", "1/2"});
+    EXPECT_EQ(part.status, 2);
+    EXPECT_NE(part.err.find("holds preview mode temporal"), std::string::npos) << part.err;
+    const std::vector<std::string> filtered = {"--settings", s,     "--frames",  "1-2",
+                                               "--part",     "1/2", "--preview", "filter"};
+    EXPECT_EQ(run("f.#.exr", filtered).status, 0);
     EXPECT_EQ(run("g.#.exr", {"--settings", s, "--frames", "1-2"}).status, 0);
     EXPECT_NE(read_exr(file("g.2.exr")).attributes.extra["bias"].find("earlier pictures"), std::string::npos);
 }

@@ -165,6 +165,9 @@ TEST(Converge, TimeToTheSameErrorIsReadOffTheLine) {
     EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 16, Clock::cpu), 16);
     EXPECT_DOUBLE_EQ(seconds_until(method, 2, Clock::wall), 0.5) << "that of the first budget";
     EXPECT_EQ(seconds_until(method, 1.0 / 17, Clock::wall), std::numeric_limits<double>::infinity());
+    method.points[0].mse.value = 0.1;  // by luck
+    EXPECT_GT(seconds_until(method, 0.2, Clock::wall), 0.5);
+    EXPECT_LE(seconds_until(method, 0.2, Clock::wall), 8);
     method.points[2].mse.value = -1e-9;  // an estimate of next to nothing
     EXPECT_DOUBLE_EQ(seconds_until(method, 0.01, Clock::cpu), 16);
 }

@@ -100,8 +100,8 @@ TEST_F(ExternalTest, FailuresAreToldInItsWords) {
 
 TEST_F(ExternalTest, LeavesNothingRunning) {
     const std::string late = folder / "late";
-    paint("(sleep 1; touch '" + late + "') >/dev/null 2>&1 & true");
-    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    paint("(sleep 3; touch '" + late + "') >/dev/null 2>&1 & true");
+    std::this_thread::sleep_for(std::chrono::milliseconds(3500));
     EXPECT_FALSE(std::filesystem::exists(late));
 }
 
@@ -109,11 +109,11 @@ TEST_F(ExternalTest, EndsWithAllThatItStartedWhereThePulseThrows) {
     const std::string late = folder / "late";
     int pulses = 0;
     const auto stop = [&] {
-        if (++pulses == 20) throw Error("test", "stop");
+        if (++pulses == 2) throw Error("test", "stop");
     };
-    EXPECT_THROW(paint("(sleep 1; touch '" + late + "') & wait", stop), Error);
-    EXPECT_EQ(pulses, 20);
-    std::this_thread::sleep_for(std::chrono::milliseconds(1500));
+    EXPECT_THROW(paint("(sleep 3; touch '" + late + "') & wait", stop), Error);
+    EXPECT_EQ(pulses, 2);
+    std::this_thread::sleep_for(std::chrono::milliseconds(3500));
     EXPECT_FALSE(std::filesystem::exists(late));
 }
 

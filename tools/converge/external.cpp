@@ -100,7 +100,10 @@ class Process {
         using namespace std::chrono_literals;
         for (Ended ended;; pulse()) {
             rusage used{};
-            if (wait4(id_, &ended.status, WNOHANG, &used) == id_) {
+            const pid_t found = wait4(id_, &ended.status, WNOHANG, &used);
+            if (found < 0 && errno != EINTR)  // as where SIGCHLD is ignored
+                throw Error("sh", "cannot be waited for: {}", std::generic_category().message(errno));
+            if (found == id_) {
                 kill(-std::exchange(id_, -1), SIGKILL);  // what it has left running
                 const auto seconds = [](const timeval& t) {
                     return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);

@@ -22,7 +22,7 @@ void check_external(const External& external);
 
 /// Runs the command for each picture and reads what it writes: channels R, G, B, mean scene-linear radiance (Rec.709)
 /// of the view's pixels. Its own figures count where it prints them as a line of JSON, `{"seconds": 1.5, "cpu_seconds":
-/// 3}`, of the samples alone; else those of the whole process. The picture has no components, and needs budgets of
+/// 3}`, each for itself; else those of the whole process. The picture has no components, and needs budgets of
 /// samples. What paint() throws names the command's last words where it fails, or writes no such picture. Throws Error
 /// where the camera has no name, or the environment is not black and the command does not take it.
 std::unique_ptr<Painter> external_painter(const External& external, const ExternalScene& scene, const View& view);

@@ -238,7 +238,8 @@ class Page {
             Cells cells{m.name};
             for (const MethodResult& other : methods) {
                 const double seconds = seconds_until(m, last(other), subject_.clock, off_edges);
-                const bool at_once = seconds == time_of(m.points.front()) && &m != &other;
+                const Point& first = m.points.front();
+                const bool at_once = (off_edges ? first.off_edges_mse : first.mse).value < last(other);
                 cells.push_back(std::isfinite(seconds) ? fmt::format("{}{:.2g}", at_once ? "< " : "",
                                                                      seconds / time_of(other.points.back()))
                                                        : "–");
@@ -399,9 +400,17 @@ class Page {
         if (!subject_.plan.external.name.empty())
             lines.push_back(
                 fmt::format("{} is the command: {}", subject_.plan.external.name, subject_.plan.external.command));
-        for (const MethodResult& m : measured_.methods)
-            lines.push_back(fmt::format("Preparation for {}: {:.2f} s wall time, {:.2f} s CPU time.", m.name,
-                                        m.preparation.wall, m.preparation.cpu));
+        for (std::size_t m = 0; m < measured_.methods.size(); ++m) {
+            const MethodResult& method = measured_.methods[m];
+            if (subject_.plan.methods[m] == Method::external)
+                lines.push_back(fmt::format(
+                    "Times of {} are what it tells of itself, or those of its whole process: what it does before and "
+                    "after its samples may be in them, and counts most in small budgets.",
+                    method.name));
+            else
+                lines.push_back(fmt::format("Preparation for {}: {:.2f} s wall time, {:.2f} s CPU time.", method.name,
+                                            method.preparation.wall, method.preparation.cpu));
+        }
         lines.push_back(
             "Methods take turns, in another order each time, so that what else the machine does falls on all "
             "alike. Each budget and each repeat has a seed of its own, the same one for all methods.");

@@ -177,15 +177,15 @@ std::size_t stage_of(std::string_view pass) {
 double seconds_until(const MethodResult& method, double mse, Clock clock, bool off_edges) {
     const auto error = [&](const Point& p) { return (off_edges ? p.off_edges_mse : p.mse).value; };
     const std::vector<Point>& points = method.points;
-    if (error(points.front()) <= mse) return by(clock, points.front().time);
-    for (std::size_t i = 1; i < points.size(); ++i) {
-        const double before = error(points[i - 1]), after = error(points[i]);
-        if (!(after <= mse)) continue;
-        const double t0 = by(clock, points[i - 1].time), t1 = by(clock, points[i].time);
-        if (!(after > 0)) return t1;
-        return t0 * std::pow(t1 / t0, std::log(before / mse) / std::log(before / after));
-    }
-    return std::numeric_limits<double>::infinity();
+    // From the back: a noisy curve may dip below before it stays there.
+    std::size_t i = points.size();
+    while (i > 0 && error(points[i - 1]) <= mse) --i;
+    if (i == points.size()) return std::numeric_limits<double>::infinity();
+    const double t1 = by(clock, points[i].time);
+    if (i == 0) return t1;
+    const double before = error(points[i - 1]), after = error(points[i]), t0 = by(clock, points[i - 1].time);
+    if (!(after > 0)) return t1;
+    return t0 * std::pow(t1 / t0, std::log(before / mse) / std::log(before / after));
 }
 
 Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>>& painters, const Reference& reference,

@@ -104,7 +104,7 @@ std::string text(const Interval& interval);
 bool is_known(const Slope& slope);
 std::string text(const Slope& slope);  ///< "none" where it is not known
 
-/// Seconds of the plan's clock until a method's mse, taken as a line between budgets in the plot, is down to `mse`;
+/// Seconds of the plan's clock until a method's mse, taken as a line between budgets in the plot, stays down at `mse`;
 /// below the first budget: its seconds; above the last one: infinity. off_edges: off_edges_mse instead.
 double seconds_until(const MethodResult& method, double mse, Clock clock, bool off_edges = false);
 

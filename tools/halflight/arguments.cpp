@@ -116,11 +116,11 @@ void add_run_options(Options& options, RenderArguments& a) {
                   [&](const auto& name, const auto& text) { a.preview = preview(name, text); });
     options.flag("--strict", a.strict, "write nothing if any pass gives a NaN, an infinity or a negative radiance");
     options
-        .value("--keep", "NAME,...",
-               "build this, too, though the scene has no use for it: names as in `halflight info SCENE --needs`, those "
-               "with "
-               "a * apart. Costs time and memory, never changes the picture",
-               [&](const auto& name, const auto& text) { a.kept = kept_items(name, text); })
+        .value(
+            "--keep", "NAME,...",
+            "build this, too, though the scene has no use for it: names as in `halflight info SCENE --needs`, except "
+            "those marked *. Costs time and memory, never changes the picture",
+            [&](const auto& name, const auto& text) { a.kept = kept_items(name, text); })
         ->multi_option_policy(CLI::MultiOptionPolicy::Join);
     options.flag("--keep-all", a.keep_all, "the same of all that can be kept");
     options.flag("--no-shader-cache", a.no_shader_cache,

@@ -119,6 +119,11 @@ void run_converge(const ConvergeArguments& a) {
             throw Interrupted(signal, a.folder.string(), "nothing was written: interrupted");
     };
     const auto note = [&](const std::string& line) { console.note("{}", line); };
+    std::unique_ptr<Painter> other;
+    if (!a.plan.external.name.empty()) {
+        other = external_painter(a.plan.external, {a.scene, camera.name, scene.environment}, subject.view);
+        other->paint({1, 0}, 1, pulse);  // a command that fails does so before a long reference
+    }
     const Reference reference =
         make_reference(order, scene, subject.view, colors, [&]() -> PreparedScene& { return gl({}); },
                        {pulse, Progress(console, "reference"), note});
@@ -130,8 +135,7 @@ void run_converge(const ConvergeArguments& a) {
     for (std::size_t m = 0; m < a.plan.methods.size(); ++m) {
         const Method method = a.plan.methods[m];
         if (method == Method::external) {
-            painters.push_back(
-                external_painter(a.plan.external, {a.scene, camera.name, scene.environment}, subject.view));
+            painters.push_back(std::move(other));
             continue;
         }
         painters.push_back(uses_gl(method) ? gl_painter(gl(a.plan.estimator(m)), colors, subject.view, method,

@@ -74,8 +74,15 @@ void add_settings_option(Options& options, RenderArguments& a) {
 void use_settings(const CLI::App& app, RenderArguments& a) {
     const auto given = given_to(app);
     SavedSettings settings = read_settings(*a.settings);
-    // A single picture has no earlier frames, and those of a part are not all there.
-    if (settings.preview && (a.frames.empty() || given("--part"))) settings.preview->temporal = false;
+    if (settings.preview && settings.preview->temporal && !given("--preview")) {
+        if (a.frames.empty())
+            settings.preview->temporal = false;  // a single picture has no earlier frames
+        else if (given("--part"))                // without it, frames would not be those of the whole
+            throw UsageError("--part",
+                             "{} holds preview mode temporal, whose frames need all those before them; "
+                             "--preview without it lets it go",
+                             a.settings->string());
+    }
     take(settings, given, a);
 }
 
