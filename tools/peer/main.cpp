@@ -45,10 +45,14 @@ class Ours {
     Ours(const Options& options) : options_(options), scene_(load_gltf(options.scene)) {
         if (!options.estimator.empty()) estimator_ = estimator_named(options.estimator);
         if (scene_.cameras.empty()) throw Error(options.scene, "has no camera");
+        if (!scene_.environment.black())
+            throw Error(options.scene, "has an environment, which the script is not told of; converge --external can");
         camera_ = scene_.cameras.front();
         for (const Camera& c : scene_.cameras)
             if (c.name == options.cycles.camera) camera_ = c;
     }
+
+    const std::string& camera() const { return camera_.name; }
 
     RenderResult render(int samples, std::uint32_t seed) {
         RenderSettings s;
@@ -126,8 +130,9 @@ nlohmann::json measure_speed(const Options& options, Ours& ours, const Ground& g
 }
 
 /// Returns whether the pictures agree as asked.
-bool measure(const Options& options) {
+bool measure(Options options) {
     Ours ours(options);
+    options.cycles.camera = ours.camera();  // Blender's first one is another: it sorts them by name
     const Ground ground = measure_agreement(options, ours);
     const Agreement& agreement = ground.agreement;
     fmt::print("agreement of {} pictures of {} samples each\n{}", options.reference_seeds, options.reference_samples,
