@@ -84,6 +84,8 @@ const char* name(SamplePoints points) {
     switch (points) {
         case SamplePoints::sobol:
             return "sobol";
+        case SamplePoints::blue_noise:
+            return "blue-noise";
         case SamplePoints::independent:
             return "independent";
     }

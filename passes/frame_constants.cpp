@@ -1,5 +1,6 @@
 #include "passes/frame_constants.h"
 
+#include <bit>
 #include <cmath>
 
 #include "passes/raster_window.h"
@@ -102,14 +103,27 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
     frame.tiles_y = view.band.tiles().y;
     frame.window_y = drawn.y;
     frame.begins = view.begins ? 1 : 0;
+    frame.shared_count = view.shared_count;
     return frame;
 }
+
+namespace {
+
+/// Of a picture whose samples are known to be few; 0 for others.
+std::uint32_t shared_count(const FrameSettings& frame) {
+    const bool known = frame.first_sample == 0 && frame.time_limit == 0 && !frame.error;
+    return known && frame.samples <= kMostBlueNoiseSamples ? std::bit_ceil(static_cast<std::uint32_t>(frame.samples))
+                                                           : 0;
+}
+
+}  // namespace
 
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points) {
     SampleView view{.band = band, .sample = index, .begins = index == static_cast<std::uint32_t>(frame.first_sample)};
     view.seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
     // The first points of sequences that have nothing to do with each other are independent.
     if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;
+    if (points == SamplePoints::blue_noise && index < shared_count(frame)) view.shared_count = shared_count(frame);
     view.jitter = jitter_of(view, frame.filter);
     return view;
 }

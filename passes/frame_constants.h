@@ -12,10 +12,11 @@ namespace halflight {
 /// Where and how a sample of a band looks at the scene.
 struct SampleView {
     Band band;
-    vec2 jitter{0.5f};         // sample point of every pixel, from its upper left corner, pixels
-    std::uint32_t sample = 0;  // index in its sequence
-    std::uint32_t seed = 0;    // of the sequences of all pixels
-    bool begins = true;        // is the picture's first sample, with which its sums begin
+    vec2 jitter{0.5f};               // sample point of every pixel, from its upper left corner, pixels
+    std::uint32_t sample = 0;        // index in its sequence
+    std::uint32_t seed = 0;          // of the sequences of all pixels
+    std::uint32_t shared_count = 0;  // > 0: the one that they share has so many samples of each in a row (a power of 2)
+    bool begins = true;              // is the picture's first sample, with which its sums begin
 };
 
 /// `origin`: TraceTables::origin. `previous`: the camera of the frame before. `reach`: world units, the scene lies

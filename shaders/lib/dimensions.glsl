@@ -14,5 +14,7 @@ uint vertex_dimension(uint depth, uint which) { return depth * kDimensionsPerVer
 
 Sampler path_sampler(Frame frame, uint path) {
     uvec2 pixel = pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y)) + uvec2(0u, frame.band_y);
+    if (frame.shared_count > 0u)
+        return make_shared_sampler(pixel.x, pixel.y, frame.sample_index, frame.shared_count, frame.seed);
     return make_sampler(pixel.x, pixel.y, frame.sample_index, frame.seed);
 }

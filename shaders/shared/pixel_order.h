@@ -14,9 +14,12 @@ HALFLIGHT_SHARED_FUNCTION uint morton_even_bits(uint m) {
     return (m | (m >> 2)) & 0x0fu;
 }
 
+// v: 16 bits.
 HALFLIGHT_SHARED_FUNCTION uint morton_spread(uint v) {
-    v = (v | (v << 2)) & 0x33u;
-    return (v | (v << 1)) & 0x55u;
+    v = (v | (v << 8)) & 0x00ff00ffu;
+    v = (v | (v << 4)) & 0x0f0f0f0fu;
+    v = (v | (v << 2)) & 0x33333333u;
+    return (v | (v << 1)) & 0x55555555u;
 }
 
 // Pixel relative to the band's first row, for a band of tiles.x by tiles.y blocks; may lie outside of the image where that

@@ -4,6 +4,7 @@
 #ifndef HALFLIGHT_SHARED_SOBOL_H
 #define HALFLIGHT_SHARED_SOBOL_H
 
+#include "shaders/shared/pixel_order.h"
 #include "shaders/shared/portable.h"
 
 HALFLIGHT_SHARED_BEGIN
@@ -64,9 +65,25 @@ HALFLIGHT_SHARED_FUNCTION Sampler make_sampler(uint pixel_x, uint pixel_y, uint 
     return s;
 }
 
-HALFLIGHT_SHARED_FUNCTION uint shuffled_index(Sampler s, uint seed) {
-    return bitfieldReverse(scramble_reversed(bitfieldReverse(s.index), seed));
+// Every aligned block of 2^k numbers changes its place as a whole, and within it every smaller one.
+HALFLIGHT_SHARED_FUNCTION uint nested_shuffle(uint v, uint seed) {
+    return bitfieldReverse(scramble_reversed(bitfieldReverse(v), seed));
 }
+
+// All pixels draw from one sequence, `count` samples each (a power of 2) in a row, in Morton order nested at random: points
+// of neighbours complement each other, so that errors cancel from pixel to pixel and look like blue noise (Ahmed and Wonka
+// 2020, Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels). Points of a
+// single pixel are as good as ever. sample_index < count; coordinates < 2^16, and 2^32 / count pixels differ.
+HALFLIGHT_SHARED_FUNCTION Sampler make_shared_sampler(uint pixel_x, uint pixel_y, uint sample_index, uint count,
+                                                      uint frame_seed) {
+    uint place = morton_spread(pixel_x) | (morton_spread(pixel_y) << 1);
+    Sampler s;
+    s.seed = hash_u32(frame_seed);
+    s.index = nested_shuffle(place, hash_u32(s.seed + 1u)) * count + sample_index;
+    return s;
+}
+
+HALFLIGHT_SHARED_FUNCTION uint shuffled_index(Sampler s, uint seed) { return nested_shuffle(s.index, seed); }
 
 // Fixed-point numbers in [0, 1): 32 bits after the point. `dimension` may be any number; each is a stream of its own.
 HALFLIGHT_SHARED_FUNCTION uint sample_1d_bits(Sampler s, uint dimension) {

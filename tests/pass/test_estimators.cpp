@@ -134,5 +134,38 @@ TEST_F(EstimatorsTest, IndependentSamplesConvergeAsSuch) {
     EXPECT_FALSE(same_bits(picture(scene, independent, 1, 1).beauty, picture(scene, independent, 1, 2).beauty));
 }
 
+TEST_F(EstimatorsTest, BlueNoiseCancelsBetweenPixels) {
+    Scene scene = cornell_box();
+    scene.cameras = {look_at_camera({0, 0.6, 0.8}, {0, 0, -0.2}, {0, 1, 0}, 0.9)};  // at floor and walls alone
+    const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
+    for (const int samples : {1, 4}) {
+        Layers sobol = layers(scene, {}, samples, 1);
+        Layers blue = layers(scene, {.sampler = SamplePoints::blue_noise}, samples, 101);
+        EXPECT_TRUE(agree("blue-noise", blue.beauty.blocks.estimate(), sobol.beauty.blocks.estimate(), limits));
+        EXPECT_NEAR(blue.beauty.pixels.variance() / sobol.beauty.pixels.variance(), 1, 0.15);
+        EXPECT_LT(blue.direct.blocks.variance(), 0.5 * sobol.direct.blocks.variance()) << samples;
+        EXPECT_LT(blue.beauty.blocks.variance(), 0.8 * sobol.beauty.blocks.variance()) << samples;
+    }
+}
+
+TEST_F(EstimatorsTest, BlueNoiseIsOfPicturesWhoseSamplesAreKnownToBeFew) {
+    const Scene scene = slats_in_the_sun();
+    const auto rendered = [&](SamplePoints points, const auto& change) {
+        RenderSettings settings = small_settings(scene.cameras.front(), 48, 48, 2, 4);
+        settings.estimator.sampler = points;
+        change(settings);
+        return render(context, scene, settings).beauty;
+    };
+    const auto differs = [&](const auto& change) {
+        return !same_bits(rendered(SamplePoints::blue_noise, change), rendered(SamplePoints::sobol, change));
+    };
+    EXPECT_TRUE(differs([](RenderSettings&) {}));
+    EXPECT_FALSE(differs([](RenderSettings& s) { s.samples = kMostBlueNoiseSamples + 1; }));
+    EXPECT_FALSE(differs([](RenderSettings& s) { s.first_sample = 2; }));
+    EXPECT_FALSE(differs([](RenderSettings& s) {
+        s.error = ErrorTarget{ErrorMetric::relmse, 1e3}, s.samples = 16;
+    }));
+}
+
 }  // namespace
 }  // namespace halflight::test

@@ -1,6 +1,7 @@
 // Sobol points: stratification, uniformity, and the same bits on CPU and GPU.
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 #include <set>
 
@@ -51,6 +52,28 @@ TEST(Sobol, PointsAreZeroTwoNets) {
     }
 }
 
+/// Of aligned squares of pixels all points together are one, and so are those of each pixel.
+TEST(Sobol, PixelsThatShareASequenceComplementEachOther) {
+    for (const uint count : {1u, 4u, 16u}) {
+        for (const uint size : {1u, 2u, 8u}) {
+            const uint points = size * size * count, log_points = static_cast<uint>(std::countr_zero(points));
+            for (const uint corner : {0u, 8u, 472u}) {
+                for (uint split = 0; split <= log_points; ++split) {
+                    std::set<std::uint64_t> cells;
+                    for (uint i = 0; i < points; ++i) {
+                        const uint pixel = i / count, x = corner + pixel % size, y = 64 + pixel / size;
+                        const Sampler s = shared::make_shared_sampler(x, y, i % count, count, 5);
+                        const shared::SampleBits bits = shared::sample_2d_bits(s, 7);
+                        const std::uint64_t column = std::uint64_t{bits.x} >> (32 - split);
+                        cells.insert(column << 32 | std::uint64_t{bits.y} >> (32 - (log_points - split)));
+                    }
+                    EXPECT_EQ(cells.size(), points) << count << ' ' << size << ' ' << corner << ' ' << split;
+                }
+            }
+        }
+    }
+}
+
 TEST(Sobol, OneDimensionIsStratified) {
     for (uint pixel = 0; pixel < 16; ++pixel) {
         std::set<uint> cells;
@@ -96,18 +119,22 @@ TEST_F(ShadingSampling, GpuGivesTheBitsOfTheCpu) {
                             (bits.x ^ bits.y ^ sample_1d_bits(s, 41u)) & 0x1fffffffu);
         result[0] = uintBitsToFloat(words | 0x40000000u);
         result[1] = vec4(sample_2d(s, 3u), sample_1d(s, 4u), unit_float(0xffffffffu));
+        Sampler joint = make_shared_sampler(i % 113u, i / 7u, i % 4u, 4u, 5u);
+        result[2] = vec4(sample_2d(joint, 3u), sample_1d(joint, 4u), 0.0);
     )",
-                                 1 << 14, 2);
+                                 1 << 14, 3);
     for (uint i = 0; i < 1u << 14; ++i) {
         const Sampler s = sampler(i % 97, i);
         const shared::SampleBits bits = shared::sample_2d_bits(s, i % 13);
-        const auto word = [&](int k) { return shared::word_of_float(found[2 * i][k]); };
+        const auto word = [&](int k) { return shared::word_of_float(found[3 * i][k]); };
         ASSERT_EQ(word(0), bits.x >> 3);
         ASSERT_EQ(word(1), bits.y >> 3);
         ASSERT_EQ(word(2), shared::sample_1d_bits(s, 40) >> 3);
         ASSERT_EQ(word(3), (bits.x ^ bits.y ^ shared::sample_1d_bits(s, 41)) & 0x1fffffffu);
         const vec2 pair = shared::sample_2d(s, 3);
-        ASSERT_EQ(found[2 * i + 1], vec4(pair, shared::sample_1d(s, 4), 0x1p0f - 0x1p-24f));
+        ASSERT_EQ(found[3 * i + 1], vec4(pair, shared::sample_1d(s, 4), 0x1p0f - 0x1p-24f));
+        const Sampler joint = shared::make_shared_sampler(i % 113, i / 7, i % 4, 4, 5);
+        ASSERT_EQ(found[3 * i + 2], vec4(shared::sample_2d(common, 3), shared::sample_1d(common, 4), 0));
     }
 }
 

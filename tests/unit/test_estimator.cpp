@@ -13,7 +13,7 @@ namespace halflight {
 namespace {
 
 constexpr const char* kKnown =
-    "lights=auto|power|tree|uniform,sun=apart|among,reuse=off|on,camera=1|2|4|8|16,sampler=sobol|independent";
+    "lights=auto|power|tree|uniform,sun=apart|among,reuse=off|on,camera=1|2|4|8|16,sampler=sobol|blue-noise|independent";
 
 TEST(Estimator, IsWhatItsTextSays) {
     EXPECT_EQ(text({}), "lights=auto,sun=apart,reuse=off,camera=1,sampler=sobol");
