@@ -255,6 +255,10 @@ void GltfScene::pose(Scene& scene, double seconds, Playing playing) {
     });
 }
 
+void GltfScene::deform_by(Deformer* deformer) {
+    state_->kept.deformer = deformer;
+}
+
 Scene GltfScene::at_rest() {
     return guarded(state_->path, [&] {
         state_->pose(0, {});

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/scene/animation.h"
+#include "engine/scene/deformer.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
@@ -73,6 +74,9 @@ class GltfScene {
     /// load_gltf() gives. What the animations move says so (Instance::moves, Mesh::deforms), whether it is elsewhere at
     /// that time or not. Throws what that throws, also where the pose is at fault: "nodes[3]: its transform overflows".
     Scene at(double seconds, Playing playing);
+    /// From now on it is the deformer that moves the vertices of meshes which animations deform (Mesh::deforms), in
+    /// at() and pose(); null: the CPU. It must outlive those calls.
+    void deform_by(Deformer* deformer);
     /// The same as load_gltf(). Unlike at() it keeps no copy of the images for another time.
     Scene at_rest();
     /// Makes of a scene that at() gave, or this, what at() gives for another time; images stay where they are. Throws

@@ -18,7 +18,16 @@ void add_report(SceneReport& to, const SceneReport& of_mesh) {
     to.line_primitives_skipped += of_mesh.line_primitives_skipped;
 }
 
-/// Fills Scene::meshes and Scene::instances.
+/// A mesh that is to be made.
+struct MeshWish {
+    GltfMeshKey key;
+    GltfPose pose;
+    bool deforms;    // animations do that
+    bool flattened;  // it has the node's transform in it
+};
+
+/// Fills Scene::meshes and Scene::instances: first it is found what is needed, so that all that deforms can be made at
+/// once.
 class Instances {
   public:
     Instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfKept& kept, Scene& scene)
@@ -31,8 +40,7 @@ class Instances {
         if (from.mesh == kNone) return;
         if (from.skin != kNone) {
             // The joints alone say where a skinned mesh is (glTF 2.0, section 3.7.3.3).
-            add(node, dmat4(1), {skin_joints(static_cast<std::size_t>(from.skin)), true});
-            return;
+            return add(node, dmat4(1), {skin_joints(static_cast<std::size_t>(from.skin)), true});
         }
         const dmat4& world = nodes_.world[static_cast<std::size_t>(node)];
         const tinygltf::Value* instancing = find_extension(from.extensions, "EXT_mesh_gpu_instancing");
@@ -42,6 +50,26 @@ class Instances {
             if (!within_float_range(world * local)) document_.fail(element, "an instance's transform overflows");
             place(node, world * local);
         }
+    }
+
+    /// Makes the meshes; instances of those that have no triangles go.
+    void finish() {
+        std::map<std::size_t, Mesh> deformed = deformed_meshes();
+        std::vector<int> made(wishes_.size(), kNone);
+        for (std::size_t i = 0; i < wishes_.size(); ++i) {
+            const MeshWish& wish = wishes_[i];
+            const bool keeps = kept_.wanted && !wish.deforms && !wish.flattened;
+            Mesh mesh = deformed.contains(i) ? std::move(deformed[i]) : keeps ? still_mesh(wish) : finish(open(wish));
+            if (mesh.triangles.empty()) continue;
+            mesh.deforms = wish.deforms;
+            made[i] = static_cast<int>(scene_.meshes.size());
+            scene_.meshes.push_back(std::move(mesh));
+        }
+        for (Instance& i : scene_.instances) {
+            i.mesh = made[static_cast<std::size_t>(i.mesh)];
+            if (i.mesh != kNone && i.name.empty()) i.name = scene_.meshes[static_cast<std::size_t>(i.mesh)].name;
+        }
+        std::erase_if(scene_.instances, [](const Instance& i) { return i.mesh == kNone; });
     }
 
   private:
@@ -58,14 +86,12 @@ class Instances {
         document_.warnings.add("is scaled to nothing, it is left out", fmt::format("nodes[{}]", node));
     }
 
-    void add(int node, const dmat4& object_to_world, const GltfPose& pose) {
-        const tinygltf::Node& from = node_of(node);
-        const int mesh = find_mesh(node, pose);
-        if (mesh == kNone) return;
-        const std::string& mesh_name = scene_.meshes[static_cast<std::size_t>(mesh)].name;
+    /// The instance's mesh is that of a wish until finish() has made them.
+    void add(int node, const dmat4& object_to_world, GltfPose pose) {
         // A pose has the node's transform in its joints.
         const bool moves = pose.joints.empty() && kept_.movers.move(node);
-        scene_.instances.push_back({from.name.empty() ? mesh_name : from.name, mesh, object_to_world, node, moves});
+        const int wish = find_wish(node, std::move(pose));
+        scene_.instances.push_back({node_of(node).name, wish, object_to_world, node, moves});
     }
 
     /// Whether animations change what a node's mesh becomes by a pose.
@@ -78,48 +104,68 @@ class Instances {
     }
 
     /// Nodes share a mesh where nothing that goes into it differs.
-    int find_mesh(int node, const GltfPose& pose) {
+    int find_wish(int node, GltfPose pose) {
         const tinygltf::Node& from = node_of(node);
         const auto& default_weights = document_.model.meshes[static_cast<std::size_t>(from.mesh)].weights;
         const std::vector<double>& weights = from.weights.empty() ? default_weights : from.weights;
         const bool flattened = !pose.skin && !pose.joints.empty();
         const bool deforms = this->deforms(node, pose);
         const GltfMeshKey key{from.mesh, from.skin, flattened ? node : kNone, weights};
-        const auto [it, is_new] = found_.try_emplace(key, kNone);
+        const auto [known, is_new] = found_.try_emplace(key, static_cast<int>(wishes_.size()));
         if (!is_new && !flattened) {
-            if (it->second != kNone) scene_.meshes[static_cast<std::size_t>(it->second)].deforms |= deforms;
-            return it->second;
+            wishes_[static_cast<std::size_t>(known->second)].deforms |= deforms;
+            return known->second;
         }
         // Of a node with several instances that are flattened each has a mesh of its own.
-        const bool keeps = kept_.wanted && !deforms && !flattened;
-        Mesh mesh = keeps ? still_mesh(key, pose) : convert(from.mesh, weights, pose);
-        mesh.deforms = deforms;
-        it->second = kNone;
-        if (!mesh.triangles.empty()) {
-            it->second = static_cast<int>(scene_.meshes.size());
-            scene_.meshes.push_back(std::move(mesh));
+        wishes_.push_back({key, std::move(pose), deforms, flattened});
+        return static_cast<int>(wishes_.size()) - 1;
+    }
+
+    GltfUnposedMesh open(const MeshWish& wish) {
+        const auto& [mesh, skin, node, weights] = wish.key;
+        const bool again = kept_.wanted && wish.deforms;
+        return meshes_.open(static_cast<std::size_t>(mesh), weights, wish.pose, again ? &kept_.primitives : nullptr);
+    }
+
+    /// Those that animations deform, all at once; by the place of the wish.
+    std::map<std::size_t, Mesh> deformed_meshes() {
+        std::vector<std::pair<std::size_t, GltfUnposedMesh>> unposed;
+        std::vector<Deformation> deformations;
+        for (std::size_t i = 0; i < wishes_.size(); ++i) {
+            if (!wishes_[i].deforms) continue;
+            unposed.emplace_back(i, open(wishes_[i]));
+            for (const auto& part : unposed.back().second.parts) deformations.push_back(part.deformation);
         }
-        return it->second;
+        std::vector<VertexArrays> moved;
+        if (kept_.deformer && !deformations.empty()) moved = kept_.deformer->deform(deformations);
+        std::span<VertexArrays> rest(moved);
+        std::map<std::size_t, Mesh> meshes;
+        for (auto& [place, mesh] : unposed) {
+            const auto own = rest.first(std::min(rest.size(), mesh.parts.size()));
+            rest = rest.subspan(own.size());
+            meshes[place] = finish(std::move(mesh), own);
+        }
+        return meshes;
     }
 
-    Mesh convert(int mesh, std::span<const double> weights, const GltfPose& pose) {
-        Mesh made = meshes_.convert(static_cast<std::size_t>(mesh), weights, pose);
-        used_default_material_ |= meshes_.used_default_material();
-        return made;
+    Mesh finish(GltfUnposedMesh unposed, std::span<VertexArrays> moved = {}) {
+        used_default_material_ |= unposed.uses_default_material;
+        return meshes_.finish(std::move(unposed), moved);
     }
 
-    Mesh still_mesh(const GltfMeshKey& key, const GltfPose& pose) {
-        auto known = kept_.meshes.find(key);
+    Mesh still_mesh(const MeshWish& wish) {
+        auto known = kept_.meshes.find(wish.key);
         if (known == kept_.meshes.end()) {
             // What is said of it is said again with every pose.
             GltfWarnings warnings = std::exchange(document_.warnings, {});
             SceneReport report = std::exchange(scene_.report, {});
             GltfStillMesh made;
-            made.mesh = meshes_.convert(static_cast<std::size_t>(std::get<0>(key)), std::get<3>(key), pose);
-            made.used_default_material = meshes_.used_default_material();
+            GltfUnposedMesh unposed = open(wish);
+            made.used_default_material = unposed.uses_default_material;
+            made.mesh = meshes_.finish(std::move(unposed));
             made.warnings = std::exchange(document_.warnings, std::move(warnings));
             made.report = std::exchange(scene_.report, std::move(report));
-            known = kept_.meshes.emplace(key, std::move(made)).first;
+            known = kept_.meshes.emplace(wish.key, std::move(made)).first;
         }
         const GltfStillMesh& still = known->second;
         used_default_material_ |= still.used_default_material;
@@ -177,7 +223,8 @@ class Instances {
     GltfMeshes& meshes_;
     GltfKept& kept_;
     Scene& scene_;
-    std::map<GltfMeshKey, int> found_;
+    std::vector<MeshWish> wishes_;
+    std::map<GltfMeshKey, int> found_;  // indices of them
     bool used_default_material_ = false;
 };
 
@@ -206,6 +253,7 @@ GltfMovers find_movers(const tinygltf::Model& model, std::span<const AnimationCh
 bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfKept& kept, Scene& scene) {
     Instances instances(document, nodes, meshes, kept, scene);
     for (const int node : nodes.shown) instances.add(node);
+    instances.finish();
     return instances.used_default_material();
 }
 

@@ -41,6 +41,8 @@ struct GltfKept {
     bool wanted = false;  // there may be other poses
     GltfMovers movers;
     std::map<GltfMeshKey, GltfStillMesh> meshes;
+    GltfPrimitives primitives;     // of meshes that deform
+    Deformer* deformer = nullptr;  // who deforms those; null: deform()
 };
 
 /// What these channels move.

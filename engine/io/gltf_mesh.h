@@ -1,11 +1,14 @@
 // Meshes: primitives to triangles, with morph targets and skins applied.
 #pragma once
 
+#include <compare>
+#include <map>
+#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
-#include "engine/io/gltf_accessor.h"
-#include "engine/io/gltf_material.h"
+#include "engine/io/gltf_primitive.h"
 
 namespace halflight {
 
@@ -15,35 +18,46 @@ struct GltfPose {
     bool skin = false;  // JOINTS_n and WEIGHTS_n say which joints a vertex follows; otherwise all follow joints[0]
 };
 
+struct GltfPrimitiveKey {
+    std::size_t mesh;
+    std::size_t primitive;
+    bool skinned;
+    auto operator<=>(const GltfPrimitiveKey&) const = default;
+};
+/// Those that are kept from pose to pose.
+using GltfPrimitives = std::map<GltfPrimitiveKey, std::shared_ptr<const GltfPrimitive>>;
+
+/// A mesh before its vertices are moved.
+struct GltfUnposedMesh {
+    struct Part {
+        Mesh still;  // what no pose changes
+        Deformation deformation;
+        const GltfMaterial* material;  // null: the default
+    };
+    std::string name;
+    std::vector<Part> parts;
+    bool uses_default_material = false;  // its triangles get the index after the last material
+};
+
 class GltfMeshes {
   public:
     GltfMeshes(GltfDocument& document, const std::vector<GltfMaterial>& materials, SceneReport& report)
-        : document_(document), accessors_(document), materials_(materials), report_(report) {}
+        : document_(document), materials_(materials), report_(report) {}
 
-    /// All triangles of a mesh; none where its primitives make none. Where a primitive has no material its triangles
-    /// get the index after the last one. `weights` are those of the morph targets.
-    Mesh convert(std::size_t index, std::span<const double> weights, const GltfPose& pose);
-
-    /// Whether the mesh converted last has such primitives.
-    bool used_default_material() const { return used_default_material_; }
+    /// Reads its primitives of triangles. `weights` are those of the morph targets; the pose must outlive what is
+    /// returned. `kept`: where primitives are looked for and left for other poses; or null.
+    GltfUnposedMesh open(std::size_t index, std::span<const double> weights, const GltfPose& pose,
+                         GltfPrimitives* kept = nullptr);
+    /// All triangles of it; none where its primitives make none. `moved`: what somebody has made of its deformations,
+    /// in their order; without, deform() does it.
+    Mesh finish(GltfUnposedMesh mesh, std::span<VertexArrays> moved = {});
 
   private:
-    struct Source;  // a primitive, and the range of its vertices that triangles use
-    void add_primitive(Mesh& mesh, Source source, std::span<const double> weights, const GltfPose& pose);
-    std::vector<uvec3> read_triangles(Source& source);
-    void check_count(const Source& source, int accessor, std::string_view attribute) const;
-    template <class V>
-    std::vector<V> read(const Source& source, const std::string& attribute, bool normalize = false) const;
-    void read_attributes(Mesh& part, const Source& source);
-    void morph(Mesh& part, const Source& source, std::span<const double> weights);
-    void apply_pose(Mesh& part, const Source& source, const GltfPose& pose);
-    void finish(Mesh& part, const Source& source);
+    void finish(Mesh& part, const GltfMaterial* material);
 
     GltfDocument& document_;
-    const GltfAccessors accessors_;
     const std::vector<GltfMaterial>& materials_;
     SceneReport& report_;
-    bool used_default_material_ = false;
 };
 
 }  // namespace halflight

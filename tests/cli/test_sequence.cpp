@@ -91,6 +91,57 @@ TEST_F(Sequence, StatisticsTellWhatBecameOfHierarchies) {
     EXPECT_EQ(found, (Counts{{0, 0, 1}, {1, 0, 0}, {1, 0, 0}})) << "a camera alone";
 }
 
+/// A copy of all shaders in which what deforms is `units` farther up, so that it shows who deformed it.
+void write_raised_shaders(const fs::path& folder, double units) {
+    fs::copy(fs::path(HALFLIGHT_SOURCE_DIR) / "shaders", folder, fs::copy_options::recursive);
+    std::string text = read_text(folder / "deform.comp");
+    const std::string place = "write(3 * vertex, position);";
+    ASSERT_NE(text.find(place), std::string::npos);
+    write_text(folder / "deform.comp",
+               text.replace(text.find(place), place.size(),
+                            fmt::format("write(3 * vertex, position + vec3(0, {}, 0));", units)));
+}
+
+TEST_F(Sequence, WhatDeformsDoesSoOnTheGpuInEveryFrame) {
+    write_raised_shaders(folder / "shaders", 0.25);
+    const RunOptions raised{.environment = {fmt::format("HALFLIGHT_SHADERS={}", (folder / "shaders").string())}};
+    const Strings layers = {"--animation", "all", "--aov", "position,motion"};
+    make("plain", "0-2", layers);
+    make("whole", "0-2", layers, raised);
+    make("backwards", "2,1,0", layers, raised);
+    for (const char* frame : {"0", "1", "2"}) make("alone", frame, layers, raised);
+    EXPECT_TRUE(contents("backwards") == contents("whole"));
+    EXPECT_TRUE(contents("alone") == contents("whole"));
+    for (int frame = 0; frame <= 2; ++frame)
+        EXPECT_FALSE(same_pixels(file("whole", frame), file("plain", frame))) << frame << " is of the CPU";
+    // Before 0 s all is where it is at 0 s: nothing has moved, unless one of the two is of the CPU.
+    const ExrFile first = read_exr(file("whole", 0));
+    for (const char* channel : {"motion.X", "motion.Y"})
+        for (const float pixels : first.find(channel)->values) EXPECT_NEAR(pixels, 0, 0.01f) << channel;
+}
+
+TEST_F(Sequence, StatisticsTellWhatWasDeformed) {
+    const auto deformed = [&](const char* into, const Strings& more) {
+        Strings all = {"--stats", folder / into / "stats.jsonl"};
+        all.insert(all.end(), more.begin(), more.end());
+        make(into, "1-2", all);
+        std::vector<Json> found;
+        std::istringstream lines(read_text(folder / into / "stats.jsonl"));
+        for (std::string line; std::getline(lines, line);) found.push_back(Json::parse(line).at("deformed"));
+        return found;
+    };
+    // Two boxes of eight corners; frame 1 takes the reference pose, too.
+    const std::vector<Json> all = deformed("all", {});
+    ASSERT_EQ(all.size(), 2u);
+    EXPECT_EQ(all[0].at("vertices"), 32);
+    EXPECT_EQ(all[1].at("vertices"), 16);
+    EXPECT_EQ(all[1].at("vertices_on_cpu"), 0);
+    EXPECT_GT(all[1].at("seconds"), 0);
+    EXPECT_EQ(deformed("motion", {"--aov", "motion"}).at(1).at("vertices"), 32) << "and the frame before";
+    EXPECT_EQ(deformed("turn", {"--animation", "turn"}), std::vector<Json>(2, Json())) << "none deforms";
+    EXPECT_EQ(deformed("fly", {"--animation", "fly"}), std::vector<Json>(2, Json())) << "a camera alone";
+}
+
 TEST_F(Sequence, OnlyTheCameraMoves) {
     const Strings fly = {"--animation", "fly", "--camera", "moving"};
     make("whole", "0-6", fly);

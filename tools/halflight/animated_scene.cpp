@@ -120,6 +120,11 @@ bool AnimatedScene::pose(double seconds) {
     return true;
 }
 
+void AnimatedScene::deform_by(Deformer* deformer) {
+    file_->deform_by(deformer);
+    posed_at_.reset();
+}
+
 Scene AnimatedScene::posed(double seconds) {
     Scene posed = file_->at(seconds, playing_);
     apply(edits_, posed);

@@ -29,6 +29,9 @@ class AnimatedScene {
     /// moves, or it was posed for that time already. Cameras are told by camera(). Throws Error where the pose is at
     /// fault, and leaves scene() as it was.
     bool pose(double seconds);
+    /// From now on pose() and posed() move vertices by this deformer (GltfScene), at 0 s too; null: by the CPU again.
+    /// Where surfaces_move() alone.
+    void deform_by(Deformer* deformer);
     /// As it is at another time, without an environment. Where surfaces_move() alone. Throws what pose() does.
     Scene posed(double seconds);
     /// Whether pose() can ever return true.
@@ -48,7 +51,7 @@ class AnimatedScene {
     SceneEdits edits_;
     ChosenCamera camera_;
     bool surfaces_move_ = false;
-    double posed_at_ = 0;  // seconds
+    std::optional<double> posed_at_ = 0;  // seconds; none: by another deformer
 };
 
 /// What a picture of frame `frame` differs in from others of the run: its number, its camera and, where the layer

@@ -25,6 +25,14 @@ FrameRenderer::FrameRenderer(const RenderArguments& a, AnimatedScene& scene, gpu
                              const ColorConfig& config, RenderSettings settings)
     : a_(a), scene_(scene), context_(context), config_(config), settings_(std::move(settings)) {
     if (settings_.preview.cache) settings_.radiance_cache = std::make_shared<RadianceCache>();
+    if (std::ranges::any_of(scene.scene().meshes, &Mesh::deforms)) {
+        deformer_.emplace(context);
+        scene.deform_by(&*deformer_);
+    }
+}
+
+FrameRenderer::~FrameRenderer() {
+    if (deformer_) scene_.deform_by(nullptr);
 }
 
 template <class F>
@@ -40,6 +48,7 @@ auto FrameRenderer::guarded(F f) {
 
 RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& progress) {
     load_seconds_ = 0;
+    if (deformer_) deformer_->take_statistics();  // of a frame that could not be made
     set_frame(settings_, scene_, a_.frame_rate, frame);
     // Surfaces are known where they were one frame ago, and nowhere else.
     if (scene_.surfaces_move() && last_frame_ != frame - 1) history_.forget();
@@ -47,6 +56,10 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     settings_.history = &history_;
     RenderResult result = a_.shutter > 0 ? blurred(frame, progress) : still(frame, settings_, progress);
     last_frame_ = frame;
+    if (deformer_) {
+        deformed_ = deformer_->take_statistics();
+        result.stats.gpu_bytes += deformer_->bytes();
+    }
     return result;
 }
 

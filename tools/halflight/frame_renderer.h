@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "passes/deform.h"
 #include "passes/preview_picture.h"
 #include "passes/render.h"
 #include "tools/halflight/animated_scene.h"
@@ -19,11 +20,15 @@ int shutter_count(const RenderArguments& arguments, int samples);
 /// "open for 0.5 of a frame, 8 times", as files tell it; empty without a shutter.
 std::string shutter_text(const RenderArguments& arguments, int samples);
 
-/// Renders with one Renderer, which is brought from pose to pose. Everything that it is given must outlive it.
+/// Renders with one Renderer, which is brought from pose to pose; meshes that deform do so on the GPU. Everything that
+/// it is given must outlive it.
 class FrameRenderer {
   public:
     FrameRenderer(const RenderArguments& arguments, AnimatedScene& scene, gpu::Context& context,
                   const ColorConfig& config, RenderSettings settings);
+    FrameRenderer(const FrameRenderer&) = delete;
+    FrameRenderer& operator=(const FrameRenderer&) = delete;
+    ~FrameRenderer();
 
     /// The picture of a frame, at its own time; with a shutter that is open for S > 0, the mean of times up to S / 2
     /// frames before and after. Throws Error where it cannot be made; other frames can.
@@ -32,6 +37,8 @@ class FrameRenderer {
     const RenderSettings& settings() const { return settings_; }
     /// That posing the scene took for it.
     double load_seconds() const { return load_seconds_; }
+    /// What was deformed for it; none of scenes that nothing deforms.
+    const std::optional<DeformStatistics>& deformed() const { return deformed_; }
     std::string graph_dot() const { return renderer_->graph_dot(); }
 
   private:
@@ -50,6 +57,8 @@ class FrameRenderer {
     gpu::Context& context_;
     const ColorConfig& config_;
     RenderSettings settings_;
+    std::optional<GpuDeformer> deformer_;  // of the scene, where anything deforms
+    std::optional<DeformStatistics> deformed_;
     std::optional<Renderer> renderer_;
     PictureHistory history_;                   // of the frame rendered last, with RenderSettings::preview
     std::optional<std::uint32_t> last_frame_;  // rendered

@@ -82,7 +82,7 @@ void render_picture(const RenderArguments& a) {
         times.write = clock.lap();
         times.total = clock.seconds();
         if (a.stats)
-            write_file(*a.stats, run_statistics(a, settings, scene, context, result.stats, times)
+            write_file(*a.stats, run_statistics(a, settings, scene, context, result.stats, times, renderer.deformed())
                                          .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
                                      "\n");
     }

@@ -186,7 +186,8 @@ class Sequence {
         RenderArguments of_frame = a_;
         of_frame.outputs = outputs;
         nlohmann::ordered_json line{{"frame", frame}, {"time", a_.frame_rate.seconds(frame)}};
-        line.update(run_statistics(of_frame, renderer_->settings(), scene_->scene(), *context_, stats, times));
+        line.update(run_statistics(of_frame, renderer_->settings(), scene_->scene(), *context_, stats, times,
+                                   renderer_->deformed()));
         append_line(*a_.stats, line_of(line));
     }
 

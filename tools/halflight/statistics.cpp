@@ -114,7 +114,7 @@ std::string error_line(const AchievedError& error) {
 }
 
 Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Scene& scene, const gpu::Context& context,
-                    const RenderStats& stats, const StepTimes& times) {
+                    const RenderStats& stats, const StepTimes& times, const std::optional<DeformStatistics>& deformed) {
     Json passes = Json::array();
     for (const PassTime& pass : stats.passes)
         passes.push_back({{"name", pass.name}, {"runs", pass.runs}, {"seconds", pass.seconds}});
@@ -128,6 +128,9 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
     Json radiance_cache;
     if (const auto& c = stats.radiance_cache)
         radiance_cache = {{"cells", c->cells}, {"used", c->used}, {"mature", c->mature}, {"refused", c->refused}};
+    Json deformed_json;
+    if (const auto& d = deformed)
+        deformed_json = {{"vertices", d->vertices}, {"vertices_on_cpu", d->vertices_on_cpu}, {"seconds", d->seconds}};
     Json error;
     if (const auto& e = stats.error) {
         error = {{"metric", name(e->target.metric)}, {"relmse_epsilon", kRelativeEpsilon}, {"value", e->estimate.value},
@@ -180,6 +183,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
            std::max(0.0, times.render - stats.prepare_seconds - stats.compile_seconds - stats.render_seconds)},
           {"write", times.write}}},
         {"radiance_cache", radiance_cache},
+        {"deformed", deformed_json},
         {"hierarchies",
          {{"kept", stats.hierarchies.kept},
           {"refitted", stats.hierarchies.refitted},

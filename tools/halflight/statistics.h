@@ -3,8 +3,10 @@
 
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "engine/gpu/context.h"
+#include "passes/deform.h"
 #include "passes/render.h"
 #include "tools/halflight/arguments.h"
 
@@ -34,8 +36,9 @@ std::string describe_bad_values(const RenderStats& stats);
 /// "relmse 0.0098, 0.0095 to 0.0101 at 95 %, target 0.01 reached".
 std::string error_line(const AchievedError& error);
 
+/// deformed: of scenes in which meshes deform (FrameRenderer).
 nlohmann::ordered_json run_statistics(const RenderArguments& arguments, const RenderSettings& settings,
                                       const Scene& scene, const gpu::Context& context, const RenderStats& stats,
-                                      const StepTimes& times);
+                                      const StepTimes& times, const std::optional<DeformStatistics>& deformed);
 
 }  // namespace halflight

@@ -1,0 +1,93 @@
+// Morph targets and joints move vertices (engine/scene/deformer.h). One invocation per vertex. Defines: NORMALS and
+// TANGENTS where there are any, JOINTS where joints move them.
+#include "shaders/shared/deform.h"
+
+layout(local_size_x = 64) in;
+
+layout(binding = UNIT_DEFORM_POSITIONS) uniform samplerBuffer positions;
+layout(binding = UNIT_DEFORM_NORMALS) uniform samplerBuffer normals;
+layout(binding = UNIT_DEFORM_TANGENTS) uniform samplerBuffer tangents;
+layout(binding = UNIT_DEFORM_JOINTS) uniform usamplerBuffer joints;
+layout(binding = UNIT_DEFORM_WEIGHTS) uniform samplerBuffer weights;
+layout(binding = UNIT_DEFORM_DELTAS) uniform samplerBuffer deltas;
+layout(binding = UNIT_DEFORM_TARGETS) uniform usamplerBuffer targets;
+layout(binding = UNIT_DEFORM_MATRICES) uniform usamplerBuffer matrices;
+
+// All positions, all normals, all tangents.
+layout(std430, binding = 0) writeonly buffer Moved { float moved[]; };
+
+uniform int vertices;
+uniform int sets;          // of joints
+uniform int first_matrix;  // that joint 0 is
+uniform ivec4 active_targets;  // texels of `targets`: first of positions, of normals, of tangents, end
+
+vec3 morphed(vec3 value, int vertex, int first, int end) {
+    precise vec3 sum = value;
+    for (int i = first; i < end; ++i) {
+        uvec2 target = texelFetch(targets, i).xy;
+        sum += uintBitsToFloat(target.y) * texelFetch(deltas, int(target.x) * vertices + vertex).xyz;
+    }
+    return sum;
+}
+
+dvec4 matrix_row(int texel) {
+    uvec4 a = texelFetch(matrices, texel);
+    uvec4 b = texelFetch(matrices, texel + 1);
+    return dvec4(packDouble2x32(a.xy), packDouble2x32(a.zw), packDouble2x32(b.xy), packDouble2x32(b.zw));
+}
+
+JointMatrix joint_matrix(uint joint) {
+    int texel = kJointTexels * (first_matrix + int(joint));
+    return JointMatrix(matrix_row(texel), matrix_row(texel + 2), matrix_row(texel + 4));
+}
+
+JointMatrix blend(int vertex) {
+    if (sets == 0) return joint_matrix(0u);
+    JointMatrix sum = JointMatrix(dvec4(0.0), dvec4(0.0), dvec4(0.0));
+    precise double total = 0.0;
+    for (int set = 0; set < sets; ++set) {
+        uvec4 which = texelFetch(joints, set * vertices + vertex);
+        vec4 how_much = texelFetch(weights, set * vertices + vertex);
+        for (int i = 0; i < 4; ++i) {
+            if (how_much[i] <= 0.0) continue;
+            sum = add_joint(sum, double(how_much[i]), joint_matrix(which[i]));
+            total += double(how_much[i]);
+        }
+    }
+    if (total > 0.0) return mean_joint(sum, total);
+    return joint_matrix(texelFetch(joints, vertex).x);
+}
+
+void write(int place, vec3 value) {
+    for (int axis = 0; axis < 3; ++axis) moved[place + axis] = value[axis];
+}
+
+void main() {
+    int vertex = int(gl_GlobalInvocationID.x);
+    if (vertex >= vertices) return;
+#ifdef JOINTS
+    JointMatrix m = blend(vertex);
+#endif
+    vec3 position = morphed(texelFetch(positions, vertex).xyz, vertex, active_targets.x, active_targets.y);
+#ifdef JOINTS
+    position = vec3(joint_position(m, dvec3(position)));
+#endif
+    write(3 * vertex, position);
+#ifdef NORMALS
+    vec3 normal = morphed(texelFetch(normals, vertex).xyz, vertex, active_targets.y, active_targets.z);
+#ifdef JOINTS
+    JointNormals of_normals = joint_normals(m);
+    normal = vec3(joint_normal(of_normals, dvec3(normal)));
+#endif
+    write(3 * (vertices + vertex), normal);
+#endif
+#ifdef TANGENTS
+    vec4 tangent = texelFetch(tangents, vertex);
+    tangent.xyz = morphed(tangent.xyz, vertex, active_targets.z, active_targets.w);
+#ifdef JOINTS
+    tangent = vec4(vec3(joint_direction(m, dvec3(tangent.xyz))), float(of_normals.side) * tangent.w);
+#endif
+    write(6 * vertices + 4 * vertex, tangent.xyz);
+    moved[6 * vertices + 4 * vertex + 3] = tangent.w;
+#endif
+}

@@ -1,0 +1,95 @@
+// Moving vertices by joints (glTF 2.0, section 3.7.3.3), one copy for C++ and GLSL. In double, step by step and without
+// contractions, so that both make the same bits of the same vertex, wherever joints are.
+#ifndef HALFLIGHT_SHARED_DEFORM_H
+#define HALFLIGHT_SHARED_DEFORM_H
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/portable.h"
+
+// Texture units of deform.comp, texture buffers. Vertices are those of a dispatch.
+#define UNIT_DEFORM_POSITIONS (UNIT_FREE + 0)  // RGB32F
+#define UNIT_DEFORM_NORMALS (UNIT_FREE + 1)    // RGB32F
+#define UNIT_DEFORM_TANGENTS (UNIT_FREE + 2)   // RGBA32F
+#define UNIT_DEFORM_JOINTS (UNIT_FREE + 3)     // RGBA32UI: of each set, which four joints a vertex follows
+#define UNIT_DEFORM_WEIGHTS (UNIT_FREE + 4)    // RGBA32F: of each set, how much
+#define UNIT_DEFORM_DELTAS (UNIT_FREE + 5)     // RGB32F: slots of as many texels as there are vertices
+#define UNIT_DEFORM_TARGETS (UNIT_FREE + 6)    // RG32UI: slot, bits of the weight
+#define UNIT_DEFORM_MATRICES (UNIT_FREE + 7)   // RGBA32UI: bits of JointMatrix, kJointTexels each
+
+HALFLIGHT_SHARED_BEGIN
+
+HALFLIGHT_SHARED_CONST int kJointTexels = 6;
+
+// The first three rows of a matrix whose last one is (0, 0, 0, 1).
+struct JointMatrix {
+    dvec4 x;
+    dvec4 y;
+    dvec4 z;
+};
+HALFLIGHT_SHARED_SIZE(JointMatrix, 96)
+
+HALFLIGHT_SHARED_FUNCTION JointMatrix add_joint(JointMatrix sum, double weight, JointMatrix joint) {
+    HALFLIGHT_SHARED_PRECISE JointMatrix m;
+    m.x = sum.x + weight * joint.x;
+    m.y = sum.y + weight * joint.y;
+    m.z = sum.z + weight * joint.z;
+    return m;
+}
+
+HALFLIGHT_SHARED_FUNCTION JointMatrix mean_joint(JointMatrix sum, double total) {
+    HALFLIGHT_SHARED_PRECISE JointMatrix m;
+    m.x = sum.x / total;
+    m.y = sum.y / total;
+    m.z = sum.z / total;
+    return m;
+}
+
+HALFLIGHT_SHARED_FUNCTION dvec3 joint_position(JointMatrix m, dvec3 p) {
+    HALFLIGHT_SHARED_PRECISE double x = (m.x.x * p.x + m.x.y * p.y) + (m.x.z * p.z + m.x.w);
+    HALFLIGHT_SHARED_PRECISE double y = (m.y.x * p.x + m.y.y * p.y) + (m.y.z * p.z + m.y.w);
+    HALFLIGHT_SHARED_PRECISE double z = (m.z.x * p.x + m.z.y * p.y) + (m.z.z * p.z + m.z.w);
+    return dvec3(x, y, z);
+}
+
+HALFLIGHT_SHARED_FUNCTION dvec3 joint_direction(JointMatrix m, dvec3 d) {
+    HALFLIGHT_SHARED_PRECISE double x = m.x.x * d.x + m.x.y * d.y + m.x.z * d.z;
+    HALFLIGHT_SHARED_PRECISE double y = m.y.x * d.x + m.y.y * d.y + m.y.z * d.z;
+    HALFLIGHT_SHARED_PRECISE double z = m.z.x * d.x + m.z.y * d.y + m.z.z * d.z;
+    return dvec3(x, y, z);
+}
+
+HALFLIGHT_SHARED_FUNCTION dvec3 exact_cross(dvec4 a, dvec4 b) {
+    HALFLIGHT_SHARED_PRECISE double x = a.y * b.z - b.y * a.z;
+    HALFLIGHT_SHARED_PRECISE double y = a.z * b.x - b.z * a.x;
+    HALFLIGHT_SHARED_PRECISE double z = a.x * b.y - b.x * a.y;
+    return dvec3(x, y, z);
+}
+
+// Linear part: its cofactors take normals where it takes positions, also where it cannot be inverted.
+struct JointNormals {
+    dvec3 x;  // rows
+    dvec3 y;
+    dvec3 z;
+    double side;  // -1 where it mirrors, otherwise 1
+};
+
+HALFLIGHT_SHARED_FUNCTION JointNormals joint_normals(JointMatrix m) {
+    JointNormals n;
+    n.x = exact_cross(m.y, m.z);
+    n.y = exact_cross(m.z, m.x);
+    n.z = exact_cross(m.x, m.y);
+    HALFLIGHT_SHARED_PRECISE double determinant = m.x.x * n.x.x + m.x.y * n.x.y + m.x.z * n.x.z;
+    n.side = determinant < 0.0 ? -1.0 : 1.0;
+    return n;
+}
+
+HALFLIGHT_SHARED_FUNCTION dvec3 joint_normal(JointNormals m, dvec3 n) {
+    HALFLIGHT_SHARED_PRECISE double x = m.side * (m.x.x * n.x + m.x.y * n.y + m.x.z * n.z);
+    HALFLIGHT_SHARED_PRECISE double y = m.side * (m.y.x * n.x + m.y.y * n.y + m.y.z * n.z);
+    HALFLIGHT_SHARED_PRECISE double z = m.side * (m.z.x * n.x + m.z.y * n.y + m.z.z * n.z);
+    return dvec3(x, y, z);
+}
+
+HALFLIGHT_SHARED_END
+
+#endif
