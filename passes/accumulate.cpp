@@ -24,6 +24,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         pass.read(sample.direct->occluded, Access::storage_read);
         if (sample.direct->sun_occluded) pass.read(sample.direct->sun_occluded, Access::storage_read);
         defines.set("HALFLIGHT_LIGHT_SAMPLES");
+        defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
     }
     if (sample.paths) {
         pass.read(sample.paths->states, Access::storage_read);

@@ -5,8 +5,21 @@
 
 #include "engine/core/error.h"
 #include "passes/raster_window.h"
+#include "shaders/shared/rays.h"
 
 namespace halflight {
+
+std::size_t most_paths(const rays::Tracer& tracer, rays::RayKind kind, std::uint32_t rays_of_path,
+                       const gpu::Limits& limits) {
+    constexpr std::uint32_t kPaths = 64;  // which fill whole tiles
+    rays::RayBatch batch;
+    batch.kind = kind;
+    batch.capacity = kPaths * rays_of_path;
+    const std::size_t lists = rays::tile_list_bytes(tracer.scene(), batch, tracer.tile_settings());
+    const std::size_t widest = std::max(lists, batch.capacity * sizeof(shared::Ray));
+    return std::min(limits.storage_block_bytes / widest * kPaths,
+                    static_cast<std::size_t>(limits.workgroup_count) * 64 / rays_of_path);
+}
 
 Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t most_paths, const gpu::Limits& limits) {
     const std::size_t paths =

@@ -1,5 +1,7 @@
 #include "passes/continuation.h"
 
+#include <fmt/format.h>
+
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
@@ -69,7 +71,10 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     if (pending) defines.set("HALFLIGHT_PENDING");
     if (last) defines.set("HALFLIGHT_LAST_VERTEX");
     if (samples_lights) defines.set("HALFLIGHT_LIGHT_SAMPLES");
-    if (depth == 1) defines.set("HALFLIGHT_FIRST_HIT");
+    if (depth == 1) {
+        defines.set("HALFLIGHT_FIRST_HIT");
+        defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+    }
     if (takes) defines.set("HALFLIGHT_CACHE_TAKEN");
     if (paths.points) defines.set(paths.cells ? "HALFLIGHT_RADIANCE_CACHE" : "HALFLIGHT_REUSE");
     pass.execute([=, shadow_rays = shadowing.rays, sun_rays = shadowing.sun_rays, lit_list = lit ? *lit : PathList{},

@@ -32,9 +32,9 @@ Key key(const char* key_name, const Choice (&choices)[N], Choice Estimator::*whi
 
 const std::vector<Key>& keys() {
     static const std::vector<Key> all{
-        key("lights", kLightChoices, &Estimator::lights),   key("sun", kSunChoices, &Estimator::sun),
-        key("reuse", kReuses, &Estimator::reuse),           key("camera", kCameraRays, &Estimator::camera),
-        key("sampler", kSamplePoints, &Estimator::sampler),
+        key("lights", kLightChoices, &Estimator::lights), key("sun", kSunChoices, &Estimator::sun),
+        key("reuse", kReuses, &Estimator::reuse),         key("camera", kCameraRays, &Estimator::camera),
+        key("shadow", kShadowRays, &Estimator::shadow),   key("sampler", kSamplePoints, &Estimator::sampler),
     };
     return all;
 }
@@ -76,6 +76,20 @@ const char* name(CameraRays rays) {
             return "8";
         case CameraRays::sixteen:
             return "16";
+    }
+    return "unknown";
+}
+
+const char* name(ShadowRays rays) {
+    switch (rays) {
+        case ShadowRays::one:
+            return "1";
+        case ShadowRays::two:
+            return "2";
+        case ShadowRays::four:
+            return "4";
+        case ShadowRays::eight:
+            return "8";
     }
     return "unknown";
 }

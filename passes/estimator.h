@@ -37,11 +37,18 @@ inline constexpr CameraRays kCameraRays[] = {CameraRays::one, CameraRays::two, C
                                              CameraRays::sixteen};
 const char* name(CameraRays rays);  ///< "1", "2", "4", "8", "16"
 
+/// Shadow rays of each path from the surface that the camera sees, but for that to a sun that is apart. They cost less
+/// than paths do, and pay where direct light is as noisy as the rest (scenes/room.glb with path reuse).
+enum class ShadowRays : std::uint8_t { one = 1, two = 2, four = 4, eight = 8 };
+inline constexpr ShadowRays kShadowRays[] = {ShadowRays::one, ShadowRays::two, ShadowRays::four, ShadowRays::eight};
+const char* name(ShadowRays rays);  ///< "1", "2", "4", "8"
+
 struct Estimator {
     LightChoice lights = LightChoice::automatic;  // how next-event estimation picks a light
     SunChoice sun = SunChoice::apart;             // without effect where there is no sun, or nothing else
     Reuse reuse = Reuse::off;                     // where it is left out, `on` stays without effect
     CameraRays camera = CameraRays::one;
+    ShadowRays shadow = ShadowRays::one;
     SamplePoints sampler = SamplePoints::sobol;
     bool operator==(const Estimator&) const = default;
 };

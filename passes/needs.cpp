@@ -110,7 +110,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
     const char* no_shadow = transport(shadow, no_light);
     const bool traced = options.primary == PrimaryVisibility::traced;  // through rays and hits
     return {
-        .shadow = {kShadow, kShadowRay + sizeof(shared::DirectLight), no_shadow},
+        .shadow = {kShadow, std::size_t(options.shadow_rays) * (kShadowRay + sizeof(shared::DirectLight)), no_shadow},
         .diffuse = {kDiffuse, kListEntry, transport(diffuse, no_diffuse)},
         .glossy = {kGlossy, kListEntry,
                    transport(kept(kGlossy), scene.glossy ? nullptr : fact_without(&SceneNeeds::glossy))},

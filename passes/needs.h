@@ -28,6 +28,7 @@ struct FrameOptions {
     PrimaryVisibility primary = PrimaryVisibility::raster;  // not automatic
     bool reuse = false;                                     // of paths across pixels
     int camera_rays = 1;                                    // of each sample, for light that is seen directly; > 0
+    int shadow_rays = 1;          // of each sample, from the surface that the camera sees; > 0
     bool radiance_cache = false;  // for the samples of Preview::cache that use it; goes without reuse
     Preview preview{};            // of the whole picture
 };

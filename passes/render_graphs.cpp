@@ -5,7 +5,7 @@
 #include "passes/aov.h"
 #include "passes/band_size.h"
 #include "passes/render_state.h"
-#include "passes/reuse.h"
+#include "shaders/shared/reuse.h"
 
 namespace halflight {
 
@@ -37,9 +37,14 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
             seen_constants.emplace_back("constants of light seen", sizeof(shared::Frame));
     if (settings.preview.cache && frame_needs(scene.buffers().needs(), cached_options()).radiance_cache)
         cache = settings.radiance_cache ? settings.radiance_cache : std::make_shared<RadianceCache>();
-    const bool reuse = bool(needs().reuse);
     const gpu::Limits& limits = scene.context().limits();
-    band = first_band(settings, scene.buffers(), reuse ? most_reuse_paths(*tracer, limits) : SIZE_MAX, limits);
+    std::size_t most = SIZE_MAX;
+    if (needs().reuse) most = most_paths(*tracer, rays::RayKind::connection, shared::kGroupSize, limits);
+    if (settings.estimator.shadow != ShadowRays::one) {
+        const auto rays = static_cast<std::uint32_t>(settings.estimator.shadow);
+        most = std::min(most, most_paths(*tracer, rays::RayKind::shadow, rays, limits));
+    }
+    band = first_band(settings, scene.buffers(), most, limits);
     bands = (settings.height + band.rows - 1) / band.rows;
     const FrameOptions options = frame_options();
     if (options.runs > 0 && !needs().tiles) tracer->expect(options.runs);
@@ -67,6 +72,7 @@ FrameOptions Renderer::State::frame_options() const {
             .primary = settings.primary,
             .reuse = settings.estimator.reuse == Reuse::on,
             .camera_rays = static_cast<int>(settings.estimator.camera),
+            .shadow_rays = static_cast<int>(settings.estimator.shadow),
             .preview = settings.preview};
 }
 
@@ -142,7 +148,9 @@ SceneView Renderer::State::view(graph::Graph& graph, std::uint32_t place) {
             constants,
             state,
             &current,
-            settings.in_turns ? place : 0};
+            settings.in_turns ? place : 0,
+            nullptr,
+            static_cast<std::uint32_t>(settings.estimator.shadow)};
 }
 
 }  // namespace halflight

@@ -115,14 +115,4 @@ graph::BufferHandle add_reuse(graph::Graph& graph, const SceneView& view, const 
     return received;
 }
 
-std::size_t most_reuse_paths(const rays::Tracer& tracer, const gpu::Limits& limits) {
-    rays::RayBatch group;
-    group.kind = rays::RayKind::connection;
-    group.capacity = shared::kGroupSize;
-    const std::size_t lists = rays::tile_list_bytes(tracer.scene(), group, tracer.tile_settings());
-    const std::size_t widest = std::max({lists, shared::kGroupSize * sizeof(shared::Ray), sizeof(shared::ReusePoint)});
-    return std::min(limits.storage_block_bytes / widest,
-                    static_cast<std::size_t>(limits.workgroup_count) * 64 / shared::kGroupSize);
-}
-
 }  // namespace halflight

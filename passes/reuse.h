@@ -18,7 +18,4 @@ graph::BufferHandle create_reuse_points(graph::Graph& graph, const SceneView& vi
 graph::BufferHandle add_reuse(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer,
                               const PathBuffers& paths, const Continuation& continuation);
 
-/// The most paths that a band may have, so that the connections of all fit into the driver's buffers and dispatches.
-std::size_t most_reuse_paths(const rays::Tracer& tracer, const gpu::Limits& limits);
-
 }  // namespace halflight

@@ -34,6 +34,7 @@ struct SceneView {
     const Band* current = nullptr;            // the one that the constants are of; null: rows of others are drawn, too
     std::uint32_t sums = 0;                   // which ones samples are added to, where bands have their own
     RadianceCache* radiance_cache = nullptr;  // where paths are to use one
+    std::uint32_t shadow_rays = 1;            // of each path from its first surface to chosen lights
 };
 
 }  // namespace halflight

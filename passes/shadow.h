@@ -1,5 +1,5 @@
-// Direct light at the first surface: next-event estimation, one shadow ray per path, and one more to the sun where it
-// is apart.
+// Direct light at the first surface: next-event estimation, SceneView::shadow_rays shadow rays per path, and one more
+// to the sun where it is apart.
 #pragma once
 
 #include "passes/gbuffer.h"
@@ -7,10 +7,11 @@
 namespace halflight {
 
 struct DirectLightEstimate {
-    // DirectLight, by component, as if visible: of the chosen lights, then, where the sun is apart, of the sun
+    // DirectLight, by component, as if visible: shares of the mean over the first shadow rays of all paths, of the
+    // second ones and so on, then, where the sun is apart, what it gives.
     graph::BufferHandle light;
-    graph::BufferHandle occluded;      // uint: 1 where the shadow ray met something, or where there was none
-    graph::BufferHandle sun_occluded;  // likewise; none where the sun is not apart
+    graph::BufferHandle occluded;      // uint: 1 where the shadow ray met something, or where there was none; likewise
+    graph::BufferHandle sun_occluded;  // of the sun; none where the sun is not apart
 };
 
 /// Picks one of all lights (engine/scene/lights.h says how), weights it by the power heuristic against BSDF

@@ -96,10 +96,14 @@ void main() {
     dvec3 glossy = dvec3(0.0);
 #ifdef HALFLIGHT_LIGHT_SAMPLES
     if (point.is_surface) {
-        diffuse = guarded(answered_light(light[path].diffuse, occluded[path]), kCountShadow);
-        glossy = guarded(answered_light(light[path].glossy, occluded[path]), kCountShadow);
+        uint paths = gl_NumWorkGroups.x * 64u;
+        for (uint i = 0u; i < HALFLIGHT_SHADOW_RAYS; ++i) {
+            uint ray = i * paths + path;
+            diffuse += dvec3(guarded(answered_light(light[ray].diffuse, occluded[ray]), kCountShadow));
+            glossy += dvec3(guarded(answered_light(light[ray].glossy, occluded[ray]), kCountShadow));
+        }
 #ifdef HALFLIGHT_SUN
-        uint sun = gl_NumWorkGroups.x * 64u + path;
+        uint sun = HALFLIGHT_SHADOW_RAYS * paths + path;
         diffuse += dvec3(guarded(answered_light(light[sun].diffuse, sun_occluded[path]), kCountShadow));
         glossy += dvec3(guarded(answered_light(light[sun].glossy, sun_occluded[path]), kCountShadow));
 #endif

@@ -130,6 +130,9 @@ void main() {
     vec3 met = is_hit ? material.emission : environment_radiance(direction);
     float density = is_hit ? light_pdf(from, hit, direction, hit.t * length(ray.direction), surface.geometric_normal)
                            : environment_pdf(direction);
+#ifdef HALFLIGHT_FIRST_HIT
+    density *= float(HALFLIGHT_SHADOW_RAYS);
+#endif
     if (unfinished) met = vec3(not_a_number());  // to be counted
     met *= state.throughput * met_light_weight(state.pdf, density);
 #ifdef HALFLIGHT_FIRST_HIT
@@ -180,7 +183,7 @@ void main() {
 #ifdef HALFLIGHT_LIGHT_SAMPLES
     NextEvent e = sample_next_event(surface.position, surface.offset, b, wo,
                                     sample_1d_bits(random, vertex_dimension(depth, kDimensionLightChoice)),
-                                    sample_2d(random, vertex_dimension(depth, kDimensionLightPoint)));
+                                    sample_2d(random, vertex_dimension(depth, kDimensionLightPoint)), 1u);
 #if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     given_pending = has_point ? e.diffuse : vec3(0.0);
     e.diffuse = is_apart ? vec3(0.0) : e.diffuse;

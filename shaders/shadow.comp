@@ -1,4 +1,5 @@
-// One light sample for every surface that the camera sees: of the sun with HALFLIGHT_SUN_SAMPLES, of the other lights without.
+// Light samples for every surface that the camera sees: one of the sun with HALFLIGHT_SUN_SAMPLES, HALFLIGHT_SHADOW_RAYS of the
+// other lights without.
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
@@ -18,22 +19,34 @@ layout(std430, binding = 3) writeonly buffer Light { DirectLight light[]; };
 #include "shaders/lib/surface_record.glsl"
 
 void main() {
-    uint path = gl_GlobalInvocationID.x;
+#ifdef HALFLIGHT_SUN_SAMPLES
+    const uint rays = 1u;
+    uint first_place = HALFLIGHT_SHADOW_RAYS * gl_NumWorkGroups.x * 64u;
+#else
+    const uint rays = HALFLIGHT_SHADOW_RAYS;
+    const uint first_place = 0u;
+#endif
+    uint ray = gl_GlobalInvocationID.x;
+    uint paths = gl_NumWorkGroups.x * 64u / rays;
+    uint path = ray % paths;
     SurfacePoint point = load_surface_point(path);
     Bsdf b = load_bsdf(path);
     vec3 wo = -primary_rays[path].direction;
 #ifdef HALFLIGHT_SUN_SAMPLES
-    uint place = gl_NumWorkGroups.x * 64u + path;
     NextEvent e = sample_sun_event(point.position, point.offset, b, wo);
 #else
-    uint place = path;
     Sampler random = path_sampler(frame, path);
+    random.index = random.index * rays + ray / paths;
     NextEvent e = sample_next_event(point.position, point.offset, b, wo,
                                     sample_1d_bits(random, vertex_dimension(0u, kDimensionLightChoice)),
-                                    sample_2d(random, vertex_dimension(0u, kDimensionLightPoint)));
+                                    sample_2d(random, vertex_dimension(0u, kDimensionLightPoint)), rays);
+    e.diffuse /= float(rays);
+    e.glossy /= float(rays);
 #endif
-    light[place] = DirectLight(point.is_surface ? e.diffuse : vec3(0.0), 0.0, point.is_surface ? e.glossy : vec3(0.0), 0.0);
+    vec3 diffuse = point.is_surface ? e.diffuse : vec3(0.0);
+    vec3 glossy = point.is_surface ? e.glossy : vec3(0.0);
+    light[first_place + ray] = DirectLight(diffuse, 0.0, glossy, 0.0);
     bool wanted = point.is_surface && contributes(e.diffuse + e.glossy);
     if (!wanted) e.ray = kDeadRay;
-    shadow_rays[path] = e.ray;
+    shadow_rays[ray] = e.ray;
 }

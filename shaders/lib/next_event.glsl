@@ -10,26 +10,28 @@ struct NextEvent {
 
 bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // true for NaN, which must be seen
 
-NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 wo) {
+// count: of such samples, of which each has this weight in the sum of all techniques' samples (multi-sample model).
+NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 wo, uint count) {
     BsdfValue f = evaluate_bsdf(b, wo, light.direction);
     bool delta = light.pdf == 0.0;
+    float density = float(count) * light.pdf;
     precise NextEvent e;  // the same bits whatever else the shader holds (--keep-all)
-    e.diffuse = f.diffuse * light.weight * (delta ? 1.0 : power_heuristic(light.pdf, b.p_diffuse * f.pdf_diffuse));
-    e.glossy = f.glossy * light.weight * (delta ? 1.0 : power_heuristic(light.pdf, (1.0 - b.p_diffuse) * f.pdf_glossy));
+    e.diffuse = f.diffuse * light.weight * (delta ? 1.0 : power_heuristic(density, b.p_diffuse * f.pdf_diffuse));
+    e.glossy = f.glossy * light.weight * (delta ? 1.0 : power_heuristic(density, (1.0 - b.p_diffuse) * f.pdf_glossy));
     e.ray = shadow_ray(position, offset, b.geometric_normal, light);
     return e;
 }
 
 // Of one of the lights that are chosen from.
-NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, uint choice, vec2 xi) {
+NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, uint choice, vec2 xi, uint count) {
     LightSample light = sample_light(receiver_at(position, b.geometric_normal), choice, xi);
-    return event_of(light, position, offset, b, wo);
+    return event_of(light, position, offset, b, wo, count);
 }
 
 #ifdef HALFLIGHT_SUN
 // Of the one that is apart.
 NextEvent sample_sun_event(vec3 position, float offset, Bsdf b, vec3 wo) {
-    return event_of(sample_sun(position), position, offset, b, wo);
+    return event_of(sample_sun(position), position, offset, b, wo, 1u);
 }
 #endif
 

@@ -32,10 +32,12 @@ class EstimatorsTest : public GpuTest {
     struct Layers {
         Layer direct, indirect, beauty;
     };
-    Layers layers(const Scene& scene, const Estimator& estimator, int samples, std::uint32_t first_seed) {
+    Layers layers(const Scene& scene, const Estimator& estimator, int samples, std::uint32_t first_seed,
+                  float filter_radius = 0.5f) {
         PreparedScene prepared(context, scene, {.estimator = estimator});
         RenderSettings settings = small_settings(scene.cameras.front(), 48, 48, samples, 4);
         settings.estimator = estimator;
+        settings.filter.radius = filter_radius;
         Renderer renderer(prepared, ColorConfig::load(), settings);
         Layers all;
         for (std::uint32_t seed = 0; seed < kSeeds; ++seed) {
@@ -74,6 +76,19 @@ Scene slats_in_the_sun() {
     lamp.intensity = vec3(0.1f);
     scene.lights = {faint, sun, lamp};
     scene.cameras = {look_at_camera({0.6, 1.2, 2}, {0, 0.1, 0}, {0, 1, 0}, 0.9)};
+    return scene;
+}
+
+/// Slats between a lamp and a floor, of which nothing but the floor is in sight: no edges, hence no noise of pixels.
+Scene penumbra() {
+    Scene scene;
+    add_quad(scene, add_material(scene, diffuse_material(vec3(0.7f))), {-4, 0, -4}, {0, 0, 8}, {8, 0, 0});
+    const int slat = add_material(scene, diffuse_material(vec3(0.5f)));
+    for (const float x : {-0.5f, 0.1f}) add_box(scene, slat, {x, 0.5f, -1}, {x + 0.3f, 0.55f, 1});
+    Material lamp = diffuse_material(vec3(0));
+    lamp.emission = vec3(8);
+    add_quad(scene, add_material(scene, lamp), {-0.3f, 1, -0.3f}, {0, 0, 0.6f}, {0.6f, 0, 0});
+    scene.cameras = {look_at_camera({0, 0.45, 0}, {0, 0, 0}, {0, 0, -1}, 1.4)};
     return scene;
 }
 
@@ -122,6 +137,21 @@ TEST_F(EstimatorsTest, CameraRaysOfTheirOwnAreSamplesOfALongerSequence) {
     EXPECT_TRUE(same_bits(picture(scene, {}, 4).beauty, one.beauty)) << "unless they are asked for";
 }
 
+TEST_F(EstimatorsTest, ShadowRaysOfOnePathShareItsDirectLight) {
+    const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
+    const auto compare = [&](const Scene& scene, const std::string& name) {
+        Layers one = layers(scene, {}, 8, 1), four = layers(scene, {.shadow = ShadowRays::four}, 8, 1001);
+        EXPECT_TRUE(agree(name + "-direct", four.direct.blocks.estimate(), one.direct.blocks.estimate(), limits));
+        EXPECT_TRUE(agree(name + "-beauty", four.beauty.blocks.estimate(), one.beauty.blocks.estimate(), limits));
+        return four.direct.pixels.variance() / one.direct.pixels.variance();
+    };
+    compare(slats_in_the_sun(), "slats");
+    EXPECT_LT(compare(penumbra(), "penumbra"), 0.4);
+    const Scene scene = slats_in_the_sun();
+    EXPECT_TRUE(same_bits(layer(picture(scene, {.shadow = ShadowRays::eight}, 4), "indirect_diffuse.R"),
+                          layer(picture(scene, {}, 4), "indirect_diffuse.R")));
+}
+
 TEST_F(EstimatorsTest, IndependentSamplesConvergeAsSuch) {
     const Scene scene = slats_in_the_sun();
     const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
@@ -135,16 +165,17 @@ TEST_F(EstimatorsTest, IndependentSamplesConvergeAsSuch) {
 }
 
 TEST_F(EstimatorsTest, BlueNoiseCancelsBetweenPixels) {
-    Scene scene = cornell_box();
-    scene.cameras = {look_at_camera({0, 0.6, 0.8}, {0, 0, -0.2}, {0, 1, 0}, 0.9)};  // at floor and walls alone
+    const Scene scene = penumbra();
     const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
+    constexpr float kPoint = 1e-3f;  // where pixels are looked at is the same in all of them, and errors with it
     for (const int samples : {1, 4}) {
-        Layers sobol = layers(scene, {}, samples, 1);
-        Layers blue = layers(scene, {.sampler = SamplePoints::blue_noise}, samples, 101);
+        Layers sobol = layers(scene, {}, samples, 1, kPoint);
+        Layers blue = layers(scene, {.sampler = SamplePoints::blue_noise}, samples, 101, kPoint);
         EXPECT_TRUE(agree("blue-noise", blue.beauty.blocks.estimate(), sobol.beauty.blocks.estimate(), limits));
-        EXPECT_NEAR(blue.beauty.pixels.variance() / sobol.beauty.pixels.variance(), 1, 0.15);
-        EXPECT_LT(blue.direct.blocks.variance(), 0.5 * sobol.direct.blocks.variance()) << samples;
-        EXPECT_LT(blue.beauty.blocks.variance(), 0.8 * sobol.beauty.blocks.variance()) << samples;
+        EXPECT_NEAR(blue.beauty.pixels.variance() / sobol.beauty.pixels.variance(), 1, 0.1) << samples;
+        // Of later samples it is mostly what many dimensions make together, which no order of pixels can help.
+        if (samples > 1) continue;
+        EXPECT_LT(blue.direct.blocks.variance(), 0.5 * sobol.direct.blocks.variance());
     }
 }
 
@@ -162,9 +193,7 @@ TEST_F(EstimatorsTest, BlueNoiseIsOfPicturesWhoseSamplesAreKnownToBeFew) {
     EXPECT_TRUE(differs([](RenderSettings&) {}));
     EXPECT_FALSE(differs([](RenderSettings& s) { s.samples = kMostBlueNoiseSamples + 1; }));
     EXPECT_FALSE(differs([](RenderSettings& s) { s.first_sample = 2; }));
-    EXPECT_FALSE(differs([](RenderSettings& s) {
-        s.error = ErrorTarget{ErrorMetric::relmse, 1e3}, s.samples = 16;
-    }));
+    EXPECT_FALSE(differs([](RenderSettings& s) { s.error = ErrorTarget{ErrorMetric::relmse, 1e3}, s.samples = 16; }));
 }
 
 }  // namespace

@@ -134,7 +134,7 @@ TEST_F(ShadingSampling, GpuGivesTheBitsOfTheCpu) {
         const vec2 pair = shared::sample_2d(s, 3);
         ASSERT_EQ(found[3 * i + 1], vec4(pair, shared::sample_1d(s, 4), 0x1p0f - 0x1p-24f));
         const Sampler joint = shared::make_shared_sampler(i % 113, i / 7, i % 4, 4, 5);
-        ASSERT_EQ(found[3 * i + 2], vec4(shared::sample_2d(common, 3), shared::sample_1d(common, 4), 0));
+        ASSERT_EQ(found[3 * i + 2], vec4(shared::sample_2d(joint, 3), shared::sample_1d(joint, 4), 0));
     }
 }
 

@@ -13,17 +13,20 @@ namespace halflight {
 namespace {
 
 constexpr const char* kKnown =
-    "lights=auto|power|tree|uniform,sun=apart|among,reuse=off|on,camera=1|2|4|8|16,sampler=sobol|blue-noise|independent";
+    "lights=auto|power|tree|uniform,sun=apart|among,reuse=off|on,camera=1|2|4|8|16,shadow=1|2|4|8,sampler=sobol|blue-"
+    "noise|independent";
 
 TEST(Estimator, IsWhatItsTextSays) {
-    EXPECT_EQ(text({}), "lights=auto,sun=apart,reuse=off,camera=1,sampler=sobol");
+    EXPECT_EQ(text({}), "lights=auto,sun=apart,reuse=off,camera=1,shadow=1,sampler=sobol");
     EXPECT_EQ(known_estimators(), kKnown);
     for (const LightChoice lights : kLightChoices) {
         for (const SunChoice sun : kSunChoices) {
             for (const CameraRays camera : kCameraRays) {
-                for (const SamplePoints sampler : kSamplePoints) {
-                    const Estimator estimator{lights, sun, Reuse::on, camera, sampler};
-                    EXPECT_EQ(estimator_named(text(estimator)), estimator);
+                for (const ShadowRays shadow : kShadowRays) {
+                    for (const SamplePoints sampler : kSamplePoints) {
+                        const Estimator estimator{lights, sun, Reuse::on, camera, shadow, sampler};
+                        EXPECT_EQ(estimator_named(text(estimator)), estimator);
+                    }
                 }
             }
         }

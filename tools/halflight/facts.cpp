@@ -129,7 +129,8 @@ FrameOptions usual_options() {
     const RenderSettings usual;
     return {.bounces = usual.bounces,
             .reuse = usual.estimator.reuse == Reuse::on,
-            .camera_rays = static_cast<int>(usual.estimator.camera)};
+            .camera_rays = static_cast<int>(usual.estimator.camera),
+            .shadow_rays = static_cast<int>(usual.estimator.shadow)};
 }
 
 SceneNeeds shading_needs(const Scene& scene, const TraceTables& tables) {
