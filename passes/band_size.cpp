@@ -9,16 +9,16 @@
 
 namespace halflight {
 
-std::size_t most_paths(const rays::Tracer& tracer, rays::RayKind kind, std::uint32_t rays_of_path,
-                       const gpu::Limits& limits) {
-    constexpr std::uint32_t kPaths = 64;  // which fill whole tiles
+std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, std::uint32_t rays, std::size_t bytes,
+                                const gpu::Limits& limits) {
+    constexpr std::uint32_t kPaths = 256;  // which fill tiles of any size
     rays::RayBatch batch;
     batch.kind = kind;
-    batch.capacity = kPaths * rays_of_path;
+    batch.capacity = kPaths * rays;
     const std::size_t lists = rays::tile_list_bytes(tracer.scene(), batch, tracer.tile_settings());
-    const std::size_t widest = std::max(lists, batch.capacity * sizeof(shared::Ray));
+    const std::size_t widest = std::max({lists, batch.capacity * sizeof(shared::Ray), kPaths * bytes});
     return std::min(limits.storage_block_bytes / widest * kPaths,
-                    static_cast<std::size_t>(limits.workgroup_count) * 64 / rays_of_path);
+                    static_cast<std::size_t>(limits.workgroup_count) * 64 / rays);
 }
 
 Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t most_paths, const gpu::Limits& limits) {

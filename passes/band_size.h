@@ -8,10 +8,10 @@
 
 namespace halflight {
 
-/// The most paths that a band may have, so that a batch of so many rays of each fits into the driver's buffers and
-/// dispatches. rays_of_path: > 0.
-std::size_t most_paths(const rays::Tracer& tracer, rays::RayKind kind, std::uint32_t rays_of_path,
-                       const gpu::Limits& limits);
+/// The most paths that a band may have, so that a batch of `rays` > 0 of each, and records of `bytes` of each, fit into
+/// the driver's buffers and dispatches.
+std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, std::uint32_t rays, std::size_t bytes,
+                                const gpu::Limits& limits);
 
 /// Bands of whole block rows, as few as the driver's limits on buffers and textures allow, and all alike: each costs as
 /// much as the largest. Returns the first one. most_paths: that others than the settings and the driver allow. Throws

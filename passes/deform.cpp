@@ -1,6 +1,7 @@
 #include "passes/deform.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 namespace halflight {
@@ -133,6 +134,31 @@ void GpuDeformer::upload_targets(Resident& shape, const Deformation& deformation
 }
 
 std::vector<VertexArrays> GpuDeformer::deform(std::span<const Deformation> deformations) {
+    std::vector<VertexArrays> moved;
+    while (!deformations.empty()) {
+        const std::size_t count = first_batch(deformations);
+        std::ranges::move(deform_batch(deformations.first(count)), std::back_inserter(moved));
+        deformations = deformations.subspan(count);
+    }
+    return moved;
+}
+
+/// How many fit into the tables together, at least one: what does not fit by itself comes alone.
+std::size_t GpuDeformer::first_batch(std::span<const Deformation> deformations) const {
+    std::size_t joints = 0, targets = 0, count = 0;
+    for (const Deformation& d : deformations) {
+        joints += d.joints.size(), targets += 3 * d.targets.size();
+        if (count > 0 && !fit(joints, targets)) break;
+        ++count;
+    }
+    return count;
+}
+
+bool GpuDeformer::fit(std::size_t joints, std::size_t targets) const {
+    return joints * shared::kJointTexels <= limits_.texture_buffer_texels && targets <= limits_.texture_buffer_texels;
+}
+
+std::vector<VertexArrays> GpuDeformer::deform_batch(std::span<const Deformation> deformations) {
     const gpu::Stopwatch watch;
     std::vector<Job> jobs;
     std::vector<shared::JointMatrix> matrices;
@@ -142,9 +168,7 @@ std::vector<VertexArrays> GpuDeformer::deform(std::span<const Deformation> defor
         Resident& shape = resident(d.rest);
         if (!shape.pieces.empty()) most_targets += 3 * shape.targets.size();
         const std::vector<shared::JointMatrix> own = joint_matrices(d.joints);
-        const bool fits = (matrices.size() + own.size()) * shared::kJointTexels <= limits_.texture_buffer_texels &&
-                          targets.size() + 3 * d.targets.size() <= limits_.texture_buffer_texels;
-        if (shape.pieces.empty() || !fits) {
+        if (shape.pieces.empty() || !fit(own.size(), 3 * d.targets.size())) {
             jobs.push_back({d, nullptr, 0, {}, 0});
             continue;
         }

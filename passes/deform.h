@@ -44,6 +44,9 @@ class GpuDeformer final : public Deformer {
     struct Resident;
     struct Job;
     struct Piece;
+    bool fit(std::size_t joints, std::size_t targets) const;
+    std::size_t first_batch(std::span<const Deformation> deformations) const;
+    std::vector<VertexArrays> deform_batch(std::span<const Deformation> deformations);
     Resident& resident(const std::shared_ptr<const RestShape>& shape);
     void upload_targets(Resident& shape, const Deformation& deformation);
     void start(const Job& job);

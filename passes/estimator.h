@@ -20,13 +20,13 @@ const char* name(Reuse reuse);  ///< "off", "on"
 
 /// Where samples lie. Blue noise is for pictures of few samples, which look less noisy from afar: pixels are no better,
 /// but errors of neighbours cancel; a picture of more than kMostBlueNoiseSamples, or of any number that is not known
-/// before, has the points of `sobol` instead, and a part of one, too. Independent points converge with the exact rate
-/// of Monte Carlo, variance in inverse proportion to samples, which is what they are for: to compare with.
+/// before, has the points of `sobol` instead. Independent points converge with the exact rate of Monte Carlo, variance
+/// in inverse proportion to samples, which is what they are for: to compare with.
 enum class SamplePoints : std::uint8_t { sobol, blue_noise, independent };
 inline constexpr SamplePoints kSamplePoints[] = {SamplePoints::sobol, SamplePoints::blue_noise,
                                                  SamplePoints::independent};
-const char* name(
-    SamplePoints points);  ///< "sobol": Owen-scrambled (shaders/shared/sobol.h), "blue-noise", "independent"
+/// "sobol": Owen-scrambled (shaders/shared/sobol.h), "blue-noise", "independent"
+const char* name(SamplePoints points);
 inline constexpr int kMostBlueNoiseSamples = 64;
 
 /// Camera rays of each sample for light that is seen directly, emitters' edges above all; as many samples of the rest

@@ -41,7 +41,19 @@ vec2 jitter_of(const SampleView& view, const PixelFilter& filter) {
     return sample_point(filter, shared::sample_2d(shared::make_sampler(~0u, ~0u, view.sample, view.seed), 0));
 }
 
+/// SampleView::shared_count of blue noise.
+std::uint32_t blue_noise_count(const FrameSettings& frame) {
+    const int whole = frame.first_sample == 0 ? frame.samples : 0;
+    const int samples = frame.of_samples > 0 ? frame.of_samples : whole;
+    if (frame.time_limit > 0 || frame.error || samples > kMostBlueNoiseSamples) return 0;
+    return samples > 0 ? std::bit_ceil(static_cast<std::uint32_t>(samples)) : 0;
+}
+
 }  // namespace
+
+SamplePoints points_of(const FrameSettings& frame, SamplePoints wanted) {
+    return wanted == SamplePoints::blue_noise && blue_noise_count(frame) == 0 ? SamplePoints::sobol : wanted;
+}
 
 dmat4 world_to_clip(const Camera& camera, const ivec2& image, double reach) {
     const Clip clip = clip_of(camera, reach);
@@ -107,23 +119,13 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
     return frame;
 }
 
-namespace {
-
-/// Of a picture whose samples are known to be few; 0 for others.
-std::uint32_t shared_count(const FrameSettings& frame) {
-    const bool known = frame.first_sample == 0 && frame.time_limit == 0 && !frame.error;
-    return known && frame.samples <= kMostBlueNoiseSamples ? std::bit_ceil(static_cast<std::uint32_t>(frame.samples))
-                                                           : 0;
-}
-
-}  // namespace
-
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points) {
     SampleView view{.band = band, .sample = index, .begins = index == static_cast<std::uint32_t>(frame.first_sample)};
     view.seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
     // The first points of sequences that have nothing to do with each other are independent.
     if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;
-    if (points == SamplePoints::blue_noise && index < shared_count(frame)) view.shared_count = shared_count(frame);
+    const std::uint32_t count = points == SamplePoints::blue_noise ? blue_noise_count(frame) : 0;
+    if (index < count) view.shared_count = count;
     view.jitter = jitter_of(view, frame.filter);
     return view;
 }

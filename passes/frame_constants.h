@@ -24,6 +24,9 @@ struct SampleView {
 shared::Frame frame_constants(const Camera& camera, const Camera& previous, const dvec3& origin, double reach,
                               const SampleView& view);
 
+/// The points that a frame's samples have: those of `sobol` where blue noise is wanted, but samples are many or not
+/// counted beforehand.
+SamplePoints points_of(const FrameSettings& frame, SamplePoints wanted);
 /// Of sample `index` of a frame: all pixels look through the same point of the filter, as rasterizing demands, and
 /// seeds of different frames and of different user seeds share nothing.
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points);

@@ -29,6 +29,7 @@ struct FrameSettings {
     PictureHistory* history = nullptr;
     int samples = 64;       // per pixel, > 0
     int first_sample = 0;   // >= 0; the picture's are those from here on of the frame's sequence
+    int of_samples = 0;     // that the frame's sequence has in all, where the picture is a part of it; 0: not known
     PixelFilter filter{};   // that the picture is made with; data at pixel centres is without
     double time_limit = 0;  // seconds; > 0: samples are added until it is spent, at least one, `samples` at most
     /// Samples are added until the error is below it at kConfidence (engine/core/statistics.h), `samples` at most. Then

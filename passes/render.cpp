@@ -89,7 +89,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
                 own.choose(aovs);
                 s.develop(frame, done, own);
                 s.apply_preview(frame, done, own);
-                s.finish(so_far, own, done, start, compiled_before);
+                s.finish(so_far, own, frame, done, start, compiled_before);
                 return so_far;
             };
         }
@@ -121,7 +121,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     }
     s.apply_preview(frame, done, film);
     s.scene.context().check("rendering");
-    s.finish(result, film, done, start, compiled_before);
+    s.finish(result, film, frame, done, start, compiled_before);
     s.told = true;
     if (frame.error && !stats.interrupted) {
         const ErrorEstimate estimate = error.estimate();

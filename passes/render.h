@@ -126,9 +126,10 @@ struct RenderProgress {
     int samples_done = 0;   // per pixel, the mean of all bands
     int samples_total = 0;  // as far as is known: with an error to reach, what it seems to take
     double seconds = 0;
-    // Makes the picture of the samples so far, bit for bit that of a render of so many, with these AOVs: some of those
-    // of the RenderSettings, and any that are there at any time. To be called during the callback. Empty where there is
-    // none: bands differ in samples, or sums of earlier bands are gone (in_turns).
+    // Makes the picture of the samples so far, bit for bit that of a render of so many (but with
+    // SamplePoints::blue_noise, which is of the number that there will be), with these AOVs: some of those of the
+    // RenderSettings, and any that are there at any time. To be called during the callback. Empty where there is none:
+    // bands differ in samples, or sums of earlier bands are gone (in_turns).
     std::function<RenderResult(const std::vector<std::string>& aovs)> picture{};
 };
 /// Called after every sample of a band; false stops early. What is done is returned: bands that were not begun are

@@ -68,8 +68,8 @@ void Renderer::State::develop(const FrameSettings& frame, std::span<const int> s
         if (samples[std::size_t(b)] > 0) develop(frame, band_at(b), compiled(b), samples[std::size_t(b)], film);
 }
 
-void Renderer::State::finish(RenderResult& result, Film& film, std::span<const int> samples, Clock::time_point start,
-                             double compiled_before) {
+void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettings& frame, std::span<const int> samples,
+                             Clock::time_point start, double compiled_before) {
     const CompiledBand& first = compiled(0);
     for (const Mattes::Layer& layer : first.mattes.layers())
         if (film.wants({layer.aov}))
@@ -86,6 +86,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, std::span<const i
     stats.hierarchies = scene.hierarchies();
     if (rays::HierarchyCounts& h = stats.hierarchies; told) h = {.kept = h.kept + h.refitted + h.built};
     stats.estimator = settings.estimator;
+    stats.estimator.sampler = points_of(frame, settings.estimator.sampler);
     stats.estimator.reuse = needs().reuse ? Reuse::on : Reuse::off;
     stats.primary = settings.primary;
     if (cache && settings.measure) stats.radiance_cache = cache->statistics();

@@ -5,6 +5,7 @@
 #include "passes/aov.h"
 #include "passes/band_size.h"
 #include "passes/render_state.h"
+#include "shaders/shared/path.h"
 #include "shaders/shared/reuse.h"
 
 namespace halflight {
@@ -39,10 +40,13 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
         cache = settings.radiance_cache ? settings.radiance_cache : std::make_shared<RadianceCache>();
     const gpu::Limits& limits = scene.context().limits();
     std::size_t most = SIZE_MAX;
-    if (needs().reuse) most = most_paths(*tracer, rays::RayKind::connection, shared::kGroupSize, limits);
-    if (settings.estimator.shadow != ShadowRays::one) {
-        const auto rays = static_cast<std::uint32_t>(settings.estimator.shadow);
-        most = std::min(most, most_paths(*tracer, rays::RayKind::shadow, rays, limits));
+    if (needs().reuse)
+        most = most_paths_of_batch(*tracer, rays::RayKind::connection, shared::kGroupSize, sizeof(shared::ReusePoint),
+                                   limits);
+    const auto shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow);
+    if (needs().shadow && shadow_rays > 1) {
+        const std::size_t light = (shadow_rays + 1) * sizeof(shared::DirectLight);  // one more may be the sun's
+        most = std::min(most, most_paths_of_batch(*tracer, rays::RayKind::shadow, shadow_rays, light, limits));
     }
     band = first_band(settings, scene.buffers(), most, limits);
     bands = (settings.height + band.rows - 1) / band.rows;
@@ -140,17 +144,16 @@ void Renderer::State::add_data(CompiledBand& to, std::uint32_t place) {
 SceneView Renderer::State::view(graph::Graph& graph, std::uint32_t place) {
     const graph::BufferHandle constants = graph.import_buffer("frame constants", frame_constants_buffer);
     const auto state = static_cast<std::uint32_t>(std::min<std::size_t>(place, states - 1));
-    return {scene.programs(),
-            scene.buffers(),
-            scene.trace(),
-            *tracer,
-            band,
-            constants,
-            state,
-            &current,
-            settings.in_turns ? place : 0,
-            nullptr,
-            static_cast<std::uint32_t>(settings.estimator.shadow)};
+    return {.programs = scene.programs(),
+            .scene = scene.buffers(),
+            .trace = scene.trace(),
+            .tracer = *tracer,
+            .band = band,
+            .frame_constants = constants,
+            .place = state,
+            .current = &current,
+            .sums = settings.in_turns ? place : 0,
+            .shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow)};
 }
 
 }  // namespace halflight

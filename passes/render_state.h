@@ -129,8 +129,8 @@ struct Renderer::State {
     /// Of bands whose sums are there; `samples`: of each.
     void develop(const FrameSettings& frame, std::span<const int> samples, Film& film);
     /// Takes the film's pictures, and tells what there is to tell of them and of how they came about.
-    void finish(RenderResult& result, Film& film, std::span<const int> samples, Clock::time_point start,
-                double compiled_before);
+    void finish(RenderResult& result, Film& film, const FrameSettings& frame, std::span<const int> samples,
+                Clock::time_point start, double compiled_before);
 };
 
 }  // namespace halflight

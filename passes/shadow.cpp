@@ -13,7 +13,7 @@ using graph::Access;
 
 namespace {
 
-/// Adds the light of one sample of each pixel to `light`, and returns the answers to its shadow rays. kind: shadow, of
+/// Adds the light of the samples of each pixel to `light`, and returns the answers to its shadow rays. kind: shadow, of
 /// the lights that are chosen from, or sun.
 graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, const GBuffer& g, rays::RayKind kind,
                                 graph::BufferHandle& light) {
@@ -43,6 +43,7 @@ graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, cons
     // No list: the rays of a pixel keep their place in a tile, and what is known of the tile its use.
     rays::RayBatch batch = ray_batch(view, kind, shadow_rays, {}, 0);
     batch.capacity = count;
+    batch.paths = view.band.paths();
     return rays::any_hit(graph, view.tracer, batch,
                          graph.create_buffer(sun ? "sun occluded" : "occluded", {count * sizeof(shared::uint)}));
 }

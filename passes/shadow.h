@@ -14,9 +14,9 @@ struct DirectLightEstimate {
     graph::BufferHandle sun_occluded;  // of the sun; none where the sun is not apart
 };
 
-/// Picks one of all lights (engine/scene/lights.h says how), weights it by the power heuristic against BSDF
-/// sampling of each component (SHADING.md, Estimator), and traces the shadow ray through any_hit. Does the same of the
-/// sun, where it is apart from those lights (SceneNeeds::sun).
+/// For each shadow ray picks one of all lights (engine/scene/lights.h says how), weights it by the power heuristic
+/// against BSDF sampling of each component (SHADING.md, Estimator), and traces the shadow ray through any_hit. Does the
+/// same of the sun, where it is apart from those lights (SceneNeeds::sun).
 DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer);
 
 }  // namespace halflight

@@ -1,6 +1,6 @@
 // One vertex of the paths in a list: light that they met is added, light is sampled, and they go on or end.
 //
-// Variants: HALFLIGHT_FIRST_HIT (vertex 1: light met is direct light), HALFLIGHT_PENDING (the last vertex sampled a light),
+// Variants: HALFLIGHT_FIRST_HIT (vertex 1: light met is direct light, for which HALFLIGHT_SHADOW_RAYS lights were sampled), HALFLIGHT_PENDING (the last vertex sampled a light),
 // HALFLIGHT_LAST_VERTEX (nothing goes on from here), HALFLIGHT_LIGHT_SAMPLES (lights are sampled), HALFLIGHT_REUSE (what
 // leaves vertex 1 diffusely is kept apart, for all of the path's group; SHADING.md, Path reuse), HALFLIGHT_RADIANCE_CACHE (it
 // is taken from a cell of the radiance cache, and what the path finds is kept apart for that), HALFLIGHT_CACHE_TAKEN (so it is at
@@ -131,7 +131,7 @@ void main() {
     float density = is_hit ? light_pdf(from, hit, direction, hit.t * length(ray.direction), surface.geometric_normal)
                            : environment_pdf(direction);
 #ifdef HALFLIGHT_FIRST_HIT
-    density *= float(HALFLIGHT_SHADOW_RAYS);
+    density *= float(HALFLIGHT_SHADOW_RAYS);  // as in event_of()
 #endif
     if (unfinished) met = vec3(not_a_number());  // to be counted
     met *= state.throughput * met_light_weight(state.pdf, density);

@@ -52,8 +52,9 @@ GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weig
         std::shared_ptr<const GltfPrimitive> source;
         Mesh still;
         if (kept) {
-            source = (*kept)[{index, i, pose.skin}];
-            if (!source) source = (*kept)[{index, i, pose.skin}] = read();
+            auto& known = (*kept)[{index, i, pose.skin}];
+            if (!known) known = read();
+            source = known;
             still = source->still;
         } else {
             const std::shared_ptr<GltfPrimitive> alone = read();

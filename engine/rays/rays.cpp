@@ -158,6 +158,7 @@ void set_alpha_keys(graph::Resources& r, const gpu::Program& program, const Trac
     r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
     program.set("alpha_salt", batch.alpha_salt);
     program.set("rays_of_path", rays_of_path(batch));
+    program.set("paths", batch.paths > 0 ? batch.paths : std::max(batch.capacity, 1u));
 }
 
 graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,

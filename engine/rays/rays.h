@@ -28,16 +28,19 @@ inline constexpr RayKind kRayKinds[] = {RayKind::primary,   RayKind::shadow,    
                                         RayKind::occlusion, RayKind::connection};
 const char* name(RayKind kind);
 
-/// Rays and hits lie at their path's index (structs Ray and Hit of shaders/shared/rays.h), `capacity` of each.
-/// Which of them are to be traced: with `list`, the first `count` entries of that list of path indices, in tile order
-/// (64 consecutive entries are one 8x8 tile, or what is left of several); without, all of them. A ray with t_max <
-/// t_min is dead: it is not traced and reports a miss.
+/// Rays and hits lie at their path's index (structs Ray and Hit of shaders/shared/rays.h), `capacity` of each; where
+/// paths have several, as `paths` and rays_of_path() say. Which of them are to be traced: with `list`, the first
+/// `count` entries of that list of path indices, in tile order (64 consecutive entries are one 8x8 tile, or what is
+/// left of several); without, all of them. A ray with t_max < t_min is dead: it is not traced and reports a miss.
 struct RayBatch {
     RayKind kind = RayKind::primary;
     // Reflections before; of camera rays, number of the batch. With the kind it tells the batches of a graph apart.
     std::uint32_t depth = 0;
-    std::uint32_t place = 0;          // part of the picture: what is known of where rays go is kept apart by it
-    std::uint32_t capacity = 0;       // rays; a multiple of 256
+    std::uint32_t place = 0;     // part of the picture: what is known of where rays go is kept apart by it
+    std::uint32_t capacity = 0;  // rays; a multiple of 256
+    // > 0: ray i is of path i modulo this, of which there are several rays, those of all paths in turns. 0: rays of a
+    // path follow one another, as many as rays_of_path() says.
+    std::uint32_t paths = 0;
     graph::BufferHandle rays;         // capacity x Ray
     graph::BufferHandle list;         // optional: capacity x uint
     graph::BufferHandle list_header;  // with list: ListHeader of shaders/shared/rays.h
@@ -49,7 +52,7 @@ struct RayBatch {
 };
 
 /// Consecutive rays that belong to one path: those that connect it with the kGroupSize members of its group
-/// (shaders/shared/reuse.h), or a single one.
+/// (shaders/shared/reuse.h), or a single one, of which there may be more elsewhere (RayBatch::paths).
 std::uint32_t rays_of_path(const RayBatch& batch);
 
 /// Of all batches, at whatever time, that are alike: what is known of one is of use to the next.

@@ -10,18 +10,21 @@ layout(binding = UNIT_FREE) uniform samplerBuffer rays;  // RGBA32F, two texels 
 layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
 uniform uint alpha_salt;
 uniform uint rays_of_path;  // consecutive ones
+uniform uint paths;         // after so many groups of them the first path has its next one; > 0
 #endif
 
-Ray load_ray(uint path) {
-    vec4 origin = texelFetch(rays, int(2u * path));
-    vec4 direction = texelFetch(rays, int(2u * path + 1u));
+Ray load_ray(uint ray) {
+    vec4 origin = texelFetch(rays, int(2u * ray));
+    vec4 direction = texelFetch(rays, int(2u * ray + 1u));
     return Ray(origin.xyz, origin.w, direction.xyz, direction.w);
 }
 
 // Not read without HALFLIGHT_ALPHA.
-uint alpha_key(uint path) {
+uint alpha_key(uint ray) {
 #ifdef HALFLIGHT_ALPHA
-    return alpha_key_of_path(frame, path / rays_of_path, alpha_salt + ((path % rays_of_path) << 16));
+    uint group = ray / rays_of_path;
+    uint number = ray % rays_of_path + group / paths;
+    return alpha_key_of_path(frame, group % paths, alpha_salt + (number << 16));
 #else
     return 0u;
 #endif

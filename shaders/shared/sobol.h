@@ -73,7 +73,8 @@ HALFLIGHT_SHARED_FUNCTION uint nested_shuffle(uint v, uint seed) {
 // All pixels draw from one sequence, `count` samples each (a power of 2) in a row, in Morton order nested at random: points
 // of neighbours complement each other, so that errors cancel from pixel to pixel and look like blue noise (Ahmed and Wonka
 // 2020, Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels). Points of a
-// single pixel are as good as ever. sample_index < count; coordinates < 2^16, and 2^32 / count pixels differ.
+// single pixel are as good as ever. sample_index < count; coordinates < 2^16, and 2^32 / count pixels differ (by so many
+// fewer where each of those samples is made several, as by Estimator::shadow).
 HALFLIGHT_SHARED_FUNCTION Sampler make_shared_sampler(uint pixel_x, uint pixel_y, uint sample_index, uint count,
                                                       uint frame_seed) {
     uint place = morton_spread(pixel_x) | (morton_spread(pixel_y) << 1);

@@ -58,6 +58,8 @@ TEST_F(BandsTest, InstancesBehindVeils) {
     expect_the_same(scene, settings);
     settings.culling = rays::Culling::raster;
     expect_the_same(scene, settings);
+    settings.estimator.shadow = ShadowRays::four;
+    expect_the_same(scene, settings);
 }
 
 TEST(RasterWindow, DependsOnTheRowAlone) {

@@ -191,8 +191,11 @@ TEST_F(EstimatorsTest, BlueNoiseIsOfPicturesWhoseSamplesAreKnownToBeFew) {
         return !same_bits(rendered(SamplePoints::blue_noise, change), rendered(SamplePoints::sobol, change));
     };
     EXPECT_TRUE(differs([](RenderSettings&) {}));
+    EXPECT_TRUE(differs([](RenderSettings& s) { s.samples = kMostBlueNoiseSamples; }));
     EXPECT_FALSE(differs([](RenderSettings& s) { s.samples = kMostBlueNoiseSamples + 1; }));
     EXPECT_FALSE(differs([](RenderSettings& s) { s.first_sample = 2; }));
+    EXPECT_FALSE(differs([](RenderSettings& s) { s.time_limit = 1e6; }));
+    EXPECT_TRUE(differs([](RenderSettings& s) { s.first_sample = 2, s.of_samples = 4; })) << "a part of few";
     EXPECT_FALSE(differs([](RenderSettings& s) { s.error = ErrorTarget{ErrorMetric::relmse, 1e3}, s.samples = 16; }));
 }
 

@@ -119,6 +119,7 @@ RenderResult FrameRenderer::blurred(std::uint32_t frame, const ProgressCallback&
         part.camera = scene_.camera(seconds).camera;
         part.first_sample = time.first_sample;
         part.samples = time.samples;
+        part.of_samples = own.samples;
         const auto of_all = [&](RenderProgress p) {
             p.samples_done += time.first_sample;
             p.samples_total = own.samples;
