@@ -15,6 +15,7 @@ std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, 
     rays::RayBatch batch;
     batch.kind = kind;
     batch.capacity = kPaths * rays;
+    if (kind == rays::RayKind::connection) batch.rays_of_path = rays;
     const std::size_t lists = rays::tile_list_bytes(tracer.scene(), batch, tracer.tile_settings());
     const std::size_t widest = std::max({lists, batch.capacity * sizeof(shared::Ray), kPaths * bytes});
     return std::min(limits.storage_block_bytes / widest * kPaths,

@@ -58,8 +58,12 @@ const char* name(Reuse reuse) {
     switch (reuse) {
         case Reuse::off:
             return "off";
-        case Reuse::on:
-            return "on";
+        case Reuse::four:
+            return "4";
+        case Reuse::eight:
+            return "8";
+        case Reuse::sixteen:
+            return "16";
     }
     return "unknown";
 }

@@ -11,12 +11,13 @@
 
 namespace halflight {
 
-/// Path reuse across pixels (passes/reuse.h). Off unless asked for: it makes diffuse indirect light several times less
-/// noisy for 1.3 to 2.4 times as much time a sample, which pays where that light makes the noise (scenes/room.glb), and
-/// not where emitters' edges or metal do.
-enum class Reuse : std::uint8_t { off, on };
-inline constexpr Reuse kReuses[] = {Reuse::off, Reuse::on};
-const char* name(Reuse reuse);  ///< "off", "on"
+/// Path reuse across pixels (passes/reuse.h). Off unless asked for: groups of 16 make diffuse indirect light several
+/// times less noisy for 1.3 to 2.4 times as much time a sample, which pays where that light makes the noise
+/// (scenes/room.glb), and not where emitters' edges or metal do. Smaller groups cost less, and are as good where the
+/// members of large ones see too different surfaces to find each other's points (scenes/atrium.glb).
+enum class Reuse : std::uint8_t { off = 1, four = 4, eight = 8, sixteen = 16 };  // pixels of a group
+inline constexpr Reuse kReuses[] = {Reuse::off, Reuse::four, Reuse::eight, Reuse::sixteen};
+const char* name(Reuse reuse);  ///< "off", "4", "8", "16"
 
 /// Where samples lie. Blue noise is for pictures of few samples, which look less noisy from afar: pixels are no better,
 /// but errors of neighbours cancel; a picture of more than kMostBlueNoiseSamples, or of any number that is not known
@@ -46,7 +47,7 @@ const char* name(ShadowRays rays);  ///< "1", "2", "4", "8"
 struct Estimator {
     LightChoice lights = LightChoice::automatic;  // how next-event estimation picks a light
     SunChoice sun = SunChoice::apart;             // without effect where there is no sun, or nothing else
-    Reuse reuse = Reuse::off;                     // where it is left out, `on` stays without effect
+    Reuse reuse = Reuse::off;                     // where it is left out it stays without effect
     CameraRays camera = CameraRays::one;
     ShadowRays shadow = ShadowRays::one;
     SamplePoints sampler = SamplePoints::sobol;

@@ -38,8 +38,11 @@ constexpr std::size_t kRow = sizeof(vec4);
 constexpr std::size_t kListEntry = sizeof(shared::uint);
 constexpr std::size_t kShadowRay = sizeof(shared::Ray) + sizeof(shared::uint);  // and its answer
 
-constexpr std::size_t kReuseBytes =
-    sizeof(shared::ReusePoint) + sizeof(shared::DirectLight) + shared::kGroupSize * (kShadowRay + sizeof(float));
+/// In groups of that size.
+constexpr std::size_t reuse_bytes(int group_size) {
+    return sizeof(shared::ReusePoint) + sizeof(shared::DirectLight) +
+           std::size_t(group_size) * (kShadowRay + sizeof(float));
+}
 
 /// A record and a mask per tile, of a scene without instances on the grid; a ray may be left over.
 constexpr std::size_t tile_bytes_of_path() {
@@ -118,15 +121,15 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
                          transport(paths, nullptr)},
         .later_light = {kLaterLight, kShadowRay + kListEntry, later(kept(kLaterLight), no_light)},
         // Kept with all the rest, but not by itself: to share paths is an estimator of its own.
-        .reuse = {kReuse, kReuseBytes,
-                  single           ? single
-                  : !options.reuse ? "to share paths was not asked for"
-                                   : transport(options.kept.is_everything(), no_diffuse)},
+        .reuse = {kReuse, reuse_bytes(options.group_size > 1 ? options.group_size : shared::kMostGroupSize),
+                  single                    ? single
+                  : options.group_size == 1 ? "to share paths was not asked for"
+                                            : transport(options.kept.is_everything(), no_diffuse)},
         // Nor is this one.
         .radiance_cache = {kRadianceCache, sizeof(shared::CachePoint),
-                           single                                     ? single
-                           : !options.radiance_cache || options.reuse ? kNoPreview
-                                                                      : transport(false, no_diffuse)},
+                           single                                              ? single
+                           : !options.radiance_cache || options.group_size > 1 ? kNoPreview
+                                                                               : transport(false, no_diffuse)},
         .camera_rays = {kCameraRays, sizeof(shared::Ray),
                         traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
         .camera_hits = {kCameraHits, sizeof(shared::Hit),

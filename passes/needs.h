@@ -26,7 +26,7 @@ struct FrameOptions {
     Kept kept{};             // parts that contribute nothing and are there all the same
     float clamp = 0;         // > 0: the most luminance of a sample's indirect light
     PrimaryVisibility primary = PrimaryVisibility::raster;  // not automatic
-    bool reuse = false;                                     // of paths across pixels
+    int group_size = 1;                                     // pixels that share their paths; 1: none do, 4, 8, 16
     int camera_rays = 1;                                    // of each sample, for light that is seen directly; > 0
     int shadow_rays = 1;          // of each sample, from the surface that the camera sees; > 0
     bool radiance_cache = false;  // for the samples of Preview::cache that use it; goes without reuse

@@ -87,7 +87,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     if (rays::HierarchyCounts& h = stats.hierarchies; told) h = {.kept = h.kept + h.refitted + h.built};
     stats.estimator = settings.estimator;
     stats.estimator.sampler = points_of(frame, settings.estimator.sampler);
-    stats.estimator.reuse = needs().reuse ? Reuse::on : Reuse::off;
+    if (!needs().reuse) stats.estimator.reuse = Reuse::off;
     stats.primary = settings.primary;
     if (cache && settings.measure) stats.radiance_cache = cache->statistics();
     const std::size_t pictures =

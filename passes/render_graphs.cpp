@@ -41,7 +41,8 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     const gpu::Limits& limits = scene.context().limits();
     std::size_t most = SIZE_MAX;
     if (needs().reuse)
-        most = most_paths_of_batch(*tracer, rays::RayKind::connection, shared::kGroupSize, sizeof(shared::ReusePoint),
+        most = most_paths_of_batch(*tracer, rays::RayKind::connection,
+                                   static_cast<std::uint32_t>(settings.estimator.reuse), sizeof(shared::ReusePoint),
                                    limits);
     const auto shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow);
     if (needs().shadow && shadow_rays > 1) {
@@ -74,7 +75,7 @@ FrameOptions Renderer::State::frame_options() const {
             .kept = settings.kept,
             .clamp = settings.clamp,
             .primary = settings.primary,
-            .reuse = settings.estimator.reuse == Reuse::on,
+            .group_size = static_cast<int>(settings.estimator.reuse),
             .camera_rays = static_cast<int>(settings.estimator.camera),
             .shadow_rays = static_cast<int>(settings.estimator.shadow),
             .preview = settings.preview};
@@ -82,7 +83,7 @@ FrameOptions Renderer::State::frame_options() const {
 
 FrameOptions Renderer::State::cached_options() const {
     FrameOptions options = frame_options();
-    options.reuse = false, options.radiance_cache = true;
+    options.group_size = 1, options.radiance_cache = true;
     return options;
 }
 
@@ -153,7 +154,8 @@ SceneView Renderer::State::view(graph::Graph& graph, std::uint32_t place) {
             .place = state,
             .current = &current,
             .sums = settings.in_turns ? place : 0,
-            .shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow)};
+            .shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow),
+            .group_size = static_cast<std::uint32_t>(settings.estimator.reuse)};
 }
 
 }  // namespace halflight

@@ -1,6 +1,7 @@
 #include "passes/reuse.h"
 
 #include <epoxy/gl.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 
@@ -50,12 +51,13 @@ struct GroupInputs {
         gpu::Defines defines = view.scene.defines();
         if (occluded) defines.set("HALFLIGHT_PENDING");
         defines.set("HALFLIGHT_REUSE");
+        defines.set("HALFLIGHT_GROUP_SIZE", fmt::format("{}u", view.group_size));
         return defines;
     }
 };
 
 std::uint32_t connection_count(const SceneView& view) {
-    return view.band.paths() * shared::kGroupSize;
+    return view.band.paths() * view.group_size;
 }
 
 Connections connect(graph::Graph& graph, const GroupInputs& inputs) {
@@ -76,6 +78,7 @@ Connections connect(graph::Graph& graph, const GroupInputs& inputs) {
     // No list: the rays towards a point follow one another, and are culled as one set.
     rays::RayBatch batch = ray_batch(view, rays::RayKind::connection, c.rays, {}, 0);
     batch.capacity = count;
+    batch.rays_of_path = view.group_size;
     c.occluded = rays::any_hit(graph, view.tracer, batch,
                                graph.create_buffer("connections occluded", {count * sizeof(shared::uint)}));
     return c;

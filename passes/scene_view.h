@@ -35,6 +35,7 @@ struct SceneView {
     std::uint32_t sums = 0;                   // which ones samples are added to, where bands have their own
     RadianceCache* radiance_cache = nullptr;  // where paths are to use one
     std::uint32_t shadow_rays = 1;            // of each path from its first surface to chosen lights
+    std::uint32_t group_size = 1;             // pixels that share their paths
 };
 
 }  // namespace halflight

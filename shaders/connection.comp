@@ -27,8 +27,8 @@ void main() {
     uint block = first_block + (entry >> 12) * block_stride;
     uint group = (entry >> 8) & 15u;
     uint first = (block << 8) | group;
-    uint sender = path_of_member(first, (entry >> 4) & 15u);
-    uint receiver = path_of_member(first, entry & 15u);
+    uint sender = path_of_member(first, (entry >> 4) & 15u, kMostGroupSize);
+    uint receiver = path_of_member(first, entry & 15u, kMostGroupSize);
 
     Hit hit = hits[sender];
     bool has_point = states[sender].lobe == kLobeDiffuse && hit.triangle != kMiss && finite(hit.t);

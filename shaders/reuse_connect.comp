@@ -1,7 +1,7 @@
 // Connection rays between the first surfaces of a group and the points that its paths have found, and the density with which
-// each of these surfaces would have found the point (SHADING.md, Path reuse). One work group per block. An entry is (path
-// that found the point, member of its group): the 16 rays towards a point follow one another. Of points that give no light
-// all are dead, and so is the ray of the path itself, which has arrived already.
+// each of these surfaces would have found the point (SHADING.md, Path reuse). One work group per block of 16x16. An entry is
+// (path that found the point, member of its group): the HALFLIGHT_GROUP_SIZE rays towards a point follow one another. Of points
+// that give no light all are dead, and so is the ray of the path itself, which has arrived already.
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
@@ -38,9 +38,9 @@ void main() {
     SurfacePoint from = load_surface_point(path);
     Bsdf b = load_bsdf(path);
     vec3 wo = -primary_rays[path].direction;
-    for (uint member = 0u; member < kGroupSize; ++member) {
-        uint finder = path_of_member(path, member);
-        uint entry = finder * kGroupSize + member_of_path(path);
+    for (uint member = 0u; member < HALFLIGHT_GROUP_SIZE; ++member) {
+        uint finder = path_of_member(path, member, HALFLIGHT_GROUP_SIZE);
+        uint entry = finder * HALFLIGHT_GROUP_SIZE + member_of_path(path, HALFLIGHT_GROUP_SIZE);
         ReusePoint y = load_point(finder);
         Sight sight = sight_of(y, from.position, finder == path);
         float density = scatter_density(b, evaluate_bsdf(b, wo, sight.direction)) * sight.geometry;

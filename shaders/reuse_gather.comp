@@ -1,4 +1,5 @@
-// What each first surface receives of the points of its group (SHADING.md, Path reuse), one work group per block.
+// What each first surface receives of the points of its group (SHADING.md, Path reuse), one work group per block of 16x16,
+// of groups of HALFLIGHT_GROUP_SIZE.
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
@@ -38,8 +39,8 @@ void main() {
     vec3 light = given_light(path);
     bool bad = !all_finite(light);
     float density = 0.0;
-    for (uint member = 0u; member < kGroupSize; ++member) {
-        uint entry = path * kGroupSize + member;
+    for (uint member = 0u; member < HALFLIGHT_GROUP_SIZE; ++member) {
+        uint entry = path * HALFLIGHT_GROUP_SIZE + member;
         density += densities[entry] == 0.0 ? 0.0 : densities[entry] * visible(entry);
     }
     bool gives = light != vec3(0.0) && !bad && density != 0.0;
@@ -51,15 +52,21 @@ void main() {
     vec3 wo = -primary_rays[path].direction;
     vec3 diffuse = vec3(0.0);
     vec3 glossy = vec3(0.0);
-    for (uint member = 0u; member < kGroupSize; ++member) {
-        uint finder = path_of_member(path, member);
-        uint entry = finder * kGroupSize + member_of_path(path);
-        vec3 incoming = given[finder & 255u];
+    uint own = member_of_path(path, HALFLIGHT_GROUP_SIZE);
+    // Members of the group whose points give light, by bit: a loop without a turn costs nothing, unlike a branch not taken.
+    uint finders = 0u;
+    for (uint member = 0u; member < HALFLIGHT_GROUP_SIZE; ++member) {
+        uint finder = path_of_member(path, member, HALFLIGHT_GROUP_SIZE);
+        finders |= given[finder & 255u] != vec3(0.0) ? 1u << member : 0u;
+    }
+    for (; finders != 0u; finders &= finders - 1u) {
+        uint finder = path_of_member(path, uint(findLSB(finders)), HALFLIGHT_GROUP_SIZE);
+        uint entry = finder * HALFLIGHT_GROUP_SIZE + own;
         ReusePoint y = load_point(finder);
         Sight sight = sight_of(y, from.position, finder == path);
         BsdfValue f = evaluate_bsdf(b, wo, sight.direction);
-        bool receives = incoming != vec3(0.0) && densities[entry] != 0.0;
-        incoming *= visible(entry) * sight.geometry * diffuse_share(y, -sight.direction);
+        vec3 incoming = given[finder & 255u] * visible(entry) * sight.geometry * diffuse_share(y, -sight.direction);
+        bool receives = densities[entry] != 0.0;
         diffuse += receives ? f.diffuse * incoming : vec3(0.0);
         glossy += receives ? f.glossy * incoming : vec3(0.0);
     }

@@ -13,7 +13,6 @@
 #include "shaders/shared/bvh.h"
 #include "shaders/shared/instances.h"
 #include "shaders/shared/rays.h"
-#include "shaders/shared/reuse.h"
 
 namespace halflight::rays {
 namespace {
@@ -149,15 +148,11 @@ graph::BufferHandle write_results(graph::Pass& pass, const RayBatch& batch, grap
     return pass.write(results, keeps ? Access::storage_read_write : Access::storage_write);
 }
 
-std::uint32_t rays_of_path(const RayBatch& batch) {
-    return batch.kind == RayKind::connection && !batch.list ? shared::kGroupSize : 1;
-}
-
 void set_alpha_keys(graph::Resources& r, const gpu::Program& program, const TraceScene& scene, const RayBatch& batch) {
     if (!scene.alpha_tested()) return;
     r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
     program.set("alpha_salt", batch.alpha_salt);
-    program.set("rays_of_path", rays_of_path(batch));
+    program.set("rays_of_path", batch.rays_of_path);
     program.set("paths", batch.paths > 0 ? batch.paths : std::max(batch.capacity, 1u));
 }
 

@@ -29,7 +29,7 @@ inline constexpr RayKind kRayKinds[] = {RayKind::primary,   RayKind::shadow,    
 const char* name(RayKind kind);
 
 /// Rays and hits lie at their path's index (structs Ray and Hit of shaders/shared/rays.h), `capacity` of each; where
-/// paths have several, as `paths` and rays_of_path() say. Which of them are to be traced: with `list`, the first
+/// paths have several, as `paths` and `rays_of_path` say. Which of them are to be traced: with `list`, the first
 /// `count` entries of that list of path indices, in tile order (64 consecutive entries are one 8x8 tile, or what is
 /// left of several); without, all of them. A ray with t_max < t_min is dead: it is not traced and reports a miss.
 struct RayBatch {
@@ -39,8 +39,9 @@ struct RayBatch {
     std::uint32_t place = 0;     // part of the picture: what is known of where rays go is kept apart by it
     std::uint32_t capacity = 0;  // rays; a multiple of 256
     // > 0: ray i is of path i modulo this, of which there are several rays, those of all paths in turns. 0: rays of a
-    // path follow one another, as many as rays_of_path() says.
+    // path follow one another, as many as `rays_of_path` says: a power of two, at most 16. With a list it is 1.
     std::uint32_t paths = 0;
+    std::uint32_t rays_of_path = 1;
     graph::BufferHandle rays;         // capacity x Ray
     graph::BufferHandle list;         // optional: capacity x uint
     graph::BufferHandle list_header;  // with list: ListHeader of shaders/shared/rays.h
@@ -50,10 +51,6 @@ struct RayBatch {
     graph::BufferHandle frame_constants;
     std::uint32_t alpha_salt = 0;
 };
-
-/// Consecutive rays that belong to one path: those that connect it with the kGroupSize members of its group
-/// (shaders/shared/reuse.h), or a single one, of which there may be more elsewhere (RayBatch::paths).
-std::uint32_t rays_of_path(const RayBatch& batch);
 
 /// Of all batches, at whatever time, that are alike: what is known of one is of use to the next.
 struct BatchKey {

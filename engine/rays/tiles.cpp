@@ -7,6 +7,7 @@
 #include "engine/rays/batch_server.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/rays.h"
+#include "shaders/shared/reuse.h"
 #include "shaders/shared/tile_list.h"
 
 namespace halflight::rays {
@@ -60,8 +61,7 @@ void bind_search(graph::Resources& r, const gpu::Program& program, const TraceSc
 }  // namespace
 
 std::uint32_t tile_rays(const RayBatch& batch, const TileSettings& settings) {
-    const std::uint32_t of_path = rays_of_path(batch);
-    return of_path > 1 ? of_path : settings.side * settings.side;
+    return batch.rays_of_path > 1 ? shared::kMostGroupSize : settings.side * settings.side;
 }
 
 std::uint32_t tile_count(const RayBatch& batch, const TileSettings& settings) {

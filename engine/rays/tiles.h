@@ -30,7 +30,8 @@ struct TileBuffers {
     bool counts = false;              // RestHeader::remembered is wanted
 };
 
-/// Rays of a tile: side^2, or the 16 that connect the receivers of a group with one point, which are consecutive.
+/// Rays of a tile: side^2; 16 consecutive ones where paths have several, which connect the receivers of a group with
+/// one point, or those of smaller groups with a few.
 std::uint32_t tile_rays(const RayBatch& batch, const TileSettings& settings);
 std::uint32_t tile_count(const RayBatch& batch, const TileSettings& settings);
 std::size_t tile_list_bytes(const TraceScene& scene, const RayBatch& batch, const TileSettings& settings);

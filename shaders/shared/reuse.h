@@ -6,14 +6,17 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-// Pixels 4 apart within an aligned block of 16x16 are a group: neighbours are of different ones, so that what the members
-// of a group have in common does not show as blotches. In the order of paths (shaders/shared/pixel_order.h) the low four
-// bits tell the groups of a block apart, the next four their members.
-HALFLIGHT_SHARED_CONST uint kGroupSize = 16u;
+// Pixels 4 apart within an aligned block are a group: of 16 in a block of 16x16, of 8 in 16x8, of 4 in 8x8. Neighbours are
+// of different ones, so that what the members of a group have in common does not show as blotches. In the order of paths
+// (shaders/shared/pixel_order.h) the low four bits tell the groups of a block apart, the next ones their members.
+HALFLIGHT_SHARED_CONST uint kMostGroupSize = 16u;
 
-HALFLIGHT_SHARED_FUNCTION uint member_of_path(uint path) { return (path >> 4) & 15u; }
+// size: of groups.
+HALFLIGHT_SHARED_FUNCTION uint member_of_path(uint path, uint size) { return (path >> 4) & (size - 1u); }
 // A member of the path's group.
-HALFLIGHT_SHARED_FUNCTION uint path_of_member(uint path, uint member) { return (path & ~0xf0u) | (member << 4); }
+HALFLIGHT_SHARED_FUNCTION uint path_of_member(uint path, uint member, uint size) {
+    return (path & ~((size - 1u) << 4)) | (member << 4);
+}
 
 // Bits of PathState::reuse.
 HALFLIGHT_SHARED_CONST uint kReusePoint = 1u;  // the path's second vertex is for all of its group, its light lies here

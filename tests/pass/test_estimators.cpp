@@ -96,7 +96,7 @@ TEST_F(EstimatorsTest, SunApartHasTheSameMeanAndLessNoise) {
     const Scene scene = slats_in_the_sun();
     const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
     Layers among = layers(scene, {.sun = SunChoice::among}, 16, 1);
-    for (const Reuse reuse : {Reuse::off, Reuse::on}) {
+    for (const Reuse reuse : {Reuse::off, Reuse::sixteen}) {
         Layers apart = layers(scene, {.sun = SunChoice::apart, .reuse = reuse}, 16, 1001);
         const std::string with = std::string("sun-") + name(reuse);
         EXPECT_TRUE(agree(with + "-direct", apart.direct.blocks.estimate(), among.direct.blocks.estimate(), limits));

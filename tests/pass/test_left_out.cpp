@@ -32,7 +32,7 @@ class LeftOutTest : public GpuTest {
     void check(const Scene& scene) {
         const Camera camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras.front();
         RenderSettings settings = small_settings(camera, 48, 32, 6, 4);
-        settings.estimator.reuse = Reuse::on;
+        settings.estimator.reuse = Reuse::sixteen;
         settings.aovs.clear();
         for (const AovInfo& aov : known_aovs())
             if (!aov.debug) settings.aovs.emplace_back(aov.name);

@@ -1,4 +1,5 @@
 // Path reuse across pixels: it changes no mean, lowers the noise, and leaves alone what it has no part in.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -36,7 +37,7 @@ class ReuseTest : public GpuTest {
         Indirect light;
         for (std::uint32_t seed = 1; seed <= kSeeds; ++seed) {
             RenderSettings own = settings;
-            own.seed = seed + (reuse == Reuse::on ? 1000 : 0);
+            own.seed = seed + 1000 * static_cast<std::uint32_t>(reuse);
             const RenderResult r = renderer.render(own);
             EXPECT_EQ(r.stats.estimator.reuse, reuse);
             for (const BadValues& n : r.stats.bad_values) EXPECT_EQ(n.total(), 0u) << n.component;
@@ -50,12 +51,16 @@ class ReuseTest : public GpuTest {
     }
 
     /// Means of blocks with and without reuse, by component of the receiver.
-    void expect_the_same_mean(const std::string& name, const Scene& scene, int samples = 12, int bounces = 4) {
+    void expect_the_same_mean(const std::string& name, const Scene& scene, int samples = 12, int bounces = 4,
+                              std::initializer_list<Reuse> sizes = {Reuse::sixteen}) {
         Indirect own = indirect(scene, Reuse::off, samples, bounces);
-        Indirect reused = indirect(scene, Reuse::on, samples, bounces);
         const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
-        EXPECT_TRUE(agree("reuse-" + name + "-diffuse", reused.diffuse.estimate(), own.diffuse.estimate(), limits));
-        EXPECT_TRUE(agree("reuse-" + name + "-glossy", reused.glossy.estimate(), own.glossy.estimate(), limits));
+        for (const Reuse reuse : sizes) {
+            Indirect reused = indirect(scene, reuse, samples, bounces);
+            const std::string what = fmt::format("reuse{}-{}-", halflight::name(reuse), name);
+            EXPECT_TRUE(agree(what + "diffuse", reused.diffuse.estimate(), own.diffuse.estimate(), limits));
+            EXPECT_TRUE(agree(what + "glossy", reused.glossy.estimate(), own.glossy.estimate(), limits));
+        }
     }
 };
 
@@ -94,7 +99,7 @@ Scene glossy_room() {
 }
 
 TEST_F(ReuseTest, KeepsTheMeanBehindSlats) {
-    expect_the_same_mean("slats", parted_room());
+    expect_the_same_mean("slats", parted_room(), 12, 4, {Reuse::four, Reuse::eight, Reuse::sixteen});
 }
 
 TEST_F(ReuseTest, KeepsTheMeanOfGlossyReceiversAndPoints) {
@@ -116,7 +121,7 @@ TEST_F(ReuseTest, ClosedRoomsSumTheSeriesOfTheirAlbedo) {
     Scene scene = closed_box(glowing);
     scene.cameras = {camera_in_box()};
     for (const int bounces : {2, 5}) {
-        Indirect light = indirect(scene, Reuse::on, 4, bounces);
+        Indirect light = indirect(scene, Reuse::sixteen, 4, bounces);
         RunningMoments blocks;
         for (const float v : light.diffuse.mean().pixels) blocks.add(v);
         const double exact = (std::pow(albedo, 2) - std::pow(albedo, bounces + 1)) / (1 - albedo);
@@ -129,8 +134,12 @@ TEST_F(ReuseTest, ClosedRoomsSumTheSeriesOfTheirAlbedo) {
 TEST_F(ReuseTest, LowersTheNoise) {
     const Scene scene = cornell_box();
     const double own = indirect(scene, Reuse::off, 4, 4).diffuse_pixels.variance();
-    const double reused = indirect(scene, Reuse::on, 4, 4).diffuse_pixels.variance();
-    EXPECT_LT(reused, 0.25 * own);
+    const double four = indirect(scene, Reuse::four, 4, 4).diffuse_pixels.variance();
+    const double eight = indirect(scene, Reuse::eight, 4, 4).diffuse_pixels.variance();
+    const double sixteen = indirect(scene, Reuse::sixteen, 4, 4).diffuse_pixels.variance();
+    EXPECT_LT(four, 0.6 * own);
+    EXPECT_LT(eight, 0.8 * four);
+    EXPECT_LT(sixteen, 0.25 * own);
 }
 
 /// What a mirror shows is found by no density.
@@ -141,14 +150,14 @@ TEST_F(ReuseTest, MirrorsKeepTheirPaths) {
     const auto picture = [&](Reuse reuse) {
         return render(context, scene, settings_with(reuse, scene.cameras.front(), 4, 4));
     };
-    const RenderResult reused = picture(Reuse::on);
+    const RenderResult reused = picture(Reuse::sixteen);
     EXPECT_GT(mean_of_pixels(layer(reused, "indirect_glossy.R"), 0).value, 0.01);
     expect_same(reused, picture(Reuse::off));
 }
 
 TEST_F(ReuseTest, ClampsWhatAReceiverSums) {
     const Scene scene = shiny_cornell();
-    RenderSettings settings = settings_with(Reuse::on, scene.cameras.front(), 1, 4);
+    RenderSettings settings = settings_with(Reuse::sixteen, scene.cameras.front(), 1, 4);
     const RenderResult plain = render(context, scene, settings);
     settings.clamp = 0.05f;
     const RenderResult clamped = render(context, scene, settings);
@@ -174,13 +183,13 @@ TEST_F(ReuseTest, ClampsWhatAReceiverSums) {
 
 TEST_F(ReuseTest, IsTold) {
     const Scene scene = cornell_box();
-    RenderSettings settings = settings_with(Reuse::on, scene.cameras.front(), 1, 1, 16);
+    RenderSettings settings = settings_with(Reuse::sixteen, scene.cameras.front(), 1, 1, 16);
     EXPECT_EQ(render(context, scene, settings).stats.estimator.reuse, Reuse::off) << "there is no indirect light";
     settings.bounces = 2;
     const auto connects = [&] {
         const RenderStats stats = render(context, scene, settings).stats;
         const bool traced = std::ranges::any_of(stats.batches, [](const auto& b) { return b.batch == "connection"; });
-        EXPECT_EQ(traced, stats.estimator.reuse == Reuse::on);
+        EXPECT_EQ(traced, stats.estimator.reuse == Reuse::sixteen);
         return traced;
     };
     EXPECT_TRUE(connects());

@@ -176,16 +176,17 @@ TEST_F(TileCulling, BatchesOfAnySize) {
     EXPECT_EQ(different_answers(Scene{}, rays_through({vec3(-1), vec3(1)}, 300, 2)), 0u);
 }
 
-// 16 consecutive rays at a time that end in one point.
+// As many consecutive rays at a time as a group has members end in one point.
 TEST_F(TileCulling, ConnectionRays) {
     const std::vector<Ray> from = rays_through({vec3(-1), vec3(1)}, 5000, 9);
     for (const Scene& scene : {soup(4000, 0.08f, vec3(1), 3), instanced_spheres()}) {
         PlainAgainstTiles pair(programs, build_trace_tables(scene));
         pair.kind = rays::RayKind::connection;
-        for (const float spread : {0.01f, 0.1f, 1.0f}) {
+        for (const auto& [spread, group_size] : {std::pair{0.01f, 16u}, {0.1f, 4u}, {0.1f, 16u}, {1.0f, 8u}}) {
+            pair.rays_of_path = group_size;
             std::vector<Ray> rays;
             for (std::size_t i = 0; i < from.size(); ++i) {
-                const std::size_t group = i / 16 * 16;
+                const std::size_t group = i / group_size * group_size;
                 const vec3 origin = glm::mix(from[group].origin, from[i].origin, spread);
                 rays.push_back({origin, 0, from[group + 1].origin - origin, i % 5 ? 1.0f : -1.0f});
             }

@@ -25,6 +25,7 @@ std::vector<Result> ask(graph::Executor& executor, const Question& question, con
     graph::Graph graph;
     rays::RayBatch batch;
     batch.kind = question.kind;
+    batch.rays_of_path = question.rays_of_path;
     batch.capacity = static_cast<std::uint32_t>(padded.size());
     batch.rays = graph.import_buffer("rays", ray_buffer);
     if (question.list) {
@@ -73,7 +74,7 @@ PlainAgainstTiles::PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTab
 
 std::size_t PlainAgainstTiles::different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list,
                                                  gpu::Buffer* frame_constants) {
-    const Question question{rays, list, frame_constants, kind};
+    const Question question{rays, list, frame_constants, kind, list ? 1 : rays_of_path};
     const auto closest = [&](auto& tracer) {
         return ask<Hit>(executor_, question, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
             return closest_hit(graph, tracer, batch, results);

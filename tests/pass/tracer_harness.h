@@ -30,6 +30,7 @@ struct Question {
     const std::vector<std::uint32_t>* list = nullptr;  // those that are to be traced; results of others are 0
     gpu::Buffer* frame_constants = nullptr;            // where coverage counts
     rays::RayKind kind = rays::RayKind::primary;
+    std::uint32_t rays_of_path = 1;  // consecutive ones; not with a list
 };
 /// Adds the passes that fill the results.
 using AddTrace = std::function<graph::BufferHandle(graph::Graph&, const rays::RayBatch&, graph::BufferHandle results)>;
@@ -78,6 +79,7 @@ class PlainAgainstTiles {
     std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr,
                                   gpu::Buffer* frame_constants = nullptr);
     rays::RayKind kind = rays::RayKind::primary;
+    std::uint32_t rays_of_path = 1;  // of questions without a list
     rays::Tracer& tiles() { return tiles_; }
     graph::History& history() { return executor_.history(); }
 

@@ -61,7 +61,7 @@ class ImageTest : public GpuTest {
             settings.seed = static_cast<std::uint32_t>(b);
             settings.estimator.reuse = Reuse::off;
             const RenderResult r = render(context, scene, settings);
-            settings.estimator.reuse = Reuse::on;
+            settings.estimator.reuse = Reuse::sixteen;
             const RenderResult with_reuse = render(context, scene, settings);
             for (std::size_t c = 0; c < 2; ++c)
                 reused[c].add(block_means(layer(with_reuse, std::string(kComponents[3 + c]) + ".R"), kGroupBlock));

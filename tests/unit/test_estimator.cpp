@@ -13,7 +13,8 @@ namespace halflight {
 namespace {
 
 constexpr const char* kKnown =
-    "lights=auto|power|tree|uniform,sun=apart|among,reuse=off|on,camera=1|2|4|8|16,shadow=1|2|4|8,sampler=sobol|blue-"
+    "lights=auto|power|tree|uniform,sun=apart|among,reuse=off|4|8|16,camera=1|2|4|8|16,shadow=1|2|4|8,sampler=sobol|"
+    "blue-"
     "noise|independent";
 
 TEST(Estimator, IsWhatItsTextSays) {
@@ -24,21 +25,21 @@ TEST(Estimator, IsWhatItsTextSays) {
             for (const CameraRays camera : kCameraRays) {
                 for (const ShadowRays shadow : kShadowRays) {
                     for (const SamplePoints sampler : kSamplePoints) {
-                        const Estimator estimator{lights, sun, Reuse::on, camera, shadow, sampler};
+                        const Estimator estimator{lights, sun, Reuse::sixteen, camera, shadow, sampler};
                         EXPECT_EQ(estimator_named(text(estimator)), estimator);
                     }
                 }
             }
         }
     }
-    EXPECT_EQ(estimator_named("reuse=on"), Estimator{.reuse = Reuse::on});
+    EXPECT_EQ(estimator_named("reuse=16"), Estimator{.reuse = Reuse::sixteen});
 }
 
 TEST(Estimator, DifferencesAreToldFromTheDefaultAndFromOthers) {
-    const std::vector<Estimator> all{{}, {.lights = LightChoice::tree}, {.reuse = Reuse::on}};
+    const std::vector<Estimator> all{{}, {.lights = LightChoice::tree}, {.reuse = Reuse::sixteen}};
     EXPECT_EQ(difference(all[0], all), "lights=auto,reuse=off");
     EXPECT_EQ(difference(all[1], all), "lights=tree,reuse=off");
-    EXPECT_EQ(difference(all[2], std::span(all).subspan(2)), "reuse=on");
+    EXPECT_EQ(difference(all[2], std::span(all).subspan(2)), "reuse=16");
     EXPECT_EQ(difference({}, {}), "");
 }
 
@@ -46,7 +47,7 @@ TEST(Estimator, UnknownTechniquesAreRefusedByName) {
     const auto message = [](const char* list) { return error_message([&] { estimator_named(list); }); };
     EXPECT_EQ(message("light=tree"), std::string("light=tree: 'light=tree' is no technique; there are: ") + kKnown);
     EXPECT_EQ(message("lights=bush"), "lights=bush: there is no lights=bush; there are: auto, power, tree, uniform");
-    EXPECT_EQ(message("reuse=on,sun"), "reuse=on,sun: 'sun' has no value; there are: apart, among");
+    EXPECT_EQ(message("reuse=16,sun"), "reuse=16,sun: 'sun' has no value; there are: apart, among");
     EXPECT_EQ(message("sun="), "sun=: there is no sun=; there are: apart, among");
     EXPECT_EQ(message("lights=tree,lights=power"), "lights=tree,lights=power: 'lights' is given twice");
     for (const char* list : {"", "lights", "lights=tree,", ",lights=tree", "tree", "=", "lights=tree ", "Lights=tree"})

@@ -72,17 +72,18 @@ TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
         EXPECT_STREQ(part.left_out, "no bounces were asked for") << part.name;
     EXPECT_FALSE(frame_needs(plain_scene(), {.bounces = 1}).later_light);
     EXPECT_FALSE(frame_needs(plain_scene(), {}).reuse);
-    EXPECT_TRUE(frame_needs(plain_scene(), {.reuse = true}).reuse);
-    EXPECT_STREQ(frame_needs(plain_scene(), {.bounces = 1, .reuse = true}).reuse.left_out, "one bounce was asked for");
+    EXPECT_TRUE(frame_needs(plain_scene(), {.group_size = 16}).reuse);
+    EXPECT_STREQ(frame_needs(plain_scene(), {.bounces = 1, .group_size = 16}).reuse.left_out,
+                 "one bounce was asked for");
     EXPECT_FALSE(frame_needs(plain_scene(), {.kept = Kept::everything()}).radiance_cache);
     EXPECT_TRUE(frame_needs(plain_scene(), {.radiance_cache = true}).radiance_cache);
     EXPECT_STREQ(frame_needs(plain_scene(), {.bounces = 1, .radiance_cache = true}).radiance_cache.left_out,
                  "one bounce was asked for");
-    EXPECT_STREQ(frame_needs(plain_scene(), {.kept = Kept::everything(), .reuse = false}).reuse.left_out,
+    EXPECT_STREQ(frame_needs(plain_scene(), {.kept = Kept::everything()}).reuse.left_out,
                  "to share paths was not asked for");
     SceneNeeds mirrors = plain_scene();
     mirrors.diffuse = false, mirrors.glossy = true;
-    EXPECT_FALSE(frame_needs(mirrors, {.reuse = true}).reuse);
+    EXPECT_FALSE(frame_needs(mirrors, {.group_size = 16}).reuse);
     EXPECT_FALSE(frame_needs(plain_scene(), {}).squares);
     EXPECT_TRUE(frame_needs(plain_scene(), {.want_squares = true}).squares);
     EXPECT_FALSE(frame_needs(plain_scene(), {}).camera_hits);
@@ -95,7 +96,7 @@ TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
 TEST(FrameNeeds, EverythingCanBeKept) {
     const FrameOptions all{.runs = 1,
                            .kept = Kept::everything(),
-                           .reuse = true,
+                           .group_size = 16,
                            .camera_rays = 4,
                            .preview = {.temporal = true, .filter = true}};
     for (const FramePart& part : frame_needs({}, all).parts())

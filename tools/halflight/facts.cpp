@@ -128,7 +128,7 @@ Json repaired(const SceneReport& report) {
 FrameOptions usual_options() {
     const RenderSettings usual;
     return {.bounces = usual.bounces,
-            .reuse = usual.estimator.reuse == Reuse::on,
+            .group_size = static_cast<int>(usual.estimator.reuse),
             .camera_rays = static_cast<int>(usual.estimator.camera),
             .shadow_rays = static_cast<int>(usual.estimator.shadow)};
 }
