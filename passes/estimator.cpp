@@ -12,6 +12,9 @@
 namespace halflight {
 namespace {
 
+/// Leaves to a pilot what can be left to one.
+constexpr std::string_view kPilot = "auto";
+
 /// A technique's switch.
 struct Key {
     const char* name;
@@ -56,6 +59,8 @@ bool every(const Key&) {
 
 const char* name(Reuse reuse) {
     switch (reuse) {
+        case Reuse::automatic:
+            return "auto";
         case Reuse::off:
             return "off";
         case Reuse::four:
@@ -70,6 +75,8 @@ const char* name(Reuse reuse) {
 
 const char* name(CameraRays rays) {
     switch (rays) {
+        case CameraRays::automatic:
+            return "auto";
         case CameraRays::one:
             return "1";
         case CameraRays::two:
@@ -86,6 +93,8 @@ const char* name(CameraRays rays) {
 
 const char* name(ShadowRays rays) {
     switch (rays) {
+        case ShadowRays::automatic:
+            return "auto";
         case ShadowRays::one:
             return "1";
         case ShadowRays::two:
@@ -110,6 +119,10 @@ const char* name(SamplePoints points) {
     return "unknown";
 }
 
+bool leaves_open(const Estimator& e) {
+    return e.reuse == Reuse::automatic || e.camera == CameraRays::automatic || e.shadow == ShadowRays::automatic;
+}
+
 std::string text(const Estimator& estimator) {
     return listed([&](const Key& key) { return key.get(estimator); }, every);
 }
@@ -126,9 +139,15 @@ std::string difference(const Estimator& estimator, std::span<const Estimator> ot
 Estimator estimator_named(std::string_view list) {
     Estimator estimator;
     std::vector<std::string> given;
-    for (std::size_t from = 0; from <= list.size();) {
-        const std::size_t to = std::min(list.find(',', from), list.size());
+    for (std::size_t from = 0, to = 0; from <= list.size(); from = to + 1) {
+        to = std::min(list.find(',', from), list.size());
         const std::string_view one = list.substr(from, to - from);
+        if (one == kPilot && from == 0) {
+            estimator.reuse = Reuse::automatic;
+            estimator.camera = CameraRays::automatic;
+            estimator.shadow = ShadowRays::automatic;
+            continue;
+        }
         const std::size_t equals = std::min(one.find('='), one.size());
         const std::string name(one.substr(0, equals));
         const auto key = std::ranges::find_if(keys(), [&](const Key& k) { return k.name == name; });
@@ -142,13 +161,12 @@ Estimator estimator_named(std::string_view list) {
         if (std::ranges::find(given, name) != given.end()) throw Error(std::string(list), "'{}' is given twice", name);
         key->set(estimator, static_cast<std::size_t>(value - key->values.begin()));
         given.push_back(name);
-        from = to + 1;
     }
     return estimator;
 }
 
 std::string known_estimators() {
-    return listed([](const Key& key) { return fmt::join(key.values, "|"); }, every);
+    return fmt::format("{},{}", kPilot, listed([](const Key& key) { return fmt::join(key.values, "|"); }, every));
 }
 
 }  // namespace halflight

@@ -17,6 +17,7 @@
 namespace halflight {
 namespace {
 
+constexpr const char* kPiloted = "a pilot found that it would not pay";
 constexpr const char* kNoPreview = "no preview by it was asked for";
 
 constexpr const char* kShadow = "shadow";
@@ -123,7 +124,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         // Kept with all the rest, but not by itself: to share paths is an estimator of its own.
         .reuse = {kReuse, reuse_bytes(options.group_size > 1 ? options.group_size : shared::kMostGroupSize),
                   single                    ? single
-                  : options.group_size == 1 ? "to share paths was not asked for"
+                  : options.group_size == 1 ? options.group_size_piloted ? kPiloted : "to share paths was not asked for"
                                             : transport(options.kept.is_everything(), no_diffuse)},
         // Nor is this one.
         .radiance_cache = {kRadianceCache, sizeof(shared::CachePoint),
@@ -136,7 +137,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
                         asked(options.want_hits || traced, kCameraHits, "no mattes were asked for")},
         // As path reuse: another estimator, which may only be kept where it was asked for.
         .seen = {kSeen, sizeof(vec4),
-                 options.camera_rays == 1 ? "no more of them were asked for"
+                 options.camera_rays == 1 ? options.camera_rays_piloted ? kPiloted : "no more of them were asked for"
                  : scene.emission || scene.environment || options.kept.is_everything() ? nullptr
                                                                                        : "nothing shines"},
         .clamp = {kClamp, 0, later(kept(kClamp), options.clamp > 0 ? nullptr : "no clamp was asked for")},

@@ -27,7 +27,9 @@ struct FrameOptions {
     float clamp = 0;         // > 0: the most luminance of a sample's indirect light
     PrimaryVisibility primary = PrimaryVisibility::raster;  // not automatic
     int group_size = 1;                                     // pixels that share their paths; 1: none do, 4, 8, 16
-    int camera_rays = 1;                                    // of each sample, for light that is seen directly; > 0
+    bool group_size_piloted = false;                        // what these are came of a pilot
+    bool camera_rays_piloted = false;
+    int camera_rays = 1;          // of each sample, for light that is seen directly; > 0
     int shadow_rays = 1;          // of each sample, from the surface that the camera sees; > 0
     bool radiance_cache = false;  // for the samples of Preview::cache that use it; goes without reuse
     Preview preview{};            // of the whole picture

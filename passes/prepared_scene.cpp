@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <cstring>
 #include <future>
@@ -66,7 +67,7 @@ PreparedScene::Shape PreparedScene::shape() const {
 }
 
 PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)
-    : context_(context), options_(options), programs_(context.binaries()) {
+    : context_(context), options_(options), programs_(context.binaries()), asked_estimator_(options.estimator) {
     prepare(scene);
     origin_ = tables_.origin;
 }
@@ -83,6 +84,13 @@ bool PreparedScene::update(const Scene& scene) {
     const Shape before = shape();
     prepare(scene);
     return shape() == before;
+}
+
+void PreparedScene::settle(const Estimator& piloted, double seconds) {
+    assert(piloted.lights == estimator_.lights && piloted.sun == estimator_.sun);
+    for (Estimator* e : {&estimator_, &options_.estimator})
+        e->reuse = piloted.reuse, e->camera = piloted.camera, e->shadow = piloted.shadow;
+    seconds_ += seconds;
 }
 
 void PreparedScene::prepare(const Scene& scene) {

@@ -51,6 +51,9 @@ class PreparedScene {
     bool has_environment() const { return has_environment_; }  ///< that is seen where there is no surface
     const Kept& kept() const { return options_.kept; }
     const Estimator& estimator() const { return estimator_; }  ///< where it was left to the scene, what came of it
+    const Estimator& asked_estimator() const { return asked_estimator_; }  ///< as it was when the scene was prepared
+    /// What a pilot (passes/pilot.h) found, or is to try, in so many seconds: for renderers from here on.
+    void settle(const Estimator& piloted, double seconds);
     gpu::ProgramCache& programs() { return programs_; }
     std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< in device memory
     double seconds() const { return seconds_; }  ///< that it took to make, or to update last
@@ -76,6 +79,7 @@ class PreparedScene {
     gpu::ProgramCache programs_;
     bool has_environment_ = false;
     Estimator estimator_;
+    const Estimator asked_estimator_;
     rays::HierarchyCounts hierarchies_;
     double seconds_ = 0;
 };

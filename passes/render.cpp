@@ -4,6 +4,7 @@
 #include <cassert>
 #include <numeric>
 
+#include "passes/pilot.h"
 #include "passes/render_state.h"
 #include "passes/settings_check.h"
 
@@ -19,6 +20,7 @@ std::optional<ViewKernel> view_kernel(const ColorConfig& colors, const RenderSet
 
 Renderer::Renderer(PreparedScene& scene, const ColorConfig& colors, RenderSettings settings) {
     check_settings(settings);
+    settle_estimator(scene, colors, settings);
     state_ = std::make_unique<State>(nullptr, scene, colors, view_kernel(colors, settings), settings);
 }
 
@@ -29,6 +31,7 @@ Renderer::Renderer(gpu::Context& context, const Scene& scene, const ColorConfig&
     auto own =
         std::make_unique<PreparedScene>(context, scene, PrepareOptions{raster, settings.kept, settings.estimator});
     PreparedScene& prepared = *own;
+    settle_estimator(prepared, colors, settings);
     state_ = std::make_unique<State>(std::move(own), prepared, colors, view_kernel(colors, settings), settings);
 }
 

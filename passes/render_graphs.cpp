@@ -76,6 +76,8 @@ FrameOptions Renderer::State::frame_options() const {
             .clamp = settings.clamp,
             .primary = settings.primary,
             .group_size = static_cast<int>(settings.estimator.reuse),
+            .group_size_piloted = scene.asked_estimator().reuse == Reuse::automatic,
+            .camera_rays_piloted = scene.asked_estimator().camera == CameraRays::automatic,
             .camera_rays = static_cast<int>(settings.estimator.camera),
             .shadow_rays = static_cast<int>(settings.estimator.shadow),
             .preview = settings.preview};

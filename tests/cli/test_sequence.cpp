@@ -156,6 +156,15 @@ TEST_F(Sequence, OnlyTheCameraMoves) {
     EXPECT_NEAR(ahead.x / ahead.w, 0, 1e-5);
 }
 
+/// At 0 s the light's edges lie between pixels and want no samples of their own, later they do.
+TEST_F(Sequence, APilotIsOfAllFrames) {
+    scene = write_sliding_light(folder.path);
+    const Strings open = {"--animation", "pan", "--camera", "panning", "--estimator", "auto"};
+    make("whole", "0,13", open);
+    for (const char* frame : {"13", "0"}) make("alone", frame, open);
+    EXPECT_TRUE(contents("alone") == contents("whole")) << "a frame has its own pilot";
+}
+
 TEST_F(Sequence, HeaderTellsTheFrame) {
     make("out", "49", {"--fps", "24"});
     const ExrAttributes whole = read_exr(file("out", 49)).attributes;

@@ -152,6 +152,33 @@ TEST_F(EstimatorsTest, ShadowRaysOfOnePathShareItsDirectLight) {
                           layer(picture(scene, {}, 4), "indirect_diffuse.R")));
 }
 
+TEST_F(EstimatorsTest, APilotSettlesWhatIsLeftOpen) {
+    const Estimator open{.reuse = Reuse::automatic, .camera = CameraRays::automatic, .shadow = ShadowRays::automatic};
+    Scene scene = cornell_box();
+    scene.cameras = {look_at_camera({0, 0.3, 0.9}, {0, 0.98, 0}, {0, 0, -1}, 1.2)};  // at the lamp's edges
+    const RenderResult piloted = picture(scene, open, 4);
+    const Estimator found = piloted.stats.estimator;
+    EXPECT_FALSE(leaves_open(found));
+    EXPECT_GE(found.camera, CameraRays::four);
+    EXPECT_TRUE(same_bits(piloted.beauty, picture(scene, found, 4).beauty)) << "as if it had been asked for";
+    EXPECT_EQ(picture(scene, open, 4, 2).stats.estimator, found) << "whatever the seed";
+
+    PreparedScene prepared(context, scene, {.estimator = open});
+    RenderSettings settings = small_settings(scene.cameras.front(), 48, 48, 4, 4);
+    Renderer(prepared, ColorConfig::load(), settings);
+    EXPECT_EQ(prepared.estimator(), found) << "from the first renderer on";
+    EXPECT_EQ(prepared.asked_estimator(), open);
+    settings.camera = look_at_camera({0, 0, 0.9}, {0, -0.98, 0}, {0, 0, -1}, 1.2);  // at the floor
+    EXPECT_EQ(Renderer(prepared, ColorConfig::load(), settings).render().stats.estimator, found);
+
+    scene.cameras = {settings.camera};
+    const RenderStats floor = picture(scene, open, 4).stats;
+    EXPECT_EQ(floor.estimator.camera, CameraRays::one);
+    const auto fact = std::ranges::find(floor.left_out, "camera rays for light alone", &LeftOut::what);
+    ASSERT_NE(fact, floor.left_out.end());
+    EXPECT_EQ(fact->fact, "a pilot found that it would not pay");
+}
+
 TEST_F(EstimatorsTest, IndependentSamplesConvergeAsSuch) {
     const Scene scene = slats_in_the_sun();
     const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};

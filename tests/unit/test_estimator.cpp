@@ -13,9 +13,8 @@ namespace halflight {
 namespace {
 
 constexpr const char* kKnown =
-    "lights=auto|power|tree|uniform,sun=apart|among,reuse=off|4|8|16,camera=1|2|4|8|16,shadow=1|2|4|8,sampler=sobol|"
-    "blue-"
-    "noise|independent";
+    "auto,lights=auto|power|tree|uniform,sun=apart|among,reuse=auto|off|4|8|16,camera=auto|1|2|4|8|16,"
+    "shadow=auto|1|2|4|8,sampler=sobol|blue-noise|independent";
 
 TEST(Estimator, IsWhatItsTextSays) {
     EXPECT_EQ(text({}), "lights=auto,sun=apart,reuse=off,camera=1,shadow=1,sampler=sobol");
@@ -33,6 +32,15 @@ TEST(Estimator, IsWhatItsTextSays) {
         }
     }
     EXPECT_EQ(estimator_named("reuse=16"), Estimator{.reuse = Reuse::sixteen});
+    constexpr Estimator kOpen{
+        .reuse = Reuse::automatic, .camera = CameraRays::automatic, .shadow = ShadowRays::automatic};
+    EXPECT_EQ(estimator_named("auto"), kOpen);
+    EXPECT_EQ(estimator_named(text(kOpen)), kOpen);
+    Estimator partly = kOpen;
+    partly.camera = CameraRays::four, partly.lights = LightChoice::tree;
+    EXPECT_EQ(estimator_named("auto,lights=tree,camera=4"), partly);
+    EXPECT_TRUE(leaves_open(partly));
+    EXPECT_FALSE(leaves_open({}));
 }
 
 TEST(Estimator, DifferencesAreToldFromTheDefaultAndFromOthers) {

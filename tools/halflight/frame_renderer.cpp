@@ -87,7 +87,8 @@ void FrameRenderer::pose(double seconds, const FrameSettings& frame) {
         load_seconds_ += clock.lap();
         RenderSettings settings = settings_;
         static_cast<FrameSettings&>(settings) = frame;
-        settings.previous_surfaces = nullptr;  // of this picture alone
+        settings.camera = scene_.chosen_camera().camera;  // a pilot's
+        settings.previous_surfaces = nullptr;             // of this picture alone
         settings.history = nullptr;
         settings.want_view = settings.want_view && a_.shutter == 0;  // of the mean
         renderer_.emplace(context_, scene_.scene(), config_, settings);

@@ -1,0 +1,53 @@
+// What a pilot's figures come to.
+#include <gtest/gtest.h>
+
+#include "passes/pilot.h"
+
+namespace halflight::test {
+namespace {
+
+constexpr Estimator kAsked{.reuse = Reuse::automatic, .camera = CameraRays::automatic, .shadow = ShadowRays::automatic};
+
+TEST(Pilot, WhereNothingHelpsNothingIsTaken) {
+    EXPECT_EQ(settled(kAsked, {{1, 1, 1}, {1, 1, 1}}), Estimator());
+    EXPECT_EQ(settled(kAsked, {{0, 0, 0}, {0, 0, 0}}), Estimator());
+    EXPECT_EQ(settled(kAsked, {{1, 1, 1}, {2, 3, 4}}), Estimator()) << "so few pictures may tell of more noise";
+}
+
+TEST(Pilot, WhatMakesTheErrorIsSampledMore) {
+    const Estimator edges = settled(kAsked, {{10, 0.01, 0.2}, {1, 0.003, 0.02}});
+    EXPECT_GE(edges.camera, CameraRays::eight);
+    EXPECT_EQ(edges.shadow, ShadowRays::one);
+    const Estimator penumbra = settled(kAsked, {{0, 10, 0.2}, {0, 2.5, 0.02}});
+    EXPECT_EQ(penumbra.camera, CameraRays::one);
+    EXPECT_EQ(penumbra.shadow, ShadowRays::eight);
+    EXPECT_EQ(penumbra.reuse, Reuse::off);
+    const Estimator opening = settled(kAsked, {{0, 0.1, 10}, {0, 0.03, 1}});
+    EXPECT_EQ(opening.camera, CameraRays::one);
+    EXPECT_EQ(opening.reuse, Reuse::sixteen);
+}
+
+/// An error that is lowered from 1 to a half by any group: the smaller one costs less.
+TEST(Pilot, NoMoreThanHelps) {
+    const Estimator some = settled(kAsked, {{0, 0, 1}, {0, 0, 0.45}});
+    EXPECT_GE(some.reuse, Reuse::four);
+    EXPECT_LT(some.reuse, Reuse::sixteen);
+    const Estimator many = settled(kAsked, {{0, 0, 1}, {0, 0, 0.07}});
+    EXPECT_EQ(many.reuse, Reuse::sixteen);
+}
+
+TEST(Pilot, DecidesNothingElse) {
+    Estimator asked = kAsked;
+    asked.lights = LightChoice::tree, asked.sun = SunChoice::among, asked.sampler = SamplePoints::blue_noise;
+    asked.reuse = Reuse::four;
+    const Estimator found = settled(asked, {{10, 0.01, 0.2}, {1, 0.003, 0.02}});
+    EXPECT_EQ(found.reuse, Reuse::four);
+    EXPECT_GT(found.camera, CameraRays::one);
+    asked.camera = found.camera, asked.shadow = found.shadow;
+    EXPECT_EQ(found, asked);
+    EXPECT_FALSE(leaves_open(found));
+    EXPECT_EQ(settled(found, {{1, 1, 1}, {0.1, 0.1, 0.1}}), found) << "nothing was left open";
+}
+
+}  // namespace
+}  // namespace halflight::test
