@@ -60,7 +60,7 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
     add(UNIT_DATA_TEXELS, GL_RGBA8, "data texels");
     add(UNIT_LIGHTS, GL_RGBA32F, "lights");
     add(UNIT_LIGHT_ALIAS, GL_RG32F, "light alias table");
-    add(UNIT_LIGHT_TREE, GL_RGBA32F, "light tree");
+    add(UNIT_LIGHT_TREE, GL_RGBA32UI, "light tree");
     add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, "light of triangle");
     add(UNIT_ENVIRONMENT_ALIAS, GL_RGBA32F, "environment cells");
     update_tables(trace, shading, nullptr);

@@ -2,6 +2,8 @@
 //
 // Built from the top by the surface area orientation heuristic (Conty Estevez and Kulla 2018, section 4.1): of the
 // splits of a group into buckets along each axis, the one with the least sum of intensity, area and angular extent.
+// Nodes are four wide, by three such splits: a choice of four at once sees what lies below two steps of a binary tree,
+// so that its noise is lower, for as many bounds and half as many rows, one after the other, to wait for.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +29,7 @@ struct LightBounds {
 LightBounds united(const LightBounds& a, const LightBounds& b);
 
 struct LightTree {
-    std::vector<vec4> rows;             // UNIT_LIGHT_TREE; the header is left to who decides how often it is asked
+    std::vector<uvec4> rows;            // UNIT_LIGHT_TREE; of the header only `names`
     std::vector<std::uint32_t> trails;  // of each light
 };
 
@@ -35,9 +37,18 @@ struct LightTree {
 /// Equal inputs give equal trees.
 LightTree build_light_tree(std::span<const LightBounds> lights, std::span<const std::uint32_t> names);
 
-/// A node as the shaders read it; `which`: 0 or 1 of the pair.
-shared::LightNode light_node(std::span<const vec4> rows, std::uint32_t pair, int which);
-/// Its word: leaf, two-sided, index.
-std::uint32_t light_node_word(std::span<const vec4> rows, std::uint32_t pair, int which);
+/// A child of a node, as the shaders read it.
+struct LightTreeChild {
+    shared::LightNode bounds;
+    bool leaf;
+    std::uint32_t index;  // of the light, by its name, or of the node
+    std::uint32_t other;  // the second light of a leaf that is a pair; else the same one
+};
+/// The children of a node, whose ball (centre, radius) is given: that of the root is light_tree_ball().
+std::vector<LightTreeChild> light_tree_children(std::span<const uvec4> rows, std::uint32_t node, const vec4& ball);
+vec4 light_tree_ball(std::span<const uvec4> rows);
+
+shared::LightTreeHeader light_tree_header(std::span<const uvec4> rows);
+void set_light_tree_header(std::span<uvec4> rows, const shared::LightTreeHeader& header);
 
 }  // namespace halflight

@@ -250,7 +250,12 @@ class Builder {
         for (const AliasEntry& entry : table.entries)
             tables_.alias.emplace_back(entry.threshold, shared::float_of_word(entry.alias));
         for (double& probability : table.probabilities) probability *= 1 - tables_.tree_share;
-        if (tree) tables_.tree[0].x = static_cast<float>(tables_.tree_share / table.probabilities[in_tree_[0]]);
+        if (tree) {
+            shared::LightTreeHeader header = light_tree_header(tables_.tree);
+            header.gain = static_cast<float>(tables_.tree_share / table.probabilities[in_tree_[0]]);
+            header.share = static_cast<float>(tables_.tree_share);
+            set_light_tree_header(tables_.tree, header);
+        }
         for (std::size_t i = 0; i < power_.size(); ++i) {
             const double density =
                 i < area_.size() ? (area_[i] > 0 ? table.probabilities[i] / area_[i] : 0) : table.probabilities[i];
@@ -280,7 +285,6 @@ class Builder {
         // A multiple of 2^-24, as the numbers are that it is compared with.
         tables_.tree_share = std::round(share * 0x1p24) * 0x1p-24;
         tables_.tree = std::move(tree.rows);
-        tables_.tree[0].y = static_cast<float>(tables_.tree_share);
     }
 
     void write_environment_cells(double probability) {

@@ -37,7 +37,7 @@ struct LightTables {
     std::vector<std::uint32_t> light_of_triangle;  // UNIT_LIGHT_OF_TRIANGLE; empty without emissive triangles
     Image environment;                             // UNIT_ENVIRONMENT; empty where it is black
     std::vector<vec4> environment_cells;           // UNIT_ENVIRONMENT_ALIAS
-    std::vector<vec4> tree;                        // UNIT_LIGHT_TREE; empty where lights are chosen otherwise
+    std::vector<uvec4> tree;                       // UNIT_LIGHT_TREE; empty where lights are chosen otherwise
     LightChoice choice = LightChoice::power;       // what was made of `automatic`
     double tree_share = 0;                         // of the choices, that the tree decides
     std::vector<double> probabilities;             // of each light, without what the tree adds; not of the sun

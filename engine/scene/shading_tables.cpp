@@ -5,6 +5,7 @@
 #include <future>
 
 #include "engine/scene/albedo.h"
+#include "engine/scene/light_tree.h"
 #include "engine/scene/shading_textures.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/material.h"
@@ -188,7 +189,11 @@ class Builder {
         tables_.light_alias = std::move(lights.alias);
         tables_.light_tree = std::move(lights.tree);
         // Of the scene, not of what is kept: it decides which light is picked.
-        if (!tables_.light_tree.empty()) tables_.light_tree[0].z = needs.transmission ? 1.0f : 0.0f;
+        if (needs.light_tree) {
+            shared::LightTreeHeader header = light_tree_header(tables_.light_tree);
+            header.through = needs.transmission ? 1 : 0;
+            set_light_tree_header(tables_.light_tree, header);
+        }
         tables_.light_choice = lights.choice;
         tables_.light_of_triangle = std::move(lights.light_of_triangle);
         tables_.environment = std::move(lights.environment);

@@ -32,7 +32,7 @@ struct ShadingTables {
     std::vector<std::array<std::uint8_t, 4>> data_texels;    // RGBA8
     std::vector<vec4> lights;                                // RGBA32F
     std::vector<vec2> light_alias;                           // RG32F
-    std::vector<vec4> light_tree;                            // RGBA32F
+    std::vector<uvec4> light_tree;                           // RGBA32UI
     LightChoice light_choice = LightChoice::power;           // never `automatic`
     std::vector<std::uint32_t> light_of_triangle;            // R32UI
     Image environment;                                       // 3 channels, colour multiplied in; 1x1 where constant

@@ -1,66 +1,96 @@
 // Ways through the light tree (shaders/shared/light_tree.h). Needs shaders/scene_tables.glsl.
 #include "shaders/shared/light_tree.h"
 #include "shaders/shared/sobol.h"
-#include "shaders/shared/word.h"
 
 #ifdef HALFLIGHT_LIGHT_TREE
+LightTreeHeader light_tree_header() {
+    uvec4 row = texelFetch(light_tree, 0);
+    return LightTreeHeader(uintBitsToFloat(row.x), uintBitsToFloat(row.y), row.z, row.w);
+}
+
 struct LightWay {
     uint light;         // that it ends at
     float probability;  // of it, among all lights of the tree; 0: it ends where no light reaches the receiver
 };
 
-float light_tree_importance(Receiver at, bool through, vec4 ball, vec4 cone, vec4 rest) {
-    bool two_sided = (word_of_float(rest.w) & kLightTreeTwoSided) != 0u;
-    return light_importance(LightNode(ball.xyz, ball.w, cone.xyz, cone.w, rest.x, rest.y, two_sided), at.position,
-                            at.normal, through);
-}
+// A way that is under way.
+struct LightWalk {
+    bool guided;
+    uint trail;         // what is left of it, where it is guided
+    uint number;        // 24 uniform bits
+    uint fresh;         // what further ones are hashed from
+    float probability;  // of what has been decided
+};
 
-// The way of a trail, or, where that is not guided, one by `choice`, 32 uniform bits. One loop for both: choice and
-// density of it come to the same bits.
+// Whether the second one of two is taken.
 //
 // A uniform number is used again and again: what is left of it by a decision, put over the share that led there, is
 // uniform and still stratified. It has 24 bits before and 24 fresh ones after its point; the lesser share lies at its
 // low end, where all of them count, so that shares of 2^-40 are met as often as they should be.
-LightWay light_way(Receiver at, bool guided, uint trail, uint choice) {
+bool takes_second(inout LightWalk walk, float first, float second, bool guide) {
     const float kSteps = 16777216.0;
-    LightWay way = LightWay(0u, 1.0);
-    uint number = choice >> 8;
-    uint fresh = choice;
-    bool through = texelFetch(light_tree, 0).z != 0.0;
-    int row = kLightTreeHeaderTexels;
-    bool inner = true;
-    while (inner) {
-        vec4 rest0 = texelFetch(light_tree, row + 2);
-        vec4 rest1 = texelFetch(light_tree, row + 5);
-        float importance0 =
-            light_tree_importance(at, through, texelFetch(light_tree, row), texelFetch(light_tree, row + 1), rest0);
-        float importance1 =
-            light_tree_importance(at, through, texelFetch(light_tree, row + 3), texelFetch(light_tree, row + 4), rest1);
-        precise float total = importance0 + importance1;
-        bool lesser_is_second = importance1 < importance0;
-        precise float lesser = total > 0.0 ? min(importance0, importance1) / total : 0.0;
+    precise float total = first + second;
+    bool lesser_is_second = second < first;
+    precise float lesser = total > 0.0 ? min(first, second) / total : 0.0;
 
-        fresh = hash_u32(fresh + 0x9e3779b9u);
-        float place = float(number) + unit_float(fresh);
-        float share = lesser * kSteps;
-        bool takes_lesser = place < share;
-        float left = takes_lesser ? place / share : (place - share) / (kSteps - share);
-        number = min(uint(left * kSteps), 0xffffffu);
+    walk.fresh = hash_u32(walk.fresh + 0x9e3779b9u);
+    float place = float(walk.number) + unit_float(walk.fresh);
+    float share = lesser * kSteps;
+    bool takes_lesser = place < share;
+    float left = takes_lesser ? place / share : (place - share) / (kSteps - share);
+    walk.number = min(uint(left * kSteps), 0xffffffu);
 
-        bool second = guided ? (trail & 1u) != 0u : takes_lesser == lesser_is_second;
-        trail >>= 1;
-        precise float probability = second == lesser_is_second ? lesser : 1.0 - lesser;
-        precise float all = way.probability * probability;
-        way.probability = total > 0.0 ? all : 0.0;
-        uint word = word_of_float(second ? rest1.w : rest0.w);
-        uint index = word & kLightTreeIndexMask;
-        inner = (word & kLightTreeLeaf) == 0u && way.probability > 0.0;
-        way.light = index;
-        row = kLightTreeHeaderTexels + int(index) * kLightTreePairTexels;
-    }
-    return way;
+    bool taken = walk.guided ? guide : takes_lesser == lesser_is_second;
+    precise float probability = taken == lesser_is_second ? lesser : 1.0 - lesser;
+    precise float all = walk.probability * probability;
+    walk.probability = total > 0.0 ? all : 0.0;
+    return taken;
 }
 
-// By how much the tree raises the probability that the alias table gives the light (light_tree.h, header).
-float light_tree_gain(LightWay way) { return 1.0 + texelFetch(light_tree, 0).x * way.probability; }
+// The way of a trail, or, where that is not guided, one by `choice`, 32 uniform bits. One loop for both: choice and
+// density of it come to the same bits.
+LightWay light_way(Receiver at, bool guided, uint trail, uint choice) {
+    LightWalk walk = LightWalk(guided, trail, choice >> 8, choice, 1.0);
+    LightTreeHeader header = light_tree_header();
+    bool through = header.through != 0u;
+    vec4 ball = uintBitsToFloat(texelFetch(light_tree, 1));
+    uint node = 0u, child = 0u, word = 0u, next = 0u;
+    bool inner = true;
+    while (inner) {
+        node = next;
+        int row = kLightTreeHeaderTexels + int(node) * kLightTreeWidth;
+        uvec4 row0 = texelFetch(light_tree, row);
+        uvec4 row1 = texelFetch(light_tree, row + 1);
+        uvec4 row2 = texelFetch(light_tree, row + 2);
+        uvec4 row3 = texelFetch(light_tree, row + 3);
+        LightNode node0 = light_child(row0, ball);
+        LightNode node1 = light_child(row1, ball);
+        LightNode node2 = light_child(row2, ball);
+        LightNode node3 = light_child(row3, ball);
+        float importance0 = light_importance(node0, at.position, at.normal, through);
+        float importance1 = light_importance(node1, at.position, at.normal, through);
+        float importance2 = light_importance(node2, at.position, at.normal, through);
+        float importance3 = light_importance(node3, at.position, at.normal, through);
+        precise float first_two = importance0 + importance1;
+        precise float last_two = importance2 + importance3;
+        bool upper = takes_second(walk, first_two, last_two, (walk.trail & 2u) != 0u);
+        bool odd = takes_second(walk, upper ? importance2 : importance0, upper ? importance3 : importance1,
+                                (walk.trail & 1u) != 0u);
+        walk.trail >>= 2;
+        child = (upper ? 2u : 0u) + (odd ? 1u : 0u);
+        word = upper ? (odd ? row3.w : row2.w) : (odd ? row1.w : row0.w);
+        inner = (word & kLightTreeLeaf) == 0u && walk.probability > 0.0;
+        vec4 ball0 = vec4(node0.centre, node0.radius), ball1 = vec4(node1.centre, node1.radius);
+        vec4 ball2 = vec4(node2.centre, node2.radius), ball3 = vec4(node3.centre, node3.radius);
+        ball = upper ? (odd ? ball3 : ball2) : (odd ? ball1 : ball0);
+        next = (row0.w & kLightTreeLinkMask) + ((row1.w & kLightTreeLinkMask) << kLightTreeLinkBits) + child;
+    }
+    bool pair = (word & kLightTreePair) != 0u;
+    bool second = pair && (guided ? (walk.trail & 1u) != 0u : walk.number >= 0x800000u);
+    uint light = texelFetch(light_tree, int(header.names + 2u * node + (second ? 1u : 0u)))[child];
+    return LightWay(light, pair ? 0.5 * walk.probability : walk.probability);
+}
+
+// By how much the tree raises the probability that the alias table gives the light.
+float light_tree_gain(LightWay way) { return 1.0 + light_tree_header().gain * way.probability; }
 #endif

@@ -125,7 +125,7 @@ LightSample sample_light(Receiver at, uint choice, vec2 xi) {
     s.end = position;
 #ifdef HALFLIGHT_LIGHTS
 #ifdef HALFLIGHT_LIGHT_TREE
-    float tree_share = texelFetch(light_tree, 0).y;
+    float tree_share = light_tree_header().share;
     float top = unit_float(choice);
     bool by_tree = top < tree_share;
     choice = left_of_choice(choice, 1u, top, by_tree ? 0.0 : tree_share, by_tree ? tree_share : 1.0 - tree_share);
@@ -137,6 +137,9 @@ LightSample sample_light(Receiver at, uint choice, vec2 xi) {
 #ifdef HALFLIGHT_LIGHT_CHOICE
     count = uint(textureSize(scene_lights) / kLightStride) - kSuns;
     umulExtended(choice, count, light, fraction);
+#ifdef HALFLIGHT_LIGHT_TREE
+    light = by_tree ? 0u : light;  // nothing will come of it, and rows at random would have to come from far
+#endif
     alias = texelFetch(light_alias, int(light)).xy;
 #endif
     float u = unit_float(fraction);

@@ -1,17 +1,23 @@
 // Light tree: which triangle, point or spot light to look at from a place, by bounds of what groups of them send there
 // (Conty Estevez and Kulla 2018, Importance Sampling of Many Lights with Adaptive Tree Splitting; pbrt-v4, 12.6.3).
 //
-// Rows (UNIT_LIGHT_TREE, RGBA32F): texel 0 is a header, then kLightTreePairTexels for each pair of siblings, the root's
-// children first, each of them as a LightNode:
-//   header     gain, share, 1 where some surface transmits light and what is behind it counts, -
-//   texel 0    centre, radius
-//   texel 1    axis, cos_o
-//   texel 2    cos_e, intensity, -, word
-// The tree is asked for `share` of the choices, the alias table for the rest; gain is that share over the probability with
-// which the table picks a light of the tree, which is the same for all of them. The word (word.h) has kLightTreeLeaf and the light, or the pair of its children; and kLightTreeTwoSided.
+// Rows (UNIT_LIGHT_TREE, RGBA32UI): LightTreeHeader; the root's ball as bits of floats, centre and radius; two unused
+// ones; then kLightTreeWidth texels for each node, the root first, which are its children's (64 bytes, a line of most
+// caches); then, from LightTreeHeader::names on, two texels for each node: the lights of those children that are
+// leaves, and the second ones of pairs, of which each has half of the leaf's probability. Of child k of a node with the
+// ball (c, r), rounded so that it holds the lights (as pbrt-v4's CompactLightBounds, 12.6.3, here within the ball):
+//   x          16 bits each for the centre's x and y: 0 is c - r, 2^15 is c
+//   y          16 bits for its z, 16 for its radius: 2^15 is r
+//   z          8 bits each for u and v of the axis in an octahedral map (Meyer et al. 2010, On Floating-Point Normal
+//              Vectors): 0 is -1, 254 is 1; for sin(theta_o / 2) and cos(theta_e): 255 is 1
+//   w          kLightTreeLinkBits of a link, kLightTreePair, kLightTreeLeaf, kLightTreeTwoSided; the upper half of a
+//              float's bits: the intensity
+// The links of children 0 and 1 are the lower and the upper bits of the node that child 0 leads to; those of the next
+// ones follow it, and leaves come after them. Where there is no child, kLightTreeNone is its w.
 //
-// A light's trail says how to come to it: bit d is 1 where the way leads to the second one of a pair after d steps. No
-// way is longer than kLightTreeDepth, and there are two lights at least.
+// The tree is asked for `share` of the choices, the alias table for the rest. A light's trail says how to come to it:
+// bits 2 d and 2 d + 1 are the child that the way takes after d steps, and the bit above those of a pair says which one
+// of it. No trail has more than kLightTreeDepth bits, and there are two lights at least.
 #ifndef HALFLIGHT_SHARED_LIGHT_TREE_H
 #define HALFLIGHT_SHARED_LIGHT_TREE_H
 
@@ -25,26 +31,39 @@
 HALFLIGHT_SHARED_BEGIN
 
 #ifdef __cplusplus
+using glm::uintBitsToFloat;
+using std::abs;
 using std::sqrt;
 #endif
 
-HALFLIGHT_SHARED_CONST int kLightTreeHeaderTexels = 1;
-HALFLIGHT_SHARED_CONST int kLightTreeNodeTexels = 3;
-HALFLIGHT_SHARED_CONST int kLightTreePairTexels = 6;
+HALFLIGHT_SHARED_CONST int kLightTreeHeaderTexels = 4;
+HALFLIGHT_SHARED_CONST int kLightTreeWidth = 4;
 HALFLIGHT_SHARED_CONST uint kLightTreeDepth = 26u;  // word.h's 29 bits without those of the kind
-HALFLIGHT_SHARED_CONST uint kLightTreeLeaf = 0x10000000u;
-HALFLIGHT_SHARED_CONST uint kLightTreeTwoSided = 0x08000000u;
-HALFLIGHT_SHARED_CONST uint kLightTreeIndexMask = 0x07ffffffu;
+HALFLIGHT_SHARED_CONST uint kLightTreeLinkBits = 13u;
+HALFLIGHT_SHARED_CONST uint kLightTreeLinkMask = 0x1fffu;
+HALFLIGHT_SHARED_CONST uint kLightTreePair = 0x2000u;
+HALFLIGHT_SHARED_CONST uint kLightTreeLeaf = 0x4000u;
+HALFLIGHT_SHARED_CONST uint kLightTreeTwoSided = 0x8000u;
+HALFLIGHT_SHARED_CONST uint kLightTreeNone = 0x5fffu;  // a leaf of intensity 0
+
+struct LightTreeHeader {
+    float gain;    // `share` over the probability with which the alias table picks each light of the tree
+    float share;   // of the choices
+    uint through;  // 1 where some surface transmits light and what is behind it counts
+    uint names;    // first texel of the leaves' lights
+};
+HALFLIGHT_SHARED_SIZE(LightTreeHeader, 16)
 
 // Bounds of a group of lights: a ball that holds them; a cone of half angle theta_o around the axis that holds their
 // directions; light leaves at most theta_e from these.
 struct LightNode {
-    vec3 centre;      // relative to TraceTables::origin
+    vec3 centre;  // relative to TraceTables::origin
     float radius;
-    vec3 axis;        // unit
-    float cos_o;      // cos(theta_o); -1: all directions
+    vec3 axis;    // unit
+    float cos_o;  // cos(theta_o); -1: all directions
+    float sin_o;
     float cos_e;      // cos(theta_e), theta_e <= pi/2
-    float intensity;  // sum of the lights' greatest, over that of the brighter one of its pair
+    float intensity;  // sum of the lights' greatest, over that of the brightest child of its node
     bool two_sided;   // the axis goes both ways
 };
 
@@ -58,10 +77,43 @@ HALFLIGHT_SHARED_FUNCTION float sine_of(float cosine) {
     return square > 0.0f ? sqrt(square) : 0.0f;
 }
 
-// What the lights of a node send to a place, up to a factor that is the same for both of a pair: 0 only where they send
-// nothing. through: light from behind counts, too. pbrt-v4, 12.6.3: intensity times the greatest cosines that the ball
-// allows, at the light and at the receiver, over the squared distance, which is not taken as less than the ball's radius.
-// Precise, because what picks a light and what tells its density are compiled apart.
+// A child of a node, whose ball is given: centre, radius. What is not there has an intensity of 0.
+HALFLIGHT_SHARED_FUNCTION LightNode light_child(uvec4 child, vec4 ball) {
+    const float kPlace = 1.0f / 32768.0f, kMap = 1.0f / 127.0f, kCone = 1.0f / 255.0f;
+    HALFLIGHT_SHARED_PRECISE vec3 place =
+        vec3(float(child.x & 0xffffu), float(child.x >> 16), float(child.y & 0xffffu)) * kPlace - vec3(1.0f);
+    HALFLIGHT_SHARED_PRECISE vec3 centre = place * ball.w + vec3(ball.x, ball.y, ball.z);
+    HALFLIGHT_SHARED_PRECISE float radius = float(child.y >> 16) * kPlace * ball.w;
+
+    HALFLIGHT_SHARED_PRECISE float u = (float(child.z & 0xffu) - 127.0f) * kMap;
+    HALFLIGHT_SHARED_PRECISE float v = (float((child.z >> 8) & 0xffu) - 127.0f) * kMap;
+    HALFLIGHT_SHARED_PRECISE float z = 1.0f - abs(u) - abs(v);
+    HALFLIGHT_SHARED_PRECISE float fold = z < 0.0f ? z : 0.0f;
+    HALFLIGHT_SHARED_PRECISE float x = u < 0.0f ? u - fold : u + fold;
+    HALFLIGHT_SHARED_PRECISE float y = v < 0.0f ? v - fold : v + fold;
+    HALFLIGHT_SHARED_PRECISE float scale = 1.0f / sqrt(x * x + y * y + z * z);
+    HALFLIGHT_SHARED_PRECISE vec3 axis = vec3(x, y, z) * scale;
+    HALFLIGHT_SHARED_PRECISE float half_sine = float((child.z >> 16) & 0xffu) * kCone;
+    HALFLIGHT_SHARED_PRECISE float cos_o = 1.0f - 2.0f * half_sine * half_sine;
+    HALFLIGHT_SHARED_PRECISE float sin_o = 2.0f * half_sine * sine_of(half_sine);
+    HALFLIGHT_SHARED_PRECISE float cos_e = float(child.z >> 24) * kCone;
+
+    LightNode node;
+    node.centre = centre;
+    node.radius = radius;
+    node.axis = axis;
+    node.cos_o = cos_o;
+    node.sin_o = sin_o;
+    node.cos_e = cos_e;
+    node.intensity = uintBitsToFloat(child.w & 0xffff0000u);
+    node.two_sided = (child.w & kLightTreeTwoSided) != 0u;
+    return node;
+}
+
+// What the lights of a node send to a place, up to a factor that is the same for all of a node's children: 0 only where
+// they send nothing. through: light from behind counts, too. pbrt-v4, 12.6.3: intensity times the greatest cosines that
+// the ball allows, at the light and at the receiver, over the squared distance, which is not taken as less than the
+// ball's radius. Precise, because what picks a light and what tells its density are compiled apart.
 HALFLIGHT_SHARED_FUNCTION float light_importance(LightNode node, vec3 position, vec3 normal, bool through) {
     const float kLeastSquare = 1e-30f;
     // A lobe that does not follow the cosine lives at grazing angles, too.
@@ -69,18 +121,20 @@ HALFLIGHT_SHARED_FUNCTION float light_importance(LightNode node, vec3 position, 
     HALFLIGHT_SHARED_PRECISE vec3 to_node = node.centre - position;
     HALFLIGHT_SHARED_PRECISE float square = dot(to_node, to_node);
     HALFLIGHT_SHARED_PRECISE float ball = node.radius * node.radius;
-    HALFLIGHT_SHARED_PRECISE vec3 direction = to_node / sqrt(square > kLeastSquare ? square : kLeastSquare);
+    HALFLIGHT_SHARED_PRECISE float near = 1.0f / sqrt(square > kLeastSquare ? square : kLeastSquare);
     bool outside = square > ball;
-    HALFLIGHT_SHARED_PRECISE float sine_square = outside ? ball / square : 0.0f;
-    HALFLIGHT_SHARED_PRECISE float sin_u = sqrt(sine_square);
-    HALFLIGHT_SHARED_PRECISE float cos_u = outside ? sqrt(1.0f - sine_square) : -1.0f;
+    // The half angle u of the cone that the ball fills, all directions from within.
+    HALFLIGHT_SHARED_PRECISE float sin_u = outside ? node.radius * near : 0.0f;
+    HALFLIGHT_SHARED_PRECISE float cos_u = outside ? sine_of(sin_u) : -1.0f;
 
-    HALFLIGHT_SHARED_PRECISE float cos_axis = -dot(node.axis, direction);
+    HALFLIGHT_SHARED_PRECISE float cos_axis = -dot(node.axis, to_node) * near;
     cos_axis = node.two_sided && cos_axis < 0.0f ? -cos_axis : cos_axis;
-    HALFLIGHT_SHARED_PRECISE float cos_x = cos_of_rest(cos_axis, sine_of(cos_axis), node.cos_o, sine_of(node.cos_o));
-    HALFLIGHT_SHARED_PRECISE float emitted = cos_of_rest(cos_x, sine_of(cos_x), cos_u, sin_u);
+    HALFLIGHT_SHARED_PRECISE float cos_reach = node.cos_o * cos_u - node.sin_o * sin_u;  // of theta_o + u
+    HALFLIGHT_SHARED_PRECISE float sin_reach = node.sin_o * cos_u + node.cos_o * sin_u;  // below 0 from pi on
+    HALFLIGHT_SHARED_PRECISE float emitted = cos_of_rest(cos_axis, sine_of(cos_axis), cos_reach, sin_reach);
+    emitted = outside && sin_reach >= 0.0f ? emitted : 1.0f;
 
-    HALFLIGHT_SHARED_PRECISE float cos_normal = dot(normal, direction);
+    HALFLIGHT_SHARED_PRECISE float cos_normal = dot(normal, to_node) * near;
     cos_normal = through && cos_normal < 0.0f ? -cos_normal : cos_normal;
     HALFLIGHT_SHARED_PRECISE float received = cos_of_rest(cos_normal, sine_of(cos_normal), cos_u, sin_u);
     received = received > 0.0f ? kGrazing + (1.0f - kGrazing) * received : 0.0f;

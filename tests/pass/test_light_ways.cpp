@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "engine/scene/light_tree.h"
@@ -151,28 +152,33 @@ TEST_F(LightWays, AreTheCpusToo) {
     constexpr std::uint32_t kLights = 80;
     const std::vector<vec4> at = receivers(kReceivers);
     const auto told = by_trail(shading, at, kLights);
-    const std::vector<vec4>& rows = shading.tables.light_tree;
+    const std::vector<uvec4>& rows = shading.tables.light_tree;
+    int pairs = 0;
     for (std::uint32_t r = 0; r < kReceivers; ++r) {
         const vec3 position(at[2 * r]), normal(at[2 * r + 1]);
         for (std::uint32_t k = 0; k < kLights; ++k) {
             const float head = shading.tables.lights[std::size_t{k} * shared::kLightStride].w;
-            std::uint32_t trail = shared::light_trail(shared::word_of_float(head)), word = 0;
+            std::uint32_t trail = shared::light_trail(shared::word_of_float(head));
+            LightTreeChild way{.bounds = {}, .leaf = false, .index = 0, .other = 0};
+            vec4 ball = light_tree_ball(rows);
             double probability = 1;
             do {
-                const std::uint32_t pair = word & shared::kLightTreeIndexMask;
-                const int which = static_cast<int>(trail & 1u);
-                double importance[2];
-                for (int child = 0; child < 2; ++child)
-                    importance[child] =
-                        shared::light_importance(light_node(rows, pair, child), position, normal, false);
-                const double total = importance[0] + importance[1];
-                probability *= total > 0 ? importance[which] / total : 0;
-                word = light_node_word(rows, pair, which);
-                trail >>= 1;
-            } while (!(word & shared::kLightTreeLeaf) && probability > 0);
+                const std::vector<LightTreeChild> children = light_tree_children(rows, way.index, ball);
+                std::vector<double> importance;
+                for (const LightTreeChild& child : children)
+                    importance.push_back(shared::light_importance(child.bounds, position, normal, false));
+                const double total = std::accumulate(importance.begin(), importance.end(), 0.0);
+                probability *= total > 0 ? importance[trail & 3u] / total : 0;
+                way = children[trail & 3u];
+                ball = vec4(way.bounds.centre, way.bounds.radius);
+                trail >>= 2;
+            } while (!way.leaf && probability > 0);
+            if (way.other != way.index) probability *= 0.5, ++pairs;
+            EXPECT_TRUE(probability == 0 || (trail & 1u ? way.other : way.index) == k);
             EXPECT_NEAR(told[r][k], probability, 1e-4 * probability + 1e-7) << r << ' ' << k;
         }
     }
+    EXPECT_GT(pairs, 0) << "of a square's triangles";
 }
 
 /// What each choice of a light gives on average, against the sum over all lights.

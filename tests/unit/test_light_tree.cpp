@@ -79,56 +79,61 @@ bool holds(const shared::LightNode& node, const LightBounds& light) {
            (node.cos_o <= -1 || within(light.axis) || (node.two_sided && within(-light.axis)));
 }
 
-/// Calls f(node, word, depth, trail) for every node, children after parents.
-void for_each_node(
-    const LightTree& tree,
-    const std::function<void(const shared::LightNode&, std::uint32_t, std::uint32_t, std::uint32_t)>& f) {
-    const std::function<void(std::uint32_t, std::uint32_t, std::uint32_t)> visit =
-        [&](std::uint32_t pair, std::uint32_t depth, std::uint32_t trail) {
-            for (std::uint32_t k = 0; k < 2; ++k) {
-                const std::uint32_t word = light_node_word(tree.rows, pair, static_cast<int>(k));
-                const std::uint32_t way = trail | (k << depth);
-                f(light_node(tree.rows, pair, static_cast<int>(k)), word, depth, way);
-                if (!(word & shared::kLightTreeLeaf)) visit(word & shared::kLightTreeIndexMask, depth + 1, way);
+/// Calls f(child, depth, trail) for every child of a node, parents first; depth: bits of its node's trail.
+void for_each_child(const LightTree& tree,
+                    const std::function<void(const LightTreeChild&, std::uint32_t, std::uint32_t)>& f) {
+    const std::function<void(std::uint32_t, const vec4&, std::uint32_t, std::uint32_t)> visit =
+        [&](std::uint32_t node, const vec4& ball, std::uint32_t depth, std::uint32_t trail) {
+            std::uint32_t k = 0;
+            for (const LightTreeChild& child : light_tree_children(tree.rows, node, ball)) {
+                const std::uint32_t way = trail | (k++ << depth);
+                f(child, depth, way);
+                if (!child.leaf) visit(child.index, vec4(child.bounds.centre, child.bounds.radius), depth + 2, way);
             }
         };
-    visit(0, 0, 0);
+    visit(0, light_tree_ball(tree.rows), 0, 0);
 }
 
 /// The probability of each light, as shaders/lib/light_tree.glsl walks, in double but for the importances.
 std::vector<double> probabilities(const LightTree& tree, const vec3& position, const vec3& normal) {
     std::vector<double> all(tree.trails.size());
-    const std::function<void(std::uint32_t, double)> visit = [&](std::uint32_t pair, double probability) {
-        double importance[2];
-        for (int k = 0; k < 2; ++k)
-            importance[k] = shared::light_importance(light_node(tree.rows, pair, k), position, normal, false);
-        const double total = importance[0] + importance[1];
-        for (int k = 0; k < 2; ++k) {
-            const std::uint32_t word = light_node_word(tree.rows, pair, k);
+    const std::function<void(std::uint32_t, const vec4&, double)> visit = [&](std::uint32_t node, const vec4& ball,
+                                                                              double probability) {
+        const std::vector<LightTreeChild> children = light_tree_children(tree.rows, node, ball);
+        std::vector<double> importance;
+        for (const LightTreeChild& child : children)
+            importance.push_back(shared::light_importance(child.bounds, position, normal, false));
+        const double total = std::accumulate(importance.begin(), importance.end(), 0.0);
+        for (std::size_t k = 0; k < children.size(); ++k) {
+            const LightTreeChild& child = children[k];
             const double here = total > 0 ? probability * importance[k] / total : 0;
-            if (word & shared::kLightTreeLeaf)
-                all[word & shared::kLightTreeIndexMask] += here;
+            if (child.leaf)
+                all[child.index] += 0.5 * here, all[child.other] += 0.5 * here;
             else if (here > 0)
-                visit(word & shared::kLightTreeIndexMask, here);
+                visit(child.index, vec4(child.bounds.centre, child.bounds.radius), here);
         }
     };
-    visit(0, 1);
+    visit(0, light_tree_ball(tree.rows), 1);
     return all;
 }
 
 /// Every node holds all lights below it, every trail ends at its light, none is too long.
 void expect_sound(const LightTree& tree, const std::vector<LightBounds>& lights) {
     std::vector<int> found(lights.size(), 0);
-    for_each_node(tree, [&](const shared::LightNode& node, std::uint32_t word, std::uint32_t depth, std::uint32_t way) {
+    for_each_child(tree, [&](const LightTreeChild& child, std::uint32_t depth, std::uint32_t way) {
         ASSERT_LT(depth, shared::kLightTreeDepth);
-        EXPECT_TRUE(node.intensity >= 0 && node.intensity <= 1) << node.intensity;
-        const std::uint32_t mask = (2u << depth) - 1;
-        for (std::size_t i = 0; i < lights.size(); ++i)
-            EXPECT_TRUE(((tree.trails[i] ^ way) & mask) != 0 || holds(node, lights[i])) << i << " at depth " << depth;
-        if (!(word & shared::kLightTreeLeaf)) return;
-        const std::uint32_t light = word & shared::kLightTreeIndexMask;
-        ++found[light];
-        EXPECT_EQ(tree.trails[light], way);
+        EXPECT_TRUE(child.bounds.intensity >= 0 && child.bounds.intensity <= 1) << child.bounds.intensity;
+        const std::uint32_t mask = (4u << depth) - 1;
+        for (std::size_t i = 0; i < lights.size(); ++i) {
+            EXPECT_TRUE(((tree.trails[i] ^ way) & mask) != 0 || holds(child.bounds, lights[i]))
+                << i << " at depth " << depth;
+        }
+        if (!child.leaf) return;
+        ++found[child.index];
+        EXPECT_EQ(tree.trails[child.index], way);
+        if (child.other == child.index) return;
+        ++found[child.other];
+        EXPECT_EQ(tree.trails[child.other], way | 4u << depth);
     });
     for (std::size_t i = 0; i < lights.size(); ++i) EXPECT_EQ(found[i], 1) << i;
 }
@@ -162,6 +167,41 @@ TEST(LightTree, NodesHoldTheirLights) {
         const auto squares = mixed_lights(count, 8, true);
         expect_sound(tree_of(squares), squares);
     }
+}
+
+/// Two triangles each, which are one to who is lit by them: half as many leaves.
+TEST(LightTree, SquaresAreLeaves) {
+    std::vector<LightBounds> halves;
+    for (const LightBounds& square : mixed_lights(256, 13, true)) halves.insert(halves.end(), 2, square);
+    const LightTree tree = tree_of(halves);
+    expect_sound(tree, halves);
+    int pairs = 0, leaves = 0;
+    for_each_child(tree, [&](const LightTreeChild& child, std::uint32_t, std::uint32_t) {
+        leaves += child.leaf;
+        pairs += child.leaf && child.other != child.index;
+        EXPECT_TRUE(!child.leaf || child.index / 2 == child.other / 2);
+    });
+    EXPECT_EQ(leaves + pairs, 512);
+    EXPECT_GT(pairs, 100);
+    const std::vector<LightBounds> unlike = mixed_lights(512, 14, true);
+    for_each_child(tree_of(unlike), [&](const LightTreeChild& child, std::uint32_t, std::uint32_t) {
+        EXPECT_TRUE(!child.leaf || child.index == child.other);
+    });
+}
+
+/// What is kept of bounds in few bits is little wider than they are.
+TEST(LightTree, RoundedBoundsAreTight) {
+    const auto lights = mixed_lights(500, 15);
+    const LightTree tree = tree_of(lights);
+    const double whole = double(light_tree_ball(tree.rows).w);
+    for_each_child(tree, [&](const LightTreeChild& child, std::uint32_t, std::uint32_t) {
+        if (!child.leaf || child.index != child.other) return;
+        const LightBounds& light = lights[child.index];
+        EXPECT_LE(double(child.bounds.radius), 0.5 * glm::length(light.upper - light.lower) + 1e-4 * whole);
+        EXPECT_LE(angle(dvec3(child.bounds.axis), light.axis), 0.02);
+        EXPECT_GE(double(child.bounds.cos_o), std::cos(std::min(light.theta_o + 0.04, kPi)));
+        EXPECT_GE(double(child.bounds.cos_e), std::cos(light.theta_e) - 0.005);
+    });
 }
 
 TEST(LightTree, LightsInOnePlaceOrEverFurtherApart) {
@@ -313,8 +353,9 @@ TEST(LightChoice, EachLightKeepsAPartOfItsOwn) {
         EXPECT_NEAR(sum, 1, 1e-9);
         // What has no place keeps what power gives it.
         EXPECT_NEAR(sky ? tree.probabilities[40] : 0, sky ? power.probabilities[40] : 0, 1e-7);
-        EXPECT_NEAR(tree.tree[0].x / (tree.tree_share / tree.probabilities[0]), 1, 1e-6);
-        EXPECT_EQ(tree.tree[0].y, static_cast<float>(tree.tree_share));
+        const shared::LightTreeHeader header = light_tree_header(tree.tree);
+        EXPECT_NEAR(header.gain / (tree.tree_share / tree.probabilities[0]), 1, 1e-6);
+        EXPECT_EQ(header.share, static_cast<float>(tree.tree_share));
     }
 }
 
