@@ -92,7 +92,7 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--primary", "trace"}, 2, "--primary: unknown way 'trace'; there are: auto, raster, traced");
     expect_render({"--estimator", "light=tree"}, 2,
                   "--estimator: light=tree: 'light=tree' is no technique; there are: "
-                  "lights=auto.power.tree.uniform,sun=.*");
+                  "auto,lights=auto.power.tree.uniform,sun=.*");
     expect_render({"--estimator", "lights=bush"}, 2, "--estimator: lights=bush: there is no lights=bush; .*power, .*");
     expect_render({"--estimator", "lights=tree", "--estimator", "lights=tree"}, 2,
                   "--estimator: wants exactly one value");
