@@ -150,6 +150,7 @@ Estimator estimator_named(std::string_view list) {
         }
         const std::size_t equals = std::min(one.find('='), one.size());
         const std::string name(one.substr(0, equals));
+        if (one == kPilot) throw Error(std::string(list), "'{}' stands first or not at all", kPilot);
         const auto key = std::ranges::find_if(keys(), [&](const Key& k) { return k.name == name; });
         if (key == keys().end())
             throw Error(std::string(list), "'{}' is no technique; there are: {}", one, known_estimators());

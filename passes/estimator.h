@@ -32,7 +32,8 @@ inline constexpr int kMostBlueNoiseSamples = 64;
 
 /// Camera rays of each sample for light that is seen directly, emitters' edges above all; as many samples of the rest
 /// would be better, but cost a path each. One is the path's own. Four have half the squared error times time where
-/// emitters' edges are in sight (scenes/cornell.glb), and take a third more time for nothing where none is.
+/// emitters' edges are in sight (scenes/cornell.glb), and take up to a third more time for nothing where
+/// none is.
 enum class CameraRays : std::uint8_t { automatic, one = 1, two = 2, four = 4, eight = 8, sixteen = 16 };
 inline constexpr CameraRays kCameraRays[] = {CameraRays::automatic, CameraRays::one,   CameraRays::two,
                                              CameraRays::four,      CameraRays::eight, CameraRays::sixteen};

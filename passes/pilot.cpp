@@ -10,16 +10,18 @@
 namespace halflight {
 namespace {
 
-/// Time of a sample with techniques, as a multiple of that without (README.md, Measure): llvmpipe, scenes/.
+/// Time of a sample with techniques, as a multiple of that without: about what `halflight converge` tells of scenes/ on
+/// llvmpipe (README.md, Measuring).
 double cost(const Estimator& e) {
     const double group = static_cast<double>(e.reuse);
     const double reuse = e.reuse == Reuse::off ? 0 : 0.15 + 0.04 * group;
-    return 1 + reuse + 0.06 * (static_cast<double>(e.camera) - 1) + 0.06 * (static_cast<double>(e.shadow) - 1);
+    return 1 + reuse + 0.06 * (static_cast<double>(e.camera) - 1) + 0.08 * (static_cast<double>(e.shadow) - 1);
 }
 
 /// Error with n samples, known with one and with `tried`.
 double shared_and_own(double with_one, double with_tried, double tried, double n) {
-    const double own = std::max(with_one - with_tried, 0.0) / (1 - 1 / tried);
+    // No more than all of it: well distributed samples do better than 1/n.
+    const double own = std::clamp((with_one - with_tried) / (1 - 1 / tried), 0.0, with_one);
     return with_one - own * (1 - 1 / n);
 }
 
@@ -66,7 +68,8 @@ std::vector<Estimator> choices(const Estimator& asked) {
 }
 
 RenderSettings pilot_settings(const RenderSettings& of) {
-    const double scale = std::min(1.0, std::sqrt(kPilotPixels / (double(of.width) * double(of.height))));
+    const double pixels = double(of.width) * double(of.height);
+    const double scale = std::min(1.0, std::sqrt(std::max(kPilotPixels / pixels, kPilotShare)));
     const auto scaled = [&](int size) {
         const int blocks = std::max(static_cast<int>(std::lround(size * scale / 16)), 1);
         return std::min(16 * blocks, size);
@@ -79,35 +82,50 @@ RenderSettings pilot_settings(const RenderSettings& of) {
     s.height = scaled(of.height);
     s.bounces = of.bounces;
     s.clamp = of.clamp;
-    s.aovs = {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy"};
     s.culling = rays::Culling::off;
     s.primary = of.primary;
     s.kept = of.kept;
-    s.pictures = kPilotPictures;
+    s.frame = ~0u;  // that no sequence has: no sample is shared with those of pictures
     return s;
 }
 
-PilotErrors measure(PreparedScene& scene, const ColorConfig& colors, RenderSettings settings) {
+/// Mean variance of the sums of layers, over so many pictures.
+std::vector<double> variances(PreparedScene& scene, const ColorConfig& colors, RenderSettings settings, int pictures,
+                              const std::vector<std::vector<std::string>>& sums) {
+    for (const std::vector<std::string>& layers : sums)
+        settings.aovs.insert(settings.aovs.end(), layers.begin(), layers.end());
+    settings.pictures = pictures;
     Renderer renderer(scene, colors, settings);
     const std::size_t values = std::size_t(settings.width) * std::size_t(settings.height) * 3;
-    std::vector<RunningMoments> emission(values), direct(values), indirect(values);
-    for (std::uint32_t picture = 0; picture < kPilotPictures; ++picture) {
-        constexpr std::uint32_t kSeeds = 0xd1ce0000u;  // far from those that people give
-        settings.seed = kSeeds + picture;
+    std::vector<std::vector<RunningMoments>> moments(sums.size(), std::vector<RunningMoments>(values));
+    for (int picture = 0; picture < pictures; ++picture) {
+        settings.seed = static_cast<std::uint32_t>(picture);
         const RenderResult r = renderer.render(settings);
-        for (std::size_t v = 0; v < values; ++v) {
-            const auto value = [&](std::size_t layer) { return double(r.aovs[layer].image.pixels[v]); };
-            emission[v].add(value(0));
-            direct[v].add(value(1) + value(2));
-            indirect[v].add(value(3) + value(4));
+        auto layer = r.aovs.begin();
+        for (std::size_t s = 0; s < sums.size(); ++s) {
+            std::vector<double> sum(values);
+            for (std::size_t l = 0; l < sums[s].size(); ++l, ++layer)
+                for (std::size_t v = 0; v < values; ++v) sum[v] += double(layer->image.pixels[v]);
+            for (std::size_t v = 0; v < values; ++v) moments[s][v].add(sum[v]);
         }
     }
-    const auto mean_variance = [&](const std::vector<RunningMoments>& moments) {
-        double sum = 0;
-        for (const RunningMoments& m : moments) sum += m.variance();
-        return sum / double(values);
-    };
-    return {mean_variance(emission), mean_variance(direct), mean_variance(indirect)};
+    std::vector<double> means;
+    for (const std::vector<RunningMoments>& of_sum : moments) {
+        double all = 0;
+        for (const RunningMoments& m : of_sum) all += m.variance();
+        means.push_back(all / double(values));
+    }
+    return means;
+}
+
+PilotErrors measure(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings) {
+    const std::vector<double> reflected =
+        variances(scene, colors, settings, kPilotPictures,
+                  {{"direct_diffuse", "direct_glossy"}, {"indirect_diffuse", "indirect_glossy"}});
+    // All pixels look through the same points, so that edges tell little in each picture; but they are cheap.
+    RenderSettings seen = settings;
+    seen.bounces = 0;
+    return {variances(scene, colors, seen, kPilotEmissionPictures, {{"emission"}})[0], reflected[0], reflected[1]};
 }
 
 }  // namespace
@@ -116,19 +134,18 @@ Estimator settled(const Estimator& asked, const PilotFigures& figures) {
     constexpr double kHardlyBetter = 1.05;
     const auto product = [&](const Estimator& e) { return error(asked, e, figures) * cost(e); };
     const std::vector<Estimator> all = choices(asked);
-    const double least = product(*std::ranges::min_element(all, {}, product));
-    const Estimator* cheapest = nullptr;
+    Estimator chosen = *std::ranges::min_element(all, {}, product);
+    const double least = product(chosen);
     for (const Estimator& e : all)
-        if (product(e) <= kHardlyBetter * least && (!cheapest || cost(e) < cost(*cheapest))) cheapest = &e;
-    return *cheapest;
+        if (product(e) <= kHardlyBetter * least && cost(e) < cost(chosen)) chosen = e;
+    return chosen;
 }
 
 void settle_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings) {
     const Estimator asked = scene.estimator();
     if (!leaves_open(asked)) return;
     const auto start = std::chrono::steady_clock::now();
-    RenderSettings pilot = pilot_settings(settings);
-    pilot.primary = resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height));
+    const RenderSettings pilot = pilot_settings(settings);
     PilotFigures figures;
     try {
         scene.settle(filled(asked, {}), 0);

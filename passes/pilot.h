@@ -27,13 +27,17 @@ inline constexpr Estimator kTried{.reuse = Reuse::sixteen, .camera = CameraRays:
 /// that a choice does not depend on how busy a machine is. What is hardly better than something cheaper is not chosen.
 Estimator settled(const Estimator& asked, const PilotFigures& figures);
 
-/// Settles what the scene's estimator leaves open, if anything, by pictures through the settings' camera: of about
-/// kPilotPixels pixels, kPilotPictures independent ones of kPilotSamples samples each, plain and with kTried. They
-/// share no sample with those of any seed, so that nothing is biased. From then on it is the scene's, whatever the
-/// camera and the pose. Takes as long as a few samples of a larger picture, which counts as preparation.
+/// Settles what the scene's estimator leaves open, if anything, by small pictures through the settings' camera:
+/// kPilotPictures independent ones of kPilotSamples samples each, plain and with kTried, and kPilotEmissionPictures of
+/// emission alone. They share no sample with what is rendered later, so that nothing is biased. From then on it is the
+/// scene's, whatever the camera and the pose. Takes as long as two or three samples of a large picture, which counts as
+/// preparation. Being smaller than the picture, they show members of a group farther apart than they are in it: of
+/// large pictures, path reuse is underrated.
 void settle_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings);
-inline constexpr int kPilotPixels = 96 * 64;
+inline constexpr double kPilotPixels = 96 * 64;  // about, of a picture
+inline constexpr double kPilotShare = 1.0 / 16;  // of the settings' pixels, where that is more
 inline constexpr int kPilotPictures = 4;
+inline constexpr int kPilotEmissionPictures = 8;
 inline constexpr int kPilotSamples = 4;
 
 }  // namespace halflight

@@ -23,7 +23,8 @@ struct PrepareOptions {
     Estimator estimator{};
 };
 
-/// Changes only by update(), but for the programs, of which there are more and more. Needs its context current on the
+/// Changes only by update() and by what a pilot settles before the first picture, but for the programs, of which there
+/// are more and more. Needs its context current on the
 /// calling thread for as long as it lives. The context must outlive it, the scene need not.
 class PreparedScene {
   public:
@@ -56,7 +57,7 @@ class PreparedScene {
     void settle(const Estimator& piloted, double seconds);
     gpu::ProgramCache& programs() { return programs_; }
     std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< in device memory
-    double seconds() const { return seconds_; }  ///< that it took to make, or to update last
+    double seconds() const { return seconds_; }  ///< that it took to make, or to update last, pilots included
     const rays::HierarchyCounts& hierarchies() const { return hierarchies_; }  ///< what became of them then
 
   private:

@@ -85,7 +85,7 @@ FrameOptions Renderer::State::frame_options() const {
 
 FrameOptions Renderer::State::cached_options() const {
     FrameOptions options = frame_options();
-    options.group_size = 1, options.radiance_cache = true;
+    options.group_size = 1, options.group_size_piloted = false, options.radiance_cache = true;
     return options;
 }
 

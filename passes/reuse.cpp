@@ -75,7 +75,8 @@ Connections connect(graph::Graph& graph, const GroupInputs& inputs) {
         r.buffer(c.densities).bind_storage(5);
         r.programs().compute("shaders/reuse_connect.comp", inputs.defines()).dispatch(view.band.paths() / 256);
     });
-    // No list: the rays towards a point follow one another, and are culled as one set.
+    // No list: the rays towards a point follow one another, and are culled as one set, those of small groups with those
+    // towards the next points.
     rays::RayBatch batch = ray_batch(view, rays::RayKind::connection, c.rays, {}, 0);
     batch.capacity = count;
     batch.rays_of_path = view.group_size;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <cassert>
 
 #include "engine/core/error.h"
 #include "engine/graph/execute.h"
@@ -149,6 +150,7 @@ graph::BufferHandle write_results(graph::Pass& pass, const RayBatch& batch, grap
 }
 
 void set_alpha_keys(graph::Resources& r, const gpu::Program& program, const TraceScene& scene, const RayBatch& batch) {
+    assert(!batch.list || batch.rays_of_path == 1);
     if (!scene.alpha_tested()) return;
     r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
     program.set("alpha_salt", batch.alpha_salt);

@@ -130,10 +130,12 @@ class Builder {
         if (part.count() != 2) return part.count() == 1;
         const LightBounds &a = lights_[order_[part.first]], &b = lights_[order_[part.first + 1]];
         const auto size = [](const LightBounds& x) { return glm::length(x.upper - x.lower); };
+        const auto centre = [](const LightBounds& x) { return 0.5 * (x.lower + x.upper); };
+        const double apart = glm::dot(part.bounds.axis, centre(a) - centre(b));
         const double brighter = std::max(a.intensity, b.intensity), wider = std::max(a.theta_o, b.theta_o);
         return brighter <= 1.25 * std::min(a.intensity, b.intensity) && part.bounds.theta_o <= wider + 0.02 &&
-               a.theta_e == b.theta_e && a.two_sided == b.two_sided &&
-               size(part.bounds) <= 1.5 * std::max(size(a), size(b));
+               a.theta_e == b.theta_e && a.two_sided == b.two_sided && std::abs(apart) <= 0.05 * size(part.bounds) &&
+               size(part.bounds) <= 1.3 * std::max(size(a), size(b));  // of rectangles 1.27 at most
     }
 
     /// Four parts, or as many as there are lights; leaves come last. What costs most is split first, but for parts that
@@ -146,8 +148,9 @@ class Builder {
             double greatest = -1;
             for (auto part = parts.begin(); part != parts.end(); ++part) {
                 if (part->count() < 2) continue;
-                const double worth =
-                    part->count() > most ? std::numeric_limits<double>::infinity() : cost(part->bounds);
+                const double worth = part->count() > most ? std::numeric_limits<double>::infinity()
+                                     : is_leaf(*part)     ? 0
+                                                          : cost(part->bounds);
                 if (worth > greatest) greatest = worth, next = part;
             }
             if (next == parts.end()) break;

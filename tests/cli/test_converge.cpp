@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <set>
 
 #include "tests/cli/process.h"
@@ -198,6 +199,20 @@ TEST_F(Converge, EstimatorsAreCompared) {
     // What the reference is of is the same with any of them.
     ASSERT_EQ(converge({"--samples", "1", "--seeds", "1", "--method", "plain", "--reference-samples", "32"}).status, 0);
     EXPECT_EQ(report()["reference"]["samples_found"], 32);
+}
+
+TEST_F(Converge, TellsWhatAPilotHasChosen) {
+    const Outcome outcome = converge({"--samples", "1", "--seeds", "1", "--method", "plain", "--reference-samples",
+                                      "32", "--estimator", "auto", "--estimator", "camera=2"});
+    ASSERT_EQ(outcome.status, 0) << outcome.err;
+    const Json pilots = report()["pilots"];
+    ASSERT_EQ(pilots.size(), 1u) << "nothing was left open by the other one";
+    const std::string told = pilots[0];
+    EXPECT_TRUE(
+        std::regex_match(told, std::regex("Of .*reuse=auto,camera=auto,.* a pilot has made .*reuse=(off|[0-9]+),"
+                                          "camera=[0-9]+,shadow=[0-9]+,.*")))
+        << told;
+    EXPECT_NE(outcome.err.find(told), std::string::npos) << outcome.err;
 }
 
 TEST_F(Converge, PreviewsAreCompared) {

@@ -36,7 +36,7 @@ TEST_F(BandsTest, Atrium) {
     for (const PrimaryVisibility primary : {PrimaryVisibility::raster, PrimaryVisibility::traced}) {
         SCOPED_TRACE(name(primary));
         settings.primary = primary;
-        settings.estimator.reuse = primary == PrimaryVisibility::traced ? Reuse::sixteen : Reuse::off;
+        settings.estimator.reuse = primary == PrimaryVisibility::traced ? Reuse::eight : Reuse::off;
         expect_the_same(scene, settings);
     }
 }

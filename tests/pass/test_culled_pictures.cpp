@@ -25,7 +25,7 @@ class CulledPictures : public GpuTest {
     void check(const Scene& scene) {
         RenderSettings settings = small_settings(scene.cameras.front(), 40, 24, 8, 3);
         settings.culling = Culling::off;
-        settings.estimator.reuse = Reuse::sixteen;
+        settings.estimator.reuse = Reuse::four;
         const RenderResult plain = render(context, scene, settings);
         for (const Culling culling : {Culling::compute, Culling::raster, Culling::automatic}) {
             SCOPED_TRACE(rays::name(culling));

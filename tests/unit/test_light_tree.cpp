@@ -70,7 +70,7 @@ double angle(const dvec3& a, const dvec3& b) {
 /// Whether light that leaves at this angle from a light's axis is within a cone.
 bool holds(const shared::LightNode& node, const LightBounds& light) {
     const auto within = [&](const dvec3& axis) {
-        return angle(dvec3(node.axis), axis) + light.theta_o <= std::acos(double(node.cos_o)) + 1e-3;
+        return angle(dvec3(node.axis), axis) + light.theta_o <= std::acos(double(node.cos_o)) + 2e-5;
     };
     const dvec3 lower =
         glm::max(glm::abs(light.lower - dvec3(node.centre)), glm::abs(light.upper - dvec3(node.centre)));
@@ -135,7 +135,10 @@ void expect_sound(const LightTree& tree, const std::vector<LightBounds>& lights)
         ++found[child.other];
         EXPECT_EQ(tree.trails[child.other], way | 4u << depth);
     });
-    for (std::size_t i = 0; i < lights.size(); ++i) EXPECT_EQ(found[i], 1) << i;
+    for (std::size_t i = 0; i < lights.size(); ++i) {
+        EXPECT_EQ(found[i], 1) << i;
+        EXPECT_LT(tree.trails[i], 1u << shared::kLightTreeDepth) << i;
+    }
 }
 
 TEST(LightBounds, ConesOfUnionsHoldBoth) {
@@ -169,7 +172,7 @@ TEST(LightTree, NodesHoldTheirLights) {
     }
 }
 
-/// Two triangles each, which are one to who is lit by them: half as many leaves.
+/// Two triangles each, which are one to who is lit by them: fewer leaves.
 TEST(LightTree, SquaresAreLeaves) {
     std::vector<LightBounds> halves;
     for (const LightBounds& square : mixed_lights(256, 13, true)) halves.insert(halves.end(), 2, square);
@@ -182,7 +185,7 @@ TEST(LightTree, SquaresAreLeaves) {
         EXPECT_TRUE(!child.leaf || child.index / 2 == child.other / 2);
     });
     EXPECT_EQ(leaves + pairs, 512);
-    EXPECT_GT(pairs, 100);
+    EXPECT_GT(pairs, 128) << "all but those for which nodes have ways left over";
     const std::vector<LightBounds> unlike = mixed_lights(512, 14, true);
     for_each_child(tree_of(unlike), [&](const LightTreeChild& child, std::uint32_t, std::uint32_t) {
         EXPECT_TRUE(!child.leaf || child.index == child.other);

@@ -27,13 +27,22 @@ TEST(Pilot, WhatMakesTheErrorIsSampledMore) {
     EXPECT_EQ(opening.reuse, Reuse::sixteen);
 }
 
-/// An error that is lowered from 1 to a half by any group: the smaller one costs less.
+/// Where groups of 16 have a little less than half the error, smaller ones have little more of it and cost less.
 TEST(Pilot, NoMoreThanHelps) {
     const Estimator some = settled(kAsked, {{0, 0, 1}, {0, 0, 0.45}});
     EXPECT_GE(some.reuse, Reuse::four);
     EXPECT_LT(some.reuse, Reuse::sixteen);
     const Estimator many = settled(kAsked, {{0, 0, 1}, {0, 0, 0.07}});
     EXPECT_EQ(many.reuse, Reuse::sixteen);
+}
+
+/// Well distributed samples do better than 1/n, down to nothing left.
+TEST(Pilot, ErrorsAreNeverNegative) {
+    for (const double left : {0.0, 0.05, 0.14, 0.2}) {
+        const Estimator found = settled(kAsked, {{0, 1, 0.05}, {0, left, 0.01}});
+        EXPECT_EQ(found.shadow, ShadowRays::eight) << left;
+        EXPECT_EQ(found.reuse, Reuse::off) << left;
+    }
 }
 
 TEST(Pilot, DecidesNothingElse) {

@@ -41,7 +41,7 @@ GraphRun::GraphRun(gpu::ProgramCache& programs, const RaySet& set, const AddTrac
     batch.kind = set.ray_kind;
     batch.capacity = static_cast<std::uint32_t>(set.rays.size());
     batch.rays = graph.import_buffer("rays", rays_);
-    if (set.ray_kind == rays::RayKind::connection) batch.rays_of_path = shared::kMostGroupSize;
+    if (set.ray_kind == rays::RayKind::connection && !set.listed) batch.rays_of_path = shared::kMostGroupSize;
     if (set.listed) {
         batch.list = graph.import_buffer("list", list_);
         batch.list_header = graph.import_buffer("list header", header_);

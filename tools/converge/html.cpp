@@ -397,6 +397,7 @@ class Page {
             lines.push_back(fmt::format("Preparing the scene for the GPU, once for all methods{}: {:.2f} s wall time.",
                                         subject_.plan.estimators.empty() ? "" : " of an estimator",
                                         subject_.scene_seconds));
+        lines.insert(lines.end(), subject_.pilots.begin(), subject_.pilots.end());
         if (!subject_.plan.external.name.empty())
             lines.push_back(
                 fmt::format("{} is the command: {}", subject_.plan.external.name, subject_.plan.external.command));

@@ -194,6 +194,7 @@ Json report_json(const Subject& subject, const Reference& reference, const Measu
             {"bounces", subject.view.bounces},
             {"filter", {{"shape", name(subject.view.filter.shape)}, {"radius", subject.view.filter.radius}}},
             {"scene_preparation_seconds", subject.scene_seconds},
+            {"pilots", subject.pilots},
             {"plan",
              {{"methods", asked},
               {"budgets", budgets},

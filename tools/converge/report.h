@@ -22,7 +22,8 @@ struct Subject {
     View view;
     Plan plan;
     Clock clock = Clock::wall;
-    double scene_seconds = 0;  // wall time of preparing the scene for the GPU, once for all methods
+    double scene_seconds = 0;           // wall time of preparing the scene for the GPU, once for all methods
+    std::vector<std::string> pilots{};  // what they have chosen where an estimator was left open; sentences
 };
 
 /// Figures that are not known (intervals of a single seed) are null.

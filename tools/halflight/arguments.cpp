@@ -108,7 +108,7 @@ void add_run_options(Options& options, RenderArguments& a) {
                   "more than twice as many triangles as pixels",
                   [&](const auto& name, const auto& text) { a.primary = primary_named(name, text); });
     options.value("--estimator", "KEY=VALUE,...",
-                  "techniques, by default chosen by what the scene is: " + known_estimators(),
+                  "techniques; auto leaves to a pilot what pays in the scene: " + known_estimators(),
                   [&](const auto& name, const auto& text) { a.estimator = estimator(name, text); });
     options.value("--preview", "NAME,...",
                   "make pictures of few samples look better, at the price of a bias: " + known_previews() +

@@ -2,6 +2,7 @@
 #include <optional>
 
 #include "engine/io/files.h"
+#include "passes/pilot.h"
 #include "tools/converge/external.h"
 #include "tools/converge/report.h"
 #include "tools/halflight/camera.h"
@@ -111,8 +112,21 @@ void run_converge(const ConvergeArguments& a) {
         if (same != prepared.end()) return *same->second;
         prepared.emplace_back(estimator,
                               std::make_unique<PreparedScene>(*context, scene, PrepareOptions{.estimator = estimator}));
-        subject.scene_seconds += prepared.back().second->seconds();
-        return *prepared.back().second;
+        PreparedScene& made = *prepared.back().second;
+        if (leaves_open(estimator)) {
+            RenderSettings settings;
+            settings.width = subject.view.width, settings.height = subject.view.height;
+            settings.camera = subject.view.camera;
+            settings.bounces = subject.view.bounces;
+            settings.filter = subject.view.filter;
+            settings.clamp = a.plan.clamp;
+            settle_estimator(made, colors, settings);
+            subject.pilots.push_back(
+                fmt::format("Of {} a pilot has made {}.", text(estimator), text(made.estimator())));
+            console.note("{}", subject.pilots.back());
+        }
+        subject.scene_seconds += made.seconds();
+        return made;
     };
     const Pulse pulse = [&] {
         if (const int signal = stop_signal())

@@ -86,6 +86,7 @@ void render_picture(const RenderArguments& a) {
                                          .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +
                                      "\n");
     }
+    if (leaves_open(settings.estimator)) console.note("a pilot chose {}", text(result.stats.estimator));
     for (const auto& path : a.outputs)
         console.note("wrote {}: {} samples per pixel in {:.1f} s", path.string(), result.stats.samples, times.total);
 }

@@ -156,6 +156,7 @@ Json run_statistics(const RenderArguments& a, const RenderSettings& s, const Sce
           {"primary", name(stats.primary)},
           {"kept", s.kept.text()},
           {"estimator", text(stats.estimator)},
+          {"asked_estimator", text(s.estimator)},
           {"preview", text(s.preview)},
           {"seed", s.seed},
           {"frame", s.frame},
