@@ -32,8 +32,7 @@ inline constexpr int kMostBlueNoiseSamples = 64;
 
 /// Camera rays of each sample for light that is seen directly, emitters' edges above all; as many samples of the rest
 /// would be better, but cost a path each. One is the path's own. Four have half the squared error times time where
-/// emitters' edges are in sight (scenes/cornell.glb), and take up to a third more time for nothing where
-/// none is.
+/// emitters' edges are in sight (scenes/cornell.glb), and take up to a third more time for nothing where none is.
 enum class CameraRays : std::uint8_t { automatic, one = 1, two = 2, four = 4, eight = 8, sixteen = 16 };
 inline constexpr CameraRays kCameraRays[] = {CameraRays::automatic, CameraRays::one,   CameraRays::two,
                                              CameraRays::four,      CameraRays::eight, CameraRays::sixteen};
@@ -64,9 +63,8 @@ bool leaves_open(const Estimator& estimator);
 std::string text(const Estimator& estimator);
 /// The same of those techniques that set it apart from the default or from one of the others.
 std::string difference(const Estimator& estimator, std::span<const Estimator> others);
-/// Of such a list; what it does not name stays as it is by default. "auto" as its first word leaves to a
-/// pilot what can be left to one. Throws Error, with the list as its subject, where a
-/// key or a value is none, or a key is given twice.
+/// Of such a list; what it does not name stays as it is by default. "auto" as its first word leaves to a pilot what can
+/// be left to one. Throws Error, with the list as its subject, where a key or a value is none, or a key is given twice.
 Estimator estimator_named(std::string_view list);
 /// "auto,lights=auto|power|tree|uniform,sun=apart|among,...", for helps.
 std::string known_estimators();

@@ -30,7 +30,7 @@ Estimator settled(const Estimator& asked, const PilotFigures& figures);
 /// Settles what the scene's estimator leaves open, if anything, by small pictures through the settings' camera:
 /// kPilotPictures independent ones of kPilotSamples samples each, plain and with kTried, and kPilotEmissionPictures of
 /// emission alone. They share no sample with what is rendered later, so that nothing is biased. From then on it is the
-/// scene's, whatever the camera and the pose. Takes as long as two or three samples of a large picture, which counts as
+/// scene's, whatever the camera and the pose. Takes as long as two to four samples of a large picture, which counts as
 /// preparation. Being smaller than the picture, they show members of a group farther apart than they are in it: of
 /// large pictures, path reuse is underrated.
 void settle_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings);
