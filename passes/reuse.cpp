@@ -32,6 +32,7 @@ struct GroupInputs {
         for (const graph::BufferHandle& read : {primary_rays, surfaces, states, occluded, sun_occluded, sun_light})
             if (read) pass.read(read, Access::storage_read);
         pass.read(points, Access::texture_read);
+        pass.read(view.frame_constants, Access::uniform_read);
     }
     void bind(graph::Resources& r) const {
         GLuint binding = 0;
@@ -43,6 +44,7 @@ struct GroupInputs {
             r.buffer(sun_occluded).bind_storage(7);
             r.buffer(sun_light).bind_storage(8);
         }
+        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
         view.trace.bind();
         view.scene.bind();
         r.buffer(points).bind_texture(UNIT_FREE, GL_RGBA32F);

@@ -26,9 +26,8 @@ void main() {
     uint entry = gl_GlobalInvocationID.x;
     uint block = first_block + (entry >> 12) * block_stride;
     uint group = (entry >> 8) & 15u;
-    uint first = (block << 8) | group;
-    uint sender = path_of_member(first, (entry >> 4) & 15u, kMostGroupSize);
-    uint receiver = path_of_member(first, entry & 15u, kMostGroupSize);
+    uint sender = (block << 8) | group | (((entry >> 4) & 15u) << 4);
+    uint receiver = sender ^ member_step(entry & 15u, 0u);
 
     Hit hit = hits[sender];
     bool has_point = states[sender].lobe == kLobeDiffuse && hit.triangle != kMiss && finite(hit.t);

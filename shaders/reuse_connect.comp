@@ -1,8 +1,9 @@
 // Connection rays between the first surfaces of a group and the points that its paths have found, and the density with which
 // each of these surfaces would have found the point (SHADING.md, Path reuse). One work group per block of 16x16. An entry is
-// (path that found the point, member of its group): the HALFLIGHT_GROUP_SIZE rays towards a point follow one another. Of points
-// that give no light all are dead, and so is the ray of the path itself, which has arrived already.
+// (path that found the point, step to a member of its group): the HALFLIGHT_GROUP_SIZE rays towards a point follow one another.
+// Of points that give no light all are dead, and so is the ray of the path itself, step 0, which has arrived already.
 #include "shaders/shared/bindings.h"
+#include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
@@ -23,6 +24,8 @@ layout(std430, binding = 8) readonly buffer SunLight { vec4 sun_light[]; };
 layout(std430, binding = 4) writeonly buffer Connections { Ray connections[]; };
 layout(std430, binding = 5) writeonly buffer Densities { float densities[]; };  // per area, times y.distance^2; if visible
 
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+
 #include "shaders/lib/reuse.glsl"
 #include "shaders/lib/reuse_points.glsl"
 #include "shaders/lib/surface_record.glsl"
@@ -38,9 +41,10 @@ void main() {
     SurfacePoint from = load_surface_point(path);
     Bsdf b = load_bsdf(path);
     vec3 wo = -primary_rays[path].direction;
-    for (uint member = 0u; member < HALFLIGHT_GROUP_SIZE; ++member) {
-        uint finder = path_of_member(path, member, HALFLIGHT_GROUP_SIZE);
-        uint entry = finder * HALFLIGHT_GROUP_SIZE + member_of_path(path, HALFLIGHT_GROUP_SIZE);
+    uint grouping = sample_grouping(frame.seed, frame.sample_index);
+    for (uint i = 0u; i < HALFLIGHT_GROUP_SIZE; ++i) {
+        uint finder = path ^ member_step(i, grouping);
+        uint entry = finder * HALFLIGHT_GROUP_SIZE + i;
         ReusePoint y = load_point(finder);
         Sight sight = sight_of(y, from.position, finder == path);
         float density = scatter_density(b, evaluate_bsdf(b, wo, sight.direction)) * sight.geometry;

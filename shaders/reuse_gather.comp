@@ -1,6 +1,7 @@
 // What each first surface receives of the points of its group (SHADING.md, Path reuse), one work group per block of 16x16,
 // of groups of HALFLIGHT_GROUP_SIZE.
 #include "shaders/shared/bindings.h"
+#include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
@@ -22,6 +23,8 @@ layout(std430, binding = 4) readonly buffer Blocked { uint blocked[]; };  // ans
 layout(std430, binding = 5) readonly buffer Densities { float densities[]; };
 layout(std430, binding = 6) writeonly buffer Received { DirectLight received[]; };
 
+layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+
 #include "shaders/lib/reuse.glsl"
 #include "shaders/lib/reuse_points.glsl"
 #include "shaders/lib/surface_record.glsl"
@@ -39,8 +42,8 @@ void main() {
     vec3 light = given_light(path);
     bool bad = !all_finite(light);
     float density = 0.0;
-    for (uint member = 0u; member < HALFLIGHT_GROUP_SIZE; ++member) {
-        uint entry = path * HALFLIGHT_GROUP_SIZE + member;
+    for (uint i = 0u; i < HALFLIGHT_GROUP_SIZE; ++i) {
+        uint entry = path * HALFLIGHT_GROUP_SIZE + i;
         density += densities[entry] == 0.0 ? 0.0 : densities[entry] * visible(entry);
     }
     bool gives = light != vec3(0.0) && !bad && density != 0.0;
@@ -52,16 +55,15 @@ void main() {
     vec3 wo = -primary_rays[path].direction;
     vec3 diffuse = vec3(0.0);
     vec3 glossy = vec3(0.0);
-    uint own = member_of_path(path, HALFLIGHT_GROUP_SIZE);
-    // Members of the group whose points give light, by bit: a loop without a turn costs nothing, unlike a branch not taken.
+    uint grouping = sample_grouping(frame.seed, frame.sample_index);
+    // Steps to members whose points give light, by bit: a loop without a turn costs nothing, unlike a branch not taken.
     uint finders = 0u;
-    for (uint member = 0u; member < HALFLIGHT_GROUP_SIZE; ++member) {
-        uint finder = path_of_member(path, member, HALFLIGHT_GROUP_SIZE);
-        finders |= given[finder & 255u] != vec3(0.0) ? 1u << member : 0u;
-    }
+    for (uint i = 0u; i < HALFLIGHT_GROUP_SIZE; ++i)
+        finders |= given[(path ^ member_step(i, grouping)) & 255u] != vec3(0.0) ? 1u << i : 0u;
     for (; finders != 0u; finders &= finders - 1u) {
-        uint finder = path_of_member(path, uint(findLSB(finders)), HALFLIGHT_GROUP_SIZE);
-        uint entry = finder * HALFLIGHT_GROUP_SIZE + own;
+        uint i = uint(findLSB(finders));
+        uint finder = path ^ member_step(i, grouping);
+        uint entry = finder * HALFLIGHT_GROUP_SIZE + i;
         ReusePoint y = load_point(finder);
         Sight sight = sight_of(y, from.position, finder == path);
         BsdfValue f = evaluate_bsdf(b, wo, sight.direction);

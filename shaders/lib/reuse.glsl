@@ -1,6 +1,12 @@
 // Path reuse across pixels (SHADING.md, Path reuse): what the densities and the sums of a group are made of.
 #include "shaders/lib/bsdf.glsl"
+#include "shaders/lib/hash.glsl"
 #include "shaders/shared/reuse.h"
+
+// Of member_step(), the same for all bands of a frame's sample.
+uint sample_grouping(uint frame_seed, uint sample_index) {
+    return hash_combine(hash_combine(frame_seed, sample_index), 0x72657573u) >> 16;
+}
 
 // make_bsdf()'s diffuse albedo is a constant of the material times this share of light, which depends on wo: what neither
 // the specular lobe nor the coat reflects. Exactly 1 without these.

@@ -142,6 +142,29 @@ TEST_F(ReuseTest, LowersTheNoise) {
     EXPECT_LT(sixteen, 0.25 * own);
 }
 
+/// Members of a group are others in each sample: no two pixels of a block have much noise in common.
+TEST_F(ReuseTest, SpreadsWhatTheNoiseOfAGroupHasInCommon) {
+    const Scene scene = cornell_box();
+    RenderSettings settings = settings_with(Reuse::sixteen, scene.cameras.front(), 16, 4);
+    const RenderResult one = render(context, scene, settings);
+    settings.seed = 2;
+    const RenderResult other = render(context, scene, settings);
+    const Image &a = layer(one, "indirect_diffuse.R"), &b = layer(other, "indirect_diffuse.R");
+    const auto noise = [&](int x, int y) { return double(a.at(x, y)[0]) - b.at(x, y)[0]; };
+    double variance = 0;
+    for (int y = 0; y < settings.height; ++y)
+        for (int x = 0; x < settings.width; ++x) variance += noise(x, y) * noise(x, y);
+    variance /= settings.width * settings.height;
+    for (const ivec2 step : {ivec2(1, 0), ivec2(4, 0), ivec2(0, 4), ivec2(8, 0), ivec2(8, 8)}) {
+        RunningMoments covariance;
+        for (int y = 0; y < settings.height; ++y)
+            for (int x = 0; x < settings.width; ++x)
+                if (x % kBlock + step.x < kBlock && y % kBlock + step.y < kBlock)
+                    covariance.add(noise(x, y) * noise(x + step.x, y + step.y));
+        EXPECT_LT(covariance.mean(), 0.3 * variance) << step.x << ", " << step.y;
+    }
+}
+
 /// What a mirror shows is found by no density.
 TEST_F(ReuseTest, MirrorsKeepTheirPaths) {
     Scene scene = cornell_box();

@@ -3,7 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <set>
+#include <utility>
 #include <vector>
+
+#include "shaders/shared/reuse.h"
 
 namespace halflight::shared {
 namespace {
@@ -51,6 +55,28 @@ TEST(PixelOrder, FirstHalfOfThePathsHoldsEveryOtherRowOfBlocks) {
         const uint even = (rows + 1) / 2;
         for (uint block = 0; block < tiles.x * rows; ++block)
             EXPECT_EQ(pixel_of_path(block * 256, tiles).y / 16 % 2 == 0, block / tiles.x < even) << block;
+    }
+}
+
+/// Groups of path reuse: whoever one leads to leads back by the same step, and to the same others.
+TEST(PixelOrder, GroupsTakeAPixelOfEachCellOfTheirBlock) {
+    const uvec2 tiles{2, 3};
+    for (const auto& [size, extent] : {std::pair{4u, uvec2(8, 8)}, {8u, uvec2(16, 8)}, {16u, uvec2(16, 16)}}) {
+        for (const uint grouping : {0u, 0xffffu, 0x1234u, 0x8421u, 0x0f3cu}) {
+            for (uint path = 0; path < tiles.x * tiles.y * 256; path += 7) {
+                const uvec2 block = pixel_of_path(path, tiles) / extent;
+                std::set<uint> group, cells, group_of_last;
+                for (uint i = 0; i < size; ++i) {
+                    const uint member = path ^ member_step(i, grouping);
+                    ASSERT_EQ(pixel_of_path(member, tiles) / extent, block) << size << ", " << grouping << ": " << path;
+                    group.insert(member), cells.insert(member >> 4);
+                    group_of_last.insert(path ^ member_step(size - 1, grouping) ^ member_step(i, grouping));
+                }
+                ASSERT_EQ(cells.size(), size) << grouping << ": " << path;
+                ASSERT_EQ(group, group_of_last) << size << ", " << grouping << ": " << path;
+                ASSERT_TRUE(group.contains(path));
+            }
+        }
     }
 }
 
