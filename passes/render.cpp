@@ -41,14 +41,17 @@ Renderer::~Renderer() = default;
 void Renderer::update(const Scene& scene) {
     State& s = *state_;
     assert(s.own);
+    if (s.scene.update(scene)) return follow_scene();
     if (s.cache) s.cache->clear();
-    if (s.scene.update(scene)) {
-        if (s.raster) s.raster->set_tree(s.scene.cull_tree());
-        s.told = false;
-        return;
-    }
     PreparedScene& prepared = s.scene;
     state_ = std::make_unique<State>(std::move(s.own), prepared, s.colors, std::move(s.view_kernel), s.asked);
+}
+
+void Renderer::follow_scene() {
+    State& s = *state_;
+    if (s.cache) s.cache->clear();
+    if (s.raster) s.raster->set_tree(s.scene.cull_tree());
+    s.told = false;
 }
 
 void Renderer::forget(std::string reason) {

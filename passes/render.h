@@ -158,6 +158,8 @@ class Renderer {
     /// who traces fastest and of what is visible lives on where the pose needs no other shaders or buffers; the
     /// radiance cache is emptied. Throws Error; the renderer is of no use then.
     void update(const Scene&);
+    /// Of a renderer that shares its scene, the same after an update() of that which has returned true.
+    void follow_scene();
     /// Camera cut: the next picture has nothing in common with the last one, and what was learned is forgotten, the
     /// radiance cache with it. (Other scenes and sizes have renderers of their own.)
     void forget(std::string reason);

@@ -1,5 +1,7 @@
 #include "tools/view/workplace.h"
 
+#include <optional>
+
 namespace halflight::view {
 namespace {
 
@@ -20,10 +22,31 @@ bool Workplace::reload_shaders() {
     return true;
 }
 
+void Workplace::prepare_scene(const Request& r) {
+    std::optional<Scene> edited;
+    if (r.edits != SceneEdits()) apply(r.edits, edited.emplace(*r.scene));
+    const Scene& scene = edited ? *edited : *r.scene;
+    const bool raster = r.culling == rays::Culling::raster;
+    const bool edits_only = scene_ && r.scene == request_.scene && (!raster || raster_);
+    try {
+        if (edits_only && scene_->update(scene)) {
+            for (auto& [divisor, renderer] : renderers_) renderer.follow_scene();
+            return;
+        }
+        renderers_.clear();
+        if (edits_only) return;
+        scene_.reset();  // two might not fit together
+        raster_ = raster;
+        scene_ = std::make_unique<PreparedScene>(context_, scene, PrepareOptions{.raster_culling = raster});
+    } catch (...) {
+        renderers_.clear();
+        scene_.reset();
+        throw;
+    }
+}
+
 void Workplace::prepare(const Request& r) {
     const bool new_scene = needs_scene(r);
-    Request still = request_;
-    still.camera = r.camera;
     const bool new_light = new_scene || reloaded_ || r.bounces != request_.bounces;
     if (!r.modes.preview.cache)
         radiance_cache_.reset();
@@ -31,25 +54,20 @@ void Workplace::prepare(const Request& r) {
         radiance_cache_ = std::make_shared<RadianceCache>();
     else if (new_light)
         radiance_cache_->clear();
-    if (new_scene || reloaded_ || !serves(still, r)) {
+    if (new_scene) {
+        history_.forget();
+        prepare_scene(r);
+    }
+    Request still = request_;
+    still.camera = r.camera, still.scene = r.scene, still.edits = r.edits;
+    if (reloaded_ || renderers_.empty() || !serves(still, r)) {
         renderers_.clear();
         history_.forget();
         resolution_.forget();
         request_ = r;
     }
-    request_.camera = r.camera;
+    request_.camera = r.camera, request_.scene = r.scene, request_.edits = r.edits;
     reloaded_ = false;
-    if (!new_scene) return;
-    scene_.reset();  // two might not fit together
-    raster_ = r.culling == rays::Culling::raster;
-    const PrepareOptions options{.raster_culling = raster_};
-    if (r.edits == SceneEdits()) {
-        scene_ = std::make_unique<PreparedScene>(context_, *r.scene, options);
-    } else {
-        Scene edited = *r.scene;
-        apply(r.edits, edited);
-        scene_ = std::make_unique<PreparedScene>(context_, edited, options);
-    }
 }
 
 Renderer& Workplace::renderer(int divisor) {

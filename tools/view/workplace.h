@@ -23,7 +23,8 @@ class Workplace {
     /// Programs of shaders that have changed are compiled anew; whether there were any. Throws what
     /// gpu::ProgramCache::reload() throws.
     bool reload_shaders();
-    /// Throws what preparing a scene throws; then there is none until the next call.
+    /// Of a scene that has other edits, hierarchies and images are kept. Throws what preparing a scene throws; then
+    /// there is none until the next call.
     void prepare(const Request& request);
     /// Whether the first picture of this size is still to be made, which takes longer than others.
     bool is_new(int divisor) const { return !renderers_.contains(divisor); }
@@ -34,6 +35,9 @@ class Workplace {
     PictureHistory& history() { return history_; }
 
   private:
+    /// Renderers that cannot go on are gone afterwards.
+    void prepare_scene(const Request& request);
+
     gpu::Context& context_;
     ColorConfig colors_;
     Request request_;
