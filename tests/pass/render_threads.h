@@ -66,7 +66,7 @@ class RenderThreadTest : public GpuTest {
   protected:
     Request request() const {
         Request r;
-        r.scene = scene;
+        r.reference = r.scene = scene;
         r.camera = scene->cameras[0];
         r.size = {60, 45};
         r.bounces = 3;

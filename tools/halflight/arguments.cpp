@@ -304,6 +304,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     if (preview_app.parsed()) {
         check_leftovers(preview_app, "halflight view");
         check_camera_options(preview_app);
+        check_preview_options(preview_app, preview);
         use_settings(preview_app, preview);
         return preview;
     }

@@ -111,6 +111,9 @@ struct PreviewArguments : ViewArguments {
     Preview preview;                                // modes that are on at the start
     float clamp = 0;                                // RenderSettings::clamp, likewise
     double budget = 100;                            // ms until the first picture of a view
+    std::optional<std::string> animation;           // as of RenderArguments; none: at rest
+    FrameRate frame_rate;                           // of the animation
+    std::uint32_t frame = 0;                        // that is seen first
     std::optional<std::filesystem::path> script;
     std::optional<std::filesystem::path> ocio;
     ViewTransform view;

@@ -73,7 +73,10 @@ void add_view_options(Options& options, std::optional<std::filesystem::path>& oc
 /// Device, what the scene may name, quiet.
 void add_device_options(Options& options, ViewArguments& arguments);
 
-/// Which frames, when they are, what plays.
+/// What plays, and when frames are; `usual` is what plays where nothing is said.
+void add_animation_options(Options& options, std::optional<std::string>& animation, FrameRate& rate,
+                           const std::string& usual);
+/// Which frames, and the same.
 void add_sequence_options(Options& options, RenderArguments& arguments);
 void check_sequence_options(const CLI::App& app, const RenderArguments& arguments);
 /// What --preview cannot go with.
@@ -87,6 +90,7 @@ void use_settings(const CLI::App& app, RenderArguments& arguments);
 
 /// All of `halflight view`.
 void add_preview_options(CLI::App& app, PreviewArguments& arguments);
+void check_preview_options(const CLI::App& app, const PreviewArguments& arguments);
 /// Of the file that it would save to, where it is there (take_settings()).
 void use_settings(const CLI::App& app, PreviewArguments& arguments);
 

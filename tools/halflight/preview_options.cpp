@@ -22,6 +22,11 @@ void check_preview_options(const CLI::App& app, const RenderArguments& a) {
     exclude(app, "--preview", "--part");
 }
 
+void check_preview_options(const CLI::App& app, const PreviewArguments& a) {
+    for (const char* option : {"--frame", "--fps"})
+        if (app.count(option) > 0 && !a.animation) throw UsageError(option, "needs --animation");
+}
+
 void add_preview_options(CLI::App& app, PreviewArguments& a) {
     app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
     a.width = 1280, a.height = 720;
@@ -46,6 +51,10 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     options.path("--settings", "FILE.json",
                  "what is read at the start if it is there, and what is saved (default: SCENE.halflight.json)",
                  a.settings);
+    options.group("Animation");
+    add_animation_options(options, a.animation, a.frame_rate, "none, the scene at rest");
+    options.value("--frame", "N", "frame that is seen first (default 0)",
+                  [&](const auto& name, const auto& text) { a.frame = whole(name, text, 0u, ~0u); });
     add_light_options(options, a);
     options.group("Colour");
     add_view_options(options, a.ocio, a.view, "");

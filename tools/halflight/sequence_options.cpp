@@ -47,20 +47,25 @@ void check_movie(const CLI::App& app, const RenderArguments& a) {
 
 }  // namespace
 
+void add_animation_options(Options& options, std::optional<std::string>& animation, FrameRate& rate,
+                           const std::string& usual) {
+    options.value("--fps", "N|N/D", "frames per second (default 24); frame 0 is at 0 s, frame N at N/fps",
+                  [&](const auto& name, const auto& text) { rate = parsed(parse_frame_rate, name, text); });
+    options.value("--animation", "NAME|N|all|none",
+                  fmt::format("animation of the scene that plays (default: {})", usual),
+                  [&](const auto& name, const auto& text) {
+                      if (text.empty()) throw UsageError(name, "wants a name, a number, all or none");
+                      animation = text;
+                  });
+}
+
 void add_sequence_options(Options& options, RenderArguments& a) {
     options.group("Sequence");
     options.value("--frames", "LIST",
                   "frames to make, 1-240, 1-240x2, 1,5,9-12; outputs are named shot.####.exr or shot.%04d.exr. Frames "
                   "that are there whole are kept",
                   [&](const auto& name, const auto& text) { a.frames = parsed(parse_frames, name, text); });
-    options.value("--fps", "N|N/D", "frames per second (default 24); frame 0 is at 0 s, frame N at N/fps",
-                  [&](const auto& name, const auto& text) { a.frame_rate = parsed(parse_frame_rate, name, text); });
-    options.value("--animation", "NAME|N|all|none",
-                  "animation of the scene that plays (default: all with --frames, otherwise none, the scene at rest)",
-                  [&](const auto& name, const auto& text) {
-                      if (text.empty()) throw UsageError(name, "wants a name, a number, all or none");
-                      a.animation = text;
-                  });
+    add_animation_options(options, a.animation, a.frame_rate, "all with --frames, otherwise none, the scene at rest");
     options.value("--shutter", "S",
                   "motion blur: the shutter is open for S of a frame, half of it ahead of the frame's time; 0 to 1 "
                   "(default 0: at that time alone)",

@@ -74,6 +74,22 @@ void camera_panel(Session& session, Navigation& navigation, Asked& asked) {
     }
 }
 
+/// Also where nothing plays: one of the animations can be chosen.
+void animation_panel(const Timeline& t, bool playing, Asked& asked) {
+    std::vector<std::string> all = {"none", "all"};
+    all.insert(all.end(), t.animations.begin(), t.animations.end());
+    std::string chosen = t.animation;
+    if (choose("animation", chosen, all)) asked.moment = {chosen, 0};
+    if (t.playing.empty()) return;
+    int frame = static_cast<int>(std::min(t.frame, std::uint32_t{1} << 24));
+    if (ImGui::SliderInt("frame", &frame, 0, static_cast<int>(std::max(t.last, 1u)), "%d", kClamp))
+        asked.moment = {t.animation, static_cast<std::uint32_t>(frame)};
+    bool play = playing;
+    if (ImGui::Checkbox("play (space)", &play)) asked.play = play;
+    ImGui::SameLine();
+    text(fmt::format("{:.2f} s of {:.2f}", t.rate.seconds(t.frame), t.rate.seconds(t.last)));
+}
+
 void view_panel(Session& session, const Situation& now, Asked& asked) {
     choose("seen", session.look.view, views());
     text(description(session.look.view));
@@ -202,6 +218,7 @@ Asked panels(Session& session, const ColorConfig& colors, Navigation& navigation
         return ImGui::CollapsingHeader(section, first || size.y > kTall ? ImGuiTreeNodeFlags_DefaultOpen : 0);
     };
     if (open("Camera", false)) camera_panel(session, navigation, asked);
+    if (session.timeline().file && open("Animation", true)) animation_panel(session.timeline(), now.playing, asked);
     if (open("What is seen", true)) view_panel(session, now, asked);
     if (open("Passes", true)) passes_panel(session);
     if (open("Colour", false)) color_panel(session, colors);

@@ -1,6 +1,7 @@
 // The panels: what can be set, and what there is to know.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -18,6 +19,7 @@ struct Situation {
     RenderThread::Status status;
     std::string message;     // an error or a note of the window's own; empty: none
     bool comparing = false;  // there is a picture B
+    bool playing = false;    // frame after frame
 };
 
 /// What panels were asked for that they cannot do themselves.
@@ -27,7 +29,13 @@ struct Asked {
     bool save = false;
     std::optional<bool> compare{};     // keep the picture as B, or let B go
     std::optional<CameraPose> pose{};  // to move to
-    bool read_message = false;         // it can go
+    struct Moment {
+        std::string animation;
+        std::uint32_t frame;
+    };
+    std::optional<Moment> moment{};  // to be seen
+    std::optional<bool> play{};
+    bool read_message = false;  // it can go
 };
 
 /// Declares all panels, between Gui::begin() and draw().

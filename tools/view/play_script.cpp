@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/io/files.h"
+#include "tools/view/clock.h"
 #include "tools/view/viewer.h"
 
 namespace halflight::view {
@@ -25,8 +26,10 @@ void Viewer::step_script() {
         try {
             if (command.name == "wait") {
                 if (!waited(command)) return;
-            } else if (command.name == "open") {
+            } else if (command.name == "open" || command.name == "animation" || command.name == "frame") {
                 if (!opened(command)) return;
+            } else if (command.name == "play") {
+                if (!played(command)) return;
             } else {
                 execute(command);
             }
@@ -61,11 +64,28 @@ bool Viewer::waited(const Command& command) {
 bool Viewer::opened(const Command& command) {
     if (thread_.status().ended) throw Error("", thread_.status().error);
     if (!std::exchange(script_opens_, true)) {
-        to_open_.push_back(command.words[0]);
+        const Timeline& t = session_.timeline();
+        if (command.name == "open")
+            to_open_.push_back(command.words[0]);
+        else if (command.name == "animation")
+            moment_ = {command.words[0], 0};
+        else
+            moment_ = {t.animation, static_cast<std::uint32_t>(command.numbers[0])};
         open_next();
     }
     if (!take_opened()) return false;
     script_opens_ = false;
+    return true;
+}
+
+/// Whether it has played for so long; the first call begins it.
+bool Viewer::played(const Command& command) {
+    if (thread_.status().ended) throw Error("", thread_.status().error);
+    if (!play_) play(true);
+    if (!play_) throw Error("play", "no animation is chosen");
+    ask();
+    if (now() - play_->since < command.numbers[0] || !take_opened()) return false;
+    play(false);
     return true;
 }
 

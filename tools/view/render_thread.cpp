@@ -30,7 +30,8 @@ bool same(const Camera& a, const Camera& b) {
 
 bool Request::operator==(const Request& o) const {
     const auto members = [](const Request& r) {
-        return std::tie(r.scene, r.edits, r.size, r.bounces, r.aovs, r.modes, r.culling, r.measure);
+        return std::tie(r.reference, r.scene, r.edits, r.frame, r.size, r.bounces, r.aovs, r.modes, r.culling,
+                        r.measure);
     };
     return same(camera, o.camera) && members(*this) == members(o);
 }
@@ -246,6 +247,7 @@ void RenderThread::serve(Workplace& place, const Job& job) {
 Picture RenderThread::coarse(Workplace& place, const Job& job, int divisor) {
     FrameSettings frame;
     frame.camera = job.request.camera;
+    frame.frame = job.request.frame;
     frame.samples = 1;
     frame.history = &place.history();
     const bool is_new = place.is_new(divisor);
@@ -270,6 +272,7 @@ void RenderThread::refine(Workplace& place, Job job, bool shown) {
     const Request made = job.request;
     FrameSettings frame;
     frame.camera = made.camera;
+    frame.frame = made.frame;
     frame.samples = kMostSamples;
     frame.history = &place.history();
     const bool is_new = place.is_new(1);

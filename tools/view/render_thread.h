@@ -38,8 +38,12 @@ bool same(const Camera& a, const Camera& b);
 
 /// All that a picture depends on.
 struct Request {
-    std::shared_ptr<const Scene> scene;  // before its edits; not null
+    /// The scene as its file has it at 0 s, before edits: what pictures of any pose depend on, too
+    /// (PreparedScene::update()). Poses of one reference have its images. Not null.
+    std::shared_ptr<const Scene> reference;
+    std::shared_ptr<const Scene> scene;  // at the frame, before edits; the reference itself where nothing moves
     SceneEdits edits;
+    std::uint32_t frame = 0;  // FrameSettings::frame
     Camera camera;
     ivec2 size{0};  // pixels
     int bounces = 8;

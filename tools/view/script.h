@@ -5,6 +5,9 @@
 //     wait error E             until the picture's relMSE is estimated to be below E, from the variance of its samples:
 //                              (estimated_relmse() in seen.h)
 //     camera NAME              one of the scene's, by name or number
+//     animation NAME           that plays, as of --animation; from its frame 0
+//     frame N                  of the animation
+//     play SECONDS             shows the frames that are due as time goes by, as many as can be made, over and over
 //     orbit X Y                a drag of so many pixels, to the right and down
 //     pan X Y
 //     turn X Y                 of the head

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/io/environment.h"
+#include "tools/halflight/animation_choice.h"
 #include "tools/halflight/camera.h"
 #include "tools/halflight/loading.h"
 
@@ -22,6 +23,56 @@ double distance_ahead(const Camera& camera, const Picker& picker, const Scene& s
     return ahead > 0 ? ahead : std::max(glm::length(box.upper - box.lower), 1e-6);
 }
 
+/// Of a scene that is read from here on. Throws Error.
+Timeline timeline_of(const PreviewArguments& a, const Console& console) {
+    Timeline t;
+    t.file = std::make_shared<GltfScene>(a.scene, gltf_options(a.allow_outside));
+    t.rate = a.frame_rate;
+    try {
+        for (const Animation& animation : t.file->animations()) {
+            const bool tells =
+                !animation.name.empty() && std::ranges::find(t.animations, animation.name) == t.animations.end();
+            t.animations.push_back(tells ? animation.name : std::to_string(t.animations.size()));
+        }
+    } catch (const Error& error) {
+        if (a.animation) throw;
+        console.warn("{}", error.what());  // the scene at rest is none the worse
+        t.animations.clear();
+    }
+    t.animation = a.animation.value_or("none");
+    t.playing = choose_animations(*t.file, a.scene, t.animation, console);
+    return t;
+}
+
+/// Brings it to 0 s of what plays, with images of this scene.
+void take_reference(Session::Opened& o, const Scene& images, const Console& console) {
+    Timeline& t = o.timeline;
+    Scene scene;
+    scene.images = images.images;
+    t.file->pose(scene, 0, t.playing);
+    const EnvironmentChoice& environment = o.arguments.environment;
+    if (!std::holds_alternative<std::monostate>(environment) || !drive_light(*t.file, t.playing))
+        set_environment(scene, environment, console);
+    o.reference = std::make_shared<const Scene>(std::move(scene));
+    double end = 0;
+    for (const std::size_t index : t.playing) end = std::max(end, t.file->animations().at(index).end);
+    t.last = static_cast<std::uint32_t>(std::min(end * t.rate.numerator / t.rate.denominator, 1e6));
+}
+
+void take_frame(Session::Opened& o, std::uint32_t frame) {
+    Timeline& t = o.timeline;
+    t.frame = frame;
+    o.scene = o.reference;
+    if (frame > 0 && !t.playing.empty()) {
+        Scene scene;
+        scene.images = o.reference->images;
+        t.file->pose(scene, t.rate.seconds(frame), t.playing);
+        scene.environment = o.reference->environment;
+        o.scene = std::make_shared<const Scene>(std::move(scene));
+    }
+    o.picker = std::make_shared<const Picker>(o.scene);
+}
+
 }  // namespace
 
 Session::Session(const PreviewArguments& arguments, ColorConfig colors)
@@ -30,14 +81,24 @@ Session::Session(const PreviewArguments& arguments, ColorConfig colors)
 }
 
 Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colors, const Console& console) {
-    Scene loaded = load_scene(a.scene, a.allow_outside, console);
-    set_environment(loaded, a.environment, console);
-    const ChosenCamera chosen = choose_camera(loaded, a);
+    Timeline timeline = timeline_of(a, console);
+    Scene rest = timeline.file->at_rest();
+    for (const std::string& warning : rest.report.warnings) console.warn("{}", warning);
     colors.view(a.view);  // throws where it is unknown
     Opened opened;
     opened.arguments = a;
-    opened.scene = std::make_shared<const Scene>(std::move(loaded));
-    opened.picker = std::make_shared<const Picker>(opened.scene);
+    if (timeline.animations.empty()) {
+        timeline.file.reset();
+        set_environment(rest, a.environment, console);
+        opened.scene = opened.reference = std::make_shared<const Scene>(std::move(rest));
+        opened.timeline = std::move(timeline);
+        opened.picker = std::make_shared<const Picker>(opened.scene);
+    } else {
+        opened.timeline = std::move(timeline);
+        take_reference(opened, rest, console);
+        take_frame(opened, a.frame);
+    }
+    const ChosenCamera chosen = choose_camera(*opened.scene, a);
     const WorldBounds box = world_bounds(*opened.scene);
     opened.diagonal = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);
     const double ahead = distance_ahead(chosen.camera, *opened.picker, *opened.scene);
@@ -60,25 +121,53 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
         };
     }
     if (has_extension(path, "exr") || has_extension(path, "hdr")) {
-        Opened opened{arguments_, scene_, picker_, diagonal_, {}};
+        Opened opened = now();
         opened.arguments.environment = path;
         return [opened, console = console_]() mutable {
-            Scene other = *opened.scene;
+            Scene other = *opened.reference;
             set_environment(other, opened.arguments.environment, console);
-            opened.scene = std::make_shared<const Scene>(std::move(other));
-            opened.picker = std::make_shared<const Picker>(opened.scene);
+            const bool posed = opened.scene != opened.reference;
+            opened.reference = std::make_shared<const Scene>(std::move(other));
+            if (posed) {
+                take_frame(opened, opened.timeline.frame);
+            } else {
+                opened.scene = opened.reference;
+                opened.picker = std::make_shared<const Picker>(opened.scene);
+            }
             return opened;
         };
     }
     throw Error(path.string(), "is neither a scene (.glb, .gltf) nor an environment (.exr, .hdr)");
 }
 
+std::function<Session::Opened()> Session::posing(const std::string& animation, std::uint32_t frame) const {
+    if (!timeline_.file) throw Error(file_.string(), "has no animations");
+    return [opened = now(), animation, frame, console = console_]() mutable {
+        Timeline& timeline = opened.timeline;
+        if (animation != timeline.animation) {
+            timeline.playing = choose_animations(*timeline.file, opened.arguments.scene, animation, console);
+            timeline.animation = animation;
+            take_reference(opened, *opened.reference, Console(true));
+        }
+        take_frame(opened, frame);
+        return opened;
+    };
+}
+
+Session::Opened Session::now() const {
+    return {arguments_, reference_, scene_, timeline_, picker_, diagonal_, {}};
+}
+
 void Session::open(Opened opened) {
     arguments_ = std::move(opened.arguments);
     file_ = arguments_.scene;
-    scene_ = std::move(opened.scene), picker_ = std::move(opened.picker);
+    reference_ = std::move(opened.reference), scene_ = std::move(opened.scene), picker_ = std::move(opened.picker);
+    timeline_ = std::move(opened.timeline);
     diagonal_ = opened.diagonal;
-    if (!opened.start) return;
+    if (!opened.start) {
+        if (scene_camera_) pose_ = pose_of(camera(), glm::length(pose_.at - pose_.from));
+        return;
+    }
     pose_ = first_pose_ = opened.start->pose;
     scene_camera_ = first_camera_ = opened.start->camera;
     transform = arguments_.view;
@@ -156,13 +245,16 @@ void Session::recall(const std::string& name) {
 }
 
 Request Session::request(const ivec2& size) const {
-    Request r{scene_, edits, camera(), size, bounces, aovs_of(look), modes, culling, measure};
+    Request r{reference_, scene_,        edits, timeline_.frame, camera(), size,
+              bounces,    aovs_of(look), modes, culling,         measure};
     if (estimate_error && std::ranges::find(r.aovs, "variance") == r.aovs.end()) r.aovs.emplace_back("variance");
     return r;
 }
 
 std::string Session::description() const {
     std::vector<std::string> words = {look.view};
+    if (!timeline_.playing.empty())
+        words.push_back(fmt::format("animation {}, frame {}", timeline_.animation, timeline_.frame));
     for (std::size_t i = 0; i < kComponents.size(); ++i)
         if (look.is_sum() && !look.components[i]) words.push_back(fmt::format("no {}", kComponents[i]));
     const auto factor = [&](const char* what, float value) {

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/io/gltf.h"
 #include "tools/halflight/arguments.h"
 #include "tools/halflight/console.h"
 #include "tools/halflight/settings_file.h"
@@ -16,6 +17,17 @@
 #include "tools/view/seen.h"
 
 namespace halflight::view {
+
+/// What moves in a scene, and when it is seen.
+struct Timeline {
+    std::shared_ptr<GltfScene> file{};      // null where it has no animations; of one opening at a time
+    std::vector<std::string> animations{};  // what each is called: its name, else its number
+    std::string animation = "none";         // that plays, as of --animation
+    std::vector<std::size_t> playing{};     // the same by number
+    FrameRate rate{};
+    std::uint32_t frame = 0;  // that is seen
+    std::uint32_t last = 0;   // that the animation has
+};
 
 class Session {
   public:
@@ -35,24 +47,29 @@ class Session {
     std::vector<Bookmark> bookmarks;
 
     const std::filesystem::path& file() const { return file_; }
-    const Scene& scene() const { return *scene_; }
+    const Scene& scene() const { return *scene_; }  ///< as it is seen, without edits
+    const Timeline& timeline() const { return timeline_; }
     double diagonal() const { return diagonal_; }  ///< of the scene's bounds, world units, > 0
-    /// A scene or an environment that has been read: all of open() that takes long.
+    /// A scene, an environment or a pose: all of open() that takes long.
     struct Opened {
         PreviewArguments arguments;
+        std::shared_ptr<const Scene> reference;  // as of Request
         std::shared_ptr<const Scene> scene;
+        Timeline timeline;
         std::shared_ptr<const Picker> picker;
         double diagonal = 1;
         struct Start {
             CameraPose pose;
             std::optional<std::size_t> camera;
         };
-        std::optional<Start> start;  // of a scene; none: it is the one that was there, in another environment
+        std::optional<Start> start;  // of a scene; none: it is the one that was there, but for pose or environment
     };
     /// Reads a file, on whatever thread it is called. Throws Error.
     std::function<Opened()> opening(const std::filesystem::path& path) const;
-    /// Of a scene, its camera is taken and its settings are as they would be at the start; of an environment, all else
-    /// stays.
+    /// The scene at another frame, or in another animation, which begins at its own frame 0. Throws Error as
+    /// choose_animations() and the pose do, on whatever thread it is called.
+    std::function<Opened()> posing(const std::string& animation, std::uint32_t frame) const;
+    /// Of a scene, its camera is taken and its settings are as they would be at the start; otherwise all else stays.
     void open(Opened opened);
 
     const CameraPose& pose() const { return pose_; }
@@ -84,12 +101,15 @@ class Session {
   private:
     std::optional<Picked> pick(const dvec2& point, const ivec2& size) const;
     static Opened load(const PreviewArguments& arguments, const ColorConfig& colors, const Console& console);
+    Opened now() const;  ///< as it is, to be changed
 
     PreviewArguments arguments_;
     Console console_;
     ColorConfig colors_;
     std::filesystem::path file_;
+    std::shared_ptr<const Scene> reference_;
     std::shared_ptr<const Scene> scene_;
+    Timeline timeline_;
     std::shared_ptr<const Picker> picker_;
     double diagonal_ = 1;
     CameraPose pose_;

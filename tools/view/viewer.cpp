@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <new>
 #include <utility>
 
@@ -74,10 +75,11 @@ std::string Viewer::title() const {
 
 void Viewer::run() {
     while (!window_.closing() && !quit_ && stop_signal() == 0) {
-        const bool at_once = frames_due_ > 0 || next_command_ < script_.size();
+        const bool at_once = frames_due_ > 0 || play_ || next_command_ < script_.size();
         const double patience = navigation_.moving() || at_once ? kMoving : kIdle;
         if (window_.wait(patience) || navigation_.moving()) frames_due_ = std::max(frames_due_, 2);
         if (!scripted()) drop();
+        play_on();
         take_shaders();
         take_picture();
         if (frames_due_ > 0) frame();
@@ -111,15 +113,22 @@ void Viewer::drop() {
     open_next();
 }
 
+void Viewer::begin(const std::string& activity, std::function<Session::Opened()> opening) {
+    const auto task = std::make_shared<std::packaged_task<Session::Opened()>>(std::move(opening));
+    opening_ = task->get_future();
+    thread_.perform(activity, [task] { (*task)(); });
+}
+
 void Viewer::open_next() {
-    if (opening_.valid() || to_open_.empty()) return;
-    const std::filesystem::path path = std::move(to_open_.front());
-    to_open_.pop_front();
-    attempt([&] {
-        const auto task = std::make_shared<std::packaged_task<Session::Opened()>>(session_.opening(path));
-        opening_ = task->get_future();
-        thread_.perform(fmt::format("loading {}", path.filename().string()), [task] { (*task)(); });
-    });
+    if (opening_.valid()) return;
+    if (!to_open_.empty()) {
+        const std::filesystem::path path = std::move(to_open_.front());
+        to_open_.pop_front();
+        attempt([&] { begin(fmt::format("loading {}", path.filename().string()), session_.opening(path)); });
+    } else if (const auto moment = std::exchange(moment_, {})) {
+        attempt(
+            [&] { begin(fmt::format("frame {}", moment->frame), session_.posing(moment->animation, moment->frame)); });
+    }
 }
 
 bool Viewer::take_opened() {
@@ -127,7 +136,23 @@ bool Viewer::take_opened() {
         frames_due_ = std::max(frames_due_, 2);
         attempt([&] { session_.open(opening_.get()); });
     }
-    return !opening_.valid() && to_open_.empty();
+    return !opening_.valid() && to_open_.empty() && !moment_;
+}
+
+void Viewer::play(bool on) {
+    play_.reset();
+    if (on && !session_.timeline().playing.empty()) play_ = {now(), session_.timeline().frame};
+}
+
+void Viewer::play_on() {
+    const Timeline& t = session_.timeline();
+    if (!play_ || t.playing.empty()) return play_.reset();
+    if (take_opened() && drawn_request_ == request_) {
+        const double passed = std::floor((now() - play_->since) * t.rate.numerator / t.rate.denominator);
+        const auto due = static_cast<std::uint32_t>(std::fmod(play_->first + passed, t.last + 1.0));
+        if (due != t.frame) moment_ = {t.animation, due};
+    }
+    open_next();
 }
 
 /// The display's, once the render thread has seen that files have changed.
@@ -174,8 +199,8 @@ void Viewer::frame(const std::filesystem::path& shot) {
     Asked asked;
     const RenderThread::Status status = thread_.status();
     if (panels_shown_)
-        asked =
-            panels(session_, colors_, navigation_, {picture_.get(), &history_, status, message_, other_.has_value()});
+        asked = panels(session_, colors_, navigation_,
+                       {picture_.get(), &history_, status, message_, other_.has_value(), play_.has_value()});
     draw_overlay({scale_, notices(status), session_.description(), other_}, split_);
     if (asked.pose) attempt([&] { session_.move(*asked.pose); });
     ask();
@@ -212,6 +237,8 @@ std::vector<std::string> Viewer::notices(const RenderThread::Status& status) con
 
 void Viewer::answer(const Asked& asked) {
     if (asked.read_message) message_.clear();
+    if (asked.moment) moment_ = asked.moment;
+    if (asked.moment || asked.play) play(asked.play.value_or(false));
     attempt([&] {
         if (asked.compare) compare(*asked.compare);
         if (asked.save) {
@@ -265,6 +292,7 @@ void Viewer::keys() {
         if (ImGui::IsKeyPressed(k, false)) attempt([&] { key(k, point); });  // GLFW's key codes are ASCII
     if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_S, false)) answer({.save = true});
     if (ImGui::IsKeyPressed(GLFW_KEY_P, false)) answer({.screenshot = true});
+    if (ImGui::IsKeyPressed(GLFW_KEY_SPACE, false)) answer({.play = !play_});
 }
 
 void Viewer::key(char key, const dvec2& point) {

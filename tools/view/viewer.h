@@ -2,6 +2,7 @@
 #pragma once
 
 #include <deque>
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -33,8 +34,11 @@ class Viewer {
     void ask();
     void take_picture();
     void drop();
-    void open_next();    // of the files that wait, on the render thread
+    void begin(const std::string& activity, std::function<Session::Opened()> opening);
+    void open_next();    // of the files that wait, or the moment that does, on the render thread
     bool take_opened();  // whether there is nothing left that waits or is being opened
+    void play(bool on);
+    void play_on();  // to the frame that is due, once that before it has been seen
     void compare(bool on);
     void take_shaders();
     std::vector<std::string> notices(const RenderThread::Status& status) const;
@@ -47,6 +51,7 @@ class Viewer {
     void step_script();
     bool waited(const Command& command);
     bool opened(const Command& command);
+    bool played(const Command& command);
     void execute(const Command& command);
 
     /// Does what may fail: in a script that is the end, in the window it is told.
@@ -68,10 +73,16 @@ class Viewer {
     PassHistory history_;
     std::string message_;
     std::deque<std::filesystem::path> to_open_;
+    std::optional<Asked::Moment> moment_;   // that is to be seen next
     std::future<Session::Opened> opening_;  // valid while something is being opened
-    std::optional<std::string> other_;      // what picture B shows
-    float split_ = 0.5f;                    // as of Display
-    std::uint64_t reloads_ = 0;             // of the render thread's shaders, that the display has followed
+    struct Play {
+        double since;         // seconds
+        std::uint32_t first;  // frame that was seen then
+    };
+    std::optional<Play> play_;
+    std::optional<std::string> other_;  // what picture B shows
+    float split_ = 0.5f;                // as of Display
+    std::uint64_t reloads_ = 0;         // of the render thread's shaders, that the display has followed
     bool panels_shown_ = true;
     bool quit_ = false;
     int frames_due_ = 3;  // Dear ImGui wants some after whatever happens

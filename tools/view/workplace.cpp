@@ -1,7 +1,5 @@
 #include "tools/view/workplace.h"
 
-#include <optional>
-
 namespace halflight::view {
 namespace {
 
@@ -13,7 +11,8 @@ constexpr std::size_t kHardwareBand = std::size_t{1} << 20;
 
 bool Workplace::needs_scene(const Request& r) const {
     const bool raster = r.culling == rays::Culling::raster;
-    return !scene_ || r.scene != request_.scene || r.edits != request_.edits || (raster && !raster_);
+    return !scene_ || r.reference != request_.reference || r.scene != request_.scene || r.edits != request_.edits ||
+           (raster && !raster_);
 }
 
 bool Workplace::reload_shaders() {
@@ -23,21 +22,27 @@ bool Workplace::reload_shaders() {
 }
 
 void Workplace::prepare_scene(const Request& r) {
-    std::optional<Scene> edited;
-    if (r.edits != SceneEdits()) apply(r.edits, edited.emplace(*r.scene));
-    const Scene& scene = edited ? *edited : *r.scene;
+    const auto edited = [&](const std::shared_ptr<const Scene>& scene) {
+        if (r.edits == SceneEdits()) return scene;
+        auto other = std::make_shared<Scene>(*scene);
+        apply(r.edits, *other);
+        return std::shared_ptr<const Scene>(std::move(other));
+    };
     const bool raster = r.culling == rays::Culling::raster;
-    const bool edits_only = scene_ && r.scene == request_.scene && (!raster || raster_);
+    const bool known = scene_ && r.reference == request_.reference && (!raster || raster_);
     try {
-        if (edits_only && scene_->update(scene)) {
-            for (auto& [divisor, renderer] : renderers_) renderer.follow_scene();
-            return;
+        if (!known) {
+            renderers_.clear();
+            scene_.reset();  // two might not fit together
+            raster_ = raster;
+            scene_ = std::make_unique<PreparedScene>(context_, *edited(r.reference),
+                                                     PrepareOptions{.raster_culling = raster});
         }
-        renderers_.clear();
-        if (edits_only) return;
-        scene_.reset();  // two might not fit together
-        raster_ = raster;
-        scene_ = std::make_unique<PreparedScene>(context_, scene, PrepareOptions{.raster_culling = raster});
+        if (!known && r.scene == r.reference) return;
+        if (scene_->update(*edited(r.scene)))
+            for (auto& [divisor, renderer] : renderers_) renderer.follow_scene();
+        else
+            renderers_.clear();
     } catch (...) {
         renderers_.clear();
         scene_.reset();
@@ -58,15 +63,17 @@ void Workplace::prepare(const Request& r) {
         history_.forget();
         prepare_scene(r);
     }
-    Request still = request_;
-    still.camera = r.camera, still.scene = r.scene, still.edits = r.edits;
-    if (reloaded_ || renderers_.empty() || !serves(still, r)) {
+    // What renderers are not made for, but told of picture by picture.
+    Request known = request_;
+    known.reference = r.reference, known.scene = r.scene, known.edits = r.edits;
+    known.frame = r.frame, known.camera = r.camera;
+    if (reloaded_ || renderers_.empty() || !serves(known, r)) {
         renderers_.clear();
         history_.forget();
         resolution_.forget();
-        request_ = r;
+        known = r;
     }
-    request_.camera = r.camera, request_.scene = r.scene, request_.edits = r.edits;
+    request_ = std::move(known);
     reloaded_ = false;
 }
 

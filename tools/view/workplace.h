@@ -23,8 +23,8 @@ class Workplace {
     /// Programs of shaders that have changed are compiled anew; whether there were any. Throws what
     /// gpu::ProgramCache::reload() throws.
     bool reload_shaders();
-    /// Of a scene that has other edits, hierarchies and images are kept. Throws what preparing a scene throws; then
-    /// there is none until the next call.
+    /// Of a scene that has other edits, or is in another pose, all that can stay is kept. Throws what preparing a scene
+    /// throws; then there is none until the next call.
     void prepare(const Request& request);
     /// Whether the first picture of this size is still to be made, which takes longer than others.
     bool is_new(int divisor) const { return !renderers_.contains(divisor); }

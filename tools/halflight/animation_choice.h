@@ -1,0 +1,23 @@
+// Which animations of a file play.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "engine/io/gltf.h"
+#include "tools/halflight/console.h"
+
+namespace halflight {
+
+/// Indices into GltfScene::animations(). wanted: a name, which comes first since a name may be a number; a number from
+/// 0; "all" or "none". What animations leave out, and that some drive the same things, is said on the console. Throws
+/// Error: damaged animations, and one that there is not (the error lists those that there are).
+std::vector<std::size_t> choose_animations(GltfScene& scene, const std::filesystem::path& file,
+                                           const std::string& wanted, const Console& console);
+
+/// Whether light may come later where there is none at 0 s.
+bool drive_light(GltfScene& scene, GltfScene::Playing playing);
+
+}  // namespace halflight
