@@ -12,6 +12,7 @@
 #include "engine/core/image_tools.h"
 #include "engine/io/exr.h"
 #include "engine/io/png.h"
+#include "tests/cli/animated_scenes.h"
 #include "tests/cli/process.h"
 #include "tests/cli/virtual_display.h"
 
@@ -314,6 +315,69 @@ TEST_F(View, OpensScenesAndEnvironments) {
     EXPECT_TRUE(same_bits(exr("opened.exr"), exr("render.exr")));
 }
 
+TEST_F(View, FramesOfAnimationsAreThoseThatRenderMakes) {
+    scene = write_animated_scene(folder.path).string();
+    expect_done(view(R"(
+        wait samples 1
+        animation all
+        frame 7
+        wait samples 2
+        screenshot @seven.exr
+        animation fly
+        camera moving
+        frame 20
+        wait samples 2
+        screenshot @fly.exr
+        play 0.5
+        frame 20
+        wait samples 2
+        screenshot @again.exr)",
+                     {"--quiet"}));
+    render({file("7.exr"), "--samples", "2", "--animation", "all", "--frame", "7"});
+    render({file("20.exr"), "--samples", "2", "--animation", "fly", "--frame", "20", "--camera", "moving"});
+    EXPECT_TRUE(same_bits(exr("seven.exr"), exr("7.exr")));
+    EXPECT_TRUE(same_bits(exr("fly.exr"), exr("20.exr")));
+    EXPECT_TRUE(same_bits(exr("again.exr"), exr("20.exr")));
+    expect_done(view("wait samples 2\nscreenshot @start.exr\n", {"--quiet", "--animation", "all", "--frame", "7"}));
+    EXPECT_TRUE(same_bits(exr("start.exr"), exr("7.exr")));
+
+    EXPECT_EQ(view("animation jump\n", {"--quiet"}).err,
+              fmt::format("halflight: {}1: {}: no animation 'jump': it has 0 'bend', 1 'breathe', 2 'turn', 3 'fly'\n",
+                          file("script.txt:"), scene));
+    EXPECT_EQ(view("play 1\n", {"--quiet"}).status, 1) << "nothing is chosen";
+    EXPECT_EQ(view("quit\n", {"--frame", "1"}).err, "halflight: --frame: needs --animation\n");
+}
+
+TEST_F(View, LightsAreMoved) {
+    const std::string lamp = R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0, 1, 2]}],
+        "extensionsUsed": ["KHR_lights_punctual"],
+        "extensions": {"KHR_lights_punctual": {"lights": [{"type": "spot", "intensity": 50, "spot": {}}]}},
+        "nodes": [{"translation": [0, 0, 3], "extensions": {"KHR_lights_punctual": {"light": 0}}},
+                  {"mesh": 0}, {"camera": 0, "translation": [0, 0, 4]}],
+        "cameras": [{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [-2, -2, 0],
+                       "max": [2, 2, 0]}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}], "buffers": [{"byteLength": 36, "uri":
+            "data:application/octet-stream;base64,AAAAwAAAAMAAAAAAAAAAQAAAAMAAAAAAAAAAAAAAAEAAAAAA"}]})";
+    scene = file("lamp.gltf");
+    write_text(scene, lamp);
+    expect_done(view(R"(
+        wait samples 2
+        screenshot @first.exr
+        place 0 1 0 2
+        aim 0 -0.2 0.3 -2
+        wait samples 2
+        screenshot @moved.exr
+        save)",
+                     {"--quiet"}));
+    render({file("render.exr"), "--settings", scene + ".halflight.json", "--samples", "2"});
+    EXPECT_TRUE(same_bits(exr("moved.exr"), exr("render.exr")));
+    EXPECT_FALSE(same_bits(exr("moved.exr"), exr("first.exr")));
+    EXPECT_EQ(view("place 1 0 0 0\n", {"--quiet"}).err,
+              fmt::format("halflight: {}1: place: the scene has 1 lights\n", file("script.txt:")));
+}
+
 TEST_F(View, WhatCannotBeDoneIsTold) {
     const auto expect_error = [&](const Outcome& outcome, int status, const std::string& message) {
         EXPECT_EQ(outcome.status, status);
@@ -324,7 +388,7 @@ TEST_F(View, WhatCannotBeDoneIsTold) {
     expect_error(view("camera nobody\n"), 1, at + "1: " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'");
     expect_error(view("screenshot @a.png\n"), 1, at + "1: " + file("a.png: not written: there is no picture yet"));
     expect_error(view("recall there\n"), 1, at + "1: bookmarks: there is no 'there'");
-    expect_error(view("light 0 1 0 0\n"), 1, at + "1: light: the scene has 0");
+    expect_error(view("light 0 1 0 0\n"), 1, at + "1: light: the scene has 0 lights");
     expect_error(view("component light on\n"), 1,
                  at + "1: component: there is no 'light', only emission, direct_diffuse, direct_glossy, "
                       "indirect_diffuse, indirect_glossy");
@@ -332,7 +396,7 @@ TEST_F(View, WhatCannotBeDoneIsTold) {
     expect_error(view("culling some\n"), 1, at + "1: culling: is auto, off, compute or raster, not 'some'");
     expect_error(view("wait first\nopen @no.glb\nquit\n"), 1,
                  at + "2: " + file("no.glb: cannot read: No such file or directory"));
-    expect_error(view("light 0 1\n"), 1, at + "1: light: the scene has 0");
+    expect_error(view("light 0 1\n"), 1, at + "1: light: the scene has 0 lights");
     expect_error(view("open @script.txt\n"), 1,
                  at + "1: " + file("script.txt: is neither a scene (.glb, .gltf) nor an environment (.exr, .hdr)"));
     expect_error(run_program({"view", scene, "--size", "640"}), 2, "--size: wants WIDTHxHEIGHT in pixels, not '640'");

@@ -10,6 +10,8 @@
 namespace halflight::view {
 namespace {
 
+using test::layer;
+using test::small_settings;
 using test::expect_same;
 
 TEST_F(RenderThreadTest, TheMeanIsThatOfRender) {
@@ -224,6 +226,60 @@ TEST_F(RenderThreadTest, OtherWorkComesBetween) {
     thread->limit(2);
     ASSERT_TRUE(thread.until_samples(number, 2));
     expect_same(thread.seen.back()->result, expected(r, 2));
+}
+
+TEST_F(RenderThreadTest, PosesGoOnFromTheirReference) {
+    Scene moved = *scene;
+    moved.instances[1].object_to_world[3].x += 0.2;
+    const auto posed = std::make_shared<const Scene>(moved);
+    const auto expected_pose = [&](const Request& r) {
+        RenderSettings s = small_settings(r.camera, r.size.x, r.size.y, 2, r.bounces);
+        s.aovs = r.aovs;
+        s.frame = r.frame;
+        Renderer renderer(context, *r.reference, ColorConfig::load(), s);
+        renderer.update(*r.scene);
+        return renderer.render();
+    };
+    Request r = request();
+    r.scene = posed;
+    r.frame = 3;
+    {
+        Watched thread;  // that has not seen the reference
+        thread->limit(2);
+        ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+        expect_same(thread.seen.back()->result, expected_pose(r));
+    }
+    Watched thread;
+    thread->limit(2);
+    ASSERT_TRUE(thread.until_samples(thread->show(request()), 2));
+    const auto first = thread.seen.back();
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    const auto second = thread.seen.back();
+    expect_same(second->result, expected_pose(r));
+    EXPECT_FALSE(same_bits(first->result.beauty, second->result.beauty));
+    ASSERT_TRUE(thread.until_samples(thread->show(request()), 2));
+    expect_same(thread.seen.back()->result, first->result);
+}
+
+TEST_F(RenderThreadTest, MotionIsThatSinceTheViewBefore) {
+    Watched thread;
+    Request r = request();
+    r.aovs = {"motion"};
+    const auto largest = [&](const Request& wanted) {
+        EXPECT_TRUE(thread.until_samples(thread->show(wanted), 1));
+        float most = 0;
+        for (const float v : layer(thread.seen.back()->result, "motion.X").pixels) most = std::max(most, std::abs(v));
+        return most;
+    };
+    EXPECT_LT(largest(r), 0.01f);
+    r.camera.camera_to_world[3] += 0.1 * r.camera.camera_to_world[0];
+    EXPECT_GT(largest(r), 1.0f);
+    const auto of_camera = thread.seen.back();
+    Scene moved = *scene;
+    moved.instances[1].object_to_world[3].x += 0.2;
+    r.scene = std::make_shared<const Scene>(moved);
+    EXPECT_GT(largest(r), 1.0f);
+    EXPECT_FALSE(same_bits(layer(of_camera->result, "motion.X"), layer(thread.seen.back()->result, "motion.X")));
 }
 
 TEST_F(RenderThreadTest, AnErrorKeepsThePicture) {

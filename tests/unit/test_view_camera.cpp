@@ -88,6 +88,10 @@ TEST(CameraControl, TheHeadTurnsAndTheBodyFlies) {
     const CameraPose flown = fly(front(), {1, 2, 0.5});
     expect_near(flown.from, {1, 2, 1.5});
     expect_near(flown.at, {1, 2, -0.5});
+    // A walk stays level wherever the eyes are.
+    const CameraPose walked = walk(down, {1, 2, 0.5});
+    expect_near(walked.from, {1, 2, 1.5});
+    expect_near(walked.at - walked.from, down.at - down.from);
 }
 
 TEST(CameraControl, OrthographicViewsZoom) {

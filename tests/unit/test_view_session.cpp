@@ -227,12 +227,13 @@ TEST_F(ViewSession, TellsWhatIsSeen) {
     EXPECT_EQ(session.description(), "final, 8 bounces");
     session.look.components[0] = false;
     session.edits.emission = 0.5f;
-    session.edits.lights = {{}, {2, vec3(1, 0, 0)}};
+    session.edits.lights = {{}, {2, vec3(1, 0, 0), dvec3(0)}};
     session.edits.clay = true;
     session.modes.clamp = 3;
     session.bounces = 1;
     EXPECT_EQ(session.description(),
-              "final, no emission, emission x 0.5, light 1 x 2, light 1 coloured, clay, clamped to 3, 1 bounces");
+              "final, no emission, emission x 0.5, light 1 x 2, light 1 coloured, light 1 moved, clay, clamped to 3, 1 "
+              "bounces");
 }
 
 }  // namespace

@@ -66,6 +66,8 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
     for (const LightEdit& light : edits.lights) {
         print.values("light {}", light.factor);
         if (light.color) print.text(point_text(dvec3(*light.color)));
+        if (light.position) print.text("at").text(point_text(*light.position));
+        if (light.direction) print.text("towards").text(point_text(*light.direction));
     }
 }
 

@@ -53,6 +53,8 @@ void apply(const SceneEdits& edits, Scene& scene) {
         const LightEdit& edit = edits.lights[i];
         if (edit.color) light.intensity = color_of(light).intensity * *edit.color;
         light.intensity *= edit.factor;
+        light.position = edit.position.value_or(light.position);
+        if (edit.direction) light.direction = vec3(glm::normalize(*edit.direction));
     }
 }
 

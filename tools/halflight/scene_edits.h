@@ -11,8 +11,10 @@ namespace halflight {
 /// Of a punctual light.
 struct LightEdit {
     float factor = 1;  // of its intensity, >= 0
-    std::optional<vec3>
-        color{};  // in place of its own, linear Rec.709, [0,1]; white is as bright as its largest channel
+    // In place of its own:
+    std::optional<vec3> color{};       // linear Rec.709, [0,1]; white is as bright as its largest channel
+    std::optional<dvec3> position{};   // world; means nothing to directional lights
+    std::optional<dvec3> direction{};  // the way the light travels, of any length but 0; nothing to points
     bool operator==(const LightEdit&) const = default;
 };
 

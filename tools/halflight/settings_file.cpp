@@ -79,8 +79,9 @@ class Element {
     std::string place_;
 };
 
-constexpr double kFar = 1e30;    // of coordinates, and of radiance
-constexpr double kBright = 1e9;  // of factors
+constexpr double kFar = 1e30;       // of coordinates, and of radiance
+constexpr double kFarLight = 1e12;  // of coordinates of lights
+constexpr double kBright = 1e9;     // of factors
 
 /// Calls f with the value of a key that is there.
 template <class F>
@@ -150,22 +151,31 @@ void read_environment(const Element& e, const fs::path& folder, SavedSettings& s
     with(e, "tint", [&](const Element& v) { s.edits.environment_tint = vec3(v.triple(0, 1)); });
 }
 
-/// A factor alone, or an object that has a colour, too.
+/// A factor alone, or an object that has more.
 LightEdit read_light(const Element& e) {
     LightEdit light;
     if (!e.is_object()) {
         light.factor = static_cast<float>(e.number(0, kBright));
         return light;
     }
-    e.check_keys({"factor", "color"});
+    e.check_keys({"factor", "color", "position", "direction"});
     with(e, "factor", [&](const Element& v) { light.factor = static_cast<float>(v.number(0, kBright)); });
     with(e, "color", [&](const Element& v) { light.color = vec3(v.triple(0, 1)); });
+    with(e, "position", [&](const Element& v) { light.position = v.triple(-kFarLight, kFarLight); });
+    with(e, "direction", [&](const Element& v) {
+        light.direction = v.triple(-kFarLight, kFarLight);
+        if (glm::length(*light.direction) == 0) v.fail("is no direction");
+    });
     return light;
 }
 
 Json light_json(const LightEdit& light) {
-    if (!light.color) return light.factor;
-    return {{"factor", light.factor}, {"color", list(dvec3(*light.color))}};
+    if (LightEdit{light.factor} == light) return light.factor;
+    Json json{{"factor", light.factor}};
+    if (light.color) json["color"] = list(dvec3(*light.color));
+    if (light.position) json["position"] = list(*light.position);
+    if (light.direction) json["direction"] = list(*light.direction);
+    return json;
 }
 
 Json environment_json(const SavedSettings& s, const fs::path& folder) {

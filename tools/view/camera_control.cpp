@@ -71,6 +71,14 @@ CameraPose fly(CameraPose pose, const dvec3& step) {
     return pose;
 }
 
+CameraPose walk(CameraPose pose, const dvec3& step) {
+    const dvec3 up = glm::normalize(pose.up), right = axes_of(pose).right;
+    const dvec3 move = step.x * right + step.y * up + step.z * glm::normalize(glm::cross(up, right));
+    pose.from += move;
+    pose.at += move;
+    return pose;
+}
+
 CameraPose look_at(CameraPose pose, const dvec3& point) {
     const dvec3 sight = point - pose.from;
     if (glm::length(sight) == 0) return pose;

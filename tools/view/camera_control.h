@@ -18,6 +18,8 @@ CameraPose dolly(CameraPose pose, double factor, double diagonal);
 CameraPose turn(CameraPose pose, const dvec2& angle);
 /// Moves to the right (x), along `up` (y) and ahead (z), world units.
 CameraPose fly(CameraPose pose, const dvec3& step);
+/// Moves to the right (x), along `up` (y), and ahead on the level that `up` is perpendicular to (z), world units.
+CameraPose walk(CameraPose pose, const dvec3& step);
 /// Looks at a point from where it is. A point at the camera changes nothing.
 CameraPose look_at(CameraPose pose, const dvec3& point);
 /// Looks at the box's centre from the same direction, far enough to see the whole of it in a picture of this aspect

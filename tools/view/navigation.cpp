@@ -34,7 +34,7 @@ void Navigation::steer(Session& session, const Input& in, const ivec2& size) {
     if (in.double_click) session.focus(*in.double_click, size);
     if (!moving_) return;
     const double step = 0.1 * double{speed} * session.diagonal() * std::min(in.seconds, kLongest);
-    session.move(fly(session.pose(), step * in.way));
+    session.move((manner == Manner::walk ? walk : fly)(session.pose(), step * in.way));
 }
 
 }  // namespace halflight::view

@@ -7,7 +7,7 @@
 
 namespace halflight::view {
 
-enum class Manner : int { orbit, fly };
+enum class Manner : int { orbit, fly, walk };  // walk: as a person does, wherever it looks
 
 /// Since the last frame, without what the panels took for themselves.
 struct Input {
@@ -22,7 +22,7 @@ struct Input {
 class Navigation {
   public:
     Manner manner = Manner::orbit;
-    float speed = 1;  // of flying, scene diagonals per ten seconds
+    float speed = 1;  // of flying and walking, scene diagonals per ten seconds
 
     /// `size`: of the framebuffer, pixels. Throws what Session::move() throws.
     void steer(Session& session, const Input& input, const ivec2& size);

@@ -14,15 +14,15 @@ constexpr ImU32 kText = IM_COL32(255, 255, 255, 255);
 constexpr ImU32 kBehind = IM_COL32(0, 0, 0, 160);
 constexpr float kMargin = 10;
 
-/// Text on a dark ground, in several lines where the window is narrow; `align`: the share of it that is left of x, less
-/// where the window ends. Returns where the next one may begin.
-float label(float x, float y, float align, const std::string& text) {
+/// Text on a dark ground, in several lines where there is little room; `align`: the share of it that is left of x, more
+/// or less where the room ends. Returns where the next one may begin.
+float label(const Room& room, float x, float y, float align, const std::string& text) {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
-    const float end = ImGui::GetIO().DisplaySize.x - kMargin;
-    const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, end - kMargin);
-    const float left = std::max(std::min(x - align * size.x, end - size.x), kMargin);
+    const float width = room.right - room.left;
+    const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, width);
+    const float left = std::max(std::min(x - align * size.x, room.right - size.x), room.left);
     list.AddRectFilled({left - 4, y - 2}, {left + size.x + 4, y + size.y + 2}, kBehind, 3);
-    list.AddText(nullptr, 0, {left, y}, kText, text.c_str(), nullptr, end - kMargin);
+    list.AddText(nullptr, 0, {left, y}, kText, text.c_str(), nullptr, width);
     return y + size.y + kMargin;
 }
 
@@ -66,22 +66,24 @@ void drag_line(float& split) {
 }
 
 /// Returns where more labels may begin.
-float draw_split(const std::string& here, const std::string& other, float& split) {
+float draw_split(const Room& room, const std::string& here, const std::string& other, float& split) {
     drag_line(split);
     const ImVec2 window = ImGui::GetIO().DisplaySize;
     const float x = split * window.x;
     ImGui::GetBackgroundDrawList()->AddLine({x, 0}, {x, window.y}, kText, 2);
-    const float next = label(x - kMargin, kMargin, 1, "A: " + here);
-    return label(x + kMargin, next, 0, "B: " + other);
+    const float next = label(room, x - kMargin, kMargin, 1, "A: " + here);
+    return label(room, x + kMargin, next, 0, "B: " + other);
 }
 
 }  // namespace
 
 void draw_overlay(const Overlay& overlay, float& split) {
-    const ImVec2 window = ImGui::GetIO().DisplaySize;
     if (overlay.scale) draw_scale(*overlay.scale);
-    float next = overlay.other ? draw_split(overlay.here, *overlay.other, split) : kMargin;
-    for (const std::string& notice : overlay.notices) next = label(window.x / 2, next, 0.5f, notice);
+    Room room = overlay.room.value_or(Room{0, ImGui::GetIO().DisplaySize.x});
+    room.left += kMargin, room.right -= kMargin;
+    float next = overlay.other ? draw_split(room, overlay.here, *overlay.other, split) : kMargin;
+    for (const std::string& notice : overlay.notices)
+        next = label(room, 0.5f * (room.left + room.right), next, 0.5f, notice);
 }
 
 }  // namespace halflight::view

@@ -4,6 +4,7 @@
 #include <imgui.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "tools/view/statistics_panel.h"
 
@@ -51,9 +52,11 @@ void camera_panel(Session& session, Navigation& navigation, Asked& asked) {
     int manner = static_cast<int>(navigation.manner);
     ImGui::RadioButton("orbit", &manner, static_cast<int>(Manner::orbit));
     ImGui::SameLine();
-    ImGui::RadioButton("fly (W A S D Q E)", &manner, static_cast<int>(Manner::fly));
+    ImGui::RadioButton("fly", &manner, static_cast<int>(Manner::fly));
+    ImGui::SameLine();
+    ImGui::RadioButton("walk (W A S D Q E)", &manner, static_cast<int>(Manner::walk));
     navigation.manner = static_cast<Manner>(manner);
-    if (navigation.manner == Manner::fly)
+    if (navigation.manner != Manner::orbit)
         ImGui::SliderFloat("speed", &navigation.speed, 0.01f, 100, "%.2f", kLogarithmic);
     CameraPose pose = session.pose();
     auto degrees = static_cast<float>(glm::degrees(pose.vertical_fov));
@@ -152,13 +155,28 @@ bool pick_color(const char* label, vec3& linear) {
     return true;
 }
 
-void punctual_light(const PunctualLight& light, LightEdit& edit) {
+/// diagonal: of the scene, world units.
+void punctual_light(const PunctualLight& light, float diagonal, LightEdit& edit) {
     factor(light.name.empty() ? "light" : light.name.c_str(), edit.factor);
     vec3 color = edit.color.value_or(color_of(light).color);
     if (pick_color("colour", color)) edit.color = color;
-    if (!edit.color) return;
-    ImGui::SameLine();
-    if (ImGui::SmallButton("its own")) edit.color.reset();
+    if (light.type != LightType::directional) {
+        dvec3 position = edit.position.value_or(light.position);
+        if (ImGui::DragScalarN("position", ImGuiDataType_Double, &position.x, 3, 0.002f * diagonal, nullptr, nullptr,
+                               "%.3f"))
+            edit.position = position;
+    }
+    if (light.type != LightType::point) {
+        // Towards where it comes from. Not quite to the zenith, where it would forget its azimuth.
+        const dvec3 back = -glm::normalize(edit.direction.value_or(dvec3(light.direction)));
+        vec2 angles(glm::degrees(std::atan2(back.x, back.z)), glm::degrees(std::asin(std::clamp(back.y, -1.0, 1.0))));
+        if (ImGui::DragFloat2("azimuth, elevation", &angles.x, 0.5f, -360, 360, "%.1f deg")) {
+            const dvec2 a = glm::radians(dvec2(angles.x, std::clamp(angles.y, -89.9f, 89.9f)));
+            edit.direction = -dvec3(std::cos(a.y) * std::sin(a.x), std::sin(a.y), std::cos(a.y) * std::cos(a.x));
+        }
+    }
+    if (!edit.color && !edit.position && !edit.direction) return;
+    if (ImGui::SmallButton("as the scene has it")) edit = LightEdit{edit.factor};
 }
 
 void light_panel(Session& session) {
@@ -176,13 +194,21 @@ void light_panel(Session& session) {
         LightEdit edit = i < edits.lights.size() ? edits.lights[i] : LightEdit();
         const LightEdit before = edit;
         ImGui::PushID(static_cast<int>(i));
-        punctual_light(scene.lights[i], edit);
+        punctual_light(scene.lights[i], static_cast<float>(session.diagonal()), edit);
         ImGui::PopID();
         if (edit == before) continue;
         edits.lights.resize(scene.lights.size());
         edits.lights[i] = edit;
     }
     ImGui::Checkbox("clay", &edits.clay);
+}
+
+/// The wider side of a panel; all of the window, and behind the panel, where that is narrow.
+Room room_beside(float left, float width, float window) {
+    constexpr float kLeast = 160;
+    const Room before{0, left}, after{left + width, window};
+    const Room wider = after.right - after.left >= before.right ? after : before;
+    return wider.right - wider.left >= kLeast ? wider : Room{0, window};
 }
 
 void message_panel(const Situation& now, Asked& asked) {
@@ -231,6 +257,7 @@ Asked panels(Session& session, const ColorConfig& colors, Navigation& navigation
     asked.exr = ImGui::Button(".exr");
     ImGui::SameLine();
     asked.save = ImGui::Button("save settings");
+    asked.room = room_beside(ImGui::GetWindowPos().x, ImGui::GetWindowWidth(), size.x);
     ImGui::PopTextWrapPos();
     ImGui::PopItemWidth();
     ImGui::End();

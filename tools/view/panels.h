@@ -7,6 +7,7 @@
 
 #include "engine/color/color.h"
 #include "tools/view/navigation.h"
+#include "tools/view/overlay.h"
 #include "tools/view/pass_history.h"
 #include "tools/view/session.h"
 
@@ -35,7 +36,8 @@ struct Asked {
     };
     std::optional<Moment> moment{};  // to be seen
     std::optional<bool> play{};
-    bool read_message = false;  // it can go
+    bool read_message = false;   // it can go
+    std::optional<Room> room{};  // that they leave for labels; none: there are no panels
 };
 
 /// Declares all panels, between Gui::begin() and draw().

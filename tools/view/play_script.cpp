@@ -101,6 +101,7 @@ void Viewer::execute(const Command& c) {
     if (c.name == "turn") session_.move(turn(pose, pose.vertical_fov * drag));
     if (c.name == "dolly") session_.move(dolly(pose, n(0), session_.diagonal()));
     if (c.name == "fly") session_.move(fly(pose, {n(0), n(1), n(2)}));
+    if (c.name == "walk") session_.move(walk(pose, {n(0), n(1), n(2)}));
     if (c.name == "focus" && !session_.focus(point, size)) throw Error("focus", "there is nothing");
     if (c.name == "key") key(c.words[0][0], point);
     if (c.name == "view") {
@@ -128,15 +129,20 @@ void Viewer::execute(const Command& c) {
     if (c.name == "rotation") session_.edits.environment_rotation = n(0);
     if (c.name == "intensity") session_.edits.environment_intensity = static_cast<float>(n(0));
     if (c.name == "emission") session_.edits.emission = static_cast<float>(n(0));
-    if (c.name == "light") {
+    if (c.name == "light" || c.name == "place" || c.name == "aim") {
         const std::size_t lights = session_.scene().lights.size();
-        if (n(0) < 0 || n(0) >= static_cast<double>(lights)) throw Error("light", "the scene has {}", lights);
+        if (n(0) < 0 || n(0) >= static_cast<double>(lights)) throw Error(c.name, "the scene has {} lights", lights);
         session_.edits.lights.resize(lights);
         LightEdit& light = session_.edits.lights[static_cast<std::size_t>(n(0))];
-        if (c.numbers.size() == 2)
+        if (c.numbers.size() == 2) {
             light.factor = static_cast<float>(n(1));
-        else
-            light.color = vec3(n(1), n(2), n(3));
+        } else {
+            const dvec3 triple(n(1), n(2), n(3));
+            if (c.name == "light") light.color = vec3(triple);
+            if (c.name == "place") light.position = triple;
+            if (c.name == "aim" && triple == dvec3(0)) throw Error("aim", "that is no direction");
+            if (c.name == "aim") light.direction = triple;
+        }
     }
     if (c.name == "tint") session_.edits.environment_tint = vec3(n(0), n(1), n(2));
     if (c.name == "clay") session_.edits.clay = c.on();

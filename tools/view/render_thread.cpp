@@ -246,10 +246,8 @@ void RenderThread::serve(Workplace& place, const Job& job) {
 
 Picture RenderThread::coarse(Workplace& place, const Job& job, int divisor) {
     FrameSettings frame;
-    frame.camera = job.request.camera;
-    frame.frame = job.request.frame;
+    place.tell(frame);
     frame.samples = 1;
-    frame.history = &place.history();
     const bool is_new = place.is_new(divisor);
     Renderer& renderer = place.renderer(divisor);
     const double start = now();
@@ -271,10 +269,8 @@ Picture RenderThread::coarse(Workplace& place, const Job& job, int divisor) {
 void RenderThread::refine(Workplace& place, Job job, bool shown) {
     const Request made = job.request;
     FrameSettings frame;
-    frame.camera = made.camera;
-    frame.frame = made.frame;
+    place.tell(frame);
     frame.samples = kMostSamples;
-    frame.history = &place.history();
     const bool is_new = place.is_new(1);
     Renderer& renderer = place.renderer(1);
     int published = 0;     // samples of the last picture

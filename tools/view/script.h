@@ -13,6 +13,7 @@
 //     turn X Y                 of the head
 //     dolly FACTOR             distance to what is looked at times so much
 //     fly X Y Z                to the right, up, ahead; world units
+//     walk X Y Z               the same, ahead on the level
 //     focus X Y                looks at what is seen at that pixel
 //     key K                    a key: F H R 1 to 9
 //     view NAME                final, error, or one of the layers of --aov
@@ -28,6 +29,8 @@
 //     tint R G B               of the environment, linear, 0 to 1
 //     light N FACTOR           of a punctual light, by number
 //     light N R G B            its colour, linear, 0 to 1
+//     place N X Y Z            puts it there, world units
+//     aim N X Y Z              the way its light travels
 //     clay on|off
 //     bounces N
 //     preview LIST             preview modes that are on, as --preview has them: NAME,... or none

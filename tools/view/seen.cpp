@@ -88,7 +88,7 @@ Image positions(const Image& image) {
 }
 
 Image motions(const Image& image) {
-    constexpr float kLeast = 0.01f;  // pixels on the scale: less are roundings
+    constexpr float kLeast = 0.1f;  // pixels on the scale: less are roundings
     std::vector<float> lengths;
     for (std::size_t i = 0; i + 1 < image.pixels.size(); i += 2)
         lengths.push_back(std::hypot(image.pixels[i], image.pixels[i + 1]));

@@ -267,6 +267,7 @@ std::string Session::description() const {
     for (std::size_t i = 0; i < edits.lights.size(); ++i) {
         factor(fmt::format("light {}", i).c_str(), edits.lights[i].factor);
         if (edits.lights[i].color) words.push_back(fmt::format("light {} coloured", i));
+        if (edits.lights[i].position || edits.lights[i].direction) words.push_back(fmt::format("light {} moved", i));
     }
     if (edits.clay) words.emplace_back("clay");
     if (modes.preview.any()) words.push_back(fmt::format("preview {}", text(modes.preview)));

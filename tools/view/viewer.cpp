@@ -201,7 +201,7 @@ void Viewer::frame(const std::filesystem::path& shot) {
     if (panels_shown_)
         asked = panels(session_, colors_, navigation_,
                        {picture_.get(), &history_, status, message_, other_.has_value(), play_.has_value()});
-    draw_overlay({scale_, notices(status), session_.description(), other_}, split_);
+    draw_overlay({scale_, notices(status), session_.description(), other_, asked.room}, split_);
     if (asked.pose) attempt([&] { session_.move(*asked.pose); });
     ask();
     if (session_.transform != transform_) {

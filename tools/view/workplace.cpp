@@ -1,5 +1,7 @@
 #include "tools/view/workplace.h"
 
+#include <algorithm>
+
 namespace halflight::view {
 namespace {
 
@@ -50,6 +52,26 @@ void Workplace::prepare_scene(const Request& r) {
     }
 }
 
+void Workplace::look_back(const Request& r) {
+    const bool motion = std::ranges::find(r.aovs, "motion") != r.aovs.end();
+    if (r.reference != request_.reference) {
+        previous_camera_.reset();
+        previous_surfaces_.reset();
+    } else if (r.scene != request_.scene || !same(r.camera, request_.camera)) {
+        previous_camera_ = request_.camera;
+        previous_surfaces_.reset();
+        if (motion && r.scene != request_.scene) previous_surfaces_.emplace(*r.scene, *request_.scene);
+    }
+}
+
+void Workplace::tell(FrameSettings& frame) {
+    frame.camera = request_.camera;
+    frame.frame = request_.frame;
+    frame.history = &history_;
+    frame.previous_camera = previous_camera_;
+    frame.previous_surfaces = previous_surfaces_ ? &*previous_surfaces_ : nullptr;
+}
+
 void Workplace::prepare(const Request& r) {
     const bool new_scene = needs_scene(r);
     const bool new_light = new_scene || reloaded_ || r.bounces != request_.bounces;
@@ -63,6 +85,7 @@ void Workplace::prepare(const Request& r) {
         history_.forget();
         prepare_scene(r);
     }
+    look_back(r);
     // What renderers are not made for, but told of picture by picture.
     Request known = request_;
     known.reference = r.reference, known.scene = r.scene, known.edits = r.edits;

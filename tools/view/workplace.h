@@ -3,7 +3,9 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 
+#include "engine/scene/motion.h"
 #include "passes/preview_picture.h"
 #include "passes/radiance_cache.h"
 #include "tools/view/render_thread.h"
@@ -31,12 +33,14 @@ class Workplace {
     /// Of the size of the request that was prepared last. Throws what a Renderer throws.
     Renderer& renderer(int divisor);
     Resolution& resolution() { return resolution_; }
-    /// Of the pictures since the last prepare() that changed more than the camera.
-    PictureHistory& history() { return history_; }
+    /// What a renderer is told of the picture of the request that was prepared last: its camera, its place in time and
+    /// what was seen before it.
+    void tell(FrameSettings& frame);
 
   private:
     /// Renderers that cannot go on are gone afterwards.
     void prepare_scene(const Request& request);
+    void look_back(const Request& request);
 
     gpu::Context& context_;
     ColorConfig colors_;
@@ -45,7 +49,10 @@ class Workplace {
     std::unique_ptr<PreparedScene> scene_;
     bool raster_ = false;                // the scene is prepared for raster culling
     std::map<int, Renderer> renderers_;  // by divisor
-    PictureHistory history_;
+    PictureHistory history_;             // of the pictures since the last prepare() that changed more than the camera
+    // For the layer "motion", which is that since the view that was seen last.
+    std::optional<Camera> previous_camera_;
+    std::optional<PreviousSurfaces> previous_surfaces_;
     std::shared_ptr<RadianceCache> radiance_cache_;  // that they share; null until one is wanted
     Resolution resolution_;
 };
