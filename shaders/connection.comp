@@ -15,6 +15,8 @@ layout(std430, binding = 2) readonly buffer Hits { Hit hits[]; };
 layout(std430, binding = 3) readonly buffer States { PathState states[]; };
 layout(std430, binding = 4) writeonly buffer Connections { Ray connections[]; };
 
+const uint kGrouping = 0xb36du;  // as good as that of any sample
+
 uniform uint first_block;
 uniform uint block_stride;
 
@@ -27,7 +29,7 @@ void main() {
     uint block = first_block + (entry >> 12) * block_stride;
     uint group = (entry >> 8) & 15u;
     uint sender = (block << 8) | group | (((entry >> 4) & 15u) << 4);
-    uint receiver = sender ^ member_step(entry & 15u, 0u);
+    uint receiver = sender ^ member_step(entry & 15u, kGrouping);
 
     Hit hit = hits[sender];
     bool has_point = states[sender].lobe == kLobeDiffuse && hit.triangle != kMiss && finite(hit.t);

@@ -328,7 +328,10 @@ TEST_F(View, FramesOfAnimationsAreThoseThatRenderMakes) {
         frame 20
         wait samples 2
         screenshot @fly.exr
-        play 0.5
+        screenshot @before.exr
+        play 0.7
+        wait samples 2
+        screenshot @played.exr
         frame 20
         wait samples 2
         screenshot @again.exr)",
@@ -337,9 +340,16 @@ TEST_F(View, FramesOfAnimationsAreThoseThatRenderMakes) {
     render({file("20.exr"), "--samples", "2", "--animation", "fly", "--frame", "20", "--camera", "moving"});
     EXPECT_TRUE(same_bits(exr("seven.exr"), exr("7.exr")));
     EXPECT_TRUE(same_bits(exr("fly.exr"), exr("20.exr")));
+    EXPECT_FALSE(same_bits(exr("played.exr"), exr("before.exr"))) << "it has gone on";
     EXPECT_TRUE(same_bits(exr("again.exr"), exr("20.exr")));
     expect_done(view("wait samples 2\nscreenshot @start.exr\n", {"--quiet", "--animation", "all", "--frame", "7"}));
     EXPECT_TRUE(same_bits(exr("start.exr"), exr("7.exr")));
+
+    expect_done(
+        view("animation turn\nframe 11\ncamera moving\nwait samples 2\nscreenshot @saved.exr\nsave\n", {"--quiet"}));
+    render({file("settings.exr"), "--samples", "2", "--settings", scene + ".halflight.json"});
+    EXPECT_TRUE(same_bits(exr("settings.exr"), exr("saved.exr")));
+    std::filesystem::remove(scene + ".halflight.json");
 
     EXPECT_EQ(view("animation jump\n", {"--quiet"}).err,
               fmt::format("halflight: {}1: {}: no animation 'jump': it has 0 'bend', 1 'breathe', 2 'turn', 3 'fly'\n",
@@ -375,7 +385,7 @@ TEST_F(View, LightsAreMoved) {
     EXPECT_TRUE(same_bits(exr("moved.exr"), exr("render.exr")));
     EXPECT_FALSE(same_bits(exr("moved.exr"), exr("first.exr")));
     EXPECT_EQ(view("place 1 0 0 0\n", {"--quiet"}).err,
-              fmt::format("halflight: {}1: place: the scene has 1 lights\n", file("script.txt:")));
+              fmt::format("halflight: {}1: place: there is no light 1, the scene has 1\n", file("script.txt:")));
 }
 
 TEST_F(View, WhatCannotBeDoneIsTold) {
@@ -388,7 +398,7 @@ TEST_F(View, WhatCannotBeDoneIsTold) {
     expect_error(view("camera nobody\n"), 1, at + "1: " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'");
     expect_error(view("screenshot @a.png\n"), 1, at + "1: " + file("a.png: not written: there is no picture yet"));
     expect_error(view("recall there\n"), 1, at + "1: bookmarks: there is no 'there'");
-    expect_error(view("light 0 1 0 0\n"), 1, at + "1: light: the scene has 0 lights");
+    expect_error(view("light 0 1 0 0\n"), 1, at + "1: light: there is no light 0, the scene has 0");
     expect_error(view("component light on\n"), 1,
                  at + "1: component: there is no 'light', only emission, direct_diffuse, direct_glossy, "
                       "indirect_diffuse, indirect_glossy");
@@ -396,7 +406,7 @@ TEST_F(View, WhatCannotBeDoneIsTold) {
     expect_error(view("culling some\n"), 1, at + "1: culling: is auto, off, compute or raster, not 'some'");
     expect_error(view("wait first\nopen @no.glb\nquit\n"), 1,
                  at + "2: " + file("no.glb: cannot read: No such file or directory"));
-    expect_error(view("light 0 1\n"), 1, at + "1: light: the scene has 0 lights");
+    expect_error(view("light 0 1\n"), 1, at + "1: light: there is no light 0, the scene has 0");
     expect_error(view("open @script.txt\n"), 1,
                  at + "1: " + file("script.txt: is neither a scene (.glb, .gltf) nor an environment (.exr, .hdr)"));
     expect_error(run_program({"view", scene, "--size", "640"}), 2, "--size: wants WIDTHxHEIGHT in pixels, not '640'");

@@ -31,8 +31,10 @@ SavedSettings all_kinds() {
     s.edits.environment_intensity = 0.1f;
     s.edits.emission = 2;
     s.edits.environment_tint = {1, 0.5f, 0.1f};
-    s.edits.lights = {{}, {0.3f}, {2, vec3(0.2f, 0, 1)}, {1, {}, dvec3(0.1, -2e5, 3)}, {1, {}, {}, dvec3(0, -2, 1e-3)}};
+    s.edits.lights = {
+        {}, {0.3f}, {2, vec3(0.2f, 0, 1)}, {1, {}, dvec3(0.1, -2e5, 3)}, {1, {}, {}, dvec3(0, -0.6, 0.8)}};
     s.edits.clay = true;
+    s.moment = {{"run", 13, {30000, 1001}}};
     pose.orthographic = true;
     pose.ortho_height = 3;
     s.bookmarks = {{"one", pose}, {"", CameraPose()}};
@@ -117,6 +119,9 @@ TEST(SettingsFile, ElementsThatAreWrongAreNamed) {
     EXPECT_EQ(with("\"lights\": [1, -1]"), "lights[1]: is no number from 0 to 1000000000");
     EXPECT_EQ(with("\"lights\": [{\"factor\": 1, \"colour\": 1}]"), "lights[0]: there is no setting 'colour'");
     EXPECT_EQ(with("\"lights\": [{\"color\": [0, 0, 2]}]"), "lights[0].color[2]: is no number from 0 to 1");
+    EXPECT_EQ(with("\"animation\": {\"frame\": 1}"), "animation: wants a name");
+    EXPECT_EQ(with("\"animation\": {\"name\": \"a\", \"frame\": -1}"),
+              "animation.frame: is no number from 0 to 4294967295");
     EXPECT_EQ(with("\"lights\": [{\"direction\": [0, 0, 0]}]"), "lights[0].direction: is no direction");
     EXPECT_EQ(with("\"environment\": {\"tint\": [0, -1, 0]}"), "environment.tint[1]: is no number from 0 to 1");
     EXPECT_EQ(with("\"camera\": {\"from\": [0, 1]}"), "camera.from: is no list of three numbers");
@@ -183,7 +188,7 @@ TEST(SceneEdits, LightsAreMovedAndTurned) {
     spot.type = LightType::spot;
     spot.position = {1, 2, 3};
     scene.lights = {spot, spot, spot};
-    apply({.lights = {{1, {}, dvec3(4, 5, 6)}, {1, {}, {}, dvec3(0, -7, 0)}}}, scene);
+    apply({.lights = {{1, {}, dvec3(4, 5, 6)}, {1, {}, {}, unit_direction({0, -1e-200, 0})}}}, scene);
     EXPECT_EQ(scene.lights[0].position, dvec3(4, 5, 6));
     EXPECT_EQ(scene.lights[0].direction, spot.direction);
     EXPECT_EQ(scene.lights[1].position, spot.position);

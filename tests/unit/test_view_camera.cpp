@@ -92,6 +92,9 @@ TEST(CameraControl, TheHeadTurnsAndTheBodyFlies) {
     const CameraPose walked = walk(down, {1, 2, 0.5});
     expect_near(walked.from, {1, 2, 1.5});
     expect_near(walked.at - walked.from, down.at - down.from);
+    CameraPose rolled = front();
+    rolled.up = {0.3, 1, 0};
+    expect_near(walk(rolled, {1, 0, 1}).from, {1, 0, 1});
 }
 
 TEST(CameraControl, OrthographicViewsZoom) {

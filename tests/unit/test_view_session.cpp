@@ -236,5 +236,55 @@ TEST_F(ViewSession, TellsWhatIsSeen) {
               "bounces");
 }
 
+TEST(ViewTimeline, ReachesTheLastKey) {
+    for (const int rate : {24, 25, 30, 60})
+        for (std::uint32_t n = 1; n <= 300; ++n)  // files have times as floats
+            ASSERT_EQ(last_frame(double{static_cast<float>(double(n) / rate)}, {rate, 1}), n) << rate;
+    EXPECT_EQ(last_frame(0, {}), 0u);
+    EXPECT_EQ(last_frame(0.99, {}), 23u);
+    EXPECT_EQ(last_frame(1e300, {}), 1000000u);
+}
+
+TEST(ViewTimeline, AnimationsAreCalledByWhatFindsThem) {
+    std::vector<Animation> animations(5);
+    animations[0].name = "run", animations[2].name = "run", animations[3].name = "all", animations[4].name = "walk";
+    EXPECT_EQ(titles(animations), (std::vector<std::string>{"run", "1", "2", "3", "walk"}));
+}
+
+/// Without a camera in the file, the view is that of 0 s at every frame, as `render` has it.
+TEST(ViewTimeline, UsualCamerasAreThoseOfTheReference) {
+    test::TemporaryFolder folder;
+    const std::filesystem::path file = folder / "slide.gltf";
+    test::write_text(file,
+                     R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+        "animations": [{"name": "slide", "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+                        "samplers": [{"input": 1, "output": 2}]}],
+        "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [-2, -2, 0],
+                       "max": [2, 2, 0]},
+                      {"bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [2]},
+                      {"bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3"}],
+        "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 32, "byteLength": 8},
+                        {"buffer": 0, "byteOffset": 8, "byteLength": 24}],
+        "buffers": [{"byteLength": 40, "uri":
+            "data:application/octet-stream;base64,AAAAwAAAAMAAAAAAAAAAQAAAAMAAAAAAAAAAAAAAAEAAAAAAAAAAQA=="}]})");
+    PreviewArguments a;
+    a.scene = file;
+    a.quiet = true;
+    a.animation = "slide";
+    Session first(a, ColorConfig::load());
+    a.frame = 24;
+    Session later(a, ColorConfig::load());
+    EXPECT_EQ(first.timeline().last, 48u);
+    for (int column = 0; column < 4; ++column)
+        EXPECT_LT(glm::length(first.camera().camera_to_world[column] - later.camera().camera_to_world[column]), 1e-12);
+    EXPECT_NE(world_bounds(first.scene()).lower, world_bounds(later.scene()).lower);
+    EXPECT_EQ(later.saved(kSize).moment->frame, 24u);
+    first.open(first.posing("slide", 24)());
+    EXPECT_EQ(world_bounds(first.scene()).lower, world_bounds(later.scene()).lower);
+    first.open(first.posing("none", 0)());
+    EXPECT_FALSE(first.saved(kSize).moment);
+}
+
 }  // namespace
 }  // namespace halflight::view

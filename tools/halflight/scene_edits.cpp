@@ -43,6 +43,12 @@ LightColor color_of(const PunctualLight& light) {
     return {most > 0 ? light.intensity / most : vec3(1), most};
 }
 
+std::optional<dvec3> unit_direction(const dvec3& v) {
+    const double most = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    if (!(most > 0) || !std::isfinite(most)) return std::nullopt;
+    return glm::normalize(v / most);  // squares neither vanish nor overflow
+}
+
 void apply(const SceneEdits& edits, Scene& scene) {
     turn(scene.environment.map, edits.environment_rotation);
     scene.environment.color *= edits.environment_intensity * edits.environment_tint;
@@ -54,7 +60,7 @@ void apply(const SceneEdits& edits, Scene& scene) {
         if (edit.color) light.intensity = color_of(light).intensity * *edit.color;
         light.intensity *= edit.factor;
         light.position = edit.position.value_or(light.position);
-        if (edit.direction) light.direction = vec3(glm::normalize(*edit.direction));
+        if (edit.direction) light.direction = glm::normalize(vec3(*edit.direction));
     }
 }
 

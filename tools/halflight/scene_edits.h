@@ -8,13 +8,15 @@
 
 namespace halflight {
 
+inline constexpr double kFarLight = 1e12;  ///< of coordinates of lights
+
 /// Of a punctual light.
 struct LightEdit {
     float factor = 1;  // of its intensity, >= 0
     // In place of its own:
     std::optional<vec3> color{};       // linear Rec.709, [0,1]; white is as bright as its largest channel
-    std::optional<dvec3> position{};   // world; means nothing to directional lights
-    std::optional<dvec3> direction{};  // the way the light travels, of any length but 0; nothing to points
+    std::optional<dvec3> position{};   // world, up to kFarLight; means nothing to directional lights
+    std::optional<dvec3> direction{};  // unit, the way the light travels; nothing to points
     bool operator==(const LightEdit&) const = default;
 };
 
@@ -35,6 +37,9 @@ struct LightColor {
     float intensity;
 };
 LightColor color_of(const PunctualLight& light);
+
+/// The same direction with length 1; none where there is none.
+std::optional<dvec3> unit_direction(const dvec3& v);
 
 /// Of a scene that has no edits yet.
 void apply(const SceneEdits& edits, Scene& scene);

@@ -22,10 +22,11 @@ class Element {
     Element(const fs::path& file, const Json& json, std::string place = "")
         : file_(file), json_(json), place_(std::move(place)) {}
 
+    /// For messages: file and place.
+    std::string where() const { return file_.string() + (place_.empty() ? "" : ": " + place_); }
     template <class... Args>
     [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) const {
-        throw Error(file_.string() + (place_.empty() ? "" : ": " + place_),
-                    fmt::format(format, std::forward<Args>(args)...));
+        throw Error(where(), fmt::format(format, std::forward<Args>(args)...));
     }
 
     bool is_string() const { return json_.is_string(); }
@@ -79,9 +80,8 @@ class Element {
     std::string place_;
 };
 
-constexpr double kFar = 1e30;       // of coordinates, and of radiance
-constexpr double kFarLight = 1e12;  // of coordinates of lights
-constexpr double kBright = 1e9;     // of factors
+constexpr double kFar = 1e30;    // of coordinates, and of radiance
+constexpr double kBright = 1e9;  // of factors
 
 /// Calls f with the value of a key that is there.
 template <class F>
@@ -163,8 +163,8 @@ LightEdit read_light(const Element& e) {
     with(e, "color", [&](const Element& v) { light.color = vec3(v.triple(0, 1)); });
     with(e, "position", [&](const Element& v) { light.position = v.triple(-kFarLight, kFarLight); });
     with(e, "direction", [&](const Element& v) {
-        light.direction = v.triple(-kFarLight, kFarLight);
-        if (glm::length(*light.direction) == 0) v.fail("is no direction");
+        light.direction = unit_direction(v.triple(-kFarLight, kFarLight));
+        if (!light.direction) v.fail("is no direction");
     });
     return light;
 }
@@ -192,6 +192,22 @@ Json environment_json(const SavedSettings& s, const fs::path& folder) {
     return json;
 }
 
+SavedSettings::Moment read_moment(const Element& e) {
+    SavedSettings::Moment moment;
+    e.check_keys({"name", "frame", "fps"});
+    const auto name = e.find("name");
+    if (!name) e.fail("wants a name");
+    moment.animation = name->text();
+    if (moment.animation.empty()) name->fail("is empty");
+    with(e, "frame", [&](const Element& v) {
+        const double frame = v.number(0, ~0u);
+        if (frame != std::floor(frame)) v.fail("is no whole number");
+        moment.frame = static_cast<std::uint32_t>(frame);
+    });
+    with(e, "fps", [&](const Element& v) { moment.rate = parse_frame_rate(v.where(), v.text()); });
+    return moment;
+}
+
 }  // namespace
 
 fs::path settings_file_of(const fs::path& scene) {
@@ -207,7 +223,8 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
     if (json.is_discarded()) throw Error(path.string(), "is no JSON");
     const Element file(path, json);
     file.check_keys({"halflight_settings", "camera", "exposure", "display", "view", "look", "size", "samples",
-                     "bounces", "preview", "clamp", "environment", "emission", "lights", "clay", "bookmarks"});
+                     "bounces", "preview", "clamp", "environment", "emission", "lights", "clay", "animation",
+                     "bookmarks"});
     const auto version = file.find("halflight_settings");
     if (!version) file.fail("has no 'halflight_settings', the version of its format");
     if (version->whole(0, 1 << 30) != kVersion) version->fail("is not {}, the version that is known", kVersion);
@@ -234,6 +251,7 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
         for (const Element& one : v.items()) s.edits.lights.push_back(read_light(one));
     });
     with(file, "clay", [&](const Element& v) { s.edits.clay = v.truth(); });
+    with(file, "animation", [&](const Element& v) { s.moment = read_moment(v); });
     with(file, "bookmarks", [&](const Element& v) {
         for (const Element& one : v.items()) {
             one.check_keys({"name", "camera"});
@@ -267,6 +285,10 @@ std::string settings_text(const SavedSettings& s, const fs::path& folder) {
     json["lights"] = Json::array();
     for (const LightEdit& light : s.edits.lights) json["lights"].push_back(light_json(light));
     json["clay"] = s.edits.clay;
+    if (s.moment)
+        json["animation"] = {{"name", s.moment->animation},
+                             {"frame", s.moment->frame},
+                             {"fps", fmt::format("{}/{}", s.moment->rate.numerator, s.moment->rate.denominator)}};
     json["bookmarks"] = Json::array();
     for (const Bookmark& b : s.bookmarks)
         json["bookmarks"].push_back({{"name", b.name}, {"camera", pose_json(b.pose)}});

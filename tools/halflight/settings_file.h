@@ -23,6 +23,13 @@ struct SavedSettings {
     std::optional<float> clamp;     // RenderSettings::clamp
     EnvironmentChoice environment;  // a map's name leads to the file from the folder that is current
     SceneEdits edits;
+    struct Moment {
+        std::string animation;  // as of --animation
+        std::uint32_t frame = 0;
+        FrameRate rate;
+        bool operator==(const Moment&) const = default;
+    };
+    std::optional<Moment> moment;  // none: at rest
     std::vector<Bookmark> bookmarks;
     bool operator==(const SavedSettings&) const = default;
 };

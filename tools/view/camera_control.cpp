@@ -72,8 +72,10 @@ CameraPose fly(CameraPose pose, const dvec3& step) {
 }
 
 CameraPose walk(CameraPose pose, const dvec3& step) {
-    const dvec3 up = glm::normalize(pose.up), right = axes_of(pose).right;
-    const dvec3 move = step.x * right + step.y * up + step.z * glm::normalize(glm::cross(up, right));
+    const dvec3 up(0, 1, 0), side = axes_of(pose).right - axes_of(pose).right.y * up;
+    if (glm::length(side) < kPole) return fly(pose, step);  // it lies on its side
+    const dvec3 right = glm::normalize(side);
+    const dvec3 move = step.x * right + step.y * up + step.z * glm::cross(up, right);
     pose.from += move;
     pose.at += move;
     return pose;

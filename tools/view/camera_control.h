@@ -18,7 +18,8 @@ CameraPose dolly(CameraPose pose, double factor, double diagonal);
 CameraPose turn(CameraPose pose, const dvec2& angle);
 /// Moves to the right (x), along `up` (y) and ahead (z), world units.
 CameraPose fly(CameraPose pose, const dvec3& step);
-/// Moves to the right (x), along `up` (y), and ahead on the level that `up` is perpendicular to (z), world units.
+/// Moves to the right (x), up (y) and ahead (z), world units, all but y on the level: +Y is up, wherever the camera's
+/// is.
 CameraPose walk(CameraPose pose, const dvec3& step);
 /// Looks at a point from where it is. A point at the camera changes nothing.
 CameraPose look_at(CameraPose pose, const dvec3& point);

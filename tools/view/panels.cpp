@@ -78,16 +78,16 @@ void camera_panel(Session& session, Navigation& navigation, Asked& asked) {
 }
 
 /// Also where nothing plays: one of the animations can be chosen.
-void animation_panel(const Timeline& t, bool playing, Asked& asked) {
+void animation_panel(const Timeline& t, const Situation& now, Asked& asked) {
     std::vector<std::string> all = {"none", "all"};
     all.insert(all.end(), t.animations.begin(), t.animations.end());
     std::string chosen = t.animation;
     if (choose("animation", chosen, all)) asked.moment = {chosen, 0};
     if (t.playing.empty()) return;
-    int frame = static_cast<int>(std::min(t.frame, std::uint32_t{1} << 24));
-    if (ImGui::SliderInt("frame", &frame, 0, static_cast<int>(std::max(t.last, 1u)), "%d", kClamp))
+    int frame = static_cast<int>(std::min(now.frame, std::uint32_t{1} << 24));
+    if (ImGui::SliderInt("frame", &frame, 0, static_cast<int>(t.last), "%d", kClamp))
         asked.moment = {t.animation, static_cast<std::uint32_t>(frame)};
-    bool play = playing;
+    bool play = now.playing;
     if (ImGui::Checkbox("play (space)", &play)) asked.play = play;
     ImGui::SameLine();
     text(fmt::format("{:.2f} s of {:.2f}", t.rate.seconds(t.frame), t.rate.seconds(t.last)));
@@ -164,7 +164,7 @@ void punctual_light(const PunctualLight& light, float diagonal, LightEdit& edit)
         dvec3 position = edit.position.value_or(light.position);
         if (ImGui::DragScalarN("position", ImGuiDataType_Double, &position.x, 3, 0.002f * diagonal, nullptr, nullptr,
                                "%.3f"))
-            edit.position = position;
+            edit.position = glm::clamp(position, -kFarLight, kFarLight);
     }
     if (light.type != LightType::point) {
         // Towards where it comes from. Not quite to the zenith, where it would forget its azimuth.
@@ -244,7 +244,7 @@ Asked panels(Session& session, const ColorConfig& colors, Navigation& navigation
         return ImGui::CollapsingHeader(section, first || size.y > kTall ? ImGuiTreeNodeFlags_DefaultOpen : 0);
     };
     if (open("Camera", false)) camera_panel(session, navigation, asked);
-    if (session.timeline().file && open("Animation", true)) animation_panel(session.timeline(), now.playing, asked);
+    if (session.timeline().file && open("Animation", true)) animation_panel(session.timeline(), now, asked);
     if (open("What is seen", true)) view_panel(session, now, asked);
     if (open("Passes", true)) passes_panel(session);
     if (open("Colour", false)) color_panel(session, colors);

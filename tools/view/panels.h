@@ -18,9 +18,10 @@ struct Situation {
     const Picture* picture = nullptr;      // that is seen; null at first
     const PassHistory* history = nullptr;  // of pictures so far; not null
     RenderThread::Status status;
-    std::string message;     // an error or a note of the window's own; empty: none
-    bool comparing = false;  // there is a picture B
-    bool playing = false;    // frame after frame
+    std::string message;      // an error or a note of the window's own; empty: none
+    bool comparing = false;   // there is a picture B
+    bool playing = false;     // frame after frame
+    std::uint32_t frame = 0;  // of the animation, that is seen or will be next
 };
 
 /// What panels were asked for that they cannot do themselves.

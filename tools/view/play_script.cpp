@@ -80,10 +80,12 @@ bool Viewer::opened(const Command& command) {
 
 /// Whether it has played for so long; the first call begins it.
 bool Viewer::played(const Command& command) {
-    if (thread_.status().ended) throw Error("", thread_.status().error);
+    const RenderThread::Status status = thread_.status();
+    if (status.ended || status.failed == request_) throw Error("", status.error);
     if (!play_) play(true);
     if (!play_) throw Error("play", "no animation is chosen");
     ask();
+    play_on();
     if (now() - play_->since < command.numbers[0] || !take_opened()) return false;
     play(false);
     return true;
@@ -131,7 +133,8 @@ void Viewer::execute(const Command& c) {
     if (c.name == "emission") session_.edits.emission = static_cast<float>(n(0));
     if (c.name == "light" || c.name == "place" || c.name == "aim") {
         const std::size_t lights = session_.scene().lights.size();
-        if (n(0) < 0 || n(0) >= static_cast<double>(lights)) throw Error(c.name, "the scene has {} lights", lights);
+        if (n(0) < 0 || n(0) >= static_cast<double>(lights))
+            throw Error(c.name, "there is no light {}, the scene has {}", n(0), lights);
         session_.edits.lights.resize(lights);
         LightEdit& light = session_.edits.lights[static_cast<std::size_t>(n(0))];
         if (c.numbers.size() == 2) {
@@ -140,8 +143,8 @@ void Viewer::execute(const Command& c) {
             const dvec3 triple(n(1), n(2), n(3));
             if (c.name == "light") light.color = vec3(triple);
             if (c.name == "place") light.position = triple;
-            if (c.name == "aim" && triple == dvec3(0)) throw Error("aim", "that is no direction");
-            if (c.name == "aim") light.direction = triple;
+            if (c.name == "aim" && !unit_direction(triple)) throw Error("aim", "that is no direction");
+            if (c.name == "aim") light.direction = unit_direction(triple);
         }
     }
     if (c.name == "tint") session_.edits.environment_tint = vec3(n(0), n(1), n(2));

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "engine/core/error.h"
+#include "tools/halflight/scene_edits.h"
 
 namespace halflight::view {
 namespace {
@@ -27,7 +28,7 @@ constexpr std::array kForms = {
     Form{"wait", "tn", 1e-9, 1e9},
     Form{"camera", "t"},
     Form{"animation", "t"},
-    Form{"frame", "x"},
+    Form{"frame", "i", 0, 4294967295.0},
     Form{"play", "n", 0, 1e6},
     Form{"orbit", "nn"},
     Form{"pan", "nn"},
@@ -49,8 +50,8 @@ constexpr std::array kForms = {
     Form{"tint", "nnn", 0, 1},
     Form{"light", "xn", 0, 1e9},
     Form{"light", "xnnn", 0, 1},
-    Form{"place", "xnnn", -1e12, 1e12},
-    Form{"aim", "xnnn", -1e12, 1e12},
+    Form{"place", "xnnn", -kFarLight, kFarLight},
+    Form{"aim", "xnnn", -kFarLight, kFarLight},
     Form{"clay", "o"},
     Form{"bounces", "i", 0, 1024},
     Form{"preview", "t"},

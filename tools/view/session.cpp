@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "engine/io/environment.h"
@@ -23,23 +24,18 @@ double distance_ahead(const Camera& camera, const Picker& picker, const Scene& s
     return ahead > 0 ? ahead : std::max(glm::length(box.upper - box.lower), 1e-6);
 }
 
-/// Of a scene that is read from here on. Throws Error.
+/// Of a file that is read from here on. Throws Error.
 Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     Timeline t;
     t.file = std::make_shared<GltfScene>(a.scene, gltf_options(a.allow_outside));
     t.rate = a.frame_rate;
-    try {
-        for (const Animation& animation : t.file->animations()) {
-            const bool tells =
-                !animation.name.empty() && std::ranges::find(t.animations, animation.name) == t.animations.end();
-            t.animations.push_back(tells ? animation.name : std::to_string(t.animations.size()));
-        }
-    } catch (const Error& error) {
-        if (a.animation) throw;
-        console.warn("{}", error.what());  // the scene at rest is none the worse
-        t.animations.clear();
-    }
     t.animation = a.animation.value_or("none");
+    try {
+        t.animations = titles(t.file->animations());
+    } catch (const Error& error) {
+        if (t.animation != "none") throw;
+        console.warn("{}", error.what());  // the scene at rest is none the worse
+    }
     t.playing = choose_animations(*t.file, a.scene, t.animation, console);
     return t;
 }
@@ -50,30 +46,58 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
     Scene scene;
     scene.images = images.images;
     t.file->pose(scene, 0, t.playing);
-    const EnvironmentChoice& environment = o.arguments.environment;
-    if (!std::holds_alternative<std::monostate>(environment) || !drive_light(*t.file, t.playing))
-        set_environment(scene, environment, console);
+    const bool chosen = !std::holds_alternative<std::monostate>(o.arguments.environment);
+    if (chosen && o.reference)
+        scene.environment = o.reference->environment;  // which has been read
+    else if (chosen || !drive_light(*t.file, t.playing))
+        set_environment(scene, o.arguments.environment, console);
     o.reference = std::make_shared<const Scene>(std::move(scene));
+    o.scene.reset();
     double end = 0;
     for (const std::size_t index : t.playing) end = std::max(end, t.file->animations().at(index).end);
-    t.last = static_cast<std::uint32_t>(std::min(end * t.rate.numerator / t.rate.denominator, 1e6));
+    t.last = last_frame(end, t.rate);
 }
 
+/// Where cameras alone move, the scene stays the one that it is.
 void take_frame(Session::Opened& o, std::uint32_t frame) {
     Timeline& t = o.timeline;
     t.frame = frame;
+    const auto before = o.scene;
     o.scene = o.reference;
+    t.cameras = o.reference->cameras;
     if (frame > 0 && !t.playing.empty()) {
-        Scene scene;
-        scene.images = o.reference->images;
-        t.file->pose(scene, t.rate.seconds(frame), t.playing);
-        scene.environment = o.reference->environment;
-        o.scene = std::make_shared<const Scene>(std::move(scene));
+        const double seconds = t.rate.seconds(frame);
+        t.cameras = t.file->cameras_at(seconds, t.playing);
+        if (t.file->surfaces_move(t.playing)) {
+            Scene scene;
+            scene.images = o.reference->images;
+            t.file->pose(scene, seconds, t.playing);
+            scene.environment = o.reference->environment;
+            o.scene = std::make_shared<const Scene>(std::move(scene));
+        }
     }
-    o.picker = std::make_shared<const Picker>(o.scene);
+    if (o.scene != before) o.picker = std::make_shared<const Picker>(o.scene);
 }
 
 }  // namespace
+
+std::vector<std::string> titles(const std::vector<Animation>& animations) {
+    std::vector<std::string> all;
+    for (const Animation& animation : animations) {
+        const std::string& name = animation.name;
+        const bool tells =
+            !name.empty() && name != "all" && name != "none" && std::ranges::find(all, name) == all.end();
+        all.push_back(tells ? name : std::to_string(all.size()));
+    }
+    return all;
+}
+
+std::uint32_t last_frame(double end, const FrameRate& rate) {
+    constexpr double kRounding = 1e-3;  // frames: files have their times as floats
+    constexpr double kMost = 1e6;
+    const double frames = std::floor(end * rate.numerator / rate.denominator + kRounding);
+    return static_cast<std::uint32_t>(std::clamp(frames, 0.0, kMost));
+}
 
 Session::Session(const PreviewArguments& arguments, ColorConfig colors)
     : console_(arguments.quiet), colors_(std::move(colors)) {
@@ -81,24 +105,18 @@ Session::Session(const PreviewArguments& arguments, ColorConfig colors)
 }
 
 Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colors, const Console& console) {
-    Timeline timeline = timeline_of(a, console);
-    Scene rest = timeline.file->at_rest();
-    for (const std::string& warning : rest.report.warnings) console.warn("{}", warning);
-    colors.view(a.view);  // throws where it is unknown
     Opened opened;
     opened.arguments = a;
-    if (timeline.animations.empty()) {
-        timeline.file.reset();
-        set_environment(rest, a.environment, console);
-        opened.scene = opened.reference = std::make_shared<const Scene>(std::move(rest));
-        opened.timeline = std::move(timeline);
-        opened.picker = std::make_shared<const Picker>(opened.scene);
-    } else {
-        opened.timeline = std::move(timeline);
-        take_reference(opened, rest, console);
-        take_frame(opened, a.frame);
-    }
-    const ChosenCamera chosen = choose_camera(*opened.scene, a);
+    opened.timeline = timeline_of(a, console);
+    Timeline& timeline = opened.timeline;
+    const Scene rest = timeline.file->at_rest();
+    for (const std::string& warning : rest.report.warnings) console.warn("{}", warning);
+    colors.view(a.view);  // throws where it is unknown
+    take_reference(opened, rest, console);
+    take_frame(opened, a.frame);
+    if (timeline.animations.empty()) timeline.file.reset();
+    ChosenCamera chosen = choose_camera(*opened.reference, a);  // as AnimatedScene does
+    if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
     const WorldBounds box = world_bounds(*opened.scene);
     opened.diagonal = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);
     const double ahead = distance_ahead(chosen.camera, *opened.picker, *opened.scene);
@@ -126,14 +144,8 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
         return [opened, console = console_]() mutable {
             Scene other = *opened.reference;
             set_environment(other, opened.arguments.environment, console);
-            const bool posed = opened.scene != opened.reference;
             opened.reference = std::make_shared<const Scene>(std::move(other));
-            if (posed) {
-                take_frame(opened, opened.timeline.frame);
-            } else {
-                opened.scene = opened.reference;
-                opened.picker = std::make_shared<const Picker>(opened.scene);
-            }
+            take_frame(opened, opened.timeline.frame);
             return opened;
         };
     }
@@ -164,10 +176,7 @@ void Session::open(Opened opened) {
     reference_ = std::move(opened.reference), scene_ = std::move(opened.scene), picker_ = std::move(opened.picker);
     timeline_ = std::move(opened.timeline);
     diagonal_ = opened.diagonal;
-    if (!opened.start) {
-        if (scene_camera_) pose_ = pose_of(camera(), glm::length(pose_.at - pose_.from));
-        return;
-    }
+    if (!opened.start) return follow_camera();
     pose_ = first_pose_ = opened.start->pose;
     scene_camera_ = first_camera_ = opened.start->camera;
     transform = arguments_.view;
@@ -179,7 +188,11 @@ void Session::open(Opened opened) {
 }
 
 Camera Session::camera() const {
-    return scene_camera_ ? scene_->cameras[*scene_camera_] : camera_of(pose_);
+    return scene_camera_ ? timeline_.cameras[*scene_camera_] : camera_of(pose_);
+}
+
+void Session::follow_camera() {
+    if (scene_camera_ && !timeline_.playing.empty()) pose_ = pose_of(camera(), glm::length(pose_.at - pose_.from));
 }
 
 void Session::move(const CameraPose& pose) {
@@ -203,6 +216,7 @@ void Session::take_camera(const std::string& name_or_number) {
 void Session::reset_camera() {
     pose_ = first_pose_;
     scene_camera_ = first_camera_;
+    follow_camera();
 }
 
 std::optional<Picked> Session::pick(const dvec2& point, const ivec2& size) const {
@@ -298,6 +312,7 @@ SavedSettings Session::saved(const ivec2& size) const {
     s.clamp = modes.clamp;
     s.environment = arguments_.environment;
     s.edits = edits;
+    if (!timeline_.playing.empty()) s.moment = {{timeline_.animation, timeline_.frame, timeline_.rate}};
     s.bookmarks = bookmarks;
     return s;
 }

@@ -21,13 +21,18 @@ namespace halflight::view {
 /// What moves in a scene, and when it is seen.
 struct Timeline {
     std::shared_ptr<GltfScene> file{};      // null where it has no animations; of one opening at a time
-    std::vector<std::string> animations{};  // what each is called: its name, else its number
+    std::vector<std::string> animations{};  // titles()
     std::string animation = "none";         // that plays, as of --animation
     std::vector<std::size_t> playing{};     // the same by number
     FrameRate rate{};
-    std::uint32_t frame = 0;  // that is seen
-    std::uint32_t last = 0;   // that the animation has
+    std::uint32_t frame = 0;        // that is seen
+    std::uint32_t last = 0;         // last_frame()
+    std::vector<Camera> cameras{};  // of the scene at that frame
 };
+/// What --animation calls each: its name, or its number where that says nothing or something else.
+std::vector<std::string> titles(const std::vector<Animation>& animations);
+/// The last frame that is no later than `end` seconds, as far as floats can tell; at most 10^6.
+std::uint32_t last_frame(double end, const FrameRate& rate);
 
 class Session {
   public:
@@ -102,6 +107,8 @@ class Session {
     std::optional<Picked> pick(const dvec2& point, const ivec2& size) const;
     static Opened load(const PreviewArguments& arguments, const ColorConfig& colors, const Console& console);
     Opened now() const;  ///< as it is, to be changed
+    /// pose_ is that of the scene's camera at this frame.
+    void follow_camera();
 
     PreviewArguments arguments_;
     Console console_;

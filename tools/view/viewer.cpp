@@ -78,8 +78,7 @@ void Viewer::run() {
         const bool at_once = frames_due_ > 0 || play_ || next_command_ < script_.size();
         const double patience = navigation_.moving() || at_once ? kMoving : kIdle;
         if (window_.wait(patience) || navigation_.moving()) frames_due_ = std::max(frames_due_, 2);
-        if (!scripted()) drop();
-        play_on();
+        if (!scripted()) drop(), play_on();
         take_shaders();
         take_picture();
         if (frames_due_ > 0) frame();
@@ -125,16 +124,29 @@ void Viewer::open_next() {
         const std::filesystem::path path = std::move(to_open_.front());
         to_open_.pop_front();
         attempt([&] { begin(fmt::format("loading {}", path.filename().string()), session_.opening(path)); });
-    } else if (const auto moment = std::exchange(moment_, {})) {
-        attempt(
-            [&] { begin(fmt::format("frame {}", moment->frame), session_.posing(moment->animation, moment->frame)); });
+        return;
     }
+    posing_ = std::exchange(moment_, {});
+    const Timeline& t = session_.timeline();
+    if (!posing_ || (posing_->animation == t.animation && posing_->frame == t.frame)) return posing_.reset();
+    attempt(
+        [&] { begin(fmt::format("frame {}", posing_->frame), session_.posing(posing_->animation, posing_->frame)); });
 }
 
 bool Viewer::take_opened() {
     if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
         frames_due_ = std::max(frames_due_, 2);
-        attempt([&] { session_.open(opening_.get()); });
+        posing_.reset();
+        const std::optional<Play> going_on = std::exchange(play_, {});  // unless it fails
+        attempt([&] {
+            Session::Opened opened = opening_.get();
+            if (opened.start)
+                moment_.reset();  // of the file that was there
+            else
+                play_ = going_on;
+            pose_unseen_ = true;
+            session_.open(std::move(opened));
+        });
     }
     return !opening_.valid() && to_open_.empty() && !moment_;
 }
@@ -145,9 +157,10 @@ void Viewer::play(bool on) {
 }
 
 void Viewer::play_on() {
+    if (!play_) return;
     const Timeline& t = session_.timeline();
-    if (!play_ || t.playing.empty()) return play_.reset();
-    if (take_opened() && drawn_request_ == request_) {
+    if (t.playing.empty() || thread_.status().failed == request_) return play(false);
+    if (take_opened() && play_ && !pose_unseen_) {
         const double passed = std::floor((now() - play_->since) * t.rate.numerator / t.rate.denominator);
         const auto due = static_cast<std::uint32_t>(std::fmod(play_->first + passed, t.last + 1.0));
         if (due != t.frame) moment_ = {t.animation, due};
@@ -199,8 +212,9 @@ void Viewer::frame(const std::filesystem::path& shot) {
     Asked asked;
     const RenderThread::Status status = thread_.status();
     if (panels_shown_)
-        asked = panels(session_, colors_, navigation_,
-                       {picture_.get(), &history_, status, message_, other_.has_value(), play_.has_value()});
+        asked =
+            panels(session_, colors_, navigation_,
+                   {picture_.get(), &history_, status, message_, other_.has_value(), play_.has_value(), next_frame()});
     draw_overlay({scale_, notices(status), session_.description(), other_, asked.room}, split_);
     if (asked.pose) attempt([&] { session_.move(*asked.pose); });
     ask();
@@ -218,10 +232,15 @@ void Viewer::frame(const std::filesystem::path& shot) {
     window_.swap();
     if (picture_) {
         drawn_request_ = picture_->request;
+        pose_unseen_ = pose_unseen_ && drawn_request_ != request_;
         drawn_samples_ = picture_->divisor == 1 ? picture_->result.stats.samples : 0;
         timings_.shown(*picture_, now());
     }
     answer(asked);
+}
+
+std::uint32_t Viewer::next_frame() const {
+    return moment_ ? moment_->frame : posing_ ? posing_->frame : session_.timeline().frame;
 }
 
 /// What has to be seen, panels or not.

@@ -39,6 +39,7 @@ class Viewer {
     bool take_opened();  // whether there is nothing left that waits or is being opened
     void play(bool on);
     void play_on();  // to the frame that is due, once that before it has been seen
+    std::uint32_t next_frame() const;
     void compare(bool on);
     void take_shaders();
     std::vector<std::string> notices(const RenderThread::Status& status) const;
@@ -74,6 +75,8 @@ class Viewer {
     std::string message_;
     std::deque<std::filesystem::path> to_open_;
     std::optional<Asked::Moment> moment_;   // that is to be seen next
+    std::optional<Asked::Moment> posing_;   // that is being opened
+    bool pose_unseen_ = false;              // no picture of the session's moment has been drawn yet
     std::future<Session::Opened> opening_;  // valid while something is being opened
     struct Play {
         double since;         // seconds

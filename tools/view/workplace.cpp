@@ -53,14 +53,12 @@ void Workplace::prepare_scene(const Request& r) {
 }
 
 void Workplace::look_back(const Request& r) {
-    const bool motion = std::ranges::find(r.aovs, "motion") != r.aovs.end();
     if (r.reference != request_.reference) {
         previous_camera_.reset();
-        previous_surfaces_.reset();
+        previous_scene_.reset();
     } else if (r.scene != request_.scene || !same(r.camera, request_.camera)) {
         previous_camera_ = request_.camera;
-        previous_surfaces_.reset();
-        if (motion && r.scene != request_.scene) previous_surfaces_.emplace(*r.scene, *request_.scene);
+        previous_scene_ = request_.scene;
     }
 }
 
@@ -69,7 +67,12 @@ void Workplace::tell(FrameSettings& frame) {
     frame.frame = request_.frame;
     frame.history = &history_;
     frame.previous_camera = previous_camera_;
-    frame.previous_surfaces = previous_surfaces_ ? &*previous_surfaces_ : nullptr;
+    // Earlier pictures that a preview looks back at are of this very pose.
+    const bool motion = std::ranges::find(request_.aovs, "motion") != request_.aovs.end();
+    surfaces_.reset();
+    if (motion && !request_.modes.preview.temporal && previous_scene_ && previous_scene_ != request_.scene)
+        surfaces_.emplace(*request_.scene, *previous_scene_);
+    frame.previous_surfaces = surfaces_ ? &*surfaces_ : nullptr;
 }
 
 void Workplace::prepare(const Request& r) {
@@ -81,11 +84,11 @@ void Workplace::prepare(const Request& r) {
         radiance_cache_ = std::make_shared<RadianceCache>();
     else if (new_light)
         radiance_cache_->clear();
+    look_back(r);
     if (new_scene) {
         history_.forget();
         prepare_scene(r);
     }
-    look_back(r);
     // What renderers are not made for, but told of picture by picture.
     Request known = request_;
     known.reference = r.reference, known.scene = r.scene, known.edits = r.edits;

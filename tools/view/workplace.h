@@ -34,7 +34,7 @@ class Workplace {
     Renderer& renderer(int divisor);
     Resolution& resolution() { return resolution_; }
     /// What a renderer is told of the picture of the request that was prepared last: its camera, its place in time and
-    /// what was seen before it.
+    /// what was seen before it. Until the next call.
     void tell(FrameSettings& frame);
 
   private:
@@ -50,9 +50,10 @@ class Workplace {
     bool raster_ = false;                // the scene is prepared for raster culling
     std::map<int, Renderer> renderers_;  // by divisor
     PictureHistory history_;             // of the pictures since the last prepare() that changed more than the camera
-    // For the layer "motion", which is that since the view that was seen last.
+    // For the layer "motion", which is that since the request before this one.
     std::optional<Camera> previous_camera_;
-    std::optional<PreviousSurfaces> previous_surfaces_;
+    std::shared_ptr<const Scene> previous_scene_;
+    std::optional<PreviousSurfaces> surfaces_;       // of the picture in the making, whose scene is that of request_
     std::shared_ptr<RadianceCache> radiance_cache_;  // that they share; null until one is wanted
     Resolution resolution_;
 };
