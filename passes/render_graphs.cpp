@@ -106,8 +106,13 @@ CompiledBand& Renderer::State::compiled(int index) {
 }
 
 std::unique_ptr<CompiledBand> Renderer::State::compile(std::uint32_t place) {
-    auto made = std::make_unique<CompiledBand>(
-        Mattes(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs, band.paths()));
+    std::shared_ptr<Mattes> mattes;
+    if (place > 0 && !settings.in_turns)
+        mattes = compiled(0).mattes;
+    else
+        mattes = std::make_shared<Mattes>(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs,
+                                          band.paths());
+    auto made = std::make_unique<CompiledBand>(std::move(mattes));
     compile(made->sample, place, 0, frame_options());
     if (cache) {
         made->cached = std::make_unique<CompiledSample>();
