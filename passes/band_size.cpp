@@ -23,13 +23,17 @@ std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, 
 }
 
 Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t most_paths, const gpu::Limits& limits) {
-    const std::size_t paths =
-        std::min({s.band_pixels, most_paths, limits.storage_block_bytes / scene.widest_record_bytes()});
+    return first_band(s,
+                      std::min({s.band_pixels, most_paths, limits.storage_block_bytes / scene.widest_record_bytes()}),
+                      limits.texture_size);
+}
+
+Band first_band(const RenderSettings& s, std::size_t paths, int texture_size) {
     const std::size_t row_paths = (static_cast<std::size_t>(s.width) + 15) / 16 * 256;  // of a row of blocks
-    if (s.width > limits.texture_size)
-        throw Error("render settings", "{} pixels wide: the driver takes {}", s.width, limits.texture_size);
+    if (s.width > texture_size)
+        throw Error("render settings", "{} pixels wide: the driver takes {}", s.width, texture_size);
     const int most =
-        std::min(static_cast<int>(std::max<std::size_t>(paths / row_paths, 1)) * 16, limits.texture_size / 16 * 16);
+        std::min(static_cast<int>(std::max<std::size_t>(paths / row_paths, 1)) * 16, texture_size / 16 * 16);
     const ivec2 image(s.width, s.height);
     const int stride = window_stride(image);
     if (stride < s.height)

@@ -18,5 +18,7 @@ std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, 
 /// Error for pictures wider than a texture.
 Band first_band(const RenderSettings& settings, const SceneBuffers& scene, std::size_t most_paths,
                 const gpu::Limits& limits);
+/// The same of limits as numbers: of paths in a band, and of texels along an edge of a texture.
+Band first_band(const RenderSettings& settings, std::size_t most_paths, int texture_size);
 
 }  // namespace halflight

@@ -97,6 +97,16 @@ bool asked_for(const RenderSettings& s, std::initializer_list<std::string_view> 
                        [&](const std::string& a) { return std::find(names.begin(), names.end(), a) != names.end(); });
 }
 
+std::size_t layer_channels(const AovInfo& aov) {
+    return channel_names(aov).size();
+}
+
+std::size_t film_bytes(const RenderSettings& s) {
+    std::size_t channels = s.want_view ? 8 : 4;
+    for (const std::string& aov : s.aovs) channels += layer_channels(*find_aov(aov));
+    return channels * sizeof(float);
+}
+
 Film::Film(const RenderSettings& settings, const TraceTables& tables)
     : settings_(settings), tables_(tables), beauty_(settings.width, settings.height, 4) {
     if (settings.want_view) view_ = Image(settings.width, settings.height, 4);

@@ -19,6 +19,11 @@ namespace halflight {
 /// Whether any of `names` was asked for.
 bool asked_for(const RenderSettings& settings, std::initializer_list<std::string_view> names);
 
+/// Channels that an AOV has in a file.
+std::size_t layer_channels(const AovInfo& aov);
+/// Of a pixel in a film.
+std::size_t film_bytes(const RenderSettings& settings);
+
 class Film {
   public:
     /// Of the AOVs that the settings ask for.

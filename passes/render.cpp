@@ -109,7 +109,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
         std::int64_t samples_before = 0;
         for (int b = 0; b < s.bands && !stats.interrupted; ++b) {
             CompiledBand& with = s.compiled(b);
-            with.mattes.clear();
+            with.mattes->clear();
             const Band where = s.band_at(b);
             const double time_left =
                 frame.time_limit > 0 ? std::max((frame.time_limit - State::seconds_since(start)) / (s.bands - b), 1e-9)

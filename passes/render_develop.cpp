@@ -15,7 +15,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     if (film.wants({"variance"})) all.squares = read(sums.squares);
     if (film.wants({"albedo", "normal"})) all.features = read(sums.features);
     film.add_sums(where, samples, all);
-    for (const Mattes::Layer& layer : with.mattes.layers()) film.add_ids(where, mattes, layer.aov, layer.coverage);
+    for (const Mattes::Layer& layer : with.mattes->layers()) film.add_ids(where, mattes, layer.aov, layer.coverage);
 
     const bool data = with.aov && (preview || film.wants(kCentreAovs));
     const bool debug = with.debug && film.wants({"nodes", "culling"});
@@ -71,7 +71,7 @@ void Renderer::State::develop(const FrameSettings& frame, std::span<const int> s
 void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettings& frame, std::span<const int> samples,
                              Clock::time_point start, double compiled_before) {
     const CompiledBand& first = compiled(0);
-    for (const Mattes::Layer& layer : first.mattes.layers())
+    for (const Mattes::Layer& layer : first.mattes->layers())
         if (film.wants({layer.aov}))
             result.attributes.merge(cryptomatte_attributes(cryptomatte_layer(layer.aov), layer.names));
     film.take(result);

@@ -4,6 +4,7 @@
 #include "engine/core/error.h"
 #include "passes/aov.h"
 #include "passes/band_size.h"
+#include "passes/frame_options.h"
 #include "passes/render_state.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/reuse.h"
@@ -66,21 +67,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
 }
 
 FrameOptions Renderer::State::frame_options() const {
-    return {.bounces = settings.bounces,
-            .want_squares = asked_for(settings, {"variance"}) || settings.preview.of_picture(),
-            .want_features = asked_for(settings, {"albedo", "normal"}) || settings.preview.of_picture(),
-            .want_hits = asked_for(settings, {"cryptoobject", "cryptomaterial"}),
-            .culling = settings.culling,
-            .runs = std::uint64_t(settings.pictures) * std::uint64_t(settings.samples),
-            .kept = settings.kept,
-            .clamp = settings.clamp,
-            .primary = settings.primary,
-            .group_size = static_cast<int>(settings.estimator.reuse),
-            .group_size_piloted = scene.asked_estimator().reuse == Reuse::automatic,
-            .camera_rays_piloted = scene.asked_estimator().camera == CameraRays::automatic,
-            .camera_rays = static_cast<int>(settings.estimator.camera),
-            .shadow_rays = static_cast<int>(settings.estimator.shadow),
-            .preview = settings.preview};
+    return halflight::frame_options(settings, scene.asked_estimator());
 }
 
 FrameOptions Renderer::State::cached_options() const {
@@ -106,8 +93,13 @@ CompiledBand& Renderer::State::compiled(int index) {
 }
 
 std::unique_ptr<CompiledBand> Renderer::State::compile(std::uint32_t place) {
-    auto made = std::make_unique<CompiledBand>(
-        Mattes(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs, band.paths()));
+    std::shared_ptr<Mattes> mattes;
+    if (place > 0 && !settings.in_turns)
+        mattes = compiled(0).mattes;
+    else
+        mattes = std::make_shared<Mattes>(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs,
+                                          band.paths());
+    auto made = std::make_unique<CompiledBand>(std::move(mattes));
     compile(made->sample, place, 0, frame_options());
     if (cache) {
         made->cached = std::make_unique<CompiledSample>();

@@ -21,7 +21,7 @@ void Renderer::State::add_sample(const FrameSettings& frame, const Band& where, 
         const auto index = static_cast<std::uint32_t>(done);
         add_sample(frame, cached_view(frame, where, first, index, settings.estimator.sampler), with, *with.cached);
     } else {
-        if (done == cached) with.mattes.clear();
+        if (done == cached) with.mattes->clear();
         const auto index = static_cast<std::uint32_t>(frame.first_sample + done - cached);
         add_sample(frame, sample_view(frame, where, index, settings.estimator.sampler), with, with.sample);
     }
@@ -43,7 +43,7 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
     sample.sums = {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares), buffer(a.features)};
     bad_value_sums.add(std::span<const std::uint32_t, kBadValueCounts>(bad_values.read<std::uint32_t>()));
     scene.context().check("rendering");
-    if (!with.mattes.empty()) with.mattes.add(executor.read<shared::Hit>(sample.frame.gbuffer.hits));
+    if (!with.mattes->empty()) with.mattes->add(executor.read<shared::Hit>(sample.frame.gbuffer.hits));
 }
 
 int Renderer::State::render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
@@ -87,7 +87,7 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
 void Renderer::State::render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,
                                       const std::function<bool()>& after_sample) {
     const Clock::time_point start = Clock::now();
-    for (int b = 0; b < bands; ++b) compiled(b).mattes.clear();
+    for (int b = 0; b < bands; ++b) compiled(b).mattes->clear();
     for (int i = 0; i < frame.samples; ++i) {
         for (int b = 0; b < bands; ++b) {
             add_sample(frame, band_at(b), i, compiled(b));

@@ -39,8 +39,8 @@ struct CompiledSample {
 
 /// The graphs of a band, or of several that come one after the other.
 struct CompiledBand {
-    explicit CompiledBand(Mattes m) : mattes(std::move(m)) {}
-    Mattes mattes;
+    explicit CompiledBand(std::shared_ptr<Mattes> m) : mattes(std::move(m)) {}
+    std::shared_ptr<Mattes> mattes;  // of bands that come one after the other the same
     CompiledSample sample;
     std::unique_ptr<CompiledSample> cached;  // with the radiance cache; or none
     // AOVs through the pixels' centres; empty unless asked for

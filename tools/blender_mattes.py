@@ -66,7 +66,13 @@ def main():
     scene.collection.objects.link(camera := bpy.data.objects.new("camera", bpy.data.cameras.new("camera")))
     scene.camera = camera
     width, height, layers = exr_layers.read(a.picture)
-    ids = exr_layers.manifest(a.picture, a.layer)
+    try:
+        ids = exr_layers.manifest(a.picture, a.layer)
+    except KeyError as error:
+        sys.exit(f"blender_mattes.py: {error.args[0]}")
+    for name in a.names:
+        if name not in ids:
+            sys.exit(f"blender_mattes.py: {a.picture}: {a.layer} has no {name!r}, only {', '.join(sorted(ids))}")
     good = True
     for name in a.names:
         theirs = blenders_matte(os.path.abspath(a.picture), a.layer, name, (width, height))

@@ -86,4 +86,4 @@ def manifest(path, layer):
     for name, value in attributes.items():
         if name.startswith("cryptomatte/") and name.endswith("/name") and value.decode() == layer:
             return {n: int(i, 16) for n, i in json.loads(attributes[name[:-4] + "manifest"]).items()}
-    raise KeyError(layer)
+    raise KeyError(f"{path}: has no Cryptomatte {layer!r}")

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -27,6 +28,14 @@ struct ExrLayer {
     std::vector<std::string> channels;  // full names, one per channel of the image: "R", "albedo.R", "Z"
     Image image;
     ExrType type = ExrType::float32;
+};
+
+/// A layer whose pixels are somebody else's.
+struct ExrLayerView {
+    std::vector<std::string> channels;
+    const Image& image;
+    ExrType type = ExrType::float32;
+    mat3 color{1};  // that the first three channels are multiplied by on their way into the file
 };
 
 /// A place in a sequence (SMPTE 12M), without drop frames.
@@ -62,6 +71,9 @@ std::string capture_date_now();
 /// Layers must agree in size, and no channel may come twice. The bytes depend on the arguments only, not on threads.
 /// Throws Error; the file is there complete or not at all (files.h).
 void write_exr(const std::filesystem::path& path, const std::vector<ExrLayer>& layers, const ExrAttributes& attributes);
+/// The same. What differs in the file from what is in memory takes memory for some rows at a time.
+void write_exr_views(const std::filesystem::path& path, std::span<const ExrLayerView> layers,
+                     const ExrAttributes& attributes);
 
 struct ExrChannel {
     std::string name;

@@ -56,15 +56,17 @@ void add_attributes(Imf::Header& header, const ExrAttributes& attributes) {
     for (const auto& [name, value] : attributes.extra) header.insert(name, Imf::StringAttribute(value));
 }
 
-void check_layers(const std::string& subject, const std::vector<ExrLayer>& layers) {
+void check_layers(const std::string& subject, std::span<const ExrLayerView> layers) {
     if (layers.empty()) throw Error(subject, "no layers to write");
     const Image& first = layers.front().image;
     if (first.width < 1 || first.height < 1) throw Error(subject, "no pixels to write");
     std::vector<std::string> names;
-    for (const ExrLayer& layer : layers) {
+    for (const ExrLayerView& layer : layers) {
         if (layer.channels.empty() || layer.channels.size() != static_cast<std::size_t>(layer.image.channels))
             throw Error(subject, "layer with {} channel names has an image of {} channels", layer.channels.size(),
                         layer.image.channels);
+        if (layer.color != mat3(1) && layer.image.channels < 3)
+            throw Error(subject, "channel {} is no colour of three channels", layer.channels.front());
         if (layer.image.width != first.width || layer.image.height != first.height)
             throw Error(subject, "channel {} is {} x {}, but {} is {} x {}", layer.channels.front(), layer.image.width,
                         layer.image.height, layers.front().channels.front(), first.width, first.height);
@@ -74,6 +76,50 @@ void check_layers(const std::string& subject, const std::vector<ExrLayer>& layer
     const auto twice = std::adjacent_find(names.begin(), names.end());
     if (twice != names.end()) throw Error(subject, "channel {} comes twice", *twice);
 }
+
+/// Rows that are made ready for the file at once, whole blocks of the compression.
+constexpr int kRows = 256;
+
+/// Rows of a layer as the file wants them, where they are not so in the image.
+class Rows {
+  public:
+    explicit Rows(const ExrLayerView& layer) : layer_(layer) {}
+
+    /// Adds the layer's channels to `buffer`, for rows [y, y + rows). They stay until the next call.
+    void prepare(int y, int rows, Imf::FrameBuffer& buffer) {
+        const Image& image = layer_.image;
+        const auto width = static_cast<std::size_t>(image.width);
+        const float* from = image.at(0, y);
+        const std::size_t count = width * static_cast<std::size_t>(rows) * layer_.channels.size();
+        if (layer_.color != mat3(1)) from = multiplied(from, count);
+        const char* base = reinterpret_cast<const char*>(from);
+        std::size_t sample = sizeof(float);  // as wide as the bits of a uint32
+        if (layer_.type == ExrType::half) {
+            halves_.resize(count);
+            std::transform(from, from + count, halves_.begin(), to_half);
+            base = reinterpret_cast<const char*>(halves_.data());
+            sample = sizeof(half);
+        }
+        const std::size_t pixel = sample * layer_.channels.size();
+        for (std::size_t c = 0; c < layer_.channels.size(); ++c)
+            buffer.insert(layer_.channels[c], Imf::Slice::Make(pixel_type(layer_.type), base + c * sample, {0, y},
+                                                               image.width, rows, pixel, pixel * width));
+    }
+
+  private:
+    const float* multiplied(const float* from, std::size_t count) {
+        colors_.assign(from, from + count);
+        for (float* p = colors_.data(); p != colors_.data() + count; p += layer_.channels.size()) {
+            const vec3 color = layer_.color * vec3(p[0], p[1], p[2]);
+            p[0] = color.x, p[1] = color.y, p[2] = color.z;
+        }
+        return colors_.data();
+    }
+
+    const ExrLayerView& layer_;
+    std::vector<float> colors_;
+    std::vector<half> halves_;
+};
 
 }  // namespace
 
@@ -96,6 +142,13 @@ std::string capture_date_now() {
 
 void write_exr(const std::filesystem::path& path, const std::vector<ExrLayer>& layers,
                const ExrAttributes& attributes) {
+    std::vector<ExrLayerView> views;
+    for (const ExrLayer& layer : layers) views.push_back({layer.channels, layer.image, layer.type});
+    write_exr_views(path, views, attributes);
+}
+
+void write_exr_views(const std::filesystem::path& path, std::span<const ExrLayerView> layers,
+                     const ExrAttributes& attributes) {
     const std::string subject = path.string();
     check_layers(subject, layers);
     const int width = layers.front().image.width;
@@ -105,35 +158,21 @@ void write_exr(const std::filesystem::path& path, const std::vector<ExrLayer>& l
         header.compression() = Imf::ZIP_COMPRESSION;
         header.lineOrder() = Imf::INCREASING_Y;
         add_attributes(header, attributes);
-
-        Imf::FrameBuffer buffer;
-        std::vector<std::vector<half>> halves(layers.size());
-        for (std::size_t l = 0; l < layers.size(); ++l) {
-            const ExrLayer& layer = layers[l];
-            const Imf::PixelType type = pixel_type(layer.type);
-            const char* base = reinterpret_cast<const char*>(layer.image.pixels.data());
-            std::size_t sample = sizeof(float);  // as wide as the bits of a uint32
-            if (layer.type == ExrType::half) {
-                halves[l].resize(layer.image.pixels.size());
-                std::transform(layer.image.pixels.begin(), layer.image.pixels.end(), halves[l].begin(), to_half);
-                base = reinterpret_cast<const char*>(halves[l].data());
-                sample = sizeof(half);
-            }
-            const std::size_t pixel = sample * layer.channels.size();
-            for (std::size_t c = 0; c < layer.channels.size(); ++c) {
-                header.channels().insert(layer.channels[c], Imf::Channel(type));
-                // Writing only reads through a slice; its pointer is not const because reading shares the type.
-                char* const first = const_cast<char*>(base + c * sample);
-                buffer.insert(layer.channels[c],
-                              Imf::Slice(type, first, pixel, pixel * static_cast<std::size_t>(width)));
-            }
-        }
+        for (const ExrLayerView& layer : layers)
+            for (const std::string& name : layer.channels)
+                header.channels().insert(name, Imf::Channel(pixel_type(layer.type)));
+        std::vector<Rows> rows(layers.begin(), layers.end());
         write_atomically(path, [&](const std::filesystem::path& temporary) {
             ExrOutput stream(temporary, subject);
             {
                 Imf::OutputFile file(stream, header, exr_threads());
-                file.setFrameBuffer(buffer);
-                file.writePixels(height);
+                for (int y = 0; y < height; y += kRows) {
+                    const int count = std::min(kRows, height - y);
+                    Imf::FrameBuffer buffer;
+                    for (Rows& of_layer : rows) of_layer.prepare(y, count, buffer);
+                    file.setFrameBuffer(buffer);
+                    file.writePixels(count);
+                }
             }  // writes the table of lines
             stream.close();
         });

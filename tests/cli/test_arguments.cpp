@@ -76,7 +76,12 @@ TEST_F(Refusal, OptionsOutOfRange) {
     for (const char* clamp : {"1e-50", "-1", "inf", "much"})
         expect_render({"--clamp", clamp}, 2, "--clamp: wants a number from .*");
     expect({"info", scene, "--time"}, 2, "--time: goes together with --needs");
-    expect({"info", scene, "--env", "1,1,1"}, 2, "--env: goes together with --needs");
+    expect({"info", "--device", "--env", "1,1,1"}, 2, "--env: is about a scene, and none is given");
+    expect({"info", "--device", "--png"}, 2, "--png: is about a scene, and none is given");
+    expect({"info", scene, "--width", "0"}, 2, "--width: wants a whole number from 1 to .*");
+    expect({"info", scene, "--camera", "nobody"}, 1, ".*no camera 'nobody'.*");
+    expect({"info", scene, "--up", "0,1,0"}, 2, "--up: needs --look-from and --look-at");
+    expect({"info", scene, "--shutter", "1", "--error", "1"}, 2, "--shutter: cannot be given together with --error");
     expect({"info", scene, "--needs", "--env", folder / "no.hdr"}, 1, ".*no.hdr: .*");
     expect_render({"--seed", "-1"}, 2, "--seed: wants a whole number from 0 to 4294967295, not '-1'");
     expect({"render", scene, folder / "out.exr", "--width", "0"}, 2, "--width: wants a whole number from 1 to .*");

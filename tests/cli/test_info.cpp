@@ -69,6 +69,48 @@ TEST_F(Info, ListsWhatIsLeftOutWithTheBytes) {
     for (const auto& part : of_lit.at("left_out")) EXPECT_NE(part.at("what"), "environment");
 }
 
+TEST_F(Info, TellsTheMemoryOfThePicture) {
+    const auto memory = [&](const Strings& options) {
+        Strings arguments{"info", "--json", scene};
+        arguments.insert(arguments.end(), options.begin(), options.end());
+        const Outcome outcome = run_program(arguments);
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        return nlohmann::json::parse(outcome.out).at("memory");
+    };
+    const auto bytes = [&](const Strings& options) { return memory(options).at("render_bytes").get<std::size_t>(); };
+    const auto usual = memory({});
+    std::size_t sum = 0;
+    for (const auto& [part, of_part] : usual.at("render_parts").items()) sum += of_part.get<std::size_t>();
+    EXPECT_EQ(usual.at("render_bytes"), sum);
+    EXPECT_EQ(usual.at("render_size").at(0), 1280);
+    const Strings large{"--width", "1920", "--height", "1440"};
+    EXPECT_EQ(memory(large).at("render_size"), nlohmann::json({1920, 1440}));
+    const auto with = [&](const Strings& more) {
+        Strings all = large;
+        all.insert(all.end(), more.begin(), more.end());
+        return bytes(all);
+    };
+    const std::size_t plain = bytes(large);
+    EXPECT_GT(plain, usual.at("render_bytes").get<std::size_t>());
+    const Strings options[] = {
+        {"--aov", "depth"},      {"--png"},        {"--shutter", "0.5"},       {"--error", "0.1"},
+        {"--preview", "filter"}, {"--aov", "all"}, {"--estimator", "shadow=2"}};
+    for (const Strings& more : options) EXPECT_GT(with(more), plain) << more[0];
+    EXPECT_LT(with({"--bounces", "1"}), plain);
+    EXPECT_GT(with({"--aov", "all", "--shutter", "0.5"}), with({"--aov", "all"}) * 3 / 2);
+    write_text(file("s.json"), R"({"halflight_settings": 1, "size": [1920, 1440]})");
+    EXPECT_EQ(bytes({"--settings", file("s.json")}), plain);
+
+    // It is enough for what it is told for.
+    const Strings small{"--width", "320", "--height", "180", "--aov", "all"};
+    Strings render{"render", scene, file("a.exr"), "--samples", "2", "--stats", file("stats.json")};
+    render.insert(render.end(), small.begin(), small.end());
+    const Outcome rendered = run_program(render);
+    ASSERT_EQ(rendered.status, 0) << rendered.err;
+    const auto stats = nlohmann::json::parse(read_text(file("stats.json")));
+    EXPECT_GE(bytes(small), stats.at("peak_memory_bytes").get<std::size_t>());
+}
+
 TEST_F(Info, ListsDevices) {
     const Outcome text = run_program({"info", "--device"});
     EXPECT_EQ(text.status, 0) << text.err;

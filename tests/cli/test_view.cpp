@@ -404,6 +404,8 @@ TEST_F(View, WhatCannotBeDoneIsTold) {
                       "indirect_diffuse, indirect_glossy");
     expect_error(view("compare on\n"), 1, at + "1: compare: there is no picture yet");
     expect_error(view("culling some\n"), 1, at + "1: culling: is auto, off, compute or raster, not 'some'");
+    EXPECT_NE(view("clay on\ntransform nothing \"Un-tone-mapped\"\nquit\n").err.find("script.txt:2: "),
+              std::string::npos);
     expect_error(view("wait first\nopen @no.glb\nquit\n"), 1,
                  at + "2: " + file("no.glb: cannot read: No such file or directory"));
     expect_error(view("light 0 1\n"), 1, at + "1: light: there is no light 0, the scene has 0");

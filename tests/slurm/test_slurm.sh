@@ -44,6 +44,18 @@ inside() {
     rm out/walk.0012.exr
     if "$program" render "${render[@]}" --check >said 2>&1; then echo "nothing was missed"; return 1; fi
     grep --quiet 7 said && grep --quiet 12 said || { cat said; echo "7 and 12 are not named"; return 1; }
+    # Memory is asked for by the picture.
+    mkdir fake
+    printf '#!/bin/sh\necho 1\n' >fake/sbatch
+    chmod +x fake/sbatch
+    told() {
+        PATH=$folder/fake:$PATH "$source/tools/slurm/submit" --halflight "$program" walk.glb none/x.####.exr --frames 1-2 "$@" |
+            sed -n 's/.* tasks of \([0-9]*\) MiB$/\1/p'
+    }
+    local small large
+    small=$(told --width 64 --height 36)
+    large=$(told --width=3840 --height 2160 --aov all --half)
+    [ "$small" -gt 100 ] && [ "$large" -gt $((small + 2000)) ] || { echo "memory: $small, $large MiB"; return 1; }
     # What submit cannot use, it says before anything is queued.
     if "$source/tools/slurm/submit" --halflight "$program" none.glb out/x.####.exr --frames 1-2 2>said; then return 1; fi
     grep --quiet none.glb said || { cat said; return 1; }

@@ -87,6 +87,29 @@ TEST_F(Exr, FloatsAndIdsAreExact) {
     EXPECT_EQ(entries(), 1u);
 }
 
+TEST_F(Exr, ColourIsConvertedOnItsWay) {
+    const mat3 color(vec3(0.5f, 0.25f, 0.1f), vec3(-0.1f, 0.9f, 0.3f), vec3(2, 0, 0.7f));
+    const Image image = noise(19, 600, 4);  // more rows than are converted at once
+    Image converted = image;
+    for (std::size_t i = 0; i < converted.pixels.size(); i += 4) {
+        const vec3 c = color * vec3(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2]);
+        for (int k = 0; k < 3; ++k) converted.pixels[i + std::size_t(k)] = c[k];
+    }
+    for (const ExrType type : {ExrType::float32, ExrType::half}) {
+        const ExrLayerView views[] = {{{"R", "G", "B", "A"}, image, type, color}, {{"a", "b", "c", "d"}, image}};
+        write_exr_views(path_, views, {});
+        const std::string bytes = read_file(path_, 1 << 30);
+        write_exr(path_, {{{"R", "G", "B", "A"}, converted, type}, {{"a", "b", "c", "d"}, image}}, {});
+        EXPECT_TRUE(bytes == read_file(path_, 1 << 30));
+    }
+    const Image gray = noise(2, 2, 1);
+    EXPECT_NE(error_message([&] {
+                  const ExrLayerView views[] = {{{"Y"}, gray, ExrType::float32, color}};
+                  write_exr_views(path_, views, {});
+              }).find("Y is no colour"),
+              std::string::npos);
+}
+
 TEST_F(Exr, HalvesRoundAndDoNotOverflow) {
     Image image(2, 2, 2);
     image.pixels = {1 / 3.0f, 1e9f, -1e9f, 65519, 0.25f, 1e-9f, std::numeric_limits<float>::infinity(), -2};

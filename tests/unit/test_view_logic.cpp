@@ -99,6 +99,9 @@ TEST(Script, BadLinesAreNamed) {
     EXPECT_EQ(message("orbit 1"), "s.txt:2: 'orbit' wants 2 words, not 1");
     EXPECT_EQ(message("orbit 1 x"), "s.txt:2: 'orbit' wants a number, not 'x'");
     EXPECT_EQ(message("orbit 1 inf"), "s.txt:2: 'orbit' wants a number, not 'inf'");
+    EXPECT_EQ(message("orbit 1e300 0"), "s.txt:2: 'orbit' wants a number from -1000000 to 1000000, not 1e300");
+    EXPECT_EQ(message("focus 0 -2e6"), "s.txt:2: 'focus' wants a number from -1000000 to 1000000, not -2e6");
+    EXPECT_EQ(message("fly 0 0 1e30"), "s.txt:2: 'fly' wants a number from -1000000000 to 1000000000, not 1e30");
     EXPECT_EQ(message("wait samples 1.5"), "s.txt:2: 'wait' wants a whole number, not '1.5'");
     EXPECT_EQ(message("wait samples 0"), "s.txt:2: 'wait' wants a number from 1 to 16777216, not 0");
     EXPECT_EQ(message("wait long"),

@@ -60,6 +60,30 @@ Kept kept_items(const std::string& option, const std::string& list) {
     return Kept(std::move(names));
 }
 
+void add_error_option(Options& options, RenderArguments& a) {
+    options.value("--error", "E",
+                  "as many samples as it takes for the error to be below E at 95 %; --samples and --time limit it",
+                  [&](const auto& name, const auto& text) { a.error = real(name, text, 1e-12, 1e12); });
+}
+
+void add_layer_options(Options& options, RenderArguments& a) {
+    options
+        .value("--aov", "NAME,...", "further layers of the .exr, `all` or some of: " + known_aov_names(),
+               [&](const auto& name, const auto& text) { a.aovs = aov_names(name, text); })
+        ->multi_option_policy(CLI::MultiOptionPolicy::Join);
+    options.flag("--half", a.half, "colour as half floats in the .exr; data stays float");
+}
+
+void add_technique_options(Options& options, RenderArguments& a) {
+    options.value("--estimator", "KEY=VALUE,...",
+                  "techniques; auto leaves to a pilot what pays in the scene: " + known_estimators(),
+                  [&](const auto& name, const auto& text) { a.estimator = estimator(name, text); });
+    options.value("--preview", "NAME,...",
+                  "make pictures of few samples look better, at the price of a bias: " + known_previews() +
+                      " (temporal keeps light of earlier frames, and needs --frames)",
+                  [&](const auto& name, const auto& text) { a.preview = preview(name, text); });
+}
+
 void add_picture_options(Options& options, RenderArguments& a) {
     add_size_options(options, a);
     add_filter_options(options, a);
@@ -68,9 +92,7 @@ void add_picture_options(Options& options, RenderArguments& a) {
                   [&](const auto& name, const auto& text) { a.samples = whole(name, text, 1, kMaxSamples); });
     options.value("--time", "SECONDS", "as many samples as the time allows",
                   [&](const auto& name, const auto& text) { a.time = real(name, text, 0.001, 1e9); });
-    options.value("--error", "E",
-                  "as many samples as it takes for the error to be below E at 95 %; --samples and --time limit it",
-                  [&](const auto& name, const auto& text) { a.error = real(name, text, 1e-12, 1e12); });
+    add_error_option(options, a);
     options.value("--error-metric", "NAME", "what E is: relmse (default), mse",
                   [&](const auto& name, const auto& text) {
                       if (text == "mse" || text == "relmse")
@@ -84,11 +106,7 @@ void add_picture_options(Options& options, RenderArguments& a) {
     options.value("--frame", "N",
                   "frame number, which the noise depends on and, with --animation, the pose (default 0)",
                   [&](const auto& name, const auto& text) { a.frame = whole(name, text, 0u, ~0u); });
-    options
-        .value("--aov", "NAME,...", "further layers of the .exr, `all` or some of: " + known_aov_names(),
-               [&](const auto& name, const auto& text) { a.aovs = aov_names(name, text); })
-        ->multi_option_policy(CLI::MultiOptionPolicy::Join);
-    options.flag("--half", a.half, "colour as half floats in the .exr; data stays float");
+    add_layer_options(options, a);
 }
 
 void add_color_options(Options& options, RenderArguments& a) {
@@ -107,13 +125,7 @@ void add_run_options(Options& options, RenderArguments& a) {
                   "how what the camera sees is found: raster, traced, or auto (default), which traces where there are "
                   "more than twice as many triangles as pixels",
                   [&](const auto& name, const auto& text) { a.primary = primary_named(name, text); });
-    options.value("--estimator", "KEY=VALUE,...",
-                  "techniques; auto leaves to a pilot what pays in the scene: " + known_estimators(),
-                  [&](const auto& name, const auto& text) { a.estimator = estimator(name, text); });
-    options.value("--preview", "NAME,...",
-                  "make pictures of few samples look better, at the price of a bias: " + known_previews() +
-                      " (temporal keeps light of earlier frames, and needs --frames)",
-                  [&](const auto& name, const auto& text) { a.preview = preview(name, text); });
+    add_technique_options(options, a);
     options.flag("--strict", a.strict, "write nothing if any pass gives a NaN, an infinity or a negative radiance");
     options
         .value(
@@ -189,10 +201,34 @@ void check(const RenderArguments& a, const CLI::App& app) {
         if (given(option) && !png && !a.movie) throw UsageError(option, "is for a .png, and none is asked for");
 }
 
-void check(const InfoArguments& a) {
+/// Options of `halflight render` on which memory depends (tools/slurm/submit knows them, too), and --png.
+constexpr const char* kMemoryOptions[] = {"--settings", "--camera", "--look-from", "--look-at", "--up",   "--vfov",
+                                          "--width",    "--height", "--error",     "--aov",     "--half", "--shutter",
+                                          "--bounces",  "--env",    "--estimator", "--preview", "--png"};
+
+void add_memory_options(Options& options, InfoArguments& a) {
+    add_settings_option(options, a.picture);
+    add_camera_options(options, a.picture);
+    add_size_options(options, a.picture);
+    add_error_option(options, a.picture);
+    add_layer_options(options, a.picture);
+    options.flag("--png", a.png, "a .png is written, too");
+    options.group("Sequence");
+    add_shutter_option(options, a.picture);
+    add_light_options(options, a.picture);
+    options.group("Run");
+    add_technique_options(options, a.picture);
+}
+
+void check(const InfoArguments& a, const CLI::App& app) {
     if (a.needs && !a.scene) throw UsageError("--needs", "is about a scene, and none is given");
+    for (const char* option : kMemoryOptions)
+        if (app.count(option) > 0 && !a.scene) throw UsageError(option, "is about a scene, and none is given");
+    check_camera_options(app);
+    exclude(app, "--shutter", "--error");
+    exclude(app, "--preview", "--error");
+    exclude(app, "--preview", "--shutter");
     if (a.time && !a.needs) throw UsageError("--time", "goes together with --needs");
-    if (!a.needs && a.environment.index() != 0) throw UsageError("--env", "goes together with --needs");
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
 }
 
@@ -259,11 +295,14 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     info_app.add_flag("--device", info.device, "list the devices tried, and why each was or was not taken");
     info_app.add_flag("--needs", info.needs, "list what rendering the scene does without, why, and the bytes saved");
     info_app.add_flag("--time", info.time, "with --needs: measure the time that each of it saves; takes minutes");
-    Options info_options(info_app);
-    info_options.group("Light");
-    add_environment_option(info_options, info.environment);
     info_app.add_flag("--json", info.json, "as JSON");
     info_app.add_flag("--allow-outside", info.allow_outside, "the scene may name files outside its folder");
+    info_app.footer(
+        "Options of picture, camera, sequence, light and run are those of `halflight render`: memory is told for the "
+        "picture that "
+        "they ask for.");
+    Options info_options(info_app);
+    add_memory_options(info_options, info);
 
     BenchArguments bench;
     CLI::App& bench_app = *app.add_subcommand("bench", "Measure rays per second of several tracers, in turns");
@@ -315,7 +354,8 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     }
     if (info_app.parsed()) {
         check_leftovers(info_app, "halflight info");
-        check(info);
+        check(info, info_app);
+        if (info.picture.settings) use_settings(info_app, info.picture);
         return info;
     }
     if (bench_app.parsed()) {

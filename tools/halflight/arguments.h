@@ -133,10 +133,11 @@ struct ConvergeArguments : ViewArguments {
 /// `halflight info`.
 struct InfoArguments {
     std::optional<std::filesystem::path> scene;
-    bool device = false;            // list devices
-    bool needs = false;             // what rendering does without
-    bool time = false;              // what that saves
-    EnvironmentChoice environment;  // to render with
+    bool device = false;      // list devices
+    bool needs = false;       // what rendering does without
+    bool time = false;        // what that saves
+    RenderArguments picture;  // what memory is told for: settings, size, camera, layers, ...; without files
+    bool png = false;         // that there would be one
     bool json = false;
     bool allow_outside = false;
 };

@@ -45,26 +45,26 @@ Json bounds(const Scene& scene) {
     return {{"lower", triple(box.lower)}, {"upper", triple(box.upper)}, {"size", triple(box.upper - box.lower)}};
 }
 
-/// About what rendering 1280x720 pixels takes of a machine without a GPU, for whoever has to ask for memory: the
-/// largest figures per part of what Cornell box, atrium and the city of 10^6 triangles were seen to take, rounded up.
-std::size_t render_bytes(const Scene& scene, std::size_t geometry, std::size_t textures) {
-    constexpr std::size_t kProgram = std::size_t{192} << 20;  // with the driver and compiled shaders
-    constexpr std::size_t kPixel = 600;                       // of a band and its visibility state
-    constexpr std::size_t kTriangle = 320;                    // corners, hierarchy, tables
-    const auto any = [](const Material&) { return true; };
-    std::size_t stored = 0;
-    for (const Mesh& mesh : scene.meshes) stored += mesh.triangles.size();
-    const std::size_t traced = std::min(instanced_triangles(scene, any), std::max(stored, kFlattenLimit));
-    return kProgram + kPixel * 1280 * 720 + kTriangle * traced + 2 * geometry + 2 * textures;
+struct SceneBytes {
+    std::size_t geometry = 0, textures = 0;
+};
+
+SceneBytes scene_bytes(const Scene& scene) {
+    SceneBytes bytes;
+    for (const Mesh& mesh : scene.meshes) bytes.geometry += geometry_bytes(mesh);
+    for (const TextureImage& image : scene.images) bytes.textures += image.rgba.size();
+    return bytes;
 }
 
-Json memory(const Scene& scene) {
-    std::size_t geometry = 0, textures = 0;
-    for (const Mesh& mesh : scene.meshes) geometry += geometry_bytes(mesh);
-    for (const TextureImage& image : scene.images) textures += image.rgba.size();
-    return {{"geometry_bytes", geometry},
-            {"texture_bytes", textures},
-            {"render_bytes", render_bytes(scene, geometry, textures)}};
+Json memory_facts(const Scene& scene, const RenderSettings& settings, const MemoryEstimate& m) {
+    const SceneBytes bytes = scene_bytes(scene);
+    Json parts{{"program", m.program}, {"scene", m.scene},     {"band", m.band},       {"reading", m.reading},
+               {"film", m.film},       {"preview", m.preview}, {"shutter", m.shutter}, {"writing", m.writing}};
+    return {{"geometry_bytes", bytes.geometry},
+            {"texture_bytes", bytes.textures},
+            {"render_bytes", m.total()},
+            {"render_size", {settings.width, settings.height}},
+            {"render_parts", parts}};
 }
 
 Json cameras(const Scene& scene) {
@@ -163,11 +163,33 @@ Json scene_counts(const Scene& scene) {
             {"textures", scene.images.size()}};
 }
 
-Json scene_facts(const Scene& scene) {
-    return {{"counts", scene_counts(scene)},    {"bounds", bounds(scene)},
-            {"memory", memory(scene)},          {"cameras", cameras(scene)},
-            {"lights", lights(scene)},          {"material_features", features(scene)},
-            {"passes", passes(scene)},          {"repaired", repaired(scene.report)},
+MemoryEstimate scene_memory(const Scene& scene, bool moves, const RenderSettings& settings, const PictureUse& use) {
+    const SceneBytes bytes = scene_bytes(scene);
+    std::size_t stored = 0;
+    for (const Mesh& mesh : scene.meshes) stored += mesh.triangles.size();
+    const std::size_t drawn = instanced_triangles(scene, [](const Material&) { return true; });
+    const SceneNeeds needs = build_shading_tables(scene, build_trace_tables(scene, kFlattenLimit), {},
+                                                  settings.estimator.lights, settings.estimator.sun)
+                                 .needs;
+    return estimate_memory(
+        needs,
+        {.geometry_bytes = bytes.geometry,
+         .texture_bytes = bytes.textures + 2 * bytes_of(scene.environment.map.pixels),  // and a table
+         .traced = std::min(drawn, std::max(stored, kFlattenLimit)),
+         .drawn = drawn,
+         .moves = moves},
+        settings, use);
+}
+
+Json scene_facts(const Scene& scene, const RenderSettings& settings, const MemoryEstimate& memory) {
+    return {{"counts", scene_counts(scene)},
+            {"bounds", bounds(scene)},
+            {"memory", memory_facts(scene, settings, memory)},
+            {"cameras", cameras(scene)},
+            {"lights", lights(scene)},
+            {"material_features", features(scene)},
+            {"passes", passes(scene)},
+            {"repaired", repaired(scene.report)},
             {"warnings", scene.report.warnings}};
 }
 

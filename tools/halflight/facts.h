@@ -7,6 +7,7 @@
 
 #include "engine/io/gltf.h"
 #include "engine/scene/scene.h"
+#include "passes/memory.h"
 #include "passes/needs.h"
 
 namespace halflight {
@@ -14,8 +15,10 @@ namespace halflight {
 /// Counts: meshes, instances, triangles (stored, and with every instance counted), materials, lights, ...
 nlohmann::ordered_json scene_counts(const Scene& scene);
 
-/// All that `halflight info SCENE` tells, but for the file itself.
-nlohmann::ordered_json scene_facts(const Scene& scene);
+/// What rendering the scene, with its light, takes of memory. moves: it has animations.
+MemoryEstimate scene_memory(const Scene& scene, bool moves, const RenderSettings& settings, const PictureUse& use);
+/// All that `halflight info SCENE` tells, but for the file itself; memory is that of a picture by the settings.
+nlohmann::ordered_json scene_facts(const Scene& scene, const RenderSettings& settings, const MemoryEstimate& memory);
 
 /// What a file has that moves: animations, skins, morph targets. Damaged animations are told of in `warnings`.
 nlohmann::ordered_json motion_facts(GltfScene& scene, std::vector<std::string>& warnings);

@@ -5,9 +5,11 @@
 #include "engine/gpu/context.h"
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/gltf.h"
+#include "tools/halflight/camera.h"
 #include "tools/halflight/commands.h"
 #include "tools/halflight/facts.h"
 #include "tools/halflight/loading.h"
+#include "tools/halflight/render_parts.h"
 #include "tools/halflight/signals.h"
 #include "tools/leftout/measure.h"
 
@@ -123,14 +125,24 @@ Json left_out_facts(const InfoArguments& a, const Scene& scene) {
     return list;
 }
 
+/// Of the picture that is asked for, by the light that it would have.
+Json facts_of(const InfoArguments& a, Scene& scene, bool moves) {
+    Environment own = scene.environment;
+    set_environment(scene, a.picture.environment, Console(true));  // its warnings are in the facts
+    const RenderSettings settings = make_settings(a.picture, choose_camera(scene, a.picture).camera);
+    const PictureUse use{.png = a.png, .shutter = a.picture.shutter > 0};
+    const MemoryEstimate memory = scene_memory(scene, moves, settings, use);
+    if (!a.needs && std::holds_alternative<std::monostate>(a.picture.environment)) scene.environment = std::move(own);
+    return scene_facts(scene, settings, memory);
+}
+
 /// Reads the scene, as it will be rendered, and tells what is in its file.
 Json file_facts(const InfoArguments& a, Scene& scene) {
     GltfScene file(*a.scene, gltf_options(a.allow_outside));
     scene = file.at_rest();
-    if (a.needs) set_environment(scene, a.environment, Console(true));  // its warnings are in the facts
     const Json motion = motion_facts(file, scene.report.warnings);
     Json facts{{"file", a.scene->string()}, {"bytes", std::filesystem::file_size(*a.scene)}};
-    facts.update(scene_facts(scene));
+    facts.update(facts_of(a, scene, !motion.at("animations").empty()));
     facts.update(motion);
     return facts;
 }

@@ -76,6 +76,8 @@ void add_device_options(Options& options, ViewArguments& arguments);
 /// What plays, and when frames are; `usual` is what plays where nothing is said.
 void add_animation_options(Options& options, std::optional<std::string>& animation, FrameRate& rate,
                            const std::string& usual);
+/// RenderArguments::shutter.
+void add_shutter_option(Options& options, RenderArguments& arguments);
 /// Which frames, and the same.
 void add_sequence_options(Options& options, RenderArguments& arguments);
 void check_sequence_options(const CLI::App& app, const RenderArguments& arguments);

@@ -11,32 +11,21 @@ namespace halflight {
 namespace {
 
 /// Whether a matrix between RGB spaces applies: not to variances, which would need covariances.
-bool is_color(const ExrLayer& layer) {
+bool is_color(const std::vector<std::string>& channels) {
     const auto ends_in = [&](std::size_t i, const char* name) {
-        const std::string& channel = layer.channels[i];
+        const std::string& channel = channels[i];
         return channel == name || channel.ends_with(std::string(".") + name);
     };
-    return (layer.channels.size() == 3 || layer.channels.size() == 4) && !layer.channels[0].starts_with("variance.") &&
-           ends_in(0, "R") && ends_in(1, "G") && ends_in(2, "B");
-}
-
-void convert(Image& image, const mat3& matrix) {
-    if (matrix == mat3(1)) return;
-    for (int y = 0; y < image.height; ++y) {
-        for (int x = 0; x < image.width; ++x) {
-            float* const p = image.at(x, y);
-            const vec3 converted = matrix * vec3(p[0], p[1], p[2]);
-            p[0] = converted.x, p[1] = converted.y, p[2] = converted.z;
-        }
-    }
+    return (channels.size() == 3 || channels.size() == 4) && !channels[0].starts_with("variance.") && ends_in(0, "R") &&
+           ends_in(1, "G") && ends_in(2, "B");
 }
 
 void write_exr_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {
-    std::vector<ExrLayer> layers;
+    std::vector<ExrLayerView> layers;
     layers.push_back({{"R", "G", "B", "A"}, result.beauty, info.half ? ExrType::half : ExrType::float32});
-    layers.insert(layers.end(), result.aovs.begin(), result.aovs.end());
-    for (ExrLayer& layer : layers)
-        if (is_color(layer)) convert(layer.image, info.working_space.from_rec709);
+    for (const ExrLayer& aov : result.aovs) layers.push_back({aov.channels, aov.image, aov.type});
+    for (ExrLayerView& layer : layers)
+        if (is_color(layer.channels)) layer.color = info.working_space.from_rec709;
 
     const double aspect = static_cast<double>(result.beauty.width) / result.beauty.height;
     ExrAttributes attributes;
@@ -54,7 +43,7 @@ void write_exr_picture(const std::filesystem::path& path, const RenderResult& re
         {"filter", info.filter}, {"shutter", info.shutter}, {"bias", info.bias}, {"error", info.error}};
     for (const auto& [name, value] : extra)
         if (!value.empty()) attributes.extra[name] = value;
-    write_exr(path, layers, attributes);
+    write_exr_views(path, layers, attributes);
 }
 
 void write_png_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {

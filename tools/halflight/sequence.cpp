@@ -212,6 +212,10 @@ std::string of_all(std::vector<std::uint32_t> frames, const RenderArguments& a) 
     return fmt::format("frame{} {} of {}", frames.size() == 1 ? "" : "s", frames_text(frames), whole);
 }
 
+std::string counted(std::size_t frames) {
+    return fmt::format("{} frame{}", frames, frames == 1 ? "" : "s");
+}
+
 void check_frames(const RenderArguments& a, const Console& console) {
     const std::string fingerprint = Sequence(a, console).fingerprint();
     std::vector<std::uint32_t> bad;
@@ -327,8 +331,8 @@ void run_sequence(const RenderArguments& all) {
         make(nullptr);
     }
     if (tally.made > 0 && !a.outputs.empty())
-        console.note("wrote {}: {} frames in {:.1f} s", main_name(a), tally.made, clock.seconds());
-    if (a.movie) console.note("wrote {}: {} frames", a.movie->string(), a.frames.size());
+        console.note("wrote {}: {} in {:.1f} s", main_name(a), counted(tally.made), clock.seconds());
+    if (a.movie) console.note("wrote {}: {}", a.movie->string(), counted(a.frames.size()));
 }
 
 }  // namespace halflight

@@ -59,6 +59,13 @@ void add_animation_options(Options& options, std::optional<std::string>& animati
                   });
 }
 
+void add_shutter_option(Options& options, RenderArguments& a) {
+    options.value("--shutter", "S",
+                  "motion blur: the shutter is open for S of a frame, half of it ahead of the frame's time; 0 to 1 "
+                  "(default 0: at that time alone)",
+                  [&](const auto& name, const auto& text) { a.shutter = real(name, text, 0, 1); });
+}
+
 void add_sequence_options(Options& options, RenderArguments& a) {
     options.group("Sequence");
     options.value("--frames", "LIST",
@@ -66,10 +73,7 @@ void add_sequence_options(Options& options, RenderArguments& a) {
                   "that are there whole are kept",
                   [&](const auto& name, const auto& text) { a.frames = parsed(parse_frames, name, text); });
     add_animation_options(options, a.animation, a.frame_rate, "all with --frames, otherwise none, the scene at rest");
-    options.value("--shutter", "S",
-                  "motion blur: the shutter is open for S of a frame, half of it ahead of the frame's time; 0 to 1 "
-                  "(default 0: at that time alone)",
-                  [&](const auto& name, const auto& text) { a.shutter = real(name, text, 0, 1); });
+    add_shutter_option(options, a);
     options.value("--shutter-times", "N", "at how many times it is seen meanwhile (default 8, or all samples)",
                   [&](const auto& name, const auto& text) { a.shutter_times = whole(name, text, 1, kMaxSamples); });
     options.path("--movie", "FILE.mp4|.mov",

@@ -125,8 +125,11 @@ void Viewer::execute(const Command& c) {
     if (c.name == "split") split_ = static_cast<float>(n(0));
     if (c.name == "exposure") session_.transform.exposure = static_cast<float>(n(0));
     if (c.name == "transform") {
-        session_.transform.display = c.words[0];
-        session_.transform.view = c.words[1];
+        ViewTransform transform = session_.transform;
+        transform.display = c.words[0];
+        transform.view = c.words[1];
+        colors_.view(transform);  // for its errors
+        session_.transform = transform;
     }
     if (c.name == "rotation") session_.edits.environment_rotation = n(0);
     if (c.name == "intensity") session_.edits.environment_intensity = static_cast<float>(n(0));

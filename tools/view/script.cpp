@@ -14,6 +14,8 @@ namespace {
 
 constexpr double kAny = std::numeric_limits<double>::max();
 constexpr double kWhole = 1 << 24;
+constexpr double kPixels = 1e6;  // that a drag is long: many turns
+constexpr double kWorld = 1e9;   // world units
 
 /// Letters: t text, o on or off, n number, i whole number, x index from 0, which has no other bounds.
 struct Form {
@@ -30,13 +32,13 @@ constexpr std::array kForms = {
     Form{"animation", "t"},
     Form{"frame", "i", 0, 4294967295.0},
     Form{"play", "n", 0, 1e6},
-    Form{"orbit", "nn"},
-    Form{"pan", "nn"},
-    Form{"turn", "nn"},
+    Form{"orbit", "nn", -kPixels, kPixels},
+    Form{"pan", "nn", -kPixels, kPixels},
+    Form{"turn", "nn", -kPixels, kPixels},
     Form{"dolly", "n", 1e-6, 1e6},
-    Form{"fly", "nnn"},
-    Form{"walk", "nnn"},
-    Form{"focus", "nn"},
+    Form{"fly", "nnn", -kWorld, kWorld},
+    Form{"walk", "nnn", -kWorld, kWorld},
+    Form{"focus", "nn", -kPixels, kPixels},
     Form{"key", "t"},
     Form{"view", "t"},
     Form{"component", "to"},

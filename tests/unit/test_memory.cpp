@@ -1,0 +1,112 @@
+// What takes memory, by the settings and the scene that it depends on.
+#include "passes/memory.h"
+
+#include <gtest/gtest.h>
+
+
+namespace halflight {
+namespace {
+
+SceneNeeds lit_scene() {
+    SceneNeeds scene;
+    scene.diffuse = scene.emission = scene.area_lights = true;
+    return scene;
+}
+
+RenderSettings settings_of(int width, int height) {
+    RenderSettings s;
+    s.width = width, s.height = height;
+    return s;
+}
+
+MemoryEstimate of(const RenderSettings& s, const PictureUse& use = {}, const SceneNeeds& scene = lit_scene(),
+                  const SceneSize& size = {}) {
+    return estimate_memory(scene, size, s, use);
+}
+
+constexpr std::size_t kPixels = 1280 * 720;
+
+TEST(Memory, FilmsGrowWithPixelsAndLayers) {
+    const MemoryEstimate small = of(settings_of(1280, 720)), wide = of(settings_of(2560, 720));
+    EXPECT_EQ(small.film, kPixels * 4 * sizeof(float));
+    EXPECT_EQ(wide.film, 2 * small.film);
+    RenderSettings layers = settings_of(1280, 720);
+    layers.aovs = {"depth", "cryptoobject", "ids"};
+    EXPECT_EQ(of(layers).film, kPixels * (4 + 1 + 12 + 3) * sizeof(float));
+    EXPECT_EQ(of(settings_of(1280, 720), {.png = true}).film, 2 * small.film);
+    EXPECT_GE(of(settings_of(1280, 720), {.png = true}).writing, small.writing + kPixels * 15);
+}
+
+/// What a band takes is the same of any large picture, but for what is as large as the picture: what is drawn.
+TEST(Memory, BandsDoNotGrowWithThePicture) {
+    const MemoryEstimate small = of(settings_of(320, 180)), large = of(settings_of(3840, 2160)),
+                         larger = of(settings_of(7680, 4320));
+    EXPECT_LT(small.band * 5, large.band);
+    EXPECT_LT(larger.band, large.band + large.band / 2);
+    RenderSettings few = settings_of(3840, 2160);
+    few.band_pixels /= 4;
+    EXPECT_LT(of(few).band, large.band * 2 / 3);
+    EXPECT_EQ(of(few).film, large.film);
+}
+
+TEST(Memory, PartsThatAreLeftOutTakeNone) {
+    const MemoryEstimate all = of(settings_of(1280, 720));
+    RenderSettings direct = settings_of(1280, 720), lights = direct, shared = direct, piloted = direct;
+    direct.bounces = 1, lights.bounces = 0;
+    EXPECT_LT(of(direct).band, all.band);
+    EXPECT_LT(of(lights).band, of(direct).band);
+    EXPECT_LT(of(settings_of(1280, 720), {}, {}).band, all.band);
+    shared.estimator.reuse = Reuse::four;
+    EXPECT_GT(of(shared).band, all.band + kPixels * 4 * 40);
+    piloted.estimator.reuse = Reuse::automatic;  // groups of 16, of smaller bands
+    EXPECT_GT(of(piloted).band, all.band / 2);
+    SceneNeeds shiny = lit_scene();
+    shiny.glossy = shiny.sun = true;
+    EXPECT_GE(of(settings_of(1280, 720), {}, shiny).band, all.band + kPixels * (2 * 16 + 120));
+}
+
+TEST(Memory, LayersAreReadBackFromBands) {
+    const std::size_t plain = of(settings_of(1280, 720)).reading;
+    const auto more = [&](const char* aov) {
+        RenderSettings s = settings_of(1280, 720);
+        s.aovs = {aov};
+        return (of(s).reading - plain) / kPixels;
+    };
+    EXPECT_EQ(more("emission"), 128u);
+    EXPECT_EQ(more("variance"), 128u + 24);
+    EXPECT_EQ(more("normal"), 48u);
+    EXPECT_EQ(more("depth"), 32u);
+    EXPECT_EQ(more("nodes"), 12u);
+    EXPECT_GE(more("cryptoobject"), 20u + 4 + 12);
+    RenderSettings error = settings_of(1280, 720);
+    error.error.emplace();
+    EXPECT_EQ((of(error).reading - plain) / kPixels, 128u + 3 * (8 + 8 * 4));
+}
+
+TEST(Memory, WhatIsMadeOfWholePicturesGrowsWithThem) {
+    RenderSettings s = settings_of(640, 480);
+    EXPECT_EQ(of(s).preview, 0u);
+    EXPECT_EQ(of(s).shutter, 0u);
+    const MemoryEstimate blurred = of(s, {.shutter = true});
+    EXPECT_EQ(blurred.shutter, 640u * 480 * (4 * sizeof(double) + 2 * 4 * sizeof(float)));
+    s.preview.filter = true;
+    const MemoryEstimate filtered = of(s);
+    EXPECT_GE(filtered.preview, 640u * 480 * 16 * (5 + 7));
+    s.preview.temporal = true;
+    EXPECT_GE(of(s).preview, filtered.preview + 640u * 480 * 16 * 6);
+}
+
+TEST(Memory, ScenesCountWhatTheyHold) {
+    const RenderSettings s = settings_of(64, 64);
+    const SceneSize size{.geometry_bytes = 1000, .texture_bytes = 10000, .traced = 10};
+    const std::size_t bytes = of(s, {}, lit_scene(), size).scene;
+    EXPECT_GE(bytes, 2u * 11000 + 10 * 200);
+    SceneSize moving = size;
+    moving.moves = true;
+    EXPECT_GT(of(s, {}, lit_scene(), moving).scene, bytes);
+    const MemoryEstimate all = of(s, {}, lit_scene(), size);
+    EXPECT_EQ(all.total(), all.program + all.scene + all.band + all.reading + all.film + all.writing);
+}
+
+}  // namespace
+}  // namespace halflight
