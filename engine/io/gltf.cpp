@@ -230,6 +230,10 @@ const std::vector<std::string>& GltfScene::animation_warnings() {
     return state_->animation_warnings;
 }
 
+const std::optional<FrameRate>& GltfScene::frame_rate() const {
+    return state_->document.frame_rate;
+}
+
 GltfDeformers GltfScene::deformers() const {
     const tinygltf::Model& model = state_->document.model;
     GltfDeformers deformers;

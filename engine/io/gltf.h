@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "engine/core/frames.h"
 #include "engine/scene/animation.h"
 #include "engine/scene/deformer.h"
 #include "engine/scene/scene.h"
@@ -68,6 +70,8 @@ class GltfScene {
     const std::vector<Animation>& animations();
     /// Of animations(): left out channels, one line each.
     const std::vector<std::string>& animation_warnings();
+    /// That the file was made for, where its extras tell: "fps" or "frame_rate" of its scene, else of its asset.
+    const std::optional<FrameRate>& frame_rate() const;
     GltfDeformers deformers() const;
     /// Of skins and morph targets, nodes, cameras, lights and materials at that time, finite; without animations what
     /// load_gltf() gives. What the animations move says so (Instance::moves, Mesh::deforms), whether it is elsewhere at

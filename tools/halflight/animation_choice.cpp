@@ -75,6 +75,13 @@ std::vector<std::size_t> choose_animations(GltfScene& scene, const std::filesyst
     return playing;
 }
 
+FrameRate choose_frame_rate(const std::optional<FrameRate>& asked, const GltfScene& scene, const Console& console) {
+    if (asked) return *asked;
+    const std::optional<FrameRate>& own = scene.frame_rate();
+    if (own) console.note("{} frames per second, as the scene's extras say; --fps chooses", text(*own));
+    return own.value_or(FrameRate());
+}
+
 bool drive_light(GltfScene& scene, GltfScene::Playing playing) {
     return std::ranges::any_of(playing, [&](std::size_t index) {
         return std::ranges::any_of(scene.animations().at(index).channels, [](const AnimationChannel& channel) {

@@ -27,7 +27,6 @@ double distance_ahead(const Camera& camera, const Picker& picker, const Scene& s
 Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     Timeline t;
     t.file = std::make_shared<GltfScene>(a.scene, gltf_options(a.allow_outside));
-    t.rate = a.frame_rate;
     try {
         for (const Animation& animation : t.file->animations()) {
             const bool tells =
@@ -39,6 +38,7 @@ Timeline timeline_of(const PreviewArguments& a, const Console& console) {
         console.warn("{}", error.what());  // the scene at rest is none the worse
         t.animations.clear();
     }
+    if (!t.animations.empty()) t.rate = choose_frame_rate(a.frame_rate, *t.file, console);
     t.animation = a.animation.value_or("none");
     t.playing = choose_animations(*t.file, a.scene, t.animation, console);
     return t;
