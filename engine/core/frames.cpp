@@ -152,4 +152,9 @@ std::vector<std::uint32_t> parse_frames(std::string_view subject, std::string_vi
     return frames;
 }
 
+std::string text(const FrameRate& rate) {
+    return rate.denominator == 1 ? std::to_string(rate.numerator)
+                                 : fmt::format("{}/{}", rate.numerator, rate.denominator);
+}
+
 }  // namespace halflight

@@ -42,5 +42,7 @@ struct FrameRate {
 /// "24", "12.5", "30000/1001"; 23.976, 29.97 and their like, to two decimals at least, mean N * 1000/1001 (SMPTE
 /// 12M). Throws Error whose subject is `subject`: anything else, or beyond 0.001 to 1000000.
 FrameRate parse_frame_rate(std::string_view subject, std::string_view text);
+/// "24", "30000/1001".
+std::string text(const FrameRate& rate);
 
 }  // namespace halflight

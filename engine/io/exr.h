@@ -43,10 +43,13 @@ struct TimeCode {
     int hours = 0;    // [0, 23]
     int minutes = 0;  // [0, 59]
     int seconds = 0;  // [0, 59]
-    int frame = 0;    // [0, 29]
+    int frame = 0;    // [0, 29]; above 30 frames a second, the pair
+    bool second_of_pair = false;
     bool operator==(const TimeCode&) const = default;
 };
-/// Of a frame; wraps after 24 hours. None where time codes cannot count: rates that are not whole or above 30.
+/// Of a frame; wraps after 24 hours of its count. Rates of N 1000/1001 count as N do, without drop frames (so that a
+/// day of theirs is 86.4 s longer); above 30 a second, pairs of frames are counted, and the field flag marks the second
+/// (SMPTE ST 12-1, high frame rates). None where time codes cannot count: other rates, odd ones above 30, any above 60.
 std::optional<TimeCode> time_code(const FrameRate& rate, std::uint32_t frame);
 
 /// Cameras are given the engine's way (column vectors, right-handed, looking along -Z, +Y up) and stored the standard's

@@ -151,7 +151,7 @@ ExrAttributes attributes_of(const Imf::Header& header) {
     }
     if (Imf::hasTimeCode(header)) {
         const Imf::TimeCode& t = Imf::timeCode(header);
-        attributes.time_code = {t.hours(), t.minutes(), t.seconds(), t.frame()};
+        attributes.time_code = {t.hours(), t.minutes(), t.seconds(), t.frame(), t.fieldPhase()};
     }
     for (auto i = header.begin(); i != header.end(); ++i) {
         const auto* text = dynamic_cast<const Imf::StringAttribute*>(&i.attribute());

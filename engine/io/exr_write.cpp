@@ -49,7 +49,8 @@ void add_attributes(Imf::Header& header, const ExrAttributes& attributes) {
     if (attributes.world_to_clip)
         Imf::addWorldToNDC(header, row_vector_form(exr_ndc_from_clip() * *attributes.world_to_clip));
     if (const auto& rate = attributes.frame_rate) Imf::addFramesPerSecond(header, {rate->numerator, rate->denominator});
-    if (const auto& t = attributes.time_code) Imf::addTimeCode(header, {t->hours, t->minutes, t->seconds, t->frame});
+    if (const auto& t = attributes.time_code)
+        Imf::addTimeCode(header, {t->hours, t->minutes, t->seconds, t->frame, false, false, t->second_of_pair});
     if (!attributes.capture_date.empty()) Imf::addCapDate(header, attributes.capture_date);
     if (!attributes.comments.empty()) Imf::addComments(header, attributes.comments);
     if (!attributes.software.empty()) header.insert("software", Imf::StringAttribute(attributes.software));
@@ -121,13 +122,25 @@ class Rows {
     std::vector<half> halves_;
 };
 
+/// N of N, or of N 1000/1001, frames a second; none of other rates.
+std::optional<std::uint32_t> nominal_rate(const FrameRate& rate) {
+    for (const std::int64_t slower : {1000, 1001}) {
+        const std::int64_t numerator = rate.numerator * slower, denominator = rate.denominator * std::int64_t{1000};
+        if (numerator % denominator == 0) return static_cast<std::uint32_t>(numerator / denominator);
+    }
+    return std::nullopt;
+}
+
 }  // namespace
 
 std::optional<TimeCode> time_code(const FrameRate& rate, std::uint32_t frame) {
-    if (rate.denominator != 1 || rate.numerator > 30) return std::nullopt;
-    const auto per_second = static_cast<std::uint32_t>(rate.numerator), seconds = frame / per_second;
+    const std::optional<std::uint32_t> nominal = nominal_rate(rate);
+    if (!nominal || *nominal > 60 || (*nominal > 30 && *nominal % 2 != 0)) return std::nullopt;
+    const std::uint32_t together = *nominal > 30 ? 2 : 1, per_second = *nominal / together;
+    const std::uint32_t count = frame / together, seconds = count / per_second;
     const auto part = [](std::uint32_t value) { return static_cast<int>(value); };
-    return TimeCode{part(seconds / 3600 % 24), part(seconds / 60 % 60), part(seconds % 60), part(frame % per_second)};
+    return TimeCode{part(seconds / 3600 % 24), part(seconds / 60 % 60), part(seconds % 60), part(count % per_second),
+                    frame % together == 1};
 }
 
 std::string capture_date_now() {

@@ -40,7 +40,7 @@ void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
         warnings.add(fmt::format("{} primitives of lines are left out", report.line_primitives_skipped));
 }
 
-/// Materials and what they refer to, which are the same in every pose but for what take_factors() brings up to date.
+/// Materials as they are in one pose, and their images, which are the same in every pose.
 struct Looks {
     std::vector<TextureImage> images;
     std::vector<Material> materials;
@@ -53,17 +53,22 @@ Looks load_looks(GltfDocument& document, std::vector<GltfMaterial>& materials) {
     return looks;
 }
 
-/// What may be driven. Of those whose glossiness became a texture nothing of it was left to be driven.
-void take_factors(Material& to, const GltfMaterial& from) {
-    to.base_color = from.material.base_color;
-    to.emission = from.material.emission;
-    if (from.glossiness) return;
-    to.metallic = from.material.metallic;
-    to.roughness = from.material.roughness;
+/// A material of another pose with the images that it has in `known`.
+Material with_images_of(const Material& known, const GltfMaterial& from) {
+    Material material = from.material;
+    if (from.glossiness) {  // as load_images() does
+        material.metallic_roughness_texture = material.specular_color_texture;
+        material.roughness = 1;
+    }
+    std::vector<int> images;
+    for_each_texture(known, [&](const TextureRef& t) { images.push_back(t.image); });
+    auto image = images.begin();
+    for_each_texture(material, [&](TextureRef& t) { t.image = *image++; });
+    return material;
 }
 
-/// With `looks`, they are taken from there but for what may be driven; those of the first time are left there. Without
-/// `images`, these are left out.
+/// With `looks`, images are taken from there; those of the first time are left there. Without `images`, they are left
+/// out.
 Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfKept& kept,
               std::optional<Looks>* looks = nullptr, bool images = true) {
     Scene scene;
@@ -78,8 +83,8 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfKep
     }
     if (looks) {
         if (images) scene.images = (*looks)->images;
-        scene.materials = (*looks)->materials;
-        for (std::size_t i = 0; i < materials.size(); ++i) take_factors(scene.materials[i], materials[i]);
+        for (std::size_t i = 0; i < materials.size(); ++i)
+            scene.materials.push_back(with_images_of((*looks)->materials[i], materials[i]));
     } else {
         Looks loaded = load_looks(document, materials);
         scene.images = std::move(loaded.images);
@@ -155,7 +160,7 @@ struct GltfScene::State {
     }
 
     void drive(const Animation& animation, const AnimationChannel& channel, double seconds) {
-        const GltfTarget target{channel.property, channel.target};
+        const GltfTarget target{channel.field, channel.target};
         if (!at_rest.contains(target)) at_rest[target] = driven_values(document.model, target);
         const Keyframes& keys = animation.keyframes[channel.keyframes];
         std::vector<double> values(static_cast<std::size_t>(keys.components));
@@ -225,6 +230,10 @@ const std::vector<std::string>& GltfScene::animation_warnings() {
     return state_->animation_warnings;
 }
 
+const std::optional<FrameRate>& GltfScene::frame_rate() const {
+    return state_->document.frame_rate;
+}
+
 GltfDeformers GltfScene::deformers() const {
     const tinygltf::Model& model = state_->document.model;
     GltfDeformers deformers;
@@ -279,8 +288,10 @@ bool GltfScene::surfaces_move(Playing playing) {
     std::vector<int> driven;
     for (const std::size_t index : playing) {
         for (const AnimationChannel& channel : animations().at(index).channels) {
-            if (of_material(channel.property) || of_light(channel.property)) return true;
-            if (of_node(channel.property)) driven.push_back(channel.target);
+            if (of_node(channel.property))
+                driven.push_back(channel.target);
+            else if (channel.property != AnimatedProperty::camera)
+                return true;
         }
     }
     return state_->carry_surfaces(std::move(driven));

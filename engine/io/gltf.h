@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "engine/core/frames.h"
 #include "engine/scene/animation.h"
 #include "engine/scene/deformer.h"
 #include "engine/scene/scene.h"
@@ -26,12 +28,11 @@ struct GltfOptions {
 /// and default morph weights give: morph targets and skins are applied, skinned meshes are in world space. Nodes that
 /// share a mesh become instances of one Mesh.
 ///
-/// Extensions: KHR_animation_pointer (of nodes, and what animation.h lists of materials, lights and cameras),
-/// KHR_lights_punctual, KHR_materials_{clearcoat, emissive_strength, ior, pbrSpecularGlossiness, specular,
+/// Extensions: KHR_animation_pointer (of nodes, weights of meshes, cameras, and what is converted of lights and
+/// materials), KHR_lights_punctual, KHR_materials_{clearcoat, emissive_strength, ior, pbrSpecularGlossiness, specular,
 /// transmission, unlit}, KHR_mesh_quantization, KHR_texture_transform, EXT_mesh_gpu_instancing; and one of our own, at
 /// the root: HALFLIGHT_environment {"color": [r, g, b]}, constant radiance (linear Rec.709) from all around, for which
-/// glTF has nothing. Others are refused
-/// where the file requires them, otherwise named in a warning.
+/// glTF has nothing. Others are refused where the file requires them, otherwise named in a warning.
 ///
 /// What can be mended is, and the report says so. All else throws Error, one line that names file and element. The
 /// result has passed validate().
@@ -69,6 +70,8 @@ class GltfScene {
     const std::vector<Animation>& animations();
     /// Of animations(): left out channels, one line each.
     const std::vector<std::string>& animation_warnings();
+    /// That the file was made for, where its extras tell: "fps" or "frame_rate" of its scene, else of its asset.
+    const std::optional<FrameRate>& frame_rate() const;
     GltfDeformers deformers() const;
     /// Of skins and morph targets, nodes, cameras, lights and materials at that time, finite; without animations what
     /// load_gltf() gives. What the animations move says so (Instance::moves, Mesh::deforms), whether it is elsewhere at

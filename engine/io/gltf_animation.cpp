@@ -15,14 +15,6 @@ namespace {
 
 using Json = nlohmann::json;
 
-std::optional<AnimatedProperty> property_named(const std::string& path) {
-    if (path == "translation") return AnimatedProperty::translation;
-    if (path == "rotation") return AnimatedProperty::rotation;
-    if (path == "scale") return AnimatedProperty::scale;
-    if (path == "weights") return AnimatedProperty::weights;
-    return std::nullopt;
-}
-
 std::optional<Interpolation> interpolation_named(const std::string& name) {
     if (name == "STEP") return Interpolation::step;
     if (name == "LINEAR") return Interpolation::linear;
@@ -67,20 +59,22 @@ class Reader {
         if (sampler >= samplers_->size())
             document_.fail(element, "sampler {} is not an index into its samplers, which has {}", sampler,
                            samplers_->size());
-        const int targets = of_node(target->property) ? check_node(element, target->index, target->property) : 0;
-        const auto [it, is_new] = read_.try_emplace({sampler, target->property, targets}, animation.keyframes.size());
-        if (is_new) animation.keyframes.push_back(read_sampler(sampler, target->property, targets));
-        animation.channels.push_back({target->property, target->index, it->second});
+        const AnimatedProperty property = property_of(*target);
+        const int morph_targets = check_target(element, property, target->index);
+        const auto [it, is_new] =
+            read_.try_emplace({sampler, target->field, morph_targets}, animation.keyframes.size());
+        if (is_new) animation.keyframes.push_back(read_sampler(sampler, *target, morph_targets));
+        animation.channels.push_back({property, target->index, target->field, it->second});
     }
 
     /// None where a warning says that it is left out.
     std::optional<GltfTarget> target_of(const Json& from, const std::string& element) {
         const auto path = from.at("path").get<std::string>();
         if (path == "pointer") return pointed_at(from, element);
-        const auto property = property_named(path);
-        if (property && from.contains("node")) return GltfTarget{*property, from.at("node").get<int>()};
-        document_.warnings.add(property ? "drives no node, it is left out"
-                                        : fmt::format("drives '{}', which is not supported; it is left out", path),
+        const auto target = node_target(path, from.value("node", kNone));
+        if (target && target->index != kNone) return target;
+        document_.warnings.add(target ? "drives no node, it is left out"
+                                      : fmt::format("drives '{}', which is not supported; it is left out", path),
                                element);
         return std::nullopt;
     }
@@ -97,21 +91,27 @@ class Reader {
     }
 
     /// Number of morph targets where weights are driven, else 0.
-    int check_node(const std::string& element, int index, AnimatedProperty property) const {
-        const tinygltf::Node& node = document_.model.nodes[static_cast<std::size_t>(index)];
-        if (property != AnimatedProperty::weights) {
-            if (!node.matrix.empty()) document_.fail(element, "nodes[{}] has a matrix, which cannot be driven", index);
-            return 0;
-        }
+    int check_target(const std::string& element, AnimatedProperty property, int index) const {
+        const tinygltf::Model& model = document_.model;
+        if (property == AnimatedProperty::mesh_weights) return count_morph_targets(index, element, "meshes", index);
+        if (!of_node(property)) return 0;
+        const tinygltf::Node& node = model.nodes[static_cast<std::size_t>(index)];
+        if (property == AnimatedProperty::weights) return count_morph_targets(node.mesh, element, "nodes", index);
+        if (!node.matrix.empty()) document_.fail(element, "nodes[{}] has a matrix, which cannot be driven", index);
+        return 0;
+    }
+
+    /// Of a mesh, or none: what "LIST[index]" has.
+    int count_morph_targets(int mesh, const std::string& element, const char* list, int index) const {
         std::size_t targets = 0;
-        if (node.mesh != kNone)
-            for (const auto& primitive : document_.model.meshes[static_cast<std::size_t>(node.mesh)].primitives)
+        if (mesh != kNone)
+            for (const auto& primitive : document_.model.meshes[static_cast<std::size_t>(mesh)].primitives)
                 targets = std::max(targets, primitive.targets.size());
-        if (targets == 0) document_.fail(element, "drives weights of nodes[{}], which has no morph targets", index);
+        if (targets == 0) document_.fail(element, "drives weights of {}[{}], which has no morph targets", list, index);
         return static_cast<int>(targets);
     }
 
-    Keyframes read_sampler(std::size_t index, AnimatedProperty property, int targets) const {
+    Keyframes read_sampler(std::size_t index, const GltfTarget& target, int morph_targets) const {
         const std::string element = fmt::format("{}.samplers[{}]", element_, index);
         const Json& from = samplers_->at(index);
         const std::string name = from.value("interpolation", "LINEAR");
@@ -119,13 +119,13 @@ class Reader {
         if (!interpolation) document_.fail(element, "interpolation '{}' is unknown", name);
         Keyframes keys;
         keys.interpolation = *interpolation;
-        const bool weights = property == AnimatedProperty::weights;
-        keys.rotation = property == AnimatedProperty::rotation;
-        keys.components = weights ? targets : components_of(property);
+        const bool weights = morph_targets > 0;
+        keys.rotation = property_of(target) == AnimatedProperty::rotation;
+        keys.components = weights ? morph_targets : components_of(target);
         const int input = from.at("input"), output = from.at("output");
         // An accessor of weights has an element for each of them.
         const std::size_t per_key = (keys.interpolation == Interpolation::cubic_spline ? 3 : 1) *
-                                    static_cast<std::size_t>(weights ? targets : 1);
+                                    static_cast<std::size_t>(weights ? morph_targets : 1);
         const std::size_t expected = accessors_.count(input) * per_key;
         if (accessors_.count(output) != expected)
             document_.fail(element, "its output has {} elements for {} keys, {} expected", accessors_.count(output),
@@ -136,7 +136,9 @@ class Reader {
             keys.values = accessors_.read<float>(output, 0, expected, purpose, true);
         else if (keys.components == 4)
             keys.values = flat(accessors_.read<vec4>(output, 0, expected, purpose, true));
-        else if (of_node(property))
+        else if (keys.components == 2)
+            keys.values = flat(accessors_.read<vec2>(output, 0, expected, purpose, true));
+        else if (of_node(property_of(target)))
             keys.values = flat(accessors_.read<vec3>(output, purpose));
         else
             keys.values = flat(accessors_.read<vec3>(output, 0, expected, purpose, true));
@@ -148,7 +150,8 @@ class Reader {
     const GltfAccessors accessors_;
     std::string element_;
     const Json* samplers_ = nullptr;
-    std::map<std::tuple<std::size_t, AnimatedProperty, int>, std::size_t> read_;  // samplers may serve many channels
+    // Place of what was read, by sampler, field and number of morph targets: samplers may serve many channels.
+    std::map<std::tuple<std::size_t, int, int>, std::size_t> read_;
 };
 
 }  // namespace

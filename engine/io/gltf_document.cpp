@@ -5,6 +5,7 @@
 #include <set>
 
 #include "engine/io/files.h"
+#include "engine/io/gltf_extras.h"
 #include "engine/io/gltf_schema.h"
 #include "engine/io/gltf_uri.h"
 
@@ -301,6 +302,8 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     if (start == std::string_view::npos || chunks.json[start] != '{')
         throw Error(document.file, "is neither GLB nor glTF's JSON");
     Json root = parse_gltf_json(chunks.json, document.file);
+    document.frame_rate = frame_rate_in_extras(root, document.warnings);
+    check_gltf(root, document.file);
     check_version(root, document.file);
     check_extensions(root, document);
     if (root.contains("animations")) {  // read when something is to move; tinygltf would refuse a damaged one at once

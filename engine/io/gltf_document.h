@@ -6,12 +6,14 @@
 #include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/core/frames.h"
 #include "engine/io/gltf.h"
 
 namespace halflight {
@@ -50,6 +52,7 @@ struct GltfDocument {
     std::uint64_t bytes_read = 0;  // of max_total_bytes
     tinygltf::Model model;
     std::vector<GltfImageSource> images;
+    std::optional<FrameRate> frame_rate;       // that extras tell
     nlohmann::json animations;                 // the list as it stands in the file, unchecked; null where there is none
     std::vector<std::filesystem::path> files;  // that have been read so far, the scene's own first
     GltfWarnings warnings;

@@ -4,6 +4,7 @@
 #include <compare>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "engine/io/gltf_document.h"
@@ -11,22 +12,26 @@
 
 namespace halflight {
 
+/// Numbers of an object of the file that can be driven.
 struct GltfTarget {
-    AnimatedProperty property = AnimatedProperty::translation;
-    int index = 0;  // into the list of nodes, materials, lights or cameras
+    int field = 0;  // which of its numbers
+    int index = 0;  // into the file's list of nodes, meshes, materials, lights or cameras
     auto operator<=>(const GltfTarget&) const = default;
 };
 
 /// Where a pointer of KHR_animation_pointer leads ("/materials/0/emissiveFactor"); none where it is well-formed and
 /// nothing of ours. Throws Error about `element`: no JSON pointer, an index that the file does not have, a cone of a
-/// light that is no spot, a field of view of a camera without one.
+/// light that is no spot, a perspective of a camera without one, specular-glossiness of a material without it.
 std::optional<GltfTarget> follow_pointer(const GltfDocument& document, const std::string& pointer,
                                          const std::string& element);
+/// The same of a channel's path without a pointer ("rotation"); none where it is unknown.
+std::optional<GltfTarget> node_target(std::string_view path, int node);
 
+AnimatedProperty property_of(const GltfTarget& target);
 /// How many numbers it has; 0 of weights, whose mesh tells.
-int components_of(AnimatedProperty property);
+int components_of(const GltfTarget& target);
 
-/// The numbers of a target as the model has them; none where it leaves them to the format's defaults.
+/// The numbers of a target as the model has them, or the format's defaults. Of a list that is not there: none.
 std::vector<double> driven_values(const tinygltf::Model& model, const GltfTarget& target);
 /// Puts others there.
 void set_driven_values(tinygltf::Model& model, const GltfTarget& target, const std::vector<double>& values);

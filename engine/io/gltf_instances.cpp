@@ -58,7 +58,7 @@ class Instances {
         std::vector<int> made(wishes_.size(), kNone);
         for (std::size_t i = 0; i < wishes_.size(); ++i) {
             const MeshWish& wish = wishes_[i];
-            const bool keeps = kept_.wanted && !wish.deforms && !wish.flattened;
+            const bool keeps = kept_.wanted && !wish.deforms && !wish.flattened && !turns_tangents(wish);
             Mesh mesh = deformed.contains(i) ? std::move(deformed[i]) : keeps ? still_mesh(wish) : finish(open(wish));
             if (mesh.triangles.empty()) continue;
             mesh.deforms = wish.deforms;
@@ -92,6 +92,11 @@ class Instances {
         const bool moves = pose.joints.empty() && kept_.movers.move(node);
         const int wish = find_wish(node, std::move(pose));
         scene_.instances.push_back({node_of(node).name, wish, object_to_world, node, moves});
+    }
+
+    bool turns_tangents(const MeshWish& wish) const {
+        const auto mesh = static_cast<std::size_t>(std::get<0>(wish.key));
+        return kept_.movers.turn_tangents(document_.model.meshes[mesh]);
     }
 
     /// Whether animations change what a node's mesh becomes by a pose.
@@ -232,11 +237,18 @@ class Instances {
 
 GltfMovers find_movers(const tinygltf::Model& model, std::span<const AnimationChannel> channels) {
     const std::vector<bool> none(model.nodes.size(), false);
-    GltfMovers movers{none, none};
+    GltfMovers movers{none, none, std::vector<bool>(model.materials.size(), false)};
     std::vector<int> todo;
     for (const AnimationChannel& channel : channels) {
+        const auto target = static_cast<std::size_t>(channel.target);
         if (channel.property == AnimatedProperty::weights)
-            movers.weights[static_cast<std::size_t>(channel.target)] = true;
+            movers.weights[target] = true;
+        else if (channel.property == AnimatedProperty::mesh_weights)
+            for (std::size_t i = 0; i < model.nodes.size(); ++i)
+                movers.weights[i] =
+                    movers.weights[i] || (model.nodes[i].mesh == channel.target && model.nodes[i].weights.empty());
+        else if (channel.property == AnimatedProperty::normal_map)
+            movers.normal_maps[target] = true;
         else if (of_node(channel.property))
             todo.push_back(channel.target);
     }

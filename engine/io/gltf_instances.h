@@ -16,11 +16,17 @@ namespace halflight {
 
 /// What animations move, in whatever pose; nothing where there are none.
 struct GltfMovers {
-    std::vector<bool> nodes;    // they, or nodes above them, are driven
-    std::vector<bool> weights;  // of nodes, are driven
+    std::vector<bool> nodes;        // they, or nodes above them, are driven
+    std::vector<bool> weights;      // of nodes, or of their meshes, are driven
+    std::vector<bool> normal_maps;  // of materials, are moved, and tangents with them
 
     bool move(int node) const { return !nodes.empty() && nodes[static_cast<std::size_t>(node)]; }
     bool morph(int node) const { return !weights.empty() && weights[static_cast<std::size_t>(node)]; }
+    bool turn_tangents(const tinygltf::Mesh& mesh) const {
+        return !normal_maps.empty() && std::ranges::any_of(mesh.primitives, [&](const tinygltf::Primitive& p) {
+            return p.material != kNone && normal_maps[static_cast<std::size_t>(p.material)];
+        });
+    }
     bool bend(const tinygltf::Skin& skin) const {
         return std::ranges::any_of(skin.joints, [&](int joint) { return move(joint); });
     }

@@ -188,17 +188,18 @@ void remove_extras(Json& value) {
 
 Json parse_gltf_json(std::string_view text, const std::string& file) {
     if (depth_of(text) > kMaxDepth) throw Error(file, "JSON is nested deeper than {} levels", kMaxDepth);
-    Json root;
     try {
-        root = Json::parse(text);
+        return Json::parse(text);
     } catch (const Json::exception& e) {
         const std::string_view message = e.what();  // "[json.exception...] parse error at line 1, ..."
         throw Error(file, message.substr(message.find("] ") + 2));
     }
+}
+
+void check_gltf(Json& root, const std::string& file) {
     remove_extras(root);
     std::string path;
     Checker(root, file).object(root, "root", path);
-    return root;
 }
 
 void check_gltf_animations(Json& animations, std::size_t accessors, std::size_t nodes, const std::string& file) {

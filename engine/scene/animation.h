@@ -17,35 +17,25 @@ enum class AnimatedProperty : std::uint8_t {
     rotation,
     scale,
     weights,
+    mesh_weights,  // of a mesh, for nodes of it that have none of their own
     // Of a material.
-    base_color,  // RGBA
-    metallic,
-    roughness,
-    emissive_factor,  // RGB
-    emissive_strength,
-    // Of a punctual light.
-    light_color,  // RGB
-    light_intensity,
-    inner_cone,  // radians
-    outer_cone,  // radians
-    // Of a camera.
-    vertical_fov,  // radians
+    emission,    // how much it emits, and where
+    normal_map,  // where a texture of normals lies, which tangents follow
+    surface,     // anything else
+    // Of a punctual light, of a camera.
+    light,
+    camera,
 };
 
 /// Whose property it is.
 constexpr bool of_node(AnimatedProperty p) {
     return p <= AnimatedProperty::weights;
 }
-constexpr bool of_material(AnimatedProperty p) {
-    return p >= AnimatedProperty::base_color && p <= AnimatedProperty::emissive_strength;
-}
-constexpr bool of_light(AnimatedProperty p) {
-    return p >= AnimatedProperty::light_color && p <= AnimatedProperty::outer_cone;
-}
 
 struct AnimationChannel {
     AnimatedProperty property = AnimatedProperty::translation;
-    int target = 0;             // the file's node, material, light or camera
+    int target = 0;             // the file's node, mesh, material, light or camera
+    int field = 0;              // which of its numbers: channels of one target and field drive the same thing
     std::size_t keyframes = 0;  // index into Animation::keyframes
 };
 

@@ -124,7 +124,7 @@ std::filesystem::path write_scene_with_bad_frame(const std::filesystem::path& fo
     return scene.write(folder / "bad_frame.glb");
 }
 
-std::filesystem::path write_sliding_light(const std::filesystem::path& folder) {
+std::filesystem::path write_sliding_light(const std::filesystem::path& folder, double fps) {
     AnimatedScene scene;
     GltfBuilder& b = scene.b;
     Json& square = b.add_mesh({{"POSITION", b.floats("VEC3", {-0.5f, -0.5f, 0, 0.5f, -0.5f, 0, 0.5f, 0.5f, 0,  //
@@ -142,6 +142,7 @@ std::filesystem::path write_sliding_light(const std::filesystem::path& folder) {
     const int panning = camera("panning");
     scene.animate("slide", slider, "translation", "LINEAR", {0, 2}, b.floats("VEC3", {-2, 0, 0, 2, 0, 0}));
     scene.animate("pan", panning, "translation", "LINEAR", {0, 2}, b.floats("VEC3", {2, 0, 5, -2, 0, 5}));
+    if (fps != 0) b.json["asset"]["extras"]["fps"] = fps;
     return scene.write(folder / "sliding.glb");
 }
 

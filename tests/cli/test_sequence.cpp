@@ -175,7 +175,27 @@ TEST_F(Sequence, HeaderTellsTheFrame) {
     make("ntsc", "49", {"--fps", "23.976"});
     const ExrAttributes ntsc = read_exr(file("ntsc", 49)).attributes;
     EXPECT_EQ(ntsc.frame_rate, (FrameRate{24000, 1001}));
-    EXPECT_FALSE(ntsc.time_code) << "it could not count them";
+    EXPECT_EQ(ntsc.time_code, (TimeCode{0, 0, 2, 1})) << "counted as 24";
+}
+
+TEST_F(Sequence, TheScenesFrameRateIsTakenUnlessOneIsGiven) {
+    scene = write_sliding_light(folder.path, 29.97);
+    const Strings slide = {"--animation", "slide", "--camera", "still"};
+    const auto with = [&](const char* fps) {
+        Strings all = slide;
+        all.insert(all.end(), {"--fps", fps});
+        return all;
+    };
+    EXPECT_NE(make("out", "15", slide).err.find("halflight: 30000/1001 frames per second, as the scene's extras say"),
+              std::string::npos);
+    EXPECT_EQ(read_exr(file("out", 15)).attributes.frame_rate, (FrameRate{30000, 1001}));
+    const Outcome same = make("out", "15", with("30000/1001"));
+    EXPECT_EQ(same.err, "halflight: 1 of 1 frames are there already\n") << "the same fingerprint";
+    EXPECT_NE(run("out", "15", with("24")).status, 0) << "another one";
+    make("given", "15", with("24"));
+    EXPECT_EQ(read_exr(file("given", 15)).attributes.frame_rate, (FrameRate{24, 1}));
+    EXPECT_FALSE(same_pixels(file("given", 15), file("out", 15))) << "at another time";
+    EXPECT_NE(run_program({"info", scene}).out.find("frames_per_second                29.97\n"), std::string::npos);
 }
 
 TEST_F(Sequence, WholeFramesOfTheSameSettingsAreKept) {
@@ -332,6 +352,7 @@ TEST_F(Sequence, InfoListsWhatMoves) {
     const Json facts = Json::parse(json.out);
     ASSERT_EQ(facts.at("animations").size(), 4u);
     EXPECT_EQ(facts["animations"][0], (Json{{"name", "bend"}, {"seconds", 1.0}, {"channels", 1}}));
+    EXPECT_TRUE(facts.at("frames_per_second").is_null());
     EXPECT_EQ(facts.at("skins").at(0).at("joints"), 2);
     EXPECT_EQ(facts.at("morph_targets").at(0).at("targets"), 1);
     EXPECT_NE(run_program({"info", scene}).out.find("breathe"), std::string::npos);

@@ -96,6 +96,18 @@ TEST_F(Poses, LightsMaterialsAndNeedsAreThoseOfThePose) {
     other.lights.push_back({.name = "lamp", .position = dvec3(0, 3, 2)});
     expect_fresh(context, colors, scene, other, settings(scene, Culling::off));
     expect_fresh(context, colors, other, scene, settings(scene, Culling::compute));
+    Scene turned = scene;
+    for (Material& m : turned.materials) {
+        for (TextureRef* t : {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture,
+                              &m.emission_texture, &m.clearcoat_texture})
+            t->uv_transform = {vec2(0, -1), vec2(1.5f, 0), vec2(0.25f, 0.5f)};
+        m.alpha_cutoff = 0.75f;
+        m.normal_scale = 0.5f;
+        m.ior = 2;
+    }
+    for (Mesh& mesh : turned.meshes)
+        for (vec4& tangent : mesh.tangents) tangent.w = -tangent.w;
+    expect_fresh(context, colors, scene, turned, settings(scene, Culling::compute));
     Scene dark = scene;
     dark.environment = {};
     dark.lights.clear();

@@ -231,7 +231,19 @@ TEST_F(Exr, FrameRatesAndTimeCodes) {
     EXPECT_EQ(time_code({24, 1}, 24 * 3723 + 5), (TimeCode{1, 2, 3, 5}));
     EXPECT_EQ(time_code({30, 1}, 30 * 86400 + 29), (TimeCode{0, 0, 0, 29})) << "the next day";
     EXPECT_EQ(time_code({30, 1}, ~0u), (TimeCode{0, 12, 56, 15}));
-    EXPECT_FALSE(time_code({31, 1}, 0) || time_code({24000, 1001}, 0) || time_code({25, 2}, 0));
+    EXPECT_EQ(time_code({24000, 1001}, 24 * 3723 + 5), (TimeCode{1, 2, 3, 5})) << "counted as 24";
+    EXPECT_EQ(time_code({30000, 1001}, 1800), (TimeCode{0, 1, 0, 0})) << "no frame is dropped";
+    EXPECT_EQ(time_code({4000, 143}, 28 * 61 + 27), (TimeCode{0, 1, 1, 27})) << "28 x 1000/1001, reduced";
+    EXPECT_EQ(time_code({50, 1}, 50 * 3723 + 49), (TimeCode{1, 2, 3, 24, true})) << "in pairs";
+    EXPECT_EQ(time_code({60000, 1001}, 118), (TimeCode{0, 0, 1, 29, false}));
+    EXPECT_EQ(time_code({60000, 1001}, 119), (TimeCode{0, 0, 1, 29, true}));
+    EXPECT_EQ(time_code({48000, 1001}, 48), (TimeCode{0, 0, 1, 0}));
+    for (const FrameRate none : {FrameRate{31, 1}, {25, 2}, {61, 1}, {120, 1}, {120000, 1001}, {24001, 1001}})
+        EXPECT_FALSE(time_code(none, 0)) << none.numerator;
+    attributes.time_code = time_code({60, 1}, 60 * 86400 - 1);
+    EXPECT_EQ(attributes.time_code, (TimeCode{23, 59, 59, 29, true}));
+    write_exr(path_, {{{"R"}, Image(2, 2, 1)}}, attributes);
+    EXPECT_EQ(read_exr(path_).attributes.time_code, attributes.time_code);
 }
 
 TEST_F(Exr, CaptureDateCanBePinned) {

@@ -127,6 +127,8 @@ TEST(FrameRates, AreExact) {
     EXPECT_EQ(rate("24").seconds(0), 0);
     EXPECT_EQ(rate("24").seconds(36), 1.5);
     EXPECT_DOUBLE_EQ(rate("29.97").seconds(30000), 1001);
+    EXPECT_EQ(text(rate("25")), "25");
+    EXPECT_EQ(text(rate("29.97")), "30000/1001");
 }
 
 TEST(FrameRates, WhatIsNoneIsRefused) {

@@ -349,5 +349,37 @@ TEST_F(GltfAnimation, FilesThatWereReadAreListed) {
     EXPECT_EQ(scene.files(), (std::vector<std::filesystem::path>{folder_ / "scene.gltf", folder_ / "scene.bin"}));
 }
 
+TEST_F(GltfAnimation, FrameRatesAreFoundInExtras) {
+    const auto found = [&](const Json& of_asset, const Json& of_scene) {
+        GltfBuilder b;
+        b.add_triangle();
+        b.json["scenes"] = {{{"nodes", Json::array()}, {"extras", {{"fps", 12}}}},
+                            {{"nodes", {0}}, {"extras", of_scene}}};
+        b.json["scene"] = 1;
+        b.json["asset"]["extras"] = of_asset;
+        GltfScene scene(write("scene.glb", b.glb()));
+        return std::pair(scene.frame_rate(), scene.at_rest().report.warnings);
+    };
+    using Warnings = std::vector<std::string>;
+    const auto is = [&](const Json& of_asset, const Json& of_scene, const FrameRate& rate) {
+        EXPECT_EQ(found(of_asset, of_scene), std::pair(std::optional(rate), Warnings()))
+            << of_asset.dump() << of_scene.dump();
+    };
+    is({}, {{"fps", 30}}, {30, 1});
+    is({}, {{"frame_rate", 12.5}}, {25, 2});
+    is({{"fps", 50}}, {{"mood", "grey"}}, {50, 1});
+    is({{"fps", 50}}, {{"frame_rate", 30}}, {30, 1});
+    for (const double film : {23.976, 24000.0 / 1001, double(23.976f)}) is({{"fps", film}}, {}, {24000, 1001});
+    is({}, {{"fps", double(29.97f)}}, {30000, 1001});
+    EXPECT_EQ(found({}, {}), std::pair(std::optional<FrameRate>(), Warnings()));
+    EXPECT_EQ(found(Json::array({1}), "fps"), std::pair(std::optional<FrameRate>(), Warnings())) << "no objects";
+    const std::string ignored = " is no number of frames per second from 0.001 to 1000000; it is ignored";
+    for (const Json& bad :
+         {Json("24"), Json(0), Json(-24), Json(1e300), Json(1e-9), Json(true), Json(), Json::object()})
+        EXPECT_EQ(found({{"frame_rate", 25}}, {{"fps", bad}}),
+                  std::pair(std::optional(FrameRate{25, 1}), Warnings{"scenes[1].extras: fps" + ignored}))
+            << bad.dump();
+}
+
 }  // namespace
 }  // namespace halflight

@@ -72,6 +72,165 @@ TEST_F(GltfPointer, DrivesMaterials) {
     EXPECT_EQ(rest.materials.at(0).metallic, 1);
 }
 
+/// A texture of one white texel.
+int white_texture(GltfBuilder& b) {
+    return b.push(
+        "textures",
+        {{"source",
+          b.push("images",
+                 {{"uri",
+                   "data:image/png;base64,"
+                   "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4//8/AAX+Av4N70a4AAAAAElFTkSuQmCC"}})}});
+}
+
+TEST_F(GltfPointer, DrivesNumbersOfMaterialsThatTheFileLeavesToTheirDefaults) {
+    struct Case {
+        const char* pointer;
+        std::vector<float> last;  // at 1 s
+        float (*read)(const Material&);
+        float rest, half;
+    };
+    // From 0 at 0 s.
+    const Case cases[] = {
+        {"alphaCutoff", {1}, [](const Material& m) { return m.alpha_cutoff; }, 0.5f, 0.5f},
+        {"normalTexture/scale", {3}, [](const Material& m) { return m.normal_scale; }, 1, 1.5f},
+        {"extensions/KHR_materials_clearcoat/clearcoatFactor",
+         {1},
+         [](const Material& m) { return m.clearcoat; },
+         0,
+         0.5f},
+        {"extensions/KHR_materials_clearcoat/clearcoatRoughnessFactor",
+         {1},
+         [](const Material& m) { return m.clearcoat_roughness; },
+         0,
+         0.5f},
+        {"extensions/KHR_materials_clearcoat/clearcoatNormalTexture/scale",
+         {3},
+         [](const Material& m) { return m.clearcoat_normal_scale; },
+         1,
+         1.5f},
+        {"extensions/KHR_materials_ior/ior", {5}, [](const Material& m) { return m.ior; }, 1.5f, 2.5f},
+        {"extensions/KHR_materials_specular/specularFactor",
+         {1},
+         [](const Material& m) { return m.specular; },
+         1,
+         0.5f},
+        {"extensions/KHR_materials_specular/specularColorFactor",
+         {1, 1, 4},
+         [](const Material& m) { return m.specular_color.b; },
+         1,
+         2},
+        {"extensions/KHR_materials_transmission/transmissionFactor",
+         {1},
+         [](const Material& m) { return m.transmission; },
+         0,
+         0.5f},
+    };
+    for (const Case& c : cases) {
+        SCOPED_TRACE(c.pointer);
+        std::vector<float> values(c.last.size(), 0);
+        values.insert(values.end(), c.last.begin(), c.last.end());
+        GltfScene scene =
+            open(with(fmt::format("/materials/0/{}", c.pointer), c.last.size() == 1 ? "SCALAR" : "VEC3", values));
+        EXPECT_TRUE(scene.animation_warnings().empty());
+        EXPECT_TRUE(scene.surfaces_move(kFirst));
+        EXPECT_EQ(c.read(scene.at(0, {}).materials.at(0)), c.rest);
+        EXPECT_EQ(c.read(scene.at(0.5, kFirst).materials.at(0)), c.half);
+        EXPECT_EQ(c.read(scene.at(0.5, {}).materials.at(0)), c.rest) << "at rest again";
+    }
+}
+
+TEST_F(GltfPointer, NumbersBeyondTheirRangesAreClampedWithAWarning) {
+    GltfScene scene =
+        open(with("/materials/0/extensions/KHR_materials_transmission/transmissionFactor", "SCALAR", {0, 4}));
+    EXPECT_EQ(scene.at(0.125, kFirst).materials.at(0).transmission, 0.5f);
+    const Scene half = scene.at(0.5, kFirst);
+    EXPECT_EQ(half.materials.at(0).transmission, 1);
+    EXPECT_EQ(half.report.warnings,
+              std::vector<std::string>{"materials[0]: transmissionFactor is outside [0, 1], clamped"});
+}
+
+TEST_F(GltfPointer, DrivesTheTransformOfEachTexture) {
+    const std::pair<const char*, TextureRef Material::*> slots[] = {
+        {"pbrMetallicRoughness/baseColorTexture", &Material::base_color_texture},
+        {"pbrMetallicRoughness/metallicRoughnessTexture", &Material::metallic_roughness_texture},
+        {"normalTexture", &Material::normal_texture},
+        {"emissiveTexture", &Material::emission_texture},
+        {"extensions/KHR_materials_clearcoat/clearcoatTexture", &Material::clearcoat_texture},
+        {"extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture", &Material::clearcoat_roughness_texture},
+        {"extensions/KHR_materials_clearcoat/clearcoatNormalTexture", &Material::clearcoat_normal_texture},
+        {"extensions/KHR_materials_specular/specularTexture", &Material::specular_texture},
+        {"extensions/KHR_materials_specular/specularColorTexture", &Material::specular_color_texture},
+        {"extensions/KHR_materials_transmission/transmissionTexture", &Material::transmission_texture},
+    };
+    for (const auto& [path, member] : slots) {
+        SCOPED_TRACE(path);
+        GltfBuilder b = everything();
+        b.json["materials"][0][Json::json_pointer(fmt::format("/{}", path))] = {{"index", white_texture(b)}};
+        const std::string transform = fmt::format("/materials/0/{}/extensions/KHR_texture_transform/", path);
+        point(b, transform + "offset", "VEC2", {0, 0, 1, 0.5f});
+        point(b, transform + "scale", "VEC2", {1, 1, 3, 2});
+        GltfScene scene = open(b);
+        Scene posed = scene.at(0.5, kFirst);
+        EXPECT_EQ((posed.materials.at(0).*member).uv_transform, glm::mat3x2(2, 0, 0, 1.5f, 0.5f, 0.25f));
+        EXPECT_EQ((posed.materials.at(0).*member).image, 0);
+        scene.pose(posed, 0.25, kFirst);
+        EXPECT_EQ((posed.materials.at(0).*member).uv_transform, glm::mat3x2(1.5f, 0, 0, 1.25f, 0.25f, 0.125f));
+        EXPECT_EQ((posed.materials.at(0).*member).image, 0);
+        EXPECT_EQ((scene.at(0.5, {}).materials.at(0).*member).uv_transform, TextureRef().uv_transform);
+    }
+}
+
+TEST_F(GltfPointer, TangentsFollowADrivenNormalMap) {
+    GltfBuilder b = everything();
+    b.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = b.floats("VEC2", {0, 1, 1, 1, 0, 0});
+    b.json["materials"][0]["normalTexture"]["index"] = white_texture(b);
+    const float quarter = static_cast<float>(kPi / 2);
+    point(b, "/materials/0/normalTexture/extensions/KHR_texture_transform/rotation", "SCALAR", {0, quarter});
+    GltfScene scene = open(b);
+    const auto tangent = [&](double seconds, GltfScene::Playing playing) {
+        return vec3(scene.at(seconds, playing).meshes.at(0).tangents.at(0));
+    };
+    EXPECT_LT(glm::distance(tangent(0, {}), vec3(1, 0, 0)), 1e-6f);
+    EXPECT_LT(glm::distance(tangent(0, kFirst), vec3(1, 0, 0)), 1e-6f);
+    EXPECT_LT(glm::distance(tangent(1, kFirst), vec3(0, -1, 0)), 1e-6f) << "u grows where v did";
+    EXPECT_LT(glm::distance(tangent(0.5, {}), vec3(1, 0, 0)), 1e-6f) << "at rest again";
+    EXPECT_FALSE(scene.at(1, kFirst).meshes.at(0).deforms);
+}
+
+TEST_F(GltfPointer, DrivesSpecularGlossiness) {
+    const std::string glossy = "/materials/0/extensions/KHR_materials_pbrSpecularGlossiness/";
+    GltfBuilder b = everything();
+    b.json["materials"][0]["extensions"]["KHR_materials_pbrSpecularGlossiness"] = Json::object();
+    point(b, glossy + "diffuseFactor", "VEC4", {0, 0, 0, 1, 1, 0.5f, 0, 1});
+    point(b, glossy + "specularFactor", "VEC3", {0, 0, 0, 0.04f, 0.08f, 0});
+    point(b, glossy + "glossinessFactor", "SCALAR", {0, 0.5f});
+    GltfScene scene = open(b);
+    const Material half = scene.at(0.5, kFirst).materials.at(0), rest = scene.at(0, {}).materials.at(0);
+    EXPECT_EQ(half.base_color, vec4(0.5f, 0.25f, 0, 1));
+    EXPECT_LT(glm::distance(half.specular_color, vec3(0.5f, 1, 0)), 1e-6f);
+    EXPECT_EQ(half.roughness, 0.75f);
+    EXPECT_EQ(rest.base_color, vec4(1));
+    EXPECT_EQ(rest.roughness, 0);
+
+    // With a texture, glossiness has become an image of roughness; its place is driven all the same.
+    b.json["materials"][0]["extensions"]["KHR_materials_pbrSpecularGlossiness"]["specularGlossinessTexture"] = {
+        {"index", white_texture(b)}};
+    point(b, glossy + "specularGlossinessTexture/extensions/KHR_texture_transform/offset", "VEC2", {0, 0, 1, 1});
+    GltfScene textured = open(b);
+    EXPECT_EQ(
+        textured.animation_warnings(),
+        std::vector<std::string>{fmt::format(
+            "animations[0].channels[2]: drives '{}glossinessFactor', which is not supported; it is left out", glossy)});
+    const Scene posed = textured.at(0.5, kFirst);
+    const Material& m = posed.materials.at(0);
+    EXPECT_EQ(m.roughness, 1);
+    EXPECT_EQ(m.metallic_roughness_texture.image, 1);
+    EXPECT_EQ(posed.images.size(), 2u);
+    EXPECT_EQ(m.specular_color_texture.uv_transform[2], vec2(0.5f));
+    EXPECT_EQ(m.metallic_roughness_texture.uv_transform[2], vec2(0.5f));
+}
+
 TEST_F(GltfPointer, DrivesLights) {
     GltfBuilder b = everything();
     const std::string lights = "/extensions/KHR_lights_punctual/lights/";
@@ -100,6 +259,49 @@ TEST_F(GltfPointer, DrivesCameras) {
               "cameras[0]: yfov 4 is not between 0 and pi");
 }
 
+TEST_F(GltfPointer, DrivesSizeAndPlanesOfCameras) {
+    GltfBuilder b = with("/cameras/1/orthographic/ymag", "SCALAR", {0, 4});
+    point(b, "/cameras/1/orthographic/xmag", "SCALAR", {0, 8});
+    point(b, "/cameras/1/orthographic/znear", "SCALAR", {0, 1});
+    point(b, "/cameras/1/orthographic/zfar", "SCALAR", {10, 20});
+    point(b, "/cameras/0/perspective/znear", "SCALAR", {0, 2});
+    point(b, "/cameras/0/perspective/zfar", "SCALAR", {20, 40});
+    point(b, "/cameras/0/perspective/aspectRatio", "SCALAR", {1, 3});
+    GltfScene scene = open(b);
+    EXPECT_FALSE(scene.surfaces_move(kFirst));
+    const std::vector<Camera> half = scene.cameras_at(0.5, kFirst), rest = scene.cameras_at(0.5, {});
+    EXPECT_EQ(half.at(1).ortho_height, 4);
+    EXPECT_EQ(half.at(1).aspect, 2);
+    EXPECT_EQ(half.at(1).near_plane, 0.5);
+    EXPECT_EQ(half.at(1).far_plane, 15);
+    EXPECT_EQ(half.at(0).near_plane, 1);
+    EXPECT_EQ(half.at(0).far_plane, 30);
+    EXPECT_EQ(half.at(0).aspect, 2);
+    EXPECT_EQ(rest.at(1).ortho_height, 2);
+    EXPECT_EQ(rest.at(1).far_plane, 9);
+    EXPECT_EQ(rest.at(0).near_plane, 0.1);
+    EXPECT_EQ(rest.at(0).far_plane, 0) << "infinite";
+    EXPECT_EQ(rest.at(0).aspect, 0);
+    EXPECT_EQ(error_message([&] { scene.at(0, kFirst); }).substr(scene.files().at(0).string().size()),
+              ": cameras[1]: xmag and ymag must not be zero");
+}
+
+TEST_F(GltfPointer, DrivesWeightsOfMeshesForNodesWithoutTheirOwn) {
+    GltfBuilder b = with("/meshes/0/weights", "SCALAR", {0, 1});
+    const int up = b.floats("VEC3", {0, 2, 0, 0, 2, 0, 0, 2, 0});
+    b.json["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", up}}};
+    b.push("nodes", {{"mesh", 0}, {"weights", {0.25}}});
+    GltfScene scene = open(b);
+    EXPECT_TRUE(scene.surfaces_move(kFirst));
+    const Scene half = scene.at(0.5, kFirst);
+    ASSERT_EQ(half.meshes.size(), 2u);
+    EXPECT_EQ(half.meshes[0].positions.at(0), vec3(0, 1, 0));
+    EXPECT_TRUE(half.meshes[0].deforms);
+    EXPECT_EQ(half.meshes[1].positions.at(0), vec3(0, 0.5f, 0));
+    EXPECT_FALSE(half.meshes[1].deforms);
+    EXPECT_EQ(scene.at(0.5, {}).meshes.at(0).positions.at(0), vec3(0));
+}
+
 TEST_F(GltfPointer, DrivesNodesAsTheirOwnPathsDo) {
     GltfBuilder b = with("/nodes/0/translation", "VEC3", {0, 0, 0, 2, 0, 0});
     point(b, "/nodes/0/scale", "VEC3", {1, 1, 1, 3, 3, 3});
@@ -116,7 +318,7 @@ TEST_F(GltfPointer, DrivesNodesAsTheirOwnPathsDo) {
 }
 
 TEST_F(GltfPointer, UnknownOnesAreLeftOutWithAWarning) {
-    GltfBuilder b = with("/materials/0/alphaCutoff", "SCALAR", {0, 1});
+    GltfBuilder b = with("/extensions/KHR_lights_punctual/lights/0/range", "SCALAR", {0, 1});
     point(b, "/scenes/0/extras/mood", "SCALAR", {0, 1});
     point(b, "/cameras/0/perspective/yfov", "SCALAR", {0.5f, 1.5f});
     GltfScene scene = open(b);
@@ -124,7 +326,8 @@ TEST_F(GltfPointer, UnknownOnesAreLeftOutWithAWarning) {
     EXPECT_EQ(
         scene.animation_warnings(),
         (std::vector<std::string>{
-            "animations[0].channels[0]: drives '/materials/0/alphaCutoff', which is not supported; it is left out",
+            "animations[0].channels[0]: drives '/extensions/KHR_lights_punctual/lights/0/range', which is not "
+            "supported; it is left out",
             "animations[0].channels[1]: drives '/scenes/0/extras/mood', which is not supported; it is left out"}));
     EXPECT_TRUE(scene.at(0, kFirst).report.warnings.empty()) << "the extension is known";
 }
@@ -146,6 +349,10 @@ TEST_F(GltfPointer, MalformedOnesAreRefused) {
     refused("/extensions/KHR_lights_punctual/lights/0/spot/outerConeAngle",
             ": drives a cone of lights[0], which is no spot");
     refused("/cameras/1/perspective/yfov", ": drives yfov of cameras[1], which is not perspective");
+    refused("/cameras/0/orthographic/ymag", ": drives ymag of cameras[0], which is not orthographic");
+    refused("/meshes/0/weights", ": drives weights of meshes[0], which has no morph targets");
+    refused("/materials/0/extensions/KHR_materials_pbrSpecularGlossiness/glossinessFactor",
+            ": drives KHR_materials_pbrSpecularGlossiness of materials[0], which has none");
     refused("/nodes/0/weights", ": drives weights of nodes[0], which has no morph targets");
     refused(7, ".target.extensions.KHR_animation_pointer.pointer: is not a string");
 

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "engine/io/exr.h"
+#include "tests/cli/animated_scenes.h"
 #include "tests/cli/process.h"
 #include "tests/support/error_message.h"
 #include "tools/view/navigation.h"
@@ -191,6 +192,22 @@ TEST_F(ViewSession, FilesAreReadOnAnyThreadAndTakenLater) {
     EXPECT_TRUE(session.edits.clay);
     EXPECT_EQ(session.scene().environment.map.width, 2);
     EXPECT_EQ(session.saved(kSize).environment, EnvironmentChoice(folder / "sky.exr"));
+}
+
+TEST_F(ViewSession, FramesAreOfTheScenesRateUnlessOneIsGiven) {
+    test::TemporaryFolder folder;
+    PreviewArguments a = cornell();
+    a.scene = test::write_sliding_light(folder.path, 30);  // for 2 s
+    a.animation = "slide";
+    a.frame = 45;
+    const Session own(a, ColorConfig::load());
+    EXPECT_EQ(own.timeline().rate, (FrameRate{30, 1}));
+    EXPECT_EQ(own.timeline().last, 60u);
+    EXPECT_NEAR(own.scene().instances.at(0).object_to_world[3].x, 1, 1e-6);
+    a.frame_rate = FrameRate{45, 1};
+    const Session given(a, ColorConfig::load());
+    EXPECT_EQ(given.timeline().last, 90u);
+    EXPECT_NEAR(given.scene().instances.at(0).object_to_world[3].x, 0, 1e-6);
 }
 
 TEST_F(ViewSession, SavesSizeAndModes) {

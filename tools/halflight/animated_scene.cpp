@@ -13,6 +13,7 @@ AnimatedScene::AnimatedScene(const RenderArguments& a, const Console& console) {
         scene_ = load_scene(a.scene, a.allow_outside, console);
     } else {
         file_.emplace(a.scene, gltf_options(a.allow_outside));
+        frame_rate_ = choose_frame_rate(a.frame_rate, *file_, console);
         const std::string wanted = a.animation.value_or(a.frames.empty() ? "none" : "all");
         playing_ = choose_animations(*file_, a.scene, wanted, console);
         lit_later = drive_light(*file_, playing_);
@@ -61,7 +62,8 @@ ChosenCamera AnimatedScene::camera(double seconds) {
     return chosen;
 }
 
-void set_frame(RenderSettings& settings, AnimatedScene& scene, const FrameRate& rate, std::uint32_t frame) {
+void set_frame(RenderSettings& settings, AnimatedScene& scene, std::uint32_t frame) {
+    const FrameRate& rate = scene.frame_rate();
     settings.frame = frame;
     settings.camera = scene.camera(rate.seconds(frame)).camera;
     if (std::ranges::find(settings.aovs, "motion") != settings.aovs.end())

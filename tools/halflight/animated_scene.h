@@ -38,6 +38,8 @@ class AnimatedScene {
     bool surfaces_move() const { return surfaces_move_; }
     ChosenCamera camera(double seconds);
     const ChosenCamera& chosen_camera() const { return camera_; }  ///< at 0 s
+    /// That is asked for, else that of the file's extras, else 24.
+    const FrameRate& frame_rate() const { return frame_rate_; }
     /// Indices of the animations that play.
     const std::vector<std::size_t>& playing() const { return playing_; }
     /// Files that the scene is made of, its own first.
@@ -45,6 +47,7 @@ class AnimatedScene {
 
   private:
     std::optional<GltfScene> file_;  // while something moves
+    FrameRate frame_rate_;
     std::vector<std::size_t> playing_;
     std::vector<std::filesystem::path> files_;
     Scene scene_;
@@ -56,6 +59,6 @@ class AnimatedScene {
 
 /// What a picture of frame `frame` differs in from others of the run: its number, its camera and, where the layer
 /// "motion" is asked for, the camera of the frame before.
-void set_frame(RenderSettings& settings, AnimatedScene& scene, const FrameRate& rate, std::uint32_t frame);
+void set_frame(RenderSettings& settings, AnimatedScene& scene, std::uint32_t frame);
 
 }  // namespace halflight

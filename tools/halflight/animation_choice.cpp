@@ -41,11 +41,11 @@ std::size_t find_animation(const std::vector<Animation>& animations, const std::
 void warn_of_conflicts(const std::vector<Animation>& animations, const std::vector<std::size_t>& playing,
                        const Console& console) {
     constexpr std::size_t kMostNamed = 8;
-    std::map<std::pair<AnimatedProperty, int>, std::size_t> driver;
+    std::map<std::pair<int, int>, std::size_t> driver;  // of field and target
     std::set<std::size_t> in_conflict;
     for (const std::size_t index : playing) {
         for (const AnimationChannel& channel : animations[index].channels) {
-            const auto [it, is_new] = driver.try_emplace({channel.property, channel.target}, index);
+            const auto [it, is_new] = driver.try_emplace({channel.field, channel.target}, index);
             if (!is_new && it->second != index) in_conflict.insert({it->second, index});
         }
     }
@@ -75,11 +75,17 @@ std::vector<std::size_t> choose_animations(GltfScene& scene, const std::filesyst
     return playing;
 }
 
+FrameRate choose_frame_rate(const std::optional<FrameRate>& asked, const GltfScene& scene, const Console& console) {
+    if (asked) return *asked;
+    const std::optional<FrameRate>& own = scene.frame_rate();
+    if (own) console.note("{} frames per second, as the scene's extras say; --fps chooses", text(*own));
+    return own.value_or(FrameRate());
+}
+
 bool drive_light(GltfScene& scene, GltfScene::Playing playing) {
     return std::ranges::any_of(playing, [&](std::size_t index) {
         return std::ranges::any_of(scene.animations().at(index).channels, [](const AnimationChannel& channel) {
-            return of_light(channel.property) || channel.property == AnimatedProperty::emissive_factor ||
-                   channel.property == AnimatedProperty::emissive_strength;
+            return channel.property == AnimatedProperty::light || channel.property == AnimatedProperty::emission;
         });
     });
 }

@@ -3,9 +3,11 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/core/frames.h"
 #include "engine/io/gltf.h"
 #include "tools/halflight/console.h"
 
@@ -16,6 +18,9 @@ namespace halflight {
 /// Error: damaged animations, and one that there is not (the error lists those that there are).
 std::vector<std::size_t> choose_animations(GltfScene& scene, const std::filesystem::path& file,
                                            const std::string& wanted, const Console& console);
+
+/// That which is asked for, else that of the file's extras, which is said on the console, else 24 a second.
+FrameRate choose_frame_rate(const std::optional<FrameRate>& asked, const GltfScene& scene, const Console& console);
 
 /// Whether light may come later where there is none at 0 s.
 bool drive_light(GltfScene& scene, GltfScene::Playing playing);

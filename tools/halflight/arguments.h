@@ -76,7 +76,7 @@ struct RenderArguments : ViewArguments {
     float clamp = 0;  // RenderSettings::clamp
 
     std::vector<std::uint32_t> frames;     // of a sequence, in their order; empty: one picture, of `frame`
-    FrameRate frame_rate;                  // frame 0 is at 0 s
+    std::optional<FrameRate> frame_rate;   // none: the scene's, see AnimatedScene; frame 0 is at 0 s
     std::optional<std::string> animation;  // name, number, "all" or "none"
     double shutter = 0;                    // open for so much of a frame, [0,1]
     std::optional<int> shutter_times;      // at which it is seen meanwhile
@@ -112,7 +112,7 @@ struct PreviewArguments : ViewArguments {
     float clamp = 0;                                // RenderSettings::clamp, likewise
     double budget = 100;                            // ms until the first picture of a view
     std::optional<std::string> animation;           // as of RenderArguments; none: at rest
-    FrameRate frame_rate;                           // of the animation
+    std::optional<FrameRate> frame_rate;            // of the animation; none: the scene's
     std::uint32_t frame = 0;                        // that is seen first
     std::optional<std::filesystem::path> script;
     std::optional<std::filesystem::path> ocio;

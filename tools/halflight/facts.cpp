@@ -207,7 +207,11 @@ Json motion_facts(GltfScene& scene, std::vector<std::string>& warnings) {
     for (const auto& skin : deformers.skins) skins.push_back({{"name", skin.name}, {"joints", skin.joints}});
     for (const auto& mesh : deformers.morphed_meshes)
         morphed.push_back({{"mesh", mesh.name}, {"targets", mesh.targets}});
-    return {{"animations", animations}, {"skins", skins}, {"morph_targets", morphed}};
+    const std::optional<FrameRate>& rate = scene.frame_rate();
+    return {{"frames_per_second", rate ? Json(double(rate->numerator) / rate->denominator) : Json()},
+            {"animations", animations},
+            {"skins", skins},
+            {"morph_targets", morphed}};
 }
 
 Json left_out_json(const std::vector<LeftOut>& left_out) {

@@ -20,7 +20,8 @@ MemoryEstimate scene_memory(const Scene& scene, bool moves, const RenderSettings
 /// All that `halflight info SCENE` tells, but for the file itself; memory is that of a picture by the settings.
 nlohmann::ordered_json scene_facts(const Scene& scene, const RenderSettings& settings, const MemoryEstimate& memory);
 
-/// What a file has that moves: animations, skins, morph targets. Damaged animations are told of in `warnings`.
+/// What a file has that moves: animations, skins, morph targets, and the frame rate that it
+/// was made for. Damaged animations are told of in `warnings`.
 nlohmann::ordered_json motion_facts(GltfScene& scene, std::vector<std::string>& warnings);
 
 /// A list of {what, fact, bytes, can_be_kept}.

@@ -86,7 +86,7 @@ std::string sequence_fingerprint(const RenderArguments& a, const RenderSettings&
     print.text(HALFLIGHT_VERSION);
     for (const auto& file : scene.files()) print.file(file);
     print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
-    print.values("{}/{} fps", a.frame_rate.numerator, a.frame_rate.denominator);
+    print.values("{}/{} fps", scene.frame_rate().numerator, scene.frame_rate().denominator);
     add_camera(print, a, scene.chosen_camera());
     add_environment(print, a);
     add_edits(print, a.edits);

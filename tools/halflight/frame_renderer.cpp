@@ -49,7 +49,7 @@ auto FrameRenderer::guarded(F f) {
 RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& progress) {
     load_seconds_ = 0;
     if (deformer_) deformer_->take_statistics();  // of a frame that could not be made
-    set_frame(settings_, scene_, a_.frame_rate, frame);
+    set_frame(settings_, scene_, frame);
     // Surfaces are known where they were one frame ago, and nowhere else.
     if (scene_.surfaces_move() && last_frame_ != frame - 1) history_.forget();
     last_frame_.reset();  // until this one is made
@@ -65,11 +65,11 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
 
 RenderResult FrameRenderer::still(std::uint32_t frame, const FrameSettings& settings,
                                   const ProgressCallback& progress) {
-    const double seconds = a_.frame_rate.seconds(frame);
+    const double seconds = scene_.frame_rate().seconds(frame);
     const bool motion = settings_.preview.temporal || std::ranges::find(a_.aovs, "motion") != a_.aovs.end();
     if (!scene_.surfaces_move() || !motion) return picture(seconds, settings, progress);
     Clock clock;
-    Scene before = scene_.posed(a_.frame_rate.seconds(static_cast<double>(frame) - 1));
+    Scene before = scene_.posed(scene_.frame_rate().seconds(static_cast<double>(frame) - 1));
     load_seconds_ += clock.lap();
     pose(seconds, settings);
     const PreviousSurfaces surfaces(scene_.scene(), std::move(before));
@@ -115,7 +115,7 @@ RenderResult FrameRenderer::blurred(std::uint32_t frame, const ProgressCallback&
     const Clock clock;
     ShutterMean mean(settings_.aovs, own.samples);
     for (const ShutterTime& time : shutter_times(own.samples, shutter_count(a_, own.samples), own.seed, frame)) {
-        const double seconds = a_.frame_rate.seconds(frame + a_.shutter * (time.at - 0.5));
+        const double seconds = scene_.frame_rate().seconds(frame + a_.shutter * (time.at - 0.5));
         FrameSettings part = own;
         part.camera = scene_.camera(seconds).camera;
         part.first_sample = time.first_sample;

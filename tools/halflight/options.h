@@ -74,7 +74,7 @@ void add_view_options(Options& options, std::optional<std::filesystem::path>& oc
 void add_device_options(Options& options, ViewArguments& arguments);
 
 /// What plays, and when frames are; `usual` is what plays where nothing is said.
-void add_animation_options(Options& options, std::optional<std::string>& animation, FrameRate& rate,
+void add_animation_options(Options& options, std::optional<std::string>& animation, std::optional<FrameRate>& rate,
                            const std::string& usual);
 /// RenderArguments::shutter.
 void add_shutter_option(Options& options, RenderArguments& arguments);

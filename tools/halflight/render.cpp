@@ -48,7 +48,7 @@ void render_picture(const RenderArguments& a) {
     times.context = clock.lap();
     AnimatedScene animated = reading.get();
     const Scene& scene = animated.scene();
-    const ChosenCamera chosen = animated.camera(a.frame_rate.seconds(a.frame));
+    const ChosenCamera chosen = animated.camera(animated.frame_rate().seconds(a.frame));
     FrameRenderer renderer(a, animated, context, config, make_settings(a, chosen.camera));
     const RenderSettings& settings = renderer.settings();
     times.load = clock.lap();

@@ -135,7 +135,7 @@ class Sequence {
     const std::string& fingerprint() const { return fingerprint_; }
     MovieFormat movie_format() const {
         const bool srgb = display_.find("sRGB") != std::string::npos;
-        return {{settings_.width, settings_.height}, a_.frame_rate, srgb};
+        return {{settings_.width, settings_.height}, scene_->frame_rate(), srgb};
     }
 
     void start(std::size_t frames) {
@@ -171,7 +171,7 @@ class Sequence {
 
         const WritingFiles writing;
         PictureInfo info = picture_info(a_, renderer_->settings(), space_, scene_->scene(), result.stats, error);
-        info.frame_rate = a_.frame_rate;
+        info.frame_rate = scene_->frame_rate();
         info.frame = frame;
         info.fingerprint = frame_fingerprint(fingerprint_, frame);
         for (const auto& path : outputs) write_picture(path, result, info);
@@ -185,7 +185,7 @@ class Sequence {
     void add_statistics(std::uint32_t frame, const Paths& outputs, const RenderStats& stats, const StepTimes& times) {
         RenderArguments of_frame = a_;
         of_frame.outputs = outputs;
-        nlohmann::ordered_json line{{"frame", frame}, {"time", a_.frame_rate.seconds(frame)}};
+        nlohmann::ordered_json line{{"frame", frame}, {"time", scene_->frame_rate().seconds(frame)}};
         line.update(run_statistics(of_frame, renderer_->settings(), scene_->scene(), *context_, stats, times,
                                    renderer_->deformed()));
         append_line(*a_.stats, line_of(line));

@@ -47,9 +47,12 @@ void check_movie(const CLI::App& app, const RenderArguments& a) {
 
 }  // namespace
 
-void add_animation_options(Options& options, std::optional<std::string>& animation, FrameRate& rate,
+void add_animation_options(Options& options, std::optional<std::string>& animation, std::optional<FrameRate>& rate,
                            const std::string& usual) {
-    options.value("--fps", "N|N/D", "frames per second (default 24); frame 0 is at 0 s, frame N at N/fps",
+    options.value("--fps", "N|N/D",
+                  "frames per second (default: fps or frame_rate in the extras of the scene, else 24); frame 0 is at 0 "
+                  "s, frame N "
+                  "at N/fps",
                   [&](const auto& name, const auto& text) { rate = parsed(parse_frame_rate, name, text); });
     options.value("--animation", "NAME|N|all|none",
                   fmt::format("animation of the scene that plays (default: {})", usual),

@@ -28,7 +28,6 @@ double distance_ahead(const Camera& camera, const Picker& picker, const Scene& s
 Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     Timeline t;
     t.file = std::make_shared<GltfScene>(a.scene, gltf_options(a.allow_outside));
-    t.rate = a.frame_rate;
     t.animation = a.animation.value_or("none");
     try {
         t.animations = titles(t.file->animations());
@@ -36,6 +35,7 @@ Timeline timeline_of(const PreviewArguments& a, const Console& console) {
         if (t.animation != "none") throw;
         console.warn("{}", error.what());  // the scene at rest is none the worse
     }
+    if (!t.animations.empty()) t.rate = choose_frame_rate(a.frame_rate, *t.file, console);
     t.playing = choose_animations(*t.file, a.scene, t.animation, console);
     return t;
 }
