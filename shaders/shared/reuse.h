@@ -8,13 +8,13 @@ HALFLIGHT_SHARED_BEGIN
 
 // A group takes one pixel of each cell of 4x4 within an aligned block: 16 of a block of 16x16, 8 of 16x8, 4 of 8x8. Few
 // neighbours are of the same one, so that what the members of a group have in common does not show as blotches, and they
-// are others in each sample, so that it does not show as a lattice either.
+// are others from time to time, so that it does not show as a lattice either.
 HALFLIGHT_SHARED_CONST uint kMostGroupSize = 16u;
 
 // From a path to the others of its group: path ^ member_step(i, grouping), 0 < i < size of groups, and back by the same
 // step. In the order of paths (shaders/shared/pixel_order.h) the low four bits are the place in a cell, the next ones the
 // cell, so that groups are the cosets of the subgroup that {16, 32, 64, 128} with random low bits span.
-// grouping: 16 random bits of a sample.
+// grouping: 16 random bits.
 HALFLIGHT_SHARED_FUNCTION uint member_step(uint i, uint grouping) {
     uint place = 0u;
     for (uint bit = 0u; bit < 4u; ++bit) place ^= ((i >> bit) & 1u) * ((grouping >> (4u * bit)) & 15u);

@@ -299,6 +299,8 @@ TEST(ViewTimeline, UsualCamerasAreThoseOfTheReference) {
     EXPECT_EQ(later.saved(kSize).moment->frame, 24u);
     first.open(first.posing("slide", 24)());
     EXPECT_EQ(world_bounds(first.scene()).lower, world_bounds(later.scene()).lower);
+    first.open(first.posing("none", 5)());
+    EXPECT_EQ(first.saved(kSize).moment->animation, "none") << "its noise is that of the frame";
     first.open(first.posing("none", 0)());
     EXPECT_FALSE(first.saved(kSize).moment);
 }

@@ -185,7 +185,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
     }
     check_sequence_options(app, a);
     check_preview_options(app, a);
-    check_files(a);
+    check_files(a);  // of the settings, too
     if (!a.error) exclude(app, "--samples", "--time");
     for (const char* option : {"--error-metric", "--best-effort"})
         if (given(option) && !a.error) throw UsageError(option, "needs --error");
@@ -333,18 +333,16 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     check_leftovers(app, "halflight");
     if (render_app.parsed()) {
         check_leftovers(render_app, "halflight render");
+        check_files(render);  // before the settings are read, which may be one of them
+        if (render.settings) use_settings(render_app, render);
         check(render, render_app);
-        if (render.settings) {
-            use_settings(render_app, render);
-            check(render, render_app);  // with what the file says
-        }
         return render;
     }
     if (preview_app.parsed()) {
         check_leftovers(preview_app, "halflight view");
         check_camera_options(preview_app);
-        check_preview_options(preview_app, preview);
         use_settings(preview_app, preview);
+        check_preview_options(preview_app, preview);
         return preview;
     }
     if (converge_app.parsed()) {

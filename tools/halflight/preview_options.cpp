@@ -23,8 +23,7 @@ void check_preview_options(const CLI::App& app, const RenderArguments& a) {
 }
 
 void check_preview_options(const CLI::App& app, const PreviewArguments& a) {
-    for (const char* option : {"--frame", "--fps"})
-        if (app.count(option) > 0 && !a.animation) throw UsageError(option, "needs --animation");
+    if (app.count("--frame") > 0 && !a.animation) throw UsageError("--frame", "needs --animation");
 }
 
 void add_preview_options(CLI::App& app, PreviewArguments& a) {

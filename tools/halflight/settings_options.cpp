@@ -39,8 +39,8 @@ void take(const SavedSettings& s, const Given& given, A& a) {
     if (!given("--clamp") && s.clamp) a.clamp = *s.clamp;
     if (!given("--env")) a.environment = s.environment;
     a.edits = s.edits;
-    if (s.moment && !given("--animation")) {
-        a.animation = s.moment->animation;
+    if (s.moment) {
+        if (!given("--animation")) a.animation = s.moment->animation;
         if (!given("--fps")) a.frame_rate = s.moment->rate;
         if (!given("--frame") && !given("--frames")) a.frame = s.moment->frame;
     }
