@@ -86,7 +86,7 @@ bool Viewer::played(const Command& command) {
     if (!play_) throw Error("play", "no animation is chosen");
     ask();
     play_on();
-    if (now() - play_->since < command.numbers[0] || !take_opened()) return false;
+    if (!play_ || now() - play_->since < command.numbers[0] || !take_opened()) return false;  // or a picture has failed
     play(false);
     return true;
 }

@@ -312,7 +312,8 @@ SavedSettings Session::saved(const ivec2& size) const {
     s.clamp = modes.clamp;
     s.environment = arguments_.environment;
     s.edits = edits;
-    if (!timeline_.playing.empty() || timeline_.frame > 0) s.moment = {{timeline_.animation, timeline_.frame, timeline_.rate}};
+    if (!timeline_.playing.empty() || timeline_.frame > 0)
+        s.moment = {{timeline_.animation, timeline_.frame, timeline_.rate}};
     s.bookmarks = bookmarks;
     return s;
 }
