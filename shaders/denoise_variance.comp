@@ -6,7 +6,7 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
-// passes/preview_texels.h says what they hold.
+// passes/preview/preview_texels.h says what they hold.
 layout(binding = 0) uniform sampler2D light;
 layout(binding = 1) uniform sampler2D guide;
 layout(binding = 2) uniform sampler2D place;

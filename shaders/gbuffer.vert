@@ -8,7 +8,7 @@ layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
 layout(location = 0) in vec3 block_position;
 layout(location = 1) in uint block_instance;  // per instance
 
-// Of the viewport that is seen (passes/gbuffer.cpp).
+// Of the viewport that is seen (passes/surface/gbuffer.cpp).
 uniform float viewport_share;
 
 flat out uint instance;

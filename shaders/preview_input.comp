@@ -18,7 +18,7 @@ layout(std430, binding = 4) readonly buffer Features { double features[]; };  //
 layout(std430, binding = 5) readonly buffer Records { AovRecord records[]; };
 layout(binding = 0) uniform sampler2D mean;  // of the band
 
-// Of the whole picture; passes/preview_texels.h says what they hold.
+// Of the whole picture; passes/preview/preview_texels.h says what they hold.
 layout(rgba32f, binding = 0) writeonly uniform image2D light;
 layout(rgba32f, binding = 1) writeonly uniform image2D guide;
 layout(rgba32f, binding = 2) writeonly uniform image2D place;

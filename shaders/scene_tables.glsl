@@ -1,6 +1,6 @@
 // The scene's arrays, and the reading of single elements. Kernels include this before what they need of shaders/lib.
 //
-// Which of them exist is told by the defines of shader_defines() (engine/scene/shading_tables.h); what is not read
+// Which of them exist is told by the defines of shader_defines() (engine/tables/shading_tables.h); what is not read
 // costs nothing.
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/instances.h"

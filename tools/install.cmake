@@ -15,7 +15,7 @@ target_include_directories(halflight INTERFACE
 target_link_libraries(halflight INTERFACE ${libraries})
 
 install(TARGETS halflight EXPORT halflight-targets)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/engine ${PROJECT_SOURCE_DIR}/passes
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/engine ${PROJECT_SOURCE_DIR}/passes ${PROJECT_SOURCE_DIR}/renderer
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/halflight FILES_MATCHING PATTERN "*.h")
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/shaders/shared
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/halflight/shaders FILES_MATCHING PATTERN "*.h")

@@ -1,4 +1,4 @@
-# Writes OUTPUT, the definition of all_embedded_shaders (embedded_shaders.h), from the files that LIST names below ROOT.
+# Writes OUTPUT, the definition of FUNCTION (embedded_shaders.h), from the files that LIST names below ROOT.
 file(STRINGS ${LIST} names)
 set(entries "")
 foreach(name IN LISTS names)
@@ -7,7 +7,7 @@ foreach(name IN LISTS names)
 endforeach()
 file(WRITE ${OUTPUT} "#include \"engine/gpu/embedded_shaders.h\"\n
 namespace halflight::gpu {\n
-const std::vector<EmbeddedShader>& all_embedded_shaders() {
+const std::vector<EmbeddedShader>& ${FUNCTION}() {
     static const std::vector<EmbeddedShader> shaders = {
 ${entries}    };
     return shaders;

@@ -1,4 +1,4 @@
-// The shaders that are part of the library; defined by what embed_shaders.cmake writes.
+// Shader texts that are compiled in. embed_shaders.cmake writes the definitions.
 #pragma once
 
 #include <string_view>
@@ -10,7 +10,7 @@ struct EmbeddedShader {
     std::string_view name;  // "shaders/lib/x.glsl"
     std::string_view text;
 };
-/// Sorted by name.
+/// Returns the shaders of the library, sorted by name.
 const std::vector<EmbeddedShader>& all_embedded_shaders();
 
 }  // namespace halflight::gpu

@@ -1,6 +1,6 @@
 // The hierarchies of a scene, and what becomes of them while it moves. No OpenGL.
 //
-// Triangles of a block (engine/scene/tables.h) that keep their places are one part, each mesh that moves another one.
+// Triangles of a block (engine/tables/tables.h) that keep their places are one part, each mesh that moves another one.
 // Parts have hierarchies of their own, which lie side by side under one root where a block has several.
 //
 // Hits depend a little on leaves: a hit that rounding has put before the box of its leaf counts as being where the ray
@@ -20,7 +20,7 @@
 
 #include "engine/rays/bvh.h"
 #include "engine/rays/pairs.h"
-#include "engine/scene/tables.h"
+#include "engine/tables/tables.h"
 
 namespace halflight::rays {
 

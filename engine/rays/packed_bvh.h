@@ -7,7 +7,7 @@
 
 #include "engine/core/math.h"
 #include "engine/rays/hierarchies.h"
-#include "engine/scene/tables.h"
+#include "engine/tables/tables.h"
 
 namespace halflight::rays {
 

@@ -8,7 +8,7 @@
 #include "engine/gpu/shader_source.h"
 #include "engine/graph/graph.h"
 #include "engine/rays/packed_bvh.h"
-#include "engine/scene/tables.h"
+#include "engine/tables/tables.h"
 
 namespace halflight::rays {
 

@@ -11,8 +11,8 @@
 
 #include "engine/core/image.h"
 #include "engine/core/math.h"
-#include "engine/core/pixel_filter.h"
 #include "engine/scene/scene.h"
+#include "engine/core/pixel_filter.h"
 
 namespace halflight {
 

@@ -1,5 +1,5 @@
 // Morph targets and skins (glTF 2.0, sections 3.7.2.2 and 3.7.3.3): vertices from where a file has them to where a pose
-// puts them. Here on the CPU; passes/deform.h does the same on the GPU.
+// puts them. Here on the CPU; engine/device/deform.h does the same on the GPU.
 #pragma once
 
 #include <cstddef>

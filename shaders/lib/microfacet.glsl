@@ -52,7 +52,7 @@ vec3 sample_visible_normal(vec3 wo, float alpha, vec2 xi) {
     return normalize(vec3(alpha * h.xy, max(h.z, 1e-20)));
 }
 
-// Directional albedo of the lobe (SHADING.md): x = E_A, y = E_B. The table is described in engine/scene/albedo.h.
+// Directional albedo of the lobe (SHADING.md): x = E_A, y = E_B. The table is described in engine/tables/albedo.h.
 vec2 ggx_albedo(float cosine, float alpha) {
     float mu = clamp(cosine, 0.0, 1.0);
     float mirror = pow5(1.0 - mu);

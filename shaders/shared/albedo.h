@@ -1,4 +1,4 @@
-// Where a cosine and an alpha lie in the directional albedo table (engine/scene/albedo.h).
+// Where a cosine and an alpha lie in the directional albedo table (engine/tables/albedo.h).
 #ifndef HALFLIGHT_SHARED_ALBEDO_H
 #define HALFLIGHT_SHARED_ALBEDO_H
 
@@ -6,8 +6,8 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-HALFLIGHT_SHARED_CONST int kAlbedoTableSize = 128;   // texels along both edges; the first and last lie at 0 and at 1
-HALFLIGHT_SHARED_CONST float kMirrorAlpha = 1e-4f;   // lobes below are perfect mirrors (SHADING.md)
+HALFLIGHT_SHARED_CONST int kAlbedoTableSize = 128;  // texels along both edges; the first and last lie at 0 and at 1
+HALFLIGHT_SHARED_CONST float kMirrorAlpha = 1e-4f;  // lobes below are perfect mirrors (SHADING.md)
 HALFLIGHT_SHARED_CONST float kAlbedoKnee = 4.0f;
 
 // Both in [0, 1]. x stretches the cosines around alpha, where the albedo of a smooth lobe dips; y is the roughness from
@@ -15,7 +15,8 @@ HALFLIGHT_SHARED_CONST float kAlbedoKnee = 4.0f;
 #ifdef __cplusplus
 inline
 #endif
-vec2 albedo_coordinates(float cosine, float alpha) {
+    vec2
+    albedo_coordinates(float cosine, float alpha) {
     float knee = kAlbedoKnee * alpha;
     return vec2(sqrt(cosine * (1.0f + knee) / (cosine + knee)), (sqrt(alpha) - 0.01f) * (1.0f / 0.99f));
 }

@@ -10,11 +10,11 @@ HALFLIGHT_SHARED_BEGIN
 HALFLIGHT_SHARED_CONST float kNoDepth = 1e10f;
 
 struct AovRecord {
-    vec3 position;   // relative to TraceTables::origin; 0 where there is no surface
-    float depth;     // distance along the camera's axis, world units; kNoDepth where there is no surface
-    vec2 motion;     // pixels, x right, y down: here minus where the point was in the previous frame
-    uint triangle;   // of the tables; kMiss where there is no surface
-    uint instance;   // block instance
+    vec3 position;  // relative to TraceTables::origin; 0 where there is no surface
+    float depth;    // distance along the camera's axis, world units; kNoDepth where there is no surface
+    vec2 motion;    // pixels, x right, y down: here minus where the point was in the previous frame
+    uint triangle;  // of the tables; kMiss where there is no surface
+    uint instance;  // block instance
 };
 HALFLIGHT_SHARED_SIZE(AovRecord, 32)
 

@@ -27,17 +27,21 @@ HALFLIGHT_SHARED_BEGIN
 HALFLIGHT_SHARED_CONST uint kBvhTag = 0x40000000u;
 
 // References: inner nodes (no flag) < leaves < instances < what only a traversal's stack holds.
-HALFLIGHT_SHARED_CONST uint kBvhLeaf = 0x10000000u;        // flag: `count` pairs; 0: there is no such child
-HALFLIGHT_SHARED_CONST uint kBvhInstance = 0x20000000u;    // flag: leaf of the top level
-HALFLIGHT_SHARED_CONST int kBvhCountShift = 25;            // leaf: 3 bits
-HALFLIGHT_SHARED_CONST uint kBvhIndexMask = 0x01ffffffu;   // node, first pair of a leaf, or instance
-HALFLIGHT_SHARED_CONST uint kBvhNoChild = 0x50000000u;     // kBvhTag | kBvhLeaf
+HALFLIGHT_SHARED_CONST uint kBvhLeaf = 0x10000000u;       // flag: `count` pairs; 0: there is no such child
+HALFLIGHT_SHARED_CONST uint kBvhInstance = 0x20000000u;   // flag: leaf of the top level
+HALFLIGHT_SHARED_CONST int kBvhCountShift = 25;           // leaf: 3 bits
+HALFLIGHT_SHARED_CONST uint kBvhIndexMask = 0x01ffffffu;  // node, first pair of a leaf, or instance
+HALFLIGHT_SHARED_CONST uint kBvhNoChild = 0x50000000u;    // kBvhTag | kBvhLeaf
 
-HALFLIGHT_SHARED_FUNCTION bool is_inner_node(uint reference) { return reference < (kBvhTag | kBvhLeaf); }
-HALFLIGHT_SHARED_FUNCTION bool is_leaf(uint reference) { return (reference & (kBvhLeaf | kBvhInstance)) == kBvhLeaf; }
+HALFLIGHT_SHARED_FUNCTION bool is_inner_node(uint reference) {
+    return reference < (kBvhTag | kBvhLeaf);
+}
+HALFLIGHT_SHARED_FUNCTION bool is_leaf(uint reference) {
+    return (reference & (kBvhLeaf | kBvhInstance)) == kBvhLeaf;
+}
 
 // Ids of triangles.
-HALFLIGHT_SHARED_CONST uint kBvhAlphaTested = 0x10000000u;  // flag
+HALFLIGHT_SHARED_CONST uint kBvhAlphaTested = 0x10000000u;   // flag
 HALFLIGHT_SHARED_CONST uint kBvhTriangleMask = 0x0fffffffu;  // index into TraceTables::triangles
 
 HALFLIGHT_SHARED_CONST int kBvhOrderShift = 4;  // to the order of a pair's second triangle

@@ -28,7 +28,8 @@ struct Frame {
     uint tiles_y;         // 16x16 blocks down the band
     int window_y;         // row of the image that is rasterized into row 0 of the visibility texture
     uint begins;          // 1: sums begin with this sample; else 0
-    uint shared_count;    // > 0: all pixels share one sequence, with so many samples of each in a row; 0: each has its own
+    uint
+        shared_count;  // > 0: all pixels share one sequence, with so many samples of each in a row; 0: each has its own
     int unused;
 };
 HALFLIGHT_SHARED_SIZE(Frame, 256)

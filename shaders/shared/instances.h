@@ -10,7 +10,7 @@ HALFLIGHT_SHARED_BEGIN
 HALFLIGHT_SHARED_CONST int kInstanceStride = 7;
 HALFLIGHT_SHARED_CONST int kInstanceBlockToWorld = 0;  // texels 0-2
 HALFLIGHT_SHARED_CONST int kInstanceWorldToBlock = 3;  // texels 3-5
-HALFLIGHT_SHARED_CONST int kInstanceTracer = 6;        // the tracer's own root node; 0 where the matrix is exactly 1, else 1
+HALFLIGHT_SHARED_CONST int kInstanceTracer = 6;  // the tracer's own root node; 0 where the matrix is exactly 1, else 1
 
 HALFLIGHT_SHARED_END
 

@@ -7,9 +7,9 @@
 //   texel 2    edge to corner 2, error bound   1 / (cos(inner) - cos(outer)), -  -
 //   texel 3    emission, density per area      intensity, probability            -, probability
 // Positions are relative to TraceTables::origin. "Density per area" is the light's probability over its area; the error
-// bound says how far, in world units, the triangle may lie off its row's plane in the tracer's arithmetic. The head's low
-// bits are the kind; those above are the light's trail in the light tree (light_tree.h), where there is one. Probability
-// and density are then those of the alias table alone, which decides where the tree is not asked.
+// bound says how far, in world units, the triangle may lie off its row's plane in the tracer's arithmetic. The head's
+// low bits are the kind; those above are the light's trail in the light tree (light_tree.h), where there is one.
+// Probability and density are then those of the alias table alone, which decides where the tree is not asked.
 //
 // With HALFLIGHT_SUN the last row is a directional light that is not among those to choose from: of probability 1, and
 // without an entry in the alias table.
@@ -40,14 +40,18 @@ HALFLIGHT_SHARED_CONST uint kLightKindBits = 3u;
 
 HALFLIGHT_SHARED_CONST uint kNoLight = 0xffffffffu;
 
-HALFLIGHT_SHARED_FUNCTION uint light_kind(uint head) { return head & ((1u << kLightKindBits) - 1u); }
-HALFLIGHT_SHARED_FUNCTION uint light_trail(uint head) { return head >> kLightKindBits; }
+HALFLIGHT_SHARED_FUNCTION uint light_kind(uint head) {
+    return head & ((1u << kLightKindBits) - 1u);
+}
+HALFLIGHT_SHARED_FUNCTION uint light_trail(uint head) {
+    return head >> kLightKindBits;
+}
 
 // Where light is to arrive. What picks a light there and what tells the density of that choice look at the same bits.
 struct Receiver {
     vec3 position;  // of the surface, relative to TraceTables::origin; not where rays start, which is beside it
     float reserved0;
-    vec3 normal;    // geometric, unit, on the side of wo
+    vec3 normal;  // geometric, unit, on the side of wo
     float reserved1;
 };
 HALFLIGHT_SHARED_SIZE(Receiver, 32)

@@ -12,8 +12,8 @@ HALFLIGHT_SHARED_CONST uint kLobeDiffuse = 1u;
 HALFLIGHT_SHARED_CONST uint kLobeGlossy = 2u;
 
 struct PathState {
-    vec3 throughput;     // of the ray now on its way, all selection probabilities included
-    float pdf;           // solid-angle density of its direction within its component times the component's probability; 0: delta
+    vec3 throughput;  // of the ray now on its way, all selection probabilities included
+    float pdf;  // solid-angle density of its direction within its component times the component's probability; 0: delta
     vec3 direct;         // radiance met by the first surface's own ray, MIS weight included
     uint lobe;           // kLobe*
     vec3 indirect;       // everything later

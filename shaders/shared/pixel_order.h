@@ -1,6 +1,6 @@
 // Path index <-> pixel of a band. 256 consecutive paths are one 16x16 block in Morton order, so 64 are one 8x8 tile.
-// Block rows are interleaved, even ones first: software drivers hand the first half of the work groups to one thread and
-// the second to another, and a picture's top and bottom seldom cost the same.
+// Block rows are interleaved, even ones first: software drivers hand the first half of the work groups to one thread
+// and the second to another, and a picture's top and bottom seldom cost the same.
 #ifndef HALFLIGHT_SHARED_PIXEL_ORDER_H
 #define HALFLIGHT_SHARED_PIXEL_ORDER_H
 
@@ -22,8 +22,8 @@ HALFLIGHT_SHARED_FUNCTION uint morton_spread(uint v) {
     return (v | (v << 1)) & 0x55555555u;
 }
 
-// Pixel relative to the band's first row, for a band of tiles.x by tiles.y blocks; may lie outside of the image where that
-// is no multiple of 16.
+// Pixel relative to the band's first row, for a band of tiles.x by tiles.y blocks; may lie outside of the image where
+// that is no multiple of 16.
 HALFLIGHT_SHARED_FUNCTION uvec2 pixel_of_path(uint path, uvec2 tiles) {
     uint block = path >> 8;
     uint rank = block / tiles.x;
@@ -37,7 +37,8 @@ HALFLIGHT_SHARED_FUNCTION uint path_of_pixel(uvec2 pixel, uvec2 tiles) {
     uint row = pixel.y >> 4;
     uint even_rows = (tiles.y + 1u) >> 1;
     uint rank = (row & 1u) == 0u ? row >> 1 : even_rows + (row >> 1);
-    return ((rank * tiles.x + (pixel.x >> 4)) << 8) | (morton_spread(pixel.y & 15u) << 1) | morton_spread(pixel.x & 15u);
+    return ((rank * tiles.x + (pixel.x >> 4)) << 8) | (morton_spread(pixel.y & 15u) << 1) |
+           morton_spread(pixel.x & 15u);
 }
 
 HALFLIGHT_SHARED_END

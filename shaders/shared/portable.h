@@ -4,7 +4,7 @@
 
 #ifdef __cplusplus
 #include "engine/core/math.h"
-#define HALFLIGHT_SHARED_BEGIN \
+#define HALFLIGHT_SHARED_BEGIN    \
     namespace halflight::shared { \
     using uint = std::uint32_t;
 #define HALFLIGHT_SHARED_END }

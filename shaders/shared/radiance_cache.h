@@ -1,5 +1,5 @@
-// World-space radiance cache of the preview: what arrives at the second vertices of paths, shared by all that meet the same
-// cell of a hash grid (passes/radiance_cache.h).
+// World-space radiance cache of the preview: what arrives at the second vertices of paths, shared by all that meet the
+// same cell of a hash grid (passes/light/radiance_cache.h).
 #ifndef HALFLIGHT_SHARED_RADIANCE_CACHE_H
 #define HALFLIGHT_SHARED_RADIANCE_CACHE_H
 
@@ -30,10 +30,10 @@ HALFLIGHT_SHARED_CONST float kCacheBrightest = 65535.0f;
 
 // A cell; free where `count` is 0.
 struct CacheCell {
-    uint key;      // a hash of level, place and direction, > 0; of a free one: who asks for it
-    uint count;    // of samples
-    uint used;     // RadianceCache::picture() of the last picture that took something from it or brought something
-    uint low[3];   // sums of what a diffuse surface of albedo 1 reflects: radiance, r g b
+    uint key;     // a hash of level, place and direction, > 0; of a free one: who asks for it
+    uint count;   // of samples
+    uint used;    // RadianceCache::picture() of the last picture that took something from it or brought something
+    uint low[3];  // sums of what a diffuse surface of albedo 1 reflects: radiance, r g b
     uint high[3];
 };
 HALFLIGHT_SHARED_SIZE(CacheCell, 36)
@@ -44,8 +44,8 @@ HALFLIGHT_SHARED_CONST int kCacheCountWord = 1;
 HALFLIGHT_SHARED_CONST int kCacheLowWord = 3;
 HALFLIGHT_SHARED_CONST int kCacheHighWord = 6;
 
-// Bits of PathState::reuse beside kReusePoint and kReuseRest (reuse.h), which have the same meaning with cells in place of
-// the group: the path takes its share from a cell.
+// Bits of PathState::reuse beside kReusePoint and kReuseRest (reuse.h), which have the same meaning with cells in place
+// of the group: the path takes its share from a cell.
 HALFLIGHT_SHARED_CONST uint kReuseCell = 4u;
 
 // The second vertex of a path, at the path's index.
@@ -57,7 +57,7 @@ struct CachePoint {
     vec3 weight;   // of that radiance in the pixel
     uint key1;
     uint key2;
-    uint cell0;    // index, kNoCacheCell: none
+    uint cell0;  // index, kNoCacheCell: none
     uint cell1;
     uint cell2;
 };

@@ -1,8 +1,8 @@
 // Bindings and sizes of the raster back end. One copy for C++ and GLSL.
 //
-// A box (UNIT_RASTER_BOXES, RGBA32F) is two texels: lower end, upper end; in w, for boxes of leaves, the node and which of its
-// children, as words (shaders/shared/word.h). An entry of a tile's list is a node with, from bit kRasterSlotShift on, a bit
-// for each of its children that rays of the tile can meet.
+// A box (UNIT_RASTER_BOXES, RGBA32F) is two texels: lower end, upper end; in w, for boxes of leaves, the node and which
+// of its children, as words (shaders/shared/word.h). An entry of a tile's list is a node with, from bit
+// kRasterSlotShift on, a bit for each of its children that rays of the tile can meet.
 #ifndef HALFLIGHT_SHARED_RASTER_H
 #define HALFLIGHT_SHARED_RASTER_H
 

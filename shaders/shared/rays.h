@@ -7,28 +7,28 @@
 HALFLIGHT_SHARED_BEGIN
 
 struct Ray {
-    vec3 origin;      // relative to SceneTables::origin, world units
-    float t_min;      // >= 0, in units of |direction|
-    vec3 direction;   // need not be unit length; not zero
-    float t_max;      // +inf allowed; < t_min: a dead ray, never traced, always a miss
+    vec3 origin;     // relative to SceneTables::origin, world units
+    float t_min;     // >= 0, in units of |direction|
+    vec3 direction;  // need not be unit length; not zero
+    float t_max;     // +inf allowed; < t_min: a dead ray, never traced, always a miss
 };
 HALFLIGHT_SHARED_SIZE(Ray, 32)
 
 struct Hit {
-    float t;          // in units of |direction|; +inf: a miss; NaN: the driver stopped the search (see kUnfinished)
-    float u;          // weight of the triangle's second vertex
-    float v;          // weight of the triangle's third vertex
-    uint triangle;    // index into TraceTables::triangles; kMiss: nothing was hit
-    uint instance;    // index into TraceTables::instances
+    float t;        // in units of |direction|; +inf: a miss; NaN: the driver stopped the search (see kUnfinished)
+    float u;        // weight of the triangle's second vertex
+    float v;        // weight of the triangle's third vertex
+    uint triangle;  // index into TraceTables::triangles; kMiss: nothing was hit
+    uint instance;  // index into TraceTables::instances
 };
 HALFLIGHT_SHARED_SIZE(Hit, 20)
 
 // Head of a list of path indices; its first three words are the arguments of an indirect dispatch of 64-wide groups.
 struct ListHeader {
-    uint groups_x;    // ceil(count / 64)
-    uint groups_y;    // 1
-    uint groups_z;    // 1
-    uint count;       // entries in use
+    uint groups_x;  // ceil(count / 64)
+    uint groups_y;  // 1
+    uint groups_z;  // 1
+    uint count;     // entries in use
 };
 HALFLIGHT_SHARED_SIZE(ListHeader, 16)
 

@@ -1,4 +1,5 @@
-// Path reuse across pixels: what a path's second vertex has to give to the others of its group (shaders/SHADING.md, Path reuse).
+// Path reuse across pixels: what a path's second vertex has to give to the others of its group (shaders/SHADING.md,
+// Path reuse).
 #ifndef HALFLIGHT_SHARED_REUSE_H
 #define HALFLIGHT_SHARED_REUSE_H
 
@@ -7,14 +8,14 @@
 HALFLIGHT_SHARED_BEGIN
 
 // A group takes one pixel of each cell of 4x4 within an aligned block: 16 of a block of 16x16, 8 of 16x8, 4 of 8x8. Few
-// neighbours are of the same one, so that what the members of a group have in common does not show as blotches, and they
-// are others from time to time, so that it does not show as a lattice either.
+// neighbours are of the same one, so that what the members of a group have in common does not show as blotches, and
+// they are others from time to time, so that it does not show as a lattice either.
 HALFLIGHT_SHARED_CONST uint kMostGroupSize = 16u;
 
 // From a path to the others of its group: path ^ member_step(i, grouping), 0 < i < size of groups, and back by the same
-// step. In the order of paths (shaders/shared/pixel_order.h) the low four bits are the place in a cell, the next ones the
-// cell, so that groups are the cosets of the subgroup that {16, 32, 64, 128} with random low bits span.
-// grouping: 16 random bits.
+// step. In the order of paths (shaders/shared/pixel_order.h) the low four bits are the place in a cell, the next ones
+// the cell, so that groups are the cosets of the subgroup that {16, 32, 64, 128} with random low bits span. grouping:
+// 16 random bits.
 HALFLIGHT_SHARED_FUNCTION uint member_step(uint i, uint grouping) {
     uint place = 0u;
     for (uint bit = 0u; bit < 4u; ++bit) place ^= ((i >> bit) & 1u) * ((grouping >> (4u * bit)) & 15u);
@@ -41,7 +42,7 @@ struct ReusePoint {
     float f90;              // of the dielectric
     vec3 coat_normal;
     float coat_alpha;
-    float coat;             // Material::coat; 0: none
+    float coat;  // Material::coat; 0: none
     float reserved0;
     float reserved1;
     float reserved2;

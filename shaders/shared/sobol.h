@@ -70,11 +70,11 @@ HALFLIGHT_SHARED_FUNCTION uint nested_shuffle(uint v, uint seed) {
     return bitfieldReverse(scramble_reversed(bitfieldReverse(v), seed));
 }
 
-// All pixels draw from one sequence, `count` samples each (a power of 2) in a row, in Morton order nested at random: points
-// of neighbours complement each other, so that errors cancel from pixel to pixel and look like blue noise (Ahmed and Wonka
-// 2020, Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels). Points of a
-// single pixel are as good as ever. sample_index < count; coordinates < 2^16, and 2^32 / count pixels differ (by so many
-// fewer where each of those samples is made several, as by Estimator::shadow).
+// All pixels draw from one sequence, `count` samples each (a power of 2) in a row, in Morton order nested at random:
+// points of neighbours complement each other, so that errors cancel from pixel to pixel and look like blue noise (Ahmed
+// and Wonka 2020, Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels).
+// Points of a single pixel are as good as ever. sample_index < count; coordinates < 2^16, and 2^32 / count pixels
+// differ (by so many fewer where each of those samples is made several, as by Estimator::shadow).
 HALFLIGHT_SHARED_FUNCTION Sampler make_shared_sampler(uint pixel_x, uint pixel_y, uint sample_index, uint count,
                                                       uint frame_seed) {
     uint place = morton_spread(pixel_x) | (morton_spread(pixel_y) << 1);
@@ -84,7 +84,9 @@ HALFLIGHT_SHARED_FUNCTION Sampler make_shared_sampler(uint pixel_x, uint pixel_y
     return s;
 }
 
-HALFLIGHT_SHARED_FUNCTION uint shuffled_index(Sampler s, uint seed) { return nested_shuffle(s.index, seed); }
+HALFLIGHT_SHARED_FUNCTION uint shuffled_index(Sampler s, uint seed) {
+    return nested_shuffle(s.index, seed);
+}
 
 // Fixed-point numbers in [0, 1): 32 bits after the point. `dimension` may be any number; each is a stream of its own.
 HALFLIGHT_SHARED_FUNCTION uint sample_1d_bits(Sampler s, uint dimension) {
@@ -107,7 +109,9 @@ HALFLIGHT_SHARED_FUNCTION SampleBits sample_2d_bits(Sampler s, uint dimension) {
 }
 
 // [0, 1) in steps of 2^-24, so that it never rounds up to 1.
-HALFLIGHT_SHARED_FUNCTION float unit_float(uint bits) { return float(bits >> 8) * (1.0f / 16777216.0f); }
+HALFLIGHT_SHARED_FUNCTION float unit_float(uint bits) {
+    return float(bits >> 8) * (1.0f / 16777216.0f);
+}
 
 HALFLIGHT_SHARED_FUNCTION float sample_1d(Sampler s, uint dimension) {
     return unit_float(sample_1d_bits(s, dimension));

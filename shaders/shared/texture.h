@@ -19,8 +19,8 @@ HALFLIGHT_SHARED_CONST uint kWrapRepeat = 0u;  // Wrap of engine/scene/scene.h
 HALFLIGHT_SHARED_CONST uint kWrapMirroredRepeat = 1u;
 HALFLIGHT_SHARED_CONST uint kWrapClampToEdge = 2u;
 
-HALFLIGHT_SHARED_CONST uint kTextureWrapMask = 3u;     // bits 0-1: wrap of u
-HALFLIGHT_SHARED_CONST uint kTextureWrapVShift = 2u;   // bits 2-3: wrap of v
+HALFLIGHT_SHARED_CONST uint kTextureWrapMask = 3u;    // bits 0-1: wrap of u
+HALFLIGHT_SHARED_CONST uint kTextureWrapVShift = 2u;  // bits 2-3: wrap of v
 HALFLIGHT_SHARED_CONST uint kTextureNearest = 16u;
 HALFLIGHT_SHARED_CONST uint kTextureUvSet1 = 32u;
 

@@ -9,9 +9,9 @@
 //                 unused), two texels. The word is a reference of shaders/shared/bvh.h. Others: nodes to go on from, or
 //                 instances.
 //
-// With instances, entries have two boxes more. What is inside of an instance: the instance's own box with its index, and the
-// box in the units of its block with the block's head; the first box is one around the latter, in the tile list's units. What
-// is not: that box again with kNoInstance, or the instance that it is; and anything.
+// With instances, entries have two boxes more. What is inside of an instance: the instance's own box with its index,
+// and the box in the units of its block with the block's head; the first box is one around the latter, in the tile
+// list's units. What is not: that box again with kNoInstance, or the instance that it is; and anything.
 #ifndef HALFLIGHT_SHARED_TILE_LIST_H
 #define HALFLIGHT_SHARED_TILE_LIST_H
 
@@ -20,7 +20,7 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-HALFLIGHT_SHARED_CONST int kTileMaskBits = 32;        // of a word, one for each entry; longer lists have two words
+HALFLIGHT_SHARED_CONST int kTileMaskBits = 32;  // of a word, one for each entry; longer lists have two words
 HALFLIGHT_SHARED_CONST int kMostTileEntries = 64;
 HALFLIGHT_SHARED_CONST int kTileHeaderTexels = 4;
 HALFLIGHT_SHARED_CONST int kTileBoxTexels = 1;       // grid format

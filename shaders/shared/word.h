@@ -14,11 +14,19 @@ HALFLIGHT_SHARED_CONST uint kWordTag = 0x40000000u;
 HALFLIGHT_SHARED_CONST uint kWordMask = 0x1fffffffu;
 
 #ifdef __cplusplus
-inline float float_of_word(uint word) { return std::bit_cast<float>(word | kWordTag); }
-inline uint word_of_float(float value) { return std::bit_cast<uint>(value) & kWordMask; }
+inline float float_of_word(uint word) {
+    return std::bit_cast<float>(word | kWordTag);
+}
+inline uint word_of_float(float value) {
+    return std::bit_cast<uint>(value) & kWordMask;
+}
 #else
-uint word_of_float(float value) { return floatBitsToUint(value) & kWordMask; }
-uvec4 words_of_floats(vec4 values) { return floatBitsToUint(values) & kWordMask; }
+uint word_of_float(float value) {
+    return floatBitsToUint(value) & kWordMask;
+}
+uvec4 words_of_floats(vec4 values) {
+    return floatBitsToUint(values) & kWordMask;
+}
 #endif
 
 HALFLIGHT_SHARED_END

@@ -6,12 +6,12 @@
 #include <limits>
 #include <nlohmann/json.hpp>
 
-#include "engine/core/flip.h"
 #include "engine/core/metrics.h"
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
 #include "tests/cli/process.h"
+#include "tools/measure/common/flip.h"
 
 namespace halflight::test {
 namespace {

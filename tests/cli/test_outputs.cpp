@@ -4,7 +4,7 @@
 #include <regex>
 #include <set>
 
-#include "passes/render.h"
+#include "renderer/render.h"
 #include "tests/cli/output_test.h"
 
 namespace halflight::test {

@@ -10,7 +10,7 @@
 #include <tuple>
 
 #include "engine/io/exr.h"
-#include "passes/cryptomatte.h"
+#include "renderer/cryptomatte.h"
 #include "tests/cli/animated_scenes.h"
 #include "tests/cli/process.h"
 
@@ -113,9 +113,9 @@ TEST_F(Shutter, CameraAndSquareMoveAgainstEachOther) {
 }
 
 TEST_F(Shutter, MattesHaveTheCoverageOfTheirLight) {
-    const ExrFile file = picture(sliding, {"--frame", "1", "--samples", "32", "--animation", "slide", "--camera",
-                                           "still", "--shutter", "1", "--aov", "cryptoobject,depth",
-                                           "--estimator", "camera=1"});  // one ray sees both
+    const ExrFile file =
+        picture(sliding, {"--frame", "1", "--samples", "32", "--animation", "slide", "--camera", "still", "--shutter",
+                          "1", "--aov", "cryptoobject,depth", "--estimator", "camera=1"});  // one ray sees both
     const auto light = row(file, "R"), coverage = row(file, "CryptoObject00.G"), depth = row(file, "Z");
     const std::vector<float>& ids = file.find("CryptoObject00.R")->values;
     int partly = 0;

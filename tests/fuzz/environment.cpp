@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "engine/scene/lights.h"
+#include "engine/tables/lights.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/targets.h"
 

@@ -2,8 +2,8 @@
 #include <numeric>
 #include <vector>
 
-#include "engine/io/gltf.h"
-#include "engine/scene/lights.h"
+#include "engine/io/gltf/gltf.h"
+#include "engine/tables/lights.h"
 #include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/targets.h"
 

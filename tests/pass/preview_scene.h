@@ -4,7 +4,7 @@
 #include <functional>
 #include <vector>
 
-#include "passes/preview_texels.h"
+#include "passes/preview/preview_texels.h"
 #include "tests/pass/stage.h"
 
 namespace halflight::test {

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "engine/core/image_tools.h"
-#include "passes/render.h"
+#include "renderer/render.h"
 
 namespace halflight::test {
 

@@ -10,8 +10,8 @@
 #include "engine/gpu/context.h"
 #include "engine/gpu/program.h"
 #include "engine/gpu/texture.h"
-#include "engine/scene/albedo.h"
-#include "engine/scene/shading_tables.h"
+#include "engine/tables/albedo.h"
+#include "engine/tables/shading_tables.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/instances.h"
 

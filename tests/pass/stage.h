@@ -3,11 +3,11 @@
 
 #include <vector>
 
+#include "engine/device/scene_view.h"
 #include "engine/graph/compile.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/rays.h"
-#include "passes/frame_constants.h"
-#include "passes/scene_view.h"
+#include "renderer/frame_constants.h"
 #include "shaders/shared/rays.h"
 #include "tests/support/gpu_test.h"
 

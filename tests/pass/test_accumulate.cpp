@@ -1,5 +1,5 @@
 // Sums of samples made by hand, NaN and infinity among them, against sums in double on the CPU.
-#include "passes/accumulate.h"
+#include "passes/picture/accumulate.h"
 
 #include <gtest/gtest.h>
 

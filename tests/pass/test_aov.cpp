@@ -1,7 +1,7 @@
 // Data outputs of known geometry.
-#include "passes/aov.h"
+#include "passes/picture/aov.h"
 
-#include "passes/shadow.h"
+#include "passes/light/shadow.h"
 
 #include <gtest/gtest.h>
 

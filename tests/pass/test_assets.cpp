@@ -8,9 +8,9 @@
 #include <filesystem>
 
 #include "engine/io/environment.h"
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "engine/io/png.h"
-#include "passes/render.h"
+#include "renderer/render.h"
 #include "tests/support/gpu_test.h"
 
 namespace halflight {

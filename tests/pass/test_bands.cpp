@@ -1,8 +1,8 @@
 // A picture is the same, bit for bit, in whatever bands it is rendered.
 #include <gtest/gtest.h>
 
-#include "engine/io/gltf.h"
-#include "passes/raster_window.h"
+#include "engine/io/gltf/gltf.h"
+#include "passes/surface/raster_window.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"

@@ -1,7 +1,7 @@
 // A city of a million triangles, its instances flattened and not: whoever finds hits, they are the same, bit for bit.
 #include <gtest/gtest.h>
 
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "engine/rays/raster.h"
 #include "tests/cli/process.h"
 #include "tests/pass/tracer_harness.h"

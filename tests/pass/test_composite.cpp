@@ -1,5 +1,5 @@
 // Means of sums made by hand, and the view transform against OpenColorIO on the CPU.
-#include "passes/composite.h"
+#include "passes/picture/composite.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Paths of many bounces whose course is known: between two mirrors; and the lists that carry them.
-#include "passes/continuation.h"
+#include "passes/light/continuation.h"
 
 #include <gtest/gtest.h>
 

@@ -9,8 +9,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
-#include "engine/io/gltf.h"
-#include "passes/deform.h"
+#include "engine/device/deform.h"
+#include "engine/io/gltf/gltf.h"
 #include "tests/support/gpu_test.h"
 #include "tests/unit/gltf_builder.h"
 

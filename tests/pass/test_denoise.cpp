@@ -1,5 +1,5 @@
 // The filter on planes with noise made by hand: what it may mix, and that it ends.
-#include "passes/denoise.h"
+#include "passes/preview/denoise.h"
 
 #include <gtest/gtest.h>
 

@@ -7,12 +7,12 @@
 #include <cmath>
 #include <map>
 
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "engine/reference/path.h"
-#include "engine/scene/lights.h"
-#include "passes/diffuse.h"
-#include "passes/glossy.h"
-#include "passes/shadow.h"
+#include "engine/tables/lights.h"
+#include "passes/light/diffuse.h"
+#include "passes/light/glossy.h"
+#include "passes/light/shadow.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/sobol.h"
 #include "shaders/shared/word.h"

@@ -7,7 +7,7 @@
 #include <set>
 
 #include "engine/core/statistics.h"
-#include "passes/frame.h"
+#include "renderer/frame.h"
 #include "shaders/shared/path.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"

@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"

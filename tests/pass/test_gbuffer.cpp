@@ -1,5 +1,5 @@
 // The G-buffer against every triangle tried in double, and its special cases one by one.
-#include "passes/gbuffer.h"
+#include "passes/surface/gbuffer.h"
 
 #include <gtest/gtest.h>
 

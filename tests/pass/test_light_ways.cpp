@@ -6,7 +6,7 @@
 #include <numeric>
 #include <random>
 
-#include "engine/scene/light_tree.h"
+#include "engine/tables/light_tree.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/word.h"
 #include "tests/pass/shading_kernel.h"

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "passes/cryptomatte.h"
+#include "renderer/cryptomatte.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 

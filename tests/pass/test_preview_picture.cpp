@@ -5,8 +5,8 @@
 
 #include "engine/core/error.h"
 #include "engine/core/metrics.h"
-#include "engine/io/gltf.h"
-#include "passes/preview_picture.h"
+#include "engine/io/gltf/gltf.h"
+#include "renderer/preview_picture.h"
 #include "shaders/shared/preview.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"

@@ -1,5 +1,5 @@
 // The radiance cache of the preview: what its cells add up to, what pictures owe to it, and that they stop owing it.
-#include "passes/radiance_cache.h"
+#include "passes/light/radiance_cache.h"
 
 #include <gtest/gtest.h>
 
@@ -8,8 +8,8 @@
 
 #include "engine/core/error.h"
 #include "engine/core/statistics.h"
-#include "engine/io/gltf.h"
-#include "passes/hand_over.h"
+#include "engine/io/gltf/gltf.h"
+#include "renderer/hand_over.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/radiance_cache.h"
 #include "shaders/shared/reuse.h"

@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <random>
 
-#include "engine/io/gltf.h"
+#include "engine/device/scene_buffers.h"
+#include "engine/io/gltf/gltf.h"
 #include "engine/rays/raster.h"
-#include "passes/scene_buffers.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/raster.h"
 #include "tests/pass/tracer_harness.h"

@@ -5,11 +5,11 @@
 #include <limits>
 
 #include "engine/core/error.h"
-#include "engine/core/seed_errors.h"
-#include "passes/replicates.h"
+#include "renderer/replicates.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"
+#include "tools/measure/common/seed_errors.h"
 
 namespace halflight::test {
 namespace {

@@ -10,9 +10,9 @@
 namespace halflight::view {
 namespace {
 
+using test::expect_same;
 using test::layer;
 using test::small_settings;
-using test::expect_same;
 
 TEST_F(RenderThreadTest, TheMeanIsThatOfRender) {
     Watched thread;

@@ -5,8 +5,8 @@
 #include <cmath>
 
 #include "engine/reference/bsdf.h"
-#include "passes/diffuse.h"
-#include "passes/glossy.h"
+#include "passes/light/diffuse.h"
+#include "passes/light/glossy.h"
 #include "shaders/shared/path.h"
 #include "tests/pass/scenes.h"
 #include "tests/pass/stage.h"

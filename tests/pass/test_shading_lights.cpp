@@ -5,7 +5,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <random>
 
-#include "engine/scene/lights.h"
+#include "engine/tables/lights.h"
 #include "tests/pass/shading_kernel.h"
 #include "tests/support/gpu_test.h"
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "engine/scene/light_textures.h"
+#include "engine/tables/light_textures.h"
 #include "tests/pass/shading_kernel.h"
 #include "tests/support/gpu_test.h"
 

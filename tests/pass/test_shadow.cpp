@@ -1,5 +1,5 @@
 // Direct light: closed forms, quadratures, occluders, and what is left to rays that meet the light.
-#include "passes/shadow.h"
+#include "passes/light/shadow.h"
 
 #include <gtest/gtest.h>
 

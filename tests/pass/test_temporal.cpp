@@ -1,5 +1,5 @@
 // Earlier pictures of planes, made by hand: where their light is found again, and where nothing of it may be.
-#include "passes/temporal.h"
+#include "passes/preview/temporal.h"
 
 #include <gtest/gtest.h>
 

@@ -5,8 +5,8 @@
 #include <filesystem>
 
 #include "engine/core/error.h"
-#include "engine/io/gltf.h"
-#include "passes/scene_buffers.h"
+#include "engine/device/scene_buffers.h"
+#include "engine/io/gltf/gltf.h"
 #include "shaders/shared/frame.h"
 #include "tests/pass/scenes.h"
 #include "tests/pass/tracer_harness.h"

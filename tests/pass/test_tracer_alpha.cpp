@@ -3,7 +3,7 @@
 
 #include <cmath>
 
-#include "passes/scene_buffers.h"
+#include "engine/device/scene_buffers.h"
 #include "shaders/shared/frame.h"
 #include "tests/pass/tracer_harness.h"
 #include "tests/support/gpu_test.h"

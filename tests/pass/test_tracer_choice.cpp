@@ -58,8 +58,8 @@ TEST_F(TracerChoice, ShortRendersStayPlain) {
     EXPECT_FALSE(only(tracer).reason.empty());
 }
 
-// Whether one way is clearly faster, and so has most of the runs, is the machine's affair; what follows from times that are
-// given is in test_choice.
+// Whether one way is clearly faster, and so has most of the runs, is the machine's affair; what follows from times that
+// are given is in test_choice.
 TEST_F(TracerChoice, LongOnesTryBothWaysAndSayWhichIsFaster) {
     rays::Tracer off(scene), tracer(scene, Culling::automatic);
     const std::vector<Hit> hits = closest(off);

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "tests/pass/tracer_harness.h"
 #include "tests/support/gpu_test.h"
 

@@ -1,7 +1,7 @@
 // Drivers that end long loops: an answer that is not one is counted, never taken for dark or bright.
 #include <gtest/gtest.h>
 
-#include "engine/scene/tables.h"
+#include "engine/tables/tables.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"

@@ -15,7 +15,7 @@
 #include "engine/graph/execute.h"
 #include "engine/rays/rays.h"
 #include "engine/rays/tracer.h"
-#include "engine/scene/tables.h"
+#include "engine/tables/tables.h"
 #include "shaders/shared/rays.h"
 #include "tests/pass/tracer_inputs.h"
 

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "engine/scene/scene.h"
-#include "engine/scene/tables.h"
+#include "engine/tables/tables.h"
 #include "shaders/shared/rays.h"
 
 namespace halflight::test {

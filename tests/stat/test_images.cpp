@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/core/statistics.h"
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "engine/reference/reference.h"
 #include "tests/pass/batches.h"
 #include "tests/pass/renders.h"

@@ -10,7 +10,7 @@
 #include <iostream>
 
 #include "engine/io/exr.h"
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "tests/support/image_tests.h"
 #include "tests/support/reference_renders.h"
 

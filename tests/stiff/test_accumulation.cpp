@@ -4,8 +4,8 @@
 #include <limits>
 
 #include "engine/core/math.h"
-#include "passes/composite.h"
-#include "passes/frame.h"
+#include "passes/picture/composite.h"
+#include "renderer/frame.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/sobol.h"
 #include "tests/pass/stage.h"

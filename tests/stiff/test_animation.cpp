@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "engine/core/frames.h"
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "tests/stiff/stiff.h"
 #include "tests/unit/gltf_builder.h"
 

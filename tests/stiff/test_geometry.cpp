@@ -3,7 +3,7 @@
 #include <cmath>
 #include <random>
 
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "tests/pass/tracer_harness.h"
 #include "tests/stiff/stiff.h"
 #include "tests/support/error_message.h"

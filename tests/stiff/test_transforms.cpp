@@ -4,8 +4,8 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "engine/io/gltf.h"
-#include "engine/scene/tables.h"
+#include "engine/io/gltf/gltf.h"
+#include "engine/tables/tables.h"
 #include "tests/stiff/stiff.h"
 #include "tests/support/error_message.h"
 #include "tests/unit/gltf_builder.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "tools/converge/measure.h"
+#include "tools/measure/converge/measure.h"
 
 namespace halflight::converge::test {
 

@@ -5,7 +5,7 @@
 #include <random>
 
 #include "engine/core/math.h"
-#include "engine/scene/albedo.h"
+#include "engine/tables/albedo.h"
 #include "shaders/shared/albedo.h"
 
 namespace halflight {

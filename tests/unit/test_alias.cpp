@@ -5,7 +5,7 @@
 #include <numeric>
 #include <random>
 
-#include "engine/scene/alias_table.h"
+#include "engine/tables/alias_table.h"
 
 namespace halflight {
 namespace {

@@ -1,5 +1,5 @@
 // Counts of bad values over more samples than 32 bits can count.
-#include "passes/bad_values.h"
+#include "passes/picture/bad_values.h"
 
 #include <gtest/gtest.h>
 

@@ -6,12 +6,12 @@
 #include <map>
 #include <span>
 
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "tests/support/gpu_test.h"
-#include "tools/bench/capture.h"
-#include "tools/bench/frames.h"
-#include "tools/bench/measure.h"
-#include "tools/bench/treelets.h"
+#include "tools/measure/bench/capture.h"
+#include "tools/measure/bench/frames.h"
+#include "tools/measure/bench/measure.h"
+#include "tools/measure/bench/treelets.h"
 
 namespace halflight::bench {
 namespace {

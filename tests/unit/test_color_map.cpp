@@ -1,4 +1,4 @@
-#include "engine/core/color_map.h"
+#include "tools/common/color_map.h"
 
 #include <gtest/gtest.h>
 

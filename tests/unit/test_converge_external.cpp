@@ -8,7 +8,7 @@
 #include "engine/io/exr.h"
 #include "tests/cli/process.h"
 #include "tests/support/error_message.h"
-#include "tools/converge/external.h"
+#include "tools/measure/converge/external.h"
 
 namespace halflight::converge::test {
 namespace {

@@ -10,8 +10,8 @@
 #include "engine/core/hash.h"
 #include "engine/io/files.h"
 #include "tests/support/scenes.h"
-#include "tools/converge/fingerprint.h"
-#include "tools/converge/reference.h"
+#include "tools/measure/converge/fingerprint.h"
+#include "tools/measure/converge/reference.h"
 
 namespace halflight::converge {
 namespace {

@@ -6,9 +6,9 @@
 
 #include "tests/unit/converge_fakes.h"
 #include "tests/unit/xml.h"
-#include "tools/converge/maps.h"
-#include "tools/converge/plot.h"
-#include "tools/converge/report.h"
+#include "tools/measure/converge/maps.h"
+#include "tools/measure/converge/plot.h"
+#include "tools/measure/converge/report.h"
 
 namespace halflight::converge::test {
 namespace {

@@ -1,5 +1,5 @@
 // Ids, manifests and ranks of Cryptomatte, against the specification's own examples.
-#include "passes/cryptomatte.h"
+#include "renderer/cryptomatte.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Lists of techniques as they are asked for and told.
-#include "passes/estimator.h"
+#include "engine/settings/estimator.h"
 
 #include <gtest/gtest.h>
 

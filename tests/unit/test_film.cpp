@@ -1,5 +1,5 @@
 // Sums by path to images by pixel.
-#include "passes/film.h"
+#include "renderer/film.h"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // FLIP against what its formulas give where they can be followed by hand: uniform images, and waves in one direction.
-#include "engine/core/flip.h"
+#include "tools/measure/common/flip.h"
 
 #include <gtest/gtest.h>
 

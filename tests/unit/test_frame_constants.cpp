@@ -1,5 +1,5 @@
 // The frame's constants against SHADING.md, "Camera", written down a second time here, in double.
-#include "passes/frame_constants.h"
+#include "renderer/frame_constants.h"
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 #include <random>
 
 #include "engine/gpu/program.h"
-#include "passes/raster_window.h"
+#include "passes/surface/raster_window.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/rays.h"
 #include "tests/support/gpu_test.h"

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "tests/support/error_message.h"
 
 namespace halflight {

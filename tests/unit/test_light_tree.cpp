@@ -1,5 +1,5 @@
 // Light trees: bounds that hold what they bound, ways that lead to every light, probabilities that are some.
-#include "engine/scene/light_tree.h"
+#include "engine/tables/light_tree.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numeric>
 #include <random>
 
-#include "engine/scene/lights.h"
+#include "engine/tables/lights.h"
 #include "shaders/shared/word.h"
 
 namespace halflight {

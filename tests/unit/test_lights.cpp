@@ -4,8 +4,8 @@
 #include <cmath>
 #include <numeric>
 
-#include "engine/scene/light_textures.h"
-#include "engine/scene/lights.h"
+#include "engine/tables/light_textures.h"
+#include "engine/tables/lights.h"
 #include "shaders/shared/environment.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/word.h"

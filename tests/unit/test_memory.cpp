@@ -1,8 +1,7 @@
 // What takes memory, by the settings and the scene that it depends on.
-#include "passes/memory.h"
+#include "renderer/memory.h"
 
 #include <gtest/gtest.h>
-
 
 namespace halflight {
 namespace {

@@ -1,5 +1,5 @@
 // Facts in, parts of a frame out.
-#include "passes/needs.h"
+#include "renderer/needs.h"
 
 #include <gtest/gtest.h>
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <random>
 
-#include "tools/peer/agreement.h"
-#include "tools/peer/report.h"
+#include "tools/measure/peer/agreement.h"
+#include "tools/measure/peer/report.h"
 
 namespace halflight::peer {
 namespace {

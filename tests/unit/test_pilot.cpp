@@ -1,7 +1,7 @@
 // What a pilot's figures come to.
 #include <gtest/gtest.h>
 
-#include "passes/pilot.h"
+#include "renderer/pilot.h"
 
 namespace halflight::test {
 namespace {

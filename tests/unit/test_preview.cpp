@@ -1,9 +1,9 @@
 // Preview modes as they are asked for and told, and how they hand over.
-#include "passes/preview.h"
+#include "engine/settings/preview.h"
 
 #include <gtest/gtest.h>
 
-#include "passes/hand_over.h"
+#include "renderer/hand_over.h"
 #include "tests/support/error_message.h"
 
 namespace halflight {
@@ -32,8 +32,7 @@ TEST(Preview, UnknownModesAreRefusedByName) {
     EXPECT_EQ(message("filter,filter"), "filter,filter: 'filter' is given twice");
     EXPECT_EQ(message("none,cache"), "none,cache: 'none' stands alone");
     EXPECT_EQ(message("cache,none"), "cache,none: 'none' stands alone");
-    for (const char* list : {"", "filter,", ",filter", "Filter", "filter "})
-        EXPECT_NE(message(list), "") << list;
+    for (const char* list : {"", "filter,", ",filter", "Filter", "filter "}) EXPECT_NE(message(list), "") << list;
 }
 
 /// Errors as if samples of either kind were independent; a cached one is worth `worth` others.

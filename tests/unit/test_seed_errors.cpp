@@ -1,5 +1,5 @@
 // Errors from noisy renders and a noisy reference, against bias and variance that are known.
-#include "engine/core/seed_errors.h"
+#include "tools/measure/common/seed_errors.h"
 
 #include <gtest/gtest.h>
 

@@ -6,8 +6,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/packing.hpp>
 
-#include "engine/scene/light_textures.h"
-#include "engine/scene/shading_tables.h"
+#include "engine/tables/light_textures.h"
+#include "engine/tables/shading_tables.h"
 #include "shaders/shared/material.h"
 #include "shaders/shared/texture.h"
 #include "shaders/shared/vertex.h"

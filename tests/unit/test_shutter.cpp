@@ -1,5 +1,5 @@
 // When the shutter is open, and pictures of several times as one.
-#include "passes/shutter.h"
+#include "renderer/shutter.h"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 
-#include "engine/scene/tables.h"
+#include "engine/tables/tables.h"
 #include "tests/support/error_message.h"
 
 namespace halflight {

@@ -5,8 +5,8 @@
 #include <bit>
 #include <cmath>
 
-#include "engine/core/color_map.h"
 #include "tests/support/error_message.h"
+#include "tools/common/color_map.h"
 #include "tools/view/pass_history.h"
 #include "tools/view/resolution.h"
 #include "tools/view/script.h"

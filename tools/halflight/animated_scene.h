@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "engine/core/frames.h"
-#include "engine/io/gltf.h"
-#include "passes/render.h"
+#include "engine/io/gltf/gltf.h"
+#include "renderer/render.h"
 #include "tools/halflight/arguments.h"
 #include "tools/halflight/camera.h"
 #include "tools/halflight/console.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/core/frames.h"
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "tools/halflight/console.h"
 
 namespace halflight {

@@ -5,8 +5,8 @@
 #include <set>
 
 #include "engine/core/error.h"
-#include "passes/render.h"
-#include "passes/replicates.h"
+#include "renderer/render.h"
+#include "renderer/replicates.h"
 #include "tools/halflight/options.h"
 
 namespace halflight {

@@ -1,4 +1,4 @@
-#include "tools/bench/bench.h"
+#include "tools/measure/bench/bench.h"
 
 #include "tools/halflight/commands.h"
 #include "tools/halflight/signals.h"

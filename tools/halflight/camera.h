@@ -19,7 +19,7 @@ ChosenCamera choose_camera(const Scene& scene, const ViewArguments& arguments);
 ivec2 picture_size(const ViewArguments& arguments, const Camera& camera);
 
 /// World to OpenGL's usual clip space, for files; the rasterizer has its own, with reversed depth
-/// (passes/frame_constants.h). aspect: width / height.
+/// (renderer/frame_constants.h). aspect: width / height.
 dmat4 standard_clip(const Camera& camera, double aspect);
 
 }  // namespace halflight

@@ -2,15 +2,15 @@
 #include <optional>
 
 #include "engine/io/files.h"
-#include "passes/pilot.h"
-#include "tools/converge/external.h"
-#include "tools/converge/report.h"
+#include "renderer/pilot.h"
 #include "tools/halflight/camera.h"
 #include "tools/halflight/commands.h"
 #include "tools/halflight/loading.h"
 #include "tools/halflight/picture.h"
 #include "tools/halflight/signals.h"
 #include "tools/halflight/statistics.h"
+#include "tools/measure/converge/external.h"
+#include "tools/measure/converge/report.h"
 
 namespace halflight {
 namespace {

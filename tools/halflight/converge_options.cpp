@@ -1,7 +1,7 @@
 #include <algorithm>
 
-#include "tools/converge/external.h"
 #include "tools/halflight/options.h"
+#include "tools/measure/converge/external.h"
 
 namespace halflight {
 namespace {

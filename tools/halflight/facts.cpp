@@ -6,9 +6,9 @@
 #include <functional>
 
 #include "engine/core/error.h"
-#include "engine/scene/shading_tables.h"
-#include "passes/render.h"
-#include "passes/scene_view.h"
+#include "engine/device/scene_view.h"
+#include "engine/tables/shading_tables.h"
+#include "renderer/render.h"
 
 namespace halflight {
 namespace {

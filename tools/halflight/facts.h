@@ -5,10 +5,10 @@
 
 #include <vector>
 
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "engine/scene/scene.h"
-#include "passes/memory.h"
-#include "passes/needs.h"
+#include "renderer/memory.h"
+#include "renderer/needs.h"
 
 namespace halflight {
 

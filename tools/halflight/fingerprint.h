@@ -5,7 +5,7 @@
 #include <filesystem>
 #include <string>
 
-#include "passes/render.h"
+#include "renderer/render.h"
 #include "tools/halflight/animated_scene.h"
 #include "tools/halflight/arguments.h"
 

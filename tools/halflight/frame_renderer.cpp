@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "passes/radiance_cache.h"
-#include "passes/shutter.h"
+#include "passes/light/radiance_cache.h"
+#include "renderer/shutter.h"
 #include "tools/halflight/render_parts.h"
 
 namespace halflight {

@@ -5,9 +5,9 @@
 #include <optional>
 #include <string>
 
-#include "passes/deform.h"
-#include "passes/preview_picture.h"
-#include "passes/render.h"
+#include "engine/device/deform.h"
+#include "renderer/preview_picture.h"
+#include "renderer/render.h"
 #include "tools/halflight/animated_scene.h"
 #include "tools/halflight/arguments.h"
 

@@ -4,14 +4,14 @@
 
 #include "engine/gpu/context.h"
 #include "engine/gpu/program_binaries.h"
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "tools/halflight/camera.h"
 #include "tools/halflight/commands.h"
 #include "tools/halflight/facts.h"
 #include "tools/halflight/loading.h"
 #include "tools/halflight/render_parts.h"
 #include "tools/halflight/signals.h"
-#include "tools/leftout/measure.h"
+#include "tools/measure/leftout/measure.h"
 
 namespace halflight {
 namespace {

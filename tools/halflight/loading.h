@@ -1,7 +1,7 @@
 // The scene that a command line asks for.
 #pragma once
 
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "engine/scene/scene.h"
 #include "tools/halflight/arguments.h"
 #include "tools/halflight/console.h"

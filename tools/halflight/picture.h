@@ -8,7 +8,7 @@
 
 #include "engine/color/color.h"
 #include "engine/core/frames.h"
-#include "passes/render.h"
+#include "renderer/render.h"
 
 namespace halflight {
 

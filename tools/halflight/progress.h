@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <string>
 
-#include "passes/render.h"
+#include "renderer/render.h"
 
 namespace halflight {
 

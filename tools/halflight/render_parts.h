@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "passes/render.h"
+#include "renderer/render.h"
 #include "tools/halflight/arguments.h"
 #include "tools/halflight/console.h"
 #include "tools/halflight/picture.h"

@@ -5,9 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "engine/device/deform.h"
 #include "engine/gpu/context.h"
-#include "passes/deform.h"
-#include "passes/render.h"
+#include "renderer/render.h"
 #include "tools/halflight/arguments.h"
 
 namespace halflight {

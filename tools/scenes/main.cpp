@@ -4,10 +4,10 @@
 #include <string>
 
 #include "engine/core/error.h"
+#include "tools/common/tool_main.h"
 #include "tools/scenes/city.h"
 #include "tools/scenes/path.h"
 #include "tools/scenes/scenes.h"
-#include "tools/tool_main.h"
 
 namespace {
 

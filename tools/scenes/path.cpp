@@ -10,7 +10,7 @@
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 
 namespace halflight::scenes {
 namespace {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "engine/core/color_map.h"
+#include "tools/common/color_map.h"
 
 namespace halflight::view {
 namespace {

@@ -17,7 +17,7 @@
 #include <vector>
 
 #include "engine/gpu/shader_source.h"
-#include "passes/render.h"
+#include "renderer/render.h"
 #include "tools/halflight/scene_edits.h"
 
 namespace halflight::view {

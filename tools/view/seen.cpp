@@ -5,10 +5,10 @@
 #include <cmath>
 #include <functional>
 
-#include "engine/core/color_map.h"
 #include "engine/core/hash.h"
 #include "engine/core/math.h"
 #include "engine/core/metrics.h"
+#include "tools/common/color_map.h"
 
 namespace halflight::view {
 namespace {

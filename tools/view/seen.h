@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "passes/render.h"
+#include "renderer/render.h"
 
 namespace halflight::view {
 

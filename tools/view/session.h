@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "engine/io/gltf.h"
+#include "engine/io/gltf/gltf.h"
 #include "tools/halflight/arguments.h"
 #include "tools/halflight/console.h"
 #include "tools/halflight/settings_file.h"

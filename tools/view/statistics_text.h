@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "passes/render.h"
+#include "renderer/render.h"
 
 namespace halflight::view {
 

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "engine/scene/motion.h"
-#include "passes/preview_picture.h"
-#include "passes/radiance_cache.h"
+#include "passes/light/radiance_cache.h"
+#include "renderer/preview_picture.h"
 #include "tools/view/render_thread.h"
 #include "tools/view/resolution.h"
 

@@ -1,8 +1,8 @@
 // Loads a scene and renders it through the public headers: consumer SCENE OUTPUT.exr
 #include <cstdio>
 
-#include "engine/io/gltf.h"
-#include "passes/render.h"
+#include "engine/io/gltf/gltf.h"
+#include "renderer/render.h"
 
 int main(int argc, char** argv) {
     if (argc != 3) return 2;

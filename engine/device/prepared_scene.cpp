@@ -1,0 +1,159 @@
+#include "engine/device/prepared_scene.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cassert>
+#include <chrono>
+#include <cstring>
+#include <future>
+
+#include "engine/tables/shading_tables.h"
+
+namespace halflight {
+namespace {
+
+std::string name_or(const std::string& name, const char* what, std::size_t index) {
+    return name.empty() ? fmt::format("{} {}", what, index) : name;
+}
+
+bool anything_moves(const TraceTables& tables) {
+    return std::ranges::any_of(tables.ranges, &MeshRange::moves);
+}
+
+template <class T>
+bool same_bits(const T& a, const T& b) {
+    return std::memcmp(&a, &b, sizeof(T)) == 0;
+}
+
+/// As far as rays are concerned, bit by bit.
+bool same_geometry(const TraceTables& a, const TraceTables& b) {
+    const auto same = [](const BlockInstance& x, const BlockInstance& y) {
+        return x.block == y.block && same_bits(x.block_to_world, y.block_to_world) &&
+               same_bits(x.world_to_block, y.world_to_block) && x.identity == y.identity;
+    };
+    return a.ranges == b.ranges && a.triangles == b.triangles &&
+           std::ranges::equal(a.positions, b.positions, same_bits<vec3>) &&
+           std::ranges::equal(a.instances, b.instances, same);
+}
+
+}  // namespace
+
+/// What makes the next pose cheaper.
+struct PreparedScene::Memory {
+    rays::Hierarchies hierarchies;
+    rays::PackedScene packed;  // as uploaded
+    ShadingTables shading;     // as uploaded, without texels
+};
+
+/// What renderers have made graphs, buffers and statistics for.
+struct PreparedScene::Shape {
+    SceneNeeds needs;
+    Estimator estimator;
+    rays::NodeFormat format;
+    bool two_level;
+    bool alpha_tested;
+    bool environment;
+    std::uint64_t drawn_triangles;
+    std::vector<std::string> objects;
+    std::vector<std::string> materials;
+    bool operator==(const Shape&) const = default;
+};
+
+PreparedScene::Shape PreparedScene::shape() const {
+    const rays::TraceStatistics& s = trace_->statistics();
+    return {buffers_->needs(), estimator_,        s.node_format, s.two_level,    trace_->alpha_tested(),
+            has_environment_,  drawn_triangles(), object_names_, material_names_};
+}
+
+PreparedScene::PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options)
+    : context_(context), options_(options), programs_(context.binaries()), asked_estimator_(options.estimator) {
+    prepare(scene);
+    origin_ = tables_.origin;
+}
+
+PreparedScene::~PreparedScene() = default;
+
+std::uint64_t PreparedScene::drawn_triangles() const {
+    std::uint64_t triangles = 0;
+    for (const BlockInstance& i : tables_.instances) triangles += tables_.blocks[i.block].triangle_count;
+    return triangles;
+}
+
+bool PreparedScene::update(const Scene& scene) {
+    const Shape before = shape();
+    prepare(scene);
+    return shape() == before;
+}
+
+void PreparedScene::settle(const Estimator& piloted, double seconds) {
+    assert(piloted.lights == estimator_.lights && piloted.sun == estimator_.sun);
+    for (Estimator* e : {&estimator_, &options_.estimator})
+        e->reuse = piloted.reuse, e->camera = piloted.camera, e->shadow = piloted.shadow;
+    seconds_ += seconds;
+}
+
+void PreparedScene::prepare(const Scene& scene) {
+    using Clock = std::chrono::steady_clock;
+    const Clock::time_point start = Clock::now();
+    validate(scene);
+    object_names_.clear();
+    material_names_.clear();
+    for (const Instance& i : scene.instances) object_names_.push_back(name_or(i.name, "object", object_names_.size()));
+    for (const Material& m : scene.materials)
+        material_names_.push_back(name_or(m.name, "material", material_names_.size()));
+    TraceTables tables = build_trace_tables(scene, kFlattenLimit, origin_);
+    const SceneNeeds kept = kept_needs(options_.kept);
+    tables.alpha_tested |= kept.alpha;
+    tables.keep_top_level = kept.instances;
+
+    // Hierarchies on another thread, while this one packs and uploads the rest.
+    const bool same = trace_ && same_geometry(tables_, tables);
+    std::optional<rays::Hierarchies> made;
+    auto packing = std::async(std::launch::async, [&]() -> rays::PackedScene {
+        if (same) return {};
+        if (memory_)
+            memory_->hierarchies.update(tables_, tables);
+        else
+            made.emplace(tables);
+        const rays::Hierarchies& hierarchies = memory_ ? memory_->hierarchies : *made;
+        hierarchies_ = hierarchies.counts();
+        return rays::pack_scene(tables, hierarchies);
+    });
+    ShadingTables shading = build_shading_tables(scene, tables, kept, options_.estimator.lights, options_.estimator.sun,
+                                                 buffers_ ? &pooled_ : nullptr);
+    estimator_ = options_.estimator;
+    estimator_.lights = shading.light_choice;
+    has_environment_ = !shading.environment.pixels.empty();
+    pooled_ = shading.pooled;
+    if (buffers_) {
+        const std::optional<SceneBuffers::Content> last =
+            memory_ ? std::optional(SceneBuffers::Content{tables_, memory_->shading}) : std::nullopt;
+        buffers_->update(tables, shading, last ? &*last : nullptr);
+    } else {
+        buffers_.emplace(tables, shading);
+    }
+    rays::PackedScene packed = packing.get();
+    if (same) {
+        hierarchies_ = {.kept = rays::parts_of(tables).size()};
+        trace_->set_shading(buffers_->defines());
+    } else if (trace_) {
+        trace_->update(tables, packed, buffers_->defines(), memory_ ? &memory_->packed : nullptr);
+    } else {
+        trace_.emplace(tables, packed, buffers_->defines());
+    }
+    if (!same && options_.raster_culling) cull_tree_ = rays::build_cull_tree(packed);
+
+    shading.color_texels = {};
+    shading.data_texels = {};
+    if (memory_) {
+        memory_->shading = std::move(shading);
+        if (!same) memory_->packed = std::move(packed);
+    } else if (made && !origin_ && anything_moves(tables)) {
+        memory_ = std::make_unique<Memory>(Memory{std::move(*made), std::move(packed), std::move(shading)});
+    }
+    tables_ = std::move(tables);
+    seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+}  // namespace halflight

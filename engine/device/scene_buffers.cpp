@@ -1,0 +1,172 @@
+#include "engine/device/scene_buffers.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/path.h"
+#include "shaders/shared/surface.h"
+
+namespace halflight {
+namespace {
+
+gpu::Texture table_texture(const char* name, const Image& image, GLenum format) {
+    gpu::TextureDesc desc;
+    desc.width = std::max(image.width, 1);
+    desc.height = std::max(image.height, 1);
+    desc.format = format;
+    gpu::Texture texture(name, desc);
+    if (!image.pixels.empty()) texture.upload(std::span<const float>(image.pixels));
+    texture.set_filter(GL_LINEAR);
+    return texture;
+}
+
+std::vector<uvec3> corner_indices(const TraceTables& trace) {
+    std::vector<uvec3> indices(trace.triangles.size());
+    std::transform(trace.triangles.begin(), trace.triangles.end(), indices.begin(),
+                   [](const uvec4& t) { return uvec3(t); });
+    return indices;
+}
+
+std::vector<std::uint32_t> instances_by_block(const TraceTables& trace) {
+    std::vector<std::uint32_t> order(trace.instances.size());
+    std::iota(order.begin(), order.end(), 0u);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+        return trace.instances[a].block < trace.instances[b].block;
+    });
+    return order;
+}
+
+bool same_image(const Image& a, const Image& b) {
+    return a.width == b.width && a.height == b.height && a.channels == b.channels && a.pixels == b.pixels;
+}
+
+}  // namespace
+
+SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shading)
+    : positions_("positions", 0),
+      indices_("triangle indices", 0),
+      instances_("instances by block", 0),
+      environment_(table_texture("environment", shading.environment, GL_RGB32F)),
+      albedo_(table_texture("directional albedo", shading.albedo, GL_RG32F)) {
+    const auto add = [&](GLuint unit, GLenum format, const char* name) {
+        views_.push_back({unit, format, gpu::Buffer(name, 0)});
+    };
+    add(UNIT_TRIANGLES, GL_RGBA32UI, "triangles");
+    add(UNIT_VERTICES, GL_RGBA32F, "vertex attributes");
+    add(UNIT_MATERIALS, GL_RGBA32F, "materials");
+    add(UNIT_TEXTURES, GL_RGBA32UI, "texture descriptors");
+    add(UNIT_COLOR_TEXELS, GL_RGBA16F, "colour texels");
+    add(UNIT_DATA_TEXELS, GL_RGBA8, "data texels");
+    add(UNIT_LIGHTS, GL_RGBA32F, "lights");
+    add(UNIT_LIGHT_ALIAS, GL_RG32F, "light alias table");
+    add(UNIT_LIGHT_TREE, GL_RGBA32UI, "light tree");
+    add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, "light of triangle");
+    add(UNIT_ENVIRONMENT_ALIAS, GL_RGBA32F, "environment cells");
+    update_tables(trace, shading, nullptr);
+}
+
+void SceneBuffers::update(const TraceTables& trace, const ShadingTables& shading, const Content* last) {
+    if (!last || !same_image(last->shading.environment, shading.environment))
+        environment_ = table_texture("environment", shading.environment, GL_RGB32F);
+    if (!last || !same_image(last->shading.albedo, shading.albedo))
+        albedo_ = table_texture("directional albedo", shading.albedo, GL_RG32F);
+    update_tables(trace, shading, last);
+}
+
+void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& shading, const Content* last) {
+    needs_ = shading.needs;
+    defines_ = {};
+    for (const auto& [name, value] : shader_defines(needs_)) defines_.set(name, value);
+    defines_.set("HALFLIGHT_SURFACE_ROWS",
+                 std::to_string(shared::surface_rows(needs_.glossy, needs_.transmission, needs_.clearcoat)) + "u");
+
+    const auto bring = [&](GLuint unit, const auto& values, const auto& known) {
+        const auto view = std::ranges::find(views_, unit, &View::unit);
+        gpu::replace(view->buffer, values, known);
+    };
+    const TraceTables* const traced = last ? &last->trace : nullptr;
+    const ShadingTables* const shaded = last ? &last->shading : nullptr;
+    const bool topology = !traced || traced->triangles != trace.triangles;
+    gpu::replace(positions_, trace.positions, traced ? &traced->positions : nullptr);
+    if (topology) gpu::replace(indices_, corner_indices(trace));
+    gpu::replace(instances_, instances_by_block(trace));
+    bring(UNIT_TRIANGLES, trace.triangles, traced ? &traced->triangles : nullptr);
+    bring(UNIT_VERTICES, shading.vertices, shaded ? &shaded->vertices : nullptr);
+    bring(UNIT_MATERIALS, shading.materials, shaded ? &shaded->materials : nullptr);
+    bring(UNIT_TEXTURES, shading.textures, shaded ? &shaded->textures : nullptr);
+    if (!shading.texels_left_out) {
+        bring(UNIT_COLOR_TEXELS, shading.color_texels, shaded ? &shaded->color_texels : nullptr);
+        bring(UNIT_DATA_TEXELS, shading.data_texels, shaded ? &shaded->data_texels : nullptr);
+    }
+    bring(UNIT_LIGHTS, shading.lights, shaded ? &shaded->lights : nullptr);
+    bring(UNIT_LIGHT_ALIAS, shading.light_alias, shaded ? &shaded->light_alias : nullptr);
+    bring(UNIT_LIGHT_TREE, shading.light_tree, shaded ? &shaded->light_tree : nullptr);
+    bring(UNIT_LIGHT_OF_TRIANGLE, shading.light_of_triangle, shaded ? &shaded->light_of_triangle : nullptr);
+    bring(UNIT_ENVIRONMENT_ALIAS, shading.environment_cells, shaded ? &shaded->environment_cells : nullptr);
+    bind();  // for its errors
+    set_draws(trace);
+}
+
+void SceneBuffers::set_draws(const TraceTables& trace) {
+    draws_.clear();
+    for (const Block& block : trace.blocks) draws_.push_back({block.first_triangle, block.triangle_count, 0, 0});
+    for (const BlockInstance& instance : trace.instances) ++draws_[instance.block].instance_count;
+    std::uint32_t first_instance = 0;
+    for (Draw& draw : draws_) {
+        draw.first_instance = first_instance;
+        first_instance += draw.instance_count;
+    }
+
+    GLuint id = 0;
+    glCreateVertexArrays(1, &id);
+    vertex_array_ = gpu::Object<gpu::delete_vertex_array>(id);
+    glVertexArrayVertexBuffer(id, 0, positions_.id(), 0, sizeof(vec3));
+    glVertexArrayAttribFormat(id, 0, 3, GL_FLOAT, GL_FALSE, 0);
+    glVertexArrayAttribBinding(id, 0, 0);
+    glEnableVertexArrayAttrib(id, 0);
+    glVertexArrayVertexBuffer(id, 1, instances_.id(), 0, sizeof(std::uint32_t));
+    glVertexArrayAttribIFormat(id, 1, 1, GL_UNSIGNED_INT, 0);
+    glVertexArrayAttribBinding(id, 1, 1);
+    glVertexArrayBindingDivisor(id, 1, 1);
+    glEnableVertexArrayAttrib(id, 1);
+    glVertexArrayElementBuffer(id, indices_.id());
+}
+
+std::size_t SceneBuffers::surface_record_bytes() const {
+    return shared::surface_rows(needs_.glossy, needs_.transmission, needs_.clearcoat) * sizeof(vec4);
+}
+
+std::size_t SceneBuffers::widest_record_bytes() const {
+    constexpr std::size_t sums = 6 * sizeof(double);  // of two lobes' radiance
+    return std::max({surface_record_bytes(), sizeof(shared::PathState), sums});
+}
+
+std::size_t SceneBuffers::bytes() const {
+    std::size_t total = positions_.bytes() + indices_.bytes() + instances_.bytes() +
+                        gpu::texture_bytes(environment_.desc()) + gpu::texture_bytes(albedo_.desc());
+    for (const View& v : views_) total += v.buffer.bytes();
+    return total;
+}
+
+void SceneBuffers::bind() const {
+    for (const View& v : views_) v.buffer.bind_texture(v.unit, v.format);
+    positions_.bind_texture(UNIT_POSITIONS, GL_RGB32F);
+    environment_.bind(UNIT_ENVIRONMENT);
+    albedo_.bind(UNIT_ALBEDO);
+}
+
+void SceneBuffers::draw(const gpu::Program& program) const {
+    glBindVertexArray(vertex_array_.id());
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(GL_GREATER);                       // reversed depth
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);  // which a shift by 1/2 would rob of its precision far away
+    for (const Draw& d : draws_) {
+        program.set("first_triangle", d.first_triangle);
+        const auto offset = reinterpret_cast<const void*>(std::size_t{d.first_triangle} * sizeof(uvec3));
+        glDrawElementsInstancedBaseInstance(GL_TRIANGLES, static_cast<GLsizei>(d.triangle_count * 3), GL_UNSIGNED_INT,
+                                            offset, static_cast<GLsizei>(d.instance_count), d.first_instance);
+    }
+}
+
+}  // namespace halflight

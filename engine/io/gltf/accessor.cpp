@@ -1,0 +1,186 @@
+#include "engine/io/gltf/accessor.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cstring>
+#include <limits>
+#include <type_traits>
+
+namespace halflight {
+namespace {
+
+// An accessor without data is all zeros, of any count that it likes. Sparse ones have a use for that: they go with
+// other accessors of that count, whose elements have a byte each at least.
+constexpr std::size_t kFewZeros = std::size_t{1} << 16;
+
+std::string name(int accessor) {
+    return fmt::format("accessors[{}]", accessor);
+}
+
+/// Bytes of a component; 0 for what glTF does not know.
+std::size_t component_size(int type) {
+    switch (type) {
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+            return 1;
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+            return 2;
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+        case TINYGLTF_COMPONENT_TYPE_FLOAT:
+            return 4;
+        default:
+            return 0;
+    }
+}
+
+template <class T>
+T load(const unsigned char* from) {
+    T value;
+    std::memcpy(&value, from, sizeof value);
+    return value;
+}
+
+/// glTF 2.0, section 3.11 (normalised integers).
+template <class T>
+float to_float(T value, bool normalized) {
+    const auto x = static_cast<float>(value);
+    if constexpr (std::is_floating_point_v<T>) {
+        return x;
+    } else {
+        return normalized ? std::max(x / static_cast<float>(std::numeric_limits<T>::max()), -1.0f) : x;
+    }
+}
+
+template <class T>
+void load_floats(const unsigned char* from, int components, bool normalized, float* out) {
+    for (int i = 0; i < components; ++i) out[i] = to_float(load<T>(from + sizeof(T) * i), normalized);
+}
+
+std::uint32_t load_unsigned(const unsigned char* from, int type) {
+    if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE) return *from;
+    if (type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT) return load<std::uint16_t>(from);
+    return load<std::uint32_t>(from);
+}
+
+bool is_unsigned(int type) {
+    return type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE || type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT ||
+           type == TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
+}
+
+}  // namespace
+
+std::size_t GltfAccessors::count(int accessor) const {
+    return document_.model.accessors[static_cast<std::size_t>(accessor)].count;
+}
+
+int GltfAccessors::components(int accessor) const {
+    const int type = document_.model.accessors[static_cast<std::size_t>(accessor)].type;
+    return tinygltf::GetNumComponentsInType(static_cast<std::uint32_t>(type));
+}
+
+GltfAccessors::View GltfAccessors::packed(int buffer_view, std::uint64_t offset, std::uint64_t count,
+                                          std::size_t element_size, const std::string& element) const {
+    const std::string_view bytes = document_.view_bytes(buffer_view);
+    const std::size_t given = document_.model.bufferViews[static_cast<std::size_t>(buffer_view)].byteStride;
+    const std::size_t stride = given == 0 ? element_size : given;
+    if (stride < element_size)
+        document_.fail(element, "elements of {} bytes overlap, byteStride is {}", element_size, stride);
+    // gltf_schema.h keeps sizes below 2^53 and tinygltf strides below 2^8: nothing overflows.
+    const std::uint64_t end = count == 0 ? offset : offset + (count - 1) * stride + element_size;
+    if (end > bytes.size())
+        document_.fail(element, "ends at byte {} of bufferViews[{}], which has {}", end, buffer_view, bytes.size());
+    return {reinterpret_cast<const unsigned char*>(bytes.data()) + offset, stride};
+}
+
+GltfAccessors::View GltfAccessors::view(int accessor) const {
+    const auto& a = document_.model.accessors[static_cast<std::size_t>(accessor)];
+    const std::size_t size = component_size(a.componentType) * static_cast<std::size_t>(components(accessor));
+    if (size == 0) document_.fail(name(accessor), "componentType {} is unknown", a.componentType);
+    if (a.bufferView != kNone) return packed(a.bufferView, a.byteOffset, a.count, size, name(accessor));
+    if (a.count > std::max<std::uint64_t>(kFewZeros, document_.bytes_read))
+        document_.fail(name(accessor), "{} elements without a bufferView in a scene of {} bytes", a.count,
+                       document_.bytes_read);
+    return {};
+}
+
+template <class Read>
+void GltfAccessors::for_each_element(int accessor, std::size_t first, std::size_t count, Read read) const {
+    const auto& a = document_.model.accessors[static_cast<std::size_t>(accessor)];
+    const View base = view(accessor);
+    if (base.data) {
+        for (std::size_t i = 0; i < count; ++i) read(i, base.data + (first + i) * base.stride);
+    }
+    if (!a.sparse.isSparse) return;
+
+    const std::size_t size = component_size(a.componentType) * static_cast<std::size_t>(components(accessor));
+    const auto replaced = static_cast<std::uint64_t>(a.sparse.count);
+    const int index_type = a.sparse.indices.componentType;
+    if (!is_unsigned(index_type))
+        document_.fail(name(accessor), "sparse indices of componentType {} are not unsigned integers", index_type);
+    const View indices = packed(a.sparse.indices.bufferView, static_cast<std::uint64_t>(a.sparse.indices.byteOffset),
+                                replaced, component_size(index_type), name(accessor) + ".sparse.indices");
+    const View values = packed(a.sparse.values.bufferView, static_cast<std::uint64_t>(a.sparse.values.byteOffset),
+                               replaced, size, name(accessor) + ".sparse.values");
+    for (std::size_t i = 0; i < replaced; ++i) {
+        const std::size_t index = load_unsigned(indices.data + i * indices.stride, index_type);
+        if (index >= a.count) document_.fail(name(accessor), "sparse index {} of {} elements", index, a.count);
+        if (index >= first && index - first < count) read(index - first, values.data + i * values.stride);
+    }
+}
+
+std::size_t GltfAccessors::check_range(int accessor, std::size_t first, std::size_t count) const {
+    check_data(accessor);  // so that nothing is allocated for it otherwise
+    assert(first + count <= this->count(accessor));
+    static_cast<void>(first);
+    return count;
+}
+
+void GltfAccessors::check_type(int accessor, int expected, std::string_view purpose) const {
+    if (components(accessor) != expected)
+        document_.fail(name(accessor), "has {} components, {} needs {}", components(accessor), purpose, expected);
+}
+
+void GltfAccessors::read_floats(int accessor, std::size_t first, std::size_t count, bool normalize, float* out) const {
+    const auto& a = document_.model.accessors[static_cast<std::size_t>(accessor)];
+    const int n = components(accessor);
+    const bool normalized = a.normalized || normalize;
+    const auto read_as = [&]<class T>(T) {
+        for_each_element(accessor, first, count, [&](std::size_t i, const unsigned char* from) {
+            load_floats<T>(from, n, normalized, out + i * static_cast<std::size_t>(n));
+        });
+    };
+    switch (a.componentType) {
+        case TINYGLTF_COMPONENT_TYPE_BYTE:
+            return read_as(std::int8_t{});
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE:
+            return read_as(std::uint8_t{});
+        case TINYGLTF_COMPONENT_TYPE_SHORT:
+            return read_as(std::int16_t{});
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT:
+            return read_as(std::uint16_t{});
+        case TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT:
+            return read_as(std::uint32_t{});
+        default:
+            return read_as(float{});
+    }
+}
+
+std::vector<std::uint32_t> GltfAccessors::read_integers(int accessor, int expected, std::size_t first,
+                                                        std::size_t count, std::string_view purpose) const {
+    const auto& a = document_.model.accessors[static_cast<std::size_t>(accessor)];
+    check_type(accessor, expected, purpose);
+    if (!is_unsigned(a.componentType))
+        document_.fail(name(accessor), "componentType {} is not an unsigned integer, {} needs one", a.componentType,
+                       purpose);
+    const std::size_t size = component_size(a.componentType);
+    std::vector<std::uint32_t> values(check_range(accessor, first, count) * static_cast<std::size_t>(expected));
+    for_each_element(accessor, first, count, [&](std::size_t i, const unsigned char* from) {
+        for (int c = 0; c < expected; ++c)
+            values[i * static_cast<std::size_t>(expected) + static_cast<std::size_t>(c)] =
+                load_unsigned(from + size * static_cast<std::size_t>(c), a.componentType);
+    });
+    return values;
+}
+
+}  // namespace halflight

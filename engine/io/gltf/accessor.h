@@ -1,0 +1,60 @@
+// Accessors (glTF 2.0, section 3.6.2): typed elements in buffers, checked before they are read.
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+#include <vector>
+
+#include "engine/io/gltf/document.h"
+
+namespace halflight {
+
+class GltfAccessors {
+  public:
+    explicit GltfAccessors(const GltfDocument& document) : document_(document) {}
+
+    std::size_t count(int accessor) const;
+    int components(int accessor) const;  ///< 1 to 16
+    /// Throws Error where the data does not bear out the count.
+    void check_data(int accessor) const { view(accessor); }
+
+    /// Elements [first, first + count) as V: float, vec2, vec3, vec4 or mat4. Integers are converted as they are, or
+    /// mapped to [0, 1] or [-1, 1] where the accessor or `normalize` says so. `purpose` is named in errors: not of V's
+    /// type, damaged, out of bounds.
+    template <class V>
+    std::vector<V> read(int accessor, std::size_t first, std::size_t count, std::string_view purpose,
+                        bool normalize = false) const {
+        constexpr int kComponents = sizeof(V) / sizeof(float);
+        check_type(accessor, kComponents, purpose);
+        std::vector<V> values(check_range(accessor, first, count));
+        read_floats(accessor, first, count, normalize, reinterpret_cast<float*>(values.data()));
+        return values;
+    }
+    template <class V>
+    std::vector<V> read(int accessor, std::string_view purpose) const {
+        return read<V>(accessor, 0, count(accessor), purpose);
+    }
+
+    /// Unsigned integers, `components` of them per element.
+    std::vector<std::uint32_t> read_integers(int accessor, int components, std::size_t first, std::size_t count,
+                                             std::string_view purpose) const;
+
+  private:
+    /// Elements at data + i * stride; null: all zero.
+    struct View {
+        const unsigned char* data = nullptr;
+        std::size_t stride = 0;
+    };
+    template <class Read>
+    void for_each_element(int accessor, std::size_t first, std::size_t count, Read read) const;
+    View view(int accessor) const;
+    View packed(int buffer_view, std::uint64_t offset, std::uint64_t count, std::size_t element_size,
+                const std::string& element) const;
+    std::size_t check_range(int accessor, std::size_t first, std::size_t count) const;
+    void check_type(int accessor, int components, std::string_view purpose) const;
+    void read_floats(int accessor, std::size_t first, std::size_t count, bool normalize, float* out) const;
+
+    const GltfDocument& document_;
+};
+
+}  // namespace halflight

@@ -1,0 +1,304 @@
+#include "engine/io/gltf/gltf.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <new>
+#include <optional>
+#include <stdexcept>
+#include <tuple>
+#include <utility>
+
+#include "engine/io/gltf/accessor.h"
+#include "engine/io/gltf/animation.h"
+#include "engine/io/gltf/driven.h"
+#include "engine/io/gltf/instances.h"
+#include "engine/io/gltf/material.h"
+#include "engine/io/gltf/mesh.h"
+#include "engine/io/gltf/nodes.h"
+#include "engine/io/gltf/value.h"
+
+namespace halflight {
+namespace {
+
+Environment convert_environment(const GltfDocument& document) {
+    Environment environment;
+    const tinygltf::Value* extension = find_extension(document.model.extensions, "HALFLIGHT_environment");
+    if (!extension) return environment;
+    environment.name = "HALFLIGHT_environment";
+    environment.color = vec3(vector(*extension, "color", dvec3(0)));
+    if (!all_finite(environment.color) || glm::any(glm::lessThan(environment.color, vec3(0))))
+        document.fail("extensions.HALFLIGHT_environment", "color is negative or not finite");
+    return environment;
+}
+
+void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
+    if (report.point_primitives_skipped > 0)
+        warnings.add(fmt::format("{} primitives of points are left out", report.point_primitives_skipped));
+    if (report.line_primitives_skipped > 0)
+        warnings.add(fmt::format("{} primitives of lines are left out", report.line_primitives_skipped));
+}
+
+/// Materials as they are in one pose, and their images, which are the same in every pose.
+struct Looks {
+    std::vector<TextureImage> images;
+    std::vector<Material> materials;
+};
+
+Looks load_looks(GltfDocument& document, std::vector<GltfMaterial>& materials) {
+    Looks looks;
+    looks.images = load_images(document, materials);
+    for (GltfMaterial& m : materials) looks.materials.push_back(std::move(m.material));
+    return looks;
+}
+
+/// A material of another pose with the images that it has in `known`.
+Material with_images_of(const Material& known, const GltfMaterial& from) {
+    Material material = from.material;
+    if (from.glossiness) {  // as load_images() does
+        material.metallic_roughness_texture = material.specular_color_texture;
+        material.roughness = 1;
+    }
+    std::vector<int> images;
+    for_each_texture(known, [&](const TextureRef& t) { images.push_back(t.image); });
+    auto image = images.begin();
+    for_each_texture(material, [&](TextureRef& t) { t.image = *image++; });
+    return material;
+}
+
+/// With `looks`, images are taken from there; those of the first time are left there. Without `images`, they are left
+/// out.
+Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfKept& kept,
+              std::optional<Looks>* looks = nullptr, bool images = true) {
+    Scene scene;
+    scene.name = path.string();
+    const GltfNodes nodes = resolve_nodes(document);
+    std::vector<GltfMaterial> materials = convert_materials(document);
+    GltfMeshes meshes(document, materials, scene.report);
+    const bool default_material = add_instances(document, nodes, meshes, kept, scene);
+    if (looks && !*looks) {
+        std::vector<GltfMaterial> loaded = materials;
+        *looks = load_looks(document, loaded);
+    }
+    if (looks) {
+        if (images) scene.images = (*looks)->images;
+        for (std::size_t i = 0; i < materials.size(); ++i)
+            scene.materials.push_back(with_images_of((*looks)->materials[i], materials[i]));
+    } else {
+        Looks loaded = load_looks(document, materials);
+        scene.images = std::move(loaded.images);
+        scene.materials = std::move(loaded.materials);
+    }
+    if (default_material) scene.materials.emplace_back().name = "default";
+    scene.cameras = convert_cameras(document, nodes);
+    scene.lights = convert_lights(document, nodes);
+    scene.environment = convert_environment(document);
+    warn_of_left_out(scene.report, document.warnings);
+    document.warnings.write_to(scene.report);
+    return scene;
+}
+
+/// Calls f(); what goes wrong names the file.
+template <class F>
+decltype(auto) guarded(const std::filesystem::path& path, F f) {
+    try {
+        return f();
+    } catch (const std::bad_alloc&) {
+        throw Error(path.string(), "needs more memory than there is");
+    } catch (const std::length_error&) {
+        throw Error(path.string(), "needs more memory than there is");
+    }
+}
+
+void check(const Scene& scene, const std::filesystem::path& path) {
+    try {
+        validate(scene);
+    } catch (const Error& e) {
+        throw Error(path.string(), e.what());
+    }
+}
+
+Scene validated(Scene scene, const std::filesystem::path& path) {
+    check(scene, path);
+    return scene;
+}
+
+}  // namespace
+
+Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options) {
+    return guarded(path, [&] {
+        GltfDocument document = open_gltf(path, options);
+        GltfKept nothing;
+        return validated(convert(document, path, nothing), path);
+    });
+}
+
+struct GltfScene::State {
+    State(const std::filesystem::path& p, const GltfOptions& options) : path(p), document(open_gltf(p, options)) {}
+
+    const std::vector<Animation>& read_all() {
+        if (!animations) {
+            const GltfWarnings before = std::exchange(document.warnings, {});
+            animations = read_animations(document);
+            SceneReport report;
+            document.warnings.write_to(report);
+            animation_warnings = std::move(report.warnings);
+            document.warnings = before;
+        }
+        return *animations;
+    }
+
+    /// Puts the model into the state that it has at that time.
+    void pose(double seconds, Playing playing) {
+        document.warnings = opening_warnings;
+        for (const auto& [target, values] : at_rest) set_driven_values(document.model, target, values);
+        for (const std::size_t index : playing) {
+            const Animation& animation = read_all().at(index);
+            for (const AnimationChannel& channel : animation.channels) drive(animation, channel, seconds);
+        }
+    }
+
+    void drive(const Animation& animation, const AnimationChannel& channel, double seconds) {
+        const GltfTarget target{channel.field, channel.target};
+        if (!at_rest.contains(target)) at_rest[target] = driven_values(document.model, target);
+        const Keyframes& keys = animation.keyframes[channel.keyframes];
+        std::vector<double> values(static_cast<std::size_t>(keys.components));
+        sample(keys, seconds, values);
+        set_driven_values(document.model, target, values);
+    }
+
+    GltfMovers movers(Playing playing) {
+        std::vector<AnimationChannel> channels;
+        for (const std::size_t index : playing) {
+            const std::vector<AnimationChannel>& more = read_all().at(index).channels;
+            channels.insert(channels.end(), more.begin(), more.end());
+        }
+        return find_movers(document.model, channels);
+    }
+
+    Scene posed(double seconds, Playing playing, bool images) {
+        pose(seconds, playing);
+        kept.wanted = true;
+        kept.movers = movers(playing);
+        return convert(document, path, kept, &looks, images);
+    }
+
+    /// Whether these nodes and those below them carry more than cameras.
+    bool carry_surfaces(std::vector<int> todo) const {
+        const auto& nodes = document.model.nodes;
+        std::vector<bool> carries(nodes.size(), false), visited(nodes.size(), false);
+        for (const tinygltf::Skin& skin : document.model.skins)
+            for (const int joint : skin.joints) carries[static_cast<std::size_t>(joint)] = true;
+        while (!todo.empty()) {
+            const auto index = static_cast<std::size_t>(todo.back());
+            todo.pop_back();
+            if (visited[index]) continue;
+            visited[index] = true;
+            const tinygltf::Node& n = nodes[index];
+            if (carries[index] || n.mesh != kNone || find_extension(n.extensions, "KHR_lights_punctual")) return true;
+            todo.insert(todo.end(), n.children.begin(), n.children.end());
+        }
+        return false;
+    }
+
+    std::filesystem::path path;
+    GltfDocument document;
+    GltfWarnings opening_warnings = document.warnings;
+    std::optional<std::vector<Animation>> animations;
+    std::vector<std::string> animation_warnings;
+    std::optional<Looks> looks;
+    GltfKept kept;
+    // What has been driven, as the file has it.
+    std::map<GltfTarget, std::vector<double>> at_rest;
+};
+
+GltfScene::GltfScene(const std::filesystem::path& path, const GltfOptions& options)
+    : state_(guarded(path, [&] { return std::make_unique<State>(path, options); })) {}
+
+GltfScene::GltfScene(GltfScene&&) noexcept = default;
+GltfScene& GltfScene::operator=(GltfScene&&) noexcept = default;
+GltfScene::~GltfScene() = default;
+
+const std::vector<Animation>& GltfScene::animations() {
+    return guarded(
+        state_->path, [&]() -> auto& { return state_->read_all(); });
+}
+
+const std::vector<std::string>& GltfScene::animation_warnings() {
+    animations();
+    return state_->animation_warnings;
+}
+
+const std::optional<FrameRate>& GltfScene::frame_rate() const {
+    return state_->document.frame_rate;
+}
+
+GltfDeformers GltfScene::deformers() const {
+    const tinygltf::Model& model = state_->document.model;
+    GltfDeformers deformers;
+    for (const tinygltf::Skin& skin : model.skins) deformers.skins.push_back({skin.name, skin.joints.size()});
+    for (const tinygltf::Mesh& mesh : model.meshes) {
+        std::size_t targets = 0;
+        for (const auto& primitive : mesh.primitives) targets = std::max(targets, primitive.targets.size());
+        if (targets > 0) deformers.morphed_meshes.push_back({mesh.name, targets});
+    }
+    return deformers;
+}
+
+Scene GltfScene::at(double seconds, Playing playing) {
+    return guarded(state_->path, [&] { return validated(state_->posed(seconds, playing, true), state_->path); });
+}
+
+void GltfScene::pose(Scene& scene, double seconds, Playing playing) {
+    guarded(state_->path, [&] {
+        Scene posed = state_->posed(seconds, playing, false);
+        std::swap(posed.images, scene.images);
+        try {
+            check(posed, state_->path);
+        } catch (...) {
+            std::swap(posed.images, scene.images);
+            throw;
+        }
+        scene = std::move(posed);
+    });
+}
+
+void GltfScene::deform_by(Deformer* deformer) {
+    state_->kept.deformer = deformer;
+}
+
+Scene GltfScene::at_rest() {
+    return guarded(state_->path, [&] {
+        state_->pose(0, {});
+        GltfKept nothing;
+        return validated(convert(state_->document, state_->path, nothing, state_->looks ? &state_->looks : nullptr),
+                         state_->path);
+    });
+}
+
+std::vector<Camera> GltfScene::cameras_at(double seconds, Playing playing) {
+    return guarded(state_->path, [&] {
+        state_->pose(seconds, playing);
+        return convert_cameras(state_->document, resolve_nodes(state_->document));
+    });
+}
+
+bool GltfScene::surfaces_move(Playing playing) {
+    std::vector<int> driven;
+    for (const std::size_t index : playing) {
+        for (const AnimationChannel& channel : animations().at(index).channels) {
+            if (of_node(channel.property))
+                driven.push_back(channel.target);
+            else if (channel.property != AnimatedProperty::camera)
+                return true;
+        }
+    }
+    return state_->carry_surfaces(std::move(driven));
+}
+
+const std::vector<std::filesystem::path>& GltfScene::files() const {
+    return state_->document.files;
+}
+
+}  // namespace halflight

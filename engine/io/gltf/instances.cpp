@@ -1,0 +1,272 @@
+#include "engine/io/gltf/instances.h"
+
+#include <cmath>
+#include <utility>
+
+#include "engine/io/gltf/accessor.h"
+#include "engine/io/gltf/value.h"
+
+namespace halflight {
+namespace {
+
+void add_report(SceneReport& to, const SceneReport& of_mesh) {
+    to.non_finite_triangles_dropped += of_mesh.non_finite_triangles_dropped;
+    to.degenerate_triangles_dropped += of_mesh.degenerate_triangles_dropped;
+    to.normals_generated += of_mesh.normals_generated;
+    to.tangents_generated += of_mesh.tangents_generated;
+    to.point_primitives_skipped += of_mesh.point_primitives_skipped;
+    to.line_primitives_skipped += of_mesh.line_primitives_skipped;
+}
+
+/// A mesh that is to be made.
+struct MeshWish {
+    GltfMeshKey key;
+    GltfPose pose;
+    bool deforms;    // animations do that
+    bool flattened;  // it has the node's transform in it
+};
+
+/// Fills Scene::meshes and Scene::instances: first it is found what is needed, so that all that deforms can be made at
+/// once.
+class Instances {
+  public:
+    Instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfKept& kept, Scene& scene)
+        : document_(document), accessors_(document), nodes_(nodes), meshes_(meshes), kept_(kept), scene_(scene) {}
+
+    bool used_default_material() const { return used_default_material_; }
+
+    void add(int node) {
+        const tinygltf::Node& from = node_of(node);
+        if (from.mesh == kNone) return;
+        if (from.skin != kNone) {
+            // The joints alone say where a skinned mesh is (glTF 2.0, section 3.7.3.3).
+            return add(node, dmat4(1), {skin_joints(static_cast<std::size_t>(from.skin)), true});
+        }
+        const dmat4& world = nodes_.world[static_cast<std::size_t>(node)];
+        const tinygltf::Value* instancing = find_extension(from.extensions, "EXT_mesh_gpu_instancing");
+        if (!instancing) return place(node, world);
+        const std::string element = fmt::format("nodes[{}]", node);
+        for (const dmat4& local : instance_transforms(*instancing, element)) {
+            if (!within_float_range(world * local)) document_.fail(element, "an instance's transform overflows");
+            place(node, world * local);
+        }
+    }
+
+    /// Makes the meshes; instances of those that have no triangles go.
+    void finish() {
+        std::map<std::size_t, Mesh> deformed = deformed_meshes();
+        std::vector<int> made(wishes_.size(), kNone);
+        for (std::size_t i = 0; i < wishes_.size(); ++i) {
+            const MeshWish& wish = wishes_[i];
+            const bool keeps = kept_.wanted && !wish.deforms && !wish.flattened && !turns_tangents(wish);
+            Mesh mesh = deformed.contains(i) ? std::move(deformed[i]) : keeps ? still_mesh(wish) : finish(open(wish));
+            if (mesh.triangles.empty()) continue;
+            mesh.deforms = wish.deforms;
+            made[i] = static_cast<int>(scene_.meshes.size());
+            scene_.meshes.push_back(std::move(mesh));
+        }
+        for (Instance& i : scene_.instances) {
+            i.mesh = made[static_cast<std::size_t>(i.mesh)];
+            if (i.mesh != kNone && i.name.empty()) i.name = scene_.meshes[static_cast<std::size_t>(i.mesh)].name;
+        }
+        std::erase_if(scene_.instances, [](const Instance& i) { return i.mesh == kNone; });
+    }
+
+  private:
+    const tinygltf::Node& node_of(int node) const { return document_.model.nodes[static_cast<std::size_t>(node)]; }
+
+    /// Nothing later could invert a flat transform, so what it makes is a mesh of its own.
+    void place(int node, const dmat4& world) {
+        const dmat3 m(world);
+        const double determinant = glm::determinant(m);
+        if (determinant != 0 && std::isfinite(determinant)) return add(node, world, {});
+        const bool has_area = glm::cross(m[0], m[1]) != dvec3(0) || glm::cross(m[1], m[2]) != dvec3(0) ||
+                              glm::cross(m[2], m[0]) != dvec3(0);
+        if (has_area) return add(node, dmat4(1), {{world}, false});
+        document_.warnings.add("is scaled to nothing, it is left out", fmt::format("nodes[{}]", node));
+    }
+
+    /// The instance's mesh is that of a wish until finish() has made them.
+    void add(int node, const dmat4& object_to_world, GltfPose pose) {
+        // A pose has the node's transform in its joints.
+        const bool moves = pose.joints.empty() && kept_.movers.move(node);
+        const int wish = find_wish(node, std::move(pose));
+        scene_.instances.push_back({node_of(node).name, wish, object_to_world, node, moves});
+    }
+
+    bool turns_tangents(const MeshWish& wish) const {
+        const auto mesh = static_cast<std::size_t>(std::get<0>(wish.key));
+        return kept_.movers.turn_tangents(document_.model.meshes[mesh]);
+    }
+
+    /// Whether animations change what a node's mesh becomes by a pose.
+    bool deforms(int node, const GltfPose& pose) const {
+        const GltfMovers& movers = kept_.movers;
+        if (movers.morph(node)) return true;
+        if (pose.joints.empty()) return false;
+        return pose.skin ? movers.bend(document_.model.skins[static_cast<std::size_t>(node_of(node).skin)])
+                         : movers.move(node);
+    }
+
+    /// Nodes share a mesh where nothing that goes into it differs.
+    int find_wish(int node, GltfPose pose) {
+        const tinygltf::Node& from = node_of(node);
+        const auto& default_weights = document_.model.meshes[static_cast<std::size_t>(from.mesh)].weights;
+        const std::vector<double>& weights = from.weights.empty() ? default_weights : from.weights;
+        const bool flattened = !pose.skin && !pose.joints.empty();
+        const bool deforms = this->deforms(node, pose);
+        const GltfMeshKey key{from.mesh, from.skin, flattened ? node : kNone, weights};
+        const auto [known, is_new] = found_.try_emplace(key, static_cast<int>(wishes_.size()));
+        if (!is_new && !flattened) {
+            wishes_[static_cast<std::size_t>(known->second)].deforms |= deforms;
+            return known->second;
+        }
+        // Of a node with several instances that are flattened each has a mesh of its own.
+        wishes_.push_back({key, std::move(pose), deforms, flattened});
+        return static_cast<int>(wishes_.size()) - 1;
+    }
+
+    GltfUnposedMesh open(const MeshWish& wish) {
+        const auto& [mesh, skin, node, weights] = wish.key;
+        const bool again = kept_.wanted && wish.deforms;
+        return meshes_.open(static_cast<std::size_t>(mesh), weights, wish.pose, again ? &kept_.primitives : nullptr);
+    }
+
+    /// Those that animations deform, all at once; by the place of the wish.
+    std::map<std::size_t, Mesh> deformed_meshes() {
+        std::vector<std::pair<std::size_t, GltfUnposedMesh>> unposed;
+        std::vector<Deformation> deformations;
+        for (std::size_t i = 0; i < wishes_.size(); ++i) {
+            if (!wishes_[i].deforms) continue;
+            unposed.emplace_back(i, open(wishes_[i]));
+            for (const auto& part : unposed.back().second.parts) deformations.push_back(part.deformation);
+        }
+        std::vector<VertexArrays> moved;
+        if (kept_.deformer && !deformations.empty()) moved = kept_.deformer->deform(deformations);
+        std::span<VertexArrays> rest(moved);
+        std::map<std::size_t, Mesh> meshes;
+        for (auto& [place, mesh] : unposed) {
+            const auto own = rest.first(std::min(rest.size(), mesh.parts.size()));
+            rest = rest.subspan(own.size());
+            meshes[place] = finish(std::move(mesh), own);
+        }
+        return meshes;
+    }
+
+    Mesh finish(GltfUnposedMesh unposed, std::span<VertexArrays> moved = {}) {
+        used_default_material_ |= unposed.uses_default_material;
+        return meshes_.finish(std::move(unposed), moved);
+    }
+
+    Mesh still_mesh(const MeshWish& wish) {
+        auto known = kept_.meshes.find(wish.key);
+        if (known == kept_.meshes.end()) {
+            // What is said of it is said again with every pose.
+            GltfWarnings warnings = std::exchange(document_.warnings, {});
+            SceneReport report = std::exchange(scene_.report, {});
+            GltfStillMesh made;
+            GltfUnposedMesh unposed = open(wish);
+            made.used_default_material = unposed.uses_default_material;
+            made.mesh = meshes_.finish(std::move(unposed));
+            made.warnings = std::exchange(document_.warnings, std::move(warnings));
+            made.report = std::exchange(scene_.report, std::move(report));
+            known = kept_.meshes.emplace(wish.key, std::move(made)).first;
+        }
+        const GltfStillMesh& still = known->second;
+        used_default_material_ |= still.used_default_material;
+        document_.warnings.add(still.warnings);
+        add_report(scene_.report, still.report);
+        return still.mesh;
+    }
+
+    std::vector<dmat4> skin_joints(std::size_t index) const {
+        const tinygltf::Skin& skin = document_.model.skins[index];
+        const std::string element = fmt::format("skins[{}]", index);
+        std::vector<dmat4> joints;
+        for (const int joint : skin.joints) joints.push_back(nodes_.world[static_cast<std::size_t>(joint)]);
+        if (joints.empty()) document_.fail(element, "has no joints");
+        if (skin.inverseBindMatrices == kNone) return joints;
+        const auto inverse = accessors_.read<mat4>(skin.inverseBindMatrices, element + ".inverseBindMatrices");
+        if (inverse.size() < joints.size())
+            document_.fail(element, "{} inverse bind matrices for {} joints", inverse.size(), joints.size());
+        for (std::size_t i = 0; i < joints.size(); ++i) joints[i] = joints[i] * dmat4(inverse[i]);
+        return joints;
+    }
+
+    std::vector<dmat4> instance_transforms(const tinygltf::Value& extension, const std::string& element) const {
+        const tinygltf::Value& attributes = extension.Get("attributes");
+        const auto accessor = [&](const char* name) {
+            return attributes.IsObject() ? integer(attributes, name, kNone) : kNone;
+        };
+        const int translation = accessor("TRANSLATION"), rotation = accessor("ROTATION"), scale = accessor("SCALE");
+        std::size_t count = 0;
+        for (const int a : {translation, rotation, scale}) {
+            if (a == kNone) continue;
+            if (count != 0 && accessors_.count(a) != count)
+                document_.fail(element, "instance attributes differ in number: {} and {}", count, accessors_.count(a));
+            count = accessors_.count(a);
+        }
+        const auto read = [&]<class V>(int a, const V& otherwise, const char* name, bool normalize) {
+            return a == kNone ? std::vector<V>(count, otherwise) : accessors_.read<V>(a, 0, count, name, normalize);
+        };
+        const auto translations = read(translation, vec3(0), "TRANSLATION", false);
+        const auto rotations = read(rotation, vec4(0, 0, 0, 1), "ROTATION", true);
+        const auto scales = read(scale, vec3(1), "SCALE", false);
+        std::vector<dmat4> transforms;
+        for (std::size_t i = 0; i < count; ++i) {
+            const bool finite = all_finite(translations[i]) && all_finite(vec3(rotations[i])) &&
+                                std::isfinite(rotations[i].w) && all_finite(scales[i]);
+            if (!finite) document_.fail(element, "instance {} is not finite", i);
+            transforms.push_back(compose(translations[i], rotations[i], scales[i]));
+        }
+        return transforms;
+    }
+
+    GltfDocument& document_;
+    const GltfAccessors accessors_;
+    const GltfNodes& nodes_;
+    GltfMeshes& meshes_;
+    GltfKept& kept_;
+    Scene& scene_;
+    std::vector<MeshWish> wishes_;
+    std::map<GltfMeshKey, int> found_;  // indices of them
+    bool used_default_material_ = false;
+};
+
+}  // namespace
+
+GltfMovers find_movers(const tinygltf::Model& model, std::span<const AnimationChannel> channels) {
+    const std::vector<bool> none(model.nodes.size(), false);
+    GltfMovers movers{none, none, std::vector<bool>(model.materials.size(), false)};
+    std::vector<int> todo;
+    for (const AnimationChannel& channel : channels) {
+        const auto target = static_cast<std::size_t>(channel.target);
+        if (channel.property == AnimatedProperty::weights)
+            movers.weights[target] = true;
+        else if (channel.property == AnimatedProperty::mesh_weights)
+            for (std::size_t i = 0; i < model.nodes.size(); ++i)
+                movers.weights[i] =
+                    movers.weights[i] || (model.nodes[i].mesh == channel.target && model.nodes[i].weights.empty());
+        else if (channel.property == AnimatedProperty::normal_map)
+            movers.normal_maps[target] = true;
+        else if (of_node(channel.property))
+            todo.push_back(channel.target);
+    }
+    while (!todo.empty()) {
+        const auto node = static_cast<std::size_t>(todo.back());
+        todo.pop_back();
+        if (movers.nodes[node]) continue;
+        movers.nodes[node] = true;
+        todo.insert(todo.end(), model.nodes[node].children.begin(), model.nodes[node].children.end());
+    }
+    return movers;
+}
+
+bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfKept& kept, Scene& scene) {
+    Instances instances(document, nodes, meshes, kept, scene);
+    for (const int node : nodes.shown) instances.add(node);
+    instances.finish();
+    return instances.used_default_material();
+}
+
+}  // namespace halflight

@@ -1,0 +1,111 @@
+#include "engine/io/gltf/mesh.h"
+
+#include <cmath>
+#include <utility>
+
+#include "engine/scene/geometry.h"
+#include "engine/scene/tangents.h"
+
+namespace halflight {
+namespace {
+
+/// Makes given tangents unit; false where one of them cannot be used.
+bool normalize_tangents(std::vector<vec4>& tangents) {
+    for (vec4& t : tangents) {
+        const vec3 direction(t);
+        if (!all_finite(direction) || direction == vec3(0) || std::abs(t.w) != 1) return false;
+        t = vec4(glm::normalize(dvec3(direction)), t.w);
+    }
+    return true;
+}
+
+}  // namespace
+
+GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weights, const GltfPose& pose,
+                                 GltfPrimitives* kept) {
+    const tinygltf::Mesh& from = document_.model.meshes[index];
+    GltfUnposedMesh mesh;
+    mesh.name = from.name.empty() ? fmt::format("mesh{}", index) : from.name;
+    for (std::size_t i = 0; i < from.primitives.size(); ++i) {
+        const tinygltf::Primitive& primitive = from.primitives[i];
+        const std::string element = fmt::format("meshes[{}].primitives[{}]", index, i);
+        if (primitive.mode > TINYGLTF_MODE_TRIANGLE_FAN) document_.fail(element, "mode {} is unknown", primitive.mode);
+        if (primitive.mode == TINYGLTF_MODE_POINTS) {
+            ++report_.point_primitives_skipped;
+            continue;
+        }
+        if (primitive.mode < TINYGLTF_MODE_TRIANGLES) {
+            ++report_.line_primitives_skipped;
+            continue;
+        }
+        if (!primitive.attributes.contains("POSITION")) {
+            document_.warnings.add("has no POSITION, it is left out", element);
+            continue;
+        }
+        const bool has_material = primitive.material != kNone;
+        const std::size_t place = has_material ? static_cast<std::size_t>(primitive.material) : materials_.size();
+        const GltfMaterial* material = has_material ? &materials_[place] : nullptr;
+        const auto read = [&] {
+            return std::make_shared<GltfPrimitive>(document_, primitive, element, material,
+                                                   static_cast<std::uint32_t>(place), pose.skin);
+        };
+        std::shared_ptr<const GltfPrimitive> source;
+        Mesh still;
+        if (kept) {
+            auto& known = (*kept)[{index, i, pose.skin}];
+            if (!known) known = read();
+            source = known;
+            still = source->still;
+        } else {
+            const std::shared_ptr<GltfPrimitive> alone = read();
+            still = std::move(alone->still);  // large meshes are mostly read once: spare them the copy
+            source = alone;
+        }
+        document_.warnings.add(source->warnings());
+        if (still.triangles.empty()) continue;
+        source->check_joints(pose.joints.size());
+        mesh.uses_default_material |= !material;
+        Deformation deformation{source, source->active_targets(weights, document_.warnings), pose.joints};
+        mesh.parts.push_back({std::move(still), std::move(deformation), material});
+    }
+    return mesh;
+}
+
+Mesh GltfMeshes::finish(GltfUnposedMesh from, std::span<VertexArrays> moved) {
+    Mesh mesh;
+    mesh.name = from.name;
+    for (std::size_t i = 0; i < from.parts.size(); ++i) {
+        GltfUnposedMesh::Part& part = from.parts[i];
+        VertexArrays vertices = moved.empty() ? deform(part.deformation) : std::move(moved[i]);
+        part.still.positions = std::move(vertices.positions);
+        part.still.normals = std::move(vertices.normals);
+        part.still.tangents = std::move(vertices.tangents);
+        finish(part.still, part.material);
+        if (mesh.triangles.empty()) {
+            part.still.name = mesh.name;
+            mesh = std::move(part.still);
+        } else {
+            append(mesh, part.still);
+        }
+    }
+    return mesh;
+}
+
+void GltfMeshes::finish(Mesh& part, const GltfMaterial* material) {
+    const DroppedTriangles dropped = drop_bad_triangles(part);
+    report_.non_finite_triangles_dropped += dropped.non_finite;
+    report_.degenerate_triangles_dropped += dropped.degenerate;
+    report_.normals_generated += part.normals.empty() ? generate_flat_normals(part) : repair_normals(part);
+
+    const TextureRef* map = normal_map_of(material);
+    if (!map || part.triangles.empty() || (!part.tangents.empty() && normalize_tangents(part.tangents))) return;
+    if (!part.tangents.empty()) document_.warnings.add("has unusable tangents, new ones are made", part.name);
+    part.tangents.clear();
+    std::vector<vec2> uv = part.uvs[static_cast<std::size_t>(map->uv_set)];
+    if (uv.empty()) return;
+    for (vec2& x : uv) x = map->uv_transform * vec3(x, 1);
+    generate_tangents(part, uv);
+    report_.tangents_generated += part.tangents.size();
+}
+
+}  // namespace halflight

@@ -1,0 +1,237 @@
+#include "engine/io/gltf/nodes.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/gtc/matrix_access.hpp>
+#include <glm/gtc/quaternion.hpp>
+#include <glm/gtc/type_ptr.hpp>
+#include <limits>
+#include <set>
+
+#include "engine/io/gltf/value.h"
+
+namespace halflight {
+namespace {
+
+std::string name(std::size_t node) {
+    return fmt::format("nodes[{}]", node);
+}
+
+template <class V>
+V to_vector(const std::vector<double>& values, V otherwise) {
+    for (int i = 0; i < V::length() && !values.empty(); ++i) otherwise[i] = values[static_cast<std::size_t>(i)];
+    return otherwise;
+}
+
+dmat4 local_matrix(GltfDocument& document, std::size_t index) {
+    const tinygltf::Node& node = document.model.nodes[index];
+    if (node.matrix.empty()) {
+        const dvec4 rotation = to_vector(node.rotation, dvec4(0, 0, 0, 1));
+        if (rotation == dvec4(0)) document.warnings.add("rotation is zero, taken as none", name(index));
+        return compose(to_vector(node.translation, dvec3(0)), rotation, to_vector(node.scale, dvec3(1)));
+    }
+    dmat4 m = glm::make_mat4(node.matrix.data());
+    if (glm::row(m, 3) != dvec4(0, 0, 0, 1)) {
+        document.warnings.add("last row of the matrix is not 0 0 0 1, taken as if it were", name(index));
+        for (int column = 0; column < 4; ++column) m[column].w = column == 3 ? 1 : 0;
+    }
+    return m;
+}
+
+std::vector<int> find_parents(const GltfDocument& document) {
+    const auto& nodes = document.model.nodes;
+    std::vector<int> parents(nodes.size(), kNone);
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        for (const int child : nodes[i].children) {
+            int& parent = parents[static_cast<std::size_t>(child)];
+            if (parent != kNone)
+                document.fail(name(static_cast<std::size_t>(child)), "is a child of both nodes[{}] and nodes[{}]",
+                              parent, i);
+            parent = static_cast<int>(i);
+        }
+    }
+    return parents;
+}
+
+/// Calls f(node) for `roots` and all below, parents first, in the file's order. Each node once.
+template <class F>
+void walk(const GltfDocument& document, std::vector<int> roots, F f) {
+    std::vector<bool> visited(document.model.nodes.size(), false);
+    std::vector<int> todo(roots.rbegin(), roots.rend());
+    while (!todo.empty()) {
+        const auto node = static_cast<std::size_t>(todo.back());
+        todo.pop_back();
+        if (visited[node]) continue;
+        visited[node] = true;
+        f(node);
+        const std::vector<int>& children = document.model.nodes[node].children;
+        todo.insert(todo.end(), children.rbegin(), children.rend());
+    }
+}
+
+/// "Name" of the thing, else of its node, else "kind[3]"; a name that is taken goes on to the next.
+class Names {
+  public:
+    std::string pick(const std::string& own, const std::string& node, const std::string& fallback) {
+        for (const std::string& candidate : {own, node, fallback}) {
+            if (!candidate.empty() && taken_.insert(candidate).second) return candidate;
+        }
+        return fallback;
+    }
+
+  private:
+    std::set<std::string> taken_;
+};
+
+float to_light(double value) {
+    return static_cast<float>(std::clamp(value, 0.0, double(std::numeric_limits<float>::max())));
+}
+
+PunctualLight convert_light(GltfDocument& document, std::size_t index) {
+    const tinygltf::Light& from = document.model.lights[index];
+    const std::string element = fmt::format("extensions.KHR_lights_punctual.lights[{}]", index);
+    PunctualLight light;
+    const dvec3 intensity = from.intensity * to_vector(from.color, dvec3(1));
+    light.intensity = vec3(to_light(intensity.x), to_light(intensity.y), to_light(intensity.z));
+    if (dvec3(light.intensity) != dvec3(vec3(intensity)))
+        document.warnings.add("negative or huge light clamped", element);
+    light.type = from.type == "directional" ? LightType::directional
+                 : from.type == "spot"      ? LightType::spot
+                                            : LightType::point;
+    if (light.type == LightType::point && from.type != "point")
+        document.fail(element, "light type '{}' is unknown", from.type);
+    if (light.type != LightType::spot) return light;
+    light.outer_cone = static_cast<float>(std::min(from.spot.outerConeAngle, kPi / 2));
+    light.inner_cone = static_cast<float>(std::max(from.spot.innerConeAngle, 0.0));
+    if (!(light.outer_cone > 0)) document.fail(element, "outerConeAngle {} is not positive", from.spot.outerConeAngle);
+    if (light.inner_cone >= light.outer_cone) light.inner_cone = std::nextafter(light.outer_cone, 0.0f);
+    if (light.outer_cone != float(from.spot.outerConeAngle) || light.inner_cone != float(from.spot.innerConeAngle))
+        document.warnings.add("cone angles brought to 0 <= inner < outer <= pi/2", element);
+    return light;
+}
+
+/// The node's frame without its scale: looks along -Z, which is kept, as is the plane of Y.
+dmat4 camera_frame(GltfDocument& document, const dmat4& world, const std::string& element) {
+    const dvec3 z = glm::normalize(dvec3(world[2]));
+    const dvec3 x = glm::normalize(glm::cross(dvec3(world[1]), z));
+    if (glm::any(glm::isnan(x))) {
+        document.warnings.add("camera's node has no directions left, taken as unrotated", element);
+        dmat4 frame(1);
+        frame[3] = world[3];
+        return frame;
+    }
+    return dmat4(dvec4(x, 0), dvec4(glm::cross(z, x), 0), dvec4(z, 0), world[3]);
+}
+
+Camera convert_camera(GltfDocument& document, std::size_t index) {
+    const tinygltf::Camera& from = document.model.cameras[index];
+    const std::string element = fmt::format("cameras[{}]", index);
+    Camera camera;
+    camera.orthographic = from.type == "orthographic";
+    if (camera.orthographic) {
+        const auto& o = from.orthographic;
+        if (o.xmag == 0 || o.ymag == 0) document.fail(element, "xmag and ymag must not be zero");
+        camera.ortho_height = 2 * std::abs(o.ymag);
+        camera.aspect = std::abs(o.xmag / o.ymag);
+        camera.near_plane = o.znear;
+        camera.far_plane = o.zfar;
+    } else {
+        const auto& p = from.perspective;
+        if (!(p.yfov > 0 && p.yfov < kPi)) document.fail(element, "yfov {} is not between 0 and pi", p.yfov);
+        camera.vertical_fov = p.yfov;
+        camera.aspect = std::max(p.aspectRatio, 0.0);
+        camera.near_plane = p.znear;
+        camera.far_plane = p.zfar;
+    }
+    if (camera.near_plane < 0 || camera.far_plane < 0 ||
+        (camera.far_plane != 0 && camera.far_plane <= camera.near_plane)) {
+        document.warnings.add("znear and zfar make no sense, they are not used", element);
+        camera.near_plane = camera.far_plane = 0;
+    }
+    return camera;
+}
+
+}  // namespace
+
+bool within_float_range(const dmat4& m) {
+    for (int i = 0; i < 16; ++i) {
+        if (!(std::abs(m[i / 4][i % 4]) <= double(std::numeric_limits<float>::max()))) return false;
+    }
+    return true;
+}
+
+dmat4 compose(const dvec3& translation, const dvec4& rotation, const dvec3& scale) {
+    const dvec4 q = rotation == dvec4(0) ? dvec4(0, 0, 0, 1) : glm::normalize(rotation);
+    const dmat3 r = glm::mat3_cast(glm::dquat(q.w, q.x, q.y, q.z));
+    return dmat4(dvec4(r[0] * scale.x, 0), dvec4(r[1] * scale.y, 0), dvec4(r[2] * scale.z, 0), dvec4(translation, 1));
+}
+
+GltfNodes resolve_nodes(GltfDocument& document) {
+    const tinygltf::Model& model = document.model;
+    const std::vector<int> parents = find_parents(document);
+    std::vector<int> roots;
+    for (std::size_t i = 0; i < parents.size(); ++i) {
+        if (parents[i] == kNone) roots.push_back(static_cast<int>(i));
+    }
+
+    GltfNodes nodes;
+    nodes.world.resize(model.nodes.size());
+    std::vector<bool> reached(model.nodes.size(), false);
+    walk(document, roots, [&](std::size_t node) {
+        reached[node] = true;
+        nodes.world[node] = local_matrix(document, node);
+        if (parents[node] != kNone)
+            nodes.world[node] = nodes.world[static_cast<std::size_t>(parents[node])] * nodes.world[node];
+        if (!within_float_range(nodes.world[node])) document.fail(name(node), "its transform overflows");
+    });
+    // All have at most one parent, so what no root leads to goes round in a circle.
+    for (std::size_t i = 0; i < reached.size(); ++i) {
+        if (!reached[i]) document.fail(name(i), "is its own ancestor");
+    }
+
+    if (!model.scenes.empty()) {
+        roots = model.scenes[static_cast<std::size_t>(std::max(model.defaultScene, 0))].nodes;
+        for (const int root : roots) {
+            if (parents[static_cast<std::size_t>(root)] != kNone)
+                document.warnings.add("is listed in a scene but not a root", name(static_cast<std::size_t>(root)));
+        }
+    }
+    walk(document, roots, [&](std::size_t node) { nodes.shown.push_back(static_cast<int>(node)); });
+    return nodes;
+}
+
+std::vector<Camera> convert_cameras(GltfDocument& document, const GltfNodes& nodes) {
+    std::vector<Camera> cameras;
+    Names names;
+    for (const int node : nodes.shown) {
+        const auto n = static_cast<std::size_t>(node);
+        const tinygltf::Node& from = document.model.nodes[n];
+        if (from.camera == kNone) continue;
+        Camera camera = convert_camera(document, static_cast<std::size_t>(from.camera));
+        camera.camera_to_world = camera_frame(document, nodes.world[n], name(n));
+        camera.name = names.pick(document.model.cameras[static_cast<std::size_t>(from.camera)].name, from.name,
+                                 fmt::format("camera{}", cameras.size()));
+        cameras.push_back(std::move(camera));
+    }
+    return cameras;
+}
+
+std::vector<PunctualLight> convert_lights(GltfDocument& document, const GltfNodes& nodes) {
+    std::vector<PunctualLight> lights;
+    for (const int node : nodes.shown) {
+        const auto n = static_cast<std::size_t>(node);
+        const tinygltf::Node& from = document.model.nodes[n];
+        const tinygltf::Value* extension = find_extension(from.extensions, "KHR_lights_punctual");
+        if (!extension) continue;
+        const auto index = static_cast<std::size_t>(integer(*extension, "light", kNone));
+        PunctualLight light = convert_light(document, index);
+        light.position = nodes.world[n][3];
+        const dvec3 direction = -glm::normalize(dvec3(nodes.world[n][2]));
+        if (!glm::any(glm::isnan(direction))) light.direction = vec3(direction);
+        light.name = !from.name.empty() ? from.name : document.model.lights[index].name;
+        lights.push_back(std::move(light));
+    }
+    return lights;
+}
+
+}  // namespace halflight

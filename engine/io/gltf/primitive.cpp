@@ -1,0 +1,218 @@
+#include "engine/io/gltf/primitive.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <utility>
+
+namespace halflight {
+namespace {
+
+/// glTF 2.0, section 3.7.2.1: what consecutive indices mean.
+std::vector<uvec3> make_triangles(const std::vector<std::uint32_t>& v, int mode) {
+    std::vector<uvec3> triangles;
+    if (v.size() < 3) return triangles;
+    if (mode == TINYGLTF_MODE_TRIANGLES) {
+        triangles.reserve(v.size() / 3);
+        for (std::size_t i = 0; i + 2 < v.size(); i += 3) triangles.emplace_back(v[i], v[i + 1], v[i + 2]);
+        return triangles;
+    }
+    triangles.reserve(v.size() - 2);
+    for (std::size_t i = 0; i + 2 < v.size(); ++i) {
+        if (mode == TINYGLTF_MODE_TRIANGLE_STRIP)
+            triangles.emplace_back(v[i], v[i + 1 + i % 2], v[i + 2 - i % 2]);
+        else
+            triangles.emplace_back(v[i + 1], v[i + 2], v[0]);
+    }
+    return triangles;
+}
+
+}  // namespace
+
+const TextureRef* normal_map_of(const GltfMaterial* material) {
+    if (!material) return nullptr;
+    if (material->material.normal_texture) return &material->material.normal_texture;
+    if (material->material.clearcoat_normal_texture) return &material->material.clearcoat_normal_texture;
+    return nullptr;
+}
+
+GltfPrimitive::GltfPrimitive(const GltfDocument& document, const tinygltf::Primitive& primitive, std::string element,
+                             const GltfMaterial* material, std::uint32_t material_index, bool skinned)
+    : document_(document),
+      accessors_(document),
+      primitive_(primitive),
+      element_(std::move(element)),
+      has_normals_(attribute("NORMAL") != kNone),
+      has_tangents_(has_normals_ && normal_map_of(material) && attribute("TANGENT") != kNone) {
+    still.name = element_;
+    read_triangles();
+    if (still.triangles.empty()) return;
+    still.triangle_material.assign(still.triangles.size(), material_index);
+    read_uvs(material);
+    read_colors();
+    if (skinned) find_joints();
+}
+
+int GltfPrimitive::attribute(const std::string& name) const {
+    const auto found = primitive_.attributes.find(name);
+    return found == primitive_.attributes.end() ? kNone : found->second;
+}
+
+int GltfPrimitive::target_attribute(std::size_t target, const std::string& name) const {
+    const auto found = primitive_.targets[target].find(name);
+    return found == primitive_.targets[target].end() ? kNone : found->second;
+}
+
+void GltfPrimitive::check_count(int accessor, std::string_view name) const {
+    const std::size_t vertices = accessors_.count(attribute("POSITION"));
+    if (accessors_.count(accessor) != vertices)
+        document_.fail(element_, "{} has {} elements for {} vertices", name, accessors_.count(accessor), vertices);
+}
+
+template <class V>
+std::vector<V> GltfPrimitive::read_checked(int accessor, const std::string& name, bool normalize) const {
+    if (accessor == kNone) return {};
+    check_count(accessor, name);
+    return accessors_.read<V>(accessor, first_, count_, name, normalize);
+}
+
+void GltfPrimitive::read_triangles() {
+    const std::size_t vertices = accessors_.count(attribute("POSITION"));
+    const int accessor = primitive_.indices;
+    std::vector<std::uint32_t> indices;
+    if (accessor != kNone) {
+        indices = accessors_.read_integers(accessor, 1, 0, accessors_.count(accessor), "indices");
+    } else {
+        if (vertices > std::numeric_limits<std::uint32_t>::max())
+            document_.fail(element_, "{} vertices are more than 2^32 - 1", vertices);
+        accessors_.check_data(attribute("POSITION"));
+        indices.resize(vertices);
+        std::iota(indices.begin(), indices.end(), 0u);
+    }
+    if (indices.empty()) return;
+    const auto [lowest, highest] = std::ranges::minmax_element(indices);
+    if (*highest >= vertices)
+        document_.fail(element_, "index {} at place {} of accessors[{}], but there are {} vertices", *highest,
+                       highest - indices.begin(), accessor, vertices);
+    first_ = *lowest;
+    count_ = *highest - first_ + 1;
+    for (std::uint32_t& index : indices) index -= static_cast<std::uint32_t>(first_);
+    if (primitive_.mode == TINYGLTF_MODE_TRIANGLES && indices.size() % 3 != 0)
+        warnings_.add("number of indices is not a multiple of 3, the last ones are left out", element_);
+    still.triangles = make_triangles(indices, primitive_.mode);
+}
+
+void GltfPrimitive::read_uvs(const GltfMaterial* material) {
+    const std::array<int, 2> sets = material ? material->uv_sets : std::array{0, 1};
+    for (std::size_t set = 0; set < 2; ++set) {
+        still.uvs[set] = read_attribute<vec2>(fmt::format("TEXCOORD_{}", sets[set]));
+        bool mended = false;
+        for (vec2& uv : still.uvs[set]) {
+            if (all_finite(vec3(uv, 0))) continue;
+            uv = vec2(0);
+            mended = true;
+        }
+        if (mended) warnings_.add("texture coordinates are not finite, taken as 0", element_);
+    }
+    if (!material) return;
+    for_each_texture(material->material, [&](const TextureRef& t) {
+        if (t && still.uvs[static_cast<std::size_t>(t.uv_set)].empty())
+            warnings_.add(fmt::format("has no TEXCOORD_{}, which its material's textures need",
+                                      sets[static_cast<std::size_t>(t.uv_set)]),
+                          element_);
+    });
+}
+
+void GltfPrimitive::read_colors() {
+    const int color = attribute("COLOR_0");
+    if (color == kNone) return;
+    if (accessors_.components(color) == 3) {
+        for (const vec3& c : read_attribute<vec3>("COLOR_0", true)) still.colors.emplace_back(c, 1);
+    } else {
+        still.colors = read_attribute<vec4>("COLOR_0", true);
+    }
+    bool mended = false;
+    for (vec4& c : still.colors) {
+        // NaN is not equal to itself and comes out as 1.
+        const vec4 clamped = glm::mix(vec4(1), glm::clamp(c, 0.0f, 1.0f), glm::equal(c, c));
+        mended = mended || clamped != c;
+        c = clamped;
+    }
+    if (mended) warnings_.add("vertex colours are outside [0, 1], clamped", element_);
+}
+
+std::vector<std::uint32_t> GltfPrimitive::read_joint_indices(const std::string& name) const {
+    const int accessor = attribute(name);
+    check_count(accessor, name);
+    return accessors_.read_integers(accessor, 4, first_, count_, name);
+}
+
+void GltfPrimitive::find_joints() {
+    for (;;) {
+        const std::string joints = fmt::format("JOINTS_{}", highest_joints_.size());
+        const std::string weights = fmt::format("WEIGHTS_{}", highest_joints_.size());
+        if (attribute(joints) == kNone || attribute(weights) == kNone) break;
+        check_count(attribute(weights), weights);
+        highest_joints_.push_back(std::ranges::max(read_joint_indices(joints)));
+    }
+    if (highest_joints_.empty()) document_.fail(element_, "is skinned, but has no JOINTS_0 and WEIGHTS_0");
+}
+
+void GltfPrimitive::check_joints(std::size_t joints) const {
+    for (std::size_t set = 0; set < highest_joints_.size(); ++set)
+        if (highest_joints_[set] >= joints)
+            document_.fail(element_, "JOINTS_{} refers to joint {} of {}", set, highest_joints_[set], joints);
+}
+
+VertexArrays GltfPrimitive::read() const {
+    VertexArrays vertices{read_attribute<vec3>("POSITION"), read_attribute<vec3>("NORMAL"), {}};
+    if (has_tangents_) vertices.tangents = read_attribute<vec4>("TANGENT");
+    return vertices;
+}
+
+std::vector<JointSet> GltfPrimitive::read_joints() const {
+    std::vector<JointSet> sets(highest_joints_.size());
+    for (std::size_t set = 0; set < sets.size(); ++set) {
+        const std::vector<std::uint32_t> joints = read_joint_indices(fmt::format("JOINTS_{}", set));
+        sets[set].joints.reserve(count_);
+        for (std::size_t i = 0; i < joints.size(); i += 4)
+            sets[set].joints.emplace_back(joints[i], joints[i + 1], joints[i + 2], joints[i + 3]);
+        sets[set].weights = read_attribute<vec4>(fmt::format("WEIGHTS_{}", set), true);
+        for (vec4& weights : sets[set].weights)
+            for (int i = 0; i < 4; ++i)
+                if (!(weights[i] > 0 && std::isfinite(weights[i]))) weights[i] = 0;
+    }
+    return sets;
+}
+
+std::vector<ActiveTarget> GltfPrimitive::active_targets(std::span<const double> weights, GltfWarnings& warnings) const {
+    std::vector<ActiveTarget> active;
+    if (targets() > 0 && !weights.empty() && weights.size() != targets())
+        warnings.add(fmt::format("{} weights for {} morph targets", weights.size(), targets()), element_);
+    for (std::size_t i = 0; i < std::min(targets(), weights.size()); ++i) {
+        const auto weight = static_cast<float>(weights[i]);
+        if (weight == 0) continue;
+        active.push_back({static_cast<std::uint32_t>(i), weight});
+        for (const auto& [name, accessor] : primitive_.targets[i]) {
+            if (name != "POSITION" && name != "NORMAL" && name != "TANGENT")
+                warnings.add(fmt::format("morphing of {} is not supported", name), element_);
+        }
+    }
+    return active;
+}
+
+RestShape::Moved GltfPrimitive::moved_by(std::size_t target) const {
+    return {target_attribute(target, "POSITION") != kNone, has_normals_ && target_attribute(target, "NORMAL") != kNone,
+            has_tangents_ && target_attribute(target, "TANGENT") != kNone};
+}
+
+MorphTarget GltfPrimitive::read_target(std::size_t target) const {
+    const Moved moved = moved_by(target);
+    const auto read = [&](bool wanted, const std::string& name) {
+        return wanted ? read_checked<vec3>(target_attribute(target, name), name) : std::vector<vec3>();
+    };
+    return {read(moved.positions, "POSITION"), read(moved.normals, "NORMAL"), read(moved.tangents, "TANGENT")};
+}
+
+}  // namespace halflight

@@ -1,0 +1,212 @@
+#include "engine/io/gltf/schema.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+
+#include "engine/core/error.h"
+#include "engine/io/gltf/rules.h"
+
+namespace halflight {
+namespace {
+
+using Json = nlohmann::json;
+
+// Where the JSON parser of tinygltf keeps a size in an int, larger ones are refused here; no buffer in the wild needs
+// them there.
+constexpr std::uint64_t kMaxNatural = std::numeric_limits<std::int32_t>::max();
+constexpr std::uint64_t kMaxSize = std::uint64_t{1} << 53;  // the largest range of integers that JSON readers agree on
+
+class Checker {
+  public:
+    using ListSizes = std::map<std::string, std::size_t, std::less<>>;
+    Checker(ListSizes list_sizes, const std::string& file) : file_(file), list_sizes_(std::move(list_sizes)) {}
+    Checker(Json& root, const std::string& file) : file_(file) {
+        for (auto& [key, value] : root.items()) {
+            if (value.is_array()) list_sizes_[key] = value.size();
+        }
+        const auto lights = Json::json_pointer("/extensions/KHR_lights_punctual/lights");
+        if (root.contains(lights) && root[lights].is_array()) list_sizes_["lights"] = root[lights].size();
+    }
+
+    /// `path` is where `value` stands, for messages; it comes back as it was.
+    void object(Json& value, std::string_view type, std::string& path) const {
+        if (!value.is_object()) fail(path, "is not an object");
+        for (const GltfRule& rule : gltf_rules().at(type)) {
+            const auto it = value.find(rule.key);
+            if (it == value.end()) {
+                if (rule.required) fail(path, "has no '{}'", rule.key);
+                continue;
+            }
+            const Descent down(path, fmt::format("{}{}", path.empty() ? "" : ".", rule.key));
+            property(*it, rule, path);
+        }
+    }
+
+  private:
+    /// Lengthens the path for as long as it lives.
+    class Descent {
+      public:
+        Descent(std::string& path, const std::string& step) : path_(path), length_(path.size()) { path += step; }
+        Descent(const Descent&) = delete;
+        Descent& operator=(const Descent&) = delete;
+        ~Descent() { path_.resize(length_); }
+
+      private:
+        std::string& path_;
+        std::size_t length_;
+    };
+
+    template <class... Args>
+    [[noreturn]] void fail(const std::string& path, fmt::format_string<Args...> format, Args&&... args) const {
+        const std::string subject = path.empty() ? file_ : file_ + ": " + path;
+        throw Error(subject, "{}", fmt::format(format, std::forward<Args>(args)...));
+    }
+
+    void property(Json& value, const GltfRule& rule, std::string& path) const {
+        switch (rule.kind) {
+            case GltfKind::flag:
+                if (!value.is_boolean()) fail(path, "is not true or false");
+                break;
+            case GltfKind::number:
+                number(value, path);
+                break;
+            case GltfKind::natural:
+                natural(value, rule.of == std::string_view("size") ? kMaxSize : kMaxNatural, path);
+                break;
+            case GltfKind::text:
+                text(value, path);
+                break;
+            case GltfKind::texts:
+                each(value, path, [&](Json& v) { text(v, path); });
+                break;
+            case GltfKind::numbers:
+                each(value, path, [&](Json& v) { number(v, path); });
+                if (rule.length != 0 && value.size() != rule.length)
+                    fail(path, "has {} numbers, not {}", value.size(), rule.length);
+                break;
+            case GltfKind::index:
+                index(value, rule.of, path);
+                break;
+            case GltfKind::indices:
+                each(value, path, [&](Json& v) { index(v, rule.of, path); });
+                break;
+            case GltfKind::index_map:
+                index_map(value, rule.of, path);
+                break;
+            case GltfKind::index_maps:
+                each(value, path, [&](Json& v) { index_map(v, rule.of, path); });
+                break;
+            case GltfKind::object:
+                object(value, rule.of, path);
+                break;
+            case GltfKind::objects:
+                each(value, path, [&](Json& v) { object(v, rule.of, path); });
+                break;
+        }
+    }
+
+    template <class F>
+    void each(Json& value, std::string& path, F f) const {
+        if (!value.is_array()) fail(path, "is not an array");
+        for (std::size_t i = 0; i < value.size(); ++i) {
+            const Descent down(path, fmt::format("[{}]", i));
+            f(value[i]);
+        }
+    }
+
+    void number(Json& value, const std::string& path) const {
+        if (!value.is_number()) fail(path, "is not a number");
+        value = value.get<double>();
+    }
+
+    void natural(Json& value, std::uint64_t limit, const std::string& path) const {
+        if (value.is_number_float()) {
+            const double x = value.get<double>();
+            if (x >= 0 && x <= double(kMaxSize) && x == std::floor(x)) value = static_cast<std::uint64_t>(x);
+        }
+        if (!value.is_number_unsigned()) fail(path, "is not a non-negative whole number");
+        if (value.get<std::uint64_t>() > limit) fail(path, "{} is too large", value.get<std::uint64_t>());
+    }
+
+    void text(const Json& value, const std::string& path) const {
+        if (!value.is_string()) fail(path, "is not a string");
+    }
+
+    void index(Json& value, const char* list, const std::string& path) const {
+        natural(value, kMaxNatural, path);
+        const auto found = list_sizes_.find(list);
+        const std::size_t size = found == list_sizes_.end() ? 0 : found->second;
+        if (value.get<std::uint64_t>() >= size)
+            fail(path, "{} is not an index into {}, which has {}", value.get<std::uint64_t>(), list, size);
+    }
+
+    void index_map(Json& value, const char* list, std::string& path) const {
+        if (!value.is_object()) fail(path, "is not an object");
+        for (auto& [key, v] : value.items()) {
+            const Descent down(path, "." + key);
+            index(v, list, path);
+        }
+    }
+
+    const std::string& file_;
+    ListSizes list_sizes_;
+};
+
+// Far above anything that glTF needs; what walks the tree recursively is safe below it.
+constexpr int kMaxDepth = 256;
+
+/// Nesting of JSON, told before it is parsed. (nlohmann's parser has a callback for this, and with one it looks at all
+/// elements of a list again for each of them.)
+int depth_of(std::string_view text) {
+    int depth = 0, deepest = 0;
+    bool in_string = false;
+    for (std::size_t i = 0; i < text.size(); ++i) {
+        const char c = text[i];
+        if (in_string && c == '\\') {
+            ++i;
+        } else if (c == '"') {
+            in_string = !in_string;
+        } else if (!in_string && (c == '{' || c == '[')) {
+            deepest = std::max(deepest, ++depth);
+        } else if (!in_string && (c == '}' || c == ']')) {
+            --depth;
+        }
+    }
+    return deepest;
+}
+
+/// Whatever applications keep there, scenes do not need it.
+void remove_extras(Json& value) {
+    if (value.is_object()) value.erase("extras");
+    if (value.is_structured())
+        for (Json& child : value) remove_extras(child);
+}
+
+}  // namespace
+
+Json parse_gltf_json(std::string_view text, const std::string& file) {
+    if (depth_of(text) > kMaxDepth) throw Error(file, "JSON is nested deeper than {} levels", kMaxDepth);
+    try {
+        return Json::parse(text);
+    } catch (const Json::exception& e) {
+        const std::string_view message = e.what();  // "[json.exception...] parse error at line 1, ..."
+        throw Error(file, message.substr(message.find("] ") + 2));
+    }
+}
+
+void check_gltf(Json& root, const std::string& file) {
+    remove_extras(root);
+    std::string path;
+    Checker(root, file).object(root, "root", path);
+}
+
+void check_gltf_animations(Json& animations, std::size_t accessors, std::size_t nodes, const std::string& file) {
+    Json root = {{"animations", std::move(animations)}};
+    std::string path;
+    Checker({{"accessors", accessors}, {"nodes", nodes}}, file).object(root, "animations", path);
+    animations = std::move(root["animations"]);
+}
+
+}  // namespace halflight

@@ -1,0 +1,55 @@
+#include "engine/settings/preview.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <vector>
+
+#include "engine/core/error.h"
+
+namespace halflight {
+namespace {
+
+struct Mode {
+    const char* name;
+    bool Preview::*flag;
+};
+constexpr std::array kModes = {Mode{"cache", &Preview::cache}, Mode{"temporal", &Preview::temporal},
+                               Mode{"filter", &Preview::filter}};
+constexpr std::string_view kNone = "none";
+
+}  // namespace
+
+std::string text(const Preview& preview) {
+    std::vector<std::string> on;
+    for (const Mode& mode : kModes)
+        if (preview.*mode.flag) on.emplace_back(mode.name);
+    return on.empty() ? std::string(kNone) : fmt::format("{}", fmt::join(on, ","));
+}
+
+Preview preview_named(std::string_view list) {
+    Preview preview;
+    if (list == kNone) return preview;
+    for (std::size_t from = 0; from <= list.size();) {
+        const std::size_t to = std::min(list.find(',', from), list.size());
+        const std::string_view name = list.substr(from, to - from);
+        if (name == kNone) throw Error(std::string(list), "'{}' stands alone", kNone);
+        const auto mode = std::ranges::find(kModes, name, &Mode::name);
+        if (mode == kModes.end())
+            throw Error(std::string(list), "'{}' is no preview mode; there are: {}", name, known_previews());
+        if (preview.*mode->flag) throw Error(std::string(list), "'{}' is given twice", name);
+        preview.*mode->flag = true;
+        from = to + 1;
+    }
+    return preview;
+}
+
+std::string known_previews() {
+    std::vector<std::string> names;
+    for (const Mode& mode : kModes) names.emplace_back(mode.name);
+    return fmt::format("{}", fmt::join(names, ", "));
+}
+
+}  // namespace halflight

@@ -1,0 +1,165 @@
+#include "engine/tables/albedo.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "engine/core/math.h"
+#include "shaders/shared/albedo.h"
+
+namespace halflight {
+namespace {
+
+/// Gauss-Legendre rule on [0, 1]: Newton's iteration from Chebyshev's guess (Press et al., Numerical Recipes, 4.6).
+struct Quadrature {
+    std::vector<double> x, weight;
+
+    explicit Quadrature(int n) : x(static_cast<std::size_t>(n)), weight(x.size()) {
+        for (int i = 0; i < n; ++i) {
+            double z = std::cos(kPi * (i + 0.75) / (n + 0.5));
+            double slope = 0;
+            for (double step = 1; std::abs(step) > 1e-15;) {
+                double p = 1, before = 0;
+                for (int k = 1; k <= n; ++k) before = std::exchange(p, ((2 * k - 1) * z * p - (k - 1) * before) / k);
+                slope = n * (z * p - before) / (z * z - 1);
+                step = p / slope;
+                z -= step;
+            }
+            x[static_cast<std::size_t>(i)] = 0.5 * (1 - z);
+            weight[static_cast<std::size_t>(i)] = 1 / ((1 - z * z) * slope * slope);
+        }
+    }
+};
+
+double fifth_power(double v) {
+    return v * v * v * v * v;
+}
+
+/// The lobe as an integral over half vectors h: E = int D cos_h G2 (wo.h) / (mu_o cos_h) dh = int dw/pi sin(2 psi) dphi
+/// ... with tan(theta_h) = alpha tan(psi), for which D cos_h is the density of sin^2(psi). For each theta_h the
+/// azimuths whose reflection stays above the surface are an interval [-phi_max, phi_max], so that the integrand has no
+/// edge inside; the interval is all of them up to theta_h = (pi/2 - theta_o) / 2 and none from (pi/2 + theta_o) / 2 on.
+class LobeIntegral {
+  public:
+    LobeIntegral(double cosine, double alpha, const Quadrature& rule)
+        : mu_(std::clamp(cosine, 1e-9, 1.0)),  // the limit for 0
+          sine_(std::sqrt((1 - mu_) * (1 + mu_))),
+          alpha_(alpha),
+          root_o_(root(mu_)),
+          rule_(rule) {}
+
+    DirectionalAlbedo operator()() const {
+        const double theta_o = std::acos(mu_);
+        const double whole = std::atan(std::tan(0.5 * (0.5 * kPi - theta_o)) / alpha_);
+        const double last = std::atan(std::tan(0.5 * (0.5 * kPi + theta_o)) / alpha_);
+        DirectionalAlbedo sum;
+        add_panel(0, whole, sum);
+        add_panel(whole, last, sum);
+        return sum;
+    }
+
+  private:
+    double root(double cosine) const { return std::sqrt(alpha_ * alpha_ + (1 - alpha_ * alpha_) * cosine * cosine); }
+
+    void add_panel(double from, double to, DirectionalAlbedo& sum) const {
+        for (std::size_t i = 0; i < rule_.x.size(); ++i) {
+            // Smoothstep: phi_max has a square root's slope where the panels meet.
+            const double q = rule_.x[i];
+            const double psi = from + (to - from) * q * q * (3 - 2 * q);
+            const double scale = rule_.weight[i] * (to - from) * 6 * q * (1 - q) * std::sin(2 * psi);
+            const double tangent = alpha_ * std::tan(psi);
+            const double cos_h = 1 / std::sqrt(1 + tangent * tangent);
+            const DirectionalAlbedo ring = azimuths(cos_h, tangent * cos_h);
+            sum.a += scale * ring.a;
+            sum.b += scale * ring.b;
+        }
+    }
+
+    /// Mean over the azimuths of h.
+    DirectionalAlbedo azimuths(double cos_h, double sin_h) const {
+        const double lowest = (0.5 * mu_ / cos_h - mu_ * cos_h) / std::max(sine_ * sin_h, 1e-300);
+        const double phi_max = std::acos(std::clamp(lowest, -1.0, 1.0));
+        DirectionalAlbedo mean;
+        for (std::size_t j = 0; j < rule_.x.size(); ++j) {
+            const double x = std::min(mu_ * cos_h + sine_ * sin_h * std::cos(phi_max * rule_.x[j]), 1.0);  // dot(wo, h)
+            const double mu_i = std::clamp(2 * x * cos_h - mu_, 0.0, 1.0);
+            const double value =
+                rule_.weight[j] * phi_max / kPi * 2 * mu_i * x / ((mu_ * root(mu_i) + mu_i * root_o_) * cos_h);
+            const double schlick = fifth_power(1 - x);
+            mean.a += value * (1 - schlick);
+            mean.b += value * schlick;
+        }
+        return mean;
+    }
+
+    double mu_, sine_, alpha_, root_o_;
+    const Quadrature& rule_;
+};
+
+/// Weights of n Chebyshev-Lobatto nodes on [0, 1] for the interpolating polynomial's value at x (Berrut and Trefethen
+/// 2004, Barycentric Lagrange Interpolation, eq. 5.4).
+double lobatto_node(int i, int n) {
+    return 0.5 - 0.5 * std::cos(kPi * i / (n - 1));
+}
+std::vector<double> lobatto_weights(int n, double x) {
+    std::vector<double> weights(static_cast<std::size_t>(n), 0.0);
+    double sum = 0;
+    for (int i = 0; i < n; ++i) {
+        const double distance = x - lobatto_node(i, n);
+        double& weight = weights[static_cast<std::size_t>(i)];
+        if (std::abs(distance) < 1e-14) {
+            std::fill(weights.begin(), weights.end(), 0.0);
+            weight = 1;
+            return weights;
+        }
+        weight = (i % 2 == 0 ? 1 : -1) * (i == 0 || i == n - 1 ? 0.5 : 1.0) / distance;
+        sum += weight;
+    }
+    for (double& weight : weights) weight /= sum;
+    return weights;
+}
+
+}  // namespace
+
+DirectionalAlbedo ggx_albedo(double cosine, double alpha, int nodes) {
+    const Quadrature rule(nodes);
+    return LobeIntegral(cosine, alpha, rule)();
+}
+
+Image build_albedo_table() {
+    // The two functions are smooth in the table's coordinates: a polynomial through few exact values gives all texels.
+    constexpr int kNodes = 24;
+    constexpr int kSize = shared::kAlbedoTableSize;
+    const Quadrature rule(24);
+    std::vector<dvec2> exact;
+    for (int j = 0; j < kNodes; ++j) {
+        const double roughness = 0.01 + 0.99 * lobatto_node(j, kNodes);
+        const double knee = shared::kAlbedoKnee * roughness * roughness;
+        for (int i = 0; i < kNodes; ++i) {
+            const double s = lobatto_node(i, kNodes) * lobatto_node(i, kNodes);
+            const double cosine = s * knee / (1 + knee - s);  // inverse of albedo_coordinates
+            const DirectionalAlbedo albedo = LobeIntegral(cosine, roughness * roughness, rule)();
+            const double whole = albedo.a + albedo.b;
+            exact.emplace_back(whole, albedo.b / whole - fifth_power(1 - cosine));
+        }
+    }
+    std::vector<std::vector<double>> weights;
+    for (int i = 0; i < kSize; ++i) weights.push_back(lobatto_weights(kNodes, i / (kSize - 1.0)));
+    Image table(kSize, kSize, 2);
+    for (int y = 0; y < kSize; ++y) {
+        std::vector<dvec2> row(kNodes, dvec2(0));
+        for (int j = 0; j < kNodes; ++j) {
+            for (int i = 0; i < kNodes; ++i) row[i] += weights[y][j] * exact[j * kNodes + i];
+        }
+        for (int x = 0; x < kSize; ++x) {
+            dvec2 value(0);
+            for (int i = 0; i < kNodes; ++i) value += weights[x][i] * row[i];
+            table.at(x, y)[0] = static_cast<float>(value.x);
+            table.at(x, y)[1] = static_cast<float>(value.y);
+        }
+    }
+    return table;
+}
+
+}  // namespace halflight

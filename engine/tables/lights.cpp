@@ -1,0 +1,413 @@
+#include "engine/tables/lights.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+#include <optional>
+
+#include "engine/core/error.h"
+#include "engine/tables/alias_table.h"
+#include "engine/tables/light_textures.h"
+#include "engine/tables/light_tree.h"
+#include "shaders/shared/environment.h"
+#include "shaders/shared/light.h"
+#include "shaders/shared/word.h"
+
+namespace halflight {
+namespace {
+
+double luminance_of(const dvec3& c) {
+    return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
+}
+
+/// Groups of lights that each get their part of the choices (lights.h).
+enum Kind { kTriangles, kLocal, kDirectional, kEnvironment, kKinds };
+
+class Builder {
+  public:
+    Builder(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun)
+        : scene_(scene), trace_(trace), choice_(choice) {
+        if (sun == SunChoice::apart) sun_ = strongest_sun();
+        const double radius = 0.5 * glm::length(dvec3(trace.bounds.extent()));
+        shadow_disk_ = kPi * (radius > 0 ? radius * radius : 1);
+    }
+
+    LightTables build() {
+        add_triangles();
+        for (const PunctualLight& light : scene_.lights)
+            if (&light != sun_) add_punctual(light);
+        tables_.punctual_count = power_.size() - tables_.triangle_count;
+        add_environment();
+        const bool others = std::any_of(power_.begin(), power_.end(), [](double power) { return power > 0; });
+        if (sun_ && !others) return Builder(scene_, trace_, choice_, SunChoice::among).build();
+        if (!others) return {};
+        choose();
+        if (sun_) add_sun();
+        return std::move(tables_);
+    }
+
+  private:
+    void add(const std::array<vec4, shared::kLightStride>& rows, double power, Kind kind) {
+        if (power_.size() >= (1u << 29)) throw Error(scene_.name, "2^29 lights or more");
+        tables_.rows.insert(tables_.rows.end(), rows.begin(), rows.end());
+        power_.push_back(power);
+        kind_.push_back(kind);
+    }
+
+    /// Of the light that is added next.
+    void add_to_tree(const LightBounds& bounds) {
+        if (!(bounds.intensity > 0)) return;
+        bounds_.push_back(bounds);
+        in_tree_.push_back(static_cast<std::uint32_t>(power_.size()));
+    }
+
+    // --- Emissive triangles ---------------------------------------------------------------------------------------
+
+    /// Mean luminance that a triangle emits; 0: no light.
+    double brightness(const MeshRange& range, std::uint32_t triangle) {
+        const Material& material = scene_.materials[trace_.triangles[triangle].w & kTriangleMaterialMask];
+        const double factor = material.unlit ? 0 : luminance_of(dvec3(material.emission));
+        const TextureRef& texture = material.emission_texture;
+        if (factor == 0 || !texture) return factor;
+        const auto found = sums_.find(texture.image);
+        const LuminanceSums& sums =
+            found != sums_.end()
+                ? found->second
+                : sums_.emplace(texture.image, scene_.images[static_cast<std::size_t>(texture.image)]).first->second;
+        const Mesh& mesh = scene_.meshes[range.mesh];
+        const std::vector<vec2>& uvs = mesh.uvs[static_cast<std::size_t>(texture.uv_set)];
+        std::array<vec2, 3> corners{};
+        if (!uvs.empty()) {
+            const uvec3 vertices = mesh.triangles[triangle - range.first_triangle];
+            for (int k = 0; k < 3; ++k) corners[static_cast<std::size_t>(k)] = uvs[vertices[k]];
+        }
+        return factor * sums.mean(texture, corners);
+    }
+
+    void add_triangles() {
+        struct Emitter {
+            std::uint32_t triangle;
+            double brightness;
+        };
+        std::vector<std::vector<Emitter>> emitters(trace_.blocks.size());
+        std::vector<std::uint32_t> rank(trace_.triangles.size(), shared::kNoLight);
+        bool any = false;
+        for (const MeshRange& range : trace_.ranges) {
+            for (std::uint32_t t = range.first_triangle; t < range.first_triangle + range.triangle_count; ++t) {
+                const double value = brightness(range, t);
+                if (value == 0) continue;
+                rank[t] = static_cast<std::uint32_t>(emitters[range.block].size());
+                emitters[range.block].push_back({t, value});
+                any = true;
+            }
+        }
+        if (!any) return;
+        const bool shared_blocks = trace_.blocks.size() > 1 || !trace_.instances.front().identity;
+        for (const BlockInstance& instance : trace_.instances) {
+            if (shared_blocks) rank.push_back(static_cast<std::uint32_t>(power_.size()));
+            for (const Emitter& emitter : emitters[instance.block]) {
+                add_triangle(instance, emitter.triangle, emitter.brightness);
+            }
+        }
+        tables_.light_of_triangle = std::move(rank);
+        tables_.triangle_count = power_.size();
+    }
+
+    void add_triangle(const BlockInstance& instance, std::uint32_t triangle, double brightness) {
+        const glm::dmat4x3 to_world(instance.block_to_world);
+        const glm::dmat4x3 to_block(instance.world_to_block);
+        const uvec4 corners = trace_.triangles[triangle];
+        std::array<dvec3, 3> p;
+        dvec3 block_reach(0);
+        for (int k = 0; k < 3; ++k) {
+            const dvec3 in_block(trace_.positions[corners[k]]);
+            p[static_cast<std::size_t>(k)] = to_world * dvec4(in_block, 1);
+            block_reach = glm::max(block_reach, glm::abs(in_block));
+        }
+        const dvec3 e1 = p[1] - p[0];
+        const dvec3 e2 = p[2] - p[0];
+        const dvec3 cross = glm::cross(e1, e2);
+        const double area = 0.5 * glm::length(cross);
+        // Roundings of the row and of the point on it, and of the tracer's plane through it (surface_at has the
+        // reasons).
+        constexpr double kUlp = 0x1p-24;
+        dvec3 error = 8 * kUlp * (glm::abs(p[0]) + glm::abs(e1) + glm::abs(e2));
+        if (!instance.identity) {
+            const dvec3 reach = glm::max(glm::abs(dvec3(trace_.bounds.lower)), glm::abs(dvec3(trace_.bounds.upper)));
+            const auto absolute = [](const glm::dmat4x3& m, const dvec3& v) {
+                return glm::abs(m[0]) * v.x + glm::abs(m[1]) * v.y + glm::abs(m[2]) * v.z;
+            };
+            error +=
+                8 * kUlp * absolute(to_world, block_reach + absolute(to_block, reach + 2.0 * glm::abs(to_world[3])));
+        }
+        const Material& material = scene_.materials[corners.w & kTriangleMaterialMask];
+        if (area > 0) {
+            add_to_tree({.lower = glm::min(glm::min(p[0], p[1]), p[2]),
+                         .upper = glm::max(glm::max(p[0], p[1]), p[2]),
+                         .axis = cross / (2 * area),
+                         .intensity = area * brightness,
+                         .two_sided = true});
+        }
+        add({vec4(vec3(p[0]), shared::float_of_word(shared::kLightTriangle)),
+             vec4(vec3(e1), shared::float_of_word(triangle)), vec4(vec3(e2), static_cast<float>(glm::length(error))),
+             vec4(material.emission, 0)},
+            area > 0 ? 2 * kPi * area * brightness : 0, kTriangles);
+        area_.push_back(area);
+    }
+
+    // --- The others -----------------------------------------------------------------------------------------------
+
+    void add_punctual(const PunctualLight& light) {
+        const double intensity = luminance_of(dvec3(light.intensity));
+        if (intensity == 0) return;
+        const float cos_outer = std::cos(light.outer_cone);
+        const float cone = std::max(std::cos(light.inner_cone) - cos_outer, 0.001f);
+        const bool directional = light.type == LightType::directional;
+        const std::uint32_t kind = directional                      ? shared::kLightDirectional
+                                   : light.type == LightType::point ? shared::kLightPoint
+                                                                    : shared::kLightSpot;
+        if (!directional) {
+            const dvec3 at = light.position - trace_.origin;
+            const bool spot = light.type == LightType::spot;
+            add_to_tree({.lower = at,
+                         .upper = at,
+                         .axis = dvec3(light.direction),
+                         .theta_o = spot ? double(light.inner_cone) : kPi,
+                         .theta_e = spot ? double(light.outer_cone) - double(light.inner_cone) : kPi / 2,
+                         .intensity = intensity});
+        }
+        const double solid_angle =
+            light.type == LightType::spot ? 2 * kPi * (1 - std::cos(double(light.outer_cone))) : 4 * kPi;
+        add({vec4(vec3(light.position - trace_.origin), shared::float_of_word(kind)), vec4(light.direction, cos_outer),
+             vec4(1 / cone, 0, 0, 0), vec4(light.intensity, 0)},
+            intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal);
+    }
+
+    /// Null where there is none.
+    const PunctualLight* strongest_sun() const {
+        const PunctualLight* sun = nullptr;
+        double most = 0;
+        for (const PunctualLight& light : scene_.lights) {
+            const double irradiance = luminance_of(dvec3(light.intensity));
+            if (light.type == LightType::directional && irradiance > most) sun = &light, most = irradiance;
+        }
+        return sun;
+    }
+
+    /// After all others have been chosen from.
+    void add_sun() {
+        add_punctual(*sun_);
+        tables_.rows.back().w = 1;
+        tables_.sun = true;
+    }
+
+    void add_environment() {
+        const Environment& environment = scene_.environment;
+        if (environment.black()) return;
+        const bool constant = environment.map.pixels.empty();
+        tables_.environment = constant ? Image(1, 1, 3) : environment.map;
+        std::vector<float>& pixels = tables_.environment.pixels;
+        if (constant) std::fill(pixels.begin(), pixels.end(), 1.0f);
+        for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] *= environment.color[static_cast<int>(i % 3)];
+        double integral = 4 * kPi * luminance_of(dvec3(environment.color));
+        if (!constant) {
+            cells_ = environment_cells(tables_.environment);
+            integral = cells_->integral;
+        }
+        if (integral == 0) {
+            tables_.environment = Image();
+            return;
+        }
+        add({vec4(0, 0, 0, shared::float_of_word(shared::kLightEnvironment)), vec4(0), vec4(0), vec4(0)},
+            shadow_disk_ * integral, kEnvironment);
+    }
+
+    // --- The choice -----------------------------------------------------------------------------------------------
+
+    void choose() {
+        std::array<double, kKinds> of_kind{};
+        for (std::size_t i = 0; i < power_.size(); ++i) of_kind[kind_[i]] += power_[i];
+        const double total = std::accumulate(of_kind.begin(), of_kind.end(), 0.0);
+        const auto kinds =
+            static_cast<double>(std::count_if(of_kind.begin(), of_kind.end(), [](double p) { return p > 0; }));
+        const auto shining =
+            static_cast<double>(std::count_if(power_.begin(), power_.end(), [](double p) { return p > 0; }));
+        const bool tree = uses_tree();
+        tables_.choice = tree                              ? LightChoice::tree
+                         : choice_ == LightChoice::uniform ? LightChoice::uniform
+                                                           : LightChoice::power;
+        const double equal = 0.125 / shining;
+        std::vector<double> weights(power_.size());
+        for (std::size_t i = 0; i < power_.size(); ++i) {
+            if (power_[i] > 0)
+                weights[i] = choice_ == LightChoice::uniform
+                                 ? 1 / shining
+                                 : power_[i] * (0.625 / total + 0.25 / (kinds * of_kind[kind_[i]])) + equal;
+        }
+        if (tree) add_tree(weights, equal);
+        AliasTable table = build_alias_table(weights);
+        for (const AliasEntry& entry : table.entries)
+            tables_.alias.emplace_back(entry.threshold, shared::float_of_word(entry.alias));
+        for (double& probability : table.probabilities) probability *= 1 - tables_.tree_share;
+        if (tree) {
+            shared::LightTreeHeader header = light_tree_header(tables_.tree);
+            header.gain = static_cast<float>(tables_.tree_share / table.probabilities[in_tree_[0]]);
+            header.share = static_cast<float>(tables_.tree_share);
+            set_light_tree_header(tables_.tree, header);
+        }
+        for (std::size_t i = 0; i < power_.size(); ++i) {
+            const double density =
+                i < area_.size() ? (area_[i] > 0 ? table.probabilities[i] / area_[i] : 0) : table.probabilities[i];
+            tables_.rows[i * shared::kLightStride + 3].w = static_cast<float>(density);
+        }
+        if (kind_.back() == kEnvironment) write_environment_cells(table.probabilities.back());
+        tables_.probabilities = std::move(table.probabilities);
+    }
+
+    bool uses_tree() const {
+        if (in_tree_.size() < 2) return false;
+        return choice_ == LightChoice::tree || (choice_ == LightChoice::automatic && in_tree_.size() >= kTreeLights);
+    }
+
+    /// Takes from the lights of the tree all but their equal parts. What is left of the weights is the alias table's.
+    void add_tree(std::vector<double>& weights, double equal) {
+        if (in_tree_.size() > (std::size_t{1} << shared::kLightTreeDepth)) throw Error(scene_.name, "over 2^26 lights");
+        LightTree tree = build_light_tree(bounds_, in_tree_);
+        double share = 0;
+        for (std::size_t i = 0; i < in_tree_.size(); ++i) {
+            const std::uint32_t light = in_tree_[i];
+            share += weights[light] - equal;
+            weights[light] = equal;
+            float& head = tables_.rows[std::size_t{light} * shared::kLightStride].w;
+            head = shared::float_of_word(shared::word_of_float(head) | tree.trails[i] << shared::kLightKindBits);
+        }
+        // A multiple of 2^-24, as the numbers are that it is compared with.
+        tables_.tree_share = std::round(share * 0x1p24) * 0x1p-24;
+        tables_.tree = std::move(tree.rows);
+    }
+
+    void write_environment_cells(double probability) {
+        std::vector<vec4>& rows = tables_.environment_cells;
+        const auto density = static_cast<float>(probability);
+        if (!cells_) {
+            rows = {vec4(0, 0, density, 0), vec4(scene_.environment.color, 0)};
+            return;
+        }
+        const AliasTable table = build_alias_table(cells_->weights);
+        const auto columns = static_cast<std::size_t>(cells_->columns);
+        const auto density_of = [&](std::size_t cell) {
+            return static_cast<float>(probability * table.probabilities[cell] / cells_->solid_angles[cell / columns]);
+        };
+        rows = {vec4(cells_->columns, cells_->rows, density, 0), vec4(0)};
+        rows.reserve(rows.size() + table.entries.size());
+        for (std::size_t i = 0; i < table.entries.size(); ++i) {
+            const AliasEntry& entry = table.entries[i];
+            rows.emplace_back(entry.threshold, shared::float_of_word(entry.alias), density_of(i),
+                              density_of(entry.alias));
+        }
+    }
+
+    const Scene& scene_;
+    const TraceTables& trace_;
+    const LightChoice choice_;
+    const PunctualLight* sun_ = nullptr;     // that is apart
+    double shadow_disk_ = 0;                 // m^2
+    std::map<int, LuminanceSums> sums_;      // by image
+    std::vector<double> power_;              // of each light
+    std::vector<Kind> kind_;                 // of each light
+    std::vector<double> area_;               // of each triangle light, m^2
+    std::vector<LightBounds> bounds_;        // of the lights that a tree may hold
+    std::vector<std::uint32_t> in_tree_;     // which lights these are
+    std::optional<EnvironmentCells> cells_;  // of a map
+    LightTables tables_;
+};
+
+}  // namespace
+
+const char* name(LightChoice choice) {
+    switch (choice) {
+        case LightChoice::automatic:
+            return "auto";
+        case LightChoice::power:
+            return "power";
+        case LightChoice::tree:
+            return "tree";
+        case LightChoice::uniform:
+            return "uniform";
+    }
+    return "unknown";
+}
+
+const char* name(SunChoice choice) {
+    switch (choice) {
+        case SunChoice::apart:
+            return "apart";
+        case SunChoice::among:
+            return "among";
+    }
+    return "unknown";
+}
+
+LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun) {
+    return Builder(scene, trace, choice, sun).build();
+}
+
+EnvironmentCells environment_cells(const Image& map, int max_cells) {
+    const std::int64_t width = map.width, height = map.height;
+    std::int64_t edge = 1;  // at most so many texels along a cell
+    while (((width + edge - 1) / edge) * ((height + edge - 1) / edge) > max_cells) ++edge;
+    const std::int64_t columns = (width + edge - 1) / edge, rows = (height + edge - 1) / edge;
+
+    const auto luminance_at = [&](std::int64_t x, std::int64_t y) {
+        const float* texel =
+            map.at(static_cast<int>((x + width) % width), static_cast<int>(std::clamp<std::int64_t>(y, 0, height - 1)));
+        return luminance_of({texel[0], texel[1], texel[2]});
+    };
+    // Bilinear weights integrated over a texel's square: 1/8, 3/4, 1/8 along each axis.
+    const auto filtered = [&](std::int64_t x, std::int64_t y) {
+        dvec2 sum(0);  // luminance, its square
+        for (int j = -1; j <= 1; ++j) {
+            for (int i = -1; i <= 1; ++i) {
+                const double l = luminance_at(x + i, y + j);
+                sum += (i == 0 ? 0.75 : 0.125) * (j == 0 ? 0.75 : 0.125) * dvec2(l, l * l);
+            }
+        }
+        return sum;
+    };
+    const auto band = [](double v0, double v1) {  // solid angle between two polar angles, in pi
+        return 4 * kPi * std::sin(0.5 * kPi * (v0 + v1)) * std::sin(0.5 * kPi * (v1 - v0));
+    };
+
+    EnvironmentCells cells;
+    cells.columns = static_cast<int>(columns);
+    cells.rows = static_cast<int>(rows);
+    cells.weights.assign(static_cast<std::size_t>(columns * rows), 0);
+    for (std::int64_t r = 0; r < rows; ++r) {
+        cells.solid_angles.push_back(band(double(r) / double(rows), double(r + 1) / double(rows)) / double(columns));
+    }
+    std::vector<dvec2> row(static_cast<std::size_t>(width));
+    for (std::int64_t y = 0; y < height; ++y) {
+        for (std::int64_t x = 0; x < width; ++x) row[static_cast<std::size_t>(x)] = filtered(x, y);
+        for (std::int64_t r = y * rows / height; r * height < (y + 1) * rows; ++r) {
+            const double solid = band(std::max(double(y) / double(height), double(r) / double(rows)),
+                                      std::min(double(y + 1) / double(height), double(r + 1) / double(rows)));
+            for (std::int64_t x = 0; x < width; ++x) {
+                const dvec2& value = row[static_cast<std::size_t>(x)];
+                for (std::int64_t c = x * columns / width; c * width < (x + 1) * columns; ++c) {
+                    const std::int64_t overlap =
+                        std::min((x + 1) * columns, (c + 1) * width) - std::max(x * columns, c * width);
+                    const double share = solid * double(overlap) / double(width * columns);
+                    cells.integral += share * value.x;
+                    cells.weights[static_cast<std::size_t>(r * columns + c)] += share * value.y;
+                }
+            }
+        }
+    }
+    for (std::size_t i = 0; i < cells.weights.size(); ++i) {
+        cells.weights[i] = std::sqrt(cells.weights[i] * cells.solid_angles[i / static_cast<std::size_t>(columns)]);
+    }
+    return cells;
+}
+
+}  // namespace halflight

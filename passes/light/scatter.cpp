@@ -1,0 +1,89 @@
+#include "passes/light/scatter.h"
+
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/light.h"
+#include "shaders/shared/path.h"
+#include "shaders/shared/rays.h"
+
+namespace halflight {
+
+using graph::Access;
+
+PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view) {
+    const std::size_t paths = view.band.paths();
+    graph::BufferHandle receivers;
+    if (view.scene.needs().light_tree)
+        receivers = graph.create_buffer("path receivers", {paths * sizeof(shared::Receiver)});
+    return {.rays = graph.create_buffer("path rays", {paths * sizeof(shared::Ray)}),
+            .hits = graph.create_buffer("path hits", {paths * sizeof(shared::Hit)}),
+            .states = graph.create_buffer("path states", {paths * sizeof(shared::PathState)}),
+            .receivers = receivers,
+            .points = {},
+            .sun_light = {},
+            .cells = {}};
+}
+
+PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name) {
+    PathList list;
+    graph::Pass pass = graph.add_pass(name + ": clear list");
+    list.list = pass.write(graph.create_buffer(name + " list", {view.band.paths() * sizeof(shared::uint)}),
+                           Access::transfer_write);
+    list.header =
+        pass.write(graph.create_buffer(name + " list header", {sizeof(shared::ListHeader)}), Access::transfer_write);
+    pass.execute([list](graph::Resources& r) {
+        const shared::ListHeader empty{.groups_x = 0, .groups_y = 1, .groups_z = 1, .count = 0};
+        r.buffer(list.header).write(0, sizeof(empty), &empty);
+    });
+    return list;
+}
+
+rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays, const PathList& list,
+                         int depth) {
+    // Camera rays have salt 0 (shaders/gbuffer.frag).
+    const int of_depth = kind == rays::RayKind::shadow ? 1 : kind == rays::RayKind::sun ? 2 : 0;
+    const auto salt = static_cast<std::uint32_t>(1 + 3 * depth + of_depth);
+    return {.kind = kind,
+            .depth = static_cast<std::uint32_t>(depth),
+            .place = view.place,
+            .capacity = view.band.paths(),
+            .rays = rays,
+            .list = list.list,
+            .list_header = list.header,
+            .frame_constants = view.frame_constants,
+            .alpha_salt = salt};
+}
+
+PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBuffer& g, const FirstScatter& what,
+                           PathBuffers& paths) {
+    PathList list = create_path_list(graph, view, what.name);
+    graph::Pass pass = graph.add_pass(std::string(what.name) + ": sample");
+    pass.read(view.frame_constants, Access::uniform_read);
+    pass.read(g.rays, Access::storage_read);
+    pass.read(g.surfaces, Access::storage_read);
+    const bool first = paths.states.version == 0;
+    paths.rays = pass.write(paths.rays, partial_write(paths.rays));
+    paths.states = pass.write(paths.states, partial_write(paths.states));
+    if (paths.receivers) paths.receivers = pass.write(paths.receivers, partial_write(paths.receivers));
+    list.list = pass.write(list.list, Access::storage_read_write);
+    list.header = pass.write(list.header, Access::storage_read_write);
+    pass.execute([=](graph::Resources& r) {
+        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
+        r.buffer(g.rays).bind_storage(0);
+        r.buffer(g.surfaces).bind_storage(1);
+        r.buffer(paths.rays).bind_storage(2);
+        r.buffer(paths.states).bind_storage(3);
+        r.buffer(list.list).bind_storage(4);
+        r.buffer(list.header).bind_storage(5);
+        if (paths.receivers) r.buffer(paths.receivers).bind_storage(6);
+        view.trace.bind();
+        view.scene.bind();
+        gpu::Defines defines = view.scene.defines();
+        if (first) defines.set("HALFLIGHT_FIRST_SCATTER");
+        r.programs().compute(what.kernel, defines).dispatch(view.band.paths() / 64);
+    });
+    const rays::RayBatch batch = ray_batch(view, what.kind, paths.rays, list, 0);
+    paths.hits = rays::closest_hit(graph, view.tracer, batch, paths.hits);
+    return list;
+}
+
+}  // namespace halflight

@@ -1,0 +1,63 @@
+#include "passes/light/shadow.h"
+
+#include <fmt/format.h>
+
+#include "passes/light/scatter.h"
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/path.h"
+#include "shaders/shared/rays.h"
+
+namespace halflight {
+
+using graph::Access;
+
+namespace {
+
+/// Adds the light of the samples of each pixel to `light`, and returns the answers to its shadow rays. kind: shadow, of
+/// the lights that are chosen from, or sun.
+graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, const GBuffer& g, rays::RayKind kind,
+                                graph::BufferHandle& light) {
+    const bool sun = kind == rays::RayKind::sun;
+    const std::uint32_t count = (sun ? 1 : view.shadow_rays) * view.band.paths();
+    graph::Pass pass = graph.add_pass(sun ? "shadow: sample the sun" : "shadow: sample lights");
+    pass.read(view.frame_constants, Access::uniform_read);
+    pass.read(g.rays, Access::storage_read);
+    pass.read(g.surfaces, Access::storage_read);
+    const graph::BufferHandle shadow_rays = pass.write(
+        graph.create_buffer(sun ? "sun rays" : "shadow rays", {count * sizeof(shared::Ray)}), Access::storage_write);
+    light = pass.write(light, partial_write(light));
+    pass.execute([=](graph::Resources& r) {
+        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
+        r.buffer(g.rays).bind_storage(0);
+        r.buffer(g.surfaces).bind_storage(1);
+        r.buffer(shadow_rays).bind_storage(2);
+        r.buffer(light).bind_storage(3);
+        view.trace.bind();
+        view.scene.bind();
+        gpu::Defines defines = view.scene.defines();
+        defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
+        if (sun) defines.set("HALFLIGHT_SUN_SAMPLES");
+        r.programs().compute("shaders/shadow.comp", defines).dispatch(count / 64);
+    });
+
+    // No list: the rays of a pixel keep their place in a tile, and what is known of the tile its use.
+    rays::RayBatch batch = ray_batch(view, kind, shadow_rays, {}, 0);
+    batch.capacity = count;
+    batch.paths = view.band.paths();
+    return rays::any_hit(graph, view.tracer, batch,
+                         graph.create_buffer(sun ? "sun occluded" : "occluded", {count * sizeof(shared::uint)}));
+}
+
+}  // namespace
+
+DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const GBuffer& g) {
+    const bool sun = view.scene.needs().sun;
+    DirectLightEstimate direct;
+    const std::size_t samples = (view.shadow_rays + (sun ? 1 : 0)) * std::size_t{view.band.paths()};
+    direct.light = graph.create_buffer("direct light", {samples * sizeof(shared::DirectLight)});
+    direct.occluded = add_samples(graph, view, g, rays::RayKind::shadow, direct.light);
+    if (sun) direct.sun_occluded = add_samples(graph, view, g, rays::RayKind::sun, direct.light);
+    return direct;
+}
+
+}  // namespace halflight

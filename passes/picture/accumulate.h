@@ -1,0 +1,53 @@
+// Sums over samples, components kept apart, in double.
+#pragma once
+
+#include <optional>
+
+#include "passes/light/continuation.h"
+#include "passes/light/shadow.h"
+#include "passes/surface/gbuffer.h"
+#include "shaders/shared/path.h"
+
+namespace halflight {
+
+/// What one sample has to offer; what the frame left out is empty.
+struct SampleInputs {
+    GBuffer gbuffer;
+    std::optional<DirectLightEstimate> direct;
+    std::optional<PathBuffers> paths;
+    std::optional<Continuation> continuation;
+    graph::BufferHandle seen;      // vec4 by path: emission through more camera rays than the G-buffer's (add_seen)
+    graph::BufferHandle received;  // DirectLight by path, indirect: from the paths of its group (add_reuse)
+};
+
+/// Sums over all samples so far, at the path index; divide by the number of samples.
+/// Handles of what the frame left out are empty.
+struct Accumulated {
+    graph::BufferHandle emission;  // 4 doubles: rgb, coverage (1 for every sample that met a surface)
+    graph::BufferHandle direct;    // 6 doubles: diffuse rgb, glossy rgb; light met by next-event estimation or by a ray
+    graph::BufferHandle indirect;  // 6 doubles: diffuse rgb, glossy rgb
+    graph::BufferHandle squares;   // 3 doubles: squares of the samples' beauty, for its variance
+    graph::BufferHandle features;  // 6 doubles: albedo rgb (diffuse, transmitted and specular at normal
+                                   // incidence), shading normal xyz (world); zero where there is no surface
+    graph::BufferHandle bad_values;  // kBadValueCounts uints (shaders/shared/path.h): what was taken as zero
+};
+
+/// What of emission, direct and indirect light there is, for a kernel of `pass` that has them at the bindings 0, 1 and
+/// 2: HALFLIGHT_DIRECT and HALFLIGHT_INDIRECT are set where they are there.
+void read_light(graph::Pass& pass, gpu::Defines& defines, const Accumulated& sums);
+void bind_light(graph::Resources& resources, const Accumulated& sums);
+
+inline constexpr std::size_t kBadValueCounts = shared::kCountedPasses * shared::kBadKinds;
+
+struct AccumulateOptions {
+    bool squares = false;
+    bool features = false;
+    std::optional<float> clamp{};  // the most luminance of a sample's indirect light, > 0; +inf clamps nothing
+};
+
+/// The sums live in the graph's history: a run adds one sample, sample 0 of a frame starts anew, whatever there was.
+/// `bad_values`: kBadValueCounts uints that outlive the graph and are counted up.
+Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
+                           const AccumulateOptions& options, gpu::Buffer& bad_values);
+
+}  // namespace halflight

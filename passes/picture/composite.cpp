@@ -1,0 +1,63 @@
+#include "passes/picture/composite.h"
+
+#include "shaders/shared/bindings.h"
+
+namespace halflight {
+
+using graph::Access;
+
+ViewKernel::ViewKernel(const ViewProcessor& processor)
+    : exposure_scale_(processor.exposure_scale()), source_("composite through " + processor.view(), "") {
+    const GpuShader shader = processor.gpu_shader();
+    source_.text = shader.glsl + "\n#include \"shaders/composite.comp\"\n";
+    for (const GpuLut& lut : shader.luts) {
+        gpu::TextureDesc desc;
+        desc.width = lut.width, desc.height = lut.height, desc.depth = lut.depth;
+        desc.format = lut.channels == 1 ? GL_R32F : GL_RGB32F;
+        desc.target = lut.dimensions == 1 ? GL_TEXTURE_1D : lut.dimensions == 2 ? GL_TEXTURE_2D : GL_TEXTURE_3D;
+        Lut& made = luts_.emplace_back(Lut{lut.sampler, gpu::Texture(lut.sampler, desc)});
+        made.texture.upload(std::span<const float>(lut.values));
+        made.texture.set_filter(lut.linear ? GL_LINEAR : GL_NEAREST);
+    }
+}
+
+void ViewKernel::bind(const gpu::Program& program) const {
+    int unit = UNIT_FREE;
+    for (const Lut& lut : luts_) {
+        lut.texture.bind(static_cast<GLuint>(unit));
+        program.set(lut.sampler, unit++);
+    }
+}
+
+Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples,
+                        bool opaque_background, const ViewKernel* view_kernel) {
+    Composite out;
+    gpu::Defines defines;
+    graph::Pass pass = graph.add_pass("composite");
+    read_light(pass, defines, sums);
+    const gpu::TextureDesc picture{band.image.x, band.rows, GL_RGBA32F};
+    out.beauty = pass.write(graph.create_texture("beauty", picture), Access::image_write);
+    if (view_kernel) {
+        out.view = pass.write(graph.create_texture("view", picture), Access::image_write);
+        defines.set("HALFLIGHT_VIEW");
+    }
+    if (opaque_background) defines.set("HALFLIGHT_OPAQUE_BACKGROUND");
+    pass.execute([=](graph::Resources& r) {
+        bind_light(r, sums);
+        r.texture(out.beauty).bind_image(0, GL_WRITE_ONLY);
+        const gpu::Program& program =
+            r.programs().compute(view_kernel ? view_kernel->source() : "shaders/composite.comp", defines);
+        if (view_kernel) {
+            r.texture(out.view).bind_image(1, GL_WRITE_ONLY);
+            view_kernel->bind(program);
+            program.set("exposure_scale", view_kernel->exposure_scale());
+        }
+        program.set("samples", static_cast<std::uint32_t>(samples));
+        program.set("size", ivec2(band.image.x, band.rows));
+        program.set("tiles", band.tiles());
+        program.dispatch(band.paths() / 64);
+    });
+    return out;
+}
+
+}  // namespace halflight

@@ -1,0 +1,43 @@
+// From sums to pictures: the mean, and the mean through the view transform.
+#pragma once
+
+#include <vector>
+
+#include "engine/color/color.h"
+#include "engine/gpu/texture.h"
+#include "passes/picture/accumulate.h"
+
+namespace halflight {
+
+/// The view transform's tables on the GPU and its text, ready to be compiled into the composite kernel.
+class ViewKernel {
+  public:
+    explicit ViewKernel(const ViewProcessor& processor);
+
+    float exposure_scale() const { return exposure_scale_; }
+    /// Complete kernel: the composite with the transform's GLSL in front.
+    const gpu::ShaderSource& source() const { return source_; }
+    /// Binds the tables to units from UNIT_FREE on and tells `program` which.
+    void bind(const gpu::Program& program) const;
+
+  private:
+    struct Lut {
+        std::string sampler;
+        gpu::Texture texture;
+    };
+    float exposure_scale_ = 1;
+    gpu::ShaderSource source_;
+    std::vector<Lut> luts_;
+};
+
+struct Composite {
+    graph::TextureHandle beauty;  // RGBA32F, band size: mean of all components, scene-linear; A: see RenderResult
+    graph::TextureHandle view;    // RGBA32F: display-encoded, [0,1]; empty without a view kernel
+};
+
+/// Mean of `samples` samples. `view_kernel` may be null and must outlive the graph. `opaque_background`: an environment
+/// is seen where no surface is.
+Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples,
+                        bool opaque_background, const ViewKernel* view_kernel);
+
+}  // namespace halflight

@@ -1,0 +1,203 @@
+#include "passes/surface/gbuffer.h"
+
+#include <algorithm>
+#include <optional>
+
+#include "engine/rays/tracer.h"
+#include "passes/surface/raster_window.h"
+#include "shaders/shared/bindings.h"
+#include "shaders/shared/rays.h"
+
+namespace halflight {
+namespace {
+
+using graph::Access;
+
+/// Nothing is drawn or cleared outside of the band's rows and their neighbours.
+class BandScissor {
+  public:
+    BandScissor(const Band& band, const RasterWindow& window) {
+        const int first = std::max(band.y - 1 - window.y, 0);
+        glEnable(GL_SCISSOR_TEST);
+        glScissor(0, first, band.image.x, band.y + band.rows + 1 - window.y - first);
+    }
+    ~BandScissor() { glDisable(GL_SCISSOR_TEST); }
+    BandScissor(const BandScissor&) = delete;
+    BandScissor& operator=(const BandScissor&) = delete;
+};
+
+/// What reaches far beyond the picture is cut off at the viewport's edges, at a place that is off by 2^-24 of how far
+/// it reaches: by pixels, where a wall stands 10^-6 of its length before the camera. So the viewport is larger than
+/// the target. Sets it, and returns the target's share of it.
+float widen_viewport(const gpu::Framebuffer& target) {
+    constexpr int kLargest = 16384;  // of any driver: no less than its textures
+    if (2 * std::max(target.width(), target.height()) > kLargest) return 1;
+    const auto width = static_cast<float>(target.width()), height = static_cast<float>(target.height());
+    glViewportIndexedf(0, -0.5f * width, -0.5f * height, 2 * width, 2 * height);
+    return 0.5f;
+}
+
+void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
+    const int rows = raster_window(view.band).rows;
+    const gpu::TextureDesc visibility{view.band.image.x, rows, GL_RG32UI};
+    const gpu::TextureDesc depth{view.band.image.x, rows, GL_DEPTH_COMPONENT32F};
+    graph::Pass pass = graph.add_pass("gbuffer: rasterize");
+    pass.read(view.frame_constants, Access::uniform_read);
+    g.visibility = pass.write(graph.create_texture("visibility", visibility), Access::color_attachment);
+    g.depth = pass.write(graph.create_texture("depth", depth), Access::depth_attachment);
+    pass.execute([view, g](graph::Resources& r) {
+        const gpu::Program& program =
+            r.programs().graphics("shaders/gbuffer.vert", "shaders/gbuffer.frag", view.scene.defines());
+        const gpu::Framebuffer& target = r.framebuffer({g.visibility}, g.depth);
+        target.bind();
+        std::optional<BandScissor> scissor;
+        if (view.current) scissor.emplace(*view.current, raster_window(*view.current));
+        target.clear_color_uint(0, 0);
+        target.clear_depth(0);  // reversed: 0 is infinitely far
+        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
+        view.trace.bind();
+        view.scene.bind();
+        program.bind();
+        program.set("viewport_share", widen_viewport(target));
+        view.scene.draw(program);
+    });
+}
+
+/// number: of these rays in the graph; what is known of where rays go is kept apart by it.
+void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t number) {
+    const std::uint32_t paths = view.band.paths();
+    graph::Pass pass = graph.add_pass("gbuffer: camera rays");
+    pass.read(view.frame_constants, Access::uniform_read);
+    g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
+    pass.execute([view, g, paths](graph::Resources& r) {
+        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
+        r.buffer(g.rays).bind_storage(0);
+        view.scene.bind();  // what the tracer's alpha tests read; another scene may have been rendered before
+        r.programs().compute("shaders/camera_rays.comp").dispatch(paths / 64);
+    });
+    const rays::RayBatch batch{.kind = rays::RayKind::primary,
+                               .depth = number,
+                               .place = view.place,
+                               .capacity = paths,
+                               .rays = g.rays,
+                               .list = {},
+                               .list_header = {},
+                               .frame_constants = view.frame_constants};
+    g.hits = rays::closest_hit(graph, view.tracer, batch,
+                               graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}));
+}
+
+/// What finds hits, without anything that is made of them.
+GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility primary, std::uint32_t number) {
+    GBuffer g;
+    if (primary == PrimaryVisibility::traced)
+        trace(view, g, graph, number);
+    else
+        rasterize(view, g, graph);
+    return g;
+}
+
+void evaluate(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, graph::Graph& graph) {
+    const std::size_t paths = view.band.paths();
+    const bool traced = !g.visibility;
+    graph::Pass pass = graph.add_pass("gbuffer: evaluate");
+    pass.read(view.frame_constants, Access::uniform_read);
+    gpu::Defines defines = view.scene.defines();
+    if (traced) {
+        pass.read(g.rays, Access::storage_read);
+        pass.read(g.hits, Access::storage_read);
+        defines.set("HALFLIGHT_PRIMARY_TRACED");
+    } else {
+        pass.read(g.visibility, Access::texture_read);
+    }
+    if (outputs.rays && !traced) {
+        g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
+        defines.set("HALFLIGHT_PRIMARY_RAYS");
+    }
+    if (outputs.hits && !traced) {
+        g.hits = pass.write(graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}), Access::storage_write);
+        defines.set("HALFLIGHT_PRIMARY_HITS");
+    }
+    g.surfaces = pass.write(graph.create_buffer("primary surfaces", {paths * view.scene.surface_record_bytes()}),
+                            Access::storage_write);
+    pass.execute([view, g, paths, defines](graph::Resources& r) {
+        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
+        if (g.visibility) r.texture(g.visibility).bind(UNIT_FREE);
+        if (g.rays) r.buffer(g.rays).bind_storage(0);
+        if (g.hits) r.buffer(g.hits).bind_storage(1);
+        r.buffer(g.surfaces).bind_storage(2);
+        view.trace.bind();
+        view.scene.bind();
+        r.programs().compute("shaders/gbuffer.comp", defines).dispatch(static_cast<std::uint32_t>(paths / 64));
+    });
+}
+
+}  // namespace
+
+const char* name(PrimaryVisibility primary) {
+    switch (primary) {
+        case PrimaryVisibility::automatic:
+            return "auto";
+        case PrimaryVisibility::raster:
+            return "raster";
+        case PrimaryVisibility::traced:
+            return "traced";
+    }
+    return "";
+}
+
+PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image) {
+    if (primary != PrimaryVisibility::automatic) return primary;
+    const double pixels = double(image.x) * double(image.y);
+    return double(triangles) > kTracedTrianglesPerPixel * pixels ? PrimaryVisibility::traced
+                                                                 : PrimaryVisibility::raster;
+}
+
+GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs,
+                    PrimaryVisibility primary) {
+    GBuffer g = visible(graph, view, primary, 0);
+    evaluate(view, g, outputs, graph);
+    return g;
+}
+
+graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
+                             const std::vector<graph::BufferHandle>& frame_constants, PrimaryVisibility primary) {
+    const std::size_t paths = view.band.paths();
+    graph::BufferHandle seen = graph.create_buffer("light seen", {paths * sizeof(vec4)});
+    std::uint32_t number = 0;
+    for (const graph::BufferHandle& constants : frame_constants) {
+        SceneView through = view;
+        through.frame_constants = constants;
+        const GBuffer g = visible(graph, through, primary, ++number);
+        const bool first = constants == frame_constants.front();
+        graph::Pass pass = graph.add_pass("gbuffer: light seen");
+        pass.read(constants, Access::uniform_read);
+        gpu::Defines defines = view.scene.defines();
+        defines.set("HALFLIGHT_SEEN");
+        if (g.visibility) {
+            pass.read(g.visibility, Access::texture_read);
+        } else {
+            pass.read(g.rays, Access::storage_read);
+            pass.read(g.hits, Access::storage_read);
+            defines.set("HALFLIGHT_PRIMARY_TRACED");
+        }
+        seen = pass.write(seen, first ? Access::storage_write : Access::storage_read_write);
+        const float weight = 1.0f / static_cast<float>(frame_constants.size());
+        pass.execute([=](graph::Resources& r) {
+            r.buffer(constants).bind_uniform(BLOCK_FRAME);
+            if (g.visibility) r.texture(g.visibility).bind(UNIT_FREE);
+            if (g.rays) r.buffer(g.rays).bind_storage(0);
+            if (g.hits) r.buffer(g.hits).bind_storage(1);
+            r.buffer(seen).bind_storage(2);
+            view.trace.bind();
+            view.scene.bind();
+            const gpu::Program& program = r.programs().compute("shaders/gbuffer.comp", defines);
+            program.set("weight", weight);
+            program.set("begins", first);
+            program.dispatch(static_cast<std::uint32_t>(paths / 64));
+        });
+    }
+    return seen;
+}
+
+}  // namespace halflight

@@ -1,0 +1,27 @@
+#include "passes/surface/raster_window.h"
+
+#include <algorithm>
+#include <bit>
+
+namespace halflight {
+namespace {
+
+constexpr int kMostRows = 16384;                           // of any texture (OpenGL 4.5, table 23.53)
+constexpr std::size_t kMostPixels = std::size_t{1} << 24;  // 12 bytes each, 192 MiB
+
+}  // namespace
+
+int window_stride(const ivec2& image) {
+    const auto fitting = static_cast<unsigned>(kMostPixels / static_cast<std::size_t>(image.x));
+    if (image.y <= kMostRows && static_cast<unsigned>(image.y) <= fitting) return image.y;
+    // At least 16: a row of blocks.
+    return static_cast<int>(std::clamp(std::bit_floor(fitting), 16u, unsigned{kMostRows} / 2));
+}
+
+RasterWindow raster_window(const Band& band) {
+    const int stride = window_stride(band.image);
+    if (stride == band.image.y) return {0, stride};
+    return {std::max(band.y / stride * stride - 1, 0), stride + 2};
+}
+
+}  // namespace halflight

@@ -1,0 +1,47 @@
+#include "renderer/frame.h"
+
+#include "passes/light/continuation.h"
+#include "passes/light/diffuse.h"
+#include "passes/light/glossy.h"
+#include "passes/light/radiance_cache.h"
+#include "passes/light/reuse.h"
+#include "passes/light/shadow.h"
+
+namespace halflight {
+
+Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& bad_values,
+                const std::vector<graph::BufferHandle>& seen_constants) {
+    const FrameNeeds needs = frame_needs(view.scene.needs(), options);
+    Frame frame;
+    frame.gbuffer =
+        add_gbuffer(graph, view, {.rays = bool(needs.camera_rays), .hits = bool(needs.camera_hits)}, options.primary);
+    SampleInputs sample;
+    sample.gbuffer = frame.gbuffer;
+    if (needs.seen) sample.seen = add_seen(graph, view, seen_constants, options.primary);
+    if (needs.shadow) sample.direct = add_shadow(graph, view, frame.gbuffer);
+    if (needs.continuation) {
+        PathBuffers paths = create_path_buffers(graph, view);
+        if (needs.reuse) paths.points = create_reuse_points(graph, view);
+        if (needs.radiance_cache) use_radiance_cache(graph, view, *view.radiance_cache, paths);
+        std::vector<PathList> batches;
+        if (needs.diffuse) batches.push_back(add_diffuse(graph, view, frame.gbuffer, paths));
+        if (needs.glossy) batches.push_back(add_glossy(graph, view, frame.gbuffer, paths));
+        sample.continuation = add_continuation(
+            graph, view, batches, {.bounces = options.bounces, .light_samples = bool(needs.later_light)}, paths);
+        if (needs.reuse) sample.received = add_reuse(graph, view, frame.gbuffer, paths, *sample.continuation);
+        if (needs.radiance_cache) add_radiance_cache(graph, view, *view.radiance_cache, *sample.continuation, paths);
+        sample.paths = paths;
+    }
+
+    AccumulateOptions wanted{bool(needs.squares), bool(needs.features), std::nullopt};
+    if (needs.clamp) wanted.clamp = options.clamp > 0 ? options.clamp : kInfinity;
+    frame.sums = add_accumulate(graph, view, sample, wanted, bad_values);
+    for (const graph::BufferHandle& sums : {frame.sums.emission, frame.sums.direct, frame.sums.indirect,
+                                            frame.sums.squares, frame.sums.features, frame.sums.bad_values}) {
+        if (sums) graph.output(sums);
+    }
+    if (options.want_hits) graph.output(frame.gbuffer.hits);
+    return frame;
+}
+
+}  // namespace halflight

@@ -1,0 +1,145 @@
+#include "renderer/frame_constants.h"
+
+#include <bit>
+#include <cmath>
+
+#include "passes/surface/raster_window.h"
+#include "shaders/shared/sobol.h"
+
+namespace halflight {
+namespace {
+
+struct Clip {
+    double near_plane;
+    double far_plane;
+};
+
+/// Reversed float depth is as fine near the far plane as the distances themselves, however close the near plane: its
+/// distance is but a factor of all depths. So it is closer than anything, in scenes of 10^7 m, too.
+Clip clip_of(const Camera& camera, double reach) {
+    const double chosen = camera.orthographic ? 0.0 : std::max(reach, 1e-18) * 0x1p-60;
+    return {camera.near_plane > 0 ? camera.near_plane : chosen,
+            camera.far_plane > 0 ? camera.far_plane : std::numeric_limits<double>::infinity()};
+}
+
+/// Half width and height of the view on the plane at distance 1 (orthographic: on any plane).
+dvec2 half_extent(const Camera& camera, const ivec2& image) {
+    const double half = camera.orthographic ? 0.5 * camera.ortho_height : std::tan(0.5 * camera.vertical_fov);
+    return {half * image.x / image.y, half};
+}
+
+/// Distance within which the camera sees everything there is; 1 for an empty scene.
+double reach_of(const TraceTables& tables, const Camera& camera) {
+    if (tables.bounds.empty()) return 1;
+    const dvec3 eye = dvec3(camera.camera_to_world[3]) - tables.origin;
+    const dvec3 far_corner =
+        glm::max(glm::abs(dvec3(tables.bounds.lower) - eye), glm::abs(dvec3(tables.bounds.upper) - eye));
+    return glm::length(far_corner);
+}
+
+vec2 jitter_of(const SampleView& view, const PixelFilter& filter) {
+    return sample_point(filter, shared::sample_2d(shared::make_sampler(~0u, ~0u, view.sample, view.seed), 0));
+}
+
+/// SampleView::shared_count of blue noise.
+std::uint32_t blue_noise_count(const FrameSettings& frame) {
+    const int whole = frame.first_sample == 0 ? frame.samples : 0;
+    const int samples = frame.of_samples > 0 ? frame.of_samples : whole;
+    if (frame.time_limit > 0 || frame.error || samples > kMostBlueNoiseSamples) return 0;
+    return samples > 0 ? std::bit_ceil(static_cast<std::uint32_t>(samples)) : 0;
+}
+
+}  // namespace
+
+SamplePoints points_of(const FrameSettings& frame, SamplePoints wanted) {
+    return wanted == SamplePoints::blue_noise && blue_noise_count(frame) == 0 ? SamplePoints::sobol : wanted;
+}
+
+dmat4 world_to_clip(const Camera& camera, const ivec2& image, double reach) {
+    const Clip clip = clip_of(camera, reach);
+    const dvec2 half = half_extent(camera, image);
+    dmat4 projection(0);
+    projection[0][0] = 1 / half.x;
+    projection[1][1] = 1 / half.y;
+    if (camera.orthographic) {
+        // Depth 1 at the near plane, 0 at the far one or just beyond the scene.
+        const double far_plane =
+            std::isfinite(clip.far_plane) ? clip.far_plane : clip.near_plane + 2 * std::max(reach, 1e-30);
+        projection[2][2] = 1 / (far_plane - clip.near_plane);
+        projection[3][2] = far_plane / (far_plane - clip.near_plane);
+        projection[3][3] = 1;
+    } else {
+        // z = near / distance; a finite far plane is kept by the camera rays' t_max.
+        projection[2][3] = -1;
+        projection[3][2] = clip.near_plane;
+    }
+    return projection * glm::inverse(camera.camera_to_world);
+}
+
+shared::Frame frame_constants(const Camera& camera, const Camera& previous, const dvec3& origin, double reach,
+                              const SampleView& view) {
+    const ivec2 image = view.band.image;
+    const Clip clip = clip_of(camera, reach);
+    const dvec2 half = half_extent(camera, image);
+    const auto from_origin = [&](const dmat4& clip_from_world) {
+        dmat4 shift(1);
+        shift[3] = dvec4(origin, 1);
+        dmat4 y_down(1);
+        y_down[1][1] = -1;
+        return y_down * clip_from_world * shift;
+    };
+    // Pixel coordinates of the whole image to the window's clip space, the sample point moved to the pixel's centre.
+    const RasterWindow drawn = raster_window(view.band);
+    const dvec2 size(image.x, drawn.rows);
+    dmat4 window(1);
+    window[0][0] = 1;
+    window[3][0] = 2 * (0.5 - view.jitter.x) / size.x;
+    window[1][1] = image.y / size.y;
+    window[3][1] = (image.y - 2.0 * drawn.y + 2 * (0.5 - view.jitter.y)) / size.y - 1;
+
+    shared::Frame frame{};
+    frame.view_projection = mat4(window * from_origin(world_to_clip(camera, image, reach)));
+    frame.previous_view_projection = mat4(from_origin(world_to_clip(previous, image, reach)));
+    frame.camera_position = vec4(vec3(dvec3(camera.camera_to_world[3]) - origin), camera.orthographic ? 0 : 1);
+    frame.camera_right = vec4(vec3(dvec3(camera.camera_to_world[0]) * half.x), 0);
+    frame.camera_up = vec4(vec3(dvec3(camera.camera_to_world[1]) * half.y), 0);
+    frame.camera_forward = vec4(vec3(-dvec3(camera.camera_to_world[2])), 0);
+    frame.jitter = view.jitter;
+    frame.clip = vec2(clip.near_plane, clip.far_plane);
+    frame.size = image;
+    frame.band_y = view.band.y;
+    frame.band_rows = std::min(view.band.rows, image.y - view.band.y);
+    frame.sample_index = view.sample;
+    frame.seed = view.seed;
+    frame.tiles_x = view.band.tiles().x;
+    frame.tiles_y = view.band.tiles().y;
+    frame.window_y = drawn.y;
+    frame.begins = view.begins ? 1 : 0;
+    frame.shared_count = view.shared_count;
+    return frame;
+}
+
+SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points) {
+    SampleView view{.band = band, .sample = index, .begins = index == static_cast<std::uint32_t>(frame.first_sample)};
+    view.seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
+    // The first points of sequences that have nothing to do with each other are independent.
+    if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;
+    const std::uint32_t count = points == SamplePoints::blue_noise ? blue_noise_count(frame) : 0;
+    if (index < count) view.shared_count = count;
+    view.jitter = jitter_of(view, frame.filter);
+    return view;
+}
+
+SampleView seen_view(const SampleView& sample, const PixelFilter& filter, int number, int count) {
+    SampleView view = sample;
+    view.sample = sample.sample * static_cast<std::uint32_t>(count) + static_cast<std::uint32_t>(number);
+    view.jitter = jitter_of(view, filter);
+    return view;
+}
+
+shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view) {
+    return frame_constants(frame.camera, frame.previous_camera.value_or(frame.camera), tables.origin,
+                           reach_of(tables, frame.camera), view);
+}
+
+}  // namespace halflight

@@ -1,0 +1,119 @@
+#include "renderer/hand_over.h"
+
+#include <algorithm>
+
+#include "shaders/shared/sobol.h"
+
+namespace halflight {
+namespace {
+
+using graph::Access;
+
+/// A mean's part in the weighted one.
+struct Part {
+    const SumBuffers& sums;
+    int samples;
+    double weight;
+};
+
+void add_blend(graph::Graph& graph, gpu::Buffer& cached, float cached_weight, gpu::Buffer& others, float weight,
+               gpu::Buffer& to) {
+    graph::Pass pass = graph.add_pass("hand over");
+    const graph::BufferHandle biased = pass.read(graph.import_buffer("cached sums", cached), Access::storage_read);
+    const graph::BufferHandle unbiased = pass.read(graph.import_buffer("sums", others), Access::storage_read);
+    const graph::BufferHandle both = pass.write(graph.import_buffer("blended sums", to), Access::storage_write);
+    const std::size_t values = to.bytes() / sizeof(double);
+    pass.execute([=](graph::Resources& r) {
+        r.buffer(biased).bind_storage(0);
+        r.buffer(unbiased).bind_storage(1);
+        r.buffer(both).bind_storage(2);
+        const gpu::Program& program = r.programs().compute("shaders/hand_over.comp");
+        program.set("weight_biased", cached_weight);
+        program.set("weight_unbiased", weight);
+        program.dispatch(static_cast<std::uint32_t>(values / 64));
+    });
+    graph.output(both);
+}
+
+/// Sum number 3 * path + channel.
+std::vector<double> beauty_sums(const SumBuffers& sums) {
+    const auto emission = sums.emission->read<double>();
+    std::vector<double> all(emission.size() / 4 * 3);
+    for (std::size_t i = 0; i < all.size(); ++i) all[i] = emission[i / 3 * 4 + i % 3];
+    for (const gpu::Buffer* light : {sums.direct, sums.indirect}) {
+        if (!light) continue;
+        const auto both = light->read<double>();
+        for (std::size_t i = 0; i < all.size(); ++i) all[i] += both[i / 3 * 6 + i % 3] + both[i / 3 * 6 + 3 + i % 3];
+    }
+    return all;
+}
+
+/// Squares that tell the variance of the weighted mean: independent parts add up theirs. `samples`: in all.
+std::vector<double> squares_of(const Part (&parts)[2], const SumBuffers& blended, int samples) {
+    std::vector<double> squares = beauty_sums(blended);
+    for (double& s : squares) s *= s / samples;
+    for (const Part& part : parts) {
+        if (part.samples < 2) continue;
+        const double n = part.samples;
+        const std::vector<double> sums = beauty_sums(part.sums), own = part.sums.squares->read<double>();
+        for (std::size_t i = 0; i < squares.size(); ++i) {
+            const double variance = std::max(own[i] - sums[i] * sums[i] / n, 0.0) / (n - 1) / n;
+            squares[i] += part.weight * part.weight * variance * samples * (samples - 1.0);
+        }
+    }
+    return squares;
+}
+
+}  // namespace
+
+double cached_weight(int samples) {
+    constexpr double kOthers = kHandedOver - kCachedSamples;
+    const double x = std::clamp((samples - kCachedSamples) / kOthers, 0.0, 1.0);
+    return (1 - x) / (1 + x);
+}
+
+SampleView cached_view(const FrameSettings& frame, const Band& band, std::uint32_t first, std::uint32_t index,
+                       SamplePoints points) {
+    constexpr std::uint32_t kCached = 0x63616368;
+    FrameSettings own = frame;
+    own.seed = shared::hash_combine(shared::hash_u32(frame.seed), kCached);
+    SampleView view = sample_view(own, band, first + index, points);
+    view.begins = index == 0;
+    return view;
+}
+
+ShownSums HandOver::shown(graph::Executor& executor, const SumBuffers* cached, const SumBuffers& others, int done) {
+    const int first = cached ? std::min(done, kCachedSamples) : 0, later = done - first;
+    if (first > 0 && later == 0) return {*cached, first, first};
+    if (first == 0 || cached_weight(done) == 0) return {others, later, later};
+    return {blend(executor, *cached, first, others, later), done, later};
+}
+
+SumBuffers HandOver::blend(graph::Executor& executor, const SumBuffers& cached, int cached_samples,
+                           const SumBuffers& others, int samples) {
+    constexpr gpu::Buffer* SumBuffers::*kSums[] = {&SumBuffers::emission, &SumBuffers::direct, &SumBuffers::indirect,
+                                                   &SumBuffers::features, &SumBuffers::squares};
+    const int all = cached_samples + samples;
+    const double weight = cached_weight(all);
+    graph::Graph graph;
+    SumBuffers blended;
+    for (std::size_t i = 0; i < blended_.size(); ++i) {
+        const auto sums = kSums[i];
+        if (!(others.*sums)) continue;
+        std::optional<gpu::Buffer>& to = blended_[i];
+        if (!to || to->bytes() != (others.*sums)->bytes()) to.emplace("blended sums", (others.*sums)->bytes());
+        blended.*sums = &*to;
+        if (sums == &SumBuffers::squares) continue;
+        add_blend(graph, *(cached.*sums), static_cast<float>(weight * all / cached_samples), *(others.*sums),
+                  static_cast<float>((1 - weight) * all / samples), *to);
+    }
+    executor.run(graph::compile(graph));
+    if (blended.squares) {
+        const std::vector<double> squares =
+            squares_of({{cached, cached_samples, weight}, {others, samples, 1 - weight}}, blended, all);
+        blended.squares->write(std::span<const double>(squares));
+    }
+    return blended;
+}
+
+}  // namespace halflight

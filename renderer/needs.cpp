@@ -1,0 +1,172 @@
+#include "renderer/needs.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/core/math.h"
+#include "engine/rays/choice.h"
+#include "passes/preview/denoise.h"
+#include "shaders/shared/albedo.h"
+#include "shaders/shared/light.h"
+#include "shaders/shared/path.h"
+#include "shaders/shared/radiance_cache.h"
+#include "shaders/shared/rays.h"
+#include "shaders/shared/reuse.h"
+#include "shaders/shared/tile_list.h"
+
+namespace halflight {
+namespace {
+
+constexpr const char* kPiloted = "a pilot found that it would not pay";
+constexpr const char* kNoPreview = "no preview by it was asked for";
+
+constexpr const char* kShadow = "shadow";
+constexpr const char* kDiffuse = "diffuse";
+constexpr const char* kGlossy = "glossy";
+constexpr const char* kContinuation = "continuation";
+constexpr const char* kLaterLight = "light samples along paths";
+constexpr const char* kReuse = "path reuse";
+constexpr const char* kRadianceCache = "radiance cache";
+constexpr const char* kCameraRays = "camera rays";
+constexpr const char* kCameraHits = "hits of camera rays";
+constexpr const char* kSeen = "camera rays for light alone";
+constexpr const char* kClamp = "clamp of indirect light";
+constexpr const char* kSquares = "sums of squares";
+constexpr const char* kFeatures = "sums of albedo and normal";
+constexpr const char* kTiles = "tile lists";
+
+constexpr std::size_t kRow = sizeof(vec4);
+constexpr std::size_t kListEntry = sizeof(shared::uint);
+constexpr std::size_t kShadowRay = sizeof(shared::Ray) + sizeof(shared::uint);  // and its answer
+
+/// In groups of that size.
+constexpr std::size_t reuse_bytes(int group_size) {
+    return sizeof(shared::ReusePoint) + sizeof(shared::DirectLight) +
+           std::size_t(group_size) * (kShadowRay + sizeof(float));
+}
+
+/// A record and a mask per tile, of a scene without instances on the grid; a ray may be left over.
+constexpr std::size_t tile_bytes_of_path() {
+    constexpr rays::TileSettings tiles;
+    constexpr std::size_t texels = shared::kTileHeaderTexels + tiles.capacity * shared::kTileBoxTexels;
+    return (texels * sizeof(uvec4) + sizeof(shared::TileBlockers)) / (tiles.side * tiles.side) + sizeof(uvec2);
+}
+
+constexpr std::size_t kTemporalBytes = 2 * 3 * kRow;               // the new picture and the earlier one
+constexpr std::size_t kFilterBytes = (kDenoiseLevels + 2) * kRow;  // variance, levels, despeckled
+
+const char* no_tiles(const FrameOptions& options) {
+    using enum rays::Culling;
+    if (options.culling == off || options.culling == raster) return "culling by tiles was not asked for";
+    const bool few = options.runs > 0 && options.runs <= rays::Choice::kFirstRuns;
+    return options.culling == automatic && few && !options.kept.has(kTiles)
+               ? "so few samples end before culling could pay"
+               : nullptr;
+}
+
+const char* fact_without(bool SceneNeeds::*flag) {
+    const auto needs = known_scene_needs();
+    return std::find_if(needs.begin(), needs.end(), [&](const SceneNeed& n) { return n.flag == flag; })->fact;
+}
+
+/// What the tables and the G-buffer would hold for it.
+std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
+    using N = SceneNeeds;
+    const std::pair<bool N::*, std::size_t> bytes[] = {
+        {&N::vertex_colors, size.vertices * kRow},
+        {&N::texture_coordinates, size.vertices * kRow},
+        {&N::normal_maps, size.vertices * kRow},
+        {&N::glossy, size.paths * 2 * kRow + sizeof(vec2) * shared::kAlbedoTableSize * shared::kAlbedoTableSize},
+        {&N::transmission, size.paths * kRow},
+        {&N::clearcoat, size.paths * kRow},
+        {&N::area_lights, size.triangles * sizeof(shared::uint)},
+        {&N::sun, size.paths * (2 * kShadowRay + sizeof(shared::DirectLight) + kRow)},
+        {&N::light_tree, size.paths * sizeof(shared::Receiver)},
+    };
+    for (const auto& [of, count] : bytes)
+        if (of == flag) return count;
+    return 0;
+}
+
+}  // namespace
+
+FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
+    const auto kept = [&](const char* name) { return options.kept.has(name); };
+    const char* no_bounce = options.bounces == 0 ? "no bounces were asked for" : nullptr;
+    const char* single = options.bounces == 1 ? "one bounce was asked for" : no_bounce;
+    const char* no_transport = !(scene.diffuse || scene.glossy) ? "no material reflects light"
+                               : !scene.light()                 ? "nothing shines"
+                                                                : nullptr;
+    const char* no_light = scene.lights() ? nullptr : "no light can be sampled";
+    const char* no_diffuse = scene.diffuse ? nullptr : fact_without(&SceneNeeds::diffuse);
+    const auto transport = [&](bool keep, const char* fact) {
+        return no_bounce ? no_bounce : keep ? nullptr : no_transport ? no_transport : fact;
+    };
+    const auto later = [&](bool keep, const char* fact) { return single ? single : transport(keep, fact); };
+    const auto asked = [&](bool wanted, const char* name, const char* fact) {
+        return wanted || kept(name) ? nullptr : fact;
+    };
+
+    // Paths begin in some batch, and all rays with the camera's.
+    const bool paths = kept(kDiffuse) || kept(kGlossy) || kept(kContinuation) || kept(kLaterLight) || kept(kClamp);
+    const bool diffuse = kept(kDiffuse) || (paths && no_transport && !kept(kGlossy));
+    const bool shadow = kept(kShadow) || kept(kTiles);
+    const char* no_shadow = transport(shadow, no_light);
+    const bool traced = options.primary == PrimaryVisibility::traced;  // through rays and hits
+    return {
+        .shadow = {kShadow, std::size_t(options.shadow_rays) * (kShadowRay + sizeof(shared::DirectLight)), no_shadow},
+        .diffuse = {kDiffuse, kListEntry, transport(diffuse, no_diffuse)},
+        .glossy = {kGlossy, kListEntry,
+                   transport(kept(kGlossy), scene.glossy ? nullptr : fact_without(&SceneNeeds::glossy))},
+        .continuation = {kContinuation, sizeof(shared::Ray) + sizeof(shared::Hit) + sizeof(shared::PathState),
+                         transport(paths, nullptr)},
+        .later_light = {kLaterLight, kShadowRay + kListEntry, later(kept(kLaterLight), no_light)},
+        // Kept with all the rest, but not by itself: to share paths is an estimator of its own.
+        .reuse = {kReuse, reuse_bytes(options.group_size > 1 ? options.group_size : shared::kMostGroupSize),
+                  single                    ? single
+                  : options.group_size == 1 ? options.group_size_piloted ? kPiloted : "to share paths was not asked for"
+                                            : transport(options.kept.is_everything(), no_diffuse)},
+        // Nor is this one.
+        .radiance_cache = {kRadianceCache, sizeof(shared::CachePoint),
+                           single                                              ? single
+                           : !options.radiance_cache || options.group_size > 1 ? kNoPreview
+                                                                               : transport(false, no_diffuse)},
+        .camera_rays = {kCameraRays, sizeof(shared::Ray),
+                        traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
+        .camera_hits = {kCameraHits, sizeof(shared::Hit),
+                        asked(options.want_hits || traced, kCameraHits, "no mattes were asked for")},
+        // As path reuse: another estimator, which may only be kept where it was asked for.
+        .seen = {kSeen, sizeof(vec4),
+                 options.camera_rays == 1 ? options.camera_rays_piloted ? kPiloted : "no more of them were asked for"
+                 : scene.emission || scene.environment || options.kept.is_everything() ? nullptr
+                                                                                       : "nothing shines"},
+        .clamp = {kClamp, 0, later(kept(kClamp), options.clamp > 0 ? nullptr : "no clamp was asked for")},
+        .squares = {kSquares, 3 * sizeof(double), asked(options.want_squares, kSquares, "no variance was asked for")},
+        .features = {kFeatures, 6 * sizeof(double),
+                     asked(options.want_features, kFeatures, "neither albedo nor normal was asked for")},
+        .tiles = {kTiles, tile_bytes_of_path(), no_shadow ? no_shadow : no_tiles(options)},
+    };
+}
+
+std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& options, const FrameSize& size) {
+    const SceneNeeds needs = united(scene, kept_needs(options.kept));
+    std::vector<LeftOut> all;
+    for (const FramePart& part : frame_needs(needs, options).parts())
+        if (!part) all.push_back({part.name, part.left_out, part.path_bytes * size.paths});
+    if (!options.preview.temporal) all.push_back({"temporal accumulation", kNoPreview, kTemporalBytes * size.pixels});
+    if (!options.preview.filter) all.push_back({"filter of noise", kNoPreview, kFilterBytes * size.pixels});
+    for (const SceneNeed& need : known_scene_needs())
+        if (!(needs.*need.flag)) all.push_back({need.name, need.fact, bytes_of(need.flag, size)});
+    return all;
+}
+
+std::vector<std::string> keepable_names() {
+    std::vector<std::string> names;
+    for (const FramePart& part : frame_needs({}, {}).parts())
+        if (part.name != kReuse && part.name != kSeen && part.name != kRadianceCache) names.emplace_back(part.name);
+    for (const SceneNeed& need : known_scene_needs())
+        if (can_be_kept(need)) names.emplace_back(need.name);
+    return names;
+}
+
+}  // namespace halflight

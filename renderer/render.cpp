@@ -1,0 +1,147 @@
+#include "renderer/render.h"
+
+#include <algorithm>
+#include <cassert>
+#include <numeric>
+
+#include "renderer/pilot.h"
+#include "renderer/render_state.h"
+#include "renderer/settings_check.h"
+
+namespace halflight {
+namespace {
+
+std::optional<ViewKernel> view_kernel(const ColorConfig& colors, const RenderSettings& settings) {
+    if (!settings.want_view) return std::nullopt;
+    return std::optional<ViewKernel>(colors.view(settings.view));
+}
+
+}  // namespace
+
+Renderer::Renderer(PreparedScene& scene, const ColorConfig& colors, RenderSettings settings) {
+    check_settings(settings);
+    settle_estimator(scene, colors, settings);
+    state_ = std::make_unique<State>(nullptr, scene, colors, view_kernel(colors, settings), settings);
+}
+
+Renderer::Renderer(gpu::Context& context, const Scene& scene, const ColorConfig& colors,
+                   const RenderSettings& settings) {
+    check_settings(settings);
+    const bool raster = settings.culling == rays::Culling::raster;
+    auto own =
+        std::make_unique<PreparedScene>(context, scene, PrepareOptions{raster, settings.kept, settings.estimator});
+    PreparedScene& prepared = *own;
+    settle_estimator(prepared, colors, settings);
+    state_ = std::make_unique<State>(std::move(own), prepared, colors, view_kernel(colors, settings), settings);
+}
+
+Renderer::Renderer(Renderer&&) noexcept = default;
+Renderer::~Renderer() = default;
+
+void Renderer::update(const Scene& scene) {
+    State& s = *state_;
+    assert(s.own);
+    if (s.scene.update(scene)) return follow_scene();
+    if (s.cache) s.cache->clear();
+    PreparedScene& prepared = s.scene;
+    state_ = std::make_unique<State>(std::move(s.own), prepared, s.colors, std::move(s.view_kernel), s.asked);
+}
+
+void Renderer::follow_scene() {
+    State& s = *state_;
+    if (s.cache) s.cache->clear();
+    if (s.raster) s.raster->set_tree(s.scene.cull_tree());
+    s.told = false;
+}
+
+void Renderer::forget(std::string reason) {
+    state_->executor.history().invalidate(std::move(reason));
+    state_->tracer->invalidate();
+    if (state_->cache) state_->cache->clear();
+}
+
+RenderResult Renderer::render(const ProgressCallback& progress) {
+    return render(state_->settings, progress);
+}
+
+RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback& progress) {
+    State& s = *state_;
+    check_settings(frame, s.settings.preview);
+    const State::Clock::time_point start = State::Clock::now();
+    const double compiled_before = s.scene.programs().seconds();
+    s.executor.reset_times();
+    s.tracer->reset_statistics();
+    s.bad_value_sums.reset();
+    if (s.preview) s.preview->begin(frame.history);
+    if (s.cache) s.cache->begin_picture(s.scene.programs());
+
+    RenderResult result;
+    RenderStats& stats = result.stats;
+    Film film(s.settings, s.scene.tables());
+    PictureError error;
+    std::vector<int> done(std::size_t(s.bands));  // samples, by band
+    const bool in_turns = s.settings.in_turns && !frame.error;
+    const bool sums_are_there = !frame.error && (in_turns || s.bands == 1);
+    /// all: samples of all bands, as far as is known.
+    const auto go_on = [&](std::int64_t all) {
+        if (!progress) return true;
+        const auto sum = std::accumulate(done.begin(), done.end(), std::int64_t{0});
+        RenderProgress told{static_cast<int>(sum / s.bands), static_cast<int>(all / s.bands),
+                            State::seconds_since(start)};
+        if (sums_are_there && std::ranges::count(done, done[0]) == s.bands) {
+            told.picture = [&](const std::vector<std::string>& aovs) {
+                RenderResult so_far;
+                Film own(s.settings, s.scene.tables());
+                own.choose(aovs);
+                s.develop(frame, done, own);
+                s.apply_preview(frame, done, own);
+                s.finish(so_far, own, frame, done, start, compiled_before);
+                return so_far;
+            };
+        }
+        stats.interrupted = !progress(told);
+        return !stats.interrupted;
+    };
+    if (in_turns) {
+        s.render_in_turns(frame, frame.time_limit, done, [&] { return go_on(std::int64_t{frame.samples} * s.bands); });
+        s.develop(frame, done, film);
+    } else {
+        std::int64_t samples_before = 0;
+        for (int b = 0; b < s.bands && !stats.interrupted; ++b) {
+            CompiledBand& with = s.compiled(b);
+            with.mattes->clear();
+            const Band where = s.band_at(b);
+            const double time_left =
+                frame.time_limit > 0 ? std::max((frame.time_limit - State::seconds_since(start)) / (s.bands - b), 1e-9)
+                                     : 0.0;
+            int& of_band = done[std::size_t(b)];
+            const auto after_sample = [&](int samples, int total) {
+                of_band = samples;
+                return go_on(samples_before + std::int64_t{total} * (s.bands - b));
+            };
+            of_band = frame.error ? s.render_band_to_error(frame, where, with, time_left, after_sample, error)
+                                  : s.render_band(frame, where, with, time_left, after_sample);
+            samples_before += of_band;
+            s.develop(frame, where, with, of_band, film);
+        }
+    }
+    s.apply_preview(frame, done, film);
+    s.scene.context().check("rendering");
+    s.finish(result, film, frame, done, start, compiled_before);
+    s.told = true;
+    if (frame.error && !stats.interrupted) {
+        const ErrorEstimate estimate = error.estimate();
+        stats.error = {*frame.error, estimate, estimate.bound <= frame.error->error};
+    }
+    return result;
+}
+
+const char* name(ErrorMetric metric) {
+    return metric == ErrorMetric::mse ? "mse" : "relmse";
+}
+
+std::string Renderer::graph_dot() const {
+    return graph::to_dot(state_->compiled(0).sample.compiled);
+}
+
+}  // namespace halflight

@@ -1,0 +1,116 @@
+#include <algorithm>
+
+#include "engine/core/error.h"
+#include "renderer/render_state.h"
+
+namespace halflight {
+
+void Renderer::State::develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int done,
+                              Film& film) {
+    const auto [sums, samples, mattes] =
+        hand_over.shown(composer, with.cached ? &with.cached->sums : nullptr, with.sample.sums, done);
+    Film::Sums all;
+    if (film.wants({"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy", "variance"}))
+        all = light(sums);
+    if (film.wants({"variance"})) all.squares = read(sums.squares);
+    if (film.wants({"albedo", "normal"})) all.features = read(sums.features);
+    film.add_sums(where, samples, all);
+    for (const Mattes::Layer& layer : with.mattes->layers()) film.add_ids(where, mattes, layer.aov, layer.coverage);
+
+    const bool data = with.aov && (preview || film.wants(kCentreAovs));
+    const bool debug = with.debug && film.wants({"nodes", "culling"});
+    if (data || debug) {
+        SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
+        centres.jitter = vec2(0.5f);
+        look(frame, centres);
+        executor.run(with.data);
+    }
+
+    graph::Graph graph;
+    const auto import = [&](gpu::Buffer* b) { return b ? graph.import_buffer("sums", *b) : graph::BufferHandle{}; };
+    Accumulated imported;
+    imported.emission = import(sums.emission);
+    imported.direct = import(sums.direct);
+    imported.indirect = import(sums.indirect);
+    const Composite composite =
+        add_composite(graph, band, imported, samples, scene.has_environment(), view_kernel ? &*view_kernel : nullptr);
+    graph.output(composite.beauty);
+    if (composite.view) graph.output(composite.view);
+    if (preview) {
+        imported.squares = import(sums.squares);
+        imported.features = import(sums.features);
+        preview->add_band(graph, where, imported, graph.import_buffer("aov records", executor.buffer(with.aov)),
+                          composite.beauty, samples);
+    }
+    composer.run(graph::compile(graph));
+    film.add_pictures(where, composer.texture(composite.beauty).read_float(),
+                      composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
+
+    if (with.aov && (film.wants(kCentreAovs) || (preview && frame.previous_surfaces))) {
+        const auto records = executor.read<shared::AovRecord>(with.aov);
+        film.add_data(where, records);
+        if (frame.previous_surfaces)
+            film.add_surface_motion(where, records, *frame.previous_surfaces,
+                                    frame.previous_camera.value_or(frame.camera));
+        if (frame.previous_surfaces && preview)
+            preview->add_motion(where, records, scene.tables(), *frame.previous_surfaces);
+    }
+    if (debug) film.add_debug(where, executor.read<shared::DebugRecord>(with.debug));
+}
+
+void Renderer::State::apply_preview(const FrameSettings& frame, std::span<const int> samples, Film& film) {
+    const int least = *std::ranges::min_element(samples);
+    if (preview && least > 0) preview->apply(frame, scene.tables(), least, film);
+}
+
+void Renderer::State::develop(const FrameSettings& frame, std::span<const int> samples, Film& film) {
+    for (int b = 0; b < bands; ++b)
+        if (samples[std::size_t(b)] > 0) develop(frame, band_at(b), compiled(b), samples[std::size_t(b)], film);
+}
+
+void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettings& frame, std::span<const int> samples,
+                             Clock::time_point start, double compiled_before) {
+    const CompiledBand& first = compiled(0);
+    for (const Mattes::Layer& layer : first.mattes->layers())
+        if (film.wants({layer.aov}))
+            result.attributes.merge(cryptomatte_attributes(cryptomatte_layer(layer.aov), layer.names));
+    film.take(result);
+    RenderStats& stats = result.stats;
+    stats.samples = *std::ranges::min_element(samples);
+    for (int b = 0; b < bands; ++b)
+        stats.paths += std::uint64_t(std::min(band.rows, settings.height - b * band.rows)) *
+                       std::uint64_t(settings.width) * std::uint64_t(samples[std::size_t(b)]);
+    stats.compile_seconds = scene.programs().seconds() - compiled_before;
+    stats.render_seconds = seconds_since(start) - stats.compile_seconds;
+    stats.prepare_seconds = scene.seconds();
+    stats.hierarchies = scene.hierarchies();
+    if (rays::HierarchyCounts& h = stats.hierarchies; told) h = {.kept = h.kept + h.refitted + h.built};
+    stats.estimator = settings.estimator;
+    stats.estimator.sampler = points_of(frame, settings.estimator.sampler);
+    if (!needs().reuse) stats.estimator.reuse = Reuse::off;
+    stats.primary = settings.primary;
+    if (cache && settings.measure) stats.radiance_cache = cache->statistics();
+    const std::size_t pictures =
+        (view_kernel ? 2 : 1) * sizeof(vec4) * std::size_t(band.image.x) * std::size_t(band.rows);
+    stats.gpu_bytes = scene.bytes() + executor.history().bytes() + pictures + (cache ? cache->bytes() : 0) +
+                      std::max({first.sample.compiled.slot_bytes, first.data.slot_bytes,
+                                first.cached ? first.cached->compiled.slot_bytes : 0});
+    const TraceTables& tables = scene.tables();
+    stats.left_out = left_out(scene.buffers().needs(), cache ? cached_options() : frame_options(),
+                              {tables.positions.size(), tables.triangles.size(), band.paths(),
+                               std::size_t(settings.width) * std::size_t(settings.height)});
+    for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
+    stats.batches = tracer->statistics();
+    if (raster) stats.raster = raster->batches();
+    stats.bad_values = bad_value_sums.told();
+    if (preview) preview->tell(stats);
+    if (settings.clamp > 0 && settings.bounces > 1)
+        stats.layer_biases.push_back(
+            fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));
+    if (const double weight = cache ? cached_weight(stats.samples) : 0; weight > 0)
+        stats.layer_biases.push_back(fmt::format("preview: {:.0f} % of it by a radiance cache, none from {} samples on",
+                                                 100 * weight, kHandedOver));
+    stats.biases.insert(stats.biases.end(), stats.layer_biases.begin(), stats.layer_biases.end());
+}
+
+}  // namespace halflight

@@ -1,0 +1,155 @@
+#include <algorithm>
+#include <cstdint>
+
+#include "engine/core/error.h"
+#include "passes/picture/aov.h"
+#include "renderer/band_size.h"
+#include "renderer/frame_options.h"
+#include "renderer/render_state.h"
+#include "shaders/shared/path.h"
+#include "shaders/shared/reuse.h"
+
+namespace halflight {
+
+Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& c,
+                       std::optional<ViewKernel> view, RenderSettings r)
+    : own(std::move(o)),
+      scene(s),
+      colors(c),
+      asked(std::move(r)),
+      settings(asked),
+      view_kernel(std::move(view)),
+      executor(scene.programs()),
+      composer(scene.programs()) {
+    if (settings.culling == rays::Culling::raster) {
+        if (scene.cull_tree().nodes.empty() && !scene.tables().triangles.empty())
+            throw Error("render settings", "raster culling of a scene that was prepared without it");
+        rays::RasterSettings raster_settings;
+        raster_settings.measure = settings.measure;
+        raster.emplace(scene.cull_tree(), raster_settings);
+        tracer.emplace(scene.trace(), *raster);
+    } else {
+        tracer.emplace(scene.trace(), settings.culling);
+    }
+    settings.kept = scene.kept();
+    settings.estimator = scene.estimator();
+    settings.primary = resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height));
+    if (needs().seen)
+        for (int i = 0; i < static_cast<int>(settings.estimator.camera); ++i)
+            seen_constants.emplace_back("constants of light seen", sizeof(shared::Frame));
+    if (settings.preview.cache && frame_needs(scene.buffers().needs(), cached_options()).radiance_cache)
+        cache = settings.radiance_cache ? settings.radiance_cache : std::make_shared<RadianceCache>();
+    const gpu::Limits& limits = scene.context().limits();
+    std::size_t most = SIZE_MAX;
+    if (needs().reuse)
+        most = most_paths_of_batch(*tracer, rays::RayKind::connection,
+                                   static_cast<std::uint32_t>(settings.estimator.reuse), sizeof(shared::ReusePoint),
+                                   limits);
+    const auto shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow);
+    if (needs().shadow && shadow_rays > 1) {
+        const std::size_t light = (shadow_rays + 1) * sizeof(shared::DirectLight);  // one more may be the sun's
+        most = std::min(most, most_paths_of_batch(*tracer, rays::RayKind::shadow, shadow_rays, light, limits));
+    }
+    band = first_band(settings, scene.buffers(), most, limits);
+    bands = (settings.height + band.rows - 1) / band.rows;
+    const FrameOptions options = frame_options();
+    if (options.runs > 0 && !needs().tiles) tracer->expect(options.runs);
+    if (settings.measure) tracer->count();
+    if (settings.preview.of_picture()) preview.emplace(scene.programs(), settings, colors);
+    executor.measure(settings.measure);
+    places.resize(1);
+    compiled(0);
+    std::size_t bytes = 0;
+    for (const rays::BatchStatistics& batch : tracer->statistics()) bytes += batch.state_bytes;
+    if (bytes > 0) states = std::clamp<std::size_t>(settings.state_bytes / bytes, 1, std::size_t(bands));
+    places.resize(settings.in_turns ? std::size_t(bands) : states);
+    scene.context().check("compiling the frame");
+}
+
+FrameOptions Renderer::State::frame_options() const {
+    return halflight::frame_options(settings, scene.asked_estimator());
+}
+
+FrameOptions Renderer::State::cached_options() const {
+    FrameOptions options = frame_options();
+    options.group_size = 1, options.group_size_piloted = false, options.radiance_cache = true;
+    return options;
+}
+
+FrameNeeds Renderer::State::needs() const {
+    return frame_needs(scene.buffers().needs(), frame_options());
+}
+
+Band Renderer::State::band_at(int index) const {
+    Band where = band;
+    where.y = index * band.rows;
+    return where;
+}
+
+CompiledBand& Renderer::State::compiled(int index) {
+    const std::size_t place = std::min(std::size_t(index), places.size() - 1);
+    if (!places[place]) places[place] = compile(static_cast<std::uint32_t>(place));
+    return *places[place];
+}
+
+std::unique_ptr<CompiledBand> Renderer::State::compile(std::uint32_t place) {
+    std::shared_ptr<Mattes> mattes;
+    if (place > 0 && !settings.in_turns)
+        mattes = compiled(0).mattes;
+    else
+        mattes = std::make_shared<Mattes>(scene.tables(), scene.object_names(), scene.material_names(), settings.aovs,
+                                          band.paths());
+    auto made = std::make_unique<CompiledBand>(std::move(mattes));
+    compile(made->sample, place, 0, frame_options());
+    if (cache) {
+        made->cached = std::make_unique<CompiledSample>();
+        compile(*made->cached, place, settings.in_turns ? static_cast<std::uint32_t>(bands) : 1, cached_options());
+    }
+    add_data(*made, place);
+    return made;
+}
+
+void Renderer::State::compile(CompiledSample& sample, std::uint32_t place, std::uint32_t further_sums,
+                              const FrameOptions& options) {
+    SceneView own_view = view(sample.graph, place);
+    own_view.sums += further_sums;
+    own_view.radiance_cache = cache.get();
+    std::vector<graph::BufferHandle> constants;
+    for (gpu::Buffer& of_seen : seen_constants)
+        constants.push_back(sample.graph.import_buffer("constants of light seen", of_seen));
+    sample.frame = add_frame(sample.graph, own_view, options, bad_values, constants);
+    sample.compiled = graph::compile(sample.graph);
+}
+
+void Renderer::State::add_data(CompiledBand& to, std::uint32_t place) {
+    const bool aov = asked_for(settings, kCentreAovs) || settings.preview.of_picture();
+    const DebugOptions debug{asked_for(settings, {"nodes"}), asked_for(settings, {"culling"})};
+    if (!aov && !debug.nodes && !debug.culling) return;
+    const SceneView seen = view(to.data_graph, place);
+    const bool keep = settings.kept.is_everything();
+    const bool motion = asked_for(settings, {"motion"}) || keep;
+    const GBuffer gbuffer = add_gbuffer(
+        to.data_graph, seen, {.rays = debug.nodes || debug.culling || keep, .hits = aov || keep}, settings.primary);
+    if (aov) to.data_graph.output(to.aov = add_aov(to.data_graph, seen, gbuffer, motion));
+    if (debug.nodes || debug.culling)
+        to.data_graph.output(to.debug = add_debug_aov(to.data_graph, seen, gbuffer, debug));
+    to.data = graph::compile(to.data_graph);
+}
+
+SceneView Renderer::State::view(graph::Graph& graph, std::uint32_t place) {
+    const graph::BufferHandle constants = graph.import_buffer("frame constants", frame_constants_buffer);
+    const auto state = static_cast<std::uint32_t>(std::min<std::size_t>(place, states - 1));
+    return {.programs = scene.programs(),
+            .scene = scene.buffers(),
+            .trace = scene.trace(),
+            .tracer = *tracer,
+            .band = band,
+            .frame_constants = constants,
+            .place = state,
+            .current = &current,
+            .sums = settings.in_turns ? place : 0,
+            .shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow),
+            .group_size = static_cast<std::uint32_t>(settings.estimator.reuse)};
+}
+
+}  // namespace halflight

@@ -1,0 +1,109 @@
+#include <algorithm>
+
+#include "renderer/render_state.h"
+
+namespace halflight {
+
+double Renderer::State::seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+void Renderer::State::look(const FrameSettings& frame, const SampleView& at) {
+    const shared::Frame constants = frame_constants(frame, scene.tables(), at);
+    frame_constants_buffer.write(0, sizeof(constants), &constants);
+    current = at.band;
+}
+
+void Renderer::State::add_sample(const FrameSettings& frame, const Band& where, int done, CompiledBand& with) {
+    const int cached = with.cached ? kCachedSamples : 0;
+    if (done < cached) {
+        const std::uint32_t first = (cache->picture() - 1) * kCachedSamples;
+        const auto index = static_cast<std::uint32_t>(done);
+        add_sample(frame, cached_view(frame, where, first, index, settings.estimator.sampler), with, *with.cached);
+    } else {
+        if (done == cached) with.mattes->clear();
+        const auto index = static_cast<std::uint32_t>(frame.first_sample + done - cached);
+        add_sample(frame, sample_view(frame, where, index, settings.estimator.sampler), with, with.sample);
+    }
+}
+
+void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with,
+                                 CompiledSample& sample) {
+    look(frame, at);
+    const int seen = static_cast<int>(seen_constants.size());
+    for (int i = 0; i < seen; ++i) {
+        const shared::Frame constants = frame_constants(frame, scene.tables(), seen_view(at, frame.filter, i, seen));
+        seen_constants[std::size_t(i)].write(0, sizeof(constants), &constants);
+    }
+    bad_values.clear();
+    executor.run(sample.compiled);
+    glFinish();
+    const Accumulated& a = sample.frame.sums;
+    const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
+    sample.sums = {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares), buffer(a.features)};
+    bad_value_sums.add(std::span<const std::uint32_t, kBadValueCounts>(bad_values.read<std::uint32_t>()));
+    scene.context().check("rendering");
+    if (!with.mattes->empty()) with.mattes->add(executor.read<shared::Hit>(sample.frame.gbuffer.hits));
+}
+
+int Renderer::State::render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
+                                 const AfterSample& after_sample) {
+    const Clock::time_point start = Clock::now();
+    for (int done = 1;; ++done) {
+        add_sample(frame, where, done - 1, with);
+        const bool go_on = after_sample(done, frame.samples);
+        if (!go_on || done == frame.samples) return done;
+        // Another sample like those so far would end late.
+        if (time_limit > 0 && seconds_since(start) * (done + 1) / done > time_limit) return done;
+    }
+}
+
+int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band& where, CompiledBand& with,
+                                          double time_limit, const AfterSample& after_sample,
+                                          PictureError& picture_error) {
+    const Clock::time_point start = Clock::now();
+    const int most = std::min(frame.samples / kReplicates, kMostReplicateSamples);
+    BandReplicates replicates(where);
+    int done = 0;
+    int each = 0;  // samples of a replicate
+    for (int next = kFirstLook; next > each;) {
+        for (int r = 0; r < kReplicates; ++r) {
+            for (int i = each; i < next; ++i) {
+                add_sample(frame, replicate_view(frame, where, r, i, settings.estimator.sampler), with, with.sample);
+                if (!after_sample(++done, next * kReplicates)) return done;
+            }
+            replicates.add(r, light(with.sample.sums));
+        }
+        each = next;
+        const ErrorEstimate estimate = replicates.error(frame.error->metric, each).estimate();
+        if (estimate.bound <= frame.error->error) break;
+        next = std::min(next_replicate_samples(each, estimate, frame.error->error), most);
+        if (time_limit > 0) next = static_cast<int>(std::min<double>(next, each * time_limit / seconds_since(start)));
+    }
+    picture_error.add(replicates.error(frame.error->metric, each));
+    return done;
+}
+
+void Renderer::State::render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,
+                                      const std::function<bool()>& after_sample) {
+    const Clock::time_point start = Clock::now();
+    for (int b = 0; b < bands; ++b) compiled(b).mattes->clear();
+    for (int i = 0; i < frame.samples; ++i) {
+        for (int b = 0; b < bands; ++b) {
+            add_sample(frame, band_at(b), i, compiled(b));
+            done[std::size_t(b)] = i + 1;
+            if (!after_sample()) return;
+        }
+        if (time_limit > 0 && seconds_since(start) * (i + 2) / (i + 1) > time_limit) return;
+    }
+}
+
+std::vector<double> Renderer::State::read(const gpu::Buffer* b) {
+    return b ? b->read<double>() : std::vector<double>{};
+}
+
+Film::Sums Renderer::State::light(const SumBuffers& sums) {
+    return {read(sums.emission), read(sums.direct), read(sums.indirect), {}, {}};
+}
+
+}  // namespace halflight

@@ -1,0 +1,89 @@
+#include "renderer/replicates.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <utility>
+
+#include "engine/core/metrics.h"
+#include "shaders/shared/pixel_order.h"
+#include "shaders/shared/sobol.h"
+
+namespace halflight {
+namespace {
+
+double relative_weight(double reference) {
+    return 1 / (reference * reference + kRelativeEpsilon);
+}
+
+}  // namespace
+
+SampleView replicate_view(const FrameSettings& frame, const Band& band, int replicate, int index, SamplePoints points) {
+    FrameSettings own = frame;
+    own.seed = shared::hash_combine(shared::hash_u32(frame.seed), static_cast<std::uint32_t>(replicate));
+    // A block of a Sobol sequence that begins at a power of two is as good as its beginning, and has no sample 0 but
+    // the first replicate's, with which the sums of a frame begin.
+    const auto number = static_cast<std::uint32_t>(replicate * kMostReplicateSamples + index);
+    return sample_view(own, band, number, points);
+}
+
+void PictureError::add(std::span<const double> values, ErrorMetric metric) {
+    if (metric == ErrorMetric::mse) {
+        low_.add(values, 1), high_.add(values, 1);
+        return;
+    }
+    const double sum = std::accumulate(values.begin(), values.end(), 0.0), mean = sum / kReplicates;
+    double squares = 0, relative = 0;  // of deviations
+    for (const double v : values) {
+        const double square = (v - mean) * (v - mean);
+        squares += square;
+        relative += square * relative_weight((sum - v) / (kReplicates - 1));
+    }
+    low_.add(values, relative_weight(mean));
+    high_.add(values, squares > 0 ? relative / squares : 0);
+}
+
+void PictureError::add(const PictureError& part) {
+    low_.add(part.low_), high_.add(part.high_);
+}
+
+ErrorEstimate PictureError::estimate() const {
+    const ErrorEstimate low = low_.estimate(), high = high_.estimate();
+    return {(low.value + high.value) / 2, std::min(low.lower, high.lower), std::max(low.upper, high.upper),
+            std::max(low.bound, high.bound)};
+}
+
+BandReplicates::BandReplicates(const Band& band) : band_(band) {
+    const int rows = std::min(band.rows, band.image.y - band.y);
+    before_.resize(3 * static_cast<std::size_t>(rows) * static_cast<std::size_t>(band.image.x));
+    replicates_.assign(kReplicates, std::vector<float>(before_.size()));
+}
+
+void BandReplicates::add(int replicate, const Film::Sums& sums) {
+    std::vector<float>& own = replicates_[static_cast<std::size_t>(replicate)];
+    for (std::size_t i = 0; i < before_.size(); ++i) {
+        const auto pixel = static_cast<std::uint32_t>(i / 3), width = static_cast<std::uint32_t>(band_.image.x);
+        const std::uint32_t path = shared::path_of_pixel({pixel % width, pixel / width}, band_.tiles());
+        const double now = sums.beauty(path, i % 3);
+        own[i] += static_cast<float>(now - std::exchange(before_[i], now));
+    }
+}
+
+PictureError BandReplicates::error(ErrorMetric metric, int samples) const {
+    PictureError error;
+    std::array<double, kReplicates> values{};
+    for (std::size_t i = 0; i < before_.size(); ++i) {
+        for (std::size_t r = 0; r < values.size(); ++r) values[r] = double{replicates_[r][i]} / samples;
+        error.add(values, metric);
+    }
+    return error;
+}
+
+int next_replicate_samples(int samples, const ErrorEstimate& estimate, double target) {
+    const int least = samples + (samples + 3) / 4;
+    const double wanted = std::ceil(samples * estimate.bound / target);
+    return wanted < 2.0 * samples ? std::max(static_cast<int>(wanted), least) : 2 * samples;
+}
+
+}  // namespace halflight

@@ -1,0 +1,157 @@
+#include "renderer/shutter.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <utility>
+
+#include "shaders/shared/sobol.h"
+
+namespace halflight {
+namespace {
+
+bool has_no_mean(std::string_view aov) {
+    return find_aov(aov)->at_centre;
+}
+
+bool is_matte(std::string_view aov) {
+    return !cryptomatte_layer(aov).empty();
+}
+
+void add_weighted(std::vector<double>& sums, const std::vector<float>& values, double weight) {
+    sums.resize(values.size());
+    for (std::size_t i = 0; i < values.size(); ++i) sums[i] += weight * double{values[i]};
+}
+
+std::vector<float> as_floats(const std::vector<double>& sums) {
+    return {sums.begin(), sums.end()};
+}
+
+/// What is there at some times only is named all the same.
+void merge_attributes(std::map<std::string, std::string>& to, const std::map<std::string, std::string>& from) {
+    using Json = nlohmann::json;
+    for (const auto& [name, text] : from) {
+        std::string& known = to[name];
+        if (known == text) continue;
+        if (name.ends_with("/manifest") && !known.empty()) {
+            Json both = Json::parse(known);
+            both.update(Json::parse(text));
+            known = both.dump();
+        } else {
+            known = text;
+        }
+    }
+}
+
+void add_stats(RenderStats& all, const RenderStats& more) {
+    all.samples += more.samples;
+    all.prepare_seconds += more.prepare_seconds;
+    all.hierarchies.kept += more.hierarchies.kept;
+    all.hierarchies.refitted += more.hierarchies.refitted;
+    all.hierarchies.built += more.hierarchies.built;
+    all.compile_seconds += more.compile_seconds;
+    all.render_seconds += more.render_seconds;
+    all.paths += more.paths;
+    all.gpu_bytes = std::max(all.gpu_bytes, more.gpu_bytes);
+    all.batches = more.batches;
+    all.raster = more.raster;
+    for (const PassTime& pass : more.passes) {
+        const auto same = std::ranges::find(all.passes, pass.name, &PassTime::name);
+        if (same == all.passes.end())
+            all.passes.push_back(pass);
+        else
+            same->runs += pass.runs, same->seconds += pass.seconds;
+    }
+    for (const BadValues& bad : more.bad_values) {
+        const auto same = std::ranges::find(all.bad_values, bad.component, &BadValues::component);
+        if (same == all.bad_values.end()) {
+            all.bad_values.push_back(bad);
+        } else {
+            same->nans += bad.nans;
+            same->infinities += bad.infinities;
+            same->negatives += bad.negatives;
+        }
+    }
+}
+
+}  // namespace
+
+std::vector<ShutterTime> shutter_times(int samples, int times, std::uint32_t seed, std::uint32_t frame) {
+    assert(1 <= times && times <= samples);
+    // Of no pixel, and apart from the sequence that moves the samples of all pixels (sample_view()).
+    const std::uint32_t of_frame = shared::hash_combine(shared::hash_u32(seed), frame);
+    const auto jitter = [&](int k) {
+        return double{shared::sample_1d(shared::make_sampler(~0u, ~1u, static_cast<std::uint32_t>(k), of_frame), 0)};
+    };
+    std::vector<ShutterTime> all;
+    for (int k = 0; k < times; ++k) {
+        const auto begin = [&](int i) { return static_cast<int>(std::int64_t{i} * samples / times); };
+        ShutterTime time{.first_sample = begin(k), .samples = begin(k + 1) - begin(k)};
+        time.at = (time.first_sample + jitter(k) * time.samples) / samples;
+        all.push_back(time);
+    }
+    return all;
+}
+
+ShutterMean::ShutterMean(std::vector<std::string> aovs, int samples) : samples_(samples) {
+    for (std::string& aov : aovs) layers_.push_back({std::move(aov), {}, IdCoverage(0)});
+}
+
+bool ShutterMean::wants_still() const {
+    return std::ranges::any_of(layers_, [](const Layer& layer) { return has_no_mean(layer.aov); });
+}
+
+void ShutterMean::add(const RenderResult& picture) {
+    assert(picture.aovs.size() == layers_.size());
+    const int samples = picture.stats.samples;
+    add_weighted(beauty_, picture.beauty.pixels, double(samples) / samples_);
+    for (std::size_t i = 0; i < layers_.size(); ++i) add_layer(layers_[i], picture.aovs[i].image, samples);
+    if (result_.beauty.pixels.empty()) {
+        result_ = picture;
+    } else {
+        add_stats(result_.stats, picture.stats);
+        merge_attributes(result_.attributes, picture.attributes);
+    }
+}
+
+void ShutterMean::add_layer(Layer& layer, const Image& image, int samples) {
+    const double share = double(samples) / samples_;
+    if (has_no_mean(layer.aov)) return;
+    if (!is_matte(layer.aov)) {
+        const double weight = layer.aov == "variance" ? share * share : layer.aov == "samples" ? 1 : share;
+        return add_weighted(layer.sums, image.pixels, weight);
+    }
+    const std::size_t stride = 2 * kCryptomatteRanks, pixels = image.pixels.size() / stride;
+    if (result_.beauty.pixels.empty()) layer.coverage = IdCoverage(pixels);  // the first picture
+    for (std::size_t p = 0; p < pixels; ++p) {
+        for (std::size_t rank = 0; rank < kCryptomatteRanks; ++rank) {
+            const float* const pair = &image.pixels[p * stride + 2 * rank];
+            const auto count = static_cast<std::uint32_t>(std::lround(pair[1] * static_cast<float>(samples)));
+            if (count > 0) layer.coverage.add(p, pair[0], count);
+        }
+    }
+}
+
+RenderResult ShutterMean::take(RenderResult still) {
+    RenderResult result = std::move(result_);
+    result.view = {};
+    result.beauty.pixels = as_floats(beauty_);
+    for (std::size_t i = 0; i < layers_.size(); ++i) {
+        const Layer& layer = layers_[i];
+        Image& image = result.aovs[i].image;
+        if (has_no_mean(layer.aov)) {
+            image = std::move(still.aovs[i].image);
+        } else if (is_matte(layer.aov)) {
+            constexpr std::size_t kStride = 2 * kCryptomatteRanks;
+            for (std::size_t p = 0; p < image.pixels.size() / kStride; ++p)
+                layer.coverage.rank(p, samples_, std::span<float, kStride>(&image.pixels[p * kStride], kStride));
+        } else {
+            image.pixels = as_floats(layer.sums);
+        }
+    }
+    return result;
+}
+
+}  // namespace halflight

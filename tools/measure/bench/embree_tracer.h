@@ -1,0 +1,58 @@
+// Embree on the tables of a scene, on all threads: what the engine's tracers are measured against.
+#pragma once
+
+#include <embree3/rtcore.h>
+
+#include <memory>
+#include <type_traits>
+#include <vector>
+
+#include "engine/tables/tables.h"
+#include "tools/measure/bench/ray_set.h"
+
+namespace halflight::bench {
+
+/// How rays are handed over.
+enum class EmbreeMode {
+    single,    // rtcIntersect1
+    packet8,   // rtcIntersect8
+    packet16,  // rtcIntersect16
+    stream,    // rtcIntersect1M
+    packets,   // rtcIntersectNM, packets of 16
+};
+const char* name(EmbreeMode mode);
+
+class EmbreeTracer {
+  public:
+    /// As fast as Embree goes: its default build, its fast (not watertight) mode unless `robust`. Blocks used through
+    /// transforms are Embree instances.
+    EmbreeTracer(const TraceTables& tables, bool robust);
+
+    /// Whether Embree can be asked so. (With instances, version 3.13.5 does not return from rtcOccluded16 and the like
+    /// when rays are said to be coherent.)
+    bool supports(const RaySet& set, EmbreeMode mode, bool coherent) const;
+    /// Answers for the paths in set.order; `answers` has room for all paths. coherent: hint to Embree. Hits as of the
+    /// plain tracer, but for ties.
+    void trace(const RaySet& set, EmbreeMode mode, bool coherent, Answers& answers) const;
+
+    double build_seconds() const { return build_seconds_; }
+
+  private:
+    struct Release {
+        void operator()(RTCDevice device) const { rtcReleaseDevice(device); }
+        void operator()(RTCScene scene) const { rtcReleaseScene(scene); }
+    };
+    using ScenePtr = std::unique_ptr<std::remove_pointer_t<RTCScene>, Release>;
+
+    ScenePtr new_scene(bool robust) const;
+    void attach_block(RTCScene scene, const TraceTables& tables, const Block& block) const;
+    void attach_instance(const BlockInstance& instance, RTCScene block) const;
+
+    std::unique_ptr<std::remove_pointer_t<RTCDevice>, Release> device_;
+    std::vector<ScenePtr> blocks_;
+    ScenePtr scene_;
+    std::vector<std::uint32_t> first_triangle_;  // by geometry of the scene's own triangles; instances: by block
+    double build_seconds_ = 0;
+};
+
+}  // namespace halflight::bench

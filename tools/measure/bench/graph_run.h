@@ -1,0 +1,47 @@
+// A ray set in the engine's hands: a graph that traces it.
+#pragma once
+
+#include <functional>
+#include <string_view>
+
+#include "engine/graph/compile.h"
+#include "engine/graph/execute.h"
+#include "engine/rays/batch_server.h"
+#include "tools/measure/bench/method.h"
+
+namespace halflight::bench {
+
+/// Adds the passes that answer a batch; returns the answers.
+using AddTrace =
+    std::function<graph::BufferHandle(graph::Graph&, const rays::RayBatch&, graph::BufferHandle results, bool any_hit)>;
+
+/// The last version of the graph's resource of that name: what passes keep to themselves. Throws Error where there is
+/// none.
+graph::BufferHandle named(const graph::Graph& graph, std::string_view name);
+
+/// Without culling.
+AddTrace add_plain(const Bench& bench);
+/// All by a server, which outlives the graph's runs.
+AddTrace add_served(const Bench& bench, rays::BatchServer& server);
+
+class GraphRun {
+  public:
+    GraphRun(gpu::ProgramCache& programs, const RaySet& set, const AddTrace& add);
+
+    void run() { executor_.run(compiled_); }
+    /// By path: Hits or uints.
+    const gpu::Buffer& results() const { return results_; }
+    Answers answers(const RaySet& set) const;
+    graph::Executor& executor() { return executor_; }
+
+  private:
+    gpu::Buffer rays_, list_, header_, results_;
+    graph::CompiledGraph compiled_;
+    graph::Executor executor_;
+};
+
+/// By path, nothing in it yet.
+Answers empty_answers(const RaySet& set);
+std::size_t answer_bytes(const RaySet& set);
+
+}  // namespace halflight::bench

@@ -1,0 +1,126 @@
+#include "tools/measure/compare/layers.h"
+
+#include <algorithm>
+#include <map>
+
+#include "engine/core/error.h"
+#include "engine/io/exr.h"
+#include "engine/io/files.h"
+#include "engine/io/png.h"
+#include "engine/io/radiance.h"
+
+namespace halflight::compare {
+namespace {
+
+using Strings = std::vector<std::string>;
+
+/// The channels of `group` that make up one layer, taken out of it: colour, a vector, or the first one alone.
+Strings take_layer(Strings& group) {
+    for (const Strings& together : {Strings{"R", "G", "B"}, Strings{"X", "Y", "Z"}, Strings{"X", "Y"}}) {
+        const auto in_group = [&](const std::string& c) { return std::ranges::find(group, c) != group.end(); };
+        if (!std::ranges::all_of(together, in_group)) continue;
+        std::erase_if(group, [&](const std::string& c) { return std::ranges::find(together, c) != together.end(); });
+        return together;
+    }
+    const Strings alone{group.front()};
+    group.erase(group.begin());
+    return alone;
+}
+
+std::string joined(const std::string& prefix, const Strings& channels) {
+    std::string name = prefix;
+    for (const std::string& channel : channels) name += channel;
+    return name;
+}
+
+/// Layers of Cryptomatte mix ids with coverage: nothing but whether they are equal tells anything of them.
+bool is_cryptomatte(const ExrFile& file, std::string_view prefix) {
+    return std::ranges::any_of(file.attributes.extra, [&](const auto& attribute) {
+        const auto& [key, value] = attribute;
+        return key.starts_with("cryptomatte/") && key.ends_with("/name") && prefix.starts_with(value);
+    });
+}
+
+std::vector<Layer> layers_of(const ExrFile& file) {
+    std::map<std::string, Strings> groups;  // by what stands ahead of the last point, which is part of the name
+    for (const ExrChannel& channel : file.channels) {
+        const std::size_t point = channel.name.rfind('.') + 1;
+        groups[channel.name.substr(0, point)].push_back(channel.name.substr(point));
+    }
+    std::vector<Layer> layers;
+    for (auto& [prefix, group] : groups) {
+        for (bool whole = true; !group.empty(); whole = false) {
+            const Strings channels = take_layer(group);
+            Layer& layer = layers.emplace_back();
+            for (const std::string& channel : channels) layer.channels.push_back(prefix + channel);
+            // A layer's only thing has the layer's name.
+            const bool named = whole && group.empty() && !prefix.empty() && (channels.size() > 1 || channels[0] == "Y");
+            layer.name = named ? prefix.substr(0, prefix.size() - 1) : joined(prefix, channels);
+            const bool ids = file.find(layer.channels[0])->type == ExrType::uint32 || is_cryptomatte(file, prefix);
+            const bool color = channels.size() == 3 && channels[0] == "R" && !prefix.starts_with("variance");
+            layer.kind = ids ? LayerKind::ids : color ? LayerKind::color : LayerKind::data;
+            layer.image = Image(file.width, file.height, static_cast<int>(channels.size()));
+            for (std::size_t c = 0; c < channels.size(); ++c) {
+                const std::vector<float>& values = file.find(layer.channels[c])->values;
+                for (std::size_t i = 0; i < values.size(); ++i) layer.image.pixels[i * channels.size() + c] = values[i];
+            }
+        }
+    }
+    return layers;
+}
+
+/// Of an image whose last channel is alpha where there are two or four.
+std::vector<Layer> layers_of(const Image& image) {
+    const bool alpha = image.channels % 2 == 0;
+    const auto of = [&](std::string name, Strings channels, LayerKind kind, std::size_t first) {
+        Layer layer{std::move(name), std::move(channels), kind, {}};
+        const auto count = layer.channels.size(), stride = static_cast<std::size_t>(image.channels);
+        layer.image = Image(image.width, image.height, static_cast<int>(count));
+        for (std::size_t i = 0; i < layer.image.pixels.size(); ++i)
+            layer.image.pixels[i] = image.pixels[i / count * stride + first + i % count];
+        return layer;
+    };
+    std::vector<Layer> layers;
+    if (image.channels > 2)
+        layers.push_back(of("RGB", {"R", "G", "B"}, LayerKind::color, 0));
+    else
+        layers.push_back(of("Y", {"Y"}, LayerKind::color, 0));
+    if (alpha) layers.push_back(of("A", {"A"}, LayerKind::data, static_cast<std::size_t>(image.channels) - 1));
+    return layers;
+}
+
+}  // namespace
+
+const Layer* PictureFile::find(const std::string& layer) const {
+    const auto found = std::ranges::find(layers, layer, &Layer::name);
+    return found == layers.end() ? nullptr : &*found;
+}
+
+PictureFile read_picture(const std::filesystem::path& path) {
+    const ExrLimits limits;
+    PictureFile file;
+    file.name = path.string();
+    const std::string bytes = read_file(path, limits.max_bytes);
+    if (is_lfs_pointer(bytes)) throw Error(file.name, "is a Git LFS pointer, not the file itself");
+    if (is_exr(bytes)) {
+        const ExrFile exr = read_exr(path, limits);
+        file.width = exr.width, file.height = exr.height;
+        file.primaries = exr.attributes.chromaticities.value_or(kRec709);
+        file.layers = layers_of(exr);
+        return file;
+    }
+    Image image;
+    if (is_png(bytes)) {
+        image = read_png(file.name, bytes, limits.max_side);
+        file.encoded = true;
+    } else if (is_radiance(bytes)) {
+        image = read_radiance(file.name, bytes, limits.max_side).image;
+    } else {
+        throw Error(file.name, "is neither an OpenEXR, a PNG nor a Radiance file");
+    }
+    file.width = image.width, file.height = image.height;
+    file.layers = layers_of(image);
+    return file;
+}
+
+}  // namespace halflight::compare

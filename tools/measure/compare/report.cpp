@@ -1,0 +1,141 @@
+#include "tools/measure/compare/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/core/error.h"
+#include "engine/core/metrics.h"
+#include "engine/core/statistics.h"
+#include "engine/io/exr.h"
+#include "engine/io/png.h"
+#include "tools/common/color_map.h"
+
+namespace halflight::compare {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+const MetricResult* find(const LayerResult& layer, Metric metric) {
+    const auto found = std::ranges::find(layer.metrics, metric, &MetricResult::metric);
+    return found == layer.metrics.end() ? nullptr : &*found;
+}
+
+std::string percent(double part, double whole) {
+    return part == 0 ? "0 %" : fmt::format("{:.3g} %", 100 * part / whole);
+}
+
+/// One line for everything that makes a layer warn or fail.
+std::string reasons(const LayerResult& layer, const CompareArguments& a) {
+    std::string lines;
+    const auto line = [&](Verdict verdict, const std::string& what) {
+        lines += fmt::format("{}: {}: {}\n", name(verdict), layer.name, what);
+    };
+    if (layer.kind == LayerKind::ids && layer.different > 0) line(Verdict::fail, "ids differ");
+    if (!layer.not_finite_alike) line(Verdict::fail, "NaN or infinities in one that are not in the other");
+    if (!a.warn.any() && !a.fail.any()) {
+        if (layer.kind != LayerKind::ids && layer.different > 0) line(Verdict::fail, "differs");
+        return lines;
+    }
+    for (const MetricResult& m : layer.metrics) {
+        if (m.verdict == Verdict::same) continue;
+        const double allowed = (m.verdict == Verdict::fail ? a.fail : a.warn).at(m.metric).value_or(0);
+        line(m.verdict, fmt::format("{} {:.6g} is above {:.6g}", name(m.metric), m.value, allowed));
+    }
+    return lines;
+}
+
+}  // namespace
+
+std::string table(const Comparison& result, const CompareArguments& a, const PictureFile& image) {
+    std::size_t widest = 5;
+    for (const LayerResult& layer : result.layers) widest = std::max(widest, layer.name.size());
+    std::string text = fmt::format("{} against {}, {} x {}\n\n{:<{}}", a.image.string(), a.reference.string(),
+                                   image.width, image.height, "layer", widest);
+    for (const Metric metric : a.metrics) text += fmt::format("  {:>10}", name(metric));
+    const std::string worst = fmt::format("{} of worst 0.1 %", name(a.metrics.front()));
+    text += fmt::format("  {}  different  not finite\n", worst);
+    for (const LayerResult& layer : result.layers) {
+        text += fmt::format("{:<{}}", layer.name, widest);
+        for (const Metric metric : a.metrics) {
+            const MetricResult* m = find(layer, metric);
+            text += fmt::format("  {:>10}", m ? fmt::format("{:.4g}", m->value) : "-");
+        }
+        const MetricResult* first = find(layer, a.metrics.front());
+        const std::string not_finite = layer.not_finite[0] + layer.not_finite[1] == 0
+                                           ? "-"
+                                           : fmt::format("{} / {}", layer.not_finite[0], layer.not_finite[1]);
+        text +=
+            fmt::format("  {:>{}}  {:>9}  {:>10}\n", first ? percent(first->worst_share, 1) : "-", worst.size(),
+                        percent(static_cast<double>(layer.different), static_cast<double>(layer.pixels)), not_finite);
+    }
+    text += "\n";
+    for (const int side : {0, 1}) {
+        if (result.missing[side].empty()) continue;
+        text += fmt::format("{}: missing in {}: {}\n", name(Verdict::fail), (side ? a.reference : a.image).string(),
+                            fmt::join(result.missing[side], ", "));
+    }
+    for (const LayerResult& layer : result.layers) text += reasons(layer, a);
+    if (result.verdict == Verdict::same) {
+        const bool same = std::ranges::all_of(result.layers, [](const LayerResult& l) { return l.different == 0; });
+        text += same ? "same\n" : "within the thresholds\n";
+    }
+    return text;
+}
+
+Json json(const Comparison& result, const CompareArguments& a, const PictureFile& image) {
+    Json layers = Json::array();
+    for (const LayerResult& layer : result.layers) {
+        Json metrics = Json::object();
+        for (const MetricResult& m : layer.metrics) {
+            metrics[name(m.metric)] = {
+                {"value", m.value}, {"share_of_worst_thousandth", m.worst_share}, {"verdict", name(m.verdict)}};
+        }
+        layers.push_back({{"layer", layer.name},
+                          {"metrics", metrics},
+                          {"pixels", layer.pixels},
+                          {"different_pixels", layer.different},
+                          {"not_finite_pixels", {layer.not_finite[0], layer.not_finite[1]}},
+                          {"not_finite_alike", layer.not_finite_alike},
+                          {"verdict", name(layer.verdict)}});
+    }
+    return {{"schema", 1},
+            {"image", a.image.string()},
+            {"reference", a.reference.string()},
+            {"width", image.width},
+            {"height", image.height},
+            {"relmse_epsilon", kRelativeEpsilon},
+            {"pixels_per_degree", a.pixels_per_degree},
+            {"layers", layers},
+            {"missing_in_image", result.missing[0]},
+            {"missing_in_reference", result.missing[1]},
+            {"verdict", name(result.verdict)},
+            {"exit_status", static_cast<int>(result.verdict)}};
+}
+
+std::string write_map(const std::filesystem::path& path, const Comparison& result) {
+    std::vector<ExrLayer> maps;
+    for (const LayerResult& layer : result.layers)
+        for (const MetricResult& m : layer.metrics) maps.push_back({{layer.name + "." + name(m.metric)}, m.map});
+    if (maps.empty()) throw Error(path.string(), "there is no difference to map: no layer has any of these metrics");
+    if (path.extension() != ".png") {
+        write_exr(path, maps, {});
+        return fmt::format("{} maps", maps.size());
+    }
+    const auto flip = std::ranges::find_if(maps, [](const ExrLayer& m) { return m.channels[0].ends_with(".flip"); });
+    const ExrLayer& first = flip == maps.end() ? maps.front() : *flip;
+    double top = 1;
+    if (flip == maps.end()) {
+        std::vector<double> values;
+        for (const float v : first.image.pixels)
+            if (!std::isnan(v)) values.push_back(v);
+        top = quantile(values, 1 - kWorstShare);
+        if (top == 0) top = std::ranges::max(values);
+        if (top == 0) top = 1;
+    }
+    write_png(path, magma(first.image, top));
+    return fmt::format("{} from 0 to {:.3g}", first.channels[0], top);
+}
+
+}  // namespace halflight::compare

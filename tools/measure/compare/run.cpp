@@ -1,0 +1,117 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+
+#include "engine/core/error.h"
+#include "tools/measure/compare/compare.h"
+#include "tools/measure/compare/report.h"
+
+namespace halflight::compare {
+namespace {
+
+/// The parts of a comma list.
+std::vector<std::string> parts(const std::string& list) {
+    std::vector<std::string> result;
+    for (std::size_t from = 0; from <= list.size();) {
+        const std::size_t to = std::min(list.find(',', from), list.size());
+        result.push_back(list.substr(from, to - from));
+        from = to + 1;
+    }
+    return result;
+}
+
+Metric metric_named(const std::string& text) {
+    for (const Metric metric : {Metric::mse, Metric::relmse, Metric::flip, Metric::max})
+        if (text == name(metric)) return metric;
+    throw CLI::ValidationError("there is no metric '" + text + "', only mse, relmse, flip, max");
+}
+
+double number(const std::string& text, double lower) {
+    double value = 0;
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !(value >= lower) || std::isinf(value))
+        throw CLI::ValidationError(fmt::format("wants a number from {} on, not '{}'", lower, text));
+    return value;
+}
+
+/// X, or METRIC=X,...
+Thresholds thresholds(const std::string& text) {
+    Thresholds result;
+    for (const std::string& part : parts(text)) {
+        const std::size_t equals = part.find('=');
+        if (equals == std::string::npos)
+            result.all = number(part, 0);
+        else
+            result.of[metric_named(part.substr(0, equals))] = number(part.substr(equals + 1), 0);
+    }
+    return result;
+}
+
+bool is_map(const std::filesystem::path& path) {
+    return path.extension() == ".png" || path.extension() == ".exr";
+}
+
+}  // namespace
+
+void add_options(CLI::App& app, CompareArguments& a) {
+    const auto value = [&](const char* option, const char* metavar, const char* description, const auto& parse) {
+        const auto named = [option, parse](const std::string& text) {
+            try {
+                parse(text);
+            } catch (const CLI::ValidationError& error) {  // which knows no option yet
+                throw CLI::ValidationError(option, error.what());
+            }
+        };
+        app.add_option_function<std::string>(option, named, description)->type_name(metavar);
+    };
+    app.add_option("IMAGE", a.image, "picture: .exr, .png or .hdr")->type_name("")->required();
+    app.add_option("REFERENCE", a.reference, "what it should look like")->type_name("")->required();
+    value("--metric", "NAME,...", "mse, relmse, flip, max; by default all but max", [&](const std::string& text) {
+        a.metrics.clear();
+        for (const std::string& part : parts(text)) {
+            const Metric metric = metric_named(part);
+            if (std::ranges::find(a.metrics, metric) == a.metrics.end()) a.metrics.push_back(metric);
+        }
+    });
+    const char* const kThreshold = "X|METRIC=X,...";
+    value("--warn", kThreshold, "above this, exit with 1", [&](const std::string& text) { a.warn = thresholds(text); });
+    value("--fail", kThreshold, "above this, exit with 2 (default, without --warn: 0)",
+          [&](const std::string& text) { a.fail = thresholds(text); });
+    value("--layer", "NAME,...", "these layers only, by the names that the table shows",
+          [&](const std::string& text) { a.layers = parts(text); });
+    value("--ppd", "N", "pixels per degree of sight, for FLIP (default 67)",
+          [&](const std::string& text) { a.pixels_per_degree = number(text, 1); });
+    value("--map", "FILE", "where they differ: .exr with all maps, or .png of the first layer's FLIP",
+          [&](const std::string& text) {
+              a.map = text;
+              if (!is_map(text)) throw CLI::ValidationError("is an .exr or a .png, not '" + text + "'");
+          });
+    app.add_flag("--json", a.json, "figures as JSON instead of a table");
+    app.footer(
+        "Exit status: 0 the same or within the thresholds, 1 above --warn, 2 above --fail, layers missing,\n"
+        "ids or non-finite pixels that differ, 3 sizes differ, 4 files or arguments that cannot be used.");
+}
+
+Verdict run(const CompareArguments& arguments) {
+    for (const Thresholds* thresholds : {&arguments.warn, &arguments.fail})
+        for (const auto& [metric, unused] : thresholds->of)
+            if (std::ranges::find(arguments.metrics, metric) == arguments.metrics.end())
+                throw Error(name(metric), "has a threshold, and is not among the metrics");
+    const PictureFile image = read_picture(arguments.image), reference = read_picture(arguments.reference);
+    if (image.width != reference.width || image.height != reference.height)
+        throw SizesDiffer(image.name, "is {} x {} pixels, {} is {} x {}", image.width, image.height, reference.name,
+                          reference.width, reference.height);
+    const Comparison result = compare(image, reference, arguments);
+    const std::string shown = arguments.map ? write_map(*arguments.map, result) : "";
+    if (arguments.json) {
+        fmt::print("{}\n", json(result, arguments, image).dump(2));
+    } else {
+        fmt::print("{}", table(result, arguments, image));
+        if (arguments.map) fmt::print("wrote {}: {}\n", arguments.map->string(), shown);
+    }
+    return result.verdict;
+}
+
+}  // namespace halflight::compare

@@ -1,0 +1,103 @@
+#include "tools/measure/converge/fingerprint.h"
+
+#include <vector>
+
+#include "engine/core/hash.h"
+
+namespace halflight::converge {
+namespace {
+
+/// Values of Scene, down to its numbers; lengths keep neighbouring lists apart.
+class SceneHash {
+  public:
+    std::uint64_t of(const Scene& scene) {
+        list(scene.images, [&](const TextureImage& i) {
+            number(i.width), number(i.height);
+            plain(i.rgba);
+        });
+        list(scene.materials, [&](const Material& m) { material(m); });
+        list(scene.meshes, [&](const Mesh& m) { mesh(m); });
+        list(scene.instances, [&](const Instance& i) {
+            number(i.mesh);
+            vector(i.object_to_world);
+        });
+        list(scene.lights, [&](const PunctualLight& l) {
+            number(l.type), vector(l.intensity), vector(l.position), vector(l.direction);
+            number(l.inner_cone), number(l.outer_cone);
+        });
+        vector(scene.environment.color);
+        number(scene.environment.map.width), number(scene.environment.map.height);
+        plain(scene.environment.map.pixels);
+        return hash_.value();
+    }
+
+  private:
+    template <class T>
+    void number(const T& value) {
+        hash_.add(value);
+    }
+    template <class V>
+    void vector(const V& v) {
+        hash_.add_bytes(&v, sizeof(v));  // GLM's vectors and matrices are packed
+    }
+    template <class T>
+    void plain(const std::vector<T>& values) {
+        number(values.size());
+        hash_.add_bytes(values.data(), values.size() * sizeof(T));
+    }
+    template <class T, class F>
+    void list(const std::vector<T>& values, const F& f) {
+        number(values.size());
+        for (const T& value : values) f(value);
+    }
+
+    void texture(const TextureRef& t) {
+        number(t.image), number(t.uv_set), number(t.wrap_u), number(t.wrap_v), number(t.nearest);
+        vector(t.uv_transform);
+    }
+
+    void material(const Material& m) {
+        vector(m.base_color), vector(m.emission), vector(m.specular_color);
+        for (const float value : {m.metallic, m.roughness, m.normal_scale, m.alpha_cutoff, m.ior, m.specular,
+                                  m.clearcoat, m.clearcoat_roughness, m.clearcoat_normal_scale, m.transmission})
+            number(value);
+        number(m.alpha_mode), number(m.unlit);
+        for (const TextureRef* t :
+             {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emission_texture,
+              &m.specular_texture, &m.specular_color_texture, &m.clearcoat_texture, &m.clearcoat_roughness_texture,
+              &m.clearcoat_normal_texture, &m.transmission_texture})
+            texture(*t);
+    }
+
+    void mesh(const Mesh& m) {
+        plain(m.positions), plain(m.normals), plain(m.tangents), plain(m.uvs[0]), plain(m.uvs[1]);
+        plain(m.colors), plain(m.triangles), plain(m.triangle_material);
+    }
+
+    Hash hash_;
+};
+
+}  // namespace
+
+std::uint64_t scene_fingerprint(const Scene& scene) {
+    return SceneHash().of(scene);
+}
+
+std::uint64_t reference_fingerprint(std::uint64_t scene, const View& view, std::string_view maker,
+                                    const Picture& probe) {
+    Hash hash;
+    hash.add(scene);
+    for (const int value : {view.width, view.height, view.bounces}) hash.add(value);
+    const Camera& c = view.camera;
+    hash.add_bytes(&c.camera_to_world, sizeof(c.camera_to_world));
+    hash.add(c.orthographic);
+    for (const double value : {c.vertical_fov, c.ortho_height, c.near_plane, c.far_plane}) hash.add(value);
+    hash.add(view.filter.shape);
+    hash.add(view.filter.radius);
+    hash.add_bytes(maker.data(), maker.size());
+    for (const Image& image : probe.components)
+        hash.add_bytes(image.pixels.data(), image.pixels.size() * sizeof(float));
+    return hash.value();
+}
+
+}  // namespace halflight::converge

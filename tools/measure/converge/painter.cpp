@@ -1,0 +1,176 @@
+#include "tools/measure/converge/painter.h"
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "engine/core/image_tools.h"
+#include "renderer/hand_over.h"
+
+namespace halflight::converge {
+namespace {
+
+constexpr int kManySamples = 1 << 24;  // where the time decides
+
+class GlPainter final : public Painter {
+  public:
+    GlPainter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method, float clamp,
+              const Preview& preview, int warm_up)
+        : scene_(scene), colors_(colors), warm_up_(preview.cache ? warm_up : 0) {
+        settings_.width = view.width;
+        settings_.height = view.height;
+        settings_.camera = view.camera;
+        settings_.bounces = view.bounces;
+        settings_.filter = view.filter;
+        settings_.clamp = clamp;
+        settings_.preview = preview;
+        settings_.aovs.assign(kComponents.begin(), kComponents.end());
+        settings_.culling = method == Method::compute  ? rays::Culling::compute
+                            : method == Method::raster ? rays::Culling::raster
+                                                       : rays::Culling::off;
+        const Stopwatch preparing;
+        renderer_.emplace(scene_, colors_, settings_);
+        preparation_ = preparing.seconds();
+    }
+
+    Painted paint(const Budget& budget, std::uint32_t seed, const Pulse& pulse) override {
+        return render(*renderer_, budget, seed, pulse).first;
+    }
+
+    std::vector<PassTime> passes(const Budget& budget, std::uint32_t seed, const Pulse& pulse) override {
+        RenderSettings measured = settings_;
+        measured.measure = true;
+        Renderer renderer(scene_, colors_, measured);
+        return render(renderer, budget, seed, pulse).second.passes;
+    }
+
+    Seconds preparation() const override { return preparation_; }
+
+  private:
+    std::pair<Painted, RenderStats> render(Renderer& renderer, const Budget& budget, std::uint32_t seed,
+                                           const Pulse& pulse) {
+        FrameSettings frame = settings_;
+        frame.samples = budget.seconds > 0 ? kManySamples : budget.samples;
+        frame.time_limit = budget.seconds;
+        frame.seed = seed;
+        renderer.forget("pictures are independent of each other, and so are their times");
+        // Of a longer picture, later samples would bring the cache nothing.
+        for (int done = 0; done < warm_up_; done += kCachedSamples) {
+            FrameSettings elsewhere = settings_;
+            elsewhere.camera = aside(settings_.camera);
+            elsewhere.samples = std::min(kCachedSamples, warm_up_ - done);
+            elsewhere.seed = seed + kSeedsOfMethods / 2;
+            renderer.render(elsewhere);
+        }
+        std::exception_ptr stopped;
+        const Stopwatch rendering;
+        RenderResult result = renderer.render(frame, [&](const RenderProgress&) {
+            try {
+                pulse();
+            } catch (...) {
+                stopped = std::current_exception();
+            }
+            return !stopped;
+        });
+        Painted painted;
+        painted.time = rendering.seconds();
+        if (stopped) std::rethrow_exception(stopped);
+        // Compiling is one thread's work.
+        painted.time.wall -= result.stats.compile_seconds;
+        painted.time.cpu = std::max(painted.time.cpu - result.stats.compile_seconds, 0.0);
+        painted.picture.beauty = rgb(result.beauty);
+        for (std::size_t c = 0; c < kComponents.size(); ++c)
+            painted.picture.components[c] = std::move(result.aovs[c].image);
+        painted.picture.samples = result.stats.samples;
+        for (const BadValues& bad : result.stats.bad_values) painted.picture.non_finite += bad.total();
+        return {std::move(painted), std::move(result.stats)};
+    }
+
+    /// By a 20th of the scene's diagonal, and turned by 20 degrees.
+    Camera aside(Camera camera) const {
+        const Bounds& box = scene_.tables().bounds;
+        const double way = box.empty() ? 0 : 0.05 * glm::length(dvec3(box.upper - box.lower));
+        camera.camera_to_world =
+            glm::rotate(glm::translate(camera.camera_to_world, dvec3(way, 0, 0)), glm::radians(20.0), dvec3(0, 1, 0));
+        return camera;
+    }
+
+    PreparedScene& scene_;
+    const ColorConfig& colors_;
+    int warm_up_;
+    RenderSettings settings_;
+    std::optional<Renderer> renderer_;
+    Seconds preparation_;
+};
+
+class OraclePainter final : public Painter {
+  public:
+    OraclePainter(const Scene& scene, const View& view) : view_(view) {
+        const Stopwatch preparing;
+        scene_.emplace(scene);
+        preparation_ = preparing.seconds();
+    }
+
+    /// In portions of about a tenth of a second, so that it ends in time and can be stopped.
+    Painted paint(const Budget& budget, std::uint32_t seed, const Pulse& pulse) override {
+        constexpr double kPortion = 0.1;  // seconds
+        const Stopwatch watch;
+        PictureSums sums(view_.width, view_.height);
+        std::uint64_t non_finite = 0;
+        int portion = 1;
+        while (portion > 0) {
+            const Picture more = oracle_samples(*scene_, view_, seed, static_cast<int>(sums.samples), portion);
+            sums.add(more);
+            non_finite += more.non_finite;
+            pulse();
+            const double spent = watch.seconds().wall, pace = static_cast<double>(sums.samples) / spent;
+            const double left = budget.seconds > 0 ? (budget.seconds - spent) * pace
+                                                   : static_cast<double>(budget.samples - sums.samples);
+            portion = static_cast<int>(std::clamp(left, 0.0, std::max(1.0, kPortion * pace)));
+        }
+        Painted painted{sums.mean(), watch.seconds()};
+        painted.picture.non_finite = non_finite;
+        return painted;
+    }
+
+    std::vector<PassTime> passes(const Budget&, std::uint32_t, const Pulse&) override { return {}; }
+    Seconds preparation() const override { return preparation_; }
+
+  private:
+    std::optional<ReferenceScene> scene_;
+    View view_;
+    Seconds preparation_;
+};
+
+}  // namespace
+
+std::unique_ptr<Painter> gl_painter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method,
+                                    float clamp, const Preview& preview, int warm_up) {
+    return std::make_unique<GlPainter>(scene, colors, view, method, clamp, preview, warm_up);
+}
+
+std::unique_ptr<Painter> oracle_painter(const Scene& scene, const View& view) {
+    return std::make_unique<OraclePainter>(scene, view);
+}
+
+Picture oracle_samples(const ReferenceScene& scene, const View& view, std::uint64_t seed, int first, int count) {
+    ReferenceSettings settings;
+    settings.width = view.width;
+    settings.height = view.height;
+    settings.camera = view.camera;
+    settings.bounces = view.bounces;
+    settings.filter = view.filter;
+    settings.seed = seed;
+    settings.first_sample = first;
+    settings.samples = count;
+    ReferenceResult result = render_reference(scene, settings);
+    ReferenceComponents& c = result.components;
+    return {std::move(result.beauty),
+            {std::move(c.emission), std::move(c.direct_diffuse), std::move(c.direct_glossy),
+             std::move(c.indirect_diffuse), std::move(c.indirect_glossy)},
+            count,
+            result.non_finite_samples};
+}
+
+}  // namespace halflight::converge

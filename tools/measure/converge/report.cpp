@@ -1,0 +1,252 @@
+#include "tools/measure/converge/report.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+#include "engine/core/metrics.h"
+
+namespace halflight::converge {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json number(double value) {
+    return std::isfinite(value) ? Json(value) : Json(nullptr);
+}
+
+Json interval_json(const Interval& i) {
+    return {{"value", number(i.value)}, {"half_width", number(i.half_width)}};
+}
+
+Json seconds_json(const Seconds& s) {
+    return {{"wall", s.wall}, {"cpu", s.cpu}};
+}
+
+Json slope_json(const Slope& s) {
+    const Json slope = is_known(s) ? interval_json(s.slope) : Json{{"value", nullptr}, {"half_width", nullptr}};
+    return {{"slope", slope}, {"scatter", number(s.scatter)}, {"points", s.points}};
+}
+
+Json components_json(bool known, const std::array<double, kComponents.size()>& values) {
+    if (!known) return nullptr;
+    Json json;
+    for (std::size_t c = 0; c < kComponents.size(); ++c) json[kComponents[c]] = values[c];
+    return json;
+}
+
+Json budget_json(const Budget& b) {
+    return b.seconds > 0 ? Json{{"seconds", b.seconds}} : Json{{"samples", b.samples}};
+}
+
+Json run_json(const Subject& subject, const RunResult& r) {
+    return {{"method", subject.plan.method_name(static_cast<std::size_t>(r.run.method))},
+            {"budget", budget_json(subject.plan.budgets[static_cast<std::size_t>(r.run.budget)])},
+            {"seed", r.run.seed},
+            {"samples", r.samples},
+            {"seconds", seconds_json(r.time)},
+            {"mse", r.mse},
+            {"relative_mse", r.relative_mse},
+            {"blurred_mse", r.blurred_mse},
+            {"hdr_flip", r.errors.flip},
+            {"trimmed_mse", r.errors.trimmed_mse},
+            {"components_mse", components_json(r.errors.has_components, r.errors.components)},
+            {"non_finite", r.non_finite}};
+}
+
+Json point_json(const Budget& budget, const Point& p) {
+    return {{"budget", budget_json(budget)},
+            {"samples", p.samples},
+            {"seconds", seconds_json(p.time)},
+            {"mse", interval_json(p.mse)},
+            {"relative_mse", interval_json(p.relative_mse)},
+            {"blurred_mse", interval_json(p.blurred_mse)},
+            {"off_edges_mse", interval_json(p.off_edges_mse)},
+            {"hdr_flip", interval_json(p.flip)},
+            {"bias_squared", interval_json(p.bias_squared)},
+            {"variance", interval_json(p.variance)},
+            {"relative_bias", interval_json(p.relative_bias)},
+            {"reference_variance", p.reference_variance},
+            {"trimmed_mse", p.trimmed_mse},
+            {"worst_share", p.worst_share},
+            {"components_mse", components_json(p.has_components, p.components)}};
+}
+
+Json method_json(const Subject& subject, const Measurement& measured, const MethodResult& m) {
+    Json points = Json::array(), passes = Json::array(), stages = Json::array(), findings = Json::array();
+    for (std::size_t b = 0; b < m.points.size(); ++b)
+        points.push_back(point_json(subject.plan.budgets[b], m.points[b]));
+    for (const PassTime& pass : m.passes)
+        passes.push_back({{"name", pass.name}, {"runs", pass.runs}, {"seconds", pass.seconds}});
+    for (const Stage& s : m.stages)
+        stages.push_back({{"name", s.name},
+                          {"seconds", s.seconds},
+                          {"time_share", s.time_share},
+                          {"error_share", s.error_share},
+                          {"gain_of_twice_the_samples", interval_json(s.gain)}});
+    Json to_error = Json::object();  // of the largest budget
+    for (const MethodResult& other : measured.methods) {
+        const auto until = [&](const Interval& mse, bool off_edges) {
+            return number(seconds_until(m, mse.value, subject.clock, off_edges));
+        };
+        const Point& last = other.points.back();
+        to_error[other.name] = {{"mse", until(last.mse, false)}, {"off_edges_mse", until(last.off_edges_mse, true)}};
+    }
+    for (const Finding& f : m.findings) findings.push_back({{"kind", name(f.kind)}, {"text", f.text}});
+    return {{"method", m.name},
+            {"preparation_seconds", seconds_json(m.preparation)},
+            {"slope", slope_json(m.slope)},
+            {"slope_by_samples", slope_json(m.slope_by_samples)},
+            {"slope_trimmed", slope_json(m.slope_trimmed)},
+            {"efficiency", number(m.efficiency)},
+            {"seconds_to_the_error_of", to_error},
+            {"points", points},
+            {"passes", passes},
+            {"stages", stages},
+            {"lead_of_the_best_stage", stages.empty() ? Json() : interval_json(m.stage_lead)},
+            {"findings", findings}};
+}
+
+/// Of the largest budget; null where that of a method is not known: the reference is too noisy for its error.
+const MethodResult* most_efficient(const Measurement& measured) {
+    const auto [worst, best] = std::ranges::minmax_element(measured.methods, {}, &MethodResult::efficiency);
+    return worst == measured.methods.end() || worst->efficiency <= 0 ? nullptr : &*best;
+}
+
+/// Where the next second of a method lowers the error most, as far as its seeds tell.
+std::string stage_advice(const MethodResult& m) {
+    std::vector<const Stage*> order;
+    for (const Stage& stage : m.stages) order.push_back(&stage);
+    std::ranges::sort(order, std::ranges::greater(), [](const Stage* s) { return s->gain.value; });
+    const Stage& s = *order.front();
+    const std::string shares = fmt::format("{} holds {:.0f} % of the error and takes {:.0f} % of the time", s.name,
+                                           100 * s.error_share, 100 * s.time_share);
+    if (s.gain.upper() <= 1) return fmt::format("no stage alone is worth more samples; of all, {}.", shares);
+    const bool leads = order.size() < 2 || m.stage_lead.lower() > 0;
+    if (leads && s.gain.lower() > 1)
+        return fmt::format(
+            "the next second lowers the error most where {}: twice its samples alone would multiply the "
+            "efficiency by {}.",
+            shares, text(s.gain));
+    std::string others;
+    for (std::size_t i = 1; i < order.size(); ++i)
+        others += fmt::format(", of {} by {}", order[i]->name, text(order[i]->gain));
+    return fmt::format(
+        "undecided, as the seeds do not tell where the next second lowers the error most: {}; twice its "
+        "samples alone would multiply the efficiency by {}{}.",
+        shares, text(s.gain), others);
+}
+
+}  // namespace
+
+std::vector<std::string> biases(const Plan& plan) {
+    std::vector<std::string> all;
+    if (plan.clamp > 0)
+        all.push_back(fmt::format(
+            "Indirect light of the GL methods is clamped to a luminance of {:g} per sample; the reference's is not.",
+            plan.clamp));
+    for (std::size_t m = 0; m < plan.methods.size(); ++m)
+        if (plan.preview(m).any()) all.push_back(fmt::format("{} is a preview.", plan.method_name(m)));
+    return all;
+}
+
+std::vector<std::string> advice(const Subject& subject, const Measurement& measured) {
+    std::vector<std::string> lines;
+    const MethodResult* best = most_efficient(measured);
+    if (best && measured.methods.size() > 1) {
+        std::string others;
+        for (const MethodResult& m : measured.methods) {
+            if (&m != best)
+                others += fmt::format("{}{:.2f} times that of {}", others.empty() ? "" : ", ",
+                                      best->efficiency / m.efficiency, m.name);
+        }
+        lines.push_back(
+            fmt::format("{} lowers the error most per second of {} time: its efficiency, 1 / (MSE × seconds) "
+                        "at the largest budget, is {}.",
+                        best->name, subject.clock == Clock::cpu ? "CPU" : "wall", others));
+    }
+    if (!best && measured.methods.size() > 1)
+        lines.push_back(
+            "Which method lowers the error most per second is not known: the error of one of them is not above the "
+            "noise of the reference; a reference of more samples would tell.");
+    for (const MethodResult& m : measured.methods)
+        if (!m.stages.empty()) lines.push_back(fmt::format("{}: {}", m.name, stage_advice(m)));
+    return lines;
+}
+
+Json report_json(const Subject& subject, const Reference& reference, const Measurement& measured) {
+    Json methods = Json::array(), runs = Json::array(), asked = Json::array(), budgets = Json::array();
+    for (std::size_t m = 0; m < subject.plan.methods.size(); ++m) asked.push_back(subject.plan.method_name(m));
+    for (const Budget& b : subject.plan.budgets) budgets.push_back(budget_json(b));
+    for (const MethodResult& m : measured.methods) methods.push_back(method_json(subject, measured, m));
+    for (const RunResult& r : measured.runs) runs.push_back(run_json(subject, r));
+    const Json samples = reference.samples > 0 ? Json(reference.samples) : Json(nullptr);
+    return {{"schema", kSchema},
+            {"program", subject.program},
+            {"scene", subject.scene},
+            {"camera", subject.camera},
+            {"environment", subject.environment},
+            {"device", subject.device},
+            {"width", subject.view.width},
+            {"height", subject.view.height},
+            {"bounces", subject.view.bounces},
+            {"filter", {{"shape", name(subject.view.filter.shape)}, {"radius", subject.view.filter.radius}}},
+            {"scene_preparation_seconds", subject.scene_seconds},
+            {"pilots", subject.pilots},
+            {"plan",
+             {{"methods", asked},
+              {"budgets", budgets},
+              {"external", subject.plan.external.name.empty() ? Json() : Json(subject.plan.external.command)},
+              {"seeds", subject.plan.seeds},
+              {"first_seed", subject.plan.first_seed},
+              {"clamp", subject.plan.clamp > 0 ? Json(subject.plan.clamp) : Json()},
+              {"clock", subject.clock == Clock::cpu ? "cpu" : "wall"}}},
+            {"definitions",
+             {{"confidence", kConfidence},
+              {"relative_mse_epsilon", kRelativeEpsilon},
+              {"blur_pixels", 2 * kBlurRadius + 1},
+              {"worst_share_of_pixels", kWorstShare}}},
+            {"reference",
+             {{"maker", reference.maker},
+              {"reason", reference.reason},
+              {"file", reference.file.string()},
+              {"samples", samples},
+              {"samples_found", reference.found},
+              {"independent_halves", reference.halves_differ},
+              {"seconds", seconds_json(reference.time)}}},
+            {"biases", biases(subject.plan)},
+            {"advice", advice(subject, measured)},
+            {"same_pictures", {{"compared", measured.pictures_compared}, {"different", measured.pictures_different}}},
+            {"methods", methods},
+            {"runs", runs}};
+}
+
+std::string csv_field(const std::string& text) {
+    if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char c : text) quoted.append(c == '"' ? 2 : 1, c);
+    return quoted + "\"";
+}
+
+std::string report_csv(const Subject& subject, const Measurement& measured) {
+    std::string csv =
+        "method,budget_samples,budget_seconds,seed,samples,wall_seconds,cpu_seconds,mse,relative_mse,"
+        "hdr_flip,trimmed_mse,blurred_mse";
+    for (const char* component : kComponents) csv += fmt::format(",{}_mse", component);
+    csv += ",non_finite\r\n";  // RFC 4180
+    for (const RunResult& r : measured.runs) {
+        const Budget& b = subject.plan.budgets[static_cast<std::size_t>(r.run.budget)];
+        csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}",
+                           csv_field(subject.plan.method_name(static_cast<std::size_t>(r.run.method))), b.samples,
+                           b.seconds, r.run.seed, r.samples, r.time.wall, r.time.cpu, r.mse, r.relative_mse,
+                           r.errors.flip, r.errors.trimmed_mse, r.blurred_mse);
+        for (const double component : r.errors.components)
+            csv += r.errors.has_components ? fmt::format(",{}", component) : ",";
+        csv += fmt::format(",{}\r\n", r.non_finite);
+    }
+    return csv;
+}
+
+}  // namespace halflight::converge

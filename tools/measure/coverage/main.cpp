@@ -1,0 +1,124 @@
+// Does `halflight render --error` keep its word? Renders many seeds to an error, and counts how often the errors told
+// are those that the pictures have: the interval holds the true error, and the bound is above it, in 95 % of the seeds.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "engine/core/error.h"
+#include "engine/core/image_tools.h"
+#include "engine/core/metrics.h"
+#include "renderer/render.h"
+#include "tools/common/tool_main.h"
+#include "tools/measure/bench/setup.h"
+#include "tools/measure/common/seed_errors.h"
+
+namespace halflight {
+namespace {
+
+struct Arguments {
+    std::vector<std::string> scenes;
+    std::string size = "48x48";
+    std::string metric = name(ErrorMetric::relmse);
+    double error = 0.01;
+    int seeds = 100;
+    int reference = 16384;
+    int bounces = 8;
+    std::size_t band_pixels = RenderSettings{}.band_pixels;
+};
+
+struct Tally {
+    int inside = 0, below_bound = 0, below_target = 0;
+    RunningMoments samples, told, truth;
+};
+
+Tally measure(const Arguments& a, const std::string& file, gpu::Context& context) {
+    const Scene scene = bench::load_lit(file);
+    RenderSettings settings;
+    const ivec2 size = bench::parse_size(a.size);
+    settings.width = size.x, settings.height = size.y;
+    settings.camera = bench::pick_camera(scene, "").camera;
+    settings.bounces = a.bounces;
+    settings.band_pixels = a.band_pixels;
+    Renderer renderer(context, scene, ColorConfig::load({}), settings);
+    FrameSettings frame = settings;
+
+    Image halves[2];
+    frame.samples = a.reference / 2;
+    for (std::uint32_t half : {0u, 1u}) {
+        frame.seed = static_cast<std::uint32_t>(a.seeds) + half;
+        halves[half] = rgb(renderer.render(frame).beauty);
+    }
+    frame.error = ErrorTarget{a.metric == name(ErrorMetric::mse) ? ErrorMetric::mse : ErrorMetric::relmse, a.error};
+    frame.samples = 1 << 24;
+    Image weights;
+    if (frame.error->metric == ErrorMetric::relmse) {
+        Image mean = halves[0];
+        for (std::size_t i = 0; i < mean.pixels.size(); ++i)
+            mean.pixels[i] = (halves[0].pixels[i] + halves[1].pixels[i]) / 2;
+        weights = relative_weights(mean);
+    }
+    Tally tally;
+    for (int seed = 0; seed < a.seeds; ++seed) {
+        frame.seed = static_cast<std::uint32_t>(seed);
+        const RenderResult result = renderer.render(frame);
+        const std::vector<Image> picture{rgb(result.beauty)};
+        const double truth = seed_errors(picture, halves[0], halves[1], weights).mse.value;
+        const ErrorEstimate& told = result.stats.error->estimate;
+        tally.inside += told.lower <= truth && truth <= told.upper;
+        tally.below_bound += truth <= told.bound;
+        tally.below_target += truth <= a.error;
+        tally.samples.add(static_cast<double>(result.stats.paths) / (double{1} * size.x * size.y));
+        tally.told.add(told.value), tally.truth.add(truth);
+    }
+    return tally;
+}
+
+void add_options(CLI::App& app, Arguments& a) {
+    app.add_option("--scene", a.scenes, "glTF files")->required();
+    app.add_option("--size", a.size, "WIDTHxHEIGHT")->capture_default_str();
+    app.add_option("--metric", a.metric, "mse or relmse")
+        ->check(CLI::IsMember({"mse", "relmse"}))
+        ->capture_default_str();
+    app.add_option("--error", a.error, "to reach")->check(CLI::PositiveNumber)->capture_default_str();
+    app.add_option("--seeds", a.seeds, "pictures")->check(CLI::PositiveNumber)->capture_default_str();
+    app.add_option("--reference", a.reference, "samples of the two references together")
+        ->check(CLI::Range(2, 1 << 24))
+        ->capture_default_str();
+    app.add_option("--bounces", a.bounces, "as of halflight render")
+        ->check(CLI::NonNegativeNumber)
+        ->capture_default_str();
+    app.add_option("--band", a.band_pixels, "pixels rendered at once")->capture_default_str();
+}
+
+void run(const Arguments& a) {
+    gpu::Context context = gpu::Context::create({});
+    fmt::print(
+        "{} below {:g}, {} pixels, {} seeds: mean figures, and how many seeds' true error is in the interval, "
+        "below the "
+        "bound, below the target\n\n{:<16} {:>8} {:>10} {:>10} "
+        "{:>9} {:>9} {:>9}\n",
+        a.metric, a.error, a.size, a.seeds, "scene", "samples", "told", "true", "interval", "bound", "target");
+    for (const std::string& file : a.scenes) {
+        const Tally t = measure(a, file, context);
+        fmt::print("{:<16} {:>8.0f} {:>10.4g} {:>10.4g} {:>9} {:>9} {:>9}\n",
+                   std::filesystem::path(file).stem().string(), t.samples.mean(), t.told.mean(), t.truth.mean(),
+                   t.inside, t.below_bound, t.below_target);
+        std::fflush(stdout);
+    }
+}
+
+}  // namespace
+}  // namespace halflight
+
+int main(int argc, char** argv) {
+    using namespace halflight;
+    CLI::App app("How often the error that `halflight render --error` tells is the error that the picture has",
+                 "halflight-coverage");
+    Arguments arguments;
+    add_options(app, arguments);
+    return tool_main(app, argc, argv, [&] {
+        run(arguments);
+        return 0;
+    });
+}
