@@ -1,6 +1,5 @@
-// Colour management through OpenColorIO: which config, which display and view, and the same transform as CPU code and
-// as GLSL. Rendering happens in linear Rec.709 whatever the config; display transforms are baked into display images
-// only.
+// Colour management through OpenColorIO: configs, displays and views, and the view transform as CPU code and as GLSL.
+// Rendering happens in linear Rec.709 with any config. Only display images have a display transform applied.
 #pragma once
 
 #include <filesystem>
@@ -15,18 +14,19 @@
 
 namespace halflight {
 
-/// What is wanted. Names are those of the config, in any case; a display's trailing " - Display" may be left out.
+/// A requested view transform. Names are those of the config, case-insensitive; a display's trailing " - Display" may
+/// be omitted.
 struct ViewTransform {
     std::string display;  // empty: the config's default
     std::string view;     // empty: the display's default
-    std::string look;     // empty: those of the view; otherwise it replaces them ("a, -b": a, then b undone)
-    float exposure = 0;   // stops: radiance is multiplied by 2^exposure before anything else
+    std::string look;     // empty: the view's own looks; otherwise replaces them ("a, -b": a, then the inverse of b)
+    float exposure = 0;   // stops; radiance is first multiplied by 2^exposure
     bool operator==(const ViewTransform&) const = default;
 };
 
-/// A texture that the shader samples: upload as GL_R32F or GL_RGB32F, clamp to edge, no mipmaps.
+/// A texture that the shader samples. Upload it as GL_R32F or GL_RGB32F, clamped to the edge, without mipmaps.
 struct GpuLut {
-    std::string sampler;        // name of the uniform, of type sampler{dimensions}D
+    std::string sampler;        // name of the uniform, whose type is sampler{dimensions}D
     int dimensions = 3;         // 1, 2 or 3
     int width = 1;              // texels
     int height = 1;             // texels
@@ -36,24 +36,25 @@ struct GpuLut {
     std::vector<float> values;  // width * height * depth * channels, x fastest
 };
 
-/// GLSL 4.5 text without #version that declares its samplers and defines
+/// GLSL 4.5 text without #version. It declares its samplers and defines
 ///     vec4 ocio_view(vec4 pixel)
-/// of linear Rec.709, exposure already multiplied in, to display-encoded values in [0,1]; alpha passes through.
+/// which converts linear Rec.709, already multiplied by the exposure, to display-encoded values in [0,1]. Alpha passes
+/// through.
 struct GpuShader {
     std::string glsl;
     std::vector<GpuLut> luts;
-    std::string cache_id;  // same id, same text and textures
+    std::string cache_id;  // equal ids mean equal text and textures
 };
 
 /// One display, view and look. Cheap to copy; const members may be called from many threads.
 ///
-/// On both sides: NaN counts as 0 and values are held within +-65504, so that an infinity shows as white; then OCIO;
-/// then the result is clamped to [0,1].
+/// CPU and GPU code do the same. First NaN becomes 0 and values are clamped to +-65504, so that an infinity shows as
+/// white. Then OCIO is applied, and its result is clamped to [0,1].
 class ViewProcessor {
   public:
-    /// Display-encoded copy of a linear Rec.709 image of 3 or 4 channels; exposure applied; alpha untouched.
+    /// Returns a display-encoded copy of a linear Rec.709 image of 3 or 4 channels. Applies the exposure; keeps alpha.
     Image apply(const Image& image) const;
-    /// The same for the GPU, except exposure: the caller multiplies by exposure_scale() first.
+    /// Returns the transform as GLSL, without the exposure: the caller multiplies by exposure_scale() first.
     GpuShader gpu_shader() const;
     float exposure_scale() const;
     const std::string& display() const;
@@ -67,21 +68,22 @@ class ViewProcessor {
     std::shared_ptr<const Data> data_;
 };
 
-/// A linear space of the config that scene-linear output can be converted to.
+/// A linear colour space of the config, to which scene-linear output can be converted.
 struct LinearSpace {
     std::string name;
-    mat3 from_rec709{1};                           // column vectors
-    std::optional<Chromaticities> chromaticities;  // where it is Rec.709, AP1 or AP0; unknown otherwise
+    mat3 from_rec709{1};                           // matrix for column vectors
+    std::optional<Chromaticities> chromaticities;  // set where the space is Rec.709, AP1 or AP0
 };
 
 class ColorConfig {
   public:
-    /// `file`, else $OCIO, else the config that is compiled in. What is named and cannot be read is an Error, never a
-    /// reason to take the next one.
+    /// Loads `file`, else $OCIO, else the built-in config. Throws Error where a named file cannot be read; it never
+    /// falls back to the next one.
     static ColorConfig load(const std::optional<std::filesystem::path>& file = std::nullopt);
 
     const std::string& source() const;  ///< the file's name, or "built-in"
-    /// What the config is made of: its own file, then LUTs that it names and that are there; none of the built-in one.
+    /// Returns the files of the config: its own file, then the existing LUTs that it names. Empty for the built-in
+    /// config.
     const std::vector<std::filesystem::path>& files() const;
     std::vector<std::string> displays() const;
     std::vector<std::string> views(const std::string& display) const;
@@ -90,11 +92,11 @@ class ColorConfig {
     std::string default_display() const;
     std::string default_view(const std::string& display) const;
 
-    /// Error lists the valid names where one is not known.
+    /// Returns the processor of a view. Throws Error that lists the valid names where a name is unknown.
     ViewProcessor view(const ViewTransform& transform) const;
 
-    /// A colour space, alias or role by name; Error where it is unknown or not a matrix away from linear Rec.709.
-    /// "" is the rendering space itself and asks nothing of the config.
+    /// Returns a colour space by name, alias or role; "" is the rendering space itself, which needs nothing of the
+    /// config. Throws Error where it is unknown, or where no matrix leads to it from linear Rec.709.
     LinearSpace linear_space(const std::string& name) const;
 
   private:

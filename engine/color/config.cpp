@@ -9,7 +9,7 @@
 
 namespace halflight {
 
-extern const char* const kEmbeddedConfig;  // embedded.cpp
+extern const char* const kEmbeddedConfig;  // defined in embedded.cpp
 
 namespace {
 
@@ -18,8 +18,8 @@ std::string lower(std::string text) {
     return text;
 }
 
-/// The valid name that is meant by `name`: exact, or the only one that agrees in any case, or that without " -
-/// Display".
+/// Returns the valid name that `name` means: an exact match, else the only case-insensitive match, also without a
+/// trailing " - Display".
 std::string resolve(const std::string& name, const std::vector<std::string>& valid, const std::string& source,
                     const std::string& kind) {
     if (std::find(valid.begin(), valid.end(), name) != valid.end()) return name;
@@ -33,7 +33,7 @@ std::string resolve(const std::string& name, const std::vector<std::string>& val
                 valid.empty() ? "none" : fmt::format("{}", fmt::join(valid, ", ")));
 }
 
-/// "a, -b": every name must be a look of the config.
+/// Resolves "a, -b", where every name must be a look of the config.
 std::string resolve_looks(const std::string& looks, const std::vector<std::string>& valid, const std::string& source) {
     std::string resolved;
     std::istringstream list(looks);
@@ -49,7 +49,7 @@ std::string resolve_looks(const std::string& looks, const std::vector<std::strin
     return resolved;
 }
 
-/// Rec.709 to ACES2065-1, Bradford adapted, out of OCIO's built-in transforms.
+/// Returns the transform from Rec.709 to ACES2065-1, with Bradford adaptation, made of OCIO's built-in transforms.
 ocio::TransformRcPtr rec709_to_aces() {
     const auto to_ap1 = ocio::BuiltinTransform::Create();
     to_ap1->setStyle("UTILITY - ACES-AP1_to_LINEAR-REC709_BFD");
@@ -68,7 +68,7 @@ ConfigFile open(const std::string& file) {
     return read;
 }
 
-/// OCIO says which file it is, and so do we; once is enough.
+/// Removes the file name that OCIO puts before its message, because ours names the file, too.
 std::string without_preamble(std::string message) {
     const std::string preamble = " failed. ";
     const std::size_t end = message.find(preamble);
@@ -76,14 +76,14 @@ std::string without_preamble(std::string message) {
                                                                              : message;
 }
 
-/// What linear Rec.709 is called by well-known configs that have no aces_interchange role.
+/// Names of linear Rec.709 in well-known configs without an aces_interchange role.
 constexpr const char* kRec709Names[] = {"Linear Rec.709 (sRGB)",   "lin_rec709",  "lin_srgb",     "Linear Rec.709",
                                         "Utility - Linear - sRGB", "Linear sRGB", "Linear BT.709"};
 
 }  // namespace
 
 ColorConfig ColorConfig::load(const std::optional<std::filesystem::path>& file) {
-    ocio::SetLoggingFunction([](const char*) {});  // a library does not print; what matters is thrown
+    ocio::SetLoggingFunction([](const char*) {});  // a library does not print; errors are thrown
     const char* const environment = std::getenv("OCIO");
     auto data = std::make_shared<Data>();
     std::string subject = "built-in colour config";
@@ -184,7 +184,7 @@ ViewProcessor ColorConfig::view(const ViewTransform& wanted) const {
     const char* const src = data_->rendering_space.c_str();
     try {
         const auto group = ocio::GroupTransform::Create();
-        // A view that shows plain numbers must see those of the rendering, not those of the interchange space.
+        // A view of raw data must show the numbers of the rendering, not those of the interchange space.
         const auto end =
             config.getColorSpace(config.getDisplayViewColorSpaceName(data->display.c_str(), data->view.c_str()));
         const bool is_data = end && end->isData();
@@ -233,8 +233,8 @@ LinearSpace ColorConfig::linear_space(const std::string& name) const {
             primary[i] = 1;
             space.from_rec709[i] = convert(primary);
         }
-        // A matrix maps these as the columns say; curves and offsets do not. Four roundings of values of about one
-        // each.
+        // A matrix maps the probes as its columns predict; curves and offsets do not. The tolerance covers four
+        // roundings of values of about one each.
         for (const vec3& probe : {vec3(0), vec3(0.25f), vec3(4, 2, 1)}) {
             const vec3 error = glm::abs(convert(probe) - space.from_rec709 * probe);
             if (!(glm::max(error.x, glm::max(error.y, error.z)) <= 1e-5f * (1 + glm::length(probe))))
@@ -243,7 +243,7 @@ LinearSpace ColorConfig::linear_space(const std::string& name) const {
     } catch (const ocio::Exception& e) {
         throw Error(data_->source, "colour space \"{}\": {}", name, e.what());
     }
-    // Published matrices are rounded to six digits or more; the spaces themselves differ by 1e-2 and more.
+    // Published matrices are rounded to six digits or more; different spaces differ by 1e-2 and more.
     constexpr double kSameSpace = 1e-4;
     for (const Chromaticities& known : {kRec709, kAp1, kAp0}) {
         const dmat3 expected = rgb_conversion(kRec709, known);

@@ -4,7 +4,7 @@
 namespace halflight {
 namespace {
 
-// As ViewProcessor::apply() does on the CPU. mix() with a bool vector selects, so that a NaN is not multiplied.
+// Mirrors ViewProcessor::apply() on the CPU. mix() with a bool vector selects, so that a NaN is not multiplied.
 constexpr const char* kWrapper = R"glsl(
 vec4 ocio_view(vec4 pixel)
 {
@@ -60,7 +60,7 @@ GpuShader ViewProcessor::gpu_shader() const {
         desc->setFunctionName("ocio_transform");
         desc->setResourcePrefix("ocio_");
         data_->processor->getOptimizedGPUProcessor(kOptimization)->extractGpuShaderInfo(desc);
-        // Uniforms stand for properties that change after extraction; what we ask for has none.
+        // Uniforms stand for properties that change after extraction; our transforms have none.
         if (desc->getNumUniforms() != 0)
             throw Error("view transform", "view \"{}\" has dynamic properties, which are not supported", data_->view);
         GpuShader shader;

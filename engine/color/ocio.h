@@ -1,4 +1,4 @@
-// What the files of this folder share, and the only place that names OpenColorIO's types.
+// Declarations shared by the files of this folder. No other header names OpenColorIO's types.
 #pragma once
 
 #include <OpenColorIO/OpenColorIO.h>
@@ -13,23 +13,24 @@ namespace halflight {
 
 namespace ocio = OCIO_NAMESPACE;
 
-/// Exact arithmetic, so that CPU and GPU differ by rounding only; inverse LUTs have no exact GPU form, so fast on both.
+/// Exact arithmetic, so that CPU and GPU differ by rounding only. Inverse LUTs have no exact GPU form; both sides use
+/// the fast one.
 inline constexpr auto kOptimization =
     static_cast<ocio::OptimizationFlags>(ocio::OPTIMIZATION_LOSSLESS | ocio::OPTIMIZATION_LUT_INV_FAST);
 
-/// A config, and the files that it is made of.
+/// A config and the files that it consists of.
 struct ConfigFile {
     ocio::ConstConfigRcPtr config;
-    std::vector<std::filesystem::path> files;  // its own first, then those of LUTs that are there
+    std::vector<std::filesystem::path> files;  // its own file, then existing LUTs
 };
-/// The config in a file, and what it names are regular files. Throws ocio::Exception.
+/// Reads a config. Throws ocio::Exception where it or a file that it names is not a regular file.
 ConfigFile read_config(const std::filesystem::path& path);
 
 struct ColorConfig::Data {
     ocio::ConstConfigRcPtr config;
     std::string source;
     std::vector<std::filesystem::path> files;
-    std::string rendering_space;       // a name of the config that `from_rec709` leads to
+    std::string rendering_space;       // name of the config's colour space that `from_rec709` converts to
     ocio::TransformRcPtr from_rec709;  // null where rendering_space is linear Rec.709 itself
 };
 

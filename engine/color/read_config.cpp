@@ -11,16 +11,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t kMaxConfigBytes = std::uint64_t{64} << 20;  // the largest of the ACES project's has 2 MB
-constexpr std::uint64_t kMaxLutBytes = std::uint64_t{1} << 30;      // as text, 129^3 entries have a tenth of that
+// the largest of the ACES project's configs has 2 MB
+constexpr std::uint64_t kMaxConfigBytes = std::uint64_t{64} << 20;
+// a text LUT of 129^3 entries has a tenth of this size
+constexpr std::uint64_t kMaxLutBytes = std::uint64_t{1} << 30;
 
-/// Finds the files of a config, and refuses those that OpenColorIO would read without end or wait for: it opens
-/// whatever it is given.
+/// Finds the files of a config. Refuses devices and pipes, which OpenColorIO would open and read or wait for without
+/// end.
 class FileGuard {
   public:
     explicit FileGuard(const ocio::Config& config) : config_(config) {}
 
-    /// Those that are there, in the order of their names.
+    /// Returns the existing files, sorted by name.
     std::set<fs::path> check_all() {
         for (int i = 0; i < config_.getNumColorSpaces(ocio::SEARCH_REFERENCE_SPACE_ALL, ocio::COLORSPACE_ALL); ++i) {
             const auto space = config_.getColorSpace(
@@ -61,7 +63,7 @@ class FileGuard {
         try {
             path = config_.getCurrentContext()->resolveFileLocation(source);
         } catch (const ocio::Exception&) {
-            return;  // is told when something needs it
+            return;  // reported when something needs the file
         }
         if (!fs::is_regular_file(path))
             throw ocio::Exception(fmt::format("LUT {}: not a regular file", path.string()).c_str());
@@ -77,7 +79,7 @@ class FileGuard {
     std::set<fs::path> files_;
 };
 
-/// OpenColorIO's exceptions go without the file's name.
+/// Reads a file; errors do not name it, like OpenColorIO's exceptions.
 std::string read(const fs::path& path) {
     try {
         return read_file(path, kMaxConfigBytes);
@@ -93,7 +95,7 @@ ConfigFile read_config(const fs::path& path) {
     if (is_lfs_pointer(bytes)) throw ocio::Exception("it is a Git LFS pointer, not the file itself");
     std::istringstream text(bytes);
     const ocio::ConfigRcPtr config = ocio::Config::CreateFromStream(text)->createEditableCopy();
-    config->setWorkingDir(fs::absolute(path).parent_path().c_str());  // where relative names of files begin
+    config->setWorkingDir(fs::absolute(path).parent_path().c_str());  // base of relative file names
     ConfigFile result{config, {path}};
     const std::set<fs::path> luts = FileGuard(*config).check_all();
     result.files.insert(result.files.end(), luts.begin(), luts.end());

@@ -7,7 +7,8 @@
 namespace halflight {
 namespace {
 
-constexpr float kLargest = 65504;  // of half: far beyond display white, and matrices cannot overflow on it
+// largest half float: far beyond display white, and small enough that matrices cannot overflow
+constexpr float kLargest = 65504;
 
 float presentable(float value) {
     return std::isnan(value) ? 0.0f : std::clamp(value, -kLargest, kLargest);

@@ -1,4 +1,4 @@
-// Where a user's caches are.
+// The location of the user's caches.
 #pragma once
 
 #include <filesystem>
@@ -6,8 +6,8 @@
 
 namespace halflight {
 
-/// $XDG_CACHE_HOME/halflight/`name`, else ~/.cache/halflight/`name` (XDG Base Directory Specification 0.8, by which
-/// relative paths count as not set); empty where neither is set.
+/// Returns $XDG_CACHE_HOME/halflight/`name`, else ~/.cache/halflight/`name`, or an empty path where neither variable is
+/// set. A relative path in a variable counts as not set (XDG Base Directory Specification 0.8).
 std::filesystem::path cache_folder(std::string_view name);
 
 }  // namespace halflight

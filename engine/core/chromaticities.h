@@ -1,11 +1,11 @@
-// Primaries and white points of RGB spaces, and the matrices between them.
+// Primaries and white points of RGB spaces, and the matrices between the spaces.
 #pragma once
 
 #include <glm/glm.hpp>
 
 namespace halflight {
 
-/// CIE 1931 (x, y) of an RGB space.
+/// CIE 1931 (x, y) chromaticities of an RGB space.
 struct Chromaticities {
     glm::dvec2 red, green, blue, white;
 };
@@ -14,7 +14,7 @@ inline constexpr Chromaticities kRec709{{0.64, 0.33}, {0.30, 0.60}, {0.15, 0.06}
 inline constexpr Chromaticities kAp1{{0.713, 0.293}, {0.165, 0.830}, {0.128, 0.044}, {0.32168, 0.33767}};  // S-2014-004
 inline constexpr Chromaticities kAp0{{0.7347, 0.2653}, {0, 1}, {0.0001, -0.077}, {0.32168, 0.33767}};  // SMPTE 2065-1
 
-/// Linear RGB to CIE XYZ, white (1, 1, 1) having Y = 1 (SMPTE RP 177-1993).
+/// Returns the matrix from linear RGB to CIE XYZ; white (1, 1, 1) gets Y = 1 (SMPTE RP 177-1993).
 inline glm::dmat3 rgb_to_xyz(const Chromaticities& c) {
     const auto xyz = [](const glm::dvec2& xy) { return glm::dvec3(xy.x / xy.y, 1, (1 - xy.x - xy.y) / xy.y); };
     const auto direction = [](const glm::dvec2& xy) { return glm::dvec3(xy.x, xy.y, 1 - xy.x - xy.y); };
@@ -23,7 +23,8 @@ inline glm::dmat3 rgb_to_xyz(const Chromaticities& c) {
     return glm::dmat3(primaries[0] * scale.x, primaries[1] * scale.y, primaries[2] * scale.z);
 }
 
-/// Linear RGB of one space to another; white goes to white by Bradford adaptation (Lam 1985; ICC.1:2010, annex E).
+/// Returns the matrix from linear RGB of one space to linear RGB of another. White maps to white by Bradford adaptation
+/// (Lam 1985; ICC.1:2010, annex E).
 inline glm::dmat3 rgb_conversion(const Chromaticities& from, const Chromaticities& to) {
     const glm::dmat3 bradford =
         glm::transpose(glm::dmat3(0.8951, 0.2664, -0.1614, -0.7502, 1.7135, 0.0367, 0.0389, -0.0685, 1.0296));

@@ -7,7 +7,8 @@ bool is_control(char c) {
     return static_cast<unsigned char>(c) < ' ' || c == 0x7f;
 }
 
-/// Messages of libraries may span lines and repeat what a file says, even to the terminal; ours never do.
+/// Returns "subject: what" without line breaks and control characters. Messages of libraries may span lines, and may
+/// repeat bytes of a file that a terminal would obey.
 std::string one_line(std::string_view subject, std::string_view what) {
     std::string line(subject);
     if (!line.empty()) line += ": ";

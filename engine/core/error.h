@@ -1,5 +1,5 @@
-// Error policy: assert() for mistakes in our own logic, Error for what the world does (files, drivers, arguments),
-// a return value for what is expected. The library neither prints nor exits: a program shows Error::what() as one line.
+// Error policy: assert() for mistakes in our own logic, Error for failures of files, drivers and arguments, and return
+// values for expected outcomes. The library neither prints nor exits; a program shows Error::what() as one line.
 #pragma once
 
 #include <fmt/format.h>
@@ -10,7 +10,8 @@
 
 namespace halflight {
 
-/// One line "subject: what is wrong"; the subject names file and element ("room.glb: accessors[3]").
+/// An error message of one line, "subject: what is wrong". The subject names file and element ("room.glb:
+/// accessors[3]").
 class Error : public std::runtime_error {
   public:
     Error(std::string_view subject, std::string_view what);

@@ -11,7 +11,7 @@
 namespace halflight {
 namespace {
 
-/// Takes a number off the front of `text`; false where there is none or it is too large.
+/// Takes a number off the front of `text`; returns false where there is none or it is too large.
 bool take_number(std::string_view& text, std::uint32_t& value) {
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc()) return false;
@@ -46,7 +46,8 @@ Range parse_range(std::string_view subject, std::string_view entry) {
     return range;
 }
 
-/// Digits with a point among them, as whole / 10^decimals; false where it is none, or too long.
+/// Takes a decimal number off the front of `text`; its value is whole / power, and power is a power of ten. Returns
+/// false where there is no number or it has too many digits.
 bool take_decimal(std::string_view& text, std::int64_t& whole, std::int64_t& power) {
     constexpr std::size_t kMostDigits = 12;
     whole = 0, power = 1;
@@ -66,11 +67,12 @@ bool take_decimal(std::string_view& text, std::int64_t& whole, std::int64_t& pow
     return digits > 0 && digits <= kMostDigits;
 }
 
-/// The rate of colour television that is meant by 23.976, 29.97, ...: whole / power where it is none.
+/// Replaces whole / power by the exact NTSC rate where it is that rate rounded: 23.976, 29.97 and so on.
 void snap_to_ntsc(std::int64_t& whole, std::int64_t& power) {
     if (power < 100) return;
     for (const std::int64_t nominal : {24, 30, 48, 60, 120}) {
-        // Half a unit of the last decimal that is given, or all of it where the rest was cut off.
+        // The difference may be half a unit of the last given decimal, or a whole unit where further digits were cut
+        // off.
         const std::int64_t difference = whole * 1001 - nominal * 1000 * power;
         if (difference > -1001 && difference < 1001) whole = nominal * 1000, power = 1001;
     }
@@ -81,7 +83,7 @@ void snap_to_ntsc(std::int64_t& whole, std::int64_t& power) {
 std::string frames_text(const std::vector<std::uint32_t>& frames) {
     std::string text;
     for (std::size_t i = 0; i < frames.size();) {
-        std::size_t end = i + 1;  // of what goes on by the same step
+        std::size_t end = i + 1;  // one past the run with a constant step
         const bool rises = end < frames.size() && frames[end] > frames[i];
         const std::uint32_t step = rises ? frames[end] - frames[i] : 0;
         while (rises && end < frames.size() && frames[end] > frames[end - 1] && frames[end] - frames[end - 1] == step)

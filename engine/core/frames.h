@@ -1,4 +1,4 @@
-// Frames of a sequence: which ones are meant ("1-10", "1-10x2", "1,5,9-12"), and when they are.
+// Frames of a sequence: lists of frame numbers ("1-10", "1-10x2", "1,5,9-12"), frame rates and times.
 #pragma once
 
 #include <cstddef>
@@ -9,40 +9,43 @@
 
 namespace halflight {
 
-inline constexpr std::size_t kMaxFrames = std::size_t{1} << 20;  ///< in one list: half a day at 24 frames a second
+/// maximum length of one list: half a day at 24 frames per second
+inline constexpr std::size_t kMaxFrames = std::size_t{1} << 20;
 
-/// The frames of a comma list, in its order, each once. An entry is N; A-B, both included, A <= B; or A-BxS, every
-/// S-th of these from A on. Numbers are decimal, 0 to 2^32 - 1, S >= 1; there is no space. Throws Error whose subject
-/// is `subject`: anything else, or more than kMaxFrames.
+/// Returns the frames of a comma-separated list in the given order, without duplicates. An entry is N, A-B (both
+/// included, A <= B) or A-BxS (every S-th frame from A on, S >= 1). Numbers are decimal, 0 to 2^32 - 1; spaces are not
+/// allowed. Throws Error with `subject` for anything else and for more than kMaxFrames frames.
 std::vector<std::uint32_t> parse_frames(std::string_view subject, std::string_view text);
 
-/// The reverse: "1-10,15,20-30x5", ranges where three or more follow each other by the same step. In the order given.
+/// Returns the list as text, "1-10,15,20-30x5", in the given order. Three or more frames with a constant step become a
+/// range.
 std::string frames_text(const std::vector<std::uint32_t>& frames);
 
-/// One of so many consecutive parts of a list, whose lengths differ by one at most.
+/// One of `of` consecutive parts of a list. The lengths of the parts differ by one at most.
 struct ListPart {
-    std::uint32_t number = 1;  // from 1 to `of`
+    std::uint32_t number = 1;  // 1 to `of`
     std::uint32_t of = 1;
 };
-/// "3/24". Throws Error whose subject is `subject`.
+/// Reads a part such as "3/24". Throws Error with `subject` where it is none.
 ListPart parse_part(std::string_view subject, std::string_view text);
-/// Nothing where there are more parts than frames, in some of them.
+/// Returns the part of a list; some parts are empty where there are more parts than frames.
 std::vector<std::uint32_t> part_of(const std::vector<std::uint32_t>& frames, const ListPart& part);
 
-/// Frames per second, exactly.
+/// An exact frame rate, frames per second.
 struct FrameRate {
     std::int32_t numerator = 24;   // > 0
     std::int32_t denominator = 1;  // > 0
 
-    /// When a frame is: frame 0 at 0 s.
+    /// Returns the time of a frame, seconds; frame 0 is at 0 s.
     double seconds(double frame) const { return frame * denominator / numerator; }
     bool operator==(const FrameRate&) const = default;
 };
 
-/// "24", "12.5", "30000/1001"; 23.976, 29.97 and their like, to two decimals at least, mean N * 1000/1001 (SMPTE
-/// 12M). Throws Error whose subject is `subject`: anything else, or beyond 0.001 to 1000000.
+/// Reads a frame rate: "24", "12.5" or "30000/1001". 23.976, 29.97 and similar rates, given to two decimals or more,
+/// mean N * 1000/1001 (SMPTE 12M). Throws Error with `subject` for anything else and for rates outside 0.001 to
+/// 1000000.
 FrameRate parse_frame_rate(std::string_view subject, std::string_view text);
-/// "24", "30000/1001".
+/// Returns a rate as text: "24", "30000/1001".
 std::string text(const FrameRate& rate);
 
 }  // namespace halflight

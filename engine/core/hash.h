@@ -1,4 +1,4 @@
-// Hashes of bytes.
+// Hashes of byte strings.
 #pragma once
 
 #include <cstddef>
@@ -8,14 +8,14 @@
 
 namespace halflight {
 
-/// FNV-1a of 64 bits (Fowler, Noll, Vo; IETF draft-eastlake-fnv): for telling inputs apart, not for safety.
+/// 64-bit FNV-1a hash (Fowler, Noll, Vo; IETF draft-eastlake-fnv). It tells inputs apart and is not cryptographic.
 class Hash {
   public:
     void add_bytes(const void* bytes, std::size_t count) {
         const auto* at = static_cast<const unsigned char*>(bytes);
         for (std::size_t i = 0; i < count; ++i) value_ = (value_ ^ at[i]) * 0x100000001b3;
     }
-    /// Of types without padding.
+    /// Adds the bytes of a value; the type must not have padding.
     template <class T>
     requires std::has_unique_object_representations_v<T> || std::is_floating_point_v<T>
     void add(const T& value) { add_bytes(&value, sizeof(value)); }

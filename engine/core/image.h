@@ -11,7 +11,7 @@ namespace halflight {
 struct Image {
     int width = 0;     // pixels, >= 0
     int height = 0;    // pixels, >= 0
-    int channels = 0;  // of a pixel, >= 1
+    int channels = 0;  // channels per pixel, >= 1
     std::vector<float> pixels;
 
     Image() = default;
@@ -27,7 +27,7 @@ struct Image {
     }
 };
 
-/// Which values of an image are not finite; both are bugs wherever a pass writes them.
+/// Numbers of NaNs and infinities in an image. Either is a bug in an image that a pass writes.
 struct NonFinite {
     std::size_t nans = 0;
     std::size_t infinities = 0;

@@ -6,7 +6,7 @@
 namespace halflight {
 namespace {
 
-/// Along one axis: `count` pixels, `stride` values apart from each other.
+/// Blurs a line of `count` pixels that are `stride` values apart.
 void blur_line(const float* from, float* to, int count, std::size_t stride, int radius) {
     for (int i = 0; i < count; ++i) {
         const int first = std::max(i - radius, 0), last = std::min(i + radius, count - 1);

@@ -1,18 +1,18 @@
-// What is done to images now and then.
+// Small operations on images.
 #pragma once
 
 #include "engine/core/image.h"
 
 namespace halflight {
 
-/// The first three channels of an image that has them: without alpha, which over black is what every viewer shows.
+/// Returns the first three channels of an image with at least three. Alpha is dropped, so the picture is over black.
 Image rgb(const Image& rgba);
 
-/// Of the same size and channels, every value bit for bit.
+/// Returns whether both images have equal size, channels and bits.
 bool same_bits(const Image& a, const Image& b);
 
-/// Each pixel's mean with its neighbours in a square of (2 radius + 1)^2 pixels; at the border, with those that there
-/// are.
+/// Returns the mean of each pixel's square neighbourhood of (2 radius + 1)^2 pixels. At the border, only pixels inside
+/// the image count.
 Image box_blur(const Image& image, int radius);
 
 }  // namespace halflight

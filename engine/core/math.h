@@ -1,4 +1,4 @@
-// Names of GLM's types in our namespace, and the few things that GLM lacks.
+// GLM's types in our namespace, and the few operations that GLM lacks.
 #pragma once
 
 #include <cstdint>
@@ -28,7 +28,7 @@ struct Bounds {
     vec3 extent() const { return empty() ? vec3(0) : upper - lower; }
 };
 
-/// Relative luminance of linear Rec.709 radiance (ITU-R BT.709-6, item 3.2).
+/// Returns the relative luminance of linear Rec.709 radiance (ITU-R BT.709-6, item 3.2).
 inline float luminance(const vec3& c) {
     return 0.2126f * c.x + 0.7152f * c.y + 0.0722f * c.z;
 }

@@ -1,4 +1,4 @@
-// How far an image is from a reference: pixel by pixel, and as one number.
+// Error metrics of an image against a reference, as maps and as single numbers.
 #pragma once
 
 #include <span>
@@ -7,31 +7,33 @@
 
 namespace halflight {
 
-/// What keeps the relative error of dark pixels finite: errors at a radiance far below its root, 0.1, count absolutely.
+/// Bounds the relative error of dark pixels: where the reference is far below 0.1, the root of this, errors count
+/// absolutely.
 inline constexpr double kRelativeEpsilon = 0.01;
 
-/// (value - reference)^2 / (reference^2 + kRelativeEpsilon) (Rousselle, Knaus, Zwicker 2011, Adaptive Sampling and
-/// Reconstruction using Greedy Error Minimization, section 5).
+/// Returns (value - reference)^2 / (reference^2 + kRelativeEpsilon) (Rousselle, Knaus, Zwicker 2011, Adaptive Sampling
+/// and Reconstruction using Greedy Error Minimization, section 5).
 inline double relative_squared_error(double value, double reference) {
     const double error = value - reference;
     return error * error / (reference * reference + kRelativeEpsilon);
 }
 
-/// Its mean over all values but for this share of them, the worst ones; 0 without values. Precondition: as many of
-/// both.
+/// Returns the mean relative squared error without the share `left_out` of the values with the largest errors; 0
+/// without values. Precondition: both spans have the same length.
 double relative_mse(std::span<const double> values, std::span<const double> reference, double left_out = 0);
 
-/// Maps have one channel: the mean over the images' channels of the (relative) squared error. Precondition: images of
-/// the same size and channels.
+/// Returns a map with one channel: the mean of the (relative) squared error over the image's channels. Precondition:
+/// both images have the same size and channels.
 Image squared_error_map(const Image& image, const Image& reference);
 Image relative_squared_error_map(const Image& image, const Image& reference);
 
-/// Mean over all values; 0 without any.
+/// Returns the mean over all values; 0 without values.
 double mean_of(const Image& map);
 
-/// The worst pixels that heavy tails are told by: this share of all, at least one.
+/// Share of all pixels, at least one pixel, that counts as the worst pixels when a report measures heavy tails.
 inline constexpr double kWorstShare = 0.001;
-/// Share in the sum of a map without negative values that its worst pixels hold, in [0, 1]; 0 where all are 0.
+/// Returns the share, in [0, 1], of a map's sum that its worst pixels hold; 0 where all values are 0. Precondition: no
+/// value is negative.
 double worst_share(std::span<const float> map, double worst = kWorstShare);
 
 }  // namespace halflight

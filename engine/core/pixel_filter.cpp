@@ -9,14 +9,14 @@ namespace {
 
 constexpr double kTerms[] = {0.35875, 0.48829, 0.14128, 0.01168};
 
-/// Integral of the Blackman-Harris window over [-1, t] by that over [-1, 1].
+/// Returns the integral of the Blackman-Harris window over [-1, t], divided by its integral over [-1, 1].
 double blackman_harris_share(double t) {
     double sum = kTerms[0] * (t + 1);
     for (int k = 1; k < 4; ++k) sum += kTerms[k] / (k * kPi) * std::sin(k * kPi * t);
     return sum / (2 * kTerms[0]);
 }
 
-/// Where that is `share`, by bisection down to what a float can tell.
+/// Returns the t at which blackman_harris_share() is `share`, by bisection to float precision.
 double blackman_harris_point(double share) {
     double lower = -1, upper = 1;
     for (int i = 0; i < 40; ++i) {

@@ -8,20 +8,20 @@
 
 namespace halflight {
 
-// Let d_r be the error of replicate r, a vector over all values, <.,.> the mean weighted product, R the number of
-// replicates, and d the mean of the d_r. Their scatter
+// Let d_r be the error of replicate r, a vector over all values. <.,.> is the mean weighted product, R is the number of
+// replicates, and d is the mean of the d_r. The scatter of the replicates
 //   V = sum_r |d_r - d|^2 / (R (R - 1))
-// is what the squared error |d|^2 of their mean is expected to be, whatever correlates the samples within a replicate.
-// It is off by
+// has the squared error |d|^2 of their mean as its expected value, whatever correlates the samples within a replicate.
+// Its deviation is
 //   |d|^2 - V = sum_{r != s} <d_r, d_s> / (R (R - 1)),
-// of mean 0 and variance 2 / (R (R - 1)) E<d_1, d_2>^2, whatever correlates pixels. With four different replicates,
+// with mean 0 and variance 2 / (R (R - 1)) E<d_1, d_2>^2, whatever correlates pixels. For four different replicates,
 //   <d_p - d_q, d_r - d_s>^2 has the mean 4 E<d_1, d_2>^2,
-// since its mixed products have mean 0; the d_r need not be known for it, only their differences. It is a quadratic
-// form of rank R (R - 3) / 2: so many products are independent, which is the freedom of Student's t.
+// since its mixed products have mean 0. It needs the differences of the d_r only, not the d_r themselves. It is a
+// quadratic form of rank R (R - 3) / 2; this number of independent products is the freedom of Student's t.
 //
-// Student's t takes <d_1, d_2> for nearly normal, as the sum over many pixels of independent noise is: where few values
-// hold most of the error, the interval holds less often. What no sample of any replicate has met, such as a small and
-// bright light, is in none of their differences, and so not in V either.
+// Student's t assumes that <d_1, d_2> is nearly normal, like a sum of independent noise over many pixels. Where few
+// values hold most of the error, the coverage of the interval is lower. A feature that no sample of any replicate has
+// met, such as a small bright light, is in none of the differences, and therefore not in V either.
 
 ReplicateError::ReplicateError(int replicates)
     : replicates_(static_cast<std::size_t>(replicates)), gram_(replicates_ * replicates_), deviations_(replicates_) {
@@ -49,7 +49,7 @@ ErrorEstimate ReplicateError::estimate() const {
     assert(count_ > 0);
     const auto n = static_cast<double>(replicates_);
     double scatter = 0;
-    RunningMoments products;  // of four different replicates
+    RunningMoments products;  // over products of four different replicates
     for (std::size_t p = 0; p < replicates_; ++p) {
         scatter += at(p, p);
         for (std::size_t q = 0; q < p; ++q) {
@@ -65,7 +65,8 @@ ErrorEstimate ReplicateError::estimate() const {
     const double deviation = std::sqrt(2 / (n * (n - 1)) * products.mean() / 4) / count_;
     const double freedom = n * (n - 3) / 2;
     const double two_sided = student_quantile(kConfidence, freedom);
-    const double one_sided = student_quantile(2 * kConfidence - 1, freedom);  // half of what is beyond is below
+    // half of the tail probability is below the interval
+    const double one_sided = student_quantile(2 * kConfidence - 1, freedom);
     return {value, std::max(value - two_sided * deviation, 0.0), value + two_sided * deviation,
             value + one_sided * deviation};
 }

@@ -1,4 +1,4 @@
-// How wrong a picture is that is the mean of independent replicates of itself, told from how they differ.
+// Error estimate of a picture that is the mean of independent replicates, from the differences of the replicates.
 #pragma once
 
 #include <span>
@@ -6,26 +6,27 @@
 
 namespace halflight {
 
-/// A picture's squared error, mean over its values, each times its weight.
+/// Squared error of a picture: the mean over its values of each value's error times its weight.
 struct ErrorEstimate {
     double value = 0;
-    double lower = 0;  // lower to upper holds the error of this very picture at kConfidence
+    double lower = 0;  // lower to upper contains the error of this very picture at confidence kConfidence
     double upper = 0;
-    double bound = 0;  // the error is below it at kConfidence
+    double bound = 0;  // upper bound of the error at confidence kConfidence
 };
 
 class ReplicateError {
   public:
-    /// At least four: fewer do not tell how far the estimate is off.
+    /// Needs at least four replicates; fewer give no error bar for the estimate.
     explicit ReplicateError(int replicates);
 
-    /// A value of the picture: what each replicate has for it, and the weight of its error. Replicates are independent,
-    /// unbiased and alike; the picture is their mean.
+    /// Adds one value of the picture: its value in each replicate, and the weight of its error. Replicates are
+    /// independent, unbiased and identically distributed; the picture is their mean.
     void add(std::span<const double> values, double weight);
-    /// Another part of the same picture: its replicates share seeds with these, and may have other numbers of samples.
+    /// Adds another part of the same picture. Its replicates share seeds with these, and may have other numbers of
+    /// samples.
     void add(const ReplicateError& part);
 
-    /// Precondition: not empty.
+    /// Returns the estimate. Precondition: values have been added.
     ErrorEstimate estimate() const;
 
   private:
@@ -34,7 +35,7 @@ class ReplicateError {
     std::size_t replicates_;
     std::vector<double> gram_;  // weighted products of the replicates' deviations from their mean, summed over values
     std::vector<double> deviations_;
-    double count_ = 0;  // of values
+    double count_ = 0;  // number of values
 };
 
 }  // namespace halflight

@@ -32,8 +32,8 @@ double quantile(std::vector<double> values, double q) {
     return std::lerp(values[below], values[above], position - static_cast<double>(below));
 }
 
-// With t = sqrt(freedom) tan(angle) the density is C cos(angle)^(freedom - 1): smooth, so Simpson's rule on 256
-// intervals of what is left up to a right angle is good to more digits than anybody reads (to 5 at 1000 degrees).
+// With t = sqrt(freedom) tan(angle) the density is C cos(angle)^(freedom - 1), which is smooth. Simpson's rule on 256
+// intervals of the angle up to pi/2 gives at least 5 digits at 1000 degrees of freedom, and more at fewer.
 double student_tails(double t, double freedom) {
     constexpr int kIntervals = 256;
     freedom = std::min(freedom, 1000.0);
@@ -48,7 +48,7 @@ double student_tails(double t, double freedom) {
     return std::min(2 * constant * sum * step / 3, 1.0);
 }
 
-// Bisection of the angle of the above, over which the tails fall strictly from 1 to 0.
+// Bisects the angle of student_tails(), over which the tail probability falls strictly from 1 to 0.
 double student_quantile(double chance, double freedom) {
     assert(chance > 0 && chance < 1 && freedom >= 1);
     double low = 0, high = std::numbers::pi / 2;
@@ -110,7 +110,7 @@ Slope fit_slope(std::span<const CurvePoint> points) {
         fit.scatter = chi_square / freedom;
         const double widening = weighted ? std::max(fit.scatter, 1.0) : fit.scatter;
         fit.slope.half_width = student_quantile(kConfidence, freedom) * std::sqrt(widening / xx);
-    } else if (weighted) {  // two points, whose errors have to be believed
+    } else if (weighted) {  // two points: no residuals, so their errors are trusted
         fit.slope.half_width = kNormalQuantile / std::sqrt(xx);
     }
     return fit;
