@@ -7,10 +7,10 @@
 
 #include "tests/support/error_message.h"
 #include "tools/common/color_map.h"
+#include "tools/view/layer_view.h"
 #include "tools/view/pass_history.h"
 #include "tools/view/resolution.h"
 #include "tools/view/script.h"
-#include "tools/view/seen.h"
 #include "tools/view/statistics_text.h"
 #include "tools/view/timings.h"
 
@@ -33,7 +33,7 @@ int settled(double budget, double fixed, double each, bool whole_one) {
     Resolution resolution(budget);
     const auto took = [&](int d) {
         const ivec2 size = divided(kSize, d);
-        resolution.took(size, fixed + each * size.x * size.y);
+        resolution.record(size, fixed + each * size.x * size.y);
     };
     if (whole_one) took(1);
     for (int i = 0; i < 10; ++i) took(resolution.divisor(kSize));
@@ -52,20 +52,20 @@ TEST(Resolution, FindsTheFinestThatIsInTime) {
 
 TEST(Resolution, ForgetsAndAdapts) {
     Resolution resolution(0.1);
-    resolution.took(kSize, 0.05);
+    resolution.record(kSize, 0.05);
     EXPECT_EQ(resolution.divisor(kSize), 1);
-    for (int i = 0; i < 20; ++i) resolution.took(kSize, 0.3);
+    for (int i = 0; i < 20; ++i) resolution.record(kSize, 0.3);
     EXPECT_GT(resolution.divisor(kSize), 1) << "it has become slow";
-    resolution.forget();
+    resolution.reset();
     EXPECT_EQ(resolution.divisor(kSize), 8);
 }
 
 TEST(Resolution, TriesAgainWhatWasSlowOnce) {
     Resolution resolution(0.1);
-    resolution.took(divided(kSize, 8), 0.5);
+    resolution.record(divided(kSize, 8), 0.5);
     EXPECT_EQ(resolution.divisor(kSize), 16);
     int pictures = 0;
-    for (; resolution.divisor(kSize) == 16 && pictures < 1000; ++pictures) resolution.took(divided(kSize, 16), 0.01);
+    for (; resolution.divisor(kSize) == 16 && pictures < 1000; ++pictures) resolution.record(divided(kSize, 16), 0.01);
     EXPECT_EQ(resolution.divisor(kSize), 8);
     EXPECT_GT(pictures, 20) << "but not all the time";
 }
@@ -95,35 +95,35 @@ TEST(Script, BadLinesAreNamed) {
     const auto message = [](const std::string& line) {
         return error_message([&] { parse_script("s.txt", "wait first\n" + line); });
     };
-    EXPECT_EQ(message("jump 3"), "s.txt:2: there is no command 'jump'");
-    EXPECT_EQ(message("orbit 1"), "s.txt:2: 'orbit' wants 2 words, not 1");
-    EXPECT_EQ(message("orbit 1 x"), "s.txt:2: 'orbit' wants a number, not 'x'");
-    EXPECT_EQ(message("orbit 1 inf"), "s.txt:2: 'orbit' wants a number, not 'inf'");
-    EXPECT_EQ(message("orbit 1e300 0"), "s.txt:2: 'orbit' wants a number from -1000000 to 1000000, not 1e300");
-    EXPECT_EQ(message("focus 0 -2e6"), "s.txt:2: 'focus' wants a number from -1000000 to 1000000, not -2e6");
-    EXPECT_EQ(message("fly 0 0 1e30"), "s.txt:2: 'fly' wants a number from -1000000000 to 1000000000, not 1e30");
-    EXPECT_EQ(message("wait samples 1.5"), "s.txt:2: 'wait' wants a whole number, not '1.5'");
-    EXPECT_EQ(message("wait samples 0"), "s.txt:2: 'wait' wants a number from 1 to 16777216, not 0");
+    EXPECT_EQ(message("jump 3"), "s.txt:2: unknown command 'jump'");
+    EXPECT_EQ(message("orbit 1"), "s.txt:2: 'orbit' takes 2 arguments, not 1");
+    EXPECT_EQ(message("orbit 1 x"), "s.txt:2: 'orbit' needs a number, not 'x'");
+    EXPECT_EQ(message("orbit 1 inf"), "s.txt:2: 'orbit' needs a number, not 'inf'");
+    EXPECT_EQ(message("orbit 1e300 0"), "s.txt:2: 'orbit' needs a number from -1000000 to 1000000, not 1e300");
+    EXPECT_EQ(message("focus 0 -2e6"), "s.txt:2: 'focus' needs a number from -1000000 to 1000000, not -2e6");
+    EXPECT_EQ(message("fly 0 0 1e30"), "s.txt:2: 'fly' needs a number from -1000000000 to 1000000000, not 1e30");
+    EXPECT_EQ(message("wait samples 1.5"), "s.txt:2: 'wait' needs a whole number, not '1.5'");
+    EXPECT_EQ(message("wait samples 0"), "s.txt:2: 'wait' needs a number from 1 to 16777216, not 0");
     EXPECT_EQ(message("wait long"),
-              "s.txt:2: there is 'wait first', 'wait samples N' and 'wait error E', no 'wait long'");
+              "s.txt:2: unknown 'wait long'; valid are 'wait first', 'wait samples N' and 'wait error E'");
     EXPECT_EQ(message("wait for 3"),
-              "s.txt:2: there is 'wait first', 'wait samples N' and 'wait error E', no 'wait for'");
-    EXPECT_EQ(message("wait error 0"), "s.txt:2: 'wait' wants a number from 1e-09 to 1000000000, not 0");
-    EXPECT_EQ(message("wait error x"), "s.txt:2: 'wait' wants a number, not 'x'");
-    EXPECT_EQ(message("component emission"), "s.txt:2: 'component' wants 2 words, not 1");
-    EXPECT_EQ(message("component emission maybe"), "s.txt:2: 'component' is on or off");
-    EXPECT_EQ(message("split 1.5"), "s.txt:2: 'split' wants a number from 0 to 1, not 1.5");
-    EXPECT_EQ(message("light -1 2"), "s.txt:2: 'light' wants a number from 0 to 16777216, not -1");
-    EXPECT_EQ(message("light 0.5 2"), "s.txt:2: 'light' wants a whole number, not '0.5'");
-    EXPECT_EQ(message("light 12 0.5 0.5 2"), "s.txt:2: 'light' wants a number from 0 to 1, not 2");
-    EXPECT_EQ(message("clay perhaps"), "s.txt:2: 'clay' is on or off");
-    EXPECT_EQ(message("key X"), "s.txt:2: there is no key 'X'");
-    EXPECT_EQ(message("screenshot a.jpg"), "s.txt:2: a screenshot is a .png or an .exr");
-    EXPECT_EQ(message("camera \"main"), "s.txt:2: a quote has no end");
+              "s.txt:2: unknown 'wait for'; valid are 'wait first', 'wait samples N' and 'wait error E'");
+    EXPECT_EQ(message("wait error 0"), "s.txt:2: 'wait' needs a number from 1e-09 to 1000000000, not 0");
+    EXPECT_EQ(message("wait error x"), "s.txt:2: 'wait' needs a number, not 'x'");
+    EXPECT_EQ(message("component emission"), "s.txt:2: 'component' takes 2 arguments, not 1");
+    EXPECT_EQ(message("component emission maybe"), "s.txt:2: 'component' takes on or off");
+    EXPECT_EQ(message("split 1.5"), "s.txt:2: 'split' needs a number from 0 to 1, not 1.5");
+    EXPECT_EQ(message("light -1 2"), "s.txt:2: 'light' needs a number from 0 to 16777216, not -1");
+    EXPECT_EQ(message("light 0.5 2"), "s.txt:2: 'light' needs a whole number, not '0.5'");
+    EXPECT_EQ(message("light 12 0.5 0.5 2"), "s.txt:2: 'light' needs a number from 0 to 1, not 2");
+    EXPECT_EQ(message("clay perhaps"), "s.txt:2: 'clay' takes on or off");
+    EXPECT_EQ(message("key X"), "s.txt:2: unknown key 'X'; valid are F, H, R and 1 to 9");
+    EXPECT_EQ(message("screenshot a.jpg"), "s.txt:2: a screenshot must be a .png or an .exr");
+    EXPECT_EQ(message("camera \"main"), "s.txt:2: a quotation mark is not closed");
 }
 
-TEST(Seen, EveryViewShowsSomethingFinite) {
-    for (const std::string& view : views()) {
+TEST(DisplayImage, EveryViewShowsSomethingFinite) {
+    for (const std::string& view : layer_view_names()) {
         SCOPED_TRACE(view);
         RenderResult result;
         result.beauty = Image(4, 3, 4);
@@ -133,9 +133,9 @@ TEST(Seen, EveryViewShowsSomethingFinite) {
         if (view == "depth" || view == "samples" || view == "nodes") layer.image = Image(4, 3, 1);
         for (std::size_t i = 0; i < layer.image.pixels.size(); ++i) layer.image.pixels[i] = 0.1f * float(i % 7);
         result.aovs.push_back(layer);
-        const Look look{.view = view};
+        const LayerView layer_view{.layer = view};
         const std::vector<std::string> aovs = {view == kError ? "variance" : view};
-        const Seen shown = seen(look, aovs, result);
+        const DisplayImage shown = display_image(layer_view, aovs, result);
         EXPECT_EQ(shown.image.width, 4);
         EXPECT_EQ(shown.image.height, 3);
         EXPECT_GE(shown.image.channels, 3);
@@ -147,7 +147,7 @@ TEST(Seen, EveryViewShowsSomethingFinite) {
         EXPECT_EQ(least < most, view != kFinal);
         EXPECT_TRUE(!shown.encoded || (least >= 0 && most <= 1)) << least << " " << most;
         EXPECT_FALSE(description(view).empty());
-        EXPECT_EQ(aovs_of(look), view == kFinal ? std::vector<std::string>{} : aovs);
+        EXPECT_EQ(required_aovs(layer_view), view == kFinal ? std::vector<std::string>{} : aovs);
         const bool scaled = view == kError || view == "variance" || view == "depth" || view == "samples" ||
                             view == "nodes" || view == "culling";
         ASSERT_EQ(shown.scale.has_value(), scaled);
@@ -155,24 +155,24 @@ TEST(Seen, EveryViewShowsSomethingFinite) {
     }
 }
 
-TEST(Seen, NothingHasItsOwnColour) {
+TEST(DisplayImage, NothingHasItsOwnColour) {
     RenderResult result;
     result.beauty = Image(2, 1, 4);
     result.aovs.push_back({{}, Image(2, 1, 1)});
     result.aovs[0].image.pixels = {3, 1e10f};
-    const Image depth = seen({.view = "depth"}, {"depth"}, result).image;
+    const Image depth = display_image({.layer = "depth"}, {"depth"}, result).image;
     EXPECT_EQ(std::vector(depth.at(1, 0), depth.at(1, 0) + 3),
               (std::vector{0xfc / 255.0f, 0xfd / 255.0f, 0xbf / 255.0f}))
         << "the far end of magma";
     result.aovs[0].image = Image(2, 1, 3);
     result.aovs[0].image.pixels[0] = std::bit_cast<float>(7u);
     result.aovs[0].image.pixels[3] = std::bit_cast<float>(~0u);
-    const Image ids = seen({.view = "ids"}, {"ids"}, result).image;
+    const Image ids = display_image({.layer = "ids"}, {"ids"}, result).image;
     EXPECT_GT(*ids.at(0, 0), 0);
     EXPECT_EQ(*ids.at(1, 0), 0);
 }
 
-TEST(Seen, ComponentsAddUp) {
+TEST(DisplayImage, ComponentsAddUp) {
     RenderResult result;
     result.beauty = Image(1, 1, 4);
     result.beauty.pixels = {100, 100, 100, 1};
@@ -183,31 +183,32 @@ TEST(Seen, ComponentsAddUp) {
         ExrLayer& layer = result.aovs.emplace_back(ExrLayer{{}, Image(1, 1, 3)});
         layer.image.pixels = {float(1 << i), float(10 << i), 0};
     }
-    Look look;
-    EXPECT_FALSE(look.is_sum());
-    EXPECT_EQ(seen(look, aovs, result).image.pixels, result.beauty.pixels) << "all of them are the picture itself";
-    look.components = {true, false, false, true, false};
-    EXPECT_TRUE(look.is_sum());
-    const Seen sum = seen(look, aovs, result);
+    LayerView layer_view;
+    EXPECT_FALSE(layer_view.is_sum());
+    EXPECT_EQ(display_image(layer_view, aovs, result).image.pixels, result.beauty.pixels)
+        << "all of them are the picture itself";
+    layer_view.components = {true, false, false, true, false};
+    EXPECT_TRUE(layer_view.is_sum());
+    const DisplayImage sum = display_image(layer_view, aovs, result);
     EXPECT_EQ(sum.image.pixels, (std::vector<float>{9, 90, 0}));
     EXPECT_FALSE(sum.encoded);
-    look.view = "albedo";
-    EXPECT_FALSE(look.is_sum()) << "that has none";
+    layer_view.layer = "albedo";
+    EXPECT_FALSE(layer_view.is_sum()) << "that has none";
 }
 
-TEST(Seen, ErrorsAreOfTheMeanAndRelative) {
+TEST(DisplayImage, ErrorsAreOfTheMeanAndRelative) {
     RenderResult result;
     result.beauty = Image(2, 1, 4);
     result.beauty.pixels = {0, 0, 0, 1, 2, 2, 2, 1};
     result.aovs.push_back({{}, Image(2, 1, 3)});
     result.aovs[0].image.pixels = {0.012f, 0.012f, 0.012f, 1, 1, 1};
-    result.stats.samples = kLeastSamples;
-    const Seen error = seen({.view = kError}, {"variance"}, result);
+    result.stats.samples = kMinSamples;
+    const DisplayImage error = display_image({.layer = kError}, {"variance"}, result);
     // sqrt(0.012 / 0.01) = 1.1 and sqrt(1 / 4.01) = 0.499, which is the 99th percentile of two: a scale up to 0.5.
     EXPECT_FLOAT_EQ(error.scale->top, 0.5f);
     EXPECT_NEAR(error.image.at(0, 0)[2], magma(1).b, 1e-6f);
     EXPECT_NEAR(error.image.at(1, 0)[2], magma(0.49938f / 0.5f).b, 1e-3f);
-    const Seen variance = seen({.view = "variance"}, {"variance"}, result);
+    const DisplayImage variance = display_image({.layer = "variance"}, {"variance"}, result);
     EXPECT_FLOAT_EQ(variance.scale->top, 0.02f) << "that is absolute";
     EXPECT_FLOAT_EQ(variance.scale->bottom, 2e-6f);
     EXPECT_NEAR(variance.image.at(0, 0)[2], magma(0.94454f).b, 1e-3f) << "1 + log10(0.6) / 4";
@@ -221,25 +222,25 @@ TEST(Seen, ErrorsAreOfTheMeanAndRelative) {
     std::fill_n(rare.beauty.at(1, 1), 3, 100.0f);
     rare.aovs.push_back({{}, Image(3, 3, 3)});
     std::fill_n(rare.aovs[0].image.at(1, 1), 3, 10000.0f);
-    rare.stats.samples = kLeastSamples;
+    rare.stats.samples = kMinSamples;
     EXPECT_NEAR(*estimated_relmse({"variance"}, rare), 10000 / 1.01 / 9, 1e-2);
     EXPECT_FALSE(estimated_relmse({"albedo"}, result));
-    result.stats.samples = kLeastSamples - 1;
+    result.stats.samples = kMinSamples - 1;
     EXPECT_FALSE(estimated_relmse({"variance"}, result)) << "too few to tell";
 }
 
-TEST(Seen, BiasesAreThoseOfWhatIsSeen) {
+TEST(DisplayImage, BiasesAreThoseOfWhatIsSeen) {
     RenderStats stats;
     stats.biases = {"filtered", "clamped"};
     stats.layer_biases = {"clamped"};
-    Look look;
-    EXPECT_EQ(biases_of(look, stats), stats.biases);
-    look.components[2] = false;
-    EXPECT_EQ(biases_of(look, stats), stats.layer_biases) << "layers are without the filter, and so is their sum";
-    look.view = "indirect_diffuse";
-    EXPECT_EQ(biases_of(look, stats), stats.layer_biases);
-    look.view = kError;
-    EXPECT_EQ(biases_of(look, stats), stats.biases) << "it is relative to the picture";
+    LayerView layer_view;
+    EXPECT_EQ(biases_of(layer_view, stats), stats.biases);
+    layer_view.components[2] = false;
+    EXPECT_EQ(biases_of(layer_view, stats), stats.layer_biases) << "layers are without the filter, and so is their sum";
+    layer_view.layer = "indirect_diffuse";
+    EXPECT_EQ(biases_of(layer_view, stats), stats.layer_biases);
+    layer_view.layer = kError;
+    EXPECT_EQ(biases_of(layer_view, stats), stats.biases) << "it is relative to the picture";
 }
 
 TEST(Requests, ServeOthersThatDifferInWhatIsLookedAt) {
@@ -319,12 +320,11 @@ TEST(StatisticsText, TellsWhatCullingDoes) {
     stats.raster.push_back(raster);
     EXPECT_EQ(
         culling_lines(stats),
-        (std::vector<std::string>{"shadow: tiles (faster)", "  pairs per tile 10.0, 7.5 of them leaves; at most 32",
-                                  "  state hits: 75 % of lists kept, 25 % of rays ended by a remembered leaf",
-                                  "  10 % of rays went on beyond leaves", "  3.0 MiB of state",
-                                  "primary 0 by queries, each run:", "  10 queries, 2 about several nodes",
-                                  "  state hits: 3 queries saved of hidden nodes, 4 of visible ones",
-                                  "  25 nodes tested, 15 leaves hit, 450 pairs"}));
+        (std::vector<std::string>{
+            "shadow: tiles (faster)", "  10.0 pairs per tile, 7.5 leaves; maximum 32",
+            "  state hits: 75 % of lists, 25 % of rays by leaf", "  10 % of rays beyond the leaves",
+            "  3.0 MiB of state", "primary 0, occlusion queries per run:", "  10 queries, 2 for several nodes",
+            "  state hits: 3 hidden, 4 visible nodes not queried", "  25 nodes tested, 15 leaves hit, 450 pairs"}));
 }
 
 TEST(StatisticsText, TellsWhatIsLeftOut) {
@@ -341,19 +341,19 @@ TEST(Timings, FirstPicturesCount) {
     Picture picture;
     picture.divisor = 4;
     for (std::uint64_t i = 1; i <= 3; ++i) {
-        timings.requested(i, double(i));
+        timings.record_request(i, double(i));
         if (i == 2) continue;  // overtaken
         picture.request = i;
-        timings.shown(picture, double(i) + 0.25);
-        timings.shown(picture, double(i) + 0.5);
+        timings.record_shown(picture, double(i) + 0.25);
+        timings.record_shown(picture, double(i) + 0.5);
     }
     picture.divisor = 1;
     picture.seconds = 7;
     picture.result.stats.samples = 12;
-    timings.shown(picture, 20);
+    timings.record_shown(picture, 20);
     EXPECT_FALSE(timings.json()["last_picture"].contains("estimated_relmse"));
     picture.relmse = 0.25;
-    timings.shown(picture, 21);
+    timings.record_shown(picture, 21);
     const auto json = timings.json();
     EXPECT_EQ(json["views"], 2);
     EXPECT_EQ(json["seconds_to_first_picture"]["median"], 0.25);

@@ -76,7 +76,7 @@ TEST_F(ViewSession, DragsOfEachButton) {
 }
 
 TEST_F(ViewSession, FlyingTurnsTheHead) {
-    navigation.manner = Manner::fly;
+    navigation.mode = NavigationMode::fly;
     const CameraPose start = session.pose();
     steer({.drag = {0.1, 0}, .left = true});
     EXPECT_EQ(session.pose().from, start.from);
@@ -87,13 +87,13 @@ TEST_F(ViewSession, FlyingTurnsTheHead) {
     EXPECT_EQ(session.pose(), start);
 
     navigation.speed = 1;
-    steer({.way = {0, 0, 1}, .seconds = 0.05});
+    steer({.movement = {0, 0, 1}, .seconds = 0.05});
     EXPECT_TRUE(navigation.moving());
     const double step = glm::length(session.pose().from - start.from);
     const WorldBounds box = world_bounds(session.scene());
     EXPECT_NEAR(step, 0.1 * 0.05 * glm::length(box.upper - box.lower), 1e-9);
     session.reset_camera();
-    steer({.way = {0, 0, 1}, .seconds = 60});
+    steer({.movement = {0, 0, 1}, .seconds = 60});
     EXPECT_NEAR(glm::length(session.pose().from - start.from), 2 * step, 1e-9) << "a pause is no flight";
     steer({});
     EXPECT_FALSE(navigation.moving());
@@ -231,18 +231,18 @@ TEST_F(ViewSession, SavesSizeAndModes) {
 
 TEST_F(ViewSession, ComponentsAndErrorsNeedTheirAovs) {
     EXPECT_TRUE(session.request(kSize).aovs.empty());
-    session.look.components[1] = false;
+    session.layer_view.components[1] = false;
     EXPECT_EQ(session.request(kSize).aovs.size(), kComponents.size());
     EXPECT_TRUE(gathered(session.request(kSize)).empty()) << "they need no samples of their own";
     session.estimate_error = true;
     EXPECT_EQ(gathered(session.request(kSize)), std::vector<std::string>{"variance"});
-    session.look.view = kError;
+    session.layer_view.layer = kError;
     EXPECT_EQ(session.request(kSize).aovs, std::vector<std::string>{"variance"});
 }
 
 TEST_F(ViewSession, TellsWhatIsSeen) {
     EXPECT_EQ(session.description(), "final, 8 bounces");
-    session.look.components[0] = false;
+    session.layer_view.components[0] = false;
     session.edits.emission = 0.5f;
     session.edits.lights = {{}, {2, vec3(1, 0, 0), dvec3(0)}};
     session.edits.clay = true;

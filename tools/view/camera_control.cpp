@@ -7,14 +7,14 @@
 namespace halflight::view {
 namespace {
 
-constexpr double kPole = 1e-3;   // radians that the line of sight keeps from `up`
-constexpr double kLeast = 1e-9;  // of the larger of coordinates and scene: distance that a dolly keeps
+constexpr double kPole = 1e-3;   // radians, minimum angle between line of sight and `up`
+constexpr double kLeast = 1e-9;  // minimum dolly distance, relative to the larger of coordinates and scene
 
 dvec3 rotated(const dvec3& v, double angle, const dvec3& axis) {
     return dvec3(glm::rotate(dmat4(1), angle, axis) * dvec4(v, 0));
 }
 
-/// Turns v about `up` to the left by x, then towards `up` by y as far as the pole allows.
+/// Rotates v about `up` to the left by x, then towards `up` by y as far as kPole allows.
 dvec3 turned(const dvec3& v, const dvec3& up, const dvec2& angle) {
     const dvec3 around = rotated(v, angle.x, up);
     const double polar = std::acos(std::clamp(glm::dot(glm::normalize(around), up), -1.0, 1.0));
@@ -50,7 +50,7 @@ CameraPose pan(CameraPose pose, const dvec2& heights) {
 CameraPose dolly(CameraPose pose, double factor, double diagonal) {
     const double distance = pose.orthographic ? pose.ortho_height : glm::length(pose.from - pose.at);
     const double least = kLeast * std::max(glm::length(pose.at), diagonal);
-    factor = std::max(factor, std::min(least / distance, 1.0));  // one that is nearer stays where it is
+    factor = std::max(factor, std::min(least / distance, 1.0));  // a camera that is closer already stays where it is
     if (pose.orthographic)
         pose.ortho_height *= factor;
     else
@@ -73,7 +73,7 @@ CameraPose fly(CameraPose pose, const dvec3& step) {
 
 CameraPose walk(CameraPose pose, const dvec3& step) {
     const dvec3 up(0, 1, 0), side = axes_of(pose).right - axes_of(pose).right.y * up;
-    if (glm::length(side) < kPole) return fly(pose, step);  // it lies on its side
+    if (glm::length(side) < kPole) return fly(pose, step);  // the camera is rolled by 90 degrees
     const dvec3 right = glm::normalize(side);
     const dvec3 move = step.x * right + step.y * up + step.z * glm::cross(up, right);
     pose.from += move;
@@ -88,7 +88,7 @@ CameraPose look_at(CameraPose pose, const dvec3& point) {
     const dvec3 up = glm::normalize(pose.up);
     const double sine = glm::length(glm::cross(glm::normalize(sight), up));
     if (sine < kPole) {
-        // Straight up or down: from as near to there as the pole allows.
+        // The line of sight is vertical: move the camera aside by as little as kPole allows.
         const dvec3 aside = glm::normalize(glm::cross(up, std::abs(up.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
         pose.from = point - rotated(sight, 2 * kPole, aside);
     }
@@ -101,7 +101,7 @@ CameraPose frame(CameraPose pose, const WorldBounds& box, double aspect) {
     double radius = 0.5 * glm::length(box.upper - box.lower);
     if (radius == 0) radius = 1;
     const dvec3 back = glm::normalize(pose.from - pose.at);
-    // Of the narrower side of the view.
+    // The narrower side of the view decides.
     const double slope = std::tan(pose.vertical_fov / 2) * std::min(aspect, 1.0);
     const double distance = pose.orthographic ? 2 * radius : radius / std::sin(std::atan(slope));
     if (pose.orthographic) pose.ortho_height = 2 * radius / std::min(aspect, 1.0);

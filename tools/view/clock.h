@@ -1,11 +1,11 @@
-// The clock of all times of the viewer.
+// The clock of all times in the viewer.
 #pragma once
 
 #include <chrono>
 
 namespace halflight::view {
 
-/// Seconds since some moment; never goes back.
+/// Returns the seconds since a fixed moment; monotonic.
 inline double now() {
     return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }

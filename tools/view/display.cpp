@@ -15,8 +15,8 @@ namespace halflight::view {
 
 void Display::set_view(const ViewProcessor& view) {
     const GpuShader shader = view.gpu_shader();
-    for (std::optional<Side>* picture : {&picture_, &other_})
-        if (*picture) (*picture)->developed = false;
+    for (std::optional<Source>* picture : {&picture_, &comparison_})
+        if (*picture) (*picture)->view_applied = false;
     if (view_ && view_id_ == shader.cache_id) {
         view_->exposure_scale = view.exposure_scale();
         return;
@@ -38,37 +38,37 @@ void Display::set_view(const ViewProcessor& view) {
     view_id_ = shader.cache_id;
 }
 
-Display::Side::Side(const gpu::TextureDesc& desc)
+Display::Source::Source(const gpu::TextureDesc& desc)
     : linear("picture", desc),
       shown("picture as it is shown", {desc.width, desc.height, GL_RGBA8}),
       target("picture as it is shown", std::array<const gpu::Texture*, 1>{&shown}) {}
 
-void Display::set_picture(const Seen& seen) {
+void Display::set_picture(const DisplayImage& seen) {
     const Image& image = seen.image;
     const GLenum format = image.channels == 4 ? GL_RGBA32F : GL_RGB32F;
     const gpu::TextureDesc desc{image.width, image.height, format};
     if (!picture_ || picture_->linear.desc() != desc) picture_.emplace(desc);
     picture_->linear.upload(std::span<const float>(image.pixels));
     picture_->encoded = seen.encoded;
-    picture_->developed = false;
+    picture_->view_applied = false;
 }
 
-void Display::keep() {
+void Display::keep_comparison() {
     const gpu::TextureDesc& desc = picture_->linear.desc();
-    other_.emplace(desc);
-    glCopyImageSubData(picture_->linear.id(), desc.target, 0, 0, 0, 0, other_->linear.id(), desc.target, 0, 0, 0, 0,
-                       desc.width, desc.height, 1);
-    other_->encoded = picture_->encoded;
+    comparison_.emplace(desc);
+    glCopyImageSubData(picture_->linear.id(), desc.target, 0, 0, 0, 0, comparison_->linear.id(), desc.target, 0, 0, 0,
+                       0, desc.width, desc.height, 1);
+    comparison_->encoded = picture_->encoded;
 }
 
 void Display::reload_shaders() {
     if (programs_.reload() == 0) return;
-    for (std::optional<Side>* picture : {&picture_, &other_})
-        if (*picture) (*picture)->developed = false;
+    for (std::optional<Source>* picture : {&picture_, &comparison_})
+        if (*picture) (*picture)->view_applied = false;
 }
 
-void Display::develop(Side& picture) {
-    if (picture.developed) return;
+void Display::apply_view(Source& picture) {
+    if (picture.view_applied) return;
     gpu::default_state();
     picture.target.bind();
     picture.linear.bind(0);
@@ -85,25 +85,25 @@ void Display::develop(Side& picture) {
         program.set("exposure_scale", view_->exposure_scale);
         program.draw(GL_TRIANGLES, 3);
     }
-    picture.developed = true;
+    picture.view_applied = true;
 }
 
 void Display::compose(GLuint framebuffer, int width, int from, int to, float split) {
     const int height = std::abs(to - from);
-    const auto blit = [&](Side& picture) {
-        develop(picture);
+    const auto blit = [&](Source& picture) {
+        apply_view(picture);
         const gpu::Framebuffer& target = picture.target;
         const bool whole = target.width() == width && target.height() == height;
         glBlitNamedFramebuffer(target.id(), framebuffer, 0, 0, target.width(), target.height(), 0, from, width, to,
                                GL_COLOR_BUFFER_BIT, whole ? GL_NEAREST : GL_LINEAR);
     };
     blit(*picture_);
-    if (!other_) return;
-    develop(*other_);  // before the scissor is there
+    if (!comparison_) return;
+    apply_view(*comparison_);  // before the scissor test is enabled
     const int first = static_cast<int>(std::lround(split * static_cast<float>(width)));
     glEnable(GL_SCISSOR_TEST);
     glScissor(first, 0, width - first, height);
-    blit(*other_);
+    blit(*comparison_);
     glDisable(GL_SCISSOR_TEST);
 }
 
@@ -113,7 +113,7 @@ void Display::draw(const ivec2& framebuffer, float split) {
     glClearColor(0, 0, 0, 1);
     glClear(GL_COLOR_BUFFER_BIT);
     if (empty()) return;
-    compose(0, framebuffer.x, framebuffer.y, 0, split);  // the window's first row is the lower one
+    compose(0, framebuffer.x, framebuffer.y, 0, split);  // the window's first row is the bottom one
     glBindFramebuffer(GL_FRAMEBUFFER, 0);
 }
 

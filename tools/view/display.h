@@ -1,5 +1,5 @@
-// The picture on the window's own context: through the view transform, and onto the window, alone or beside another
-// one.
+// The picture on the window's GL context: applies the view transform and draws into the window, alone or beside a
+// comparison picture.
 #pragma once
 
 #include <map>
@@ -8,55 +8,58 @@
 #include "engine/color/color.h"
 #include "engine/gpu/framebuffer.h"
 #include "engine/gpu/program.h"
-#include "tools/view/seen.h"
+#include "tools/view/layer_view.h"
 
 namespace halflight::view {
 
-/// Needs its context current for as long as it lives.
+/// Owns the textures of the picture and of the comparison picture. Its context must be current during its lifetime.
 class Display {
   public:
     Display() = default;
 
     void set_view(const ViewProcessor& view);
-    /// Exposure and view may change afterwards; nothing is uploaded again.
-    void set_picture(const Seen& seen);
+    /// Uploads a picture. Later changes of exposure and view need no further upload.
+    void set_picture(const DisplayImage& seen);
     bool empty() const { return !picture_; }
-    /// Keeps the picture as it is now as the other one. Not empty().
-    void keep();
-    void drop_other() { other_.reset(); }
-    bool comparing() const { return other_.has_value(); }
-    /// Shaders that have changed (HALFLIGHT_SHADERS). Throws what gpu::ProgramCache::reload() throws.
+    /// Keeps the current picture as comparison picture. Precondition: not empty().
+    void keep_comparison();
+    void close_comparison() { comparison_.reset(); }
+    bool comparing() const { return comparison_.has_value(); }
+    /// Rebuilds programs whose shaders have changed (HALFLIGHT_SHADERS). Throws what gpu::ProgramCache::reload()
+    /// throws.
     void reload_shaders();
 
-    /// Fills the window's framebuffer of this size, whatever size the picture has; black without a picture. The other
-    /// one, if there is such, is what is right of `split`, a share of the width; both go through the same view.
+    /// Draws the picture, scaled to the window's framebuffer; black without a picture. A comparison picture is drawn to
+    /// the right of `split`, a share of the width in [0, 1]. Both use the same view transform.
     void draw(const ivec2& framebuffer, float split);
-    /// What is drawn, pixel by pixel as the picture has them: RGB, display-encoded, 8 bits each. Not empty().
+    /// Returns what draw() shows, at the resolution of the picture: RGB, display-encoded, 8 bits per channel.
+    /// Precondition: not empty().
     Image read(float split);
 
   private:
     struct View {
         gpu::ShaderSource source;
-        std::vector<std::pair<std::string, gpu::Texture>> luts;  // by sampler
+        std::vector<std::pair<std::string, gpu::Texture>> luts;  // keyed by sampler
         float exposure_scale = 1;
     };
-    struct Side {
-        explicit Side(const gpu::TextureDesc& desc);
-        gpu::Texture linear;  // as it came
-        gpu::Texture shown;   // RGBA8, of the same size; first row: the picture's upper one
+    struct Source {
+        explicit Source(const gpu::TextureDesc& desc);
+        gpu::Texture linear;  // picture as uploaded
+        gpu::Texture shown;   // RGBA8, same size, top row first
         gpu::Framebuffer target;
         bool encoded = false;
-        bool developed = false;  // `shown` is `linear` through the view
+        bool view_applied = false;  // `shown` is up to date with `linear` and the view transform
     };
-    void develop(Side& picture);
-    /// Both pictures, developed, onto a framebuffer; `from`, `to`: its rows at the picture's upper and lower edge.
+    void apply_view(Source& picture);
+    /// Applies the view and copies both pictures to a framebuffer. `from` and `to` are its rows at the top and bottom
+    /// edge.
     void compose(GLuint framebuffer, int width, int from, int to, float split);
 
     gpu::ProgramCache programs_;
     std::string view_id_;  // GpuShader::cache_id of `view_`
     std::optional<View> view_;
-    std::optional<Side> picture_;
-    std::optional<Side> other_;
+    std::optional<Source> picture_;
+    std::optional<Source> comparison_;
 };
 
 }  // namespace halflight::view

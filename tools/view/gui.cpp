@@ -15,14 +15,14 @@ namespace halflight::view {
 Gui::Gui(Window& window) {
     IMGUI_CHECKVERSION();
     ImGui::CreateContext();
-    ImGui::GetIO().IniFilename = nullptr;  // nothing is written that was not asked for
+    ImGui::GetIO().IniFilename = nullptr;  // no settings file of Dear ImGui
     ImGui::StyleColorsDark();
     ImGui::GetStyle().WindowRounding = 4;
     ImGui_ImplGlfw_InitForOpenGL(window.handle(), true);
     if (ImGui_ImplOpenGL3_Init("#version 450 core")) return;
     ImGui_ImplGlfw_Shutdown();
     ImGui::DestroyContext();
-    throw Error("window", "the panels find no OpenGL");
+    throw Error("window", "Dear ImGui cannot use this OpenGL context");
 }
 
 Gui::~Gui() {
@@ -56,7 +56,7 @@ Input Gui::input() const {
         const auto axis = [](int more, int less) {
             return (ImGui::IsKeyDown(more) ? 1.0 : 0.0) - (ImGui::IsKeyDown(less) ? 1.0 : 0.0);
         };
-        in.way = {axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S)};
+        in.movement = {axis(GLFW_KEY_D, GLFW_KEY_A), axis(GLFW_KEY_E, GLFW_KEY_Q), axis(GLFW_KEY_W, GLFW_KEY_S)};
     }
     return in;
 }

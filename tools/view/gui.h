@@ -1,4 +1,4 @@
-// Dear ImGui in a window: its context, and its frames.
+// Dear ImGui in a window: its context and its frames.
 #pragma once
 
 #include "tools/view/navigation.h"
@@ -6,7 +6,7 @@
 
 namespace halflight::view {
 
-/// One at a time; the window must outlive it.
+/// Owns the context of Dear ImGui. Only one may exist; the window must outlive it.
 class Gui {
   public:
     explicit Gui(Window& window);
@@ -14,9 +14,9 @@ class Gui {
     Gui& operator=(const Gui&) = delete;
     ~Gui();
 
-    void begin();         ///< from here on panels can be declared
-    Input input() const;  ///< of the frame that has begun
-    void draw();          ///< what was declared, onto the window's framebuffer
+    void begin();         ///< starts a frame; panels can be declared afterwards
+    Input input() const;  ///< input of the current frame
+    void draw();          ///< draws the declared panels into the window's framebuffer
 };
 
 }  // namespace halflight::view

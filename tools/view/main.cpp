@@ -1,4 +1,4 @@
-// halflight-view: what `halflight view` becomes.
+// halflight-view: the program that `halflight view` starts.
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -34,7 +34,7 @@ int main(int argc, char** argv) {
     } catch (const UsageError& error) {
         return fail(2, error.what());
     } catch (const std::bad_alloc&) {
-        return fail(1, "memory: there is not enough of it");
+        return fail(1, "out of memory");
     } catch (const std::exception& error) {
         return fail(1, error.what());
     }

@@ -1,4 +1,4 @@
-// Mouse and keys to movements of the camera. No window.
+// Camera movement by mouse and keys. Needs no window.
 #pragma once
 
 #include <optional>
@@ -7,26 +7,26 @@
 
 namespace halflight::view {
 
-enum class Manner : int { orbit, fly, walk };  // walk: as a person does, wherever it looks
+enum class NavigationMode : int { orbit, fly, walk };  // walk: horizontal, whatever the line of sight
 
-/// Since the last frame, without what the panels took for themselves.
+/// Input since the last frame, without the events that panels used.
 struct Input {
-    dvec2 drag{0};  // way of the mouse, right and down, in heights of the window
-    bool left = false, middle = false, right = false, shift = false;  // held
+    dvec2 drag{0};  // movement of the mouse to the right and down, relative to the window's height
+    bool left = false, middle = false, right = false, shift = false;  // whether held
     double wheel = 0;                                                 // notches, away from the user
-    std::optional<dvec2> double_click{};                              // where, pixels of the framebuffer
-    dvec3 way{0};                                                     // -1, 0 or 1 by the keys held: right, up, ahead
+    std::optional<dvec2> double_click{};                              // position, pixels of the framebuffer
+    dvec3 movement{0};                                                // -1, 0 or 1 by the keys held: right, up, ahead
     double seconds = 0;                                               // since the last frame
 };
 
 class Navigation {
   public:
-    Manner manner = Manner::orbit;
-    float speed = 1;  // of flying and walking, scene diagonals per ten seconds
+    NavigationMode mode = NavigationMode::orbit;
+    float speed = 1;  // flying and walking, scene diagonals per ten seconds
 
-    /// `size`: of the framebuffer, pixels. Throws what Session::move() throws.
+    /// Moves the session's camera. `size` is the framebuffer's, pixels. Throws what Session::move() throws.
     void steer(Session& session, const Input& input, const ivec2& size);
-    /// Whether it goes on without anything new happening: a key is held.
+    /// Returns whether the camera keeps moving without further events because a key is held.
     bool moving() const { return moving_; }
 
   private:

@@ -14,9 +14,9 @@ constexpr ImU32 kText = IM_COL32(255, 255, 255, 255);
 constexpr ImU32 kBehind = IM_COL32(0, 0, 0, 160);
 constexpr float kMargin = 10;
 
-/// Text on a dark ground, in several lines where there is little room; `align`: the share of it that is left of x, more
-/// or less where the room ends. Returns where the next one may begin.
-float label(const Room& room, float x, float y, float align, const std::string& text) {
+/// Draws text on a dark background, wrapped at the width of the area, and moved to stay inside the area. `align` is the
+/// share of the text that is left of x. Returns the y at which the next label may begin.
+float label(const LabelArea& room, float x, float y, float align, const std::string& text) {
     ImDrawList& list = *ImGui::GetBackgroundDrawList();
     const float width = room.right - room.left;
     const ImVec2 size = ImGui::CalcTextSize(text.c_str(), nullptr, false, width);
@@ -47,7 +47,7 @@ void draw_scale(const Scale& scale) {
     list.AddText({left + width - ImGui::CalcTextSize(most.c_str()).x, top - line - 3}, kText, most.c_str());
 }
 
-/// Takes the mouse for a few pixels on both sides.
+/// Reacts to the mouse for a few pixels on both sides of the line.
 void drag_line(float& split) {
     constexpr float kReach = 6;
     const ImVec2 window = ImGui::GetIO().DisplaySize;
@@ -65,8 +65,8 @@ void drag_line(float& split) {
     ImGui::PopStyleVar(2);
 }
 
-/// Returns where more labels may begin.
-float draw_split(const Room& room, const std::string& here, const std::string& other, float& split) {
+/// Draws line and labels of a comparison; returns the y at which more labels may begin.
+float draw_split(const LabelArea& room, const std::string& here, const std::string& other, float& split) {
     drag_line(split);
     const ImVec2 window = ImGui::GetIO().DisplaySize;
     const float x = split * window.x;
@@ -79,7 +79,7 @@ float draw_split(const Room& room, const std::string& here, const std::string& o
 
 void draw_overlay(const Overlay& overlay, float& split) {
     if (overlay.scale) draw_scale(*overlay.scale);
-    Room room = overlay.room.value_or(Room{0, ImGui::GetIO().DisplaySize.x});
+    LabelArea room = overlay.label_area.value_or(LabelArea{0, ImGui::GetIO().DisplaySize.x});
     room.left += kMargin, room.right -= kMargin;
     float next = overlay.other ? draw_split(room, overlay.here, *overlay.other, split) : kMargin;
     for (const std::string& notice : overlay.notices)

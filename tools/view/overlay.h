@@ -1,30 +1,31 @@
-// What stands on the picture itself, with panels or without: scales of colours, what is biased or has gone wrong, the
-// line between two pictures.
+// Drawings on top of the picture, with or without panels: colour scale, biases, errors, and the line between two
+// pictures.
 #pragma once
 
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "tools/view/seen.h"
+#include "tools/view/layer_view.h"
 
 namespace halflight::view {
 
-/// Where labels may be, pixels across the window.
-struct Room {
+/// Horizontal range for labels, pixels of the window.
+struct LabelArea {
     float left;
     float right;
 };
 
 struct Overlay {
-    std::optional<Scale> scale;        // of the colours that are seen
-    std::vector<std::string> notices;  // that have to be seen, a line each
-    std::string here;                  // what it shows, in a few words
-    std::optional<std::string> other;  // and the one that it is compared with; none: it is alone
-    std::optional<Room> room;          // none: all of the window
+    std::optional<Scale> scale;           // colour scale of the picture; none: plain colours
+    std::vector<std::string> notices;     // lines that must be visible, such as biases and errors
+    std::string here;                     // short description of the picture
+    std::optional<std::string> other;     // short description of the comparison picture; none: no comparison
+    std::optional<LabelArea> label_area;  // none: the whole window
 };
 
-/// Between Gui::begin() and draw(). `split`: as of Display, moved by dragging the line.
+/// Draws the overlay; call it between Gui::begin() and draw(). `split` is that of Display::draw(); dragging the line
+/// changes it.
 void draw_overlay(const Overlay& overlay, float& split);
 
 }  // namespace halflight::view

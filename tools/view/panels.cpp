@@ -11,11 +11,11 @@
 namespace halflight::view {
 namespace {
 
-// Numbers can be typed into a slider, too: none that a settings file may not have.
+// Values typed into a slider are clamped, too: settings files allow no others.
 constexpr ImGuiSliderFlags kClamp = ImGuiSliderFlags_AlwaysClamp;
 constexpr ImGuiSliderFlags kLogarithmic = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic;
 
-/// A list to choose one of; true where another one was.
+/// Shows a combo box; returns whether another item was chosen.
 bool choose(const char* label, std::string& chosen, const std::vector<std::string>& all) {
     bool changed = false;
     if (!ImGui::BeginCombo(label, chosen.c_str())) return false;
@@ -28,20 +28,20 @@ bool choose(const char* label, std::string& chosen, const std::vector<std::strin
     return changed;
 }
 
-constexpr float kSmall = 640;  // width of windows that panels would cover, pixels
-constexpr float kTall = 900;   // height of those that have room for all sections
+constexpr float kSmall = 640;  // pixels; a panel would cover windows narrower than this
+constexpr float kTall = 900;   // pixels; windows of this height have room for all sections
 
 void text(const std::string& line) {
     ImGui::TextUnformatted(line.c_str());
 }
 
-void camera_panel(Session& session, Navigation& navigation, Asked& asked) {
+void camera_panel(Session& session, Navigation& navigation, PanelRequests& requests) {
     const auto& cameras = session.scene().cameras;
     const auto now = session.scene_camera();
     const auto title = [&](std::size_t i) {
         return cameras[i].name.empty() ? fmt::format("camera {}", i) : cameras[i].name;
     };
-    if (ImGui::BeginCombo("camera", now ? title(*now).c_str() : "(free)")) {
+    if (ImGui::BeginCombo("Camera", now ? title(*now).c_str() : "Free")) {
         for (std::size_t i = 0; i < cameras.size(); ++i) {
             ImGui::PushID(static_cast<int>(i));
             if (ImGui::Selectable(title(i).c_str(), now == i)) session.take_camera(i);
@@ -49,27 +49,27 @@ void camera_panel(Session& session, Navigation& navigation, Asked& asked) {
         }
         ImGui::EndCombo();
     }
-    int manner = static_cast<int>(navigation.manner);
-    ImGui::RadioButton("orbit", &manner, static_cast<int>(Manner::orbit));
+    int mode = static_cast<int>(navigation.mode);
+    ImGui::RadioButton("Orbit", &mode, static_cast<int>(NavigationMode::orbit));
     ImGui::SameLine();
-    ImGui::RadioButton("fly", &manner, static_cast<int>(Manner::fly));
+    ImGui::RadioButton("Fly", &mode, static_cast<int>(NavigationMode::fly));
     ImGui::SameLine();
-    ImGui::RadioButton("walk (W A S D Q E)", &manner, static_cast<int>(Manner::walk));
-    navigation.manner = static_cast<Manner>(manner);
-    if (navigation.manner != Manner::orbit)
-        ImGui::SliderFloat("speed", &navigation.speed, 0.01f, 100, "%.2f", kLogarithmic);
+    ImGui::RadioButton("Walk (W A S D Q E)", &mode, static_cast<int>(NavigationMode::walk));
+    navigation.mode = static_cast<NavigationMode>(mode);
+    if (navigation.mode != NavigationMode::orbit)
+        ImGui::SliderFloat("Speed", &navigation.speed, 0.01f, 100, "%.2f", kLogarithmic);
     CameraPose pose = session.pose();
     auto degrees = static_cast<float>(glm::degrees(pose.vertical_fov));
-    if (!pose.orthographic && ImGui::SliderFloat("field of view", &degrees, 5, 120, "%.1f deg", kClamp)) {
+    if (!pose.orthographic && ImGui::SliderFloat("Field of view", &degrees, 5, 120, "%.1f deg", kClamp)) {
         pose.vertical_fov = glm::radians(double{degrees});
-        asked.pose = pose;
+        requests.pose = pose;
     }
-    if (ImGui::Button("reset (R)")) session.reset_camera();
+    if (ImGui::Button("Reset (R)")) session.reset_camera();
     ImGui::SameLine();
-    if (ImGui::Button("bookmark")) session.bookmark();
+    if (ImGui::Button("Add bookmark")) session.bookmark();
     for (std::size_t i = 0; i < session.bookmarks.size(); ++i) {
         ImGui::PushID(static_cast<int>(i));
-        if (ImGui::Button(session.bookmarks[i].name.c_str())) asked.pose = session.bookmarks[i].pose;
+        if (ImGui::Button(session.bookmarks[i].name.c_str())) requests.pose = session.bookmarks[i].pose;
         ImGui::SameLine();
         const bool gone = ImGui::SmallButton("x");
         ImGui::PopID();
@@ -77,76 +77,77 @@ void camera_panel(Session& session, Navigation& navigation, Asked& asked) {
     }
 }
 
-/// Also where nothing plays: one of the animations can be chosen.
-void animation_panel(const Timeline& t, const Situation& now, Asked& asked) {
+/// Shows the combo box even if no animation is chosen, so that one can be chosen.
+void animation_panel(const Timeline& t, const PanelState& now, PanelRequests& requests) {
     std::vector<std::string> all = {"none", "all"};
     all.insert(all.end(), t.animations.begin(), t.animations.end());
     std::string chosen = t.animation;
-    if (choose("animation", chosen, all)) asked.moment = {chosen, 0};
+    if (choose("Animation", chosen, all)) requests.frame = {chosen, 0};
     if (t.playing.empty()) return;
     int frame = static_cast<int>(std::min(now.frame, std::uint32_t{1} << 24));
-    if (ImGui::SliderInt("frame", &frame, 0, static_cast<int>(t.last), "%d", kClamp))
-        asked.moment = {t.animation, static_cast<std::uint32_t>(frame)};
+    if (ImGui::SliderInt("Frame", &frame, 0, static_cast<int>(t.last), "%d", kClamp))
+        requests.frame = {t.animation, static_cast<std::uint32_t>(frame)};
     bool play = now.playing;
-    if (ImGui::Checkbox("play (space)", &play)) asked.play = play;
+    if (ImGui::Checkbox("Play (space)", &play)) requests.play = play;
     ImGui::SameLine();
     text(fmt::format("{:.2f} s of {:.2f}", t.rate.seconds(t.frame), t.rate.seconds(t.last)));
 }
 
-void view_panel(Session& session, const Situation& now, Asked& asked) {
-    choose("seen", session.look.view, views());
-    text(description(session.look.view));
+void view_panel(Session& session, const PanelState& now, PanelRequests& requests) {
+    choose("Layer", session.layer_view.layer, layer_view_names());
+    text(description(session.layer_view.layer));
     if (!now.picture) return;
-    if (ImGui::Button(now.comparing ? "keep as B anew" : "keep as B")) asked.compare = true;
+    if (ImGui::Button(now.comparing ? "Update comparison" : "Compare with this picture")) requests.compare = true;
     if (!now.comparing) return;
     ImGui::SameLine();
-    if (ImGui::Button("let B go")) asked.compare = false;
+    if (ImGui::Button("Close comparison")) requests.compare = false;
 }
 
-/// What the picture is the sum of, and how far paths go.
+/// Shows the components of the final picture and the maximum path length.
 void passes_panel(Session& session) {
-    if (session.look.view == kFinal) {
+    if (session.layer_view.layer == kFinal) {
         for (std::size_t i = 0; i < kComponents.size(); ++i) {
             std::string name(kComponents[i]);
             std::ranges::replace(name, '_', ' ');
-            ImGui::Checkbox(name.c_str(), &session.look.components[i]);
+            ImGui::Checkbox(name.c_str(), &session.layer_view.components[i]);
         }
     }
-    ImGui::SliderInt("bounces", &session.bounces, 0, 16, "%d", kClamp);
+    ImGui::SliderInt("Bounces", &session.bounces, 0, 16, "%d", kClamp);
 }
 
 void modes_panel(PreviewModes& modes) {
-    text("Biased: pictures are better soon, and not the right ones in the end.");
-    ImGui::Checkbox("cache: paths end in radiance found earlier", &modes.preview.cache);
-    ImGui::Checkbox("temporal: light of earlier pictures", &modes.preview.temporal);
-    ImGui::Checkbox("filter: noise is filtered out", &modes.preview.filter);
+    text("Biased: less noise at once, but the picture does not converge to the correct one.");
+    ImGui::Checkbox("Cache: end paths in cached radiance", &modes.preview.cache);
+    ImGui::Checkbox("Temporal: reuse earlier pictures", &modes.preview.temporal);
+    ImGui::Checkbox("Filter: denoise the picture", &modes.preview.filter);
     bool clamped = modes.clamp > 0;
-    if (ImGui::Checkbox("clamp indirect light", &clamped)) modes.clamp = clamped ? 10.0f : 0.0f;
-    if (clamped) ImGui::SliderFloat("luminance", &modes.clamp, 0.01f, 1000, "%.2f", kLogarithmic);
+    if (ImGui::Checkbox("Clamp indirect light", &clamped)) modes.clamp = clamped ? 10.0f : 0.0f;
+    if (clamped) ImGui::SliderFloat("Luminance", &modes.clamp, 0.01f, 1000, "%.2f", kLogarithmic);
 }
 
 void color_panel(Session& session, const ColorConfig& colors) {
     ViewTransform& t = session.transform;
-    ImGui::SliderFloat("exposure", &t.exposure, -10, 10, "%.2f stops", kClamp);
+    ImGui::SliderFloat("Exposure", &t.exposure, -10, 10, "%.2f stops", kClamp);
     std::string display = t.display.empty() ? colors.default_display() : t.display;
-    if (choose("display", display, colors.displays())) {
+    if (choose("Display", display, colors.displays())) {
         t.display = display;
         t.view.clear();
     }
     std::string view = t.view.empty() ? colors.default_view(display) : t.view;
-    if (choose("view", view, colors.views(display))) t.view = view;
+    if (choose("View", view, colors.views(display))) t.view = view;
     std::vector<std::string> looks = colors.looks();
     if (looks.empty()) return;
-    looks.insert(looks.begin(), "(the view's)");
+    looks.insert(looks.begin(), "From the view");
     std::string look = t.look.empty() ? looks.front() : t.look;
-    if (choose("look", look, looks)) t.look = look == looks.front() ? "" : look;
+    if (choose("Look", look, looks)) t.look = look == looks.front() ? "" : look;
 }
 
 void factor(const char* label, float& value) {
     ImGui::SliderFloat(label, &value, 0, 100, "%.3f", kLogarithmic);
 }
 
-/// Linear [0,1], picked as displays show it; true where it has changed.
+/// Shows a colour picker for a linear colour in [0,1]; returns whether it has changed. The picker shows it
+/// gamma-encoded.
 bool pick_color(const char* label, vec3& linear) {
     constexpr float kGamma = 2.2f;
     vec3 shown = glm::pow(linear, vec3(1 / kGamma));
@@ -155,41 +156,41 @@ bool pick_color(const char* label, vec3& linear) {
     return true;
 }
 
-/// diagonal: of the scene, world units.
+/// Shows the controls of one light. `diagonal` is that of the scene, world units.
 void punctual_light(const PunctualLight& light, float diagonal, LightEdit& edit) {
     factor(light.name.empty() ? "light" : light.name.c_str(), edit.factor);
     vec3 color = edit.color.value_or(color_of(light).color);
-    if (pick_color("colour", color)) edit.color = color;
+    if (pick_color("Colour", color)) edit.color = color;
     if (light.type != LightType::directional) {
         dvec3 position = edit.position.value_or(light.position);
-        if (ImGui::DragScalarN("position", ImGuiDataType_Double, &position.x, 3, 0.002f * diagonal, nullptr, nullptr,
+        if (ImGui::DragScalarN("Position", ImGuiDataType_Double, &position.x, 3, 0.002f * diagonal, nullptr, nullptr,
                                "%.3f"))
             edit.position = glm::clamp(position, -kFarLight, kFarLight);
     }
     if (light.type != LightType::point) {
-        // Towards where it comes from. Not quite to the zenith, where it would forget its azimuth.
+        // The angles point towards the source. The zenith is excluded, because the azimuth would be lost there.
         const dvec3 back = -glm::normalize(edit.direction.value_or(dvec3(light.direction)));
         vec2 angles(glm::degrees(std::atan2(back.x, back.z)), glm::degrees(std::asin(std::clamp(back.y, -1.0, 1.0))));
-        if (ImGui::DragFloat2("azimuth, elevation", &angles.x, 0.5f, -360, 360, "%.1f deg")) {
+        if (ImGui::DragFloat2("Azimuth, elevation", &angles.x, 0.5f, -360, 360, "%.1f deg")) {
             const dvec2 a = glm::radians(dvec2(angles.x, std::clamp(angles.y, -89.9f, 89.9f)));
             edit.direction = -dvec3(std::cos(a.y) * std::sin(a.x), std::sin(a.y), std::cos(a.y) * std::cos(a.x));
         }
     }
     if (!edit.color && !edit.position && !edit.direction) return;
-    if (ImGui::SmallButton("as the scene has it")) edit = LightEdit{edit.factor};
+    if (ImGui::SmallButton("Reset to scene")) edit = LightEdit{edit.factor};
 }
 
 void light_panel(Session& session) {
     SceneEdits& edits = session.edits;
     const Scene& scene = session.scene();
     if (!scene.environment.black()) {
-        factor("environment", edits.environment_intensity);
-        pick_color("tint", edits.environment_tint);
+        factor("Environment", edits.environment_intensity);
+        pick_color("Tint", edits.environment_tint);
         auto degrees = static_cast<float>(edits.environment_rotation);
-        if (scene.environment.map.width > 0 && ImGui::SliderFloat("rotation", &degrees, -180, 180, "%.1f deg", kClamp))
+        if (scene.environment.map.width > 0 && ImGui::SliderFloat("Rotation", &degrees, -180, 180, "%.1f deg", kClamp))
             edits.environment_rotation = double{degrees};
     }
-    if (std::ranges::any_of(scene.materials, has_emission)) factor("emission", edits.emission);
+    if (std::ranges::any_of(scene.materials, has_emission)) factor("Emission", edits.emission);
     for (std::size_t i = 0; i < scene.lights.size(); ++i) {
         LightEdit edit = i < edits.lights.size() ? edits.lights[i] : LightEdit();
         const LightEdit before = edit;
@@ -200,18 +201,18 @@ void light_panel(Session& session) {
         edits.lights.resize(scene.lights.size());
         edits.lights[i] = edit;
     }
-    ImGui::Checkbox("clay", &edits.clay);
+    ImGui::Checkbox("Clay", &edits.clay);
 }
 
-/// The wider side of a panel; all of the window, and behind the panel, where that is narrow.
-Room room_beside(float left, float width, float window) {
+/// Returns the wider area beside a panel, or the whole window where that area is narrow.
+LabelArea label_area_beside(float left, float width, float window) {
     constexpr float kLeast = 160;
-    const Room before{0, left}, after{left + width, window};
-    const Room wider = after.right - after.left >= before.right ? after : before;
-    return wider.right - wider.left >= kLeast ? wider : Room{0, window};
+    const LabelArea before{0, left}, after{left + width, window};
+    const LabelArea wider = after.right - after.left >= before.right ? after : before;
+    return wider.right - wider.left >= kLeast ? wider : LabelArea{0, window};
 }
 
-void message_panel(const Situation& now, Asked& asked) {
+void message_panel(const PanelState& now, PanelRequests& requests) {
     const std::string& error = !now.message.empty()        ? now.message
                                : !now.status.error.empty() ? now.status.error
                                                            : now.status.shader_error;
@@ -222,47 +223,47 @@ void message_panel(const Situation& now, Asked& asked) {
     text(error);
     if (!now.message.empty()) {
         ImGui::SameLine();
-        asked.read_message = ImGui::SmallButton("x");
+        requests.dismiss_message = ImGui::SmallButton("x");
     }
     ImGui::End();
 }
 
 }  // namespace
 
-Asked panels(Session& session, const ColorConfig& colors, Navigation& navigation, const Situation& now) {
-    Asked asked;
+PanelRequests panels(Session& session, const ColorConfig& colors, Navigation& navigation, const PanelState& now) {
+    PanelRequests requests;
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({10, 10}, ImGuiCond_FirstUseEver);
     ImGui::SetNextWindowSize({std::clamp(0.3f * size.x, 200.0f, 320.0f), std::max(size.y - 20, 100.0f)},
                              ImGuiCond_FirstUseEver);
     ImGui::SetNextWindowCollapsed(size.x < kSmall, ImGuiCond_FirstUseEver);
-    ImGui::Begin("halflight (H hides)");
+    ImGui::Begin("Halflight (H hides)");
     ImGui::PushItemWidth(0.55f * ImGui::GetContentRegionAvail().x);
     ImGui::PushTextWrapPos();
-    text(now.status.activity.empty() ? "ready" : now.status.activity);
+    text(now.status.activity.empty() ? "Ready" : now.status.activity);
     const auto open = [&](const char* section, bool first) {
         return ImGui::CollapsingHeader(section, first || size.y > kTall ? ImGuiTreeNodeFlags_DefaultOpen : 0);
     };
-    if (open("Camera", false)) camera_panel(session, navigation, asked);
-    if (session.timeline().file && open("Animation", true)) animation_panel(session.timeline(), now, asked);
-    if (open("What is seen", true)) view_panel(session, now, asked);
-    if (open("Passes", true)) passes_panel(session);
+    if (open("Camera", false)) camera_panel(session, navigation, requests);
+    if (session.timeline().file && open("Animation", true)) animation_panel(session.timeline(), now, requests);
+    if (open("Layer", true)) view_panel(session, now, requests);
+    if (open("Light paths", true)) passes_panel(session);
     if (open("Colour", false)) color_panel(session, colors);
     if (open("Light", false)) light_panel(session);
     if (open("Preview modes", false)) modes_panel(session.modes);
     if (open("Statistics", true)) statistics_panel(session, now);
     ImGui::Separator();
-    asked.screenshot = ImGui::Button("screenshot .png");
+    requests.screenshot = ImGui::Button("Save .png");
     ImGui::SameLine();
-    asked.exr = ImGui::Button(".exr");
+    requests.exr = ImGui::Button("Save .exr");
     ImGui::SameLine();
-    asked.save = ImGui::Button("save settings");
-    asked.room = room_beside(ImGui::GetWindowPos().x, ImGui::GetWindowWidth(), size.x);
+    requests.save = ImGui::Button("Save settings");
+    requests.label_area = label_area_beside(ImGui::GetWindowPos().x, ImGui::GetWindowWidth(), size.x);
     ImGui::PopTextWrapPos();
     ImGui::PopItemWidth();
     ImGui::End();
-    message_panel(now, asked);
-    return asked;
+    message_panel(now, requests);
+    return requests;
 }
 
 }  // namespace halflight::view

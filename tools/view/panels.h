@@ -1,4 +1,4 @@
-// The panels: what can be set, and what there is to know.
+// The panels of the window: settings and information.
 #pragma once
 
 #include <cstdint>
@@ -13,35 +13,35 @@
 
 namespace halflight::view {
 
-/// What panels tell of.
-struct Situation {
-    const Picture* picture = nullptr;      // that is seen; null at first
-    const PassHistory* history = nullptr;  // of pictures so far; not null
+/// Contents of the panels, apart from the session.
+struct PanelState {
+    const Picture* picture = nullptr;      // shown picture; null at first
+    const PassHistory* history = nullptr;  // pass times of the pictures so far; not null
     RenderThread::Status status;
-    std::string message;      // an error or a note of the window's own; empty: none
-    bool comparing = false;   // there is a picture B
-    bool playing = false;     // frame after frame
-    std::uint32_t frame = 0;  // of the animation, that is seen or will be next
+    std::string message;      // error or note of the window; empty: none
+    bool comparing = false;   // a comparison picture exists
+    bool playing = false;     // the animation is playing
+    std::uint32_t frame = 0;  // frame of the animation that is shown or requested
 };
 
-/// What panels were asked for that they cannot do themselves.
-struct Asked {
+/// Actions requested in the panels that the caller has to perform.
+struct PanelRequests {
     bool screenshot = false;
     bool exr = false;
     bool save = false;
-    std::optional<bool> compare{};     // keep the picture as B, or let B go
-    std::optional<CameraPose> pose{};  // to move to
-    struct Moment {
+    std::optional<bool> compare{};     // true: keep the picture for comparison; false: close the comparison
+    std::optional<CameraPose> pose{};  // camera pose to move to
+    struct FrameRequest {
         std::string animation;
         std::uint32_t frame;
     };
-    std::optional<Moment> moment{};  // to be seen
+    std::optional<FrameRequest> frame{};  // frame to show
     std::optional<bool> play{};
-    bool read_message = false;   // it can go
-    std::optional<Room> room{};  // that they leave for labels; none: there are no panels
+    bool dismiss_message = false;           // the message can be removed
+    std::optional<LabelArea> label_area{};  // area beside the panel; none: there are no panels
 };
 
-/// Declares all panels, between Gui::begin() and draw().
-Asked panels(Session& session, const ColorConfig& colors, Navigation& navigation, const Situation& situation);
+/// Declares all panels; call it between Gui::begin() and draw().
+PanelRequests panels(Session& session, const ColorConfig& colors, Navigation& navigation, const PanelState& situation);
 
 }  // namespace halflight::view

@@ -9,7 +9,7 @@ void PassHistory::add(const Picture& picture) {
     const RenderStats& stats = picture.result.stats;
     if (picture.divisor != 1 || stats.passes.empty() || (stats.samples == samples_ && samples_ > 1)) return;
     const auto same = [](const Pass& a, const PassTime& b) { return a.name == b.name; };
-    // Sums start again with each view's first sample, which has a picture of its own.
+    // Pass times are summed from a view's first sample on, which is always published as a picture.
     const bool goes_on = stats.samples > samples_ && std::ranges::equal(passes_, stats.passes, same);
     const int samples = stats.samples - (goes_on ? samples_ : 0);
     std::vector<Pass> passes;

@@ -1,4 +1,4 @@
-// How long each pass takes, sample after sample.
+// Times of the passes, sample by sample.
 #pragma once
 
 #include <string>
@@ -10,21 +10,21 @@ namespace halflight::view {
 
 class PassHistory {
   public:
-    static constexpr std::size_t kLength = 120;  // points that are kept of each pass
+    static constexpr std::size_t kLength = 120;  // maximum number of points per pass
 
     struct Pass {
         std::string name;
         std::vector<float> milliseconds;  // per sample, since the picture before; oldest first
     };
 
-    /// A whole picture with times of passes (Request::measure); of others nothing is taken.
+    /// Adds a whole picture with pass times (Request::measure); ignores other pictures.
     void add(const Picture& picture);
-    const std::vector<Pass>& passes() const { return passes_; }  ///< of the picture that was added last, in its order
+    const std::vector<Pass>& passes() const { return passes_; }  ///< passes of the last added picture, in its order
 
   private:
     std::vector<Pass> passes_;
-    int samples_ = 0;              // of the last picture
-    std::vector<double> seconds_;  // of its passes
+    int samples_ = 0;              // samples of the last picture
+    std::vector<double> seconds_;  // times of the last picture's passes
 };
 
 }  // namespace halflight::view

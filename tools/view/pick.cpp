@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kFar = std::numeric_limits<double>::infinity();
 
-/// Whether the ray meets the box before `t`. Slabs; a direction of 0 gives infinities that compare as they should.
+/// Returns whether the ray meets the box before `t` (slab test).
 bool meets(const Bounds& box, const dvec3& origin, const dvec3& direction, double t) {
     if (box.empty()) return false;
     double near = 0, far = t;
@@ -26,7 +26,7 @@ bool meets(const Bounds& box, const dvec3& origin, const dvec3& direction, doubl
     return near <= far;
 }
 
-/// Distance along the ray, kFar where it misses (Moeller, Trumbore 1997).
+/// Returns the distance along the ray, or kFar where it misses (Moeller, Trumbore 1997).
 double distance(const dvec3& origin, const dvec3& direction, const dvec3& a, const dvec3& b, const dvec3& c) {
     const dvec3 u = b - a, v = c - a, p = glm::cross(direction, v);
     const double det = glm::dot(u, p);
@@ -45,13 +45,13 @@ Picker::Picker(std::shared_ptr<const Scene> scene) : scene_(std::move(scene)) {
     }
 }
 
-std::optional<Picked> Picker::pick(const Ray& ray) const {
+std::optional<PickResult> Picker::pick(const Ray& ray) const {
     double nearest = kFar;
     std::size_t instance = 0;
     for (std::size_t i = 0; i < scene_->instances.size(); ++i) {
         const Instance& in = scene_->instances[i];
         const Mesh& mesh = scene_->meshes[static_cast<std::size_t>(in.mesh)];
-        // The direction keeps its length, so that distances are those of the world.
+        // The direction is not normalized, so distances stay world distances.
         const dmat4 to_object = glm::inverse(in.object_to_world);
         const dvec3 origin(to_object * dvec4(ray.origin, 1)), direction(to_object * dvec4(ray.direction, 0));
         if (!meets(boxes_[static_cast<std::size_t>(in.mesh)], origin, direction, nearest)) continue;
@@ -62,7 +62,7 @@ std::optional<Picked> Picker::pick(const Ray& ray) const {
         }
     }
     if (nearest == kFar) return std::nullopt;
-    return Picked{ray.origin + nearest * ray.direction, instance};
+    return PickResult{ray.origin + nearest * ray.direction, instance};
 }
 
 WorldBounds Picker::bounds(std::size_t instance) const {

@@ -1,4 +1,4 @@
-// What is under the mouse, by rays on the CPU: needs no picture, and disturbs none.
+// Picking: the surface under the mouse, found by rays on the CPU. Needs no picture and does not disturb the renderer.
 #pragma once
 
 #include <memory>
@@ -9,22 +9,22 @@
 
 namespace halflight::view {
 
-struct Picked {
-    dvec3 position;        // world
-    std::size_t instance;  // of Scene::instances
+struct PickResult {
+    dvec3 position;        // world units
+    std::size_t instance;  // index into Scene::instances
 };
 
 class Picker {
   public:
     explicit Picker(std::shared_ptr<const Scene> scene);
-    /// The nearest surface, whatever its alpha.
-    std::optional<Picked> pick(const Ray& ray) const;
-    /// Of an instance, world.
+    /// Returns the nearest surface; alpha is ignored.
+    std::optional<PickResult> pick(const Ray& ray) const;
+    /// Returns the bounds of an instance, world units.
     WorldBounds bounds(std::size_t instance) const;
 
   private:
     std::shared_ptr<const Scene> scene_;
-    std::vector<Bounds> boxes_;  // of meshes, object space
+    std::vector<Bounds> boxes_;  // per mesh, object space
 };
 
 }  // namespace halflight::view

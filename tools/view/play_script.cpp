@@ -1,4 +1,4 @@
-// What Viewer does by a script; script.h says what its lines mean.
+// Execution of scripts; script.h lists the commands.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -15,7 +15,7 @@ namespace {
 rays::Culling culling_named(const std::string& name) {
     for (const auto one : {rays::Culling::automatic, rays::Culling::off, rays::Culling::compute, rays::Culling::raster})
         if (name == rays::name(one)) return one;
-    throw Error("culling", "is auto, off, compute or raster, not '{}'", name);
+    throw Error("culling", "unknown method '{}'; valid are auto, off, compute and raster", name);
 }
 
 }  // namespace
@@ -25,11 +25,11 @@ void Viewer::step_script() {
         const Command& command = script_[next_command_];
         try {
             if (command.name == "wait") {
-                if (!waited(command)) return;
+                if (!wait_done(command)) return;
             } else if (command.name == "open" || command.name == "animation" || command.name == "frame") {
-                if (!opened(command)) return;
+                if (!open_done(command)) return;
             } else if (command.name == "play") {
-                if (!played(command)) return;
+                if (!play_done(command)) return;
             } else {
                 execute(command);
             }
@@ -42,10 +42,10 @@ void Viewer::step_script() {
     quit_ = true;
 }
 
-/// Whether what the command waits for is on the window.
-bool Viewer::waited(const Command& command) {
+/// Returns whether the window shows what the command waits for.
+bool Viewer::wait_done(const Command& command) {
     if (command.words[0] == "error") session_.estimate_error = true;
-    ask();
+    request_picture();
     const RenderThread::Status status = thread_.status();
     if (status.ended || status.failed == request_) throw Error("", status.error);
     if (command.numbers.empty()) return drawn_request_ == request_;
@@ -60,34 +60,35 @@ bool Viewer::waited(const Command& command) {
     return drawn_request_ == request_ && drawn_samples_ >= samples;
 }
 
-/// Whether the command has been done; the first call begins it.
-bool Viewer::opened(const Command& command) {
+/// Returns whether the command has finished; the first call starts it.
+bool Viewer::open_done(const Command& command) {
     if (thread_.status().ended) throw Error("", thread_.status().error);
     if (!std::exchange(script_opens_, true)) {
         const Timeline& t = session_.timeline();
         if (command.name == "open")
             to_open_.push_back(command.words[0]);
         else if (command.name == "animation")
-            moment_ = {command.words[0], 0};
+            next_pose_ = {command.words[0], 0};
         else
-            moment_ = {t.animation, static_cast<std::uint32_t>(command.numbers[0])};
+            next_pose_ = {t.animation, static_cast<std::uint32_t>(command.numbers[0])};
         open_next();
     }
-    if (!take_opened()) return false;
+    if (!finish_opening()) return false;
     script_opens_ = false;
     return true;
 }
 
-/// Whether it has played for so long; the first call begins it.
-bool Viewer::played(const Command& command) {
+/// Returns whether the animation has played for the command's time; the first call starts it.
+bool Viewer::play_done(const Command& command) {
     const RenderThread::Status status = thread_.status();
     if (status.ended || status.failed == request_) throw Error("", status.error);
-    if (!play_) play(true);
+    if (!play_) set_playing(true);
     if (!play_) throw Error("play", "no animation is chosen");
-    ask();
-    play_on();
-    if (!play_ || now() - play_->since < command.numbers[0] || !take_opened()) return false;  // or a picture has failed
-    play(false);
+    request_picture();
+    advance_playback();
+    if (!play_ || now() - play_->since < command.numbers[0] || !finish_opening())
+        return false;  // also where a picture has failed
+    set_playing(false);
     return true;
 }
 
@@ -104,22 +105,22 @@ void Viewer::execute(const Command& c) {
     if (c.name == "dolly") session_.move(dolly(pose, n(0), session_.diagonal()));
     if (c.name == "fly") session_.move(fly(pose, {n(0), n(1), n(2)}));
     if (c.name == "walk") session_.move(walk(pose, {n(0), n(1), n(2)}));
-    if (c.name == "focus" && !session_.focus(point, size)) throw Error("focus", "there is nothing");
+    if (c.name == "focus" && !session_.focus(point, size)) throw Error("focus", "there is no surface at this pixel");
     if (c.name == "key") key(c.words[0][0], point);
     if (c.name == "view") {
-        const std::vector<std::string> all = views();
+        const std::vector<std::string> all = layer_view_names();
         if (std::ranges::find(all, c.words[0]) == all.end())
-            throw Error("view", "there is no '{}', only {}", c.words[0], fmt::join(all, ", "));
-        session_.look.view = c.words[0];
+            throw Error("view", "unknown layer '{}'; valid are {}", c.words[0], fmt::join(all, ", "));
+        session_.layer_view.layer = c.words[0];
     }
     if (c.name == "component") {
         const auto known = std::ranges::find(kComponents, c.words[0]);
         if (known == kComponents.end())
-            throw Error("component", "there is no '{}', only {}", c.words[0], fmt::join(kComponents, ", "));
-        session_.look.components[static_cast<std::size_t>(known - kComponents.begin())] = c.on();
+            throw Error("component", "unknown component '{}'; valid are {}", c.words[0], fmt::join(kComponents, ", "));
+        session_.layer_view.components[static_cast<std::size_t>(known - kComponents.begin())] = c.on();
     }
     if (c.name == "compare") {
-        take_picture();
+        update_picture();
         compare(c.on());
     }
     if (c.name == "split") split_ = static_cast<float>(n(0));
@@ -128,7 +129,7 @@ void Viewer::execute(const Command& c) {
         ViewTransform transform = session_.transform;
         transform.display = c.words[0];
         transform.view = c.words[1];
-        colors_.view(transform);  // for its errors
+        colors_.view(transform);  // throws if a name is unknown
         session_.transform = transform;
     }
     if (c.name == "rotation") session_.edits.environment_rotation = n(0);
@@ -137,7 +138,7 @@ void Viewer::execute(const Command& c) {
     if (c.name == "light" || c.name == "place" || c.name == "aim") {
         const std::size_t lights = session_.scene().lights.size();
         if (n(0) < 0 || n(0) >= static_cast<double>(lights))
-            throw Error(c.name, "there is no light {}, the scene has {}", n(0), lights);
+            throw Error(c.name, "there is no light {}; the scene has {} lights", n(0), lights);
         session_.edits.lights.resize(lights);
         LightEdit& light = session_.edits.lights[static_cast<std::size_t>(n(0))];
         if (c.numbers.size() == 2) {
@@ -146,7 +147,7 @@ void Viewer::execute(const Command& c) {
             const dvec3 triple(n(1), n(2), n(3));
             if (c.name == "light") light.color = vec3(triple);
             if (c.name == "place") light.position = triple;
-            if (c.name == "aim" && !unit_direction(triple)) throw Error("aim", "that is no direction");
+            if (c.name == "aim" && !unit_direction(triple)) throw Error("aim", "the direction is zero or not finite");
             if (c.name == "aim") light.direction = unit_direction(triple);
         }
     }
@@ -162,16 +163,16 @@ void Viewer::execute(const Command& c) {
     if (c.name == "save") session_.save(size);
     if (c.name == "quit") quit_ = true;
     if (c.name == "screenshot") {
-        take_picture(), frame();  // with what has changed since the last one
+        update_picture(), frame();  // includes the latest changes
         screenshot(c.words[0]);
     }
     if (c.name == "window") {
-        take_picture(), frame();  // panels find their sizes
+        update_picture(), frame();  // panels need a frame to find their sizes
         frame(c.words[0]);
     }
     if (c.name == "timings") {
         write_file(c.words[0], timings_.json().dump(2) + "\n");
-        timings_.forget();
+        timings_.reset();
     }
 }
 

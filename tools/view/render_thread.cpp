@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "tools/view/clock.h"
+#include "tools/view/layer_view.h"
+#include "tools/view/renderer_cache.h"
 #include "tools/view/resolution.h"
-#include "tools/view/seen.h"
-#include "tools/view/workplace.h"
 
 namespace halflight::view {
 namespace {
@@ -143,32 +143,32 @@ void RenderThread::settle(std::uint64_t number) {
 }
 
 template <class F>
-void RenderThread::wait(Workplace& place, std::unique_lock<std::mutex>& lock, const F& done) {
+void RenderThread::wait(RendererCache& renderers, std::unique_lock<std::mutex>& lock, const F& done) {
     if (!shaders_.watching()) return wake_.wait(lock, done);
     while (!wake_.wait_for(lock, kWatch, done)) {
         lock.unlock();
-        take_shaders(place);
+        take_shaders(renderers);
         lock.lock();
     }
 }
 
-void RenderThread::hold(Workplace& place, std::uint64_t number, int samples) {
+void RenderThread::hold(RendererCache& renderers, std::uint64_t number, int samples) {
     say("");
     {
         std::unique_lock lock(mutex_);
-        wait(place, lock, [&] { return stop_ || !work_.empty() || number != number_ || samples < limit_; });
+        wait(renderers, lock, [&] { return stop_ || !work_.empty() || number != number_ || samples < limit_; });
     }
     say("rendering");
 }
 
-void RenderThread::take_shaders(Workplace& place) {
+void RenderThread::take_shaders(RendererCache& renderers) {
     if (!shaders_.watching() || now() - shaders_looked_at_ < std::chrono::duration<double>(kWatch).count()) return;
     shaders_looked_at_ = now();
     if (!shaders_.changed()) return;
     std::string error;
     bool taken = false;
     try {
-        taken = place.reload_shaders();
+        taken = renderers.reload_shaders();
     } catch (const std::exception& e) {
         error = e.what();
     }
@@ -182,11 +182,11 @@ void RenderThread::take_shaders(Workplace& place) {
     if (taken) throw Stale();
 }
 
-std::optional<std::variant<RenderThread::Job, RenderThread::Work>> RenderThread::next(Workplace& place,
+std::optional<std::variant<RenderThread::Job, RenderThread::Work>> RenderThread::next(RendererCache& renderers,
                                                                                       std::uint64_t done, bool again) {
     std::unique_lock lock(mutex_);
     try {
-        wait(place, lock, [&] { return stop_ || !work_.empty() || again || number_ != done; });
+        wait(renderers, lock, [&] { return stop_ || !work_.empty() || again || number_ != done; });
     } catch (const Stale&) {
         lock.lock();
     }
@@ -204,10 +204,10 @@ void RenderThread::run(ColorConfig colors) {
             const std::lock_guard lock(mutex_);
             status_.device = context.renderer();
         }
-        Workplace place(context, std::move(colors), options_.budget);
+        RendererCache renderers(context, std::move(colors), options_.budget);
         std::uint64_t done = 0;  // number of the last job
         bool again = false;      // it is to be done once more
-        while (const auto todo = next(place, done, again)) {
+        while (const auto todo = next(renderers, done, again)) {
             if (const auto* work = std::get_if<Work>(&*todo)) {
                 say(work->activity);
                 work->work();
@@ -219,7 +219,7 @@ void RenderThread::run(ColorConfig colors) {
             again = false;
             if (done == 0) continue;  // shaders have changed before anything was wanted
             try {
-                serve(place, job);
+                serve(renderers, job);
             } catch (const Stale&) {
                 again = true;
             } catch (const std::exception& error) {
@@ -231,25 +231,25 @@ void RenderThread::run(ColorConfig colors) {
     }
 }
 
-void RenderThread::serve(Workplace& place, const Job& job) {
+void RenderThread::serve(RendererCache& renderers, const Job& job) {
     const Request& request = job.request;
-    if (place.needs_scene(request)) say("preparing the scene");
-    place.prepare(request);
+    if (renderers.needs_scene(request)) say("preparing the scene");
+    renderers.prepare(request);
     say("rendering");
-    const int divisor = place.resolution().divisor(request.size);
+    const int divisor = renderers.resolution().divisor(request.size);
     if (divisor > 1) {
-        publish(coarse(place, job, divisor));
+        publish(coarse(renderers, job, divisor));
         settle(job.number);
     }
-    refine(place, job, divisor > 1);
+    refine(renderers, job, divisor > 1);
 }
 
-Picture RenderThread::coarse(Workplace& place, const Job& job, int divisor) {
+Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divisor) {
     FrameSettings frame;
-    place.tell(frame);
+    renderers.fill_frame_settings(frame);
     frame.samples = 1;
-    const bool is_new = place.is_new(divisor);
-    Renderer& renderer = place.renderer(divisor);
+    const bool is_new = renderers.is_new(divisor);
+    Renderer& renderer = renderers.renderer(divisor);
     const double start = now();
     struct Done {};  // before render() makes a picture with fewer AOVs
     RenderResult result;
@@ -262,17 +262,17 @@ Picture RenderThread::coarse(Workplace& place, const Job& job, int divisor) {
         });
     } catch (const Done&) {
     }
-    if (!is_new) place.resolution().took(divided(job.request.size, divisor), now() - start);
+    if (!is_new) renderers.resolution().record(divided(job.request.size, divisor), now() - start);
     return {job.number, divisor, now() - job.since, job.request.camera, job.request.aovs, {}, std::move(result)};
 }
 
-void RenderThread::refine(Workplace& place, Job job, bool shown) {
+void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
     const Request made = job.request;
     FrameSettings frame;
-    place.tell(frame);
+    renderers.fill_frame_settings(frame);
     frame.samples = kMostSamples;
-    const bool is_new = place.is_new(1);
-    Renderer& renderer = place.renderer(1);
+    const bool is_new = renderers.is_new(1);
+    Renderer& renderer = renderers.renderer(1);
     int published = 0;     // samples of the last picture
     double looked = -1e9;  // when it was published
     double cost = 0;       // seconds that it took to make
@@ -281,7 +281,7 @@ void RenderThread::refine(Workplace& place, Job job, bool shown) {
         for (;;) {
             due |= follow(made, job);
             go_on(job.number, shown);
-            take_shaders(place);
+            take_shaders(renderers);
             if (!progress.picture) return true;
             const int samples = progress.samples_done;
             int limit = 0;
@@ -297,14 +297,14 @@ void RenderThread::refine(Workplace& place, Job job, bool shown) {
                 looked = now();
                 cost = looked - before;
                 if (samples == 1 && published == 0 && !is_new)
-                    place.resolution().took(made.size, progress.seconds + cost);
+                    renderers.resolution().record(made.size, progress.seconds + cost);
                 publish({job.number, 1, looked - job.since, made.camera, job.request.aovs, {}, std::move(result)});
                 published = samples;
                 shown = true;
                 due = false;
             }
             if (samples < limit) return true;
-            hold(place, job.number, samples);
+            hold(renderers, job.number, samples);
         }
     });
 }

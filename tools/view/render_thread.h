@@ -22,7 +22,7 @@
 
 namespace halflight::view {
 
-class Workplace;
+class RendererCache;
 
 /// What makes pictures better soon, and not the right ones in the end. RenderStats::biases names what they do.
 struct PreviewModes {
@@ -120,14 +120,14 @@ class RenderThread {
     };
 
     void run(ColorConfig colors);
-    void serve(Workplace& place, const Job& job);
-    Picture coarse(Workplace& place, const Job& job, int divisor);
-    void refine(Workplace& place, Job job, bool shown);  ///< shown: there is a coarse picture of it
+    void serve(RendererCache& renderers, const Job& job);
+    Picture coarse(RendererCache& renderers, const Job& job, int divisor);
+    void refine(RendererCache& renderers, Job job, bool shown);  ///< shown: there is a coarse picture of it
     void publish(Picture picture);
     void say(std::string activity);
     void fail(std::uint64_t number, std::string error, bool for_good);
     /// What there is to do next, once there is something; nothing: the thread is to end.
-    std::optional<std::variant<Job, Work>> next(Workplace& place, std::uint64_t done, bool again);
+    std::optional<std::variant<Job, Work>> next(RendererCache& renderers, std::uint64_t done, bool again);
     /// Whether the job has become that of another request, which the samples made serve, too.
     bool follow(const Request& made, Job& job);
     /// Throws Stale where the thread is to end and, if `first_is_there`, where something else is wanted.
@@ -135,12 +135,12 @@ class RenderThread {
     /// Throws Stale if something else is wanted within the time.
     void settle(std::uint64_t number);
     /// While there are as many samples as wanted, and nothing else is.
-    void hold(Workplace& place, std::uint64_t number, int samples);
+    void hold(RendererCache& renderers, std::uint64_t number, int samples);
     /// Shaders that have changed. Throws Stale where programs have.
-    void take_shaders(Workplace& place);
+    void take_shaders(RendererCache& renderers);
     /// Until done(), looking after shaders. Throws what take_shaders() throws.
     template <class F>
-    void wait(Workplace& place, std::unique_lock<std::mutex>& lock, const F& done);
+    void wait(RendererCache& renderers, std::unique_lock<std::mutex>& lock, const F& done);
 
     const Options options_;
     gpu::ShaderWatch shaders_;      // of the thread alone, as is the next one

@@ -8,7 +8,8 @@ namespace halflight::view {
 namespace {
 
 constexpr int kFirst = 8;
-constexpr double kFading = 0.98;  // of other sizes' seconds, by picture: a time of twice the budget is tried after 35
+// factor on other sizes' times per picture: twice the budget is tried again after 35 pictures
+constexpr double kFading = 0.98;
 
 std::size_t pixels_of(const ivec2& size) {
     return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
@@ -23,20 +24,20 @@ ivec2 divided(const ivec2& size, int divisor) {
 int Resolution::divisor(const ivec2& size) const {
     if (seconds_.empty()) return kFirst;
     for (int d = 1; d < kCoarsest; d *= 2)
-        if (expected(pixels_of(divided(size, d))) <= budget_) return d;
+        if (expected_seconds(pixels_of(divided(size, d))) <= budget_) return d;
     return kCoarsest;
 }
 
-void Resolution::took(const ivec2& size, double seconds) {
+void Resolution::record(const ivec2& size, double seconds) {
     for (auto& [pixels, known] : seconds_)
         if (pixels != pixels_of(size)) known *= kFading;
     const auto [known, is_new] = seconds_.try_emplace(pixels_of(size), seconds);
     if (!is_new) known->second = 0.5 * known->second + 0.5 * seconds;
 }
 
-/// A time that does not depend on the size and one that is proportional to it, through the nearest sizes known; where
-/// only one is known, all of its time counts as proportional towards finer pictures, and none towards coarser ones.
-double Resolution::expected(std::size_t pixels) const {
+/// Interpolates linearly between the nearest recorded sizes: a constant plus a time per pixel. With one recorded size,
+/// its whole time counts as proportional for finer pictures, and as constant for coarser ones.
+double Resolution::expected_seconds(std::size_t pixels) const {
     const auto above = seconds_.lower_bound(pixels);
     if (above != seconds_.end() && above->first == pixels) return above->second;
     if (seconds_.size() == 1) {

@@ -1,4 +1,4 @@
-// How coarse the first picture of a view must be to be there in time. No OpenGL, no clock.
+// Chooses the resolution of a view's first picture so that it is ready in time. Uses neither OpenGL nor a clock.
 #pragma once
 
 #include <cstddef>
@@ -10,25 +10,25 @@ namespace halflight::view {
 
 inline constexpr int kCoarsest = 16;
 
-/// Every divisor-th pixel of a picture, in both directions, at least one.
+/// Returns the size of a picture of every divisor-th pixel in both directions, at least 1x1.
 ivec2 divided(const ivec2& size, int divisor);
 
 class Resolution {
   public:
-    /// Seconds, > 0.
+    /// `budget` in seconds, > 0.
     explicit Resolution(double budget) : budget_(budget) {}
 
-    /// The finest of 1, 2, 4, 8, 16 of which a sample of the whole picture is expected within the budget; 16 where none
-    /// is, and 8 while nothing is known.
+    /// Returns the smallest divisor of 1, 2, 4, 8, 16 with which one sample of the whole picture is expected within the
+    /// budget. Returns 16 where none is, and 8 while nothing has been recorded.
     int divisor(const ivec2& size) const;
-    /// A picture of one sample took so long. What is known of other sizes counts a little less from then on, so that
-    /// they are tried again some time.
-    void took(const ivec2& size, double seconds);
-    /// Another scene, other settings.
-    void forget() { seconds_.clear(); }
+    /// Records the time of a picture of one sample. Recorded times of other sizes fade a little, so that they are tried
+    /// again after some time.
+    void record(const ivec2& size, double seconds);
+    /// Forgets all times, for another scene or other settings.
+    void reset() { seconds_.clear(); }
 
   private:
-    double expected(std::size_t pixels) const;
+    double expected_seconds(std::size_t pixels) const;
     double budget_;
     std::map<std::size_t, double> seconds_;  // by number of pixels, smoothed
 };

@@ -14,14 +14,14 @@ namespace {
 
 constexpr double kAny = std::numeric_limits<double>::max();
 constexpr double kWhole = 1 << 24;
-constexpr double kPixels = 1e6;  // that a drag is long: many turns
+constexpr double kPixels = 1e6;  // maximum length of a drag, pixels: many turns
 constexpr double kWorld = 1e9;   // world units
 
-/// Letters: t text, o on or off, n number, i whole number, x index from 0, which has no other bounds.
+/// Kinds of words: t text, o on or off, n number, i integer, x index, which has no other bounds than 0 and kWhole.
 struct Form {
     std::string_view name;
     std::string_view words;
-    double lower = -kAny;  // of its numbers
+    double lower = -kAny;  // bounds of its numbers
     double upper = kAny;
 };
 constexpr std::array kForms = {
@@ -88,7 +88,7 @@ class Parser {
                 break;
             } else if (text[i] == '"') {
                 const std::size_t end = text.find('"', i + 1);
-                if (end == std::string_view::npos) fail("a quote has no end");
+                if (end == std::string_view::npos) fail("a quotation mark is not closed");
                 all.emplace_back(text.substr(i + 1, end - i - 1));
                 i = end + 1;
             } else {
@@ -106,19 +106,19 @@ class Parser {
         command.words.assign(words.begin() + 1, words.end());
         command.line = line_;
         const auto named = [&](const Form& f) { return f.name == command.name; };
-        if (std::ranges::none_of(kForms, named)) fail("there is no command '{}'", command.name);
+        if (std::ranges::none_of(kForms, named)) fail("unknown command '{}'", command.name);
         const bool error = command.name == "wait" && command.words.size() == 2 && command.words[0] == "error";
         const auto form = std::ranges::find_if(kForms, [&](const Form& f) {
             return named(f) && f.words.size() == command.words.size() && (!error || f.words == "tn");
         });
         if (form == kForms.end()) {
             const auto usual = std::ranges::find_if(kForms, named);
-            fail("'{}' wants {} words, not {}", command.name, usual->words.size(), command.words.size());
+            fail("'{}' takes {} arguments, not {}", command.name, usual->words.size(), command.words.size());
         }
         for (std::size_t i = 0; i < form->words.size(); ++i) {
             const char kind = form->words[i];
             if (kind == 'o' && command.words[i] != "on" && command.words[i] != "off")
-                fail("'{}' is on or off", command.name);
+                fail("'{}' takes on or off", command.name);
             if (kind != 't' && kind != 'o') command.numbers.push_back(number(command, *form, i));
         }
         check(command);
@@ -134,10 +134,10 @@ class Parser {
         const bool whole = is_index || form.words[index] == 'i';
         if (error != std::errc() || end != text.data() + text.size() || !std::isfinite(value) ||
             (whole && value != std::floor(value)))
-            fail("'{}' wants a {}number, not '{}'", command.name, whole ? "whole " : "", text);
+            fail("'{}' needs a {}number, not '{}'", command.name, whole ? "whole " : "", text);
         const double lower = is_index ? 0 : form.lower, upper = is_index ? kWhole : form.upper;
         if (value < lower || value > upper)
-            fail("'{}' wants a number from {} to {}, not {}", command.name, lower, upper, text);
+            fail("'{}' needs a number from {} to {}, not {}", command.name, lower, upper, text);
         return value;
     }
 
@@ -145,13 +145,14 @@ class Parser {
         const bool until = c.words.size() == 2 ? c.words[0] == "samples" || c.words[0] == "error"
                                                : c.words.size() == 1 && c.words[0] == "first";
         if (c.name == "wait" && !until)
-            fail("there is 'wait first', 'wait samples N' and 'wait error E', no 'wait {}'", c.words[0]);
+            fail("unknown 'wait {}'; valid are 'wait first', 'wait samples N' and 'wait error E'", c.words[0]);
         if (c.name == "key" &&
             (c.words[0].size() != 1 || std::string_view("FHR123456789").find(c.words[0][0]) == std::string_view::npos))
-            fail("there is no key '{}'", c.words[0]);
+            fail("unknown key '{}'; valid are F, H, R and 1 to 9", c.words[0]);
         const auto ends_in = [&](std::string_view end) { return c.words[0].ends_with(end); };
-        if (c.name == "screenshot" && !ends_in(".png") && !ends_in(".exr")) fail("a screenshot is a .png or an .exr");
-        if (c.name == "window" && !ends_in(".png")) fail("a picture of the window is a .png");
+        if (c.name == "screenshot" && !ends_in(".png") && !ends_in(".exr"))
+            fail("a screenshot must be a .png or an .exr");
+        if (c.name == "window" && !ends_in(".png")) fail("a picture of the window must be a .png");
     }
 
     const std::string& file_;

@@ -1,52 +1,49 @@
-// Scripts: what somebody could do in the window, as lines of a file, for tests and for figures that can be had again.
+// Scripts: the actions of a user as lines of a file, for tests and for reproducible figures.
 //
-//     wait first               until a picture of the view as it is now is shown, however coarse
-//     wait samples N           until the whole picture has N samples; it gets no more until another `wait`
-//     wait error E             until the picture's relMSE is estimated to be below E, from the variance of its samples:
-//                              (estimated_relmse() in seen.h)
-//     camera NAME              one of the scene's, by name or number
-//     animation NAME           that plays, as of --animation; from its frame 0
-//     frame N                  of the animation
-//     play SECONDS             shows the frames that are due as time goes by, as many as can be made, over and over
-//     orbit X Y                a drag of so many pixels, to the right and down
-//     pan X Y
-//     turn X Y                 of the head
-//     dolly FACTOR             distance to what is looked at times so much
-//     fly X Y Z                to the right, up, ahead; world units
-//     walk X Y Z               the same, ahead on the level
-//     focus X Y                looks at what is seen at that pixel
+//     wait first               until a picture of the current view is shown, at any resolution
+//     wait samples N           until the picture has N samples; it then pauses until the next `wait`
+//     wait error E             until the estimated relMSE of the picture is below E (estimated_relmse() in
+//     layer_view.h) camera NAME              a camera of the scene, by name or number animation NAME animation to play,
+//     as for --animation; starts at frame 0 frame N                  frame of the animation play SECONDS plays in real
+//     time in a loop; frames that are late are skipped orbit X Y                drag to the right and down, pixels pan
+//     X Y                  drag to the right and down, pixels turn X Y                 drag to the right and down,
+//     pixels; rotates the camera dolly FACTOR             factor on the distance to the point that the camera looks at
+//     fly X Y Z                to the right, up and ahead, world units
+//     walk X Y Z               to the right, up and ahead, world units; X and Z are horizontal
+//     focus X Y                looks at the surface at that pixel
 //     key K                    a key: F H R 1 to 9
-//     view NAME                final, error, or one of the layers of --aov
-//     component NAME on|off    emission, direct_diffuse, direct_glossy, indirect_diffuse or indirect_glossy: whether
-//                              the final picture has it; needs no new samples
-//     compare on|off           keeps what is seen now as B, to be seen on the right of what is seen later
-//     split SHARE              of the window's width that shows the latter, 0 to 1
-//     exposure STOPS
-//     transform DISPLAY VIEW
-//     rotation DEGREES         of the environment
-//     intensity FACTOR         of the environment
-//     emission FACTOR          of emissive surfaces
-//     tint R G B               of the environment, linear, 0 to 1
-//     light N FACTOR           of a punctual light, by number
-//     light N R G B            its colour, linear, 0 to 1
-//     place N X Y Z            puts it there, world units
-//     aim N X Y Z              the way its light travels
-//     clay on|off
-//     bounces N
-//     preview LIST             preview modes that are on, as --preview has them: NAME,... or none
-//     clamp L                  dims indirect light, a preview mode of the viewer; 0 for none
-//     culling NAME             as of --culling
-//     measure on|off           times of passes, and counts of what culling does
-//     bookmark NAME            keeps the view
-//     recall NAME
-//     open FILE                a scene or an environment, as if it were dropped, and waits until it is there
-//     screenshot FILE          what is seen: .png as it is shown, .exr linear
-//     window FILE.png          the whole window, with its panels where they are shown (key H)
-//     save                     the settings
-//     timings FILE.json        of the pictures since the last such line
-//     quit                     so does the end of the file
+//     view NAME                layer: final, error, or one of --aov
+//     component NAME on|off    component of the final picture: emission, direct_diffuse, direct_glossy,
+//     indirect_diffuse
+//                              or indirect_glossy; needs no new samples
+//     compare on|off           keeps the current picture as B, shown to the right of the live picture
+//     split SHARE              share of the window's width that shows the live picture, 0 to 1
+//     exposure STOPS           exposure, stops
+//     transform DISPLAY VIEW   view transform
+//     rotation DEGREES         rotation of the environment
+//     intensity FACTOR         factor on the environment
+//     emission FACTOR          factor on emissive surfaces
+//     tint R G B               colour factor on the environment, linear, 0 to 1
+//     light N FACTOR           factor on a punctual light, by number
+//     light N R G B            colour of a punctual light, linear, 0 to 1
+//     place N X Y Z            position of a punctual light, world units
+//     aim N X Y Z              direction of a punctual light
+//     clay on|off              grey diffuse material for the whole scene
+//     bounces N                maximum number of bounces
+//     preview LIST             preview modes, as for --preview: NAME,... or none
+//     clamp L                  maximum luminance of a sample of indirect light, biased; 0 for none
+//     culling NAME             as for --culling
+//     measure on|off           pass times and culling counters
+//     bookmark NAME            stores the camera
+//     recall NAME              restores the camera
+//     open FILE                opens a scene or an environment and waits until it is loaded
+//     screenshot FILE          the picture: .png as displayed, .exr linear
+//     window FILE.png          the whole window, including panels if they are shown (key H)
+//     save                     saves the settings
+//     timings FILE.json        timings of the pictures since the last `timings`
+//     quit                     ends the viewer, like the end of the file
 //
-// Words are separated by spaces; "..." keeps some together; # begins a comment.
+// Words are separated by spaces; "..." encloses a word with spaces; # starts a comment.
 #pragma once
 
 #include <filesystem>
@@ -58,13 +55,13 @@ namespace halflight::view {
 
 struct Command {
     std::string name;
-    std::vector<std::string> words;  // all that follows it
-    std::vector<double> numbers;     // those of them that are numbers by the command's nature, finite
+    std::vector<std::string> words;  // words after the command's name
+    std::vector<double> numbers;     // values of the words that the command takes as numbers, finite
     bool on() const { return words.back() == "on"; }
-    int line = 0;  // from 1
+    int line = 0;  // line of the file, >= 1
 };
 
-/// Throws Error "FILE:LINE: what" for the first line that is none of the above.
+/// Parses a script. Throws Error "FILE:LINE: what" for the first invalid line.
 std::vector<Command> parse_script(const std::string& file, std::string_view text);
 
 }  // namespace halflight::view

@@ -219,7 +219,7 @@ void Session::reset_camera() {
     follow_camera();
 }
 
-std::optional<Picked> Session::pick(const dvec2& point, const ivec2& size) const {
+std::optional<PickResult> Session::pick(const dvec2& point, const ivec2& size) const {
     return picker_->pick(ray_through(camera(), point, size));
 }
 
@@ -259,18 +259,18 @@ void Session::recall(const std::string& name) {
 }
 
 Request Session::request(const ivec2& size) const {
-    Request r{reference_, scene_,        edits, timeline_.frame, camera(), size,
-              bounces,    aovs_of(look), modes, culling,         measure};
+    Request r{reference_, scene_,  edits,  timeline_.frame, camera(), size, bounces, required_aovs(layer_view),
+              modes,      culling, measure};
     if (estimate_error && std::ranges::find(r.aovs, "variance") == r.aovs.end()) r.aovs.emplace_back("variance");
     return r;
 }
 
 std::string Session::description() const {
-    std::vector<std::string> words = {look.view};
+    std::vector<std::string> words = {layer_view.layer};
     if (!timeline_.playing.empty())
         words.push_back(fmt::format("animation {}, frame {}", timeline_.animation, timeline_.frame));
     for (std::size_t i = 0; i < kComponents.size(); ++i)
-        if (look.is_sum() && !look.components[i]) words.push_back(fmt::format("no {}", kComponents[i]));
+        if (layer_view.is_sum() && !layer_view.components[i]) words.push_back(fmt::format("no {}", kComponents[i]));
     const auto factor = [&](const char* what, float value) {
         if (value != 1) words.push_back(fmt::format("{} x {:g}", what, value));
     };

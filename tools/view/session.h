@@ -12,9 +12,9 @@
 #include "tools/halflight/arguments.h"
 #include "tools/halflight/console.h"
 #include "tools/halflight/settings_file.h"
+#include "tools/view/layer_view.h"
 #include "tools/view/pick.h"
 #include "tools/view/render_thread.h"
-#include "tools/view/seen.h"
 
 namespace halflight::view {
 
@@ -40,7 +40,7 @@ class Session {
     Session(const PreviewArguments& arguments, ColorConfig colors);
 
     // Panels write to these.
-    Look look;
+    LayerView layer_view;
     ViewTransform transform;
     SceneEdits edits;
     int bounces = 8;
@@ -104,7 +104,7 @@ class Session {
     void save(const ivec2& size) const;  ///< Throws Error.
 
   private:
-    std::optional<Picked> pick(const dvec2& point, const ivec2& size) const;
+    std::optional<PickResult> pick(const dvec2& point, const ivec2& size) const;
     static Opened load(const PreviewArguments& arguments, const ColorConfig& colors, const Console& console);
     Opened now() const;  ///< as it is, to be changed
     /// pose_ is that of the scene's camera at this frame.

@@ -24,10 +24,10 @@ void picture_lines(const Picture& picture) {
     const RenderStats& s = picture.result.stats;
     const Image& image = picture.result.beauty;
     text(fmt::format("{} x {}, {} samples", image.width, image.height, s.samples));
-    if (picture.relmse) text(fmt::format("relMSE about {:.3g}", *picture.relmse));
+    if (picture.relmse) text(fmt::format("Estimated relMSE {:.3g}", *picture.relmse));
     text(fmt::format("{:.3f} s/sample, {:.2f} Mpaths/s", s.render_seconds / std::max(s.samples, 1),
                      1e-6 * static_cast<double>(s.paths) / std::max(s.render_seconds, 1e-9)));
-    text(fmt::format("prepared in {:.2f} s", s.prepare_seconds));
+    text(fmt::format("Prepared in {:.2f} s", s.prepare_seconds));
     for (const std::string& line : memory_lines(s)) text(line);
     for (const BadValues& bad : s.bad_values)
         if (bad.total() > 0)
@@ -36,8 +36,8 @@ void picture_lines(const Picture& picture) {
 }
 
 void time_lines(const PassHistory& history) {
-    if (history.passes().empty() || !ImGui::TreeNodeEx("time of passes", ImGuiTreeNodeFlags_DefaultOpen)) return;
-    ImGui::PushTextWrapPos(-1);  // a line each
+    if (history.passes().empty() || !ImGui::TreeNodeEx("Pass times", ImGuiTreeNodeFlags_DefaultOpen)) return;
+    ImGui::PushTextWrapPos(-1);  // one line per pass
     for (const PassHistory::Pass& pass : history.passes()) {
         const std::vector<float>& ms = pass.milliseconds;
         ImGui::PushID(pass.name.c_str());
@@ -52,7 +52,7 @@ void time_lines(const PassHistory& history) {
 }
 
 void choose_culling(rays::Culling& chosen) {
-    if (!ImGui::BeginCombo("culling", rays::name(chosen))) return;
+    if (!ImGui::BeginCombo("Culling", rays::name(chosen))) return;
     for (const auto one : {rays::Culling::automatic, rays::Culling::off, rays::Culling::compute, rays::Culling::raster})
         if (ImGui::Selectable(rays::name(one), one == chosen)) chosen = one;
     ImGui::EndCombo();
@@ -60,18 +60,18 @@ void choose_culling(rays::Culling& chosen) {
 
 }  // namespace
 
-void statistics_panel(Session& session, const Situation& now) {
-    ImGui::SliderInt("samples", &session.samples, 1, 1 << 16, "%d",
+void statistics_panel(Session& session, const PanelState& now) {
+    ImGui::SliderInt("Samples", &session.samples, 1, 1 << 16, "%d",
                      ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic);
-    ImGui::Checkbox("estimate error", &session.estimate_error);
+    ImGui::Checkbox("Estimate error", &session.estimate_error);
     choose_culling(session.culling);
-    ImGui::Checkbox("measure passes and culling (slower)", &session.measure);
+    ImGui::Checkbox("Measure passes and culling (slower)", &session.measure);
     text(now.status.device);
     if (!now.picture) return;
     picture_lines(*now.picture);
     time_lines(*now.history);
-    lines("what culling does", session.measure, culling_lines(now.picture->result.stats));
-    lines("left out", false, left_out_lines(now.picture->result.stats));
+    lines("Culling", session.measure, culling_lines(now.picture->result.stats));
+    lines("Left out", false, left_out_lines(now.picture->result.stats));
 }
 
 }  // namespace halflight::view

@@ -1,11 +1,11 @@
-// The panel that tells how the picture is made, and what it costs.
+// The panel of statistics: samples, error, culling, pass times, memory.
 #pragma once
 
 #include "tools/view/panels.h"
 
 namespace halflight::view {
 
-/// Between Gui::begin() and draw(), in an open window.
-void statistics_panel(Session& session, const Situation& now);
+/// Declares the panel; call it between Gui::begin() and draw(), inside an open window.
+void statistics_panel(Session& session, const PanelState& now);
 
 }  // namespace halflight::view

@@ -20,22 +20,22 @@ double mebibytes(std::size_t bytes) {
 void add_tiles(const rays::BatchStatistics& b, std::vector<std::string>& lines) {
     const rays::BatchStatistics::Lists& l = b.lists;
     if (l.tiles == 0) return;
-    lines.push_back(fmt::format("  pairs per tile {:.1f}, {:.1f} of them leaves; at most {}", share(l.entries, l.tiles),
+    lines.push_back(fmt::format("  {:.1f} pairs per tile, {:.1f} leaves; maximum {}", share(l.entries, l.tiles),
                                 share(l.leaves, l.tiles), l.longest));
-    lines.push_back(fmt::format("  state hits: {:.0f} % of lists kept, {:.0f} % of rays ended by a remembered leaf",
+    lines.push_back(fmt::format("  state hits: {:.0f} % of lists, {:.0f} % of rays by leaf",
                                 100 * (1 - std::min(share(b.tiles_culled, l.tiles), 1.0)),
                                 100 * share(l.remembered, l.rays)));
-    lines.push_back(fmt::format("  {:.0f} % of rays went on beyond leaves", 100 * share(l.rest_rays, l.rays)));
+    lines.push_back(fmt::format("  {:.0f} % of rays beyond the leaves", 100 * share(l.rest_rays, l.rays)));
 }
 
 void add_raster(const rays::RasterBatch& batch, std::vector<std::string>& lines) {
     const rays::RasterStatistics& s = batch.statistics;
     if (s.runs == 0) return;
     const auto runs = static_cast<double>(s.runs);
-    lines.push_back(fmt::format("{} {} by queries, each run:", rays::name(batch.kind), batch.depth));
-    lines.push_back(fmt::format("  {:.0f} queries, {:.0f} about several nodes", static_cast<double>(s.queries) / runs,
+    lines.push_back(fmt::format("{} {}, occlusion queries per run:", rays::name(batch.kind), batch.depth));
+    lines.push_back(fmt::format("  {:.0f} queries, {:.0f} for several nodes", static_cast<double>(s.queries) / runs,
                                 static_cast<double>(s.multi_queries) / runs));
-    lines.push_back(fmt::format("  state hits: {:.0f} queries saved of hidden nodes, {:.0f} of visible ones",
+    lines.push_back(fmt::format("  state hits: {:.0f} hidden, {:.0f} visible nodes not queried",
                                 static_cast<double>(s.saved_hidden) / runs,
                                 static_cast<double>(s.saved_visible) / runs));
     lines.push_back(fmt::format("  {:.0f} nodes tested, {:.0f} leaves hit, {:.0f} pairs",
@@ -68,8 +68,8 @@ std::vector<std::string> left_out_lines(const RenderStats& stats) {
 std::vector<std::string> memory_lines(const RenderStats& stats) {
     std::size_t saved = 0;
     for (const LeftOut& l : stats.left_out) saved += l.bytes;
-    return {fmt::format("{:.1f} MiB on the device, {:.1f} MiB left out", mebibytes(stats.gpu_bytes), mebibytes(saved)),
-            fmt::format("{:.1f} MiB at most of the program", mebibytes(peak_memory_bytes()))};
+    return {fmt::format("{:.1f} MiB on the device; {:.1f} MiB left out", mebibytes(stats.gpu_bytes), mebibytes(saved)),
+            fmt::format("{:.1f} MiB peak memory of the program", mebibytes(peak_memory_bytes()))};
 }
 
 }  // namespace halflight::view

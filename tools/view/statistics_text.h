@@ -1,4 +1,4 @@
-// What there is to tell of a picture's making, line by line.
+// Statistics of a picture as lines of text.
 #pragma once
 
 #include <string>
@@ -8,13 +8,13 @@
 
 namespace halflight::view {
 
-/// By batch: how it is traced and why. With RenderSettings::measure also pairs of tile and node, how many of the lists
-/// were still good from earlier samples (state hits), how many rays a remembered leaf has ended; by occlusion queries
-/// these, and the nodes tested and leaves hit.
+/// Returns trace method and reason of each batch of rays. RenderSettings::measure adds the pairs of tile and node, the
+/// share of tile lists kept from earlier samples (state hits), and the share of rays ended by a remembered leaf. Raster
+/// culling adds its occlusion queries, nodes tested and leaves hit.
 std::vector<std::string> culling_lines(const RenderStats& stats);
-/// What the picture does without, why, and how much memory that saves.
+/// Returns what was left out of the picture's rendering, why, and the memory saved.
 std::vector<std::string> left_out_lines(const RenderStats& stats);
-/// On the device and, at most so far, of the program.
+/// Returns the memory in use on the device, and the peak memory of the program.
 std::vector<std::string> memory_lines(const RenderStats& stats);
 
 }  // namespace halflight::view

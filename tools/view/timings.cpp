@@ -14,11 +14,11 @@ double quantile(std::vector<double> values, double share) {
 
 }  // namespace
 
-void Timings::requested(std::uint64_t number, double seconds) {
+void Timings::record_request(std::uint64_t number, double seconds) {
     open_[number] = seconds;
 }
 
-void Timings::shown(const Picture& picture, double seconds) {
+void Timings::record_shown(const Picture& picture, double seconds) {
     if (picture.divisor == 1) {
         samples_ = picture.result.stats.samples;
         age_ = picture.seconds;
@@ -30,7 +30,7 @@ void Timings::shown(const Picture& picture, double seconds) {
     last_ = seconds;
     latencies_.push_back(seconds - request->second);
     divisors_.push_back(picture.divisor);
-    open_.erase(open_.begin(), std::next(request));  // those before it will have none
+    open_.erase(open_.begin(), std::next(request));  // earlier requests will not get a picture any more
 }
 
 nlohmann::ordered_json Timings::json() const {

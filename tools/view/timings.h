@@ -1,4 +1,4 @@
-// How soon pictures are seen.
+// Latency of pictures in the window.
 #pragma once
 
 #include <cstdint>
@@ -14,25 +14,24 @@ namespace halflight::view {
 
 class Timings {
   public:
-    /// A picture is on the window; `seconds` of any clock.
-    void shown(const Picture& picture, double seconds);
-    /// `seconds` at which a request was made.
-    void requested(std::uint64_t number, double seconds);
-    void forget() { *this = {}; }
+    /// Records that a picture is on the window at `seconds`, by any one clock.
+    void record_shown(const Picture& picture, double seconds);
+    /// Records the time of a request, seconds.
+    void record_request(std::uint64_t number, double seconds);
+    void reset() { *this = {}; }
 
-    /// Seconds from the input to the first picture of it on the window (median, 95 %, most), pictures per second over
-    /// first pictures, how coarse they were, and the last whole picture's samples, age and, where there is one, its
-    /// estimated relMSE.
+    /// Returns the statistics: latency of the first picture of each request (median, 95 %, maximum), first pictures per
+    /// second, and their resolutions. For the last whole picture it adds samples, age and, if known, estimated relMSE.
     nlohmann::ordered_json json() const;
 
   private:
-    std::map<std::uint64_t, double> open_;  // requests without a picture, when they were made
-    std::vector<double> latencies_;         // seconds, of first pictures
-    std::vector<int> divisors_;             // of the same
-    double first_ = 0, last_ = 0;           // when the first and the last first picture were shown
-    int samples_ = 0;                       // of the last whole picture
-    double age_ = 0;                        // its Picture::seconds
-    std::optional<double> relmse_;          // and Picture::relmse
+    std::map<std::uint64_t, double> open_;  // times of requests without a picture, by number
+    std::vector<double> latencies_;         // seconds, per first picture
+    std::vector<int> divisors_;             // resolution divisor, per first picture
+    double first_ = 0, last_ = 0;           // times of the earliest and the latest first picture
+    int samples_ = 0;                       // samples of the last whole picture
+    double age_ = 0;                        // Picture::seconds of the last whole picture
+    std::optional<double> relmse_;          // Picture::relmse of the last whole picture
 };
 
 }  // namespace halflight::view

@@ -22,8 +22,8 @@ namespace halflight::view {
 namespace {
 
 constexpr std::uint64_t kMostScript = 1 << 20;  // bytes
-constexpr double kIdle = 0.5;                   // seconds without anything to draw
-constexpr double kMoving = 0.01;                // seconds from frame to frame while a key is held
+constexpr double kIdle = 0.5;                   // seconds to wait for events without anything to draw
+constexpr double kMoving = 0.01;                // seconds between frames while a key is held
 
 std::vector<Command> script_of(const PreviewArguments& a) {
     if (!a.script) return {};
@@ -60,7 +60,7 @@ void Viewer::attempt(const F& f) {
     try {
         f();
     } catch (const std::bad_alloc&) {
-        message_ = "memory: there is not enough of it";
+        message_ = "out of memory";
     } catch (const std::exception& error) {
         message_ = error.what();
     }
@@ -78,9 +78,9 @@ void Viewer::run() {
         const bool at_once = frames_due_ > 0 || play_ || next_command_ < script_.size();
         const double patience = navigation_.moving() || at_once ? kMoving : kIdle;
         if (window_.wait(patience) || navigation_.moving()) frames_due_ = std::max(frames_due_, 2);
-        if (!scripted()) drop(), play_on();
-        take_shaders();
-        take_picture();
+        if (!scripted()) open_dropped_files(), advance_playback();
+        reload_shaders();
+        update_picture();
         if (frames_due_ > 0) frame();
         if (scripted()) step_script();
     }
@@ -89,30 +89,30 @@ void Viewer::run() {
                     "the window was closed");
 }
 
-/// Makes the picture that came last the one that is seen, if it shows what is to be seen.
-void Viewer::take_picture() {
+/// Displays the latest picture if it has the layers of the current view.
+void Viewer::update_picture() {
     const auto newest = thread_.picture();
-    if (!newest || (newest == picture_ && look_ == session_.look)) return;
+    if (!newest || (newest == picture_ && layer_view_ == session_.layer_view)) return;
     const auto there = [&](const std::string& aov) {
         return std::ranges::find(newest->aovs, aov) != newest->aovs.end();
     };
-    if (!std::ranges::all_of(aovs_of(session_.look), there)) return;
+    if (!std::ranges::all_of(required_aovs(session_.layer_view), there)) return;
     if (newest != picture_) history_.add(*newest);
     picture_ = newest;
-    look_ = session_.look;
-    const Seen shown = seen(look_, picture_->aovs, picture_->result);
+    layer_view_ = session_.layer_view;
+    const DisplayImage shown = display_image(layer_view_, picture_->aovs, picture_->result);
     scale_ = shown.scale;
     display_.set_picture(shown);
     frames_due_ = std::max(frames_due_, 1);
 }
 
-void Viewer::drop() {
+void Viewer::open_dropped_files() {
     for (auto& path : window_.dropped()) to_open_.push_back(std::move(path));
-    take_opened();
+    finish_opening();
     open_next();
 }
 
-void Viewer::begin(const std::string& activity, std::function<Session::Opened()> opening) {
+void Viewer::start_opening(const std::string& activity, std::function<Session::Opened()> opening) {
     const auto task = std::make_shared<std::packaged_task<Session::Opened()>>(std::move(opening));
     opening_ = task->get_future();
     thread_.perform(activity, [task] { (*task)(); });
@@ -123,53 +123,56 @@ void Viewer::open_next() {
     if (!to_open_.empty()) {
         const std::filesystem::path path = std::move(to_open_.front());
         to_open_.pop_front();
-        attempt([&] { begin(fmt::format("loading {}", path.filename().string()), session_.opening(path)); });
+        attempt([&] { start_opening(fmt::format("loading {}", path.filename().string()), session_.opening(path)); });
         return;
     }
-    posing_ = std::exchange(moment_, {});
+    opening_pose_ = std::exchange(next_pose_, {});
     const Timeline& t = session_.timeline();
-    if (!posing_ || (posing_->animation == t.animation && posing_->frame == t.frame)) return posing_.reset();
-    attempt(
-        [&] { begin(fmt::format("frame {}", posing_->frame), session_.posing(posing_->animation, posing_->frame)); });
+    if (!opening_pose_ || (opening_pose_->animation == t.animation && opening_pose_->frame == t.frame))
+        return opening_pose_.reset();
+    attempt([&] {
+        start_opening(fmt::format("frame {}", opening_pose_->frame),
+                      session_.posing(opening_pose_->animation, opening_pose_->frame));
+    });
 }
 
-bool Viewer::take_opened() {
+bool Viewer::finish_opening() {
     if (opening_.valid() && opening_.wait_for(std::chrono::seconds(0)) == std::future_status::ready) {
         frames_due_ = std::max(frames_due_, 2);
-        posing_.reset();
-        const std::optional<Play> going_on = std::exchange(play_, {});  // unless it fails
+        opening_pose_.reset();
+        const std::optional<Play> going_on = std::exchange(play_, {});  // restored unless opening fails
         attempt([&] {
             Session::Opened opened = opening_.get();
             if (opened.start)
-                moment_.reset();  // of the file that was there
+                next_pose_.reset();  // a frame request for the previous file
             else
                 play_ = going_on;
-            pose_unseen_ = true;
+            pose_pending_ = true;
             session_.open(std::move(opened));
         });
     }
-    return !opening_.valid() && to_open_.empty() && !moment_;
+    return !opening_.valid() && to_open_.empty() && !next_pose_;
 }
 
-void Viewer::play(bool on) {
+void Viewer::set_playing(bool on) {
     play_.reset();
     if (on && !session_.timeline().playing.empty()) play_ = {now(), session_.timeline().frame};
 }
 
-void Viewer::play_on() {
+void Viewer::advance_playback() {
     if (!play_) return;
     const Timeline& t = session_.timeline();
-    if (t.playing.empty() || thread_.status().failed == request_) return play(false);
-    if (take_opened() && play_ && !pose_unseen_) {
+    if (t.playing.empty() || thread_.status().failed == request_) return set_playing(false);
+    if (finish_opening() && play_ && !pose_pending_) {
         const double passed = std::floor((now() - play_->since) * t.rate.numerator / t.rate.denominator);
         const auto due = static_cast<std::uint32_t>(std::fmod(play_->first + passed, t.last + 1.0));
-        if (due != t.frame) moment_ = {t.animation, due};
+        if (due != t.frame) next_pose_ = {t.animation, due};
     }
     open_next();
 }
 
-/// The display's, once the render thread has seen that files have changed.
-void Viewer::take_shaders() {
+/// Reloads the display's shaders once the render thread has seen that files changed.
+void Viewer::reload_shaders() {
     const std::uint64_t reloads = thread_.status().reloads;
     if (reloads == reloads_) return;
     reloads_ = reloads;
@@ -179,24 +182,24 @@ void Viewer::take_shaders() {
 
 void Viewer::compare(bool on) {
     if (!on) {
-        other_.reset();
-        display_.drop_other();
+        comparison_.reset();
+        display_.close_comparison();
         return;
     }
     if (!picture_) throw Error("compare", "there is no picture yet");
-    display_.keep();
-    other_ = fmt::format("{}, {} samples", session_.description(), picture_->result.stats.samples);
+    display_.keep_comparison();
+    comparison_ = fmt::format("{}, {} samples", session_.description(), picture_->result.stats.samples);
 }
 
-/// Asks for another picture where one is needed.
-void Viewer::ask() {
+/// Requests another picture if the session has changed.
+void Viewer::request_picture() {
     Request request = session_.request(window_.framebuffer_size());
     if (!scripted()) thread_.limit(session_.samples);
-    if (request == wanted_) return;
-    if (scripted()) thread_.limit(1);  // until the script says how many it waits for
+    if (request == requested_) return;
+    if (scripted()) thread_.limit(1);  // until the script says how many samples it waits for
     request_ = thread_.show(request);
-    wanted_ = std::move(request);
-    timings_.requested(request_, now());
+    requested_ = std::move(request);
+    timings_.record_request(request_, now());
     window_.set_title(title());
 }
 
@@ -209,22 +212,22 @@ void Viewer::frame(const std::filesystem::path& shot) {
         attempt([&] { navigation_.steer(session_, gui_.input(), size); });
         keys();
     }
-    Asked asked;
+    PanelRequests requests;
     const RenderThread::Status status = thread_.status();
     if (panels_shown_)
-        asked =
-            panels(session_, colors_, navigation_,
-                   {picture_.get(), &history_, status, message_, other_.has_value(), play_.has_value(), next_frame()});
-    draw_overlay({scale_, notices(status), session_.description(), other_, asked.room}, split_);
-    if (asked.pose) attempt([&] { session_.move(*asked.pose); });
-    ask();
+        requests = panels(
+            session_, colors_, navigation_,
+            {picture_.get(), &history_, status, message_, comparison_.has_value(), play_.has_value(), next_frame()});
+    draw_overlay({scale_, notices(status), session_.description(), comparison_, requests.label_area}, split_);
+    if (requests.pose) attempt([&] { session_.move(*requests.pose); });
+    request_picture();
     if (session_.transform != transform_) {
         attempt([&] {
             processor_ = colors_.view(session_.transform);
             display_.set_view(processor_);
             transform_ = session_.transform;
         });
-        session_.transform = transform_;  // as it was, where it failed
+        session_.transform = transform_;  // previous transform, if the new one failed
     }
     display_.draw(size, split_);
     gui_.draw();
@@ -232,44 +235,45 @@ void Viewer::frame(const std::filesystem::path& shot) {
     window_.swap();
     if (picture_) {
         drawn_request_ = picture_->request;
-        pose_unseen_ = pose_unseen_ && drawn_request_ != request_;
+        pose_pending_ = pose_pending_ && drawn_request_ != request_;
         drawn_samples_ = picture_->divisor == 1 ? picture_->result.stats.samples : 0;
-        timings_.shown(*picture_, now());
+        timings_.record_shown(*picture_, now());
     }
-    answer(asked);
+    perform(requests);
 }
 
 std::uint32_t Viewer::next_frame() const {
-    return moment_ ? moment_->frame : posing_ ? posing_->frame : session_.timeline().frame;
+    return next_pose_ ? next_pose_->frame : opening_pose_ ? opening_pose_->frame : session_.timeline().frame;
 }
 
-/// What has to be seen, panels or not.
+/// Returns the lines that must be visible, with or without panels.
 std::vector<std::string> Viewer::notices(const RenderThread::Status& status) const {
     std::vector<std::string> lines;
     if (picture_)
-        for (const std::string& bias : biases_of(look_, picture_->result.stats)) lines.push_back("biased: " + bias);
-    if (panels_shown_) return lines;  // which tell of errors
+        for (const std::string& bias : biases_of(layer_view_, picture_->result.stats))
+            lines.push_back("biased: " + bias);
+    if (panels_shown_) return lines;  // panels show errors themselves
     for (const std::string& error : {status.error, status.shader_error})
         if (!error.empty()) lines.push_back(error);
     return lines;
 }
 
-void Viewer::answer(const Asked& asked) {
-    if (asked.read_message) message_.clear();
-    if (asked.moment) moment_ = asked.moment;
-    if (asked.moment || asked.play) play(asked.play.value_or(false));
+void Viewer::perform(const PanelRequests& requests) {
+    if (requests.dismiss_message) message_.clear();
+    if (requests.frame) next_pose_ = requests.frame;
+    if (requests.frame || requests.play) set_playing(requests.play.value_or(false));
     attempt([&] {
-        if (asked.compare) compare(*asked.compare);
-        if (asked.save) {
+        if (requests.compare) compare(*requests.compare);
+        if (requests.save) {
             session_.save(window_.framebuffer_size());
-            message_ = fmt::format("wrote {}", session_.settings_file().string());
+            message_ = fmt::format("Saved {}", session_.settings_file().string());
         }
-        if (asked.screenshot || asked.exr) screenshot(free_name(asked.exr ? "exr" : "png"));
+        if (requests.screenshot || requests.exr) screenshot(unused_name(requests.exr ? "exr" : "png"));
     });
 }
 
-/// In the folder that is current, of the scene's name.
-std::filesystem::path Viewer::free_name(const char* extension) const {
+/// Returns an unused file name in the current folder, made of the scene's name.
+std::filesystem::path Viewer::unused_name(const char* extension) const {
     for (int i = 1;; ++i) {
         const std::filesystem::path name = fmt::format("{}-{:04}.{}", session_.file().stem().string(), i, extension);
         std::error_code none;
@@ -282,8 +286,8 @@ void Viewer::screenshot(const std::filesystem::path& path) {
     if (has_extension(path, "exr")) {
         const RenderStats& stats = picture_->result.stats;
         RenderResult shown = picture_->result;
-        if (look_.is_sum()) {
-            const Image sum = seen(look_, picture_->aovs, shown).image;
+        if (layer_view_.is_sum()) {
+            const Image sum = display_image(layer_view_, picture_->aovs, shown).image;
             for (int y = 0; y < sum.height; ++y)
                 for (int x = 0; x < sum.width; ++x) std::copy_n(sum.at(x, y), 3, shown.beauty.at(x, y));
         }
@@ -295,12 +299,12 @@ void Viewer::screenshot(const std::filesystem::path& path) {
                                      session_.file().filename().string(), stats.samples, session_.description()),
              .filter = text(PixelFilter{}),
              .shutter = "",
-             .bias = fmt::format("{}", fmt::join(look_.is_sum() ? stats.layer_biases : stats.biases, "; ")),
+             .bias = fmt::format("{}", fmt::join(layer_view_.is_sum() ? stats.layer_biases : stats.biases, "; ")),
              .error = ""});
     } else {
         write_png(path, display_.read(split_));
     }
-    message_ = fmt::format("wrote {}", path.string());
+    message_ = fmt::format("Saved {}", path.string());
 }
 
 void Viewer::keys() {
@@ -309,9 +313,9 @@ void Viewer::keys() {
     const dvec2 point(io.MousePos.x * io.DisplayFramebufferScale.x, io.MousePos.y * io.DisplayFramebufferScale.y);
     for (const char k : {'F', 'H', 'R', '1', '2', '3', '4', '5', '6', '7', '8', '9'})
         if (ImGui::IsKeyPressed(k, false)) attempt([&] { key(k, point); });  // GLFW's key codes are ASCII
-    if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_S, false)) answer({.save = true});
-    if (ImGui::IsKeyPressed(GLFW_KEY_P, false)) answer({.screenshot = true});
-    if (ImGui::IsKeyPressed(GLFW_KEY_SPACE, false)) answer({.play = !play_});
+    if (io.KeyCtrl && ImGui::IsKeyPressed(GLFW_KEY_S, false)) perform({.save = true});
+    if (ImGui::IsKeyPressed(GLFW_KEY_P, false)) perform({.screenshot = true});
+    if (ImGui::IsKeyPressed(GLFW_KEY_SPACE, false)) perform({.play = !play_});
 }
 
 void Viewer::key(char key, const dvec2& point) {

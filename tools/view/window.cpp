@@ -13,7 +13,7 @@
 namespace halflight::view {
 namespace {
 
-/// Of the last call that failed.
+/// Returns the reason of the last failed GLFW call.
 std::string reason() {
     const char* text = nullptr;
     return glfwGetError(&text) == GLFW_NO_ERROR || !text ? "unknown reason" : text;
@@ -43,7 +43,7 @@ Window::Window(const ivec2& size, const std::string& title) : title_(title) {
     }
     glfwMakeContextCurrent(window_);
     glfwSwapInterval(1);
-    GLuint vertex_array = 0;  // core profiles draw nothing without one; it goes with the context
+    GLuint vertex_array = 0;  // core profiles draw nothing without one; the context owns it
     glCreateVertexArrays(1, &vertex_array);
     glBindVertexArray(vertex_array);
     glPixelStorei(GL_PACK_ALIGNMENT, 1);

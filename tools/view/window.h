@@ -1,4 +1,4 @@
-// A window of the desktop with an OpenGL 4.5 core context, and what people do in it.
+// A desktop window with an OpenGL 4.5 core context, and its events.
 #pragma once
 
 #include <filesystem>
@@ -12,10 +12,10 @@ struct GLFWwindow;
 
 namespace halflight::view {
 
-/// One at a time, on the main thread; its context is current there as long as it lives.
+/// Owns the window and its context, which is current on the main thread during its lifetime. Only one may exist.
 class Window {
   public:
-    /// Pixels of the framebuffer. Throws Error with the reason where there is no display or no such context.
+    /// `size` in pixels of the framebuffer. Throws Error with the reason where there is no display or no such context.
     Window(const ivec2& size, const std::string& title);
     Window(const Window&) = delete;
     Window& operator=(const Window&) = delete;
@@ -23,18 +23,18 @@ class Window {
 
     GLFWwindow* handle() const { return window_; }
     ivec2 framebuffer_size() const;  ///< {0, 0} while it is minimised
-    bool closing() const;            ///< somebody wants it closed
+    bool closing() const;            ///< whether the user has asked to close it
     void set_title(const std::string& title);
 
-    /// Waits for something to happen, at most so long; true if it did. What happened went to Dear ImGui, or to
+    /// Waits for an event, at most this many seconds; returns whether there was one. Events go to Dear ImGui or to
     /// dropped().
     bool wait(double seconds);
-    /// Ends a wait(). From any thread, as long as there is a window.
+    /// Ends a wait(). May be called from any thread while there is a window.
     static void wake();
-    /// Files that were dropped since the last call.
+    /// Returns the files dropped since the last call.
     std::vector<std::filesystem::path> dropped();
     void swap();
-    /// The framebuffer as it is before swap(): RGB, display-encoded.
+    /// Returns the framebuffer before swap(): RGB, display-encoded.
     Image read() const;
 
   private:

@@ -1,29 +1,29 @@
-#include "tools/view/workplace.h"
+#include "tools/view/renderer_cache.h"
 
 #include <algorithm>
 
 namespace halflight::view {
 namespace {
 
-// Bands end soon on a software driver: what is not wanted any more is not waited for.
+// Bands are short on software drivers, because an outdated request is only given up between bands.
 constexpr std::size_t kSoftwareBand = std::size_t{1} << 16;  // pixels
 constexpr std::size_t kHardwareBand = std::size_t{1} << 20;
 
 }  // namespace
 
-bool Workplace::needs_scene(const Request& r) const {
+bool RendererCache::needs_scene(const Request& r) const {
     const bool raster = r.culling == rays::Culling::raster;
     return !scene_ || r.reference != request_.reference || r.scene != request_.scene || r.edits != request_.edits ||
            (raster && !raster_);
 }
 
-bool Workplace::reload_shaders() {
+bool RendererCache::reload_shaders() {
     if (!scene_ || scene_->programs().reload() == 0) return false;
-    reloaded_ = true;  // renderers may be at work
+    reloaded_ = true;  // renderers may be in use
     return true;
 }
 
-void Workplace::prepare_scene(const Request& r) {
+void RendererCache::prepare_scene(const Request& r) {
     const auto edited = [&](const std::shared_ptr<const Scene>& scene) {
         if (r.edits == SceneEdits()) return scene;
         auto other = std::make_shared<Scene>(*scene);
@@ -35,7 +35,7 @@ void Workplace::prepare_scene(const Request& r) {
     try {
         if (!known) {
             renderers_.clear();
-            scene_.reset();  // two might not fit together
+            scene_.reset();  // both may not fit into memory
             raster_ = raster;
             scene_ = std::make_unique<PreparedScene>(context_, *edited(r.reference),
                                                      PrepareOptions{.raster_culling = raster});
@@ -52,7 +52,7 @@ void Workplace::prepare_scene(const Request& r) {
     }
 }
 
-void Workplace::look_back(const Request& r) {
+void RendererCache::remember_previous_view(const Request& r) {
     if (r.reference != request_.reference) {
         previous_camera_.reset();
         previous_scene_.reset();
@@ -62,12 +62,12 @@ void Workplace::look_back(const Request& r) {
     }
 }
 
-void Workplace::tell(FrameSettings& frame) {
+void RendererCache::fill_frame_settings(FrameSettings& frame) {
     frame.camera = request_.camera;
     frame.frame = request_.frame;
     frame.history = &history_;
     frame.previous_camera = previous_camera_;
-    // Earlier pictures that a preview looks back at are of this very pose.
+    // Temporal preview modes accumulate pictures of the same pose only.
     const bool motion = std::ranges::find(request_.aovs, "motion") != request_.aovs.end();
     surfaces_.reset();
     if (motion && !request_.modes.preview.temporal && previous_scene_ && previous_scene_ != request_.scene)
@@ -75,7 +75,7 @@ void Workplace::tell(FrameSettings& frame) {
     frame.previous_surfaces = surfaces_ ? &*surfaces_ : nullptr;
 }
 
-void Workplace::prepare(const Request& r) {
+void RendererCache::prepare(const Request& r) {
     const bool new_scene = needs_scene(r);
     const bool new_light = new_scene || reloaded_ || r.bounces != request_.bounces;
     if (!r.modes.preview.cache)
@@ -84,26 +84,26 @@ void Workplace::prepare(const Request& r) {
         radiance_cache_ = std::make_shared<RadianceCache>();
     else if (new_light)
         radiance_cache_->clear();
-    look_back(r);
+    remember_previous_view(r);
     if (new_scene) {
         history_.forget();
         prepare_scene(r);
     }
-    // What renderers are not made for, but told of picture by picture.
+    // Renderers do not depend on these members, which are set for each picture.
     Request known = request_;
     known.reference = r.reference, known.scene = r.scene, known.edits = r.edits;
     known.frame = r.frame, known.camera = r.camera;
     if (reloaded_ || renderers_.empty() || !serves(known, r)) {
         renderers_.clear();
         history_.forget();
-        resolution_.forget();
+        resolution_.reset();
         known = r;
     }
     request_ = std::move(known);
     reloaded_ = false;
 }
 
-Renderer& Workplace::renderer(int divisor) {
+Renderer& RendererCache::renderer(int divisor) {
     const auto known = renderers_.find(divisor);
     if (known != renderers_.end()) return known->second;
     const ivec2 size = divided(request_.size, divisor);

@@ -1,4 +1,4 @@
-#include "tools/view/seen.h"
+#include "tools/view/layer_view.h"
 
 #include <algorithm>
 #include <bit>
@@ -21,7 +21,7 @@ bool is_color(const AovInfo& aov) {
     return aov.channels == "RGB" && aov.name != "variance";
 }
 
-/// f(pixel's channels, x, y) as the colour of each pixel.
+/// Returns the image whose pixels have the colour f(channels of the pixel, x, y).
 template <class F>
 Image mapped(const Image& image, const F& f) {
     Image out(image.width, image.height, 3);
@@ -34,7 +34,7 @@ Image mapped(const Image& image, const F& f) {
     return out;
 }
 
-/// Of the finite ones; 0 where there is none.
+/// Returns a quantile of the finite values; 0 without finite values.
 float percentile(std::vector<float> values, double share) {
     std::erase_if(values, [](float v) { return !std::isfinite(v); });
     if (values.empty()) return 0;
@@ -43,7 +43,7 @@ float percentile(std::vector<float> values, double share) {
     return *at;
 }
 
-/// The least of 1, 2 and 5 times powers of ten that is not below; 1 for 0.
+/// Rounds up to 1, 2 or 5 times a power of ten; 1 for 0.
 float round_up(float value) {
     if (!(value > 0)) return 1;
     const float power = std::pow(10.0f, std::floor(std::log10(value)));
@@ -52,9 +52,9 @@ float round_up(float value) {
     return 10 * power;
 }
 
-/// f(pixel's channels, x, y) on a scale, a logarithmic one of so many decades if there are any.
+/// Maps f(channels of the pixel, x, y) to a magma scale, which is logarithmic if `decades` > 0.
 template <class F>
-Seen on_scale(const Image& image, const std::string& unit, const F& f, int decades = 0) {
+DisplayImage on_scale(const Image& image, const std::string& unit, const F& f, int decades = 0) {
     Image values(image.width, image.height, 1);
     for (int y = 0; y < image.height; ++y)
         for (int x = 0; x < image.width; ++x) *values.at(x, y) = f(image.at(x, y), x, y);
@@ -88,7 +88,7 @@ Image positions(const Image& image) {
 }
 
 Image motions(const Image& image) {
-    constexpr float kLeast = 0.1f;  // pixels on the scale: less are roundings
+    constexpr float kLeast = 0.1f;  // pixels of motion, minimum scale; less is rounding
     std::vector<float> lengths;
     for (std::size_t i = 0; i + 1 < image.pixels.size(); i += 2)
         lengths.push_back(std::hypot(image.pixels[i], image.pixels[i + 1]));
@@ -98,7 +98,7 @@ Image motions(const Image& image) {
     });
 }
 
-Seen relative_errors(const Image& variance, const Image& beauty) {
+DisplayImage relative_errors(const Image& variance, const Image& beauty) {
     return on_scale(variance, "standard error / value", [&](const float* v, int x, int y) {
         const float* b = beauty.at(x, y);
         const float mean = luminance(vec3(b[0], b[1], b[2]));
@@ -106,8 +106,8 @@ Seen relative_errors(const Image& variance, const Image& beauty) {
     });
 }
 
-Seen data_picture(const std::string& view, const Image& image) {
-    constexpr float kNothing = 1e9f;  // of depths, beyond which there is no surface
+DisplayImage data_picture(const std::string& view, const Image& image) {
+    constexpr float kNothing = 1e9f;  // depths beyond it belong to no surface
     constexpr int kVarianceDecades = 4;
     if (view == "variance")
         return on_scale(
@@ -138,7 +138,7 @@ const Image& layer(const std::string& aov, const std::vector<std::string>& aovs,
     return result.aovs.at(static_cast<std::size_t>(std::ranges::find(aovs, aov) - aovs.begin())).image;
 }
 
-/// Of a channel over the 3 x 3 pixels around one, those of them that there are.
+/// Returns the median of a channel over the 3x3 pixels around (x, y) that are inside the image.
 float median_around(const Image& image, int x, int y, int channel) {
     std::array<float, 9> values{};
     auto end = values.begin();
@@ -149,10 +149,10 @@ float median_around(const Image& image, int x, int y, int channel) {
     return *middle;
 }
 
-Image sum_of(const Look& look, const std::vector<std::string>& aovs, const RenderResult& result) {
+Image sum_of(const LayerView& layer_view, const std::vector<std::string>& aovs, const RenderResult& result) {
     Image sum(result.beauty.width, result.beauty.height, 3);
     for (std::size_t i = 0; i < kComponents.size(); ++i) {
-        if (!look.components[i]) continue;
+        if (!layer_view.components[i]) continue;
         const Image& part = layer(std::string(kComponents[i]), aovs, result);
         std::ranges::transform(sum.pixels, part.pixels, sum.pixels.begin(), std::plus());
     }
@@ -161,39 +161,40 @@ Image sum_of(const Look& look, const std::vector<std::string>& aovs, const Rende
 
 }  // namespace
 
-bool Look::is_sum() const {
-    return view == kFinal && std::ranges::count(components, false) > 0;
+bool LayerView::is_sum() const {
+    return layer == kFinal && std::ranges::count(components, false) > 0;
 }
 
-std::vector<std::string> views() {
+std::vector<std::string> layer_view_names() {
     std::vector<std::string> all = {kFinal, kError};
     for (const AovInfo& aov : known_aovs()) all.emplace_back(aov.name);
     return all;
 }
 
-std::vector<std::string> aovs_of(const Look& look) {
-    if (look.is_sum()) return {kComponents.begin(), kComponents.end()};
-    if (look.view == kFinal) return {};
-    if (look.view == kError) return {"variance"};
-    return {look.view};
+std::vector<std::string> required_aovs(const LayerView& layer_view) {
+    if (layer_view.is_sum()) return {kComponents.begin(), kComponents.end()};
+    if (layer_view.layer == kFinal) return {};
+    if (layer_view.layer == kError) return {"variance"};
+    return {layer_view.layer};
 }
 
 std::string description(const std::string& view) {
-    if (view == kFinal) return "the picture";
-    if (view == kError) return "standard error of the pixel's mean radiance, relative to it";
+    if (view == kFinal) return "the rendered picture";
+    if (view == kError) return "standard error of each pixel's mean luminance, relative to its value";
     return std::string(info(view).description);
 }
 
-Seen seen(const Look& look, const std::vector<std::string>& aovs, const RenderResult& result) {
-    const std::string& view = look.view;
-    if (look.is_sum()) return {sum_of(look, aovs, result), false};
+DisplayImage display_image(const LayerView& layer_view, const std::vector<std::string>& aovs,
+                           const RenderResult& result) {
+    const std::string& view = layer_view.layer;
+    if (layer_view.is_sum()) return {sum_of(layer_view, aovs, result), false};
     if (view == kFinal) return {result.beauty, false};
     if (view == kError) return relative_errors(layer("variance", aovs, result), result.beauty);
     const AovInfo& aov = info(view);
     const Image& image = layer(view, aovs, result);
     if (is_color(aov)) return {image, false};
     if (view.starts_with("crypto"))
-        // Pairs of id and coverage: the object that covers most of the pixel.
+        // Pairs of id and coverage; the first belongs to the object that covers most of the pixel.
         return {
             mapped(image, [](const float* p, int,
                              int) { return std::min(p[1], 1.0f) * color_of_id(std::bit_cast<std::uint32_t>(p[0])); }),
@@ -201,13 +202,13 @@ Seen seen(const Look& look, const std::vector<std::string>& aovs, const RenderRe
     return data_picture(view, image);
 }
 
-const std::vector<std::string>& biases_of(const Look& look, const RenderStats& stats) {
-    const bool of_picture = (look.view == kFinal && !look.is_sum()) || look.view == kError;
+const std::vector<std::string>& biases_of(const LayerView& layer_view, const RenderStats& stats) {
+    const bool of_picture = (layer_view.layer == kFinal && !layer_view.is_sum()) || layer_view.layer == kError;
     return of_picture ? stats.biases : stats.layer_biases;
 }
 
 std::optional<double> estimated_relmse(const std::vector<std::string>& aovs, const RenderResult& result) {
-    if (result.stats.samples < kLeastSamples || std::ranges::find(aovs, "variance") == aovs.end()) return std::nullopt;
+    if (result.stats.samples < kMinSamples || std::ranges::find(aovs, "variance") == aovs.end()) return std::nullopt;
     const Image& variance = layer("variance", aovs, result);
     double sum = 0;
     for (int y = 0; y < variance.height; ++y) {

@@ -1,0 +1,61 @@
+// State of the render thread across requests: the prepared scene, and renderers by size.
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+
+#include "engine/scene/motion.h"
+#include "passes/light/radiance_cache.h"
+#include "renderer/preview_picture.h"
+#include "tools/view/render_thread.h"
+#include "tools/view/resolution.h"
+
+namespace halflight::view {
+
+/// Owns the prepared scene and its renderers. Use it on the thread of its context only.
+class RendererCache {
+  public:
+    /// The context must outlive this object. `budget` is that of Resolution, seconds.
+    RendererCache(gpu::Context& context, ColorConfig colors, double budget)
+        : context_(context), colors_(std::move(colors)), resolution_(budget) {}
+
+    /// Returns whether prepare() will have to build the scene's tables and hierarchies.
+    bool needs_scene(const Request& request) const;
+    /// Recompiles programs whose shaders have changed; returns whether there were any. Throws what
+    /// gpu::ProgramCache::reload() throws.
+    bool reload_shaders();
+    /// Prepares the scene of a request. Tables and hierarchies that edits and pose leave unchanged are kept. Throws
+    /// what preparing a scene throws; there is no scene then until the next call.
+    void prepare(const Request& request);
+    /// Returns whether the first picture of this size has not been made yet; it takes longer than others.
+    bool is_new(int divisor) const { return !renderers_.contains(divisor); }
+    /// Returns the renderer for the size of the last prepared request, divided by `divisor`. Throws what a Renderer
+    /// throws.
+    Renderer& renderer(int divisor);
+    Resolution& resolution() { return resolution_; }
+    /// Fills in camera, frame and history of the last prepared request. They are valid until the next call.
+    void fill_frame_settings(FrameSettings& frame);
+
+  private:
+    /// Prepares the scene and removes renderers that cannot continue with it.
+    void prepare_scene(const Request& request);
+    void remember_previous_view(const Request& request);
+
+    gpu::Context& context_;
+    ColorConfig colors_;
+    Request request_;
+    bool reloaded_ = false;  // shaders have been reloaded since the last prepare()
+    std::unique_ptr<PreparedScene> scene_;
+    bool raster_ = false;                // the scene is prepared for raster culling
+    std::map<int, Renderer> renderers_;  // by divisor
+    PictureHistory history_;             // pictures since the last prepare() that changed more than the camera
+    // For the layer "motion", which is relative to the previous request.
+    std::optional<Camera> previous_camera_;
+    std::shared_ptr<const Scene> previous_scene_;
+    std::optional<PreviousSurfaces> surfaces_;       // for the current picture, whose scene is that of request_
+    std::shared_ptr<RadianceCache> radiance_cache_;  // shared by the renderers; null until a request needs it
+    Resolution resolution_;
+};
+
+}  // namespace halflight::view
