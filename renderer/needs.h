@@ -8,10 +8,9 @@
 #include <string>
 #include <vector>
 
-#include "engine/rays/tracer.h"
 #include "engine/settings/preview.h"
+#include "engine/settings/visibility.h"
 #include "engine/tables/needs.h"
-#include "passes/surface/gbuffer.h"
 
 namespace halflight {
 

@@ -13,6 +13,8 @@
 
 #include "engine/graph/compile.h"
 #include "engine/graph/execute.h"
+#include "engine/rays/raster.h"
+#include "engine/rays/tracer.h"
 #include "passes/light/radiance_cache.h"
 #include "passes/picture/composite.h"
 #include "renderer/cryptomatte.h"

@@ -3,22 +3,12 @@
 #pragma once
 
 #include <cstddef>
-#include <cstdint>
 
 #include "engine/gpu/program.h"
+#include "engine/rays/kinds.h"
 #include "engine/rays/rays.h"
 
 namespace halflight::rays {
-
-/// Ways to serve a batch.
-enum class Way : std::uint8_t {
-    plain,   // rays.h
-    tiles,   // tiles.h
-    raster,  // raster.h
-    other,   // a server of somebody else's
-};
-inline constexpr std::size_t kWays = 4;
-const char* name(Way way);
 
 class BatchServer {
   public:

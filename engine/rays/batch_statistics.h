@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <string>
 
-#include "engine/rays/batch_server.h"
+#include "engine/rays/kinds.h"
 
 namespace halflight::rays {
 

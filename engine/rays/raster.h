@@ -34,13 +34,6 @@ struct RasterSettings {
     bool measure = false;         // fill in RasterStatistics::pairs and ::stages; waits for every draw
 };
 
-/// Of the batches of one kind and depth, in whatever place.
-struct RasterBatch {
-    RayKind kind = RayKind::primary;
-    std::uint32_t depth = 0;
-    RasterStatistics statistics;
-};
-
 /// What the raster back end knows of a scene, and what it remembers of batches from run to run. Its hits are the plain
 /// tracer's, bit for bit. (A search that the driver would have cut short may come to its end here, being divided.
 /// Numbers below 2^-126 count as 0 in llvmpipe's fragment kernels, and not in its compute kernels: results differ where

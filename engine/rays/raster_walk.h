@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "engine/rays/kinds.h"
 #include "engine/rays/raster_tree.h"
 
 namespace halflight::rays {
@@ -35,6 +36,13 @@ struct RasterStatistics {
     double seconds = 0;             // of the CPU, waiting included
     std::size_t pairs = 0;          // of list entry and tile; where measured
     RasterStages stages;            // where measured
+};
+
+/// Raster culling of the batches of one kind and depth, summed over all places of the picture.
+struct RasterBatch {
+    RayKind kind = RayKind::primary;
+    std::uint32_t depth = 0;
+    RasterStatistics statistics;
 };
 
 /// What is remembered of a node. Any bits will do: they can only cost time.

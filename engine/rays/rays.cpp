@@ -62,28 +62,6 @@ void check_groups(std::uint32_t groups, std::uint32_t rays) {
     }
 }
 
-const char* name(RayKind kind) {
-    switch (kind) {
-        case RayKind::primary:
-            return "primary";
-        case RayKind::shadow:
-            return "shadow";
-        case RayKind::sun:
-            return "sun";
-        case RayKind::diffuse:
-            return "diffuse";
-        case RayKind::glossy:
-            return "glossy";
-        case RayKind::continuation:
-            return "continuation";
-        case RayKind::occlusion:
-            return "occlusion";
-        case RayKind::connection:
-            return "connection";
-    }
-    return "unknown";
-}
-
 TraceScene::TraceScene(const TraceTables& tables, const gpu::Defines& shading)
     : TraceScene(tables, pack_scene(tables), shading) {}
 

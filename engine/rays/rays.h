@@ -7,26 +7,11 @@
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/shader_source.h"
 #include "engine/graph/graph.h"
+#include "engine/rays/kinds.h"
 #include "engine/rays/packed_bvh.h"
 #include "engine/tables/tables.h"
 
 namespace halflight::rays {
-
-/// What a batch is for. Coherence, and with it every decision of a scheduler, goes by kind.
-enum class RayKind : std::uint8_t {
-    primary,
-    shadow,
-    sun,  // shadow rays of one direction
-    diffuse,
-    glossy,
-    continuation,
-    occlusion,
-    connection,
-};
-inline constexpr RayKind kRayKinds[] = {RayKind::primary,   RayKind::shadow,    RayKind::sun,
-                                        RayKind::diffuse,   RayKind::glossy,    RayKind::continuation,
-                                        RayKind::occlusion, RayKind::connection};
-const char* name(RayKind kind);
 
 /// Rays and hits lie at their path's index (structs Ray and Hit of shaders/shared/rays.h), `capacity` of each; where
 /// paths have several, as `paths` and `rays_of_path` say. Which of them are to be traced: with `list`, the first

@@ -37,34 +37,6 @@ void check_storage_block(std::size_t bytes) {
 
 }  // namespace
 
-const char* name(Culling culling) {
-    switch (culling) {
-        case Culling::automatic:
-            return "auto";
-        case Culling::off:
-            return "off";
-        case Culling::compute:
-            return "compute";
-        case Culling::raster:
-            return "raster";
-    }
-    return "unknown";
-}
-
-const char* name(Way way) {
-    switch (way) {
-        case Way::plain:
-            return "plain";
-        case Way::tiles:
-            return "tiles";
-        case Way::raster:
-            return "raster";
-        case Way::other:
-            return "other";
-    }
-    return "unknown";
-}
-
 Tracer::Tracer(const TraceScene& scene, Culling culling, const TileSettings& tiles)
     : scene_(scene), culling_(culling), tiles_(tiles) {
     if (culling == Culling::raster) throw Error("rays", "raster culling is a server of its own");

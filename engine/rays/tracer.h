@@ -14,16 +14,9 @@
 #include "engine/rays/batch_statistics.h"
 #include "engine/rays/rays.h"
 #include "engine/rays/tiles.h"
+#include "engine/settings/visibility.h"
 
 namespace halflight::rays {
-
-enum class Culling : std::uint8_t {
-    automatic,  // whatever has been fastest for such a batch, plain included
-    off,        // plain
-    compute,    // tiles.h
-    raster,     // raster.h
-};
-const char* name(Culling culling);
 
 /// A scene and how its batches are served. What it learns decides about time and nothing else, and it learns about each
 /// place by itself: what is fast in one part of the picture need not be in another.

@@ -5,6 +5,7 @@
 
 #include "passes/light/continuation.h"
 #include "passes/light/shadow.h"
+#include "passes/picture/bad_values.h"
 #include "passes/surface/gbuffer.h"
 #include "shaders/shared/path.h"
 
@@ -36,8 +37,6 @@ struct Accumulated {
 /// 2: HALFLIGHT_DIRECT and HALFLIGHT_INDIRECT are set where they are there.
 void read_light(graph::Pass& pass, gpu::Defines& defines, const Accumulated& sums);
 void bind_light(graph::Resources& resources, const Accumulated& sums);
-
-inline constexpr std::size_t kBadValueCounts = shared::kCountedPasses * shared::kBadKinds;
 
 struct AccumulateOptions {
     bool squares = false;

@@ -2,14 +2,17 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
 #include <vector>
 
-#include "passes/picture/accumulate.h"
+#include "shaders/shared/path.h"
 
 namespace halflight {
+
+inline constexpr std::size_t kBadValueCounts = shared::kCountedPasses * shared::kBadKinds;
 
 /// Values that a pass got wrong: replaced by zero before accumulation, so that none gets into a sum.
 struct BadValues {

@@ -134,25 +134,6 @@ void evaluate(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, 
 
 }  // namespace
 
-const char* name(PrimaryVisibility primary) {
-    switch (primary) {
-        case PrimaryVisibility::automatic:
-            return "auto";
-        case PrimaryVisibility::raster:
-            return "raster";
-        case PrimaryVisibility::traced:
-            return "traced";
-    }
-    return "";
-}
-
-PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image) {
-    if (primary != PrimaryVisibility::automatic) return primary;
-    const double pixels = double(image.x) * double(image.y);
-    return double(triangles) > kTracedTrianglesPerPixel * pixels ? PrimaryVisibility::traced
-                                                                 : PrimaryVisibility::raster;
-}
-
 GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs,
                     PrimaryVisibility primary) {
     GBuffer g = visible(graph, view, primary, 0);

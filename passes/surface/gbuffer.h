@@ -1,28 +1,12 @@
 // Primary visibility, rasterized or traced, and the surfaces that it sees.
 #pragma once
 
-#include <cstdint>
 #include <vector>
 
 #include "engine/device/scene_view.h"
+#include "engine/settings/visibility.h"
 
 namespace halflight {
-
-/// Who finds what camera rays hit. Pictures of either tend to the same, but for what is smaller than a pixel (see
-/// add_gbuffer).
-enum class PrimaryVisibility : std::uint8_t {
-    automatic,  // traced where triangles are far smaller than pixels, else raster
-    raster,
-    traced,
-};
-const char* name(PrimaryVisibility primary);
-/// Triangles per pixel, beyond which `automatic` traces. Rasterizers look at each triangle for each sample, tracers at
-/// what a ray meets: on llvmpipe traced frames take 1.0 times as long at 1 (city of 10^6), 0.82 at 1.7 (atrium at
-/// 320x180), 0.19 at 100 (40x24).
-inline constexpr double kTracedTrianglesPerPixel = 2;
-/// What `automatic` comes to: a function of scene and picture, since it tells in what is seen. triangles: instances
-/// counted each.
-PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image);
 
 /// In path order (shaders/shared/pixel_order.h) except for the two textures.
 struct GBuffer {

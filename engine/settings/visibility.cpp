@@ -1,0 +1,42 @@
+#include "engine/settings/visibility.h"
+
+namespace halflight::rays {
+
+const char* name(Culling culling) {
+    switch (culling) {
+        case Culling::automatic:
+            return "auto";
+        case Culling::off:
+            return "off";
+        case Culling::compute:
+            return "compute";
+        case Culling::raster:
+            return "raster";
+    }
+    return "unknown";
+}
+
+}  // namespace halflight::rays
+
+namespace halflight {
+
+const char* name(PrimaryVisibility primary) {
+    switch (primary) {
+        case PrimaryVisibility::automatic:
+            return "auto";
+        case PrimaryVisibility::raster:
+            return "raster";
+        case PrimaryVisibility::traced:
+            return "traced";
+    }
+    return "";
+}
+
+PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image) {
+    if (primary != PrimaryVisibility::automatic) return primary;
+    const double pixels = double(image.x) * double(image.y);
+    return double(triangles) > kTracedTrianglesPerPixel * pixels ? PrimaryVisibility::traced
+                                                                 : PrimaryVisibility::raster;
+}
+
+}  // namespace halflight
