@@ -1,4 +1,4 @@
-// Painters whose pictures' expectation and noise are known.
+// Fake methods whose pictures have a known expectation and known noise.
 #pragma once
 
 #include <cmath>
@@ -10,14 +10,14 @@ namespace halflight::converge::test {
 
 inline constexpr int kWidth = 40, kHeight = 30;
 
-/// Components of expectation 0.1, 0.2, ...; the noise of a picture falls with the root of its samples.
+/// Parameters of a fake method. The components have the expectations 0.1, 0.2, ...
 struct Fake {
-    float bias = 0;            // of the first component
-    double noise = 0.3;        // standard deviation of one sample of each component
-    double fixed_seconds = 0;  // of a picture
+    float bias = 0;            // offset of the first component
+    double noise = 0.3;        // standard deviation of one sample, per component
+    double fixed_seconds = 0;  // seconds per picture, independent of its samples
     double sample_seconds = 1e-3;
-    double decay = 0.5;  // the noise falls with samples to this power
-    double rare = 0;     // share of pixels that alone have noise, all of it; 0: all do alike
+    double decay = 0.5;  // exponent of the decrease of noise with samples
+    double rare = 0;     // share of the pixels that have all the noise; 0: noise in all pixels
 };
 
 inline Picture fake_picture(const Fake& fake, int samples, std::uint32_t seed) {
@@ -59,7 +59,7 @@ class FakePainter final : public Painter {
     Fake fake_;
 };
 
-/// Of independent halves, which are noisy.
+/// Returns a reference of two independent, noisy halves.
 inline Reference fake_reference(int samples) {
     Reference reference;
     reference.maker = "oracle";
@@ -76,7 +76,7 @@ inline Reference fake_reference(int samples) {
 
 inline const Plan kPlan{{Method::plain, Method::oracle}, {{1, 0}, {4, 0}, {16, 0}, {64, 0}}, 8};
 
-/// The first painter is Method::plain, the second Method::oracle.
+/// Measures two fake methods, named Method::plain and Method::oracle.
 inline Measurement measure_fakes(const Fake& first, const Fake& second, const Plan& plan = kPlan,
                                  const Reference& reference = fake_reference(4096)) {
     std::vector<std::unique_ptr<Painter>> painters;

@@ -1,4 +1,4 @@
-// Small glTF files for tests, written into a folder of their own.
+// Builds small glTF files for tests, in a temporary folder.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -20,21 +20,21 @@ using Json = nlohmann::json;
 
 enum ComponentType { kI8 = 5120, kU8 = 5121, kI16 = 5122, kU16 = 5123, kU32 = 5125, kF32 = 5126 };
 
-/// A glTF whose only buffer is a .glb's chunk. `json` may be changed at will before save().
+/// A glTF whose only buffer is the binary chunk of a .glb. Tests may change `json` before save().
 class GltfBuilder {
   public:
     Json json = {{"asset", {{"version", "2.0"}}}};
 
-    /// Index of a new view of these values.
+    /// Adds a buffer view of these values; returns its index.
     template <class T>
     int view(const std::vector<T>& values) {
-        bytes_.resize((bytes_.size() + 3) / 4 * 4);  // accessors want their alignment
+        bytes_.resize((bytes_.size() + 3) / 4 * 4);  // accessors require aligned views
         const Json v = {{"buffer", 0}, {"byteOffset", bytes_.size()}, {"byteLength", values.size() * sizeof(T)}};
         bytes_.append(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T));
         return push("bufferViews", v);
     }
 
-    /// Index of a new accessor; `type` is SCALAR, VEC3, ...
+    /// Adds an accessor and returns its index; `type` is SCALAR, VEC3, ...
     template <class T>
     int accessor(const char* type, int component_type, const std::vector<T>& components, bool normalized = false) {
         const std::string name = type;
@@ -55,16 +55,16 @@ class GltfBuilder {
         return static_cast<int>(json[list].size()) - 1;
     }
 
-    /// A mesh of one primitive and a node that shows it; returns the primitive.
+    /// Adds a mesh of one primitive and a node that instances it; returns the primitive.
     Json& add_mesh(const Json& attributes) {
         const int mesh = push("meshes", {{"primitives", {{{"attributes", attributes}}}}});
         push("nodes", {{"mesh", mesh}});
         return json["meshes"].back()["primitives"][0];
     }
-    /// The same of a unit right triangle in the plane z = 0.
+    /// Adds a mesh of a unit right triangle in the plane z = 0, and its node; returns the primitive.
     Json& add_triangle() { return add_mesh({{"POSITION", floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0})}}); }
 
-    /// The buffer as it is now; glb() adds it where nobody has.
+    /// Adds the current buffer; glb() calls it where a test has not.
     void add_buffer() { push("buffers", {{"byteLength", bytes_.size()}}); }
 
     std::string glb() const {
@@ -91,21 +91,21 @@ class GltfBuilder {
     std::string bytes_;
 };
 
-/// A folder that lasts as long as the test.
+/// A fixture with a folder that is removed after the test.
 class GltfTest : public testing::Test {
   protected:
     void SetUp() override { std::filesystem::create_directories(folder_); }
     void TearDown() override { std::filesystem::remove_all(folder_); }
 
     std::filesystem::path write(const std::string& name, const std::string& bytes) const {
-        std::filesystem::remove(folder_ / name);  // some file systems flush what is overwritten, which takes long
+        std::filesystem::remove(folder_ / name);  // overwriting is slow on file systems that flush overwritten files
         std::ofstream(folder_ / name, std::ios::binary) << bytes;
         return folder_ / name;
     }
     Scene load(const GltfBuilder& builder) const { return load_gltf(write("scene.glb", builder.glb())); }
     Scene load_text(const std::string& json) const { return load_gltf(write("scene.gltf", json)); }
 
-    /// What loading says went wrong, without the file's name.
+    /// Returns the error message of loading, without the file's name.
     std::string refusal(const GltfBuilder& builder) const {
         return without_name(error_message([&] { load(builder); }));
     }

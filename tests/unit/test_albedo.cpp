@@ -1,4 +1,5 @@
-// The directional albedo's quadrature against an independent one, and the table's interpolation against the quadrature.
+// Tests the quadrature of the directional albedo against an independent one, and the table's interpolation against the
+// quadrature.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +12,7 @@
 namespace halflight {
 namespace {
 
-/// The definition in SHADING.md, by a midpoint rule over incident directions.
+/// Evaluates the definition in SHADING.md by a midpoint rule over incident directions.
 DirectionalAlbedo by_definition(double mu, double alpha) {
     constexpr int kCosines = 1000, kAzimuths = 1000;
     const double sine = std::sqrt(1 - mu * mu);
@@ -66,7 +67,7 @@ TEST(DirectionalAlbedo, QuadratureHasConverged) {
     }
 }
 
-TEST(DirectionalAlbedo, TableInterpolatesWithinItsPromise) {
+TEST(DirectionalAlbedo, TableInterpolatesWithinTolerance) {
     const Image table = build_albedo_table();
     std::mt19937 random(5);
     const auto uniform = [&] { return static_cast<double>(random()) * 0x1p-32; };

@@ -1,4 +1,4 @@
-// What the bench measures with: rays of real passes, turns, and the detection of wrong answers.
+// Tests the parts of the bench: rays of real passes, interleaved runs, and the detection of wrong answers.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using shared::Ray;
 
 class BenchRays : public GpuTest {
   protected:
-    /// All kinds of rays of a scene in scenes/.
+    /// Returns rays of all kinds in a scene of scenes/.
     std::vector<RaySet> rays_of(const std::string& scene_file) {
         Scene scene = load_gltf(std::string(HALFLIGHT_SOURCE_DIR "/scenes/") + scene_file);
         for (Material& m : scene.materials) m.alpha_mode = AlphaMode::opaque;
@@ -38,7 +38,7 @@ class BenchRays : public GpuTest {
         return sets;
     }
 
-    static constexpr ivec2 kSize{70, 50};  // no multiple of 16
+    static constexpr ivec2 kSize{70, 50};  // not a multiple of 16
     gpu::ProgramCache programs;
     float diagonal = 0;
 };
@@ -62,7 +62,7 @@ vec3 end(const Ray& r) {
     return r.origin + r.t_max * r.direction;
 }
 
-TEST_F(BenchRays, EveryKindOfEveryLook) {
+TEST_F(BenchRays, EveryKindInEveryScene) {
     for (const char* file : {"cornell.glb", "atrium.glb"}) {  // area lights only; sun and sky
         SCOPED_TRACE(file);
         const std::vector<RaySet> sets = rays_of(file);
@@ -94,7 +94,7 @@ TEST_F(BenchRays, EveryKindOfEveryLook) {
 }
 
 TEST_F(BenchRays, HardShadowsHaveOneApex) {
-    const std::vector<RaySet> point = rays_of("cornell.glb");  // no punctual light: one is put there
+    const std::vector<RaySet> point = rays_of("cornell.glb");  // has no punctual light, so one is added
     const RaySet& hard = find(point, "hard");
     const std::vector<Ray> to_point = live_rays(hard);
     for (const Ray& ray : to_point) ASSERT_LT(glm::distance(end(ray), end(to_point.front())), 1e-5f * diagonal);
@@ -124,7 +124,8 @@ TEST_F(BenchRays, ConnectionsGoFromSixteenPixelsToOnePoint) {
     EXPECT_GT(groups, 500u);
 }
 
-// --- Treelets --------------------------------------------------------------------------------------------------------
+// --- Measurements
+// ------------------------------------------------------------------------------------------------------
 
 TEST(BenchTreelets, HoldEveryTriangleAndFewAtOnce) {
     const Scene scene = load_gltf(HALFLIGHT_SOURCE_DIR "/scenes/still-life.glb");
@@ -167,7 +168,7 @@ TEST_F(BenchMeasure, FindsWrongAnswers) {
     Answers near = right, other_triangle = right, elsewhere = right, miss = right;
     near.hits[1].t = std::nextafter(1.0f, 2.0f);
     other_triangle.hits[2].triangle = 9;
-    elsewhere.hits[0].t = 5;  // of no path in the order
+    elsewhere.hits[0].t = 5;  // a path that is not in the order
     miss.hits[1] = miss.hits[3];
     int runs = 0;
     const KindResult result =
@@ -186,8 +187,8 @@ TEST_F(BenchMeasure, FindsWrongAnswers) {
     EXPECT_EQ(result.methods[1].note, "near's note");
 }
 
-TEST(BenchRatios, AreTakenTurnByTurn) {
-    // The machine slows down threefold; what is twice as fast stays twice as fast.
+TEST(BenchRatios, CompareRunsOfTheSameTurn) {
+    // The machine slows down threefold; the ratio of both methods stays 2.
     const Quartiles q = speedup({1, 2, 3}, {2, 4, 6});
     EXPECT_EQ(q.lower, 2);
     EXPECT_EQ(q.median, 2);

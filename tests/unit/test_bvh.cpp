@@ -1,4 +1,4 @@
-// Hierarchies before they reach the GPU.
+// Tests hierarchies on the CPU, before they are uploaded.
 #include <gtest/gtest.h>
 #include <tbb/task_arena.h>
 
@@ -36,7 +36,7 @@ bool inside(const Bounds& inner, const Bounds& outer) {
            glm::all(glm::lessThanEqual(inner.upper, outer.upper));
 }
 
-/// Calls f(child, depth in put-aside children) for all children below a node, checks that boxes nest.
+/// Calls f(child, depth in deferred children) for all children below a node, and checks that boxes nest.
 std::uint32_t walk(const Bvh& bvh, std::uint32_t index, const Bounds& around,
                    const std::function<void(const BvhChild&)>& f) {
     const BvhNode& node = bvh.nodes[index];
@@ -69,7 +69,7 @@ void check_rings(const std::vector<Ring>& rings) {
     EXPECT_EQ(entries, bvh.primitives.size());
     EXPECT_LE(entries, static_cast<std::size_t>(kSplitBudget * static_cast<double>(rings.size())) + 1);
 
-    // Each point of a pair lies in one of the leaves that name it.
+    // Each point of a pair lies in a leaf that lists the pair.
     std::mt19937 random(7);
     std::uniform_real_distribution<double> uniform(0, 1);
     std::size_t outside = 0;
@@ -105,7 +105,7 @@ TEST(Bvh, HoldsCoincidentAndFlatPairs) {
     check_rings(flat);
 }
 
-TEST(Bvh, OfBoxesHasOneInALeaf) {
+TEST(Bvh, BoxHierarchyHasOneBoxPerLeaf) {
     std::vector<Bounds> boxes;
     for (const Ring& ring : random_rings(500, 0.3f, 8)) boxes.push_back(box_of(ring));
     const Bvh bvh = build_bvh(boxes);
@@ -119,7 +119,7 @@ TEST(Bvh, OfBoxesHasOneInALeaf) {
     EXPECT_EQ(seen.size(), boxes.size());
 }
 
-TEST(Bvh, OfNothingIsEmpty) {
+TEST(Bvh, EmptyInputGivesEmptyHierarchy) {
     EXPECT_TRUE(build_bvh({}).nodes.empty());
     EXPECT_TRUE(build_pair_bvh({}).nodes.empty());
 }
@@ -149,7 +149,7 @@ TEST(Bvh, IsTheSameWithAnyNumberOfThreads) {
     }
 }
 
-/// Pairs, and the first triangle of a third of them alone.
+/// Returns tables of pairs; a third of the pairs consists of its first triangle only.
 TraceTables tables_of(const std::vector<Ring>& rings) {
     TraceTables tables;
     Block block;
@@ -167,7 +167,7 @@ TraceTables tables_of(const std::vector<Ring>& rings) {
     return tables;
 }
 
-/// Bounds of child k of a node in a packed scene, as kernels see them.
+/// Returns the bounds of child k of a node in a packed scene, decoded as in the kernels.
 Bounds decoded(const PackedScene& packed, std::size_t node, int k) {
     const auto as_float = [](std::uint32_t word) { return std::bit_cast<float>(word); };
     Bounds box;
@@ -189,7 +189,7 @@ Bounds decoded(const PackedScene& packed, std::size_t node, int k) {
     return box;
 }
 
-/// Returns the id of a pair's first (which 0) or second triangle (1).
+/// Checks the first (0) or second (1) triangle of a pair; returns its id.
 std::uint32_t check_triangle(const TraceTables& tables, const PackedScene& packed, std::size_t slot, int which) {
     const vec4* texels = &packed.pairs[shared::kBvhPairTexels * slot];
     const auto word = [&](int i) { return std::bit_cast<std::uint32_t>(texels[3][i]); };
@@ -217,7 +217,7 @@ TEST_P(Packed, BoxesContainWhatTheyHold) {
         std::vector<std::size_t> open{1};
         std::vector<Bounds> around{tables.bounds};
         std::size_t nodes = 0;
-        const float rounding = 1e-6f;  // of decoded() in float
+        const float rounding = 1e-6f;  // rounding of decoded() in single precision
         while (!open.empty()) {
             const std::size_t node = open.back();
             const Bounds outer = around.back();
@@ -253,15 +253,15 @@ TEST_P(Packed, BoxesContainWhatTheyHold) {
 }
 INSTANTIATE_TEST_SUITE_P(Formats, Packed, ::testing::Values(NodeFormat::grid, NodeFormat::floating));
 
-TEST(PackedScene, TakesFloatsWhereAGridIsTooCoarse) {
+TEST(PackedScene, UsesFloatsWhereTheGridIsTooCoarse) {
     std::vector<Ring> rings = random_rings(2000, 0.05f, 11);
     EXPECT_EQ(pack_scene(tables_of(rings)).format, NodeFormat::grid);
-    // All of it is now less than a cell of the grid over the whole.
+    // The rings above are now smaller than a grid cell of the whole scene.
     rings.push_back({vec3(0), vec3(1e6f, 0, 0), vec3(0, 1e6f, 1e6f), vec3(0)});
     EXPECT_EQ(pack_scene(tables_of(rings)).format, NodeFormat::floating);
 }
 
-TEST(PackedScene, OfNothingHasARootWithoutChildren) {
+TEST(PackedScene, EmptyInputGivesARootWithoutChildren) {
     const PackedScene packed = pack_scene(TraceTables{});
     EXPECT_EQ(packed.node_count, 1u);
     EXPECT_FALSE(packed.two_level);

@@ -5,7 +5,7 @@
 namespace halflight::rays {
 namespace {
 
-/// Runs with times by way; returns how often each was in turn.
+/// Runs the choice with fixed times by method; returns how often it selected each method.
 std::vector<int> run(Choice& choice, std::vector<double> seconds, int runs) {
     std::vector<int> turns(seconds.size());
     for (int i = 0; i < runs; ++i) {
@@ -15,7 +15,7 @@ std::vector<int> run(Choice& choice, std::vector<double> seconds, int runs) {
     return turns;
 }
 
-TEST(Choice, HasNothingToTryWithOneWay) {
+TEST(Choice, NeedsNoTrialsWithOneMethod) {
     Choice choice({"plain"});
     EXPECT_FALSE(choice.on_trial());
     EXPECT_EQ(run(choice, {1}, 1000)[0], 1000);
@@ -29,7 +29,7 @@ TEST(Choice, LeavesShortJobsAlone) {
     EXPECT_TRUE(choice.on_trial());
 }
 
-TEST(Choice, SettlesOnTheFasterWayAndSaysWhy) {
+TEST(Choice, SettlesOnTheFasterMethodAndGivesTheReason) {
     for (const bool tiles : {false, true}) {
         Choice choice({"plain", "tiles"});
         run(choice, {tiles ? 0.002 : 0.001, tiles ? 0.001 : 0.002}, Choice::kFirstRuns + Choice::kTrials);
@@ -40,7 +40,7 @@ TEST(Choice, SettlesOnTheFasterWayAndSaysWhy) {
     }
 }
 
-TEST(Choice, TheFastestRunCountsNotTheOneThatCompiles) {
+TEST(Choice, IgnoresTheRunThatCompiles) {
     Choice choice({"plain", "tiles"});
     run(choice, {2, 0}, Choice::kFirstRuns);
     for (const double seconds : {50.0, 3.0, 1.0}) choice.ran(seconds);
@@ -51,12 +51,12 @@ TEST(Choice, FollowsWorkThatChanges) {
     Choice choice({"plain", "tiles"});
     run(choice, {1, 1.2}, Choice::kFirstRuns + Choice::kTrials);
     EXPECT_EQ(choice.now(), 0u);
-    run(choice, {2, 1}, Choice::kReexamine + Choice::kTrials + 1);  // plain was faster once; that is over
+    run(choice, {2, 1}, Choice::kReexamine + Choice::kTrials + 1);  // plain was faster at first only
     EXPECT_EQ(choice.now(), 1u);
     EXPECT_FALSE(choice.on_trial());
 }
 
-TEST(Choice, SpendsLittleOnALoser) {
+TEST(Choice, SpendsLittleOnASlowMethod) {
     const double slow = 1.5;
     Choice choice({"plain", "tiles"});
     run(choice, {1, slow}, Choice::kFirstRuns + Choice::kTrials);
@@ -66,7 +66,7 @@ TEST(Choice, SpendsLittleOnALoser) {
     EXPECT_LT(turns[1] * (slow - 1) / runs, 0.01);
 }
 
-TEST(Choice, ForgetsToTheBeginning) {
+TEST(Choice, ResetStartsFromTheBeginning) {
     Choice choice({"plain", "tiles"});
     run(choice, {2, 1}, 500);
     choice.forget();

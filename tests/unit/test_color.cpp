@@ -1,4 +1,5 @@
-// Colour: the built-in config, display views against published curves, other people's configs, errors, the GPU text.
+// Tests colour management: the built-in config, display views against published curves, other configs, errors, and the
+// GLSL text.
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -22,7 +23,7 @@ const fs::path kShared = HALFLIGHT_SHARED_DIR;
 const fs::path kConfigs = kShared / "assets/ocio";
 const fs::path kCgConfig = kConfigs / "cg-config-v1.0.0_aces-v1.3_ocio-v2.1.ocio";
 
-/// Sets or clears $OCIO for the length of a test.
+/// Sets or clears $OCIO for the duration of a test.
 class Ocio {
   public:
     explicit Ocio(const char* value) { value ? setenv("OCIO", value, 1) : unsetenv("OCIO"); }
@@ -41,7 +42,7 @@ vec3 shown(const ViewProcessor& view, const vec3& colour) {
     return {image.pixels[0], image.pixels[1], image.pixels[2]};
 }
 
-/// IEC 61966-2-1.
+/// Returns the sRGB signal of a linear value (IEC 61966-2-1).
 double srgb_curve(double v) {
     return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
 }
@@ -101,7 +102,8 @@ TEST(Color, ExposureIsInStops) {
 
 TEST(Color, AcesViewIsPlausibleAndMonotonic) {
     const ViewProcessor view = built_in().view({});
-    // ACES puts middle grey near 10 nits of 100: (0.1)^(1/2.4) or so, below the plain sRGB curve's 0.46.
+    // ACES maps middle grey to about 10 of 100 nits, a signal of about 0.1^(1/2.4), below the 0.46 of the plain sRGB
+    // curve.
     const vec3 grey = shown(view, vec3(0.18f));
     EXPECT_GT(grey.y, 0.3f);
     EXPECT_LT(grey.y, 0.45f);
@@ -159,7 +161,7 @@ TEST(Color, AlphaPassesAndOtherChannelCountsAreRefused) {
     EXPECT_TRUE(view.apply(Image(0, 0, 3)).pixels.empty());
 }
 
-TEST(Color, LookReplacesThoseOfTheView) {
+TEST(Color, LookReplacesTheViewsOwnLooks) {
     const ColorConfig config = built_in();
     const std::string look = config.looks().at(0);
     const ViewProcessor without = config.view({"", "Un-tone-mapped", "", 0});
@@ -167,12 +169,12 @@ TEST(Color, LookReplacesThoseOfTheView) {
     const ViewProcessor undone = config.view({"", "Un-tone-mapped", look + ", -" + look, 0});
     EXPECT_EQ(with.look(), look);
     const vec3 saturated(0.02f, 0.9f, 0.02f);
-    const vec3 blue(-0.1f, 0.1f, 0.9f);  // outside Rec.709, so the compression moves it
+    const vec3 blue(-0.1f, 0.1f, 0.9f);  // outside Rec.709, so the gamut compression changes it
     EXPECT_GT(glm::length(shown(without, blue) - shown(with, blue)), 5e-3f);
     EXPECT_LT(glm::length(shown(without, saturated) - shown(undone, saturated)), 1e-3f);
 }
 
-TEST(Color, NamesInAnyCaseAndErrorsThatList) {
+TEST(Color, NamesAreCaseInsensitiveAndErrorsListThem) {
     const ColorConfig config = built_in();
     EXPECT_EQ(config.view({"srgb", "un-tone-mapped", "", 0}).display(), "sRGB - Display");
     EXPECT_EQ(config.view({"DISPLAY P3", "RAW", "", 0}).view(), "Raw");
@@ -212,7 +214,7 @@ TEST(Color, LinearSpaces) {
     EXPECT_NE(error_message([&] { config.linear_space("ACEScct"); }).find("is not linear"), std::string::npos);
 }
 
-TEST(Color, EnvironmentVariableIsObeyedOrAnError) {
+TEST(Color, EnvironmentVariableIsUsedOrAnError) {
     {
         Ocio missing("/nonexistent/config.ocio");
         const std::string error = error_message([] { ColorConfig::load(); });
@@ -246,7 +248,7 @@ TEST(Color, EnvironmentVariableIsObeyedOrAnError) {
     EXPECT_TRUE(error_message([] { ColorConfig::load("/nonexistent.ocio"); }).starts_with("/nonexistent.ocio: cannot"));
 }
 
-TEST(Color, OtherPeoplesConfigs) {
+TEST(Color, ConfigsOfOtherProjects) {
     if (!fs::exists(kConfigs)) GTEST_SKIP() << kConfigs << " is not there";
     for (const auto& entry : fs::directory_iterator(kConfigs)) {
         if (entry.path().extension() != ".ocio") continue;
@@ -271,7 +273,7 @@ TEST(Color, OtherPeoplesConfigs) {
     }
 }
 
-/// A config in `folder` whose views are files: a 3D table that swaps red and blue, a 1D table that halves.
+/// Returns a config in `folder` with two LUT views: a 3D table that swaps red and blue, and a 1D table that halves.
 fs::path config_of_tables(const fs::path& folder) {
     fs::create_directories(folder);
     std::ofstream cube(folder / "swap.cube");

@@ -1,4 +1,4 @@
-// `halflight converge` on painters whose errors are known: order of runs, slopes, biases, what is said about them.
+// Tests `halflight converge` on fake methods with known errors: order of runs, slopes, biases, and findings.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ TEST(ConvergePlan, RunsEveryPictureOnce) {
     }
     EXPECT_EQ(runs.size(), 60u);
     EXPECT_EQ(seen.size(), 60u);
-    EXPECT_EQ(users.size(), 20u);  // a seed for each budget and repeat, which all methods share
+    EXPECT_EQ(users.size(), 20u);  // one seed per budget and repeat, shared by all methods
     for (const auto& [seed, user] : users) EXPECT_EQ(user.size(), 1u) << seed;
 }
 
@@ -32,7 +32,7 @@ TEST(ConvergePlan, TurnsRotate) {
     for (std::size_t turn = 0; turn < runs.size(); turn += 3) {
         ++firsts[runs[turn].method];
         if (turn % 12 == 0) ++first_budgets[runs[turn].budget];
-        for (std::size_t i = turn; i < turn + 3; ++i) {  // a turn is one picture, by all methods
+        for (std::size_t i = turn; i < turn + 3; ++i) {  // a turn is one picture by each method
             EXPECT_EQ(runs[i].seed, runs[turn].seed);
             EXPECT_EQ(runs[i].budget, runs[turn].budget);
         }
@@ -63,7 +63,7 @@ TEST(Converge, IndependentSamplesHaveSlopeMinusOne) {
         EXPECT_TRUE(method.findings.empty()) << method.findings.front().text;
         for (std::size_t b = 0; b < kPlan.budgets.size(); ++b) {
             const Point& point = method.points[b];
-            const double variance = 5 * 0.09 / kPlan.budgets[b].samples;  // of five components
+            const double variance = 5 * 0.09 / kPlan.budgets[b].samples;  // variance of the sum of five components
             EXPECT_NEAR(point.variance.value, variance, 0.1 * variance);
             EXPECT_NEAR(point.mse.value, point.variance.value + point.bias_squared.value, 1e-9);
             EXPECT_LT(std::abs(point.bias_squared.value), 0.03 * variance);
@@ -72,12 +72,13 @@ TEST(Converge, IndependentSamplesHaveSlopeMinusOne) {
             EXPECT_DOUBLE_EQ(point.time.cpu, 2 * point.time.wall);
         }
     }
-    // Four times the time for the same error.
+    // The second method takes four times as long for the same error.
     EXPECT_NEAR(measured.methods[0].efficiency / measured.methods[1].efficiency, 4, 1e-6);
 }
 
 TEST(Converge, NoiseOfTheReferenceIsNotError) {
-    // A reference as noisy as the pictures: without its halves the error would be twice as high, or more.
+    // The reference is as noisy as the pictures. Without its two halves the error would come out at least twice as
+    // high.
     const Measurement measured = measure_fakes({}, {}, kPlan, fake_reference(64));
     const Point& last = measured.methods[0].points.back();
     EXPECT_NEAR(last.mse.value, 5 * 0.09 / 64, 0.15 * 5 * 0.09 / 64);
@@ -95,7 +96,7 @@ TEST(Converge, BiasIsFlagged) {
     EXPECT_GT(biased.slope.slope.value, -0.9);
 }
 
-TEST(Converge, CausesOfOtherSlopesAreTold) {
+TEST(Converge, UnexpectedSlopesAreExplained) {
     Plan fine = kPlan;
     fine.budgets = {{1, 0}, {2, 0}, {4, 0}, {8, 0}, {16, 0}, {32, 0}, {64, 0}};
     const Measurement slow = measure_fakes({.noise = 10, .decay = 0.3, .rare = 0.001}, {.decay = 0.8}, fine);
@@ -121,7 +122,7 @@ TEST(Converge, PicturesOfGlMethodsAreCompared) {
     for (std::size_t b = 0; b < plan.budgets.size(); ++b)
         EXPECT_EQ(same.methods[0].points[b].mse.value, same.methods[1].points[b].mse.value);
     EXPECT_EQ(measure_fakes({}, {.bias = 0.1f}, plan).pictures_different, 32);
-    EXPECT_EQ(measure_fakes({}, {.bias = 0.1f}).pictures_compared, 0);  // the oracle has noise of its own
+    EXPECT_EQ(measure_fakes({}, {.bias = 0.1f}).pictures_compared, 0);  // the oracle's noise is independent
 }
 
 TEST(Converge, ShareOfTimeAndErrorByStage) {
@@ -138,7 +139,7 @@ TEST(Converge, ShareOfTimeAndErrorByStage) {
         EXPECT_GT(stage.gain.half_width, 0);
         EXPECT_LT(stage.gain.half_width, 0.05);
     }
-    // Direct light: 1.0 by 1 / (0.8 * 1.25), emission 0.99 by 1 / (0.9 * 1.125).
+    // Direct light has an efficiency ratio of 1 / (0.8 * 1.25), emission of 1 / (0.9 * 1.125).
     EXPECT_NEAR(measured.methods[0].stage_lead.value, 1 / (0.8 * 1.25) - 1 / (0.9 * 1.125), 0.02);
     EXPECT_GT(measured.methods[0].stage_lead.half_width, 0);
     Plan plan = kPlan;
@@ -152,27 +153,27 @@ TEST(Converge, ShareOfTimeAndErrorByStage) {
         EXPECT_EQ(stage_of(pass), 2u) << pass;
 }
 
-TEST(Converge, TimeToTheSameErrorIsReadOffTheLine) {
+TEST(Converge, TimeToTheSameErrorIsInterpolated) {
     MethodResult method;
     for (const double samples : {1.0, 4.0, 16.0}) {
         Point& point = method.points.emplace_back();
         point.time = {0.5 * samples, samples};
         point.mse.value = 1 / samples, point.off_edges_mse.value = 0.5 / samples;
     }
-    EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 8, Clock::wall), 4);  // half way on a log-log plot
+    EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 8, Clock::wall), 4);  // halfway on a log-log plot
     EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 8, Clock::cpu), 8);
     EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 16, Clock::cpu, true), 8);
     EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 16, Clock::cpu), 16);
     EXPECT_DOUBLE_EQ(seconds_until(method, 2, Clock::wall), 0.5) << "that of the first budget";
     EXPECT_EQ(seconds_until(method, 1.0 / 17, Clock::wall), std::numeric_limits<double>::infinity());
-    method.points[0].mse.value = 0.1;  // by luck
+    method.points[0].mse.value = 0.1;  // low by chance
     EXPECT_GT(seconds_until(method, 0.2, Clock::wall), 0.5);
     EXPECT_LE(seconds_until(method, 0.2, Clock::wall), 8);
-    method.points[2].mse.value = -1e-9;  // an estimate of next to nothing
+    method.points[2].mse.value = -1e-9;  // estimate of an error near zero
     EXPECT_DOUBLE_EQ(seconds_until(method, 0.01, Clock::cpu), 16);
 }
 
-TEST(Converge, EdgesOfLightsAreToldByTheReferencesEmission) {
+TEST(Converge, EdgesOfLightsAreFoundInTheReferencesEmission) {
     Reference reference = fake_reference(2);
     Image& emission = reference.mean.components[0];
     emission = Image(kWidth, kHeight, 3);
@@ -226,7 +227,7 @@ TEST(Converge, OneSeedHasNoIntervals) {
     EXPECT_TRUE(std::isinf(point.bias_squared.half_width));
 }
 
-TEST(Converge, SlopesThatNothingTellsAreNone) {
+TEST(Converge, UndeterminedSlopesAreInfinite) {
     const auto first = [](Plan plan) { return measure_fakes({}, {}, plan).methods[0]; };
     const Plan one_budget{{Method::plain, Method::oracle}, {{4, 0}}, 8},
         two_pictures{one_budget.methods, {{1, 0}, {4, 0}}, 1}, two_budgets{one_budget.methods, {{1, 0}, {4, 0}}, 4};
@@ -239,7 +240,8 @@ TEST(Converge, SlopesThatNothingTellsAreNone) {
     EXPECT_NE(text(first(two_budgets).slope), "none");
 }
 
-// Of two budgets, each MSE is known by Student's t over the seeds; log's rule carries its relative half width over.
+// With two budgets, the interval of each MSE comes from Student's t over the seeds; the logarithm propagates its
+// relative half width.
 TEST(Converge, FewSeedsWidenSlopes) {
     const Plan plan{{Method::plain, Method::oracle}, {{1, 0}, {4, 0}}, 2};
     const MethodResult method = measure_fakes({}, {}, plan).methods[0];
@@ -247,7 +249,7 @@ TEST(Converge, FewSeedsWidenSlopes) {
     EXPECT_NEAR(method.slope.slope.half_width, std::hypot(relative(0), relative(1)) / std::log(4.0), 1e-9);
 }
 
-TEST(Converge, HeavyTailsTakeAPixelAtLeast) {
+TEST(Converge, HeavyTailsUseAtLeastOnePixel) {
     MethodResult method;
     Point& point = method.points.emplace_back();
     point.mse = {1, 0.1};
@@ -262,12 +264,12 @@ TEST(Converge, HeavyTailsTakeAPixelAtLeast) {
     EXPECT_TRUE(has_tails());
 }
 
-TEST(Converge, NoisyReferencesAreTold) {
+TEST(Converge, NoisyReferencesAreReported) {
     EXPECT_TRUE(find(measure_fakes({}, {}, kPlan, fake_reference(32)).methods[0], Finding::Kind::noisy_reference));
     EXPECT_FALSE(find(measure_fakes({}, {}, kPlan, fake_reference(128)).methods[0], Finding::Kind::noisy_reference));
 }
 
-TEST(Converge, StopsWhereThePulseThrows) {
+TEST(Converge, StopsWhenThePulseThrows) {
     std::vector<std::unique_ptr<Painter>> painters;
     painters.push_back(std::make_unique<FakePainter>(Fake{}));
     Plan plan = kPlan;

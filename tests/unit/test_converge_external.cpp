@@ -1,4 +1,5 @@
-// Another renderer among the methods of `halflight converge`: a command that copies a picture stands for it.
+// Tests external renderers as methods of `halflight converge`; a command that copies a picture stands in for a
+// renderer.
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -24,7 +25,7 @@ class ExternalTest : public testing::Test {
         for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = 0.25f * static_cast<float>(i);
         write_exr(folder / "an 'odd' name.exr", {{{"R", "G", "B"}, image}}, {});
     }
-    /// After `first`, copies the picture to where it is wanted; {samples} stands where it does nothing.
+    /// Runs `first`, then copies the picture to its destination; {samples} is in a place without effect.
     Painted paint(
         const std::string& first, const Pulse& pulse = [] {}) const {
         const External external{"other", first + "; : {samples} {seed} {environment}; cp {scene} {output}"};
@@ -41,7 +42,7 @@ class ExternalTest : public testing::Test {
     View view{4, 3, {}, 5, {}};
 };
 
-TEST_F(ExternalTest, CommandsAreToldWhatToRender) {
+TEST_F(ExternalTest, CommandsReceiveTheirParameters) {
     const std::string told = folder / "told";
     const Painted painted = paint(
         "echo {samples} {seed} {width} {height} $(({bounces} - 1)) {camera} {unknown} ${HOME:+home} > '" + told + "'");
@@ -56,7 +57,7 @@ TEST_F(ExternalTest, CommandsAreToldWhatToRender) {
     for (std::size_t i = 0; i < map.pixels.size(); ++i) EXPECT_EQ(map.pixels[i], float(i % 3 + 1));
 }
 
-TEST_F(ExternalTest, ItsOwnTimesCountWhereItTellsThem) {
+TEST_F(ExternalTest, ReportedTimesAreUsed) {
     const Painted own = paint(R"(echo hello; echo '{"seconds": 1.5}'; echo '{"cpu_seconds": 3.25, "spp": 7}')");
     EXPECT_EQ(own.time.wall, 1.5);
     EXPECT_EQ(own.time.cpu, 3.25);
@@ -66,7 +67,7 @@ TEST_F(ExternalTest, ItsOwnTimesCountWhereItTellsThem) {
     EXPECT_LT(measured.time.cpu, measured.time.wall) << "it sleeps";
 }
 
-TEST_F(ExternalTest, ValuesThatAreNoneAreCounted) {
+TEST_F(ExternalTest, NonFiniteValuesAreCounted) {
     Image image(4, 3, 3);
     image.pixels[5] = std::numeric_limits<float>::quiet_NaN();
     image.pixels[6] = std::numeric_limits<float>::infinity();
@@ -76,7 +77,7 @@ TEST_F(ExternalTest, ValuesThatAreNoneAreCounted) {
     for (const float value : painted.picture.beauty.pixels) EXPECT_EQ(value, 0);
 }
 
-TEST_F(ExternalTest, FailuresAreToldInItsWords) {
+TEST_F(ExternalTest, FailuresQuoteTheCommandsOutput) {
     EXPECT_EQ(refusal("echo first >&2; echo 'no licence' >&2; exit 3 # {samples} {seed} {environment} {output}"),
               "other: exit status 3; it says: no licence");
     EXPECT_EQ(refusal("kill -9 $$ # {samples} {seed} {environment} {output}"), "other: was ended by signal 9");
@@ -105,7 +106,7 @@ TEST_F(ExternalTest, LeavesNothingRunning) {
     EXPECT_FALSE(std::filesystem::exists(late));
 }
 
-TEST_F(ExternalTest, EndsWithAllThatItStartedWhereThePulseThrows) {
+TEST_F(ExternalTest, EndsAllChildProcessesWhenThePulseThrows) {
     const std::string late = folder / "late";
     int pulses = 0;
     const auto stop = [&] {

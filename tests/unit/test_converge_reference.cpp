@@ -1,4 +1,4 @@
-// References of `halflight converge`: whose they are is told by a fingerprint; files of them are continued.
+// Tests the references of `halflight converge`: fingerprints identify them, and their files can be continued.
 #include <gtest/gtest.h>
 
 #include <cstring>
@@ -26,7 +26,7 @@ class ConvergeReference : public testing::Test {
     }
     ~ConvergeReference() override { fs::remove_all(folder); }
 
-    /// Every sample of a half has another value, which is kept track of.
+    /// Makes samples with a distinct value each, and records the request.
     Picture make(int half, std::int64_t first, int count) {
         asked.push_back({half, first, count});
         PictureSums sums(view.width, view.height);
@@ -68,18 +68,18 @@ class ConvergeReference : public testing::Test {
 
 TEST_F(ConvergeReference, MoreSamplesContinueWhatIsKept) {
     expect_samples(go_on(6), 6);
-    EXPECT_EQ(asked.size(), 4u);  // 4 and 2 of each half
+    EXPECT_EQ(asked.size(), 4u);  // 4 and 2 per half
     expect_samples(go_on(16), 16);
     ASSERT_EQ(asked.size(), 6u);
     for (const Asked& a : asked) EXPECT_GE(a.first, 6);
     expect_samples(go_on(16), 16);
     EXPECT_TRUE(asked.empty());
-    expect_samples(go_on(3), 16);  // more than asked for does no harm
+    expect_samples(go_on(3), 16);  // more samples than requested are fine
     EXPECT_TRUE(asked.empty());
     EXPECT_TRUE(notes.empty());
 }
 
-TEST_F(ConvergeReference, WhatIsInterruptedIsKept) {
+TEST_F(ConvergeReference, InterruptedReferencesAreKept) {
     const auto fails = [this](int half, std::int64_t first, int count) {
         if (first >= 8) throw Error("test", "stop");
         return make(half, first, count);
@@ -94,7 +94,7 @@ TEST_F(ConvergeReference, WhatIsInterruptedIsKept) {
     EXPECT_EQ(asked.front().first, 8);
 }
 
-TEST_F(ConvergeReference, DamagedFilesAreBegunAnew) {
+TEST_F(ConvergeReference, DamagedFilesAreReplaced) {
     go_on(4);
     const fs::path file = reference_path(folder / "cache", 7);
     const std::string good = read_file(file, 1 << 20);
@@ -108,7 +108,7 @@ TEST_F(ConvergeReference, DamagedFilesAreBegunAnew) {
         EXPECT_TRUE(notes[0].ends_with("the reference is damaged: begun anew")) << notes[0];
         EXPECT_EQ(read_file(file, 1 << 20), good);
     }
-    EXPECT_THROW(load_halves(file, 8, 3, 2), Error);  // another reference by this name
+    EXPECT_THROW(load_halves(file, 8, 3, 2), Error);  // another reference of this name
     EXPECT_FALSE(load_halves(folder / "none", 7, 3, 2));
 }
 
@@ -139,10 +139,10 @@ TEST_F(ConvergeReference, SizesInFilesAreNotTrusted) {
     }
     write_file(file, good);
     EXPECT_TRUE(load_halves(file, 7, 3, 2));
-    EXPECT_THROW(load_halves(file, 7, 2, 3), Error);  // as many pixels, but others
+    EXPECT_THROW(load_halves(file, 7, 2, 3), Error);  // same number of pixels, other size
 }
 
-TEST_F(ConvergeReference, WhatCannotBeKeptIsToldBeforehand) {
+TEST_F(ConvergeReference, UnwritableFoldersAreReportedBeforehand) {
     write_file(folder / "cache", "a file where the folder would be");
     EXPECT_THROW(go_on(4), Error);
     EXPECT_TRUE(asked.empty());
@@ -166,7 +166,7 @@ TEST_F(ConvergeReference, SavesThatFailLaterAreNoted) {
     ASSERT_EQ(notes.size(), 1u);
     EXPECT_NE(notes[0].find("cache"), std::string::npos) << notes[0];
     EXPECT_THROW(go(8), std::runtime_error);
-    EXPECT_EQ(notes.size(), 1u);  // nothing is said to be kept
+    EXPECT_EQ(notes.size(), 1u);  // no file is reported as kept
 }
 
 TEST_F(ConvergeReference, FolderFollowsTheEnvironment) {
@@ -180,7 +180,7 @@ TEST_F(ConvergeReference, FolderFollowsTheEnvironment) {
     EXPECT_THROW(default_reference_folder(), Error);
 }
 
-TEST(ConvergeFingerprint, ChangesWithAllThatCounts) {
+TEST(ConvergeFingerprint, ChangesWithEveryInput) {
     const Scene scene = halflight::test::cornell_box();
     const std::uint64_t usual = scene_fingerprint(scene);
     EXPECT_EQ(scene_fingerprint(halflight::test::cornell_box()), usual);
@@ -218,14 +218,14 @@ TEST(ConvergeFingerprint, ChangesWithAllThatCounts) {
     EXPECT_TRUE(other([](View&, Picture&, std::string& m) { m = "gl"; }));
 }
 
-TEST(ConvergeOracle, BudgetsOfSamplesAreKept) {
+TEST(ConvergeOracle, SampleCountsAreExact) {
     const Scene scene = halflight::test::cornell_box();
     const View view{8, 8, scene.cameras.at(0), 2};
     const auto painter = oracle_painter(scene, view);
     const Painted painted = painter->paint({37, 0}, 5, [] {});
     EXPECT_EQ(painted.picture.samples, 37);
     EXPECT_GT(painted.time.cpu, 0);
-    // In portions or at once: the same samples.
+    // Samples made in portions equal samples made at once.
     const Picture whole = oracle_samples(ReferenceScene(scene), view, 5, 0, 37);
     for (std::size_t i = 0; i < whole.beauty.pixels.size(); ++i)
         EXPECT_NEAR(painted.picture.beauty.pixels[i], whole.beauty.pixels[i], 1e-5 * (1 + whole.beauty.pixels[i]));
@@ -234,7 +234,7 @@ TEST(ConvergeOracle, BudgetsOfSamplesAreKept) {
     EXPECT_GE(timed.time.wall, 0.02);
 }
 
-TEST(ConvergeMaker, ManyTrianglesGoToTheEngine) {
+TEST(ConvergeMaker, ManyTrianglesUseTheEngine) {
     using enum ReferenceOrder::Maker;
     Scene scene = halflight::test::cornell_box();
     EXPECT_EQ(choose_maker(scene, automatic).first, oracle);

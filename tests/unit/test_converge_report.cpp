@@ -1,4 +1,4 @@
-// Reports of `halflight converge`: well-formed, complete, and true to the figures.
+// Tests that reports of `halflight converge` are well-formed, complete, and true to the figures.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -42,7 +42,7 @@ TEST(ConvergePlot, IsWellFormedWhateverItShows) {
     EXPECT_NE(xml_error("<svg>"), "");
 }
 
-/// The centres of the circles, which mark the first curve's points; the legend's own one is the last.
+/// Returns the centres of the circles that mark the points of the first curve; the last one belongs to the legend.
 std::vector<std::pair<double, double>> circles(const std::string& svg_text) {
     std::vector<std::pair<double, double>> centres;
     for (std::size_t at = svg_text.find("<circle"); at != std::string::npos; at = svg_text.find("<circle", at + 1)) {
@@ -54,20 +54,20 @@ std::vector<std::pair<double, double>> circles(const std::string& svg_text) {
     return centres;
 }
 
-TEST(ConvergePlot, DecadesAreAsLongAsEachOther) {
+TEST(ConvergePlot, DecadesHaveEqualLength) {
     const auto at =
         circles(svg({"", "", "", {{"a", {{0.1, 1, 1, 1}, {1, 0.1, 0.1, 0.1}, {10, 0.01, 0.01, 0.01}}}}, 0}));
     ASSERT_EQ(at.size(), 4u);
     EXPECT_GT(at[1].first, at[0].first);
-    EXPECT_GT(at[1].second, at[0].second);  // y goes down in the picture as the error does
+    EXPECT_GT(at[1].second, at[0].second);  // y grows downwards in the picture as the error decreases
     EXPECT_NEAR(at[2].first - at[1].first, at[1].first - at[0].first, 0.02);
     EXPECT_NEAR(at[2].second - at[1].second, at[1].second - at[0].second, 0.02);
 }
 
-TEST(ConvergePlot, BarsThatReachForZeroEndAtTheAxis) {
+TEST(ConvergePlot, BarsBelowZeroEndAtTheAxis) {
     const std::string text = svg({"", "", "", {{"a", {{1, 1, -5, 2}, {2, 0.5, 0.4, 0.6}}}}, 0});
-    EXPECT_EQ(count(text, " 358.00V"), 1u) << text;  // the frame's lower edge
-    // What is not positive has no marker but its bar; one of the circles is the legend's.
+    EXPECT_EQ(count(text, " 358.00V"), 1u) << text;  // bottom of the frame
+    // A value that is not positive has a bar but no marker; one of the circles belongs to the legend.
     const std::string none = svg({"", "", "", {{"a", {{1, -1, -5, 2}, {2, 0.5, 0.4, 0.6}}}}, 0});
     EXPECT_EQ(circles(none).size(), 2u);
     EXPECT_EQ(count(none, " 358.00V"), 1u);
@@ -82,12 +82,12 @@ TEST(ConvergeMaps, Base64) {
     EXPECT_EQ(base64("\xff\xfe\xfd"), "//79");
 }
 
-TEST(ConvergeMaps, SignedErrorsHaveTheirColours) {
+TEST(ConvergeMaps, SignedErrorsHaveColours) {
     Image image(3, 1, 3), reference(3, 1, 3);
     reference.pixels.assign(9, 1);
     image.pixels = {1, 1, 1, 2, 2, 2, 0, 0, 0};
     const Image map = signed_error_picture(image, reference, 1);
-    for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(map.at(0, 0)[c], 1);  // none: white
+    for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(map.at(0, 0)[c], 1);  // no error: white
     EXPECT_GT(map.at(1, 0)[0], map.at(1, 0)[2]);                      // brighter: red
     EXPECT_LT(map.at(2, 0)[0], map.at(2, 0)[2]);                      // darker: blue
     EXPECT_NEAR(error_scale(image, reference, 1), 1, 1e-6);
@@ -164,7 +164,7 @@ TEST_F(ConvergeReport, AdviceFollowsTheStages) {
     EXPECT_NE(line().find("1.50 ± 0.10"), std::string::npos) << line();
     method.stages[0].gain = {0.9, 0.05};
     EXPECT_NE(line().find("no stage alone"), std::string::npos);
-    // What the seeds do not tell is not claimed.
+    // An advantage within the interval is undecided.
     method.stages[0].gain = {0.95, 0.1};
     EXPECT_NE(line().find("undecided"), std::string::npos);
     method.stages[0].gain = {1.5, 0.1};
@@ -182,7 +182,7 @@ TEST_F(ConvergeReport, NoMethodIsBestWhereAnErrorIsBelowTheReferencesNoise) {
     EXPECT_EQ(page.find("± −"), std::string::npos) << "half widths are positive";
 }
 
-TEST_F(ConvergeReport, NamesOfMethodsAreEscaped) {
+TEST_F(ConvergeReport, MethodNamesAreEscaped) {
     Measurement hostile = measured;
     hostile.methods[1].name = "a<b>&\"";
     const std::string page = report_html(subject("a.glb"), reference, hostile, ColorConfig::load().view({}));
@@ -190,14 +190,14 @@ TEST_F(ConvergeReport, NamesOfMethodsAreEscaped) {
     EXPECT_GT(count(page, "a&lt;b&gt;&amp;"), 5u);
 }
 
-TEST_F(ConvergeReport, WhatIsNotKnownIsNull) {
+TEST_F(ConvergeReport, UnknownValuesAreNull) {
     Plan plan = kPlan;
     plan.seeds = 1;
     Subject one = subject("a.glb");
     one.plan = plan;
     const auto json = report_json(one, reference, measure_fakes({}, {}, plan));
     EXPECT_TRUE(json["methods"][0]["points"][0]["mse"]["half_width"].is_null());
-    EXPECT_FALSE(json["methods"][0]["slope"]["slope"]["value"].is_null());  // four budgets tell it
+    EXPECT_FALSE(json["methods"][0]["slope"]["slope"]["value"].is_null());  // four budgets determine it
     plan.budgets.resize(2);
     one.plan = plan;
     const auto two = report_json(one, reference, measure_fakes({}, {}, plan));
@@ -215,12 +215,12 @@ TEST_F(ConvergeReport, CsvHasARowForEachRun) {
     int rows = 0;
     for (; std::getline(csv, line); ++rows) {
         EXPECT_EQ(count(line, ","), columns) << line;
-        EXPECT_TRUE(line.ends_with(",0\r")) << line;  // values that are not finite
+        EXPECT_TRUE(line.ends_with(",0\r")) << line;  // number of values that are not finite
     }
     EXPECT_EQ(rows, 64);
 }
 
-TEST(ConvergeCsv, FieldsAreQuotedWhereTheyMustBe) {
+TEST(ConvergeCsv, FieldsAreQuotedWhereNecessary) {
     EXPECT_EQ(csv_field("plain lights=tree"), "plain lights=tree");
     EXPECT_EQ(csv_field("plain lights=tree,filter=box"), "\"plain lights=tree,filter=box\"");
     EXPECT_EQ(csv_field("a \"b\""), "\"a \"\"b\"\"\"");
@@ -228,15 +228,15 @@ TEST(ConvergeCsv, FieldsAreQuotedWhereTheyMustBe) {
     EXPECT_EQ(csv_field(""), "");
 }
 
-TEST_F(ConvergeReport, PageIsWellFormedAndNeedsNothingElse) {
+TEST_F(ConvergeReport, PageIsWellFormedAndSelfContained) {
     const std::string page = html("<script>alert('&')</script>.glb");
     EXPECT_EQ(xml_error(page), "");
     EXPECT_EQ(page.find("<script"), std::string::npos);
     for (const char* outside : {"src=\"http", "href=", "url(", "@import"})
         EXPECT_EQ(page.find(outside), std::string::npos) << outside;
-    EXPECT_EQ(count(page, "<svg"), 8u);            // four by method; two for each that makes pictures of its own
-    EXPECT_EQ(count(page, "data:image/png"), 9u);  // the reference, four for each
-    EXPECT_NE(page.find("no budget brings"), std::string::npos);  // the bias is told
+    EXPECT_EQ(count(page, "<svg"), 8u);            // four per method, and two for each method with its own pictures
+    EXPECT_EQ(count(page, "data:image/png"), 9u);  // the reference, and four per method
+    EXPECT_NE(page.find("no budget brings"), std::string::npos);  // the bias is reported
 }
 
 TEST_F(ConvergeReport, ReferencesWithoutComponentsAreReportedToo) {

@@ -1,4 +1,4 @@
-// Ids, manifests and ranks of Cryptomatte, against the specification's own examples.
+// Tests ids, manifests and ranks of Cryptomatte against the examples of the specification.
 #include "renderer/cryptomatte.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace halflight {
 namespace {
 
-// Values that circulate with MurmurHash3, of every length modulo 4.
+// Published values of MurmurHash3, for every length modulo 4.
 TEST(Cryptomatte, NamesAreHashed) {
     EXPECT_EQ(murmur3(""), 0u);
     EXPECT_EQ(murmur3("a"), 0x3c2569b2u);
@@ -20,20 +20,20 @@ TEST(Cryptomatte, NamesAreHashed) {
     EXPECT_EQ(murmur3("The quick brown fox jumps over the lazy dog"), 0x2e4ff723u);
 }
 
-TEST(Cryptomatte, IdsAreOrdinaryNumbers) {
-    ASSERT_EQ(murmur3("object 259"), 0x0069b367u);  // a denormal number as it is
+TEST(Cryptomatte, IdsAreNormalFloats) {
+    ASSERT_EQ(murmur3("object 259"), 0x0069b367u);  // a denormal float
     EXPECT_EQ(std::bit_cast<std::uint32_t>(cryptomatte_id("object 259")), 0x00e9b367u);
-    ASSERT_EQ(murmur3("object 858"), 0xff868043u);  // not a number
+    ASSERT_EQ(murmur3("object 858"), 0xff868043u);  // a NaN
     EXPECT_EQ(std::bit_cast<std::uint32_t>(cryptomatte_id("object 858")), 0xff068043u);
     EXPECT_EQ(std::bit_cast<std::uint32_t>(cryptomatte_id("hello")), 0x248bfa47u);
     for (int i = 0; i < 20000; ++i) ASSERT_TRUE(std::isnormal(cryptomatte_id("object " + std::to_string(i)))) << i;
 }
 
-TEST(Cryptomatte, HeadersSayHowIdsAreMade) {
+TEST(Cryptomatte, HeadersDescribeTheHash) {
     const std::vector<std::string> names{"gold \"ball\"", "\xff", "hello", "hello"};
     const auto attributes = cryptomatte_attributes("CryptoObject", names);
     ASSERT_EQ(attributes.size(), 4u);
-    // The first seven digits of the layer's hash, 3ae39a58.
+    // The key contains the first seven digits of the layer's hash, 3ae39a58.
     EXPECT_EQ(attributes.at("cryptomatte/3ae39a5/name"), "CryptoObject");
     EXPECT_EQ(attributes.at("cryptomatte/3ae39a5/hash"), "MurmurHash3_32");
     EXPECT_EQ(attributes.at("cryptomatte/3ae39a5/conversion"), "uint32_to_float32");
@@ -48,12 +48,12 @@ TEST(Cryptomatte, HeadersSayHowIdsAreMade) {
                                   "CryptoObject02.R", "CryptoObject02.G", "CryptoObject02.B", "CryptoObject02.A"}));
 }
 
-TEST(Cryptomatte, MostCoverageComesFirst) {
+TEST(Cryptomatte, LargestCoverageComesFirst) {
     std::array<float, 2 * kCryptomatteRanks> ranks{};
     IdCoverage coverage(2);
     for (int id = 1; id <= 8; ++id)
         for (int sample = 0; sample < id; ++sample) coverage.add(1, static_cast<float>(id));
-    coverage.add(1, 3.0f);  // as often as 4, and of lower bits
+    coverage.add(1, 3.0f);  // equals the coverage of id 4, with smaller bits
     coverage.rank(1, 64, ranks);
     for (std::size_t i = 0; i < kCryptomatteRanks; ++i) {
         const float ids[] = {8, 7, 6, 5, 3, 4}, samples[] = {8, 7, 6, 5, 4, 4};

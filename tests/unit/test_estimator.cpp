@@ -1,4 +1,4 @@
-// Lists of techniques as they are asked for and told.
+// Tests the text form of estimator techniques: parsing, printing, differences.
 #include "engine/settings/estimator.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ constexpr const char* kKnown =
     "auto,lights=auto|power|tree|uniform,sun=apart|among,reuse=auto|off|4|8|16,camera=auto|1|2|4|8|16,"
     "shadow=auto|1|2|4|8,sampler=sobol|blue-noise|independent";
 
-TEST(Estimator, IsWhatItsTextSays) {
+TEST(Estimator, TextRoundTrips) {
     EXPECT_EQ(text({}), "lights=auto,sun=apart,reuse=off,camera=1,shadow=1,sampler=sobol");
     EXPECT_EQ(known_estimators(), kKnown);
     for (const LightChoice lights : kLightChoices) {
@@ -43,7 +43,7 @@ TEST(Estimator, IsWhatItsTextSays) {
     EXPECT_FALSE(leaves_open({}));
 }
 
-TEST(Estimator, DifferencesAreToldFromTheDefaultAndFromOthers) {
+TEST(Estimator, DifferencesFromTheDefaultAndFromOthersAreListed) {
     const std::vector<Estimator> all{{}, {.lights = LightChoice::tree}, {.reuse = Reuse::sixteen}};
     EXPECT_EQ(difference(all[0], all), "lights=auto,reuse=off");
     EXPECT_EQ(difference(all[1], all), "lights=tree,reuse=off");
@@ -51,7 +51,7 @@ TEST(Estimator, DifferencesAreToldFromTheDefaultAndFromOthers) {
     EXPECT_EQ(difference({}, {}), "");
 }
 
-TEST(Estimator, UnknownTechniquesAreRefusedByName) {
+TEST(Estimator, UnknownTechniquesAreNamed) {
     const auto message = [](const char* list) { return error_message([&] { estimator_named(list); }); };
     EXPECT_EQ(message("light=tree"), std::string("light=tree: 'light=tree' is no technique; there are: ") + kKnown);
     EXPECT_EQ(message("lights=bush"), "lights=bush: there is no lights=bush; there are: auto, power, tree, uniform");

@@ -1,4 +1,4 @@
-// OpenEXR: round trips, attributes against the standard's conventions, damaged files, disks that fail.
+// Tests OpenEXR files: round trips, attributes against the standard's conventions, damaged files, full disks.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfInputFile.h>
@@ -53,7 +53,7 @@ Image noise(int width, int height, int channels, unsigned seed = 1) {
     return image;
 }
 
-/// Bit for bit, so that NaN and -0 count too.
+/// Compares values bit for bit, including NaN and -0.
 void expect_same(const ExrFile& file, const std::vector<std::string>& names, const Image& image) {
     for (std::size_t c = 0; c < names.size(); ++c) {
         const ExrChannel* channel = file.find(names[c]);
@@ -87,9 +87,9 @@ TEST_F(Exr, FloatsAndIdsAreExact) {
     EXPECT_EQ(entries(), 1u);
 }
 
-TEST_F(Exr, ColourIsConvertedOnItsWay) {
+TEST_F(Exr, ColourIsConvertedWhileWriting) {
     const mat3 color(vec3(0.5f, 0.25f, 0.1f), vec3(-0.1f, 0.9f, 0.3f), vec3(2, 0, 0.7f));
-    const Image image = noise(19, 600, 4);  // more rows than are converted at once
+    const Image image = noise(19, 600, 4);  // more rows than are converted at a time
     Image converted = image;
     for (std::size_t i = 0; i < converted.pixels.size(); i += 4) {
         const vec3 c = color * vec3(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2]);
@@ -116,7 +116,7 @@ TEST_F(Exr, HalvesRoundAndDoNotOverflow) {
     write_exr(path_, {{{"R", "G"}, image, ExrType::half}}, {});
     const ExrFile file = read_exr(path_);
     EXPECT_EQ(file.find("R")->type, ExrType::half);
-    EXPECT_NEAR(file.find("R")->values[0], 1 / 3.0f, 1 / 3.0f / 2048);  // 11 bits of mantissa
+    EXPECT_NEAR(file.find("R")->values[0], 1 / 3.0f, 1 / 3.0f / 2048);  // a half has a precision of 11 bits
     EXPECT_EQ(file.find("G")->values[0], 65504);
     EXPECT_EQ(file.find("R")->values[1], -65504);
     EXPECT_EQ(file.find("G")->values[1], 65504);
@@ -163,7 +163,7 @@ TEST_F(Exr, BytesDoNotDependOnThreads) {
     const std::vector<ExrLayer> layers = {{{"R", "G", "B"}, noise(300, 200, 3)}};
     std::vector<std::string> files;
     for (int threads : {0, 1, 5}) {
-        write_exr(path_, layers, {});  // starts the pool the first time
+        write_exr(path_, layers, {});  // starts the thread pool
         Imf::setGlobalThreadCount(threads);
         write_exr(path_, layers, {});
         files.push_back(read_file(path_, 1 << 30));
@@ -188,12 +188,14 @@ TEST_F(Exr, AttributesFollowTheStandard) {
 
     const Imf::InputFile file(path_.c_str());
     const Imf::Header& header = file.header();
-    // ImfStandardAttributes.h: left-handed, x right, y up, positive z in front of the camera; row vectors.
+    // Matrices follow ImfStandardAttributes.h: left-handed, x right, y up, positive z in front of the camera, row
+    // vectors.
     const Imath::V3f point(1 + 4, 2 - 1, 8 - 4);
     Imath::V3f in_camera;
     Imf::worldToCamera(header).multVecMatrix(point, in_camera);
     EXPECT_EQ(in_camera, Imath::V3f(4, -1, 4));
-    // (0, 0) upper left, (1, 1) lower right. At depth 4 the image reaches from -8 to 8 and from 4 to -4.
+    // Screen coordinates are (0, 0) upper left and (1, 1) lower right. At depth 4 the image reaches from -8 to 8 and
+    // from 4 to -4.
     Imath::V3f in_ndc;
     Imf::worldToNDC(header).multVecMatrix(point, in_ndc);
     EXPECT_NEAR(in_ndc.x, (4 + 8) / 16.0, 1e-6);
@@ -273,7 +275,7 @@ TEST_F(Exr, ReadsTilesAndOffsetWindows) {
     expect_same(file, {"Y"}, image);
 }
 
-TEST_F(Exr, RefusesWhatIsNoImage) {
+TEST_F(Exr, RefusesOtherFiles) {
     const Image image = noise(4, 4, 1);
     EXPECT_NE(error_message([&] { write_exr(path_, {}, {}); }).find("no layers"), std::string::npos);
     EXPECT_NE(error_message([&] {
@@ -295,7 +297,7 @@ TEST_F(Exr, RefusesWhatIsNoImage) {
     EXPECT_EQ(entries(), 0u);
 }
 
-TEST_F(Exr, LimitsHoldBeforeMemoryIsTaken) {
+TEST_F(Exr, LimitsAreCheckedBeforeAllocation) {
     write_exr(path_, {{{"Y"}, noise(64, 32, 1)}}, {});
     EXPECT_NE(error_message([&] {
                   read_exr(path_, {63, 1 << 30});
@@ -344,12 +346,12 @@ TEST_F(Exr, DamagedFilesAreErrorsOrLoad) {
     std::cout << loaded << " loaded, " << refused << " refused, peak " << usage.ru_maxrss / 1024 << " MiB\n";
 }
 
-TEST_F(Exr, UnwritablePlacesAndFullDisks) {
+TEST_F(Exr, UnwritableFoldersAndFullDisks) {
     const std::vector<ExrLayer> layers = {{{"R", "G", "B"}, noise(256, 256, 3)}};
     EXPECT_EQ(error_message([&] { write_exr(folder_ / "no/a.exr", layers, {}); }),
               (folder_ / "no/a.exr").string() + ": cannot write: No such file or directory");
     write_file(path_, "old");
-    // A limit on file sizes fails in the middle of a write as a full disk does, without needing one.
+    // A limit on file sizes fails in the middle of a write, like a full disk.
     std::signal(SIGXFSZ, SIG_IGN);
     rlimit whole{};
     getrlimit(RLIMIT_FSIZE, &whole);
@@ -362,7 +364,7 @@ TEST_F(Exr, UnwritablePlacesAndFullDisks) {
         EXPECT_EQ(read_file(path_, 100), "old");
         EXPECT_EQ(entries(), 1u) << "no temporary is left";
     }
-    // The table of line offsets is rewritten by a destructor that swallows what goes wrong.
+    // The line offset table is rewritten by a destructor that swallows errors.
     write_exr(path_, layers, {});
     EXPECT_NO_THROW(read_exr(path_));
 }

@@ -1,4 +1,4 @@
-// Atomic output and guarded reading.
+// Tests atomic writing and limited reading of files.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
@@ -42,7 +42,7 @@ TEST_F(Files, RoundTripOfAnyBytes) {
     EXPECT_EQ(entries(), 1u);
 }
 
-TEST_F(Files, NothingIsSeenBeforeItIsComplete) {
+TEST_F(Files, FilesAppearOnlyWhenComplete) {
     const fs::path path = folder_ / "image.exr";
     write_file(path, "old");
     write_atomically(path, [&](const fs::path& temporary) {
@@ -97,7 +97,7 @@ TEST_F(Files, ErrorsNameTheFileAndTheReason) {
               folder + "/pipe: cannot read: not a regular file");
 }
 
-/// Root may write everywhere; for a while it becomes nobody.
+/// Drops root's privilege to write everywhere, for the lifetime of the object.
 struct Nobody {
     explicit Nobody(const fs::path& folder) {
         if (geteuid() != 0) return;
@@ -148,7 +148,7 @@ TEST_F(Files, SymbolicLinksAreFollowed) {
     EXPECT_NE(error_message([&] { write_file(folder_ / "loop", ""); }).find("symbolic links"), std::string::npos);
 }
 
-TEST_F(Files, WhatKilledWritersLeaveCanBeRemoved) {
+TEST_F(Files, TemporariesOfKilledWritersCanBeRemoved) {
     const auto die_writing = [&](const fs::path& path) {
         const pid_t child = fork();
         if (child == 0) write_atomically(path, [](const auto&) { raise(SIGKILL); });
@@ -167,7 +167,7 @@ TEST_F(Files, WhatKilledWritersLeaveCanBeRemoved) {
     const fs::path other[] = {folder_ / "other.exr", folder_ / "none" / "x"};
     remove_abandoned(other);
     EXPECT_EQ(entries(), 1u);
-    // By a link, the temporary is where that leads.
+    // For a link, the temporary is in the folder of the link's target.
     fs::create_directories(folder_ / "far");
     fs::create_symlink("far/target", folder_ / "link");
     const fs::path link[] = {folder_ / "link"};
@@ -177,7 +177,7 @@ TEST_F(Files, WhatKilledWritersLeaveCanBeRemoved) {
     EXPECT_TRUE(fs::is_empty(folder_ / "far"));
 }
 
-TEST_F(Files, AFullDiskIsNoticedByCloseAtTheLatest) {
+TEST_F(Files, AFullDiskFailsAtCloseAtTheLatest) {
     CheckedFile file("/dev/full", "out.exr");
     file.write("x", 1);  // buffered
     EXPECT_EQ(error_message([&] { file.close(); }), "out.exr: cannot write: No space left on device");
@@ -189,7 +189,7 @@ TEST_F(Files, AFullDiskIsNoticedByCloseAtTheLatest) {
     EXPECT_EQ(error_message([&] { swallowed.close(); }), "out.exr: cannot write: No space left on device");
 }
 
-TEST_F(Files, KnowsLfsPointers) {
+TEST_F(Files, DetectsLfsPointers) {
     EXPECT_TRUE(is_lfs_pointer("version https://git-lfs.github.com/spec/v1\noid sha256:15258e\nsize 2616\n"));
     EXPECT_FALSE(is_lfs_pointer("version"));
     EXPECT_FALSE(is_lfs_pointer(""));

@@ -1,4 +1,4 @@
-// Sums by path to images by pixel.
+// Tests the conversion of sums per path to images.
 #include "renderer/film.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ RenderSettings settings_of(int width, int height, std::vector<std::string> aovs 
     return s;
 }
 
-/// Two instances of one triangle each, merged; materials 3 and 4; 1000 units off the world's origin.
+/// Returns two instances of one triangle each, merged, with materials 3 and 4, 1000 units away from the world's origin.
 TraceTables two_triangles() {
     TraceTables t;
     t.origin = {1000, 0, -2};
@@ -45,7 +45,7 @@ TraceTables two_triangles() {
     return t;
 }
 
-/// The two bands of a 37x40 image, the second one partly below it.
+/// Returns the two bands of a 37x40 image; the second one extends below it.
 std::vector<Band> bands() {
     return {{{37, 40}, 0, 32}, {{37, 40}, 32, 32}};
 }
@@ -61,7 +61,7 @@ float tag(int x, int y, int what) {
     return static_cast<float>(x + 100 * y + 10000 * what);
 }
 
-TEST(Film, AsksByName) {
+TEST(Film, RequestsAovsByName) {
     const RenderSettings s = settings_of(1, 1, {"depth", "albedo"});
     EXPECT_TRUE(asked_for(s, {"normal", "albedo"}));
     EXPECT_FALSE(asked_for(s, {"normal", "ids"}));
@@ -78,13 +78,13 @@ TEST(Film, EveryKnownAovHasADescriptionAndAnUnusedName) {
     EXPECT_EQ(names, kEverything);
 }
 
-TEST(Film, SumsBecomeMeansAtTheirPixels) {
+TEST(Film, SumsBecomeMeansPerPixel) {
     const TraceTables tables = two_triangles();
     Film film(settings_of(37, 40), tables);
     const int samples = 8;
     for (const Band& band : bands()) {
         const std::size_t paths = band.paths();
-        const double nan = std::nan("");  // of paths outside of the picture
+        const double nan = std::nan("");  // paths outside the picture have NaN
         Film::Sums sums{std::vector<double>(paths * 4, nan), std::vector<double>(paths * 6, nan),
                         std::vector<double>(paths * 6, nan), std::vector<double>(paths * 3, nan),
                         std::vector<double>(paths * 6, nan)};
@@ -126,7 +126,7 @@ TEST(Film, SumsBecomeMeansAtTheirPixels) {
     for (const float count : layer(result, "samples.Y").image.pixels) ASSERT_EQ(count, 8);
 }
 
-TEST(Film, VarianceIsThatOfTheMean) {
+TEST(Film, VarianceIsOfTheMean) {
     const TraceTables tables = two_triangles();
     Film film(settings_of(3, 2, {"variance"}), tables);
     const Band band{{3, 2}, 0, 2};
@@ -146,7 +146,7 @@ TEST(Film, VarianceIsThatOfTheMean) {
                 std::vector<double> values;
                 double mean = 0;
                 for (int i = 0; i < samples; ++i) {
-                    // Shares of one sample in all five components.
+                    // Parts of one sample in all five components.
                     const double emission = normal(random), direct = normal(random), glossy = normal(random),
                                  indirect = normal(random), last = normal(random);
                     sums.emission[path * 4 + c] += emission;
@@ -172,7 +172,7 @@ TEST(Film, VarianceIsThatOfTheMean) {
         EXPECT_NEAR(variance.pixels[i], expected.pixels[i], 1e-6 * expected.pixels[i]);
 }
 
-TEST(Film, WhatTheFrameLeftOutIsBlackAndOneSampleHasNoVariance) {
+TEST(Film, OmittedComponentsAreBlackAndOneSampleHasNoVariance) {
     const TraceTables tables = two_triangles();
     Film film(settings_of(3, 2, {"indirect_diffuse", "variance", "direct_glossy"}), tables);
     Film::Sums sums{.emission = std::vector<double>(256 * 4, 2),
@@ -217,7 +217,7 @@ TEST(Film, PicturesAreStackedByBand) {
     }
 }
 
-TEST(Film, NoViewUnlessItWasAskedFor) {
+TEST(Film, NoViewUnlessRequested) {
     const TraceTables tables = two_triangles();
     Film film(settings_of(4, 4, {}), tables);
     film.add_pictures({{4, 4}, 0, 4}, std::vector<float>(64, 1), {});
@@ -251,7 +251,7 @@ TEST(Film, DataGoesThroughTheTables) {
     EXPECT_EQ(bits, (std::vector<std::uint32_t>{6, 0, 4, ~0u, ~0u, ~0u}));
 }
 
-TEST(Film, WhatTracingCostIsCounted) {
+TEST(Film, TracingCostIsCounted) {
     const TraceTables tables = two_triangles();
     Film film(settings_of(2, 1, {"culling", "nodes"}), tables);
     std::vector<shared::DebugRecord> records(256);

@@ -1,4 +1,4 @@
-// FLIP against what its formulas give where they can be followed by hand: uniform images, and waves in one direction.
+// Tests FLIP where its formulas can be evaluated by hand: uniform images, and waves in one direction.
 #include "tools/measure/common/flip.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ double uniform_flip(const vec3& a, const vec3& b) {
     return mean_of(map);
 }
 
-// L*a*b* of the corners of Rec.709, white D65 (Lindbloom's colour calculator): of green, blue, red.
+// L*a*b* of green, blue and red of Rec.709, white D65 (Lindbloom's colour calculator).
 constexpr std::array<double, 3> kGreen{87.735, -86.183, 83.180}, kBlue{32.297, 79.188, -107.860},
     kRed{53.241, 80.092, 67.203};
 
@@ -48,20 +48,20 @@ double hyab_of_hunt(const std::array<double, 3>& p, const std::array<double, 3>&
     return std::abs(p[0] - q[0]) + std::hypot(hunt(p, 1) - hunt(q, 1), hunt(p, 2) - hunt(q, 2));
 }
 
-/// Colour error of two uniform colours, from their L*a*b*.
+/// Returns the colour error of two uniform colours, given as L*a*b*.
 double color_error(const std::array<double, 3>& p, const std::array<double, 3>& q) {
     const double e = std::pow(hyab_of_hunt(p, q), 0.7), most = std::pow(hyab_of_hunt(kGreen, kBlue), 0.7);
     return e < 0.4 * most ? e / (0.4 * most) * 0.95 : 0.95 + (e - 0.4 * most) / (0.6 * most) * 0.05;
 }
 
-TEST(Flip, OfUniformColorsIsTheirHuntAdjustedDistance) {
+TEST(Flip, UniformColorsHaveTheirHuntAdjustedDistance) {
     EXPECT_EQ(uniform_flip(vec3(0.5f), vec3(0.5f)), 0);
     EXPECT_NEAR(uniform_flip({0, 1, 0}, {0, 0, 1}), 1, 1e-5);
     EXPECT_NEAR(uniform_flip(vec3(0), vec3(1)), color_error({0, 0, 0}, {100, 0, 0}), 2e-4);
     EXPECT_NEAR(uniform_flip(vec3(0), vec3(1)), 0.967, 1e-3);
     EXPECT_NEAR(uniform_flip({1, 0, 0}, {0, 1, 0}), color_error(kRed, kGreen), 2e-4);
     EXPECT_NEAR(uniform_flip({1, 0, 0}, vec3(0)), color_error(kRed, {0, 0, 0}), 2e-4);
-    // Grey of 18.4187 % is L* = 50, as CIE 15 has it; 1.1260 % is L* = 10.
+    // Grey of 18.4187 % has L* = 50 (CIE 15); 1.1260 % has L* = 10.
     EXPECT_NEAR(uniform_flip(vec3(0.184187f), vec3(0.011260f)), color_error({50, 0, 0}, {10, 0, 0}), 2e-4);
 }
 
@@ -77,29 +77,29 @@ TEST(Flip, IsSymmetricGrowsWithContrastAndStaysInRange) {
         EXPECT_LE(std::ranges::max(forth.pixels), 1);
         before = mean_of(forth);
     }
-    // A black and white edge against its negative: no feature differs, and all colours do.
+    // A black and white edge against its negative: all features are equal, all colours differ.
     const auto step = [](bool left) { return picture(64, 8, [=](int x, int) { return vec3((x < 32) == left); }); };
     EXPECT_GT(mean_of(flip_map(step(true), step(false))), 0.9);
 }
 
-TEST(Flip, DoesNotSeeWhatIsTooFine) {
+TEST(Flip, IgnoresDetailBeyondTheEyesResolution) {
     const auto noise = [](std::uint32_t seed) {
         std::mt19937 random(seed);
         return picture(64, 64, [&](int, int) { return vec3(random() % 2 ? 0.6f : 0.4f); });
     };
     const Image a = noise(1), b = noise(2);
     double before = 1;
-    for (const double ppd : {10.0, 20.0, 40.0, 80.0, 160.0}) {  // the further away, the less is seen
+    for (const double ppd : {10.0, 20.0, 40.0, 80.0, 160.0}) {  // less is visible from further away
         const double seen = mean_of(flip_map(a, b, ppd));
         EXPECT_LT(seen, before);
         before = seen;
     }
 }
 
-/// The error at the crest of a vertical grey wave of `cycles` per degree against the grey that it is about, in double
-/// and by responses to a wave instead of by convolution.
+/// Returns the error at the crest of a vertical grey wave of `cycles` per degree against its mean grey. Evaluates the
+/// filters' frequency responses in double precision instead of convolving.
 double wave_flip(double mean, double amplitude, double cycles, double ppd) {
-    const double step = 2 * std::numbers::pi * cycles / ppd;  // radians by pixel
+    const double step = 2 * std::numbers::pi * cycles / ppd;  // radians per pixel
     const double sensed = amplitude * std::exp(-0.0047 * cycles * cycles);
     const auto lightness = [](double y) { return 116 * std::cbrt(y) - 16; };
     const double distance = std::abs(lightness(mean + sensed) - lightness(mean));
@@ -111,13 +111,13 @@ double wave_flip(double mean, double amplitude, double cycles, double ppd) {
     const auto bend = [&](int i) {
         return (i * i / (deviation * deviation) - 1) * std::exp(-i * i / (2 * deviation * deviation));
     };
-    double point = 0, positive = 0, negative = 0;  // an edge there is none at a crest
+    double point = 0, positive = 0, negative = 0;  // a crest has no edge
     for (int i = -reach; i <= reach; ++i) (bend(i) > 0 ? positive : negative) += std::abs(bend(i));
     for (int i = -reach; i <= reach; ++i) point += bend(i) / (bend(i) > 0 ? positive : negative) * std::cos(step * i);
     return std::pow(color, 1 - std::sqrt(amplitude * std::abs(point) / std::sqrt(2.0)));
 }
 
-TEST(Flip, OfWavesFollowsTheSensitivityToContrast) {
+TEST(Flip, WavesFollowTheContrastSensitivity) {
     constexpr double kPpd = 67;
     constexpr int kWidth = 268, kHeight = 3;
     for (const int period : {67, 20, 10}) {  // pixels
@@ -129,7 +129,8 @@ TEST(Flip, OfWavesFollowsTheSensitivityToContrast) {
         };
         const Image map = flip_map(wave(0.1), wave(0), kPpd);
         const int crest = kWidth / 2 / period * period;
-        // The eye's filter is cut at three deviations of the widest Gaussian: more than four of the luminance's.
+        // The filter ends at three standard deviations of the widest Gaussian, which is more than four of the luminance
+        // Gaussian.
         EXPECT_NEAR(*map.at(crest, 1), wave_flip(0.4, 0.1, cycles, kPpd), 1e-3) << period;
     }
 }
@@ -140,7 +141,8 @@ TEST(HdrFlip, RangesFromTheBrightestToTheMedian) {
     const ExposureRange range = flip_exposures(reference);
     EXPECT_NEAR(range.last - range.first, std::log2(16 / 0.25), 1e-5);
     EXPECT_EQ(range.count, 6);
-    // At the first one, the curve (0.9036 x^2 + 0.018 x) / (0.8748 x^2 + 0.354 x + 0.14) makes 0.85 of the brightest.
+    // The curve (0.9036 x^2 + 0.018 x) / (0.8748 x^2 + 0.354 x + 0.14) maps the brightest value to 0.85 at the first
+    // exposure.
     const double x = 16 * std::exp2(range.first);
     EXPECT_NEAR((0.9036 * x * x + 0.018 * x) / (0.8748 * x * x + 0.354 * x + 0.14), 0.85, 1e-6);
     EXPECT_EQ(flip_exposures(uniform(vec3(1))).count, 2);
@@ -151,7 +153,7 @@ TEST(HdrFlip, RangesFromTheBrightestToTheMedian) {
     EXPECT_EQ(flip_exposures(mostly_black).count, 23);
 }
 
-TEST(HdrFlip, IsTheLargestOfItsExposures) {
+TEST(HdrFlip, IsTheMaximumOverExposures) {
     const auto scene = [](float dark, float bright) {
         return picture(48, 24, [=](int x, int) { return vec3(x < 32 ? dark : bright); });
     };
@@ -164,11 +166,12 @@ TEST(HdrFlip, IsTheLargestOfItsExposures) {
     EXPECT_GT(*brighter.at(44, 12), 0.1f);
     EXPECT_LT(*brighter.at(8, 12), 0.01f);
 
-    const Image scaled = hdr_flip_map(scene(0.04f * 8, 20 * 8), scene(0.05f * 8, 20 * 8));  // exposures follow
+    // the exposure range scales with the scene
+    const Image scaled = hdr_flip_map(scene(0.04f * 8, 20 * 8), scene(0.05f * 8, 20 * 8));
     for (std::size_t i = 0; i < scaled.pixels.size(); ++i) EXPECT_NEAR(scaled.pixels[i], darker.pixels[i], 1e-4);
 }
 
-TEST(HdrFlip, StaysFiniteWhateverItIsGiven) {
+TEST(HdrFlip, StaysFiniteForAnyInput) {
     constexpr float kInf = std::numeric_limits<float>::infinity(), kNan = std::numeric_limits<float>::quiet_NaN();
     Image odd = uniform(vec3(1)), reference = odd;
     odd.at(3, 3)[0] = kNan, odd.at(5, 5)[1] = kInf, odd.at(7, 7)[2] = -kInf, reference.at(9, 9)[0] = kInf;

@@ -1,4 +1,4 @@
-// The frame's constants against SHADING.md, "Camera", written down a second time here, in double.
+// Tests the frame constants against a second implementation of SHADING.md, "Camera", in double precision.
 #include "renderer/frame_constants.h"
 
 #include <gtest/gtest.h>
@@ -15,8 +15,8 @@
 namespace halflight {
 namespace {
 
-constexpr double kRounding = 0x1p-24;  // of one float operation
-constexpr double kNear = 0x1p-60;      // plane of a perspective camera that leaves it open, of the reach
+constexpr double kRounding = 0x1p-24;  // relative, per float operation
+constexpr double kNear = 0x1p-60;      // near plane of a perspective camera without znear, relative to the reach
 
 struct View {
     Camera camera;
@@ -25,7 +25,7 @@ struct View {
     SampleView sample;
 };
 
-/// Random cameras near and far from the world's origin, images, bands and jitters.
+/// Random cameras near and far from the world's origin, with images, bands and jitters.
 class RandomViews {
   public:
     View next() {
@@ -40,11 +40,11 @@ class RandomViews {
         v.sample.band.image = {integer(1, 700), integer(1, 500)};
         const int first_block = integer(0, (v.sample.band.image.y - 1) / 16);
         v.sample.band.y = first_block * 16;
-        v.sample.band.rows = integer(1, v.sample.band.image.y);  // the last band may reach over the edge
+        v.sample.band.rows = integer(1, v.sample.band.image.y);  // the last band may extend below the image
         v.sample.jitter = {static_cast<float>(real(0, 1)), static_cast<float>(real(0, 1))};
         return v;
     }
-    /// A pixel of the band that is in the image.
+    /// Returns a pixel of the band that is inside the image.
     ivec2 pixel(const View& v) {
         const Band& b = v.sample.band;
         return {integer(0, b.image.x - 1), integer(b.y, std::min(b.y + b.rows, b.image.y) - 1)};
@@ -62,7 +62,7 @@ class RandomViews {
 
 struct CameraRay {
     dvec3 origin;  // world
-    dvec3 along;   // 1 per unit of distance along the camera's axis
+    dvec3 along;   // length 1 per unit of distance along the camera's axis
 };
 
 CameraRay camera_ray(const Camera& camera, const ivec2& image, const dvec2& at) {
@@ -74,7 +74,7 @@ CameraRay camera_ray(const Camera& camera, const ivec2& image, const dvec2& at) 
                                : CameraRay{place, turn * dvec3(x, y, -1)};
 }
 
-/// Clip coordinates, and how far a matrix of floats and a sum of floats can move them.
+/// Clip coordinates, and a bound for the error of float matrices and sums.
 struct Projected {
     dvec4 clip;
     dvec4 error;
@@ -85,12 +85,12 @@ Projected project(const mat4& m, const dvec3& p) {
     const dmat4 exact(m);
     Projected out{exact * q, dvec4(0)};
     for (int c = 0; c < 4; ++c) out.error += glm::abs(exact[c] * q[c]);
-    // One rounding of each entry (the entry itself is computed in double), one of each coordinate, four of the sum.
+    // One rounding per matrix entry, which is computed in double, one per coordinate, and four in the sum.
     out.error *= 6 * kRounding;
     return out;
 }
 
-TEST(FrameConstants, TheSamplePointLandsInTheCentreOfItsTexel) {
+TEST(FrameConstants, TheSamplePointIsTheCentreOfItsTexel) {
     RandomViews random;
     for (int i = 0; i < 4000; ++i) {
         const View v = random.next();
@@ -126,7 +126,7 @@ TEST(FrameConstants, DepthIsReversedAndBeginsAtTheNearPlane) {
             const dvec4 clip = to_clip * v.camera.camera_to_world * dvec4(0, 0, -distance, 1);
             return clip.z / clip.w;
         };
-        // Points are given in world space: what is left of doubles once the camera's place is taken away.
+        // Points are in world space, where doubles have this resolution relative to the camera.
         const double scale = v.camera.orthographic ? v.reach : near;
         EXPECT_NEAR(depth(near), 1, 32 * 0x1p-53 * (1 + glm::length(dvec3(v.camera.camera_to_world[3])) / scale));
         double before = 1;
@@ -161,7 +161,7 @@ TEST(FrameConstants, PreviousCameraHasNeitherJitterNorBand) {
     }
 }
 
-TEST(FrameConstants, TheLastBandEndsWithTheImage) {
+TEST(FrameConstants, TheLastBandEndsAtTheImage) {
     const Camera camera = look_at_camera({0, 0, 1}, {0, 0, 0}, {0, 1, 0}, 1);
     SampleView view;
     view.band = {{100, 70}, 48, 48};
@@ -214,8 +214,8 @@ void main() { rays[place] = camera_ray(frame, pixel); }
         const CameraRay ray = camera_ray(v.camera, v.sample.band.image, dvec2(pixels[i]) + dvec2(v.sample.jitter));
         const shared::Ray& r = found[i];
         const double slope = glm::length(ray.along);
-        // Origins: rounded to float, then at most an offset of the view's size added. Directions: some ten roundings of
-        // components that are as long as the direction itself, the image's half size among them.
+        // Origins are rounded to float, then an offset of at most the view's size is added. Directions have about ten
+        // roundings of components as long as the direction itself, including the image's half size.
         const double size = glm::length(ray.origin - v.origin) + v.camera.ortho_height * v.sample.band.image.x;
         EXPECT_LT(glm::length(dvec3(r.origin) - (ray.origin - v.origin)), 10 * kRounding * size) << i;
         const double half_width = std::tan(v.camera.vertical_fov / 2) * v.sample.band.image.x / v.sample.band.image.y;

@@ -16,7 +16,7 @@ std::string refusal(std::string_view text) {
     return error_message([&] { frames(text); });
 }
 
-TEST(Frames, OfListsAndRanges) {
+TEST(Frames, ListsAndRanges) {
     EXPECT_EQ(frames("7"), Frames{7});
     EXPECT_EQ(frames("1-4"), (Frames{1, 2, 3, 4}));
     EXPECT_EQ(frames("1-10x4"), (Frames{1, 5, 9}));
@@ -28,12 +28,12 @@ TEST(Frames, OfListsAndRanges) {
     EXPECT_EQ(frames("0"), Frames{0});
 }
 
-TEST(Frames, EachOnceInTheOrderGiven) {
+TEST(Frames, DuplicatesAreRemovedAndOrderIsKept) {
     EXPECT_EQ(frames("9,1-3,2,9"), (Frames{9, 1, 2, 3}));
     EXPECT_EQ(frames("1-10x4,1-4"), (Frames{1, 5, 9, 2, 3, 4}));
 }
 
-TEST(Frames, UpToTheEndOfTheirNumbers) {
+TEST(Frames, UpToTheLargestNumber) {
     EXPECT_EQ(frames("4294967295"), Frames{4294967295u});
     EXPECT_EQ(frames("4294967294-4294967295x4294967295"), Frames{4294967294u});
     EXPECT_EQ(frames("0-4294967295x4294967295"), (Frames{0, 4294967295u}));
@@ -131,7 +131,7 @@ TEST(FrameRates, AreExact) {
     EXPECT_EQ(text(rate("29.97")), "30000/1001");
 }
 
-TEST(FrameRates, WhatIsNoneIsRefused) {
+TEST(FrameRates, InvalidRatesAreRefused) {
     const auto refusal = [](const char* text) { return error_message([&] { parse_frame_rate("--fps", text); }); };
     for (const char* text : {"", ".", "-24", "+24", "24 ", "1e3", "nan", "24/", "/24", "24/0", "24/1.5", "2.5/2",
                              "1.2.3", "1234567890123", "0x18"})

@@ -1,4 +1,4 @@
-// Animations of glTF files, and the scenes that they give.
+// Tests animations of glTF files and the poses that they produce.
 #include <cmath>
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
@@ -12,7 +12,7 @@ namespace {
 class GltfAnimation : public GltfTest {
   protected:
     GltfScene open(const GltfBuilder& builder) const { return GltfScene(write("scene.glb", builder.glb())); }
-    /// What opening, reading animations and posing by the first one at 0.5 s says went wrong.
+    /// Returns the error message of opening the file, reading its animations and posing by the first one at 0.5 s.
     std::string refusal_in_motion(const GltfBuilder& builder) const {
         return without_name(error_message([&] { open(builder).at(0.5, kFirst); }));
     }
@@ -20,14 +20,14 @@ class GltfAnimation : public GltfTest {
     static constexpr std::size_t kFirst[] = {0};
 };
 
-/// Adds an animation of one channel; returns it.
+/// Adds an animation with one channel; returns it.
 Json& animate(GltfBuilder& b, int node, const char* path, const char* interpolation, int input, int output) {
     b.push("animations", {{"channels", {{{"sampler", 0}, {"target", {{"node", node}, {"path", path}}}}}},
                           {"samplers", {{{"input", input}, {"output", output}, {"interpolation", interpolation}}}}});
     return b.json["animations"].back();
 }
 
-/// A triangle that goes from x = 0 to x = 2 in a second.
+/// Returns a triangle that moves from x = 0 to x = 2 in one second.
 GltfBuilder moving() {
     GltfBuilder b;
     b.add_triangle();
@@ -36,7 +36,7 @@ GltfBuilder moving() {
     return b;
 }
 
-TEST_F(GltfAnimation, ListsWhatTheFileHas) {
+TEST_F(GltfAnimation, ListsTheAnimationsOfTheFile) {
     GltfBuilder b = moving();
     b.push("animations", {{"channels", Json::array()}, {"samplers", Json::array()}});
     GltfScene scene = open(b);
@@ -60,7 +60,7 @@ TEST_F(GltfAnimation, MovesTurnsAndScalesNodes) {
     scene.at(1, kFirst);
     EXPECT_EQ(scene.at_rest().instances.at(0).object_to_world[3], dvec4(9, 9, 9, 1)) << "and so";
 
-    // A quarter turn in normalised shorts; twice as large.
+    // A rotation by 90 degrees as normalised shorts, and a scale of two.
     const int times = b.floats("SCALAR", {0, 1});
     const std::vector<std::int16_t> quarter = {0, 0, 0, 32767, 0, 0, 23170, 23170};
     animate(b, 0, "rotation", "LINEAR", times, b.accessor("VEC4", kI16, quarter, true));
@@ -73,14 +73,14 @@ TEST_F(GltfAnimation, MovesTurnsAndScalesNodes) {
         EXPECT_LT(glm::distance(found[column], expected[column]), 1e-6) << column;
 }
 
-TEST_F(GltfAnimation, PosesDoNotDependOnThoseBefore) {
+TEST_F(GltfAnimation, PosesDoNotDependOnEarlierPoses) {
     GltfScene scene = open(moving());
     const dmat4 first = scene.at(0.3, kFirst).instances.at(0).object_to_world;
     for (const double seconds : {0.9, -1.0, 0.0}) scene.at(seconds, kFirst);
     EXPECT_EQ(scene.at(0.3, kFirst).instances.at(0).object_to_world, first);
 }
 
-TEST_F(GltfAnimation, OfSeveralOfOnePropertyTheLastCounts) {
+TEST_F(GltfAnimation, TheLastChannelOfAPropertyCounts) {
     GltfBuilder b = moving();
     animate(b, 0, "translation", "STEP", b.floats("SCALAR", {0}), b.floats("VEC3", {0, 5, 0}));
     GltfScene scene = open(b);
@@ -89,10 +89,10 @@ TEST_F(GltfAnimation, OfSeveralOfOnePropertyTheLastCounts) {
     EXPECT_EQ(scene.at(1, reversed).instances.at(0).object_to_world[3], dvec4(2, 0, 0, 1));
 }
 
-TEST_F(GltfAnimation, CubicSplineAsTheSpecificationHasIt) {
+TEST_F(GltfAnimation, CubicSplineFollowsTheSpecification) {
     GltfBuilder b;
     b.add_triangle();
-    // Rows of tangent in, value, tangent out: y = t^2 (3 - t) / 4 from 0 to 2 s.
+    // Rows of in-tangent, value, out-tangent: y = t^2 (3 - t) / 4 from 0 to 2 s.
     const int output = b.floats("VEC3", {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0});
     animate(b, 0, "translation", "CUBICSPLINE", b.floats("SCALAR", {0, 2}), output);
     GltfScene scene = open(b);
@@ -100,7 +100,7 @@ TEST_F(GltfAnimation, CubicSplineAsTheSpecificationHasIt) {
         EXPECT_NEAR(scene.at(t, kFirst).instances.at(0).object_to_world[3].y, t * t * (3 - t) / 4, 1e-15) << t;
 }
 
-/// A triangle that follows joint 0 by JOINTS_0 and joint 1 by JOINTS_1, half each.
+/// Returns a triangle whose vertices follow joint 0 by JOINTS_0 and joint 1 by JOINTS_1, with equal weights.
 GltfBuilder skinned_by_two_sets() {
     GltfBuilder b;
     Json& primitive = b.add_triangle();
@@ -129,7 +129,7 @@ TEST_F(GltfAnimation, SkinsFollowTheirJoints) {
     EXPECT_EQ(scene.deformers().skins[0].joints, 2u);
 }
 
-/// Two morph targets; the second one is sparse and moves the last corner only.
+/// Returns a mesh with two morph targets; the second one is sparse and moves the last corner only.
 GltfBuilder morphed() {
     GltfBuilder b;
     Json& primitive = b.add_triangle();
@@ -148,7 +148,7 @@ GltfBuilder morphed() {
 
 TEST_F(GltfAnimation, MorphTargetsFollowTheirWeights) {
     GltfBuilder b = morphed();
-    b.push("nodes", {{"mesh", 0}});  // keeps the default weights
+    b.push("nodes", {{"mesh", 0}});  // uses the default weights
     GltfScene scene = open(b);
     const auto corners = [&](double seconds, GltfScene::Playing playing, std::size_t instance) {
         const Scene s = scene.at(seconds, playing);
@@ -157,14 +157,14 @@ TEST_F(GltfAnimation, MorphTargetsFollowTheirWeights) {
     EXPECT_EQ(corners(0, {}, 0), (std::vector<vec3>{{0, 0.5f, 0}, {1, 0.5f, 0}, {0, 1.5f, 0}}));
     EXPECT_EQ(corners(0, kFirst, 0), (std::vector<vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
     EXPECT_EQ(corners(1, kFirst, 1), corners(0, {}, 0)) << "the other node";
-    const std::vector<vec3> half = corners(0.5, kFirst, 0);  // weights 0.5 and 0.1
+    const std::vector<vec3> half = corners(0.5, kFirst, 0);  // at weights 0.5 and 0.1
     EXPECT_EQ(half[1], vec3(1, 1, 0));
     EXPECT_LT(glm::distance(half[2], vec3(0, 2, 0.6f)), 1e-6f);
     ASSERT_EQ(scene.deformers().morphed_meshes.size(), 1u);
     EXPECT_EQ(scene.deformers().morphed_meshes[0].targets, 2u);
 }
 
-TEST_F(GltfAnimation, CamerasAndLightsHangOnTheirNodes) {
+TEST_F(GltfAnimation, CamerasAndLightsFollowTheirNodes) {
     GltfBuilder b = moving();
     b.json["nodes"][0].erase("mesh");
     b.json["nodes"][0]["camera"] =
@@ -183,7 +183,7 @@ TEST_F(GltfAnimation, CamerasAndLightsHangOnTheirNodes) {
     EXPECT_EQ(lit.at(1, kFirst).lights.at(0).position, dvec3(2, 0, 0));
 }
 
-TEST_F(GltfAnimation, AtRestAsLoadedWithoutAnimations) {
+TEST_F(GltfAnimation, TheRestPoseEqualsTheLoadedScene) {
     for (const GltfBuilder& b : {moving(), skinned_by_two_sets(), morphed()}) {
         const Scene loaded = load(b);
         for (const Scene& posed : {open(b).at(3, {}), open(b).at_rest()}) {
@@ -213,7 +213,7 @@ TEST_F(GltfAnimation, WarningsAreOfOnePose) {
                   "animations[0].channels[2]: drives no node, it is left out"}));
 }
 
-TEST_F(GltfAnimation, DamagedOnesAreRefusedWhenTheyAreToPlay) {
+TEST_F(GltfAnimation, DamagedAnimationsAreRefusedWhenPlayed) {
     const auto refused = [&](const std::function<void(GltfBuilder&)>& damage, const std::string& message) {
         GltfBuilder b = moving();
         damage(b);
@@ -257,7 +257,7 @@ TEST_F(GltfAnimation, DamagedOnesAreRefusedWhenTheyAreToPlay) {
         first + ": key 1 is not finite");
 }
 
-TEST_F(GltfAnimation, WhatMovesSaysSoInEveryPose) {
+TEST_F(GltfAnimation, MovingInstancesAreMarkedInEveryPose) {
     const auto flags = [](const Scene& scene) {
         std::vector<std::pair<bool, bool>> all;  // moves, deforms
         for (const Instance& i : scene.instances)
@@ -279,9 +279,9 @@ TEST_F(GltfAnimation, WhatMovesSaysSoInEveryPose) {
     EXPECT_EQ(flags(load(morphed())), (Flags{{false, false}}));
 }
 
-TEST_F(GltfAnimation, PosingASceneGivesWhatPosingTheFileDoes) {
+TEST_F(GltfAnimation, PosingASceneEqualsPosingTheFile) {
     for (GltfBuilder b : {moving(), skinned_by_two_sets(), morphed()}) {
-        // Another mesh that stays as it is, with something to mend in it.
+        // A second mesh does not move, and needs a repair.
         const int node = b.push("nodes", Json::object());
         b.add_triangle();
         b.json["nodes"][static_cast<std::size_t>(node)] = {{"mesh", 1}};
@@ -314,7 +314,7 @@ TEST_F(GltfAnimation, PosingASceneGivesWhatPosingTheFileDoes) {
     }
 }
 
-TEST_F(GltfAnimation, AScenePosedInVainStaysAsItWas) {
+TEST_F(GltfAnimation, AFailedPoseLeavesTheSceneUnchanged) {
     GltfBuilder b = moving();
     const float huge = std::numeric_limits<float>::max();
     b.push("nodes", {{"children", {0}}, {"scale", {10, 10, 10}}});

@@ -1,4 +1,4 @@
-// Files by other people: those that are good load whole, those that are bad are refused in one line, or load.
+// Tests files of other projects. Valid files load completely; invalid files are refused in one line, or load.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -40,7 +40,7 @@ std::vector<fs::path> scenes_below(const fs::path& folder) {
 }
 
 TEST_F(GltfAssets, LoadWithAllTheirTriangles) {
-    // Lines of STATS.txt: "path sizeMB ... instTri=123 ... inst=4 ...", as somebody else's program counted them.
+    // Lines of STATS.txt: "path sizeMB ... instTri=123 ... inst=4 ...", counted by another program.
     std::ifstream stats(kAssets / "STATS.txt");
     std::size_t loaded = 0;
     for (std::string line; std::getline(stats, line); ++loaded) {
@@ -63,7 +63,7 @@ TEST_F(GltfAssets, LoadWithAllTheirTriangles) {
     EXPECT_GE(loaded, 30u);
 }
 
-TEST_F(GltfAssets, SomeInDetail) {
+TEST_F(GltfAssets, SelectedFilesInDetail) {
     const Scene instanced = load_gltf(kAssets / "instancing/simple-instancing.glb");
     EXPECT_EQ(instanced.meshes.size(), 1u);
     EXPECT_EQ(instanced.instances.size(), 125u);
@@ -84,8 +84,8 @@ TEST_F(GltfAssets, SomeInDetail) {
     EXPECT_EQ(normals.report.tangents_generated, normals.meshes.at(0).tangents.size());
 }
 
-/// The Fox stands on its feet, in units of centimetres; without its skin it would lie about its joints.
-TEST_F(GltfAssets, SkinnedFoxIsWhereItsJointsAre) {
+/// The Fox stands on its feet, in units of centimetres; unskinned, it would lie around its joints.
+TEST_F(GltfAssets, SkinnedFoxFollowsItsJoints) {
     const Scene fox = load_gltf(kAssets / "animation/Fox.glb");
     const WorldBounds bounds = world_bounds(fox);
     EXPECT_NEAR(bounds.lower.y, 0, 1);
@@ -93,7 +93,7 @@ TEST_F(GltfAssets, SkinnedFoxIsWhereItsJointsAre) {
     EXPECT_NEAR(bounds.upper.z - bounds.lower.z, 155, 2);
 }
 
-/// The upper end of the bar follows the second joint, at (0, 1, 0), which has turned by 90 degrees after a second.
+/// The upper end of the bar follows the second joint, at (0, 1, 0), which is rotated by 90 degrees after one second.
 TEST_F(GltfAssets, SimpleSkinBends) {
     GltfScene scene(kAssets / "animation/SimpleSkin/SimpleSkin.gltf");
     ASSERT_EQ(scene.animations().size(), 1u);
@@ -108,7 +108,7 @@ TEST_F(GltfAssets, SimpleSkinBends) {
             EXPECT_LT(glm::distance(bent[i], p), 1e-6f);
         }
         if (p.y < 2) continue;
-        EXPECT_LT(glm::distance(bent[i], vec3(1 - p.y, 1 + p.x, p.z)), 1e-3f) << i;  // its keys have three decimals
+        EXPECT_LT(glm::distance(bent[i], vec3(1 - p.y, 1 + p.x, p.z)), 1e-3f) << i;  // keys have three decimals
         ++ends;
     }
     EXPECT_GE(ends, 2u);
@@ -137,7 +137,7 @@ TEST_F(GltfAssets, AnimationsPlay) {
     }
 }
 
-TEST_F(GltfAssets, BadOnesNeverCrash) {
+TEST_F(GltfAssets, InvalidFilesNeverCrash) {
     for (const fs::path& path : scenes_below(kAssets / "bad")) {
         const std::string message = error_message([&] { load_gltf(path); });
         EXPECT_EQ(message.find('\n'), std::string::npos) << message;
@@ -145,7 +145,7 @@ TEST_F(GltfAssets, BadOnesNeverCrash) {
     }
 }
 
-TEST_F(GltfAssets, BadOnesAreRefusedWithTheReason) {
+TEST_F(GltfAssets, InvalidFilesAreRefusedWithTheReason) {
     const struct {
         const char* folder;
         const char* reason;

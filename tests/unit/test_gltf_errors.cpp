@@ -1,4 +1,4 @@
-// glTF files that are refused: what the message names, and that nothing is read that is not there.
+// Tests that invalid glTF files are refused with a message that names the element, and without reading out of bounds.
 #include <algorithm>
 
 #include "tests/unit/gltf_builder.h"
@@ -13,7 +13,7 @@ using GltfFiles = GltfTest;
 using GltfContainer = GltfTest;
 using GltfText = GltfTest;
 
-/// A scene that uses one of everything that can be pointed at.
+/// Returns a scene with one of each kind of index.
 GltfBuilder everything() {
     GltfBuilder b;
     Json& primitive = b.add_triangle();
@@ -34,7 +34,7 @@ GltfBuilder everything() {
     return b;
 }
 
-/// "/nodes/0/mesh" reads nodes[0].mesh in messages.
+/// Converts a JSON pointer to its name in messages: "/nodes/0/mesh" is nodes[0].mesh.
 std::string subject_of(std::string_view pointer) {
     std::string subject;
     for (pointer.remove_prefix(1); !pointer.empty();) {
@@ -155,7 +155,7 @@ TEST_F(GltfIndices, SparseOnesAreCheckedToo) {
               "accessors[0]: sparse indices of componentType 5120 are not unsigned integers");
 }
 
-TEST_F(GltfIndices, ZerosOutOfNowhereAreLimited) {
+TEST_F(GltfIndices, AccessorsWithoutBufferAreLimited) {
     GltfBuilder b;
     b.add_triangle();
     b.json["accessors"][0].erase("bufferView");
@@ -185,7 +185,7 @@ TEST_F(GltfIndices, NodesMustMakeATree) {
     EXPECT_EQ(refusal(b), "nodes[0]: its transform overflows");
 }
 
-TEST_F(GltfText, ThatIsNotOfTheFormatIsRefused) {
+TEST_F(GltfText, OtherFormatsAreRefused) {
     const std::string asset = R"({"asset": {"version": "2.0"})";
     EXPECT_EQ(refusal_of_text(asset + "}"), "");
     EXPECT_EQ(refusal_of_text("\xef\xbb\xbf" + asset + "}"), "") << "a byte order mark";
@@ -207,7 +207,7 @@ TEST_F(GltfText, ThatIsNotOfTheFormatIsRefused) {
               "materials[0].extensions.KHR_materials_ior: is not an object");
 }
 
-TEST_F(GltfText, NestedWithoutEndIsRefused) {
+TEST_F(GltfText, DeepNestingIsRefused) {
     for (const int depth : {1000, 1000000}) {
         const std::string text =
             R"({"asset": {"version": "2.0", "extras": )" + std::string(static_cast<std::size_t>(depth), '[');
@@ -222,14 +222,14 @@ TEST_F(GltfText, RequiredExtensionsAreNamed) {
     EXPECT_EQ(refusal_of_text(text), "requires what is not supported: KHR_draco_mesh_compression, X_a");
 }
 
-TEST_F(GltfText, UsedExtensionsAreWarnedOf) {
+TEST_F(GltfText, UnknownUsedExtensionsGiveAWarning) {
     const Scene scene =
         load_text(R"({"asset": {"version": "2.0"}, "extensionsUsed": ["X_b", "KHR_materials_ior", "X_b"]})");
     EXPECT_EQ(scene.report.warnings,
               (std::vector<std::string>{"extension X_b is used but not supported; it is ignored"}));
 }
 
-/// JSON whose buffer is elsewhere.
+/// Returns JSON whose buffer is at `uri`.
 std::string with_buffer(const std::string& uri, int length = 36) {
     return Json{{"asset", {{"version", "2.0"}}},
                 {"buffers", {{{"uri", uri}, {"byteLength", length}}}},
@@ -283,7 +283,7 @@ TEST_F(GltfFiles, NothingOutsideTheFolderIsRead) {
         const std::string message = error_message([&] { load_gltf(scene); });
         EXPECT_NE(message.find("buffers[0]: "), std::string::npos) << message;
         EXPECT_NE(message.find("outside the scene's folder"), std::string::npos) << message;
-        // The system itself does not know a folder x, through which one could go.
+        // No folder x exists, so the system cannot resolve a path through it.
         const bool exists = uri[0] != 'x';
         EXPECT_EQ(error_message([&] { load_gltf(scene, trusting); }).empty(), exists) << uri;
     }
@@ -307,7 +307,7 @@ TEST_F(GltfFiles, SizesAreLimited) {
     EXPECT_NO_THROW(load_gltf(scene, options));
 }
 
-TEST_F(GltfFiles, LfsPointersAreRecognised) {
+TEST_F(GltfFiles, LfsPointersAreDetected) {
     const std::string pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:0123\nsize 36\n";
     write("a.bin", pointer);
     EXPECT_EQ(refusal_of_text(with_buffer("a.bin")),
@@ -320,7 +320,7 @@ TEST_F(GltfFiles, MissingScene) {
     EXPECT_NE(error_message([&] { load_gltf(folder_); }).find("directory"), std::string::npos);
 }
 
-TEST_F(GltfContainer, DamagedAnywhereNeverGetsThrough) {
+TEST_F(GltfContainer, DamageAnywhereIsRefused) {
     GltfBuilder b;
     b.add_triangle();
     const std::string glb = b.glb();
@@ -343,7 +343,7 @@ TEST_F(GltfContainer, DamagedAnywhereNeverGetsThrough) {
     EXPECT_EQ(load_gltf(write("longer.glb", glb + "trailing")).meshes.size(), 1u);
 }
 
-TEST_F(GltfContainer, BuffersWithoutDataMayStandUnused) {
+TEST_F(GltfContainer, UnusedBuffersMayLackData) {
     GltfBuilder b;
     b.add_triangle();
     b.add_buffer();

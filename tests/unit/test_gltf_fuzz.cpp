@@ -1,4 +1,4 @@
-// Files that are wrong at random are refused in one line, or load into a valid scene. Every run does the same.
+// Tests that randomly damaged files are refused in one line, or load into a valid scene. The seeds are fixed.
 #include <random>
 
 #include "tests/unit/gltf_builder.h"
@@ -6,7 +6,7 @@
 namespace halflight {
 namespace {
 
-/// A scene with most of what the loader knows.
+/// Returns a scene with most features of the loader.
 GltfBuilder rich_scene() {
     GltfBuilder b;
     Json& primitive = b.add_triangle();
@@ -63,7 +63,7 @@ GltfBuilder rich_scene() {
 
 class GltfFuzz : public GltfTest {
   protected:
-    /// In motion, what at() gives has passed validate(), or the error is one line.
+    /// Poses the file; a pose passes validate(), and an error is one line.
     static std::string refusal_in_motion(const std::filesystem::path& path) {
         return without_name(error_message([&] {
             GltfScene scene(path);
@@ -72,7 +72,7 @@ class GltfFuzz : public GltfTest {
     }
 };
 
-TEST_F(GltfFuzz, TheUnharmedSceneLoads) {
+TEST_F(GltfFuzz, TheUndamagedSceneLoads) {
     const Scene scene = load(rich_scene());
     EXPECT_EQ(scene.instances.size(), 4u);
     EXPECT_EQ(scene.lights.size() + scene.cameras.size() + scene.images.size(), 3u);

@@ -1,4 +1,4 @@
-// Materials, textures, images, lights and cameras out of glTF.
+// Tests materials, textures, images, lights and cameras of glTF files.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -11,7 +11,7 @@
 namespace halflight {
 namespace {
 
-/// A 2 x 1 PNG of 16 bits per channel: (ffff, 8000, 12ff, 0000) and (0100, 00ff, abcd, ffff).
+/// A 2x1 PNG of 16 bits per channel: (ffff, 8000, 12ff, 0000) and (0100, 00ff, abcd, ffff).
 constexpr const char* kPng16 =
     "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABEAYAAACksqPJAAAAGklEQVR4nGP4/7+BQeg/AwMjA8P/1Wf//wcAPtIIBqaX"
     "8jwAAAAASUVORK5CYII=";
@@ -29,9 +29,9 @@ class GltfMaterials : public GltfTest {
     Json& material() { return b.json["materials"][0]; }
     Json& extension(const char* name) { return material()["extensions"][name]; }
 
-    /// Index of a texture whose image is a new file.
+    /// Adds a texture whose image is a new file; returns its index.
     int texture(const std::string& uri, std::vector<std::uint8_t> rgba = {255, 255, 255, 255}) {
-        // write_png() waits for the disk, so that each picture is written by it only once.
+        // write_png() waits for the disk, so each picture is written by it only once.
         static std::map<std::string, std::string> encoded;
         std::string& bytes = encoded[std::string(rgba.begin(), rgba.end())];
         if (bytes.empty()) {
@@ -47,7 +47,7 @@ class GltfMaterials : public GltfTest {
     GltfBuilder b;
 };
 
-TEST_F(GltfMaterials, DefaultsAreThoseOfTheFormat) {
+TEST_F(GltfMaterials, DefaultsFollowTheSpecification) {
     const Material m = load().materials.at(0);
     EXPECT_EQ(m.base_color, vec4(1));
     EXPECT_EQ(m.metallic, 1);
@@ -94,7 +94,7 @@ TEST_F(GltfMaterials, FactorsAndExtensions) {
     EXPECT_TRUE(scene.report.warnings.empty());
 }
 
-TEST_F(GltfMaterials, UnlitShowsNothingButItsColour) {
+TEST_F(GltfMaterials, UnlitShowsItsColourOnly) {
     extension("KHR_materials_unlit") = Json::object();
     material()["emissiveFactor"] = {1, 1, 1};
     const Material m = load().materials.at(0);
@@ -102,7 +102,7 @@ TEST_F(GltfMaterials, UnlitShowsNothingButItsColour) {
     EXPECT_EQ(m.emission, vec3(0));
 }
 
-TEST_F(GltfMaterials, ValuesOutsideTheirRangesAreClampedAndSaid) {
+TEST_F(GltfMaterials, ValuesOutsideTheirRangesAreClampedAndReported) {
     material().update(
         {{"alphaMode", "GLASS"}, {"pbrMetallicRoughness", {{"roughnessFactor", -1}, {"metallicFactor", 7}}}});
     extension("KHR_materials_ior") = {{"ior", 0.5}};
@@ -177,7 +177,7 @@ TEST_F(GltfMaterials, TexturesOfEveryKind) {
     EXPECT_EQ(scene.images.size(), 10u) << "images that nothing uses are not loaded";
 }
 
-TEST_F(GltfMaterials, TexelsAreKeptAsTheyAre) {
+TEST_F(GltfMaterials, TexelsAreKeptUnchanged) {
     const std::vector<std::uint8_t> rgba{1, 2, 3, 4, 250, 128, 0, 255};
     material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture("a b.png", rgba);
     b.json["images"][0]["uri"] = "a%20b.png";
@@ -217,7 +217,7 @@ TEST_F(GltfMaterials, TextureTransform) {
     b.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"] = 1;
     const TextureRef t = load().materials.at(0).base_color_texture;
     EXPECT_EQ(t.uv_set, 1);
-    // Scale, then a quarter turn that takes +v (down) to +u (right), then the offset.
+    // First scale, then a rotation by 90 degrees from +v (down) to +u (right), then the offset.
     const vec2 u = t.uv_transform * vec3(1, 0, 1), v = t.uv_transform * vec3(0, 1, 1);
     EXPECT_LT(glm::distance(u, vec2(0.5f, -2.25f)), 1e-6f);
     EXPECT_LT(glm::distance(v, vec2(3.5f, -0.25f)), 1e-6f);
@@ -242,7 +242,7 @@ TEST_F(GltfMaterials, TwoOfManyTextureCoordinates) {
     EXPECT_NE(scene.report.warnings[0].find("more than two sets"), std::string::npos);
 }
 
-TEST_F(GltfMaterials, MissingTextureCoordinatesAreSaid) {
+TEST_F(GltfMaterials, MissingTextureCoordinatesAreReported) {
     material() = {{"emissiveTexture", {{"index", texture("a.png")}, {"texCoord", 1}}}};
     const Scene scene = load();
     ASSERT_EQ(scene.report.warnings.size(), 1u);
@@ -250,18 +250,18 @@ TEST_F(GltfMaterials, MissingTextureCoordinatesAreSaid) {
               "meshes[0].primitives[0]: has no TEXCOORD_1, which its material's textures need");
 }
 
-TEST_F(GltfMaterials, TangentsWhereTheNormalMapNeedsThem) {
+TEST_F(GltfMaterials, TangentsAreMadeForNormalMaps) {
     EXPECT_TRUE(load().meshes.at(0).tangents.empty());
     material()["normalTexture"]["index"] = texture("n.png");
     Scene scene = load();
     EXPECT_EQ(scene.meshes.at(0).tangents, std::vector<vec4>(3, vec4(1, 0, 0, 1)));
     EXPECT_EQ(scene.report.tangents_generated, 3u);
 
-    // A transform that turns the texture turns its tangents.
+    // A transform that rotates the texture rotates its tangents.
     material()["normalTexture"]["extensions"]["KHR_texture_transform"]["rotation"] = std::numbers::pi;
     EXPECT_LT(glm::distance(load().meshes.at(0).tangents[0], vec4(-1, 0, 0, 1)), 1e-6f);
 
-    // Given ones are taken, if they make sense and there are normals.
+    // Tangents of the file are used if they are valid and there are normals.
     Json& attributes = b.json["meshes"][0]["primitives"][0]["attributes"];
     attributes["NORMAL"] = b.floats("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1});
     attributes["TANGENT"] = b.floats("VEC4", {0, 2, 0, -1, 0, 2, 0, -1, 0, 2, 0, -1});
@@ -277,7 +277,7 @@ TEST_F(GltfMaterials, TangentsWhereTheNormalMapNeedsThem) {
     EXPECT_EQ(load().report.tangents_generated, 3u);
 }
 
-TEST_F(GltfMaterials, ImagesThatCannotBeUsedAreNamed) {
+TEST_F(GltfMaterials, UnusableImagesAreNamed) {
     material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture("wood.png");
     const std::string png = read_file(folder_ / "wood.png", 10000);
     write("wood.png", png.substr(0, png.size() / 2));
@@ -301,7 +301,7 @@ TEST_F(GltfMaterials, ImagesThatCannotBeUsedAreNamed) {
               fmt::format("bufferViews[2]: ends at byte 1060 of buffers[0], which has {}", b.bytes().size()));
 }
 
-TEST_F(GltfMaterials, ATextureWithoutAnImageThatWeCanReadIsLeftOut) {
+TEST_F(GltfMaterials, ATextureWithoutReadableImageIsIgnored) {
     material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = b.push("textures", Json::object());
     b.json["extensionsUsed"] = {"EXT_texture_webp"};
     const Scene scene = load();
@@ -347,7 +347,7 @@ TEST_F(GltfLight, OfEveryType) {
     node(0, {{"translation", {1e6, 2, 3}}});
     node(1, {{"name", "stage"}, {"scale", {5, 5, 5}}});
     const double half = std::sqrt(0.5);
-    node(2, {{"rotation", {-half, 0, 0, half}}});  // -Z turned to -Y
+    node(2, {{"rotation", {-half, 0, 0, half}}});  // rotates -Z to -Y
     node(3, Json::object());
     const Scene scene = load(b);
     ASSERT_EQ(scene.lights.size(), 4u);
@@ -395,7 +395,7 @@ TEST_F(GltfCamera, PerspectiveAndOrthographic) {
     EXPECT_EQ(p.aspect, 2);
     EXPECT_EQ(p.near_plane, 0.5);
     EXPECT_EQ(p.far_plane, 0);
-    // Scale is not the camera's; the mirroring of y turns it about its axis, since it stays right-handed.
+    // Scale does not affect the camera. Its basis stays right-handed, so mirroring y rotates it about its axis.
     EXPECT_EQ(p.camera_to_world, dmat4(dvec4(-1, 0, 0, 0), dvec4(0, -1, 0, 0), dvec4(0, 0, 1, 0), dvec4(1, 2, 3, 1)));
     const Camera& o = scene.cameras[1];
     EXPECT_EQ(o.name, "plan");
@@ -406,7 +406,7 @@ TEST_F(GltfCamera, PerspectiveAndOrthographic) {
     EXPECT_EQ(scene.cameras[2].name, "copy") << "a second use of a camera goes by its node's name";
 }
 
-TEST_F(GltfCamera, ThatSeeNothingAreRefused) {
+TEST_F(GltfCamera, WithoutViewIsRefused) {
     GltfBuilder b;
     b.push("nodes", {{"camera", 0}});
     b.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 0}, {"znear", 1}}}}};

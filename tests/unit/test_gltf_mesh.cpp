@@ -1,4 +1,4 @@
-// Geometry out of glTF: accessors of every kind, primitive modes, morph targets, skins, instances, nodes.
+// Tests geometry of glTF files: accessors, primitive modes, morph targets, skins, instances, nodes.
 #include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -35,7 +35,8 @@ TEST_F(GltfAccessor, IndicesOfEveryType) {
 
 TEST_F(GltfAccessor, NormalisedIntegers) {
     GltfBuilder b;
-    // Texture coordinates from 16, colours from 8 bits unsigned, normals from 8 and positions from 16 bits signed.
+    // Texture coordinates are unsigned 16 bits, colours unsigned 8 bits, normals signed 8 bits, positions signed 16
+    // bits.
     b.add_mesh(
         {{"POSITION", b.accessor("VEC3", kI16, std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 0, -32768, 0}, true)},
          {"NORMAL", b.accessor("VEC3", kI8, std::vector<std::int8_t>{0, 0, 127, 127, 0, 0, 0, -128, 0}, true)},
@@ -52,7 +53,7 @@ TEST_F(GltfAccessor, NormalisedIntegers) {
     EXPECT_EQ(mesh.colors[2], vec4(1 / 255.0f, 2 / 255.0f, 3 / 255.0f, 1));
 }
 
-TEST_F(GltfAccessor, QuantisedPositionsAreTakenAsTheyAre) {
+TEST_F(GltfAccessor, QuantisedPositionsAreExact) {
     GltfBuilder b;
     b.json["extensionsRequired"] = b.json["extensionsUsed"] = {"KHR_mesh_quantization"};
     b.add_mesh({{"POSITION", b.accessor("VEC3", kU8, std::vector<std::uint8_t>{0, 0, 0, 200, 0, 0, 0, 100, 0})}});
@@ -99,12 +100,12 @@ TEST_F(GltfAccessor, ColoursWithAndWithoutAlpha) {
 }
 
 TEST_F(GltfPrimitive, Modes) {
-    // Five vertices in a zigzag (strip), or around the first (fan).
+    // Five vertices in a zigzag (strip), or around the first one (fan).
     const struct {
         int mode;
         std::vector<uvec3> triangles;
     } cases[] = {
-        {4, {{0, 1, 2}}},  // the two left over make none
+        {4, {{0, 1, 2}}},  // the remaining two form no triangle
         {5, {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}}},
         {6, {{1, 2, 0}, {2, 3, 0}, {3, 4, 0}}},
     };
@@ -116,7 +117,7 @@ TEST_F(GltfPrimitive, Modes) {
     }
 }
 
-TEST_F(GltfPrimitive, PointsAndLinesAreLeftOutAndSaid) {
+TEST_F(GltfPrimitive, PointsAndLinesAreIgnoredAndReported) {
     GltfBuilder b;
     b.add_triangle();
     Json& primitives = b.json["meshes"][0]["primitives"];
@@ -132,11 +133,11 @@ TEST_F(GltfPrimitive, PointsAndLinesAreLeftOutAndSaid) {
               (std::vector<std::string>{"2 primitives of points are left out", "3 primitives of lines are left out"}));
 }
 
-TEST_F(GltfPrimitive, BadTrianglesAreDroppedAndCounted) {
+TEST_F(GltfPrimitive, DegenerateTrianglesAreDroppedAndCounted) {
     GltfBuilder b;
-    b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1,   0,  // good
-                                               0, 0, 0, 1, 0, 0, 2, 0,   0,  // on a line
-                                               3, 3, 3, 3, 3, 3, 0, 1,   0,  // two corners alike
+    b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1,   0,  // valid
+                                               0, 0, 0, 1, 0, 0, 2, 0,   0,  // collinear
+                                               3, 3, 3, 3, 3, 3, 0, 1,   0,  // two equal corners
                                                0, 0, 0, 1, 0, 0, 0, NAN, 0})}});
     const Scene scene = load(b);
     EXPECT_EQ(scene.meshes.at(0).triangles.size(), 1u);
@@ -145,7 +146,7 @@ TEST_F(GltfPrimitive, BadTrianglesAreDroppedAndCounted) {
     EXPECT_EQ(scene.report.non_finite_triangles_dropped, 1u);
 }
 
-TEST_F(GltfPrimitive, NormalsAreMadeOrMended) {
+TEST_F(GltfPrimitive, NormalsAreGeneratedOrRepaired) {
     GltfBuilder b;
     b.add_triangle();
     Scene scene = load(b);
@@ -166,7 +167,7 @@ TEST_F(GltfPrimitive, OnlyUsedVerticesAreKept) {
     EXPECT_EQ(load(b).meshes.at(0).positions, kTriangle);
 }
 
-TEST_F(GltfPrimitive, AMeshIsAllItsPrimitives) {
+TEST_F(GltfPrimitive, AMeshHasAllItsPrimitives) {
     GltfBuilder b;
     b.push("materials", {{"name", "red"}});
     Json& first = b.add_triangle();
@@ -192,7 +193,7 @@ TEST_F(GltfNode, TransformsAndInstances) {
     b.json["nodes"][0]["translation"] = {1e6, 0, 0.1};
     b.json["nodes"][0]["children"] = {1};
     b.push("nodes",
-           {{"mesh", 0}, {"rotation", {0, 0, 2, 2}}, {"scale", {2, 3, -4}}});  // a quarter turn, not of unit length
+           {{"mesh", 0}, {"rotation", {0, 0, 2, 2}}, {"scale", {2, 3, -4}}});  // rotation by 90 degrees, not normalized
     b.push("nodes", {{"mesh", 0}, {"matrix", {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1}}});
     b.push("scenes", {{"nodes", {2, 0}}});
     const Scene scene = load(b);
@@ -287,7 +288,7 @@ TEST_F(GltfDeformed, MorphTargetsAtTheirDefaultWeights) {
     EXPECT_EQ(scene.meshes[1].normals[0], vec3(1, 0, 0));
 }
 
-TEST_F(GltfDeformed, WhatCannotBeMorphedIsSaid) {
+TEST_F(GltfDeformed, UnsupportedMorphTargetsAreReported) {
     GltfBuilder b;
     b.add_triangle()["targets"] = {{{"COLOR_0", b.floats("VEC3", std::vector<float>(9, 0))}}};
     EXPECT_TRUE(load(b).report.warnings.empty()) << "its weight is zero";
@@ -296,7 +297,7 @@ TEST_F(GltfDeformed, WhatCannotBeMorphedIsSaid) {
               (std::vector<std::string>{"meshes[0].primitives[0]: morphing of COLOR_0 is not supported"}));
 }
 
-/// A triangle whose corners follow joint 0, joint 1, and both.
+/// Returns a triangle whose corners follow joint 0, joint 1, and both.
 GltfBuilder skinned() {
     GltfBuilder b;
     Json& primitive = b.add_triangle();
@@ -305,7 +306,7 @@ GltfBuilder skinned() {
         b.accessor("VEC4", kU8, std::vector<std::uint8_t>{0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0});
     primitive["attributes"]["WEIGHTS_0"] = b.floats("VEC4", {1, 0, 0, 0, 2, 0, 0, 0, 0.5f, 0.5f, 0, 0});
     b.json["nodes"][0]["skin"] = 0;
-    b.json["nodes"][0]["translation"] = {100, 100, 100};  // must not matter
+    b.json["nodes"][0]["translation"] = {100, 100, 100};  // must have no effect
     b.push("nodes", {{"translation", {0, 0, 5}}, {"children", {2}}});
     b.push("nodes", {{"scale", {2, 2, 2}}});
     b.push("skins", {{"joints", {1, 2}},
@@ -320,7 +321,7 @@ TEST_F(GltfDeformed, SkinsAtRest) {
     ASSERT_EQ(scene.instances.size(), 1u);
     EXPECT_EQ(scene.instances[0].object_to_world, dmat4(1));
     const Mesh& mesh = scene.meshes.at(0);
-    // Joint 0: z + 5. Joint 1: twice (x, y, z - 1), then z + 5; weights are brought to a sum of one.
+    // Joint 0: z + 5. Joint 1: twice (x, y, z - 1), then z + 5. Weights are normalized.
     EXPECT_EQ(mesh.positions, (std::vector<vec3>{{0, 0, 5}, {2, 0, 3}, {0, 1.5f, 4}}));
     EXPECT_EQ(mesh.normals, (std::vector<vec3>{{0, 0, 1}, {0, 0, 1}, {1, 0, 0}}));
 }
@@ -331,7 +332,7 @@ TEST_F(GltfDeformed, SkinsWithoutBindMatrices) {
     EXPECT_EQ(load(b).meshes.at(0).positions, (std::vector<vec3>{{0, 0, 5}, {2, 0, 5}, {0, 1.5f, 5}}));
 }
 
-TEST_F(GltfDeformed, SkinsThatDoNotFitAreRefused) {
+TEST_F(GltfDeformed, InconsistentSkinsAreRefused) {
     GltfBuilder b = skinned();
     b.json["skins"][0]["joints"] = {1};
     EXPECT_EQ(refusal(b), "meshes[0].primitives[0]: JOINTS_0 refers to joint 1 of 1");

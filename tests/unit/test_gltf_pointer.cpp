@@ -1,4 +1,4 @@
-// KHR_animation_pointer: materials, lights, cameras and nodes that are driven by pointers.
+// Tests KHR_animation_pointer: materials, lights, cameras and nodes animated by pointers.
 #include <cmath>
 
 #include "tests/unit/gltf_builder.h"
@@ -16,8 +16,8 @@ class GltfPointer : public GltfTest {
     }
 };
 
-/// A triangle of a textured material, a point light, a spot light, a perspective and an orthographic camera; the nodes
-/// 0 to 4, in this order.
+/// Returns a triangle with a textured material, a point light, a spot light, a perspective and an orthographic camera,
+/// on the nodes 0 to 4 in this order.
 GltfBuilder everything() {
     GltfBuilder b;
     b.add_triangle()["material"] = b.push("materials", {{"emissiveFactor", {0, 0, 0}}});
@@ -72,7 +72,7 @@ TEST_F(GltfPointer, DrivesMaterials) {
     EXPECT_EQ(rest.materials.at(0).metallic, 1);
 }
 
-/// A texture of one white texel.
+/// Adds a texture of one white texel; returns its index.
 int white_texture(GltfBuilder& b) {
     return b.push(
         "textures",
@@ -83,14 +83,14 @@ int white_texture(GltfBuilder& b) {
                    "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAIAAACQd1PeAAAADElEQVR4nGP4//8/AAX+Av4N70a4AAAAAElFTkSuQmCC"}})}});
 }
 
-TEST_F(GltfPointer, DrivesNumbersOfMaterialsThatTheFileLeavesToTheirDefaults) {
+TEST_F(GltfPointer, DrivesMaterialPropertiesThatTheFileOmits) {
     struct Case {
         const char* pointer;
-        std::vector<float> last;  // at 1 s
+        std::vector<float> last;  // value at 1 s
         float (*read)(const Material&);
         float rest, half;
     };
-    // From 0 at 0 s.
+    // The value at 0 s is 0.
     const Case cases[] = {
         {"alphaCutoff", {1}, [](const Material& m) { return m.alpha_cutoff; }, 0.5f, 0.5f},
         {"normalTexture/scale", {3}, [](const Material& m) { return m.normal_scale; }, 1, 1.5f},
@@ -213,7 +213,7 @@ TEST_F(GltfPointer, DrivesSpecularGlossiness) {
     EXPECT_EQ(rest.base_color, vec4(1));
     EXPECT_EQ(rest.roughness, 0);
 
-    // With a texture, glossiness has become an image of roughness; its place is driven all the same.
+    // With a texture, glossiness has become a roughness image; its transform is animated all the same.
     b.json["materials"][0]["extensions"]["KHR_materials_pbrSpecularGlossiness"]["specularGlossinessTexture"] = {
         {"index", white_texture(b)}};
     point(b, glossy + "specularGlossinessTexture/extensions/KHR_texture_transform/offset", "VEC2", {0, 0, 1, 1});
@@ -302,7 +302,7 @@ TEST_F(GltfPointer, DrivesWeightsOfMeshesForNodesWithoutTheirOwn) {
     EXPECT_EQ(scene.at(0.5, {}).meshes.at(0).positions.at(0), vec3(0));
 }
 
-TEST_F(GltfPointer, DrivesNodesAsTheirOwnPathsDo) {
+TEST_F(GltfPointer, DrivesNodesLikeTheirOwnPaths) {
     GltfBuilder b = with("/nodes/0/translation", "VEC3", {0, 0, 0, 2, 0, 0});
     point(b, "/nodes/0/scale", "VEC3", {1, 1, 1, 3, 3, 3});
     const float s = std::sqrt(0.5f);
@@ -317,7 +317,7 @@ TEST_F(GltfPointer, DrivesNodesAsTheirOwnPathsDo) {
     EXPECT_EQ(open(morphed).at(0.5, kFirst).meshes.at(0).positions.at(0), vec3(0, 1, 0));
 }
 
-TEST_F(GltfPointer, UnknownOnesAreLeftOutWithAWarning) {
+TEST_F(GltfPointer, UnknownPointersAreIgnoredWithAWarning) {
     GltfBuilder b = with("/extensions/KHR_lights_punctual/lights/0/range", "SCALAR", {0, 1});
     point(b, "/scenes/0/extras/mood", "SCALAR", {0, 1});
     point(b, "/cameras/0/perspective/yfov", "SCALAR", {0.5f, 1.5f});
@@ -332,7 +332,7 @@ TEST_F(GltfPointer, UnknownOnesAreLeftOutWithAWarning) {
     EXPECT_TRUE(scene.at(0, kFirst).report.warnings.empty()) << "the extension is known";
 }
 
-TEST_F(GltfPointer, MalformedOnesAreRefused) {
+TEST_F(GltfPointer, MalformedPointersAreRefused) {
     const std::string first = "animations[0].channels[0]";
     const auto refused = [&](const Json& pointer, const std::string& message) {
         const GltfBuilder b = with(pointer, "SCALAR", {0, 1});

@@ -1,4 +1,4 @@
-// Context, buffers, textures, framebuffers.
+// Tests context, buffers, textures and framebuffers.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
@@ -23,7 +23,7 @@ int taken(const std::vector<DeviceAttempt>& attempts) {
 
 // --- Context --------------------------------------------------------------------------------------------------------
 
-TEST(Context, IsMadeAutomaticallyAndSaysWhy) {
+TEST(Context, IsChosenAutomaticallyWithAReason) {
     const Context context = Context::create();
     ASSERT_FALSE(context.attempts().empty());
     EXPECT_EQ(taken(context.attempts()), 1);
@@ -49,7 +49,7 @@ TEST(Context, LimitsAreAtLeastThoseOfOpenGL45) {
     EXPECT_GE(limits.color_attachments, 8);
 }
 
-TEST(Context, SoftwareCanBeAskedFor) {
+TEST(Context, SoftwareCanBeRequested) {
     const Context context = Context::create({.device = "software"});
     EXPECT_TRUE(context.software()) << context.renderer();
 }
@@ -66,7 +66,7 @@ TEST(Context, CanBeChosenByIndexAndByName) {
     EXPECT_EQ(taken(by_name), 1);
 }
 
-TEST(Context, ABadDeviceIsOneClearLine) {
+TEST(Context, AnInvalidDeviceIsAnErrorOfOneLine) {
     for (const char* device : {"no such device", "4711"}) {
         const std::string message = error_message([&] { Context::create({.device = device}); });
         EXPECT_NE(message.find(device), std::string::npos) << message;
@@ -104,14 +104,14 @@ TEST(Context, CountsErrorsAndKeepsTheFirstText) {
     EXPECT_EQ(context.error_count(), 2u);
 }
 
-TEST(Context, SeesErrorsWithoutDebugOutput) {
+TEST(Context, DetectsErrorsWithoutDebugOutput) {
     Context context = Context::create({.device = "software"});
     glEnable(GL_TEXTURE_BUFFER_DATA_STORE_BINDING);
     EXPECT_EQ(error_message([&] { context.check("frame"); }), "frame: GL_INVALID_ENUM");
     EXPECT_EQ(context.error_count(), 1u);
 }
 
-TEST(Context, KnowsSoftwareByName) {
+TEST(Context, DetectsSoftwareByName) {
     EXPECT_TRUE(is_software_renderer("llvmpipe (LLVM 15.0.6, 256 bits)"));
     EXPECT_TRUE(is_software_renderer("softpipe"));
     EXPECT_FALSE(is_software_renderer("NVIDIA H200/PCIe/SSE2"));

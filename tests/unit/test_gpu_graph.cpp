@@ -1,4 +1,4 @@
-// The render graph on the software driver.
+// Tests the render graph on the software driver.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
@@ -29,7 +29,7 @@ void main() { target[gl_GlobalInvocationID.x] = source[gl_GlobalInvocationID.x] 
 
 class GraphTest : public GpuTest {
   protected:
-    /// target[i] = source[i] + step
+    /// Adds a pass: target[i] = source[i] + step.
     static BufferHandle add_step(Graph& graph, const std::string& name, BufferHandle source, BufferHandle target,
                                  std::uint32_t step = 1) {
         Pass pass = graph.add_pass(name);
@@ -143,7 +143,7 @@ TEST_F(GraphTest, CarriedBufferIsUpdatedInPlace) {
         EXPECT_EQ(executor.read<std::uint32_t>(sum), Words(kCount, 2 * run));
     }
     EXPECT_EQ(executor.history().bytes(), kCount * sizeof(std::uint32_t)) << "one buffer, not two";
-    // Another graph, which only looks at it.
+    // A second graph, which only reads it.
     Graph reader;
     const BufferHandle seen = reader.carried_buffer("sum", {kCount * sizeof(std::uint32_t)});
     Words values;
@@ -177,7 +177,7 @@ TEST_F(GraphTest, HistoryOutlivesAGraphButNotAResize) {
     EXPECT_EQ(run(2 * kCount), 2u);
 }
 
-TEST_F(GraphTest, AFailedRunLeavesThePastAsItWas) {
+TEST_F(GraphTest, AFailedRunLeavesHistoryUnchanged) {
     bool fail = false;
     Graph graph;
     const auto history = graph.history_buffer("counter", {kCount * sizeof(std::uint32_t)});
@@ -198,7 +198,7 @@ TEST_F(GraphTest, AFailedRunLeavesThePastAsItWas) {
     EXPECT_EQ(executor.read<std::uint32_t>(now), Words(kCount, 2));
 }
 
-TEST_F(GraphTest, TextureHistoryTurns) {
+TEST_F(GraphTest, TextureHistorySwaps) {
     Graph graph;
     const auto history = graph.history_texture("t", {.width = 2, .height = 1, .format = GL_R32F});
     float seen = -1, value = 1;
@@ -271,7 +271,7 @@ void main() {
     }
 }
 
-TEST_F(GraphTest, PoisonShowsWhatWasNotWritten) {
+TEST_F(GraphTest, PoisonRevealsUnwrittenValues) {
     Graph graph;
     Pass idle = graph.add_pass("writes nothing");
     const BufferHandle buffer = idle.write(fresh(graph, "b"), storage_write);

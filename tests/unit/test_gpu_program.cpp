@@ -1,4 +1,4 @@
-// Shader text, programs, and the structs that C++ and GLSL share.
+// Tests shader sources, programs, and the structs shared by C++ and GLSL.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@
 namespace halflight::gpu {
 namespace {
 
-/// Reads shaders from a folder of its own for as long as it lives.
+/// Reads shaders from a temporary folder during its lifetime.
 class ShaderFolder {
   public:
     ShaderFolder() : folder_(std::filesystem::path(::testing::TempDir()) / "halflight_shader_folder") {
@@ -75,7 +75,7 @@ TEST(ShaderSource, IncludesOnceAndKnowsWhereLinesComeFrom) {
     EXPECT_EQ(out.lines[3].number, 3u);
 }
 
-TEST(ShaderSource, MissingFilesAreNamedWithTheirPlace) {
+TEST(ShaderSource, MissingFilesAreNamedWithTheirLine) {
     EXPECT_EQ(error_message([] { expand("shaders/nowhere.comp"); }),
               "shaders/nowhere.comp: there is no such shader file");
     EXPECT_EQ(error_message([] {
@@ -196,7 +196,7 @@ TEST_F(ProgramTest, CompileErrorsNameFileAndLine) {
     EXPECT_EQ(own.find("shaders/kernel.comp:4: "), 0u) << own;
 }
 
-// An include that the compiler skips must not keep later ones from being there; nor may a file be there twice.
+// An include that the preprocessor skips must not hide later includes of the file, and no file may be included twice.
 TEST_F(ProgramTest, IncludesUnderConditions) {
     const ShaderFolder folder;
     folder.add("lib/deep.glsl", "const uint kDeep = 3u;\n");
@@ -222,7 +222,7 @@ TEST_F(ProgramTest, IncludesUnderConditions) {
         program.dispatch(1);
         EXPECT_EQ(result.read<std::uint32_t>().front(), 4u) << mask;
     }
-    // Lines are still told where they come from.
+    // Errors still name the file and line of their source.
     folder.add("lib/bad.glsl", "\nuint bad( { }\n");
     EXPECT_TRUE(error_message([] {
                     Program::compute({"conditions",
@@ -266,7 +266,7 @@ TEST_F(ProgramTest, TheCacheCompilesEachVariantOnce) {
 
 // --- Shared structs -------------------------------------------------------------------------------------------------
 
-TEST(ShaderWatch, SeesWhatHasChanged) {
+TEST(ShaderWatch, DetectsChangedFiles) {
     EXPECT_FALSE(ShaderWatch().watching());
     const ShaderFolder folder;
     folder.add("a.comp", "one");
@@ -283,7 +283,7 @@ TEST(ShaderWatch, SeesWhatHasChanged) {
     EXPECT_FALSE(watch.changed());
 }
 
-TEST_F(ProgramTest, TheCacheReloadsWhatHasChanged) {
+TEST_F(ProgramTest, TheCacheReloadsChangedPrograms) {
     const ShaderFolder folder;
     const auto kernel = [](const char* value) {
         return std::string(
@@ -318,7 +318,7 @@ TEST_F(ProgramTest, TheCacheReloadsWhatHasChanged) {
     folder.add("lib/value.glsl", "uint from_file() { return 2u; }\n");
     EXPECT_EQ(cache.reload(), 2u);
     EXPECT_EQ(values(), (std::array{112u, 132u}));
-    // One of them does not compile: neither changes.
+    // One of them does not compile, so neither is replaced.
     folder.add("a.comp", kernel("11u"));
     folder.add("b.comp", kernel("nothing"));
     const std::string message = error_message([&] { cache.reload(); });

@@ -1,4 +1,4 @@
-// The render graph without a GPU: declaration, culling, order, lifetimes, aliasing, barriers, history, dot.
+// Tests the render graph without a GPU: declaration, culling, order, lifetimes, aliasing, barriers, history, dot.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -25,7 +25,7 @@ std::vector<std::string> culled(const CompiledGraph& plan) {
 
 using Names = std::vector<std::string>;
 
-/// A pass that reads some buffers and writes one new one.
+/// Adds a pass that reads some buffers and writes a new one.
 BufferHandle add(Graph& graph, const std::string& name, std::initializer_list<BufferHandle> reads,
                  std::size_t bytes = 1024) {
     Pass pass = graph.add_pass(name);
@@ -35,7 +35,7 @@ BufferHandle add(Graph& graph, const std::string& name, std::initializer_list<Bu
 
 // --- Culling and order ----------------------------------------------------------------------------------------------
 
-TEST(GraphCulling, KeepsWhatReachesAnOutputInDeclaredOrder) {
+TEST(GraphCulling, KeepsPassesThatReachAnOutputInDeclaredOrder) {
     Graph graph;
     const BufferHandle a = add(graph, "a", {});
     const BufferHandle dead = add(graph, "dead", {a});
@@ -60,7 +60,7 @@ TEST(GraphCulling, WithoutOutputsNothingRuns) {
     EXPECT_EQ(plan.transient_bytes, 0u);
 }
 
-TEST(GraphCulling, AKeptPassKeepsWhatItReads) {
+TEST(GraphCulling, AKeptPassKeepsItsInputs) {
     Graph graph;
     const BufferHandle a = add(graph, "a", {});
     Pass report = graph.add_pass("report");
@@ -69,7 +69,7 @@ TEST(GraphCulling, AKeptPassKeepsWhatItReads) {
     EXPECT_EQ(order(compile(graph)), (Names{"a", "report"}));
 }
 
-TEST(GraphCulling, AnUpdateInPlaceNeedsTheVersionBefore) {
+TEST(GraphCulling, AnUpdateInPlaceNeedsThePreviousVersion) {
     Graph graph;
     const BufferHandle first = add(graph, "first", {});
     Pass update = graph.add_pass("update");
@@ -87,7 +87,7 @@ TEST(GraphCulling, AnUpdateInPlaceNeedsTheVersionBefore) {
     EXPECT_EQ(order(compile(kept)), (Names{"first", "update"}));
 }
 
-TEST(GraphCulling, AttachmentsKeepWhatWasDrawnBefore) {
+TEST(GraphCulling, AttachmentsKeepEarlierDraws) {
     Graph graph;
     Pass clear = graph.add_pass("clear");
     const TextureHandle cleared = clear.write(graph.create_texture("t", {.width = 8, .height = 8}), color_attachment);
@@ -123,7 +123,7 @@ TEST(GraphErrors, StaleHandlesNamePassResourceAndWriter) {
               "output: uses 'first's' as it was before pass 'second' wrote it");
 }
 
-TEST(GraphErrors, ReadingWhatNobodyWrote) {
+TEST(GraphErrors, ReadingAnUnwrittenResource) {
     Graph graph;
     const BufferHandle empty = graph.create_buffer("empty", {64});
     Pass pass = graph.add_pass("reader");
@@ -145,7 +145,7 @@ TEST(GraphErrors, AClosedPassCannotMakeACycle) {
               "pass 'first': declares a use after pass 'second' was added");
 }
 
-TEST(GraphErrors, APassTouchesAResourceInOneWay) {
+TEST(GraphErrors, APassUsesAResourceWithOneAccess) {
     Graph graph;
     const BufferHandle a = add(graph, "a", {});
     Pass pass = graph.add_pass("p");
@@ -173,7 +173,7 @@ TEST(GraphErrors, AccessMustFitResource) {
               "pass 'p': writes 't' by storage_write: it is a texture");
 }
 
-TEST(GraphErrors, HandlesOfNowhere) {
+TEST(GraphErrors, InvalidHandles) {
     Graph graph, other;
     const BufferHandle theirs = add(other, "theirs", {});
     Pass pass = graph.add_pass("p");
@@ -182,7 +182,7 @@ TEST(GraphErrors, HandlesOfNowhere) {
               "pass 'p': uses a handle of another graph (resource 0)");
 }
 
-TEST(GraphErrors, OutputsStayAsTheyAre) {
+TEST(GraphErrors, OutputsCannotBeOverwritten) {
     Graph graph;
     const BufferHandle a = add(graph, "a", {});
     graph.output(a);
@@ -222,7 +222,7 @@ TEST(GraphMemory, AChainNeedsTwoSlots) {
     EXPECT_EQ(apart.slot_bytes, apart.transient_bytes);
 }
 
-TEST(GraphMemory, TenantsOfASlotNeverMeet) {
+TEST(GraphMemory, ResourcesOfASlotNeverOverlap) {
     Graph graph;
     std::vector<BufferHandle> handles{add(graph, "0", {}, 100)};
     std::uint32_t random = 1;
@@ -248,7 +248,7 @@ TEST(GraphMemory, TenantsOfASlotNeverMeet) {
     }
 }
 
-TEST(GraphMemory, TheTightestFreeSlotIsTaken) {
+TEST(GraphMemory, TheSmallestFittingSlotIsTaken) {
     Graph graph;
     const BufferHandle small = add(graph, "small", {}, 100);
     const BufferHandle large = add(graph, "large", {}, 1000);
@@ -262,7 +262,7 @@ TEST(GraphMemory, TheTightestFreeSlotIsTaken) {
     EXPECT_EQ(plan.slots[plan.resources[large.resource].slot].buffer.bytes, 2000u);
 }
 
-TEST(GraphMemory, TexturesShareOnlyWithTheirLike) {
+TEST(GraphMemory, TexturesShareOnlyWithEqualTextures) {
     Graph graph;
     const auto stage = [&](const char* name, TextureHandle source, gpu::TextureDesc desc) {
         Pass pass = graph.add_pass(name);
@@ -290,7 +290,7 @@ TEST(GraphMemory, PlansAreDeterministic) {
     EXPECT_EQ(plan(), plan());
 }
 
-TEST(GraphMemory, FreshIsWhatHasNoContentYet) {
+TEST(GraphMemory, FreshResourcesHaveNoContentYet) {
     Graph graph;
     Pass first = graph.add_pass("first");
     const BufferHandle a = first.write(graph.create_buffer("a", {64}), storage_write);
@@ -307,7 +307,7 @@ TEST(GraphMemory, FreshIsWhatHasNoContentYet) {
 
 // --- Barriers -------------------------------------------------------------------------------------------------------
 
-/// Bits before the second pass, where the first writes a resource and the second uses it.
+/// Returns the barrier bits before the second pass, where the first writes a resource and the second uses it.
 template <class H>
 GLbitfield barrier_between(Access first, Access second) {
     Graph graph;
@@ -350,7 +350,7 @@ TEST(GraphBarriers, FollowFromTheLaterAccess) {
     EXPECT_EQ(texture(color_attachment, color_attachment), 0u);
 }
 
-TEST(GraphBarriers, StandOnceBeforeTheFirstUse) {
+TEST(GraphBarriers, AreIssuedOnceBeforeTheFirstUse) {
     Graph graph;
     const BufferHandle a = add(graph, "a", {});
     const BufferHandle b = add(graph, "b", {a});
@@ -375,7 +375,7 @@ TEST(GraphBarriers, AWriterWaitsForEarlierReaders) {
     EXPECT_NE(plan.passes.back().barriers & GL_SHADER_STORAGE_BARRIER_BIT, 0u);
 }
 
-TEST(GraphBarriers, TenantsOfASlotWaitForEachOther) {
+TEST(GraphBarriers, ResourcesOfASlotWaitForEachOther) {
     Graph graph;
     const BufferHandle a = add(graph, "a", {});
     Pass copy = graph.add_pass("copy a");
@@ -392,7 +392,7 @@ TEST(GraphBarriers, TenantsOfASlotWaitForEachOther) {
 
 // --- History --------------------------------------------------------------------------------------------------------
 
-TEST(GraphHistory, AReaderOfThePastKeepsTheWriterOfThePresent) {
+TEST(GraphHistory, AReaderOfThePreviousVersionKeepsTheWriterOfTheCurrentOne) {
     Graph graph;
     const auto history = graph.history_buffer("visibility", {256});
     const BufferHandle result = add(graph, "use the past", {history.previous});
@@ -414,7 +414,7 @@ TEST(GraphHistory, WithoutAReaderItIsCulled) {
     EXPECT_EQ(culled(compile(graph)), (Names{"write"}));
 }
 
-TEST(GraphHistory, WrongUses) {
+TEST(GraphHistory, InvalidUses) {
     Graph graph;
     const auto history = graph.history_buffer("state", {256});
     EXPECT_EQ(error_message([&] { graph.history_buffer("state", {256}); }), "history 'state': is declared twice");
@@ -430,7 +430,7 @@ TEST(GraphHistory, WrongUses) {
 
 // --- Dot ------------------------------------------------------------------------------------------------------------
 
-TEST(GraphDot, ShowsPassesResourcesSlotsAndWhatWasCulled) {
+TEST(GraphDot, ShowsPassesResourcesSlotsAndCulledPasses) {
     Graph graph;
     const BufferHandle a = add(graph, "the \"first\"", {});
     add(graph, "left out", {a});

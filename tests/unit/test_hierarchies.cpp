@@ -1,4 +1,4 @@
-// Hierarchies of scenes that move: what is kept, refitted, built, and that poses between leave no trace.
+// Tests hierarchies of animated scenes: reuse, refit, rebuild, and that intermediate poses leave no trace.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 
 using test::random_rings;
 
-/// Box of all below a node; checks that every box of the hierarchy is that of what is below it, and no larger.
+/// Returns the bounds below a node; checks that every box is the exact bounds of its contents.
 Bounds check_boxes(const Bvh& bvh, const std::vector<Ring>& rings, std::uint32_t node, std::size_t& pairs) {
     Bounds all;
     for (const BvhChild& child : bvh.nodes[node].children) {
@@ -36,7 +36,7 @@ Bounds check_boxes(const Bvh& bvh, const std::vector<Ring>& rings, std::uint32_t
     return all;
 }
 
-TEST(Refit, BoxesAreThoseOfWhatTheyHold) {
+TEST(Refit, BoxesAreExact) {
     for (const std::size_t count : {1u, 5u, 3000u}) {
         Bvh bvh = build_pair_bvh(random_rings(count, 0.1f, 1), Splits::none);
         const std::vector<Ring> moved = random_rings(count, 0.3f, 2);
@@ -49,7 +49,7 @@ TEST(Refit, BoxesAreThoseOfWhatTheyHold) {
     EXPECT_NO_THROW(refit(nothing, {}));
 }
 
-TEST(Refit, OfWhatHasNotMovedChangesNothing) {
+TEST(Refit, OfAnUnchangedSceneChangesNothing) {
     const std::vector<Ring> rings = random_rings(2000, 0.2f, 3);
     const Bvh built = build_pair_bvh(rings, Splits::none);
     Bvh same = built;
@@ -62,15 +62,15 @@ TEST(Refit, OfWhatHasNotMovedChangesNothing) {
     }
 }
 
-TEST(Refit, CostIsAreaByArea) {
-    // Two unit cubes with 2 and 3 pairs in the corners of a 2 x 1 x 1 box, whose area is 10 to their 6.
+TEST(Refit, CostIsRelativeArea) {
+    // Two unit cubes with 2 and 3 pairs are in the corners of a 2x1x1 box, whose area is 10 and theirs 6.
     Bvh bvh;
     bvh.nodes.emplace_back();
     bvh.nodes[0].children[0] = {{vec3(0), vec3(1)}, 0, 2};
     bvh.nodes[0].children[1] = {{vec3(1, 0, 0), vec3(2, 1, 1)}, 2, 3};
     EXPECT_DOUBLE_EQ(expected_cost(bvh), 1 + 0.6 * 2 + 0.6 * 3);
     EXPECT_EQ(expected_cost(Bvh{}), 0);
-    // Halves of a line of pairs that change places: boxes that had nothing in common all become the whole.
+    // Both halves of a line of pairs change places, so disjoint boxes all grow to the whole line.
     std::vector<Ring> line, shuffled;
     for (int i = 0; i < 256; ++i) {
         const auto at = [](int x) { return Ring{vec3(x, 0, 0), vec3(x + 1, 0, 1), vec3(x + 1, 1, 0), vec3(x, 1, 1)}; };
@@ -84,10 +84,10 @@ TEST(Refit, CostIsAreaByArea) {
     EXPECT_LT(expected_cost(build_pair_bvh(shuffled, Splits::none)), 1.2 * before);
 }
 
-/// Of a corner and the middle of its tile.
+/// Deforms a corner, given the corner and the centre of its tile.
 using Bend = std::function<vec3(const vec3&, const vec3&)>;
 
-/// n x n tiles, with gaps between them, of a wavy sheet about `centre`.
+/// Adds n x n tiles, with gaps between them, of a wavy sheet around `centre`.
 int add_sheet(Scene& scene, int n, const vec3& centre, const Bend& bend) {
     Mesh mesh;
     const auto at = [&](float x, float y) {
@@ -117,8 +117,8 @@ vec3 as_it_is(const vec3& p, const vec3&) {
     return p;
 }
 
-/// A floor that stays, a sheet that bends, a box that is moved by its instance, two instances of one sheet of which one
-/// moves, in this order.
+/// Returns a static floor, a sheet that deforms, a box that its instance moves, and two instances of one sheet, one of
+/// them moving; in this order.
 Scene pose(const Bend& bend, const dvec3& step = dvec3(0)) {
     Scene scene;
     scene.materials.emplace_back();
@@ -144,7 +144,7 @@ vec3 lean(const vec3& p, const vec3&) {
     return {p.x + 0.2f * p.z, p.y + 0.3f * p.x * p.x, p.z};
 }
 
-/// Rows and columns of ten by ten tiles change places: neighbours are three apart.
+/// Permutes rows and columns of ten by ten tiles, so that neighbours end up three tiles apart.
 vec3 torn(const vec3& p, const vec3& middle) {
     const auto step = [](float x) {
         const auto place = std::lround((x + 1) * 5 - 0.5f);
@@ -160,7 +160,7 @@ bool same(const PackedScene& a, const PackedScene& b) {
            a.stack_entries == b.stack_entries;
 }
 
-TEST(Parts, WhatStaysIsApartFromWhatMoves) {
+TEST(Parts, StaticAndMovingPartsAreSeparate) {
     const TraceTables tables = tables_of(pose(as_it_is));
     const std::vector<Part> parts = parts_of(tables);
     ASSERT_EQ(parts.size(), 4u) << "floor; sheet; box; the block of the shared sheet";
@@ -171,14 +171,14 @@ TEST(Parts, WhatStaysIsApartFromWhatMoves) {
         EXPECT_EQ(parts[i].block, i < 3 ? 0u : 1u) << i;
         EXPECT_EQ(triangles_of(parts[i]).size(), triangles[i]) << i;
     }
-    // All in one block: what stays surrounds what moves.
+    // All instances are in one block, because the static ones surround the moving ones.
     const std::vector<Part> flat = parts_of(build_trace_tables(pose(as_it_is), 1000));
     ASSERT_EQ(flat.size(), 4u) << "and an instance of the sheet that moves";
     EXPECT_EQ(triangles_of(flat[0]).size(), 288u + 72u);
     EXPECT_EQ(flat[0].spans.size(), 2u);
 }
 
-TEST(Hierarchies, AreKeptRefittedOrBuilt) {
+TEST(Hierarchies, AreKeptRefittedOrRebuilt) {
     const TraceTables reference = tables_of(pose(as_it_is)), bent = tables_of(pose(lean)),
                       apart = tables_of(pose(torn)), stepped = tables_of(pose(lean, {0.5, 0, 0}));
     Hierarchies h(reference);
@@ -194,7 +194,7 @@ TEST(Hierarchies, AreKeptRefittedOrBuilt) {
     h.update(apart, reference);
     EXPECT_EQ(h.counts(), (HierarchyCounts{.kept = 3, .refitted = 1})) << "the shape of the reference pose again";
 
-    // What was built for the torn sheet fits it better than the shape of the whole one.
+    // The hierarchy rebuilt for the torn sheet fits it better than the reference pose.
     Hierarchies other(reference);
     std::vector<Corners> corners;
     for (const std::uint32_t t : triangles_of(other.parts()[1])) {
@@ -209,7 +209,7 @@ TEST(Hierarchies, AreKeptRefittedOrBuilt) {
     EXPECT_LT(expected_cost(other.trees()[1].bvh), 0.9 * expected_cost(shape));
 }
 
-TEST(Hierarchies, PosesBetweenLeaveNoTrace) {
+TEST(Hierarchies, IntermediatePosesLeaveNoTrace) {
     const Bend bends[] = {as_it_is, lean, torn, [](const vec3& p, const vec3&) { return 0.5f * p; }};
     std::vector<TraceTables> poses;
     for (const Bend& bend : bends)
@@ -233,8 +233,8 @@ TEST(Hierarchies, PosesBetweenLeaveNoTrace) {
     }
 }
 
-TEST(Hierarchies, PairsThatComeApartAreMadeAnew) {
-    // Halves of a tile share places, not vertices; then each goes its own way.
+TEST(Hierarchies, PairsThatSeparateAreRebuilt) {
+    // Both triangles of a tile share positions but not vertices; then they separate.
     const auto soup = [](float apart) {
         Scene scene = pose(as_it_is);
         Mesh& mesh = scene.meshes[1];
@@ -256,7 +256,7 @@ TEST(Hierarchies, PairsThatComeApartAreMadeAnew) {
     EXPECT_TRUE(same(pack_scene(gaping, h), pack_scene(gaping)));
 }
 
-TEST(Hierarchies, ThingsMayComeAndGo) {
+TEST(Hierarchies, InstancesMayAppearAndDisappear) {
     Scene without = pose(lean);
     without.meshes[1].triangles.resize(150);
     without.meshes[1].triangle_material.resize(150);

@@ -1,4 +1,4 @@
-// Keyframes against values from their definition.
+// Tests keyframe interpolation against its definition.
 #include <gtest/gtest.h>
 
 #include <array>
@@ -28,7 +28,7 @@ dvec4 turn_at(const Keyframes& keys, double seconds) {
     return {q[0], q[1], q[2], q[3]};
 }
 
-/// About Z.
+/// Returns a rotation about Z.
 dvec4 turn(double degrees) {
     return {0, 0, std::sin(glm::radians(degrees) / 2), std::cos(glm::radians(degrees) / 2)};
 }
@@ -44,33 +44,33 @@ Keyframes turns(Interpolation interpolation, const std::vector<dvec4>& values) {
 
 constexpr double kBeyondAll = 1e30;
 
-TEST(Keyframes, StepHoldsTheKeyBefore) {
+TEST(Keyframes, StepHoldsThePreviousKey) {
     const Keyframes keys = scalars(Interpolation::step, {1, 2, 4}, {10, 20, 40});
     const std::pair<double, double> expected[] = {{-kBeyondAll, 10}, {0, 10}, {1, 10}, {1.999, 10},
                                                   {2, 20},           {3, 20}, {4, 40}, {kBeyondAll, 40}};
     for (const auto& [seconds, value] : expected) EXPECT_EQ(at(keys, seconds), value) << seconds;
 }
 
-TEST(Keyframes, LinearGoesStraight) {
+TEST(Keyframes, LinearInterpolates) {
     const Keyframes keys = scalars(Interpolation::linear, {1, 2, 4}, {10, 20, -20});
     const std::pair<double, double> expected[] = {{-kBeyondAll, 10}, {1, 10}, {1.25, 12.5},
                                                   {2, 20},           {3, 0},  {kBeyondAll, -20}};
     for (const auto& [seconds, value] : expected) EXPECT_DOUBLE_EQ(at(keys, seconds), value) << seconds;
 }
 
-TEST(Keyframes, WhatStandsStillDoesSoExactly) {
+TEST(Keyframes, ConstantChannelsStayExact) {
     const Keyframes keys = scalars(Interpolation::linear, {0, 1}, {0.1f, 0.1f});
     for (const double seconds : {0.0, 0.1, 1.0 / 3, 0.7, 1.0}) EXPECT_EQ(at(keys, seconds), double{0.1f}) << seconds;
 }
 
-TEST(Keyframes, OneKeyIsForever) {
+TEST(Keyframes, OneKeyIsConstant) {
     for (const Interpolation i : {Interpolation::step, Interpolation::linear})
         for (const double seconds : {-kBeyondAll, 0.0, 5.0, kBeyondAll})
             EXPECT_EQ(at(scalars(i, {5}, {7}), seconds), 7) << seconds;
     EXPECT_EQ(at(scalars(Interpolation::cubic_spline, {5}, {1, 7, 2}), 5), 7) << "not its tangents";
 }
 
-TEST(Keyframes, OfKeysAtOneTimeTheLastCounts) {
+TEST(Keyframes, TheLastOfSeveralKeysAtOneTimeCounts) {
     for (const Interpolation i : {Interpolation::step, Interpolation::linear}) {
         const Keyframes keys = scalars(i, {0, 1, 1, 1, 2}, {0, 10, 20, 30, 40});
         EXPECT_EQ(at(keys, 1), 30);
@@ -81,7 +81,7 @@ TEST(Keyframes, OfKeysAtOneTimeTheLastCounts) {
     EXPECT_EQ(at(scalars(Interpolation::linear, {3, 3}, {1, 2}), 2), 1) << "before all";
 }
 
-/// A Hermite spline is the cubic polynomial that has its values and slopes.
+/// A Hermite spline is the cubic polynomial with the given values and slopes.
 TEST(Keyframes, CubicSplinesReproduceCubics) {
     const auto f = [](double t) { return t * t * t - 2 * t * t + 3 * t - 5; };
     const auto slope = [](double t) { return 3 * t * t - 4 * t + 3; };
@@ -92,8 +92,8 @@ TEST(Keyframes, CubicSplinesReproduceCubics) {
     EXPECT_EQ(at(keys, 9), f(4));
 }
 
-/// The weights of the four numbers, from glTF 2.0, appendix C.5, at t = 1/4 of a span of 2 s.
-TEST(Keyframes, TangentsInAndOutAreNotMixedUp) {
+/// The weights of the four numbers follow glTF 2.0, appendix C.5, at t = 1/4 of a span of 2 s.
+TEST(Keyframes, InAndOutTangentsAreNotSwapped) {
     const std::vector<std::vector<float>> unit = {
         {0, 1, 0, 0, 0, 0}, {0, 0, 1, 0, 0, 0}, {0, 0, 0, 1, 0, 0}, {0, 0, 0, 0, 1, 0}, {1, 0, 0, 0, 0, 1}};
     const double expected[] = {27.0 / 32, 2 * 9.0 / 64, 2 * -3.0 / 64, 5.0 / 32, 0};
@@ -101,7 +101,7 @@ TEST(Keyframes, TangentsInAndOutAreNotMixedUp) {
         EXPECT_DOUBLE_EQ(at(scalars(Interpolation::cubic_spline, {1, 3}, unit[i]), 1.5), expected[i]) << i;
 }
 
-TEST(Keyframes, RotationsAreEvenAndTakeTheShorterArc) {
+TEST(Keyframes, RotationsHaveConstantSpeedAndTakeTheShorterArc) {
     const Keyframes quarter = turns(Interpolation::linear, {turn(0), turn(90)});
     const Keyframes negated = turns(Interpolation::linear, {turn(0), -turn(90)});
     for (const double t : {0.0, 0.1, 0.3, 0.5, 0.99}) {
@@ -115,7 +115,7 @@ TEST(Keyframes, RotationsAreEvenAndTakeTheShorterArc) {
     EXPECT_LT(glm::distance(turn_at(tiny, 0.5), turn(30.00005)), 1e-7);
 }
 
-TEST(Keyframes, RotationsComeOutUnit) {
+TEST(Keyframes, RotationsAreNormalized) {
     const Keyframes long_ones = turns(Interpolation::linear, {7.0 * turn(0), 0.01 * turn(90)});
     EXPECT_LT(glm::distance(turn_at(long_ones, 0.5), turn(45)), 1e-6);
     EXPECT_NEAR(glm::length(turn_at(long_ones, 0)), 1, 1e-15);
@@ -135,7 +135,7 @@ TEST(Keyframes, LargeValuesStayFinite) {
     EXPECT_TRUE(std::isfinite(at(scalars(Interpolation::cubic_spline, {-kLargest, kLargest}, all), 1)));
 }
 
-TEST(Keyframes, WhatIsNoneIsRefused) {
+TEST(Keyframes, InvalidChannelsAreRefused) {
     const auto refusal = [](const Keyframes& keys) { return error_message([&] { check_keyframes(keys, "keys"); }); };
     const Interpolation linear = Interpolation::linear;
     const float nan = std::nanf(""), infinite = std::numeric_limits<float>::infinity();

@@ -1,4 +1,5 @@
-// Includes point down the layers only: each room may use those listed for it, itself, and nothing else of ours.
+// Tests that includes follow rooms.txt: each room may include itself and the rooms listed for it, and no others of
+// ours.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -22,7 +23,7 @@ std::string content(const fs::path& path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Returns what rooms.txt allows each room to include, rooms reached over others included.
+/// Returns the allowed rooms of each room in rooms.txt, including those allowed indirectly.
 const std::map<std::string, Rooms>& allowed() {
     static const auto table = [] {
         std::map<std::string, Rooms> t;
@@ -46,7 +47,7 @@ const std::map<std::string, Rooms>& allowed() {
     return table;
 }
 
-/// The room of a path relative to the checkout; empty where it is in none.
+/// Returns the room of a path relative to the checkout; empty where it is in none.
 std::string room_of(const std::string& path) {
     std::string room;
     for (const auto& [name, unused] : allowed())
@@ -72,7 +73,7 @@ std::vector<Include> includes_of(const std::string& text) {
     return includes;
 }
 
-/// What is wrong with the includes of one file, as "path:line: ...".
+/// Returns the forbidden includes of one file, as "path:line: ...".
 std::vector<std::string> errors_in(const std::string& path, const std::string& text) {
     std::vector<std::string> errors;
     const std::string room = room_of(path);
@@ -110,7 +111,7 @@ TEST(Layers, EveryIncludePointsDown) {
 }
 
 TEST(Layers, EveryRoomIsAFolder) {
-    // A room lists only rooms above it in the file (allowed() throws otherwise), so that they form no cycle.
+    // A room lists only rooms above it in the file, or allowed() throws. Therefore they form no cycle.
     EXPECT_GT(allowed().size(), 15u);
     for (const auto& [room, rooms] : allowed()) {
         EXPECT_TRUE(fs::is_directory(fs::path(HALFLIGHT_SOURCE_DIR) / room)) << room;
@@ -124,7 +125,7 @@ TEST(Layers, ErrorsNameFileAndLine) {
               Errors{"engine/core/a.h:2: engine/core must not use passes (renderer/render.h)"});
     EXPECT_EQ(errors_in("engine/scene/a.cpp", "\n\n  #  include <engine/io/gltf/gltf.h>\n"),
               Errors{"engine/scene/a.cpp:3: engine/scene must not use engine/io (engine/io/gltf/gltf.h)"});
-    EXPECT_EQ(errors_in("engine/color/a.cpp", "#include \"engine/graph/graph.h\"\n").size(), 1u);  // sideways
+    EXPECT_EQ(errors_in("engine/color/a.cpp", "#include \"engine/graph/graph.h\"\n").size(), 1u);  // no room below it
     EXPECT_EQ(errors_in("shaders/lib/a.glsl", "#include \"shaders/trace.glsl\"\n").size(), 1u);
     EXPECT_EQ(errors_in("passes/a.cpp", "#include \"render.h\"\n"),
               Errors{"passes/a.cpp:1: \"render.h\" is not named from the root"});

@@ -1,4 +1,4 @@
-// Light trees: bounds that hold what they bound, ways that lead to every light, probabilities that are some.
+// Tests light trees: conservative bounds, trails that lead to every light, and probabilities that sum to one.
 #include "engine/tables/light_tree.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace halflight {
 namespace {
 
-/// The same numbers everywhere, which standard distributions do not promise.
+/// Random numbers that are equal on every platform, unlike those of standard distributions.
 class Numbers {
   public:
     explicit Numbers(std::uint32_t seed) : random_(seed) {}
@@ -29,7 +29,7 @@ class Numbers {
     std::mt19937 random_;
 };
 
-/// Squares, bulbs and spots of all sizes and brightnesses.
+/// Returns squares, bulbs and spots of various sizes and intensities.
 std::vector<LightBounds> mixed_lights(int count, std::uint32_t seed, bool squares_only = false) {
     Numbers random(seed);
     std::vector<LightBounds> lights;
@@ -67,7 +67,7 @@ double angle(const dvec3& a, const dvec3& b) {
     return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
-/// Whether light that leaves at this angle from a light's axis is within a cone.
+/// Returns whether light leaving at this angle to a light's axis is inside a cone.
 bool holds(const shared::LightNode& node, const LightBounds& light) {
     const auto within = [&](const dvec3& axis) {
         return angle(dvec3(node.axis), axis) + light.theta_o <= std::acos(double(node.cos_o)) + 2e-5;
@@ -79,7 +79,8 @@ bool holds(const shared::LightNode& node, const LightBounds& light) {
            (node.cos_o <= -1 || within(light.axis) || (node.two_sided && within(-light.axis)));
 }
 
-/// Calls f(child, depth, trail) for every child of a node, parents first; depth: bits of its node's trail.
+/// Calls f(child, depth, trail) for every child of a node, parents first; `depth` is the number of bits in its node's
+/// trail.
 void for_each_child(const LightTree& tree,
                     const std::function<void(const LightTreeChild&, std::uint32_t, std::uint32_t)>& f) {
     const std::function<void(std::uint32_t, const vec4&, std::uint32_t, std::uint32_t)> visit =
@@ -94,7 +95,8 @@ void for_each_child(const LightTree& tree,
     visit(0, light_tree_ball(tree.rows), 0, 0);
 }
 
-/// The probability of each light, as shaders/lib/light_tree.glsl walks, in double but for the importances.
+/// Returns the probability of each light by the traversal of shaders/lib/light_tree.glsl, in double except for the
+/// importances.
 std::vector<double> probabilities(const LightTree& tree, const vec3& position, const vec3& normal) {
     std::vector<double> all(tree.trails.size());
     const std::function<void(std::uint32_t, const vec4&, double)> visit = [&](std::uint32_t node, const vec4& ball,
@@ -117,7 +119,7 @@ std::vector<double> probabilities(const LightTree& tree, const vec3& position, c
     return all;
 }
 
-/// Every node holds all lights below it, every trail ends at its light, none is too long.
+/// Checks that every node bounds all lights below it, that every trail ends at its light, and that none is too long.
 void expect_sound(const LightTree& tree, const std::vector<LightBounds>& lights) {
     std::vector<int> found(lights.size(), 0);
     for_each_child(tree, [&](const LightTreeChild& child, std::uint32_t depth, std::uint32_t way) {
@@ -141,12 +143,12 @@ void expect_sound(const LightTree& tree, const std::vector<LightBounds>& lights)
     }
 }
 
-TEST(LightBounds, ConesOfUnionsHoldBoth) {
+TEST(LightBounds, ConesOfUnionsContainBoth) {
     Numbers random(1);
     for (int i = 0; i < 4000; ++i) {
         LightBounds a, b;
         a.axis = random.direction();
-        // Opposite, alike, or any.
+        // The axes are opposite, equal, or random.
         b.axis = i % 4 == 0 ? -a.axis : i % 4 == 1 ? a.axis : random.direction();
         a.theta_o = i % 3 == 0 ? 0 : random.in(0, 2);
         b.theta_o = i % 5 == 0 ? 0 : random.in(0, 2);
@@ -162,7 +164,7 @@ TEST(LightBounds, ConesOfUnionsHoldBoth) {
     }
 }
 
-TEST(LightTree, NodesHoldTheirLights) {
+TEST(LightTree, NodesBoundTheirLights) {
     for (const int count : {2, 3, 16, 500}) {
         SCOPED_TRACE(count);
         const auto lights = mixed_lights(count, 7);
@@ -172,7 +174,7 @@ TEST(LightTree, NodesHoldTheirLights) {
     }
 }
 
-/// Two triangles each, which are one to who is lit by them: fewer leaves.
+/// A square has two triangles, which form one light for the receiver and therefore one leaf.
 TEST(LightTree, SquaresAreLeaves) {
     std::vector<LightBounds> halves;
     for (const LightBounds& square : mixed_lights(256, 13, true)) halves.insert(halves.end(), 2, square);
@@ -192,7 +194,7 @@ TEST(LightTree, SquaresAreLeaves) {
     });
 }
 
-/// What is kept of bounds in few bits is little wider than they are.
+/// Quantized bounds are little wider than the exact ones.
 TEST(LightTree, RoundedBoundsAreTight) {
     const auto lights = mixed_lights(500, 15);
     const LightTree tree = tree_of(lights);
@@ -207,11 +209,11 @@ TEST(LightTree, RoundedBoundsAreTight) {
     });
 }
 
-TEST(LightTree, LightsInOnePlaceOrEverFurtherApart) {
+TEST(LightTree, CoincidentAndExponentiallySpacedLights) {
     auto together = mixed_lights(300, 3);
     for (LightBounds& b : together) b.lower = b.upper = dvec3(1, 2, 3);
     expect_sound(tree_of(together), together);
-    // The best split of such a row takes off one light at a time; ways must not become as long as it is.
+    // The best split of such a row separates one light at a time; trails must not become as long as the row.
     auto row = mixed_lights(300, 4);
     double at = 1e-30;
     for (LightBounds& b : row) {
@@ -222,7 +224,7 @@ TEST(LightTree, LightsInOnePlaceOrEverFurtherApart) {
     expect_sound(tree_of(row), row);
 }
 
-TEST(LightTree, IsTheSameEveryTime) {
+TEST(LightTree, IsDeterministic) {
     const auto lights = mixed_lights(200, 5);
     const LightTree a = tree_of(lights), b = tree_of(lights);
     EXPECT_EQ(a.trails, b.trails);
@@ -230,7 +232,8 @@ TEST(LightTree, IsTheSameEveryTime) {
 }
 
 TEST(LightTree, ProbabilitiesAddUp) {
-    // Bulbs shine everywhere: no way ends in the dark but behind the receiver, which there is none of in the open.
+    // Bulbs shine in all directions. Without a receiver's normal no light is behind the surface, so no trail ends at
+    // importance 0.
     std::vector<LightBounds> bulbs = mixed_lights(200, 6);
     for (LightBounds& b : bulbs) b.theta_o = kPi, b.two_sided = false;
     const LightTree tree = tree_of(bulbs);
@@ -247,8 +250,8 @@ TEST(LightTree, ProbabilitiesAddUp) {
     }
 }
 
-/// What a node's bounds leave out would be left to chance: whatever shines at a receiver has a probability there.
-TEST(LightTree, WhatShinesIsFound) {
+/// Every light that shines at a receiver must have a probability there, or the estimate would be biased.
+TEST(LightTree, EveryShiningLightIsReachable) {
     const auto lights = mixed_lights(200, 10);
     const LightTree tree = tree_of(lights);
     Numbers random(11);
@@ -270,7 +273,7 @@ TEST(LightTree, WhatShinesIsFound) {
     EXPECT_GT(lit, 10000);
 }
 
-/// 64 pairs of spots that point away from each other: each is as likely as what it sends.
+/// 64 pairs of spots point away from each other; each is selected in proportion to what it contributes.
 TEST(LightTree, OppositeSpots) {
     std::vector<LightBounds> spots;
     Numbers random(12);
@@ -299,7 +302,7 @@ TEST(LightTree, OppositeSpots) {
 
 // --- Tables ---------------------------------------------------------------------------------------------------------
 
-/// Bulbs in a row, under a sky where wanted.
+/// Returns bulbs in a row, with a sky if `sky` is set.
 Scene bulbs(int count, bool sky) {
     Scene scene;
     scene.name = "bulbs";
@@ -325,7 +328,7 @@ LightTables lights_of(const Scene& scene, LightChoice choice = LightChoice::auto
     return build_lights(scene, build_trace_tables(scene), choice);
 }
 
-TEST(LightChoice, TreeFromSixteenLightsOn) {
+TEST(LightChoice, TreeIsUsedFromSixteenLights) {
     EXPECT_EQ(lights_of(bulbs(15, true)).choice, LightChoice::power);
     EXPECT_EQ(lights_of(bulbs(16, false)).choice, LightChoice::tree);
     EXPECT_EQ(lights_of(bulbs(16, true), LightChoice::power).choice, LightChoice::power);
@@ -340,7 +343,7 @@ TEST(LightChoice, UniformIsUniform) {
     for (const double p : lights.probabilities) EXPECT_NEAR(p, 1 / 21.0, 1e-6);
 }
 
-TEST(LightChoice, EachLightKeepsAPartOfItsOwn) {
+TEST(LightChoice, EachLightKeepsItsMinimumProbability) {
     for (const bool sky : {false, true}) {
         const LightTables power = lights_of(bulbs(40, sky), LightChoice::power), tree = lights_of(bulbs(40, sky));
         ASSERT_EQ(tree.choice, LightChoice::tree);
@@ -354,7 +357,7 @@ TEST(LightChoice, EachLightKeepsAPartOfItsOwn) {
         }
         for (const double p : tree.probabilities) sum += p;
         EXPECT_NEAR(sum, 1, 1e-9);
-        // What has no place keeps what power gives it.
+        // The sky has no position and keeps its probability by power.
         EXPECT_NEAR(sky ? tree.probabilities[40] : 0, sky ? power.probabilities[40] : 0, 1e-7);
         const shared::LightTreeHeader header = light_tree_header(tree.tree);
         EXPECT_NEAR(header.gain / (tree.tree_share / tree.probabilities[0]), 1, 1e-6);

@@ -1,4 +1,4 @@
-// Light tables: what is a light, how often it is picked, and how the environment is divided.
+// Tests light tables: which surfaces are lights, their probabilities, and the cells of the environment.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@
 namespace halflight {
 namespace {
 
-/// Two triangles of area 1/2 and 2, the first dark; `instances` copies along x.
+/// Returns two triangles of area 1/2 and 2, the first one dark, with `instances` copies along x.
 Scene triangles(int instances) {
     Scene scene;
     scene.name = "triangles";
@@ -111,7 +111,7 @@ TEST(Lights, EmissionTextureWeighsAndExcludes) {
     TextureImage image;
     image.width = image.height = 64;
     image.rgba.assign(4 * 64 * 64, 0);
-    // Lit in one corner, which only the first triangle's texture coordinates reach.
+    // The texture is bright in one corner, which only the first triangle's texture coordinates reach.
     for (int y = 40; y < 60; ++y) {
         for (int x = 2; x < 10; ++x) image.rgba[static_cast<std::size_t>(4 * (64 * y + x))] = 255;
     }
@@ -153,7 +153,7 @@ TEST(LuminanceSums, MeanOverWrappedBoxes) {
     EXPECT_EQ(mean(-0.2f, Wrap::mirrored_repeat), 0);
     EXPECT_GT(mean(-5, Wrap::clamp_to_edge), 0);
     EXPECT_EQ(mean(5, Wrap::clamp_to_edge), 0);
-    EXPECT_GT(mean(1e9f, Wrap::repeat), 0);  // where coordinates have lost their fraction, everything counts
+    EXPECT_GT(mean(1e9f, Wrap::repeat), 0);  // where coordinates have lost their fraction, all texels count
     EXPECT_NEAR(sums.mean(texture, {vec2(0), vec2(1), vec2(0, 1)}), 2 / 32.0, 1e-6);
 }
 
@@ -169,7 +169,7 @@ TEST(EnvironmentCells, IntegralAndPositivity) {
     EXPECT_NEAR(sphere, 4 * kPi, 1e-12);
     for (int y = 0; y < 20; ++y) {
         for (int x = 0; x < 40; ++x) {
-            // A bilinear lookup in a cell sees the cell's texel and its eight neighbours.
+            // A bilinear lookup in a cell reads the cell's texel and its eight neighbours.
             const bool lit = std::abs(x - 7) <= 1 && std::abs(y - 5) <= 1;
             EXPECT_EQ(cells.weights[static_cast<std::size_t>(y * 40 + x)] > 0, lit) << x << ' ' << y;
         }

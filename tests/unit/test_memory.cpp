@@ -1,4 +1,4 @@
-// What takes memory, by the settings and the scene that it depends on.
+// Tests the memory estimate's dependence on settings and scene.
 #include "renderer/memory.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ TEST(Memory, FilmsGrowWithPixelsAndLayers) {
     EXPECT_GE(of(settings_of(1280, 720), {.png = true}).writing, small.writing + kPixels * 15);
 }
 
-/// What a band takes is the same of any large picture, but for what is as large as the picture: what is drawn.
+/// The memory of a band is equal for all large pictures, except for textures as large as the picture.
 TEST(Memory, BandsDoNotGrowWithThePicture) {
     const MemoryEstimate small = of(settings_of(320, 180)), large = of(settings_of(3840, 2160)),
                          larger = of(settings_of(7680, 4320));
@@ -48,7 +48,7 @@ TEST(Memory, BandsDoNotGrowWithThePicture) {
     EXPECT_EQ(of(few).film, large.film);
 }
 
-TEST(Memory, PartsThatAreLeftOutTakeNone) {
+TEST(Memory, OmittedPartsTakeNoMemory) {
     const MemoryEstimate all = of(settings_of(1280, 720));
     RenderSettings direct = settings_of(1280, 720), lights = direct, shared = direct, piloted = direct;
     direct.bounces = 1, lights.bounces = 0;
@@ -57,7 +57,7 @@ TEST(Memory, PartsThatAreLeftOutTakeNone) {
     EXPECT_LT(of(settings_of(1280, 720), {}, {}).band, all.band);
     shared.estimator.reuse = Reuse::four;
     EXPECT_GT(of(shared).band, all.band + kPixels * 4 * 40);
-    piloted.estimator.reuse = Reuse::automatic;  // groups of 16, of smaller bands
+    piloted.estimator.reuse = Reuse::automatic;  // groups of 16, and smaller bands
     EXPECT_GT(of(piloted).band, all.band / 2);
     SceneNeeds shiny = lit_scene();
     shiny.glossy = shiny.sun = true;
@@ -82,7 +82,7 @@ TEST(Memory, LayersAreReadBackFromBands) {
     EXPECT_EQ((of(error).reading - plain) / kPixels, 128u + 3 * (8 + 8 * 4));
 }
 
-TEST(Memory, WhatIsMadeOfWholePicturesGrowsWithThem) {
+TEST(Memory, WholePictureStepsGrowWithThePicture) {
     RenderSettings s = settings_of(640, 480);
     EXPECT_EQ(of(s).preview, 0u);
     EXPECT_EQ(of(s).shutter, 0u);
@@ -95,7 +95,7 @@ TEST(Memory, WhatIsMadeOfWholePicturesGrowsWithThem) {
     EXPECT_GE(of(s).preview, filtered.preview + 640u * 480 * 16 * 6);
 }
 
-TEST(Memory, ScenesCountWhatTheyHold) {
+TEST(Memory, ScenesCountTheirContents) {
     const RenderSettings s = settings_of(64, 64);
     const SceneSize size{.geometry_bytes = 1000, .texture_bytes = 10000, .traced = 10};
     const std::size_t bytes = of(s, {}, lit_scene(), size).scene;

@@ -15,13 +15,13 @@ Image image_of(int width, int channels, std::vector<float> values) {
     return image;
 }
 
-TEST(RelativeMse, CountsDarkAndBrightAlike) {
+TEST(RelativeMse, IsRelativeToTheReference) {
     using Values = std::vector<double>;
     EXPECT_EQ(relative_mse(Values{1, 2}, Values{1, 2}), 0);
     EXPECT_EQ(relative_mse(Values{}, Values{}), 0);
     EXPECT_NEAR(relative_mse(Values{110, 0}, Values{100, 0}), 0.5 * 0.01, 1e-7);
     EXPECT_NEAR(relative_mse(Values{0, 0.1}, Values{0, 0}), 0.5, 1e-12);
-    EXPECT_NEAR(relative_mse(Values{0.1, 9, 0, 0.1}, Values{0, 0, 0, 0}, 0.25), 2.0 / 3, 1e-12);  // without the 9
+    EXPECT_NEAR(relative_mse(Values{0.1, 9, 0, 0.1}, Values{0, 0, 0, 0}, 0.25), 2.0 / 3, 1e-12);  // without the value 9
 }
 
 TEST(ErrorMaps, AreMeansOverChannels) {
@@ -41,12 +41,12 @@ TEST(ErrorMaps, OfGaussianNoiseAreItsVariance) {
     Image truth(200, 200, 1), noisy = truth;
     std::ranges::fill(truth.pixels, 2.0f);
     for (float& v : noisy.pixels) v = 2 + noise(generator);
-    // The mean of n squares of Gaussian noise scatters by sqrt(2 / n): 0.7 %.
+    // The mean of n squares of Gaussian noise has a relative standard deviation of sqrt(2 / n), here 0.7 %.
     EXPECT_NEAR(mean_of(squared_error_map(noisy, truth)), 0.0625, 0.03 * 0.0625);
     EXPECT_NEAR(mean_of(relative_squared_error_map(noisy, truth)), 0.0625 / 4.01, 0.03 * 0.0625 / 4.01);
 }
 
-TEST(WorstShare, TellsFirefliesFromNoise) {
+TEST(WorstShare, DistinguishesFirefliesFromNoise) {
     std::vector<float> even(10000, 1.0f);
     EXPECT_NEAR(worst_share(even), 0.001, 1e-9);
     for (std::size_t i = 0; i < 10; ++i) even[i * 997] = 1000;

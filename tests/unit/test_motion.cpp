@@ -1,4 +1,4 @@
-// Where points of surfaces were in another pose.
+// Tests previous positions of surface points in another pose.
 #include "engine/scene/motion.h"
 
 #include <gtest/gtest.h>
@@ -8,7 +8,7 @@
 namespace halflight {
 namespace {
 
-/// Two instances of a mesh of two triangles, of nodes 3 and 5.
+/// Returns two instances, of nodes 3 and 5, of a mesh with two triangles.
 Scene pair_of_squares() {
     Scene scene;
     Mesh mesh;
@@ -19,7 +19,7 @@ Scene pair_of_squares() {
     return scene;
 }
 
-TEST(PreviousSurfaces, WhatStayedHasNotMoved) {
+TEST(PreviousSurfaces, StaticSurfacesHaveNoMotion) {
     const Scene now = pair_of_squares();
     const PreviousSurfaces surfaces(now, pair_of_squares());
     EXPECT_FALSE(surfaces.moved(0));
@@ -29,7 +29,7 @@ TEST(PreviousSurfaces, WhatStayedHasNotMoved) {
 TEST(PreviousSurfaces, FollowsNodesAndCorners) {
     const Scene now = pair_of_squares();
     Scene before = now;
-    std::swap(before.instances[0], before.instances[1]);  // are told by their nodes
+    std::swap(before.instances[0], before.instances[1]);  // instances are matched by their nodes
     before.instances[0].object_to_world = glm::scale(dmat4(1), dvec3(2, 1, 1));
     PreviousSurfaces turned(now, before);
     EXPECT_FALSE(turned.moved(0));
@@ -45,7 +45,7 @@ TEST(PreviousSurfaces, FollowsNodesAndCorners) {
     EXPECT_LT(glm::distance(deformed.before(0, 0, {0.75, 0.25, 0}), dvec3(0.75, 0.25, 1)), 1e-15);
 }
 
-TEST(PreviousSurfaces, OthersCountAsStill) {
+TEST(PreviousSurfaces, UnmatchedInstancesCountAsStatic) {
     const Scene now = pair_of_squares();
     Scene before = now;
     before.instances[0].node = 4;

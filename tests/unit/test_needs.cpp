@@ -1,4 +1,4 @@
-// Facts in, parts of a frame out.
+// Tests which parts of a frame follow from facts about scene and settings.
 #include "renderer/needs.h"
 
 #include <gtest/gtest.h>
@@ -66,7 +66,7 @@ TEST(FrameNeeds, FollowFromTheScene) {
     EXPECT_FALSE(frame_needs(black, {}).camera_rays);
 }
 
-TEST(FrameNeeds, FollowFromWhatWasAskedFor) {
+TEST(FrameNeeds, FollowFromTheSettings) {
     const FrameNeeds none = frame_needs(plain_scene(), {.bounces = 0, .kept = Kept::everything()});
     for (const FramePart& part : {none.shadow, none.diffuse, none.glossy, none.continuation, none.later_light})
         EXPECT_STREQ(part.left_out, "no bounces were asked for") << part.name;
@@ -110,7 +110,7 @@ TEST(FrameNeeds, EverythingCanBeKept) {
                   {"double precision for needles", "no triangle is more than 2000 times as long as high"}}));
 }
 
-/// What is there beside, if one item is kept.
+/// Returns the needs that appear in addition if one item is kept.
 std::set<std::string> brought_along(const SceneNeeds& scene, const std::string& item) {
     const auto all = facts(scene, {.runs = 1}), rest = facts(scene, {.runs = 1, .kept = Kept({item})});
     EXPECT_TRUE(all.contains(item) && !rest.contains(item)) << item;
@@ -120,7 +120,7 @@ std::set<std::string> brought_along(const SceneNeeds& scene, const std::string& 
     return names;
 }
 
-TEST(LeftOut, ItemsAreKeptEachByItself) {
+TEST(LeftOut, ItemsAreKeptIndependently) {
     using Names = std::set<std::string>;
     const SceneNeeds lit = plain_scene();
     for (const char* alone : {"tile lists", "sums of squares", "clamp of indirect light", "vertex colours", "glossy",
@@ -141,7 +141,7 @@ TEST(LeftOut, ItemsAreKeptEachByItself) {
     EXPECT_EQ(brought_along(nothing, "light samples along paths"), (Names{"camera rays", "continuation", "diffuse"}));
 }
 
-TEST(LeftOut, TellsWhatCanBeKept) {
+TEST(LeftOut, ListsWhatCanBeKept) {
     std::set<std::string> expected;
     for (const auto& [name, fact] : facts({}, {.runs = 1})) expected.insert(name);
     for (const char* never :

@@ -1,4 +1,4 @@
-// Triangles two by two.
+// Tests the merging of triangles to pairs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +9,8 @@
 namespace halflight::rays {
 namespace {
 
-/// Every triangle in one pair, and the ring's corners those that the pair says. Returns how many are alone.
+/// Checks that every triangle is in one pair, and that the corners of rings match. Returns the number of unpaired
+/// triangles.
 std::size_t check(const std::vector<Corners>& triangles) {
     std::vector<int> seen(triangles.size());
     std::size_t alone = 0;
@@ -32,7 +33,7 @@ std::size_t check(const std::vector<Corners>& triangles) {
     return alone;
 }
 
-/// Squares of two triangles side by side.
+/// Returns squares of two triangles, side by side.
 std::vector<Corners> squares(int n) {
     std::vector<Corners> triangles;
     for (int y = 0; y < n; ++y) {
@@ -45,7 +46,7 @@ std::vector<Corners> squares(int n) {
     return triangles;
 }
 
-TEST(Pairs, HalvesOfASquareComeTogether) {
+TEST(Pairs, HalvesOfASquareArePaired) {
     const std::vector<Corners> triangles = squares(20);
     EXPECT_EQ(check(triangles), 0u);
     for (const TrianglePair& pair : pair_triangles(triangles)) {
@@ -59,10 +60,10 @@ TEST(Pairs, AnyOrderOfTrianglesAndCorners) {
     std::mt19937 random(1);
     std::ranges::shuffle(triangles, random);
     for (Corners& t : triangles) std::ranges::shuffle(t, random);
-    EXPECT_LT(check(triangles), triangles.size() / 10);  // edges that have lost their place in the table
+    EXPECT_LT(check(triangles), triangles.size() / 10);  // some edges are evicted from the hash table
 }
 
-TEST(Pairs, ThereIsNoneWithoutACommonEdge) {
+TEST(Pairs, TrianglesWithoutACommonEdgeStayAlone) {
     std::mt19937 random(2);
     std::uniform_real_distribution<float> uniform(-1, 1);
     std::vector<Corners> triangles(500);

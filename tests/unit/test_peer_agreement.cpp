@@ -1,4 +1,4 @@
-// The statistics of halflight-peer on pictures whose differences and noise are known.
+// Tests the statistics of halflight-peer on pictures with known differences and noise.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -10,10 +10,10 @@
 namespace halflight::peer {
 namespace {
 
-constexpr int kSide = 4;  // of a block, pixels
+constexpr int kSide = 4;  // pixels of a block's side
 
-/// Pictures of `blocks` x `blocks` blocks: `value` with independent Gaussian noise of deviation `noise` in every block,
-/// as of a converged block's mean.
+/// Returns pictures of `blocks` x `blocks` blocks of value `value`. Every block has independent Gaussian noise of
+/// standard deviation `noise`, like the mean of a converged block.
 std::vector<Image> noisy(int pictures, int blocks, double value, double noise, unsigned seed) {
     std::mt19937 generator(seed);
     std::normal_distribution<double> normal(value, noise);
@@ -31,7 +31,7 @@ std::vector<Image> noisy(int pictures, int blocks, double value, double noise, u
     return result;
 }
 
-TEST(Converge, TellsTheErrorOfTheMean) {
+TEST(Converge, EstimatesTheErrorOfTheMean) {
     std::vector<Image> pictures;
     for (const float v : {1.0f, 2.0f, 3.0f, 6.0f}) pictures.push_back({2, 1, 3}), pictures.back().pixels.assign(6, v);
     const Converged c = converge(pictures);
@@ -41,7 +41,7 @@ TEST(Converge, TellsTheErrorOfTheMean) {
 }
 
 TEST(Compare, GivesEveryBlockItsOwnError) {
-    // Ours is exact; of theirs only the right block is noisy: 1.1, 1.3 and 1.2 against 1.
+    // Our pictures are exact; the right block of theirs is noisy: 1.1, 1.3 and 1.2 against 1.
     std::vector<Image> ours(3, Image(2 * kSide, kSide + 1, 1)), theirs = ours;
     for (Image& image : ours) image.pixels.assign(image.pixels.size(), 1);
     const float right[] = {1.1f, 1.3f, 1.2f};
@@ -68,18 +68,20 @@ TEST(Compare, GivesEveryBlockItsOwnError) {
         << text(a);
 }
 
-// Errors are estimated from as few as five pictures: the count that noise is said to cause must hold on average.
-TEST(Compare, ExpectsAsManyBeyondAsNoiseCauses) {
+// Errors are estimated from as few as five pictures. The number of blocks beyond the threshold that noise explains must
+// be right on average.
+TEST(Compare, ExpectsTheOutliersOfNoise) {
     constexpr int kBlocks = 40;
     const Agreement a = compare(noisy(5, kBlocks, 1, 0.03, 1), noisy(5, kBlocks, 1, 0.01, 2), kSide, 0.01);
     const double n = kBlocks * kBlocks, share = a.expected_beyond / n;
     EXPECT_GT(share, 0.05);
     EXPECT_LT(share, 0.3);
-    // The expectation itself is noisy where it's told from the same errors: six rather than four deviations.
+    // The expectation is noisy itself, because it comes from the same errors; hence six instead of four standard
+    // deviations.
     EXPECT_NEAR(static_cast<double>(a.beyond), a.expected_beyond, 6 * std::sqrt(n * share * (1 - share)));
 }
 
-TEST(Compare, SeesADifferenceInTheNoise) {
+TEST(Compare, DetectsADifferenceInTheNoise) {
     constexpr int kBlocks = 20;
     const Agreement a = compare(noisy(8, kBlocks, 1, 0.01, 3), noisy(8, kBlocks, 0.95, 0.01, 4), kSide, 0.02);
     EXPECT_GT(a.beyond, 390u);
@@ -87,7 +89,7 @@ TEST(Compare, SeesADifferenceInTheNoise) {
     EXPECT_NEAR(a.whole.relative, -0.05, 4 * a.whole.error);
 }
 
-TEST(Compare, LeavesOutBlackBlocks) {
+TEST(Compare, IgnoresBlackBlocks) {
     std::vector<Image> ours(2, Image(kSide, kSide, 3)), theirs = ours;
     EXPECT_TRUE(compare(ours, theirs, kSide, 0.02).blocks.empty());
 }
@@ -101,7 +103,7 @@ TEST(Picture, ShowsTheSignOfTheDifference) {
     ASSERT_EQ(p.width, 4 * kSide);
     ASSERT_EQ(p.height, kSide);
     EXPECT_GT(p.at(0, 0)[0], p.at(kSide, 0)[0]);
-    for (const int x : {2 * kSide, 3 * kSide}) {  // -2 % of +-4 %: half way from white to blue
+    for (const int x : {2 * kSide, 3 * kSide}) {  // -2 % of +-4 %: halfway from white to blue
         EXPECT_NEAR(p.at(x, 0)[0], 0.5, 1e-3);
         EXPECT_NEAR(p.at(x, 0)[1], 0.5, 1e-3);
         EXPECT_NEAR(p.at(x, 0)[2], 1, 1e-3);

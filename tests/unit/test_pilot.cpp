@@ -1,4 +1,4 @@
-// What a pilot's figures come to.
+// Tests the decisions of a pilot.
 #include <gtest/gtest.h>
 
 #include "renderer/pilot.h"
@@ -8,13 +8,13 @@ namespace {
 
 constexpr Estimator kAsked{.reuse = Reuse::automatic, .camera = CameraRays::automatic, .shadow = ShadowRays::automatic};
 
-TEST(Pilot, WhereNothingHelpsNothingIsTaken) {
+TEST(Pilot, WithoutGainNothingIsChosen) {
     EXPECT_EQ(settled(kAsked, {{1, 1, 1}, {1, 1, 1}}), Estimator());
     EXPECT_EQ(settled(kAsked, {{0, 0, 0}, {0, 0, 0}}), Estimator());
     EXPECT_EQ(settled(kAsked, {{1, 1, 1}, {2, 3, 4}}), Estimator()) << "so few pictures may tell of more noise";
 }
 
-TEST(Pilot, WhatMakesTheErrorIsSampledMore) {
+TEST(Pilot, TheLargestErrorGetsMoreSamples) {
     const Estimator edges = settled(kAsked, {{10, 0.01, 0.2}, {1, 0.003, 0.02}});
     EXPECT_GE(edges.camera, CameraRays::eight);
     EXPECT_EQ(edges.shadow, ShadowRays::one);
@@ -27,8 +27,8 @@ TEST(Pilot, WhatMakesTheErrorIsSampledMore) {
     EXPECT_EQ(opening.reuse, Reuse::sixteen);
 }
 
-/// Where groups of 16 have a little less than half the error, smaller ones have little more of it and cost less.
-TEST(Pilot, NoMoreThanHelps) {
+/// Groups of 16 have a little less than half the error. Smaller groups have little more error and cost less.
+TEST(Pilot, PrefersSmallerGroupsWithEqualGain) {
     const Estimator some = settled(kAsked, {{0, 0, 1}, {0, 0, 0.45}});
     EXPECT_GE(some.reuse, Reuse::four);
     EXPECT_LT(some.reuse, Reuse::sixteen);
@@ -36,7 +36,7 @@ TEST(Pilot, NoMoreThanHelps) {
     EXPECT_EQ(many.reuse, Reuse::sixteen);
 }
 
-/// Well distributed samples do better than 1/n, down to nothing left.
+/// Well distributed samples converge faster than 1/n, so extrapolated errors reach zero.
 TEST(Pilot, ErrorsAreNeverNegative) {
     for (const double left : {0.0, 0.05, 0.14, 0.2}) {
         const Estimator found = settled(kAsked, {{0, 1, 0.05}, {0, left, 0.01}});
@@ -45,7 +45,7 @@ TEST(Pilot, ErrorsAreNeverNegative) {
     }
 }
 
-TEST(Pilot, DecidesNothingElse) {
+TEST(Pilot, LeavesOtherSettingsAlone) {
     Estimator asked = kAsked;
     asked.lights = LightChoice::tree, asked.sun = SunChoice::among, asked.sampler = SamplePoints::blue_noise;
     asked.reuse = Reuse::four;

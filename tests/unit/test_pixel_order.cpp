@@ -1,4 +1,4 @@
-// Path index <-> pixel of a band.
+// Tests the mapping between path indices and pixels of a band.
 #include "shaders/shared/pixel_order.h"
 
 #include <gtest/gtest.h>
@@ -12,7 +12,7 @@
 namespace halflight::shared {
 namespace {
 
-/// Every path has a pixel of its own within the band's blocks, and the way back leads to it.
+/// Checks that every path has its own pixel within the band's blocks, and that the inverse leads back.
 void expect_bijection(const uvec2& tiles) {
     const uvec2 size = tiles * 16u;
     std::vector<char> taken(std::size_t{size.x} * size.y);
@@ -58,7 +58,7 @@ TEST(PixelOrder, FirstHalfOfThePathsHoldsEveryOtherRowOfBlocks) {
     }
 }
 
-/// Groups of path reuse: whoever one leads to leads back by the same step, and to the same others.
+/// Checks groups of path reuse: a partner leads back by the same step, and to the same other members.
 TEST(PixelOrder, GroupsTakeAPixelOfEachCellOfTheirBlock) {
     const uvec2 tiles{2, 3};
     for (const auto& [size, extent] : {std::pair{4u, uvec2(8, 8)}, {8u, uvec2(16, 8)}, {16u, uvec2(16, 16)}}) {

@@ -1,4 +1,4 @@
-// PNG: what is written is what libpng reads; every kind of pixel; rounding; failures.
+// Tests PNG files: compatibility with libpng, pixel formats, rounding, failures.
 #include <gtest/gtest.h>
 #include <png.h>
 #include <unistd.h>
@@ -73,7 +73,7 @@ struct Kind {
     int interlace = PNG_INTERLACE_NONE;
 };
 
-/// Rows as they are stored.
+/// Encodes rows as they are stored.
 std::string encode(int side, const Kind& kind, std::vector<std::vector<std::uint8_t>> rows) {
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
     png_infop info = png_create_info_struct(png);
@@ -85,7 +85,7 @@ std::string encode(int side, const Kind& kind, std::vector<std::vector<std::uint
     const auto pixels = static_cast<png_uint_32>(side);
     png_set_IHDR(png, info, pixels, pixels, kind.depth, kind.color_type, kind.interlace, PNG_COMPRESSION_TYPE_DEFAULT,
                  PNG_FILTER_TYPE_DEFAULT);
-    png_set_gAMA(png, info, 0.2);  // is not looked at
+    png_set_gAMA(png, info, 0.2);  // must be ignored
     if (kind.color_type == PNG_COLOR_TYPE_PALETTE) {
         const png_color palette[] = {{1, 2, 3}, {4, 5, 6}};
         const png_byte alpha[] = {128};
@@ -106,7 +106,7 @@ std::vector<std::uint8_t> decode(const std::string& bytes) {
     return image.rgba;
 }
 
-TEST(Png, EveryKindOfPixelIsRead) {
+TEST(Png, EveryPixelFormatIsRead) {
     using Bytes = std::vector<std::uint8_t>;
     EXPECT_EQ(decode(encode(2, {1, PNG_COLOR_TYPE_GRAY}, {{0x40}, {0x80}})),
               (Bytes{0, 0, 0, 255, 255, 255, 255, 255, 255, 255, 255, 255, 0, 0, 0, 255}));
@@ -129,14 +129,14 @@ TEST(Png, EveryTruncationIsAnError) {
     EXPECT_EQ(error_message([&] { read_png("a.png", bytes, 2, image); }), "a.png: 3 x 3 texels are more than 2 a side");
 }
 
-TEST(Png, TextLiesBesideThePixels) {
+TEST(Png, TextDoesNotChangeThePixels) {
     const std::vector<std::uint8_t> pixels = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};
     const std::string plain = encode_png("a.png", 2, 2, 3, pixels);
     const std::string marked = encode_png("a.png", 2, 2, 3, pixels, {"Title", "one"});
     EXPECT_EQ(text_of_png(plain, "Title"), "");
     EXPECT_EQ(text_of_png(marked, "Title"), "one");
     EXPECT_EQ(text_of_png(marked, "Titl"), "");
-    // libpng checks the sum of every chunk that it knows.
+    // libpng checks the CRC of every chunk that it knows.
     EXPECT_EQ(read_png("a.png", marked, 16).pixels, read_png("a.png", plain, 16).pixels);
     for (std::size_t length = 0; length < marked.size(); ++length) text_of_png(marked.substr(0, length), "Title");
     EXPECT_EQ(text_of_png(marked.substr(0, 60), "IHDR"), "");
@@ -156,7 +156,7 @@ TEST(Png, QuantizationRoundsToNearest) {
     EXPECT_EQ(quantize_8bit(std::numeric_limits<float>::quiet_NaN()), 0);
 }
 
-TEST(Png, RefusesWhatIsNoImage) {
+TEST(Png, RefusesOtherFiles) {
     EXPECT_THROW(write_png(temporary("bad.png"), 0, 1, 3, {}), Error);
     EXPECT_THROW(write_png(temporary("bad.png"), 2, 2, 3, {1, 2, 3}), Error);
     EXPECT_THROW(write_png(temporary("bad.png"), 1, 1, 5, {1, 2, 3, 4, 5}), Error);

@@ -1,4 +1,4 @@
-// Preview modes as they are asked for and told, and how they hand over.
+// Tests the text form of preview modes, and the hand-over to unbiased samples.
 #include "engine/settings/preview.h"
 
 #include <gtest/gtest.h>
@@ -9,7 +9,7 @@
 namespace halflight {
 namespace {
 
-TEST(Preview, IsWhatItsTextSays) {
+TEST(Preview, TextRoundTrips) {
     for (const bool cache : {false, true}) {
         for (const bool temporal : {false, true}) {
             for (const bool filter : {false, true}) {
@@ -26,7 +26,7 @@ TEST(Preview, IsWhatItsTextSays) {
     EXPECT_EQ(known_previews(), "cache, temporal, filter");
 }
 
-TEST(Preview, UnknownModesAreRefusedByName) {
+TEST(Preview, UnknownModesAreNamed) {
     const auto message = [](const char* list) { return error_message([&] { preview_named(list); }); };
     EXPECT_EQ(message("blur"), "blur: 'blur' is no preview mode; there are: cache, temporal, filter");
     EXPECT_EQ(message("filter,filter"), "filter,filter: 'filter' is given twice");
@@ -35,14 +35,14 @@ TEST(Preview, UnknownModesAreRefusedByName) {
     for (const char* list : {"", "filter,", ",filter", "Filter", "filter "}) EXPECT_NE(message(list), "") << list;
 }
 
-/// Errors as if samples of either kind were independent; a cached one is worth `worth` others.
+/// Returns the error if all samples were independent and a cached sample were worth `worth` others.
 double error_after(int samples, double worth) {
     const double weight = cached_weight(samples);
     const int cached = std::min(samples, kCachedSamples), others = samples - cached;
     return weight * weight / (cached * worth) + (others > 0 ? (1 - weight) * (1 - weight) / others : 0);
 }
 
-TEST(HandOver, GoesFromAllToNothingWithoutABump) {
+TEST(HandOver, FadesWithoutIncreasingTheError) {
     for (int samples = 1; samples <= kCachedSamples; ++samples) EXPECT_EQ(cached_weight(samples), 1);
     for (int samples = kCachedSamples; samples < kHandedOver; ++samples)
         EXPECT_LT(cached_weight(samples + 1), cached_weight(samples));

@@ -1,4 +1,4 @@
-// Programs from disk are those that would have been compiled; whatever else lies there is as good as nothing.
+// Tests cached program binaries: they equal compiled programs, and damaged files are ignored.
 #include "engine/gpu/program_binaries.h"
 
 #include <epoxy/gl.h>
@@ -46,7 +46,7 @@ ProgramBinary binary_of(char fill, std::size_t count) {
     return {7, std::vector<char>(count, fill)};
 }
 
-TEST(ProgramBinaries, GiveBackWhatWasStored) {
+TEST(ProgramBinaries, LoadWhatWasStored) {
     const Folder folder;
     const ProgramBinaries binaries(folder.path() / "a" / "b", "driver");
     EXPECT_FALSE(binaries.load("key"));
@@ -61,7 +61,7 @@ TEST(ProgramBinaries, GiveBackWhatWasStored) {
     EXPECT_EQ(binaries.load("key")->bytes, std::vector<char>(10, 'y')) << "replaced";
 }
 
-TEST(ProgramBinaries, DamagedFilesAreNotThere) {
+TEST(ProgramBinaries, DamagedFilesAreIgnored) {
     const Folder folder;
     const ProgramBinaries binaries(folder.path(), "driver");
     binaries.store("key", binary_of('x', 100));
@@ -82,7 +82,7 @@ TEST(ProgramBinaries, DamagedFilesAreNotThere) {
     }
     put(std::string(100000, '\xff'));
     EXPECT_FALSE(binaries.load("key"));
-    fs::resize_file(file, std::uintmax_t{1} << 40);  // a hole
+    fs::resize_file(file, std::uintmax_t{1} << 40);  // a sparse file
     EXPECT_FALSE(binaries.load("key"));
     fs::remove(file);
     ASSERT_EQ(::mkfifo(file.c_str(), 0600), 0);
@@ -91,7 +91,7 @@ TEST(ProgramBinaries, DamagedFilesAreNotThere) {
     fs::create_directory(file);
     EXPECT_FALSE(binaries.load("key"));
     fs::remove(file);
-    // A file of another key in this one's place, as after a collision of names.
+    // A file of another key has this one's name, as after a hash collision.
     binaries.store("other", binary_of('z', 100));
     fs::copy_file(binaries.file("other"), file, fs::copy_options::overwrite_existing);
     EXPECT_FALSE(binaries.load("key"));
@@ -109,7 +109,7 @@ TEST(ProgramBinaries, StayWithinTheirSize) {
     binaries.store("b", binary_of('b', 1500));
     age("a", 200);
     age("b", 100);
-    EXPECT_TRUE(binaries.load("a"));  // used now
+    EXPECT_TRUE(binaries.load("a"));  // marks it as recently used
     binaries.store("c", binary_of('c', 1500));
     EXPECT_TRUE(binaries.load("a"));
     EXPECT_FALSE(binaries.load("b")) << "not used for longest";
@@ -120,7 +120,7 @@ TEST(ProgramBinaries, StayWithinTheirSize) {
     EXPECT_EQ(folder.files(), 2u);
 }
 
-TEST(ProgramBinaries, AFolderThatCannotBeMadeIsNoError) {
+TEST(ProgramBinaries, AnUnwritableFolderIsNoError) {
     const Folder folder;
     std::ofstream(folder.path()) << "a file";
     const ProgramBinaries binaries(folder.path() / "sub", "driver");
@@ -150,7 +150,7 @@ class StoredPrograms : public GpuTest {
     }
 };
 
-TEST_F(StoredPrograms, DoWhatCompiledOnesDo) {
+TEST_F(StoredPrograms, WorkLikeCompiledPrograms) {
     if (!can_store()) GTEST_SKIP() << "this driver gives no program binaries";
     const Folder folder;
     const ProgramBinaries binaries(folder.path(), "driver");
@@ -162,13 +162,13 @@ TEST_F(StoredPrograms, DoWhatCompiledOnesDo) {
     EXPECT_EQ(folder.files(), 2u);
 }
 
-TEST_F(StoredPrograms, AreCompiledAgainWhereTheDriverRefusesThem) {
+TEST_F(StoredPrograms, AreRecompiledWhereTheDriverRefusesThem) {
     if (!can_store()) GTEST_SKIP() << "this driver gives no program binaries";
     const Folder folder;
     const ProgramBinaries binaries(folder.path(), "driver");
     make(binaries, "5u");
     const fs::path file = fs::directory_iterator(folder.path())->path();
-    // The key of the file is all that is needed to put something else under it.
+    // The key is enough to store another binary under it.
     const std::string text = expand({"writer", kWriter}, {{"VALUE", "5u"}}).text;
     const auto good = binaries.load(text);
     ASSERT_TRUE(good);

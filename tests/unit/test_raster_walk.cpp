@@ -1,5 +1,5 @@
-// The walk over the hierarchy alone: nothing that a ray can meet stays untraced, whatever is remembered and however
-// late answers come; what is known to be hidden costs few questions.
+// Tests the traversal of raster culling alone: every visible leaf is traced, whatever is remembered and however late
+// answers arrive, and hidden nodes cost few queries.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace halflight::rays {
 namespace {
 
-/// Four children a node, `levels` below the root; the leaves lie along a line.
+/// Returns a tree with four children per node and `levels` levels below the root; its leaves lie along a line.
 CullTree tree_of(int levels) {
     CullTree tree;
     tree.nodes.emplace_back();
@@ -38,7 +38,7 @@ CullTree tree_of(int levels) {
     return tree;
 }
 
-/// Answers from a set of visible leaves; some answers come late, some say "visible" for no reason.
+/// Answers queries from a set of visible leaves; some answers are late, and some are "visible" without cause.
 class FakeDevice : public CullDevice {
   public:
     FakeDevice(const CullTree& tree, const std::vector<bool>& visible, double overcount)
@@ -77,7 +77,7 @@ class FakeDevice : public CullDevice {
     std::mt19937 random_{1};
 
   public:
-    std::vector<int> traced;  // how often, by node
+    std::vector<int> traced;  // number of traces per node
 };
 
 std::vector<bool> some_leaves(const CullTree& tree, double share, std::uint32_t seed) {
@@ -89,13 +89,13 @@ std::vector<bool> some_leaves(const CullTree& tree, double share, std::uint32_t 
     return visible;
 }
 
-TEST(RasterWalk, WhatIsVisibleIsTracedOnce) {
+TEST(RasterWalk, VisibleLeavesAreTracedOnce) {
     const CullTree tree = tree_of(4);
     std::mt19937 random(2);
     CullState state;
     RasterStatistics statistics;
     for (std::uint32_t run = 0; run < 60; ++run) {
-        if (run % 10 == 9) {  // senseless memory
+        if (run % 10 == 9) {  // random visibility state
             for (CullMemory& m : state.nodes) {
                 m = {static_cast<std::uint32_t>(random()), static_cast<std::uint32_t>(random()), run % 20 ? 1u : 77u};
             }
@@ -113,7 +113,7 @@ TEST(RasterWalk, WhatIsVisibleIsTracedOnce) {
     EXPECT_EQ(statistics.runs, 60u);
 }
 
-TEST(RasterWalk, WhatStaysAsItIsCostsFewQueries) {
+TEST(RasterWalk, AnUnchangedSceneCostsFewQueries) {
     const CullTree tree = tree_of(5);
     const std::vector<bool> visible = some_leaves(tree, 0.3, 3);
     const auto leaves = static_cast<std::size_t>(std::count(visible.begin(), visible.end(), true));
@@ -127,10 +127,10 @@ TEST(RasterWalk, WhatStaysAsItIsCostsFewQueries) {
         FakeDevice device(tree, visible, 0);
         walk(tree, state, device, steady);
     }
-    EXPECT_EQ(steady.leaves, 20 * leaves);             // nothing hidden is traced
-    EXPECT_LT(steady.queries, steady.nodes / 4);       // nor asked about alone
-    EXPECT_GT(steady.saved_visible, 20 * leaves / 2);  // re-tests are rare
-    EXPECT_GT(steady.queries, steady.multi_queries);   // but they happen
+    EXPECT_EQ(steady.leaves, 20 * leaves);             // hidden leaves are not traced
+    EXPECT_LT(steady.queries, steady.nodes / 4);       // hidden nodes are queried in groups
+    EXPECT_GT(steady.saved_visible, 20 * leaves / 2);  // visible nodes are re-tested rarely
+    EXPECT_GT(steady.queries, steady.multi_queries);   // but they are re-tested
 }
 
 TEST(RasterWalk, NothingToWalk) {

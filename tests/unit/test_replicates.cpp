@@ -1,4 +1,4 @@
-// The error of a mean of replicates, against pictures whose true value is known: 0.
+// Tests the error estimate of a mean of replicates on pictures whose true value is 0.
 #include "engine/core/replicates.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ using Picture = std::vector<double>;
 
 struct Outcome {
     ErrorEstimate estimate;
-    double truth = 0;  // of the mean
+    double truth = 0;  // true squared error of the mean
 };
 
 Outcome look(const std::vector<Picture>& replicates) {
@@ -37,7 +37,8 @@ Outcome look(const std::vector<Picture>& replicates) {
 
 TEST(ReplicateError, IsTheVarianceOfTheMean) {
     const Outcome o = look({{1, 0}, {-1, 0}, {2, 0}, {-2, 0}});
-    EXPECT_DOUBLE_EQ(o.estimate.value, 10.0 / 3 / 4 / 2);  // sample variance 10 / 3, of the mean a quarter, two values
+    // a quarter of the sample variance 10 / 3, averaged over two values
+    EXPECT_DOUBLE_EQ(o.estimate.value, 10.0 / 3 / 4 / 2);
     const Outcome same = look({{1}, {1}, {1}, {1}});
     EXPECT_EQ(same.estimate.value, 0);
     EXPECT_EQ(same.estimate.bound, 0);
@@ -70,8 +71,8 @@ void expect_coverage(const char* what, const std::function<Picture(std::mt19937&
         excess.add(e.value - truth);
     }
     EXPECT_NEAR(excess.mean(), 0, 4 * excess.standard_error()) << what;
-    // 95 % less three standard errors of a share of 1000, which are 2.1 %, and 1 % for products that are not quite
-    // normal.
+    // The bound is 95 % minus three standard errors of a share of 1000 (2.1 %), minus 1 % because products are not
+    // quite normal.
     EXPECT_GE(inside, 0.92 * kTrials) << what;
     EXPECT_GE(below, 0.92 * kTrials) << what;
     EXPECT_LE(inside, 0.985 * kTrials) << what;
@@ -89,7 +90,7 @@ TEST(ReplicateError, HoldsForGaussianPixels) {
     });
 }
 
-TEST(ReplicateError, HoldsWhereNeighboursShareTheirNoise) {
+TEST(ReplicateError, HoldsForCorrelatedNeighbours) {
     std::normal_distribution<double> normal;
     expect_coverage("blocks of 20", [&](std::mt19937& random) {
         Picture picture(kValues);

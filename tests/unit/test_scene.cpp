@@ -1,4 +1,4 @@
-// Scene values: validation, bounds, light, sky, cameras.
+// Tests scene values: validation, bounds, lights, sky, cameras.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace halflight {
 namespace {
 
-/// One triangle, one instance, everything as it should be.
+/// Returns a valid scene of one triangle and one instance.
 Scene good_scene() {
     Scene scene;
     scene.images.push_back({"white", 1, 1, {255, 255, 255, 255}});
@@ -30,12 +30,12 @@ Scene good_scene() {
     return scene;
 }
 
-TEST(SceneValidation, AcceptsWhatIsPromised) {
+TEST(SceneValidation, AcceptsValidScenes) {
     EXPECT_NO_THROW(validate(good_scene()));
     EXPECT_NO_THROW(validate(Scene()));
 }
 
-TEST(SceneValidation, NamesWhatIsNot) {
+TEST(SceneValidation, NamesInvalidElements) {
     constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
     const struct {
         const char* subject;
@@ -90,7 +90,7 @@ TEST(SceneValidation, NamesWhatIsNot) {
     }
 }
 
-TEST(SceneBounds, HoldAllInstances) {
+TEST(SceneBounds, ContainAllInstances) {
     Scene scene = good_scene();
     scene.instances.push_back({"far", 0, glm::translate(dmat4(1), dvec3(1e6, 0, -2)), 0});
     scene.instances.push_back({"mirrored", 0, glm::scale(dmat4(1), dvec3(-3, 1, 1)), 0});
@@ -100,7 +100,7 @@ TEST(SceneBounds, HoldAllInstances) {
     EXPECT_TRUE(world_bounds(Scene()).empty());
 }
 
-TEST(SceneLight, IsFoundWhereverItComesFrom) {
+TEST(SceneLight, IsDetectedFromEverySource) {
     Scene dark = good_scene();
     dark.lights.clear();
     EXPECT_FALSE(has_light(dark));
@@ -135,7 +135,7 @@ TEST(SceneSky, GivesAHorizontalPlaneAnIrradianceOfPi) {
     double irradiance = 0;
     for (int y = 0; y < sky.map.height; ++y) {
         const double v0 = kPi * y / sky.map.height, v1 = kPi * (y + 1) / sky.map.height;
-        // Integral of cos(theta) over the row's band of the upper hemisphere.
+        // Integrates cos(theta) over the row's band of the upper hemisphere.
         const double projected =
             std::pow(std::cos(std::min(v0, kPi / 2)), 2) - std::pow(std::cos(std::min(v1, kPi / 2)), 2);
         irradiance += sky.color.g * sky.map.at(0, y)[1] * kPi * projected;
@@ -144,7 +144,7 @@ TEST(SceneSky, GivesAHorizontalPlaneAnIrradianceOfPi) {
     EXPECT_EQ(sky.map.at(0, 20)[0], sky.map.at(63, 31)[2]) << "neutral, and constant below the horizon";
 }
 
-TEST(SceneCamera, LooksFromThereToThere) {
+TEST(SceneCamera, LooksFromAPointAtAPoint) {
     const Camera camera = look_at_camera({1, 2, 3}, {1, 2, -5}, {0, 7, 7}, 1.0);
     EXPECT_EQ(camera.camera_to_world, glm::translate(dmat4(1), dvec3(1, 2, 3)));
     const Camera down = look_at_camera({0, 5, 0}, {0, 0, 0}, {0, 0, -1}, 1.0);
@@ -152,7 +152,7 @@ TEST(SceneCamera, LooksFromThereToThere) {
     EXPECT_EQ(dvec3(down.camera_to_world[0]), dvec3(1, 0, 0));
 }
 
-TEST(SceneCamera, LengthsSayNothing) {
+TEST(SceneCamera, LengthsOfDirectionsDoNotMatter) {
     const dvec3 from(0), at(0.3, -0.2, -1), up(0.1, 1, 0.7);
     const dmat4 view = look_at_camera(from, at, up, 1).camera_to_world;
     for (const double scale : {std::ldexp(1.0, -600), std::ldexp(1.0, 600)}) {
@@ -161,7 +161,7 @@ TEST(SceneCamera, LengthsSayNothing) {
     }
 }
 
-TEST(SceneCamera, RefusesWhatIsNoView) {
+TEST(SceneCamera, RefusesDegenerateViews) {
     const dvec3 a(0), b(0, 0, -1), up(0, 1, 0);
     EXPECT_NE(error_message([&] { look_at_camera(a, a, up, 1); }).find("same point"), std::string::npos);
     EXPECT_NE(error_message([&] { look_at_camera(a, b, dvec3(0, 0, 3), 1); }).find("up"), std::string::npos);

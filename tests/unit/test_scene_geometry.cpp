@@ -1,4 +1,4 @@
-// Mending meshes, and tangents as MikkTSpace makes them.
+// Tests mesh repair, and tangents against MikkTSpace.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -21,7 +21,7 @@ Mesh triangles(std::vector<vec3> positions, std::vector<uvec3> indices) {
     return mesh;
 }
 
-TEST(SceneGeometry, DropsBadTrianglesAndWhatTheyLeaveBehind) {
+TEST(SceneGeometry, DropsDegenerateTrianglesAndUnusedVertices) {
     Mesh mesh = triangles({{kNan, 0, 0}, {0, 0, 0}, {1, 0, 0}, {9, 9, 9}, {0, 1, 0}, {2, 0, 0}, {0, kInfinity, 0}},
                           {{0, 1, 2}, {1, 2, 5}, {1, 2, 4}, {1, 1, 4}, {1, 6, 2}});
     mesh.uvs[1] = {{0, 0}, {1, 0}, {2, 0}, {3, 0}, {4, 0}, {5, 0}, {6, 0}};
@@ -34,7 +34,7 @@ TEST(SceneGeometry, DropsBadTrianglesAndWhatTheyLeaveBehind) {
     EXPECT_EQ(mesh.uvs[1], (std::vector<vec2>{{1, 0}, {2, 0}, {4, 0}}));
 }
 
-TEST(SceneGeometry, KeepsTheTiniestTriangle) {
+TEST(SceneGeometry, KeepsTheSmallestTriangle) {
     const float tiny = std::numeric_limits<float>::denorm_min();
     Mesh mesh = triangles({{0, 0, 0}, {tiny, 0, 0}, {0, tiny, 0}}, {{0, 1, 2}});
     EXPECT_EQ(drop_bad_triangles(mesh).degenerate, 0u);
@@ -68,7 +68,7 @@ TEST(SceneGeometry, RepairsNormalsOfASheetWithTwoSides) {
     EXPECT_EQ(glm::abs(mesh.normals[0]), vec3(0, 0, 1));
 }
 
-TEST(SceneGeometry, AppendFillsWhatOnePartLacks) {
+TEST(SceneGeometry, AppendFillsMissingAttributes) {
     Mesh first = triangles({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {{0, 1, 2}});
     first.normals.assign(3, {0, 0, 1});
     first.uvs[0].assign(3, vec2(0.5f));
@@ -89,7 +89,7 @@ TEST(SceneGeometry, AppendFillsWhatOnePartLacks) {
     EXPECT_EQ(glm::dot(vec3(first.tangents[0]), first.normals[0]), 0.0f);
 }
 
-/// A unit square in the plane z = 0, facing +Z.
+/// Returns a unit square in the plane z = 0, facing +Z.
 Mesh square() {
     Mesh mesh = triangles({{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}}, {{0, 1, 2}, {0, 2, 3}});
     mesh.normals.assign(4, {0, 0, 1});
@@ -102,7 +102,7 @@ TEST(SceneTangents, OfAnUprightTexture) {
     EXPECT_EQ(mesh.tangents, std::vector<vec4>(4, vec4(1, 0, 0, 1))) << "bitangent up, against v";
 }
 
-TEST(SceneTangents, OfATurnedTexture) {
+TEST(SceneTangents, OfARotatedTexture) {
     Mesh mesh = square();
     generate_tangents(mesh, {{0, 0}, {0, 1}, {1, 1}, {1, 0}});
     EXPECT_EQ(mesh.tangents, std::vector<vec4>(4, vec4(0, 1, 0, 1)));
@@ -116,7 +116,7 @@ TEST(SceneTangents, OfAMirroredTexture) {
 }
 
 TEST(SceneTangents, SplitVerticesWhereTheTextureIsMirrored) {
-    // Two squares side by side, u growing away from the seam in both.
+    // Two squares side by side; u increases away from the seam in both.
     Mesh mesh = triangles({{-1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {-1, 1, 0}, {0, 1, 0}, {1, 1, 0}},
                           {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}});
     mesh.normals.assign(6, {0, 0, 1});
@@ -156,7 +156,7 @@ TEST(SceneTangents, AreUnitWhereTheTextureHasNoArea) {
         EXPECT_EQ(t.z, 0.0f);
         EXPECT_EQ(std::abs(t.w), 1.0f);
     }
-    // One such triangle beside a good one goes along with it.
+    // A degenerate triangle beside a valid one follows its neighbour.
     mesh = square();
     generate_tangents(mesh, {{0, 1}, {1, 1}, {1, 0}, {0, 1}});
     EXPECT_EQ(mesh.tangents[0], vec4(1, 0, 0, 1));
@@ -184,7 +184,7 @@ TEST(SceneTangents, OfAFanTooLargeForRecursion) {
 }
 
 // A bent strip of 3 x 2 quads whose texture is mirrored at the third column of vertices. Normals and tangents (one per
-// corner) are those of Blender 3.4, which uses Mikkelsen's own code.
+// corner) come from Blender 3.4, which uses Mikkelsen's own code.
 const std::vector<vec3> kBlenderNormals{
     {-0.183050483f, 0.0603946522f, 0.98124665f},
     {-0.409790635f, 0.136103705f, 0.901968658f},

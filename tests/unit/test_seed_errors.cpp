@@ -1,4 +1,4 @@
-// Errors from noisy renders and a noisy reference, against bias and variance that are known.
+// Tests error estimates from noisy renders and a noisy reference against known bias and variance.
 #include "tools/measure/common/seed_errors.h"
 
 #include <gtest/gtest.h>
@@ -11,8 +11,8 @@
 namespace halflight {
 namespace {
 
-/// Pictures of truth 1 + c / 2 in channel c, channels sharing their noise; gaussian or, of the same variance, heavy. Of
-/// every `apart` pixels one has all the noise.
+/// Pictures with the true value 1 + c / 2 in channel c; the channels share their noise, which is Gaussian or
+/// heavy-tailed with equal variance. One of every `apart` pixels has all the noise.
 class Pictures {
   public:
     explicit Pictures(std::uint32_t seed, bool heavy = false, int apart = 1)
@@ -35,7 +35,7 @@ class Pictures {
     }
 
   private:
-    /// Mean 0, variance 1. Heavy: one in 64 is 8 times the deviation.
+    /// Returns noise of mean 0 and variance 1. Heavy-tailed: one of 64 values is 8 standard deviations.
     double draw() {
         if (!heavy_) return normal_(generator_);
         return (generator_() % 64 == 0 ? 8 - 1 / 8.0 : -1 / 8.0) / std::sqrt(63.0 / 64);
@@ -47,7 +47,7 @@ class Pictures {
     int apart_;
 };
 
-TEST(SeedErrors, OfOffsetsAreExact) {
+TEST(SeedErrors, AreExactForOffsets) {
     Pictures pictures(1);
     const std::vector<Image> renders = pictures.renders(4, 0.5, 0);
     const Image reference = pictures.make(0, 0);
@@ -62,7 +62,7 @@ TEST(SeedErrors, OfOffsetsAreExact) {
     EXPECT_NEAR(relative.mse.value, mean_of(relative_squared_error_map(renders[0], reference)), 1e-6);
 }
 
-TEST(SeedErrors, MseIsBiasAndVariance) {
+TEST(SeedErrors, MseIsTheSumOfBiasAndVariance) {
     Pictures pictures(2);
     const std::vector<Image> renders = pictures.renders(5, 0.1, 0.2);
     const SeedErrors errors = seed_errors(renders, pictures.make(0, 0.3), pictures.make(0, 0.3));
@@ -79,18 +79,18 @@ TEST(SeedErrors, OneRenderHasAnErrorButNoInterval) {
         EXPECT_TRUE(std::isinf(interval.half_width));
 }
 
-TEST(SeedErrors, TellHeavyTails) {
+TEST(SeedErrors, DetectHeavyTails) {
     const auto share = [](bool heavy) {
         Pictures pictures(4, heavy);
         const Image reference = Pictures(5).make(0, 0.01);
         return seed_errors(pictures.renders(1, 0, 0.2), reference, reference).worst_share;
     };
-    // Of 1024 pixels the worst two: of 16 that hold all the error, or of Gaussian ones.
+    // The two worst of 1024 pixels: of 16 pixels that have all the error, or of Gaussian ones.
     EXPECT_GT(share(true), 0.08);
     EXPECT_LT(share(false), 0.03);
 }
 
-/// Over many experiments: how often the intervals hold the truth, and the means of the estimates.
+/// Counts, over many experiments, how often the intervals contain the truth; sums the estimates.
 struct Tally {
     int trials = 0, mse = 0, bias = 0, variance = 0;
     RunningMoments mean_mse, mean_bias, mean_variance;
@@ -104,7 +104,7 @@ struct Tally {
     }
 };
 
-TEST(SeedErrors, AreUnbiasedAndTheirIntervalsHold) {
+TEST(SeedErrors, AreUnbiasedAndIntervalsHaveTheirCoverage) {
     struct Case {
         double bias, noise, reference_noise;
         bool heavy = false;
@@ -127,7 +127,7 @@ TEST(SeedErrors, AreUnbiasedAndTheirIntervalsHold) {
         near(tally.mean_mse, c.bias * c.bias + c.noise * c.noise);
         near(tally.mean_bias, c.bias * c.bias);
         near(tally.mean_variance, c.noise * c.noise);
-        // 95 %, less three standard errors of a share of 300; the jackknife may be too careful.
+        // The bound is 95 % minus three standard errors of a share of 300; the jackknife may be conservative.
         for (const int held : {tally.mse, tally.bias, tally.variance}) EXPECT_GE(held, 0.91 * kTrials) << c.bias;
         EXPECT_LE(tally.variance, 0.99 * kTrials);
         EXPECT_LE(tally.mse, 0.995 * kTrials);

@@ -1,4 +1,4 @@
-// Settings as a file: what is written is read again, and what is wrong is named.
+// Tests settings files: round trips, and messages that name invalid elements.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -41,7 +41,7 @@ SavedSettings all_kinds() {
     return s;
 }
 
-TEST(SettingsFile, WhatIsWrittenIsRead) {
+TEST(SettingsFile, RoundTrips) {
     TemporaryFolder folder;
     SavedSettings s = all_kinds();
     for (const EnvironmentChoice& environment :
@@ -93,7 +93,7 @@ TEST(SettingsFile, MapsAreFoundThroughLinks) {
     }
 }
 
-TEST(SettingsFile, ElementsThatAreWrongAreNamed) {
+TEST(SettingsFile, InvalidElementsAreNamed) {
     TemporaryFolder folder;
     const auto message = [&](const std::string& text) {
         test::write_text(folder / "a.json", text);
@@ -137,7 +137,7 @@ TEST(SettingsFile, ElementsThatAreWrongAreNamed) {
     EXPECT_EQ(error_message([&] { read_settings(folder / "no.json"); }).find((folder / "no.json").string()), 0u);
 }
 
-TEST(SceneEdits, TurnTheEnvironmentByWholeTexels) {
+TEST(SceneEdits, RotateTheEnvironmentByWholeTexels) {
     Scene scene;
     scene.environment = {"map", vec3(1), Image(4, 2, 3)};
     for (int i = 0; i < 24; ++i) scene.environment.map.pixels[std::size_t(i)] = float(i);
@@ -160,7 +160,7 @@ TEST(SceneEdits, TurnTheEnvironmentByWholeTexels) {
     EXPECT_EQ(back.environment.map.pixels, before.environment.map.pixels);
 }
 
-TEST(SceneEdits, ColoursAreInPlaceOfTheLightsOwn) {
+TEST(SceneEdits, ColoursReplaceTheLightsOwn) {
     Scene scene;
     PunctualLight light;
     light.intensity = {0, 2, 8};
@@ -182,7 +182,7 @@ TEST(SceneEdits, ColoursAreInPlaceOfTheLightsOwn) {
     EXPECT_EQ(scene.environment.color, vec3(1, 1, 0));
 }
 
-TEST(SceneEdits, LightsAreMovedAndTurned) {
+TEST(SceneEdits, LightsAreMovedAndRotated) {
     Scene scene;
     PunctualLight spot;
     spot.type = LightType::spot;

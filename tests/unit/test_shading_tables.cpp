@@ -1,4 +1,4 @@
-// Shading tables: needs, defines, materials, textures, vertex rows.
+// Tests shading tables: needs, defines, materials, textures, vertex rows.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -16,7 +16,8 @@
 namespace halflight {
 namespace {
 
-/// A triangle in the plane x + y + z = 1 with everything per vertex; black and dull but for what a test adds.
+/// Returns a triangle in the plane x + y + z = 1 with all vertex attributes; its material is black and diffuse unless a
+/// test changes it.
 Scene plain_scene() {
     Scene scene;
     scene.name = "plain";
@@ -45,7 +46,7 @@ bool defines(const ShadingTables& tables, const std::string& name) {
     return std::any_of(all.begin(), all.end(), [&](const auto& d) { return d.first == name; });
 }
 
-TEST(ShadingTables, DullSceneNeedsNothingButDiffuse) {
+TEST(ShadingTables, DiffuseSceneNeedsDiffuseOnly) {
     const ShadingTables tables = tables_of(plain_scene());
     EXPECT_EQ(shader_defines(tables.needs), (std::vector<std::pair<std::string, std::string>>{
                                                 {"HALFLIGHT_DIFFUSE", "1"}, {"HALFLIGHT_VERTEX_STRIDE", "1"}}));
@@ -67,7 +68,8 @@ TEST(ShadingTables, NeedsFollowMaterials) {
     EXPECT_TRUE(with([](Material& m) { m.transmission = 0.5f; }).needs.transmission);
     EXPECT_FALSE(with([](Material& m) { m.transmission = 1; }).needs.diffuse);
     EXPECT_TRUE(with([](Material& m) { m.clearcoat = 1; }).needs.clearcoat);
-    EXPECT_FALSE(with([](Material& m) { m.specular_color = vec3(0.5f); }).needs.specular_color);  // nothing specular
+    // has no specular reflection
+    EXPECT_FALSE(with([](Material& m) { m.specular_color = vec3(0.5f); }).needs.specular_color);
     EXPECT_TRUE(with([](Material& m) { m.specular = 1, m.specular_color = vec3(0.5f); }).needs.specular_color);
     const ShadingTables unlit = with([](Material& m) { m.unlit = true, m.emission = vec3(7); });
     EXPECT_TRUE(unlit.needs.unlit && unlit.needs.emission);
@@ -79,7 +81,7 @@ TEST(ShadingTables, NeedsFollowMaterials) {
     EXPECT_FALSE(with([](Material& m) { m.base_color = vec4(0, 0, 0, 1); }).needs.diffuse);
 }
 
-TEST(ShadingTables, UnusedMaterialsCountForNothing) {
+TEST(ShadingTables, UnusedMaterialsHaveNoNeeds) {
     Scene scene = plain_scene();
     Material unused;
     unused.clearcoat = unused.transmission = 1;
@@ -99,11 +101,11 @@ TEST(ShadingTables, TexturesAreStoredOncePerUse) {
     m.metallic = m.specular = 1;
     m.base_color_texture.image = 0;
     m.emission = vec3(1);
-    m.emission_texture = m.base_color_texture;          // same descriptor
+    m.emission_texture = m.base_color_texture;          // equal descriptor
     m.normal_texture.image = 0;                         // same image, as data
     m.metallic_roughness_texture.image = 1;             //
     m.specular_texture = m.metallic_roughness_texture;  //
-    m.specular_texture.wrap_v = Wrap::mirrored_repeat;  // same texels, other descriptor
+    m.specular_texture.wrap_v = Wrap::mirrored_repeat;  // same texels, different descriptor
     m.specular_texture.uv_set = 1;
     m.specular_texture.uv_transform[2] = vec2(0.5f, 0.25f);
     const ShadingTables tables = tables_of(scene);
@@ -136,7 +138,7 @@ TEST(ShadingTables, ColourTexelsAreLinearHalves) {
     for (std::size_t i = 0; i < 256; ++i) {
         const double expected = srgb_to_linear(static_cast<std::uint8_t>(i));
         const float red = glm::unpackHalf1x16(tables.color_texels[i][0]);
-        // Half a unit in the last of 11 bits; half a step of 2^-24 for subnormal halves, of which sRGB has none but 0.
+        // The tolerance is half a unit in the last of 11 bits. sRGB has no subnormal halves but 0.
         EXPECT_NEAR(red, expected, expected * 0x1p-11) << i;
         EXPECT_NEAR(glm::unpackHalf1x16(tables.color_texels[i][3]), double(i) / 255, double(i) / 255 * 0x1p-11) << i;
     }
@@ -149,7 +151,7 @@ TEST(ShadingTables, NormalsAndTangentsOfMergedMeshesAreInWorldSpace) {
     scene.images.push_back({"n", 1, 1, {128, 128, 255, 255}});
     scene.materials[0].normal_texture.image = 0;
     scene.meshes[0].colors.assign(3, vec4(0.1f, 0.2f, 0.3f, 0.4f));
-    // Mirrors and stretches.
+    // A mirroring and a non-uniform scale.
     scene.instances[0].object_to_world = glm::scale(glm::rotate(dmat4(1), 0.7, dvec3(1, 2, 3)), dvec3(-2, 1, 0.1));
     const TraceTables trace = build_trace_tables(scene);
     const ShadingTables tables = build_shading_tables(scene, trace);

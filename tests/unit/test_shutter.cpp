@@ -1,4 +1,4 @@
-// When the shutter is open, and pictures of several times as one.
+// Tests shutter times, and the mean of pictures of several times.
 #include "renderer/shutter.h"
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ TEST(ShutterTimes, AreOneInEachStratum) {
     }
 }
 
-// In the mean over frames each stratum's time is its middle: the standard error is 1 / sqrt(12 n) of a stratum.
+// On average over frames each stratum's time is its middle, with a standard error of 1 / sqrt(12 n) of a stratum.
 TEST(ShutterTimes, AreUniformOverFramesAndSeeds) {
     constexpr int kFrames = 4000, kTimes = 3;
     double sums[kTimes] = {}, product = 0;
@@ -51,7 +51,7 @@ Image filled(int channels, std::initializer_list<float> values) {
     return image;
 }
 
-/// Of one pixel: `value` everywhere, object `name` on all samples.
+/// Returns a picture of one pixel: `value` in all layers, and object `name` in all samples.
 RenderResult picture(float value, int samples, const std::string& name) {
     RenderResult r;
     r.beauty = filled(4, {value, value, value, 1});
@@ -67,7 +67,7 @@ RenderResult picture(float value, int samples, const std::string& name) {
     return r;
 }
 
-TEST(ShutterMean, WeighsPicturesByTheirSamples) {
+TEST(ShutterMean, WeightsPicturesByTheirSamples) {
     ShutterMean mean(kAovs, 4);
     mean.add(picture(8, 1, "a"));
     mean.add(picture(4, 3, "b"));
@@ -92,7 +92,7 @@ TEST(ShutterMean, WeighsPicturesByTheirSamples) {
         }
 }
 
-TEST(ShutterMean, WantsNoMoreThanItTakes) {
+TEST(ShutterMean, NeedsAStillPictureOnlyForDataLayers) {
     EXPECT_FALSE(ShutterMean({"albedo", "variance", "cryptomaterial"}, 4).wants_still());
     EXPECT_TRUE(ShutterMean({"depth"}, 4).wants_still());
 }

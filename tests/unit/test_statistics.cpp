@@ -21,9 +21,9 @@ TEST(Quantile, Interpolates) {
     EXPECT_DOUBLE_EQ(quantile({0, 10}, 0.25), 2.5);
 }
 
-TEST(StudentTails, AreThoseOfTheTables) {
+TEST(StudentTails, AgreeWithTables) {
     EXPECT_NEAR(student_tails(0, 7), 1, 1e-9);
-    EXPECT_NEAR(student_tails(1, 1), 0.5, 1e-9);  // Cauchy
+    EXPECT_NEAR(student_tails(1, 1), 0.5, 1e-9);  // the Cauchy distribution
     EXPECT_NEAR(student_tails(3, 1), 1 - 2 / std::acos(-1.0) * std::atan(3.0), 1e-9);
     EXPECT_NEAR(student_tails(std::sqrt(2.0), 2), 1 - std::sqrt(0.5), 1e-9);  // 1 - t / sqrt(2 + t^2)
     EXPECT_NEAR(student_tails(2.364624, 7), 0.05, 1e-6);
@@ -32,7 +32,7 @@ TEST(StudentTails, AreThoseOfTheTables) {
     EXPECT_LT(student_tails(40, 14), 1e-14);
 }
 
-TEST(StudentQuantile, UndoesTheTails) {
+TEST(StudentQuantile, InvertsTheTails) {
     EXPECT_NEAR(student_quantile(0.95, 1), 12.706205, 1e-5);
     EXPECT_NEAR(student_quantile(0.95, 7), 2.364624, 1e-5);
     EXPECT_NEAR(student_quantile(0.99, 14), 2.976843, 1e-5);
@@ -51,27 +51,28 @@ TEST(Intervals, OfMeanAndJackknifeAreTheSameForAMean) {
     EXPECT_TRUE(mean.holds(6.4) && !mean.holds(6.5) && !mean.holds(-0.5));
 }
 
-TEST(Slope, OfAPowerIsItsExponent) {
+TEST(Slope, OfAPowerLawIsItsExponent) {
     std::vector<CurvePoint> points;
     for (const double x : {1.0, 2.0, 4.0, 32.0}) points.push_back({x, 5 / x, 0.1 / x});
     const Slope fit = fit_slope(points);
     EXPECT_NEAR(fit.slope.value, -1, 1e-12);
     EXPECT_NEAR(fit.scatter, 0, 1e-12);
-    // All errors are 2 %: by hand from the spread of log x about its mean, in units of log 2: -2, -1, 0, 3.
+    // All errors are 2 %. The half width follows from the spread of log x about its mean, in units of log 2: -2, -1, 0,
+    // 3.
     EXPECT_NEAR(fit.slope.half_width, 4.302653 * 0.02 / (std::log(2.0) * std::sqrt(14.0)), 1e-5);
-    points.push_back({64, 0, 1});  // no logarithm
+    points.push_back({64, 0, 1});  // has no logarithm
     EXPECT_EQ(fit_slope(points).points, 4);
-    points.push_back({1e6, 1, 1e6});  // no weight
+    points.push_back({1e6, 1, 1e6});  // has almost no weight
     EXPECT_NEAR(fit_slope(points).slope.value, -1, 1e-3);
     EXPECT_TRUE(std::isinf(fit_slope(std::vector<CurvePoint>{{1, 1, 0.1}}).slope.half_width));
     EXPECT_TRUE(std::isinf(fit_slope(std::vector<CurvePoint>{{1, 1, 0.1}, {1, 2, 0.1}}).slope.half_width));
 }
 
-TEST(Slope, IntervalHoldsTheTruth) {
+TEST(Slope, IntervalContainsTheTruth) {
     std::mt19937 generator(1);
     std::normal_distribution<double> normal;
     constexpr int kTrials = 2000;
-    for (const double told : {1.0, 0.1}) {  // errors as they are, and told far too small
+    for (const double told : {1.0, 0.1}) {  // correct errors, and errors that are far too small
         int held = 0;
         for (int trial = 0; trial < kTrials; ++trial) {
             std::vector<CurvePoint> points;
@@ -82,7 +83,7 @@ TEST(Slope, IntervalHoldsTheTruth) {
             held += fit_slope(points).slope.holds(-0.8);
         }
         EXPECT_GT(held, 0.935 * kTrials);                       // three standard errors of 95 % are 1.5 %
-        EXPECT_LT(held, (told < 1 ? 0.965 : 0.995) * kTrials);  // errors that are believed never narrow it
+        EXPECT_LT(held, (told < 1 ? 0.965 : 0.995) * kTrials);  // given errors never narrow the interval
     }
 }
 

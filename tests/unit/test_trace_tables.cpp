@@ -1,4 +1,4 @@
-// Scenes flattened for tracing: what is merged, what is shared, and where everything comes from.
+// Tests the flattening of scenes for tracing: what is merged, what is shared, and how ids map back.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,13 +39,13 @@ dmat4 moved(double x, double y, double z) {
     return glm::translate(dmat4(1), dvec3(x, y, z));
 }
 
-/// Where the tables put corner k of a triangle in the world.
+/// Returns the world position of corner k of a triangle in the tables.
 dvec3 placed(const TraceTables& tables, std::uint32_t instance, std::uint32_t triangle, int k) {
     return dvec3(tables.instances[instance].block_to_world * vec4(tables.positions[tables.triangles[triangle][k]], 1)) +
            tables.origin;
 }
 
-TEST(TraceTables, OriginIsWhereTheDetailIs) {
+TEST(TraceTables, OriginMinimizesRounding) {
     const Mesh triangle = one_triangle(vec3(-0.5f, -0.5f, 0));
     const dmat4 hill = glm::scale(dmat4(1), dvec3(1e5));
     const Scene scene = scene_of({triangle, triangle},
@@ -55,23 +55,23 @@ TEST(TraceTables, OriginIsWhereTheDetailIs) {
     EXPECT_EQ(build_trace_tables(scene_of({}, {})).origin, dvec3(0));
 }
 
-TEST(TraceTables, OriginOfTheReferencePoseIsTakenWhereItIsGoodEnough) {
+TEST(TraceTables, OriginOfTheReferencePoseIsReusedWherePreciseEnough) {
     const Mesh triangle = one_triangle(vec3(-0.5f, -0.5f, 0));
     const auto origin = [&](double x, const dvec3& reference) {
         return build_trace_tables(scene_of({triangle}, {instance_of(0, moved(x, 0, 0))}), 0, reference).origin;
     };
-    // The triangle's box is 1 x 1, half of its diagonal 0.71.
+    // The triangle's box is 1 x 1, and half its diagonal is 0.71.
     EXPECT_EQ(origin(11, dvec3(0)), dvec3(0));
     EXPECT_EQ(origin(12, dvec3(0)), dvec3(12, 0, 0)) << "17 sizes away";
     EXPECT_EQ(origin(1e6, dvec3(1e6 + 5, 0, 0)), dvec3(1e6 + 5, 0, 0));
-    // Of two far from each other no origin is good; that of the reference pose is no worse.
+    // Two distant triangles have no good origin; the reference pose's one is no worse than others.
     const Scene two = scene_of({triangle, triangle, triangle},
                                {instance_of(0), instance_of(1, moved(1000, 0, 0)), instance_of(2, moved(900, 0, 0))});
     EXPECT_EQ(build_trace_tables(two, 0, dvec3(1000, 0, 0)).origin, dvec3(1000, 0, 0));
     EXPECT_EQ(build_trace_tables(two, 0, dvec3(-5000, 0, 0)).origin, dvec3(900, 0, 0));
 }
 
-TEST(TraceTables, MergesWhatIsUsedOnceAndSharesTheRest) {
+TEST(TraceTables, MergesMeshesUsedOnceAndSharesOthers) {
     const Scene scene =
         scene_of({one_triangle(vec3(0)), one_triangle(vec3(5)), one_triangle(vec3(9))},
                  {instance_of(1, moved(1, 0, 0)), instance_of(0, moved(0, 2, 0)), instance_of(1, moved(3, 0, 0)),
@@ -150,13 +150,13 @@ TEST(TraceTables, KeepPrecisionFarFromTheOrigin) {
     EXPECT_NEAR(glm::distance(placed(tables, 2, 1, 2), far + dvec3(6, 1, 2)), 0, 1e-6);
 }
 
-TEST(TraceTables, RefuseWhatFloatsCannotHold) {
+TEST(TraceTables, RefuseValuesThatFloatsCannotRepresent) {
     const Scene scene = scene_of({one_triangle(vec3(0))}, {instance_of(0, glm::scale(dmat4(1), dvec3(1e14)))});
     EXPECT_EQ(error_message([&] { build_trace_tables(scene); }),
               "test: instance 0 reaches beyond 2^40 from the scene's centre");
 }
 
-TEST(TraceTables, FlagAlphaOnlyWhereItDecides) {
+TEST(TraceTables, FlagAlphaOnlyWhereItMatters) {
     const auto flagged = [](AlphaMode mode, float alpha, float cutoff, float vertex_alpha, int texel_alpha) {
         Scene scene = scene_of({one_triangle(vec3(0))}, {instance_of(0)});
         Material& material = scene.materials[0];
@@ -183,7 +183,7 @@ TEST(TraceTables, FlagAlphaOnlyWhereItDecides) {
     EXPECT_TRUE(flagged(AlphaMode::mask, 0.4f, 0.5f, 1, 256));
 }
 
-TEST(TraceTables, OfNothingAreEmpty) {
+TEST(TraceTables, AreEmptyForAnEmptyScene) {
     const TraceTables tables = build_trace_tables(scene_of({}, {}));
     EXPECT_TRUE(tables.triangles.empty() && tables.blocks.empty() && tables.instances.empty() && tables.bounds.empty());
 }

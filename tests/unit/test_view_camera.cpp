@@ -1,4 +1,4 @@
-// How the viewer's camera moves, and what it points at.
+// Tests camera movements and picking of the viewer.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,14 +17,14 @@ void expect_near(const dvec3& a, const dvec3& b, double tolerance = 1e-12) {
         << a.x << " " << a.y << " " << a.z << ", not " << b.x << " " << b.y << " " << b.z;
 }
 
-/// At z = 2, looks at the origin.
+/// Returns a pose at z = 2 that looks at the origin.
 CameraPose front() {
     CameraPose pose;
     pose.from = {0, 0, 2};
     return pose;
 }
 
-TEST(CameraPose, TheSameNumbersMakeTheSameCamera) {
+TEST(CameraPose, EqualPosesGiveEqualCameras) {
     CameraPose pose = front();
     pose.from = {0.1, 0.7, 2.3};
     pose.vertical_fov = 0.7;
@@ -51,7 +51,7 @@ TEST(CameraPose, RollAndLookingDownAreKept) {
     expect_near(dvec3(camera_of(pose_of(camera_of(down), 3)).camera_to_world[1]), dvec3(1, 0, 0));
 }
 
-TEST(CameraPose, NumbersThatMakeNoViewAreErrors) {
+TEST(CameraPose, DegenerateViewsAreErrors) {
     CameraPose pose = front();
     pose.at = pose.from;
     EXPECT_THROW(camera_of(pose), Error);
@@ -72,7 +72,7 @@ TEST(CameraControl, TheSceneFollowsTheDrag) {
         EXPECT_NEAR(pole.from.y, std::copysign(2, angle), 1e-5);
         EXPECT_NEAR(glm::length(pole.from), 2, 1e-9);
     }
-    // A drag over the whole height moves what is looked at over the whole height.
+    // A drag over the window's whole height moves the point at `at` by the view's whole height.
     CameraPose panned = pan(front(), {0, 1});
     EXPECT_NEAR(panned.from.y, 2 * 2 * std::tan(kPi / 8), 1e-12);
     EXPECT_EQ(panned.at.y, panned.from.y);
@@ -80,7 +80,7 @@ TEST(CameraControl, TheSceneFollowsTheDrag) {
     expect_near(dolly(front(), 0.5, 1).from, {0, 0, 1});
 }
 
-TEST(CameraControl, TheHeadTurnsAndTheBodyFlies) {
+TEST(CameraControl, TurnAndFly) {
     expect_near(turn(front(), {kPi / 2, 0}).at, {2, 0, 2});
     const CameraPose down = turn(front(), {0, kPi / 4});
     expect_near(down.at, {0, -std::sqrt(2), 2 - std::sqrt(2)});
@@ -88,7 +88,7 @@ TEST(CameraControl, TheHeadTurnsAndTheBodyFlies) {
     const CameraPose flown = fly(front(), {1, 2, 0.5});
     expect_near(flown.from, {1, 2, 1.5});
     expect_near(flown.at, {1, 2, -0.5});
-    // A walk stays level wherever the eyes are.
+    // A walk is horizontal, whatever the line of sight.
     const CameraPose walked = walk(down, {1, 2, 0.5});
     expect_near(walked.from, {1, 2, 1.5});
     expect_near(walked.at - walked.from, down.at - down.from);
@@ -106,7 +106,7 @@ TEST(CameraControl, OrthographicViewsZoom) {
     EXPECT_NEAR(pan(pose, {0, 0.5}).from.y, 2, 1e-12);
 }
 
-TEST(CameraControl, ADollyStaysShortOfWhatItLooksAt) {
+TEST(CameraControl, ADollyKeepsAMinimumDistance) {
     for (const bool orthographic : {false, true}) {
         for (const dvec3& at : {dvec3(0), dvec3(1e6, -2e6, 3e6)}) {
             CameraPose pose = front();
@@ -128,7 +128,7 @@ TEST(CameraControl, ADollyStaysShortOfWhatItLooksAt) {
     EXPECT_EQ(dolly(near, 0.5, 10), near) << "it is pushed away";
 }
 
-TEST(CameraControl, LooksAtWhatItIsTold) {
+TEST(CameraControl, LooksAtAPoint) {
     const CameraPose pose = look_at(front(), {1, 1, 0});
     EXPECT_EQ(pose.from, front().from);
     EXPECT_EQ(pose.at, dvec3(1, 1, 0));
@@ -181,7 +181,7 @@ TEST(Picker, FindsTheNearestSurface) {
     const int material = test::add_material(*scene, test::diffuse_material(vec3(0.5f)));
     test::add_box(*scene, material, vec3(-1), vec3(1));
     test::add_box(*scene, material, vec3(-1), vec3(1));
-    // The second one: turned by 45 degrees, flat, further away, to the right.
+    // The second instance is flat, further away and to the right, and rotated by 45 degrees.
     scene->instances[1].object_to_world = dmat4(1);
     scene->instances[1].object_to_world[0] = dvec4(0.5, 0, 0.5, 0);
     scene->instances[1].object_to_world[2] = dvec4(-0.5, 0, 0.5, 0);

@@ -1,4 +1,4 @@
-// The viewer without its window: budgets, scripts, what data looks like.
+// Tests the viewer without its window: resolution, scripts, display of data layers, statistics.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ TEST(Resolution, PicturesAreNeverEmpty) {
     EXPECT_EQ(divided({961, 3}, 4), ivec2(241, 1));
 }
 
-/// What it comes to when pictures take `fixed` seconds and `each` per pixel, after some of them.
+/// Returns the divisor that is reached after some pictures that take `fixed` seconds and `each` seconds per pixel.
 int settled(double budget, double fixed, double each, bool whole_one) {
     Resolution resolution(budget);
     const auto took = [&](int d) {
@@ -40,7 +40,7 @@ int settled(double budget, double fixed, double each, bool whole_one) {
     return resolution.divisor(kSize);
 }
 
-TEST(Resolution, FindsTheFinestThatIsInTime) {
+TEST(Resolution, FindsTheFinestWithinTheBudget) {
     constexpr double kPixels = 960 * 540;
     EXPECT_EQ(settled(0.1, 0, 0.08 / kPixels, false), 1) << "a fast device";
     EXPECT_EQ(settled(0.1, 0, 0.3 / kPixels, false), 2);
@@ -50,7 +50,7 @@ TEST(Resolution, FindsTheFinestThatIsInTime) {
     EXPECT_EQ(settled(0.1, 0.2, 0.8 / kPixels, true), kCoarsest);
 }
 
-TEST(Resolution, ForgetsAndAdapts) {
+TEST(Resolution, AdaptsAndResets) {
     Resolution resolution(0.1);
     resolution.record(kSize, 0.05);
     EXPECT_EQ(resolution.divisor(kSize), 1);
@@ -60,7 +60,7 @@ TEST(Resolution, ForgetsAndAdapts) {
     EXPECT_EQ(resolution.divisor(kSize), 8);
 }
 
-TEST(Resolution, TriesAgainWhatWasSlowOnce) {
+TEST(Resolution, RetriesSizesThatWereSlow) {
     Resolution resolution(0.1);
     resolution.record(divided(kSize, 8), 0.5);
     EXPECT_EQ(resolution.divisor(kSize), 16);
@@ -91,7 +91,7 @@ TEST(Script, LinesBecomeCommands) {
     EXPECT_FALSE(more[4].on());
 }
 
-TEST(Script, BadLinesAreNamed) {
+TEST(Script, InvalidLinesAreNamed) {
     const auto message = [](const std::string& line) {
         return error_message([&] { parse_script("s.txt", "wait first\n" + line); });
     };
@@ -122,7 +122,7 @@ TEST(Script, BadLinesAreNamed) {
     EXPECT_EQ(message("camera \"main"), "s.txt:2: a quotation mark is not closed");
 }
 
-TEST(DisplayImage, EveryViewShowsSomethingFinite) {
+TEST(DisplayImage, EveryViewIsFinite) {
     for (const std::string& view : layer_view_names()) {
         SCOPED_TRACE(view);
         RenderResult result;
@@ -155,7 +155,7 @@ TEST(DisplayImage, EveryViewShowsSomethingFinite) {
     }
 }
 
-TEST(DisplayImage, NothingHasItsOwnColour) {
+TEST(DisplayImage, EmptyPixelsHaveTheirOwnColour) {
     RenderResult result;
     result.beauty = Image(2, 1, 4);
     result.aovs.push_back({{}, Image(2, 1, 1)});
@@ -204,7 +204,7 @@ TEST(DisplayImage, ErrorsAreOfTheMeanAndRelative) {
     result.aovs[0].image.pixels = {0.012f, 0.012f, 0.012f, 1, 1, 1};
     result.stats.samples = kMinSamples;
     const DisplayImage error = display_image({.layer = kError}, {"variance"}, result);
-    // sqrt(0.012 / 0.01) = 1.1 and sqrt(1 / 4.01) = 0.499, which is the 99th percentile of two: a scale up to 0.5.
+    // sqrt(0.012 / 0.01) = 1.1 and sqrt(1 / 4.01) = 0.499, the 99th percentile of both; the scale ends at 0.5.
     EXPECT_FLOAT_EQ(error.scale->top, 0.5f);
     EXPECT_NEAR(error.image.at(0, 0)[2], magma(1).b, 1e-6f);
     EXPECT_NEAR(error.image.at(1, 0)[2], magma(0.49938f / 0.5f).b, 1e-3f);
@@ -215,7 +215,7 @@ TEST(DisplayImage, ErrorsAreOfTheMeanAndRelative) {
 
     ASSERT_TRUE(estimated_relmse({"variance"}, result));
     EXPECT_NEAR(*estimated_relmse({"variance"}, result), 0.5 * (0.012 + 1) / 4.01, 1e-6) << "the upper one of two";
-    // Of nine pixels one has met a rare bright sample, and does not make its own error small.
+    // One of nine pixels has met a rare bright sample, which must not make its own relative error small.
     RenderResult rare;
     rare.beauty = Image(3, 3, 4);
     std::ranges::fill(rare.beauty.pixels, 1.0f);
@@ -229,7 +229,7 @@ TEST(DisplayImage, ErrorsAreOfTheMeanAndRelative) {
     EXPECT_FALSE(estimated_relmse({"variance"}, result)) << "too few to tell";
 }
 
-TEST(DisplayImage, BiasesAreThoseOfWhatIsSeen) {
+TEST(DisplayImage, BiasesBelongToTheShownLayer) {
     RenderStats stats;
     stats.biases = {"filtered", "clamped"};
     stats.layer_biases = {"clamped"};
@@ -243,7 +243,7 @@ TEST(DisplayImage, BiasesAreThoseOfWhatIsSeen) {
     EXPECT_EQ(biases_of(layer_view, stats), stats.biases) << "it is relative to the picture";
 }
 
-TEST(Requests, ServeOthersThatDifferInWhatIsLookedAt) {
+TEST(Requests, ServeRequestsThatDifferInTheShownLayer) {
     Request made;
     made.aovs = {"variance", "emission"};
     Request other = made;
@@ -269,7 +269,7 @@ Picture with_passes(int samples, std::vector<PassTime> passes) {
     return picture;
 }
 
-TEST(PassHistory, TellsEachSamplesTime) {
+TEST(PassHistory, HoldsEachSamplesTime) {
     PassHistory history;
     history.add(with_passes(1, {{"a", 1, 0.5}, {"b", 1, 1}}));
     history.add(with_passes(3, {{"a", 3, 0.75}, {"b", 3, 5}}));
@@ -278,7 +278,7 @@ TEST(PassHistory, TellsEachSamplesTime) {
     EXPECT_EQ(history.passes()[1].milliseconds, (std::vector<float>{1000, 2000}));
     history.add(with_passes(3, {{"a", 3, 0.75}, {"b", 3, 5}}));
     EXPECT_EQ(history.passes()[0].milliseconds.size(), 2u) << "the same samples seen otherwise";
-    // Another view begins again; passes that it has not are gone.
+    // Another view starts anew; passes that it lacks are removed.
     history.add(with_passes(1, {{"b", 1, 3}, {"c", 1, 0.25}}));
     ASSERT_EQ(history.passes().size(), 2u);
     EXPECT_EQ(history.passes()[0].milliseconds, (std::vector<float>{1000, 2000, 3000}));
@@ -292,7 +292,7 @@ TEST(PassHistory, TellsEachSamplesTime) {
     EXPECT_EQ(history.passes()[0].milliseconds.size(), PassHistory::kLength);
 }
 
-TEST(StatisticsText, TellsWhatCullingDoes) {
+TEST(StatisticsText, DescribesCulling) {
     RenderStats stats;
     rays::BatchStatistics batch;
     batch.batch = "shadow";
@@ -327,7 +327,7 @@ TEST(StatisticsText, TellsWhatCullingDoes) {
             "  state hits: 3 hidden, 4 visible nodes not queried", "  25 nodes tested, 15 leaves hit, 450 pairs"}));
 }
 
-TEST(StatisticsText, TellsWhatIsLeftOut) {
+TEST(StatisticsText, DescribesWhatIsLeftOut) {
     RenderStats stats;
     stats.gpu_bytes = 5 << 20;
     stats.left_out = {{"glossy", "nothing shines", 1 << 20}, {"clearcoat", "none has it", 0}};
@@ -336,13 +336,13 @@ TEST(StatisticsText, TellsWhatIsLeftOut) {
     EXPECT_EQ(memory_lines(stats).front(), "5.0 MiB on the device, 1.0 MiB left out");
 }
 
-TEST(Timings, FirstPicturesCount) {
+TEST(Timings, MeasureFirstPictures) {
     Timings timings;
     Picture picture;
     picture.divisor = 4;
     for (std::uint64_t i = 1; i <= 3; ++i) {
         timings.record_request(i, double(i));
-        if (i == 2) continue;  // overtaken
+        if (i == 2) continue;  // superseded by the next request
         picture.request = i;
         timings.record_shown(picture, double(i) + 0.25);
         timings.record_shown(picture, double(i) + 0.5);

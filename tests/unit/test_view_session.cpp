@@ -1,4 +1,4 @@
-// What a session makes of mouse, keys and files.
+// Tests how a session reacts to mouse, keys and files.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -31,7 +31,7 @@ class ViewSession : public testing::Test {
     Navigation navigation;
 };
 
-TEST_F(ViewSession, TheScenesCameraStaysAsItIsUntilItMoves) {
+TEST_F(ViewSession, TheScenesCameraIsExactUntilItMoves) {
     ASSERT_EQ(session.scene_camera(), 0u);
     EXPECT_EQ(session.camera().camera_to_world, session.scene().cameras[0].camera_to_world);
     const Request before = session.request(kSize);
@@ -46,8 +46,8 @@ TEST_F(ViewSession, TheScenesCameraStaysAsItIsUntilItMoves) {
     EXPECT_TRUE(session.request(kSize) == before);
 }
 
-TEST_F(ViewSession, TurnsAroundWhatIsInTheMiddle) {
-    // Of the box's back wall, within the box.
+TEST_F(ViewSession, OrbitsAroundTheSurfaceInTheMiddle) {
+    // A point on the back wall of the box, or in front of it.
     const auto picked =
         Picker(std::make_shared<Scene>(session.scene())).pick(ray_through(session.camera(), {256, 256}, kSize));
     ASSERT_TRUE(picked);
@@ -75,7 +75,7 @@ TEST_F(ViewSession, DragsOfEachButton) {
     EXPECT_LT(distance(), before);
 }
 
-TEST_F(ViewSession, FlyingTurnsTheHead) {
+TEST_F(ViewSession, FlyingRotatesTheCamera) {
     navigation.mode = NavigationMode::fly;
     const CameraPose start = session.pose();
     steer({.drag = {0.1, 0}, .left = true});
@@ -99,7 +99,7 @@ TEST_F(ViewSession, FlyingTurnsTheHead) {
     EXPECT_FALSE(navigation.moving());
 }
 
-TEST_F(ViewSession, ADoubleClickLooksThere) {
+TEST_F(ViewSession, ADoubleClickAimsTheCamera) {
     const auto there =
         Picker(std::make_shared<Scene>(session.scene())).pick(ray_through(session.camera(), {300, 400}, kSize));
     ASSERT_TRUE(there);
@@ -137,7 +137,7 @@ TEST_F(ViewSession, NewBookmarksReplaceNone) {
     EXPECT_EQ(names, (std::vector<std::string>{"view 2", "view 4", "view 1", "view 3", "view 5"}));
 }
 
-TEST_F(ViewSession, WhatMakesNoViewIsNotTaken) {
+TEST_F(ViewSession, DegenerateViewsAreRefused) {
     const Request before = session.request(kSize);
     CameraPose flat = session.pose(), nowhere = session.pose();
     flat.vertical_fov = kPi;
@@ -151,14 +151,14 @@ TEST_F(ViewSession, WhatMakesNoViewIsNotTaken) {
     steer({.drag = {0.1, 0}, .left = true});
 }
 
-TEST_F(ViewSession, WhatCannotBeOpenedChangesNothing) {
+TEST_F(ViewSession, AFailedOpenChangesNothing) {
     const Request before = session.request(kSize);
     for (const char* bad : {"no.glb", "no.exr", "README.md"}) {
         EXPECT_THROW(session.open(session.opening(bad)()), Error) << bad;
         EXPECT_TRUE(session.request(kSize) == before) << bad;
     }
     EXPECT_EQ(session.saved(kSize).environment, EnvironmentChoice());
-    // A scene whose settings want a display that there is not.
+    // A scene whose settings name an unknown display.
     test::TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
     test::write_text(settings_file_of(other), R"({"halflight_settings": 1, "display": "nobody's"})");
@@ -168,7 +168,7 @@ TEST_F(ViewSession, WhatCannotBeOpenedChangesNothing) {
     EXPECT_EQ(session.file(), cornell().scene);
 }
 
-TEST_F(ViewSession, FilesAreReadOnAnyThreadAndTakenLater) {
+TEST_F(ViewSession, FilesAreReadOnAnyThreadAndOpenedLater) {
     test::TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
     const Request before = session.request(kSize);
@@ -197,7 +197,7 @@ TEST_F(ViewSession, FilesAreReadOnAnyThreadAndTakenLater) {
 TEST_F(ViewSession, FramesAreOfTheScenesRateUnlessOneIsGiven) {
     test::TemporaryFolder folder;
     PreviewArguments a = cornell();
-    a.scene = test::write_sliding_light(folder.path, 30);  // for 2 s
+    a.scene = test::write_sliding_light(folder.path, 30);  // 2 s long
     a.animation = "slide";
     a.frame = 45;
     const Session own(a, ColorConfig::load());
@@ -218,7 +218,7 @@ TEST_F(ViewSession, SavesSizeAndModes) {
     EXPECT_EQ(saved.clamp, 2.5f);
     EXPECT_FALSE(session.saved({0, 0}).size) << "of a window that is minimised";
 
-    // Those of a scene's own settings are taken with it; where it has none they stay.
+    // A scene with settings replaces these; they stay where a scene has none.
     test::TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
     session.open(session.opening(other)());
@@ -240,7 +240,7 @@ TEST_F(ViewSession, ComponentsAndErrorsNeedTheirAovs) {
     EXPECT_EQ(session.request(kSize).aovs, std::vector<std::string>{"variance"});
 }
 
-TEST_F(ViewSession, TellsWhatIsSeen) {
+TEST_F(ViewSession, DescribesThePicture) {
     EXPECT_EQ(session.description(), "final, 8 bounces");
     session.layer_view.components[0] = false;
     session.edits.emission = 0.5f;
@@ -255,21 +255,21 @@ TEST_F(ViewSession, TellsWhatIsSeen) {
 
 TEST(ViewTimeline, ReachesTheLastKey) {
     for (const int rate : {24, 25, 30, 60})
-        for (std::uint32_t n = 1; n <= 300; ++n)  // files have times as floats
+        for (std::uint32_t n = 1; n <= 300; ++n)  // files store times as floats
             ASSERT_EQ(last_frame(double{static_cast<float>(double(n) / rate)}, {rate, 1}), n) << rate;
     EXPECT_EQ(last_frame(0, {}), 0u);
     EXPECT_EQ(last_frame(0.99, {}), 23u);
     EXPECT_EQ(last_frame(1e300, {}), 1000000u);
 }
 
-TEST(ViewTimeline, AnimationsAreCalledByWhatFindsThem) {
+TEST(ViewTimeline, AnimationNamesAreUnambiguous) {
     std::vector<Animation> animations(5);
     animations[0].name = "run", animations[2].name = "run", animations[3].name = "all", animations[4].name = "walk";
     EXPECT_EQ(titles(animations), (std::vector<std::string>{"run", "1", "2", "3", "walk"}));
 }
 
-/// Without a camera in the file, the view is that of 0 s at every frame, as `render` has it.
-TEST(ViewTimeline, UsualCamerasAreThoseOfTheReference) {
+/// Without a camera in the file, every frame has the view of 0 s, as in `render`.
+TEST(ViewTimeline, DefaultCamerasAreThoseOfTheReference) {
     test::TemporaryFolder folder;
     const std::filesystem::path file = folder / "slide.gltf";
     test::write_text(file,

@@ -1,4 +1,4 @@
-// Well-formed XML or not.
+// Checks whether a text is well-formed XML.
 #pragma once
 
 #include <expat.h>
@@ -8,7 +8,7 @@
 
 namespace halflight::test {
 
-/// The parser's complaint with its line; empty where there is none.
+/// Returns the parser's error with its line; empty for well-formed text.
 inline std::string xml_error(const std::string& text) {
     const std::unique_ptr<XML_ParserStruct, decltype(&XML_ParserFree)> parser(XML_ParserCreate("UTF-8"),
                                                                               XML_ParserFree);
