@@ -1,4 +1,4 @@
-// libFuzzer's entry; HALFLIGHT_FUZZ_TARGET is one of targets.h.
+// Entry of libFuzzer; HALFLIGHT_FUZZ_TARGET is one of targets.h.
 #include <cstddef>
 #include <cstdint>
 

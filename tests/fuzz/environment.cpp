@@ -11,7 +11,7 @@ namespace halflight::fuzz {
 void environment(std::string_view input) {
     const MemoryFile file(input);
     ExrLimits limits;
-    limits.max_side = 1024;  // a small file may well hold a large picture
+    limits.max_side = 1024;  // small files can hold large pictures
     try {
         SceneReport report;
         const Environment loaded = load_environment(file.path(), report, limits);

@@ -17,13 +17,13 @@ std::string u32(std::size_t value) {
     return bytes;
 }
 
-/// Lengths that agree are out of reach for random changes; here they come by themselves.
+/// Packs a .glb with consistent lengths, which random changes would never reach.
 std::string pack_glb(std::string_view json, std::string_view binary) {
     return "glTF" + u32(2) + u32(12 + 8 + json.size() + 8 + binary.size()) + u32(json.size()) + "JSON" +
            std::string(json) + u32(binary.size()) + std::string("BIN\0", 4) + std::string(binary);
 }
 
-/// In motion, which may be refused for what is no matter at rest, but is valid otherwise.
+/// Poses the file. A pose may be refused for data that the rest pose ignores; otherwise it must be valid.
 void pose(const std::filesystem::path& path, const GltfOptions& options) {
     GltfScene scene(path, options);
     try {
@@ -47,7 +47,7 @@ void gltf(std::string_view input) {
         end == std::string_view::npos ? std::string(input) : pack_glb(input.substr(0, end), input.substr(end + 1));
     const MemoryFile file(packed);
     GltfOptions options;
-    options.max_image_side = 1024;  // a small file may well hold a large picture
+    options.max_image_side = 1024;  // small files can hold large pictures
     try {
         const Scene scene = load_gltf(file.path(), options);
         validate(scene);

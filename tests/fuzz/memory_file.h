@@ -1,4 +1,4 @@
-// Bytes in memory that have a name in the file system, for loaders that take names.
+// A file in memory with a name in the file system, for loaders that take names.
 #pragma once
 
 #include <filesystem>
@@ -22,7 +22,7 @@ class MemoryFile {
     std::filesystem::path path_;
 };
 
-/// Throws Broken unless the message is one line that begins with `subject`.
+/// Throws Broken unless the message is one line that starts with `subject`.
 void check_message(const Error& error, std::string_view subject);
 
 }  // namespace halflight::fuzz

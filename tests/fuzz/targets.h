@@ -1,4 +1,4 @@
-// What is fuzzed, for libFuzzer (driver.cpp) and for the plain test that keeps its findings (test_regressions.cpp).
+// The fuzz targets, for libFuzzer (driver.cpp) and for the test of former findings (test_regressions.cpp).
 #pragma once
 
 #include <stdexcept>
@@ -6,17 +6,17 @@
 
 namespace halflight::fuzz {
 
-/// A promise about bad input was broken.
+/// Thrown where a guarantee about bad input does not hold.
 struct Broken : std::logic_error {
     using std::logic_error::logic_error;
 };
 
-/// Each takes any bytes. What is wrong with them must come as Error, of one line that begins with the file's name;
-/// what loads must be as its header promises. Throws Broken otherwise.
-void gltf(std::string_view input);         ///< a .gltf or .glb; or JSON, a NUL and the binary chunk, made a .glb
+/// Takes any bytes, like the targets below. Bad input must throw an Error of one line that starts with the file's name,
+/// and loaded data must be valid. Throws Broken otherwise.
+void gltf(std::string_view input);
 void environment(std::string_view input);  ///< an OpenEXR or Radiance file
 void color(std::string_view input);        ///< lines: display, view, look, colour space; the rest is a config
 void arguments(std::string_view input);    ///< lines: a list of frames, then the words of a command line
-void settings(std::string_view input);     ///< what a file of settings holds, without the file
+void settings(std::string_view input);     ///< contents of a settings file
 
 }  // namespace halflight::fuzz

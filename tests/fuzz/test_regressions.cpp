@@ -1,4 +1,4 @@
-// Seeds of the fuzz targets, and what these have found: each file of regressions/ has once broken something.
+// Runs the seeds of the fuzz targets and their findings; each file of regressions/ was a bug.
 #include <gtest/gtest.h>
 
 #include <filesystem>

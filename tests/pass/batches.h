@@ -1,4 +1,4 @@
-// Pictures of independent seeds: their mean, and how much single ones scatter around it.
+// Pictures of independent seeds: their mean, and the scatter of single pictures.
 #pragma once
 
 #include "engine/core/image.h"
@@ -6,19 +6,20 @@
 
 namespace halflight::test {
 
-/// Means over whole blocks of `side` pixels, of three channels. Their scatter tells their errors, whatever pixels have
-/// in common: the engine's samples look through the same point of every pixel, and pixels share paths.
+/// Returns the means over whole blocks of `side` pixels, of three channels. The scatter of the blocks gives their
+/// errors even where pixels are correlated: all pixels of a sample use the same point of the pixel, and pixels share
+/// paths.
 Image block_means(const Image& image, int side);
 
-/// Means over batches that share nothing, and how much single batches scatter around them: the variance is that of a
-/// batch, whatever its samples have in common.
+/// Mean over independent batches of samples, and the scatter of the batches. The variance is that of one batch,
+/// whatever correlates its samples.
 class Batches {
   public:
     void add(const Image& image);
     const Image& mean() const { return mean_; }
-    /// Of two batches or more. Refers to this object.
+    /// Returns the estimate of two or more batches; it refers to this object.
     Estimate estimate();
-    /// Mean over all values of a batch's variance.
+    /// Returns the mean over all values of a batch's variance.
     double variance() const;
 
   private:

@@ -6,7 +6,7 @@
 namespace halflight::test {
 namespace {
 
-/// Noise of 8 x 6 texels; channels between `lower` and `upper`.
+/// Adds a texture of 8 x 6 texels of noise between `lower` and `upper`; returns its index.
 int add_texture(Scene& scene, const uvec4& lower, const uvec4& upper) {
     TextureImage& image = scene.images.emplace_back();
     image.width = 8, image.height = 6;
@@ -21,12 +21,12 @@ TextureRef texture(int image, Wrap u = Wrap::repeat, Wrap v = Wrap::repeat) {
     TextureRef t;
     t.image = image;
     t.wrap_u = u, t.wrap_v = v;
-    // Turned, stretched and moved, so that coordinates leave [0, 1] on all sides.
+    // The transform rotates, scales and translates, so that coordinates leave [0, 1] on all sides.
     t.uv_transform = {vec2(1.5f, 0.4f), vec2(-0.5f, 1.8f), vec2(-0.3f, -0.2f)};
     return t;
 }
 
-/// Tangents of a quad along its first edge, a second set of texture coordinates, vertex colours.
+/// Gives a quad tangents along its first edge, a second set of texture coordinates, and vertex colours.
 void dress(Mesh& mesh) {
     const vec3 tangent = glm::normalize(mesh.positions[1] - mesh.positions[0]);
     mesh.tangents.assign(4, vec4(tangent, 1));
@@ -149,7 +149,7 @@ Scene instanced_scene() {
 
     PunctualLight point;
     point.intensity = {8, 4, 2};
-    point.position = {-1, 2.13, 3};  // in no plane of a pyramid
+    point.position = {-1, 2.13, 3};  // not in the plane of any face
     PunctualLight spot = point;
     spot.type = LightType::spot;
     spot.intensity = {20, 40, 30};

@@ -1,4 +1,4 @@
-// Planes seen by a camera, as texels that preview passes look at.
+// Planes seen by a camera, as the texels that preview passes read.
 #pragma once
 
 #include <functional>
@@ -9,7 +9,7 @@
 
 namespace halflight::test {
 
-/// Content of PreviewTexels, row by row.
+/// Contents of PreviewTexels, row by row.
 struct TexelData {
     ivec2 size{0};
     std::vector<vec4> light, guide, place;
@@ -21,21 +21,22 @@ struct TexelData {
 
 /// The plane of all p with dot(normal, p) = distance.
 struct Plane {
-    vec3 normal{0, 0, 1};  // unit
+    vec3 normal{0, 0, 1};  // unit length
     float distance = -5;
 };
 
-/// Constants of a whole picture through the pixels' centres, its previous camera its own, the origin at 0.
+/// Returns the constants of a whole picture through the pixels' centres, with the previous camera equal to the current
+/// one and the origin at 0.
 shared::Frame constants_of(const Camera& camera, const ivec2& size);
-/// Camera at `from` that looks along -z.
+/// Returns a camera at `from` that looks along -z.
 Camera camera_at(const dvec3& from);
 
-/// What such a camera sees of the plane that at(x, y) names for a pixel; light(x, y, place) is what it sees there, of
-/// so many samples that are all alike.
+/// Returns the texels of a camera that sees, in each pixel, the plane at(x, y). light(x, y, place) is the radiance seen
+/// there, equal in all samples.
 TexelData seen_planes(const shared::Frame& frame, const std::function<Plane(int, int)>& at,
                       const std::function<vec3(int, int, const vec3&)>& light, float samples);
 
-/// Textures of such content, imported.
+/// Imported textures with these contents.
 class TexelTextures {
   public:
     explicit TexelTextures(const TexelData& data);

@@ -1,11 +1,11 @@
-// Random numbers in tiny kernels.
+// Random numbers for small kernels.
 #pragma once
 
 #include <string>
 
 namespace halflight {
 
-/// GLSL, after shaders/lib/hash.glsl: numbers that follow from `state`, which the kernel sets.
+/// GLSL for use after shaders/lib/hash.glsl: random numbers from `state`, which the kernel sets.
 inline const std::string kRandomNumbers = R"(
 uint state;
 uint next() {

@@ -1,4 +1,4 @@
-// What tests of the viewer's render thread share.
+// Helpers for tests of the viewer's render thread.
 #pragma once
 
 #include <chrono>
@@ -29,7 +29,7 @@ class Watched {
     RenderThread& operator*() { return thread_; }
     RenderThread* operator->() { return &thread_; }
 
-    /// Looks at whatever comes, picture by picture, until done() holds; false where it does not within minutes.
+    /// Takes pictures one by one until done() holds; returns false if it does not within minutes.
     template <class F>
     bool until(const F& done) {
         const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(4);
@@ -43,7 +43,7 @@ class Watched {
             published_.pop_front();
         }
     }
-    /// Until the whole picture of a request has so many samples.
+    /// Waits until the whole picture of a request has this number of samples.
     bool until_samples(std::uint64_t request, int samples) {
         return until([&] {
             return !seen.empty() && seen.back()->request == request && seen.back()->divisor == 1 &&
@@ -51,13 +51,13 @@ class Watched {
         });
     }
 
-    std::vector<std::shared_ptr<const Picture>> seen;  // none is missed
+    std::vector<std::shared_ptr<const Picture>> seen;  // all pictures, in order
 
   private:
     std::mutex mutex_;
     std::condition_variable wake_;
     bool changed_ = false;
-    std::deque<std::shared_ptr<const Picture>> published_;  // that are still to be looked at
+    std::deque<std::shared_ptr<const Picture>> published_;  // pictures not yet taken
     std::shared_ptr<const Picture> newest_;
     RenderThread thread_;
 };
@@ -72,7 +72,7 @@ class RenderThreadTest : public GpuTest {
         r.bounces = 3;
         return r;
     }
-    /// What `render` makes of the same.
+    /// Returns the picture of `render` for the same request.
     RenderResult expected(const Request& r, int samples) {
         Scene edited = *r.scene;
         apply(r.edits, edited);

@@ -5,34 +5,36 @@
 
 namespace halflight::test {
 
-/// A turned and tilted quad of 3 x 2 around `centre`, seen whole by the camera from some 4 units away. Its vertex
-/// normals differ from the face's and from each other.
+/// Returns a rotated and tilted quad of 3 x 2 around `centre`, completely visible to the camera from about 4 units
+/// away. Its vertex normals differ from the face normal and from each other.
 Scene tilted_quad(const dvec3& centre = dvec3(0));
-/// Perspective, or orthographic with about the same view.
+/// Returns a perspective camera, or an orthographic one with about the same view.
 Camera camera_on_quad(const dvec3& centre = dvec3(0), bool orthographic = false);
 
-/// One pyramid-like mesh five times: plain, turned, scaled unevenly, mirrored, and mirrored and turned.
+/// Returns five instances of a pyramid-like mesh: plain, rotated, scaled non-uniformly, mirrored, and mirrored and
+/// rotated.
 Scene pyramids();
 Camera camera_on_pyramids();
 
-/// Orthographic camera that looks at a spot of `size` around `at` from direction `towards_camera`.
+/// Returns an orthographic camera that looks at a spot of `size` around `at` from direction `towards_camera`.
 Camera spot_camera(const dvec3& at, const dvec3& towards_camera, double size);
 
-/// A floor of 2000 x 2000 at y = 0.
+/// Returns a floor of 2000 x 2000 at y = 0.
 Scene floor_scene(const Material& material);
 
-/// What the scenes of scenes/ have little of, each with a camera: every texture slot, wrap and transform, with normal
-/// maps, vertex colours and an environment map;
+/// Returns a scene with every texture slot, wrap and transform, normal maps, vertex colours, an environment map and a
+/// camera. The scenes of scenes/ have few of these.
 Scene textured_scene();
-/// masked and blended curtains, one of which glows, in the light of lamps and sky;
+/// Returns masked and blended curtains, one of them emissive, lit by lamps and sky; with a camera.
 Scene curtain_scene();
-/// pyramids turned, scaled and mirrored, one of them emissive, under all kinds of punctual lights.
+/// Returns pyramids rotated, scaled and mirrored, one of them emissive, under all kinds of punctual lights; with a
+/// camera.
 Scene instanced_scene();
 
-/// The Cornell box with a tall box of rough metal, under a dim sky.
+/// Returns the Cornell box with a tall box of rough metal, under a dim sky.
 Scene shiny_cornell();
 
-/// Closed box [-1, 1]^3, all walls of one material, and a camera in it that sees no symmetry.
+/// Returns a closed box [-1, 1]^3 with one material, and a camera inside that sees no symmetry.
 Scene closed_box(const Material& material);
 Camera camera_in_box();
 

@@ -1,4 +1,4 @@
-// Tiny kernels over a scene's shading tables.
+// Small kernels that use a scene's shading tables.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -17,7 +17,7 @@
 
 namespace halflight {
 
-/// The tables of a scene, bound to their units, without the passes' and the tracer's rooms.
+/// The tables of a scene, bound to their units, without the passes and the tracer.
 class ShadingScene {
   public:
     explicit ShadingScene(const Scene& scene, LightChoice choice = LightChoice::automatic)
@@ -40,8 +40,8 @@ class ShadingScene {
         add(UNIT_ALBEDO, GL_RG32F, tables.albedo);
     }
 
-    /// `rows` vec4 for each i in [0, count): what `main_body` leaves in result[0..rows-1]; it sees `uint i` and
-    /// vec4 inputs[]. `library`: includes and functions before it.
+    /// Runs a kernel for each i in [0, count); returns `rows` vec4 per i, which `main_body` writes to
+    /// result[0..rows-1]. It can use `uint i` and vec4 inputs[]. `library`: includes and functions before it.
     std::vector<vec4> run(const std::string& library, const std::string& main_body, std::uint32_t count,
                           std::uint32_t rows = 1, const std::vector<vec4>& inputs = {}) const {
         const std::string text =
@@ -108,7 +108,7 @@ class ShadingScene {
     std::vector<std::pair<GLuint, gpu::Texture>> textures_;
 };
 
-/// One triangle (0,0,0), (1,0,0), (0,1,0), normal +z, with the given material.
+/// Returns one triangle (0,0,0), (1,0,0), (0,1,0) with normal +z and the given material.
 inline Scene triangle_scene(const Material& material) {
     Scene scene;
     scene.name = "triangle";

@@ -59,11 +59,11 @@ std::size_t Stage::path(int x, int y) const {
 
 namespace {
 
-/// Calls f with each row's vec3 and float, for both directions.
+/// Calls f with each row's vec3 and float members, for packing and unpacking.
 template <class Row>
 void for_each_row(const SceneNeeds& needs, Row&& row) {
     row(&SurfaceRecord::position, &SurfaceRecord::offset);
-    row(&SurfaceRecord::emission, nullptr);  // is_surface
+    row(&SurfaceRecord::emission, nullptr);  // the float is is_surface
     row(&SurfaceRecord::geometric_normal, &SurfaceRecord::p_diffuse);
     row(&SurfaceRecord::normal, &SurfaceRecord::alpha);
     row(&SurfaceRecord::diffuse, &SurfaceRecord::p_transmission);

@@ -1,4 +1,4 @@
-// What a pass needs to run alone: a scene on the GPU, and the constants of one sample of one band.
+// The inputs of a pass that runs alone: a scene on the GPU, and the constants of one sample of one band.
 #pragma once
 
 #include <vector>
@@ -13,15 +13,15 @@
 
 namespace halflight::test {
 
-/// Scene and constants outlive the graphs that look at them.
+/// Owns a scene on the GPU and frame constants; both must outlive the graphs that use them.
 class Stage {
   public:
-    /// One band of the whole image; sample 0 through the pixels' centres.
+    /// Creates one band of the whole image, at sample 0 through the pixels' centres.
     Stage(gpu::ProgramCache& programs, const Scene& scene, const Camera& camera, const ivec2& image);
 
     void look(const SampleView& sample);
     void look_through(const Camera& camera, const Camera& previous);
-    /// Sample number `index` through a point of the pixels that is its own.
+    /// Selects sample `index`, which has its own point in the pixels.
     void look(std::uint32_t index, std::uint32_t seed = 1);
 
     SceneView view(graph::Graph& graph);
@@ -31,7 +31,7 @@ class Stage {
     const SceneBuffers& buffers() const { return buffers_; }
     double reach() const { return reach_; }
     std::size_t paths() const { return sample_.band.paths(); }
-    /// Path of a pixel of the image; it must be one of the band's.
+    /// Returns the path of a pixel of the image; the pixel must be in the band.
     std::size_t path(int x, int y) const;
 
   private:
@@ -50,7 +50,7 @@ class Stage {
     shared::Frame frame_{};
 };
 
-/// Rows of the G-buffer as shaders/shared/surface.h has them; what the scene has not got stays 0.
+/// Rows of the G-buffer (shaders/shared/surface.h); rows that the scene does not need stay 0.
 struct SurfaceRecord {
     vec3 position{0};  // relative to TraceTables::origin
     float offset = 0;
@@ -71,10 +71,10 @@ struct SurfaceRecord {
     float coat = 0;
 };
 std::vector<SurfaceRecord> unpack_surfaces(const std::vector<vec4>& rows, const SceneNeeds& needs);
-/// The rows of `records`, for kernels that are fed by hand.
+/// Returns the rows of `records`, as input for kernels.
 std::vector<vec4> pack_surfaces(const std::vector<SurfaceRecord>& records, const SceneNeeds& needs);
 
-/// Runs a graph with undefined memory poisoned.
+/// A fixture that runs graphs, with undefined memory poisoned.
 class PassTest : public GpuTest {
   protected:
     PassTest() { executor.poison(true); }
@@ -84,23 +84,23 @@ class PassTest : public GpuTest {
     graph::Executor executor{programs};
 };
 
-/// What a ray of the camera sees, found in double by trying every triangle.
+/// The surface that a camera ray hits, found in double by testing every triangle.
 struct Seen {
-    std::uint32_t instance = 0;  // of the scene
-    std::uint32_t triangle = 0;  // of its mesh
+    std::uint32_t instance = 0;  // index in the scene
+    std::uint32_t triangle = 0;  // index in its mesh
     double depth = 0;            // along the camera's axis
-    double u = 0, v = 0;         // weights of the second and third corner
-    dvec3 position{0};           // world
-    dvec3 geometric_normal{0};   // unit, towards the camera
-    dvec3 normal{0};             // interpolated, unit, on the side of geometric_normal
-    dvec3 direction{0};          // unit, of the ray
+    double u = 0, v = 0;         // barycentric weights of the second and third corner
+    dvec3 position{0};           // world units
+    dvec3 geometric_normal{0};   // unit length, towards the camera
+    dvec3 normal{0};             // interpolated, unit length, on the side of geometric_normal
+    dvec3 direction{0};          // direction of the ray, unit length
 };
 struct LookResult {
     bool hit = false;
-    bool clear = true;  // the same triangle, or none, is seen 1/100 pixel away: no edge is near
-    Seen seen;          // of a hit
+    bool clear = true;  // all rays within 1/100 pixel agree on triangle or miss: no edge is near
+    Seen seen;          // valid for a hit
 };
-/// Through point `at` of the image, pixels.
+/// Returns the result of the ray through point `at` of the image, pixels.
 LookResult look_at(const Scene& scene, const Camera& camera, const ivec2& image, const dvec2& at);
 
 }  // namespace halflight::test

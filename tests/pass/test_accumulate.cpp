@@ -1,4 +1,4 @@
-// Sums of samples made by hand, NaN and infinity among them, against sums in double on the CPU.
+// Tests sums of synthetic samples, including NaN and infinity, against sums in double on the CPU.
 #include "passes/picture/accumulate.h"
 
 #include <gtest/gtest.h>
@@ -18,7 +18,7 @@ namespace {
 
 using Counts = std::array<std::uint32_t, kBadValueCounts>;
 
-/// What the passes before would have left for one sample.
+/// Output of the earlier passes for one sample.
 struct SampleData {
     std::vector<SurfaceRecord> surfaces;
     std::vector<shared::DirectLight> light;
@@ -27,7 +27,7 @@ struct SampleData {
     std::vector<shared::DirectLight> received;
 };
 
-/// Radiances of all magnitudes; with `broken`, one in fifty is not finite or negative.
+/// Radiances of all magnitudes; with `broken`, one in fifty is negative or not finite.
 class RandomSamples {
   public:
     explicit RandomSamples(bool broken) : broken_(broken) {}
@@ -67,7 +67,7 @@ class RandomSamples {
     std::mt19937 random_{3};
 };
 
-/// The sums, by path.
+/// Sums by path.
 struct SumsOnCpu {
     std::vector<std::array<double, 4>> emission;
     std::vector<std::array<double, 6>> direct, indirect, features;
@@ -149,7 +149,7 @@ class AccumulateTest : public PassTest {
         return m;
     }
 
-    /// The pass over buffers that feed() fills.
+    /// Builds the graph of the pass over buffers that feed() fills.
     void build(const Variant& variant) {
         const std::size_t n = stage.paths();
         const auto import = [&](const char* name, std::size_t bytes) {
@@ -183,7 +183,7 @@ class AccumulateTest : public PassTest {
         stage.look(samples++);
         executor.run(plan);
     }
-    /// Sums in double of the same numbers in the same order are the same numbers.
+    /// Compares bits: sums in double of equal numbers in equal order are equal.
     template <class T>
     void expect_sums(graph::BufferHandle found, const std::vector<T>& expected, const char* what) {
         ASSERT_TRUE(bool(found)) << what;
@@ -202,7 +202,7 @@ class AccumulateTest : public PassTest {
         return counted;
     }
 
-    /// Of 20 samples that have everything.
+    /// Feeds 20 samples with all components.
     SumsOnCpu expect_sums_of(RandomSamples random) {
         SumsOnCpu expected(stage.paths());
         for (int i = 0; i < 20; ++i) {
@@ -224,10 +224,10 @@ class AccumulateTest : public PassTest {
     gpu::Buffer counts{"bad values", sizeof(Counts)};
     Accumulated sums;
     graph::CompiledGraph plan;
-    std::uint32_t samples = 0;  // fed
+    std::uint32_t samples = 0;  // samples fed
 };
 
-TEST_F(AccumulateTest, SumsAreThoseOfDoubles) {
+TEST_F(AccumulateTest, SumsEqualDoublePrecision) {
     build({.reuse = true});
     expect_sums_of(RandomSamples(false));
 }
@@ -239,7 +239,7 @@ TEST_F(AccumulateTest, BadValuesAreCountedAndTakenAsZero) {
     EXPECT_EQ(counted(), expected.counts);
 }
 
-TEST_F(AccumulateTest, AFrameThatLeavesPassesOutHasNoSumsOfThem) {
+TEST_F(AccumulateTest, OmittedPassesHaveNoSums) {
     RandomSamples random(true);
     SumsOnCpu expected(stage.paths());
     const SampleData d = random.next(stage.paths());
@@ -284,7 +284,7 @@ TEST_F(AccumulateTest, SampleZeroStartsAnew) {
     feed(random.next(stage.paths()));
     feed(random.next(stage.paths()));
     for (const graph::BufferHandle h : {sums.emission, sums.direct, sums.indirect, sums.squares, sums.features})
-        executor.buffer(h).fill(~0u);  // NaN
+        executor.buffer(h).fill(~0u);  // a NaN
     samples = 0;
     const SampleData d = random.next(stage.paths());
     feed(d);

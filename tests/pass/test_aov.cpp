@@ -1,4 +1,4 @@
-// Data outputs of known geometry.
+// Tests data layers on known geometry.
 #include "passes/picture/aov.h"
 
 #include "passes/light/shadow.h"
@@ -26,7 +26,7 @@ class AovTest : public PassTest {
         return executor.read<shared::AovRecord>(records);
     }
 
-    /// Where a world point is in the picture, pixels from the upper left.
+    /// Returns the position of a world point in the picture, pixels from the upper left corner.
     static dvec2 place(const Camera& camera, const ivec2& image, const dvec3& p) {
         const dvec3 q(glm::inverse(camera.camera_to_world) * dvec4(p, 1));
         const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2) * -q.z;
@@ -87,7 +87,7 @@ TEST_F(AovTest, OrthographicCamera) {
     expect_known(pyramids(), camera, previous);
 }
 
-TEST_F(AovTest, WhatWasBehindTheCameraHasNoMotion) {
+TEST_F(AovTest, PointsBehindThePreviousCameraHaveNoMotion) {
     const Camera camera = camera_on_quad();
     Camera away = camera;
     away.camera_to_world[0] *= -1.0;
@@ -97,14 +97,14 @@ TEST_F(AovTest, WhatWasBehindTheCameraHasNoMotion) {
     for (const shared::AovRecord& r : render(stage)) EXPECT_EQ(r.motion, vec2(0));
 }
 
-// --- What tracing cost ----------------------------------------------------------------------------------------------
+// --- Cost of tracing ------------------------------------------------------------------------------------------------
 
 class DebugAovTest : public PassTest {
   protected:
-    /// Of a run of the shadow pass with this tracer, and of another graph that looks at what it has left.
+    /// Results of a run of the shadow pass with this tracer, and of a second graph that reads its counters.
     struct Seen {
         std::vector<shared::DebugRecord> records;
-        std::vector<int> surface;  // by path: 1 where something is seen
+        std::vector<int> surface;  // by path: 1 where a surface is visible
     };
     Seen look(Stage& stage, rays::Tracer& tracer, const DebugOptions& options) {
         const auto view_of = [&](graph::Graph& graph) {
@@ -130,7 +130,7 @@ class DebugAovTest : public PassTest {
         return seen;
     }
 
-    /// Of one leaf: there is nothing to be gained by cutting it.
+    /// Returns a scene whose hierarchy is one leaf, where cutting has no gain.
     static Scene lit_quad() {
         Scene scene;
         add_quad(scene, add_material(scene, diffuse_material(vec3(0.5f))), {-1.5f, -1, 0}, {3, 0, 0}, {0, 2, 0});
@@ -151,7 +151,7 @@ TEST_F(DebugAovTest, OneQuadIsOneNodeAndOneEntry) {
         met += surfaces == 64;
         empty += surfaces == 0;
         for (std::size_t path = tile; path < tile + 64; ++path) {
-            // A few rays may all be below the surface.
+            // Some rays may all be below the surface.
             EXPECT_GE(seen.records[path].leaves, surfaces == 64 ? 1u : 0u) << path;
             EXPECT_LE(seen.records[path].leaves, surfaces == 0 ? 0u : 1u) << path;
             EXPECT_EQ(seen.records[path].leaves, seen.records[tile].leaves);
@@ -164,7 +164,7 @@ TEST_F(DebugAovTest, OneQuadIsOneNodeAndOneEntry) {
         for (int x = 0; x < 60; ++x) EXPECT_EQ(seen.records[stage.path(x, y)].nodes, 1u) << x << ", " << y;
 }
 
-TEST_F(DebugAovTest, OnlyWhatWasAskedForIsCounted) {
+TEST_F(DebugAovTest, OnlyRequestedLayersAreCounted) {
     Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
     graph::Graph unused;
     rays::Tracer tracer(stage.view(unused).trace, rays::Culling::compute);
@@ -181,7 +181,7 @@ TEST_F(DebugAovTest, WithoutListsThereIsNothingToCount) {
     }
 }
 
-TEST_F(DebugAovTest, MoreIsVisitedWhereMoreIs) {
+TEST_F(DebugAovTest, DenseGeometryCostsMoreVisits) {
     Stage stage(programs, pyramids(), camera_on_pyramids(), {60, 45});
     graph::Graph unused;
     rays::Tracer tracer(stage.view(unused).trace);

@@ -1,5 +1,5 @@
-// Other people's scenes: each loads and renders without a GL error and without a NaN or an infinity in any output.
-// Leaves contact-sheet.png behind, to be looked at.
+// Tests that scenes of other projects load and render without a GL error, and without NaN or infinity in any output.
+// Writes contact-sheet.png for inspection.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -55,7 +55,7 @@ TEST_F(Assets, LoadAndRenderCleanly) {
         const std::string name = fs::relative(scenes[i], folder).string();
         SCOPED_TRACE(name);
         Scene scene = load_gltf(scenes[i]);
-        // Also where the only light is some small lamp: everything is to be seen.
+        // A sky is added also where the only light is a small lamp, so that everything is visible.
         if (scene.lights.empty() && scene.environment.black()) scene.environment = default_sky();
         settings.camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras.front();
         RenderResult result;

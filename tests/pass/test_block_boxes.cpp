@@ -1,6 +1,7 @@
-// Boxes around boxes of an instance's block are conservative: what a ray meets by the block's own test, it meets by
-// that of the hierarchy over the instances, no later, and so does the shaft of its bundle. Looked for by chance in
-// float32, with instances of all sizes that are turned, flattened and far away, and with boxes that rays just graze.
+// Tests that boxes around boxes of an instance's block are conservative. A ray that meets a box by the block's own test
+// must meet the surrounding box of the instance hierarchy, no later. The shaft of the ray's bundle must meet it, too.
+// A random search in float32 uses instances of all sizes that are rotated, flattened and far away. Its boxes are such
+// that rays just graze them.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
@@ -20,7 +21,7 @@
 namespace halflight {
 namespace {
 
-// One instance and one bundle of rays per invocation, 64 boxes each.
+// Each invocation tests one instance and one bundle of rays against 64 boxes.
 const std::string kKernel = R"(
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/hash.glsl"
@@ -32,7 +33,7 @@ layout(local_size_x = 64) in;
 layout(std430, binding = 0) buffer Counts { uint counts[]; };
 layout(std430, binding = 1) readonly buffer Heads { vec4 heads[]; };  // per instance: block's base, cell, hierarchy's base, cell
 uniform uint seed;
-uniform float margins;  // that boxes are made larger by
+uniform float margins;  // enlargement of the boxes
 
 const int kRays = 3;
 
@@ -63,7 +64,7 @@ void main() {
     vec3 extent = kGridCells * block.cell;
     vec3 hull = kGridCells * head.cell;
 
-    // From wherever through the block.
+    // Rays with random origins through the block.
     Ray rays[kRays];
     Shaft shaft = Shaft(vec3(1e38), vec3(-1e38), vec3(1e38), vec3(-1e38));
     vec3 origin = head.base + hull * vec3(unit(), unit(), unit());
@@ -93,7 +94,7 @@ void main() {
         vec4 upper[3];
         for (int b = 0; b < 4; ++b) {
             Ray inside = ray_in_block(rays[next() % uint(kRays)], instance);
-            // Some place on the ray's way through the block.
+            // A point of the ray inside the block.
             vec3 in_0 = (block.base - inside.origin) / inside.direction;
             vec3 in_1 = (block.base + extent - inside.origin) / inside.direction;
             float from = 0.0, to = 1e30;
@@ -145,9 +146,9 @@ void main() {
 )";
 
 struct Counts {
-    std::uint32_t triples = 0;  // a ray, a box of a block, and the one around it
-    std::uint32_t met = 0;      // the ray meets the former
-    std::uint32_t lost = 0;     // and not the latter, or later; or the shaft does not
+    std::uint32_t triples = 0;  // number of tested combinations of a ray, a box of a block, and the surrounding box
+    std::uint32_t met = 0;      // the ray meets the inner box
+    std::uint32_t lost = 0;     // and misses the outer one or meets it later, or the shaft misses it
 };
 
 constexpr int kInstances = 1 << 12;
@@ -179,7 +180,7 @@ Instances any_instances() {
         const glm::mat4 forward(m);
         const dmat4 inverse = glm::inverse(dmat4(forward));
 
-        dvec3 reach(0);  // of the world's box, which is centred
+        dvec3 reach(0);  // half extent of the world's box, which is centred
         double norm = 0, inverse_norm = 0;
         for (int r = 0; r < 3; ++r) {
             double sum = 0, inverse_sum = 0;
@@ -237,7 +238,7 @@ TEST_F(BlockBoxes, LoseNoBoxThatARayMeets) {
     }
 }
 
-// The search finds boxes that are too small.
+// A search with shrunk boxes finds boxes that are too small.
 TEST_F(BlockBoxes, FindsBoxesThatAreTooSmall) {
     for (const bool floating : {false, true}) EXPECT_GT(search(floating, -1).lost, 0u);
 }

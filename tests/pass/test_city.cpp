@@ -1,4 +1,5 @@
-// A city of a million triangles, its instances flattened and not: whoever finds hits, they are the same, bit for bit.
+// Tests that all tracing methods give the same hits, bit for bit, in a city of a million triangles with flattened and
+// shared instances.
 #include <gtest/gtest.h>
 
 #include "engine/io/gltf/gltf.h"
@@ -29,7 +30,7 @@ class CityTest : public GpuTest {
     gpu::ProgramCache programs;
 };
 
-TEST_F(CityTest, HitsDoNotDependOnWhoFindsThem) {
+TEST_F(CityTest, HitsDoNotDependOnTheMethod) {
     const TemporaryFolder folder;
     const std::string file = (folder / "city.glb").string();
     const Outcome made = run_program({"city", "--triangles", "1000000", file});
@@ -55,7 +56,7 @@ TEST_F(CityTest, HitsDoNotDependOnWhoFindsThem) {
         const std::vector<Hit> hits = answers<Hit>(plain, executor, rays);
         const std::vector<std::uint32_t> occluded = answers<std::uint32_t>(plain, executor, rays);
         EXPECT_GT(std::ranges::count_if(hits, [](const Hit& h) { return h.triangle != kMiss; }), rays.size() / 4);
-        for (int turn = 0; turn < 2; ++turn) {  // from nothing, then with what was kept
+        for (int turn = 0; turn < 2; ++turn) {  // without state, then with the state kept
             EXPECT_EQ(different(hits, answers<Hit>(compute, by_tiles, rays)), 0u);
             EXPECT_EQ(different(occluded, answers<std::uint32_t>(compute, by_tiles, rays)), 0u);
             EXPECT_EQ(different(hits, answers<Hit>(rasterizing, by_queries, rays)), 0u);

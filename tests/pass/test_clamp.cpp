@@ -1,4 +1,4 @@
-// Clamped indirect light: what it dims, what it leaves alone, and that it is named.
+// Tests clamped indirect light: which samples it changes, and that its bias is reported.
 #include <gtest/gtest.h>
 
 #include "engine/core/error.h"
@@ -22,7 +22,7 @@ double mean_luminance(const Image& image) {
     return sum / image.width / image.height;
 }
 
-TEST_F(ClampTest, WithoutOneOrWithAHighOneNothingChanges) {
+TEST_F(ClampTest, NoClampAndAHighClampChangeNothing) {
     const Scene scene = shiny_cornell();
     RenderSettings settings = all_settings(scene, 33, 29, 3);
     const RenderResult plain = render(context, scene, settings);
@@ -30,7 +30,7 @@ TEST_F(ClampTest, WithoutOneOrWithAHighOneNothingChanges) {
     settings.clamp = 1e30f;
     expect_same(render(context, scene, settings), plain);
     settings.clamp = 0;
-    settings.kept = Kept::everything();  // with the code that clamps
+    settings.kept = Kept::everything();  // includes the clamping code
     expect_same(render(context, scene, settings), plain);
 }
 
@@ -64,7 +64,7 @@ TEST_F(ClampTest, DimsBrightIndirectSamplesAndKeepsTheirHue) {
     EXPECT_GT(kept, 1000);
 }
 
-TEST_F(ClampTest, IsABiasAndSaysSo) {
+TEST_F(ClampTest, IsReportedAsABias) {
     const Scene scene = shiny_cornell();
     RenderSettings settings = small_settings(scene.cameras[0], 32, 32, 16, 4);
     const RenderResult plain = render(context, scene, settings);

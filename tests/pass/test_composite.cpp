@@ -1,4 +1,4 @@
-// Means of sums made by hand, and the view transform against OpenColorIO on the CPU.
+// Tests means of synthetic sums, and the view transform against OpenColorIO on the CPU.
 #include "passes/picture/composite.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace halflight::test {
 namespace {
 
-/// Sums by path; what the frame left out is empty.
+/// Sums by path; components that the frame leaves out are empty.
 struct SumData {
     std::vector<double> emission, direct, indirect;
 };
@@ -77,7 +77,7 @@ TEST_F(CompositeTest, TheBeautyIsTheMeanOfAllComponents) {
                             double sum = d.emission[4 * path + c];
                             if (direct) sum += d.direct[6 * path + c] + d.direct[6 * path + 3 + c];
                             if (indirect) sum += d.indirect[6 * path + c] + d.indirect[6 * path + 3 + c];
-                            ASSERT_NEAR(found[c], sum / 7, 0x1p-24 * sum / 7);  // one rounding, to float
+                            ASSERT_NEAR(found[c], sum / 7, 0x1p-24 * sum / 7);  // one rounding to float
                         }
                         ASSERT_EQ(found[3], opaque ? 1 : static_cast<float>(d.emission[4 * path + 3] / 7));
                     }
@@ -87,7 +87,7 @@ TEST_F(CompositeTest, TheBeautyIsTheMeanOfAllComponents) {
     }
 }
 
-/// Grey ramps, saturated colours, highlights, noise, negative values: as emission sums of one sample.
+/// Returns grey ramps, saturated colours, highlights, noise and negative values as emission sums of one sample.
 SumData colours(const Band& band) {
     std::mt19937 random(9);
     SumData d;
@@ -133,8 +133,8 @@ TEST_F(CompositeTest, EveryViewAgreesWithOpenColorIO) {
                         worst = std::max(worst, std::abs(double(p.view[i]) - expected.pixels[i]));
                     }
                 }
-                // Some ten roundings of values up to 1, but that a display's gamma of 2.4 makes 1e-4 of the 2.5e-10 by
-                // which colours next to black may differ.
+                // About ten roundings of values up to 1. A display gamma of 2.4 additionally turns differences of
+                // 2.5e-10 next to black into 1e-4.
                 EXPECT_LT(worst, 1e-4);
                 ++views;
             }
@@ -154,7 +154,7 @@ TEST_F(CompositeTest, ExposureIsInStops) {
     EXPECT_EQ(composite(band, d, 1, true, &none).view, up);
 }
 
-TEST_F(CompositeTest, NothingThatIsNotFiniteIsShown) {
+TEST_F(CompositeTest, NonFiniteValuesAreNotShown) {
     const ViewKernel kernel(ColorConfig::load().view({}));
     const Band band{{16, 16}, 0, 16};
     SumData d = colours(band);

@@ -1,4 +1,4 @@
-// However hits are found, pictures are the same, bit for bit.
+// Tests that pictures do not depend on the tracing method, bit for bit.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -21,7 +21,7 @@ class CulledPictures : public GpuTest {
         return bits;
     }
 
-    /// Samples enough for `automatic` to try all it knows.
+    /// Renders enough samples for `automatic` to try all methods.
     void check(const Scene& scene) {
         RenderSettings settings = small_settings(scene.cameras.front(), 40, 24, 8, 3);
         settings.culling = Culling::off;
@@ -58,7 +58,7 @@ TEST_F(CulledPictures, Instances) {
     check(instanced_scene());
 }
 
-// Tested in double.
+// Needles are tested in double.
 TEST_F(CulledPictures, Needles) {
     Scene scene = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
     const int material = add_material(scene, diffuse_material(vec3(0.8f)));

@@ -1,4 +1,4 @@
-// Morph targets and skins on the GPU give the bits of those on the CPU, and these what the formulas say.
+// Tests morph targets and skins on the GPU bit by bit against the CPU, and the CPU against the formulas.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@
 namespace halflight::test {
 namespace {
 
-/// What a random shape has.
+/// Features of a random shape.
 struct Kind {
     std::size_t vertices = 150;
     bool normals = true;
@@ -25,7 +25,7 @@ struct Kind {
     std::size_t sets = 1;
     std::size_t targets = 0;
     std::size_t joints = 0;
-    double distance = 0;  // of the joints from the origin
+    double distance = 0;  // distance of the joints from the origin
 };
 
 class RandomShape final : public RestShape {
@@ -41,7 +41,7 @@ class RandomShape final : public RestShape {
         for (const vec3& t : vectors(random)) v.tangents.emplace_back(t, random() % 2 == 0 ? 1 : -1);
         return v;
     }
-    /// Weights of any sum; every tenth vertex has none.
+    /// Weights have any sum; every tenth vertex has none.
     std::vector<JointSet> read_joints() const override {
         std::mt19937 random(seed_ + 1);
         std::vector<JointSet> sets(kind_.sets);
@@ -85,12 +85,12 @@ class RandomShape final : public RestShape {
     mutable std::uniform_real_distribution<float> uniform_{-1, 1};
 };
 
-/// A random shape in poses; what it gives must not outlive it.
+/// A random shape in poses; it must outlive the deformations that at() returns.
 class Posable {
   public:
     Posable(const Kind& kind, std::uint32_t seed) : kind_(kind), shape(std::make_shared<RandomShape>(kind, seed)) {}
 
-    /// Joints turn, scale, mirror and move.
+    /// Returns pose number `pose`; joints rotate, scale, mirror and translate.
     Deformation at(std::uint32_t pose) {
         std::mt19937 random(pose);
         std::uniform_real_distribution<double> uniform(-1, 1);
@@ -134,7 +134,7 @@ void expect_same(const VertexArrays& found, const VertexArrays& expected) {
     EXPECT_EQ(found.tangents, expected.tangents);
 }
 
-/// Largest difference of any element.
+/// Returns the largest difference of any element.
 template <class V>
 double difference(const std::vector<V>& a, const std::vector<V>& b) {
     EXPECT_EQ(a.size(), b.size());
@@ -145,7 +145,7 @@ double difference(const std::vector<V>& a, const std::vector<V>& b) {
     return largest;
 }
 
-TEST(DeformOnTheCpu, IsWhatTheFormulasSay) {
+TEST(DeformOnTheCpu, FollowsTheFormulas) {
     for (const auto& [name, kind] : kKinds) {
         SCOPED_TRACE(name);
         Posable posable(kind, 1);
@@ -209,7 +209,7 @@ TEST_F(Deform, GivesTheBitsOfTheCpu) {
     EXPECT_EQ(deformer.take_statistics().vertices, 0u) << "they have been taken";
 }
 
-TEST_F(Deform, DoesNotDependOnWhatWasBeforeOrBeside) {
+TEST_F(Deform, DoesNotDependOnEarlierPosesOrOtherShapes) {
     std::vector<Posable> shapes;
     for (const auto& [name, kind] : kKinds) shapes.emplace_back(kind, 5u);
     GpuDeformer together(context);
@@ -217,7 +217,7 @@ TEST_F(Deform, DoesNotDependOnWhatWasBeforeOrBeside) {
         std::vector<Deformation> all;
         for (Posable& shape : shapes) {
             all.push_back(shape.at(pose));
-            if (pose == 2) all.push_back(shape.at(4));  // the same shape twice
+            if (pose == 2) all.push_back(shape.at(4));  // two poses of one shape
         }
         if (pose == 3) std::ranges::reverse(all);
         const std::vector<VertexArrays> moved = together.deform(all);
@@ -232,8 +232,8 @@ TEST_F(Deform, DoesNotDependOnWhatWasBeforeOrBeside) {
 TEST_F(Deform, LimitsOfTheDriverChangeNothing) {
     gpu::Limits small = context.limits(), tiny = small, narrow = small;
     small.storage_block_bytes = 40 * 64;  // 64 vertices with normals and tangents
-    tiny.storage_block_bytes = 8;         // not one vertex
-    narrow.texture_buffer_texels = 108;   // 18 joints: fewer than one shape has, and than all of them have
+    tiny.storage_block_bytes = 8;         // less than one vertex
+    narrow.texture_buffer_texels = 108;   // 18 joints: fewer than one shape has, and than all shapes have
     GpuDeformer in_pieces(context, small), on_cpu(context, tiny), part_on_cpu(context, narrow);
     std::vector<Posable> shapes;
     for (const auto& [name, kind] : kKinds) shapes.emplace_back(kind, 3u);
@@ -270,8 +270,8 @@ TEST_F(Deform, TargetsAreReadWhenTheyAreActive) {
     EXPECT_EQ(shape.targets_read, 4) << "once for the GPU, three times for the CPU";
 }
 
-/// A mesh whose two corners of three follow two joints and a morph target, at 0 s and at 1 s elsewhere, and another one
-/// that stays.
+/// Returns a mesh that moves between 0 s and 1 s, two of its three corners following two joints and a morph target, and
+/// a static mesh.
 GltfBuilder animated() {
     GltfBuilder b;
     b.add_triangle();
@@ -294,7 +294,8 @@ GltfBuilder animated() {
     };
     channel(3, "translation", b.floats("VEC3", {0, 0, 0, 0.3f, 8, 0}));
     channel(1, "weights", b.floats("SCALAR", {0, 0.9f}));
-    for (Json& mesh : b.json["meshes"]) mesh["primitives"].push_back({{"attributes", Json::object()}});  // is warned of
+    // gives a warning
+    for (Json& mesh : b.json["meshes"]) mesh["primitives"].push_back({{"attributes", Json::object()}});
     return b;
 }
 
@@ -326,7 +327,7 @@ void expect_same(const Scene& found, const Scene& expected) {
     EXPECT_EQ(found.report.normals_generated, expected.report.normals_generated);
 }
 
-TEST_F(DeformFiles, AreTheSameByEither) {
+TEST_F(DeformFiles, AreEqualOnCpuAndGpu) {
     GltfScene cpu = open(animated()), gpu = open(animated());
     GpuDeformer deformer(context);
     gpu.deform_by(&deformer);
@@ -347,7 +348,7 @@ TEST_F(DeformFiles, AreTheSameByEither) {
     EXPECT_EQ(deformer.take_statistics().vertices, 0u);
 }
 
-TEST_F(DeformFiles, DamagedOnesAreRefusedByTheSameLine) {
+TEST_F(DeformFiles, DamagedFilesGiveEqualErrors) {
     const auto refusal = [&](const GltfBuilder& b, Deformer* deformer, double seconds) {
         return without_name(error_message([&] {
             GltfScene scene = open(b);
@@ -381,7 +382,7 @@ TEST_F(DeformFiles, DamagedOnesAreRefusedByTheSameLine) {
         element + ": POSITION has 1 elements for 3 vertices");
 }
 
-TEST_F(DeformFiles, AssetsAreTheSameByEither) {
+TEST_F(DeformFiles, AssetsAreEqualOnCpuAndGpu) {
     const std::filesystem::path assets = std::filesystem::path(HALFLIGHT_SHARED_DIR) / "assets/animation";
     if (!exists(assets)) GTEST_SKIP() << assets << " is not there";
     for (const char* name : {"Fox.glb", "MorphStressTest.gltf", "SimpleSkin/SimpleSkin.gltf"}) {

@@ -1,4 +1,4 @@
-// The filter on planes with noise made by hand: what it may mix, and that it ends.
+// Tests the preview filter on planes with synthetic noise: edges, outliers, and its end with many samples.
 #include "passes/preview/denoise.h"
 
 #include <gtest/gtest.h>
@@ -31,14 +31,14 @@ class DenoiseTest : public PassTest {
         return result;
     }
 
-    /// Light 5 left of the edge, 6 on the right, seen on planes of either side; noise of 3 up and down, whose mean over
-    /// any few pixels is known.
+    /// Returns light of 5 left of the edge and 6 right of it, on one plane per side. The noise of +-3 has a known mean
+    /// over any few pixels.
     TexelData two_sides(const Plane& left, const Plane& right) {
         return seen_planes(
             frame, [&](int x, int) { return x < kEdge ? left : right; },
             [&](int x, int y, const vec3&) { return vec3((x < kEdge ? 5 : 6) + ((x ^ y) & 1 ? 3 : -3)); }, 1);
     }
-    /// How far the mean of the eight columns beside the edge is from that of the side, on the left and on the right.
+    /// Returns the errors of the means of the eight columns left and right of the edge.
     vec2 mixed(const TexelData& data) const {
         vec2 sum(0);
         for (int y = 0; y < kSize.y; ++y) {
@@ -73,12 +73,12 @@ TEST_F(DenoiseTest, AConstantStays) {
     }
 }
 
-TEST_F(DenoiseTest, NoiseOfOneSurfaceGoes) {
+TEST_F(DenoiseTest, NoiseOfOneSurfaceIsRemoved) {
     const TexelData noisy = two_sides({}, {});
     const TexelData smooth = filtered(noisy);
     EXPECT_LT(spread(smooth, 0, 16), 0.3 * spread(noisy, 0, 16));
     EXPECT_LT(spread(smooth, 48, 64), 0.3 * spread(noisy, 48, 64));
-    // No edge but that of the light, which is lost in the noise: without the surfaces' edges all is mixed.
+    // The light's edge is hidden in the noise. Without an edge of the surfaces, both sides are mixed.
     EXPECT_GT(mixed(smooth).x, 0.1f);
     EXPECT_GT(mixed(smooth).y, 0.1f);
 }
@@ -87,7 +87,7 @@ TEST_F(DenoiseTest, NothingIsMixedAcrossAnEdge) {
     const Plane wall;
     const vec3 turned = glm::normalize(vec3(1, 0, 1));
     const Plane nearer{{0, 0, 1}, -4};          // parallel, with a gap
-    const Plane corner{turned, -5 * turned.z};  // touching it at x = 0, where the edge is
+    const Plane corner{turned, -5 * turned.z};  // touches the other plane at x = 0, at the edge
     for (const Plane& right : {nearer, corner}) {
         const TexelData noisy = two_sides(wall, right);
         const TexelData smooth = filtered(noisy);
@@ -98,16 +98,16 @@ TEST_F(DenoiseTest, NothingIsMixedAcrossAnEdge) {
     }
 }
 
-TEST_F(DenoiseTest, WhatTheSamplesAgreeUponStays) {
-    // Stripes of texels of 64 samples that are all alike: no noise, whatever the neighbours say.
+TEST_F(DenoiseTest, ConvergedTexelsAreKept) {
+    // Stripes of texels of 64 equal samples have no noise, whatever their neighbours are.
     const TexelData stripes = seen_planes(
         frame, [](int, int) { return Plane{}; }, [](int x, int, const vec3&) { return vec3(x % 4 < 2 ? 1 : 2); }, 64);
     const TexelData result = filtered(stripes);
     for (std::size_t i = 0; i < result.light.size(); ++i) ASSERT_NEAR(result.light[i].x, stripes.light[i].x, 1e-3f);
 }
 
-TEST_F(DenoiseTest, OutliersAreNoBrighterOrDarkerThanWhatIsAroundThem) {
-    // Of many samples that are all alike, so that nothing else is done to them.
+TEST_F(DenoiseTest, OutliersAreClampedToTheirNeighbours) {
+    // The texels have many equal samples, so the filter changes nothing else.
     TexelData data = seen_planes(
         frame, [](int, int) { return Plane{}; }, [](int, int, const vec3&) { return vec3(1, 2, 3); }, 64);
     const vec4 around = data.light[0];
@@ -116,7 +116,7 @@ TEST_F(DenoiseTest, OutliersAreNoBrighterOrDarkerThanWhatIsAroundThem) {
     for (const vec4& light : filtered(data).light) ASSERT_LT(glm::length(vec3(light) - vec3(around)), 1e-4f);
 }
 
-TEST_F(DenoiseTest, WhereNothingIsSeenNothingGetsIn) {
+TEST_F(DenoiseTest, TheBackgroundStaysBlack) {
     TexelData data = two_sides({}, {});
     for (int y = 0; y < kSize.y; ++y) {
         for (int x = kEdge; x < kSize.x; ++x) {
@@ -129,7 +129,7 @@ TEST_F(DenoiseTest, WhereNothingIsSeenNothingGetsIn) {
         for (int x = 0; x < kEdge; ++x) ASSERT_LT(result.light_at(x, y).x, 8) << x << ", " << y;
 }
 
-TEST_F(DenoiseTest, ThePictureIsTheMeanWhereSamplesAreMany) {
+TEST_F(DenoiseTest, WithManySamplesThePictureIsTheMean) {
     auto random_texels = [random = std::mt19937(7)](float a) mutable {
         std::vector<vec4> all(std::size_t(kSize.x * kSize.y));
         std::uniform_real_distribution<float> value(0.01f, 3);

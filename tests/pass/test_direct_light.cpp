@@ -1,6 +1,6 @@
-// Direct light of a whole scene against the oracle, sample by sample: the same points of the pixels, light samples and
-// directions are put through the oracle's formulas and Embree. Such pairs have next to no noise, so that a shift of the
-// mean shows that would take 10^8 independent samples to see.
+// Tests the direct light of a whole scene against the oracle, sample by sample. The points in pixels, light samples and
+// directions of our samples are evaluated with the oracle's formulas and Embree. Such pairs have almost no noise. They
+// show a shift of the mean for which 10^8 independent samples would be needed.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -25,16 +25,16 @@ namespace {
 double mean(const dvec3& c) {
     return (c.x + c.y + c.z) / 3;
 }
-/// Veach 1997, eq. 9.13, beta = 2.
+/// Power heuristic (Veach 1997, eq. 9.13, beta = 2).
 double power_heuristic(double a, double b) {
     return a > 0 ? 1 / (1 + (b / a) * (b / a)) : 0;
 }
 
-/// What sends light here: a sun or a sky of one colour.
+/// A light of the scene: a sun, or a sky of one colour.
 struct Light {
-    dvec3 direction{0};  // unit, towards it
-    dvec3 radiance{0};   // over the density; a sun's: irradiance over the probability
-    double density = 0;  // 0: a sun's
+    dvec3 direction{0};  // towards the light, unit length
+    dvec3 radiance{0};   // sky: radiance over density; sun: irradiance over probability
+    double density = 0;  // 0 for a sun
     double weight(double surface) const { return density > 0 ? power_heuristic(density, surface) : 1; }
 };
 
@@ -42,7 +42,7 @@ class SunAndSky {
   public:
     SunAndSky(const Scene& scene, const TraceTables& trace) : scene_(scene), tables_(build_lights(scene, trace)) {}
 
-    /// As many suns as there are, then the sky.
+    /// Selects a sun, or the sky after the suns.
     std::size_t choose(const shared::Sampler& random) const {
         const std::uint64_t scaled = std::uint64_t{shared::sample_1d_bits(random, 0)} * tables_.alias.size();
         const vec2 alias = tables_.alias[scaled >> 32];
@@ -66,10 +66,10 @@ class SunAndSky {
     LightTables tables_;
 };
 
-/// One technique's sums over all pairs.
+/// Sums of one technique over all pairs.
 struct Pairs {
-    double ours = 0, oracle = 0;              // all of them
-    double ours_alike = 0, oracle_alike = 0;  // of those in which both see the light, or neither
+    double ours = 0, oracle = 0;              // over all pairs
+    double ours_alike = 0, oracle_alike = 0;  // over pairs that agree on visibility
     int count = 0, hidden_from_one = 0;
 
     void add(double a, double b) {
@@ -117,7 +117,7 @@ class DirectLightTest : public PassTest {
     }
 };
 
-TEST_F(DirectLightTest, OfTheAtriumSampleBySample) {
+TEST_F(DirectLightTest, EqualsTheOracleSampleBySample) {
     const Scene scene = load_gltf(std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/atrium.glb");
     const Camera& camera = scene.cameras[0];
     const ivec2 image(320, 240);
@@ -199,8 +199,8 @@ TEST_F(DirectLightTest, OfTheAtriumSampleBySample) {
             }
         }
     }
-    // Of pixels as large as these 0.047 % see another triangle (gbuffer.h), 0.11 % where only their own one is looked
-    // at.
+    // In pixels of this size 0.047 % of the samples hit another triangle (gbuffer.h), and 0.11 % if only the pixel's
+    // own triangle is tested.
     EXPECT_LT(otherwise, seen * 0.0008);
     EXPECT_GT(otherwise, 0) << "no edges in sight: the pixels are not those that were asked for";
     ASSERT_EQ(pairs.size(), 4u);
@@ -208,7 +208,7 @@ TEST_F(DirectLightTest, OfTheAtriumSampleBySample) {
         SCOPED_TRACE(technique);
         ASSERT_GT(p.oracle, 0);
         EXPECT_LT(p.hidden_from_one, 1 + p.count * 1e-4) << "of " << p.count;
-        // Colours of textures are halves (2^-12), which textures of few colours do not average out.
+        // Colours of textures are halves (2^-12); in textures with few colours the rounding does not average out.
         EXPECT_NEAR(p.ours_alike / p.oracle_alike, 1, 2e-4);
     }
     EXPECT_NEAR(ours / expected, 1, 1e-3);
@@ -216,15 +216,15 @@ TEST_F(DirectLightTest, OfTheAtriumSampleBySample) {
     RecordProperty("shift", std::to_string(ours / expected - 1));
 }
 
-/// Turned so that no coordinate is small along any edge.
+/// Rotated so that no coordinate is small along any edge.
 struct Strip {
     dvec3 along = glm::normalize(dvec3(0.78, 0.21, 0.59));
     dvec3 across = glm::normalize(glm::cross(along, dvec3(0.1, 1, 0.2)));
     dvec3 up = glm::cross(across, along);
 };
 
-/// A flat strip of two long triangles does not shadow itself: what the tracer computes for the distance of such slivers
-/// is off by far more than a rounding of their length.
+/// A flat strip of two long triangles must not shadow itself. The tracer's error in the distance of such slivers is
+/// much larger than a rounding of their length.
 TEST_F(DirectLightTest, LongStripsDoNotShadowThemselves) {
     const Strip strip;
     constexpr double kLength = 27;

@@ -1,4 +1,4 @@
-// Techniques that differ in noise alone: their means agree, and each does what it is there for.
+// Tests techniques that differ in noise only: their means agree, and each reduces the noise that it is meant for.
 #include <gtest/gtest.h>
 
 #include "tests/pass/batches.h"
@@ -21,7 +21,8 @@ class EstimatorsTest : public GpuTest {
         return render(context, scene, settings);
     }
 
-    /// Of independent pictures: means over blocks, since all pixels look through the same points, and pixels.
+    /// Statistics of independent pictures. Means are over blocks, because all pixels of a sample use the same point in
+    /// the pixel, and pixels share paths.
     struct Layer {
         Batches blocks, pixels;
         void add(const Image& image) {
@@ -52,7 +53,8 @@ class EstimatorsTest : public GpuTest {
     }
 };
 
-/// Slats between sun, sky, a lamp and a varnished floor: every surface has light by some of these and shade of others.
+/// Returns slats between a varnished floor and a sun, a sky and a lamp; every surface gets light from some and is
+/// shadowed from others.
 Scene slats_in_the_sun() {
     Scene scene;
     Material floor = diffuse_material({0.7f, 0.6f, 0.5f});
@@ -79,7 +81,7 @@ Scene slats_in_the_sun() {
     return scene;
 }
 
-/// Slats between a lamp and a floor, of which nothing but the floor is in sight: no edges, hence no noise of pixels.
+/// Returns slats between a lamp and a floor, with only the floor in view: there are no edges, hence no noise from them.
 Scene penumbra() {
     Scene scene;
     add_quad(scene, add_material(scene, diffuse_material(vec3(0.7f))), {-4, 0, -4}, {0, 0, 8}, {8, 0, 0});
@@ -108,7 +110,7 @@ TEST_F(EstimatorsTest, SunApartHasTheSameMeanAndLessNoise) {
     }
 }
 
-TEST_F(EstimatorsTest, SunAloneIsChosenAsItAlwaysWas) {
+TEST_F(EstimatorsTest, ASingleSunIsSampledAsBefore) {
     Scene scene = slats_in_the_sun();
     scene.environment.color = vec3(0);
     scene.lights = {scene.lights[1]};
@@ -117,7 +119,7 @@ TEST_F(EstimatorsTest, SunAloneIsChosenAsItAlwaysWas) {
     EXPECT_FALSE(same_bits(apart, Image(apart.width, apart.height, apart.channels)));
 }
 
-TEST_F(EstimatorsTest, CameraRaysOfTheirOwnAreSamplesOfALongerSequence) {
+TEST_F(EstimatorsTest, ExtraCameraRaysExtendTheSequence) {
     Scene scene = cornell_box();
     scene.cameras = {look_at_camera({0, 0.3, 0.9}, {0, 0.98, 0}, {0, 0, -1}, 1.2)};  // at the lamp's edges
     const RenderResult four = picture(scene, {.camera = CameraRays::four}, 4);
@@ -152,7 +154,7 @@ TEST_F(EstimatorsTest, ShadowRaysOfOnePathShareItsDirectLight) {
                           layer(picture(scene, {}, 4), "indirect_diffuse.R")));
 }
 
-TEST_F(EstimatorsTest, APilotSettlesWhatIsLeftOpen) {
+TEST_F(EstimatorsTest, APilotDecidesTheAutomaticTechniques) {
     const Estimator open{.reuse = Reuse::automatic, .camera = CameraRays::automatic, .shadow = ShadowRays::automatic};
     Scene scene = cornell_box();
     scene.cameras = {look_at_camera({0, 0.3, 0.9}, {0, 0.98, 0}, {0, 0, -1}, 1.2)};  // at the lamp's edges
@@ -179,7 +181,7 @@ TEST_F(EstimatorsTest, APilotSettlesWhatIsLeftOpen) {
     EXPECT_EQ(fact->fact, "a pilot found that it would not pay");
 }
 
-TEST_F(EstimatorsTest, IndependentSamplesConvergeAsSuch) {
+TEST_F(EstimatorsTest, IndependentSamplesConvergeAtTheirRate) {
     const Scene scene = slats_in_the_sun();
     const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
     const Estimator independent{.sampler = SamplePoints::independent};
@@ -194,19 +196,20 @@ TEST_F(EstimatorsTest, IndependentSamplesConvergeAsSuch) {
 TEST_F(EstimatorsTest, BlueNoiseCancelsBetweenPixels) {
     const Scene scene = penumbra();
     const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
-    constexpr float kPoint = 1e-3f;  // where pixels are looked at is the same in all of them, and errors with it
+    // size of the point; all pixels use the same point in the pixel, so its errors are equal
+    constexpr float kPoint = 1e-3f;
     for (const int samples : {1, 4}) {
         Layers sobol = layers(scene, {}, samples, 1, kPoint);
         Layers blue = layers(scene, {.sampler = SamplePoints::blue_noise}, samples, 101, kPoint);
         EXPECT_TRUE(agree("blue-noise", blue.beauty.blocks.estimate(), sobol.beauty.blocks.estimate(), limits));
         EXPECT_NEAR(blue.beauty.pixels.variance() / sobol.beauty.pixels.variance(), 1, 0.1) << samples;
-        // Of later samples it is mostly what many dimensions make together, which no order of pixels can help.
+        // In later samples most noise comes from the interaction of many dimensions, which no pixel order can improve.
         if (samples > 1) continue;
         EXPECT_LT(blue.direct.blocks.variance(), 0.5 * sobol.direct.blocks.variance());
     }
 }
 
-TEST_F(EstimatorsTest, BlueNoiseIsOfPicturesWhoseSamplesAreKnownToBeFew) {
+TEST_F(EstimatorsTest, BlueNoiseIsUsedForKnownSmallSampleCounts) {
     const Scene scene = slats_in_the_sun();
     const auto rendered = [&](SamplePoints points, const auto& change) {
         RenderSettings settings = small_settings(scene.cameras.front(), 48, 48, 2, 4);

@@ -1,4 +1,4 @@
-// The renderer as a whole: what it promises of its results, whatever they show.
+// Tests the renderer as a whole: invariants of its results for all scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace {
 
 using FrameTest = PassTest;
 
-// --- The same again -------------------------------------------------------------------------------------------------
+// --- Repetition -----------------------------------------------------------------------------------------------------
 
 TEST_F(FrameTest, RenderingAgainGivesTheSameBits) {
     const Scene scene = shiny_cornell();
@@ -31,7 +31,7 @@ TEST_F(FrameTest, RenderingAgainGivesTheSameBits) {
     expect_same(render(context, scene, settings), first);
 }
 
-TEST_F(FrameTest, WhatElseIsAskedForDoesNotChangeThePicture) {
+TEST_F(FrameTest, FurtherLayersDoNotChangeThePicture) {
     const Scene scene = shiny_cornell();
     const RenderResult all = render(context, scene, all_settings(scene, 45, 37, 5));
     RenderSettings settings = all_settings(scene, 45, 37, 5);
@@ -45,8 +45,8 @@ TEST_F(FrameTest, WhatElseIsAskedForDoesNotChangeThePicture) {
     EXPECT_TRUE(same_bits(render(context, scene, settings).beauty, all.beauty));
 }
 
-TEST_F(FrameTest, NothingIsReadThatNobodyHasWritten) {
-    // With undefined memory poisoned, and with or without memory that passes share in turn, the sums are the same.
+TEST_F(FrameTest, NoUnwrittenMemoryIsRead) {
+    // The sums must not change when undefined memory is poisoned, with or without memory shared by passes.
     const Scene scene = shiny_cornell();
     Stage stage(programs, scene, scene.cameras[0], {45, 37});
     gpu::Buffer bad_values("bad values", kBadValueCounts * sizeof(std::uint32_t));
@@ -128,9 +128,9 @@ TEST_F(FrameTest, DirectLightIsTheSameForAnyNumberOfBounces) {
     EXPECT_GT(mean_of_pixels(layer(six, "indirect_diffuse.R"), 0).value, 0.01);
 }
 
-TEST_F(FrameTest, VarianceIsThatOfTheMean) {
-    // Of many independent pictures: their scatter, against what each says of itself. Stratified samples are better than
-    // the estimate, which takes them as independent; never worse.
+TEST_F(FrameTest, VarianceIsOfTheMean) {
+    // Compares the scatter of many independent pictures with the variance that each one estimates. Stratified samples
+    // are better than the estimate, which assumes independence, and never worse.
     const Scene scene = shiny_cornell();
     RenderSettings settings = small_settings(scene.cameras[0], 24, 24, 4, 3);
     constexpr int kPictures = 32;
@@ -150,7 +150,7 @@ TEST_F(FrameTest, VarianceIsThatOfTheMean) {
     EXPECT_GT(found.mean(), 0.3 * claimed.mean());
 }
 
-TEST_F(FrameTest, AlphaTellsWhereNothingIsSeen) {
+TEST_F(FrameTest, AlphaIsZeroWhereNoSurfaceIsSeen) {
     Scene scene = tilted_quad();
     const RenderSettings settings = small_settings(camera_on_quad(), 48, 32, 16, 1);
     const RenderResult clear = render(context, scene, settings);
@@ -173,8 +173,8 @@ TEST_F(FrameTest, AlphaTellsWhereNothingIsSeen) {
     EXPECT_GT(part, 30);
 }
 
-TEST_F(FrameTest, MotionIsTheWayFromThePreviousFrame) {
-    // An orthographic camera that has moved by a tenth of its view's height, along both axes.
+TEST_F(FrameTest, MotionIsRelativeToThePreviousFrame) {
+    // An orthographic camera that has moved by a tenth of its view's height along both axes.
     Scene scene;
     add_quad(scene, add_material(scene, diffuse_material(vec3(0.5f))), {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
     const Camera camera = spot_camera(dvec3(0), {0, 1, 0}, 2);
@@ -188,14 +188,14 @@ TEST_F(FrameTest, MotionIsTheWayFromThePreviousFrame) {
     const Image& motion = layer(r, "motion.X");
     for (int y = 0; y < 20; ++y) {
         for (int x = 0; x < 20; ++x) {
-            // The camera went left and down: things went right and up.
+            // The camera went left and down, so the scene went right and up.
             EXPECT_NEAR(motion.at(x, y)[0], 2, 1e-3);
             EXPECT_NEAR(motion.at(x, y)[1], -2, 1e-3);
         }
     }
 }
 
-// --- What is left out -----------------------------------------------------------------------------------------------
+// --- Left-out parts -------------------------------------------------------------------------------------------------
 
 std::string left_out(gpu::Context& context, const Scene& scene, int bounces) {
     const RenderResult r = render(context, scene, small_settings(camera_on_quad(), 16, 16, 1, bounces));
@@ -206,7 +206,7 @@ std::string left_out(gpu::Context& context, const Scene& scene, int bounces) {
     return all;
 }
 
-TEST_F(FrameTest, SaysWhatItLeftOutAndWhy) {
+TEST_F(FrameTest, ListsWhatIsLeftOutAndWhy) {
     Scene scene = tilted_quad();
     EXPECT_EQ(left_out(context, scene, 4), "glossy: no material has a specular, coat or transmission component; ");
     EXPECT_EQ(
@@ -227,7 +227,7 @@ TEST_F(FrameTest, SaysWhatItLeftOutAndWhy) {
               "light; continuation: no material reflects light; ");
 }
 
-TEST_F(FrameTest, TheGraphCanBeLookedAt) {
+TEST_F(FrameTest, TheGraphCanBeDumped) {
     const Scene scene = shiny_cornell();
     const std::string dot =
         Renderer(context, scene, ColorConfig::load(), small_settings(scene.cameras[0], 16, 16, 1, 2)).graph_dot();
@@ -264,8 +264,8 @@ TEST_F(FrameTest, EmptyScene) {
 }
 
 TEST_F(FrameTest, BandsJoinWithoutASeam) {
-    // No texture is higher than 16384 rows here, so that the third band is a part of one. One sun on one floor: every
-    // pixel has the same radiance, and the camera looks straight down, so that z tells the row.
+    // Textures here have at most 16384 rows, so the third band is incomplete. One sun lights one floor, so every pixel
+    // has equal radiance. The camera looks straight down, so z gives the row.
     Scene scene = floor_scene(diffuse_material(vec3(0.5f)));
     PunctualLight& sun = scene.lights.emplace_back();
     sun.type = LightType::directional;
@@ -280,14 +280,14 @@ TEST_F(FrameTest, BandsJoinWithoutASeam) {
         for (int x = 0; x < width; ++x) {
             for (int c = 0; c < 3; ++c)
                 ASSERT_NEAR(r.beauty.at(x, y)[c], 0.5 / kPi * sun.intensity[c], 1e-6) << x << ", " << y;
-            // spot_camera: up is -z.
+            // the camera's up is -z
             const double row = ((y + 0.5) / height - 0.5) * 1900;
             ASSERT_NEAR(position.at(x, y)[2], row, 1e-3) << x << ", " << y;
         }
     }
 }
 
-TEST_F(FrameTest, ProgressTellsEverySampleAndCanStop) {
+TEST_F(FrameTest, ProgressReportsEverySampleAndCanStop) {
     const Scene scene = shiny_cornell();
     Renderer renderer(context, scene, ColorConfig::load(), small_settings(scene.cameras[0], 16, 16, 6, 1));
     std::vector<int> done;
@@ -337,7 +337,7 @@ TEST_F(FrameTest, SettingsOutOfRangeAreErrors) {
     EXPECT_NE(unknown.find("depth"), std::string::npos) << unknown;
 }
 
-TEST_F(FrameTest, StatisticsAreThere) {
+TEST_F(FrameTest, StatisticsArePlausible) {
     const Scene scene = shiny_cornell();
     RenderSettings settings = small_settings(scene.cameras[0], 32, 32, 3, 3);
     settings.measure = true;

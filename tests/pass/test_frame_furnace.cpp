@@ -1,4 +1,4 @@
-// Scenes whose radiance is known everywhere, through the whole frame.
+// Tests scenes of known radiance through the whole frame.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -13,7 +13,7 @@ namespace {
 
 class FurnaceTest : public GpuTest {
   protected:
-    /// The picture's mean within four standard errors, and known to +- `precision` with 95 % confidence.
+    /// Expects the picture's mean within four standard errors, and a half width of at most `precision` at 95 %.
     void expect_mean(const Image& image, double expected, double precision, const std::string& what) {
         for (int c = 0; c < 3; ++c) {
             const MeanValue m = mean_of_pixels(image, c);
@@ -88,7 +88,7 @@ TEST_F(FurnaceTest, WhiteSurfacesUnderAWhiteSkyAreWhite) {
     }
 }
 
-TEST_F(FurnaceTest, ScenesThatLoseNothing) {
+TEST_F(FurnaceTest, ScenesWithoutLosses) {
     for (const char* name : {"furnace", "furnace-half"}) {
         const Scene scene = load_gltf(std::string(HALFLIGHT_SOURCE_DIR "/scenes/") + name + ".glb");
         const RenderResult r = render(context, scene, small_settings(scene.cameras[0], 48, 32, 64, 48));

@@ -1,4 +1,4 @@
-// The G-buffer against every triangle tried in double, and its special cases one by one.
+// Tests the G-buffer against a search over all triangles in double, and its special cases.
 #include "passes/surface/gbuffer.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ namespace {
 class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryVisibility> {
   protected:
     struct Content {
-        std::vector<float> depth;  // of rasterized ones
+        std::vector<float> depth;  // for rasterized visibility
         std::vector<shared::Ray> rays;
         std::vector<shared::Hit> hits;
         std::vector<vec4> rows;
@@ -38,8 +38,8 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
         return c;
     }
 
-    /// Every pixel that sees no edge agrees with look_at(); at least `clear` of all pixels are such, `hits` see
-    /// something.
+    /// Expects every pixel without an edge to agree with look_at(). At least `clear` pixels have no edge; `hits` pixels
+    /// see a surface.
     void expect_as_seen(const Scene& scene, const Camera& camera, const ivec2& image, std::uint32_t sample,
                         double clear, double hits) {
         Stage stage(programs, scene, camera, image);
@@ -64,8 +64,8 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
                 const TriangleSource source = source_of(stage.trace_tables(), hit.instance, hit.triangle);
                 ASSERT_EQ(source.instance, s.instance) << x << ", " << y;
                 ASSERT_EQ(source.triangle, s.triangle) << x << ", " << y;
-                // Float error: some ten roundings of coordinates relative to the scene's centre and to the camera,
-                // seen under the angle at which the ray meets the surface.
+                // Float error: about ten roundings of coordinates relative to the scene's centre and to the camera,
+                // divided by the cosine of the angle of incidence.
                 const double size =
                     glm::length(s.position - eye) + glm::length(s.position - stage.trace_tables().origin);
                 const double grazing = std::abs(glm::dot(s.direction, s.geometric_normal));
@@ -73,7 +73,7 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
                 const dvec3 position = dvec3(record.position) + stage.trace_tables().origin;
                 EXPECT_LT(glm::length(position - s.position), error) << x << ", " << y;
                 EXPECT_NEAR(hit.t, glm::length(s.depth * s.direction / glm::dot(s.direction, forward(camera))), error);
-                // Triangles here are about one unit large, corners' normals differ by less than one unit.
+                // Triangles are about one unit large here, and normals of their corners differ by less than one unit.
                 EXPECT_NEAR(hit.u, s.u, 2 * error) << x << ", " << y;
                 EXPECT_NEAR(hit.v, s.v, 2 * error) << x << ", " << y;
                 EXPECT_LT(glm::length(dvec3(record.geometric_normal) - s.geometric_normal), 1e-6);
@@ -89,7 +89,7 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
     }
 
     static dvec3 forward(const Camera& camera) { return -dvec3(camera.camera_to_world[2]); }
-    /// SHADING.md, "Surfaces".
+    /// Returns the shading normal of SHADING.md, "Surfaces".
     static dvec3 bent(const Seen& s) {
         const double cosine = -glm::dot(s.normal, s.direction);
         return cosine <= 0 ? glm::normalize(s.normal - s.direction * (1e-3 - cosine)) : s.normal;
@@ -131,7 +131,7 @@ TEST_P(GBufferTest, Orthographic) {
     expect_as_seen(tilted_quad(), camera_on_quad(dvec3(0), true), {61, 35}, 3, 0.9, 0.1);
 }
 
-TEST_P(GBufferTest, InstancesTurnedScaledAndMirrored) {
+TEST_P(GBufferTest, InstancesRotatedScaledAndMirrored) {
     expect_as_seen(pyramids(), camera_on_pyramids(), {160, 120}, 2, 0.85, 0.15);
 }
 
@@ -164,10 +164,10 @@ TEST_P(GBufferTest, MaterialRowsAndEmission) {
     EXPECT_EQ(m.p_diffuse, 0);
     EXPECT_NEAR(m.alpha, 0.25, 1e-6);
     EXPECT_NEAR(m.coat_alpha, 0.09, 1e-6);
-    // k M(0.04), M within 4 % of 1 (Turquin 2019, eq. 16).
+    // k M(0.04), where M is within 4 % of 1 (Turquin 2019, eq. 16).
     EXPECT_NEAR(m.coat, 0.51, 0.011);
     EXPECT_LT(glm::length(m.coat_normal - vec3(0, 1, 0)), 1e-6f);
-    // (1 - E_coat) c M(c), M(c) = 1 + c (1 - E_1) / E_1 (SHADING.md): over c, linear in c.
+    // (1 - E_coat) c M(c) with M(c) = 1 + c (1 - E_1) / E_1 (SHADING.md); divided by c, it is linear in c.
     const vec3 gain = m.specular / vec3(metal.base_color);
     EXPECT_NEAR(gain.g, 0.5f * (gain.r + gain.b), 1e-5f);
     EXPECT_GT(gain.r, gain.b);
@@ -188,11 +188,11 @@ TEST_P(GBufferTest, UnlitEmitsItsColourAndReflectsNothing) {
     EXPECT_EQ(s.specular, vec3(0));
 }
 
-TEST_P(GBufferTest, TheEnvironmentIsSeenWhereThereIsNoSurface) {
+TEST_P(GBufferTest, TheEnvironmentIsVisibleWithoutSurface) {
     Scene scene = tilted_quad();
     scene.environment.color = {0.5f, 1, 2};
     scene.environment.map = Image(64, 32, 3);
-    // Radiance linear in the direction's height: bilinear lookups of so smooth a map are exact to their curvature.
+    // The radiance is linear in the direction's height, so bilinear lookups are exact up to the curvature.
     for (int y = 0; y < 32; ++y)
         for (int x = 0; x < 64; ++x)
             for (int c = 0; c < 3; ++c)
@@ -209,7 +209,8 @@ TEST_P(GBufferTest, TheEnvironmentIsSeenWhereThereIsNoSurface) {
             ++misses;
             EXPECT_EQ(c.hits[path].triangle, shared::kMiss);
             const double radiance = 2 + c.rays[path].direction.y;
-            // Linear interpolation between texel centres: error at most h^2 / 8 times the second derivative (1).
+            // The error of linear interpolation between texel centres is at most h^2 / 8 times the second derivative
+            // (1).
             const double error = kPi / 32 * kPi / 32 / 8 + 1e-5;
             for (int i = 0; i < 3; ++i)
                 EXPECT_NEAR(c.surfaces[path].emission[i], radiance * scene.environment.color[i], 2 * error);
@@ -218,7 +219,7 @@ TEST_P(GBufferTest, TheEnvironmentIsSeenWhereThereIsNoSurface) {
     EXPECT_GT(misses, image.x * image.y / 3);
 }
 
-TEST_P(GBufferTest, BandsAreTheSameAsTheWhole) {
+TEST_P(GBufferTest, BandsEqualTheWhole) {
     const Scene scene = pyramids();
     const ivec2 image(70, 90);
     Stage stage(programs, scene, camera_on_pyramids(), image);
@@ -248,7 +249,7 @@ TEST_P(GBufferTest, BandsAreTheSameAsTheWhole) {
     }
 }
 
-TEST_P(GBufferTest, PathsBeyondThePictureAreNothing) {
+TEST_P(GBufferTest, PathsOutsideThePictureAreEmpty) {
     Scene scene = floor_scene(diffuse_material(vec3(0.5f)));
     scene.environment.color = vec3(1);
     Stage stage(programs, scene, spot_camera({0, 0, 0}, {0, 1, 0}, 1), {17, 19});
@@ -267,8 +268,9 @@ TEST_P(GBufferTest, PathsBeyondThePictureAreNothing) {
     }
 }
 
-TEST_P(GBufferTest, NearSurfacesAreToldApartThousandsOfUnitsAway) {
-    // Two sheets 1/16 apart, 4000 units from the camera, the near plane left to the camera: depth needs 2^-16.
+TEST_P(GBufferTest, CloseSurfacesAreDistinguishedThousandsOfUnitsAway) {
+    // Two sheets 1/16 apart, 4000 units away from the camera, with an automatic near plane: depth needs a precision of
+    // 2^-16.
     Scene scene;
     add_quad(scene, add_material(scene, diffuse_material(vec3(0))), {-2000, -2000, 0}, {4000, 0, 0}, {0, 4000, 0});
     add_quad(scene, add_material(scene, diffuse_material(vec3(1))), {-2000, -2000, 0.0625f}, {4000, 0, 0},
@@ -306,7 +308,7 @@ TEST(PrimaryVisibility, IsTracedWhereTrianglesAreSmallerThanPixels) {
 
 // --- Alpha ----------------------------------------------------------------------------------------------------------
 
-/// A quad that faces the camera, half of it (s < 1/2) of base colour alpha 0.3, before a white wall.
+/// Returns a quad that faces the camera in front of a white wall; half of it (s < 1/2) has base colour alpha 0.3.
 Scene curtain(AlphaMode mode) {
     Scene scene;
     TextureImage& image = scene.images.emplace_back();
@@ -321,7 +323,7 @@ Scene curtain(AlphaMode mode) {
     return scene;
 }
 
-TEST_P(GBufferTest, MaskLetsThroughWhatIsBelowTheCutoff) {
+TEST_P(GBufferTest, MaskIsTransparentBelowTheCutoff) {
     const ivec2 image(32, 32);
     Stage stage(programs, curtain(AlphaMode::mask), spot_camera({0, 0, 0}, {0, 0, 1}, 2), image);
     const Content c = render(stage);
@@ -330,7 +332,7 @@ TEST_P(GBufferTest, MaskLetsThroughWhatIsBelowTheCutoff) {
             EXPECT_EQ(c.surfaces[stage.path(x, y)].diffuse.x, x < 16 ? 1 : 0.25f) << x << ", " << y;
 }
 
-TEST_P(GBufferTest, BlendIsMetAsOftenAsItsAlphaSays) {
+TEST_P(GBufferTest, BlendIsHitWithProbabilityAlpha) {
     const ivec2 image(32, 32);
     Stage stage(programs, curtain(AlphaMode::blend), spot_camera({0, 0, 0}, {0, 0, 1}, 2), image);
     const int samples = 40;
@@ -350,7 +352,7 @@ TEST_P(GBufferTest, BlendIsMetAsOftenAsItsAlphaSays) {
     for (int half = 0; half < 2; ++half) {
         const double alpha = half == 0 ? 77 / 255.0 : 204 / 255.0, count = 512.0 * samples;
         EXPECT_NEAR(met[half] / count, alpha, 4 * std::sqrt(alpha * (1 - alpha) / count));
-        // Samples of one pixel are as independent as pixels are: the counts' variance is the binomial one.
+        // Samples of one pixel are as independent as pixels, so the counts have the binomial variance.
         double variance = 0;
         for (int y = 0; y < 32; ++y)
             for (int x = 16 * half; x < 16 * half + 16; ++x)

@@ -1,4 +1,4 @@
-// Pictures that are looked at while their samples are added: bands take turns, and looking changes nothing.
+// Tests pictures published while samples are added: bands take turns, and publishing changes nothing.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ using rays::Culling;
 
 class InTurns : public GpuTest {
   protected:
-    /// 45 x 60 pixels in four bands, or in one; everything that can be seen.
+    /// Returns settings of 45 x 60 pixels in four bands or in one, with all layers.
     RenderSettings settings(int samples, bool one_band = false) const {
         RenderSettings s = all_settings(scene, 45, 60, samples);
         s.culling = Culling::off;
@@ -22,7 +22,7 @@ class InTurns : public GpuTest {
         s.in_turns = true;
         return s;
     }
-    /// The usual way: one band after the other.
+    /// Renders without turns: one band after the other.
     RenderResult expected(RenderSettings s) {
         s.in_turns = false;
         return Renderer(prepared, colors, s).render();
@@ -33,7 +33,7 @@ class InTurns : public GpuTest {
     ColorConfig colors = ColorConfig::load();
 };
 
-TEST_F(InTurns, ThePictureIsTheSame) {
+TEST_F(InTurns, ThePictureIsEqual) {
     const RenderResult whole = expected(settings(7));
     for (const Culling culling : {Culling::off, Culling::compute, Culling::raster, Culling::automatic}) {
         for (const std::size_t state_bytes : {std::size_t{1} << 20, std::size_t{0}}) {
@@ -51,7 +51,7 @@ TEST_F(InTurns, ThePictureIsTheSame) {
     }
 }
 
-TEST_F(InTurns, EveryPictureOnTheWayIsThatOfSoManySamples) {
+TEST_F(InTurns, EveryIntermediatePictureEqualsOneOfItsSampleCount) {
     std::vector<RenderResult> of;
     for (int samples = 1; samples <= 4; ++samples) of.push_back(expected(settings(samples)));
     for (const bool one_band : {false, true}) {
@@ -76,7 +76,7 @@ TEST_F(InTurns, EveryPictureOnTheWayIsThatOfSoManySamples) {
     }
 }
 
-TEST_F(InTurns, ComponentsCanBeAskedForAfterTheSamples) {
+TEST_F(InTurns, ComponentsCanBeRequestedAfterTheSamples) {
     const std::vector<std::string> components = {"indirect_diffuse", "emission", "samples"};
     RenderSettings s = settings(2);
     s.aovs = components;
@@ -95,7 +95,7 @@ TEST_F(InTurns, ComponentsCanBeAskedForAfterTheSamples) {
     });
 }
 
-TEST_F(InTurns, WhoStopsGetsWhatThereIs) {
+TEST_F(InTurns, StoppingReturnsTheSamplesSoFar) {
     Renderer renderer(prepared, colors, settings(4));
     int calls = 0;
     const RenderResult stopped = renderer.render([&](const RenderProgress&) { return ++calls < 6; });
@@ -106,7 +106,7 @@ TEST_F(InTurns, WhoStopsGetsWhatThereIs) {
     for (int y = 0; y < 60; ++y) EXPECT_EQ(*samples.at(20, y), y < 32 ? 2 : 1) << y;
 }
 
-TEST_F(InTurns, WhatTheCallbackThrowsIsPassedOn) {
+TEST_F(InTurns, ExceptionsOfTheCallbackPropagate) {
     Renderer renderer(prepared, colors, settings(3));
     struct Stop {};
     int calls = 0;

@@ -1,4 +1,5 @@
-// What is left out would have contributed exactly nothing: with all of it built, pictures are the same, bit for bit.
+// Tests that left-out parts would have contributed exactly nothing: with all parts built, pictures are equal bit for
+// bit.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -19,7 +20,7 @@ class LeftOutTest : public GpuTest {
         const RenderResult lean = render(context, scene, settings);
         const RenderResult kept = render(context, scene, keeping);
         expect_same(kept, lean);
-        // It is there indeed: more memory, and nothing on the list but what is another way of the same thing.
+        // All parts are built: more memory is used, and the list of left-out parts holds only alternatives.
         EXPECT_GT(kept.stats.gpu_bytes, lean.stats.gpu_bytes);
         EXPECT_GT(lean.stats.left_out.size(), kept.stats.left_out.size());
         for (const LeftOut& part : kept.stats.left_out)
@@ -28,7 +29,7 @@ class LeftOutTest : public GpuTest {
                 << part.what << ": " << part.fact;
     }
 
-    /// Samples enough for `automatic` to try tiles.
+    /// Renders enough samples for `automatic` to try tiles.
     void check(const Scene& scene) {
         const Camera camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras.front();
         RenderSettings settings = small_settings(camera, 48, 32, 6, 4);
@@ -61,7 +62,7 @@ TEST_F(LeftOutTest, ChangesNothingOfSurfaces) {
 }
 
 TEST_F(LeftOutTest, ChangesNothingWhereThereIsNoLightToSample) {
-    // Seen by paths alone: no light sample, but indirect light.
+    // Only paths reach the light: there is no light sampling, but indirect light.
     Scene scene = cornell_box(diffuse_material(vec3(0.5f)));
     for (Material& m : scene.materials) {
         m.unlit = m.emission != vec3(0);

@@ -1,5 +1,5 @@
-// Each of the things that are left out would have contributed nothing by itself, too: kept alone, it is there, and the
-// pictures are the same, bit for bit.
+// Tests that each left-out part alone would have contributed nothing: the part is built, and pictures are equal bit for
+// bit.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,10 +22,10 @@ class LeftOutItemsTest : public GpuTest {
         return names;
     }
 
-    /// Of what the scene does without, keeps each item that no scene before it has left out.
+    /// Keeps each left-out part of the scene that no earlier scene has tested.
     void keep_each(const Scene& scene) {
         RenderSettings settings = small_settings(scene.cameras.front(), 32, 32, 3, 3);
-        settings.pictures = 1;  // so that lists of tiles are left out
+        settings.pictures = 1;  // one picture, so that tile lists are left out
         std::erase(settings.aovs, "variance");
         const RenderResult lean = render(context, scene, settings);
         for (const std::string& item : left_out(lean)) {
@@ -43,7 +43,7 @@ class LeftOutItemsTest : public GpuTest {
 };
 
 TEST_F(LeftOutItemsTest, EachChangesNothing) {
-    Scene glowing = tilted_quad();  // emits, and one triangle of it is a light by itself
+    Scene glowing = tilted_quad();  // emissive; each of its triangles is a light
     glowing.meshes[0].triangles.resize(1);
     glowing.meshes[0].triangle_material.resize(1);
     glowing.cameras = {camera_on_quad()};

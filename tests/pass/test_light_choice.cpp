@@ -1,4 +1,4 @@
-// Whatever picks the lights, pictures tend to the same one, which is the oracle's; what differs is how noisy they are.
+// Tests that pictures by all light selection methods converge to the oracle's picture; only the noise differs.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,8 +20,8 @@ class LightChoiceTest : public GpuTest {
     }
 };
 
-/// A Cornell box with a glossy block that is lit by 40 small squares, bulbs and spots, and a dim sky: what glossy rays
-/// meet is weighed against what is picked.
+/// Returns a Cornell box with a glossy block, lit by 40 small squares, bulbs and spots, and a dim sky. MIS weighs
+/// glossy rays that hit lights against the selection.
 Scene lit_by_many() {
     Scene scene = cornell_box(metal_material(vec3(0.9f, 0.8f, 0.6f), 0.3f));
     const int light = add_material(scene, light_material(vec3(20)));
@@ -60,8 +60,8 @@ TEST_F(LightChoiceTest, PicturesAreTheOracles) {
     }
 }
 
-/// Spots that point away from each other in pairs, over a floor: bounds that let opposite cones cancel out look for
-/// light where none is.
+/// Pairs of spots that point away from each other, above a floor. Bounds in which opposite cones cancel would send
+/// samples to lights that do not shine.
 TEST_F(LightChoiceTest, OppositeSpotsCostNothing) {
     Scene scene = floor_scene(diffuse_material(vec3(0.5f)));
     for (int i = 0; i < 64; ++i) {
@@ -78,7 +78,7 @@ TEST_F(LightChoiceTest, OppositeSpotsCostNothing) {
         const MeanValue mean = mean_radiance(picture(scene, choice, 64, 1), 0);
         return mean.error / mean.value;
     };
-    // Of 128 spots about one lights a place: by power nearly all choices are in vain.
+    // About one of 128 spots lights a place; by power, nearly all selections are wasted.
     EXPECT_LT(relative_error(LightChoice::tree), 0.4 * relative_error(LightChoice::power));
 }
 

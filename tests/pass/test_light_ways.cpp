@@ -1,5 +1,5 @@
-// Ways through the light tree on the GPU: what is picked is picked as often as is told, by the way down and by the
-// trail.
+// Tests the traversal of the light tree on the GPU: the frequency of selections equals the probability given by the
+// descent and by the trail.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +15,7 @@
 namespace halflight {
 namespace {
 
-/// Squares, bulbs and spots of all kinds in a box of 2, and a sun.
+/// Returns squares, bulbs and spots of all kinds in a box of side 2, and a sun.
 Scene many_lights(int squares, int bulbs, int spots) {
     std::mt19937 random(21);
     const auto in = [&](double low, double high) { return low + (high - low) * random() * 0x1p-32; };
@@ -58,10 +58,10 @@ Scene many_lights(int squares, int bulbs, int spots) {
     return scene;
 }
 
-/// Receivers among the lights, and outside with light before them.
+/// Returns receivers among the lights, and outside with lights in front of them.
 std::vector<vec4> receivers(int count) {
     std::mt19937 random(22);
-    std::vector<vec4> rows;  // position, normal
+    std::vector<vec4> rows;  // rows of position and normal
     for (int i = 0; i < count; ++i) {
         const double reach = i % 2 == 0 ? 0.5 : 4;
         const auto one = [&] { return 2 * (random() * 0x1p-32) - 1; };
@@ -84,7 +84,7 @@ class LightWays : public GpuTest {
   protected:
     static constexpr std::uint32_t kReceivers = 6;
 
-    /// The probability of each light in the tree for each receiver, by the light's trail.
+    /// Returns the probability of each light in the tree for each receiver, by the light's trail.
     static std::vector<std::vector<float>> by_trail(const ShadingScene& shading, const std::vector<vec4>& at,
                                                     std::uint32_t lights) {
         const auto found = shading.run(kLibrary, "const uint kLights = " + std::to_string(lights) + R"(u;
@@ -113,7 +113,7 @@ TEST_F(LightWays, FollowTheirProbabilities) {
         const auto told = by_trail(shading, at, in_tree);
         for (std::uint32_t r = 0; r < kReceivers; ++r) {
             const auto found = shading.run(kLibrary, "const uint kReceiver = " + std::to_string(r) + R"(u;
-                // Independent numbers: chi-square wants them.
+                // The chi-square test needs independent numbers.
                 LightWay way = light_way(receiver_number(kReceiver), false, 0u, hash_combine(hash_u32(i), 91u));
                 result[0] = vec4(float(way.light), way.probability, 0.0, 0.0);
             )",
@@ -138,7 +138,8 @@ TEST_F(LightWays, FollowTheirProbabilities) {
                 ++degrees;
             }
             EXPECT_LE(sum, 1 + 1e-5);
-            // Ways that end in the dark are what is missing from 1: a share of p is off by sqrt(p / kWays).
+            // Descents that end without a light account for the rest to 1; a share of p has an error of sqrt(p /
+            // kWays).
             EXPECT_NEAR(dark / kWays, 1 - sum, 6 * std::sqrt(std::max(1 - sum, 1e-4) / kWays));
             EXPECT_GE(degrees, 3);
             EXPECT_LT(chi_square, degrees + 6 * std::sqrt(2 * degrees)) << degrees;
@@ -146,8 +147,8 @@ TEST_F(LightWays, FollowTheirProbabilities) {
     }
 }
 
-/// Both compile the same importances from one source, apart.
-TEST_F(LightWays, AreTheCpusToo) {
+/// CPU and GPU compile the same importance functions from one source.
+TEST_F(LightWays, EqualTheCpus) {
     const ShadingScene shading(many_lights(20, 20, 20));
     constexpr std::uint32_t kLights = 80;
     const std::vector<vec4> at = receivers(kReceivers);
@@ -181,8 +182,8 @@ TEST_F(LightWays, AreTheCpusToo) {
     EXPECT_GT(pairs, 0) << "of a square's triangles";
 }
 
-/// What each choice of a light gives on average, against the sum over all lights.
-TEST_F(LightWays, EveryChoiceFindsAllLight) {
+/// Compares the mean contribution of each selection with the sum over all lights.
+TEST_F(LightWays, EverySelectionIsUnbiased) {
     const Scene scene = many_lights(0, 24, 40);
     constexpr std::uint32_t kStreams = 512;
     std::vector<vec4> at = receivers(kReceivers);

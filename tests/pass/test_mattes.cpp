@@ -1,4 +1,4 @@
-// Cryptomattes of whole pictures: objects of known coverage, read back as a compositing program would.
+// Tests Cryptomattes of whole pictures: objects of known coverage, read like a compositing program reads them.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -19,8 +19,8 @@ class MattesOfPictures : public testing::Test {
   protected:
     gpu::Context context = gpu::Context::create({});
 
-    /// Squares of side 1.4, 2.25 and 0.5 in the view of a camera that sees 4 x 4 units from +Z: "front" hides 1 x 1 of
-    /// "back"; "twin" has back's material and is apart.
+    /// Returns squares of side 1.4, 2.25 and 0.5; the camera sees 4 x 4 units from +Z. "front" hides 1 x 1 of "back";
+    /// "twin" has back's material and is separate.
     Scene squares() {
         Scene scene;
         Material red = diffuse_material(vec3(0.5f, 0, 0)), blue = diffuse_material(vec3(0, 0, 0.5f));
@@ -41,7 +41,8 @@ class MattesOfPictures : public testing::Test {
         return render(context, scene, settings);
     }
 
-    /// Of the whole picture, world units squared: the sum of what all ranks say of the manifest's id.
+    /// Returns the area of an object in the picture, world units squared: the sum over all ranks with its id in the
+    /// manifest.
     static double area(const RenderResult& r, const std::string& layer_name, const std::string& name) {
         const std::string* manifest = nullptr;
         for (const auto& [key, value] : r.attributes)
@@ -56,9 +57,9 @@ class MattesOfPictures : public testing::Test {
     }
 };
 
-// All pixels along a side have the same samples, so that its place is known to a part of a pixel: with 64 samples, to
-// some two of 64 parts.
-TEST_F(MattesOfPictures, CoverageIsThatOfTheGeometry) {
+// All pixels along a side have the same samples, so its position is known to a fraction of a pixel: with 64 samples, to
+// about two of 64 parts.
+TEST_F(MattesOfPictures, CoverageEqualsTheGeometry) {
     const RenderResult r = picture(squares(), 64);
     const auto expect_area = [&](const char* layer_name, const char* name, double expected, double outline) {
         EXPECT_NEAR(area(r, layer_name, name), expected, outline * kPixel * 2 / 64) << name;
@@ -70,7 +71,7 @@ TEST_F(MattesOfPictures, CoverageIsThatOfTheGeometry) {
     expect_area("CryptoMaterial", "blue", 2.25 * 2.25 - 1 + 0.25, 4 * 2.25 + 4);
 }
 
-TEST_F(MattesOfPictures, CoverageIsOneAtMostAndBackgroundIsNone) {
+TEST_F(MattesOfPictures, CoverageIsAtMostOneAndZeroForTheBackground) {
     const Image image = layer(picture(squares(), 16), "CryptoObject00.R");
     ASSERT_EQ(image.channels, 12);
     const auto covered = [&](int x, int y) {
@@ -96,7 +97,7 @@ TEST_F(MattesOfPictures, BandsAndOtherPicturesChangeNothing) {
     expect_same(renderer.render(), whole);
 }
 
-// What is there without a name has one all the same.
+// Objects without a name get one.
 TEST_F(MattesOfPictures, NamelessObjectsAreNumbered) {
     Scene scene = squares();
     scene.instances[1].name.clear();

@@ -1,4 +1,4 @@
-// Pixel filters in pictures: an edge is the integral of the weights, for the renderer and for the oracle.
+// Tests pixel filters in pictures: an edge is the integral of the weights, in the renderer and in the oracle.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -16,9 +16,9 @@ using Shape = PixelFilter::Shape;
 using PixelFilterTest = GpuTest;
 
 constexpr int kSide = 12;                   // pixels
-constexpr double kEdge = 5.3, kLine = 6.8;  // where the light ends, pixels from the left and from the top
+constexpr double kEdge = 5.3, kLine = 6.8;  // edges of the light, pixels from the left and from the top
 
-/// Share of the filter's weights at t <= x / radius, by SHADING.md and the midpoint rule.
+/// Returns the share of the filter's weights at t <= x / radius, by SHADING.md and the midpoint rule.
 double share_below(const PixelFilter& filter, double x) {
     constexpr int kSteps = 4096;
     double below = 0, all = 0;
@@ -34,7 +34,7 @@ double share_below(const PixelFilter& filter, double x) {
     return below / all;
 }
 
-/// A light of radiance 1 left of kEdge and above kLine.
+/// Returns a light of radiance 1 left of kEdge and above kLine.
 Scene corner_of_light() {
     Scene scene;
     const double left = -100, right = kEdge - kSide / 2.0, bottom = kSide / 2.0 - kLine;
@@ -43,7 +43,7 @@ Scene corner_of_light() {
     return scene;
 }
 
-/// One unit is a pixel.
+/// Returns a camera with pixels of one unit.
 Camera camera_on_corner() {
     Camera camera = look_at_camera({0, 0, 5}, {0, 0, 0}, {0, 1, 0}, 1);
     camera.orthographic = true;
@@ -51,7 +51,7 @@ Camera camera_on_corner() {
     return camera;
 }
 
-/// Each pixel within `tolerance` of the integral over the lit quarter of the plane.
+/// Expects each pixel within `tolerance` of the integral over the lit quarter of the plane.
 void expect_filtered(const Image& picture, const PixelFilter& filter, double tolerance) {
     double sum = 0, expected_sum = 0;
     for (int y = 0; y < kSide; ++y) {
@@ -73,12 +73,12 @@ TEST_F(PixelFilterTest, EdgesShowItsShape) {
     settings.aovs.clear();
     for (const PixelFilter& filter : kFilters) {
         settings.filter = filter;
-        // Rasterizers snap corners to 1/256 pixel, and no filter here weighs a pixel's width with more than 1.
+        // Rasterizers snap corners to 1/256 pixel, and no filter here has a weight above 1 per pixel.
         expect_filtered(render(context, scene, settings).beauty, filter, 0.008);
     }
 }
 
-TEST_F(PixelFilterTest, OracleFiltersAlike) {
+TEST_F(PixelFilterTest, OracleHasEqualFilters) {
     const Scene scene = corner_of_light();
     const ReferenceScene oracle(scene);
     ReferenceSettings settings;
@@ -88,11 +88,11 @@ TEST_F(PixelFilterTest, OracleFiltersAlike) {
     settings.camera = camera_on_corner();
     for (const PixelFilter& filter : kFilters) {
         settings.filter = filter;
-        expect_filtered(render_reference(oracle, settings).beauty, filter, 0.04);  // 5 standard errors at most
+        expect_filtered(render_reference(oracle, settings).beauty, filter, 0.04);  // at most 5 standard errors
     }
 }
 
-TEST_F(PixelFilterTest, EvenLightStaysAsItIs) {
+TEST_F(PixelFilterTest, ConstantLightStaysExact) {
     Scene scene;
     scene.environment.color = vec3(0.25f, 1, 3);
     RenderSettings settings = small_settings(camera_on_corner(), kSide, kSide, 7, 0);

@@ -1,4 +1,4 @@
-// Renderers that are brought from pose to pose: pictures follow from the reference pose and the pose alone.
+// Tests renderers that follow animated scenes: pictures depend on the reference pose and the current pose only.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ using rays::HierarchyCounts;
 
 class Poses : public GpuTest {
   protected:
-    /// The first instance's mesh is bent, the last instance is moved.
+    /// Returns the scene with the first instance's mesh bent and the last instance moved.
     static Scene posed(Scene scene, float t) {
         Mesh& mesh = scene.meshes[static_cast<std::size_t>(scene.instances.front().mesh)];
         mesh.deforms = true;
@@ -37,7 +37,7 @@ class Poses : public GpuTest {
     ColorConfig colors = ColorConfig::load();
 };
 
-TEST_F(Poses, PicturesDoNotDependOnPosesBefore) {
+TEST_F(Poses, PicturesDoNotDependOnEarlierPoses) {
     for (const Scene& scene : {shiny_cornell(), textured_scene(), instanced_scene()}) {
         const float times[] = {0, 1, 0.5f, 3, 1};
         std::vector<RenderResult> alone;
@@ -59,7 +59,7 @@ TEST_F(Poses, PicturesDoNotDependOnPosesBefore) {
     }
 }
 
-TEST_F(Poses, WhatBecameOfHierarchiesIsTold) {
+TEST_F(Poses, HierarchyUpdatesAreReported) {
     const Scene scene = shiny_cornell();
     Renderer renderer(context, posed(scene, 0), colors, settings(scene, Culling::off));
     EXPECT_EQ(renderer.render().stats.hierarchies, (HierarchyCounts{.built = 3})) << "the two that move, and the rest";
@@ -70,7 +70,7 @@ TEST_F(Poses, WhatBecameOfHierarchiesIsTold) {
     EXPECT_EQ(renderer.render().stats.hierarchies, (HierarchyCounts{.kept = 3}));
 }
 
-/// A picture of a renderer that goes from one scene to the other is that of one made for it.
+/// Expects a renderer that changes from one scene to another to give the picture of a new renderer.
 void expect_fresh(gpu::Context& context, const ColorConfig& colors, const Scene& from, const Scene& to,
                   const RenderSettings& settings) {
     Renderer updated(context, from, colors, settings);
@@ -82,13 +82,13 @@ void expect_fresh(gpu::Context& context, const ColorConfig& colors, const Scene&
     EXPECT_EQ(found.stats.left_out, expected.stats.left_out) << "needs are the pose's";
 }
 
-TEST_F(Poses, LightsMaterialsAndNeedsAreThoseOfThePose) {
+TEST_F(Poses, LightsMaterialsAndNeedsFollowThePose) {
     const Scene scene = textured_scene();
     Scene other = scene;
     for (std::size_t i = 0; i < other.materials.size(); ++i) {
         Material& m = other.materials[i];
         m.roughness = 0.3f;
-        m.clearcoat = i == 0 ? 0.5f : 0.0f;  // with its textures, or without those of others
+        m.clearcoat = i == 0 ? 0.5f : 0.0f;  // with and without the textures of clearcoat
         m.transmission = 0;
         m.emission = vec3(i == 1 ? 2.0f : 0.0f);
     }
@@ -116,19 +116,19 @@ TEST_F(Poses, LightsMaterialsAndNeedsAreThoseOfThePose) {
     expect_fresh(context, colors, dark, scene, settings(scene, Culling::off));
 }
 
-TEST_F(Poses, PreviewModesGoOn) {
+TEST_F(Poses, PreviewModesContinue) {
     const Scene scene = shiny_cornell();
     RenderSettings s = settings(scene, Culling::off);
     s.preview = {.cache = true, .filter = true};
     Scene other = scene;
-    other.lights.push_back({.name = "lamp", .position = dvec3(0, 3, 2)});  // other shaders
+    other.lights.push_back({.name = "lamp", .position = dvec3(0, 3, 2)});  // needs other shaders
     expect_fresh(context, colors, scene, other, s);
     Scene dimmer = scene;
     for (Material& m : dimmer.materials) m.base_color *= 0.5f;
     expect_fresh(context, colors, scene, dimmer, s);
 }
 
-TEST_F(Poses, ThingsMayComeAndGo) {
+TEST_F(Poses, InstancesMayAppearAndDisappear) {
     const Scene scene = instanced_scene();
     Scene fewer = scene;
     fewer.instances.resize(scene.instances.size() / 2);

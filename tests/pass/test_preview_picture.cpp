@@ -1,4 +1,4 @@
-// Preview modes through the renderer: less noise while the camera moves, the mean when it stands still.
+// Tests preview modes through the renderer: less noise while the camera moves, and the mean when it stops.
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -36,7 +36,7 @@ double relative_error(const Image& image, const Image& reference) {
     return mean_of(relative_squared_error_map(image, reference));
 }
 
-TEST_F(PreviewPictureTest, StandingStillItIsTheMean) {
+TEST_F(PreviewPictureTest, AStaticCameraConvergesToTheMean) {
     const Scene scene = shiny_cornell();
     PreparedScene prepared(context, scene);
     const RenderSettings settings = small_settings(scene.cameras[0], 40, 30, 1, 3);
@@ -82,7 +82,7 @@ TEST_F(PreviewPictureTest, StandingStillItIsTheMean) {
     EXPECT_TRUE(last.stats.biases.empty());
 }
 
-TEST_F(PreviewPictureTest, FiltersWhatTheRadianceCacheHasFound) {
+TEST_F(PreviewPictureTest, FiltersPicturesOfTheRadianceCache) {
     const Scene scene = shiny_cornell();
     PreparedScene prepared(context, scene);
     RenderSettings settings = small_settings(scene.cameras[0], 40, 30, 1, 3);
@@ -91,7 +91,7 @@ TEST_F(PreviewPictureTest, FiltersWhatTheRadianceCacheHasFound) {
         return renderer(prepared, settings, preview).render();
     };
     const Preview filter{.filter = true}, cache{.cache = true}, both{.cache = true, .filter = true};
-    for (const int samples : {1, 6}) {  // of one kind, and of both
+    for (const int samples : {1, 6}) {  // cached samples only, and both kinds
         const RenderResult filtered = render(both, samples);
         EXPECT_EQ(filtered.stats.biases.size(), 2u);
         EXPECT_FALSE(same_bits(filtered.beauty, render(filter, samples).beauty));
@@ -100,11 +100,11 @@ TEST_F(PreviewPictureTest, FiltersWhatTheRadianceCacheHasFound) {
         EXPECT_FALSE(same_bits(filtered.beauty, found.beauty));
         EXPECT_TRUE(same_bits(layer(filtered, "indirect_diffuse.R"), layer(found, "indirect_diffuse.R")));
     }
-    // 32 samples, of which the first 4 are gone.
+    // The first 4 of 32 samples have faded out.
     EXPECT_TRUE(same_bits(render(both, 32).beauty, render(filter, 28).beauty));
 }
 
-TEST_F(PreviewPictureTest, LooksBackAtThePictureBeforeAndNotAtItself) {
+TEST_F(PreviewPictureTest, ReusesThePreviousPictureAndNotItself) {
     const Scene scene = shiny_cornell();
     PreparedScene prepared(context, scene);
     const RenderSettings settings = small_settings(scene.cameras[0], 40, 30, 1, 3);
@@ -123,7 +123,7 @@ TEST_F(PreviewPictureTest, LooksBackAtThePictureBeforeAndNotAtItself) {
     EXPECT_TRUE(same_bits(second_picture(0).beauty, second_picture(2).beauty)) << "looking at it changes it";
 }
 
-TEST_F(PreviewPictureTest, ForgetsAndGoesOnInAnotherSize) {
+TEST_F(PreviewPictureTest, RestartsAtAnotherSize) {
     const Scene scene = shiny_cornell();
     PreparedScene prepared(context, scene);
     RenderSettings settings = small_settings(scene.cameras[0], 40, 30, 1, 3);
@@ -143,7 +143,7 @@ TEST_F(PreviewPictureTest, ForgetsAndGoesOnInAnotherSize) {
     EXPECT_TRUE(forgotten.stats.biases.empty());
 }
 
-TEST_F(PreviewPictureTest, IsTheSameInBandsAndInTurns) {
+TEST_F(PreviewPictureTest, IsEqualInBandsAndInTurns) {
     const Scene scene = shiny_cornell();
     PreparedScene prepared(context, scene);
     RenderSettings settings = small_settings(scene.cameras[0], 45, 60, 2, 3);
@@ -165,7 +165,7 @@ TEST_F(PreviewPictureTest, IsTheSameInBandsAndInTurns) {
     EXPECT_TRUE(same_bits(whole.view, colors.view({}).apply(whole.beauty))) << "the view is another picture's";
 }
 
-TEST_F(PreviewPictureTest, AnErrorOfItIsNotKnown) {
+TEST_F(PreviewPictureTest, ErrorTargetsAreRefused) {
     const Scene scene = shiny_cornell();
     RenderSettings settings = small_settings(scene.cameras[0], 16, 16, 64, 1);
     settings.preview.filter = true;
@@ -174,12 +174,12 @@ TEST_F(PreviewPictureTest, AnErrorOfItIsNotKnown) {
               "render settings: the error of a picture in a preview mode is not known");
 }
 
-/// An orbit of one-sample frames; errors of the last one, whose camera has moved for as long as all others.
+/// Renders an orbit of one-sample frames, and measures the errors of the last one, whose camera has moved all the time.
 class OrbitTest : public PreviewPictureTest {
   protected:
     struct Errors {
         double off = 0, temporal = 0, both = 0;
-        double light = 0;  // mean of the picture with both, over that of the reference
+        double light = 0;  // mean of the picture with both modes over that of the reference
     };
     Errors errors_of(const std::string& file) {
         constexpr int kFrames = 12;
@@ -220,14 +220,14 @@ class OrbitTest : public PreviewPictureTest {
     }
 };
 
-TEST_F(OrbitTest, ErrorsFallInTheRoom) {
+TEST_F(OrbitTest, ErrorsAreLowerInTheRoom) {
     const Errors e = errors_of("room.glb");
     EXPECT_LT(e.temporal, e.off / 20);
     EXPECT_LT(e.both, e.off / 80);
     EXPECT_NEAR(e.light, 1, 0.1) << "clipped outliers are light, too, but no more than that";
 }
 
-TEST_F(OrbitTest, ErrorsFallInTheAtrium) {
+TEST_F(OrbitTest, ErrorsAreLowerInTheAtrium) {
     const Errors e = errors_of("atrium.glb");
     EXPECT_LT(e.temporal, e.off / 3);
     EXPECT_LT(e.both, e.off / 6);

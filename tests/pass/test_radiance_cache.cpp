@@ -1,4 +1,5 @@
-// The radiance cache of the preview: what its cells add up to, what pictures owe to it, and that they stop owing it.
+// Tests the radiance cache of the preview: the sums of its cells, its effect on pictures, and the hand-over to unbiased
+// samples.
 #include "passes/light/radiance_cache.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +31,7 @@ class RadianceCacheTest : public GpuTest {
         s.preview.cache = cache;
         return s;
     }
-    /// By a renderer of its own, whose cache is cold.
+    /// Renders with a new renderer, whose cache is empty.
     RenderResult cold(const Scene& scene, const RenderSettings& s) { return render(context, scene, s); }
 
     static double mean_of(const Image& image) {
@@ -89,7 +90,7 @@ class CacheCells : public GpuTest {
     std::uint32_t refused = 0;
 };
 
-TEST_F(CacheCells, AddUpWhatPathsBring) {
+TEST_F(CacheCells, SumPathRadiance) {
     std::vector<vec3> light;
     dvec3 sums(0);
     for (int i = 0; i < 1000; ++i) {
@@ -106,7 +107,7 @@ TEST_F(CacheCells, AddUpWhatPathsBring) {
     for (int c = 0; c < 3; ++c) EXPECT_TRUE(same.low[c] == cell.low[c] && same.high[c] == cell.high[c]) << c;
 }
 
-TEST_F(CacheCells, TakeNothingThatIsNoLight) {
+TEST_F(CacheCells, IgnoreNonFiniteRadiance) {
     const float inf = std::numeric_limits<float>::infinity();
     const shared::CacheCell cell =
         fed_with({{1, 2, 3}, {kNan, 1, 1}, {1, inf, 1}, {1, 1, -1}, {-inf, 0, 0}, {3, 2, 1}, {1e30f, 0, 0}});
@@ -116,7 +117,7 @@ TEST_F(CacheCells, TakeNothingThatIsNoLight) {
     EXPECT_NEAR(sum(cell, 2), 4, 1e-6);
 }
 
-TEST_F(CacheCells, OfOtherKeysAreLeftAlone) {
+TEST_F(CacheCells, OfOtherKeysAreUnchanged) {
     const shared::CacheCell cell = fed_with({{1, 2, 3}}, kKey + 1);
     EXPECT_EQ(cell.count, 0u);
     EXPECT_EQ(sum(cell, 0), 0);
@@ -142,11 +143,12 @@ TEST_F(RadianceCacheTest, ClosedRoomsSumTheSeriesOfTheirAlbedo) {
     }
 }
 
-/// Cold and warm, against the unbiased mean of many samples. What is left of the noise is that of the first bounce.
+/// Compares an empty and a warm cache with the unbiased mean of many samples. The remaining noise comes from the first
+/// bounce.
 TEST_F(RadianceCacheTest, HasLittleBiasAndLittleNoise) {
     const struct {
         const char* name;
-        double cold_error, warm_error;  // at most, of that without
+        double cold_error, warm_error;  // maximum error relative to the error without cache
     } scenes[] = {{"room.glb", 0.6, 0.5}, {"cornell.glb", 0.85, 0.8}};
     constexpr int kSeeds = 16;
     for (const auto& [name, cold_error, warm_error] : scenes) {
@@ -187,7 +189,7 @@ TEST_F(RadianceCacheTest, HasLittleBiasAndLittleNoise) {
     }
 }
 
-TEST_F(RadianceCacheTest, HandsOverToTheVeryBitsOfTheUnbiasedMean) {
+TEST_F(RadianceCacheTest, HandsOverToTheExactUnbiasedMean) {
     const Scene scene = shiny_cornell();
     RenderSettings s = all_settings(scene, 45, 40, kHandedOver);
     s.culling = rays::Culling::off;
@@ -207,8 +209,8 @@ TEST_F(RadianceCacheTest, HandsOverToTheVeryBitsOfTheUnbiasedMean) {
     }
 }
 
-/// On the way it is the weighted mean of both, and so is its variance.
-TEST_F(RadianceCacheTest, WeighsBothMeansOnTheWay) {
+/// During the hand-over the picture is the weighted mean of both, and so is its variance.
+TEST_F(RadianceCacheTest, WeightsBothMeansDuringTheHandOver) {
     const Scene scene = shiny_cornell();
     const int others = 10;
     const RenderResult cached = cold(scene, settings_of(scene, kCachedSamples));
@@ -230,7 +232,7 @@ TEST_F(RadianceCacheTest, WeighsBothMeansOnTheWay) {
     }
 }
 
-TEST_F(RadianceCacheTest, PicturesAreTheSameBitsAgainAndByWhoeverTraces) {
+TEST_F(RadianceCacheTest, PicturesAreReproducibleWithEveryTracer) {
     const Scene scene = shiny_cornell();
     RenderSettings s = all_settings(scene, 45, 40, 3);
     s.aovs = {"indirect_diffuse", "indirect_glossy", "variance"};
@@ -252,7 +254,7 @@ TEST_F(RadianceCacheTest, PicturesAreTheSameBitsAgainAndByWhoeverTraces) {
     EXPECT_GT(squared_difference(first[0].beauty, first[1].beauty), 0) << "the second one goes on from the first";
 }
 
-TEST_F(RadianceCacheTest, IsSharedAcrossCamerasAndForgets) {
+TEST_F(RadianceCacheTest, IsSharedAcrossCamerasAndCanBeCleared) {
     const Scene scene = cornell_box();
     PreparedScene prepared(context, scene);
     RenderSettings s = settings_of(scene, 1);
@@ -277,7 +279,7 @@ TEST_F(RadianceCacheTest, IsSharedAcrossCamerasAndForgets) {
     expect_same(renderer.render(), first);
 }
 
-TEST_F(RadianceCacheTest, FreesWhatNobodyUses) {
+TEST_F(RadianceCacheTest, EvictsUnusedCells) {
     const Scene scene = cornell_box();
     PreparedScene prepared(context, scene);
     RenderSettings s = settings_of(scene, 1);
@@ -292,8 +294,8 @@ TEST_F(RadianceCacheTest, FreesWhatNobodyUses) {
     EXPECT_EQ(cache.statistics().used, 0u);
 }
 
-/// Where paths end, nothing is traced any more.
-TEST_F(RadianceCacheTest, SparesRays) {
+/// Paths that end in the cache trace no further rays.
+TEST_F(RadianceCacheTest, SavesRays) {
     const Scene scene = cornell_box();
     RenderSettings s = settings_of(scene, 1);
     s.measure = true;
@@ -315,7 +317,7 @@ TEST_F(RadianceCacheTest, SparesRays) {
     EXPECT_LT(in_the_end, at_first / 2);
 }
 
-TEST_F(RadianceCacheTest, IsLeftOutWhereThereIsNothingForIt) {
+TEST_F(RadianceCacheTest, IsLeftOutWhereItHasNothingToStore) {
     const Scene scene = cornell_box();
     RenderSettings s = settings_of(scene, 2);
     s.bounces = 1;

@@ -1,4 +1,5 @@
-// The raster back end gives the plain tracer's hits, bit for bit, whatever it remembers and whatever queries say.
+// Tests that raster culling gives the hits of the plain tracer bit for bit, whatever its visibility state and its
+// queries.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -26,7 +27,7 @@ using rays::RasterSettings;
 
 constexpr rays::RayKind kKind = rays::RayKind::primary;
 
-/// One scene, both tracers.
+/// One scene with both tracers.
 struct Pair {
     Pair(const TraceTables& t, const RasterSettings& settings, rays::NodeFormat format = rays::NodeFormat::grid,
          const gpu::Defines& shading = {})
@@ -49,7 +50,7 @@ struct Pair {
         });
     }
 
-    /// Rays whose answers differ in any bit, of either question.
+    /// Returns the number of rays whose closest or any hits differ in any bit.
     std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr) {
         const std::vector<Hit> plain = run<Hit>(false, rays, false, list), culled = run<Hit>(true, rays, false, list);
         const auto free = run<std::uint32_t>(false, rays, true, list),
@@ -65,7 +66,7 @@ struct Pair {
     gpu::ProgramCache programs;
 };
 
-/// Small leaves, so that small scenes have many nodes.
+/// Returns settings with small leaves, so that small scenes have many nodes.
 RasterSettings small_leaves() {
     RasterSettings settings;
     settings.cut.leaf_triangles = 24;
@@ -84,7 +85,7 @@ TEST_F(RasterCullingTest, OurScenes) {
             Pair pair(tables, small_leaves());
             const std::vector<Ray> rays = mixed_rays(pair.tables.bounds, 4000);
             EXPECT_EQ(pair.different_answers(rays), 0u);
-            EXPECT_EQ(pair.different_answers(rays), 0u);  // with what was learned
+            EXPECT_EQ(pair.different_answers(rays), 0u);  // with the visibility state of the first run
         }
     }
 }
@@ -101,7 +102,7 @@ TEST_F(RasterCullingTest, BothNodeFormatsAndInstances) {
     }
 }
 
-// Tiles of 64 rays that are alike in some way, or not at all.
+// Tiles of 64 rays that are degenerate in several ways.
 TEST_F(RasterCullingTest, DegenerateTiles) {
     Pair pair(soup(4000, 0.08f, vec3(1), 3), small_leaves());
     const std::vector<std::vector<Ray>> tiles = degenerate_tiles();
@@ -111,7 +112,7 @@ TEST_F(RasterCullingTest, DegenerateTiles) {
     EXPECT_EQ(pair.different_answers(together), 0u);
 }
 
-TEST_F(RasterCullingTest, ListsTraceWhatTheyNameAndNothingElse) {
+TEST_F(RasterCullingTest, ListsTraceExactlyTheListedRays) {
     Pair pair(soup(4000, 0.08f, vec3(1), 3), small_leaves());
     const std::vector<Ray> rays = rays_through(pair.tables.bounds, 9000, 6);
     std::vector<std::uint32_t> list = uneven_list(static_cast<std::uint32_t>(rays.size()));
@@ -122,12 +123,12 @@ TEST_F(RasterCullingTest, ListsTraceWhatTheyNameAndNothingElse) {
     EXPECT_EQ(pair.different_answers(rays, &list), 0u);
 }
 
-TEST_F(RasterCullingTest, StaleAndSenselessMemoryChangesNoHit) {
+TEST_F(RasterCullingTest, StaleAndRandomStateChangesNoHit) {
     Pair pair(height_field(60, 0.6f), small_leaves());
     const std::vector<Ray> rays = mixed_rays(pair.tables.bounds, 2000);
     std::mt19937 random(7);
     for (int turn = 0; turn < 12; ++turn) {
-        // Other rays leave other memories.
+        // Other rays leave another visibility state.
         pair.run<Hit>(true, camera_rays(pair.tables.bounds, vec3(std::cos(turn), 0.5f, std::sin(turn))), false,
                       nullptr);
         EXPECT_EQ(pair.different_answers(rays), 0u);
@@ -161,7 +162,7 @@ TEST_F(RasterCullingTest, CoverageIsKeyedByPath) {
     buffers.bind();
     shared::Frame frame{};
     frame.seed = 5;
-    frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // any pixel of its own for each path
+    frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // each path has its own pixel
     gpu::Buffer frame_constants("frame constants", sizeof(frame), &frame);
     Pair pair(tables, small_leaves(), rays::NodeFormat::grid, buffers.defines());
     pair.frame_constants = &frame_constants;
@@ -172,7 +173,7 @@ TEST_F(RasterCullingTest, CoverageIsKeyedByPath) {
     EXPECT_EQ(pair.different_answers(rays, &list), 0u);
 }
 
-/// Two walls of many triangles, the second one in the shadow of the first.
+/// Returns two walls of many triangles, the second one occluded by the first.
 Scene walls() {
     Scene scene = height_field(40, 0);
     for (vec3& p : scene.meshes[0].positions) p = {p.x, p.z, 0};
@@ -182,7 +183,7 @@ Scene walls() {
     return scene;
 }
 
-TEST_F(RasterCullingTest, WhatIsHiddenIsNotTracedAndStaysSo) {
+TEST_F(RasterCullingTest, HiddenNodesAreNotTraced) {
     RasterSettings settings = small_leaves();
     settings.measure = true;
     Pair pair(walls(), settings);
@@ -207,7 +208,7 @@ TEST_F(RasterCullingTest, WhatIsHiddenIsNotTracedAndStaysSo) {
     EXPECT_GT(s.pairs, 0u);
 }
 
-/// Tiles of 64 rays, each of them narrow, from above through [-1, 1]^3.
+/// Returns narrow tiles of 64 rays from above through [-1, 1]^3.
 std::vector<Ray> beams(int tiles) {
     std::mt19937 random(8);
     std::uniform_real_distribution<float> uniform(-1, 1);
@@ -223,10 +224,10 @@ std::vector<Ray> beams(int tiles) {
     return rays;
 }
 
-// Narrow tiles can meet more nodes of a dense soup than a list has room for.
-TEST_F(RasterCullingTest, ListsAreFilledToTheirEndAndNoFurther) {
+// Narrow tiles can meet more nodes of dense geometry than a list can hold.
+TEST_F(RasterCullingTest, ListsNeverOverflow) {
     Scene scene = soup(20000, 0.2f, vec3(1), 4);
-    std::vector<vec3>& corners = scene.meshes[0].positions;  // of needles from here on: few are hit
+    std::vector<vec3>& corners = scene.meshes[0].positions;  // become corners of needles: few are hit
     for (std::size_t i = 0; i < corners.size(); i += 3)
         corners[i + 2] = glm::mix(corners[i + 1], corners[i + 2], 0.03f);
     // Lists of one node of the CPU's tree, and of several.
@@ -239,8 +240,8 @@ TEST_F(RasterCullingTest, ListsAreFilledToTheirEndAndNoFurther) {
         const rays::RasterStatistics& s = pair.culling.statistics(kKind, 0);
         std::size_t longest = 0;
         for (std::size_t first = 0; first < rays.size(); first += 64) {
-            // The second time most leaves are known to be visible and traced in one draw; its pairs are one tile's
-            // list.
+            // In the second run most leaves are known to be visible and are traced in one draw, whose pairs are one
+            // tile's list.
             for (int run = 0; run < 2; ++run) {
                 const rays::RasterStatistics before = s;
                 pair.run<Hit>(true, std::span(rays).subspan(first, 64), false, nullptr);
@@ -248,7 +249,7 @@ TEST_F(RasterCullingTest, ListsAreFilledToTheirEndAndNoFurther) {
             }
         }
         EXPECT_EQ(longest, shared::kRasterList);
-        // Lists lie side by side.
+        // Lists are adjacent in memory, so an overflow would damage the next one.
         EXPECT_EQ(pair.different_answers(rays), 0u);
         EXPECT_EQ(pair.different_answers(rays), 0u);
     }

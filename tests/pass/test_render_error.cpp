@@ -1,4 +1,4 @@
-// Pictures rendered to an error: it is reached, told, and true.
+// Tests rendering to an error target: it is reached, reported, and correct.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -28,7 +28,7 @@ class RenderErrorTest : public GpuTest {
     ColorConfig colors = ColorConfig::load();
 };
 
-TEST_F(RenderErrorTest, IsReachedAndTrue) {
+TEST_F(RenderErrorTest, IsReachedAndCorrect) {
     Renderer renderer(prepared, colors, settings_for(scene, 0.01));
     FrameSettings reference = settings_for(scene, 1);
     reference.error.reset();
@@ -59,7 +59,7 @@ TEST_F(RenderErrorTest, IsReachedAndTrue) {
             inside += e.lower <= truth && truth <= e.upper;
             below += truth <= target;
         }
-        // Of 16 at 95 %, fewer than 12 have a chance of 1 in 1000.
+        // at 95 % coverage, fewer than 12 of 16 have a probability of 1 in 1000
         EXPECT_GE(inside, 12) << name(metric);
         EXPECT_GE(below, 12) << name(metric);
     }
@@ -73,7 +73,7 @@ TEST_F(RenderErrorTest, LowerErrorsTakeMoreSamples) {
         samples[i] = result.stats.samples;
         EXPECT_TRUE(result.stats.error->reached);
     }
-    EXPECT_GT(samples[1], 4 * samples[0]);  // about ten times, but for rounding up
+    EXPECT_GT(samples[1], 4 * samples[0]);  // about ten times, apart from rounding up
 }
 
 TEST_F(RenderErrorTest, BandsReachItTogether) {
@@ -84,7 +84,7 @@ TEST_F(RenderErrorTest, BandsReachItTogether) {
     EXPECT_TRUE(result.stats.error->reached);
     expect_same(result, again);
     EXPECT_EQ(result.stats.error->estimate.value, again.stats.error->estimate.value);
-    // Each band takes what it needs.
+    // Each band takes the samples that it needs.
     const Image& samples = layer(result, "samples.Y");
     EXPECT_EQ(static_cast<int>(std::ranges::min(samples.pixels)), result.stats.samples);
     EXPECT_EQ(*samples.at(0, 0), *samples.at(23, 15));
@@ -101,7 +101,7 @@ TEST_F(RenderErrorTest, EndsAtItsLimits) {
     EXPECT_GT(few.stats.error->estimate.lower, 1e-9);
 
     FrameSettings timed = settings;
-    timed.time_limit = 1e9;  // in which more samples fit than an int counts
+    timed.time_limit = 1e9;  // more samples would fit than an int can count
     EXPECT_EQ(renderer.render(timed).stats.samples, few.stats.samples);
     timed.samples = 1 << 20, timed.time_limit = 1e-6;
     EXPECT_EQ(renderer.render(timed).stats.samples, kFirstLook * kReplicates);
@@ -120,7 +120,7 @@ TEST_F(RenderErrorTest, WithoutNoiseThereIsNoError) {
     EXPECT_EQ(result.stats.error->estimate.upper, 0);
 }
 
-TEST_F(RenderErrorTest, TargetsThatMakeNoSenseAreRefused) {
+TEST_F(RenderErrorTest, InvalidTargetsAreRefused) {
     for (const double error : {0.0, -1.0, std::numeric_limits<double>::quiet_NaN(), HUGE_VAL})
         EXPECT_THROW(Renderer(prepared, colors, settings_for(scene, error)), Error) << error;
     RenderSettings few = settings_for(scene, 1);
@@ -128,7 +128,7 @@ TEST_F(RenderErrorTest, TargetsThatMakeNoSenseAreRefused) {
     EXPECT_THROW(Renderer(prepared, colors, few), Error);
 }
 
-TEST(ReplicateSamples, GrowAsTheyMust) {
+TEST(ReplicateSamples, GrowByTheRule) {
     EXPECT_EQ(next_replicate_samples(8, {.value = 1, .lower = 0, .upper = 0, .bound = 1.01}, 1), 10);
     EXPECT_EQ(next_replicate_samples(8, {.value = 1, .lower = 0, .upper = 0, .bound = 1.5}, 1), 12);
     EXPECT_EQ(next_replicate_samples(8, {.value = 1, .lower = 0, .upper = 0, .bound = 1e9}, 1e-9), 16);

@@ -1,4 +1,4 @@
-// The viewer's render thread: a coarse picture first, then the mean that `render` makes, bit for bit.
+// Tests the viewer's render thread: a coarse picture first, then the picture of `render`, bit for bit.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -14,7 +14,7 @@ using test::expect_same;
 using test::layer;
 using test::small_settings;
 
-TEST_F(RenderThreadTest, TheMeanIsThatOfRender) {
+TEST_F(RenderThreadTest, ThePictureEqualsThatOfRender) {
     Watched thread;
     Request r = request();
     for (const AovInfo& aov : known_aovs())
@@ -26,7 +26,7 @@ TEST_F(RenderThreadTest, TheMeanIsThatOfRender) {
     expect_same(thread.seen.back()->result, expected(r, 5));
     EXPECT_EQ(thread.seen.back()->aovs, r.aovs);
     EXPECT_TRUE(thread.seen.back()->result.stats.passes.empty()) << "nobody has asked for times";
-    // It goes on where it was.
+    // Rendering continues from the samples so far.
     thread->limit(7);
     ASSERT_TRUE(thread.until_samples(number, 7));
     expect_same(thread.seen.back()->result, expected(r, 7));
@@ -45,7 +45,7 @@ TEST_F(RenderThreadTest, TheFirstPictureIsCoarse) {
     EXPECT_EQ(thread.seen[0]->result.beauty.width, 8);
     EXPECT_EQ(thread.seen[0]->result.beauty.height, 6);
     ASSERT_TRUE(thread.until_samples(1, 1));
-    // All the time in the world, which it knows once it has taken a time: whole pictures from then on.
+    // The budget is large, so all pictures are whole once a time has been recorded.
     r.camera.camera_to_world[3].x += 0.1;
     ASSERT_TRUE(thread.until_samples(thread->show(r), 1));
     r.camera.camera_to_world[3].x += 0.1;
@@ -64,7 +64,7 @@ TEST_F(RenderThreadTest, TheFirstPictureIsCoarse) {
     EXPECT_EQ(hasty.seen.back()->divisor, 16) << "nothing is fast enough";
 }
 
-TEST_F(RenderThreadTest, TheNewestIsWhatIsMade) {
+TEST_F(RenderThreadTest, TheNewestRequestIsRendered) {
     Watched thread;
     thread->limit(1 << 24);
     Request r = request();
@@ -75,7 +75,7 @@ TEST_F(RenderThreadTest, TheNewestIsWhatIsMade) {
     }
     EXPECT_EQ(last, 20u);
     ASSERT_TRUE(thread.until([&] { return !thread.seen.empty() && thread.seen.back()->request == last; }));
-    // A request that comes while a picture gets better and better ends that one.
+    // A new request ends the refinement of the previous picture.
     r.camera.camera_to_world[3].y += 0.1;
     last = thread->show(r);
     ASSERT_TRUE(thread.until([&] { return thread.seen.back()->request == last; }));
@@ -104,10 +104,10 @@ TEST_F(RenderThreadTest, TheRadianceCacheLivesWhileOnlyTheCameraMoves) {
     Request dark = r;
     dark.edits.emission = 0.25f;
     picture(dark);
-    const RenderResult emptied = picture(r);  // without a coarse picture first: how long pictures take is known now
+    const RenderResult emptied = picture(r);  // starts with a whole picture, because picture times have been recorded
     picture(other);
     picture(dark);
-    expect_same(picture(r), emptied);  // each change of lights has emptied it
+    expect_same(picture(r), emptied);  // each change of lights has cleared it
     Request less = r;
     less.bounces = 2;
     picture(less);
@@ -125,7 +125,7 @@ TEST_F(RenderThreadTest, LightsAndMaterialsAreEdited) {
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
     expect_same(thread.seen.back()->result, expected(r, 2));
     EXPECT_FALSE(same_bits(thread.seen.back()->result.beauty, plain->result.beauty));
-    // Hierarchies stay, and where only light changes, so do the renderers.
+    // Hierarchies are kept; where only lights change, so are the renderers.
     EXPECT_EQ(thread.seen.back()->result.stats.hierarchies.built, 0u);
     r.edits.emission = 0.5f;
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
@@ -152,7 +152,7 @@ TEST_F(RenderThreadTest, ComponentsNeedNoNewSamples) {
     ASSERT_TRUE(thread.until_samples(number, 3));
     expect_same(thread.seen.back()->result, expected(parts, 3));
     EXPECT_GT(thread.seen.back()->seconds, first->seconds) << "they are as old as the samples";
-    // They go on where they were, and what was gathered is still there.
+    // Rendering continues from the samples so far, whose AOVs are still there.
     thread->limit(5);
     ASSERT_TRUE(thread.until_samples(number, 5));
     const std::uint64_t again = thread->show(r);
@@ -165,7 +165,7 @@ TEST_F(RenderThreadTest, ComponentsNeedNoNewSamples) {
     }
 }
 
-TEST_F(RenderThreadTest, PreviewModesSayWhatTheyDo) {
+TEST_F(RenderThreadTest, PreviewModesReportTheirBias) {
     Watched thread;
     thread->limit(2);
     Request r = request();
@@ -193,7 +193,7 @@ TEST_F(RenderThreadTest, CullingIsChosen) {
     }
 }
 
-TEST_F(RenderThreadTest, OtherWorkComesBetween) {
+TEST_F(RenderThreadTest, OtherWorkIsPerformedBetweenPictures) {
     Watched thread;
     std::string activity;
     const std::thread::id here = std::this_thread::get_id();
@@ -208,7 +208,7 @@ TEST_F(RenderThreadTest, OtherWorkComesBetween) {
     ASSERT_TRUE(thread.until([&] { return done.load(); })) << "nothing else is wanted";
     EXPECT_EQ(activity, "reading");
     EXPECT_NE(there, here);
-    // While a picture gets better and better, and while it is as good as wanted; it goes on afterwards.
+    // Work comes during refinement and after its end; then rendering continues.
     Request r = request();
     thread->limit(1 << 24);
     const std::uint64_t number = thread->show(r);
@@ -228,7 +228,7 @@ TEST_F(RenderThreadTest, OtherWorkComesBetween) {
     expect_same(thread.seen.back()->result, expected(r, 2));
 }
 
-TEST_F(RenderThreadTest, PosesGoOnFromTheirReference) {
+TEST_F(RenderThreadTest, PosesFollowFromTheirReference) {
     Scene moved = *scene;
     moved.instances[1].object_to_world[3].x += 0.2;
     const auto posed = std::make_shared<const Scene>(moved);
@@ -244,7 +244,7 @@ TEST_F(RenderThreadTest, PosesGoOnFromTheirReference) {
     r.scene = posed;
     r.frame = 3;
     {
-        Watched thread;  // that has not seen the reference
+        Watched thread;  // has not rendered the reference
         thread->limit(2);
         ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
         expect_same(thread.seen.back()->result, expected_pose(r));
@@ -261,7 +261,7 @@ TEST_F(RenderThreadTest, PosesGoOnFromTheirReference) {
     expect_same(thread.seen.back()->result, first->result);
 }
 
-TEST_F(RenderThreadTest, MotionIsThatSinceTheViewBefore) {
+TEST_F(RenderThreadTest, MotionIsRelativeToThePreviousView) {
     Watched thread;
     Request r = request();
     r.aovs = {"motion"};
@@ -305,10 +305,10 @@ TEST_F(RenderThreadTest, NoDeviceIsAnError) {
     RenderThread thread(ColorConfig::load(), {.context = {.device = "no such device"}});
     while (!thread.status().ended) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     EXPECT_NE(thread.status().error.find("no such device"), std::string::npos) << thread.status().error;
-    thread.show(request());  // of no use, but no harm
+    thread.show(request());  // has no effect
 }
 
-TEST_F(RenderThreadTest, EndsInTheMiddle) {
+TEST_F(RenderThreadTest, EndsWhileRendering) {
     Watched thread;
     thread->limit(1 << 24);
     Request r = request();

@@ -1,4 +1,4 @@
-// Pictures one after the other: what a renderer has learned lives on, and changes none of them.
+// Tests sequences of pictures by one renderer: its state persists and changes no picture.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -17,7 +17,7 @@ using rays::Culling;
 
 class RendererTest : public GpuTest {
   protected:
-    /// 45 x 60 pixels in four bands.
+    /// Returns settings of 45 x 60 pixels in four bands.
     RenderSettings banded(Culling culling) const {
         RenderSettings s = all_settings(scene, 45, 60, 3);
         s.culling = culling;
@@ -25,7 +25,7 @@ class RendererTest : public GpuTest {
         return s;
     }
 
-    /// Other cameras, seeds, numbers, lengths; what is not told of a frame is that of the settings.
+    /// Returns frames with other cameras, seeds, numbers and sample counts; unset values are those of the settings.
     std::vector<FrameSettings> frames(const FrameSettings& base) const {
         std::vector<FrameSettings> all(5, base);
         all[1].seed = 7;
@@ -47,7 +47,7 @@ class RendererTest : public GpuTest {
     ColorConfig colors = ColorConfig::load();
 };
 
-TEST_F(RendererTest, APictureIsTheSameWhateverWasRenderedBefore) {
+TEST_F(RendererTest, PicturesDoNotDependOnEarlierPictures) {
     std::vector<RenderResult> expected;
     for (const FrameSettings& frame : frames(banded(Culling::off))) {
         Renderer fresh(prepared, colors, banded(Culling::off));
@@ -58,7 +58,7 @@ TEST_F(RendererTest, APictureIsTheSameWhateverWasRenderedBefore) {
 
     std::mt19937 random(1);
     for (const Culling culling : {Culling::off, Culling::compute, Culling::raster, Culling::automatic}) {
-        // State for all bands, for two of the four, for none of its own.
+        // Visibility state for all bands, for two of the four, or for none.
         for (const std::size_t state_bytes : {std::size_t{1} << 20, std::size_t{15000}, std::size_t{0}}) {
             if (state_bytes < 1 << 20 && culling != Culling::compute) continue;
             SCOPED_TRACE(fmt::format("{}, {} bytes", rays::name(culling), state_bytes));
@@ -76,7 +76,7 @@ TEST_F(RendererTest, APictureIsTheSameWhateverWasRenderedBefore) {
     }
 }
 
-TEST_F(RendererTest, ListsLiveOnFromBandToBandAndFromPictureToPicture) {
+TEST_F(RendererTest, ListsPersistAcrossBandsAndPictures) {
     Renderer renderer(prepared, colors, banded(Culling::compute));
     const FrameSettings frame = frames(banded(Culling::compute))[2];
     const RenderResult first = renderer.render(frame);
@@ -100,7 +100,7 @@ TEST_F(RendererTest, ListsLiveOnFromBandToBandAndFromPictureToPicture) {
     EXPECT_GE(shadow(shared).tiles_culled, tiles / 6) << "the lists are those of another band";
 }
 
-TEST_F(RendererTest, WhoTracesFastestIsFoundOutOnce) {
+TEST_F(RendererTest, TheFastestTracerIsFoundOnce) {
     Renderer renderer(prepared, colors, banded(Culling::automatic));
     const FrameSettings frame = frames(banded(Culling::automatic))[2];
     const auto timed = [&](const RenderResult& r) { return shadow(r).measured[0].timed + shadow(r).measured[1].timed; };
@@ -111,7 +111,7 @@ TEST_F(RendererTest, WhoTracesFastestIsFoundOutOnce) {
     EXPECT_EQ(timed(renderer.render(frame)), 0u) << "no trial";
 }
 
-TEST_F(RendererTest, BandsAreTriedEachByItself) {
+TEST_F(RendererTest, EachBandHasItsOwnTrials) {
     RenderSettings settings = banded(Culling::automatic);
     settings.samples = 2;
     Renderer renderer(prepared, colors, settings);
@@ -128,7 +128,7 @@ TEST_F(RendererTest, BandsAreTriedEachByItself) {
     EXPECT_EQ(shadow(few.render()).state_bytes, 0u);
 }
 
-TEST_F(RendererTest, RasterCullingNeedsASceneThatIsPreparedForIt) {
+TEST_F(RendererTest, RasterCullingNeedsAPreparedScene) {
     PreparedScene bare(context, scene, {.raster_culling = false});
     EXPECT_EQ(error_message([&] { Renderer(bare, colors, banded(Culling::raster)); }),
               "render settings: raster culling of a scene that was prepared without it");
@@ -154,7 +154,7 @@ TEST_F(RendererTest, RenderersShareAScene) {
     expect_same(b.render(all[1]), expected[0]);
 }
 
-/// A sheet, one half of which is cut away by its texture's alpha, in a white sky.
+/// Returns a sheet under a white sky; its texture's alpha removes one half of it.
 Scene half_a_sheet(bool left) {
     Scene scene;
     const std::uint8_t l = left ? 255 : 0, r = left ? 0 : 255;
@@ -168,7 +168,7 @@ Scene half_a_sheet(bool left) {
     return scene;
 }
 
-TEST_F(RendererTest, OtherScenesInBetweenChangeNothing) {
+TEST_F(RendererTest, ScenesInBetweenChangeNothing) {
     for (const PrimaryVisibility primary : {PrimaryVisibility::raster, PrimaryVisibility::traced}) {
         SCOPED_TRACE(name(primary));
         const Scene left = half_a_sheet(true), right = half_a_sheet(false);
@@ -182,7 +182,7 @@ TEST_F(RendererTest, OtherScenesInBetweenChangeNothing) {
     }
 }
 
-TEST_F(RendererTest, ProgressGoesOverAllBands) {
+TEST_F(RendererTest, ProgressCoversAllBands) {
     Renderer renderer(prepared, colors, banded(Culling::off));
     std::vector<int> done;
     renderer.render([&](const RenderProgress& p) {

@@ -1,4 +1,4 @@
-// Path reuse across pixels: it changes no mean, lowers the noise, and leaves alone what it has no part in.
+// Tests path reuse across pixels: equal means, less noise, and no effect on paths that cannot take part.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -14,9 +14,9 @@ namespace halflight::test {
 namespace {
 
 constexpr int kSeeds = 16;
-constexpr int kBlock = 16;  // pixels of different blocks share nothing
+constexpr int kBlock = 16;  // pixels; blocks share no paths
 
-/// Indirect light by component, of independent pictures.
+/// Indirect light of independent pictures, by component.
 struct Indirect {
     Batches diffuse, glossy;  // means over blocks
     Batches diffuse_pixels, glossy_pixels;
@@ -50,7 +50,7 @@ class ReuseTest : public GpuTest {
         return light;
     }
 
-    /// Means of blocks with and without reuse, by component of the receiver.
+    /// Compares the means of blocks with and without reuse, by component of the receiver.
     void expect_the_same_mean(const std::string& name, const Scene& scene, int samples = 12, int bounces = 4,
                               std::initializer_list<Reuse> sizes = {Reuse::sixteen}) {
         Indirect own = indirect(scene, Reuse::off, samples, bounces);
@@ -64,8 +64,8 @@ class ReuseTest : public GpuTest {
     }
 };
 
-/// A room parted by slats, lit on one side: of a group, some pixels see what the others do not. The floor's patches and
-/// the slats differ in albedo, and a small tent in its normals.
+/// Returns a room divided by slats and lit on one side, so that visibility differs within groups. Patches of the floor
+/// and slats differ in albedo, and a small tent in its normals.
 Scene parted_room() {
     Scene scene = closed_box(diffuse_material({0.7f, 0.6f, 0.5f}));
     for (int i = 0; i < 8; ++i) {
@@ -83,7 +83,7 @@ Scene parted_room() {
     return scene;
 }
 
-/// The Cornell box of plastic, varnished and metal walls, with a mirror.
+/// Returns the Cornell box with plastic, varnished and metal walls and a mirror.
 Scene glossy_room() {
     Scene scene = cornell_box(metal_material({0.9f, 0.8f, 0.7f}, 0));
     Material& plastic = scene.materials[0];
@@ -125,7 +125,7 @@ TEST_F(ReuseTest, ClosedRoomsSumTheSeriesOfTheirAlbedo) {
         RunningMoments blocks;
         for (const float v : light.diffuse.mean().pixels) blocks.add(v);
         const double exact = (std::pow(albedo, 2) - std::pow(albedo, bounces + 1)) / (1 - albedo);
-        // Channels see the same.
+        // All channels have equal values.
         EXPECT_NEAR(blocks.mean(), exact, 4.5 * std::sqrt(3.0) * blocks.standard_error() + 2e-4 * exact) << bounces;
         EXPECT_LT(blocks.standard_error(), 0.003 * exact) << "the test says nothing";
     }
@@ -142,8 +142,8 @@ TEST_F(ReuseTest, LowersTheNoise) {
     EXPECT_LT(sixteen, 0.25 * own);
 }
 
-/// Members of a group are others in each sample: no two pixels of a block have much noise in common.
-TEST_F(ReuseTest, SpreadsWhatTheNoiseOfAGroupHasInCommon) {
+/// Groups have other members in each sample, so no two pixels of a block share much noise.
+TEST_F(ReuseTest, DecorrelatesTheNoiseOfAGroup) {
     const Scene scene = cornell_box();
     RenderSettings settings = settings_with(Reuse::sixteen, scene.cameras.front(), 16, 4);
     const RenderResult one = render(context, scene, settings);
@@ -165,7 +165,7 @@ TEST_F(ReuseTest, SpreadsWhatTheNoiseOfAGroupHasInCommon) {
     }
 }
 
-/// What a mirror shows is found by no density.
+/// Reflections of mirrors have no density.
 TEST_F(ReuseTest, MirrorsKeepTheirPaths) {
     Scene scene = cornell_box();
     add_quad(scene, add_material(scene, metal_material(vec3(0.9f), 0)), {-3, -3, 1.5f}, {6, 0, 0}, {0, 6, 0});
@@ -178,7 +178,7 @@ TEST_F(ReuseTest, MirrorsKeepTheirPaths) {
     expect_same(reused, picture(Reuse::off));
 }
 
-TEST_F(ReuseTest, ClampsWhatAReceiverSums) {
+TEST_F(ReuseTest, ClampsTheSumOfAReceiver) {
     const Scene scene = shiny_cornell();
     RenderSettings settings = settings_with(Reuse::sixteen, scene.cameras.front(), 1, 4);
     const RenderResult plain = render(context, scene, settings);
@@ -204,7 +204,7 @@ TEST_F(ReuseTest, ClampsWhatAReceiverSums) {
     EXPECT_GT(kept, 100);
 }
 
-TEST_F(ReuseTest, IsTold) {
+TEST_F(ReuseTest, IsReported) {
     const Scene scene = cornell_box();
     RenderSettings settings = settings_with(Reuse::sixteen, scene.cameras.front(), 1, 1, 16);
     EXPECT_EQ(render(context, scene, settings).stats.estimator.reuse, Reuse::off) << "there is no indirect light";

@@ -1,4 +1,5 @@
-// Diffuse and glossy: where paths go from the first surface, how often, with which weights; against the oracle's BSDF.
+// Tests diffuse and glossy scattering at the first surface: probabilities, directions and weights against the oracle's
+// BSDF.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +22,7 @@ class ScatterTest : public PassTest {
   protected:
     struct Batch {
         shared::ListHeader header;
-        std::vector<shared::uint> paths;  // the list as far as it is in use
+        std::vector<shared::uint> paths;  // the used part of the list
     };
     struct Scattered {
         std::vector<shared::Ray> primary;
@@ -61,7 +62,7 @@ class ScatterTest : public PassTest {
         return s;
     }
 
-    /// Lists and states fit together; returns how many paths scatter in each component.
+    /// Checks that lists and states agree; returns the number of paths that scatter in each component.
     static void expect_consistent(const Scattered& s) {
         std::vector<shared::uint> lobe(s.states.size(), shared::kLobeNone);
         for (const bool is_diffuse : {true, false}) {
@@ -92,7 +93,7 @@ class ScatterTest : public PassTest {
     }
 };
 
-/// Everything that is seen on a floor by an orthographic camera: one BSDF, one direction.
+/// A floor seen by an orthographic camera: one BSDF, one direction.
 struct Case {
     const char* name;
     Material material;
@@ -133,8 +134,8 @@ reference::Bsdf oracle_bsdf(const Material& m, const dvec3& wo) {
     return {p, wo, kUp, kUp, kUp};
 }
 
-/// Chi-square of directions against a density per solid angle, over kRows x kColumns cells of the sphere of equal
-/// solid angle. `total`: samples drawn, those that came to nothing included.
+/// Returns chi-square of directions against a density per solid angle, over kRows x kColumns cells of equal solid
+/// angle. `total` is the number of samples drawn, including those without direction.
 template <class Density>
 double direction_p_value(const std::vector<dvec3>& directions, double total, Density&& density) {
     constexpr int kRows = 24, kColumns = 24, kFine = 24;
@@ -155,7 +156,7 @@ double direction_p_value(const std::vector<dvec3>& directions, double total, Den
         const int c = std::clamp(static_cast<int>(phi / (2 * kPi) * kColumns), 0, kColumns - 1);
         ++found[static_cast<std::size_t>(r * kColumns + c)];
     }
-    // What came to nothing is a cell of its own; cells of few samples are taken together.
+    // Samples without direction are a cell of their own; cells with few samples are merged.
     expected.push_back(total), found.push_back(total - static_cast<double>(directions.size()));
     for (std::size_t i = 0; i + 1 < expected.size(); ++i) expected.back() -= expected[i];
     double square = 0, rare_expected = 0, rare_found = 0;
@@ -204,8 +205,8 @@ TEST_F(ScatterTest, DirectionsFollowTheBsdfAndWeightsTheirDensity) {
                     EXPECT_GT(ray.origin.y * ray.direction.y, 0);
                     EXPECT_LT(std::abs(ray.origin.y), 1e-3);
                 }
-                // The albedo table's interpolation moves the probabilities of the lobes, and with them both. At the
-                // horizon the cosine itself is known to 2^-24 of the coordinates only.
+                // The interpolation of the albedo table changes the probabilities of the lobes, and with them density
+                // and weight. At the horizon the cosine is known to 2^-24 of the coordinates only.
                 EXPECT_LT(worst_pdf, 0.01);
                 EXPECT_LT(worst_weight, 0.01);
                 const double p = direction_p_value(directions, 65536, [&](const dvec3& wi) {
@@ -218,7 +219,7 @@ TEST_F(ScatterTest, DirectionsFollowTheBsdfAndWeightsTheirDensity) {
     }
 }
 
-TEST_F(ScatterTest, MirrorsSendEveryPathOneWay) {
+TEST_F(ScatterTest, MirrorsHaveOneDirection) {
     const dvec3 wo = glm::normalize(dvec3(1, 0.7, -0.4));
     const double cosine = wo.y, schlick = std::pow(1 - cosine, 5);
     Material glass = dielectric(vec3(1), 0);
@@ -238,7 +239,7 @@ TEST_F(ScatterTest, MirrorsSendEveryPathOneWay) {
             EXPECT_LT(glm::length(direction - expected), 2e-6);
             through += !reflected;
             for (int i = 0; i < 3; ++i) {
-                // Glass picks either way by its albedo, so that both weigh 1.
+                // Glass selects either side by its albedo, so both have weight 1.
                 const double c = m.base_color[i], weight = transmits ? 1 : c + (1 - c) * schlick;
                 EXPECT_NEAR(s.states[path].throughput[i], weight, 1e-5);
             }
@@ -248,8 +249,8 @@ TEST_F(ScatterTest, MirrorsSendEveryPathOneWay) {
     }
 }
 
-TEST_F(ScatterTest, RaysAreTracedAndTheRestOfThePictureIsLeftAlone) {
-    // Left half: a floor under a ceiling; right half: nothing.
+TEST_F(ScatterTest, RaysAreTracedAndOtherPathsAreUnchanged) {
+    // Left half: a floor under a ceiling; right half: empty.
     Scene scene;
     const int grey = add_material(scene, diffuse_material(vec3(0.5f)));
     add_quad(scene, grey, {-50, 0, -50}, {0, 0, 100}, {50, 0, 0});
@@ -261,7 +262,7 @@ TEST_F(ScatterTest, RaysAreTracedAndTheRestOfThePictureIsLeftAlone) {
     for (const shared::uint path : s.diffuse.paths) {
         const shared::Ray& ray = s.rays[path];
         const shared::Hit& hit = s.hits[path];
-        if (ray.direction.y < 0.05f) continue;  // beyond the ceiling's end
+        if (ray.direction.y < 0.05f) continue;  // passes beside the ceiling
         ASSERT_NE(hit.triangle, shared::kMiss);
         EXPECT_EQ(source_of(stage.trace_tables(), hit.instance, hit.triangle).instance, 1u);
         const double t = (3 - (double(ray.origin.y) + stage.trace_tables().origin.y)) / ray.direction.y;

@@ -1,4 +1,4 @@
-// The viewer's render thread takes shaders that have changed in the folder of HALFLIGHT_SHADERS.
+// Tests that the viewer's render thread reloads shaders that change in the folder of HALFLIGHT_SHADERS.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -14,7 +14,7 @@ using test::expect_same;
 
 class ShaderReload : public RenderThreadTest {
   protected:
-    /// Before anything has threads, which might read the environment meanwhile; hence a program of its own.
+    /// Sets the environment before any threads exist that might read it; hence a program of its own.
     static void SetUpTestSuite() {
         folder = new test::TemporaryFolder;
         setenv("HALFLIGHT_SHADERS", folder->path.c_str(), 1);
@@ -30,7 +30,7 @@ class ShaderReload : public RenderThreadTest {
     }
 
     static std::string read(const std::string& name) { return test::read_text(*folder / name); }
-    /// All at once: nobody sees half of it.
+    /// Replaces a file atomically.
     void write(const std::string& name, const std::string& text) const {
         test::write_text(drafts / name, text);
         std::filesystem::rename(drafts / name, *folder / name);
@@ -41,7 +41,7 @@ class ShaderReload : public RenderThreadTest {
 };
 test::TemporaryFolder* ShaderReload::folder = nullptr;
 
-TEST_F(ShaderReload, TakesShadersThatHaveChanged) {
+TEST_F(ShaderReload, ReloadsChangedShaders) {
     const RenderResult plain = expected(request(), 2);
     Watched thread;
     thread->limit(2);
@@ -49,7 +49,7 @@ TEST_F(ShaderReload, TakesShadersThatHaveChanged) {
     ASSERT_TRUE(thread.until_samples(number, 2)) << thread->status().error;
     expect_same(thread.seen.back()->result, plain);
 
-    // Where nothing is to be done but to wait: a picture in twice the light.
+    // The thread is idle: it renders the picture anew, with twice the light.
     const std::string name = "accumulate.comp", good = read(name);
     const std::string from = "vec3 emission = guarded(point.emission, kCountGBuffer);";
     const std::size_t at = good.find(from);
@@ -64,7 +64,7 @@ TEST_F(ShaderReload, TakesShadersThatHaveChanged) {
     EXPECT_GE(thread->status().reloads, 1u);
     const auto bright = thread.seen.back();
 
-    // One that does not compile is told, and the old one goes on.
+    // A shader with errors is reported, and the old program stays in use.
     write(name, edited("vec3 emission = nonsense;"));
     ASSERT_TRUE(thread.until([&] { return !thread->status().shader_error.empty(); }));
     const std::string error = thread->status().shader_error;
@@ -75,7 +75,7 @@ TEST_F(ShaderReload, TakesShadersThatHaveChanged) {
     ASSERT_TRUE(thread.until_samples(number, 3)) << "it goes on where it was";
     EXPECT_NE(thread->status().shader_error, "");
 
-    // Mended, while there is a lot to do.
+    // The shader is repaired while the thread is rendering.
     thread->limit(1 << 24);
     write(name, good);
     ASSERT_TRUE(thread.until([&] { return thread->status().shader_error.empty(); }));
@@ -87,7 +87,7 @@ TEST_F(ShaderReload, TakesShadersThatHaveChanged) {
     expect_same(thread.seen.back()->result, expected(moved, 2));
 }
 
-TEST_F(ShaderReload, AShaderThatWasBrokenAtTheStartCanBeMended) {
+TEST_F(ShaderReload, AShaderThatWasBrokenAtTheStartCanBeRepaired) {
     const RenderResult plain = expected(request(), 1);
     const std::string good = read("accumulate.comp");
     write("accumulate.comp", good + "nonsense;\n");

@@ -1,4 +1,4 @@
-// The BSDF of shaders/lib/bsdf.glsl: energy, densities, sampling, extremes.
+// Tests the BSDF of shaders/lib/bsdf.glsl: energy, densities, sampling, extremes.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -12,14 +12,14 @@
 namespace halflight {
 namespace {
 
-/// As three rows of input.
+/// A case as three rows of input.
 struct Case {
     float metallic = 0, roughness = 0.5f, r0 = 0.04f, specular = 1;
     float coat = 0, coat_roughness = 0, transmission = 0, cosine = 0.7f;
-    float base_color = 1, specular_color = 1, tilt = 0;  // tilt: radians between n_g (+z) and n, towards wo if > 0
+    float base_color = 1, specular_color = 1, tilt = 0;  // radians between n_g (+z) and n, towards wo if > 0
 };
 
-/// Everything that a BSDF can have is compiled in.
+/// Returns a scene with all lobes, so that all code is compiled.
 Scene full_scene() {
     Material m;
     m.metallic = 0.5f;
@@ -133,7 +133,7 @@ TEST_F(ShadingBsdf, WhiteFurnace) {
     RecordProperty("worst", fmt::format("{}", worst));
 }
 
-/// Upper tail probability of chi-square, by the cube root's normal approximation (Wilson and Hilferty 1931).
+/// Returns the upper tail probability of chi-square by the cube root's normal approximation (Wilson and Hilferty 1931).
 double chi_square_tail(double value, double degrees) {
     const double s = 2 / (9 * degrees);
     const double z = (std::cbrt(value / degrees) - (1 - s)) / std::sqrt(s);
@@ -206,8 +206,8 @@ TEST_F(ShadingBsdf, SamplesFollowTheirDensity) {
                 const int x = std::clamp(static_cast<int>((turn < 0 ? turn + 1 : turn) * kColumns), 0, kColumns - 1);
                 ++found[static_cast<std::size_t>(y * kColumns + x)];
             }
-            // Bins that the lobe's edge crosses are integrated by few points, so they are pooled with their neighbours;
-            // what is left of the unit mass are directions that the side rules or the horizon reject.
+            // Bins that the lobe's edge crosses are integrated by few points, so they are pooled with their neighbours.
+            // The rest of the unit mass are directions that the side rules or the horizon reject.
             double chi_square = 0, degrees = 0, pooled_expected = 0, pooled_found = 0;
             for (std::size_t i = 0; i < expected.size(); ++i) {
                 lost_expected -= expected[i];
@@ -225,7 +225,7 @@ TEST_F(ShadingBsdf, SamplesFollowTheirDensity) {
     }
 }
 
-// Lobes too sharp for bins: the map from the unit square to directions has the Jacobian 1 / pdf.
+// Some lobes are too sharp for bins. Their map from the unit square to directions has the Jacobian 1 / pdf.
 TEST_F(ShadingBsdf, DensityIsTheSamplersJacobianDownToTheMirror) {
     std::vector<Case> cases;
     for (const float alpha : {1.5e-4f, 1e-3f, 1e-2f, 0.1f, 1.0f}) {
@@ -259,7 +259,7 @@ TEST_F(ShadingBsdf, DensityIsTheSamplersJacobianDownToTheMirror) {
     }
 }
 
-TEST_F(ShadingBsdf, AlbedoOfColouredLobesIsTheTables) {
+TEST_F(ShadingBsdf, AlbedoOfColouredLobesAgreesWithTheTables) {
     std::vector<Case> cases;
     std::vector<double> expected;
     for (const float roughness : {0.1f, 0.4f, 1.0f}) {

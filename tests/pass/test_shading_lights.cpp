@@ -1,4 +1,5 @@
-// Light sampling: against analytic irradiance and solid angles, its own densities, and quadrature of the environment.
+// Tests light sampling against analytic irradiance and solid angles, its own densities, and quadrature of the
+// environment.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -50,7 +51,7 @@ void meet(Ray ray, uint instance, uint first, uint end, inout Hit best) {
 }
 )";
 
-/// A rectangle of two triangles in the plane z = 0, corners (0,0) and (w,h).
+/// Returns a rectangle of two triangles in the plane z = 0 with corners (0,0) and (w,h).
 Mesh rectangle(float width, float height) {
     Mesh mesh;
     mesh.positions = {{0, 0, 0}, {width, 0, 0}, {width, height, 0}, {0, height, 0}};
@@ -76,14 +77,14 @@ Scene emitter_scene(const std::vector<dmat4>& placements, const vec3& emission, 
     return scene;
 }
 
-/// Form factor from a surface element to a parallel rectangle a x b at distance 1, one corner straight above (Siegel
-/// and Howell, configuration 4).
+/// Returns the form factor from a surface element to a parallel rectangle a x b at distance 1, one corner straight
+/// above (Siegel and Howell, configuration 4).
 double corner_form_factor(double a, double b) {
     const double p = std::sqrt(1 + a * a), q = std::sqrt(1 + b * b);
     return (a / p * std::atan(b / p) + b / q * std::atan(a / q)) / (2 * kPi);
 }
 
-/// Of a triangle seen from the origin (Van Oosterom and Strackee 1983).
+/// Returns the solid angle of a triangle from the origin (Van Oosterom and Strackee 1983).
 double solid_angle(const dvec3& a, const dvec3& b, const dvec3& c) {
     const double la = glm::length(a), lb = glm::length(b), lc = glm::length(c);
     const double denominator = la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb;
@@ -99,9 +100,9 @@ TEST_F(ShadingLights, IrradianceFromASquareIsItsFormFactor) {
     std::vector<vec4> points;
     std::vector<double> expected;
     for (const double h : {0.3, 1.0, 5.0}) {
-        points.emplace_back(vec3(dvec3(0, 0, -h) - o), 0);  // under a corner, on the back
+        points.emplace_back(vec3(dvec3(0, 0, -h) - o), 0);  // below a corner, at the back
         expected.push_back(corner_form_factor(1 / h, 1 / h));
-        points.emplace_back(vec3(dvec3(0.5, 0.5, h) - o), 0);  // over the centre
+        points.emplace_back(vec3(dvec3(0.5, 0.5, h) - o), 0);  // above the centre
         expected.push_back(4 * corner_form_factor(0.5 / h, 0.5 / h));
     }
     const auto found = shading.run(kLibrary, R"(
@@ -115,13 +116,13 @@ TEST_F(ShadingLights, IrradianceFromASquareIsItsFormFactor) {
                                    static_cast<std::uint32_t>(points.size()), 1, points);
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double e = kPi * expected[i];
-        EXPECT_NEAR(found[i].x / (3 * e), 1, 0.01) << i;  // near the light few of the area's samples count
+        EXPECT_NEAR(found[i].x / (3 * e), 1, 0.01) << i;  // near the light, few samples of its area dominate
         EXPECT_NEAR(found[i].y / found[i].x, 2 / 3.0, 1e-5) << i;
     }
 }
 
-// Merged and shared emitters: densities agree with what a ray that meets the light is told, cover the solid angle
-// exactly once, and no shadow ray is stopped by the light that it goes to.
+// Covers merged and shared emitters. Densities of samples equal those of rays that hit the light, they cover the solid
+// angle exactly once, and no shadow ray is blocked by its own light.
 TEST_F(ShadingLights, DensitiesAndShadowRays) {
     const std::pair<int, LightChoice> cases[] = {
         {1, LightChoice::power}, {3, LightChoice::power}, {1, LightChoice::tree}, {3, LightChoice::tree}};
@@ -191,12 +192,12 @@ TEST_F(ShadingLights, DensitiesAndShadowRays) {
             EXPECT_NEAR(found[i].x / expected[i], 1, 0.02) << copies << ' ' << i;
             EXPECT_LT(found[i].y, 1e-3f) << copies << ' ' << i;
             EXPECT_EQ(found[i].z, 0) << copies << ' ' << i;
-            EXPECT_LT(found[i].w, 3) << copies << ' ' << i;  // edges
+            EXPECT_LT(found[i].w, 3) << copies << ' ' << i;  // hits on edges
         }
     }
 }
 
-// From close by and far off, at all slants, on scales from 1e-4 to 1e4.
+// Receivers are near and far, at all angles, on scales from 1e-4 to 1e4.
 TEST_F(ShadingLights, NoLightShadowsItself) {
     for (const double scale : {1e-4, 1.0, 1e4}) {
         for (const int copies : {1, 2}) {
@@ -280,7 +281,7 @@ TEST_F(ShadingLights, PunctualLights) {
     }
 }
 
-// A texture that is black over much of the light, and a mask that cuts a part of it away.
+// A texture that is black on most of the light, and a mask that removes a part of it.
 TEST_F(ShadingLights, EmissionTexturesAndAlpha) {
     Scene scene = emitter_scene({dmat4(1)}, vec3(2), 1, 1);
     TextureImage image{"t", 8, 8, {}};
@@ -304,7 +305,7 @@ TEST_F(ShadingLights, EmissionTexturesAndAlpha) {
         result[0] = vec4(sum / float(kTurns), 0.0);
     )",
                                    1, 1, {vec4(vec3(dvec3(0, 0, 0.5) - shading.trace.origin), 0)});
-    // What is left is the corner (0,0) to (3/8, 1/2), over whose corner the point is.
+    // The corner (0,0) to (3/8, 1/2) remains, and the point is above the corner.
     EXPECT_NEAR(found[0].x / (2 * kPi * corner_form_factor(0.75, 1)), 1, 0.01);
 }
 
@@ -321,7 +322,7 @@ Image test_map(int width, int height) {
     return map;
 }
 
-/// Environment of engine/scene/scene.h in double.
+/// Returns the radiance of the environment (engine/scene/scene.h) in double.
 dvec3 radiance(const Image& map, const dvec3& d) {
     const double u = std::atan2(d.z, d.x) / (2 * kPi) + 0.5, v = std::acos(std::clamp(d.y, -1.0, 1.0)) / kPi;
     const dvec2 at = dvec2(u * map.width, v * map.height) - 0.5;
@@ -354,7 +355,7 @@ TEST_F(ShadingLights, EnvironmentIsBilinear) {
                                    "result[0] = vec4(environment_radiance(inputs[i].xyz), 0.0);", 4096, 1, directions);
     for (std::size_t i = 0; i < found.size(); ++i) {
         const dvec3 expected = radiance(scene.environment.map, dvec3(directions[i])) * dvec3(1, 0.5, 2);
-        // u and v are good to some 1e-7 of the map, 23 texels wide, with slopes up to 2 * 900 per texel.
+        // u and v have errors of about 1e-7 of the map, 23 texels wide, with slopes up to 2 * 900 per texel.
         EXPECT_NEAR(glm::length(dvec3(found[i]) - expected), 0, 0.02) << i;
     }
 }
@@ -364,7 +365,7 @@ TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
         Scene scene = triangle_scene({});
         scene.environment.color = vec3(1, 0.5f, 2);
         if (!constant) scene.environment.map = test_map(36, 18);
-        PunctualLight sun;  // shares the choices
+        PunctualLight sun;  // is an alternative of the selection
         sun.type = LightType::directional;
         sun.intensity = vec3(5);
         scene.lights = {sun};
@@ -437,7 +438,7 @@ TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
             ++degrees;
         }
         EXPECT_NEAR(sum, share, 1e-3);
-        // Mean and deviation of chi-square; 5 deviations.
+        // Mean of chi-square plus 5 standard deviations.
         EXPECT_LT(chi_square, degrees + 5 * std::sqrt(2 * degrees)) << constant << ' ' << degrees;
     }
 }

@@ -1,4 +1,4 @@
-// Sobol points: stratification, uniformity, and the same bits on CPU and GPU.
+// Tests Sobol points: stratification, uniformity, and equal bits on CPU and GPU.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -34,7 +34,8 @@ TEST(Sobol, SecondDimensionIsPascalsTriangle) {
     }
 }
 
-/// Every elementary interval of area 1/n holds one of any n = 2^k consecutive points that start at a multiple of n.
+/// Checks that every elementary interval of area 1/n contains one of any n = 2^k consecutive points that start at a
+/// multiple of n.
 TEST(Sobol, PointsAreZeroTwoNets) {
     for (const uint log_count : {4u, 8u, 11u}) {
         const uint count = 1u << log_count;
@@ -52,7 +53,7 @@ TEST(Sobol, PointsAreZeroTwoNets) {
     }
 }
 
-/// Of aligned squares of pixels all points together are one, and so are those of each pixel.
+/// In an aligned square of pixels, all points together are a net, and so are those of each pixel.
 TEST(Sobol, PixelsThatShareASequenceComplementEachOther) {
     for (const uint count : {1u, 4u, 16u}) {
         for (const uint size : {1u, 2u, 8u}) {
@@ -82,7 +83,7 @@ TEST(Sobol, OneDimensionIsStratified) {
     }
 }
 
-/// Over pixels, the points of one sample number and pairs of dimensions are uniform and independent.
+/// The points of one sample number and pairs of dimensions are uniform and independent across pixels.
 TEST(Sobol, PixelsAndDimensionsAreIndependent) {
     constexpr int kBins = 16, kPixels = 1 << 16;
     const auto chi_square = [](const std::vector<int>& bins) {
@@ -102,14 +103,14 @@ TEST(Sobol, PixelsAndDimensionsAreIndependent) {
             ++of_neighbours[bin(here.x, next.x)];
             ++of_dimensions[bin(here.y, other.y)];
         }
-        // 255 degrees of freedom: mean 255, deviation 22.6; 5.5 deviations.
+        // 255 degrees of freedom: mean 255, standard deviation 22.6; the bound is 5.5 standard deviations above.
         for (const auto& bins : {of_pixel, of_neighbours, of_dimensions}) EXPECT_LT(chi_square(bins), 380) << dimension;
     }
 }
 
 class ShadingSampling : public GpuTest {};
 
-TEST_F(ShadingSampling, GpuGivesTheBitsOfTheCpu) {
+TEST_F(ShadingSampling, GpuEqualsTheCpu) {
     const ShadingScene scene{triangle_scene({})};
     const auto found = scene.run("#include \"shaders/lib/sobol.glsl\"", R"(
         Sampler s = make_sampler(i % 97u, 2u * (i % 97u), i, 5u);
@@ -138,7 +139,7 @@ TEST_F(ShadingSampling, GpuGivesTheBitsOfTheCpu) {
     }
 }
 
-TEST_F(ShadingSampling, MapsKeepAreas) {
+TEST_F(ShadingSampling, MapsPreserveAreas) {
     const ShadingScene scene{triangle_scene({})};
     constexpr int kGrid = 256;
     const auto found = scene.run("#include \"shaders/lib/sampling.glsl\"\n#include \"shaders/lib/onb.glsl\"", R"(
@@ -175,7 +176,7 @@ TEST_F(ShadingSampling, MapsKeepAreas) {
     }
     EXPECT_NEAR(cosine.x, 0, 1e-5);
     EXPECT_NEAR(cosine.y, 0, 1e-5);
-    EXPECT_NEAR(cosine.z, 2 / 3.0, 2e-4);  // E[cos] under cos / pi; the midpoint rule errs at the rim
+    EXPECT_NEAR(cosine.z, 2 / 3.0, 2e-4);  // E[cos] under cos / pi; the midpoint rule has an error at the rim
     EXPECT_NEAR(squared, 0.5, 1e-4);
     for (int k = 0; k < 2; ++k) {
         EXPECT_NEAR(triangle[k], 1 / 3.0, 1e-4);  // centroid and second moment of a triangle

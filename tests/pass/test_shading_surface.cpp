@@ -1,4 +1,4 @@
-// Geometry at hits, and rays that leave it.
+// Tests geometry at hits, and rays that leave it.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -60,7 +60,7 @@ const char* const kHit = R"(
 
 class ShadingSurface : public GpuTest {};
 
-// Merged and shared, mirrored and stretched, against the definitions in double.
+// Compares merged, shared, mirrored and scaled instances with the definitions in double.
 TEST_F(ShadingSurface, GeometryOfHits) {
     Random random(1);
     Scene scene = triangle_scene({});
@@ -138,7 +138,7 @@ TEST_F(ShadingSurface, GeometryOfHits) {
         const dvec3 texel = 2.0 * dvec3(200, 40, 220) / 255.0 - 1.0;
         dvec3 mapped = side * glm::normalize(0.7f * texel.x * tangent + 0.7f * texel.y * bitangent + texel.z * normal);
         const double seen = glm::dot(mapped, wo);
-        if (std::abs(seen) < 1e-4) continue;  // bent or not is a matter of rounding
+        if (std::abs(seen) < 1e-4) continue;  // near the tangent plane, rounding decides whether the normal is bent
         if (seen < 0) mapped = glm::normalize(mapped + wo * (1e-3 - seen));
         EXPECT_NEAR(glm::length(dvec3(r[5]) - mapped), 0, 2e-4) << i;
         EXPECT_GT(r[5].w, 0) << i;
@@ -167,8 +167,8 @@ TEST_F(ShadingSurface, DegenerateAttributesGiveUnitNormals) {
     EXPECT_TRUE(all_finite(vec3(found[3])));
 }
 
-/// Whether floats near the triangle are fine enough to tell its normal: its least height is 100 units in their last
-/// place; two where normals are told in double.
+/// Returns whether floats near the triangle can represent its normal: its smallest height is at least 100 units in the
+/// last place, or two where normals are computed in double.
 bool has_normal(const TraceTables& trace, std::uint32_t triangle) {
     const uvec4 corner = trace.triangles[triangle];
     const dvec3 a(trace.positions[corner.x]), b(trace.positions[corner.y]), c(trace.positions[corner.z]);
@@ -178,7 +178,7 @@ bool has_normal(const TraceTables& trace, std::uint32_t triangle) {
            (trace.slivers ? 2 : 100) * 0x1p-23 * std::max({reach.x, reach.y, reach.z});
 }
 
-// Whatever the triangle's size, place and shape, and the ray's slant: a ray that leaves the surface never meets it.
+// A ray that leaves a surface must never hit it, whatever the triangle's size, position and shape, and the ray's angle.
 class ShadingSurfaceScales : public ShadingSurface,
                              public ::testing::WithParamInterface<std::tuple<int, bool, bool>> {};
 INSTANTIATE_TEST_SUITE_P(Decades, ShadingSurfaceScales,
@@ -194,7 +194,8 @@ TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
         const double size = std::pow(10.0, decade + random.within(-0.5, 0.5));
         Mesh mesh;
         for (int i = 0; i < 16; ++i) {
-            // In a plane through the origin, sliver or needle of aspect 10^3 to 10^7, far away, general.
+            // The triangle is in a plane through the origin, a sliver or needle of aspect 10^3 to 10^7, far away, or
+            // general.
             vec3 a, b, c;
             do {
                 a = random.box(size), b = random.box(size), c = random.box(size);
@@ -289,7 +290,7 @@ TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
         bare += found[i].y;
         furthest = std::max(furthest, double(found[i].z) / std::pow(10.0, decade));
     }
-    EXPECT_GT(bare, 0.05 * 64 * count);  // without the offset many do
+    EXPECT_GT(bare, 0.05 * 64 * count);  // without the offset many rays hit
     RecordProperty("bare", std::to_string(bare / (64.0 * count)));
     RecordProperty("furthest", std::to_string(furthest));
 }

@@ -1,4 +1,4 @@
-// Texture lookups against a bilinear filter in double, and materials that read them.
+// Tests texture lookups against a bilinear filter in double, and materials that read them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -33,7 +33,7 @@ int wrapped(long long i, int size, Wrap wrap) {
     return static_cast<int>(m < size ? m : 2 * size - 1 - m);
 }
 
-/// SHADING.md, in texel space.
+/// Returns a lookup by SHADING.md, in texel space.
 dvec4 lookup(const TextureImage& image, const TextureRef& ref, const vec2& uv0, const vec2& uv1, bool color) {
     const vec2 uv = ref.uv_transform * vec3(ref.uv_set == 0 ? uv0 : uv1, 1);
     const dvec2 at = dvec2(uv) * dvec2(image.width, image.height) - (ref.nearest ? 0.0 : 0.5);
@@ -76,7 +76,7 @@ TEST_F(ShadingTextures, EveryWrapFilterAndTransform) {
                 for (std::size_t i = 0; i < uvs.size(); ++i) {
                     const double range = i % 4 == 0 ? 50 : i % 4 == 1 ? 1 : 3;
                     uvs[i] = vec4(uniform(-range, range), uniform(-range, range), uniform(-2, 2), uniform(-2, 2));
-                    if (i % 16 == 2) uvs[i] = glm::round(uvs[i]);  // on texel borders, and the wraps' edges
+                    if (i % 16 == 2) uvs[i] = glm::round(uvs[i]);  // on texel borders and on the seams of the wraps
                 }
                 uvs[0] = vec4(-1e-9f, -1e-9f, -1e-9f, -1e-9f);
                 const auto found = shading.run("#include \"shaders/lib/texture.glsl\"", R"(
@@ -90,10 +90,10 @@ TEST_F(ShadingTextures, EveryWrapFilterAndTransform) {
                     const dvec4 color = lookup(scene.images[1], ref, uv0, uv1, true);
                     const dvec4 data =
                         lookup(scene.images[0], scene.materials[0].metallic_roughness_texture, uv0, uv1, false);
-                    // Half floats are off by 2^-12 of 1; coordinates of 50 by 50 2^-24 13 texels = 4e-5.
+                    // Half floats have errors of 2^-12 of 1; coordinates of 50 by 50 have 2^-24 13 texels = 4e-5.
                     const double worst = std::max(largest(glm::abs(dvec4(found[2 * i]) - color)) - 0x1p-12,
                                                   largest(glm::abs(dvec4(found[2 * i + 1]) - data)));
-                    // A nearest lookup may fall to the other side of a border that it is on.
+                    // A nearest lookup on a border may use either texel.
                     if (worst > 2e-4) ++off;
                     if (!nearest || i % 16 != 2) {
                         ASSERT_LT(worst, 2e-4) << uvs[i].x << ' ' << uvs[i].y << ' ' << uvs[i].z << ' ' << uvs[i].w
@@ -106,7 +106,7 @@ TEST_F(ShadingTextures, EveryWrapFilterAndTransform) {
     }
 }
 
-TEST_F(ShadingTextures, CoordinatesThatAreNoNumbersStayInThePool) {
+TEST_F(ShadingTextures, NonFiniteCoordinatesStayInThePool) {
     Scene scene = triangle_scene({});
     scene.images = {random_image(4, 4, 1)};
     scene.materials[0].base_color_texture.image = 0;
@@ -136,7 +136,7 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
     m.ior = 2;
     m.normal_scale = 0.5f;
     Scene scene = triangle_scene(m);
-    // One texel each, so that every lookup gives it.
+    // Textures of one texel, so that every lookup returns it.
     const auto add = [&](std::array<std::uint8_t, 4> texel) {
         scene.images.push_back({"texel", 1, 1, {texel[0], texel[1], texel[2], texel[3]}});
         return TextureRef{.image = static_cast<int>(scene.images.size()) - 1};
@@ -182,7 +182,7 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
         EXPECT_NEAR(r[0].w, 0.9 * 102 / 255, 1e-6);
         EXPECT_TRUE(near(vec3(r[1]), m.emission * srgb(10, 20, 30)));
         EXPECT_NEAR(r[1].w, 0.8 * 51 / 255, 1e-6);
-        // The map bends normals the same way whichever side is seen; seen from behind they are turned round.
+        // The map bends normals equally on both sides; normals of the back are reversed.
         EXPECT_TRUE(near(vec3(r[2]), sign * mapped({192, 64, 230}, 0.5f))) << r[2].x << ' ' << r[2].y << ' ' << r[2].z;
         EXPECT_NEAR(r[2].w, 0.7 * 153 / 255, 1e-6);
         EXPECT_TRUE(near(vec3(r[3]), m.specular_color * srgb(255, 128, 64)));
@@ -190,7 +190,7 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
         EXPECT_NEAR(r[4].w, 0.6 * 204 / 255, 1e-6);
         EXPECT_NEAR(r[5].x, 0.5 * 25 / 255, 1e-6);
         EXPECT_NEAR(r[5].y, 0.4 * 127 / 255, 1e-6);
-        // The coat's map lies almost in the plane: bent normals see wo.
+        // The coat's normal is almost in the plane, so it is bent towards wo.
         EXPECT_GT(sign * r[4].z, 0);
     }
 }

@@ -1,4 +1,4 @@
-// Every variant of shaders/lib that shader_defines can ask for compiles.
+// Tests that every variant of shaders/lib that shader_defines() can select compiles.
 #include <gtest/gtest.h>
 
 #include "tests/pass/shading_kernel.h"

@@ -1,4 +1,4 @@
-// Direct light: closed forms, quadratures, occluders, and what is left to rays that meet the light.
+// Tests direct light: closed forms, quadratures, occluders, and the split with rays that hit the light.
 #include "passes/light/shadow.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ namespace {
 
 const dvec3 kUp(0, 1, 0);
 
-/// Rectangle of constant radiance.
+/// A rectangle of constant radiance.
 struct RectangleLight {
     vec3 corner, u, v;
     vec3 radiance{3, 5, 7};
@@ -26,15 +26,15 @@ void add_light(Scene& scene, const RectangleLight& l) {
     add_quad(scene, add_material(scene, light_material(l.radiance)), l.corner, l.u, l.v);
 }
 
-// Configuration factors of a surface element: Siegel and Howell, Thermal Radiation Heat Transfer, appendix C.
+// Configuration factors of a surface element follow Siegel and Howell, Thermal Radiation Heat Transfer, appendix C.
 
-/// To a rectangle a x b parallel to the element at distance c, one corner straight above it.
+/// Returns the factor to a rectangle a x b parallel to the element at distance c, with one corner straight above it.
 double factor_of_parallel(double a, double b, double c) {
     const double x = a / c, y = b / c, p = std::sqrt(1 + x * x), q = std::sqrt(1 + y * y);
     return (x / p * std::atan(y / p) + y / q * std::atan(x / q)) / (2 * kPi);
 }
-/// To a rectangle that stands perpendicular to the element's plane on that plane, a high and b wide, one of its lower
-/// corners nearest to the element, at distance c.
+/// Returns the factor to a rectangle perpendicular to the element's plane that stands on that plane, a high and b wide.
+/// One of its lower corners is nearest to the element, at distance c.
 double factor_of_perpendicular(double a, double b, double c) {
     const double x = a / b, y = c / b, r = std::sqrt(x * x + y * y);
     return (std::atan(1 / y) - y / r * std::atan(1 / r)) / (2 * kPi);
@@ -42,7 +42,7 @@ double factor_of_perpendicular(double a, double b, double c) {
 
 class ShadowTest : public PassTest {
   protected:
-    /// Mean over all paths and samples of what the shadow pass alone finds.
+    /// Mean over all paths and samples of the shadow pass alone.
     struct Found {
         RunningMoments diffuse[3], glossy[3];
     };
@@ -88,8 +88,8 @@ struct Components {
     dvec3 diffuse{0}, glossy{0};
 };
 
-/// Radiance towards wo at the origin of a floor under the light, by the midpoint rule; `light_sampling_only`: with the
-/// power heuristic's weight of light sampling.
+/// Returns the radiance towards wo at the origin of a floor under the light, by the midpoint rule.
+/// `light_sampling_only` multiplies by the power heuristic's weight of light sampling.
 Components quadrature(const RectangleLight& light, const reference::Bsdf& bsdf, bool light_sampling_only) {
     constexpr int kSteps = 600;
     const dvec3 u(light.u), v(light.v), face = glm::cross(u, v);
@@ -121,7 +121,7 @@ reference::Bsdf oracle_bsdf(const Material& m, const dvec3& wo) {
     return {p, wo, kUp, kUp, kUp};
 }
 
-// Not too small and not too large: both ways of sampling have their share. One over the spot, one beside it.
+// Both sampling techniques contribute to lights of medium size. One light is above the point, one beside it.
 const RectangleLight kLights[] = {{{-0.3f, 1.2f, -0.4f}, {0.9f, 0, 0}, {0, 0, 1}},
                                   {{0.8f, 0.1f, -0.3f}, {0, 1, 0}, {0, 0, 0.7f}}};
 
@@ -141,7 +141,7 @@ std::vector<Case> materials() {
     return cases;
 }
 
-TEST_F(ShadowTest, LightSamplingAloneIsItsShareOfTheIntegral) {
+TEST_F(ShadowTest, LightSamplingAloneHasItsShareOfTheIntegral) {
     const dvec3 wo = glm::normalize(dvec3(-1, 0.9, 0.2));
     for (const Case& c : materials()) {
         for (const RectangleLight& light : kLights) {
@@ -159,7 +159,7 @@ TEST_F(ShadowTest, LightSamplingAloneIsItsShareOfTheIntegral) {
     }
 }
 
-TEST_F(ShadowTest, WithTheRaysThatMeetItTheIntegralIsWhole) {
+TEST_F(ShadowTest, BothTechniquesSumToTheIntegral) {
     const dvec3 wo = glm::normalize(dvec3(-1, 0.9, 0.2));
     for (const Case& c : materials()) {
         for (const RectangleLight& light : kLights) {
@@ -196,7 +196,7 @@ TEST_F(ShadowTest, FormFactorsOfParallelAndPerpendicularSquares) {
     };
     for (const auto& c : cases) {
         SCOPED_TRACE(c.name);
-        // The published forms against the integral itself.
+        // The published forms are compared with the integral.
         const Components integral = quadrature(c.light, oracle_bsdf(material, kUp), false);
         EXPECT_NEAR(integral.diffuse.x, 0.2 * c.factor * c.light.radiance.x, 1e-4 * c.factor);
         for (const bool half_hidden : {false, true}) {
@@ -204,7 +204,7 @@ TEST_F(ShadowTest, FormFactorsOfParallelAndPerpendicularSquares) {
             add_light(scene, c.light);
             double factor = c.factor;
             if (half_hidden) {
-                // A card half-way to the light, large beyond z = 1/4: hides the light's z > 1/2.
+                // A card halfway to the light, large beyond z = 1/4, hides the light's z > 1/2.
                 const vec3 shrunk = 0.5f * c.light.corner + vec3(0, 0, 0.25f);
                 const vec3 step = c.light.u.x > 0 ? vec3(2, 0, 0) : vec3(0, 2, 0);
                 add_quad(scene, add_material(scene, diffuse_material(vec3(0))), shrunk - 0.5f * step, step, {0, 0, 2});
@@ -232,7 +232,8 @@ TEST_F(ShadowTest, ConstantEnvironment) {
     const RenderResult whole = render(context, scene, small_settings(spot_camera(dvec3(0), kUp, 1e-3), 64, 64, 16, 1));
     for (int i = 0; i < 3; ++i) {
         const double reflected = scene.materials[0].base_color[i] * scene.environment.color[i];
-        // Densities 1 / 4 pi of the light, mu / pi of the surface: integral of 2 mu / (1 + 16 mu^2) over mu in [0, 1].
+        // Densities: 1 / 4 pi of the light, mu / pi of the surface; the integral is of 2 mu / (1 + 16 mu^2) over mu in
+        // [0, 1].
         expect_mean(found.diffuse[i], reflected * std::log(17.0) / 16, 0.01, "light sampling alone");
         const MeanValue m = mean_of_pixels(whole.beauty, i);
         EXPECT_NEAR(m.value, reflected, 4 * m.error + 1e-5);
@@ -240,7 +241,7 @@ TEST_F(ShadowTest, ConstantEnvironment) {
     }
 }
 
-// --- Lights without extent: one sample is the answer -------------------------------------------------------------
+// --- Lights without extent: one sample is exact -----------------------------------------------------------------
 
 PunctualLight point_light() {
     PunctualLight l;
@@ -263,7 +264,7 @@ PunctualLight sun() {
     return l;
 }
 
-/// Irradiance at a point of a floor (SHADING.md, "Lights").
+/// Returns the irradiance at a point of a floor (SHADING.md, "Lights").
 dvec3 irradiance(const PunctualLight& l, const dvec3& p) {
     if (l.type == LightType::directional) return dvec3(l.intensity) * std::max(-double(l.direction.y), 0.0);
     const dvec3 d = l.position - p;
@@ -289,7 +290,8 @@ TEST_F(ShadowTest, PunctualLightsAreExactAtEveryPixel) {
                 const std::size_t path = stage.path(x, y);
                 const dvec3 position = dvec3(s.surfaces[path].position) + stage.trace_tables().origin;
                 const dvec3 expected = dvec3(scene.materials[0].base_color) / kPi * irradiance(light, position);
-                // Float error of the cone's edge: cosines to 2^-22, scaled by 1 / 0.13, of a value of up to 4.
+                // Float error of the cone's edge: cosines have errors of 2^-22, scaled by 1 / 0.13, of a value of up to
+                // 4.
                 for (int i = 0; i < 3; ++i)
                     EXPECT_NEAR(s.light[path].diffuse[i], expected[i], 2e-5 * expected[i] + 1e-5) << x << ", " << y;
                 if (expected.x > 0) {
@@ -305,7 +307,7 @@ TEST_F(ShadowTest, PunctualLightsAreExactAtEveryPixel) {
     }
 }
 
-TEST_F(ShadowTest, ALightBelowTheFloorIsNotSeen) {
+TEST_F(ShadowTest, ALightBelowTheFloorHasNoEffect) {
     Scene scene = floor_scene(metal_material(vec3(1), 0.8f));
     scene.lights = {point_light()};
     scene.lights[0].position.y = -1e-3;
@@ -313,8 +315,8 @@ TEST_F(ShadowTest, ALightBelowTheFloorIsNotSeen) {
     for (const shared::DirectLight& l : shadow(stage).light) EXPECT_EQ(l.diffuse + l.glossy, vec3(0));
 }
 
-TEST_F(ShadowTest, ManyLightsAreSummedByPickingOne) {
-    Scene scene;  // small: lights are picked by power, and the sun's is that which falls on the whole scene
+TEST_F(ShadowTest, ManyLightsAreSummedBySelectingOne) {
+    Scene scene;  // small, because lights are selected by power, and the sun's power is what falls on the whole scene
     add_quad(scene, add_material(scene, diffuse_material(vec3(0.5f))), {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
     scene.lights = {point_light(), spot_light(), sun()};
     scene.lights[1].position = {0, 1, 0};
@@ -332,7 +334,7 @@ TEST_F(ShadowTest, PointLightsCastSharpShadows) {
     Scene scene = floor_scene(diffuse_material(vec3(0.5f)));
     scene.lights = {point_light()};
     scene.lights[0].position = {0, 2, 0};
-    // Half-way up: hides x > 1/2 of the floor; a far edge, so that the shadow covers all that is seen beyond.
+    // The occluder is halfway up and covers x > 1/2 of the floor; its far edge is outside the view.
     add_quad(scene, add_material(scene, diffuse_material(vec3(0))), {0.25f, 1, -5}, {0, 0, 10}, {5, 0, 0});
     Camera camera = look_at_camera({0, 0.9, 0}, {0, 0, 0}, {0, 0, -1}, 1);
     camera.orthographic = true;

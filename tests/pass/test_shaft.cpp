@@ -1,5 +1,5 @@
-// Shafts are conservative: whatever box a ray of a bundle meets by the tracer's own test, the bundle's shaft meets,
-// too, and no later. Looked for by chance in float32, at all scales, with boxes that rays just graze.
+// Tests that shafts are conservative: a box that a ray of a bundle meets by the tracer's own test, the bundle's shaft
+// meets, too, and no later. The search is random in float32, on all scales, with boxes that rays just graze.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
@@ -12,8 +12,8 @@
 namespace halflight {
 namespace {
 
-// One hierarchy and one bundle of rays per invocation, 64 boxes each. HALFLIGHT_RASTER: by the raster back end's
-// shafts.
+// One hierarchy and one bundle of rays per invocation, 64 boxes each. HALFLIGHT_RASTER selects the shafts of raster
+// culling.
 const std::string kKernel = R"(
 #include "shaders/trace_scene.glsl"
 #include "shaders/shared/rays.h"
@@ -285,23 +285,23 @@ void main() {
 )";
 
 struct Counts {
-    std::uint32_t triples = 0;   // a ray, a box, and the shaft of the ray's bundle
+    std::uint32_t triples = 0;   // number of tested combinations of a ray, a box, and the shaft of the ray's bundle
     std::uint32_t met = 0;       // the ray meets the box
-    std::uint32_t lost = 0;      // and the shaft does not, or later
-    std::uint32_t far = 0;       // boxes anywhere that no ray of a coherent bundle meets
-    std::uint32_t rejected = 0;  // of these, by the shaft
+    std::uint32_t lost = 0;      // and the shaft misses it or meets it later
+    std::uint32_t far = 0;       // random boxes that no ray of a coherent bundle meets
+    std::uint32_t rejected = 0;  // far boxes that the shaft rejects
 };
 
-constexpr float kSlack = 0x1p-20f;  // of hierarchies of triangles; those of instances have more
+constexpr float kSlack = 0x1p-20f;  // for hierarchies of triangles; those of instances have more
 
-/// Of which shafts, and of which nodes.
+/// Kind of shafts and of nodes.
 struct Kind {
     const char* name;
     bool raster;
     rays::NodeFormat format;
-    float too_much;  // shafts that are narrower by so much, relative to the reach, lose boxes
+    float too_much;  // narrowing of shafts, relative to the reach, with which boxes are lost
 };
-// Without the part of the margin that is for roundings, or without padding.
+// The shafts lack the part of the margin for rounding, or the padding.
 constexpr Kind kKinds[] = {{"tiles, grid", false, rays::NodeFormat::grid, 0x1p-18f},
                            {"tiles, floating", false, rays::NodeFormat::floating, 0x1p-18f},
                            {"raster, grid", true, rays::NodeFormat::grid, 4 * kSlack + 0x1p-18f},
@@ -309,7 +309,7 @@ constexpr Kind kKinds[] = {{"tiles, grid", false, rays::NodeFormat::grid, 0x1p-1
 
 class ShaftTest : public GpuTest {
   protected:
-    /// narrower: by which shafts are made so, relative to the reach.
+    /// `narrower` is a narrowing of the shafts relative to the reach.
     static Counts search(const Kind& kind, float narrower, std::uint32_t bundles) {
         gpu::Defines defines;
         if (kind.format == rays::NodeFormat::floating) defines.set("HALFLIGHT_NODES_FLOAT");
@@ -333,13 +333,13 @@ TEST_F(ShaftTest, LosesNoBoxThatARayMeets) {
         EXPECT_GE(c.triples, 10'000'000u);
         EXPECT_GT(c.met, c.triples / 5);
         EXPECT_EQ(c.lost, 0u);
-        // Most of what is far from the bundle is left out.
+        // Most boxes far from the bundle are rejected.
         EXPECT_GT(c.far, 100'000u);
         EXPECT_GT(c.rejected, c.far * 4ull / 5);
     }
 }
 
-// The search finds shafts that are too narrow.
+// A search with narrowed shafts finds the lost boxes.
 TEST_F(ShaftTest, FindsShaftsThatAreTooNarrow) {
     for (const Kind& kind : kKinds) {
         EXPECT_GT(search(kind, kind.too_much, 1 << 16).lost, 0u) << kind.name;

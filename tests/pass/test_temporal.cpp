@@ -1,4 +1,4 @@
-// Earlier pictures of planes, made by hand: where their light is found again, and where nothing of it may be.
+// Tests temporal reuse on synthetic pictures of planes: where earlier light is found, and where it must not be used.
 #include "passes/preview/temporal.h"
 
 #include <gtest/gtest.h>
@@ -16,11 +16,11 @@ namespace {
 constexpr ivec2 kSize(48, 32);
 constexpr float kEarlierSamples = 8;
 
-/// Of a place, and linear: what lies between texels is known, too.
+/// Returns light as a linear function of the place, which is therefore known between texels, too.
 vec3 pattern(const vec3& p) {
     return vec3(20) + vec3(1, 0.5f, -1) * p.x + vec3(0.5f, -1, 1) * p.y;
 }
-/// So much above and below that earlier light is never clipped.
+/// Adds noise large enough that earlier light is never clipped.
 vec3 with_noise(int x, int y, const vec3& p) {
     return pattern(p) + ((x + y) % 2 == 0 ? 10.0f : -10.0f);
 }
@@ -52,8 +52,8 @@ class TemporalTest : public PassTest {
     const shared::Frame still = constants_of(camera_at({0, 0, 0}), kSize);
 };
 
-TEST_F(TemporalTest, LightIsFoundAgainWhereItWasSeen) {
-    // A turn, too; ends not on whole pixels.
+TEST_F(TemporalTest, LightIsReprojected) {
+    // The motion includes a rotation, and is not a whole number of pixels.
     Camera moved = camera_at({0.83, -0.31, 0.6});
     moved.camera_to_world = moved.camera_to_world * glm::rotate(dmat4(1), 0.05, dvec3(0.2, 1, 0.5));
     const shared::Frame frame = constants_of(moved, kSize);
@@ -85,8 +85,8 @@ TEST_F(TemporalTest, LightIsFoundAgainWhereItWasSeen) {
     EXPECT_GT(lost, 100);
 }
 
-TEST_F(TemporalTest, BehindWhatHasMovedThereIsNothing) {
-    // A board stood before the wall, in the left half of the picture.
+TEST_F(TemporalTest, DisoccludedSurfacesHaveNoHistory) {
+    // A board was in front of the wall in the left half of the earlier picture.
     const auto board = [](int x, int) { return x < 24 ? Plane{{0, 0, 1}, -3} : Plane{}; };
     const TexelData earlier = seen_planes(
         still, board, [](int x, int, const vec3& p) { return x < 24 ? vec3(1000) : pattern(p); }, kEarlierSamples);
@@ -101,13 +101,13 @@ TEST_F(TemporalTest, BehindWhatHasMovedThereIsNothing) {
                 ASSERT_NE(light, now.light_at(x, y)) << x << ", " << y;
         }
     }
-    // The same place on a surface that is turned another way has other light.
+    // A surface at the same place with another normal has other light.
     TexelData turned = earlier;
     for (vec4& guide : turned.guide) guide = vec4(1, 0, 0, guide.w);
     EXPECT_EQ(accumulate(now, turned, still).light, now.light);
 }
 
-TEST_F(TemporalTest, ACutLeavesNothing) {
+TEST_F(TemporalTest, ACutDiscardsTheHistory) {
     const shared::Frame elsewhere = constants_of(camera_at({0, 0, 40}), kSize);
     const auto far_wall = [](int, int) { return Plane{{0, 0, 1}, 35}; };
     const TexelData earlier = seen_planes(
@@ -116,13 +116,13 @@ TEST_F(TemporalTest, ACutLeavesNothing) {
     const TexelData result = accumulate(now, earlier, elsewhere);
     EXPECT_EQ(result.light, now.light);
     EXPECT_EQ(result.place, now.place);
-    // Nor does a camera that looked the other way.
+    // The history is also discarded if the earlier camera looked the other way.
     Camera back = camera_at({0, 0, 0});
     back.camera_to_world[0] *= -1.0, back.camera_to_world[2] *= -1.0;
     EXPECT_EQ(accumulate(now, now, constants_of(back, kSize)).light, now.light);
 }
 
-TEST_F(TemporalTest, NothingThatIsNotFiniteGetsInAndItIsCounted) {
+TEST_F(TemporalTest, NonFiniteValuesAreRejectedAndCounted) {
     TexelData earlier = seen_planes(
         still, wall, [](int, int, const vec3& p) { return pattern(p); }, kEarlierSamples);
     const shared::Frame moved = constants_of(camera_at({0.05, 0.03, 0}), kSize);
@@ -136,7 +136,7 @@ TEST_F(TemporalTest, NothingThatIsNotFiniteGetsInAndItIsCounted) {
     earlier.place[10 + 20 * 48].w = kNan;
     earlier.guide[20 + 20 * 48] = vec4(kNan);
     const TexelData result = accumulate(now, earlier, still);
-    // Each is one of the four texels around four pixels.
+    // Each bad texel is one of the four texels around four pixels.
     EXPECT_EQ(refused.read<std::uint32_t>(), (std::vector<std::uint32_t>{12, 8}));
     int changed = 0;
     for (std::size_t i = 0; i < result.light.size(); ++i) {
@@ -149,7 +149,7 @@ TEST_F(TemporalTest, NothingThatIsNotFiniteGetsInAndItIsCounted) {
     EXPECT_LE(changed, 20);
 }
 
-TEST_F(TemporalTest, LightThatHasGoneIsClippedAway) {
+TEST_F(TemporalTest, OutdatedLightIsClipped) {
     const TexelData earlier = seen_planes(
         still, wall, [](int, int, const vec3&) { return vec3(1); }, kEarlierSamples);
     const TexelData now = seen_planes(
@@ -157,7 +157,7 @@ TEST_F(TemporalTest, LightThatHasGoneIsClippedAway) {
     for (const vec4& light : accumulate(now, earlier, still).light) ASSERT_NEAR(light.x, 0.25f, 1e-5f);
 }
 
-TEST_F(TemporalTest, FadesOutAsSamplesComeAndIsGone) {
+TEST_F(TemporalTest, FadesOutWithMoreSamples) {
     const TexelData earlier = seen_planes(
         still, wall, [](int, int, const vec3& p) { return pattern(p); }, 1000);
     float before = shared::kMostHistory + 1;
@@ -174,7 +174,7 @@ TEST_F(TemporalTest, FadesOutAsSamplesComeAndIsGone) {
     EXPECT_EQ(result.place, now.place);
 }
 
-TEST_F(TemporalTest, LargerPixelsKnowLess) {
+TEST_F(TemporalTest, LargerPixelsHaveLessWeight) {
     const shared::Frame coarse = constants_of(camera_at({0, 0, 0}), kSize / 4);
     const TexelData earlier = seen_planes(
         coarse, wall, [](int, int, const vec3& p) { return pattern(p); }, kEarlierSamples);
@@ -185,11 +185,11 @@ TEST_F(TemporalTest, LargerPixelsKnowLess) {
     EXPECT_FLOAT_EQ(result.place_at(20, 15).w, 3);
 }
 
-TEST_F(TemporalTest, SurfacesThatMovedBringTheirLight) {
+TEST_F(TemporalTest, MovingSurfacesKeepTheirLight) {
     const TexelData earlier = seen_planes(
         still, wall, [](int, int, const vec3& p) { return pattern(p); }, kEarlierSamples);
     const TexelData now = seen_planes(still, wall, with_noise, 1);
-    const vec3 way(0.37f, -0.21f, 0);  // that the wall has gone since
+    const vec3 way(0.37f, -0.21f, 0);  // motion of the wall since the earlier picture
     std::vector<vec4> before;
     for (const vec4& place : now.place) before.emplace_back(vec3(place) - way, 0);
     const TexelData result = accumulate(now, earlier, still, 1, &before);

@@ -1,4 +1,4 @@
-// The compute back end gives the plain tracer's hits, bit for bit, whatever the rays and the scene are like.
+// Tests that culling by compute gives the hits of the plain tracer bit for bit, for all rays and scenes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -29,7 +29,7 @@ class TileCulling : public GpuTest {
     gpu::ProgramCache programs;
 };
 
-/// Every seventh ray is dead, the first 100 as well.
+/// Makes every seventh ray and the first 100 rays dead.
 void kill_some(std::vector<Ray>& rays) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
         if (i < 100 || i % 7 == 0) rays[i].t_max = -1;
@@ -64,7 +64,7 @@ TEST_F(TileCulling, InstancesAndSoupsInBothFormats) {
     }
 }
 
-/// All triangles twice, the second ones in reverse order.
+/// Returns the scene with all triangles twice, the second copy in reverse order.
 Scene doubled(Scene scene) {
     std::vector<uvec3>& triangles = scene.meshes[0].triangles;
     triangles.insert(triangles.end(), triangles.rbegin(), triangles.rend());
@@ -72,8 +72,8 @@ Scene doubled(Scene scene) {
     return scene;
 }
 
-// Of equal hits the lower triangle counts, in whatever leaf.
-TEST_F(TileCulling, TiesAreNotDecidedByOrder) {
+// The triangle with the lower id wins ties, in whatever leaf it is.
+TEST_F(TileCulling, TiesDoNotDependOnOrder) {
     for (const Scene& scene : {doubled(height_field(40, 0)), doubled(soup(2000, 0.2f, vec3(1), 5))}) {
         const TraceTables tables = build_trace_tables(scene);
         EXPECT_EQ(PlainAgainstTiles(programs, tables).different_answers(mixed_rays(tables.bounds, 1000)), 0u);
@@ -102,8 +102,8 @@ TEST_F(TileCulling, DegenerateTiles) {
     }
 }
 
-// Lists of every kind of fill: none of the root's children fits, some do; powers of two and not; one bit less than a
-// mask has, all of them, one more than a word's. Twice, as lists are kept.
+// List capacities with which no child of the root fits, or some do; powers of two and others; and the sizes around 32
+// and 64, the bits of a word and of a mask. Each runs twice, because lists are kept.
 TEST_F(TileCulling, TilesAndListsOfAllSizes) {
     const auto expect_same = [&](const Scene& scene, const std::vector<rays::TileSettings>& all) {
         const TraceTables tables = build_trace_tables(scene);
@@ -132,7 +132,7 @@ TEST_F(TileCulling, SettingsOutOfRangeAreErrors) {
     }
 }
 
-// The same, with all positions times a power of two: also what happens must be the same.
+// Scales all positions by a power of two; hits must be equal.
 TEST_F(TileCulling, ScenesAndRaysOfAllSizes) {
     const auto scaled = [](std::vector<Ray> rays, float s) {
         for (Ray& r : rays) r = {s * r.origin, r.t_min, s * r.direction, r.t_max};
@@ -176,7 +176,7 @@ TEST_F(TileCulling, BatchesOfAnySize) {
     EXPECT_EQ(different_answers(Scene{}, rays_through({vec3(-1), vec3(1)}, 300, 2)), 0u);
 }
 
-// As many consecutive rays at a time as a group has members end in one point.
+// Each group of consecutive rays, one per member of a reuse group, ends in one point.
 TEST_F(TileCulling, ConnectionRays) {
     const std::vector<Ray> from = rays_through({vec3(-1), vec3(1)}, 5000, 9);
     for (const Scene& scene : {soup(4000, 0.08f, vec3(1), 3), instanced_spheres()}) {
@@ -200,7 +200,7 @@ TEST_F(TileCulling, ConnectionRays) {
     }
 }
 
-TEST_F(TileCulling, ListsTraceWhatTheyNameAndNothingElse) {
+TEST_F(TileCulling, ListsTraceExactlyTheListedRays) {
     for (const Scene& scene : {soup(4000, 0.08f, vec3(1), 3), instanced_spheres()}) {
         PlainAgainstTiles pair(programs, build_trace_tables(scene));
         std::vector<Ray> rays = rays_through({vec3(-1), vec3(1)}, 9000, 6);
@@ -223,7 +223,7 @@ TEST_F(TileCulling, CoverageIsKeyedByPath) {
         buffers.bind();
         shared::Frame frame{};
         frame.seed = 5;
-        frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // any pixel of its own for each path
+        frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // each path has its own pixel
         gpu::Buffer frame_constants("frame constants", sizeof(frame), &frame);
         const std::vector<Ray> rays = mixed_rays(tables.bounds, 4000);
         std::vector<std::uint32_t> list(3000);

@@ -1,4 +1,4 @@
-// The plain tracer against Embree, and against what can be said without it.
+// Tests the plain tracer against Embree, and against analytic results.
 #include <gtest/gtest.h>
 
 #include <glm/gtc/matrix_transform.hpp>
@@ -23,7 +23,7 @@ std::vector<Ray> all_rays(const Bounds& bounds, std::size_t count, std::uint32_t
 
 class TracerTest : public GpuTest {
   protected:
-    /// Compares both node formats with Embree, closest and any hit, and tells how many rays had to be excused.
+    /// Compares both node formats with Embree, closest and any hit; returns the number of excused rays.
     static std::size_t check(const Scene& scene, std::size_t count, double condition = 1) {
         const TraceTables tables = build_trace_tables(scene);
         const EmbreeOracle oracle(tables);
@@ -47,7 +47,7 @@ class TracerTest : public GpuTest {
     }
 };
 
-// The bounds are what these very rays gave, with room for another processor's Embree.
+// The bounds are the results of these rays, with a margin for Embree on other processors.
 TEST_F(TracerTest, AgreesWithEmbreeOnASphere) {
     EXPECT_LE(check(sphere(64, vec3(0), 1), 20000), 4u);
 }
@@ -66,7 +66,7 @@ TEST_F(TracerTest, AgreesWithEmbreeOnSlivers) {
 
 TEST_F(TracerTest, AgreesWithEmbreeOnAGridSeenAlongItsPlane) {
     Scene scene = height_field(64, 0.0f);
-    EXPECT_LE(check(scene, 20000), 400u);  // two of the three views, and half the rays, are in its plane
+    EXPECT_LE(check(scene, 20000), 400u);  // two of the three views and half the rays are in its plane
 }
 
 TEST_F(TracerTest, AgreesWithEmbreeOnTinyAndHugeScenes) {
@@ -101,7 +101,8 @@ TEST_F(TracerTest, AgreesWithEmbreeOnInstances) {
         dmat4 m = glm::translate(dmat4(1), 20.0 * dvec3(uniform(random), uniform(random), uniform(random)));
         m = glm::rotate(m, 3 * uniform(random), dvec3(uniform(random), 1, uniform(random)));
         m = glm::scale(m,
-                       dvec3(i % 3 == 0 ? -1.0 : 1.0, 1 + 4 * (uniform(random) + 1), 1));  // condition below 3 * 9 * 3
+                       // condition number below 3 * 9 * 3
+                       dvec3(i % 3 == 0 ? -1.0 : 1.0, 1 + 4 * (uniform(random) + 1), 1));
         add_instance(scene, i % 2 ? cube : 0, m);
     }
     ASSERT_EQ(build_trace_tables(scene).instances.size(), 60u);

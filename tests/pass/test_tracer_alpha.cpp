@@ -1,4 +1,4 @@
-// Coverage decides hits: masks, stochastic transparency, and that neither depends on the order of traversal.
+// Tests coverage: masks and stochastic transparency, independent of the order of traversal.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ using test::Ray;
 
 constexpr std::uint32_t kRays = 8192;
 
-/// A square over [0, 1]^2 at height z with texture coordinates (x, y), of a material of its own.
+/// Adds a square over [0, 1]^2 at height z with texture coordinates (x, y) and its own material.
 void add_square(Scene& scene, float z, const Material& material) {
     Mesh mesh;
     mesh.positions = {{0, 0, z}, {1, 0, z}, {1, 1, z}, {0, 1, z}};
@@ -44,11 +44,11 @@ class TracerAlpha : public GpuTest {
         std::vector<std::uint32_t> occluded;
         std::vector<Ray> rays;
         TraceTables tables;
-        /// Height of what ray i hit.
+        /// Returns the height of ray i's hit.
         float height(std::size_t i) const { return rays[i].origin.z - hits[i].t + static_cast<float>(tables.origin.z); }
     };
 
-    /// Rays straight down on a raster over the squares.
+    /// Traces rays straight down on a grid above the squares.
     Answers trace(const Scene& scene, std::uint32_t salt = 0, std::uint32_t sample = 0) {
         Answers a;
         a.tables = build_trace_tables(scene);
@@ -63,7 +63,7 @@ class TracerAlpha : public GpuTest {
         gpu::Buffer hits("hits", kRays * sizeof(Hit)), occluded("occluded", kRays * sizeof(std::uint32_t));
         shared::Frame frame{};
         frame.seed = 5;
-        frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // any pixel of its own for each path
+        frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // each path has its own pixel
         frame.sample_index = sample;
         gpu::Buffer frame_constants("frame constants", sizeof(frame), &frame);
         graph::Graph graph;
@@ -93,14 +93,14 @@ TEST_F(TracerAlpha, MasksCutOutByTexture) {
     mask.base_color_texture.nearest = true;
     scene.images.push_back({"half", 2, 1, {255, 255, 255, 0, 255, 255, 255, 255}});
     add_square(scene, 2, mask);
-    add_square(scene, 1, covering(AlphaMode::mask, 0.4f));  // below the cutoff: never there
+    add_square(scene, 1, covering(AlphaMode::mask, 0.4f));  // below the cutoff: transparent
     add_square(scene, 0, Material{});
     const Answers a = trace(scene);
     for (std::size_t i = 0; i < kRays; ++i) EXPECT_NEAR(a.height(i), i % 128 < 64 ? 0.0f : 2.0f, 1e-5f) << i;
 }
 
-// Two triangles with a common edge, one above the other, of which one is not there.
-TEST_F(TracerAlpha, BothTrianglesOfAPairAreAsked) {
+// Two triangles share an edge; the upper one is transparent.
+TEST_F(TracerAlpha, BothTrianglesOfAPairAreTested) {
     for (const std::size_t absent : {0u, 1u}) {
         Scene scene;
         scene.name = "bent";
@@ -143,13 +143,13 @@ TEST_F(TracerAlpha, BlendHitsWithProbabilityAlpha) {
     };
     expect_share(upper, 0.3);
     expect_share(lower, 0.7 * 0.6);
-    // Two independent answers out of {upper, lower, none} differ with probability 1 - sum of squares.
+    // Two independent results out of {upper, lower, none} differ with probability 1 - sum of squares.
     const double differ = 1 - 0.3 * 0.3 - 0.42 * 0.42 - 0.28 * 0.28;
     expect_share(salted, differ);
     expect_share(sampled, differ);
 }
 
-TEST_F(TracerAlpha, WhatLiesBehindDoesNotChangeTheAnswer) {
+TEST_F(TracerAlpha, SurfacesBehindAHitDoNotChangeIt) {
     Scene few, many;
     few.name = many.name = "layers";
     add_square(few, 5, covering(AlphaMode::blend, 0.5f));

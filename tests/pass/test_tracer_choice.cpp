@@ -1,4 +1,4 @@
-// Who serves a batch: what was asked for, or what has been measured to be fastest; the answers are always the same.
+// Tests the choice of the tracing method: the requested one, or the fastest by measurement. Hits are always equal.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -23,7 +23,7 @@ constexpr std::uint32_t kRays = 64 * 64;
 
 class TracerChoice : public GpuTest {
   protected:
-    /// One run of a batch of its kind.
+    /// Runs one batch of a kind.
     std::vector<Hit> closest(rays::Tracer& tracer, rays::RayKind kind = rays::RayKind::primary,
                              const std::vector<std::uint32_t>* list = nullptr) {
         const Question question{view, list, nullptr, kind};
@@ -58,9 +58,9 @@ TEST_F(TracerChoice, ShortRendersStayPlain) {
     EXPECT_FALSE(only(tracer).reason.empty());
 }
 
-// Whether one way is clearly faster, and so has most of the runs, is the machine's affair; what follows from times that
-// are given is in test_choice.
-TEST_F(TracerChoice, LongOnesTryBothWaysAndSayWhichIsFaster) {
+// The times on this machine decide whether one method is clearly faster and gets most of the runs. test_choice tests
+// the consequences of given times.
+TEST_F(TracerChoice, LongRendersTryBothMethodsAndReportTheFasterOne) {
     rays::Tracer off(scene), tracer(scene, Culling::automatic);
     const std::vector<Hit> hits = closest(off);
     for (int run = 0; run < 150; ++run) ASSERT_EQ(different(closest(tracer), hits), 0u) << run;
@@ -71,13 +71,13 @@ TEST_F(TracerChoice, LongOnesTryBothWaysAndSayWhichIsFaster) {
     for (const auto* m : {&plain, &tiles}) {
         EXPECT_GT(m->best, 0);
         EXPECT_GE(m->timed, 2u);
-        EXPECT_LE(m->timed, 20u);  // waiting for the GPU would cost, too
+        EXPECT_LE(m->timed, 20u);  // few, because timing waits for the GPU
         EXPECT_GE(m->seconds, m->best * static_cast<double>(m->timed) * (1 - 1e-9));
     }
     const std::string other = name(s.way == Way::plain ? Way::tiles : Way::plain);
     EXPECT_NE(s.reason.find("times as fast as " + other), std::string::npos) << s.reason;
     EXPECT_EQ(s.tiles, tiles.runs * kRays / 64);
-    EXPECT_EQ(s.tiles_culled, kRays / 64);  // the rays were always the same
+    EXPECT_EQ(s.tiles_culled, kRays / 64);  // the rays did not change
 
     tracer.invalidate();
     EXPECT_EQ(only(tracer).way, Way::plain);
@@ -97,7 +97,7 @@ TEST_F(TracerChoice, RaysOfListsStayPlain) {
     EXPECT_EQ(executor.history().bytes(), 0u);
 }
 
-TEST_F(TracerChoice, WhatIsAskedForIsDone) {
+TEST_F(TracerChoice, RequestedMethodsAreUsed) {
     rays::Tracer off(scene), compute(scene, Culling::compute);
     const std::vector<Hit> hits = closest(off);
     EXPECT_EQ(only(off).way, Way::plain);
@@ -126,7 +126,7 @@ TEST_F(TracerChoice, WhatIsAskedForIsDone) {
               "rays: raster culling is a server of its own");
 }
 
-TEST_F(TracerChoice, EveryKindIsABatchOfItsOwn) {
+TEST_F(TracerChoice, EveryKindIsItsOwnBatch) {
     rays::Tracer tracer(scene, Culling::compute);
     closest(tracer);
     closest(tracer, rays::RayKind::glossy);
@@ -134,7 +134,7 @@ TEST_F(TracerChoice, EveryKindIsABatchOfItsOwn) {
     const std::vector<BatchStatistics> all = tracer.statistics();
     ASSERT_EQ(all.size(), 2u);
     for (const BatchStatistics& s : all) EXPECT_EQ(measured(s, Way::tiles).runs, s.batch == "glossy" ? 2u : 1u);
-    // Two of one kind and depth would share their lists.
+    // Two batches of one kind and depth would share their lists.
     const auto twice = [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
         results = closest_hit(graph, tracer, batch, results);
         return closest_hit(graph, tracer, batch, results);
@@ -142,8 +142,8 @@ TEST_F(TracerChoice, EveryKindIsABatchOfItsOwn) {
     EXPECT_THROW(ask<Hit>(executor, {view}, twice), Error);
 }
 
-// Boxes of children that are not there are empty, and a shaft as wide as the scene meets an empty box.
-TEST_F(TracerChoice, ListsHoldWhatIsThere) {
+// Boxes of missing children are empty, and a shaft as wide as the scene meets an empty box.
+TEST_F(TracerChoice, ListsHoldExistingNodesOnly) {
     const TraceTables alone = build_trace_tables(soup(1, 1, vec3(1), 3));
     const rays::TraceScene one(alone);
     rays::Tracer tracer(one, Culling::compute);

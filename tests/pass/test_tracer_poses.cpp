@@ -1,4 +1,4 @@
-// Rays through a scene that was brought to another pose: the hits of one that was made for it.
+// Tests that rays through an updated scene have the hits of a scene prepared for the pose.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -13,8 +13,8 @@ namespace {
 
 class TracerPoses : public GpuTest {};
 
-/// A height field that stays, a closed sphere that is bent by t and torn from 0.9 on, instances of another one, some of
-/// which move.
+/// Returns a static height field, a closed sphere that is bent by t and torn from 0.9 on, and instances of another
+/// sphere, some of them moving.
 Scene posed(float t) {
     Scene scene = instanced_spheres();
     const Scene ball = sphere(12, {0, 1.5f, 0}, 0.7f);
@@ -35,7 +35,7 @@ Scene posed(float t) {
     return scene;
 }
 
-TEST_F(TracerPoses, HitsAreThoseOfASceneMadeForThePose) {
+TEST_F(TracerPoses, HitsEqualThoseOfANewScene) {
     for (const std::size_t flatten : {std::size_t{0}, kFlattenLimit}) {
         const TraceTables reference = build_trace_tables(posed(0), flatten);
         rays::Hierarchies hierarchies(reference);

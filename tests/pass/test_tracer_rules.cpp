@@ -1,5 +1,5 @@
-// What the plain tracer promises of single rays: ties, ends, degenerate directions, closed meshes without a leak, and
-// that no order and no kernel changes a bit.
+// Tests the contract of the plain tracer for single rays: ties, ends, degenerate directions, closed meshes without
+// leaks, and results that depend neither on order nor on the kernel.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
@@ -27,7 +27,7 @@ constexpr NodeFormat kFormats[] = {NodeFormat::grid, NodeFormat::floating};
 
 class TracerRules : public GpuTest {};
 
-/// Two triangles over [-1, 1]^2 at height z.
+/// Adds two triangles over [-1, 1]^2 at height z.
 void add_square(std::vector<vec3>& positions, std::vector<uvec3>& triangles, float z) {
     const auto first = static_cast<unsigned>(positions.size());
     for (const vec2& p : {vec2(-1, -1), vec2(1, -1), vec2(1, 1), vec2(-1, 1)}) positions.emplace_back(p, z);
@@ -61,7 +61,7 @@ TEST_F(TracerRules, PairsKeepTheOrderOfEachTrianglesCorners) {
     uvec3 first(0, 1, 2), second(0, 2, 3);
     int others = 0;
     for (int i = 0; i < 36; ++i) {
-        // All six orders of the first triangle, and for each all of the second.
+        // All six orders of the first triangle's corners, each with all orders of the second one.
         first = i % 2 ? uvec3(first.y, first.x, first.z) : uvec3(first.x, first.z, first.y);
         if (i % 6 == 5) second = i % 4 == 1 ? uvec3(second.y, second.x, second.z) : uvec3(second.x, second.z, second.y);
         const TraceTables tables = build_trace_tables(of_one_mesh(positions, {first, second}));
@@ -129,7 +129,7 @@ TEST_F(TracerRules, BothEndsOfTheRayAreOpen) {
 }
 
 TEST_F(TracerRules, LowestTriangleWinsTies) {
-    // Twelve copies of the same square: leaves split them in any way.
+    // Leaves split twelve copies of one square arbitrarily.
     const TraceTables tables = build_trace_tables(squares(std::vector<float>(12, 0.0f)));
     std::vector<Ray> rays;
     for (int i = 0; i < 200; ++i) {
@@ -151,7 +151,8 @@ TEST_F(TracerRules, LowestInstanceWinsTies) {
 }
 
 TEST_F(TracerRules, AxisAlignedRaysAlongEdgesAndFaces) {
-    // A lattice of vertices at integers; rays along the axes through its vertices and edges must not slip through.
+    // The vertices of a lattice are at integers. Rays parallel to the axes through its vertices and edges must not pass
+    // through.
     const TraceTables tables = build_trace_tables([] {
         std::vector<vec3> positions;
         std::vector<uvec3> triangles;
@@ -175,7 +176,7 @@ TEST_F(TracerRules, AxisAlignedRaysAlongEdgesAndFaces) {
             across.push_back({p - vec3(0, 0, 6), 0, vec3(-0.0f, 0.0f, 0.5f), 7});
             across.push_back({p, 0, vec3(1e-30f, -1e-30f, -1), kInfinity});
             along.push_back({vec3(-9, p.y, 0), 0, vec3(1, 0, 0), kInfinity});     // in the plane itself
-            along.push_back({vec3(-9, p.y, 0.5f), 0, vec3(1, 0, 0), kInfinity});  // beside it
+            along.push_back({vec3(-9, p.y, 0.5f), 0, vec3(1, 0, 0), kInfinity});  // beside the plane
         }
     }
     for (const NodeFormat format : kFormats) {
@@ -199,7 +200,7 @@ TEST_F(TracerRules, DeadRaysAndEmptyScenesMiss) {
     EXPECT_EQ(Tracer(tables).any(rays), (std::vector<std::uint32_t>{0, 0}));
 }
 
-// Rays from inside of closed meshes, aimed at their vertices, edges and faces, must all hit.
+// Rays from inside closed meshes, aimed at their vertices, edges and faces, must all hit.
 void expect_no_leak(const Scene& scene, std::size_t count, std::uint32_t seed) {
     const TraceTables tables = build_trace_tables(scene);
     std::mt19937 random(seed);
@@ -212,7 +213,7 @@ void expect_no_leak(const Scene& scene, std::size_t count, std::uint32_t seed) {
         vec3 target = rays.size() % 4 == 0 ? a : (rays.size() % 4 == 3 ? (a + b + c) / 3.0f : glm::mix(a, b, s));
         const vec3 inside =
             0.3f * (vec3(uniform(random), uniform(random), uniform(random)) - 0.5f) * tables.bounds.extent();
-        if (rays.size() % 8 < 4) target = glm::mix(target, inside, 0.5f);  // the vertex is then met with rounding
+        if (rays.size() % 8 < 4) target = glm::mix(target, inside, 0.5f);  // hits the vertex with rounding
         rays.push_back({inside, 0, target - inside, kInfinity});
     }
     for (const NodeFormat format : kFormats) {
@@ -224,7 +225,7 @@ void expect_no_leak(const Scene& scene, std::size_t count, std::uint32_t seed) {
 
 TEST_F(TracerRules, ClosedMeshesDoNotLeak) {
     expect_no_leak(sphere(64, vec3(0), 1), 200000, 1);
-    expect_no_leak(sphere(150, vec3(0), 1), 200000, 2);  // needles at the poles
+    expect_no_leak(sphere(150, vec3(0), 1), 200000, 2);  // has needles at the poles
     Scene flat = sphere(48, vec3(0), 1);
     flat.instances[0].object_to_world = glm::scale(dmat4(1), dvec3(1, 1e-3, 30));
     expect_no_leak(flat, 100000, 3);
@@ -251,13 +252,13 @@ TEST_F(TracerRules, ClosedInstancesDoNotLeak) {
     EXPECT_EQ(leaks, 0u);
 }
 
-/// Turns the children of all nodes of a single hierarchy by `turn` places and moves the nodes about.
+/// Rotates the children of all nodes of a single hierarchy by `turn` places and permutes the nodes.
 rays::PackedScene shuffled(rays::PackedScene packed, std::uint32_t turn) {
     const std::size_t stride = shared::kBvhFloatTexels;
     const auto nodes = static_cast<std::uint32_t>(packed.node_count);
     std::vector<std::uint32_t> place(nodes + 1);
     std::iota(place.begin(), place.end(), 0u);
-    std::shuffle(place.begin() + 2, place.end(), std::mt19937(turn));  // head and root stay
+    std::shuffle(place.begin() + 2, place.end(), std::mt19937(turn));  // head and root keep their places
     std::vector<uvec4> moved = packed.nodes;
     for (std::uint32_t n = 1; n <= nodes; ++n) {
         for (std::size_t row = 0; row < stride; ++row) {
@@ -287,7 +288,7 @@ TEST_F(TracerRules, NoOrderOfTraversalChangesABit) {
     }
 }
 
-TEST_F(TracerRules, ListsGiveTheSameBits) {
+TEST_F(TracerRules, ListsGiveEqualHits) {
     const TraceTables tables = build_trace_tables(soup(2000, 0.2f, vec3(1), 11));
     const std::vector<Ray> rays = rays_through(tables.bounds, 5000, 12);
     Tracer tracer(tables);
@@ -327,7 +328,7 @@ void main() {
 }
 )");
 
-TEST_F(TracerRules, AFragmentShaderGivesTheSameBits) {
+TEST_F(TracerRules, AFragmentShaderGivesEqualHits) {
     Scene instances = soup(300, 0.2f, vec3(1), 14);
     add_instance(instances, 0, glm::scale(glm::translate(dmat4(1), dvec3(1, 0.5, 0)), dvec3(-1, 2, 1)));
     for (const Scene& scene : {height_field(60, 0.3f), instances}) {

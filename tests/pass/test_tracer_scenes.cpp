@@ -1,5 +1,5 @@
-// The plain tracer against Embree, and culling by tiles against the plain tracer, on every scene of ours, and of other
-// people where they are there.
+// Tests the plain tracer against Embree, and culling by tiles against the plain tracer, on all our scenes and on
+// available scenes of other projects.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -16,18 +16,18 @@ using namespace test;
 
 class TracerScenes : public GpuTest {
   protected:
-    /// flatten: as the renderer does; otherwise with all the instances there are.
+    /// `flatten` is that of build_trace_tables(): the renderer's value, or 0 to keep all instances.
     void check(const fs::path& file, std::size_t flatten) {
         SCOPED_TRACE(file.string());
         const Scene scene = load_gltf(file);
-        const TraceTables tables = opaque_tables(scene, flatten);  // Embree knows nothing of coverage
+        const TraceTables tables = opaque_tables(scene, flatten);  // Embree has no coverage
         if (tables.triangles.empty()) return;
         std::vector<Ray> rays = rays_through(tables.bounds, 62 * 64, 1);  // whole tiles
         for (const vec3& from : {vec3(1, 0.4f, 0.3f), vec3(0, 0, 1), vec3(-0.2f, 1, -0.3f)}) {
             const std::vector<Ray> view = camera_rays(tables.bounds, from);
             rays.insert(rays.end(), view.begin(), view.end());
         }
-        // A few instances are scaled unevenly, by 1:4 at most.
+        // Some instances are scaled non-uniformly, by 1:4 at most.
         const double condition = tables.instances.size() > 1 ? 12 : 1;
         const rays::PackedScene packed = roomy(rays::pack_scene(tables));
         Tracer tracer(tables, packed);
@@ -64,7 +64,7 @@ TEST_F(TracerScenes, OurOwn) {
     }
 }
 
-TEST_F(TracerScenes, OfOtherPeople) {
+TEST_F(TracerScenes, OfOtherProjects) {
     const fs::path folder = fs::path(HALFLIGHT_SHARED_DIR) / "assets";
     if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
     for (const fs::path& file : scenes_under(folder)) check(file, 0);

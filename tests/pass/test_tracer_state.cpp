@@ -1,5 +1,5 @@
-// What tile lists keep from run to run saves time and changes no hit: garbage, lists of other cameras and scenes,
-// single wrong bits, cameras that move, cut and stand still.
+// Tests that tile lists kept from run to run save time and change no hit. The lists are garbage, come from other
+// cameras and scenes, or have single wrong bits; cameras move, cut and stop.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -40,11 +40,11 @@ struct Record {
     std::size_t capacity;
 
     std::uint32_t& counts() const { return words[7]; }
-    /// One that means something: of a corner, the checksum, the counts, or an entry.
+    /// Returns a random word with a meaning: of a corner, the checksum, the counts, or an entry.
     std::uint32_t& any_word(std::mt19937& random) const {
         const std::size_t leaves = counts() & 0xffffu, others = counts() >> 16, entries = leaves + others;
         std::size_t i = random() % (14 + entries * entry_words);
-        if (i < 14) return words[i < 11 ? i : i + 1];  // word 11 is not used, nor is 15
+        if (i < 14) return words[i < 11 ? i : i + 1];  // words 11 and 15 are unused
         i -= 14;
         const std::size_t entry = i / entry_words;
         const std::size_t place = entry < leaves ? entry : capacity - 1 - (entry - leaves);
@@ -52,7 +52,7 @@ struct Record {
     }
 };
 
-/// The back end's steps, over lists and blockers that a test holds.
+/// The steps of culling by compute on lists and blockers that the test owns.
 class Steps {
   public:
     Steps(gpu::ProgramCache& programs, const Scene& scene, NodeFormat format, const rays::TileSettings& settings = {})
@@ -77,8 +77,8 @@ class Steps {
         return {ask<Hit>(executor_, {rays}, closest), ask<std::uint32_t>(executor_, {rays}, any)};
     }
 
-    /// Begins with `lists` and `blockers` for both questions, and leaves there what came of them. cull: else the lists
-    /// are taken as they are.
+    /// Runs with `lists` and `blockers` for closest and any hits, and stores their new values. Without `cull` the lists
+    /// are used unchanged.
     Answers by_tiles(std::span<const Ray> rays, bool cull = true) {
         const auto before = lists;
         Answers answers;
@@ -183,14 +183,14 @@ INSTANTIATE_TEST_SUITE_P(ListKinds, TracerStateOfKind,
                                          ListKind{"LargeTilesShortLists", NodeFormat::floating, {16, 12}}),
                          [](const auto& kind) { return kind.param.name; });
 
-TEST_P(TracerStateOfKind, ListsAreKeptAndMatter) {
+TEST_P(TracerStateOfKind, ListsAreKeptAndUsed) {
     const Answers plain = steps.plain(here);
     EXPECT_EQ(different(steps.by_tiles(here), plain), 0u);
     EXPECT_EQ(steps.culled, steps.tiles);
     EXPECT_EQ(different(steps.by_tiles(here), plain), 0u);
     EXPECT_EQ(steps.culled, 0u);
 
-    // The tests below find what they look for: lists that are wrong give wrong hits, if they are believed.
+    // Validates the tests below: wrong lists give wrong hits if they are used unchecked.
     const auto good = steps.lists;
     EXPECT_EQ(different(steps.by_tiles(here, false), plain), 0u);
     EXPECT_GT(different(steps.by_tiles(there, false), steps.plain(there)), kRays / 20);
@@ -213,14 +213,14 @@ TEST_P(TracerStateOfKind, GarbageChangesNoHit) {
         [&] { return static_cast<std::uint32_t>(random() % 20); },
         [&] { return std::bit_cast<std::uint32_t>(std::ldexp(1.0f, static_cast<int>(random() % 40) - 20)); },
         [] { return 0u; },
-        [] { return ~0u; },          // NaN
-        [] { return 0x7f800000u; },  // infinity
-        [] { return 0x00100010u; },  // 16 leaves, 16 others
+        [] { return ~0u; },          // a NaN
+        [] { return 0x7f800000u; },  // an infinity
+        [] { return 0x00100010u; },  // 16 leaves and 16 other entries
     };
     for (std::size_t i = 0; i < garbage.size(); ++i) {
         for (int turn = 0; turn < (i < 3 ? 5 : 1); ++turn) {
             fill(garbage[i]);
-            if (turn % 2 == 1) {  // with counts that are possible
+            if (turn % 2 == 1) {  // with valid counts
                 const std::uint32_t half = GetParam().settings.capacity / 2;
                 for (std::size_t t = 0; t < steps.tiles; ++t)
                     steps.record(t).counts() = random() % (half + 1) | random() % half << 16;
@@ -231,7 +231,7 @@ TEST_P(TracerStateOfKind, GarbageChangesNoHit) {
     }
 }
 
-TEST_P(TracerStateOfKind, OneWrongBitIsSeen) {
+TEST_P(TracerStateOfKind, OneWrongBitIsDetected) {
     const Answers plain = steps.plain(here);
     steps.by_tiles(here);
     const auto good = steps.lists;
@@ -243,7 +243,7 @@ TEST_P(TracerStateOfKind, OneWrongBitIsSeen) {
     }
 }
 
-TEST_P(TracerStateOfKind, WrongCountsAreSeen) {
+TEST_P(TracerStateOfKind, WrongCountsAreDetected) {
     const Answers plain = steps.plain(here);
     steps.by_tiles(here);
     const auto good = steps.lists;
@@ -274,14 +274,14 @@ TEST_P(TracerStateOfKind, ListsOfOtherTilesAndCameras) {
     EXPECT_EQ(different(steps.by_tiles(here), steps.plain(here)), 0u);
     EXPECT_GT(steps.culled, steps.tiles / 2);
 
-    // A record is good for whatever rays its shaft contains, wherever it lies.
+    // A record is valid for all rays inside its shaft, wherever it is stored.
     std::rotate(steps.lists.begin(), steps.lists.begin() + 5 * static_cast<long>(steps.record(0).words.size()),
                 steps.lists.end());
     std::shuffle(steps.blockers.begin(), steps.blockers.end(), random);
     EXPECT_EQ(different(steps.by_tiles(here), steps.plain(here)), 0u);
 }
 
-/// A soup within bounds that do not depend on it.
+/// Returns random triangles within fixed bounds.
 Scene boxed_soup(std::uint32_t seed) {
     Scene scene = soup(2000, 0.08f, vec3(1), seed);
     for (const float corner : {-1.2f, 1.2f}) {
@@ -304,12 +304,12 @@ TEST_P(TracerStateOfKind, ListsOfOtherScenes) {
     other.blockers = one.blockers;
     EXPECT_EQ(different(other.by_tiles(here), other.plain(here)), 0u);
     EXPECT_EQ(other.culled, other.tiles);
-    // Nothing else tells them apart.
+    // The lists have no other mark of their scene.
     other.lists = one.lists;
     EXPECT_GT(different(other.by_tiles(here, false), other.plain(here)), kRays / 20);
 }
 
-/// Eye and target along a path through [-1, 1]^3 that is cut every 40 frames.
+/// Returns camera rays along a path through [-1, 1]^3 that is cut every 40 frames.
 std::vector<Ray> frame_of_path(int frame) {
     const float a = 0.02f * static_cast<float>(frame) + 2.4f * static_cast<float>(frame / 40);
     const vec3 eye = (1.2f + 0.9f * std::sin(2.3f * a)) * vec3(std::cos(a), 0.3f * std::sin(3 * a), std::sin(a));
@@ -320,7 +320,7 @@ TEST_F(TracerState, MovingCameraWithCuts) {
     PlainAgainstTiles pair(programs, build_trace_tables(instanced_spheres()));
     std::size_t bytes = 0;
     for (int frame = 0; frame < 200; ++frame) {
-        if (frame == 80) {  // the other cuts are not told
+        if (frame == 80) {  // the other cuts are not signalled
             pair.history().invalidate("cut");
             pair.tiles().invalidate();
         }
@@ -349,7 +349,7 @@ TEST_F(TracerState, StillFramesSoonKeepTheirLists) {
     };
     EXPECT_EQ(made_in(1), tiles);
     made_in(31);
-    EXPECT_LT(made_in(16), tiles);  // of 32 times as many
+    EXPECT_LT(made_in(16), tiles);  // out of 32 times as many
     pair.history().invalidate("new scene, say");
     EXPECT_EQ(made_in(1), tiles);
 }
@@ -365,7 +365,7 @@ TEST_F(TracerState, RememberedLeavesThatEndRaysAreCounted) {
         Steps(programs, soup(2000, 0.08f, vec3(1), 3), NodeFormat::grid).plain(here).occluded;
     const auto ended = static_cast<std::uint64_t>(std::ranges::count(occluded, shared::kOccluded));
     EXPECT_LE(remembered() - before, ended);
-    EXPECT_GT(remembered() - before, ended / 8);  // the others were ended by the rest of their lists
+    EXPECT_GT(remembered() - before, ended / 8);  // the other rays were ended by the rest of their lists
 }
 
 }  // namespace

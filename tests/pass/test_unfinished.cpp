@@ -1,4 +1,4 @@
-// Drivers that end long loops: an answer that is not one is counted, never taken for dark or bright.
+// Tests drivers that end long loops: an unfinished ray is counted, and never taken for lit or shadowed.
 #include <gtest/gtest.h>
 
 #include "engine/tables/tables.h"
@@ -11,8 +11,8 @@ namespace {
 
 using namespace test;
 
-/// A floor under an opaque roof, a point light above that, and between floor and roof `sheets` panes that every ray
-/// passes (alpha 0).
+/// Returns a floor under an opaque roof, a point light above the roof, and `sheets` transparent panes (alpha 0) between
+/// floor and roof.
 Scene floor_under(int sheets) {
     Material white, clear, roof;
     white.metallic = clear.metallic = roof.metallic = 0;
@@ -44,7 +44,7 @@ Scene floor_under(int sheets) {
 
 class UnfinishedTest : public GpuTest {};
 
-TEST_F(UnfinishedTest, LongSearchesAreRightOrCounted) {
+TEST_F(UnfinishedTest, LongTraversalsAreCorrectOrCounted) {
     for (const int sheets : {100, 40000}) {
         const Scene scene = floor_under(sheets);
         const RenderResult result =
@@ -55,7 +55,7 @@ TEST_F(UnfinishedTest, LongSearchesAreRightOrCounted) {
         if (sheets == 100) {
             EXPECT_EQ(counted, 0u);
         }
-        // The software driver cannot finish this one; another may, and then has to be right.
+        // The software driver cannot finish this one; another driver may, and must then be correct.
         if (sheets == 40000) {
             EXPECT_GT(counted, 0u);
         }

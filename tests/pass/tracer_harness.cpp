@@ -92,7 +92,7 @@ std::size_t PlainAgainstTiles::different_answers(std::span<const Ray> rays, cons
 EmbreeOracle::EmbreeOracle(const TraceTables& tables)
     : tables_(tables), device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_.get())) {
     rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
-    for (std::uint32_t i = 0; i < tables.instances.size(); ++i) {  // geometry id: instance
+    for (std::uint32_t i = 0; i < tables.instances.size(); ++i) {  // the geometry id is the instance
         const Block& block = tables.blocks[tables.instances[i].block];
         RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
         auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
@@ -159,7 +159,7 @@ std::vector<std::uint32_t> EmbreeOracle::any(std::span<const Ray> rays) const {
 
 namespace {
 
-/// Distance between a line (unit direction) and a segment.
+/// Returns the distance between a line (unit direction) and a segment.
 double line_segment_distance(const dvec3& origin, const dvec3& direction, const dvec3& a, const dvec3& b) {
     const auto across = [&](const dvec3& p) { return p - direction * glm::dot(p, direction); };
     const dvec3 p = across(a - origin), e = across(b - origin) - p;
@@ -180,7 +180,7 @@ Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, c
         if (theirs.triangle != kMiss) ++result.hits;
         if (mine.triangle == theirs.triangle && mine.instance == theirs.instance && mine.triangle == kMiss) continue;
 
-        // The nearer of the two is what one of them missed.
+        // The nearer of the two hits is the one that the other tracer missed.
         const bool extra = mine.triangle != kMiss && (theirs.triangle == kMiss || mine.t < theirs.t);
         const Hit& claim = extra ? mine : theirs;
         const Hit& other = extra ? theirs : mine;
@@ -193,7 +193,8 @@ Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, c
             for (int a = 0; a < 3; ++a) reach = std::max({reach, std::abs(p[a] - origin[a]), std::abs(p[a])});
         }
         const double error = condition * reach * 0x1p-18;
-        // t is interpolated with weights that are as wrong as the projected triangle is long for its area.
+        // The error of t is that of the interpolation weights, which grows with the projected triangle's length over
+        // its area.
         const dvec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
         const double projected = std::abs(glm::dot(normal, direction));
         double longest2 = 0;

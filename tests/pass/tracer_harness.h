@@ -1,4 +1,4 @@
-// Tracers in tests: rays in, hits out; and Embree over the same tables, to compare with.
+// Tracers in tests: rays in, hits out; and Embree on the same tables, for comparison.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -24,21 +24,22 @@ namespace halflight::test {
 using shared::Hit;
 using shared::kMiss;
 
-/// About a batch of rays, whoever answers.
+/// How a batch of rays is traced, by any tracer.
 struct Question {
     std::span<const Ray> rays;
-    const std::vector<std::uint32_t>* list = nullptr;  // those that are to be traced; results of others are 0
-    gpu::Buffer* frame_constants = nullptr;            // where coverage counts
+    const std::vector<std::uint32_t>* list = nullptr;  // rays to trace; results of others are 0
+    gpu::Buffer* frame_constants = nullptr;            // needed for coverage
     rays::RayKind kind = rays::RayKind::primary;
-    std::uint32_t rays_of_path = 1;  // consecutive ones; not with a list
+    std::uint32_t rays_of_path = 1;  // number of consecutive rays per path; not with a list
 };
 /// Adds the passes that fill the results.
 using AddTrace = std::function<graph::BufferHandle(graph::Graph&, const rays::RayBatch&, graph::BufferHandle results)>;
-/// Result: Hit, or std::uint32_t for any hit. The batch is filled up to a multiple of 256 with dead rays.
+/// Traces rays. Result is Hit, or std::uint32_t for any-hit rays. The batch is padded with dead rays to a multiple of
+/// 256.
 template <class Result>
 std::vector<Result> ask(graph::Executor& executor, const Question& question, const AddTrace& add);
 
-/// Results that differ in any bit.
+/// Returns the number of results that differ in any bit.
 template <class Result>
 std::size_t different(const std::vector<Result>& a, const std::vector<Result>& b) {
     std::size_t count = a.size() == b.size() ? 0 : 1;
@@ -47,14 +48,14 @@ std::size_t different(const std::vector<Result>& a, const std::vector<Result>& b
     return count;
 }
 
-/// Needs a current context.
+/// Owns a scene's tracer; needs a current context.
 class Tracer {
   public:
     explicit Tracer(const TraceTables& tables) : scene(tables) {}
     Tracer(const TraceTables& tables, const rays::PackedScene& packed) : scene(tables, packed, {}) {}
     Tracer(const TraceTables& tables, rays::NodeFormat format) : Tracer(tables, rays::pack_scene(tables, format)) {}
 
-    /// Without `list`: all rays; with it: results of unlisted rays are 0.
+    /// Traces closest hits of all rays, or of those in `list`; results of others are 0.
     std::vector<Hit> closest(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr);
     std::vector<std::uint32_t> any(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr);
 
@@ -64,10 +65,10 @@ class Tracer {
     gpu::ProgramCache programs_;
 };
 
-/// With stacks that suit many scenes, which then share their programs.
+/// Returns the scene with generous stack sizes, so that many scenes share their programs.
 rays::PackedScene roomy(rays::PackedScene packed);
 
-/// One scene, traced plainly and by tiles, whose lists stay from question to question.
+/// One scene, traced by the plain method and by tiles, whose lists persist from call to call.
 class PlainAgainstTiles {
   public:
     PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables, const rays::PackedScene& packed,
@@ -75,11 +76,11 @@ class PlainAgainstTiles {
     PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables,
                       rays::NodeFormat format = rays::NodeFormat::grid, const rays::TileSettings& settings = {});
 
-    /// Rays whose answers differ in any bit, of either question.
+    /// Returns the number of rays whose closest or any hits differ in any bit.
     std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr,
                                   gpu::Buffer* frame_constants = nullptr);
     rays::RayKind kind = rays::RayKind::primary;
-    std::uint32_t rays_of_path = 1;  // of questions without a list
+    std::uint32_t rays_of_path = 1;  // for calls without a list
     rays::Tracer& tiles() { return tiles_; }
     graph::History& history() { return executor_.history(); }
 
@@ -89,14 +90,14 @@ class PlainAgainstTiles {
     graph::Executor executor_;
 };
 
-/// Robust mode, one ray at a time, all instances flattened in double.
+/// Traces with Embree in robust mode, one ray at a time, with all instances flattened in double.
 class EmbreeOracle {
   public:
     explicit EmbreeOracle(const TraceTables& tables);
 
     std::vector<Hit> closest(std::span<const Ray> rays) const;
     std::vector<std::uint32_t> any(std::span<const Ray> rays) const;
-    /// World positions of a triangle's corners.
+    /// Returns the world positions of a triangle's corners.
     std::array<dvec3, 3> corners(std::uint32_t instance, std::uint32_t triangle) const;
 
   private:
@@ -109,23 +110,23 @@ class EmbreeOracle {
     std::unique_ptr<std::remove_pointer_t<RTCScene>, Release> scene_;
 };
 
-/// How hits differ from the oracle's. A ray is excused where the triangle in question is missed or hit by less than the
-/// float error of positions (condition x 2^-18 of the greatest distance in play), measured to its nearest edge, or
-/// where t lies that close to t_min or t_max.
+/// Differences between hits and the oracle's. A ray is excused if it passes the nearest edge of the triangle, or if t
+/// is near t_min or t_max, within the float error of positions. That is condition x 2^-18 of the largest distance
+/// involved.
 struct Comparison {
     std::size_t rays = 0;
-    std::size_t hits = 0;  // the oracle's
+    std::size_t hits = 0;  // hits of the oracle
     std::size_t excused = 0;
-    std::size_t missed = 0;  // the oracle's hit is not there
+    std::size_t missed = 0;  // hits of the oracle that are missing
     std::size_t false_hits = 0;
 };
 Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, const std::vector<Hit>& hits,
                         double condition = 1);
 
-/// For comparisons of floats bit by bit.
+/// Returns the bits of hits, for exact comparisons.
 std::vector<std::uint32_t> bits_of(const std::vector<Hit>& hits);
 
-/// From a little above what rays have hit, to all sides: a tenth of them almost along the surface.
+/// Returns rays from slightly above the hits in all directions; a tenth of them is nearly parallel to the surface.
 std::vector<Ray> rays_onward(const EmbreeOracle& oracle, std::span<const Ray> rays, const std::vector<Hit>& hits,
                              float diagonal);
 

@@ -182,7 +182,7 @@ std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction) {
 
 std::vector<Ray> mixed_rays(const Bounds& bounds, std::size_t count, std::uint32_t seed) {
     std::vector<Ray> rays = rays_through(bounds, count, seed);
-    rays.resize(rays.size() / 64 * 64);  // tiles begin anew
+    rays.resize(rays.size() / 64 * 64);  // starts at a new tile
     const float radius = 0.5f * glm::length(bounds.extent());
     for (const vec3& from : {vec3(1, 0.4f, 0.3f), vec3(-0.2f, 1, -0.3f)}) {
         const std::vector<Ray> view = camera_rays(bounds, from);

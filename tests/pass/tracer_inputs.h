@@ -13,41 +13,41 @@ namespace halflight::test {
 
 using shared::Ray;
 
-/// glTF files below a folder that are meant to load, sorted.
+/// Returns the valid glTF files below a folder, sorted.
 std::vector<std::filesystem::path> scenes_under(const std::filesystem::path& folder);
-/// The scene's tables with all coverage 1. flatten: see build_trace_tables.
+/// Returns the scene's tables with all coverage set to 1. `flatten` is that of build_trace_tables().
 TraceTables opaque_tables(const Scene& scene, std::size_t flatten);
 
-/// Scenes of one material; each function returns an index or a scene of one mesh and one instance.
+/// Adds a mesh to a scene; returns its index. The functions below return scenes of one material, mesh and instance.
 int add_mesh(Scene& scene, const std::vector<vec3>& positions, const std::vector<uvec3>& triangles);
 void add_instance(Scene& scene, int mesh, const dmat4& object_to_world = dmat4(1));
 Scene of_one_mesh(const std::vector<vec3>& positions, const std::vector<uvec3>& triangles);
-/// Closed, n x 2n quads, poles included: every edge has two triangles.
+/// Returns a closed sphere of n x 2n quads, poles included; every edge has two triangles.
 Scene sphere(unsigned n, const vec3& centre, float radius);
-/// n x n quads over [-1, 1]^2 in x and z.
+/// Returns n x n quads over [-1, 1]^2 in x and z.
 Scene height_field(unsigned n, float height);
-/// Triangles with centres in [-1, 1]^3 and corners within size * stretch of them.
+/// Returns triangles with centres in [-1, 1]^3 and corners within size * stretch of them.
 Scene soup(unsigned count, float size, const vec3& stretch, std::uint32_t seed);
-/// 60 instances of a sphere, turned, scaled and moved in all ways, over an instance of a height field.
+/// Returns 60 instances of a sphere with various transforms, above an instance of a height field.
 Scene instanced_spheres();
-/// Squares over [0, 1]^2, one above the other, each of its own share of coverage.
+/// Returns stacked squares over [0, 1]^2, each with its own coverage.
 Scene veils(int count);
 
-/// Rays that look through the scene from all sides: from points in and around its bounds, to points in it.
+/// Returns rays through the scene from all sides: from points in and around its bounds, to points in them.
 std::vector<Ray> rays_through(const Bounds& bounds, std::size_t count, std::uint32_t seed);
-/// 64 x 64 pixels in tiles of 8 x 8, row by row; jitter: where in its pixel a ray is, [0, 1]^2.
+/// Returns the rays of 64 x 64 pixels in tiles of 8 x 8, row by row. `jitter` is the position in the pixel, [0, 1]^2.
 std::vector<Ray> camera_rays(const vec3& from, const vec3& to, const vec2& jitter = vec2(0.5f));
-/// From a point outside towards the centre of the bounds.
+/// Returns camera rays from a point outside towards the centre of the bounds.
 std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction);
-/// Rays of all sorts: rays_through(), two cameras, and 100 tiles of 64 rays each from about one point to about
-/// another one in the bounds, which may end there.
+/// Returns rays of all kinds: rays_through(), two cameras, and 100 tiles. The 64 rays of a tile go from near one point
+/// of the bounds to near another, where they may end.
 std::vector<Ray> mixed_rays(const Bounds& bounds, std::size_t count, std::uint32_t seed = 1);
-/// Tiles of 64 rays or fewer through [-1, 1]^3 that are alike in some way, or not at all: one ray, the same one many
-/// times, opposite directions, one origin, zero components, t_max 0 or infinite, dead rays, directions and origins of
-/// all magnitudes.
+/// Returns tiles of at most 64 rays through [-1, 1]^3. They cover a single ray, equal rays, opposite directions, a
+/// common origin, zero components, t_max 0 or infinite, dead rays, and directions and origins of all magnitudes.
 std::vector<std::vector<Ray>> degenerate_tiles();
 
-/// Some of the paths 0 to count - 1, most in order, many of them backwards, none twice. count: at least 6000.
+/// Returns some of the paths 0 to count - 1, most in order, many of them reversed, without duplicates. Precondition:
+/// count >= 6000.
 std::vector<std::uint32_t> uneven_list(std::uint32_t count);
 
 }  // namespace halflight::test

@@ -1,4 +1,4 @@
-// The z-test harness itself: it accepts what is the same but for noise, and nothing else.
+// Tests the z-test itself: it accepts pictures that differ by noise only, and refuses all others.
 #include "tests/support/image_tests.h"
 
 #include <gtest/gtest.h>
@@ -17,7 +17,7 @@ struct Noisy {
     operator Estimate() const { return {mean, variance, kSamples}; }
 };
 
-/// Uniform noise about a gradient times `scale`; the left eighth is black and has no noise.
+/// Returns uniform noise around a gradient times `scale`; the left eighth is black and has no noise.
 Noisy make(unsigned seed, double scale = 1) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<double> uniform(0, 2);
@@ -57,7 +57,7 @@ TEST(ImageTests, RefusesSmallBias) {
     EXPECT_NEAR(compare_means(a, b).relative_difference, 0.02, 3 * compare_means(a, b).relative_error);
     const ::testing::AssertionResult result = agree("image-tests-bias", a, b, {.block = 16});
     ASSERT_FALSE(result);
-    // The message names files that are there.
+    // The files named in the message exist.
     const std::string message = result.message();
     const std::size_t end = message.find("-image.ppm"), start = message.rfind(' ', end) + 1;
     const std::string base = message.substr(start, end - start);
@@ -67,10 +67,10 @@ TEST(ImageTests, RefusesSmallBias) {
     }
 }
 
-TEST(ImageTests, RefusesOneWrongPixelAndWhatIsNotANumber) {
+TEST(ImageTests, RefusesOneWrongPixelAndNaN) {
     const Noisy a = make(1), b = make(2);
     Noisy wrong = a;
-    wrong.mean.at(0, 0)[1] = 0.1f;  // where there is no noise
+    wrong.mean.at(0, 0)[1] = 0.1f;  // has no noise
     EXPECT_EQ(compare_means(wrong, b).different, 1u);
     wrong = a;
     wrong.mean.at(20, 20)[0] += 100 * std::sqrt(a.variance.at(20, 20)[0] / kSamples);
@@ -94,7 +94,7 @@ TEST(ImageTests, ComparesWithExactImages) {
     EXPECT_LT(compare_means(make(3, 1.05), Exact{gradient}).p_value, 1e-4);
 }
 
-TEST(ImageTests, ChiSquareTailIsThatOfTables) {
+TEST(ImageTests, ChiSquareTailAgreesWithTables) {
     EXPECT_NEAR(chi_square_tail(18.307, 10), 0.05, 1e-3);  // Abramowitz, Stegun, table 26.8
     EXPECT_NEAR(chi_square_tail(135.807, 100), 0.01, 1e-3);
 }

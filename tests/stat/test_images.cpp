@@ -1,4 +1,5 @@
-// Pictures of the engine against the oracle's: scenes/ and small scenes that hold what those do not.
+// Tests pictures of the engine against those of the oracle: the scenes of scenes/, and small scenes with other
+// features.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -23,15 +24,17 @@ struct Trial {
     std::string name;
     Camera camera;
     int width = 64, height = 48;
-    int samples = 256;         // per pixel, of the engine
-    int oracle_samples = 256;  // per pixel
+    int samples = 256;         // samples per pixel of the engine
+    int oracle_samples = 256;  // samples per pixel of the oracle
     int bounces = 8;
-    // Single pixels against the variance of their samples; components in blocks, against the scatter of the batches.
+    // Single pixels are tested against the variance of their samples, blocks of components against the scatter of
+    // batches.
     Agreement beauty = {.above_3 = 0.01, .relative_difference = 0.005};
     Agreement component = {.p_value = 1e-5, .relative_difference = 0.01};
 };
 
-/// $HALFLIGHT_IMAGE_EFFORT times as many samples: errors shrink by its root, and what they hide shows.
+/// Returns the factor on sample counts, $HALFLIGHT_IMAGE_EFFORT. Errors shrink by its root, so that smaller differences
+/// show.
 int effort() {
     const char* value = std::getenv("HALFLIGHT_IMAGE_EFFORT");
     return value ? std::max(std::atoi(value), 1) : 1;
@@ -39,21 +42,21 @@ int effort() {
 
 constexpr int kBatches = 16;
 constexpr int kBlock = 8;
-constexpr int kGroupBlock = 16;  // pixels of different ones share no paths
+constexpr int kGroupBlock = 16;  // pixels; blocks share no paths
 constexpr const char* kComponents[] = {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse",
                                        "indirect_glossy"};
 
 class ImageTest : public GpuTest {
   protected:
-    /// Beauty and every component of both, from kBatches batches each; indirect light once more with path reuse.
-    /// Without, noise is of the oracle's kind, and independent from pixel to pixel: what rare light leaves of the tests
-    /// of single pixels is alike on both sides.
+    /// Compares beauty and every component of both, from kBatches batches each, and indirect light with path reuse,
+    /// too. Without reuse, noise is like the oracle's and independent from pixel to pixel. Rare light then affects the
+    /// tests of single pixels equally on both sides.
     void expect_agreement(const Scene& scene, Trial trial) {
         trial.samples *= effort();
         trial.oracle_samples *= effort();
         std::array<Batches, 6> ours, oracle;
-        std::array<Batches, 2> reused, oracle_indirect;  // diffuse, glossy
-        Batches our_variance, oracle_variance;           // of one sample
+        std::array<Batches, 2> reused, oracle_indirect;  // by component: diffuse, glossy
+        Batches our_variance, oracle_variance;           // variance of one sample
         std::uint64_t bad_values = 0;
         for (int b = 0; b < kBatches; ++b) {
             RenderSettings settings =
@@ -105,8 +108,8 @@ class ImageTest : public GpuTest {
         report(agree(trial.name + "-beauty", {ours[5].mean(), our_variance.mean(), static_cast<double>(trial.samples)},
                      {oracle[5].mean(), oracle_variance.mean(), static_cast<double>(trial.oracle_samples)},
                      trial.beauty));
-        // Both weigh the same two ways of sampling; how they pick among lights, and where roulette begins, is their
-        // own.
+        // Both weigh the same two sampling techniques. They differ in the selection of lights and in the start of
+        // roulette.
         std::vector<double> ratios;
         for (std::size_t i = 0; i < our_variance.mean().pixels.size(); ++i) {
             const double mine = our_variance.mean().pixels[i], other = oracle_variance.mean().pixels[i];
@@ -116,7 +119,7 @@ class ImageTest : public GpuTest {
         EXPECT_LT(median(ratios), 1.5);
     }
 
-    /// Prints the numbers, also where all is well: they are what reports quote.
+    /// Prints the numbers also for passed tests, because reports quote them.
     static void report(const ::testing::AssertionResult& result) {
         if (result) std::printf("  %s\n", result.message());
         EXPECT_TRUE(result);

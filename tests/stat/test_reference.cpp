@@ -1,4 +1,4 @@
-// The oracle's paths: closed furnaces, components, determinism, transforms, precision.
+// Tests the oracle's path tracing: closed furnaces, components, determinism, transforms, precision.
 #include "engine/reference/reference.h"
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ namespace {
 
 using namespace test;
 
-/// Within four standard errors, and known well enough: a 95 % interval narrower than +- `precision`.
+/// Expects a mean within four standard errors, and a 95 % interval narrower than +- `precision`.
 void expect_mean(const ReferenceResult& result, double expected, double precision, const std::string& what) {
     for (int c = 0; c < 3; ++c) {
         const MeanRadiance mean = mean_radiance(result, c);
@@ -89,7 +89,7 @@ TEST(Reference, WhiteFurnaceIsOneForEveryMaterial) {
 }
 
 TEST(Reference, DentedWhiteBoxStaysWhite) {
-    // Concave: light meets it many times, and the sky in the end.
+    // The shape is concave: light is reflected many times before it reaches the sky.
     Scene scene;
     scene.environment.color = vec3(1);
     const int white = add_material(scene, diffuse_material(vec3(1)));
@@ -132,7 +132,7 @@ TEST(Reference, ComponentsSumToBeauty) {
     EXPECT_GT(direct_glossy, 0);
     EXPECT_GT(indirect_glossy, 0);
 
-    // One bounce holds the direct components and nothing else, and shows the metal in no diffuse one.
+    // One bounce has the direct components only, and the metal in no diffuse component.
     const ReferenceResult one = render_oracle(scene, scene.cameras[0], 32, 16, 1);
     for (const float value : one.components.indirect_diffuse.pixels) EXPECT_EQ(value, 0);
     for (std::size_t i = 0; i < r.aovs.instance.size(); ++i) {
@@ -170,7 +170,7 @@ TEST(Reference, DoesNotDependOnThreadsAndSplitsIntoRanges) {
     EXPECT_NE(second.beauty.pixels, render_reference(prepared, settings).beauty.pixels);
 }
 
-/// Applies a matrix to the object and takes it back in the mesh.
+/// Applies a matrix to the instance and its inverse to the mesh.
 Scene with_baked_transform(Scene scene, const dmat4& transform) {
     const dmat4 inverse = glm::inverse(transform);
     const dmat3 normals = transpose(dmat3(transform));
@@ -185,7 +185,7 @@ Scene with_baked_transform(Scene scene, const dmat4& transform) {
     return scene;
 }
 
-/// A Cornell box whose tall block is a bumpy metal.
+/// Returns a Cornell box whose tall block is a bumpy metal.
 Scene bumpy_box() {
     Material bumpy = metal_material({0.9f, 0.8f, 0.6f}, 0.4f);
     bumpy.normal_texture.image = 0;
@@ -197,20 +197,21 @@ Scene bumpy_box() {
                              128, 90, 240, 255, 150, 150, 230, 255}});
     Mesh& block = scene.meshes.back();
     for (std::size_t i = 0; i < block.normals.size(); i += 4) {
-        const vec3 t = normalize(block.positions[i + 1] - block.positions[i]);  // along u; v is along -cross(n, t)
+        // t is along u, and v is along -cross(n, t)
+        const vec3 t = normalize(block.positions[i + 1] - block.positions[i]);
         block.tangents.insert(block.tangents.end(), 4, vec4(t, 1));
     }
     return scene;
 }
 
-TEST(Reference, TransformsOfInstancesAndMeshesAreTheSame) {
+TEST(Reference, TransformsOfInstancesAndMeshesAreEqual) {
     const Scene scene = bumpy_box();
     const ReferenceResult plain = render_oracle(scene, scene.cameras[0], 32, 64, 4);
     const dmat4 mirror(dvec4(-1, 0, 0, 0), dvec4(0, 1, 0, 0), dvec4(0, 0, 1, 0), dvec4(0.3, 0, 0, 1));
     const dmat4 stretch(dvec4(3, 0, 0, 0), dvec4(0.5, 0.2, 0, 0), dvec4(0, 0, -7, 0), dvec4(0, 5, 0, 1));
     for (const auto& [name, transform] : {std::pair{"reference-mirrored", mirror}, {"reference-stretched", stretch}}) {
         Scene moved = with_baked_transform(scene, transform);
-        if (transform == stretch) {  // not orthogonal: tangent frames are not kept by baking, so leave the bumps out
+        if (transform == stretch) {  // not orthogonal: baking changes tangent frames, so the bumps are removed
             for (Mesh& mesh : moved.meshes) mesh.tangents.clear();
         }
         Scene flat = scene;
@@ -220,7 +221,7 @@ TEST(Reference, TransformsOfInstancesAndMeshesAreTheSame) {
         const ReferenceResult result = render_oracle(moved, scene.cameras[0], 32, 64, 4, 2);
         EXPECT_TRUE(agree(name, {result.beauty, result.variance, 64}, {expected.beauty, expected.variance, 64},
                           {.block = 8, .relative_difference = 0}));
-        // With the same seed the paths are the same, but for rounding.
+        // With equal seeds the paths are equal except for rounding.
         const ReferenceResult twin = render_oracle(moved, scene.cameras[0], 32, 64, 4, 1);
         EXPECT_NEAR(mean_radiance(twin).value, mean_radiance(expected).value, 1e-3 * mean_radiance(expected).value);
         int same_normals = 0;
@@ -259,7 +260,7 @@ TEST(Reference, FarFromTheOriginLooksLikeTheOrigin) {
     }
 }
 
-TEST(Reference, DistantCamerasSeeSharp) {
+TEST(Reference, DistantCamerasArePrecise) {
     const Scene scene = cornell_box();
     const dvec3 from(1.1e5 + 0.3, 2.3e5 + 0.7, 1e6 + 0.1);
     const Camera camera = look_at_camera(from, {0, 0, 0}, {0, 1, 0}, 1.2e-6);
@@ -267,7 +268,7 @@ TEST(Reference, DistantCamerasSeeSharp) {
     const dmat4 world_to_camera = glm::inverse(camera.camera_to_world);
     const ReferenceScene prepared(scene);
     for (int y = 0; y < 8; ++y) {
-        for (int x = 0; x < 8; ++x) {  // what is met lies on the ray through the pixel's centre, in pixels
+        for (int x = 0; x < 8; ++x) {  // the hit is on the ray through the pixel's centre, in pixels
             const dvec3 ray((2 * (x + 0.5) / 8 - 1) * std::tan(0.6e-6), (1 - 2 * (y + 0.5) / 8) * std::tan(0.6e-6), -1);
             const auto hit = prepared.closest_hit({from, dmat3(camera.camera_to_world) * ray});
             ASSERT_TRUE(hit);
@@ -284,9 +285,8 @@ TEST(Reference, DistantCamerasSeeSharp) {
     }
 }
 
-TEST(Reference, RaysThatLeaveASurfaceDoNotMeetIt) {
-    // Quads of all sizes, down to slivers, at all distances from the origin; directions down to a millionth of a
-    // radian.
+TEST(Reference, RaysLeavingASurfaceDoNotHitIt) {
+    // Quads of all sizes, down to slivers, at all distances from the origin; angles down to a millionth of a radian.
     reference::Random random(5);
     const auto anywhere = [&] {
         const double x = random.uniform(), y = random.uniform();
@@ -301,13 +301,14 @@ TEST(Reference, RaysThatLeaveASurfaceDoNotMeetIt) {
         Scene scene;
         const int material = add_material(scene, diffuse_material(vec3(1)));
         add_quad(scene, material, vec3(p), vec3(u), vec3(v));
-        add_quad(scene, material, vec3(p + 10 * distance), {0.1f, 0, 0}, {0, 0.1f, 0});  // moves the centre away
+        // shifts the centre of the scene
+        add_quad(scene, material, vec3(p + 10 * distance), {0.1f, 0, 0}, {0, 0.1f, 0});
         const reference::Tracer tracer(scene);
         for (int j = 0; j < 1000; ++j) {
             const reference::TriangleId id{0, j % 2};
             const auto corners = tracer.corners(id);
             const dvec3 area = cross(corners[1] - corners[0], corners[2] - corners[0]);
-            if (!(length(area) > 0)) continue;  // rounded away: nothing meets it
+            if (!(length(area) > 0)) continue;  // rounded to no area: nothing hits it
             const dvec3 n = random.uniform() < 0.5 ? normalize(area) : -normalize(area);
             const double root = std::sqrt(random.uniform()), split = random.uniform();
             const ReferenceHit point{0, root * (1 - split), root * split, id.instance, id.triangle};
@@ -324,7 +325,7 @@ TEST(Reference, RaysThatLeaveASurfaceDoNotMeetIt) {
     EXPECT_EQ(met, 0);
 }
 
-TEST(Reference, AlphaAndUnlitShowThrough) {
+TEST(Reference, AlphaAndUnlitAreApplied) {
     Scene scene;
     scene.environment.color = vec3(3);
     Material paint;
@@ -342,7 +343,7 @@ TEST(Reference, AlphaAndUnlitShowThrough) {
     EXPECT_NEAR(*result.alpha.at(3, 4), 0.5, 0.2);
 
     scene.materials[0].alpha_mode = AlphaMode::mask;
-    EXPECT_EQ(mean_radiance(render_oracle(scene, camera, 4, 4, 4)).value, 0.25);  // 0.5 >= 0.5: there
+    EXPECT_EQ(mean_radiance(render_oracle(scene, camera, 4, 4, 4)).value, 0.25);  // 0.5 >= 0.5: opaque
     scene.materials[0].alpha_cutoff = 0.51f;
     EXPECT_EQ(mean_radiance(render_oracle(scene, camera, 4, 4, 4)).value, 3);
     scene.materials[0].alpha_mode = AlphaMode::opaque;
@@ -368,7 +369,7 @@ TEST(Reference, OutputsOfThePixelCentre) {
     EXPECT_EQ(r.aovs.instance[0], 0);
     EXPECT_EQ(r.aovs.triangle[0], 1);
 
-    camera.near_plane = 4.5;  // clips the wall away
+    camera.near_plane = 4.5;  // clips the wall
     EXPECT_EQ(*render_oracle(scene, camera, 4, 1, 0).alpha.at(0, 0), 0);
     camera.near_plane = 0;
     camera.far_plane = 3.5;
@@ -381,7 +382,7 @@ TEST(Reference, HitsAreDecidedByTheLowerTriangleAndByTheCaller) {
     Material veil = diffuse_material(vec3(1));
     veil.alpha_mode = AlphaMode::blend;
     veil.base_color.a = 0.5f;
-    for (int i = 0; i < 5; ++i) add_quad(scene, plain, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});  // all at one place
+    for (int i = 0; i < 5; ++i) add_quad(scene, plain, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});  // all at the same place
     add_quad(scene, add_material(scene, veil), {-1, -1, 1}, {2, 0, 0}, {0, 2, 0});
     const ReferenceScene prepared(scene);
     const ReferenceRay ray{{0.25, 0.125, 5}, {0, 0, -2}, 0, 100};
@@ -402,7 +403,7 @@ TEST(Reference, HitsAreDecidedByTheLowerTriangleAndByTheCaller) {
     EXPECT_NEAR(hits, 500, 4 * std::sqrt(250.0));
 }
 
-TEST(Reference, EmptyScenesAndWrongSettings) {
+TEST(Reference, EmptyScenesAndInvalidSettings) {
     const Scene empty;
     const ReferenceResult nothing = render_oracle(empty, Camera{}, 4, 2, 8);
     EXPECT_EQ(mean_radiance(nothing).value, 0);

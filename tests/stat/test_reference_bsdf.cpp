@@ -1,4 +1,4 @@
-// The oracle's material and its albedo tables, without any scene.
+// Tests the oracle's material and its albedo tables without a scene.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -24,7 +24,7 @@ struct Case {
     BsdfParameters parameters;
 };
 
-/// White ones of every kind: albedo 1 (SHADING.md, "White furnace").
+/// Returns white materials of every kind, which have albedo 1 (SHADING.md, "White furnace").
 std::vector<Case> white_materials() {
     std::vector<Case> cases;
     for (const double roughness : {0.0, 0.1, 0.5, 1.0}) {
@@ -60,7 +60,7 @@ TEST(ReferenceAlbedo, QuadratureAgreesWithMonteCarlo) {
                 b.add(value * schlick(dot(wo, h)));
             }
             const Albedo e = integrate_albedo(mu, alpha);
-            // What is almost always 1 or 0 has no normal error: allow it one sample in all.
+            // The error of values that are almost always 1 or 0 is not normal; the tolerance adds one sample.
             EXPECT_NEAR(e.one(), one.mean(), 4 * one.standard_error() + 3e-5) << mu << ' ' << alpha;
             EXPECT_NEAR(e.b, b.mean(), 4 * b.standard_error() + 3e-5) << mu << ' ' << alpha;
         }
@@ -85,10 +85,10 @@ TEST(ReferenceAlbedo, LimitsAreKnown) {
     EXPECT_DOUBLE_EQ(directional_albedo(0.3, 0).one(), 1);
     EXPECT_DOUBLE_EQ(directional_albedo(0.3, 0).b, std::pow(0.7, 5));
     EXPECT_NEAR(integrate_albedo(0.5, 2 * kMirrorAlpha).one(), 1, 1e-5);
-    EXPECT_NEAR(integrate_albedo(0, 0.5).one(), 1, 1e-5);  // at grazing angles all that is visible is lit
+    EXPECT_NEAR(integrate_albedo(0, 0.5).one(), 1, 1e-5);  // at grazing angles all visible microfacets are lit
 }
 
-TEST(ReferenceBsdf, WhiteMaterialsLoseNothing) {
+TEST(ReferenceBsdf, WhiteMaterialsLoseNoEnergy) {
     Random random(3);
     for (const Case& c : white_materials()) {
         for (const double mu : {0.05, 0.4, 0.95}) {
@@ -123,7 +123,7 @@ TEST(ReferenceBsdf, ColouredMaterialsNeverGainEnergy) {
     }
 }
 
-/// Histogram of sampled directions of one component against the integral of the density that evaluate() gives.
+/// Compares a histogram of one component's sampled directions with the integral of evaluate()'s density.
 void test_sampling(const Bsdf& bsdf, Component component, Random& random, const std::string& name) {
     constexpr int kRows = 20, kColumns = 24, kSub = 12, kSamples = 100000;
     const auto pdf = [&](double z, double phi) {
@@ -177,7 +177,7 @@ TEST(ReferenceBsdf, SamplesFollowTheirDensity) {
         {"coated metal", {.roughness = 0, .clearcoat = 1, .clearcoat_roughness = 0.5}},
     };
     Random random(5);
-    // Normals that differ from each other and from the geometric one, so that the side rules cut into the lobes.
+    // The normals differ from each other and from the geometric one, so that the side rules cut into the lobes.
     const dvec3 n = normalize(dvec3(0.3, 0.1, 1)), n_k = normalize(dvec3(-0.1, 0.2, 1));
     for (const Case& c : cases) {
         for (const double mu : {0.2, 0.9}) {
@@ -190,13 +190,13 @@ TEST(ReferenceBsdf, SamplesFollowTheirDensity) {
     }
 }
 
-TEST(ReferenceBsdf, NothingWhereTheSidesOfNormalsDiffer) {
+TEST(ReferenceBsdf, BlackWhereTheSidesOfNormalsDiffer) {
     const dvec3 n = normalize(dvec3(1, 0, 1)), wo = normalize(dvec3(0.5, 0.2, 1));
     const BsdfParameters everything{
         .metallic = 0.3, .roughness = 0.7, .clearcoat = 1, .clearcoat_roughness = 0.5, .transmission = 0.5};
     const Bsdf bsdf(everything, wo, kUp, n, n);
     for (const dvec3& wi :
-         {normalize(dvec3(1, 0, -0.2)), normalize(dvec3(-1, 0, 0.2))}) {  // above one, below the other
+         {normalize(dvec3(1, 0, -0.2)), normalize(dvec3(-1, 0, 0.2))}) {  // above one normal and below the other
         const Bsdf::Value value = bsdf.evaluate(wi);
         EXPECT_EQ(value.diffuse, dvec3(0));
         EXPECT_EQ(value.glossy, dvec3(0));
@@ -204,7 +204,7 @@ TEST(ReferenceBsdf, NothingWhereTheSidesOfNormalsDiffer) {
     }
     EXPECT_GT(bsdf.evaluate(normalize(dvec3(1, 0, 0.2))).diffuse.x, 0);
     EXPECT_GT(bsdf.evaluate(normalize(dvec3(-1, 0, -0.2))).glossy.x, 0);
-    // The coat goes by its own normal.
+    // The coat uses its own normal.
     const Bsdf coat(everything, wo, kUp, n, kUp);
     EXPECT_GT(coat.evaluate(normalize(dvec3(-1, 0, 0.2))).glossy.x, 0);
     EXPECT_EQ(coat.evaluate(normalize(dvec3(-1, 0, 0.2))).diffuse.x, 0);

@@ -1,4 +1,4 @@
-// The oracle against a renderer that shares nothing with it: Blender's Cycles, where both are there.
+// Tests the oracle against Blender's Cycles, which shares no code with it; skipped where Blender is missing.
 #include <gtest/gtest.h>
 
 #include <fmt/format.h>
@@ -20,10 +20,10 @@ namespace {
 using namespace test;
 
 constexpr int kSize = 64;      // pixels
-constexpr int kSamples = 512;  // of either
+constexpr int kSamples = 512;  // per pixel, in both renderers
 constexpr int kBounces = 8;
 
-/// Renders with Cycles into `output`; false where that cannot be done here.
+/// Renders with Cycles into `output`; returns false where Blender is missing.
 bool render_with_cycles(const std::filesystem::path& scene, const std::filesystem::path& output) {
     const std::filesystem::path script = std::filesystem::path(HALFLIGHT_SHARED_DIR) / "peers/cycles_render.py";
     if (!std::filesystem::exists(script) || std::system("blender --version >/dev/null 2>&1") != 0) return false;
@@ -46,7 +46,7 @@ void compare(const std::string& name) {
     ASSERT_EQ(cycles.width, kSize);
     std::filesystem::remove(output);
 
-    // Cycles does not tell its variance; that of independent samples is at least what its sequence has.
+    // Cycles does not report its variance; the variance of independent samples is an upper bound.
     const Estimate ours{oracle.beauty, oracle.variance, kSamples}, theirs{cycles, oracle.variance, kSamples};
     const ZTest whole = compare_means(ours, theirs, 16);
     std::string report = describe(whole);
@@ -61,7 +61,8 @@ void compare(const std::string& name) {
                     const int px = x + i % 16, py = y + i / 16;
                     sum += cycles.at(px, py)[c];
                     difference += oracle.beauty.at(px, py)[c] - cycles.at(px, py)[c];
-                    variance += 3 * 2 * oracle.variance.at(px, py)[c] / kSamples;  // channels correlated, both sides
+                    // channels are correlated; both sides have noise
+                    variance += 3 * 2 * oracle.variance.at(px, py)[c] / kSamples;
                 }
             }
             greatest = std::max(greatest, std::abs(difference / sum));
@@ -79,7 +80,8 @@ TEST(ReferenceAgainstCycles, DiffuseCornellBox) {
     compare("cornell");
 }
 
-// In our model, which tools/cycles_materials.py makes of Cycles' nodes: as imported, some blocks are 4 % darker.
+// Uses our material model, built of Cycles nodes by tools/cycles_materials.py; the importer's materials are up to 4 %
+// darker.
 TEST(ReferenceAgainstCycles, MetalCornellBox) {
     compare("cornell-metal");
 }

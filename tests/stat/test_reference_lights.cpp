@@ -1,4 +1,4 @@
-// Direct light of every kind against closed forms, with the oracle.
+// Tests direct light of every kind in the oracle against closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,19 +18,19 @@ using namespace test;
 
 constexpr float kAlbedo = 0.6f;
 
-/// A large diffuse floor at y = 0, facing up.
+/// Returns a large diffuse floor at y = 0, facing up.
 Scene floor_scene() {
     Scene scene;
     add_quad(scene, add_material(scene, diffuse_material(vec3(kAlbedo))), {-50, 0, -50}, {0, 0, 100}, {100, 0, 0});
     return scene;
 }
 
-/// Sees (almost) nothing but the origin of the floor, from the side.
+/// Returns a camera that sees a tiny area around the origin of the floor, from the side.
 Camera at_origin() {
     return look_at_camera({3, 2, 1}, {0, 0, 0}, {0, 1, 0}, 1e-5);
 }
 
-/// Within four standard errors, which are below a thousandth of it.
+/// Expects a radiance within four standard errors; the standard error must be below a thousandth.
 void expect_radiance(const ReferenceResult& result, double expected, int channel = 0) {
     const MeanRadiance mean = mean_radiance(result, channel);
     EXPECT_NEAR(mean.value, expected, 4 * mean.error + 1e-5 * expected);
@@ -42,13 +42,13 @@ TEST(ReferenceLights, SquareLightHasItsFormFactor) {
     Scene scene = floor_scene();
     const int light = add_material(scene, light_material({5, 2, 1}));
     add_quad(scene, light, {-0.7f, 1.5f, -0.7f}, {1.4f, 0, 0}, {0, 0, 1.4f});
-    // From a point to a parallel rectangle with a corner above it (Howell, Menguc, Radiation configuration factors,
-    // B-3), four times.
+    // Factor from a point to a parallel rectangle with a corner above it (Howell, Menguc, Radiation configuration
+    // factors, B-3), four times.
     const double x = 0.7 / 1.5, root = std::sqrt(1 + x * x);
     const double form_factor = 4 * 2 * x / root * std::atan(x / root) / (2 * kPi);
     expect_radiance(render_oracle(scene, at_origin(), 16, 1024, 1), kAlbedo * 5 * form_factor);
 
-    // The light as twelve instances of one small quad, some mirrored: the same light.
+    // Twelve instances of a small quad, some mirrored, form the same light.
     Scene instanced = floor_scene();
     add_quad(instanced, add_material(instanced, light_material({5, 2, 1})), {0, 0, 0}, {1, 0, 0}, {0, 0, 1});
     const Instance part = instanced.instances.back();
@@ -80,13 +80,13 @@ TEST(ReferenceLights, PointSpotAndDirectionalAreExact) {
     const double fade = (cosine - std::cos(0.9f)) / (std::cos(0.3f) - std::cos(0.9f));
     expect_radiance(render_oracle(scene, at_origin(), 4, 4, 1), kAlbedo / kPi * 20 * cosine / distance2 * fade * fade,
                     1);
-    scene.lights[0].outer_cone = 0.5f;  // and outside of this cone
+    scene.lights[0].outer_cone = 0.5f;  // and outside this cone
     EXPECT_EQ(mean_radiance(render_oracle(scene, at_origin(), 4, 4, 1)).value, 0);
 
     scene.lights[0].type = LightType::directional;
     scene.lights[0].direction = normalize(vec3(-1, -2, 1));
     expect_radiance(render_oracle(scene, at_origin(), 4, 4, 1), kAlbedo / kPi * 10 * cosine);
-    EXPECT_EQ(mean_radiance(render_oracle(scene, at_origin(), 4, 4, 0)).value, 0);  // B = 0: emission only
+    EXPECT_EQ(mean_radiance(render_oracle(scene, at_origin(), 4, 4, 0)).value, 0);  // no bounces: emission only
 }
 
 TEST(ReferenceLights, ShadowsOfPunctualLightsAreHard) {
@@ -98,11 +98,11 @@ TEST(ReferenceLights, ShadowsOfPunctualLightsAreHard) {
     const ReferenceResult result =
         render_oracle(scene, look_at_camera({0, 0.9, 0}, {0, 0, 0}, {0, 0, 1}, 0.9), 16, 8, 1);
     EXPECT_EQ(*result.beauty.at(8, 8), 0);    // in the shadow, |x| < 0.2
-    EXPECT_GT(*result.beauty.at(0, 8), 0.1);  // out of it
+    EXPECT_GT(*result.beauty.at(0, 8), 0.1);  // outside the shadow
 }
 
-TEST(ReferenceLights, EmissionTextureIsSampledAsItIsSeen) {
-    // Half of the light is black. Its other half alone must give the same.
+TEST(ReferenceLights, EmissionTextureIsSampledAsItIsHit) {
+    // Half of the light is black. The other half alone must give the same result.
     Scene scene = floor_scene();
     Material glow = light_material(vec3(4));
     glow.emission_texture.image = 0;
@@ -137,7 +137,7 @@ TEST(ReferenceLights, BlendedLightsAndBlockersCountByAlpha) {
     EXPECT_NEAR(veiled.value, 0.5 * full, 4 * veiled.error + 0.003 * full);
 }
 
-/// A map of values in [0.1, 1.1], unlike in every direction, with one very bright texel.
+/// Returns a map with values in [0.1, 1.1] that differ in every direction, and one very bright texel.
 Environment test_environment() {
     Environment environment;
     environment.color = {1, 0.5f, 2};
@@ -161,7 +161,7 @@ double integrate_sphere(const std::function<double(const dvec3&)>& f) {
     return sum * 4 * kPi / (kRows * kColumns);
 }
 
-TEST(ReferenceLights, EnvironmentDensityIsThatOfItsSamples) {
+TEST(ReferenceLights, EnvironmentDensityIsItsSamplesDensity) {
     const Environment environment = test_environment();
     const reference::EnvironmentLight light(environment);
     EXPECT_NEAR(integrate_sphere([&](const dvec3& d) { return light.pdf(d); }), 1, 2e-3);
@@ -169,7 +169,7 @@ TEST(ReferenceLights, EnvironmentDensityIsThatOfItsSamples) {
                     integrate_sphere([&](const dvec3& d) { return light.radiance(d).z; }),
                 0.25, 0.1);
 
-    // Importance sampling gives the integral of the radiance, and of any function of the direction.
+    // Importance sampling gives the integral of the radiance and of any function of the direction.
     reference::Random random(3);
     RunningMoments radiance, x;
     for (int i = 0; i < 200000; ++i) {
@@ -186,7 +186,7 @@ TEST(ReferenceLights, EnvironmentDensityIsThatOfItsSamples) {
     EXPECT_LT(std::sqrt(radiance.variance()), 0.8 * exact);
 }
 
-TEST(ReferenceLights, EnvironmentLiesAsDocumented) {
+TEST(ReferenceLights, EnvironmentOrientationIsAsDocumented) {
     Scene scene;
     scene.environment = test_environment();
     for (const auto& [x, y] : {std::pair{5, 3}, std::pair{0, 11}, std::pair{17, 6}}) {
@@ -199,7 +199,7 @@ TEST(ReferenceLights, EnvironmentLiesAsDocumented) {
     }
 }
 
-TEST(ReferenceLights, FloorUnderEnvironmentGathersTheUpperHalf) {
+TEST(ReferenceLights, FloorUnderEnvironmentReceivesTheUpperHalf) {
     Scene scene = floor_scene();
     scene.environment = test_environment();
     const reference::EnvironmentLight light(scene.environment);
@@ -209,7 +209,7 @@ TEST(ReferenceLights, FloorUnderEnvironmentGathersTheUpperHalf) {
 }
 
 TEST(ReferenceLights, AllStrategiesAgree) {
-    // A glossy and a coated diffuse plate under an area light, a blended one and a map; two bounces.
+    // A glossy and a coated diffuse plate under an area light, a blended light and a map; two bounces.
     Scene scene = floor_scene();
     scene.environment = test_environment();
     Material coated = diffuse_material({0.7f, 0.4f, 0.2f});
@@ -242,7 +242,7 @@ TEST(ReferenceLights, AllStrategiesAgree) {
             agree(strategy == ReferenceStrategy::lights_only ? "reference-lights-only" : "reference-surfaces-only",
                   {alone.beauty, alone.variance, 1024}, {mis.beauty, mis.variance, 1024},
                   {.block = 4, .relative_difference = 0}));
-        EXPECT_GT(mean_radiance(alone).error, mean_radiance(mis).error);  // or MIS would not be worth its name
+        EXPECT_GT(mean_radiance(alone).error, mean_radiance(mis).error);  // otherwise MIS would be useless
     }
 }
 

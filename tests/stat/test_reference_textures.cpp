@@ -1,4 +1,4 @@
-// The oracle's texture lookups, and that every texture of a material reaches what it is for.
+// Tests the oracle's texture lookups, and the effect of every texture of a material.
 #include "engine/reference/texture.h"
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace halflight::reference {
 namespace {
 
-/// 4 x 2 texels; R = 10 column + 100 row, all below 255.
+/// Returns an image of 4 x 2 texels with R = 10 column + 100 row, all below 255.
 Scene ramp() {
     Scene scene;
     TextureImage image{"ramp", 4, 2, {}};
@@ -30,7 +30,7 @@ TEST(ReferenceTextures, BilinearAboutTexelCentres) {
     const Scene scene = ramp();
     TextureRef ref;
     ref.image = 0;
-    EXPECT_NEAR(red(scene, ref, 1.5 / 4, 0.25), 10, 1e-12);  // a texel's centre
+    EXPECT_NEAR(red(scene, ref, 1.5 / 4, 0.25), 10, 1e-12);  // centre of a texel
     EXPECT_NEAR(red(scene, ref, 2.0 / 4, 0.25), 15, 1e-12);
     EXPECT_NEAR(red(scene, ref, 1.75 / 4, 0.5), 62.5, 1e-12);
     ref.nearest = true;
@@ -69,7 +69,7 @@ TEST(ReferenceTextures, TransformsAndDecodes) {
     EXPECT_NEAR(decoded.a, 0.8, 1e-12);
 }
 
-/// What a ray straight down finds on a textured quad in the plane z = 0.
+/// Returns the surface that a vertical ray hits on a textured quad in the plane z = 0.
 Surface surface_of(const Material& material, std::uint8_t r, std::uint8_t g, std::uint8_t b, std::uint8_t a) {
     Scene scene;
     scene.images.push_back({"flat", 1, 1, {r, g, b, a}});
@@ -80,7 +80,7 @@ Surface surface_of(const Material& material, std::uint8_t r, std::uint8_t g, std
     return make_surface(tracer, hit.value(), {0, 0, 1});
 }
 
-TEST(ReferenceTextures, ReachTheirParameters) {
+TEST(ReferenceTextures, AffectTheirParameters) {
     TextureRef texture;
     texture.image = 0;
     const double srgb_half = std::pow((128 / 255.0 + 0.055) / 1.055, 2.4);
@@ -121,7 +121,7 @@ TEST(ReferenceTextures, NormalMapsTiltTheirOwnNormal) {
     s = surface_of(m, 204, 51, 230, 255);
     EXPECT_NEAR(length(s.n_k - normalize(texel)), 0, 1e-7);
     EXPECT_EQ(s.n, dvec3(0, 0, 1));
-    // A map that points below the horizon is bent back to where the ray came from.
+    // A normal below the horizon is bent towards the viewer.
     std::swap(m.normal_texture, m.clearcoat_normal_texture);
     s = surface_of(m, 255, 128, 0, 255);
     EXPECT_GT(s.n.z, 0);

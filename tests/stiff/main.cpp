@@ -47,7 +47,7 @@ void print_json(int skipped) {
     fmt::print("{}\n", nlohmann::ordered_json{{"cases", list}, {"tests_skipped", skipped}}.dump(2));
 }
 
-/// What fails besides the cases, on stderr.
+/// Prints failures other than those of cases to stderr.
 class Failures : public testing::EmptyTestEventListener {
     void OnTestPartResult(const testing::TestPartResult& result) override {
         if (result.failed()) fmt::print(stderr, "{}\n", result.message());

@@ -1,4 +1,4 @@
-// A million samples: what sums and means lose, and what never gets into them.
+// Tests a million samples: precision of sums and means, and bad values.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,7 +14,7 @@
 namespace halflight::test {
 namespace {
 
-/// The accumulating pass alone, fed with emission by hand.
+/// The accumulating pass alone, fed with synthetic emission.
 class Accumulation : public StiffTest {
   protected:
     static constexpr std::size_t kSignals = 8;
@@ -47,14 +47,15 @@ class Accumulation : public StiffTest {
 };
 
 TEST_F(Accumulation, AMillionSamples) {
-    // Half of the signals are constant, half have a tail so heavy that their variance is infinite (Pareto, index 1.1).
+    // Half of the signals are constant. The other half has a tail so heavy that the variance is infinite (Pareto, index
+    // 1.1).
     const auto value = [](std::size_t signal, int sample) {
         if (signal < kSignals / 2) return 0.1f + static_cast<float>(signal);
         const std::uint32_t bits =
             shared::hash_u32(static_cast<std::uint32_t>(sample) * kSignals + std::uint32_t(signal));
         return static_cast<float>(std::pow((bits + 0.5) * 0x1p-32, -1 / 1.1));
     };
-    // In the middle the CPU adds in the GPU's stead; that this is the same is what the stretches before and after show.
+    // The CPU adds the samples in the middle instead of the GPU; the stretches before and after show that both agree.
     const auto on_gpu = [](int sample) { return sample < 1500 || sample >= kSamples - 1500; };
     std::vector<double> sums(kSignals, 0), squares(kSignals, 0);
     std::vector<long double> exact(kSignals, 0);
@@ -117,7 +118,7 @@ TEST_F(Accumulation, AMillionSamples) {
     expect("10^6 samples: error of the pixel", off, 0x1p-24 + 1.2e-10, "of the mean", "the pixel is a float");
 }
 
-TEST_F(Accumulation, NothingBadGetsIn) {
+TEST_F(Accumulation, BadValuesAreKeptOut) {
     const float nan = std::numeric_limits<float>::quiet_NaN();
     const float values[] = {nan, -nan, kInfinity, -kInfinity, -1e-38f, -1, -3e38f, 3e38f, 1};
     std::vector<vec3> emission;

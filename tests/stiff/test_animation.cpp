@@ -1,4 +1,4 @@
-// Animations: jumps, times beyond all keys, frames of a microsecond, cuts.
+// Tests animations: jumps, times outside all keys, frames of a microsecond, cuts.
 #include <cmath>
 #include <limits>
 
@@ -14,7 +14,7 @@ constexpr std::size_t kFirst[] = {0};
 
 class Animations : public StiffTest {
   protected:
-    /// A lit triangle and a camera in front of it; node 0 is the triangle's, node 1 the camera's.
+    /// Returns a lit triangle and a camera in front of it; node 0 belongs to the triangle, node 1 to the camera.
     static GltfBuilder lit_triangle() {
         GltfBuilder b;
         b.add_triangle()["material"] = b.push("materials", {{"emissiveFactor", {0.2, 0.3, 0.4}}});
@@ -103,7 +103,7 @@ TEST_F(Animations, FramesOfAMicrosecond) {
            0, "m", "exact: times are compared in double");
 }
 
-TEST_F(Animations, CutsLeaveNothing) {
+TEST_F(Animations, CutsLeaveNoTrace) {
     GltfScene scene = open(moved(1, "STEP", {0, 0.5f}, {0, 0, 3, 0.7f, 0.2f, 1.5f}));
     const FrameRate rate;
     const Scene rest = scene.at(0, kFirst);

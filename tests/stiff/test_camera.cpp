@@ -1,4 +1,4 @@
-// Cameras and picture sizes at their limits, in scenes that are the same radiance everywhere.
+// Tests cameras and picture sizes at their limits, in scenes of constant radiance.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@ namespace {
 
 class View : public StiffTest {
   protected:
-    /// A closed room of emission 1 that the sky outside, of 10^6, must not get into.
+    /// Returns a closed room of emission 1; the sky outside, of 10^6, must not leak in.
     static Scene room() {
         Material glowing = diffuse_material(vec3(0.5f));
         glowing.emission = vec3(1);
@@ -23,7 +23,7 @@ class View : public StiffTest {
     static constexpr const char* kInside = "exact: every ray within the room ends on its walls";
 };
 
-TEST_F(View, PlacesOfTheCamera) {
+TEST_F(View, PositionsOfTheCamera) {
     const auto seen = [&](const dvec3& from, const dvec3& to, double fov) {
         return pixels_other_than(emission(room(), look_at_camera(from, to, {0, 1, 0}, fov), 64, 64).beauty, 1);
     };
@@ -33,7 +33,7 @@ TEST_F(View, PlacesOfTheCamera) {
            "pixels", kInside);
     expect("camera 10^-5 m from a wall, looking at it", seen({-1 + 1e-5, 0.1, 0.2}, {-2, 0.1, 0.2}, 1), 0, "pixels",
            kInside);
-    // Walls before the near plane are not seen.
+    // The near plane clips the walls.
     const Camera close = look_at_camera({-100 + 1e-4, 10, 20}, {-200, 10, 20}, {0, 1, 0}, 1);
     expect("camera 10^-4 m from a wall of a room of 200 m, looking at it",
            pixels_other_than(emission(scaled(room(), 100), close, 64, 64).beauty, 1), 0, "pixels", kInside);
@@ -53,7 +53,7 @@ TEST_F(View, PlacesOfTheCamera) {
 
 TEST_F(View, FieldsOfView) {
     for (const double degrees : {0.001, 179.0}) {
-        // Left of the middle a wall of 1, right of it one of 3, on columns' edges.
+        // A wall of radiance 1 is left of the middle and one of 3 right of it; the border is between two columns.
         Scene scene;
         const float size = degrees < 1 ? 1.0f : 1e4f;
         add_quad(scene, add_material(scene, light_material(vec3(1))), {-size, -size, -1}, {size, 0, 0},
@@ -99,7 +99,7 @@ TEST_F(View, Orthographic) {
         whole.cameras = {camera};
         whole = scaled(whole, scale);
         RenderSettings settings = small_settings(whole.cameras[0], 32, 32, 16, 0);
-        // Rasterizers snap corners to 1/256 pixel, so that a ray that passes a corner closer than that may miss it.
+        // Rasterizers snap corners to 1/256 pixel, so a ray that passes a corner closer than that may miss it.
         settings.primary = PrimaryVisibility::traced;
         const RenderResult seen = picture(whole, settings);
         double covered = 0;

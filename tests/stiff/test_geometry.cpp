@@ -1,4 +1,4 @@
-// Meshes that are hard to trace: slivers, duplicates, T-junctions, thin walls. Nothing leaks.
+// Tests meshes that are difficult to trace: slivers, duplicates, T-junctions, thin walls. Nothing may leak.
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -14,8 +14,8 @@ namespace {
 
 class Geometry : public StiffTest {
   protected:
-    /// From points within a tenth of `radius` around the origin: half of the directions are random, a quarter each
-    /// leads through vertices and through the middles of edges of the first mesh, as well as floats can tell.
+    /// Returns rays from points within a tenth of `radius` around the origin. Half of the directions are random. A
+    /// quarter each leads through vertices and through midpoints of edges of the first mesh, to float precision.
     static std::vector<Ray> rays_within(const Scene& scene, float radius, std::size_t count, std::uint32_t seed) {
         const Mesh& mesh = scene.meshes[0];
         std::mt19937 random(seed);
@@ -46,7 +46,7 @@ class Geometry : public StiffTest {
 };
 
 TEST_F(Geometry, ClosedMeshesAreWatertight) {
-    // 10^7 rays in all.
+    // 10^7 rays in total.
     constexpr std::size_t kRays = 1 << 20;
     std::size_t rays = 0, leaks = 0;
     for (const unsigned rings : {8u, 64u, 256u}) {
@@ -70,7 +70,7 @@ TEST_F(Geometry, ClosedMeshesAreWatertight) {
 }
 
 TEST_F(Geometry, Slivers) {
-    // A closed box with a belt around it of slivers of 2 x 2.4e-7, which meet at their ends.
+    // A closed box has a belt of slivers of 2 x 2.4e-7, which meet at their ends.
     Scene scene;
     Material glowing = diffuse_material(vec3(0.5f));
     glowing.emission = vec3(1);
@@ -95,12 +95,12 @@ TEST_F(Geometry, Slivers) {
                 mean_of(render_oracle(scene, camera_in_box(), 32, 64, 4)), exact);
 }
 
-/// A strip of 64 bands, each of two needles of 6 x 3 * 2^-k, about the origin. All corners are floats exactly, and in
-/// one plane, though none of its directions is along an axis.
+/// A strip of 64 bands of two needles of 6 x 3 * 2^-k each, around the origin. All corners are exact floats in one
+/// plane, but no direction is parallel to an axis.
 struct NeedleStrip {
     static constexpr int kBands = 64;
-    vec3 along{1, 2, 2}, across{2, 1, -2}, up{2, -2, 1};  // of length 3 each
-    float step;                                           // of the bands, in lengths of `across`
+    vec3 along{1, 2, 2}, across{2, 1, -2}, up{2, -2, 1};  // length 3 each
+    float step;                                           // distance of the bands, in lengths of `across`
 
     explicit NeedleStrip(int k) : step(std::ldexp(1.0f, -k)) {}
     double aspect() const { return 6 / (3.0 * step); }
@@ -108,7 +108,7 @@ struct NeedleStrip {
     vec3 corner(float end, int band) const {
         return end * along + step * static_cast<float>(band - kBands / 2) * across;
     }
-    /// One mesh, so that nothing is subtracted from its corners.
+    /// Adds one mesh, so that no origin is subtracted from its corners.
     void add_to(Scene& scene, int material) const {
         Mesh mesh;
         for (int band = 0; band <= kBands; ++band)
@@ -124,7 +124,7 @@ struct NeedleStrip {
     }
 };
 
-TEST_F(Geometry, NeedlesThatReceiveLight) {
+TEST_F(Geometry, NeedlesAsReceivers) {
     for (const int k : {9, 13, 17, 22}) {
         const NeedleStrip strip(k);
         Scene scene;
@@ -140,7 +140,7 @@ TEST_F(Geometry, NeedlesThatReceiveLight) {
     }
 }
 
-TEST_F(Geometry, NeedlesThatShine) {
+TEST_F(Geometry, NeedlesAsLights) {
     for (const int k : {9, 13, 17, 22}) {
         const NeedleStrip strip(k);
         Scene scene;
@@ -205,8 +205,8 @@ TEST_F(Geometry, TrianglesWithoutArea) {
 }
 
 TEST_F(Geometry, JunctionsAndSharedEdges) {
-    // Four rooms around one edge, of which three sheets are shared by two rooms each, and one wall is cut where its
-    // neighbours are not. The sky shines on all of them.
+    // Four rooms meet at one edge. Three sheets are shared by two rooms each, and one wall has a vertex where its
+    // neighbours have none. The sky shines on all outsides.
     Scene scene;
     const int grey = add_material(scene, diffuse_material(vec3(0.5f)));
     const vec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
@@ -232,7 +232,7 @@ TEST_F(Geometry, JunctionsAndSharedEdges) {
 TEST_F(Geometry, ThinWalls) {
     struct View {
         const char* name;
-        dvec3 from, to;  // within the dark room
+        dvec3 from, to;  // inside the dark room
         double fov;
     };
     const View views[] = {

@@ -1,4 +1,4 @@
-// Lights of all sizes, brightnesses and places against closed formulas.
+// Tests lights of all sizes, intensities and positions against closed forms.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -14,13 +14,13 @@ constexpr float kAlbedo = 0.5f;
 
 class Light : public StiffTest {
   protected:
-    /// A floor of 2 x 2 at y = 0.
+    /// Returns a floor of 2 x 2 at y = 0.
     static Scene floor() {
         Scene scene;
         add_quad(scene, add_material(scene, diffuse_material(vec3(kAlbedo))), {-1, 0, -1}, {0, 0, 2}, {2, 0, 0});
         return scene;
     }
-    /// Both engines on a spot of the floor, lit once.
+    /// Compares the engine and the oracle with the direct light on a spot of the floor.
     void expect_spot(const std::string& name, const Scene& scene, const dvec3& at, double size, double irradiance) {
         const Camera camera = spot_camera(at, {0.3, 0.5, 0.6}, size);
         const double exact = kAlbedo / kPi * irradiance;
@@ -37,7 +37,7 @@ class Light : public StiffTest {
         return static_cast<int>(scene.lights.size()) - 1;
     }
     static double brightest(const Image& image) { return *std::max_element(image.pixels.begin(), image.pixels.end()); }
-    /// Radiance that a map gives, as engine/scene/scene.h says.
+    /// Returns the radiance of a map by the definition in engine/scene/scene.h.
     static double looked_up(const Image& map, double u, double v) {
         const double x = u * map.width - 0.5, y = v * map.height - 0.5;
         const double i = std::floor(x), j = std::floor(y);
@@ -52,7 +52,7 @@ class Light : public StiffTest {
 };
 
 TEST_F(Light, DarkBesideBright) {
-    // Two closed rooms; the eye is in the dim one, and the other takes nearly all choices of a light.
+    // There are two closed rooms. The camera is in the dim one, and lights of the other one get nearly all selections.
     Scene scene;
     for (const float emission : {1e8f, 1.0f}) {
         Material glowing = diffuse_material(vec3(kAlbedo));
@@ -73,7 +73,7 @@ TEST_F(Light, DarkBesideBright) {
 }
 
 TEST_F(Light, ManyOfAllKinds) {
-    // Each of them sends as much, but for spots that the place is not in.
+    // All lights contribute equally, except for spots that do not shine at this place.
     constexpr double kEach = 0.01;
     Scene scene = floor();
     double exact = 0;
@@ -104,7 +104,7 @@ TEST_F(Light, ManyOfAllKinds) {
     }
     expect_spot("64 squares, bulbs and spots", scene, dvec3(0), 0.01, exact);
 
-    // One that is dim beside its 40 neighbours behind a wall, which take nearly all of what power gives.
+    // The lamp is dim beside its 40 neighbours behind a wall, which get nearly all selections by power.
     Scene rooms = closed_box(diffuse_material(vec3(kAlbedo)));
     add_box(rooms, 0, {3, -1, -1}, {5, 1, 1});
     add_lamp(rooms, LightType::point, {0, 0, 0}, 1);
@@ -177,13 +177,13 @@ TEST_F(Light, InThePlaneOfTheReceiver) {
     expect("floor beside a light of 10^6 in its plane", brightest(rgb(picture(scene, camera, 32, 16, 4).beauty)), 0,
            "radiance", "exact: edge-on it covers no solid angle");
 
-    // Tilted, so that coordinates round.
+    // The scene is rotated, so that coordinates are rounded.
     for (Instance& i : scene.instances)
         i.object_to_world = dmat4(dvec4(0.8, 0.6, 0, 0), dvec4(-0.48, 0.64, 0.6, 0), dvec4(0.36, -0.48, 0.8, 0),
                                   dvec4(0.1, 0.2, 0.3, 1));
     const dmat4& m = scene.instances[0].object_to_world;
     const Camera tilted = spot_camera(dvec3(m * dvec4(0.5, 0, 0, 1)), dvec3(m[1]), 0.6);
-    const double e = 0x1p-21;  // eight roundings of coordinates of 1
+    const double e = 0x1p-21;  // eight roundings of coordinates of about 1
     expect("the same, tilted", brightest(rgb(picture(scene, tilted, 32, 16, 1).beauty)), kAlbedo / kPi * 1e6 * e * 8,
            "radiance",
            "planes may differ by 2^-21 of the distance: so much of the light's solid angle, below pi, faces");

@@ -1,4 +1,4 @@
-// Units and places: a scene does not care how long a metre is, or where its origin lies.
+// Tests that pictures depend neither on the unit of length nor on the place of the origin.
 #include <cmath>
 
 #include "tests/stiff/stiff.h"
@@ -8,7 +8,7 @@ namespace {
 
 class Scale : public StiffTest {
   protected:
-    /// Area light, lamp, diffuse and glossy surfaces, a turned and a tilted block.
+    /// Returns a room with an area light, a lamp, diffuse and glossy surfaces, and a rotated and a tilted block.
     static Scene room() {
         Scene scene = cornell_box(metal_material({0.9f, 0.7f, 0.4f}, 0.3f));
         PunctualLight& lamp = scene.lights.emplace_back();
@@ -16,7 +16,8 @@ class Scale : public StiffTest {
         lamp.intensity = vec3(0.5f);
         return scene;
     }
-    /// All coordinates are multiples of 1/16 and stay so where the vertices are moved by a whole number below 2^20.
+    /// Returns a box whose coordinates are multiples of 1/16, and remain so when vertices move by an integer below
+    /// 2^20.
     static Scene exact_box(float by) {
         Scene scene;
         const int white = add_material(scene, diffuse_material(vec3(0.5f)));
@@ -77,7 +78,7 @@ TEST_F(Scale, Translations) {
 }
 
 TEST_F(Scale, DetailBesideExtents) {
-    // A cube of 1 mm on a floor, under a sun, and hills at 10^7 m.
+    // A cube of 1 mm is on a floor, under a sun, with hills at 10^7 m.
     const auto at = [this](float floor, float hills, const dvec3& where) {
         Scene scene;
         const int white = add_material(scene, diffuse_material(vec3(0.5f)));
@@ -95,7 +96,7 @@ TEST_F(Scale, DetailBesideExtents) {
         sun.intensity = vec3(3);
         scene.cameras = {
             look_at_camera(where + dvec3(0.001, 0.004, 0.005), where + dvec3(0.0003, 0, 0), {0, 1, 0}, 0.7)};
-        scene.cameras[0].near_plane = 1e-4;  // where the camera says nothing, the nearest is 2^-20 of what can be seen
+        scene.cameras[0].near_plane = 1e-4;  // the automatic near plane would be 2^-20 of the visible depth
         return picture(scene, small_settings(scene.cameras[0], 48, 48, 16, 1)).beauty;
     };
     const Image alone = at(1, 0, dvec3(0));

@@ -1,4 +1,5 @@
-// Slow series and white furnaces: closed rooms against the sum of their bounces, white surfaces under a white sky.
+// Tests slowly converging series and white furnaces: closed rooms against the sum of their bounces, white surfaces
+// under a white sky.
 #include <algorithm>
 #include <cmath>
 
@@ -9,10 +10,10 @@ namespace {
 
 class Series : public StiffTest {
   protected:
-    static constexpr int kPatch = 8;  // pixels a side
+    static constexpr int kPatch = 8;  // pixels per side
     static constexpr float kRoughnesses[] = {0, 1e-4f, 1e-2f, 0.1f, 1};
 
-    /// Bounces 0 to b of a closed room of emission 1.
+    /// Returns the sum of bounces 0 to b in a closed room of emission 1.
     static double truncated(double albedo, int bounces) {
         return albedo == 1 ? bounces + 1 : (1 - std::pow(albedo, bounces + 1)) / (1 - albedo);
     }
@@ -73,8 +74,8 @@ TEST_F(Series, ClosedRooms) {
 
 TEST_F(Series, WhiteFurnace) {
     for (const double elevation : {kPi / 2, std::asin(0.05)}) {
-        // A row for each family, all in one plane under a sky of 1, so that no patch sees another. Seen from its
-        // elevation, each is a square.
+        // There is a row of patches per family, all in one plane under a sky of 1, so that no patch sees another. From
+        // its elevation each patch looks square.
         Scene scene;
         scene.environment.color = vec3(1);
         const auto length = static_cast<float>(1 / std::sin(elevation));
