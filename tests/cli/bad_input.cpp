@@ -18,7 +18,7 @@ const std::map<Fate, std::string> kFates = {{Fate::loaded, "loaded"}, {Fate::ref
                                             {Fate::untidy, "UNTIDY"}, {Fate::crashed, "CRASHED"},
                                             {Fate::hung, "HUNG"},     {Fate::greedy, "GREEDY"}};
 
-/// The table, and the picture that is written over and over.
+/// Owns the table of cases, and the picture that is overwritten by each case.
 class Records : public testing::Environment {
   public:
     void add(const std::string& name, const Verdict& verdict, const Outcome& outcome) {
@@ -47,7 +47,7 @@ Records& records() {
     return instance;
 }
 
-Records& at_start = records();  // gtest wants it before the first test
+Records& at_start = records();  // gtest requires it before the first test
 
 void limit() {
     const auto set = [](int resource, rlim_t value) {
@@ -56,10 +56,10 @@ void limit() {
     };
     set(RLIMIT_CPU, static_cast<rlim_t>(kMaxCpuSeconds));
     set(RLIMIT_CORE, 0);
-#ifndef HALFLIGHT_SANITIZED         // whose shadow takes terabytes of addresses
-    set(RLIMIT_AS, 8 * kMaxBytes);  // what the program reserves and never touches counts here, too
+#ifndef HALFLIGHT_SANITIZED         // shadow memory takes terabytes of addresses
+    set(RLIMIT_AS, 8 * kMaxBytes);  // also counts address space that the program reserves without using it
 #endif
-    alarm(120);  // waits for ever without using the CPU; a busy machine needs less
+    alarm(120);  // ends a process that waits forever without using the CPU; a busy machine needs less
 }
 
 Fate fate_of(const Outcome& outcome) {
@@ -71,7 +71,7 @@ Fate fate_of(const Outcome& outcome) {
 #ifndef HALFLIGHT_SANITIZED
     if (outcome.peak_bytes > kMaxBytes) return Fate::greedy;
 #endif
-    if (outcome.err.starts_with("halflight: memory:")) return Fate::greedy;  // the limit on addresses ended it
+    if (outcome.err.starts_with("halflight: memory:")) return Fate::greedy;  // ended by the limit on address space
     if (outcome.status == 0) return Fate::loaded;
     return one_line ? Fate::refused : Fate::untidy;
 }
@@ -90,7 +90,7 @@ Verdict judge(const std::string& name, const std::vector<std::string>& arguments
     RunOptions options;
     options.in_child = limit;
     const Outcome outcome = run_program(arguments, options);
-    if (outcome.status == 127) throw std::runtime_error("the program cannot be run");  // as process.cpp has it
+    if (outcome.status == 127) throw std::runtime_error("the program cannot be run");  // set by process.cpp
     Verdict verdict{fate_of(outcome), outcome.err};
     while (verdict.line.ends_with('\n')) verdict.line.pop_back();
     records().add(name, verdict, outcome);

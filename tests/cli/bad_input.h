@@ -1,4 +1,4 @@
-// Bad input, each in a process of its own with limits: it loads, or is refused in one line; nothing else is right.
+// Bad input, each case in its own process with limits: it must load, or be refused in one line.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,39 +10,40 @@
 
 namespace halflight::test {
 
-inline constexpr double kMaxCpuSeconds = 10;                    ///< more is a hang
+inline constexpr double kMaxCpuSeconds = 10;                    ///< more counts as a hang
 inline constexpr std::size_t kMaxBytes = std::size_t{1} << 30;  ///< resident; more is a failure
 
 enum class Fate {
     loaded,   // exit status 0
     refused,  // exit status 1 or 2, one line on stderr
-    untidy,   // refused otherwise: several lines, or none
+    untidy,   // refused, but with several lines or none
     crashed,
     hung,
-    greedy,  // more memory than kMaxBytes
+    greedy,  // used more memory than kMaxBytes
 };
 
 struct Verdict {
     Fate fate = Fate::loaded;
-    std::string line;  // what stderr said
+    std::string line;  // message on stderr
 };
 
-/// Runs the program under the limits. Each case becomes a row of the table that is printed at the end where the
-/// environment variable HALFLIGHT_BAD_INPUT_TABLE is set.
+/// Runs the program under the limits. Where the environment variable HALFLIGHT_BAD_INPUT_TABLE is set, a table with a
+/// row per case is printed at the end.
 Verdict judge(const std::string& name, const std::vector<std::string>& arguments);
 
-/// For messages of gtest.
+/// Prints a fate in messages of gtest.
 std::ostream& operator<<(std::ostream& out, Fate fate);
 
-/// The command lines that take a scene, an environment or a colour config into a picture of 4 x 4 pixels.
+/// Returns the command line that renders 4 x 4 pixels with a scene, an environment or a colour config.
 std::vector<std::string> with_scene(const std::string& scene);
 std::vector<std::string> with_environment(const std::string& map);
 std::vector<std::string> with_config(const std::string& config);
 
-/// Lengths to cut a file of `size` bytes to: within magic numbers and first fields, spread over the rest, one short.
+/// Returns lengths at which a file of `size` bytes is truncated: inside magic numbers and first fields, spread over the
+/// rest, and one byte short.
 std::vector<std::size_t> prefix_lengths(std::size_t size);
 
-/// Expectations; `words` must all be in the line: the file, the element, what is wrong.
+/// Expects a refusal whose message contains all of `words`: the file, the element, and the fault.
 void expect_refused(const std::string& name, const std::vector<std::string>& arguments,
                     const std::vector<std::string>& words);
 void expect_loaded(const std::string& name, const std::vector<std::string>& arguments);

@@ -1,4 +1,4 @@
-// The program that renders a small room, for tests of what it writes and says.
+// Fixture that renders a small room with the program, for tests of its files and messages.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -16,7 +16,7 @@ using Strings = std::vector<std::string>;
 
 class Output : public testing::Test {
   protected:
-    /// Renders the room, 32 x 32 pixels and one sample unless told otherwise, and expects success.
+    /// Renders the room and expects success; 32 x 32 pixels and one sample unless `more` says otherwise.
     Outcome render(Strings more, const RunOptions& options = {}) {
         Strings arguments = {"render", scene};
         const auto add = [&](const char* option, const char* value) {

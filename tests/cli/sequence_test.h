@@ -1,4 +1,4 @@
-// What tests of sequences share: frames of a small animated scene, in folders.
+// Fixture for sequences: frames of a small animated scene, in folders.
 #pragma once
 
 #include <fmt/format.h>
@@ -20,7 +20,7 @@ using Strings = std::vector<std::string>;
 
 class Sequence : public testing::Test {
   protected:
-    /// Frames of 16 x 16 pixels and two samples into folder/into/f.####.exr unless told otherwise.
+    /// Renders frames to folder/into/f.####.exr, 16 x 16 pixels and two samples unless `more` says otherwise.
     Outcome run(const std::string& into, const std::string& frames, const Strings& more = {},
                 const RunOptions& options = {}) {
         fs::create_directory(folder / into);
@@ -56,7 +56,7 @@ class Sequence : public testing::Test {
                 return false;
         return true;
     }
-    /// The last line of stderr.
+    /// Returns the last line of stderr.
     static std::string last_line(const Outcome& outcome) {
         const std::string text = outcome.err.substr(0, outcome.err.find_last_not_of('\n') + 1);
         return text.substr(text.find_last_of('\n') + 1);

@@ -1,4 +1,4 @@
-// What the program says no to: exit status, one clear line, and nothing left behind.
+// Tests refusals of the program: exit status, one clear line, and no files left behind.
 #include <gtest/gtest.h>
 #include <sys/mount.h>
 #include <sys/resource.h>
@@ -27,7 +27,7 @@ class Refusal : public testing::Test {
                                                                                                << outcome.err;
         EXPECT_EQ(folder.entries(), before) << command << " left something behind";
     }
-    /// The same for a render of the room to out.exr, kept short in case that it is not refused.
+    /// Expects the same of a render of the room to out.exr, which is short in case it is not refused.
     void expect_render(std::vector<std::string> more, int status, const std::string& message,
                        const RunOptions& options = {}) {
         std::vector<std::string> arguments = {"render", scene, folder / "out.exr", "--width", "8", "--height", "8"};
@@ -39,7 +39,7 @@ class Refusal : public testing::Test {
     std::string scene = copy_room(folder.path);
 };
 
-TEST_F(Refusal, CommandsThatMakeNoSense) {
+TEST_F(Refusal, InvalidCommands) {
     const std::string exr = folder / "out.exr", png = folder / "out.png";
     expect({}, 2, "command: is missing; see halflight --help");
     expect({"frobnicate"}, 2, "frobnicate: is not expected; .*");
@@ -108,14 +108,14 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--aov", "albedo,smell"}, 2, "--aov: there is no 'smell', only all, .*albedo.*");
 }
 
-TEST_F(Refusal, WhatTheSceneDoesNotHave) {
+TEST_F(Refusal, MissingSceneElements) {
     expect_render({"--camera", "rear"}, 1, ".*: no camera 'rear': it has 0 'front', 1 'above'");
     expect_render({"--camera", "2"}, 1, ".*: no camera '2': it has 0 'front', 1 'above'");
     expect_render({"--look-from", "0,0,0", "--look-at", "0,0,0"}, 1, ".*");
     expect_render({"--look-from", "0,5,0", "--look-at", "0,0,0", "--up", "0,1,0"}, 1, ".*");
 }
 
-TEST_F(Refusal, FilesThatCannotBeRead) {
+TEST_F(Refusal, UnreadableFiles) {
     const std::string out = folder / "out.exr";
     expect({"render", folder / "none.glb", out}, 1, ".*none.glb: cannot read: No such file or directory");
     expect({"render", folder.path, out}, 1, ".*: cannot read: Is a directory");
@@ -133,7 +133,7 @@ TEST_F(Refusal, FilesThatCannotBeRead) {
     expect({"info", folder / "none\n.glb"}, 1, ".*none[ ?].glb: cannot read: .*");
 }
 
-TEST_F(Refusal, ColourThatIsNotThere) {
+TEST_F(Refusal, UnknownColourNames) {
     const std::string png = folder / "out.png";
     expect_render({"--ocio", folder / "none.ocio"}, 1, ".*none.ocio.*");
     write_text(folder / "bad.ocio", "ocio_profile_version: 2\nroles: [\n");
@@ -159,7 +159,7 @@ TEST_F(Refusal, FilesThatWouldBeOverwritten) {
     EXPECT_EQ(read_text(scene), before);
 }
 
-TEST_F(Refusal, FilesThatCannotBeWritten) {
+TEST_F(Refusal, UnwritableFiles) {
     expect({"render", scene, folder / "none" / "out.exr"}, 1, ".*out.exr: cannot write: No such file or directory");
     std::filesystem::create_directory(folder / "dir.exr");
     expect({"render", scene, folder / "dir.exr"}, 1, ".*dir.exr: cannot write: Is a directory");
@@ -169,8 +169,8 @@ TEST_F(Refusal, FilesThatCannotBeWritten) {
     expect({"render", scene, folder / "file" / "out.exr"}, 1, ".*out.exr: cannot write: Not a directory");
 }
 
-TEST_F(Refusal, FolderThatCannotBeWritten) {
-    // Permissions do not hold root back; /sys holds everybody back.
+TEST_F(Refusal, UnwritableFolder) {
+    // Permissions do not stop root, but /sys does.
     std::filesystem::path unwritable = "/sys";
     if (geteuid() != 0) {
         unwritable = folder / "locked";
@@ -183,7 +183,7 @@ TEST_F(Refusal, FolderThatCannotBeWritten) {
            ".*out.exr: cannot write: (Permission denied|Operation not permitted|Read-only file system)");
 }
 
-TEST_F(Refusal, StandardOutputThatIsFull) {
+TEST_F(Refusal, FullStandardOutput) {
     expect({"info", scene}, 1, "standard output: cannot write", {.stdout_path = "/dev/full"});
 }
 
@@ -192,7 +192,7 @@ TEST_F(Refusal, NoDevice) {
     expect_render({}, 1, ".*", {.environment = {"__EGL_VENDOR_LIBRARY_DIRS=" + folder.path.string()}});
 }
 
-/// All layers of 64 x 64 pixels of noise need more bytes than this, zipped or not.
+/// All layers of 64 x 64 noisy pixels need more bytes than this, compressed or not.
 constexpr int kTooFewBytes = 8192;
 
 TEST_F(Refusal, LimitOfFileSize) {
@@ -200,7 +200,7 @@ TEST_F(Refusal, LimitOfFileSize) {
         const rlimit size{kTooFewBytes, kTooFewBytes};
         setrlimit(RLIMIT_FSIZE, &size);
     };
-    // The driver's shader cache must not run into the limit.
+    // The driver's shader cache must not reach the limit.
     expect({"render", scene, folder / "out.exr", "--width", "64", "--height", "64", "--samples", "1", "--aov", "all",
             "--quiet"},
            1, ".*out.exr: .*File too large", {.environment = {"MESA_SHADER_CACHE_DISABLE=true"}, .in_child = limit});

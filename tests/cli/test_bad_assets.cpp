@@ -1,4 +1,5 @@
-// Bad files by others, in ../shared/assets/bad: what Khronos' glTF validator calls wrong, what crashed OpenEXR once.
+// Tests bad files of other projects in ../shared/assets/bad: invalid ones by Khronos' glTF validator, and former
+// crashers of OpenEXR.
 #include <fmt/format.h>
 
 #include <map>
@@ -15,7 +16,7 @@ using Json = nlohmann::json;
 
 const fs::path kBad = fs::path(HALFLIGHT_SHARED_DIR) / "assets/bad";
 
-/// Errors of the validator that a scene loads with all the same, and why that is right for who wants a picture.
+/// Errors of the validator with which a scene loads all the same, and the reason why that is right for rendering.
 const std::map<std::string, std::string> kTolerated = {
     {"ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND", "bounds are taken from the data"},
     {"ACCESSOR_ELEMENT_OUT_OF_MIN_BOUND", "bounds are taken from the data"},
@@ -55,7 +56,7 @@ const std::map<std::string, std::string> kTolerated = {
     {"UNSATISFIED_DEPENDENCY", "an offset into nothing is not followed"},
 };
 
-/// Those that are right only because no node shows what has them; shown, it is refused.
+/// Files that load only because no node instances the invalid part; instanced, they are refused.
 const std::set<std::string> kNotRead = {
     "ACCESSOR_INDEX_OOB",
     "ACCESSOR_JOINTS_INDEX_DUPLICATE",
@@ -90,7 +91,7 @@ class BadAssets : public testing::Test {
     }
 };
 
-/// A file of the validator's own tests, and the errors that its report tells.
+/// A file of the validator's own tests, and the errors in its report.
 struct Validated {
     std::string name;  // "mesh/valid.gltf"
     std::set<std::string> errors;
@@ -112,7 +113,7 @@ std::vector<Validated> validated() {
     return files;
 }
 
-TEST_F(BadAssets, AgreeWithTheValidatorOrWeSayWhyNot) {
+TEST_F(BadAssets, AgreeWithTheValidatorExceptForListedCases) {
     std::set<std::string> surprises;
     for (const auto& [name, errors] : validated()) {
         const Verdict verdict = judge("validator: " + name, with_scene(kBad / "gltf-validator" / name));
@@ -133,8 +134,8 @@ TEST_F(BadAssets, AgreeWithTheValidatorOrWeSayWhyNot) {
     for (const std::string& name : listed) EXPECT_TRUE(surprises.contains(name)) << "no longer: " << name;
 }
 
-/// Most of the validator's meshes are shown by no node. Shown, they are read.
-TEST_F(BadAssets, MeshesThatAreShownAreRead) {
+/// No node instances most of the validator's meshes. Instanced, they are read.
+TEST_F(BadAssets, InstancedMeshesAreRead) {
     const TemporaryFolder folder;
     for (const auto& [name, errors] : validated()) {
         if (!name.starts_with("mesh")) continue;
@@ -168,7 +169,7 @@ TEST_F(BadAssets, PointersAndUnsupportedScenes) {
     }
 }
 
-TEST_F(BadAssets, OpenExrsOwn) {
+TEST_F(BadAssets, FilesOfOpenExr) {
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(kBad / "exr"))
         if (entry.path().filename() != "COPYING.openexr-images") files.push_back(entry.path());

@@ -1,4 +1,4 @@
-// Files that scenes, --env and --ocio name: cut short, claiming too much, not files at all, out of bounds.
+// Tests bad files named by scenes, --env and --ocio: truncated, oversized, no regular files, out of bounds.
 #include <fmt/format.h>
 #include <sys/stat.h>
 
@@ -30,7 +30,7 @@ std::string png_chunk(const std::string& type, const std::string& data) {
     return big_endian(static_cast<std::uint32_t>(data.size())) + type + data + big_endian(~checksum);
 }
 
-/// Header of a PNG of 8-bit RGBA and `rest`.
+/// Returns the header of a PNG of 8-bit RGBA, followed by `rest`.
 std::string png_claiming(std::uint32_t width, std::uint32_t height, const std::string& rest = "") {
     return "\x89PNG\r\n\x1a\n" +
            png_chunk("IHDR", big_endian(width) + big_endian(height) + std::string("\x8\x6\0\0\0", 5)) + rest;
@@ -41,7 +41,7 @@ class BadFiles : public testing::Test {
     void write(const std::string& name, const std::string& bytes) const { write_text(folder_ / name, bytes); }
     std::string path(const std::string& name) const { return folder_ / name; }
 
-    /// A triangle with a texture from `image` and positions from `buffer`.
+    /// Returns a triangle with a texture from `image` and positions from `buffer`.
     std::string scene(const std::string& image, const std::string& buffer = "good.bin") const {
         write("good.bin", std::string(36, '\0'));
         const Json texture = {{"index", 0}};
@@ -90,7 +90,7 @@ std::string small_jpeg() {
     return encode_jpeg(32, {128, 128, 128});
 }
 
-/// The JPEG with other sides in its frame header.
+/// Returns the JPEG with other dimensions in its frame header.
 std::string jpeg_claiming(std::uint16_t side) {
     std::string bytes = small_jpeg();
     const auto frame = bytes.find("\xff\xc0");
@@ -101,7 +101,7 @@ std::string jpeg_claiming(std::uint16_t side) {
     return bytes;
 }
 
-TEST_F(BadFiles, ImagesCutShort) {
+TEST_F(BadFiles, TruncatedImages) {
     for (const std::string& whole : {small_png(), small_jpeg()}) {
         write("image", whole);
         expect_loaded("image: whole", with_scene(scene("image")));
@@ -111,7 +111,7 @@ TEST_F(BadFiles, ImagesCutShort) {
     }
 }
 
-TEST_F(BadFiles, ImagesThatClaimTooMuch) {
+TEST_F(BadFiles, OversizedImages) {
     image_refused("PNG of 0 x 0", png_claiming(0, 0));
     for (const std::uint32_t side : {16384u, 16385u, 65535u, 1u << 24, (1u << 31) - 1, ~0u})
         image_refused(fmt::format("PNG of {0} x {0} in {1} bytes", side, png_claiming(side, side).size()),
@@ -131,7 +131,7 @@ TEST_F(BadFiles, ImagesThatClaimTooMuch) {
     image_refused("Git LFS pointer", kPointer, {"Git LFS pointer"});
 }
 
-TEST_F(BadFiles, EnvironmentsCutShort) {
+TEST_F(BadFiles, TruncatedEnvironments) {
     for (const auto& entry : fs::directory_iterator(kSeeds / "environment")) {
         const std::string whole = read_text(entry.path());
         const std::string name = entry.path().filename();
@@ -141,7 +141,7 @@ TEST_F(BadFiles, EnvironmentsCutShort) {
     }
 }
 
-TEST_F(BadFiles, EnvironmentsThatClaimTooMuch) {
+TEST_F(BadFiles, OversizedEnvironments) {
     const std::string head = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n";
     for (const char* size : {"-Y 8192 +X 16384", "-Y 16384 +X 16384"})
         map_refused(fmt::format("{} in {} bytes", size, head.size() + 22), head + size + "\n\2\2\x40", {"truncated"});
@@ -165,7 +165,7 @@ TEST_F(BadFiles, EnvironmentsThatClaimTooMuch) {
         map_refused(fmt::format("OpenEXR up to {}", last), with_window(last, last));
 }
 
-TEST_F(BadFiles, ThatAreNone) {
+TEST_F(BadFiles, NoRegularFiles) {
     fs::create_directory(folder_ / "folder");
     ASSERT_EQ(mkfifo(path("pipe").c_str(), 0600), 0);
     fs::create_symlink("/dev/zero", folder_ / "zero");

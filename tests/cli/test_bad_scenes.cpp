@@ -1,4 +1,4 @@
-// Scenes that are wrong, or only look wrong: sizes, numbers, text, structure.
+// Tests scenes that are invalid, or only look so: sizes, numbers, text, structure.
 #include <cmath>
 #include <limits>
 
@@ -15,7 +15,7 @@ class BadScenes : public testing::Test {
     }
     void loaded(const std::string& name, const std::string& bytes) { expect_loaded("scene: " + name, command(bytes)); }
 
-    /// A triangle whose JSON has `value` at `pointer`.
+    /// Returns a triangle whose JSON has `value` at `pointer`.
     static std::string triangle_with(const char* pointer, const Json& value) {
         GltfBuilder b;
         b.add_triangle();
@@ -85,7 +85,7 @@ TEST_F(BadScenes, ClaimsOfAFewBytes) {
     refused("2^31 sparse values", kAsset + zeros + "3" + sparse, {"accessors[0].sparse"});
 }
 
-TEST_F(BadScenes, NumbersThatAreNone) {
+TEST_F(BadScenes, InvalidNumbers) {
     const float nan = std::nanf(""), inf = std::numeric_limits<float>::infinity(), big = 3e38f;
     for (const float x : {nan, inf, -inf, big}) {
         const std::string value = fmt::format("{}", x);
@@ -215,7 +215,7 @@ TEST_F(BadScenes, Text) {
     refused("extensions that are a number", kAsset + R"(, "extensionsUsed": 3})", {"extensionsUsed"});
 }
 
-TEST_F(BadScenes, CutShort) {
+TEST_F(BadScenes, Truncated) {
     GltfBuilder b;
     b.add_triangle();
     b.add_buffer();

@@ -1,5 +1,4 @@
-// halflight-bench and `halflight bench`: figures for every kind of ray and every method, and what they say when they
-// cannot.
+// Tests halflight-bench and `halflight bench`: figures for every kind of ray and every method, and errors.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -74,7 +73,7 @@ TEST(Bench, WritesTablesAndJson) {
     EXPECT_NE(kinds[0]["methods"]["packets"]["note"].get<std::string>().find("rtcIntersect"), std::string::npos);
 }
 
-TEST(Bench, TakesOnlyWhatIsAskedFor) {
+TEST(Bench, MeasuresOnlyRequestedCases) {
     const Outcome outcome = run_bench({"--scene", kCornell, "--size", "32x32", "--turns", "1", "--kinds", "ao,hard",
                                        "--methods", "plain", "--nodes", "float", "--robust", "--clock", "cpu"});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -108,7 +107,7 @@ TEST(Bench, WholeFrames) {
             }
         }
     }
-    // State is kept by one and not by the other.
+    // One of them keeps its state, the other does not.
     const auto lists_made = [&](std::size_t variant) -> int {
         const Json& chosen = frames["still"][variant]["chosen"];
         return std::ranges::find_if(chosen, [](const Json& b) { return b["batch"] == "shadow"; })->at("tiles_culled");
@@ -123,7 +122,7 @@ TEST(Bench, WholeFrames) {
     EXPECT_LT(errors[0]["seconds"]["off"], errors[4]["seconds"]["off"]);
 }
 
-TEST(Bench, LooksAtFilesBeforeItMeasures) {
+TEST(Bench, ChecksFilesBeforeMeasuring) {
     for (const std::vector<std::string>& wrong :
          {std::vector<std::string>{"--scene", kCornell, "missing.glb"},
           std::vector<std::string>{"--scene", kCornell, "--json", "/nowhere/figures.json"}}) {
@@ -134,7 +133,7 @@ TEST(Bench, LooksAtFilesBeforeItMeasures) {
     }
 }
 
-TEST(Bench, SaysWhatAnOptionWants) {
+TEST(Bench, ExplainsInvalidOptions) {
     const std::pair<std::vector<std::string>, std::string> cases[] = {
         {{"--clock", "sun"}, "--clock: wants one of wall, cpu, not 'sun'"},
         {{"--nodes", "x"}, "--nodes: wants one of auto, grid, float, not 'x'"},
@@ -151,7 +150,7 @@ TEST(Bench, SaysWhatAnOptionWants) {
 
 TEST(Bench, FailsWithOneLine) {
     struct Case {
-        int status;  // 2: a command line that makes no sense
+        int status;  // 2: an invalid command line
         std::vector<std::string> arguments;
     };
     for (const Case& wrong :

@@ -1,4 +1,4 @@
-// halflight compare: exit status, figures, what is missing, what is not finite, maps.
+// Tests `halflight compare`: exit status, figures, missing layers, non-finite values, maps.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -34,7 +34,7 @@ Image ids(std::uint32_t id) {
 
 class Compare : public testing::Test {
   protected:
-    /// Colour, depth and ids; `offset` is added to red.
+    /// Writes colour, depth and ids; `offset` is added to red.
     std::string exr(const std::string& name, float offset, const ExrAttributes& attributes = {}) {
         Image color = picture(3, 0.5f);
         for (std::size_t i = 0; i < color.pixels.size(); i += 3) color.pixels[i] += offset;
@@ -63,7 +63,7 @@ class Compare : public testing::Test {
         EXPECT_EQ(json["exit_status"], status);
         return json;
     }
-    /// Expects one line on stderr that holds `text`.
+    /// Expects one line on stderr that contains `text`.
     void expect_error(const Strings& arguments, int status, const std::string& text) {
         const Outcome outcome = compare(arguments, status);
         EXPECT_NE(outcome.err.find(text), std::string::npos) << outcome.err;
@@ -74,14 +74,14 @@ class Compare : public testing::Test {
     TemporaryFolder folder;
 };
 
-TEST_F(Compare, SamePicturesAreTheSame) {
+TEST_F(Compare, EqualPicturesAreEqual) {
     const std::string a = exr("a.exr", 0), b = exr("b.exr", 0);
     EXPECT_NE(compare({a, b}, 0).out.find("\nsame\n"), std::string::npos);
     EXPECT_EQ(figures({a, b}, 0)["layers"].size(), 4u);
     compare({png("a.png", 0.5f), png("b.png", 0.5f)}, 0);
 }
 
-TEST_F(Compare, FiguresAreThoseOfTheLibrary) {
+TEST_F(Compare, FiguresEqualThoseOfTheLibrary) {
     const std::string a = exr("a.exr", 0.25f), b = exr("b.exr", 0);
     const Json json = figures({a, b, "--metric", "mse,relmse,flip,max", "--ppd", "40"}, 2);
     const Json& rgb = json["layers"][0];
@@ -115,7 +115,7 @@ TEST_F(Compare, ThresholdsDecide) {
     expect_error(with({"--fail", "flip=0.1"}), 4, "flip: has a threshold");
 }
 
-TEST_F(Compare, ADifferenceTooSmallToSquareIsOne) {
+TEST_F(Compare, ADifferenceWhoseSquareUnderflowsCounts) {
     const auto tiny = [&](const char* name, float value) {
         Image image(kSide, kSide, 3);
         image.pixels[5] = value;
@@ -123,7 +123,7 @@ TEST_F(Compare, ADifferenceTooSmallToSquareIsOne) {
         return (folder / name).string();
     };
     compare({tiny("a.exr", 1e-30f), tiny("b.exr", 0)}, 2);
-    compare({folder / "a.exr", folder / "b.exr", "--fail", "0"}, 0);  // the mse is 0, as a float
+    compare({folder / "a.exr", folder / "b.exr", "--fail", "0"}, 0);  // the mse is 0 as a float
 }
 
 TEST_F(Compare, IdsAndMissingLayersFailWhateverTheThresholds) {
@@ -143,7 +143,7 @@ TEST_F(Compare, IdsAndMissingLayersFailWhateverTheThresholds) {
     expect_error({a, b, "--layer", "beauty"}, 4, "beauty: is a layer of neither picture");
 }
 
-// Their floats are ids in part: errors of them would tell nothing.
+// Some of their floats are ids, whose errors would be meaningless.
 TEST_F(Compare, CryptomattesAreIds) {
     const auto matte = [&](const char* name, std::uint32_t id) {
         Image image(kSide, kSide, 2);
@@ -162,7 +162,7 @@ TEST_F(Compare, CryptomattesAreIds) {
     EXPECT_NE(compare({a, other, "--fail", "9"}, 2).out.find("CryptoObject00.R: ids differ"), std::string::npos);
 }
 
-TEST_F(Compare, NonFinitePixelsAreCountedAndLeftOut) {
+TEST_F(Compare, NonFinitePixelsAreCountedAndExcluded) {
     const float nan = std::numeric_limits<float>::quiet_NaN(), inf = std::numeric_limits<float>::infinity();
     const auto with = [&](const char* name, float first, float second, float add) {
         Image image = picture(3, 0.5f + add);
@@ -173,7 +173,7 @@ TEST_F(Compare, NonFinitePixelsAreCountedAndLeftOut) {
     const std::string a = with("a.exr", nan, inf, 0.1f), b = with("b.exr", nan, inf, 0), c = with("c.exr", 0, inf, 0);
     const Json same = figures({a, b, "--fail", "9", "--map", folder / "map.exr"}, 0)["layers"][0];
     EXPECT_EQ(same["not_finite_pixels"], Json({2, 2}));
-    EXPECT_NEAR(same["metrics"]["mse"]["value"], 0.01, 1e-6);  // of the others
+    EXPECT_NEAR(same["metrics"]["mse"]["value"], 0.01, 1e-6);  // over the finite pixels
     const Json other = figures({b, c, "--fail", "9"}, 2)["layers"][0];
     EXPECT_EQ(other["not_finite_pixels"], Json({2, 1}));
     EXPECT_EQ(other["not_finite_alike"], false);
@@ -196,7 +196,7 @@ TEST_F(Compare, MapShowsWhere) {
     EXPECT_GT(light(1), 4 * light(15) + 0.1f);
 }
 
-TEST_F(Compare, WhatCannotBeComparedIsAnError) {
+TEST_F(Compare, IncompatiblePicturesAreAnError) {
     const std::string a = exr("a.exr", 0), b = png("b.png", 0.5f);
     write_exr(folder / "small.exr", {{{"R", "G", "B"}, Image(4, 4, 3)}}, {});
     ExrAttributes acescg;

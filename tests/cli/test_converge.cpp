@@ -1,4 +1,4 @@
-// `halflight converge` as a user runs it: reports, references that are kept, errors, Ctrl-C.
+// Tests `halflight converge` as a command: reports, kept references, errors, Ctrl-C.
 #include <gtest/gtest.h>
 #include <signal.h>
 
@@ -21,7 +21,7 @@ const std::string kCornell = HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb";
 
 class Converge : public testing::Test {
   protected:
-    /// Of the Cornell box, 32 x 32 pixels, by CPU time: the machine that tests may be shared.
+    /// Measures the Cornell box at 32 x 32 pixels by CPU time, because the machine may be shared.
     Outcome converge(const Strings& more, const RunOptions& options = {}) {
         Strings arguments = {"converge", kCornell, "-o",      out,   "--width", "32",
                              "--height", "32",     "--clock", "cpu", "--cache", folder / "cache"};
@@ -29,7 +29,7 @@ class Converge : public testing::Test {
         return run_program(arguments, options);
     }
     Json report() const { return Json::parse(read_text(out + "/report.json")); }
-    /// Exit status, one line on stderr that holds `message`, and nothing written.
+    /// Expects an exit status, one line on stderr that contains `message`, and no files.
     void expect_refusal(const Outcome& outcome, int status, const std::string& message) const {
         EXPECT_EQ(outcome.status, status) << outcome.err;
         EXPECT_EQ(outcome.err.find('\n'), outcome.err.size() - 1) << outcome.err;
@@ -61,7 +61,7 @@ TEST_F(Converge, ClampShowsAsBias) {
     EXPECT_EQ(clamped["reference"]["file"], plain["reference"]["file"]);
 }
 
-TEST_F(Converge, SeedsAndFilterAreThoseAskedFor) {
+TEST_F(Converge, SeedsAndFilterAreUsed) {
     const Strings common{"--samples", "1", "--seeds", "2", "--method", "plain", "--reference-samples", "8"};
     const auto run = [&](const Strings& more) { return report_of(common, more); };
     const Json usual = run({}), other = run({"--seed", "2"}), last = run({"--seed", "2147483647"}),
@@ -100,7 +100,7 @@ TEST_F(Converge, ReportsEveryMethodAndContinuesReferences) {
         EXPECT_EQ(method["passes"].empty(), method["method"] == "oracle");
         for (const Json& finding : method["findings"]) EXPECT_NE(finding["kind"], "bias") << finding["text"];
     }
-    // Who traces does not change a picture, and so no error.
+    // The tracing method does not change a picture, and therefore no error.
     std::map<int, std::set<double>> of_seed;
     for (const Json& run : json["runs"])
         if (run["method"] != "oracle") of_seed[run["seed"]].insert(run["mse"].get<double>());
@@ -119,7 +119,8 @@ TEST_F(Converge, ReportsEveryMethodAndContinuesReferences) {
 }
 
 TEST_F(Converge, OtherRenderersAreMethods) {
-    // The program itself stands for another one: its pictures are those of `plain`, but for what .exr keeps of them.
+    // The program stands in for another renderer: its pictures equal those of `plain`, except for the precision of
+    // .exr.
     const std::string again =
         "again=" HALFLIGHT_PROGRAM
         " render {scene} {output} --samples {samples} --seed {seed} --width {width} --height {height}"
@@ -143,7 +144,7 @@ TEST_F(Converge, OtherRenderersAreMethods) {
     EXPECT_NE(page.find("Time to the same error off the edges of lights"), std::string::npos);
 }
 
-TEST_F(Converge, RefusesOtherRenderersThatItCannotRun) {
+TEST_F(Converge, RefusesRenderersThatCannotRun) {
     const auto refused = [&](int status, const Strings& more, const std::string& message) {
         Strings arguments{"--samples", "1", "--seeds", "1", "--method", "plain", "--reference-samples", "2"};
         arguments.insert(arguments.end(), more.begin(), more.end());
@@ -161,7 +162,7 @@ TEST_F(Converge, RefusesOtherRenderersThatItCannotRun) {
 }
 
 TEST_F(Converge, BiasIsFlagged) {
-    // What only knows direct light is no reference for all of it.
+    // A method with direct light only is biased against a reference with all light.
     const std::string direct = folder / "direct.exr";
     const Outcome rendered = run_program({"render", kCornell, direct, "--width", "32", "--height", "32", "--bounces",
                                           "1", "--samples", "256", "--quiet"});
@@ -176,7 +177,7 @@ TEST_F(Converge, BiasIsFlagged) {
     EXPECT_GT(method["points"][2]["relative_bias"]["value"], 0.1);
     EXPECT_NE(biased.err.find("plain: bias"), std::string::npos) << biased.err;
 
-    // The same is none of itself.
+    // A method with direct light has no bias against a reference with direct light only.
     arguments.insert(arguments.end(), {"--bounces", "1"});
     ASSERT_EQ(run_program(arguments).status, 0);
     EXPECT_LT(std::abs(report()["methods"][0]["points"][2]["relative_bias"]["value"].get<double>()), 0.06);
@@ -192,16 +193,16 @@ TEST_F(Converge, EstimatorsAreCompared) {
     for (const Json& method : json["methods"]) names.push_back(method["method"]);
     EXPECT_EQ(names, (Strings{"plain lights=power", "plain lights=tree", "compute lights=power", "compute lights=tree",
                               "oracle"}));
-    // The same estimator makes the same picture by whoever traces; others make others.
+    // With one estimator all tracing methods give the same picture; other estimators give other pictures.
     EXPECT_EQ(json["same_pictures"], (Json{{"compared", 8}, {"different", 0}}));
     EXPECT_NE(json["methods"][0]["points"][1]["mse"], json["methods"][1]["points"][1]["mse"]);
     EXPECT_EQ(json["methods"][0]["points"][1]["mse"], json["methods"][2]["points"][1]["mse"]);
-    // What the reference is of is the same with any of them.
+    // The reference does not depend on the estimator.
     ASSERT_EQ(converge({"--samples", "1", "--seeds", "1", "--method", "plain", "--reference-samples", "32"}).status, 0);
     EXPECT_EQ(report()["reference"]["samples_found"], 32);
 }
 
-TEST_F(Converge, TellsWhatAPilotHasChosen) {
+TEST_F(Converge, ReportsThePilotsChoice) {
     const Outcome outcome = converge({"--samples", "1", "--seeds", "1", "--method", "plain", "--reference-samples",
                                       "32", "--estimator", "auto", "--estimator", "camera=2"});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -251,7 +252,7 @@ TEST_F(Converge, BudgetsOfSeconds) {
     }
 }
 
-TEST_F(Converge, RefusesWhatMakesNoSense) {
+TEST_F(Converge, RefusesInvalidOptions) {
     const Strings quick{"--samples", "1", "--seeds", "1", "--reference-samples", "2"};
     const auto refused = [&](const Strings& more, const std::string& message, int status = 2) {
         Strings arguments = more;
@@ -298,7 +299,7 @@ TEST_F(Converge, ReferencesOfOtherSizesAreRefused) {
     expect_refusal(run_program({"converge", kCornell, "-o", out, "--reference", folder / "none.exr"}), 1, "none.exr");
 }
 
-TEST_F(Converge, MakesFoldersAndTakesThemBack) {
+TEST_F(Converge, CreatesFoldersAndRemovesThem) {
     const std::string parent = out;
     out += "/of/reports";
     EXPECT_EQ(converge({"--camera", "nobody"}).status, 1);

@@ -1,4 +1,4 @@
-// The parts of the program that can be asked without running it.
+// Tests functions of the program without running it.
 #include <gtest/gtest.h>
 
 #include "tools/halflight/camera.h"
@@ -20,7 +20,7 @@ TEST(Progress, RemainingFollowsThePace) {
     EXPECT_DOUBLE_EQ(seconds_remaining({16, 64, 4}, 0), 12);
     EXPECT_DOUBLE_EQ(seconds_remaining({64, 64, 4}, 0), 0);
     EXPECT_DOUBLE_EQ(seconds_remaining({0, 64, 4}, 0), 0);         // nothing is known yet
-    EXPECT_DOUBLE_EQ(seconds_remaining({10, 1 << 24, 4}, 10), 6);  // the time decides
+    EXPECT_DOUBLE_EQ(seconds_remaining({10, 1 << 24, 4}, 10), 6);  // the time limit decides
     EXPECT_EQ(progress_text({16, 64, 4}, 0), "16/64 samples, 0:04 elapsed, 0:12 remaining");
     EXPECT_EQ(progress_text({10, 1 << 24, 4}, 10), "10 samples, 0:04 elapsed, 0:06 remaining");
 }
@@ -48,12 +48,12 @@ TEST(FrameNames, PlaceholdersStandForNumbers) {
     EXPECT_EQ(count_placeholders(std::string(1 << 20, '%')), 0);
 }
 
-TEST(Console, OneLineWhateverIsQuoted) {
+TEST(Console, OneLineForAnyText) {
     EXPECT_EQ(one_line("a\nb\x1b[31m"), "a?b?[31m");
     EXPECT_EQ(one_line("größe"), "größe");
 }
 
-TEST(PictureSize, WhatIsNotGivenFollowsFromTheCamera) {
+TEST(PictureSize, MissingSizesFollowFromTheCamera) {
     Camera square;
     square.aspect = 1;
     const auto size = [](std::optional<int> width, std::optional<int> height, const Camera& camera) {

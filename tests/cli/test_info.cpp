@@ -1,4 +1,4 @@
-// `halflight info`, and what the program says of itself.
+// Tests `halflight info`, help and version.
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -11,7 +11,7 @@ namespace {
 
 using Info = Output;
 
-TEST_F(Info, TellsTheScene) {
+TEST_F(Info, DescribesTheScene) {
     const Outcome text = run_program({"info", scene});
     EXPECT_EQ(text.status, 0) << text.err;
     EXPECT_EQ(text.err, "");
@@ -54,7 +54,7 @@ TEST_F(Info, ListsWhatIsLeftOutWithTheBytes) {
     const Outcome text = run_program({"info", "--needs", scene});
     EXPECT_TRUE(std::regex_search(text.out, std::regex("alpha tests +0  alpha decides no hit"))) << text.out;
     EXPECT_TRUE(std::regex_search(text.out, std::regex(R"(\n  light tree \* +\d)"))) << text.out;
-    // What is told to be for --keep is taken by it, and nothing else is.
+    // --keep accepts the listed names and no others.
     for (const auto& [name, part] : parts) {
         const Outcome keeping = run_program({"render", scene, file("a.exr"), "--keep", name, "--clock"});
         const bool taken = keeping.err.find("cannot be kept") == std::string::npos;
@@ -69,7 +69,7 @@ TEST_F(Info, ListsWhatIsLeftOutWithTheBytes) {
     for (const auto& part : of_lit.at("left_out")) EXPECT_NE(part.at("what"), "environment");
 }
 
-TEST_F(Info, TellsTheMemoryOfThePicture) {
+TEST_F(Info, EstimatesTheMemoryOfThePicture) {
     const auto memory = [&](const Strings& options) {
         Strings arguments{"info", "--json", scene};
         arguments.insert(arguments.end(), options.begin(), options.end());
@@ -101,7 +101,7 @@ TEST_F(Info, TellsTheMemoryOfThePicture) {
     write_text(file("s.json"), R"({"halflight_settings": 1, "size": [1920, 1440]})");
     EXPECT_EQ(bytes({"--settings", file("s.json")}), plain);
 
-    // It is enough for what it is told for.
+    // The estimate is sufficient for the picture.
     const Strings small{"--width", "320", "--height", "180", "--aov", "all"};
     Strings render{"render", scene, file("a.exr"), "--samples", "2", "--stats", file("stats.json")};
     render.insert(render.end(), small.begin(), small.end());

@@ -1,4 +1,4 @@
-// `halflight info --needs --time`: what each item that a scene does without would take.
+// Tests `halflight info --needs --time`: the cost of each left-out part.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>
@@ -10,7 +10,7 @@
 namespace halflight::test {
 namespace {
 
-TEST(InfoTime, IsMeasuredOfAllThatCanBeKept) {
+TEST(InfoTime, IsMeasuredForEveryLeftOutPart) {
     const TemporaryFolder folder;
     const Outcome json = run_program({"info", "--needs", "--time", "--json", copy_room(folder.path)});
     ASSERT_EQ(json.status, 0) << json.err;

@@ -1,4 +1,4 @@
-// halflight-leftout: rows for scenes and for the items that they leave out, each measured on both sides.
+// Tests halflight-leftout: rows for scenes and for their left-out parts, each measured with and without.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ using Json = nlohmann::json;
 
 class LeftOutTool : public testing::Test {
   protected:
-    /// The figures of the room.
+    /// Returns the figures of the room.
     Json measure(std::vector<std::string> more) {
         std::vector<std::string> arguments = {scene,       "--width", "32",     "--height", "32",
                                               "--samples", "2",       "--json", file};
@@ -65,7 +65,7 @@ TEST_F(LeftOutTool, ComparesAllAndItems) {
     EXPECT_NE(printed.find("\nsums of squares "), std::string::npos) << printed;
 }
 
-TEST_F(LeftOutTool, RefusesNamesOfNothing) {
+TEST_F(LeftOutTool, RefusesUnknownNames) {
     const Outcome outcome = run_program({scene, "--items", "--item", "smell"});
     EXPECT_EQ(outcome.status, 2);
     EXPECT_NE(outcome.err.find("smell"), std::string::npos) << outcome.err;

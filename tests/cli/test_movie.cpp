@@ -1,4 +1,4 @@
-// Movies: what ffmpeg is given, and what becomes of the file.
+// Tests movies: the input of ffmpeg, and the resulting file.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -24,14 +24,14 @@ class MovieTest : public testing::Test {
   protected:
     static constexpr int kWidth = 17, kHeight = 15;  // a movie of 18 x 16
 
-    /// Puts a program of that name first into PATH.
+    /// Puts a program named ffmpeg first into PATH.
     void install(const std::string& script) {
         fs::create_directories(folder / "bin");
         write_text(folder / "bin" / "ffmpeg", "#!/bin/sh\n" + script);
         fs::permissions(folder / "bin" / "ffmpeg", fs::perms::owner_all);
         path = (folder / "bin").string() + ":/usr/bin:/bin";
     }
-    /// Keeps arguments and input, and says that it was a movie.
+    /// Installs a program that keeps its arguments and input, and writes a file as movie.
     void install_recorder() {
         install("printf '%s\\n' \"$@\" > '" + (folder / "arguments").string() + "'\ncat > '" +
                 (folder / "input").string() + "'\nfor file; do :; done\necho movie > \"${file#file:}\"\n");
@@ -49,7 +49,7 @@ class MovieTest : public testing::Test {
         std::ranges::sort(names);
         return names;
     }
-    /// The frames of the recorder's input that their .png files make.
+    /// Returns the recorder's expected input, from the .png files of frames.
     std::string expected_input(const std::vector<int>& frames) const {
         std::string bytes;
         for (const int frame : frames) {
@@ -70,7 +70,7 @@ class MovieTest : public testing::Test {
     std::string path = folder.path.string();  // no ffmpeg there
 };
 
-TEST_F(MovieTest, GetsAllFramesInTheirOrder) {
+TEST_F(MovieTest, ReceivesAllFramesInOrder) {
     install_recorder();
     const Outcome beside = run({out("f.#.png"), "--movie", out("m.mp4"), "--frames", "3,1-2", "--fps", "29.97"});
     ASSERT_EQ(beside.status, 0) << beside.err;
@@ -82,7 +82,7 @@ TEST_F(MovieTest, GetsAllFramesInTheirOrder) {
                              "-c:v\nlibx264\n", "-pix_fmt\nyuv420p\n", "-f\nmp4\n"})
         EXPECT_NE(arguments.find(pair), std::string::npos) << pair << arguments;
 
-    // Alone it is the same movie; ProRes by the name.
+    // The movie is equal without .exr files; its name selects ProRes.
     fs::remove(folder / "input");
     const Outcome alone = run({"--movie", out("m.MOV"), "--frames", "3,1-2", "--fps", "29.97"});
     ASSERT_EQ(alone.status, 0) << alone.err;
@@ -91,7 +91,7 @@ TEST_F(MovieTest, GetsAllFramesInTheirOrder) {
     EXPECT_EQ(files().size(), 5u) << "something is left";
 }
 
-TEST_F(MovieTest, ResumedItIsTheSame) {
+TEST_F(MovieTest, ResumedMoviesAreEqual) {
     install_recorder();
     const Strings arguments = {out("f.#.exr"), out("f.#.png"), "--movie", out("m.mp4"), "--frames", "1-4"};
     ASSERT_EQ(run(arguments).status, 0);
@@ -102,7 +102,7 @@ TEST_F(MovieTest, ResumedItIsTheSame) {
     ASSERT_EQ(resumed.status, 0) << resumed.err;
     EXPECT_NE(resumed.err.find("2 of 4 frames are there already"), std::string::npos) << resumed.err;
     EXPECT_EQ(read_text(folder / "input"), input);
-    // All are there; the movie is not, and is made of the .png files without rendering.
+    // All frames are there but the movie is missing; it is made of the .png files without rendering.
     fs::remove(out("m.mp4"));
     fs::remove(folder / "input");
     const Outcome of_files = run(arguments);
@@ -110,7 +110,7 @@ TEST_F(MovieTest, ResumedItIsTheSame) {
     EXPECT_NE(of_files.err.find("4 of 4 frames are there already"), std::string::npos) << of_files.err;
     EXPECT_EQ(of_files.err.find("pixels, camera"), std::string::npos) << of_files.err;
     EXPECT_EQ(read_text(folder / "input"), input);
-    // An .exr does not keep what the view shows.
+    // An .exr does not hold the picture through the view transform.
     const Outcome again = run({out("f.#.exr"), "--movie", out("m.mp4"), "--frames", "1-4"});
     ASSERT_EQ(again.status, 0) << again.err;
     EXPECT_NE(again.err.find("4 frames are there, but not as .png for the movie"), std::string::npos) << again.err;
@@ -126,7 +126,7 @@ TEST_F(MovieTest, WithoutFfmpegNothingIsRendered) {
     EXPECT_EQ(files(), Strings{});
 }
 
-TEST_F(MovieTest, WhatFfmpegSaysIsTold) {
+TEST_F(MovieTest, ErrorsOfFfmpegAreReported) {
     const auto expect = [&](const std::string& script, const std::string& message) {
         install(script);
         write_text(out("m.mp4"), "the last one");
@@ -161,7 +161,7 @@ TEST_F(MovieTest, HasNoGaps) {
     EXPECT_EQ(files().size(), 4u) << "something is left";
 }
 
-TEST_F(MovieTest, WhatMakesNoSense) {
+TEST_F(MovieTest, InvalidOptions) {
     const auto refused = [&](const Strings& more, const std::string& message) {
         const Outcome outcome = run(more);
         EXPECT_EQ(outcome.status, 2) << message;
@@ -176,7 +176,7 @@ TEST_F(MovieTest, WhatMakesNoSense) {
     refused({"--movie", out("m.mp4"), "--frames", "1", "--aov", "depth"}, "--aov: is for an .exr, .*");
 }
 
-/// What a shell command says.
+/// Returns the output of a shell command.
 std::string output_of(const std::string& command) {
     const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(popen(command.c_str(), "r"), pclose);
     std::string bytes;
@@ -186,7 +186,7 @@ std::string output_of(const std::string& command) {
     return bytes;
 }
 
-TEST_F(MovieTest, OfTheRealFfmpeg) {
+TEST_F(MovieTest, MadeByTheRealFfmpeg) {
     path = std::getenv("PATH");
     if (output_of("command -v ffmpeg").empty()) GTEST_SKIP() << "there is no ffmpeg";
     for (const char* name : {"m.mp4", "m.mov"}) {

@@ -1,4 +1,4 @@
-// What the program writes.
+// Tests the files that the program writes.
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <regex>
@@ -10,7 +10,7 @@
 namespace halflight::test {
 namespace {
 
-/// Width and height in a PNG's header; the file must also have its end.
+/// Returns width and height from a PNG's header; the file must be complete.
 std::pair<int, int> png_size(const std::string& path) {
     const std::string bytes = read_text(path);
     EXPECT_TRUE(bytes.starts_with("\x89PNG\r\n\x1a\n"));
@@ -36,7 +36,8 @@ TEST_F(Output, ExrAndPngInOneRun) {
     EXPECT_NE(exr.attributes.software.find("halflight"), std::string::npos);
     EXPECT_NE(exr.attributes.comments.find("1 samples"), std::string::npos) << exr.attributes.comments;
     ASSERT_TRUE(exr.attributes.world_to_camera && exr.attributes.world_to_clip && exr.attributes.chromaticities);
-    // The camera "front" stands at (0, 1, 6): its place is the origin of camera space, straight ahead is mid-picture.
+    // The camera "front" is at (0, 1, 6): this point is the origin of camera space, and straight ahead is the middle of
+    // the picture.
     EXPECT_NEAR(glm::length(dvec3(*exr.attributes.world_to_camera * dvec4(0, 1, 6, 1))), 0, 1e-6);
     const dvec4 ahead = *exr.attributes.world_to_clip * dvec4(0, 1, 0, 1);
     EXPECT_NEAR(ahead.x / ahead.w, 0, 1e-6);
@@ -46,7 +47,7 @@ TEST_F(Output, ExrAndPngInOneRun) {
     EXPECT_NEAR(top.y / top.w, 1, 1e-6);
 }
 
-TEST_F(Output, LayersAreThoseAskedFor) {
+TEST_F(Output, RequestedLayersAreWritten) {
     render({file("all.exr"), "--aov", "all", "--half"});
     const ExrFile all = read_exr(file("all.exr"));
     std::size_t channels = 4;  // RGBA
@@ -93,7 +94,7 @@ TEST_F(Output, FilterAndBiasAreRecorded) {
     EXPECT_EQ(stats["biases"].size(), 1u);
 }
 
-TEST_F(Output, PreviewsAreNamedWhileTheyHaveAPart) {
+TEST_F(Output, PreviewsAreNamedWhileTheyContribute) {
     const auto bias = [&](const char* name) { return read_exr(file(name)).attributes.extra["bias"]; };
     render({file("early.exr"), "--stats", file("early.json"), "--preview", "cache", "--samples", "11"});
     EXPECT_EQ(bias("early.exr"), "preview: 60 % of it by a radiance cache, none from 32 samples on");
@@ -109,7 +110,7 @@ TEST_F(Output, PreviewsAreNamedWhileTheyHaveAPart) {
     EXPECT_FALSE(same_pixels(file("early.exr"), file("plain.exr")));
 }
 
-TEST_F(Output, RendersToAnErrorAndTellsIt) {
+TEST_F(Output, RendersToAnErrorAndReportsIt) {
     const auto attribute = [&](const char* name) { return read_exr(file(name)).attributes.extra["error"]; };
     const Strings easy{"--error", "0.5", "--samples", "256"}, hard{"--error", "1e-9", "--samples", "20"};
     const auto with = [](Strings first, const Strings& more) {
@@ -148,7 +149,7 @@ TEST_F(Output, CameraAndSizeFollowTheScene) {
         run_program({"render", scene, file("size.exr"), "--camera", "above", "--width", "40", "--samples", "1"});
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(read_exr(file("size.exr")).height, 20);
-    // The same view by hand.
+    // Options that give the view of the file's camera.
     render({file("hand.exr"), "--width", "24", "--height", "24", "--look-from", "0,1,6", "--look-at", "0,1,0", "--vfov",
             "45.836623610465857"});  // 0.8 radians
     const Image front = read_exr(file("front.exr")).image({"R", "G", "B"});
@@ -201,7 +202,7 @@ TEST_F(Output, WorkingSpace) {
     const ExrFile rec709 = read_exr(file("rec709.exr")), acescg = read_exr(file("acescg.exr"));
     ASSERT_TRUE(acescg.attributes.chromaticities);
     EXPECT_NEAR(acescg.attributes.chromaticities->red.x, 0.713, 1e-5);
-    // White stays white, so that the sum of each matrix row is 1 (rgb_conversion).
+    // White stays white, so the rows of the matrix sum to 1 (rgb_conversion()).
     const Image a = rec709.image({"R", "G", "B"}), b = acescg.image({"R", "G", "B"});
     const mat3 matrix(rgb_conversion(kRec709, kAp1));
     for (int y = 0; y < a.height; ++y) {
@@ -212,9 +213,9 @@ TEST_F(Output, WorkingSpace) {
     }
 }
 
-TEST_F(Output, StrictWritesNothingWhereAPassGoesWrong) {
+TEST_F(Output, StrictWritesNothingAfterABadValue) {
     render({file("a.exr"), "--strict"});
-    // A sky near the end of the float range: its radiance over its density passes that.
+    // The sky is near the limit of floats, so its radiance divided by its density overflows.
     const char* const sky = "3e38,3e38,3e38";
     const Outcome warned = render({file("b.exr"), "--env", sky, "--stats", file("stats.json")});
     EXPECT_NE(warned.err.find("shadow gave "), std::string::npos) << warned.err;
@@ -231,13 +232,13 @@ TEST_F(Output, StrictWritesNothingWhereAPassGoesWrong) {
     EXPECT_EQ(folder.entries(), files);
 }
 
-TEST_F(Output, TimeDecides) {
+TEST_F(Output, TimeLimitDecides) {
     render({file("a.exr"), "--samples", "1"});  // fills the driver's shader cache
     const Outcome outcome = run_program({"render", scene, file("b.exr"), "--width", "32", "--height", "32", "--time",
                                          "2", "--stats", file("stats.json")});
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     const auto stats = nlohmann::json::parse(read_text(file("stats.json")));
-    // It ends where one sample more would be too late, however fast the machine is.
+    // The run ends where one more sample would exceed the limit, on machines of any speed.
     const double samples = stats.at("samples");
     EXPECT_LT(samples, 1e6);
     EXPECT_GE(stats.at("seconds").at("total"), 2 * samples / (samples + 1));
@@ -251,7 +252,7 @@ TEST_F(Output, SceneWithoutLightGetsASky) {
     EXPECT_TRUE(std::ranges::all_of(dark.pixels, [](float v) { return v == 0; }));
 }
 
-TEST_F(Output, DebugLayersOnlyWhereAskedForByName) {
+TEST_F(Output, DebugLayersOnlyIfNamed) {
     render({file("a.exr"), "--aov", "nodes,culling", "--culling", "compute"});
     const ExrFile exr = read_exr(file("a.exr"));
     EXPECT_EQ(channel_names(exr), (Strings{"A", "B", "G", "R", "culling.leaves", "culling.others", "nodes.Y"}));
@@ -296,7 +297,7 @@ TEST_F(Output, CompiledShadersAreKeptForTheNextRun) {
     if (kept == 0) GTEST_SKIP() << "this driver gives no program binaries";
     render({file("warm.exr")}, cached);
     EXPECT_EQ(count(), kept);
-    // Whatever else lies there costs time at most.
+    // Damaged files only cost time.
     int i = 0;
     for (const auto& entry : std::filesystem::directory_iterator(programs)) {
         const std::string good = read_text(entry.path());

@@ -1,4 +1,4 @@
-// Preview modes of pictures and sequences: named, and as repeatable as anything else.
+// Tests preview modes of pictures and sequences: they are named, and reproducible.
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/sequence_test.h"
@@ -35,7 +35,7 @@ TEST_F(PreviewModes, AreNamedInFilesAndOnTheConsole) {
     EXPECT_EQ(stats["bad_values"]["earlier pictures"]["nan"], 0);
 }
 
-TEST_F(PreviewModes, FramesGoOnFromThoseBeforeThemAndAreTheSameAgain) {
+TEST_F(PreviewModes, FramesContinueEarlierFramesAndAreReproducible) {
     const Strings temporal = {"--preview", "temporal,filter", "--animation", "all", "--camera", "moving"};
     make("off", "1-4", {"--animation", "all", "--camera", "moving", "--preview", "filter"});
     const std::string told = make("on", "1-4", temporal).err, bias = "biased: preview: light of earlier pictures";
@@ -59,7 +59,7 @@ TEST_F(PreviewModes, FramesGoOnFromThoseBeforeThemAndAreTheSameAgain) {
     EXPECT_TRUE(contents("on") == before);
 }
 
-TEST_F(PreviewModes, WhatTheyCannotGoWithIsAnError) {
+TEST_F(PreviewModes, IncompatibleOptionsAreErrors) {
     const auto refused = [&](const std::string& frames, const Strings& more, const std::string& what) {
         const Outcome outcome = run("none", frames, more);
         EXPECT_EQ(outcome.status, 2);

@@ -1,4 +1,4 @@
-// What the program says while it works, and what is there when it is stopped.
+// Tests progress messages, and what remains of an interrupted run.
 #include <fcntl.h>
 #include <signal.h>
 #include <unistd.h>
@@ -37,7 +37,7 @@ TEST_F(Progress, AsABar) {
     EXPECT_EQ(dumb.err.find('\033'), std::string::npos) << dumb.err;
 }
 
-TEST_F(Progress, NoOneHasToListen) {
+TEST_F(Progress, ClosedOutputsAreNoError) {
     render({file("heard.exr"), "--samples", "10"});
     render({file("closed.exr"), "--samples", "10"}, {.in_child = [] {
                for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) close(stream);
@@ -47,7 +47,7 @@ TEST_F(Progress, NoOneHasToListen) {
     for (const char* name : {"closed.exr", "full.exr"}) EXPECT_TRUE(same_pixels(file("heard.exr"), file(name))) << name;
 }
 
-TEST_F(Progress, StoppedInTheMiddleLeavesNothing) {
+TEST_F(Progress, InterruptedRunsLeaveNothing) {
     const auto files = folder.entries();
     const Strings endless = {"render", scene,      file("a.exr"), file("a.png"), "--width",
                              "32",     "--height", "32",          "--samples",   "10000000"};
@@ -55,7 +55,7 @@ TEST_F(Progress, StoppedInTheMiddleLeavesNothing) {
         bool sent = false;
         RunOptions options;
         options.watch = [&](pid_t child, const std::string& err) {
-            // Once the device is known, rendering begins.
+            // Rendering starts after the device is reported.
             if (!sent && err.find("pixels, camera") != std::string::npos) sent = kill(child, signal) == 0;
         };
         const Outcome outcome = run_program(endless, options);
@@ -68,7 +68,7 @@ TEST_F(Progress, StoppedInTheMiddleLeavesNothing) {
     }
 }
 
-TEST_F(Progress, OldPictureStaysUntilTheNewOneIsThere) {
+TEST_F(Progress, OldPictureStaysUntilTheNewOneIsComplete) {
     write_text(file("a.exr"), "old");
     const Outcome bad = run_program({"render", scene, file("a.exr"), "--camera", "rear"});
     EXPECT_EQ(bad.status, 1);

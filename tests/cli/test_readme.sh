@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# test_readme.sh CHECKOUT PROGRAM: runs every command of the README's ```sh blocks, at a size and a number of samples that
-# take no time, and sees that the set-up it shows is what CI runs.
+# test_readme.sh CHECKOUT PROGRAM: runs every command of the README's ```sh blocks, with a small size and few samples.
+# Also checks that CI runs the set-up that the README shows.
 set -euo pipefail
 checkout=$1
 program=$2

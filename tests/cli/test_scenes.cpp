@@ -1,4 +1,5 @@
-// halflight-scenes: the committed scenes can be made again, byte by byte, and are sound; cities of every kind.
+// Tests halflight-scenes: it reproduces the committed scenes byte by byte, they are valid, and cities have the
+// requested features.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +28,7 @@ const std::map<std::string, std::vector<std::string>> kCommands{
     {"room.glb", {"room"}},
 };
 
-/// A .glb as its JSON and its binary chunk; the sizes that it tells of itself are checked.
+/// A .glb as its JSON and its binary chunk; checks the sizes that it states.
 struct Glb {
     Json json;
     std::string bytes;
@@ -48,7 +49,7 @@ struct Glb {
         bytes = file.substr(28 + text);
     }
 
-    /// The elements of an accessor; T is as wide as its type.
+    /// Returns the elements of an accessor; T must have the size of its type.
     template <class T>
     std::vector<T> values(const Json& accessor) const {
         const Json& view = json["bufferViews"][accessor["bufferView"].get<std::size_t>()];
@@ -91,8 +92,8 @@ vec3 triple(const Json& json) {
     return {json[0].get<float>(), json[1].get<float>(), json[2].get<float>()};
 }
 
-/// What every mesh must be: bounds exact, indices within, normals of unit length and on the side that the winding says,
-/// no triangle without area, none twice.
+/// Expects exact bounds, indices in range, normals of unit length on the side given by the winding, and neither
+/// degenerate nor duplicate triangles in every mesh.
 void expect_sound(const Glb& glb, const std::string& name) {
     for (const Json& mesh : glb.json["meshes"]) {
         std::set<std::array<std::array<float, 3>, 3>> seen;
@@ -133,7 +134,7 @@ Outcome make(const std::vector<std::string>& command, const fs::path& output) {
     return run_program(arguments);
 }
 
-TEST(Scenes, AreMadeAgainByteByByte) {
+TEST(Scenes, AreReproducedByteByByte) {
     const TemporaryFolder folder;
     for (const auto& [name, command] : kCommands) {
         const Outcome outcome = make(command, folder / name);
@@ -185,7 +186,7 @@ class City : public ::testing::Test {
     TemporaryFolder folder;
 };
 
-TEST_F(City, HasTheNumberOfTrianglesAskedFor) {
+TEST_F(City, HasTheRequestedNumberOfTriangles) {
     for (const int triangles : {1000, 20'000, 300'000}) {
         const auto within = [&](std::uint64_t count) {
             EXPECT_NEAR(static_cast<double>(count), triangles, 0.01 * triangles);
@@ -203,7 +204,7 @@ TEST_F(City, HasTheNumberOfTrianglesAskedFor) {
     }
 }
 
-TEST_F(City, IsSoundInEveryForm) {
+TEST_F(City, IsValidInEveryForm) {
     expect_sound(city({"--triangles", "20000"}), "instanced");
     const Glb flat = city({"--triangles", "20000", "--flatten"});
     expect_sound(flat, "flattened");
@@ -213,8 +214,9 @@ TEST_F(City, IsSoundInEveryForm) {
     EXPECT_EQ(flat.json["cameras"].size(), 2U);
 }
 
-TEST_F(City, FlattenedIsTheInstancedOneMovedToItsPlaces) {
-    const auto sum_of = [](const Glb& glb) {  // of all corners in world space: turns about +y and moves only
+TEST_F(City, FlattenedEqualsInstanced) {
+    // sum over all corners in world space; transforms are rotations about +y and translations
+    const auto sum_of = [](const Glb& glb) {
         dvec3 sum(0);
         for (const Json& node : glb.json["nodes"]) {
             if (!node.contains("mesh")) continue;
@@ -233,7 +235,7 @@ TEST_F(City, FlattenedIsTheInstancedOneMovedToItsPlaces) {
     for (int axis = 0; axis < 3; ++axis) EXPECT_NEAR(instanced[axis] / flattened[axis], 1, 1e-6);
 }
 
-TEST_F(City, ComesInPartsBelowTheirLimit) {
+TEST_F(City, IsSplitIntoPartsBelowTheLimit) {
     constexpr std::uintmax_t kLimit = 16U << 20;
     const Outcome outcome =
         make({"city", "--triangles", "800000", "--flatten", "--parts", "--part-size", "16"}, folder / "big.glb");
@@ -276,7 +278,7 @@ TEST_F(City, RefusesInOneLine) {
     EXPECT_NE(unwritable.err.find("missing/cornell.glb"), std::string::npos) << unwritable.err;
 }
 
-TEST(Emitters, HasWhatWasAskedFor) {
+TEST(Emitters, HasTheRequestedLights) {
     const TemporaryFolder folder;
     const auto hall = [&](const std::vector<std::string>& arguments) {
         std::vector<std::string> command{"emitters"};
@@ -321,7 +323,7 @@ TEST(Emitters, HasWhatWasAskedFor) {
     refused({"emitters"}, "hall.png", "hall.png: is no name of a .glb");
 }
 
-TEST(Eel, IsSkinnedAsTheModelStands) {
+TEST(Eel, RestPoseEqualsTheModel) {
     const TemporaryFolder folder;
     const auto eel = [&](const char* triangles) {
         const Outcome outcome = make({"eel", "--triangles", triangles}, folder / "eel.glb");
@@ -345,7 +347,7 @@ TEST(Eel, IsSkinnedAsTheModelStands) {
         EXPECT_EQ(vec2(weights[v].z, weights[v].w), vec2(0));
         EXPECT_LT(std::max(joints[v].x, joints[v].y), count);
     }
-    // Joints that are not turned, and the inverse of where they are, leave the mesh as it was modelled.
+    // Joints without rotation, and inverse bind matrices of their positions, leave the mesh unchanged.
     const auto inverse = values.operator()<mat4>(skin["inverseBindMatrices"]);
     dvec3 at(0);
     for (std::size_t j = 0; j < count; ++j) {
@@ -379,7 +381,7 @@ TEST(Path, FliesACameraThroughAScene) {
     const Json& node = after.json["nodes"].back();
     EXPECT_EQ(after.json["scenes"][0]["nodes"].back(), after.json["nodes"].size() - 1);
     EXPECT_EQ(after.json["cameras"][node["camera"].get<std::size_t>()]["name"], "path");
-    // On a circle: the chord of a right angle is sqrt(2) of its radius, and steps are alike.
+    // The chord of a right angle on a circle is sqrt(2) of its radius; all steps are equal.
     const float step = glm::distance(places[0], places[1]);
     for (std::size_t i = 1; i < 4; ++i) EXPECT_NEAR(glm::distance(places[i], places[i + 1]), step, 1e-4f * step);
     EXPECT_NEAR(glm::distance(places[0], places[4]) / step, std::sqrt(0.5) / std::sin(kPi / 16), 1e-3);

@@ -1,4 +1,4 @@
-// Sequences: the same frames however they are made, and what is kept.
+// Tests sequences: frames do not depend on how they are rendered, and finished frames are kept.
 #include <signal.h>
 #include <unistd.h>
 
@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-/// Kills a run of frames 1 to 24 once five of them are there. False where it was too fast for that.
+/// Kills a run of frames 1 to 24 after five frames; returns false if the run was too fast.
 bool kill_in_the_middle(const std::function<Outcome(const RunOptions&)>& start, const fs::path& folder) {
     bool sent = false;
     RunOptions options;
@@ -28,7 +28,7 @@ bool kill_in_the_middle(const std::function<Outcome(const RunOptions&)>& start, 
     return start(options).status == 128 + SIGKILL;
 }
 
-TEST_F(Sequence, FramesAreTheSameHoweverTheyAreMade) {
+TEST_F(Sequence, FramesDoNotDependOnTheRun) {
     const Strings all = {"--animation", "all", "--camera", "moving", "--aov", "depth,motion,ids"};
     make("whole", "1-24", all);
     const auto whole = contents("whole");
@@ -63,7 +63,7 @@ TEST_F(Sequence, FramesAreTheSameHoweverTheyAreMade) {
     }
     EXPECT_TRUE(contents("killed") == whole) << "killed and resumed";
 
-    // One frame as a picture of its own.
+    // One frame as a single picture.
     Strings alone = {"render",   scene, folder / "alone.exr", "--frame", "12", "--width", "16",
                      "--height", "16",  "--samples",          "2"};
     alone.insert(alone.end(), all.begin(), all.end());
@@ -71,8 +71,8 @@ TEST_F(Sequence, FramesAreTheSameHoweverTheyAreMade) {
     EXPECT_TRUE(same_pixels(folder / "alone.exr", file("whole", 12))) << "alone";
 }
 
-TEST_F(Sequence, StatisticsTellWhatBecameOfHierarchies) {
-    // Floor and lamp stay, in one hierarchy; three boxes move. Frame 0 is the reference pose.
+TEST_F(Sequence, StatisticsReportHierarchyUpdates) {
+    // Floor and lamp are static and share a hierarchy; three boxes move. Frame 0 is the reference pose.
     make("out", "0-2,24", {"--animation", "all", "--camera", "moving", "--stats", folder / "all.jsonl"});
     std::vector<std::array<int, 3>> found;
     const auto read = [&](const fs::path& file) {
@@ -91,7 +91,7 @@ TEST_F(Sequence, StatisticsTellWhatBecameOfHierarchies) {
     EXPECT_EQ(found, (Counts{{0, 0, 1}, {1, 0, 0}, {1, 0, 0}})) << "a camera alone";
 }
 
-/// A copy of all shaders in which what deforms is `units` farther up, so that it shows who deformed it.
+/// Copies all shaders; in the copy, deformed vertices are `units` higher, which shows that the GPU deformed them.
 void write_raised_shaders(const fs::path& folder, double units) {
     fs::copy(fs::path(HALFLIGHT_SOURCE_DIR) / "shaders", folder, fs::copy_options::recursive);
     std::string text = read_text(folder / "deform.comp");
@@ -102,7 +102,7 @@ void write_raised_shaders(const fs::path& folder, double units) {
                             fmt::format("write(3 * vertex, position + vec3(0, {}, 0));", units)));
 }
 
-TEST_F(Sequence, WhatDeformsDoesSoOnTheGpuInEveryFrame) {
+TEST_F(Sequence, DeformationRunsOnTheGpuInEveryFrame) {
     write_raised_shaders(folder / "shaders", 0.25);
     const RunOptions raised{.environment = {fmt::format("HALFLIGHT_SHADERS={}", (folder / "shaders").string())}};
     const Strings layers = {"--animation", "all", "--aov", "position,motion"};
@@ -114,13 +114,13 @@ TEST_F(Sequence, WhatDeformsDoesSoOnTheGpuInEveryFrame) {
     EXPECT_TRUE(contents("alone") == contents("whole"));
     for (int frame = 0; frame <= 2; ++frame)
         EXPECT_FALSE(same_pixels(file("whole", frame), file("plain", frame))) << frame << " is of the CPU";
-    // Before 0 s all is where it is at 0 s: nothing has moved, unless one of the two is of the CPU.
+    // Before 0 s the pose is that of 0 s. Any motion would show that only one of both poses was deformed on the GPU.
     const ExrFile first = read_exr(file("whole", 0));
     for (const char* channel : {"motion.X", "motion.Y"})
         for (const float pixels : first.find(channel)->values) EXPECT_NEAR(pixels, 0, 0.01f) << channel;
 }
 
-TEST_F(Sequence, StatisticsTellWhatWasDeformed) {
+TEST_F(Sequence, StatisticsReportDeformation) {
     const auto deformed = [&](const char* into, const Strings& more) {
         Strings all = {"--stats", folder / into / "stats.jsonl"};
         all.insert(all.end(), more.begin(), more.end());
@@ -130,7 +130,7 @@ TEST_F(Sequence, StatisticsTellWhatWasDeformed) {
         for (std::string line; std::getline(lines, line);) found.push_back(Json::parse(line).at("deformed"));
         return found;
     };
-    // Two boxes of eight corners; frame 1 takes the reference pose, too.
+    // Two boxes of eight corners; frame 1 needs the reference pose, too.
     const std::vector<Json> all = deformed("all", {});
     ASSERT_EQ(all.size(), 2u);
     EXPECT_EQ(all[0].at("vertices"), 32);
@@ -149,15 +149,15 @@ TEST_F(Sequence, OnlyTheCameraMoves) {
     make("chunks", "0-2", fly);
     EXPECT_TRUE(contents("chunks") == contents("whole")) << "what was learned of visibility shows";
     const ExrFile first = read_exr(file("whole", 0)), last = read_exr(file("whole", 6));
-    // The camera's place is the origin of its own space: (-1, 1, 6) at frame 0, a quarter of the way at frame 6.
+    // The camera's position is the origin of its own space: (-1, 1, 6) at frame 0, a quarter of the way at frame 6.
     EXPECT_NEAR(glm::length(dvec3(*first.attributes.world_to_camera * dvec4(-1, 1, 6, 1))), 0, 1e-5);
     EXPECT_NEAR(glm::length(dvec3(*last.attributes.world_to_camera * dvec4(-0.5, 1.125, 5.75, 1))), 0, 1e-5);
     const dvec4 ahead = *last.attributes.world_to_clip * dvec4(-0.5, 1.125, 0, 1);
     EXPECT_NEAR(ahead.x / ahead.w, 0, 1e-5);
 }
 
-/// At 0 s the light's edges lie between pixels and want no samples of their own, later they do.
-TEST_F(Sequence, APilotIsOfAllFrames) {
+/// At 0 s the light's edges are between pixels and need no extra samples; later they do.
+TEST_F(Sequence, APilotCoversAllFrames) {
     scene = write_sliding_light(folder.path);
     const Strings open = {"--animation", "pan", "--camera", "panning", "--estimator", "auto"};
     make("whole", "0,13", open);
@@ -165,7 +165,7 @@ TEST_F(Sequence, APilotIsOfAllFrames) {
     EXPECT_TRUE(contents("alone") == contents("whole")) << "a frame has its own pilot";
 }
 
-TEST_F(Sequence, HeaderTellsTheFrame) {
+TEST_F(Sequence, HeaderContainsTheFrame) {
     const Outcome one = make("out", "49", {"--fps", "24"});
     EXPECT_NE(one.err.find(": 1 frame in "), std::string::npos) << one.err;
     const ExrAttributes whole = read_exr(file("out", 49)).attributes;
@@ -178,7 +178,7 @@ TEST_F(Sequence, HeaderTellsTheFrame) {
     EXPECT_EQ(ntsc.time_code, (TimeCode{0, 0, 2, 1})) << "counted as 24";
 }
 
-TEST_F(Sequence, TheScenesFrameRateIsTakenUnlessOneIsGiven) {
+TEST_F(Sequence, TheScenesFrameRateIsTheDefault) {
     scene = write_sliding_light(folder.path, 29.97);
     const Strings slide = {"--animation", "slide", "--camera", "still"};
     const auto with = [&](const char* fps) {
@@ -205,7 +205,7 @@ TEST_F(Sequence, WholeFramesOfTheSameSettingsAreKept) {
     EXPECT_EQ(make("out", "1-3").err, "halflight: 3 of 3 frames are there already\n");
     EXPECT_EQ(fs::last_write_time(file("out", 2)), time);
 
-    // Cut short, in its header, and to nothing.
+    // Truncated in the pixels, in the header, and to nothing.
     const std::string second = before.at("f.0002.exr");
     for (const std::size_t length : {second.size() - 100, second.size() / 2, std::size_t{40}, std::size_t{0}}) {
         write_text(file("out", 2), second.substr(0, length));
@@ -266,18 +266,18 @@ TEST_F(Sequence, FramesOfOtherSettingsAreAnError) {
     write_text(file("out", 5), "a letter");
     EXPECT_EQ(run("out", "5").status, 1);
     EXPECT_EQ(read_text(file("out", 5)), "a letter");
-    // A frame under another's name is not that frame.
+    // A frame under the name of another frame is not kept.
     fs::copy_file(file("out", 3), file("out", 6));
     EXPECT_EQ(run("out", "6").status, 1);
 }
 
-TEST_F(Sequence, HowHitsAreFoundIsNoOtherSetting) {
+TEST_F(Sequence, TracingMethodsDoNotChangeTheFingerprint) {
     make("out", "1", {"--culling", "off"});
     EXPECT_EQ(make("out", "1", {"--culling", "compute", "--stats", folder / "s.json"}).err,
               "halflight: 1 of 1 frames are there already\n");
 }
 
-TEST_F(Sequence, PicturesThroughTheViewToo) {
+TEST_F(Sequence, WritesPngsToo) {
     const Strings arguments = {"render",    scene, folder / "f.##.exr", folder / "f.%d.png",
                                "--frames",  "1-2", "--width",           "16",
                                "--samples", "1"};
@@ -320,7 +320,7 @@ TEST_F(Sequence, DamagedAnimationsAreAnErrorWhereTheyArePlayed) {
     EXPECT_NE(Json::parse(info.out).at("warnings").dump().find("has no 'channels'"), std::string::npos) << info.out;
 }
 
-TEST_F(Sequence, NamesThatMakeNoSense) {
+TEST_F(Sequence, InvalidNames) {
     const auto refused = [&](const Strings& outputs, const Strings& more, const std::string& message) {
         Strings arguments = {"render", scene};
         for (const std::string& output : outputs) arguments.push_back(folder / output);
@@ -346,7 +346,7 @@ TEST_F(Sequence, NamesThatMakeNoSense) {
     refused({"f.#.exr"}, frames, ".*f.2.exr: is both input and output");
 }
 
-TEST_F(Sequence, InfoListsWhatMoves) {
+TEST_F(Sequence, InfoListsAnimations) {
     const Outcome json = run_program({"info", scene, "--json"});
     ASSERT_EQ(json.status, 0) << json.err;
     const Json facts = Json::parse(json.out);

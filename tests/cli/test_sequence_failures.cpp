@@ -1,4 +1,4 @@
-// Sequences: what fails, what is left of it, and what else decides whether frames are kept.
+// Tests failures of sequences, their remains, and further inputs that decide whether frames are kept.
 #include <signal.h>
 #include <sys/resource.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-TEST_F(Sequence, OneBadFrameStopsNoOther) {
+TEST_F(Sequence, ABadFrameDoesNotStopOthers) {
     scene = write_scene_with_bad_frame(folder.path);
     const std::string stats = folder / "stats.json";
     const Outcome outcome = run("out", "1-5", {"--fps", "1", "--stats", stats});
@@ -39,7 +39,7 @@ TEST_F(Sequence, OneBadFrameStopsNoOther) {
     EXPECT_EQ(std::count(quiet.err.begin(), quiet.err.end(), '\n'), 1) << quiet.err;
 }
 
-TEST_F(Sequence, WhatCannotBeWrittenIsTheMatterOfItsFrame) {
+TEST_F(Sequence, AFailedWriteConcernsItsFrameOnly) {
     fs::create_directories(file("out", 2));
     const Outcome outcome = run("out", "1-3");
     EXPECT_EQ(outcome.status, 1);
@@ -54,7 +54,7 @@ TEST_F(Sequence, WhatCannotBeWrittenIsTheMatterOfItsFrame) {
 }
 
 TEST_F(Sequence, FullDisk) {
-    // Frames of 64 x 64 pixels of noise need more bytes than that; the driver's cache must not run into the limit.
+    // Frames of 64 x 64 noisy pixels need more bytes than this; the driver's cache must not reach the limit.
     const auto limit = [] {
         const rlimit size{8192, 8192};
         setrlimit(RLIMIT_FSIZE, &size);
@@ -90,7 +90,7 @@ TEST_F(Sequence, StoppedBySignal) {
         << "a temporary is left";
 }
 
-/// A config whose only view is what the table says.
+/// Returns a config whose only view is the table.
 fs::path write_config_with_table(const fs::path& folder, const std::string& table) {
     write_text(folder / "table.cube", table);
     write_text(folder / "config.ocio", R"(ocio_profile_version: 1
@@ -117,14 +117,14 @@ TEST_F(Sequence, TablesOfTheColourConfigAreSettings) {
     EXPECT_EQ(run("out", "1", config).status, 1) << "of another table";
 }
 
-TEST_F(Sequence, StatisticsAreAFileWhateverWasMade) {
+TEST_F(Sequence, StatisticsAreWrittenInEveryCase) {
     make("out", "1");
     make("out", "1", {"--stats", folder / "s.json"});
     EXPECT_EQ(read_text(folder / "s.json"), "");
 }
 
-TEST_F(Sequence, WhatAKilledRunHasLeftIsRemoved) {
-    // Killed while a movie is written, which is all the time.
+TEST_F(Sequence, RemainsOfAKilledRunAreRemoved) {
+    // The run is killed while it writes a movie, which it does all the time.
     fs::create_directory(folder / "bin");
     write_text(folder / "bin" / "ffmpeg", "#!/bin/sh\ncat > /dev/null\n");
     fs::permissions(folder / "bin" / "ffmpeg", fs::perms::owner_all);

@@ -1,4 +1,4 @@
-// `halflight render --settings`: the file's camera, lights and samples, unless the command line says otherwise.
+// Tests `halflight render --settings`: camera, lights and samples of the file, overridden by the command line.
 #include <gtest/gtest.h>
 
 #include "engine/core/image_tools.h"
@@ -32,7 +32,7 @@ class Settings : public testing::Test {
     std::string scene = copy_room(folder.path);
 };
 
-TEST_F(Settings, AreWhatOptionsWouldSay) {
+TEST_F(Settings, AreEquivalentToOptions) {
     const std::string s = settings(R"("camera": "above", "samples": 3, "bounces": 1, "exposure": 1,
                                       "environment": {"color": [0.2, 0.6, 0.4], "intensity": 2, "tint": [1, 0.5, 1]})");
     const ExrFile expected =
@@ -81,7 +81,7 @@ TEST_F(Settings, HaveSizeAndBiases) {
     EXPECT_TRUE(bias(by_file));
     EXPECT_TRUE(same(by_file, picture("b.exr", biased))) << "temporal is for frames";
     EXPECT_FALSE(bias(picture("c.exr", {"--settings", s, "--preview", "none", "--clamp", "0"})));
-    // To tell an error, or times of a frame, goes before the modes that do not go with it.
+    // Options for an error target or a shutter take precedence over incompatible modes of the file.
     EXPECT_FALSE(bias(picture("d.exr", {"--settings", s, "--clamp", "0", "--error", "1e9", "--samples", "16"})));
     EXPECT_EQ(run("e.#.exr", {"--settings", s, "--frames", "1-2", "--shutter", "0.5", "--shutter-times", "2"}).status,
               0);
@@ -116,7 +116,7 @@ TEST_F(Settings, EditTheLightOfSequencesToo) {
     for (std::size_t i = 0; i < dim.pixels.size(); ++i) EXPECT_NEAR(dim.pixels[i], bright.pixels[i] / 2, 1e-4);
 }
 
-TEST_F(Settings, ThatAreWrongAreRefused) {
+TEST_F(Settings, InvalidFilesAreRefused) {
     const auto refused = [&](const std::string& name) {
         const Outcome outcome = run("a.exr", {"--settings", name});
         EXPECT_EQ(outcome.status, 1);
@@ -130,7 +130,7 @@ TEST_F(Settings, ThatAreWrongAreRefused) {
     const Outcome both = run("s.exr", {"--settings", file("s.exr")});
     EXPECT_EQ(both.status, 2) << "it is both input and output";
 
-    // What the file says is held against the rest of the command line.
+    // Contents of the file are checked against the rest of the command line.
     write_exr(file("sky.exr"), {ExrLayer{{"R", "G", "B"}, Image(2, 1, 3)}}, {});
     const std::string sky = read_text(file("sky.exr"));
     EXPECT_EQ(run("sky.exr", {"--settings", settings(R"("environment": {"map": "sky.exr"})")}).status, 2);

@@ -1,4 +1,4 @@
-// Motion blur: known profiles, and that it is none where nothing moves.
+// Tests motion blur: known profiles, and no blur of static scenes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ class Shutter : public testing::Test {
         EXPECT_EQ(outcome.status, 0) << outcome.err;
         return read_exr(file);
     }
-    /// Of the row through the middle.
+    /// Returns a channel of the middle row.
     static std::vector<double> row(const ExrFile& file, const std::string& channel) {
         const std::vector<float>& values = file.find(channel)->values;
         return {values.begin() + kSide * kSide / 2, values.begin() + kSide * (kSide / 2 + 1)};
@@ -48,7 +48,7 @@ class Shutter : public testing::Test {
     const std::string sliding = write_sliding_light(folder.path);
 };
 
-/// The part of a pixel, and of the time that the shutter is open, in which a square of side 1 covers it that goes from
+/// Returns the coverage of a pixel, averaged over the shutter's open time, by a square of side 1 that moves from
 /// -travel / 2 to travel / 2 around the middle.
 double covered(int pixel, double travel) {
     constexpr int kSteps = 256;
@@ -70,8 +70,8 @@ double rms_error(const std::vector<double>& profile, double travel) {
     return std::sqrt(sum / kSide);
 }
 
-// Each of 32 times is known to 1/32 of 2 units, or half a pixel; with the pixel's own width, four of them may go either
-// way at each edge.
+// Each of 32 times is known to 1/32 of 2 units, or half a pixel. Including the pixel's width, four times are uncertain
+// at each edge.
 TEST_F(Shutter, MovingSquareHasTheProfileOfItsPath) {
     const Strings settings = {"--frame", "1", "--samples", "32", "--shutter-times", "32"};
     const auto profile = [&](const Strings& more) {
@@ -106,7 +106,7 @@ TEST_F(Shutter, MovingSquareHasTheProfileOfItsPath) {
     EXPECT_GT(rms_error(row(picture(sliding, sharp), "R"), 2), 0.2) << "without --shutter";
 }
 
-TEST_F(Shutter, CameraAndSquareMoveAgainstEachOther) {
+TEST_F(Shutter, CameraAndSquareMoveInOppositeDirections) {
     const ExrFile file = picture(sliding, {"--frame", "1", "--samples", "32", "--animation", "all", "--camera",
                                            "panning", "--shutter", "0.5", "--shutter-times", "32"});
     EXPECT_LT(rms_error(row(file, "R"), 2), 0.05) << "twice as fast as each of them";
@@ -115,7 +115,7 @@ TEST_F(Shutter, CameraAndSquareMoveAgainstEachOther) {
 TEST_F(Shutter, MattesHaveTheCoverageOfTheirLight) {
     const ExrFile file =
         picture(sliding, {"--frame", "1", "--samples", "32", "--animation", "slide", "--camera", "still", "--shutter",
-                          "1", "--aov", "cryptoobject,depth", "--estimator", "camera=1"});  // one ray sees both
+                          "1", "--aov", "cryptoobject,depth", "--estimator", "camera=1"});  // one ray hits both
     const auto light = row(file, "R"), coverage = row(file, "CryptoObject00.G"), depth = row(file, "Z");
     const std::vector<float>& ids = file.find("CryptoObject00.R")->values;
     int partly = 0;
@@ -132,8 +132,8 @@ TEST_F(Shutter, MattesHaveTheCoverageOfTheirLight) {
     EXPECT_GT(partly, 16);
 }
 
-// The samples are the same ones; sums of parts are rounded to float32 before they are added.
-TEST_F(Shutter, StillScenesStayAsTheyAre) {
+// The samples are equal; sums of parts are rounded to float32 before they are added.
+TEST_F(Shutter, StaticScenesDoNotChange) {
     const std::string scene = write_animated_scene(folder.path);
     const Strings settings = {
         "--frame",     "3",
@@ -160,7 +160,7 @@ TEST_F(Shutter, StillScenesStayAsTheyAre) {
     EXPECT_FALSE(sharp.attributes.extra.contains("shutter"));
 }
 
-TEST_F(Shutter, FramesAreTheSameHoweverTheyAreMade) {
+TEST_F(Shutter, FramesDoNotDependOnTheRun) {
     const std::string scene = write_animated_scene(folder.path);
     const auto make = [&](const std::string& into, const std::string& frames, const std::string& open = "0.7",
                           const std::string& times = "2") {
@@ -180,12 +180,12 @@ TEST_F(Shutter, FramesAreTheSameHoweverTheyAreMade) {
     EXPECT_EQ(make("whole", "1").status, 0);
 }
 
-TEST_F(Shutter, MotionIsThatOfSquareAndCamera) {
+TEST_F(Shutter, MotionIsOfSquareAndCamera) {
     for (const auto& [animation, camera, pixels] : {std::tuple("slide", "still", 8.0),
                                                     {"pan", "panning", 8.0},
                                                     {"all", "panning", 16.0},
                                                     {"none", "still", 0.0}}) {
-        // Two frames a second: a unit, or 8 pixels, each. At 1 s the square is in the middle.
+        // Two frames per second: a frame moves it by one unit, or 8 pixels. At 1 s the square is in the middle.
         const std::string file = folder / "motion.exr";
         const Outcome outcome =
             run_program({"render", sliding, file, "--width", "32", "--frame", "2", "--fps", "2", "--samples", "1",
@@ -204,7 +204,7 @@ TEST_F(Shutter, MotionIsThatOfSquareAndCamera) {
     }
 }
 
-TEST_F(Shutter, WhatMakesNoSense) {
+TEST_F(Shutter, InvalidOptions) {
     const auto refused = [&](const Strings& more, const std::string& message) {
         Strings arguments = {"render", sliding, folder / "a.exr"};
         arguments.insert(arguments.end(), more.begin(), more.end());

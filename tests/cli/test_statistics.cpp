@@ -1,4 +1,4 @@
-// What `--stats` tells of a run.
+// Tests the contents of `--stats`.
 #include <map>
 #include <nlohmann/json.hpp>
 #include <set>
@@ -10,7 +10,7 @@ namespace {
 
 using Statistics = Output;
 
-TEST_F(Statistics, TellTheRun) {
+TEST_F(Statistics, DescribeTheRun) {
     render({file("a.exr"), "--samples", "2", "--stats", file("stats.json"), "--dump-graph", file("graph.dot")});
     const auto stats = nlohmann::json::parse(read_text(file("stats.json")));
     EXPECT_EQ(stats.at("samples"), 2);
@@ -42,7 +42,7 @@ TEST_F(Statistics, TellTheRun) {
     EXPECT_NE(dot.find("gbuffer"), std::string::npos);
 }
 
-TEST_F(Statistics, TellHowRaysWereTraced) {
+TEST_F(Statistics, DescribeTheTracing) {
     const auto run = [&](const std::string& culling) {
         render({file("a.exr"), "--samples", "8", "--culling", culling, "--stats", file("stats.json")});
         return nlohmann::json::parse(read_text(file("stats.json")));
@@ -67,7 +67,7 @@ TEST_F(Statistics, TellHowRaysWereTraced) {
             }
             EXPECT_EQ(runs, 8u) << batch;
             EXPECT_LE(alive, 8u * 32 * 32);
-            // The same picture, the same rays.
+            // The picture is the same, so the rays are, too.
             EXPECT_EQ(rays.emplace(batch.at("batch"), alive).first->second, alive) << batch;
             ASSERT_EQ(batch.contains("tile_lists"), batch.at("ways").contains("tiles"));
             EXPECT_TRUE(culling != "raster" || batch.at("state_bytes") > 0);
@@ -91,7 +91,7 @@ TEST_F(Statistics, TellHowRaysWereTraced) {
         }
     }
     EXPECT_GT(rays.at("shadow"), 0u);
-    scene = std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/cornell.glb";  // where something stands in the light
+    scene = std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/cornell.glb";  // has occluders in the light
     const nlohmann::json compute = run("compute");
     for (const auto& batch : compute.at("ray_batches")) {
         if (batch.at("batch") != "shadow") continue;

@@ -19,7 +19,7 @@
 namespace halflight::test {
 namespace {
 
-constexpr unsigned kMostSeconds = 240;  // of a viewer that hangs
+constexpr unsigned kMostSeconds = 240;  // limit for a viewer that hangs
 
 class View : public testing::Test {
   protected:
@@ -40,7 +40,7 @@ class View : public testing::Test {
         options.in_child = [] { alarm(kMostSeconds); };
         return options;
     }
-    /// `halflight view` by a script, in whose lines @ stands for the folder.
+    /// Runs `halflight view` by a script, in whose lines @ stands for the folder.
     Outcome view(std::string script, const std::vector<std::string>& more = {}) {
         for (std::size_t at = 0; (at = script.find('@')) != std::string::npos;)
             script.replace(at, 1, folder.path.string() + "/");
@@ -61,7 +61,7 @@ class View : public testing::Test {
     Image png(const std::string& name) const { return read_png(file(name), read_text(file(name)), 4096); }
     Image exr(const std::string& name) const { return read_exr(file(name)).image({"R", "G", "B", "A"}); }
 
-    /// The largest difference of two pictures in 8-bit steps.
+    /// Returns the largest difference of two pictures, in 8-bit steps.
     static double difference(const Image& a, const Image& b) {
         EXPECT_EQ(a.width, b.width);
         EXPECT_EQ(a.height, b.height);
@@ -76,7 +76,7 @@ class View : public testing::Test {
         const auto bits = [](float v) { return std::bit_cast<std::uint32_t>(v); };
         return std::ranges::equal(a.values, b.values, {}, bits, bits);
     }
-    /// Columns from `first` to before `end`.
+    /// Returns the columns from `first` to before `end`.
     static Image crop(const Image& image, int first, int end) {
         Image part(end - first, image.height, image.channels);
         for (int y = 0; y < image.height; ++y)
@@ -95,7 +95,7 @@ class View : public testing::Test {
 };
 VirtualDisplay* View::display = nullptr;
 
-TEST_F(View, WhatIsSeenIsWhatRenderMakes) {
+TEST_F(View, PicturesEqualThoseOfRender) {
     expect_done(view(R"(
         wait first
         wait samples 3
@@ -134,7 +134,7 @@ TEST_F(View, WhatIsSeenIsWhatRenderMakes) {
     EXPECT_EQ(timings["last_picture"]["samples"], 2);
 }
 
-TEST_F(View, EveryViewCanBeSeen) {
+TEST_F(View, EveryLayerCanBeShown) {
     std::string script;
     std::vector<std::string> views = {
         "final",           "error",    "emission", "direct_diffuse", "direct_glossy",  "indirect_diffuse",
@@ -154,7 +154,7 @@ TEST_F(View, EveryViewCanBeSeen) {
         if (name == "final") continue;
         const ExrFile own = read_exr(file(name + ".exr"));
         EXPECT_GT(own.channels.size(), 4u) << "the layer is not in it";
-        const bool debug = name == "nodes" || name == "culling";  // "all" is without those
+        const bool debug = name == "nodes" || name == "culling";  // "all" does not include them
         for (const ExrChannel& channel : own.channels) {
             const ExrChannel* expected = all.find(channel.name);
             EXPECT_TRUE(expected ? same_values(channel, *expected) : debug) << channel.name;
@@ -189,7 +189,7 @@ TEST_F(View, ComponentsAndTwoPicturesSideBySide) {
     EXPECT_EQ(difference(crop(both, split, both.width), crop(with, split, both.width)), 0)
         << "in the same exposure, although it was kept before that";
     EXPECT_GT(difference(png("window.png"), both), 50) << "there is no line between them";
-    // What is seen is what is written.
+    // The written picture is the displayed one.
     const ExrFile exr = read_exr(file("without.exr"));
     const auto values = [&](const std::string& name) { return exr.find(name)->values; };
     const auto sum = values("R"), a = values("direct_glossy.R"), b = values("indirect_diffuse.R"),
@@ -289,11 +289,11 @@ TEST_F(View, LightsMaterialsAndBookmarks) {
     render({file("above-render.png"), "--settings", scene + ".halflight.json", "--samples", "2"});
     EXPECT_LE(difference(png("above.png"), png("above-render.png")), 1.01);
     EXPECT_GT(difference(png("above.png"), png("first.png")), 10);
-    // The bookmark's camera differs from the scene's by roundings only.
+    // The bookmark's camera differs from the scene's by rounding only.
     Image first = png("first.png"), again = png("again.png");
     EXPECT_NEAR(mean(first), mean(again), 0.01);
 
-    // What was saved is there the next time.
+    // Saved settings are used by the next run.
     expect_done(view("wait samples 2\nscreenshot @next.png\nrecall here\n"));
     EXPECT_EQ(difference(png("next.png"), png("above.png")), 0);
     expect_done(view("wait samples 2\nscreenshot @other.png\n", {"--camera", "front", "--bounces", "8"}));
@@ -315,7 +315,7 @@ TEST_F(View, OpensScenesAndEnvironments) {
     EXPECT_TRUE(same_bits(exr("opened.exr"), exr("render.exr")));
 }
 
-TEST_F(View, FramesOfAnimationsAreThoseThatRenderMakes) {
+TEST_F(View, AnimationFramesEqualThoseOfRender) {
     scene = write_animated_scene(folder.path).string();
     expect_done(view(R"(
         wait samples 1
@@ -388,7 +388,7 @@ TEST_F(View, LightsAreMoved) {
               fmt::format("halflight: {}1: place: there is no light 1; the scene has 1 lights\n", file("script.txt:")));
 }
 
-TEST_F(View, WhatCannotBeDoneIsTold) {
+TEST_F(View, ErrorsNameTheLine) {
     const auto expect_error = [&](const Outcome& outcome, int status, const std::string& message) {
         EXPECT_EQ(outcome.status, status);
         EXPECT_EQ(outcome.err, fmt::format("halflight: {}\n", message));
@@ -420,8 +420,8 @@ TEST_F(View, WhatCannotBeDoneIsTold) {
     expect_error(view("quit\n"), 1, scene + ".halflight.json: has no 'halflight_settings', the version of its format");
 }
 
-TEST_F(View, WithoutADeviceItSaysSo) {
-    // The device is wanted on another thread: the window is there before it is told.
+TEST_F(View, AMissingDeviceIsAnError) {
+    // The device is opened by another thread, so the window exists before the error.
     const Outcome outcome = view("wait first\n", {"--device", "no such device"});
     EXPECT_EQ(outcome.status, 1);
     EXPECT_NE(outcome.err.find("script.txt:1: GPU: no OpenGL 4.5 context for device 'no such device'"),
@@ -429,7 +429,7 @@ TEST_F(View, WithoutADeviceItSaysSo) {
         << outcome.err;
 }
 
-TEST(ViewWithout, ADisplayItSaysSo) {
+TEST(ViewWithout, ADisplayIsAnError) {
     TemporaryFolder folder;
     const std::string scene = copy_room(folder.path);
     RunOptions options;
@@ -453,7 +453,7 @@ TEST(ViewWithout, OtherCommandsNeedNoWindowSystem) {
     const std::string program = read_text(HALFLIGHT_PROGRAM);
     ASSERT_GT(program.size(), 1u << 20);
     for (const char* library : {"libglfw.so", "libX11.so"}) {
-        // Names that it is linked against stand in it with a terminating zero on both sides.
+        // Names of linked libraries have a terminating zero on both sides.
         EXPECT_EQ(program.find(std::string(1, '\0') + library), std::string::npos) << library;
     }
 }

@@ -28,7 +28,7 @@ VirtualDisplay::VirtualDisplay() {
         _exit(127);
     }
     close(number[1]);
-    // It writes its number and a line's end once it takes connections.
+    // The server writes its number and a line end once it accepts connections.
     constexpr int kPatience = 60000;  // ms
     std::string text;
     pollfd end{number[0], POLLIN, 0};

@@ -7,7 +7,7 @@
 
 namespace halflight::test {
 
-/// Lives as long as the object, and no longer than the process.
+/// Runs the server during its lifetime, and not longer than the process.
 class VirtualDisplay {
   public:
     VirtualDisplay();
@@ -15,7 +15,7 @@ class VirtualDisplay {
     VirtualDisplay& operator=(const VirtualDisplay&) = delete;
     ~VirtualDisplay();
 
-    const std::string& name() const { return name_; }  ///< ":99"; empty where none could be started
+    const std::string& name() const { return name_; }  ///< ":99"; empty if no server could be started
     const std::string& why_not() const { return why_not_; }
 
   private:

@@ -18,7 +18,7 @@ halflight="$work/bundle, moved/bin/halflight"
 megabytes=$(du -sm "bundle, moved" | cut -f1)
 [ "$megabytes" -lt 64 ] || fail "the bundle has $megabytes MiB"
 
-# Everything comes from the bundle, but for the C library, the GL driver, and what is shared with that driver.
+# All libraries come from the bundle, except for the C library, the GL driver, and libraries shared with that driver.
 allowed='^(linux-vdso|.*/ld-linux|lib(c|m|dl|rt|pthread|EGL|GLdispatch|stdc\+\+|gcc_s|z|expat|X11|xcb|Xau|Xdmcp|bsd|md)\.so)'
 outside=$(env -i LD_TRACE_LOADED_OBJECTS=1 "$halflight" | grep -v 'bundle, moved' | awk '{print $1}' |
     grep -Ev "$allowed" || true)
@@ -31,5 +31,5 @@ cp -r "$here/../cli/room" room
 env -i "$halflight" render room/room.gltf a.exr a.png --width 16 --height 16 --samples 1
 [ -s a.exr ] && [ -s a.png ]
 
-# A folder with something in it is left alone.
+# A folder that is not empty is left unchanged.
 ! "$here/../../tools/bundle" --program "$program" room 2>/dev/null || fail "overwrote a folder"

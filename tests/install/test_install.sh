@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# test_install.sh BUILD_FOLDER: installs the build into a prefix of its own, renders from there with an empty environment
-# in another folder, and builds a project that finds the library with find_package().
+# test_install.sh BUILD_FOLDER: installs the build into a temporary prefix, and renders from there in another folder with
+# an empty environment. Then it builds a project that finds the library with find_package().
 set -euo pipefail
 build=$1
 here=$(cd "$(dirname "$0")" && pwd)

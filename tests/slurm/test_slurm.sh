@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# test_slurm.sh PROGRAM SOURCE: 24 frames by a job array of six tasks, one of whose workers is killed: all frames are whole
-# afterwards, and the same as without Slurm. Exit status 77: skipped.
+# test_slurm.sh PROGRAM SOURCE: renders 24 frames by a job array of six tasks and kills one of the workers. All frames
+# must be complete afterwards, and equal to those without Slurm. Exit status 77: skipped.
 set -euo pipefail
 
 program=$(realpath "$1")
 source=$2
 folder=$(mktemp -d /tmp/halflight-slurm.XXXXXX)
-chmod 755 "$folder"  # munged is another user
+chmod 755 "$folder"  # munged runs as another user
 trap 'rm -rf "$folder" || true' EXIT
 
 inside() {
@@ -18,7 +18,7 @@ inside() {
     "$source/tools/slurm/submit" --halflight "$program" --tasks 6 --logs logs --memory 1000 --wait "${render[@]}" &
     local submitted=$!
 
-    # The first worker that is seen dies as by a crash.
+    # The first worker found is killed, like by a crash.
     local worker= deadline=$((SECONDS + 90))
     until worker=$(pgrep --full --oldest -- "/halflight render walk.glb .*--part") && kill -9 "$worker" 2>/dev/null; do
         if [ $SECONDS -ge $deadline ]; then
@@ -39,12 +39,12 @@ inside() {
     "$program" render walk.glb alone/walk.####.exr --frames 3,24 "${settings[@]}" --quiet
     for frame in 0003 0024; do cmp out/walk.$frame.exr alone/walk.$frame.exr; done
 
-    # A frame that is cut short or missing is named by the check.
+    # The check names a frame that is truncated or missing.
     truncate --size=-1 out/walk.0007.exr
     rm out/walk.0012.exr
     if "$program" render "${render[@]}" --check >said 2>&1; then echo "nothing was missed"; return 1; fi
     grep --quiet 7 said && grep --quiet 12 said || { cat said; echo "7 and 12 are not named"; return 1; }
-    # Memory is asked for by the picture.
+    # The requested memory depends on the picture.
     mkdir fake
     printf '#!/bin/sh\necho 1\n' >fake/sbatch
     chmod +x fake/sbatch
@@ -56,7 +56,7 @@ inside() {
     small=$(told --width 64 --height 36)
     large=$(told --width=3840 --height 2160 --aov all --half)
     [ "$small" -gt 100 ] && [ "$large" -gt $((small + 2000)) ] || { echo "memory: $small, $large MiB"; return 1; }
-    # What submit cannot use, it says before anything is queued.
+    # submit refuses invalid input before it queues a job.
     if "$source/tools/slurm/submit" --halflight "$program" none.glb out/x.####.exr --frames 1-2 2>said; then return 1; fi
     grep --quiet none.glb said || { cat said; return 1; }
     if "$source/tools/slurm/submit" --halflight "$program" --logs walk.glb/logs "${render[@]}" 2>said; then return 1; fi
