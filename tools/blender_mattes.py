@@ -1,9 +1,9 @@
-"""Whether Blender's Cryptomatte node takes from an .exr what is in it: mattes of chosen names by both.
+"""Checks that Blender's Cryptomatte node takes the mattes from an .exr that the specification defines.
 
     halflight render SCENE.glb mattes.exr --aov cryptoobject
     blender -b --factory-startup -P tools/blender_mattes.py -- mattes.exr NAME... [--layer CryptoObject]
 
-Prints a line of JSON for each name; exit status 1 where pixels differ by more than --tolerance (1e-5) or a matte is empty.
+Prints a line of JSON for each name. Exits with 1 if a pixel differs by more than --tolerance (1e-5) or a matte is empty.
 """
 import argparse
 import json
@@ -19,7 +19,7 @@ import exr_layers  # noqa: E402
 
 
 def blenders_matte(picture, layer, name, size):
-    """Coverage as the compositor gives it."""
+    """Returns the coverage that the compositor computes."""
     scene = bpy.context.scene
     scene.use_nodes = True
     scene.render.resolution_x, scene.render.resolution_y = size
@@ -44,7 +44,7 @@ def blenders_matte(picture, layer, name, size):
 
 
 def our_matte(layers, layer, identity):
-    """The specification's: the coverage of all ranks that have this id."""
+    """Returns the sum of the coverage of all ranks that have this id, as the specification defines it."""
     matte = 0
     for rank in range(6):
         plane = f"{layer}{rank // 2:02}."

@@ -1,12 +1,13 @@
-"""Whether a frame's poses are those of Blender's glTF import: how far the points of layer `position` are from the surfaces
-that Blender has at that frame, in parts of the scene's extent. Pixels beside the background are left out: rasterizers take
-some whose centres are a part of a pixel outside.
+"""Checks the poses of a frame against Blender's glTF import.
+
+Measures the distance of the points of layer `position` from Blender's surfaces at that frame, relative to the extent of the
+scene. Pixels beside the background are left out, because rasterizers take some whose centres lie slightly outside.
 
     halflight render FOX.glb fox.####.exr --frames 7 --animation Survey --aov position,ids
     blender -b --factory-startup -P tools/blender_poses.py -- FOX.glb fox.0007.exr --frame 7 --animation Survey [--fps 24]
 
-Prints a line of JSON; exit status 1 where the greatest distance is above --tolerance (1e-4). `greatest_at_next_frame`, the
-same for the frame after, says what a wrong pose would give.
+Prints a line of JSON. Exits with 1 if the greatest distance is above --tolerance (1e-4). `greatest_at_next_frame` is the
+distance from the surfaces of the next frame, and shows what a wrong pose would give.
 """
 import argparse
 import json
@@ -24,7 +25,7 @@ import exr_layers  # noqa: E402
 
 
 def play(wanted):
-    """Of glTF's animations, which are NLA tracks of one name on whatever they drive, the one of this name alone."""
+    """Plays only the named glTF animation. Blender has it as NLA tracks of that name on all objects that it drives."""
     owners = [o for o in bpy.data.objects] + [k for k in bpy.data.shape_keys]
     tracks = [t for o in owners if o.animation_data for t in o.animation_data.nla_tracks]
     names = list(dict.fromkeys(t.name for t in tracks))
@@ -33,7 +34,7 @@ def play(wanted):
             owner.animation_data.action = None
     for track in tracks:
         track.mute = wanted is not None and track.name != wanted
-        for strip in track.strips:  # the importer lets them begin at frame 1, a frame late
+        for strip in track.strips:  # the importer starts them at frame 1, one frame late
             late = strip.frame_start - strip.action_frame_start
             strip.frame_start -= late
             strip.frame_end -= late
@@ -42,7 +43,7 @@ def play(wanted):
 
 
 def surfaces(frame):
-    """All triangles at a frame, in glTF's axes: corners, and their indices."""
+    """Returns the corners of all triangles at a frame, in glTF's axes, and the triangles as indices."""
     bpy.context.scene.frame_set(int(frame), subframe=frame % 1)
     graph = bpy.context.evaluated_depsgraph_get()
     corners, triangles = [], []

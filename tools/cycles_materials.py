@@ -1,18 +1,18 @@
-"""Run before a Cycles render of a glTF scene, so that its materials are those of shaders/SHADING.md:
+"""Replaces the materials of a glTF scene by those of shaders/SHADING.md before Cycles renders it:
 
     blender -b --factory-startup -P tools/cycles_materials.py -P .../cycles_render.py -- SCENE OUT.exr ...
 
-Blender 3.4 imports every material as a Principled node, whose models are others:
-- Its diffuse lobe is Disney's, brighter than Lambert's at grazing angles, and it ignores KHR_materials_specular: a purely
-  diffuse Cornell box comes out 9 % too bright. What is neither metal nor light becomes a Diffuse node here.
+Blender 3.4 imports every material as a Principled node, whose models differ from ours:
+- Its diffuse lobe is Disney's, which is brighter than Lambert's at grazing angles, and it ignores KHR_materials_specular. A
+  purely diffuse Cornell box becomes 9 % too bright. Materials without metal and emission become a Diffuse node here.
 - Its metal is single-scattering GGX with separable Smith terms, G_1 G_1, and the Fresnel curve of an ior of 1.5. Ours has
-  the height-correlated G_2, Schlick's F and Turquin's gain M for multiple scattering. In the Cornell box with metals, as
-  imported, blocks of 16x16 pixels are up to 4 % darker: by M; G_2 and F make less than 0.3 % each.
-  A metal becomes the sum of Cycles' own Glossy node in its base colour, D G_1 G_1 / (4 mu_o mu_i) c, and of what our model
-  has beyond that, D / (4 mu_o mu_i) (G_2 F M - G_1 G_1 c) >= 0. No node of Cycles has that shape, so it is a mirror (sharp
-  Glossy node) whose normal h is drawn per hit by D cos(h, n), and whose colour makes up for that: in the mean it is the
-  very term. With HALFLIGHT_IMPORTED_METALS set in the environment metals stay as they are.
-What has a texture or is partly metallic is left as imported, and named.
+  the height-correlated G_2, Schlick's F and Turquin's gain M for multiple scattering. In the imported Cornell box with
+  metals, blocks of 16x16 pixels are up to 4 % darker because of M. G_2 and F make less than 0.3 % each.
+  A metal becomes the sum of two nodes. The first is Cycles' own Glossy node in the base colour, D G_1 G_1 / (4 mu_o mu_i) c.
+  The second is the remainder of our model, D / (4 mu_o mu_i) (G_2 F M - G_1 G_1 c) >= 0. No node of Cycles has this shape.
+  It is therefore a mirror (sharp Glossy node) whose normal h is drawn per hit by D cos(h, n), with a colour that compensates
+  for the density: its mean is the term. If HALFLIGHT_IMPORTED_METALS is set in the environment, metals stay as imported.
+Materials with textures and partly metallic ones stay as imported, and their names are printed.
 
 Prints the CPU seconds of the render, all threads, as a line of JSON beside the script's own.
 
@@ -27,12 +27,12 @@ import numpy
 
 
 def smith_root(cosine, alpha):
-    """Lambda = (root / cosine - 1) / 2 (Heitz 2014, eq. 72)."""
+    """Returns the root in Lambda = (root / cosine - 1) / 2 (Heitz 2014, eq. 72)."""
     return (alpha**2 + (1 - alpha**2) * cosine**2)**0.5
 
 
 def albedo(mu, alpha, steps=256):
-    """E_1 by the midpoint rule over the two numbers that choose h, the first as 1 - s^4: its tail is long."""
+    """Returns E_1 by the midpoint rule over the two numbers that choose h. The first is 1 - s^4, because its tail is long."""
     s, phi = numpy.meshgrid((numpy.arange(steps) + 0.5) / steps, (numpy.arange(steps) + 0.5) * numpy.pi / steps)
     h_z = (s**4 / (alpha**2 + (1 - alpha**2) * s**4))**0.5
     x = (1 - mu**2)**0.5 * (1 - h_z**2)**0.5 * numpy.cos(phi) + mu * h_z
@@ -43,7 +43,7 @@ def albedo(mu, alpha, steps=256):
 
 
 class Nodes:
-    """Arithmetic of a material's node tree; operands are sockets or constants."""
+    """Builds arithmetic in the node tree of a material. Operands are sockets or constants."""
 
     def __init__(self, tree):
         self.tree = tree
@@ -81,7 +81,7 @@ class Nodes:
         return self.math("SQRT", self.math("MULTIPLY_ADD", squared, 1 - alpha**2, alpha**2))
 
     def albedo(self, mu, alpha):
-        """A curve over sqrt(mu), which spreads the steep part near 0."""
+        """Returns E_1 as a curve over sqrt(mu), which spreads the steep part near 0."""
         node = self.node("ShaderNodeFloatCurve", 1.0, self.math("SQRT", mu))
         curve = node.mapping.curves[0]
         places = numpy.linspace(0, 1, 129)
@@ -100,11 +100,11 @@ def metal(tree, color, alpha):
     normal, wo = geometry["Normal"], geometry["Incoming"]
     mu = n.vector("DOT_PRODUCT", normal, wo)
 
-    # Three numbers that are other ones at every point that a path hits.
+    # Three random numbers for every point that a path hits.
     noise = n.node("ShaderNodeTexWhiteNoise", geometry["Position"], noise_dimensions="3D").outputs["Color"]
     u, v, w = n.node("ShaderNodeSeparateXYZ", noise).outputs
 
-    # h: by angle to n as D cos(h, n) has it (Walter 2007, eq. 35), about n as a direction from the whole sphere is.
+    # h: its angle to n is distributed as D cos(h, n) (Walter 2007, eq. 35), its azimuth as that of a uniform direction.
     one_less = n.math("SUBTRACT", 1.0, u)
     h_z = n.math("SQRT", n.math("DIVIDE", one_less, n.math("MULTIPLY_ADD", u, alpha**2 - 1, 1.0)))
     z = n.math("MULTIPLY_ADD", v, 2.0, -1.0)
@@ -117,7 +117,7 @@ def metal(tree, color, alpha):
     h_t = n.math("SQRT", n.math("SUBTRACT", 1.0, n.product(h_z, h_z)))
     h = n.vector("ADD", n.scaled(normal, h_z), n.scaled(tangent, h_t))
 
-    # With the density of wi, D h_z / (4 x), the term times mu_i is that density times
+    # The density of wi is D h_z / (4 x). The term times mu_i is this density times
     # 2 x mu_i / h_z (F M / (mu root_i + mu_i root) - 2 c / ((mu + root) (mu_i + root_i))).
     x = n.vector("DOT_PRODUCT", wo, h)
     mu_i = n.math("SUBTRACT", n.product(2.0, x, h_z), mu)
@@ -140,7 +140,7 @@ def metal(tree, color, alpha):
 
 
 def replacement(tree, inputs):
-    """The node in place of a Principled one; None where that is to stay."""
+    """Returns the node that replaces a Principled one; None if that stays."""
     metallic, color = inputs["Metallic"].default_value, inputs["Base Color"].default_value
     if metallic not in (0, 1) or any(inputs[i].is_linked for i in ("Base Color", "Metallic", "Roughness", "Normal")):
         return None

@@ -1,5 +1,7 @@
-"""Reads the channels of an OpenEXR file of scan lines, uncompressed or ZIP, without OpenEXR: for scripts that compare what
-this project writes with what other programs make of it. Follows openexr.com's "OpenEXR File Layout".
+"""Reads the channels of an OpenEXR file of scan lines, uncompressed or ZIP, without OpenEXR.
+
+Scripts use it to compare the files of this project with what other programs read. Follows openexr.com's "OpenEXR File
+Layout".
 
     width, height, channels = exr_layers.read("picture.exr")   # {"R": array[height, width], ...}, float32 or uint32
 """
@@ -9,7 +11,7 @@ import zlib
 import numpy
 
 KINDS = {0: numpy.dtype("<u4"), 1: numpy.dtype("<f2"), 2: numpy.dtype("<f4")}
-LINES = {0: 1, 2: 1, 3: 16}  # of a block: none, ZIPS, ZIP
+LINES = {0: 1, 2: 1, 3: 16}  # lines of a block by compression: none, ZIPS, ZIP
 
 
 def text(data, at):
@@ -18,7 +20,7 @@ def text(data, at):
 
 
 def header(data):
-    """Attributes by name, as bytes, and where the header ends."""
+    """Returns the attributes by name, as bytes, and the offset of the header's end."""
     magic, version = struct.unpack_from("<II", data, 0)
     if magic != 20000630 or version & 0x1a00:
         raise ValueError("not an OpenEXR file of one part of scan lines")
@@ -42,7 +44,7 @@ def channel_list(data):
 
 
 def unpack(block, size):
-    """ZIP: deflate of differences of bytes, the even ones first."""
+    """Returns the bytes of a ZIP block, a deflated sequence of differences with the even bytes first."""
     if len(block) == size:
         return block
     differences = numpy.frombuffer(zlib.decompress(block), numpy.uint8)
@@ -79,7 +81,7 @@ def read(path):
 
 
 def manifest(path, layer):
-    """Names and ids (as floats' bits) of a Cryptomatte."""
+    """Returns the ids (the bits of floats) of a Cryptomatte by name."""
     import json
     with open(path, "rb") as file:
         attributes, _ = header(file.read())

@@ -1,5 +1,5 @@
 # shellcheck shell=bash
-# What demo, test and bundle share.
+# Functions of the scripts in this folder.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
@@ -20,7 +20,7 @@ as_root() {
     fi
 }
 
-# install_packages [test]: installs those of packages.txt that are not there; a second call finds nothing to do.
+# install_packages [test]: installs the missing packages of packages.txt; with `test`, also those that only tests need.
 install_packages() {
     local wanted missing package until='/^#! test/,$d'
     [ "${1:-}" != test ] || until=
@@ -31,14 +31,14 @@ install_packages() {
             missing+=("$package")
     done
     [ ${#missing[@]} -gt 0 ] || return 0
-    command -v apt-get >/dev/null || die "missing, and there is no apt-get to install them: ${missing[*]}"
+    command -v apt-get >/dev/null || die "missing packages, and no apt-get to install them: ${missing[*]}"
     say "installing ${missing[*]}"
     as_root apt-get update --quiet=2
     as_root env DEBIAN_FRONTEND=noninteractive apt-get install --quiet=2 --yes --no-install-recommends "${missing[@]}" \
         </dev/null
 }
 
-# build_release TARGET...: the release preset into build/. Warnings are errors in CI.
+# build_release TARGET...: builds targets of the release preset in build/. Warnings are errors in CI.
 build_release() {
     local werror=OFF
     [ -z "${CI:-}" ] || werror=ON

@@ -1,0 +1,81 @@
+#!/usr/bin/env python3
+"""check_docs.py CHECKOUT: what documents refer to exists, and their lists are those of the code.
+
+Links and anchors lead somewhere; README.md leads to every document; every picture is used, and all of them have at most
+2 MB; scripts that are named exist, and CI runs those of the set-up; gltf.md lists the extensions of the loader; the
+drawing of the rooms is current.
+"""
+import pathlib
+import re
+import subprocess
+import sys
+
+MOST_PICTURE_BYTES = 2_000_000
+
+
+def anchors(text):
+    """Returns the anchors that GitHub makes of headings."""
+    headings = re.findall(r"^#+ (.*)$", re.sub(r"^```.*?^```$", "", text, flags=re.M | re.S), re.M)
+    return {re.sub(r"[^\w -]", "", h.lower()).replace(" ", "-") for h in headings}
+
+
+def links(text):
+    text = re.sub(r"^```.*?^```$", "", text, flags=re.M | re.S)
+    return re.findall(r"\]\(([^)\s]+)\)", text) + re.findall(r'(?:src|href)="([^"]+)"', text)
+
+
+def check(root):
+    documents = [root / "README.md", *sorted(root.glob("docs/**/*.md")), root / "tools/README.md",
+                 root / "scenes/README.md", root / "shaders/SHADING.md"]
+    reached, pictures = set(), set()
+    for document in documents:
+        name = document.relative_to(root)
+        text = document.read_text()
+        for link in links(text):
+            if "://" in link:
+                continue
+            path, _, anchor = link.partition("#")
+            target = (document.parent / path).resolve() if path else document
+            if not target.exists():
+                yield f"{name}: {link} does not exist"
+            elif anchor and anchor not in anchors(target.read_text()):
+                yield f"{name}: {link} has no such heading"
+            if document.name == "README.md" and document.parent == root:
+                reached.add(target)
+            if target.parent.name == "pictures":
+                pictures.add(target)
+        for script in re.findall(r"(?<![\w/.-])(tools/[\w./-]*\w)", text):
+            if not (root / script).exists():
+                yield f"{name}: {script} does not exist"
+    ci = (root / ".ci/run").read_text()
+    for block in re.findall(r"^```console\n(.*?)^```$", (root / "README.md").read_text(), re.M | re.S):
+        for line in block.splitlines():
+            if not re.search(rf"^{line.split()[0]}\b", ci, re.M):
+                yield f"README.md: CI does not run {line.split()[0]}"
+    for document in sorted(root.glob("docs/*.md")):
+        if document not in reached:
+            yield f"README.md does not lead to {document.relative_to(root)}"
+    made = {p for p in (root / "docs/pictures").iterdir() if p.suffix != ".md"}
+    for picture in sorted(made - pictures):
+        yield f"{picture.relative_to(root)}: no document shows it"
+    if (size := sum(p.stat().st_size for p in made)) > MOST_PICTURE_BYTES:
+        yield f"docs/pictures: {size} bytes, {MOST_PICTURE_BYTES} allowed"
+
+    loader = (root / "engine/io/gltf/document.cpp").read_text()
+    supported = re.search(r"kSupportedExtensions\{(.*?)\};", loader, re.S)
+    known = set(re.findall(r'"(\w+)"', supported[1])) if supported else set()
+    listed = set(re.findall(r"^\| `([A-Z]+_\w+)` \|", (root / "docs/gltf.md").read_text(), re.M))
+    if not known or known != listed:
+        yield f"docs/gltf.md and engine/io/gltf/document.cpp differ in extensions: {sorted(known ^ listed)}"
+    if subprocess.run([root / "tools/docs-architecture", "--check"]).returncode:
+        yield "docs/pictures/architecture.svg is not current"
+
+
+def main():
+    errors = list(check(pathlib.Path(sys.argv[1]).resolve()))
+    print("\n".join(errors) or "documents are consistent")
+    sys.exit(1 if errors else 0)
+
+
+if __name__ == "__main__":
+    main()
