@@ -208,12 +208,12 @@ TEST_F(Converge, ReportsThePilotsChoice) {
     ASSERT_EQ(outcome.status, 0) << outcome.err;
     const Json pilots = report()["pilots"];
     ASSERT_EQ(pilots.size(), 1u) << "nothing was left open by the other one";
-    const std::string told = pilots[0];
+    const std::string line = pilots[0];
     EXPECT_TRUE(
-        std::regex_match(told, std::regex("Of .*reuse=auto,camera=auto,.* a pilot has made .*reuse=(off|[0-9]+),"
+        std::regex_match(line, std::regex("Of .*reuse=auto,camera=auto,.* a pilot has made .*reuse=(off|[0-9]+),"
                                           "camera=[0-9]+,shadow=[0-9]+,.*")))
-        << told;
-    EXPECT_NE(outcome.err.find(told), std::string::npos) << outcome.err;
+        << line;
+    EXPECT_NE(outcome.err.find(line), std::string::npos) << outcome.err;
 }
 
 TEST_F(Converge, PreviewsAreCompared) {

@@ -38,9 +38,9 @@ TEST_F(PreviewModes, AreNamedInFilesAndOnTheConsole) {
 TEST_F(PreviewModes, FramesContinueEarlierFramesAndAreReproducible) {
     const Strings temporal = {"--preview", "temporal,filter", "--animation", "all", "--camera", "moving"};
     make("off", "1-4", {"--animation", "all", "--camera", "moving", "--preview", "filter"});
-    const std::string told = make("on", "1-4", temporal).err, bias = "biased: preview: light of earlier pictures";
-    EXPECT_NE(told.find(bias), std::string::npos) << told;
-    EXPECT_EQ(told.find(bias), told.rfind(bias)) << "once, as long as it stays the same";
+    const std::string output = make("on", "1-4", temporal).err, bias = "biased: preview: light of earlier pictures";
+    EXPECT_NE(output.find(bias), std::string::npos) << output;
+    EXPECT_EQ(output.find(bias), output.rfind(bias)) << "once, as long as it stays the same";
     EXPECT_TRUE(same_pixels(file("on", 1), file("off", 1))) << "there is nothing before the first frame";
     for (const int frame : {2, 3, 4}) {
         EXPECT_FALSE(same_pixels(file("on", frame), file("off", frame))) << frame;

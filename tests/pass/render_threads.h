@@ -14,9 +14,9 @@
 namespace halflight::view {
 
 /// A render thread, and all pictures that it has published.
-class Watched {
+class RecordingThread {
   public:
-    explicit Watched(double budget = 1e6)
+    explicit RecordingThread(double budget = 1e6)
         : thread_(ColorConfig::load(), {.context = {.device = "software"}, .budget = budget, .changed = [this] {
                                             const std::lock_guard lock(mutex_);
                                             changed_ = true;
@@ -39,19 +39,19 @@ class Watched {
             if (!wake_.wait_until(lock, end, [&] { return changed_ || !published_.empty(); })) return false;
             changed_ = false;
             if (published_.empty()) continue;
-            seen.push_back(published_.front());
+            pictures.push_back(published_.front());
             published_.pop_front();
         }
     }
     /// Waits until the whole picture of a request has this number of samples.
     bool until_samples(std::uint64_t request, int samples) {
         return until([&] {
-            return !seen.empty() && seen.back()->request == request && seen.back()->divisor == 1 &&
-                   seen.back()->result.stats.samples == samples;
+            return !pictures.empty() && pictures.back()->request == request && pictures.back()->divisor == 1 &&
+                   pictures.back()->result.stats.samples == samples;
         });
     }
 
-    std::vector<std::shared_ptr<const Picture>> seen;  // all pictures, in order
+    std::vector<std::shared_ptr<const Picture>> pictures;  // all pictures, in order
 
   private:
     std::mutex mutex_;

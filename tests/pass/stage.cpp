@@ -20,7 +20,7 @@ Stage::Stage(gpu::ProgramCache& programs, const Scene& scene, const Camera& came
     look_through(camera, camera);
 }
 
-void Stage::look(const SampleView& sample) {
+void Stage::select_sample(const SampleView& sample) {
     sample_ = sample;
     update();
 }
@@ -36,7 +36,7 @@ void Stage::look_through(const Camera& camera, const Camera& previous) {
     update();
 }
 
-void Stage::look(std::uint32_t index, std::uint32_t seed) {
+void Stage::select_sample(std::uint32_t index, std::uint32_t seed) {
     sample_.sample = index, sample_.seed = seed, sample_.begins = index == 0;
     sample_.jitter = shared::sample_2d(shared::make_sampler(~0u, ~0u, index, seed), 0);
     update();
@@ -111,13 +111,13 @@ std::vector<vec4> pack_surfaces(const std::vector<SurfaceRecord>& records, const
 
 namespace {
 
-std::optional<Seen> first_hit(const Scene& scene, const Camera& camera, const ivec2& image, const dvec2& at) {
+std::optional<CameraHit> first_hit(const Scene& scene, const Camera& camera, const ivec2& image, const dvec2& at) {
     const double half = camera.orthographic ? camera.ortho_height / 2 : std::tan(camera.vertical_fov / 2);
     const double x = (2 * at.x / image.x - 1) * half * image.x / image.y, y = (1 - 2 * at.y / image.y) * half;
     const dmat3 turn(camera.camera_to_world);
     const dvec3 origin = dvec3(camera.camera_to_world[3]) + (camera.orthographic ? turn * dvec3(x, y, 0) : dvec3(0));
     const dvec3 along = turn * (camera.orthographic ? dvec3(0, 0, -1) : dvec3(x, y, -1));
-    std::optional<Seen> nearest;
+    std::optional<CameraHit> nearest;
     for (std::uint32_t i = 0; i < scene.instances.size(); ++i) {
         const Mesh& mesh = scene.meshes[static_cast<std::size_t>(scene.instances[i].mesh)];
         const dmat4& m = scene.instances[i].object_to_world;
@@ -134,7 +134,7 @@ std::optional<Seen> first_hit(const Scene& scene, const Camera& camera, const iv
             const double u = glm::dot(glm::cross(p, e2), face) / square;
             const double v = glm::dot(glm::cross(e1, p), face) / square;
             if (u < 0 || v < 0 || u + v > 1) continue;
-            Seen s{i, t, depth, u, v, a + p, glm::normalize(face), {}, glm::normalize(along)};
+            CameraHit s{i, t, depth, u, v, a + p, glm::normalize(face), {}, glm::normalize(along)};
             s.geometric_normal *= glm::dot(face, along) > 0 ? -1.0 : 1.0;
             const dmat3 carry = glm::transpose(glm::inverse(dmat3(m)));
             s.normal = glm::normalize(carry * ((1 - u - v) * dvec3(mesh.normals[corner.x]) +
@@ -148,13 +148,13 @@ std::optional<Seen> first_hit(const Scene& scene, const Camera& camera, const iv
 
 }  // namespace
 
-LookResult look_at(const Scene& scene, const Camera& camera, const ivec2& image, const dvec2& at) {
-    const std::optional<Seen> here = first_hit(scene, camera, image, at);
-    LookResult result;
+CameraRayResult trace_camera_ray(const Scene& scene, const Camera& camera, const ivec2& image, const dvec2& at) {
+    const std::optional<CameraHit> here = first_hit(scene, camera, image, at);
+    CameraRayResult result;
     result.hit = here.has_value();
-    if (here) result.seen = *here;
+    if (here) result.surface = *here;
     for (const dvec2 step : {dvec2(1, 1), dvec2(1, -1), dvec2(-1, 1), dvec2(-1, -1)}) {
-        const std::optional<Seen> there = first_hit(scene, camera, image, at + 0.01 * step);
+        const std::optional<CameraHit> there = first_hit(scene, camera, image, at + 0.01 * step);
         result.clear = result.clear && here.has_value() == there.has_value() &&
                        (!here || (here->instance == there->instance && here->triangle == there->triangle));
     }

@@ -19,10 +19,10 @@ class Stage {
     /// Creates one band of the whole image, at sample 0 through the pixels' centres.
     Stage(gpu::ProgramCache& programs, const Scene& scene, const Camera& camera, const ivec2& image);
 
-    void look(const SampleView& sample);
+    void select_sample(const SampleView& sample);
     void look_through(const Camera& camera, const Camera& previous);
     /// Selects sample `index`, which has its own point in the pixels.
-    void look(std::uint32_t index, std::uint32_t seed = 1);
+    void select_sample(std::uint32_t index, std::uint32_t seed = 1);
 
     SceneView view(graph::Graph& graph);
     const shared::Frame& frame() const { return frame_; }
@@ -85,7 +85,7 @@ class PassTest : public GpuTest {
 };
 
 /// The surface that a camera ray hits, found in double by testing every triangle.
-struct Seen {
+struct CameraHit {
     std::uint32_t instance = 0;  // index in the scene
     std::uint32_t triangle = 0;  // index in its mesh
     double depth = 0;            // along the camera's axis
@@ -95,12 +95,12 @@ struct Seen {
     dvec3 normal{0};             // interpolated, unit length, on the side of geometric_normal
     dvec3 direction{0};          // direction of the ray, unit length
 };
-struct LookResult {
+struct CameraRayResult {
     bool hit = false;
     bool clear = true;  // all rays within 1/100 pixel agree on triangle or miss: no edge is near
-    Seen seen;          // valid for a hit
+    CameraHit surface;  // valid for a hit
 };
 /// Returns the result of the ray through point `at` of the image, pixels.
-LookResult look_at(const Scene& scene, const Camera& camera, const ivec2& image, const dvec2& at);
+CameraRayResult trace_camera_ray(const Scene& scene, const Camera& camera, const ivec2& image, const dvec2& at);
 
 }  // namespace halflight::test

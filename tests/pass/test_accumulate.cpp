@@ -180,7 +180,7 @@ class AccumulateTest : public PassTest {
         inputs[3]->write(std::span<const shared::PathState>(d.states));
         inputs[4]->write(std::span<const shared::uint>(d.light_occluded));
         inputs[5]->write(std::span<const shared::DirectLight>(d.received));
-        stage.look(samples++);
+        stage.select_sample(samples++);
         executor.run(plan);
     }
     /// Compares bits: sums in double of equal numbers in equal order are equal.

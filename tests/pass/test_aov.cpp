@@ -42,7 +42,7 @@ class AovTest : public PassTest {
         for (int y = 0; y < image.y; ++y) {
             for (int x = 0; x < image.x; ++x) {
                 const dvec2 at = dvec2(x, y) + 0.5;
-                const LookResult expected = look_at(scene, camera, image, at);
+                const CameraRayResult expected = trace_camera_ray(scene, camera, image, at);
                 if (!expected.clear) continue;
                 const shared::AovRecord& r = records[stage.path(x, y)];
                 if (!expected.hit) {
@@ -55,12 +55,12 @@ class AovTest : public PassTest {
                 }
                 ++hits;
                 const dvec3 position = dvec3(r.position) + stage.trace_tables().origin;
-                EXPECT_LT(glm::length(position - expected.seen.position), 1e-5) << x << ", " << y;
-                EXPECT_NEAR(r.depth, expected.seen.depth, 1e-5);
+                EXPECT_LT(glm::length(position - expected.surface.position), 1e-5) << x << ", " << y;
+                EXPECT_NEAR(r.depth, expected.surface.depth, 1e-5);
                 const TriangleSource source = source_of(stage.trace_tables(), r.instance, r.triangle);
-                EXPECT_EQ(source.instance, expected.seen.instance);
-                EXPECT_EQ(source.triangle, expected.seen.triangle);
-                const dvec2 motion = at - place(previous, image, expected.seen.position);
+                EXPECT_EQ(source.instance, expected.surface.instance);
+                EXPECT_EQ(source.triangle, expected.surface.triangle);
+                const dvec2 motion = at - place(previous, image, expected.surface.position);
                 EXPECT_LT(glm::length(dvec2(r.motion) - motion), 1e-3) << x << ", " << y;
             }
         }
@@ -102,11 +102,11 @@ TEST_F(AovTest, PointsBehindThePreviousCameraHaveNoMotion) {
 class DebugAovTest : public PassTest {
   protected:
     /// Results of a run of the shadow pass with this tracer, and of a second graph that reads its counters.
-    struct Seen {
+    struct Traced {
         std::vector<shared::DebugRecord> records;
         std::vector<int> surface;  // by path: 1 where a surface is visible
     };
-    Seen look(Stage& stage, rays::Tracer& tracer, const DebugOptions& options) {
+    Traced trace(Stage& stage, rays::Tracer& tracer, const DebugOptions& options) {
         const auto view_of = [&](graph::Graph& graph) {
             const SceneView v = stage.view(graph);
             return SceneView{v.programs, v.scene, v.trace, tracer, v.band, v.frame_constants};
@@ -117,17 +117,17 @@ class DebugAovTest : public PassTest {
         frame.output(add_shadow(frame, view, g).occluded);
         frame.output(g.hits);
         run(frame);
-        Seen seen;
+        Traced traced;
         for (const shared::Hit& hit : executor.read<shared::Hit>(g.hits))
-            seen.surface.push_back(hit.triangle != shared::kMiss ? 1 : 0);
+            traced.surface.push_back(hit.triangle != shared::kMiss ? 1 : 0);
 
         graph::Graph data;
         const SceneView again = view_of(data);
         const graph::BufferHandle records = add_debug_aov(data, again, add_gbuffer(data, again), options);
         data.output(records);
         run(data);
-        seen.records = executor.read<shared::DebugRecord>(records);
-        return seen;
+        traced.records = executor.read<shared::DebugRecord>(records);
+        return traced;
     }
 
     /// Returns a scene whose hierarchy is one leaf, where cutting has no gain.
@@ -143,33 +143,33 @@ TEST_F(DebugAovTest, OneQuadIsOneNodeAndOneEntry) {
     Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
     graph::Graph unused;
     rays::Tracer tracer(stage.view(unused).trace, rays::Culling::compute);
-    const Seen seen = look(stage, tracer, {.nodes = true, .culling = true});
+    const Traced traced = trace(stage, tracer, {.nodes = true, .culling = true});
     int met = 0, empty = 0;
-    for (std::size_t tile = 0; tile < seen.records.size(); tile += 64) {
+    for (std::size_t tile = 0; tile < traced.records.size(); tile += 64) {
         const auto surfaces =
-            std::count_if(&seen.surface[tile], &seen.surface[tile] + 64, [](int s) { return s != 0; });
+            std::count_if(&traced.surface[tile], &traced.surface[tile] + 64, [](int s) { return s != 0; });
         met += surfaces == 64;
         empty += surfaces == 0;
         for (std::size_t path = tile; path < tile + 64; ++path) {
             // Some rays may all be below the surface.
-            EXPECT_GE(seen.records[path].leaves, surfaces == 64 ? 1u : 0u) << path;
-            EXPECT_LE(seen.records[path].leaves, surfaces == 0 ? 0u : 1u) << path;
-            EXPECT_EQ(seen.records[path].leaves, seen.records[tile].leaves);
-            EXPECT_EQ(seen.records[path].others, 0u) << path;
+            EXPECT_GE(traced.records[path].leaves, surfaces == 64 ? 1u : 0u) << path;
+            EXPECT_LE(traced.records[path].leaves, surfaces == 0 ? 0u : 1u) << path;
+            EXPECT_EQ(traced.records[path].leaves, traced.records[tile].leaves);
+            EXPECT_EQ(traced.records[path].others, 0u) << path;
         }
     }
     EXPECT_GE(met, 5);
     EXPECT_GT(empty, 10);
     for (int y = 0; y < 45; ++y)
-        for (int x = 0; x < 60; ++x) EXPECT_EQ(seen.records[stage.path(x, y)].nodes, 1u) << x << ", " << y;
+        for (int x = 0; x < 60; ++x) EXPECT_EQ(traced.records[stage.path(x, y)].nodes, 1u) << x << ", " << y;
 }
 
 TEST_F(DebugAovTest, OnlyRequestedLayersAreCounted) {
     Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
     graph::Graph unused;
     rays::Tracer tracer(stage.view(unused).trace, rays::Culling::compute);
-    for (const shared::DebugRecord& r : look(stage, tracer, {.culling = true}).records) EXPECT_EQ(r.nodes, 0u);
-    for (const shared::DebugRecord& r : look(stage, tracer, {.nodes = true}).records) EXPECT_EQ(r.leaves, 0u);
+    for (const shared::DebugRecord& r : trace(stage, tracer, {.culling = true}).records) EXPECT_EQ(r.nodes, 0u);
+    for (const shared::DebugRecord& r : trace(stage, tracer, {.nodes = true}).records) EXPECT_EQ(r.leaves, 0u);
 }
 
 TEST_F(DebugAovTest, WithoutListsThereIsNothingToCount) {
@@ -177,7 +177,7 @@ TEST_F(DebugAovTest, WithoutListsThereIsNothingToCount) {
     graph::Graph unused;
     for (const rays::Culling culling : {rays::Culling::off, rays::Culling::automatic}) {
         rays::Tracer tracer(stage.view(unused).trace, culling);  // automatic: the first run is plain
-        for (const shared::DebugRecord& r : look(stage, tracer, {.culling = true}).records) EXPECT_EQ(r.leaves, 0u);
+        for (const shared::DebugRecord& r : trace(stage, tracer, {.culling = true}).records) EXPECT_EQ(r.leaves, 0u);
     }
 }
 
@@ -185,14 +185,14 @@ TEST_F(DebugAovTest, DenseGeometryCostsMoreVisits) {
     Stage stage(programs, pyramids(), camera_on_pyramids(), {60, 45});
     graph::Graph unused;
     rays::Tracer tracer(stage.view(unused).trace);
-    const Seen seen = look(stage, tracer, {.nodes = true});
+    const Traced traced = trace(stage, tracer, {.nodes = true});
     double nodes[2] = {}, rays[2] = {};
     for (int y = 0; y < 45; ++y) {
         for (int x = 0; x < 60; ++x) {
             const std::size_t path = stage.path(x, y);
-            EXPECT_GE(seen.records[path].nodes, 1u);
-            nodes[seen.surface[path]] += seen.records[path].nodes;
-            ++rays[seen.surface[path]];
+            EXPECT_GE(traced.records[path].nodes, 1u);
+            nodes[traced.surface[path]] += traced.records[path].nodes;
+            ++rays[traced.surface[path]];
         }
     }
     EXPECT_GT(nodes[1] / rays[1], nodes[0] / rays[0]);

@@ -17,14 +17,14 @@ class CityTest : public GpuTest {
   protected:
     template <class Result>
     std::vector<Result> answers(rays::Tracer& tracer, graph::Executor& executor, std::span<const Ray> rays) {
-        return ask<Result>(executor, {rays},
-                           [&](graph::Graph& graph, const rays::RayBatch& batch, graph::BufferHandle results) {
-                               if constexpr (std::is_same_v<Result, Hit>) {
-                                   return closest_hit(graph, tracer, batch, results);
-                               } else {
-                                   return any_hit(graph, tracer, batch, results);
-                               }
-                           });
+        return run_trace<Result>(executor, {rays},
+                                 [&](graph::Graph& graph, const rays::RayBatch& batch, graph::BufferHandle results) {
+                                     if constexpr (std::is_same_v<Result, Hit>) {
+                                         return closest_hit(graph, tracer, batch, results);
+                                     } else {
+                                         return any_hit(graph, tracer, batch, results);
+                                     }
+                                 });
     }
 
     gpu::ProgramCache programs;

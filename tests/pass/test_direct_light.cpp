@@ -132,7 +132,7 @@ TEST_F(DirectLightTest, EqualsTheOracleSampleBySample) {
     int seen = 0, otherwise = 0;
     double ours = 0, expected = 0;
     for (std::uint32_t sample = 0; sample < 3; ++sample) {
-        stage.look(sample, 2);
+        stage.select_sample(sample, 2);
         const dvec2 jitter(stage.frame().jitter);
         const Sample s = trace(stage);
         for (int y = 0; y < image.y; ++y) {
@@ -245,7 +245,7 @@ TEST_F(DirectLightTest, LongStripsDoNotShadowThemselves) {
             Stage stage(programs, scene, spot_camera(dvec3(0), up, 12), {512, 512});
             int sent = 0, returned = 0;
             for (std::uint32_t sample = 0; sample < 2; ++sample) {
-                stage.look(sample);
+                stage.select_sample(sample);
                 const Sample s = trace(stage);
                 for (std::size_t path = 0; path < s.states.size(); ++path) {
                     if (s.states[path].lobe == shared::kLobeNone) continue;
@@ -271,7 +271,7 @@ TEST_F(DirectLightTest, ThinLightsDoNotShadowThemselves) {
         Stage stage(programs, scene, spot_camera(dvec3(0), {0.3, 1, 0.2}, 3), {128, 128});
         int lit = 0, hidden = 0;
         for (std::uint32_t sample = 0; sample < 4; ++sample) {
-            stage.look(sample);
+            stage.select_sample(sample);
             const Sample s = trace(stage);
             for (std::size_t path = 0; path < s.light.size(); ++path) {
                 if (s.light[path].diffuse == vec3(0)) continue;

@@ -58,7 +58,7 @@ TEST_F(FrameTest, NoUnwrittenMemoryIsRead) {
             executor.poison(poison);
             const graph::CompiledGraph plan = graph::compile(graph, {.alias = alias});
             for (std::uint32_t sample = 0; sample < 2; ++sample) {
-                stage.look(sample);
+                stage.select_sample(sample);
                 executor.run(plan);
             }
             const Accumulated& a = frame.sums;

@@ -38,19 +38,19 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
         return c;
     }
 
-    /// Expects every pixel without an edge to agree with look_at(). At least `clear` pixels have no edge; `hits` pixels
-    /// see a surface.
+    /// Expects every pixel without an edge to agree with trace_camera_ray(). At least `clear` pixels have no edge;
+    /// `hits` pixels see a surface.
     void expect_as_seen(const Scene& scene, const Camera& camera, const ivec2& image, std::uint32_t sample,
                         double clear, double hits) {
         Stage stage(programs, scene, camera, image);
-        if (sample > 0) stage.look(sample);
+        if (sample > 0) stage.select_sample(sample);
         const vec2 jitter = stage.frame().jitter;
         const Content found = render(stage);
         const dvec3 eye(camera.camera_to_world[3]);
         int clear_count = 0, hit_count = 0;
         for (int y = 0; y < image.y; ++y) {
             for (int x = 0; x < image.x; ++x) {
-                const LookResult expected = look_at(scene, camera, image, dvec2(x, y) + dvec2(jitter));
+                const CameraRayResult expected = trace_camera_ray(scene, camera, image, dvec2(x, y) + dvec2(jitter));
                 if (!expected.clear) continue;
                 ++clear_count;
                 const std::size_t path = stage.path(x, y);
@@ -60,7 +60,7 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
                 ASSERT_EQ(record.is_surface, expected.hit) << x << ", " << y;
                 if (!expected.hit) continue;
                 ++hit_count;
-                const Seen& s = expected.seen;
+                const CameraHit& s = expected.surface;
                 const TriangleSource source = source_of(stage.trace_tables(), hit.instance, hit.triangle);
                 ASSERT_EQ(source.instance, s.instance) << x << ", " << y;
                 ASSERT_EQ(source.triangle, s.triangle) << x << ", " << y;
@@ -90,7 +90,7 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
 
     static dvec3 forward(const Camera& camera) { return -dvec3(camera.camera_to_world[2]); }
     /// Returns the shading normal of SHADING.md, "Surfaces".
-    static dvec3 bent(const Seen& s) {
+    static dvec3 bent(const CameraHit& s) {
         const double cosine = -glm::dot(s.normal, s.direction);
         return cosine <= 0 ? glm::normalize(s.normal - s.direction * (1e-3 - cosine)) : s.normal;
     }
@@ -226,14 +226,14 @@ TEST_P(GBufferTest, BandsEqualTheWhole) {
     SampleView sample;
     sample.band = {image, 0, image.y};
     sample.jitter = {0.3f, 0.8f};
-    stage.look(sample);
+    stage.select_sample(sample);
     const Content whole = render(stage);
     const std::size_t row_bytes = stage.buffers().surface_record_bytes();
     std::vector<std::size_t> path_in_whole;
     for (int y = 0; y < image.y; ++y)
         for (int x = 0; x < image.x; ++x) path_in_whole.push_back(stage.path(x, y));
     for (sample.band = {image, 0, 32}; sample.band.y < image.y; sample.band.y += 32) {
-        stage.look(sample);
+        stage.select_sample(sample);
         const Content part = render(stage);
         for (int y = sample.band.y; y < std::min(sample.band.y + 32, image.y); ++y) {
             for (int x = 0; x < image.x; ++x) {
@@ -278,7 +278,7 @@ TEST_P(GBufferTest, CloseSurfacesAreDistinguishedThousandsOfUnitsAway) {
     for (const bool front : {true, false}) {
         const Camera camera = look_at_camera({0, 0, front ? 4000 : -4000}, {0, 0, 0}, {0, 1, 0}, 0.8);
         Stage stage(programs, scene, camera, {64, 64});
-        stage.look(3);
+        stage.select_sample(3);
         const Content c = render(stage);
         for (int y = 0; y < 64; ++y)
             for (int x = 0; x < 64; ++x)
@@ -339,7 +339,7 @@ TEST_P(GBufferTest, BlendIsHitWithProbabilityAlpha) {
     int met[2] = {0, 0};
     std::vector<int> of_pixel(image.x * image.y);
     for (std::uint32_t sample = 0; sample < samples; ++sample) {
-        stage.look(sample);
+        stage.select_sample(sample);
         const Content c = render(stage);
         for (int y = 0; y < 32; ++y) {
             for (int x = 0; x < 32; ++x) {

@@ -110,7 +110,7 @@ TEST_F(LightWays, FollowTheirProbabilities) {
         ASSERT_TRUE(shading.tables.needs.light_tree);
         const auto in_tree = static_cast<std::uint32_t>(2 * squares + bulbs + spots);
         const std::vector<vec4> at = receivers(kReceivers);
-        const auto told = by_trail(shading, at, in_tree);
+        const auto tabulated = by_trail(shading, at, in_tree);
         for (std::uint32_t r = 0; r < kReceivers; ++r) {
             const auto found = shading.run(kLibrary, "const uint kReceiver = " + std::to_string(r) + R"(u;
                 // The chi-square test needs independent numbers.
@@ -127,12 +127,12 @@ TEST_F(LightWays, FollowTheirProbabilities) {
                 }
                 const auto light = static_cast<std::size_t>(way.x);
                 ASSERT_LT(light, in_tree);
-                ASSERT_EQ(way.y, told[r][light]) << "the same bits by either way";
+                ASSERT_EQ(way.y, tabulated[r][light]) << "the same bits by either way";
                 ++count[light];
             }
             for (std::uint32_t k = 0; k < in_tree; ++k) {
-                const double expected = double(told[r][k]) * kWays;
-                sum += told[r][k];
+                const double expected = double(tabulated[r][k]) * kWays;
+                sum += tabulated[r][k];
                 if (expected < 5) continue;
                 chi_square += (count[k] - expected) * (count[k] - expected) / expected;
                 ++degrees;
@@ -152,7 +152,7 @@ TEST_F(LightWays, EqualTheCpus) {
     const ShadingScene shading(many_lights(20, 20, 20));
     constexpr std::uint32_t kLights = 80;
     const std::vector<vec4> at = receivers(kReceivers);
-    const auto told = by_trail(shading, at, kLights);
+    const auto tabulated = by_trail(shading, at, kLights);
     const std::vector<uvec4>& rows = shading.tables.light_tree;
     int pairs = 0;
     for (std::uint32_t r = 0; r < kReceivers; ++r) {
@@ -176,7 +176,7 @@ TEST_F(LightWays, EqualTheCpus) {
             } while (!way.leaf && probability > 0);
             if (way.other != way.index) probability *= 0.5, ++pairs;
             EXPECT_TRUE(probability == 0 || (trail & 1u ? way.other : way.index) == k);
-            EXPECT_NEAR(told[r][k], probability, 1e-4 * probability + 1e-7) << r << ' ' << k;
+            EXPECT_NEAR(tabulated[r][k], probability, 1e-4 * probability + 1e-7) << r << ' ' << k;
         }
     }
     EXPECT_GT(pairs, 0) << "of a square's triangles";

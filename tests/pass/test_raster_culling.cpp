@@ -42,12 +42,13 @@ struct Pair {
                             const std::vector<std::uint32_t>* list) {
         graph::Executor executor(programs);
         executor.poison(true);
-        const Question question{rays, list, frame_constants, kKind};
-        return ask<Result>(executor, question, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
-            if (raster) return culling.add(graph, scene, batch, results, any_hit);
-            return any_hit ? rays::any_hit(graph, scene, batch, results)
-                           : rays::closest_hit(graph, scene, batch, results);
-        });
+        const TraceRequest request{rays, list, frame_constants, kKind};
+        return run_trace<Result>(executor, request,
+                                 [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+                                     if (raster) return culling.add(graph, scene, batch, results, any_hit);
+                                     return any_hit ? rays::any_hit(graph, scene, batch, results)
+                                                    : rays::closest_hit(graph, scene, batch, results);
+                                 });
     }
 
     /// Returns the number of rays whose closest or any hits differ in any bit.

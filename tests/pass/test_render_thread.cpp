@@ -15,7 +15,7 @@ using test::layer;
 using test::small_settings;
 
 TEST_F(RenderThreadTest, ThePictureEqualsThatOfRender) {
-    Watched thread;
+    RecordingThread thread;
     Request r = request();
     for (const AovInfo& aov : known_aovs())
         if (!aov.debug) r.aovs.emplace_back(aov.name);
@@ -23,27 +23,27 @@ TEST_F(RenderThreadTest, ThePictureEqualsThatOfRender) {
     const std::uint64_t number = thread->show(r);
     EXPECT_EQ(number, 1u);
     ASSERT_TRUE(thread.until_samples(number, 5)) << thread->status().error;
-    expect_same(thread.seen.back()->result, expected(r, 5));
-    EXPECT_EQ(thread.seen.back()->aovs, r.aovs);
-    EXPECT_TRUE(thread.seen.back()->result.stats.passes.empty()) << "nobody has asked for times";
+    expect_same(thread.pictures.back()->result, expected(r, 5));
+    EXPECT_EQ(thread.pictures.back()->aovs, r.aovs);
+    EXPECT_TRUE(thread.pictures.back()->result.stats.passes.empty()) << "nobody has asked for times";
     // Rendering continues from the samples so far.
     thread->limit(7);
     ASSERT_TRUE(thread.until_samples(number, 7));
-    expect_same(thread.seen.back()->result, expected(r, 7));
-    for (const auto& picture : thread.seen) {
+    expect_same(thread.pictures.back()->result, expected(r, 7));
+    for (const auto& picture : thread.pictures) {
         EXPECT_EQ(picture->request, number);
         EXPECT_LE(picture->result.stats.samples, 7);
     }
 }
 
 TEST_F(RenderThreadTest, TheFirstPictureIsCoarse) {
-    Watched thread;
+    RecordingThread thread;
     Request r = request();
     thread->show(r);
-    ASSERT_TRUE(thread.until([&] { return !thread.seen.empty(); })) << thread->status().error;
-    EXPECT_EQ(thread.seen[0]->divisor, 8) << "nothing is known of how long it takes";
-    EXPECT_EQ(thread.seen[0]->result.beauty.width, 8);
-    EXPECT_EQ(thread.seen[0]->result.beauty.height, 6);
+    ASSERT_TRUE(thread.until([&] { return !thread.pictures.empty(); })) << thread->status().error;
+    EXPECT_EQ(thread.pictures[0]->divisor, 8) << "nothing is known of how long it takes";
+    EXPECT_EQ(thread.pictures[0]->result.beauty.width, 8);
+    EXPECT_EQ(thread.pictures[0]->result.beauty.height, 6);
     ASSERT_TRUE(thread.until_samples(1, 1));
     // The budget is large, so all pictures are whole once a time has been recorded.
     r.camera.camera_to_world[3].x += 0.1;
@@ -51,21 +51,21 @@ TEST_F(RenderThreadTest, TheFirstPictureIsCoarse) {
     r.camera.camera_to_world[3].x += 0.1;
     const std::uint64_t third = thread->show(r);
     ASSERT_TRUE(thread.until_samples(third, 1));
-    expect_same(thread.seen.back()->result, expected(r, 1));
-    for (const auto& picture : thread.seen) EXPECT_TRUE(picture->request != third || picture->divisor == 1);
+    expect_same(thread.pictures.back()->result, expected(r, 1));
+    for (const auto& picture : thread.pictures) EXPECT_TRUE(picture->request != third || picture->divisor == 1);
 
-    Watched hasty(1e-9);
+    RecordingThread hasty(1e-9);
     for (int i = 0; i < 3; ++i) {
         r.camera.camera_to_world[3].x += 0.1;
         ASSERT_TRUE(hasty.until_samples(hasty->show(r), 1));
     }
     hasty->show(request());
-    ASSERT_TRUE(hasty.until([&] { return hasty.seen.back()->request == 4; }));
-    EXPECT_EQ(hasty.seen.back()->divisor, 16) << "nothing is fast enough";
+    ASSERT_TRUE(hasty.until([&] { return hasty.pictures.back()->request == 4; }));
+    EXPECT_EQ(hasty.pictures.back()->divisor, 16) << "nothing is fast enough";
 }
 
 TEST_F(RenderThreadTest, TheNewestRequestIsRendered) {
-    Watched thread;
+    RecordingThread thread;
     thread->limit(1 << 24);
     Request r = request();
     std::uint64_t last = 0;
@@ -74,25 +74,25 @@ TEST_F(RenderThreadTest, TheNewestRequestIsRendered) {
         last = thread->show(r);
     }
     EXPECT_EQ(last, 20u);
-    ASSERT_TRUE(thread.until([&] { return !thread.seen.empty() && thread.seen.back()->request == last; }));
+    ASSERT_TRUE(thread.until([&] { return !thread.pictures.empty() && thread.pictures.back()->request == last; }));
     // A new request ends the refinement of the previous picture.
     r.camera.camera_to_world[3].y += 0.1;
     last = thread->show(r);
-    ASSERT_TRUE(thread.until([&] { return thread.seen.back()->request == last; }));
+    ASSERT_TRUE(thread.until([&] { return thread.pictures.back()->request == last; }));
     thread->limit(1);
-    for (std::size_t i = 1; i < thread.seen.size(); ++i)
-        EXPECT_LE(thread.seen[i - 1]->request, thread.seen[i]->request);
+    for (std::size_t i = 1; i < thread.pictures.size(); ++i)
+        EXPECT_LE(thread.pictures[i - 1]->request, thread.pictures[i]->request);
 }
 
 TEST_F(RenderThreadTest, TheRadianceCacheLivesWhileOnlyTheCameraMoves) {
-    Watched thread;
+    RecordingThread thread;
     Request r = request();
     r.modes.preview.cache = true;
     thread->limit(2);
     const auto picture = [&](const Request& wanted) {
         const std::uint64_t number = thread->show(wanted);
         EXPECT_TRUE(thread.until_samples(number, 2)) << thread->status().error;
-        return thread.seen.back()->result;
+        return thread.pictures.back()->result;
     };
     const RenderResult cold = picture(r);
     EXPECT_EQ(cold.stats.biases.size(), 1u);
@@ -115,72 +115,72 @@ TEST_F(RenderThreadTest, TheRadianceCacheLivesWhileOnlyTheCameraMoves) {
 }
 
 TEST_F(RenderThreadTest, LightsAndMaterialsAreEdited) {
-    Watched thread;
+    RecordingThread thread;
     thread->limit(2);
     Request r = request();
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    const auto plain = thread.seen.back();
+    const auto plain = thread.pictures.back();
     r.edits.clay = true;
     r.edits.emission = 0.25f;
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    expect_same(thread.seen.back()->result, expected(r, 2));
-    EXPECT_FALSE(same_bits(thread.seen.back()->result.beauty, plain->result.beauty));
+    expect_same(thread.pictures.back()->result, expected(r, 2));
+    EXPECT_FALSE(same_bits(thread.pictures.back()->result.beauty, plain->result.beauty));
     // Hierarchies are kept; where only lights change, so are the renderers.
-    EXPECT_EQ(thread.seen.back()->result.stats.hierarchies.built, 0u);
+    EXPECT_EQ(thread.pictures.back()->result.stats.hierarchies.built, 0u);
     r.edits.emission = 0.5f;
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    expect_same(thread.seen.back()->result, expected(r, 2));
-    EXPECT_EQ(thread.seen.back()->result.stats.hierarchies.built, 0u);
+    expect_same(thread.pictures.back()->result, expected(r, 2));
+    EXPECT_EQ(thread.pictures.back()->result.stats.hierarchies.built, 0u);
     r.edits = {};
     r.measure = true;
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    expect_same(thread.seen.back()->result, plain->result);
-    EXPECT_FALSE(thread.seen.back()->result.stats.passes.empty());
+    expect_same(thread.pictures.back()->result, plain->result);
+    EXPECT_FALSE(thread.pictures.back()->result.stats.passes.empty());
 }
 
 TEST_F(RenderThreadTest, ComponentsNeedNoNewSamples) {
-    Watched thread;
+    RecordingThread thread;
     thread->limit(3);
     Request r = request();
     r.aovs = {"variance"};
     ASSERT_TRUE(thread.until_samples(thread->show(r), 3));
-    const auto first = thread.seen.back();
+    const auto first = thread.pictures.back();
     EXPECT_FALSE(first->relmse) << "too few samples to tell";
     Request parts = r;
     parts.aovs = {"direct_diffuse", "indirect_diffuse"};
     const std::uint64_t number = thread->show(parts);
     ASSERT_TRUE(thread.until_samples(number, 3));
-    expect_same(thread.seen.back()->result, expected(parts, 3));
-    EXPECT_GT(thread.seen.back()->seconds, first->seconds) << "they are as old as the samples";
+    expect_same(thread.pictures.back()->result, expected(parts, 3));
+    EXPECT_GT(thread.pictures.back()->seconds, first->seconds) << "they are as old as the samples";
     // Rendering continues from the samples so far, whose AOVs are still there.
     thread->limit(5);
     ASSERT_TRUE(thread.until_samples(number, 5));
     const std::uint64_t again = thread->show(r);
     ASSERT_TRUE(thread.until_samples(again, 5));
-    expect_same(thread.seen.back()->result, expected(r, 5));
-    EXPECT_GT(thread.seen.back()->relmse.value(), 0);
-    for (const auto& picture : thread.seen) {
+    expect_same(thread.pictures.back()->result, expected(r, 5));
+    EXPECT_GT(thread.pictures.back()->relmse.value(), 0);
+    for (const auto& picture : thread.pictures) {
         EXPECT_TRUE(picture->request != number || picture->result.stats.samples >= 3) << "it has begun anew";
         EXPECT_TRUE(picture->request != again || picture->result.stats.samples == 5) << "it has begun anew";
     }
 }
 
 TEST_F(RenderThreadTest, PreviewModesReportTheirBias) {
-    Watched thread;
+    RecordingThread thread;
     thread->limit(2);
     Request r = request();
     r.modes.clamp = 0.01f;
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    EXPECT_EQ(thread.seen.back()->result.stats.biases.size(), 1u);
-    const auto clamped = thread.seen.back();
+    EXPECT_EQ(thread.pictures.back()->result.stats.biases.size(), 1u);
+    const auto clamped = thread.pictures.back();
     r.modes = {};
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    EXPECT_TRUE(thread.seen.back()->result.stats.biases.empty());
-    EXPECT_FALSE(same_bits(thread.seen.back()->result.beauty, clamped->result.beauty));
+    EXPECT_TRUE(thread.pictures.back()->result.stats.biases.empty());
+    EXPECT_FALSE(same_bits(thread.pictures.back()->result.beauty, clamped->result.beauty));
 }
 
 TEST_F(RenderThreadTest, CullingIsChosen) {
-    Watched thread;
+    RecordingThread thread;
     thread->limit(2);
     Request r = request();
     r.measure = true;
@@ -188,13 +188,13 @@ TEST_F(RenderThreadTest, CullingIsChosen) {
         SCOPED_TRACE(rays::name(culling));
         r.culling = culling;
         ASSERT_TRUE(thread.until_samples(thread->show(r), 2)) << thread->status().error;
-        expect_same(thread.seen.back()->result, expected(r, 2));
-        EXPECT_EQ(thread.seen.back()->result.stats.raster.empty(), culling != rays::Culling::raster);
+        expect_same(thread.pictures.back()->result, expected(r, 2));
+        EXPECT_EQ(thread.pictures.back()->result.stats.raster.empty(), culling != rays::Culling::raster);
     }
 }
 
 TEST_F(RenderThreadTest, OtherWorkIsPerformedBetweenPictures) {
-    Watched thread;
+    RecordingThread thread;
     std::string activity;
     const std::thread::id here = std::this_thread::get_id();
     std::thread::id there = here;
@@ -212,20 +212,20 @@ TEST_F(RenderThreadTest, OtherWorkIsPerformedBetweenPictures) {
     Request r = request();
     thread->limit(1 << 24);
     const std::uint64_t number = thread->show(r);
-    ASSERT_TRUE(thread.until([&] { return !thread.seen.empty(); }));
+    ASSERT_TRUE(thread.until([&] { return !thread.pictures.empty(); }));
     done = false;
     thread->perform("reading", work);
     ASSERT_TRUE(thread.until([&] { return done.load(); }));
     thread->limit(1);
-    const std::size_t before = thread.seen.size();
-    ASSERT_TRUE(thread.until([&] { return thread.seen.size() > before && thread.seen.back()->divisor == 1; }));
-    EXPECT_EQ(thread.seen.back()->request, number);
+    const std::size_t before = thread.pictures.size();
+    ASSERT_TRUE(thread.until([&] { return thread.pictures.size() > before && thread.pictures.back()->divisor == 1; }));
+    EXPECT_EQ(thread.pictures.back()->request, number);
     done = false;
     thread->perform("reading", work);
     ASSERT_TRUE(thread.until([&] { return done.load(); }));
     thread->limit(2);
     ASSERT_TRUE(thread.until_samples(number, 2));
-    expect_same(thread.seen.back()->result, expected(r, 2));
+    expect_same(thread.pictures.back()->result, expected(r, 2));
 }
 
 TEST_F(RenderThreadTest, PosesFollowFromTheirReference) {
@@ -244,49 +244,50 @@ TEST_F(RenderThreadTest, PosesFollowFromTheirReference) {
     r.scene = posed;
     r.frame = 3;
     {
-        Watched thread;  // has not rendered the reference
+        RecordingThread thread;  // has not rendered the reference
         thread->limit(2);
         ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-        expect_same(thread.seen.back()->result, expected_pose(r));
+        expect_same(thread.pictures.back()->result, expected_pose(r));
     }
-    Watched thread;
+    RecordingThread thread;
     thread->limit(2);
     ASSERT_TRUE(thread.until_samples(thread->show(request()), 2));
-    const auto first = thread.seen.back();
+    const auto first = thread.pictures.back();
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
-    const auto second = thread.seen.back();
+    const auto second = thread.pictures.back();
     expect_same(second->result, expected_pose(r));
     EXPECT_FALSE(same_bits(first->result.beauty, second->result.beauty));
     ASSERT_TRUE(thread.until_samples(thread->show(request()), 2));
-    expect_same(thread.seen.back()->result, first->result);
+    expect_same(thread.pictures.back()->result, first->result);
 }
 
 TEST_F(RenderThreadTest, MotionIsRelativeToThePreviousView) {
-    Watched thread;
+    RecordingThread thread;
     Request r = request();
     r.aovs = {"motion"};
     const auto largest = [&](const Request& wanted) {
         EXPECT_TRUE(thread.until_samples(thread->show(wanted), 1));
         float most = 0;
-        for (const float v : layer(thread.seen.back()->result, "motion.X").pixels) most = std::max(most, std::abs(v));
+        for (const float v : layer(thread.pictures.back()->result, "motion.X").pixels)
+            most = std::max(most, std::abs(v));
         return most;
     };
     EXPECT_LT(largest(r), 0.01f);
     r.camera.camera_to_world[3] += 0.1 * r.camera.camera_to_world[0];
     EXPECT_GT(largest(r), 1.0f);
-    const auto of_camera = thread.seen.back();
+    const auto of_camera = thread.pictures.back();
     Scene moved = *scene;
     moved.instances[1].object_to_world[3].x += 0.2;
     r.scene = std::make_shared<const Scene>(moved);
     EXPECT_GT(largest(r), 1.0f);
-    EXPECT_FALSE(same_bits(layer(of_camera->result, "motion.X"), layer(thread.seen.back()->result, "motion.X")));
+    EXPECT_FALSE(same_bits(layer(of_camera->result, "motion.X"), layer(thread.pictures.back()->result, "motion.X")));
 }
 
 TEST_F(RenderThreadTest, AnErrorKeepsThePicture) {
-    Watched thread;
+    RecordingThread thread;
     Request good = request();
     ASSERT_TRUE(thread.until_samples(thread->show(good), 1));
-    const auto before = thread.seen.back();
+    const auto before = thread.pictures.back();
     Request bad = good;
     Scene broken = *scene;
     broken.instances[0].mesh = 1000;
@@ -309,12 +310,12 @@ TEST_F(RenderThreadTest, NoDeviceIsAnError) {
 }
 
 TEST_F(RenderThreadTest, EndsWhileRendering) {
-    Watched thread;
+    RecordingThread thread;
     thread->limit(1 << 24);
     Request r = request();
     r.size = {512, 512};
     thread->show(r);
-    ASSERT_TRUE(thread.until([&] { return !thread.seen.empty(); }));
+    ASSERT_TRUE(thread.until([&] { return !thread.pictures.empty(); }));
 }
 
 }  // namespace

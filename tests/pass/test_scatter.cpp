@@ -184,7 +184,7 @@ TEST_F(ScatterTest, DirectionsFollowTheBsdfAndWeightsTheirDensity) {
             SCOPED_TRACE(std::string(c.name) + ", elevation " + std::to_string(elevation));
             const dvec3 wo = glm::normalize(dvec3(std::cos(elevation), std::sin(elevation), 0.4 * std::cos(elevation)));
             Stage stage(programs, floor_scene(c.material), spot_camera(dvec3(0), wo, 0.01), {256, 256});
-            stage.look(5, 11);
+            stage.select_sample(5, 11);
             const Scattered s = scatter(stage);
             expect_consistent(s);
             const reference::Bsdf bsdf = oracle_bsdf(c.material, wo);

@@ -43,11 +43,11 @@ test::TemporaryFolder* ShaderReload::folder = nullptr;
 
 TEST_F(ShaderReload, ReloadsChangedShaders) {
     const RenderResult plain = expected(request(), 2);
-    Watched thread;
+    RecordingThread thread;
     thread->limit(2);
     const std::uint64_t number = thread->show(request());
     ASSERT_TRUE(thread.until_samples(number, 2)) << thread->status().error;
-    expect_same(thread.seen.back()->result, plain);
+    expect_same(thread.pictures.back()->result, plain);
 
     // The thread is idle: it renders the picture anew, with twice the light.
     const std::string name = "accumulate.comp", good = read(name);
@@ -57,12 +57,12 @@ TEST_F(ShaderReload, ReloadsChangedShaders) {
     const auto edited = [&](const std::string& to) { return std::string(good).replace(at, from.size(), to); };
     write(name, edited("vec3 emission = 2.0 * guarded(point.emission, kCountGBuffer);"));
     const auto brighter = [&] {
-        const auto& last = thread.seen.back();
+        const auto& last = thread.pictures.back();
         return last->divisor == 1 && last->result.stats.samples == 2 && !same_bits(last->result.beauty, plain.beauty);
     };
     ASSERT_TRUE(thread.until(brighter));
     EXPECT_GE(thread->status().reloads, 1u);
-    const auto bright = thread.seen.back();
+    const auto bright = thread.pictures.back();
 
     // A shader with errors is reported, and the old program stays in use.
     write(name, edited("vec3 emission = nonsense;"));
@@ -84,20 +84,20 @@ TEST_F(ShaderReload, ReloadsChangedShaders) {
     Request moved = request();
     moved.bounces = 2;
     ASSERT_TRUE(thread.until_samples(thread->show(moved), 2));
-    expect_same(thread.seen.back()->result, expected(moved, 2));
+    expect_same(thread.pictures.back()->result, expected(moved, 2));
 }
 
 TEST_F(ShaderReload, AShaderThatWasBrokenAtTheStartCanBeRepaired) {
     const RenderResult plain = expected(request(), 1);
     const std::string good = read("accumulate.comp");
     write("accumulate.comp", good + "nonsense;\n");
-    Watched thread;
+    RecordingThread thread;
     const std::uint64_t number = thread->show(request());
     ASSERT_TRUE(thread.until([&] { return thread->status().failed == number; }));
     EXPECT_TRUE(thread->status().error.starts_with("shaders/accumulate.comp:")) << thread->status().error;
     write("accumulate.comp", good);
     ASSERT_TRUE(thread.until_samples(number, 1));
-    expect_same(thread.seen.back()->result, plain);
+    expect_same(thread.pictures.back()->result, plain);
     EXPECT_EQ(thread->status().error, "");
 }
 

@@ -66,7 +66,7 @@ class ShadowTest : public PassTest {
     Found mean_over(Stage& stage, std::uint32_t samples) {
         Found found;
         for (std::uint32_t i = 0; i < samples; ++i) {
-            stage.look(i);
+            stage.select_sample(i);
             const Sample s = shadow(stage);
             for (std::size_t path = 0; path < s.light.size(); ++path) {
                 const bool visible = s.light[path].diffuse + s.light[path].glossy != vec3(0) && s.occluded[path] == 0;

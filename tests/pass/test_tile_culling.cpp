@@ -102,8 +102,8 @@ TEST_F(TileCulling, DegenerateTiles) {
     }
 }
 
-// List capacities with which no child of the root fits, or some do; powers of two and others; and the sizes around 32
-// and 64, the bits of a word and of a mask. Each runs twice, because lists are kept.
+// Tests list capacities with which no child of the root fits, or some do; powers of two and others. Sizes around 32 and
+// 64 are the bits of a word and of a mask. Each runs twice, because lists are kept.
 TEST_F(TileCulling, TilesAndListsOfAllSizes) {
     const auto expect_same = [&](const Scene& scene, const std::vector<rays::TileSettings>& all) {
         const TraceTables tables = build_trace_tables(scene);

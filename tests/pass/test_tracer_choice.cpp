@@ -26,8 +26,8 @@ class TracerChoice : public GpuTest {
     /// Runs one batch of a kind.
     std::vector<Hit> closest(rays::Tracer& tracer, rays::RayKind kind = rays::RayKind::primary,
                              const std::vector<std::uint32_t>* list = nullptr) {
-        const Question question{view, list, nullptr, kind};
-        return ask<Hit>(executor, question, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+        const TraceRequest request{view, list, nullptr, kind};
+        return run_trace<Hit>(executor, request, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
             return closest_hit(graph, tracer, batch, results);
         });
     }
@@ -139,7 +139,7 @@ TEST_F(TracerChoice, EveryKindIsItsOwnBatch) {
         results = closest_hit(graph, tracer, batch, results);
         return closest_hit(graph, tracer, batch, results);
     };
-    EXPECT_THROW(ask<Hit>(executor, {view}, twice), Error);
+    EXPECT_THROW(run_trace<Hit>(executor, {view}, twice), Error);
 }
 
 // Boxes of missing children are empty, and a shaft as wide as the scene meets an empty box.
@@ -149,7 +149,7 @@ TEST_F(TracerChoice, ListsHoldExistingNodesOnly) {
     rays::Tracer tracer(one, Culling::compute);
     tracer.count();
     const std::vector<Ray> around = mixed_rays(alone.bounds, kRays);
-    ask<Hit>(executor, {around}, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+    run_trace<Hit>(executor, {around}, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
         return closest_hit(graph, tracer, batch, results);
     });
     const BatchStatistics::Lists lists = only(tracer).lists;

@@ -74,7 +74,7 @@ class Steps {
         const auto any = [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
             return any_hit(graph, scene_, batch, results);
         };
-        return {ask<Hit>(executor_, {rays}, closest), ask<std::uint32_t>(executor_, {rays}, any)};
+        return {run_trace<Hit>(executor_, {rays}, closest), run_trace<std::uint32_t>(executor_, {rays}, any)};
     }
 
     /// Runs with `lists` and `blockers` for closest and any hits, and stores their new values. Without `cull` the lists
@@ -136,7 +136,7 @@ class Steps {
             pass.execute([=, this](graph::Resources& r) { search_rest(r, scene_, batch, t, results, any); });
             return results;
         };
-        const std::vector<Result> results = ask<Result>(executor_, {rays}, add);
+        const std::vector<Result> results = run_trace<Result>(executor_, {rays}, add);
         lists = lists_buffer.read<std::uint32_t>();
         blockers = blockers_buffer.read<std::uint32_t>();
         culled = culled_buffer.read<std::uint32_t>().front();

@@ -10,12 +10,12 @@ namespace halflight::test {
 using graph::Access;
 
 template <class Result>
-std::vector<Result> ask(graph::Executor& executor, const Question& question, const AddTrace& add) {
-    std::vector<Ray> padded(question.rays.begin(), question.rays.end());
+std::vector<Result> run_trace(graph::Executor& executor, const TraceRequest& request, const AddTrace& add) {
+    std::vector<Ray> padded(request.rays.begin(), request.rays.end());
     padded.resize((padded.size() + 255) / 256 * 256, {vec3(0), 1, vec3(1), 0});
     gpu::Buffer ray_buffer = gpu::Buffer::from("rays", padded);
     gpu::Buffer results("results", padded.size() * sizeof(Result));
-    std::vector<std::uint32_t> padded_list = question.list ? *question.list : std::vector<std::uint32_t>{};
+    std::vector<std::uint32_t> padded_list = request.list ? *request.list : std::vector<std::uint32_t>{};
     const auto count = static_cast<std::uint32_t>(padded_list.size());
     padded_list.resize(padded.size());
     gpu::Buffer list_buffer = gpu::Buffer::from("list", padded_list);
@@ -24,36 +24,36 @@ std::vector<Result> ask(graph::Executor& executor, const Question& question, con
 
     graph::Graph graph;
     rays::RayBatch batch;
-    batch.kind = question.kind;
-    batch.rays_of_path = question.rays_of_path;
+    batch.kind = request.kind;
+    batch.rays_of_path = request.rays_of_path;
     batch.capacity = static_cast<std::uint32_t>(padded.size());
     batch.rays = graph.import_buffer("rays", ray_buffer);
-    if (question.list) {
+    if (request.list) {
         batch.list = graph.import_buffer("list", list_buffer);
         batch.list_header = graph.import_buffer("list header", head_buffer);
     }
-    if (question.frame_constants) {
-        batch.frame_constants = graph.import_buffer("frame constants", *question.frame_constants);
+    if (request.frame_constants) {
+        batch.frame_constants = graph.import_buffer("frame constants", *request.frame_constants);
     }
     graph.output(add(graph, batch, graph.import_buffer("results", results)));
     executor.run(graph::compile(graph));
-    return results.read<Result>(0, question.rays.size());
+    return results.read<Result>(0, request.rays.size());
 }
-template std::vector<Hit> ask(graph::Executor&, const Question&, const AddTrace&);
-template std::vector<std::uint32_t> ask(graph::Executor&, const Question&, const AddTrace&);
+template std::vector<Hit> run_trace(graph::Executor&, const TraceRequest&, const AddTrace&);
+template std::vector<std::uint32_t> run_trace(graph::Executor&, const TraceRequest&, const AddTrace&);
 
 std::vector<Hit> Tracer::closest(std::span<const Ray> rays, const std::vector<std::uint32_t>* list) {
     graph::Executor executor(programs_);
-    return ask<Hit>(executor, {rays, list}, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+    return run_trace<Hit>(executor, {rays, list}, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
         return rays::closest_hit(graph, scene, batch, results);
     });
 }
 std::vector<std::uint32_t> Tracer::any(std::span<const Ray> rays, const std::vector<std::uint32_t>* list) {
     graph::Executor executor(programs_);
-    return ask<std::uint32_t>(executor, {rays, list},
-                              [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
-                                  return rays::any_hit(graph, scene, batch, results);
-                              });
+    return run_trace<std::uint32_t>(executor, {rays, list},
+                                    [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+                                        return rays::any_hit(graph, scene, batch, results);
+                                    });
 }
 
 rays::PackedScene roomy(rays::PackedScene packed) {
@@ -74,9 +74,9 @@ PlainAgainstTiles::PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTab
 
 std::size_t PlainAgainstTiles::different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list,
                                                  gpu::Buffer* frame_constants) {
-    const Question question{rays, list, frame_constants, kind, list ? 1 : rays_of_path};
+    const TraceRequest request{rays, list, frame_constants, kind, list ? 1 : rays_of_path};
     const auto closest = [&](auto& tracer) {
-        return ask<Hit>(executor_, question, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+        return run_trace<Hit>(executor_, request, [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
             return closest_hit(graph, tracer, batch, results);
         });
     };
@@ -84,7 +84,7 @@ std::size_t PlainAgainstTiles::different_answers(std::span<const Ray> rays, cons
         const auto add = [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
             return any_hit(graph, tracer, batch, results);
         };
-        return ask<std::uint32_t>(executor_, question, add);
+        return run_trace<std::uint32_t>(executor_, request, add);
     };
     return different(closest(scene_), closest(tiles_)) + different(any(scene_), any(tiles_));
 }

@@ -25,7 +25,7 @@ using shared::Hit;
 using shared::kMiss;
 
 /// How a batch of rays is traced, by any tracer.
-struct Question {
+struct TraceRequest {
     std::span<const Ray> rays;
     const std::vector<std::uint32_t>* list = nullptr;  // rays to trace; results of others are 0
     gpu::Buffer* frame_constants = nullptr;            // needed for coverage
@@ -37,7 +37,7 @@ using AddTrace = std::function<graph::BufferHandle(graph::Graph&, const rays::Ra
 /// Traces rays. Result is Hit, or std::uint32_t for any-hit rays. The batch is padded with dead rays to a multiple of
 /// 256.
 template <class Result>
-std::vector<Result> ask(graph::Executor& executor, const Question& question, const AddTrace& add);
+std::vector<Result> run_trace(graph::Executor& executor, const TraceRequest& request, const AddTrace& add);
 
 /// Returns the number of results that differ in any bit.
 template <class Result>

@@ -29,7 +29,7 @@ class Accumulation : public StiffTest {
         plan_ = graph::compile(graph_);
     }
     void feed(int sample, const std::vector<vec3>& emission) {
-        stage_.look(static_cast<std::uint32_t>(sample));
+        stage_.select_sample(static_cast<std::uint32_t>(sample));
         std::vector<SurfaceRecord> records(stage_.paths());
         for (std::size_t i = 0; i < emission.size(); ++i) records[i].emission = emission[i];
         surfaces_.write(std::span<const vec4>(pack_surfaces(records, stage_.buffers().needs())));

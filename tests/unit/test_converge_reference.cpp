@@ -28,7 +28,7 @@ class ConvergeReference : public testing::Test {
 
     /// Makes samples with a distinct value each, and records the request.
     Picture make(int half, std::int64_t first, int count) {
-        asked.push_back({half, first, count});
+        requests.push_back({half, first, count});
         PictureSums sums(view.width, view.height);
         Picture picture = sums.mean();
         picture.samples = count;
@@ -38,8 +38,8 @@ class ConvergeReference : public testing::Test {
             component.pixels.assign(component.pixels.size(), static_cast<float>(sum / count));
         return picture;
     }
-    Halves go_on(std::int64_t samples_of_each, Portion portion = {.largest = 4}) {
-        asked.clear();
+    Halves continue_to(std::int64_t samples_of_each, Portion portion = {.largest = 4}) {
+        requests.clear();
         const auto more = [this](int half, std::int64_t first, int count) { return make(half, first, count); };
         return continue_halves(
             reference_path(folder / "cache", 7), 7, view, samples_of_each, more, portion, [](double) {},
@@ -55,27 +55,27 @@ class ConvergeReference : public testing::Test {
         }
     }
 
-    struct Asked {
+    struct Request {
         int half;
         std::int64_t first;
         int count;
     };
-    std::vector<Asked> asked;
+    std::vector<Request> requests;
     std::vector<std::string> notes;
     fs::path folder;
     View view{3, 2, {}, 8};
 };
 
 TEST_F(ConvergeReference, MoreSamplesContinueWhatIsKept) {
-    expect_samples(go_on(6), 6);
-    EXPECT_EQ(asked.size(), 4u);  // 4 and 2 per half
-    expect_samples(go_on(16), 16);
-    ASSERT_EQ(asked.size(), 6u);
-    for (const Asked& a : asked) EXPECT_GE(a.first, 6);
-    expect_samples(go_on(16), 16);
-    EXPECT_TRUE(asked.empty());
-    expect_samples(go_on(3), 16);  // more samples than requested are fine
-    EXPECT_TRUE(asked.empty());
+    expect_samples(continue_to(6), 6);
+    EXPECT_EQ(requests.size(), 4u);  // 4 and 2 per half
+    expect_samples(continue_to(16), 16);
+    ASSERT_EQ(requests.size(), 6u);
+    for (const Request& a : requests) EXPECT_GE(a.first, 6);
+    expect_samples(continue_to(16), 16);
+    EXPECT_TRUE(requests.empty());
+    expect_samples(continue_to(3), 16);  // more samples than requested are fine
+    EXPECT_TRUE(requests.empty());
     EXPECT_TRUE(notes.empty());
 }
 
@@ -89,13 +89,13 @@ TEST_F(ConvergeReference, InterruptedReferencesAreKept) {
                      [this](const std::string& note) { notes.push_back(note); }),
                  Error);
     EXPECT_EQ(notes, std::vector<std::string>{"reference: 16 samples are kept"});
-    expect_samples(go_on(16), 16);
-    ASSERT_FALSE(asked.empty());
-    EXPECT_EQ(asked.front().first, 8);
+    expect_samples(continue_to(16), 16);
+    ASSERT_FALSE(requests.empty());
+    EXPECT_EQ(requests.front().first, 8);
 }
 
 TEST_F(ConvergeReference, DamagedFilesAreReplaced) {
-    go_on(4);
+    continue_to(4);
     const fs::path file = reference_path(folder / "cache", 7);
     const std::string good = read_file(file, 1 << 20);
     for (const std::string& bad :
@@ -103,7 +103,7 @@ TEST_F(ConvergeReference, DamagedFilesAreReplaced) {
         write_file(file, bad);
         EXPECT_THROW(load_halves(file, 7, 3, 2), Error);
         notes.clear();
-        expect_samples(go_on(4), 4);
+        expect_samples(continue_to(4), 4);
         ASSERT_EQ(notes.size(), 1u);
         EXPECT_TRUE(notes[0].ends_with("the reference is damaged: begun anew")) << notes[0];
         EXPECT_EQ(read_file(file, 1 << 20), good);
@@ -113,7 +113,7 @@ TEST_F(ConvergeReference, DamagedFilesAreReplaced) {
 }
 
 TEST_F(ConvergeReference, SizesInFilesAreNotTrusted) {
-    go_on(4);
+    continue_to(4);
     const fs::path file = reference_path(folder / "cache", 7);
     const std::string good = read_file(file, 1 << 20);
     const auto hashed = [](std::string content) {
@@ -144,8 +144,8 @@ TEST_F(ConvergeReference, SizesInFilesAreNotTrusted) {
 
 TEST_F(ConvergeReference, UnwritableFoldersAreReportedBeforehand) {
     write_file(folder / "cache", "a file where the folder would be");
-    EXPECT_THROW(go_on(4), Error);
-    EXPECT_TRUE(asked.empty());
+    EXPECT_THROW(continue_to(4), Error);
+    EXPECT_TRUE(requests.empty());
 }
 
 TEST_F(ConvergeReference, SavesThatFailLaterAreNoted) {

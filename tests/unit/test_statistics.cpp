@@ -72,18 +72,18 @@ TEST(Slope, IntervalContainsTheTruth) {
     std::mt19937 generator(1);
     std::normal_distribution<double> normal;
     constexpr int kTrials = 2000;
-    for (const double told : {1.0, 0.1}) {  // correct errors, and errors that are far too small
+    for (const double error_scale : {1.0, 0.1}) {  // correct errors, and errors that are far too small
         int held = 0;
         for (int trial = 0; trial < kTrials; ++trial) {
             std::vector<CurvePoint> points;
             for (double x = 1; x < 100; x *= 2) {
                 const double y = 3 * std::pow(x, -0.8);
-                points.push_back({x, y * (1 + 0.03 * normal(generator)), 0.03 * y * told});
+                points.push_back({x, y * (1 + 0.03 * normal(generator)), 0.03 * y * error_scale});
             }
             held += fit_slope(points).slope.holds(-0.8);
         }
-        EXPECT_GT(held, 0.935 * kTrials);                       // three standard errors of 95 % are 1.5 %
-        EXPECT_LT(held, (told < 1 ? 0.965 : 0.995) * kTrials);  // given errors never narrow the interval
+        EXPECT_GT(held, 0.935 * kTrials);                              // three standard errors of 95 % are 1.5 %
+        EXPECT_LT(held, (error_scale < 1 ? 0.965 : 0.995) * kTrials);  // given errors never narrow the interval
     }
 }
 
