@@ -6,7 +6,7 @@
 namespace halflight::gpu {
 namespace {
 
-constexpr std::size_t kRounding = 16;  // bytes: the largest texel and vector, and what backs an empty buffer
+constexpr std::size_t kRounding = 16;  // bytes: the largest texel and vector, and the size that backs an empty buffer
 
 std::size_t backing(std::size_t bytes) {
     return std::max(kRounding, (bytes + kRounding - 1) / kRounding * kRounding);
@@ -30,7 +30,7 @@ Buffer::Buffer(std::string name, std::size_t bytes, const void* data) : name_(st
     GLint64 got = 0;
     glGetNamedBufferParameteri64v(id, GL_BUFFER_SIZE, &got);
     if (static_cast<std::size_t>(got) != size) {
-        glGetError();  // told here
+        glGetError();  // this error is reported here
         throw Error("buffer '" + name_ + "'", "the driver has no {} bytes", size);
     }
     if (whole) return;
@@ -57,7 +57,7 @@ void Buffer::fill(std::uint32_t word) {
 }
 
 void Buffer::bind_storage(GLuint index) const {
-    // The range, not the base: .length() of a runtime array then tells the size that was asked for.
+    // Binds the range, not the base, so that .length() of a runtime array gives the requested size.
     glBindBufferRange(GL_SHADER_STORAGE_BUFFER, index, id(), 0,
                       static_cast<GLsizeiptr>(bytes_ == 0 ? kRounding : bytes_));
 }
@@ -70,7 +70,7 @@ GLuint Buffer::texture(GLenum format) const {
     for (const auto& [view_format, view] : views_) {
         if (view_format == format) return view.id();
     }
-    // Beyond the limit a driver shows the first texels and says nothing.
+    // Drivers silently clip texture buffers at the limit.
     const std::size_t texels = bytes_ / static_cast<std::size_t>(format_info(format).texel_bytes);
     GLint limit = 0;
     glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);

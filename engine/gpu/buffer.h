@@ -1,4 +1,4 @@
-// Buffers of the GPU and their views as texture buffers.
+// GPU buffers, and their views as texture buffers.
 #pragma once
 
 #include <algorithm>
@@ -16,11 +16,11 @@
 
 namespace halflight::gpu {
 
-/// Fixed size, in device memory. Not const: its content; binding is const. A buffer of 0 bytes can be bound like any
-/// other (16 zero bytes back it).
+/// A device buffer of fixed size. Changing its contents needs a non-const object; binding does not. A buffer of 0 bytes
+/// can be bound like any other one; it is backed by 16 zero bytes.
 class Buffer {
   public:
-    /// data: `bytes` bytes, or nullptr for zeros. Throws Error where the driver has not got the memory.
+    /// `data` points to `bytes` bytes, or is nullptr for zeros. Throws Error where the driver is out of memory.
     Buffer(std::string name, std::size_t bytes, const void* data = nullptr);
 
     template <class T>
@@ -42,9 +42,9 @@ class Buffer {
     void write(std::span<const T> values, std::size_t first = 0) {
         write(first * sizeof(T), values.size_bytes(), values.data());
     }
-    /// Content from `offset` on, after all commands so far. offset + bytes <= bytes().
+    /// Reads bytes from `offset` on, after all previous commands. Precondition: offset + bytes <= bytes().
     void read_bytes(std::size_t offset, std::size_t bytes, void* to) const;
-    /// `count` elements from `first` on; by default all that fit.
+    /// Returns `count` elements from `first` on; by default all that fit.
     template <class T>
     std::vector<T> read(std::size_t first = 0, std::size_t count = ~std::size_t{0}) const {
         static_assert(std::is_trivially_copyable_v<T>);
@@ -55,15 +55,15 @@ class Buffer {
         return values;
     }
     void clear() { fill(0); }
-    /// Every 32-bit word of the buffer becomes `word`.
+    /// Sets every 32-bit word of the buffer to `word`.
     void fill(std::uint32_t word);
 
-    void bind_storage(GLuint index) const;  ///< shader storage block
-    void bind_uniform(GLuint index) const;  ///< uniform block
-    /// As a texture buffer of a sized format ("samplerBuffer"): GL_RGBA32F, GL_R32UI, ...
+    void bind_storage(GLuint index) const;  ///< binds a shader storage block
+    void bind_uniform(GLuint index) const;  ///< binds a uniform block
+    /// Binds a view as a texture buffer ("samplerBuffer") with a sized format: GL_RGBA32F, GL_R32UI, ...
     void bind_texture(GLuint unit, GLenum format) const;
-    /// The texture behind bind_texture, made on first use and owned by the buffer. Throws Error where it has more
-    /// texels than the driver can address.
+    /// Returns the texture of bind_texture(), which is created on first use and owned by the buffer. Throws Error where
+    /// it has more texels than the driver can address.
     GLuint texture(GLenum format) const;
 
   private:
@@ -73,8 +73,8 @@ class Buffer {
     mutable std::vector<std::pair<GLenum, Object<delete_texture>>> views_;
 };
 
-/// Makes a buffer hold other values, at best by writing what lies between the first and the last that differ. last:
-/// what it holds, or null where that is not known. A buffer of another size is made anew, under the same name.
+/// Replaces the contents of a buffer. Writes only the range from the first to the last different value if `last` holds
+/// the current contents; null: unknown. A buffer of another size is created anew, with the same name.
 template <class T>
 void replace(Buffer& buffer, const std::vector<T>& values, const std::vector<T>* last = nullptr) {
     static_assert(std::is_trivially_copyable_v<T>);
@@ -84,7 +84,7 @@ void replace(Buffer& buffer, const std::vector<T>& values, const std::vector<T>*
         return;
     }
     std::size_t first = 0, end = now.size();
-    if (last && last->size() == now.size()) {  // bit by bit: some values are words in floats
+    if (last && last->size() == now.size()) {  // compared bit by bit: some floats hold words
         const auto same = [&](std::size_t i) { return std::memcmp(&now[i], &(*last)[i], sizeof(T)) == 0; };
         while (first < end && same(first)) ++first;
         while (first < end && same(end - 1)) --end;

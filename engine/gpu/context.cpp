@@ -103,7 +103,7 @@ struct Context::State {
 
     static void GLAPIENTRY on_message(GLenum source, GLenum type, GLuint, GLenum, GLsizei length, const GLchar* text,
                                       const void* user) {
-        // What the shader compiler says is thrown by Program.
+        // Program throws the messages of the shader compiler.
         const bool error = type == GL_DEBUG_TYPE_ERROR || type == GL_DEBUG_TYPE_UNDEFINED_BEHAVIOR;
         if (!error || source == GL_DEBUG_SOURCE_SHADER_COMPILER) return;
         static_cast<State*>(const_cast<void*>(user))->add_error(std::string(text, static_cast<std::size_t>(length)));
@@ -113,7 +113,7 @@ struct Context::State {
         renderer = gl_string(GL_RENDERER);
         version = gl_string(GL_VERSION);
         limits = query_limits();
-        GLuint vertex_array = 0;  // core profiles draw nothing without one; it goes with the context
+        GLuint vertex_array = 0;  // core profiles draw nothing without one; the context owns it
         glCreateVertexArrays(1, &vertex_array);
         glBindVertexArray(vertex_array);
         glPixelStorei(GL_PACK_ALIGNMENT, 1);
@@ -127,7 +127,7 @@ struct Context::State {
 
 namespace {
 
-/// The walk over the devices that create() and probe() share.
+/// The search over devices, shared by create() and probe().
 struct Search {
     std::vector<DeviceAttempt> attempts;
     std::optional<EglContext> context;
@@ -160,7 +160,7 @@ struct Search {
     }
 
   private:
-    /// Hardware first, unless software is asked for: making a context on hardware may take long.
+    /// Hardware first, unless software is requested: creating a hardware context may be slow.
     std::vector<std::size_t> order() const {
         std::vector<std::size_t> indices(devices_.size());
         std::iota(indices.begin(), indices.end(), std::size_t{0});
@@ -173,7 +173,7 @@ struct Search {
         return indices;
     }
 
-    /// `refuse` sees the attempt's full name in place, and tells why not ("": take it).
+    /// `refuse` is called with the attempt's full name set, and returns the reason for a refusal; "" accepts.
     template <class Refuse>
     void try_device(std::size_t i, Refuse refuse) {
         DeviceAttempt& attempt = attempts[i];
@@ -218,7 +218,7 @@ Context Context::create(const ContextOptions& options) {
     state->debug = options.debug;
     state->set_up();
     if (!options.binaries_folder.empty()) {
-        // The renderer's name tells the width of llvmpipe's vectors.
+        // The renderer's name contains the vector width of llvmpipe.
         const std::string driver = fmt::format("{}\n{}\n{}\n{}", gl_string(GL_VENDOR), state->renderer, state->version,
                                                gl_string(GL_SHADING_LANGUAGE_VERSION));
         state->binaries.emplace(options.binaries_folder, driver);

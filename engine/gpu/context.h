@@ -1,4 +1,4 @@
-// OpenGL 4.5 core without a window system, through EGL.
+// An OpenGL 4.5 core context through EGL, without a window system.
 #pragma once
 
 #include <cstddef>
@@ -14,41 +14,41 @@ namespace halflight::gpu {
 class ProgramBinaries;
 
 struct ContextOptions {
-    /// "": hardware if there is any, else software. "hardware", "software": only such. A number: index into attempts().
-    /// Anything else: the first device whose name or GL renderer contains it (whatever its case).
+    /// Device to use. "": hardware if available, else software. "hardware" or "software": only such a device. A number:
+    /// index into attempts(). Anything else: the first device whose name or GL renderer contains it, case-insensitive.
     std::string device;
-    /// Where linked programs are kept for later runs (program_binaries.h); empty: nowhere.
+    /// Folder that keeps linked programs for later runs (program_binaries.h); empty: none.
     std::filesystem::path binaries_folder = {};
-    bool debug = false;  ///< Debug context with synchronous messages: slower, and every GL error has a text.
+    bool debug = false;  ///< debug context with synchronous messages: slower, but every GL error has a text
 };
 
-/// One device or platform, in the order in which they are tried.
+/// A device or platform, in the order of the attempts.
 struct DeviceAttempt {
     std::string name;    ///< "EGL device 0, /dev/dri/card0, NVIDIA H200"
-    bool taken = false;  ///< At most one is.
-    std::string reason;  ///< Why it was taken or not.
+    bool taken = false;  ///< true for at most one attempt
+    std::string reason;  ///< why it was taken or not
 };
 
 struct Limits {
-    std::size_t texture_buffer_texels = 0;  ///< of one texture buffer
-    std::size_t storage_block_bytes = 0;    ///< of one shader storage block
+    std::size_t texture_buffer_texels = 0;  ///< per texture buffer
+    std::size_t storage_block_bytes = 0;    ///< per shader storage block
     std::size_t uniform_block_bytes = 0;
     int texture_size = 0;       ///< texels along an edge of a 2D texture
     int texture_3d_size = 0;    ///< texels along an edge of a 3D texture
     int texture_units = 0;      ///< per shader stage
     int storage_blocks = 0;     ///< per compute shader
     int workgroup_count = 0;    ///< along x
-    int color_attachments = 0;  ///< of one framebuffer
+    int color_attachments = 0;  ///< per framebuffer
 };
 
-/// Current on the thread that made it until it is destroyed or another one is made; then the other one is.
-/// An empty vertex array is bound, pixel rows are packed to bytes.
+/// Owns a context, which is current on the creating thread until it is destroyed or another context becomes current. An
+/// empty vertex array is bound, and pixel rows are packed to bytes.
 class Context {
   public:
-    /// Throws Error with the reason of every attempt if no device gives a context.
+    /// Creates a context. Throws Error with the reason of every attempt if no device provides one.
     static Context create(const ContextOptions& options = {});
-    /// What create() would try and why, also where none can be taken. A context that is current on this thread stops to
-    /// be.
+    /// Returns the attempts of create() with their reasons, even if none succeeds. The context that is current on this
+    /// thread is not current afterwards.
     static std::vector<DeviceAttempt> probe(const ContextOptions& options = {});
 
     Context(Context&&) noexcept;
@@ -59,14 +59,14 @@ class Context {
     const std::vector<DeviceAttempt>& attempts() const;
     const std::string& renderer() const;  ///< GL_RENDERER
     const std::string& version() const;   ///< GL_VERSION
-    bool software() const;                ///< llvmpipe, softpipe, swrast
+    bool software() const;                ///< whether it is llvmpipe, softpipe or swrast
     const Limits& limits() const;
-    /// For ProgramCache; null unless asked for.
+    /// Returns the store for ProgramCache; null unless binaries_folder is set.
     const ProgramBinaries* binaries() const;
 
     /// Throws Error(subject, first message) if the driver reported an error since the last check, or lost the context.
     void check(std::string_view subject);
-    /// Errors that check() has seen or will see, since creation.
+    /// Returns the number of errors since creation, including those not yet checked.
     std::uint64_t error_count() const;
 
   private:
@@ -75,21 +75,22 @@ class Context {
     std::unique_ptr<State> state_;
 };
 
-/// Whether a GL_RENDERER string names one of Mesa's software rasterizers.
+/// Returns whether a GL_RENDERER string names one of Mesa's software rasterizers.
 bool is_software_renderer(std::string_view renderer);
 
-/// Depth test, blending, culling, scissor off; all channels written; depth func less, clip depth -1 to 1; no program
-/// bound.
+/// Sets the default state: depth test, blending, culling and scissor off; all channels written; depth func less; clip
+/// depth -1 to 1; no program bound.
 void default_state();
 
 /// Waits until all commands are executed.
 void finish();
 
-/// Seconds of CPU clock that f() and all GL work it starts take. (Software drivers give meaningless GL timers.)
+/// Measures CPU clock seconds of the code that follows and of the GL work that it starts. GL timers of software drivers
+/// are meaningless.
 class Stopwatch {
   public:
     Stopwatch();             ///< waits for earlier work
-    double seconds() const;  ///< waits for all work until now
+    double seconds() const;  ///< waits for all work so far
   private:
     std::int64_t start_;  // nanoseconds
 };

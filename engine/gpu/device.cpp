@@ -10,10 +10,10 @@
 namespace halflight::gpu {
 namespace {
 
-// Of EGL_EXT_device_query_name, which older headers lack.
+// Token of EGL_EXT_device_query_name, which older headers lack.
 constexpr EGLint kRendererName = 0x335F;
 
-/// epoxy ends the process where these are missing; so look first.
+/// Checks for the libraries first, because epoxy ends the process where they are missing.
 void require_libraries() {
     const auto present = [](const char* file) { return dlopen(file, RTLD_LAZY | RTLD_LOCAL) != nullptr; };
     if (!present("libEGL.so.1")) throw Error("GPU", "libEGL.so.1 is not installed");
@@ -103,7 +103,8 @@ EglContext::EglContext(const Device& device, bool debug) {
     const auto get_display = function<PFNEGLGETPLATFORMDISPLAYEXTPROC>("eglGetPlatformDisplayEXT");
     void* native = device.native != nullptr ? device.native : EGL_DEFAULT_DISPLAY;
     display_ = get_display ? get_display(device.platform, native, nullptr) : EGL_NO_DISPLAY;
-    // Displays are shared by the whole process and cannot be told apart from another user's: they stay initialised.
+    // Displays are shared by the whole process and cannot be distinguished from another user's, so they stay
+    // initialised.
     EGLint major = 0, minor = 0;
     if (display_ == EGL_NO_DISPLAY || !eglInitialize(display_, &major, &minor)) fail("no display");
     const char* extensions = eglQueryString(display_, EGL_EXTENSIONS);
@@ -121,7 +122,7 @@ EglContext::EglContext(const Device& device, bool debug) {
                                    EGL_CONTEXT_OPENGL_PROFILE_MASK_KHR, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT_KHR};
     if (debug) attributes.insert(attributes.end(), {EGL_CONTEXT_FLAGS_KHR, EGL_CONTEXT_OPENGL_DEBUG_BIT_KHR});
     const std::size_t plain = attributes.size();
-    // A lost context is then reported instead of undefined; not every driver offers it.
+    // Reset notification turns the use of a lost context from undefined into an error; not every driver offers it.
     if (major > 1 || minor >= 5) {
         attributes.insert(attributes.end(),
                           {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY, EGL_LOSE_CONTEXT_ON_RESET});

@@ -1,4 +1,4 @@
-// EGL: which devices there are, and a context on one of them. Of the gpu room's own use.
+// Enumeration of EGL devices, and contexts on them. Used by this folder only.
 #pragma once
 
 #include <epoxy/egl.h>
@@ -10,24 +10,24 @@
 
 namespace halflight::gpu {
 
-/// What a device is known to be before it is tried; unknown: Mesa's surfaceless platform, with whatever driver it
-/// finds.
+/// Kind of a device before it is tried. Unknown: Mesa's surfaceless platform, whose driver is not known.
 enum class DeviceKind : std::uint8_t { hardware, software, unknown };
 
-/// Something that may give a context without a window system.
+/// A device that may provide a context without a window system.
 struct Device {
     std::string name;
     DeviceKind kind = DeviceKind::unknown;
-    EGLenum platform = 0;    // for eglGetPlatformDisplay
-    void* native = nullptr;  // EGLDeviceEXT, or nothing
+    EGLenum platform = 0;    // argument of eglGetPlatformDisplay()
+    void* native = nullptr;  // EGLDeviceEXT or null
 };
-/// EGL devices in EGL's order, then the surfaceless platform. Throws Error where EGL or OpenGL are not installed.
+/// Returns the EGL devices in EGL's order, then the surfaceless platform. Throws Error where EGL or OpenGL is not
+/// installed.
 std::vector<Device> enumerate_devices();
 
 /// An OpenGL 4.5 core context without surfaces, current on this thread when made.
 class EglContext {
   public:
-    /// Throws Error with the reason if this device gives no such context.
+    /// Throws Error with the reason if the device provides no such context.
     EglContext(const Device& device, bool debug);
     EglContext(EglContext&& other) noexcept
         : display_(other.display_), context_(std::exchange(other.context_, EGL_NO_CONTEXT)) {}

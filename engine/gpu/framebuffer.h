@@ -1,4 +1,4 @@
-// Framebuffers over textures that somebody else owns.
+// Framebuffers whose textures are owned elsewhere.
 #pragma once
 
 #include <cstdint>
@@ -11,13 +11,14 @@ namespace halflight::gpu {
 
 class Framebuffer {
   public:
-    /// Colour attachment i is colors[i]; a null one is left out. All of one size. Throws Error if it is not complete.
+    /// Attaches colors[i] as colour attachment i; null entries are skipped. All must have the same size. Throws Error
+    /// if the framebuffer is incomplete.
     Framebuffer(std::string name, std::span<const Texture* const> colors, const Texture* depth = nullptr);
 
     GLuint id() const { return object_.id(); }
     int width() const { return width_; }
     int height() const { return height_; }
-    /// Draws go here from now on, the viewport is the whole.
+    /// Makes this the draw framebuffer, with its whole area as viewport.
     void bind() const;
     void clear_color(int attachment, float r, float g, float b, float a) const;
     void clear_color_uint(int attachment, std::uint32_t value) const;

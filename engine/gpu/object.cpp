@@ -24,7 +24,7 @@ void delete_program(GLuint id) {
 }
 
 void label(GLenum kind, GLuint id, std::string_view name) {
-    static constexpr std::size_t kLongest = 255;  // GL_MAX_LABEL_LENGTH is at least 256, with the terminator
+    static constexpr std::size_t kLongest = 255;  // GL_MAX_LABEL_LENGTH is at least 256, including the terminator
     glObjectLabel(kind, id, static_cast<GLsizei>(std::min(name.size(), kLongest)), name.data());
 }
 

@@ -1,4 +1,4 @@
-// Owner of one OpenGL name.
+// Owner of an OpenGL object name.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -8,7 +8,7 @@
 
 namespace halflight::gpu {
 
-/// Move-only; calls Delete on the name that it holds. No object may outlive the Context that it was made in.
+/// Owns an object name and deletes it with Delete; move-only. Must not outlive the Context in which it was created.
 template <void (*Delete)(GLuint)>
 class Object {
   public:
@@ -36,7 +36,7 @@ void delete_vertex_array(GLuint id);
 void delete_shader(GLuint id);
 void delete_program(GLuint id);
 
-/// glObjectLabel, cut to the driver's longest label. `kind`: GL_BUFFER, GL_TEXTURE, ...
+/// Sets the debug label, truncated to the driver's limit. `kind`: GL_BUFFER, GL_TEXTURE, ...
 void label(GLenum kind, GLuint id, std::string_view name);
 
 }  // namespace halflight::gpu

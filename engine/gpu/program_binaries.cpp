@@ -18,17 +18,17 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Before the key and the bytes of each file.
+/// Precedes the key and the bytes in each file.
 struct Header {
     char magic[8];
     std::uint64_t key_bytes;
     std::uint64_t binary_bytes;
     std::uint64_t format;
-    std::uint64_t checksum;  // of the bytes and the format
+    std::uint64_t checksum;  // checksum of bytes and format
 };
 constexpr char kMagic[8] = {'h', 'l', 'p', 'r', 'o', 'g', '0', '1'};
 
-/// Nothing where it is no regular file, or is longer than `max_bytes`.
+/// Returns nothing for files that are not regular or are longer than `max_bytes`.
 std::optional<std::string> content_of(const fs::path& file, std::uint64_t max_bytes) {
     std::error_code error;
     if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > max_bytes || error) return std::nullopt;
@@ -38,7 +38,7 @@ std::optional<std::string> content_of(const fs::path& file, std::uint64_t max_by
     return stream.bad() ? std::nullopt : std::optional(std::move(content));
 }
 
-/// A name that no other process or thread uses.
+/// Returns a name that no other process or thread uses.
 fs::path temporary_name(const fs::path& file) {
     static std::atomic<unsigned> count{0};
     return fs::path(file) += fmt::format(".{}.{}.tmp", ::getpid(), ++count);
@@ -72,7 +72,7 @@ std::optional<ProgramBinary> ProgramBinaries::load(std::string_view key) const {
         (hash_of(bytes) ^ header.format) != header.checksum) {
         return std::nullopt;
     }
-    std::error_code ignored;  // a folder that may only be read
+    std::error_code ignored;  // the folder may be read-only
     fs::last_write_time(path, fs::file_time_type::clock::now(), ignored);
     return ProgramBinary{static_cast<std::uint32_t>(header.format), {bytes.begin(), bytes.end()}};
 }
@@ -111,7 +111,7 @@ void ProgramBinaries::make_room() const {
     std::uint64_t total = 0;
     std::error_code error;
     for (fs::directory_iterator at(folder_, error), end; !error && at != end; at.increment(error)) {
-        std::error_code gone;  // by another process
+        std::error_code gone;  // removed by another process
         const auto bytes = at->file_size(gone);
         const auto used = at->last_write_time(gone);
         if (gone) continue;

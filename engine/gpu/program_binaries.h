@@ -1,4 +1,4 @@
-// Linked programs on disk, so that a later start of the program need not compile them again.
+// Linked programs on disk, which save compilation in later runs.
 #pragma once
 
 #include <cstdint>
@@ -11,24 +11,24 @@
 namespace halflight::gpu {
 
 struct ProgramBinary {
-    std::uint32_t format = 0;  // the driver's own
+    std::uint32_t format = 0;  // driver-specific
     std::vector<char> bytes;
 };
 
-/// A folder with one file per program. Whatever is wrong with it costs time and nothing else: what cannot be read is
-/// not there, what cannot be written is not kept. Several processes may share it.
+/// A folder with one file per program, which several processes may share. Failures only cost time: unreadable files
+/// count as missing, and failed writes are ignored.
 class ProgramBinaries {
   public:
-    static constexpr std::uint64_t kMaxBytes = std::uint64_t{64} << 20;  // some thousand programs
+    static constexpr std::uint64_t kMaxBytes = std::uint64_t{64} << 20;  // about a thousand programs
 
-    /// driver: all that tells one compiler from another; part of every key.
+    /// `driver` identifies the compiler and is part of every key.
     ProgramBinaries(std::filesystem::path folder, std::string driver, std::uint64_t max_bytes = kMaxBytes);
 
-    /// What was stored under the key; nothing where the file is missing, damaged, or another key's.
+    /// Returns the program stored under the key; nothing where the file is missing, damaged, or belongs to another key.
     std::optional<ProgramBinary> load(std::string_view key) const;
-    /// Under a temporary name, then renamed. Files that were used longest ago go where all are more than max_bytes.
+    /// Writes under a temporary name, then renames. Removes the least recently used files where all exceed max_bytes.
     void store(std::string_view key, const ProgramBinary& binary) const;
-    /// Where the key's file is.
+    /// Returns the path of the key's file.
     std::filesystem::path file(std::string_view key) const;
 
   private:
@@ -40,8 +40,8 @@ class ProgramBinaries {
     std::uint64_t max_bytes_;
 };
 
-/// $XDG_CACHE_HOME/halflight/programs, else ~/.cache/halflight/programs (XDG Base Directory Specification 0.8); empty
-/// where neither has an absolute path.
+/// Returns $XDG_CACHE_HOME/halflight/programs, else ~/.cache/halflight/programs (XDG Base Directory Specification 0.8);
+/// empty where neither has an absolute path.
 std::filesystem::path default_binaries_folder();
 
 }  // namespace halflight::gpu

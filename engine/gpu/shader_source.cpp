@@ -15,13 +15,13 @@ namespace {
 
 constexpr std::string_view kRoot = "shaders/";
 
-/// That is read instead of what is part of the library; empty: none.
+/// Returns the folder that is read instead of the embedded shaders; empty: none.
 std::string development_folder() {
     const char* folder = std::getenv("HALFLIGHT_SHADERS");
     return folder != nullptr ? folder : "";
 }
 
-/// Text of a file of shaders/, if there is such a one.
+/// Returns the text of a file of shaders/, if it exists.
 std::optional<std::string> load(std::string_view name) {
     if (!name.starts_with(kRoot)) return std::nullopt;
     if (const std::string folder = development_folder(); !folder.empty()) {
@@ -43,7 +43,7 @@ std::string_view trimmed(std::string_view s) {
     return s.substr(first, s.find_last_not_of(" \t\r") - first + 1);
 }
 
-/// What follows a directive on its line: directive("  # include <x>", "include") is "<x>".
+/// Returns the rest of a line after a directive: directive("  # include <x>", "include") is "<x>".
 std::optional<std::string_view> directive(std::string_view line, std::string_view word) {
     line = trimmed(line);
     if (!line.starts_with('#')) return std::nullopt;
@@ -75,7 +75,8 @@ class Expander {
     }
 
   private:
-    /// Includes of other folders ("engine/...") stand behind #ifdef __cplusplus: the compiler skips them, or complains.
+    /// Includes of other folders ("engine/...") are under #ifdef __cplusplus; the compiler skips them or reports an
+    /// error.
     static std::optional<std::string> included(std::string_view line) {
         const auto rest = directive(line, "include");
         if (!rest || !rest->starts_with('"')) return std::nullopt;
@@ -84,8 +85,8 @@ class Expander {
         return std::string(target);
     }
 
-    /// Whether a condition holds is the compiler's to know. What stands under one is guarded by a macro, and is there
-    /// again where it is included again.
+    /// Only the compiler can evaluate conditions. A file included under a condition has an include guard macro, and is
+    /// added again by later includes.
     void include(const std::string& target, const std::string& from, std::size_t line) {
         const std::size_t file = number_of(target);
         if (there_[file] || std::ranges::find(open_, file) != open_.end()) return;
@@ -116,10 +117,10 @@ class Expander {
     }
 
     ExpandedSource& out_;
-    std::vector<bool> there_;        // by file: included whatever the conditions are
+    std::vector<bool> there_;        // by file: included unconditionally
     std::vector<bool> maybe_there_;  // by file: included under a condition
-    std::vector<std::size_t> open_;  // files that are being added
-    int conditions_ = 0;             // around the line
+    std::vector<std::size_t> open_;  // files being expanded
+    int conditions_ = 0;             // nesting depth of conditions
 };
 
 }  // namespace
@@ -170,7 +171,7 @@ ShaderWatch::ShaderWatch() : folder_(development_folder()), known_(files()) {}
 ShaderWatch::Files ShaderWatch::files() const {
     Files found;
     if (!watching()) return found;
-    std::error_code none;  // what is gone meanwhile is not there
+    std::error_code none;  // files removed in the meantime count as missing
     std::filesystem::recursive_directory_iterator at(folder_, none), end;
     for (; !none && at != end; at.increment(none)) {
         std::error_code gone;

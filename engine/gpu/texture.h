@@ -1,4 +1,4 @@
-// Textures without mip levels, and the formats that we use.
+// Textures without mip levels, and the formats in use.
 #pragma once
 
 #include <cstdint>
@@ -27,37 +27,37 @@ struct FormatInfo {
     int texel_bytes;  // in device memory; drivers may pad formats of three channels
     TexelKind kind;   // color: float or normalised
 };
-/// Throws Error for a format that nothing here uses yet. Needs no context.
+/// Returns the properties of a format; throws Error for a format that is not in use. Needs no context.
 FormatInfo format_info(GLenum internal_format);
-/// width x height x depth x bytes per texel. Needs no context.
+/// Returns width x height x depth x bytes per texel. Needs no context.
 std::size_t texture_bytes(const TextureDesc& desc);
 
-/// Nearest filter and clamped to the edge unless set otherwise.
+/// A texture with nearest filter, clamped to the edge, unless set otherwise.
 class Texture {
   public:
-    /// Zeros. Throws Error where the size is out of the driver's range.
+    /// Creates a texture of zeros. Throws Error where the size exceeds the driver's limits.
     Texture(std::string name, const TextureDesc& desc);
 
     GLuint id() const { return object_.id(); }
     const std::string& name() const { return name_; }
     const TextureDesc& desc() const { return desc_; }
-    std::uint64_t serial() const { return serial_; }  ///< Never used twice in a process, unlike id().
+    std::uint64_t serial() const { return serial_; }  ///< unique within the process, unlike id()
 
-    void set_filter(GLenum filter);  ///< GL_NEAREST, GL_LINEAR
+    void set_filter(GLenum filter);  ///< GL_NEAREST or GL_LINEAR
     void set_wrap(GLenum wrap_s, GLenum wrap_t, GLenum wrap_r = GL_CLAMP_TO_EDGE);
 
-    /// Whole image, channels interleaved, first row first. The element count must be that of the texture.
+    /// Uploads the whole image, channels interleaved, first row first. The number of values must match the texture.
     void upload(std::span<const float> values);          ///< color and depth formats
-    void upload(std::span<const std::uint8_t> values);   ///< 0 to 255 stand for 0 to 1; color formats
+    void upload(std::span<const std::uint8_t> values);   ///< color formats; 0 to 255 stand for 0 to 1
     void upload(std::span<const std::uint32_t> values);  ///< integer formats
-    std::vector<float> read_float() const;               ///< color and depth formats, in the texture's channels
+    std::vector<float> read_float() const;               ///< color and depth formats, with the texture's channels
     std::vector<std::uint32_t> read_uint() const;        ///< integer formats
     void clear(float r = 0, float g = 0, float b = 0, float a = 0);  ///< color and depth (r) formats
     void clear_uint(std::uint32_t value);                            ///< integer formats, all channels
     void zero();                                                     ///< any format
 
-    void bind(GLuint unit) const;                       ///< sampler
-    void bind_image(GLuint unit, GLenum access) const;  ///< GL_READ_ONLY, GL_WRITE_ONLY, GL_READ_WRITE
+    void bind(GLuint unit) const;                       ///< for a sampler
+    void bind_image(GLuint unit, GLenum access) const;  ///< access: GL_READ_ONLY, GL_WRITE_ONLY, GL_READ_WRITE
 
   private:
     std::string name_;

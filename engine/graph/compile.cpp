@@ -57,7 +57,7 @@ class Liveness {
     std::vector<std::uint32_t> pending_;
 };
 
-/// Why nothing needs a pass: nobody reads its results, or only passes that are culled themselves.
+/// Returns why a pass is culled: nobody reads its results, or only culled passes do.
 std::string cull_reason(const Graph& graph, std::uint32_t pass) {
     std::string results, readers;
     for (const Use& written : graph.passes()[pass].uses) {
@@ -78,7 +78,7 @@ std::string cull_reason(const Graph& graph, std::uint32_t pass) {
     return "only culled passes read " + results + ": " + readers;
 }
 
-// --- Where resources lie --------------------------------------------------------------------------------------------
+// --- Memory of resources -------------------------------------------------------------------------------------------
 
 void find_lifetimes(CompiledGraph& plan) {
     for (std::uint32_t p = 0; p < plan.passes.size(); ++p) {
@@ -94,7 +94,8 @@ void find_lifetimes(CompiledGraph& plan) {
     }
 }
 
-/// Of the slots that are free from `first` on: the tightest that is large enough, else the largest, which will grow.
+/// Returns the slot, among those free from `first` on, that fits best: the smallest that is large enough, else the
+/// largest, which then grows.
 std::uint32_t best_slot(const CompiledGraph& plan, const std::vector<std::uint32_t>& busy_until,
                         const PlannedResource& resource) {
     std::uint32_t best = kNone;
@@ -124,7 +125,7 @@ void assign_slots(CompiledGraph& plan, bool alias) {
     std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
         return plan.resources[a].first < plan.resources[b].first;
     });
-    std::vector<std::uint32_t> busy_until;  // per slot: last pass of its last tenant
+    std::vector<std::uint32_t> busy_until;  // per slot: last pass of its last transient
     for (const std::uint32_t r : order) {
         PlannedResource& resource = plan.resources[r];
         std::uint32_t s = alias ? best_slot(plan, busy_until, resource) : kNone;
@@ -156,8 +157,8 @@ void find_fresh(CompiledGraph& plan) {
 
 // --- Barriers -------------------------------------------------------------------------------------------------------
 // OpenGL 4.5 core, 7.13.2: writes by shaders (storage blocks, images) are not ordered with later commands, all other
-// writes are. A barrier bit names how memory is used *after* it; so the bits follow from the later access. Such writes
-// also have to wait for earlier reads, unless those were transfers, which are over when the next command starts.
+// writes are. A barrier bit names how memory is used *after* it, so the bits follow from the later access. Such writes
+// also wait for earlier reads, except for transfers, which have finished when the next command starts.
 
 bool unordered_write(Access access) {
     return access == Access::storage_write || access == Access::storage_read_write || access == Access::image_write;
@@ -210,7 +211,7 @@ void derive_barriers(CompiledGraph& plan) {
         return memories[identity];
     };
     std::map<GLbitfield, int>
-        issued;  // single bit -> pass before which it was issued last; a run starts with all of them
+        issued;  // single bit -> last pass before which it was issued; a run starts with all bits issued
     for (int p = 0; p < static_cast<int>(plan.passes.size()); ++p) {
         PlannedPass& pass = plan.passes[static_cast<std::size_t>(p)];
         for (const Use& use : pass.uses) {

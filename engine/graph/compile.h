@@ -1,4 +1,4 @@
-// From a declared graph to a plan: which passes run, where their resources lie, which barriers stand between them.
+// Compilation of a declared graph to a plan: running passes, memory of resources, barriers.
 #pragma once
 
 #include <string>
@@ -12,8 +12,8 @@ namespace halflight::graph {
 struct PlannedPass {
     std::string name;
     std::vector<Use> uses;
-    GLbitfield barriers = 0;           // for glMemoryBarrier, before the pass; 0: none
-    std::vector<std::uint32_t> fresh;  // transients whose content is undefined when the pass starts and that it writes
+    GLbitfield barriers = 0;           // bits for glMemoryBarrier() before the pass; 0: none
+    std::vector<std::uint32_t> fresh;  // transients written by the pass whose contents are undefined at its start
     std::function<void(Resources&)> execute;
 };
 
@@ -23,44 +23,45 @@ struct CulledPass {
     std::vector<Use> uses;
 };
 
-/// A resource of the plan, at the index that its handles have.
+/// A resource of the plan, at the index of its handles.
 struct PlannedResource {
     ResourceNode node;
     bool used = false;        // by a pass of the plan
-    std::uint32_t first = 0;  // pass of the plan; inclusive
-    std::uint32_t last = 0;   // pass of the plan; inclusive; outputs last until the end
+    std::uint32_t first = 0;  // index of the first pass of the plan that uses it
+    std::uint32_t last = 0;   // index of the last pass that uses it; outputs last until the end
     std::uint32_t slot = kNoSlot;
-    static constexpr std::uint32_t kNoSlot = ~0u;  // imported, history, or not used
+    static constexpr std::uint32_t kNoSlot = ~0u;  // imported, history, or unused
 };
 
-/// A piece of memory that transients share in turn.
+/// A piece of memory that several transients use one after the other.
 struct Slot {
     bool is_texture = false;
-    BufferDesc buffer;                   // the largest of its tenants
-    gpu::TextureDesc texture;            // that of all its tenants
-    std::vector<std::uint32_t> tenants;  // resources, in order of first use
+    BufferDesc buffer;                   // the largest of its transients
+    gpu::TextureDesc texture;            // equal for all its transients
+    std::vector<std::uint32_t> tenants;  // transients, in order of first use
     std::size_t bytes() const { return is_texture ? gpu::texture_bytes(texture) : buffer.bytes; }
 };
 
 struct CompiledGraph {
-    std::uint32_t serial = 0;  // of the graph
+    std::uint32_t serial = 0;  // serial number of the graph
     std::vector<PlannedPass> passes;
     std::vector<CulledPass> culled;
     std::vector<PlannedResource> resources;
     std::vector<Slot> slots;
-    std::size_t transient_bytes = 0;  // of all used transients, had each its own memory
-    std::size_t slot_bytes = 0;       // what they take
+    std::size_t transient_bytes = 0;  // sum over all used transients without aliasing
+    std::size_t slot_bytes = 0;       // memory of all slots
 };
 
 struct CompileOptions {
-    bool alias = true;  // off: each transient has memory of its own, and exactly the size that was asked for
+    bool alias = true;  // off: each transient has its own memory of exactly its size
 };
 
-/// Pure. A pass runs if it is kept, or if a running pass or an output needs what it writes. Throws Error if a history
-/// is read but never written.
+/// Compiles a graph; a pure function. A pass runs if it is kept, or if a running pass or an output needs its results.
+/// Throws Error if a history is read but never written.
 CompiledGraph compile(const Graph& graph, const CompileOptions& options = {});
 
-/// Graphviz: passes as boxes (culled ones dashed, with the reason), resource versions as ellipses with their slot.
+/// Returns the plan for Graphviz: passes as boxes (culled ones dashed, with the reason), resource versions as ellipses
+/// with their slot.
 std::string to_dot(const CompiledGraph& compiled);
 
 }  // namespace halflight::graph

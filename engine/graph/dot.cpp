@@ -55,7 +55,7 @@ class DotWriter {
         }
     }
 
-    /// Name of the node, which is written on first use.
+    /// Returns the name of a version's node, which is written on first use.
     std::string version_node(std::uint32_t index, std::uint32_t version) {
         const std::string id = fmt::format("r{}v{}", index, version);
         auto& seen = seen_[index];

@@ -1,4 +1,4 @@
-// What a tracer tells of the batches that it serves.
+// Statistics of ray batches, by the tracer that serves them.
 #pragma once
 
 #include <cstddef>
@@ -9,42 +9,42 @@
 
 namespace halflight::rays {
 
-/// What is known of one batch of a frame: those of one kind and depth, run after run, in whatever place.
+/// Statistics of the batches of one kind and depth over all runs and places of the picture.
 struct BatchStatistics {
-    std::string batch;     // "shadow", "continuation 2", ...
-    Way way = Way::plain;  // that of the next run; of several places, in the first
-    std::string reason;    // why
+    std::string batch;     // name: "shadow", "continuation 2", ...
+    Way way = Way::plain;  // method of the next run; with several places, of the first one
+    std::string reason;    // reason for the method
     struct Measured {
         std::uint64_t runs = 0;
-        std::uint64_t timed = 0;  // of these: all with Tracer::count(), else those on trial
-        double seconds = 0;       // of the runs timed, sum
-        double best = 0;          // and least of one; of several places, the sum of theirs
-        std::uint64_t rays = 0;   // that were alive, over all runs; where counted
+        std::uint64_t timed = 0;  // timed runs: all with Tracer::count(), otherwise those on trial
+        double seconds = 0;       // sum over the timed runs
+        double best = 0;          // shortest run; with several places, sum of their shortest runs
+        std::uint64_t rays = 0;   // live rays over all runs, if counted
     };
     Measured measured[kWays];
     struct Seconds {
         double cull = 0;
-        double search = 0;  // of the lists' leaves
-        double rest = 0;    // of what is below their other entries
+        double search = 0;  // search in the leaves of the lists
+        double rest = 0;    // search below the other entries of the lists
     };
-    Seconds steps;                   // of runs by tiles
-    std::uint64_t tiles = 0;         // that had culling to do, over all runs
-    std::uint64_t tiles_culled = 0;  // of these, lists that were made; the others were kept
-    /// Sums over runs by tiles; where counted.
+    Seconds steps;                   // steps of runs by tiles
+    std::uint64_t tiles = 0;         // tiles to cull, over all runs
+    std::uint64_t tiles_culled = 0;  // number of lists made; the others were kept
+    /// Sums over runs by tiles, if counted.
     struct Lists {
-        std::uint64_t tiles = 0;  // with a ray alive
+        std::uint64_t tiles = 0;  // tiles with a live ray
         std::uint64_t entries = 0;
-        std::uint64_t leaves = 0;      // of the entries
-        std::uint64_t longest = 0;     // entries; the greatest of all runs
-        std::uint64_t rays = 0;        // alive
-        std::uint64_t rest_rays = 0;   // of these, that had not ended with the leaves of their tile
-        std::uint64_t remembered = 0;  // any-hit rays that a leaf remembered from earlier runs has ended
+        std::uint64_t leaves = 0;      // entries that are leaves
+        std::uint64_t longest = 0;     // largest number of entries in a list, over all runs
+        std::uint64_t rays = 0;        // live rays
+        std::uint64_t rest_rays = 0;   // rays that did not end in the leaves of their tile
+        std::uint64_t remembered = 0;  // any-hit rays ended by a leaf remembered from earlier runs
     };
     Lists lists;
-    std::size_t state_bytes = 0;  // carried from run to run, of all places
+    std::size_t state_bytes = 0;  // carried from run to run, over all places
 };
 
-/// Adds what is known of the batch in another place. Way and reason stay.
+/// Adds the statistics of the batch in another place. Method and reason do not change.
 void add(BatchStatistics& to, const BatchStatistics& of);
 
 }  // namespace halflight::rays

@@ -12,7 +12,7 @@
 namespace halflight::rays {
 namespace {
 
-/// What the builder's callbacks make; lives in the builder's own memory until it is flattened.
+/// A node made by the builder's callbacks, in the builder's memory until it is flattened.
 struct BuiltNode {
     std::uint32_t child_count = 0;  // inner node
     BuiltNode* children[4] = {};
@@ -53,7 +53,7 @@ void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* pr
     return leaf;
 }
 
-/// Appends the node and all below it; returns how many children a traversal below it may have put aside.
+/// Appends a node and its subtree; returns the maximum number of children that a traversal below it defers.
 std::uint32_t flatten(const BuiltNode& built, Bvh& bvh) {
     const std::size_t index = bvh.nodes.size();
     bvh.nodes.emplace_back();
@@ -72,7 +72,7 @@ std::uint32_t flatten(const BuiltNode& built, Bvh& bvh) {
     return deepest + built.child_count - 1;
 }
 
-/// A root that is a leaf gets a node above it, so that every traversal begins with a node.
+/// Returns a node above a root that is a leaf, so that every traversal starts at a node.
 BuiltNode above(BuiltNode& leaf, std::span<const RTCBuildPrimitive> primitives) {
     BuiltNode root;
     root.child_count = 1;
@@ -83,7 +83,7 @@ BuiltNode above(BuiltNode& leaf, std::span<const RTCBuildPrimitive> primitives) 
     return root;
 }
 
-/// The part of a box that holds what a pair has on either side of a plane, rounded outwards.
+/// Computes the boxes, rounded outwards, of the parts of a pair on either side of a plane.
 void split_pair(const RTCBuildPrimitive* primitive, unsigned dimension, float position, RTCBounds* left,
                 RTCBounds* right, void* pairs) {
     const Ring& corner = static_cast<const Ring*>(pairs)[primitive->primID];
@@ -106,7 +106,7 @@ void split_pair(const RTCBuildPrimitive* primitive, unsigned dimension, float po
     }
     sides[0].upper[axis] = std::min(sides[0].upper[axis], position);
     sides[1].lower[axis] = std::max(sides[1].lower[axis], position);
-    // An earlier split may have cut off all there is on a side; that side must still be a box.
+    // An earlier split may have removed all contents of a side, whose box must not become invalid.
     const vec3 lower(primitive->lower_x, primitive->lower_y, primitive->lower_z);
     const vec3 upper(primitive->upper_x, primitive->upper_y, primitive->upper_z);
     RTCBounds* const results[2] = {left, right};
@@ -117,7 +117,7 @@ void split_pair(const RTCBuildPrimitive* primitive, unsigned dimension, float po
     }
 }
 
-/// `primitives` has `count` elements and room for more where `pairs` are given.
+/// `primitives` has `count` elements, and spare capacity if `pairs` are given.
 Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::uint32_t max_leaf, const Ring* pairs) {
     Bvh bvh;
     if (count == 0) return bvh;
@@ -130,7 +130,7 @@ Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::ui
     arguments.buildQuality = RTC_BUILD_QUALITY_HIGH;
     arguments.maxBranchingFactor = 4;
     arguments.maxDepth = 64;
-    arguments.sahBlockSize = 2;  // a leaf costs about the same with one pair or two
+    arguments.sahBlockSize = 2;  // a leaf of one or two pairs costs about the same
     arguments.minLeafSize = 1;
     arguments.maxLeafSize = max_leaf;
     arguments.primitives = primitives.data();
@@ -142,7 +142,7 @@ Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::ui
     arguments.createLeaf = create_leaf;
     arguments.splitPrimitive = pairs ? split_pair : nullptr;
     arguments.userPtr = const_cast<Ring*>(pairs);
-    // Alone: several threads would number the parts of split pairs in the order of their arrival.
+    // One thread: several threads would number the parts of split pairs in the order of their arrival.
     tbb::task_arena one_thread(1);
     auto* built = one_thread.execute([&] { return static_cast<BuiltNode*>(rtcBuildBVH(&arguments)); });
     if (built == nullptr) {

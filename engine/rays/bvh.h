@@ -1,4 +1,4 @@
-// Four-wide bounding volume hierarchies, built by Embree. No OpenGL: the layout that kernels read is in packed_bvh.h.
+// Four-wide bounding volume hierarchies, built by Embree. Uses no OpenGL; packed_bvh.h has the layout for kernels.
 #pragma once
 
 #include <array>
@@ -14,7 +14,7 @@ namespace halflight::rays {
 inline constexpr std::uint32_t kMaxLeafPrimitives = 4;
 
 struct BvhChild {
-    Bounds bounds;            // holds all boxes below it; empty: there is no such child
+    Bounds bounds;            // bounds of all boxes below it; empty: no child
     std::uint32_t first = 0;  // leaf: first entry in Bvh::primitives; inner node: index into Bvh::nodes
     std::uint32_t count = 0;  // leaf: 1 to kMaxLeafPrimitives; 0: inner node
 
@@ -22,23 +22,23 @@ struct BvhChild {
 };
 
 struct BvhNode {
-    std::array<BvhChild, 4> children;  // those that exist come first
+    std::array<BvhChild, 4> children;  // existing children come first
     int child_count() const;
 };
 
 struct Bvh {
-    std::vector<BvhNode> nodes;             // depth first, the root first; empty without a primitive
+    std::vector<BvhNode> nodes;             // depth first, root first; empty without primitives
     std::vector<std::uint32_t> primitives;  // in leaf order, ascending within a leaf; each at least once
-    std::uint32_t stack_entries = 0;        // most children that a traversal in any order has put aside at one time
+    std::uint32_t stack_entries = 0;        // maximum number of children that a traversal in any order defers at a time
 };
 
-/// Surface area heuristic; the result is a function of the input alone. Throw Error when Embree does.
-/// One box per primitive, none of them empty. A leaf holds one primitive.
+/// Builds a hierarchy over boxes by the surface area heuristic, one primitive per leaf. No box may be empty. The result
+/// is a function of the input only. Throws Error where Embree fails.
 Bvh build_bvh(std::span<const Bounds> boxes);
 
-/// Leaves of at most kMaxLeafPrimitives pairs of triangles. Large pairs may be split between leaves (Stich, Friedrich,
-/// Dietrich 2009, Spatial Splits in Bounding Volume Hierarchies), up to kSplitBudget references per pair: each leaf's
-/// box then holds a part of the pair, and all of them together hold it all.
+/// Maximum references per pair in build_pair_bvh(). Large pairs may be split between leaves (Stich, Friedrich, Dietrich
+/// 2009, Spatial Splits in Bounding Volume Hierarchies). The box of each leaf then holds a part of the pair, and all of
+/// them together hold the whole pair.
 inline constexpr double kSplitBudget = 1.5;
 enum class Splits : std::uint8_t { allowed, none };
 Bvh build_pair_bvh(std::span<const Ring> pairs, Splits splits = Splits::allowed);

@@ -29,7 +29,7 @@ void Choice::ran(double seconds) {
     if (names_.size() < 2) return;
     if (trial_.empty()) {
         if (--runs_left_ > 0) return;
-        // The one that is in use first: its time is of today, too.
+        // The current method first: its time must be up to date, too.
         trial_ = {best_};
         for (std::size_t way = 0; way < names_.size(); ++way) {
             if (way != best_) trial_.insert(trial_.end(), kTrials - 1, way);

@@ -1,15 +1,15 @@
-// The hierarchies of a scene, and what becomes of them while it moves. No OpenGL.
+// The hierarchies of a scene, and their updates for animated scenes. Uses no OpenGL.
 //
-// Triangles of a block (engine/tables/tables.h) that keep their places are one part, each mesh that moves another one.
-// Parts have hierarchies of their own, which lie side by side under one root where a block has several.
+// Static triangles of a block (engine/tables/tables.h) form one part, and each moving mesh forms another one. Each part
+// has its own hierarchy; the hierarchies of a block are side by side under one root.
 //
-// Hits depend a little on leaves: a hit that rounding has put before the box of its leaf counts as being where the ray
-// enters it (shaders/lib/traverse.glsl). So what becomes of a part must follow from the reference pose and the pose
-// alone, never from the poses between:
-//   - what does not move is built from where it is, which gives the same as what was built before for the same places;
-//   - what moves has the shape that was built for the reference pose, refitted; where that does not fit (another number
-//     of triangles, pairs that came apart) or would cost kMostRefitCost times what it did there, it is built from where
-//     it is.
+// Hits depend slightly on leaves: a hit that rounding puts before the box of its leaf is moved to the entry of the ray
+// into that box (shaders/lib/traverse.glsl). Therefore the hierarchy of a part must be a function of the reference pose
+// and the current pose, not of the poses in between:
+//   - A static part is built from its positions, which gives the same result as any earlier build.
+//   - A moving part keeps the shape built for the reference pose and is refitted. It is built from its positions if the
+//     shape does not fit (another number of triangles, or separated pairs), or if the refit would cost more than
+//     kMostRefitCost times what the shape cost in the reference pose.
 #pragma once
 
 #include <cstddef>
@@ -24,7 +24,8 @@
 
 namespace halflight::rays {
 
-/// By expected_cost(). A fox that runs comes to 1.3; hierarchies built for its poses would spare a fifth of that.
+/// Maximum ratio of expected_cost(). A running fox reaches 1.3; hierarchies built for its poses would save a fifth of
+/// that.
 inline constexpr double kMostRefitCost = 1.5;
 
 /// Triangles of a block that share a hierarchy.
@@ -35,40 +36,41 @@ struct Part {
     };
     std::uint32_t block = 0;
     bool moves = false;
-    std::pair<bool, std::uint32_t> key;  // of what moves: merged and the instance, or the shared mesh
-    std::vector<Span> spans;             // ascending
+    // identity of moving parts: whether merged, and the index of the instance or of the shared mesh
+    std::pair<bool, std::uint32_t> key;
+    std::vector<Span> spans;  // ascending
 };
 
-/// In the order of blocks; what keeps its places before what moves.
+/// Returns the parts in the order of blocks, static parts first.
 std::vector<Part> parts_of(const TraceTables& tables);
-/// Triangles of a part, indices into TraceTables::triangles.
+/// Returns the triangles of a part, indices into TraceTables::triangles.
 std::vector<std::uint32_t> triangles_of(const Part& part);
 
 struct PartTree {
-    std::vector<TrianglePair> pairs;  // of places in triangles_of()
-    std::vector<Ring> rings;          // of the pairs
+    std::vector<TrianglePair> pairs;  // indices into triangles_of()
+    std::vector<Ring> rings;          // one per pair
     Bvh bvh;                          // over the rings
-    double cost = 0;                  // expected_cost() of the pose that the shape was built for; of what moves
+    double cost = 0;                  // expected_cost() of moving parts in the pose for which the shape was built
 };
 
-/// What became of the hierarchies of parts.
+/// Numbers of hierarchies by update.
 struct HierarchyCounts {
-    std::size_t kept = 0;      // nothing in them has changed
-    std::size_t refitted = 0;  // the boxes have
+    std::size_t kept = 0;      // unchanged
+    std::size_t refitted = 0;  // same shape, new boxes
     std::size_t built = 0;
     bool operator==(const HierarchyCounts&) const = default;
 };
 
 class Hierarchies {
   public:
-    /// Builds all of them. tables: of the reference pose. Throws Error where Embree does.
+    /// Builds all hierarchies. `tables` are those of the reference pose. Throws Error where Embree fails.
     explicit Hierarchies(const TraceTables& tables);
-    /// Brings them from the pose that they are of, `last`, to another one. Throws the same.
+    /// Updates the hierarchies from their current pose, `last`, to another one. Throws Error where Embree fails.
     void update(const TraceTables& last, const TraceTables& now);
 
     const std::vector<Part>& parts() const { return parts_; }
-    const std::vector<PartTree>& trees() const { return trees_; }  ///< of parts()
-    // Of the last update, or of the constructor:
+    const std::vector<PartTree>& trees() const { return trees_; }  ///< one per part
+    // Results of the last update, or of the constructor.
     const HierarchyCounts& counts() const { return counts_; }
     double seconds() const { return seconds_; }  ///< CPU clock
 
@@ -78,7 +80,7 @@ class Hierarchies {
 
     std::vector<Part> parts_;
     std::vector<PartTree> trees_;
-    std::map<std::pair<bool, std::uint32_t>, PartTree> shapes_;  // of the reference pose, by Part::key
+    std::map<std::pair<bool, std::uint32_t>, PartTree> shapes_;  // shapes of the reference pose, by Part::key
     HierarchyCounts counts_;
     double seconds_ = 0;
 };

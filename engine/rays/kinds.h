@@ -6,7 +6,7 @@
 
 namespace halflight::rays {
 
-/// What a batch is for. Coherence, and with it every decision of a scheduler, goes by kind.
+/// Purpose of a batch. Coherence depends on the kind, and so do all scheduling decisions.
 enum class RayKind : std::uint8_t {
     primary,
     shadow,
@@ -22,12 +22,12 @@ inline constexpr RayKind kRayKinds[] = {RayKind::primary,   RayKind::shadow,    
                                         RayKind::occlusion, RayKind::connection};
 const char* name(RayKind kind);
 
-/// Ways to serve a batch.
+/// Methods that serve a batch.
 enum class Way : std::uint8_t {
     plain,   // rays.h
     tiles,   // tiles.h
     raster,  // raster.h
-    other,   // a server of somebody else's
+    other,   // a custom server
 };
 inline constexpr std::size_t kWays = 4;
 const char* name(Way way);

@@ -1,4 +1,4 @@
-// Hierarchies and triangles in the layout that kernels read: shaders/shared/bvh.h. Pure: no OpenGL.
+// Hierarchies and triangles in the layout of kernels (shaders/shared/bvh.h). Uses no OpenGL.
 #pragma once
 
 #include <cstddef>
@@ -11,25 +11,27 @@
 
 namespace halflight::rays {
 
-/// grid: 64 bytes a node, faster. floating: 128 bytes, for scenes whose details are too small for a grid over the
-/// whole.
+/// grid: 64 bytes per node, faster. floating: 128 bytes per node, for scenes whose details are too small for one grid
+/// over the whole scene.
 enum class NodeFormat : std::uint8_t { grid, floating };
 
 struct PackedScene {
     NodeFormat format = NodeFormat::grid;
-    bool two_level = false;                    // the hierarchy at index 0 is one over instances
+    bool two_level = false;                    // the hierarchy at index 0 is over instances
     std::vector<uvec4> nodes;                  // RGBA32UI, or the bits of RGBA32F
     std::vector<vec4> pairs;                   // RGBA32F, kBvhPairTexels each
     std::vector<std::uint32_t> instance_head;  // per instance: node index of its block's head
-    std::uint32_t stack_entries = 1;           // that a traversal needs, >= 1
+    std::uint32_t stack_entries = 1;           // needed by a traversal, >= 1
     std::size_t node_count = 0;                // without heads
     double build_seconds = 0;                  // CPU clock, hierarchies included
-    double looseness = 1;                      // mean area of a box on the grid by its exact area; both formats
+    // mean ratio of a box's area on the grid to its exact area; for both formats
+    double looseness = 1;
 };
 
-/// hierarchies: of the tables' pose. Chooses the format by the grid's looseness. Throws Error where indices run out.
+/// Packs a scene; `hierarchies` must have the pose of the tables. Selects the format by the grid's looseness. Throws
+/// Error where indices overflow.
 PackedScene pack_scene(const TraceTables& tables, const Hierarchies& hierarchies);
-/// With hierarchies made for it.
+/// Packs a scene with new hierarchies.
 PackedScene pack_scene(const TraceTables& tables);
 PackedScene pack_scene(const TraceTables& tables, NodeFormat format);
 

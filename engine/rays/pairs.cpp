@@ -6,18 +6,18 @@
 namespace halflight::rays {
 namespace {
 
-// Area of the box around both triangles by that of their boxes: first halves of a parallelogram, for which it is 1/2,
-// and what comes near to that.
+// Ratios of the area of the common box to the sum of both areas. First come halves of parallelograms, for which it is
+// 1/2, and similar pairs.
 constexpr double kLimits[] = {0.6, 1.0};
-// Entries of the table of edges, 8 bytes each. A newer edge takes the place of an older one, so meshes whose neighbours
-// are far apart in the file keep more triangles alone.
+// Entries of the edge table, 8 bytes each. A newer edge evicts an older one, so meshes whose neighbours are far apart
+// in the file keep more unpaired triangles.
 constexpr std::size_t kMostEdges = std::size_t{1} << 20;
 
 constexpr std::uint32_t kNone = 0xffffffffu;
 
 struct EdgeOf {
     std::uint32_t triangle = kNone;
-    std::uint8_t apex = 0;  // the corner that is not on the edge
+    std::uint8_t apex = 0;  // corner that is not on the edge
 };
 
 vec3 corner(const Corners& triangle, int k) {
@@ -38,7 +38,7 @@ double half_area(const Bounds& box) {
 std::uint64_t hash_of(const vec3& p) {
     std::uint64_t h = 0;
     for (int a = 0; a < 3; ++a) {
-        h = (h ^ std::bit_cast<std::uint32_t>(p[a] + 0.0f)) * 0x9e3779b97f4a7c15u;  // + 0: of -0 as of 0
+        h = (h ^ std::bit_cast<std::uint32_t>(p[a] + 0.0f)) * 0x9e3779b97f4a7c15u;  // + 0: -0 and 0 hash alike
         h ^= h >> 29;
     }
     return h;
@@ -69,7 +69,7 @@ class Pairing {
         return edges_[(hash_of(corner(t, apex + 1)) + hash_of(corner(t, apex + 2))) & (edges_.size() - 1)];
     }
 
-    /// Pairs the triangle with the best of its neighbours before it, or lets it wait for one after it.
+    /// Pairs the triangle with the best of its earlier neighbours, or stores it for a later one.
     void match(std::uint32_t triangle, double limit) {
         TrianglePair best{};
         bool found = false;

@@ -1,20 +1,20 @@
-// The raster back end of CHC+RT (Mattausch, Bittner, Jaspe, Gobbetti, Wimmer, Pajarola 2015, CHC+RT: Coherent
-// Hierarchical Culling for Ray Tracing, Computer Graphics Forum 34(2)): the CPU walks the object hierarchy front to
-// back, occlusion queries over rasterized tiles of rays tell which of its nodes rays can meet, and fragment kernels
-// trace those.
+// Raster culling, a back end of CHC+RT (Mattausch, Bittner, Jaspe, Gobbetti, Wimmer, Pajarola 2015, CHC+RT: Coherent
+// Hierarchical Culling for Ray Tracing, Computer Graphics Forum 34(2)). The CPU traverses the object hierarchy front to
+// back. Occlusion queries over rasterized tiles of rays determine the nodes that rays can meet, and fragment kernels
+// trace those nodes.
 //
-// A tile is 64 consecutive entries of a batch. A query draws the tiles, in blocks, against the boxes of nodes; the
-// vertex kernel drops blocks, the depth test what has ended, the fragment kernel tiles whose shaft misses. Visible
-// leaves are traced several at a time: one more such draw cuts them, tile by tile, into a list of what the tile's rays
-// can meet, and tiles whose list is not empty are drawn at one texel per ray. Draws are separated by barriers and a ray
-// has one fragment in each, so the kernel itself keeps the nearest hit and breaks ties exactly as the plain tracer
-// does; depth, which cannot hold all t >= 0 exactly, only rejects. Tiles whose rays go all ways are traced from the
-// root at once.
+// A tile is 64 consecutive rays of a batch. A query draws the tiles, in blocks, against the boxes of nodes. The vertex
+// kernel drops blocks, the depth test drops tiles whose rays have ended, and the fragment kernel drops tiles whose
+// shaft misses. Visible leaves are traced several at a time. One more such draw writes, per tile, a list of the leaves
+// that its rays can meet; then tiles with entries are drawn at one texel per ray. Draws are separated by barriers, and
+// a ray has one fragment in each. Therefore the kernel itself keeps the nearest hit and breaks ties exactly like the
+// plain tracer. Depth only rejects, because it cannot represent all t >= 0 exactly. Tiles of incoherent rays are traced
+// from the root at once.
 //
-// It wins where much is hidden and rays of a tile stay together: camera rays into a city. It loses where they meet
-// much: every draw pays for reading rays and setting them up again, a list tells every ray of a tile what one of them
-// may meet, and what is near for one tile is not for the next, while the walk has one order for all. Software drivers
-// also run vertices and the binning of points on one thread, and nothing of a query overlaps with tracing there.
+// This method wins where much is hidden and the rays of a tile are coherent: camera rays into a city. It loses where
+// rays meet many leaves. Every draw pays for reading and setting up the rays again, and a list holds the leaves of all
+// rays of a tile. The traversal has one order for all tiles, although each tile has its own front. Software drivers run
+// vertices and the binning of points on one thread, and there queries do not overlap with tracing.
 #pragma once
 
 #include <cstddef>
@@ -30,24 +30,26 @@ namespace halflight::rays {
 
 struct RasterSettings {
     CutSizes cut;
-    bool believe_queries = true;  // false: every answer is "visible", as from a driver that overcounts
+    bool believe_queries = true;  // false: every answer is "visible", like from a driver that overcounts
     bool measure = false;         // fill in RasterStatistics::pairs and ::stages; waits for every draw
 };
 
-/// What the raster back end knows of a scene, and what it remembers of batches from run to run. Its hits are the plain
-/// tracer's, bit for bit. (A search that the driver would have cut short may come to its end here, being divided.
-/// Numbers below 2^-126 count as 0 in llvmpipe's fragment kernels, and not in its compute kernels: results differ where
-/// directions have such components.) add() throws Error where the driver's points or targets are too small for the
-/// batch.
+/// Serves batches by raster culling. Owns the culling tree of a scene, and the visibility state of batches across runs.
+/// add() throws Error where the driver's points or targets are too small for the batch.
+///
+/// Its hits equal those of the plain tracer bit for bit, with two exceptions:
+/// - A search that the driver would cut short may end here, because it is divided.
+/// - Numbers below 2^-126 count as 0 in llvmpipe's fragment kernels, but not in its compute kernels. Results differ
+///   where directions have such components.
 class RasterCulling final : public BatchServer {
   public:
-    /// packed: what the TraceScene was made of. Needs a current context.
+    /// `packed` must be what the TraceScene was made of. Needs a current context.
     explicit RasterCulling(const PackedScene& packed, const RasterSettings& settings = {});
-    /// The same of a tree that is there already; settings.cut is not read.
+    /// Takes an existing tree; settings.cut is ignored.
     explicit RasterCulling(CullTree tree, const RasterSettings& settings = {});
     ~RasterCulling() override;
 
-    /// Another pose of the scene. What is remembered stays, for as many nodes as there were.
+    /// Sets the tree of another pose. The visibility state is kept if the number of nodes is the same.
     void set_tree(CullTree tree);
 
     const RasterSettings& settings() const;
@@ -55,13 +57,13 @@ class RasterCulling final : public BatchServer {
     Way way() const override { return Way::raster; }
     graph::BufferHandle add(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle results, bool any_hit) override;
-    /// May be overwritten with anything.
+    /// Returns the visibility state of a batch, which may be overwritten with any bits.
     CullState& state(const BatchKey& key);
     void invalidate() override;
-    /// Of tree and states, on both sides.
+    /// Returns the memory of tree and states, on CPU and GPU.
     std::size_t bytes() const;
     std::size_t state_bytes(const RayBatch&) const override;
-    /// Sums since construction, or since they were last reset, over all places.
+    /// Returns sums over all places since construction or reset_statistics().
     RasterStatistics& statistics(RayKind kind, std::uint32_t depth);
     void reset_statistics() override;
     std::vector<RasterBatch> batches() const;

@@ -1,5 +1,5 @@
-// Where the rays of a batch lie in the targets of the raster back end: shaders/lib/raster_texels.glsl, seen by the
-// host.
+// Positions of a batch's rays in the render targets of raster culling, for the host; shaders/lib/raster_texels.glsl has
+// the same for kernels.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,15 @@
 
 namespace halflight::rays {
 
-/// There are blocks enough to fill the rows; those at the end are empty.
+/// The number of blocks is rounded up to full rows; blocks at the end are empty.
 struct RasterLayout {
     static constexpr int kTileEdge = 8;  // texels
     static constexpr std::uint32_t kTileRays = 64;
     static constexpr std::uint32_t kBlockTiles = 64;
 
     std::uint32_t blocks;
-    std::uint32_t columns;  // of blocks
-    ivec2 tile_texels;      // size of targets with a texel per tile
+    std::uint32_t columns;  // blocks per row
+    ivec2 tile_texels;      // size of targets with one texel per tile
 
     explicit RasterLayout(std::uint32_t capacity);
     std::uint32_t tiles() const { return blocks * kBlockTiles; }

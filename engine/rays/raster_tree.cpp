@@ -108,7 +108,7 @@ class TreeBuilder {
         if (is_instance(reference)) {
             return triangles_below(packed_.instance_head[reference & kBvhIndexMask] + kRoot);
         }
-        if (shared::is_leaf(reference)) return 2 * ((reference >> shared::kBvhCountShift) & 7u);  // at most
+        if (shared::is_leaf(reference)) return 2 * ((reference >> shared::kBvhCountShift) & 7u);  // upper bound
         return triangles_below(reference & kBvhIndexMask);
     }
 
@@ -124,7 +124,7 @@ class TreeBuilder {
         return below_[node];
     }
 
-    /// Children that are not worth a node each.
+    /// Returns the slots of children that are too small for a node of their own.
     std::uint32_t small_slots(std::uint32_t node) {
         std::uint32_t slots = 0;
         for (int slot = 0; slot < 4; ++slot) {
@@ -155,8 +155,8 @@ class TreeBuilder {
         return result;
     }
 
-    /// Divides tree_.nodes[index], which has all the children of its node: the small ones together, each other one for
-    /// itself.
+    /// Divides tree_.nodes[index], which has all children of its node: the small ones become one node, each other one
+    /// becomes its own.
     void expand(std::uint32_t index) {
         const std::uint32_t node = tree_.nodes[index].node;
         if (triangles_below(node) <= sizes_.leaf_triangles) return;
@@ -180,7 +180,7 @@ class TreeBuilder {
         }
     }
 
-    /// Breadth first from the root, as far as there is room.
+    /// Expands nodes breadth first from the root until the survey is full.
     void survey() {
         std::vector<std::uint32_t>& nodes = tree_.survey;
         nodes = {0};
@@ -199,7 +199,7 @@ class TreeBuilder {
     CutSizes sizes_;
     PackedReader reader_;
     PackedReader::Head head_;
-    std::vector<std::size_t> below_;  // triangles, by node
+    std::vector<std::size_t> below_;  // number of triangles, by node
     CullTree tree_;
 };
 

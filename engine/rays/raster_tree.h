@@ -1,4 +1,4 @@
-// The object hierarchy as the raster back end walks it on the CPU. Pure: no OpenGL.
+// The object hierarchy for the CPU traversal of raster culling. Uses no OpenGL.
 #pragma once
 
 #include <cstddef>
@@ -10,27 +10,27 @@
 
 namespace halflight::rays {
 
-/// Some children of one node of the hierarchy at index 0, with all that is below them. Instances are not divided.
+/// Some children of one node of the hierarchy at index 0, with their subtrees. Instances are not divided.
 struct CullNode {
-    Bounds box;  // world (relative to TraceTables::origin), rounded outwards
+    Bounds box;  // world space relative to TraceTables::origin, rounded outwards
     std::uint32_t parent = 0;
-    std::uint32_t first_child = 0;  // they lie side by side
+    std::uint32_t first_child = 0;  // children are consecutive
     std::uint32_t child_count = 0;  // 0: a leaf
-    std::uint32_t node = 0;         // index, as in references of shaders/shared/bvh.h
+    std::uint32_t node = 0;         // index as in references of shaders/shared/bvh.h
     std::uint32_t slots = 0;        // bit i: child i
 };
 
 struct CullTree {
-    std::vector<CullNode> nodes;        // the root, the whole scene, first; parents before children; empty without a
-                                        // triangle
-    std::vector<std::uint32_t> survey;  // nodes that together hold everything, shared::kRasterCandidates at most
-    Bounds hull;                        // of the grid at index 0
-    float slack = 0;                    // of the hierarchy at index 0
+    // root (the whole scene) first, parents before children; empty without triangles
+    std::vector<CullNode> nodes;
+    std::vector<std::uint32_t> survey;  // nodes that together hold the whole scene, at most shared::kRasterCandidates
+    Bounds hull;                        // bounds of the grid at index 0
+    float slack = 0;                    // slack of the hierarchy at index 0
 };
 
 struct CutSizes {
-    std::size_t leaf_triangles = 16384;  // of a node that is not divided further, at most, where it can be divided
-    std::size_t most_nodes = 1 << 16;    // leaf_triangles grows until there are no more
+    std::size_t leaf_triangles = 16384;  // maximum triangles of a leaf, except for leaves that cannot be divided
+    std::size_t most_nodes = 1 << 16;    // maximum number of nodes; leaf_triangles grows until it holds
 };
 
 CullTree build_cull_tree(const PackedScene& packed, const CutSizes& sizes = {});

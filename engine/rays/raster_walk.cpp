@@ -15,11 +15,12 @@ namespace {
 
 using shared::kRasterCandidates;
 
-constexpr std::size_t kHiddenAtOnce = 64;  // nodes that wait for a query, at most
-constexpr std::size_t kRoundLeaves = 16;   // traced at a time
-constexpr std::uint32_t kRetestMean = 6;   // runs between two re-tests of a visible leaf (5 to 10 in the paper)
+constexpr std::size_t kHiddenAtOnce = 64;  // maximum number of nodes waiting for a query
+constexpr std::size_t kRoundLeaves = 16;   // leaves traced at a time
+// mean number of runs between re-tests of a visible leaf (5 to 10 in the paper)
+constexpr std::uint32_t kRetestMean = 6;
 
-/// Chance that a node which has been hidden for so many runs still is (eq. 6 of the paper, fitted there).
+/// Returns the probability that a node hidden for `runs` runs stays hidden (eq. 6 of the paper, fitted there).
 double stays_hidden(std::uint32_t runs) {
     return 0.98 - 0.7 * std::exp(-static_cast<double>(runs));
 }
@@ -56,7 +57,7 @@ class Walk {
             } else if (!asked_.empty()) {
                 ++statistics_.waits;
                 hear(true);
-                listens_ = true;  // others are likely there, too: fewer and fuller draws
+                listens_ = true;  // answers have probably arrived for other nodes, too: fewer and larger draws
             } else {
                 return;
             }
@@ -78,7 +79,7 @@ class Walk {
         m.since = state_.run;
     }
 
-    /// A node is visible where one below it is.
+    /// Marks all ancestors of a visible node as visible.
     void pull_up(std::uint32_t node) {
         for (set_visible(node, true); node != 0; set_visible(node, true)) node = tree_.nodes[node].parent;
     }
@@ -91,7 +92,7 @@ class Walk {
             return;
         }
         if (tree_.nodes[node].child_count == 0) {
-            // Due, or nonsense.
+            // The re-test is due, or the state is invalid.
             if (memory(node).retest - state_.run - 1 >= 2 * kRetestMean) {
                 again_.push_back(node);
             } else {
@@ -123,7 +124,7 @@ class Walk {
         listens_ = true;
     }
 
-    /// One question for each run of `at_once` nodes.
+    /// Issues one query for each run of `at_once` nodes.
     void ask(const std::vector<std::uint32_t>& nodes, std::size_t at_once) {
         for (std::size_t i = 0; i < nodes.size(); i += at_once) {
             const std::size_t end = std::min(i + at_once, nodes.size());
@@ -136,9 +137,9 @@ class Walk {
         }
     }
 
-    /// Nodes that have been hidden for long are asked about together, as many as make the best of one query (section 5
-    /// of the paper): benefit, the number of nodes, by cost, one query and with the chance of a "yes" one more for
-    /// each.
+    /// Groups nodes that have been hidden for long into multi-queries of the best size (section 5 of the paper). The
+    /// benefit is the number of nodes. The cost is one query and, with the probability of a "yes", one more query per
+    /// node.
     void ask_hidden() {
         std::vector<std::uint32_t> nodes = std::exchange(hidden_, {});
         const auto runs = [&](std::uint32_t node) { return state_.run - memory(node).since; };
@@ -161,7 +162,7 @@ class Walk {
         }
     }
 
-    /// Takes the answer to the oldest question, if there is one.
+    /// Takes the answer to the oldest query, if available.
     bool hear(bool wait) {
         const std::optional<bool> answer = device_.answer(asked_.front().number, wait);
         if (!answer) return false;
@@ -194,12 +195,12 @@ class Walk {
 
     using Near = std::pair<float, std::uint32_t>;
     std::priority_queue<Near, std::vector<Near>, std::greater<>> front_;
-    std::vector<std::uint32_t> hidden_;  // to be asked about before they are opened
-    std::vector<std::uint32_t> again_;   // visible leaves that are due for a re-test
+    std::vector<std::uint32_t> hidden_;  // to be queried before they are opened
+    std::vector<std::uint32_t> again_;   // visible leaves due for a re-test
     std::deque<Question> asked_;         // oldest first
-    std::vector<std::uint32_t> ready_;   // leaves to be traced
+    std::vector<std::uint32_t> ready_;   // leaves to trace
     std::size_t questions_ = 0;
-    bool listens_ = false;  // answers may have come
+    bool listens_ = false;  // answers may have arrived
 };
 
 }  // namespace

@@ -18,7 +18,7 @@ double half_area(const Bounds& box) {
 }  // namespace
 
 void refit(Bvh& bvh, std::span<const Ring> rings) {
-    for (std::size_t i = bvh.nodes.size(); i-- > 0;) {  // nodes lie before those below them
+    for (std::size_t i = bvh.nodes.size(); i-- > 0;) {  // nodes come before their children
         for (BvhChild& child : bvh.nodes[i].children) {
             if (child.bounds.empty()) continue;
             child.bounds = child.leaf() ? Bounds{} : box_of(bvh.nodes[child.first]);

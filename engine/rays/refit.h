@@ -1,4 +1,4 @@
-// Hierarchies whose triangles have moved: the shape stays, the boxes follow. No OpenGL.
+// Refitting of hierarchies whose triangles have moved: the shape is kept, the boxes are updated. Uses no OpenGL.
 #pragma once
 
 #include <span>
@@ -7,13 +7,13 @@
 
 namespace halflight::rays {
 
-/// Gives every node the box of what is below it, from the leaves up. rings: those that the hierarchy is over, as many
-/// as it was built from, wherever they are now. A leaf gets the boxes of whole pairs, so none should have been split.
+/// Updates the box of every node from the leaves up. `rings` are the current rings of the hierarchy, in the order of
+/// its construction. A leaf gets the boxes of whole pairs, so no pair should have been split.
 void refit(Bvh& bvh, std::span<const Ring> rings);
 
-/// What a ray that meets the root's box is expected to cost by the surface area heuristic (Goldsmith, Salmon 1987;
-/// MacDonald, Booth 1990): boxes of nodes at 1, pairs of triangles at 1, each by its share of the root's area. 0 where
-/// that has none.
+/// Returns the expected cost of a ray that meets the root's box, by the surface area heuristic (Goldsmith, Salmon 1987;
+/// MacDonald, Booth 1990). Boxes of nodes and pairs of triangles cost 1 each, weighted by their area relative to the
+/// root's. Returns 0 if the root has no area.
 double expected_cost(const Bvh& bvh);
 
 }  // namespace halflight::rays

@@ -17,7 +17,7 @@ std::string name_of(const BatchKey& batch) {
     return batch.depth == 0 ? name(batch.kind) : fmt::format("{} {}", name(batch.kind), batch.depth);
 }
 
-/// Of what is carried for a batch.
+/// Returns the name of a resource carried for a batch.
 std::string carried_name(const char* what, const RayBatch& batch) {
     const std::string name = fmt::format("{}: {}", what, name_of(key_of(batch)));
     return batch.place == 0 ? name : fmt::format("{}, place {}", name, batch.place);
@@ -86,8 +86,8 @@ void Tracer::expect(std::uint64_t runs) {
 
 bool Tracer::may_cull_by_tiles(const RayBatch& rays) const {
     if (culling_ != Culling::automatic) return culling_ == Culling::compute;
-    // Short rays gain by lists that are made anew each time; longer ones of a list have not. (No pass makes occlusion
-    // batches: this serves the benchmark's.)
+    // Tiles speed up short rays even if lists are made anew each time, but not longer rays of a list. No pass has
+    // occlusion batches; this serves those of the benchmark.
     return !short_ && (!rays.list || rays.kind == RayKind::occlusion);
 }
 
@@ -120,7 +120,7 @@ Tracer::Batch& Tracer::batch(const RayBatch& rays) {
     return *found;
 }
 
-/// The passes of one batch of one graph.
+/// The passes of one batch in one graph.
 class BatchRun {
   public:
     BatchRun(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, bool any_hit)
@@ -184,7 +184,7 @@ class BatchRun {
         tiles_.counts = tracer_.counts_;
     }
 
-    /// Timed where that is wanted: it waits for the GPU.
+    /// Times f if required, which waits for the GPU.
     template <class F>
     auto timed(Tracer::Batch::Step step, F f) const {
         return [=, batch = state_](graph::Resources& r) {
@@ -199,7 +199,7 @@ class BatchRun {
     void add_cull() {
         graph::Pass pass = graph_.add_pass(label_ + ": cull");
         read_batch(pass, scene_, batch_);
-        // Lists of a list's rays are made anew: what was in their memory is none of ours.
+        // Lists for the rays of a list are made anew; their memory holds no earlier lists.
         const Access update = batch_.list ? Access::storage_write : Access::storage_read_write;
         tiles_.lists = pass.write(tiles_.lists, update);
         if (any_hit_) tiles_.blockers = pass.write(tiles_.blockers, update);

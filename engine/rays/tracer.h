@@ -1,5 +1,5 @@
-// One interface to whoever finds hits: plain, by compute culling, by raster culling. Passes do not know which; the hits
-// are the same, bit for bit.
+// One interface to all tracing methods: plain, culling by compute, raster culling. Passes do not know the method; hits
+// are equal bit for bit.
 #pragma once
 
 #include <cstdint>
@@ -18,14 +18,14 @@
 
 namespace halflight::rays {
 
-/// A scene and how its batches are served. What it learns decides about time and nothing else, and it learns about each
-/// place by itself: what is fast in one part of the picture need not be in another.
+/// A scene, and how its batches are served. State affects time only. It is kept per place, because the fastest method
+/// may differ between parts of the picture.
 class Tracer {
   public:
-    /// The scene outlives the tracer. Throws Error for Culling::raster, which is a server, and where tile settings are
+    /// The scene must outlive the tracer. Throws Error for Culling::raster, which is a server, and for tile settings
     /// out of range.
     explicit Tracer(const TraceScene& scene, Culling culling = Culling::off, const TileSettings& tiles = {});
-    /// All batches are left to a server, which outlives the tracer.
+    /// Leaves all batches to a server, which must outlive the tracer.
     Tracer(const TraceScene& scene, BatchServer& server);
     Tracer(const Tracer&) = delete;
     Tracer& operator=(const Tracer&) = delete;
@@ -33,21 +33,21 @@ class Tracer {
 
     const TraceScene& scene() const { return scene_; }
     const TileSettings& tile_settings() const { return tiles_; }
-    /// Before any graph is made: there will be so many runs of each batch at most, place by place. Where `automatic`
-    /// would try nothing in these, the plain tracer is all there is, and no buffer is made for anything else.
+    /// Announces the maximum number of runs of each batch per place; call it before graphs are made. If `automatic`
+    /// would have no trial in these runs, only the plain tracer is used, and no buffers are made for other methods.
     void expect(std::uint64_t runs);
-    /// Whether tiles come into question for such a batch.
+    /// Returns whether tiles are an option for such a batch.
     bool may_cull_by_tiles(const RayBatch& rays) const;
-    /// Camera cut, scene edit, resize: what is known of the fastest way is forgotten, and what a server knows. The tile
+    /// Forgets the state of method selection and of the server, after a camera cut, scene edit or resize. The tile
     /// lists are carried buffers of the graph's History, which is invalidated there.
     void invalidate();
-    /// All sums start from zero; what is known stays.
+    /// Sets all sums to zero; keeps the state.
     void reset_statistics();
-    /// Batches added to graphs from now on count rays and lists, in passes of their own that wait for the GPU; and
-    /// those that have but one way to be served are timed as well.
+    /// Makes batches added to graphs from now on count rays and lists, in passes of their own that wait for the GPU.
+    /// Batches with a single method are timed, too.
     void count() { counts_ = true; }
     std::vector<BatchStatistics> statistics() const;
-    /// Whether the last run of such a batch in its place was by tiles.
+    /// Returns whether the last run of such a batch in its place was by tiles.
     bool ran_by_tiles(const RayBatch& rays) const;
 
   private:
@@ -60,17 +60,18 @@ class Tracer {
     BatchServer* server_ = nullptr;
     TileSettings tiles_;
     bool counts_ = false;
-    bool short_ = false;  // no run will be one on trial
+    bool short_ = false;  // there will be no run on trial
     std::map<BatchKey, std::unique_ptr<Batch>> batches_;
 };
 
-/// As closest_hit and any_hit of rays.h. The tracer outlives the graph's runs. Batches of one graph differ in kind or
-/// depth. Throws Error, too, where the driver's storage blocks do not hold the tile lists.
+/// Adds the passes of closest_hit() and any_hit() of rays.h. The tracer must outlive the graph's runs. Batches of a
+/// graph must differ in kind or depth. Throws Error also where the driver's storage blocks are too small for the tile
+/// lists.
 graph::BufferHandle closest_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle hits);
 graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle occluded);
 
-/// The tile lists (shaders/shared/tile_list.h, tile_settings()) that runs of such a batch have left, in whatever graph
-/// of the same History; as they are where ran_by_tiles(). None where none are carried.
+/// Returns the tile lists (shaders/shared/tile_list.h, tile_settings()) left by runs of such a batch in any graph of
+/// the same History. They are up to date if ran_by_tiles(). Returns none where none are carried.
 graph::BufferHandle kept_lists(graph::Graph& graph, const Tracer& tracer, const RayBatch& batch);
 
 }  // namespace halflight::rays

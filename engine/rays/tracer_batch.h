@@ -1,4 +1,4 @@
-// What a tracer keeps of each batch: which way it takes, and what that took.
+// State of a tracer's batch: method, times, statistics.
 #pragma once
 
 #include <algorithm>
@@ -18,10 +18,10 @@
 
 namespace halflight::rays {
 
-/// What is known of a batch, and the way of its next run.
+/// Statistics of a batch, and the method of its next run.
 class Tracer::Batch {
   public:
-    /// measures: the time of all runs is wanted, not only of those on trial.
+    /// `measures`: time all runs, not only those on trial.
     Batch(std::string name, std::vector<Way> ways, std::string reason, bool measures)
         : ways_(std::move(ways)), choice_(names_of(ways_)), measures_(measures) {
         statistics_.batch = std::move(name);
@@ -30,7 +30,7 @@ class Tracer::Batch {
     }
 
     Way way() const { return statistics_.way; }
-    /// Of the last run.
+    /// Returns the method of the last run.
     std::optional<Way> ran() const { return ran_; }
     bool measuring() const { return measures_ || choice_.on_trial(); }
     const gpu::Buffer& culled() const { return culled_; }
@@ -42,7 +42,7 @@ class Tracer::Batch {
         seconds_ += seconds;
         if (way() == Way::tiles) statistics_.steps.*step += seconds;
     }
-    /// The run is over.
+    /// Records the end of a run.
     void end(std::uint64_t tiles) {
         BatchStatistics::Measured& m = of(way());
         ++m.runs;
@@ -59,13 +59,13 @@ class Tracer::Batch {
         statistics_.reason = choice_.reason();
     }
 
-    /// For batches that have but one way, and no steps.
+    /// Starts and stops the time of batches with a single method, which have no steps.
     void start() { watch_.emplace(); }
     void stop() {
         seconds_ = watch_->seconds();
         end(0);
     }
-    /// Of the last run.
+    /// Adds the counts of the last run.
     void count(const shared::BatchCounts& counts, const shared::RestHeader& rest) {
         of(*ran_).rays += counts.rays;
         if (ran_ != Way::tiles) return;
@@ -93,7 +93,7 @@ class Tracer::Batch {
         culled_.clear();
     }
 
-    /// Which way is the fastest.
+    /// Forgets which method is fastest.
     void forget() {
         if (ways_.size() < 2) return;
         choice_.forget();
@@ -109,7 +109,7 @@ class Tracer::Batch {
     }
     BatchStatistics::Measured& of(Way way) { return statistics_.measured[static_cast<std::size_t>(way)]; }
 
-    std::vector<Way> ways_;  // that come into question, the first one to begin with
+    std::vector<Way> ways_;  // possible methods, the initial one first
     Choice choice_;
     bool measures_;
     BatchStatistics statistics_;

@@ -50,13 +50,13 @@ std::array<Albedo, kNodes * kNodes> build_table() {
             table[j * kNodes + i] = integrate_albedo(x * x * x, y * y * y);
         }
     };
-    // Isolated: while it waits, this thread must not take up a task of the renderer, which would want this table.
+    // Isolated: while this thread waits, it must not run a task of the renderer, which would need this table.
     tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, kNodes, fill_row); });
     return table;
 }
 
-/// Cubic convolution weights (Keys 1981) of the nodes first .. first + 3 at x in [0, 1]; beyond the ends the table is
-/// continued linearly, folded into the inner weights.
+/// Cubic convolution weights (Keys 1981) of the nodes first .. first + 3 at x in [0, 1]. Beyond the ends the table is
+/// extrapolated linearly; the weights are folded into the inner ones.
 struct Cubic {
     int first = 0;
     std::array<double, 4> weight{};
@@ -79,8 +79,8 @@ struct Cubic {
 
 }  // namespace
 
-// With theta and phi the polar angles of the half vector m against the plane of wo = (s, 0, c), and tan(theta) =
-// alpha tan(omega), the distribution D cos(theta) is sin(2 omega) domega dphi / (2 pi), and the albedo is its mean of
+// theta and phi are the polar angles of the half vector m against the plane of wo = (s, 0, c). With tan(theta) =
+// alpha tan(omega), the distribution D cos(theta) is sin(2 omega) domega dphi / (2 pi). The albedo is its mean of
 // 4 V dot(wo, m) F mu_i / cos(theta). The reflected direction is above the horizon where
 // mu_i = s cos(phi) sin(2 theta) + c cos(2 theta) >= 0, that is theta <= (pi / 2 + atan2(s cos(phi), c)) / 2.
 Albedo integrate_albedo(double mu, double alpha) {
@@ -94,7 +94,8 @@ Albedo integrate_albedo(double mu, double alpha) {
             const double theta_max = 0.5 * (0.5 * kPi + std::atan2(forward, c));
             const double omega_max = std::atan2(std::sin(theta_max), alpha * std::cos(theta_max));
             for (std::size_t i = 0; i < rule.x.size(); ++i) {
-                // At grazing angles the shadowing falls off within mu_i ~ c of the horizon: cluster the nodes there.
+                // At grazing angles the shadowing falls off within mu_i ~ c of the horizon, so the nodes are denser
+                // there.
                 const double omega = omega_max * (1 - rule.x[i] * rule.x[i]);
                 const double theta = std::atan(alpha * std::tan(omega));
                 const double cosine = std::cos(theta), sine = std::sin(theta);

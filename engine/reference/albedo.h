@@ -3,20 +3,20 @@
 
 namespace halflight::reference {
 
-/// E(f0, f90) = f0 * a + f90 * b.
+/// Directional albedo of Fresnel terms: E(f0, f90) = f0 * a + f90 * b.
 struct Albedo {
     double a = 0;
     double b = 0;
-    double one() const { return a + b; }  ///< E_1, the albedo where nothing is absorbed.
+    double one() const { return a + b; }  ///< E_1, the albedo without absorption
 };
 
-/// By quadrature, within 3e-6 of the same rule with 150 times the nodes, for alpha >= kMirrorAlpha; a mirror below.
-/// mu in [0, 1].
+/// Integrates by quadrature for alpha >= kMirrorAlpha, within 3e-6 of the same rule with 150 times the nodes; returns a
+/// mirror below. mu in [0, 1].
 Albedo integrate_albedo(double mu, double alpha);
 
-/// From a table of integrate_albedo, 64 x 64 nodes over (cbrt(mu), cbrt(alpha)), cubic in between. Error of either
-/// coefficient: 2e-6 on average, at most 1.2e-4 for mu > 0.02 and roughness > 0.03, 4e-4 for roughness > 0.05; up to
-/// 1e-2 in the corner of grazing near-mirrors, roughness < 0.02 and mu < 0.001.
+/// Interpolates a table of integrate_albedo(), 64 x 64 nodes over (cbrt(mu), cbrt(alpha)), cubically. The error of
+/// either coefficient is 2e-6 on average, at most 1.2e-4 for mu > 0.02 and roughness > 0.03, and 4e-4 for roughness >
+/// 0.05. It is up to 1e-2 for grazing near-mirrors, roughness < 0.02 and mu < 0.001.
 Albedo directional_albedo(double mu, double alpha);
 
 }  // namespace halflight::reference

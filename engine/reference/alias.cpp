@@ -28,7 +28,7 @@ AliasTable::AliasTable(const std::vector<double>& weights) {
             low.push_back(rich);
         }
     }
-    // What is left is full but for rounding; a slot without weight must not keep any.
+    // The remaining slots are full except for rounding; a slot without weight must not keep any share.
     for (const std::size_t i : low) {
         if (weights[i] == 0) {
             entries_[i].keep = 0;

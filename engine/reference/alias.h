@@ -10,17 +10,17 @@ namespace halflight::reference {
 class AliasTable {
   public:
     AliasTable() = default;
-    /// Weights >= 0 and finite. All zero: empty().
+    /// Builds the table. Weights are finite and >= 0. All zero: empty().
     explicit AliasTable(const std::vector<double>& weights);
 
     bool empty() const { return entries_.empty(); }
     double probability(std::size_t i) const { return empty() ? 0 : entries_[i].probability; }
-    /// `u` uniform in [0, 1); comes back as a fresh uniform number.
+    /// Selects an entry by `u`, uniform in [0, 1); replaces `u` by a new uniform number.
     std::size_t choose(double& u) const;
 
   private:
     struct Entry {
-        double keep = 1;  // share of this slot that stays with its own index
+        double keep = 1;  // share of this slot that selects its own index
         std::size_t alias = 0;
         double probability = 0;
     };

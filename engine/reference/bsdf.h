@@ -1,4 +1,4 @@
-// The layered material of SHADING.md ("BSDF") at one point, seen from one direction: diffuse and rough transmission
+// The layered material of SHADING.md ("BSDF") at one point, for one view direction: diffuse and rough transmission
 // under a metal/dielectric GGX lobe under a clearcoat.
 #pragma once
 
@@ -12,7 +12,7 @@
 
 namespace halflight::reference {
 
-/// Material with its textures looked up; ranges as in Material.
+/// Material after texture lookups; ranges as in Material.
 struct BsdfParameters {
     dvec3 base_color{1};
     double metallic = 1;
@@ -25,18 +25,19 @@ struct BsdfParameters {
     double transmission = 0;
 };
 
-/// How light left a surface (SHADING.md, "Estimator").
+/// Component by which light left a surface (SHADING.md, "Estimator").
 enum class Component : std::uint8_t { diffuse, glossy };
 
-/// All directions are unit, in world space, and point away from the surface.
+/// Evaluates and samples the material. All directions have unit length, are in world space, and point away from the
+/// surface.
 class Bsdf {
   public:
-    /// n_g, n and n_k (the coat's normal) are already on wo's side and bent towards it.
+    /// n_g, n and n_k (the coat's normal) must be on wo's side and bent towards it.
     Bsdf(const BsdfParameters& parameters, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k);
 
-    bool black() const { return black_; }  ///< Reflects nothing.
+    bool black() const { return black_; }  ///< whether it reflects nothing
 
-    /// f times cosine by component, mirrors left out, and what sample() chooses: P_c p_c(wi), per solid angle.
+    /// f times cosine by component, without mirrors, and the density of sample(), P_c p_c(wi), per solid angle.
     struct Value {
         dvec3 diffuse{0}, glossy{0};
         double pdf_diffuse = 0, pdf_glossy = 0;
@@ -50,7 +51,7 @@ class Bsdf {
         bool mirror = false;
         Component component = Component::diffuse;
     };
-    /// One direction; none where the sampled one contributes nothing. The three numbers are uniform in [0, 1).
+    /// Samples a direction; returns none where it contributes nothing. The three numbers are uniform in [0, 1).
     std::optional<Sample> sample(double u_lobe, double u1, double u2) const;
 
   private:

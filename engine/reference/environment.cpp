@@ -22,8 +22,8 @@ EnvironmentLight::EnvironmentLight(const Environment& environment) : environment
         power_ = 4 * kPi * tint;
         return;
     }
-    // A texel's weight is the integral over it of the bilinear lookup: along each axis 1/8, 3/4, 1/8 of it and its
-    // neighbours. So no texel that shines is left without a chance.
+    // A texel's weight is the integral of the bilinear lookup over it: along each axis 1/8, 3/4, 1/8 of it and its
+    // neighbours. Therefore every texel with radiance has a probability.
     const Image& map = environment.map;
     const auto value = [&](int x, int y) {
         const float* p = map.at((x + map.width) % map.width, std::clamp(y, 0, map.height - 1));

@@ -1,4 +1,4 @@
-// Radiance from infinitely far, and its importance sampling by a table of the map's texels.
+// Radiance from infinity, and its importance sampling by a table of the map's texels.
 #pragma once
 
 #include "engine/core/image.h"
@@ -10,19 +10,19 @@ namespace halflight::reference {
 
 class EnvironmentLight {
   public:
-    /// Keeps a reference.
+    /// Keeps a reference to the environment.
     explicit EnvironmentLight(const Environment& environment);
 
     bool black() const { return !(power_ > 0); }
-    double power() const { return power_; }  ///< Mean channel of the radiance, integrated over the sphere.
+    double power() const { return power_; }  ///< mean channel of the radiance, integrated over the sphere
 
     dvec3 radiance(const dvec3& direction) const;
-    dvec3 sample(double u1, double u2) const;  ///< A unit direction. Not to be called when black.
-    double pdf(const dvec3& direction) const;  ///< Of sample(), per solid angle.
+    dvec3 sample(double u1, double u2) const;  ///< a unit direction; must not be called when black
+    double pdf(const dvec3& direction) const;  ///< density of sample(), per solid angle
 
   private:
     bool constant() const { return environment_.map.width == 0; }
-    double solid_angle(int row) const;  // of one texel
+    double solid_angle(int row) const;  // solid angle of a texel in the row
 
     const Environment& environment_;
     double power_ = 0;

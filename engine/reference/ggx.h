@@ -8,27 +8,28 @@ namespace halflight::reference {
 /// Below this alpha a lobe is a perfect mirror (SHADING.md).
 inline constexpr double kMirrorAlpha = 1e-4;
 
-/// Orthonormal, right-handed; z is the normal.
+/// Orthonormal, right-handed frame whose z axis is the normal.
 struct Frame {
     dvec3 x, y, z;
-    explicit Frame(const dvec3& unit_normal);  ///< Duff et al., Building an Orthonormal Basis, Revisited (2017).
+    /// method of Duff et al., Building an Orthonormal Basis, Revisited (2017)
+    explicit Frame(const dvec3& unit_normal);
     dvec3 to_local(const dvec3& w) const { return {dot(w, x), dot(w, y), dot(w, z)}; }
     dvec3 to_world(const dvec3& w) const { return w.x * x + w.y * y + w.z * z; }
 };
 
-/// Distribution D(h), per solid angle; h unit, h.z > 0.
+/// Returns the distribution D(h) per solid angle, for unit h with h.z > 0.
 double ggx_distribution(const dvec3& h, double alpha);
 
-/// G2 / (4 mu_o mu_i) with the height-correlated Smith term (Heitz 2014, eq. 99); finite at grazing angles.
+/// Returns G2 / (4 mu_o mu_i) with the height-correlated Smith term (Heitz 2014, eq. 99); finite at grazing angles.
 double ggx_visibility(double mu_o, double mu_i, double alpha);
 
-/// A normal distributed as D(h) max(dot(wo, h), 0) G1(wo) / wo.z (Heitz 2018). wo.z > 0.
+/// Samples a normal distributed as D(h) max(dot(wo, h), 0) G1(wo) / wo.z (Heitz 2018). Precondition: wo.z > 0.
 dvec3 sample_visible_normal(const dvec3& wo, double alpha, double u1, double u2);
 
-/// Solid angle density of reflect(wo, sample_visible_normal(wo)) at the direction whose half vector is h.
+/// Returns the solid angle density of reflect(wo, sample_visible_normal(wo)) at the direction whose half vector is h.
 double reflection_pdf(const dvec3& wo, const dvec3& h, double alpha);
 
-/// (1 - x)^5, Schlick's weight of f90.
+/// Returns (1 - x)^5, Schlick's weight of f90.
 inline double schlick(double x) {
     const double m = glm::clamp(1 - x, 0.0, 1.0);
     return (m * m) * (m * m) * m;

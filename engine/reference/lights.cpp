@@ -21,8 +21,8 @@ dvec2 sample_barycentrics(double u1, double u2) {
     return {r * (1 - u2), r * u2};
 }
 
-/// Mean emission, from 8 x 8 points where a texture varies it. What they miss still gets a hundredth of the untextured
-/// power, so that a small bright spot is found by light sampling too.
+/// Returns the mean emission, from 8 x 8 points where a texture varies it. A hundredth of the untextured power is
+/// added, so that light sampling also finds small bright spots between the points.
 double mean_emission(const Tracer& tracer, const TriangleId& id) {
     const Material& material = tracer.material(id);
     const double untextured = mean(dvec3(material.emission));
@@ -36,7 +36,7 @@ double mean_emission(const Tracer& tracer, const TriangleId& id) {
     return sum / (kGrid * kGrid) + 0.01 * untextured;
 }
 
-/// Total for a local light, irradiance for a directional one.
+/// Returns the total power of a local light, or the irradiance of a directional one.
 double punctual_power(const PunctualLight& light) {
     const double strength = mean(dvec3(light.intensity));
     switch (light.type) {
@@ -64,8 +64,8 @@ Lights::Lights(const Tracer& tracer) : tracer_(tracer), environment_(tracer.scen
     powers.push_back(environment_.power());
     infinite.push_back(true);
 
-    // Power cannot weigh light from infinity against local light without a size of the scene, which says little about
-    // any one point: where there are both, each gets half of the samples.
+    // Power cannot compare light from infinity with local light without a size of the scene, which says little about a
+    // single point. Where both exist, each gets half of the samples.
     std::array<double, 2> totals{};
     for (std::size_t i = 0; i < powers.size(); ++i) totals[infinite[i]] += powers[i];
     for (std::size_t i = 0; i < powers.size(); ++i) {

@@ -1,4 +1,4 @@
-// All that can be found by next-event estimation, chosen by power (SHADING.md, "Lights").
+// Next-event estimation: all lights, selected by power (SHADING.md, "Lights").
 #pragma once
 
 #include <vector>
@@ -14,22 +14,21 @@ namespace halflight::reference {
 struct LightSample {
     dvec3 wi{0};            // unit
     dvec3 radiance{0};      // punctual lights: irradiance over cosine
-    double pdf = 0;         // solid angle times choice; of the choice alone for punctual lights
-    bool punctual = false;  // cannot be met by a sampled ray
+    double pdf = 0;         // solid angle density times selection probability; punctual lights: the probability alone
+    bool punctual = false;  // cannot be hit by a sampled ray
     bool infinite = false;  // the shadow ray has no end
-    dvec3 end{0};           // its end otherwise, relative to Tracer::origin()
+    dvec3 end{0};           // end of the shadow ray unless infinite, relative to Tracer::origin()
 };
 
 class Lights {
   public:
-    explicit Lights(const Tracer& tracer);  ///< Keeps a reference.
+    explicit Lights(const Tracer& tracer);  ///< Keeps a reference to the tracer.
 
     bool empty() const { return table_.empty(); }
-    /// One light and a point on it, seen from a surface; none where it surely gives nothing.
+    /// Selects a light and a point on it for a surface; returns none where its contribution is certainly zero.
     std::optional<LightSample> sample(const Surface& surface, Random& random) const;
 
-    /// The density with which sample() would have found, from `from`, the point of a triangle or a direction to the
-    /// sky.
+    /// Returns the density with which sample() selects, from `from`, this point of a triangle or direction to the sky.
     double pdf(const dvec3& from, const Surface& on_light) const;
     double pdf_environment(const dvec3& direction) const;
 

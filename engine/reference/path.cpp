@@ -6,7 +6,7 @@
 namespace halflight::reference {
 namespace {
 
-/// Through the point (px, py) of the image, in pixels from its top left corner; relative to Tracer::origin().
+/// Returns the ray through point (px, py) of the image, pixels from its top left corner, relative to Tracer::origin().
 ReferenceRay camera_ray(const Prepared& scene, const ReferenceSettings& settings, double px, double py) {
     const Camera& camera = settings.camera;
     const double aspect = static_cast<double>(settings.width) / settings.height;
@@ -25,8 +25,8 @@ ReferenceRay camera_ray(const Prepared& scene, const ReferenceSettings& settings
     return ray;
 }
 
-/// One axis of a point of the pixel filter, in pixels from the pixel's centre; the Blackman-Harris window by rejection
-/// (von Neumann 1951), which needs its values alone.
+/// Samples one axis of a point of the pixel filter, pixels from the pixel's centre. The Blackman-Harris window is
+/// sampled by rejection (von Neumann 1951), which needs its values only.
 double filtered(const PixelFilter& filter, Random& random) {
     for (;;) {
         const double t = 2 * random.uniform() - 1, c = std::cos(kPi * t);
@@ -35,7 +35,7 @@ double filtered(const PixelFilter& filter, Random& random) {
     }
 }
 
-/// Veach 1997, eq. 9.13, beta = 2: the weight of the strategy with density `a`.
+/// Returns the weight of the strategy with density `a` (Veach 1997, eq. 9.13, beta = 2).
 double power_heuristic(double a, double b) {
     if (!(a > 0)) return 0;
     const double r = b / a;
@@ -69,7 +69,7 @@ class Path {
     Random& random_;
     PathResult result_;
     dvec3 throughput_{1};
-    int bounce_ = 0;                        // reflections so far, the next one included
+    int bounce_ = 0;                        // number of reflections, including the next one
     Component first_ = Component::diffuse;  // how the path left its first surface
 };
 
@@ -100,7 +100,7 @@ void Path::sample_light(const Surface& surface, const Bsdf& bsdf) {
     add(Component::glossy, received * value.glossy * weight(value.pdf_glossy));
 }
 
-/// Of light found by a sampled ray that sample_light() finds with density `light_pdf`.
+/// Returns the MIS weight of light hit by a sampled ray, which sample_light() finds with density `light_pdf`.
 double Path::surface_weight(const Bsdf::Sample& sample, double light_pdf) const {
     if (sample.mirror || !(light_pdf > 0) || settings_.strategy == ReferenceStrategy::surfaces_only) return 1;
     if (settings_.strategy == ReferenceStrategy::lights_only) return 0;

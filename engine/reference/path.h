@@ -11,14 +11,14 @@
 
 namespace halflight::reference {
 
-/// A scene with all that is derived from it.
+/// A scene with all derived data.
 struct Prepared {
     Tracer tracer;
     Lights lights;
     explicit Prepared(const Scene& scene) : tracer(scene), lights(tracer) {}
 };
 
-/// Radiance by the way it took; the arrays are indexed by Component.
+/// Radiance by component; the arrays are indexed by Component.
 struct Radiance {
     dvec3 emission{0};
     std::array<dvec3, 2> direct{dvec3(0), dvec3(0)};
@@ -35,7 +35,8 @@ struct PathResult {
 
 PathResult trace_path(const Prepared& scene, const ReferenceSettings& settings, int x, int y, Random& random);
 
-/// What the ray through the pixel's centre meets; alpha `blend` is decided by a hash of seed and pixel.
+/// Returns the surface that the ray through the pixel's centre hits; alpha `blend` is decided by a hash of seed and
+/// pixel.
 std::optional<Surface> first_surface(const Prepared& scene, const ReferenceSettings& settings, int x, int y);
 
 }  // namespace halflight::reference

@@ -1,4 +1,4 @@
-// Pseudo-random numbers of the oracle, unrelated to the engine's low-discrepancy sequences on purpose.
+// Pseudo-random numbers of the oracle, deliberately unrelated to the engine's low-discrepancy sequences.
 #pragma once
 
 #include <array>
@@ -7,7 +7,7 @@
 
 namespace halflight::reference {
 
-/// Finalizer of SplitMix64 (Steele, Lea, Flood 2014): a bijection of 64 bits that behaves like a random one.
+/// Mixes bits by the finalizer of SplitMix64 (Steele, Lea, Flood 2014), a bijection that behaves like a random one.
 inline std::uint64_t mix_bits(std::uint64_t x) {
     x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
     x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
@@ -18,7 +18,7 @@ inline std::uint64_t combine(std::uint64_t a, std::uint64_t b) {
     return mix_bits(a + 0x9e3779b97f4a7c15u + mix_bits(b + 0x9e3779b97f4a7c15u));
 }
 
-/// The 53 leading bits as a number in [0, 1).
+/// Converts the 53 leading bits to a number in [0, 1).
 inline double to_unit(std::uint64_t bits) {
     return static_cast<double>(bits >> 11) * 0x1p-53;
 }
@@ -42,7 +42,7 @@ class Random {
         return result;
     }
 
-    double uniform() { return to_unit(bits()); }  ///< In [0, 1).
+    double uniform() { return to_unit(bits()); }  ///< in [0, 1)
 
   private:
     std::array<std::uint64_t, 4> state_;

@@ -37,7 +37,7 @@ bool ReferenceScene::occluded(const ReferenceRay& ray, const AlphaTest& alpha) c
 
 namespace {
 
-constexpr int kTile = 16;  // pixels; small enough to share out, large enough to stay coherent
+constexpr int kTile = 16;  // pixels; small enough for load balancing, large enough for coherence
 
 void check(const ReferenceSettings& s) {
     const auto require = [](bool fine, const char* name, auto value) {
@@ -67,7 +67,7 @@ void store(Image& image, int x, int y, const dvec3& value) {
     for (int c = 0; c < 3; ++c) image.at(x, y)[c] = static_cast<float>(value[c]);
 }
 
-/// All samples of one pixel, in order, by one thread: so the sums do not depend on scheduling.
+/// Renders all samples of one pixel in order on one thread, so the sums do not depend on scheduling.
 void render_pixel(const Prepared& scene, const ReferenceSettings& settings, int x, int y, ReferenceResult& result,
                   std::atomic<std::uint64_t>& non_finite) {
     reference::Radiance sum;

@@ -33,7 +33,7 @@ class Vertex {
     dvec3 weight_;
 };
 
-/// White where there is no texture, so that factors stand alone.
+/// Returns white where there is no texture, so that factors stand alone.
 dvec4 lookup(const Scene& scene, const TextureRef& ref, const Vertex& vertex, Encoding encoding = Encoding::linear) {
     return ref ? sample_texture(scene, ref, vertex.uv(ref.uv_set), encoding) : dvec4(1);
 }
@@ -67,13 +67,13 @@ dvec3 normalize_or(const dvec3& v, const dvec3& otherwise) {
     return length2 > 0 ? v / std::sqrt(length2) : otherwise;
 }
 
-/// SHADING.md, "Surfaces".
+/// Bends a normal towards the viewer (SHADING.md, "Surfaces").
 dvec3 bend_towards(const dvec3& n, const dvec3& wo) {
     const double mu = dot(n, wo);
     return mu > 0 ? n : normalize(n + wo * (1e-3 - mu));
 }
 
-/// The normals of base and coat: interpolated, mapped, turned to the side of n_g, bent towards wo.
+/// Computes the normals of base and coat: interpolated, mapped, on the side of n_g, bent towards wo.
 void find_normals(const Tracer& tracer, const Vertex& vertex, Surface& s) {
     const Scene& scene = tracer.scene();
     const Placed& placed = tracer.placed(s.triangle.instance);

@@ -7,7 +7,7 @@
 namespace halflight::reference {
 namespace {
 
-/// IEC 61966-2-1.
+/// Builds the table of the sRGB curve (IEC 61966-2-1).
 std::array<double, 256> build_srgb_table() {
     std::array<double, 256> table;
     for (int i = 0; i < 256; ++i) {
@@ -17,7 +17,7 @@ std::array<double, 256> build_srgb_table() {
     return table;
 }
 
-/// Texel index of an unbounded one, as OpenGL wraps it.
+/// Wraps an unbounded texel index like OpenGL.
 int wrap_index(std::int64_t i, int size, Wrap wrap) {
     switch (wrap) {
         case Wrap::repeat:
@@ -32,7 +32,7 @@ int wrap_index(std::int64_t i, int size, Wrap wrap) {
     return static_cast<int>(std::clamp<std::int64_t>(i, 0, size - 1));
 }
 
-/// Into a range that an integer holds, without changing what is looked up; 0 for what is not finite.
+/// Wraps a coordinate to the range of integers without changing the lookup; 0 for values that are not finite.
 double wrap_coordinate(double u, Wrap wrap) {
     if (!std::isfinite(u)) return 0;
     switch (wrap) {

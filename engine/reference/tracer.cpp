@@ -15,7 +15,7 @@ double hashed_uniform(std::uint64_t key, std::uint32_t instance, std::uint32_t t
     return to_unit(combine(key, (static_cast<std::uint64_t>(instance) << 32) | triangle));
 }
 
-/// What the filter needs to know of its ray; Embree hands the leading member back.
+/// Data of the filter about its ray; Embree passes the leading member back.
 struct Query {
     RTCIntersectContext context;
     const Tracer* tracer;
@@ -35,7 +35,7 @@ bool is_there(const Query& query, const TriangleId& id, double u, double v) {
     return uniform(query.alpha->key, id.instance, id.triangle) < alpha;
 }
 
-/// Called for every candidate; the hit is dropped by clearing `valid`.
+/// Called for every candidate; clears `valid` to reject the hit.
 void filter(const RTCFilterFunctionNArguments* arguments) {
     Query& query = *reinterpret_cast<Query*>(arguments->context);
     const TriangleId id{static_cast<int>(RTCHitN_geomID(arguments->hit, 1, 0)),
@@ -56,8 +56,8 @@ void filter(const RTCFilterFunctionNArguments* arguments) {
     }
 }
 
-/// The ray in float, and how far along it starts. A ray from outside starts no further from the scene than the scene's
-/// own size, so that its origin is rounded on the scene's scale.
+/// The ray in float, and the distance at which it starts. A ray from outside starts at most one scene diameter away
+/// from the scene, so that its origin is rounded on the scene's scale.
 struct Prepared32 {
     RTCRay ray{};
     double shift = 0;

@@ -1,9 +1,9 @@
-// Keys of the alpha tests of a sample's rays: by the pixel of the picture, so that it does not matter where bands begin.
+// Keys of the alpha tests of a sample's rays. They depend on the pixel of the picture, and therefore not on the bands.
 #include "shaders/lib/hash.glsl"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
 
-// pixel: of the whole image. salt: tells the batches of a sample apart; 0 are camera rays.
+// pixel: of the whole image. salt: distinguishes the batches of a sample; 0 for camera rays.
 uint alpha_key_of_pixel(Frame frame, ivec2 pixel, uint salt) {
     return ray_key(uint(pixel.y) * uint(frame.size.x) + uint(pixel.x), frame.seed, frame.sample_index, salt);
 }

@@ -1,13 +1,14 @@
-// Boxes within an instance, seen from the hierarchy over the instances. Needs shaders/lib/{bvh,chord}.glsl.
+// Boxes inside an instance, as boxes of the hierarchy over the instances. Needs shaders/lib/{bvh,chord}.glsl.
 
-// By how much boxes around boxes of a block are to be larger, in the units of the shaft: so that a ray of the bundle that meets
-// a box by the block's box_ray() meets the box around it by that of the hierarchy, no later. Where the block's test has the
-// ray enter, it is off the box by 2^-20 (slack) + 2^-20 (slab) of its reach, and off its own image by four roundings. Each of
-// the two lengths that the block's reach is made of is at most twice the world's, times the condition: all of it is below
-// 2^-17 of the condition times the reach, twice the slack of the hierarchy over instances (engine/rays/packed_bvh.cpp).
+// Returns the enlargement of boxes around boxes of a block, in the units of the shaft. A ray of the bundle that meets a
+// box by the block's box_ray() must meet the box around it by the hierarchy's test, no later. The entry by the block's
+// test has an error of 2^-20 (slack) + 2^-20 (slab) of the block's reach, and its image has four roundings more. The
+// block's reach consists of two lengths, each at most twice the world's reach times the condition number. All errors
+// are below 2^-17 of the condition times the reach, twice the slack of the hierarchy over instances
+// (engine/rays/packed_bvh.cpp).
 vec3 block_margin(ShaftSpace space, Shaft shaft) { return 4.0 * shaft_margin(space, shaft.origin_lower, shaft.origin_upper); }
 
-// Of four boxes (lower, upper by axis; Arvo 1990, Transforming Axis-Aligned Bounding Boxes).
+// Transforms four boxes, lower and upper by axis (Arvo 1990, Transforming Axis-Aligned Bounding Boxes).
 void boxes_around(ShaftSpace space, BvhHead block, uint instance, vec3 margin, vec4 lower[3], vec4 upper[3],
                   out vec4 around_lower[3], out vec4 around_upper[3]) {
     vec4 from[3];
@@ -35,7 +36,7 @@ void boxes_around(ShaftSpace space, BvhHead block, uint instance, vec3 margin, v
         l = clamp(floor(l), 0.0, kGridCells);
         u = clamp(ceil(u), 0.0, kGridCells);
 #endif
-        // A child that is not there stays so.
+        // A missing child stays empty.
         bvec4 there = lessThanEqual(lower[a], upper[a]);
         around_lower[a] = mix(lower[a], l, there);
         around_upper[a] = mix(upper[a], u, there);

@@ -1,7 +1,7 @@
 // Rays in the space of a block instance. Needs shaders/scene_tables.glsl.
 #include "shaders/shared/rays.h"
 
-// The ray in the space of a block; t is the same in both, as the direction keeps its scale.
+// Returns the ray in the space of a block; t is unchanged, because the direction is not normalized.
 Ray ray_in_block(Ray ray, uint instance) {
     vec4 rows[3] = vec4[3](instance_row(instance, kInstanceWorldToBlock, 0),
                            instance_row(instance, kInstanceWorldToBlock, 1),

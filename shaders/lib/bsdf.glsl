@@ -4,16 +4,16 @@
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/sampling.glsl"
 
-// Everything that depends on wo alone is folded in: Fresnel mixture, multiple-scattering gain, coat attenuation.
+// All factors that depend on wo alone are included: Fresnel mixture, multiple-scattering gain, coat attenuation.
 struct Bsdf {
     vec3 geometric_normal;  // n_g
-    float p_diffuse;        // P_d of the estimator; of the glossy component: 1 - P_d
+    float p_diffuse;        // probability P_d of the diffuse component; the glossy component has 1 - P_d
     vec3 normal;            // n
-    float alpha;            // of specular and transmission; 0: mirror
+    float alpha;            // roughness of specular and transmission; 0: mirror
     vec3 diffuse;           // albedo
-    float p_transmission;   // among the glossy lobes
+    float p_transmission;   // probability among the glossy lobes
     vec3 specular;          // the lobe is D G2 / (4 mu_o mu_i) (specular + specular_edge (1 - x)^5)
-    float p_coat;           // among the glossy lobes
+    float p_coat;           // probability among the glossy lobes
     vec3 specular_edge;
     float coat_alpha;       // 0: mirror
     vec3 transmission;      // times the mirrored D G2 / (4 mu_o mu_i)
@@ -23,7 +23,7 @@ struct Bsdf {
 
 const float kCoatF0 = 0.04;
 
-// M: gain of a lobe for the energy lost to multiple scattering (Turquin 2019, eq. 16).
+// Returns the gain M of a lobe for the energy lost to multiple scattering (Turquin 2019, eq. 16).
 vec3 multiple_scattering_gain(vec3 f0, float albedo) { return 1.0 + f0 * ((1.0 - albedo) / albedo); }
 
 float average(vec3 c) { return (c.r + c.g + c.b) * (1.0 / 3.0); }
@@ -34,7 +34,7 @@ float ggx_alpha(float roughness) {
 }
 
 Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
-    precise Bsdf b;  // lobes that a material has not got change no bit of the others, whichever are compiled in
+    precise Bsdf b;  // precise: code of lobes that the material lacks must not change bits of others
     b.geometric_normal = geometric_normal;
     b.normal = m.normal;
     b.coat_normal = m.coat_normal;
@@ -80,7 +80,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     float specular = average(b.specular * whole + b.specular_edge * albedo.y);
     float glossy = specular + transmission + coat_albedo;
     float sum = diffuse + glossy;
-    b.p_diffuse = glossy > 0.0 ? diffuse / sum : 1.0;  // black: either will do
+    b.p_diffuse = glossy > 0.0 ? diffuse / sum : 1.0;  // black: any value is valid
     b.p_transmission = glossy > 0.0 ? transmission / glossy : 0.0;
     b.p_coat = glossy > 0.0 ? coat_albedo / glossy : 0.0;
 #endif
@@ -90,7 +90,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     return b;
 }
 
-// Which component a uniform number picks; a constant where the scene has but one.
+// Returns the component that a uniform number selects; a constant where the scene has only one.
 bool picks_diffuse(Bsdf b, float choice) {
 #ifndef HALFLIGHT_DIFFUSE
     return false;
@@ -101,10 +101,10 @@ bool picks_diffuse(Bsdf b, float choice) {
 #endif
 }
 
-// Among the glossy lobes.
+// Returns the probability among the glossy lobes.
 float p_specular(Bsdf b) { return max(1.0 - b.p_transmission - b.p_coat, 0.0); }
 
-// Value times |cosine|, by component; densities are conditional on the component. Mirror lobes count nothing.
+// Value times |cosine| by component. Densities are conditional on the component. Mirror lobes have value 0.
 struct BsdfValue {
     vec3 diffuse;
     float pdf_diffuse;
@@ -156,7 +156,7 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
 }
 
 struct BsdfSample {
-    vec3 direction;  // unit
+    vec3 direction;  // unit length
     float pdf;       // conditional on the component; 0: mirror direction, or no sample
     vec3 weight;     // value |cosine| / pdf, conditional on the component; 0: the path ends
 };
@@ -171,7 +171,7 @@ BsdfSample sample_diffuse(Bsdf b, vec3 wo, vec2 xi) {
     return s;
 }
 
-// choice: uniform, picks specular, transmission or coat.
+// choice: uniform, selects specular, transmission or coat.
 BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     bool coat = false;
     bool transmitted = false;
@@ -191,7 +191,7 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     bool mirror = alpha == 0.0;
     mat3 basis = basis_around(n);
     vec3 wo_local = wo * basis;
-    wo_local.z = max(wo_local.z, 1e-20);  // bent normals see wo; this is for the product's rounding
+    wo_local.z = max(wo_local.z, 1e-20);  // bent normals face wo; this covers rounding of the product
     vec3 h = mirror ? vec3(0.0, 0.0, 1.0) : sample_visible_normal(wo_local, alpha, xi);
     float x = dot(wo_local, h);
     vec3 local = 2.0 * x * h - wo_local;

@@ -1,4 +1,4 @@
-// One step down a hierarchy. Needs shaders/trace_scene.glsl.
+// One traversal step of a hierarchy. Needs shaders/trace_scene.glsl.
 #include "shaders/lib/box.glsl"
 
 struct BvhHead {
@@ -7,10 +7,10 @@ struct BvhHead {
     float slack;
 };
 
-// What a ray meets among the children of a node, near ones first.
+// Children of a node that a ray meets, sorted front to back.
 struct BvhStep {
-    ivec4 near;       // bits of floats, ascending; kBvhFar where there is no more
-    uvec4 reference;  // of the same children
+    ivec4 near;       // bits of floats, ascending; kBvhFar: no more children
+    uvec4 reference;  // references of these children
 };
 
 const int kBvhFar = 0x7f800000;  // bits of +inf
@@ -28,7 +28,7 @@ BvhHead bvh_head(uint index) {
     return BvhHead(base.xyz, uintBitsToFloat(texelFetch(trace_nodes, texel + 1).xyz), base.w);
 }
 
-// Four cells out of two words. Through int, as few processors convert from unsigned.
+// Unpacks four cells from two words, through int, because few processors convert from unsigned.
 vec4 cells_of(uvec2 words) {
     return vec4(ivec4(words.x & 0xffffu, words.x >> 16, words.y & 0xffffu, words.y >> 16));
 }
@@ -45,11 +45,11 @@ void order_pair(inout BvhStep s, const int i, const int j) {
     s.reference[j] = reference.y;
 }
 
-// [t_min, t_exit]: the part of the ray that matters. slots: children that do.
+// [t_min, t_exit]: the relevant part of the ray. slots: children to test.
 BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, bvec4 slots) {
     int index = int(node & kBvhIndexMask);
 #ifdef HALFLIGHT_NODES_FLOAT
-    // The texture unit picks the side that the ray enters by.
+    // The texture fetch selects the side by which the ray enters.
     ivec3 enter = index * kBvhFloatTexels + ivec3(0, 2, 4) + ivec3(ray.backward);
     ivec3 leave = index * kBvhFloatTexels + ivec3(1, 3, 5) - ivec3(ray.backward);
     BoxHits hits = intersect_boxes(ray, texelFetch(trace_nodes, enter.x), texelFetch(trace_nodes, enter.y),

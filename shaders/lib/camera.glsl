@@ -2,7 +2,8 @@
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
 
-// The ray through sample point `pixel + frame.jitter` of the whole image; unit direction, clipped to near and far.
+// Returns the ray through sample point `pixel + frame.jitter` of the whole image; unit direction, clipped to near and
+// far.
 Ray camera_ray(Frame frame, ivec2 pixel) {
     vec2 at = 2.0 * (vec2(pixel) + frame.jitter) / vec2(frame.size) - 1.0;
     vec3 offset = at.x * frame.camera_right.xyz - at.y * frame.camera_up.xyz;

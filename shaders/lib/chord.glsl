@@ -7,11 +7,11 @@ struct Chord {
     vec3 end;
 };
 
-// The hierarchy's units, in which shafts and nodes are.
+// The units of a hierarchy, for shafts and nodes.
 struct ShaftSpace {
     vec3 base;
-    vec3 cell;   // of one unit, in world units
-    vec3 upper;  // greatest corner of the hierarchy; the least one is `lower`
+    vec3 cell;   // size of one unit in world units
+    vec3 upper;  // largest corner of the hierarchy; the smallest one is `lower`
     vec3 lower;
     float slack;
 };
@@ -24,9 +24,9 @@ ShaftSpace shaft_space(BvhHead head) {
 #endif
 }
 
-// By how much box_ray()'s test of a ray from `origin` may reach beyond exact arithmetic, and more: its slack and the 2^-21 of
-// its slabs, then the roundings of the chord and of the shaft's test, each a few 2^-24 of the reach. All of it is below
-// slack + 2^-18.
+// Returns an upper bound of the error of box_ray()'s test for a ray from `origin`, relative to exact arithmetic. It
+// covers its slack, the 2^-21 of its slabs, and the roundings of the chord and of the shaft's test, each a few 2^-24 of
+// the reach. All are below slack + 2^-18.
 vec3 shaft_margin(ShaftSpace space, vec3 origin_lower, vec3 origin_upper) {
     vec3 reach = max(abs(space.upper - origin_lower), abs(origin_upper - space.lower)) * space.cell;
     reach = max(reach, max(abs(origin_lower - space.lower), abs(space.upper - origin_upper)) * space.cell);
@@ -42,7 +42,7 @@ Chord chord_of(ShaftSpace space, vec3 world_origin, vec3 world_direction, float 
     vec3 raised = mix(vec3(1.0), vec3(-1.0), backward) * max(magnitude, vec3(least));
     vec3 margin = shaft_margin(space, origin, origin);
     vec3 leave = (mix(space.upper + margin, space.lower - margin, backward) - origin) / raised;
-    // Finite, as 0 * inf is not a number.
+    // Finite, because 0 * inf is NaN.
     float t = min(min(t_max, 3.4028235e38), max(0.0, min(leave.x, min(leave.y, leave.z))));
     return Chord(origin, origin + direction * t);
 }

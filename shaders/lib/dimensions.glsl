@@ -1,4 +1,4 @@
-// Which random numbers a path uses at its vertex number `depth` (0: the surface seen by the camera).
+// Dimensions of the random numbers that a path uses at its vertex number `depth` (0: the surface seen by the camera).
 #include "shaders/lib/sobol.glsl"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"

@@ -1,10 +1,11 @@
-// Light from infinitely far (Environment in engine/scene/scene.h). Needs shaders/scene_tables.glsl.
+// Light from infinity (Environment in engine/scene/scene.h). Needs shaders/scene_tables.glsl.
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/sobol.glsl"
 #include "shaders/shared/environment.h"
 #include "shaders/shared/word.h"
 
-// u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi, by atan too, since acos loses half of its bits at the poles.
+// Returns u = atan2(d.z, d.x) / 2pi + 0.5, v = acos(d.y) / pi. acos is computed by atan, because it loses half of its
+// bits at the poles.
 vec2 environment_uv(vec3 d) {
     float around = length(d.xz);
     return vec2(around > 0.0 ? atan(d.z, d.x) * 0.159154943092 + 0.5 : 0.5, atan(around, d.y) * 0.318309886184);
@@ -28,7 +29,7 @@ vec3 environment_texel_blend(vec2 uv) {
     return mix(mix(a, b, f.x), mix(d, e, f.x), f.y);
 }
 
-// d: unit
+// d: unit length
 vec3 environment_radiance(vec3 d) {
 #if defined(HALFLIGHT_ENVIRONMENT_MAP)
     return environment_texel_blend(environment_uv(d));
@@ -39,11 +40,11 @@ vec3 environment_radiance(vec3 d) {
 #endif
 }
 
-// Density per solid angle with which sample_light() looks at the environment in direction d (unit).
+// Returns the density per solid angle with which sample_light() selects direction d (unit) of the environment.
 float environment_pdf(vec3 d) {
 #if defined(HALFLIGHT_ENVIRONMENT_MAP)
     vec2 cells = texelFetch(environment_cells, 0).xy;
-    // An atan that rounds beyond pi leaves [0, 1] at either end.
+    // An atan rounded beyond pi leaves [0, 1] at either end.
     vec2 cell = clamp(floor(environment_uv(d) * cells), vec2(0.0), cells - 1.0);
     return texelFetch(environment_cells, kEnvironmentFirstCell + int(cell.y) * int(cells.x) + int(cell.x)).z;
 #elif defined(HALFLIGHT_ENVIRONMENT)
@@ -56,10 +57,10 @@ float environment_pdf(vec3 d) {
 struct EnvironmentSample {
     vec3 direction;
     vec3 radiance;
-    float pdf;  // per solid angle; includes the probability of the environment among all lights
+    float pdf;  // per solid angle, including the probability of the environment among all lights
 };
 
-// choice: 32 uniform bits that pick the cell; xi: the point in it.
+// choice: 32 uniform bits that select the cell; xi: the point in the cell.
 EnvironmentSample sample_environment(uint choice, vec2 xi) {
     EnvironmentSample s;
     vec4 head = texelFetch(environment_cells, 0);
@@ -73,7 +74,7 @@ EnvironmentSample sample_environment(uint choice, vec2 xi) {
     cell = keep ? cell : word_of_float(row.y);
     s.pdf = keep ? row.z : row.w;
     uint y = cell / columns;
-    // Uniform per solid angle: linear in cos(theta), by the sines of half sum and half difference for thin rows.
+    // Uniform per solid angle means linear in cos(theta); for thin rows by the sines of half sum and half difference.
     float top = 3.14159265359 * float(y) / head.y;
     float bottom = 3.14159265359 * float(y + 1u) / head.y;
     float cosine = cos(top) - xi.y * 2.0 * sin(0.5 * (top + bottom)) * sin(0.5 * (bottom - top));

@@ -1,14 +1,15 @@
-// Rays against triangles, watertight (Woop, Benthin, Wald 2013, Watertight Ray/Triangle Intersection, JCGT 2(1)), both
-// sides. The corners are brought to a space where the ray is the z axis; there the signs of the three edge functions
-// decide. Two triangles with a common edge see the same two corners, bit for bit, and opposite signs.
+// Watertight ray/triangle test of both sides (Woop, Benthin, Wald 2013, Watertight Ray/Triangle Intersection, JCGT
+// 2(1)). The corners are transformed to a space where the ray is the z axis; there the signs of the three edge
+// functions decide. Two triangles with a common edge get the same two corners, bit for bit, and opposite signs.
 //
-// Without doubles: a float edge function, the difference of two rounded products, never has the wrong sign, since
-// rounding is monotone; at worst it is zero. Zero counts as inside, so of the triangles around a point the one that
-// contains it is met, and others that the ray passes within the rounding of their corners. These are kept few by asking
-// that the corners' bounds contain the ray and have an area; a needle of which all three are zero is met on that alone.
+// No doubles are needed: a float edge function, the difference of two rounded products, never has the wrong sign,
+// because rounding is monotone. At worst it is zero, which counts as inside. Therefore the triangle that contains a
+// point is hit, and so are others that the ray passes within the rounding of their corners. To keep those few, the
+// corners' bounds must contain the ray and have an area. A needle with three zero edge functions is hit on that
+// condition alone.
 //
-// Variant: HALFLIGHT_SLIVERS, where there are needles. In floats corners are sheared with roundings of their distance, and
-// a needle's height is lost in these; in doubles (REAL) they are exact to 2^-50 of it.
+// Variant HALFLIGHT_SLIVERS is for scenes with needles. In floats, shearing rounds corners relative to their distance,
+// which loses a needle's height. In doubles (REAL) the corners are exact to 2^-50 of the distance.
 #ifdef HALFLIGHT_SLIVERS
 #define REAL double
 #define REAL2 dvec2
@@ -22,9 +23,9 @@
 #endif
 
 struct TriangleRay {
-    ivec3 axes;    // z: that of the greatest direction component
-    vec3 origin;   // in that order of axes
-    REAL3 shear;   // xy: direction.xy / direction.z, z: 1 / direction.z, in that order of axes
+    ivec3 axes;    // z: axis of the largest direction component
+    vec3 origin;   // in the order of axes
+    REAL3 shear;   // xy: direction.xy / direction.z, z: 1 / direction.z, in the order of axes
 };
 
 TriangleRay triangle_ray(vec3 origin, vec3 direction) {
@@ -41,10 +42,10 @@ TriangleRay triangle_ray(vec3 origin, vec3 direction) {
     return ray;
 }
 
-// Where the ray meets a triangle, and the weights of its corners there. edges: the weights times the determinant. z: of
-// the corners. The same bits for all orders of the corners that leave the last one in its place.
+// Hit of a ray with a triangle's plane, and the weights of the corners there. edges: the weights times the determinant.
+// z: of the corners. The bits are equal for all orders of the corners that keep the last one in its place.
 struct TrianglePoint {
-    float t;  // not yet compared with anything
+    float t;  // not yet compared with the ray's interval
     vec3 weights;
 };
 
@@ -57,15 +58,15 @@ TrianglePoint triangle_point(TriangleRay ray, REAL3 edges, REAL3 z) {
     return TrianglePoint(float(t), vec3(weights));
 }
 
-// Two triangles of a ring of four corners: of its corners 0, 1, 2 and 2, 3, 0.
+// Two triangles of a ring of four corners: 0, 1, 2 and 2, 3, 0.
 struct PairEdges {
-    bvec2 met;     // each of them, anywhere on the line
-    REAL4 z;       // of the corners
+    bvec2 met;     // each triangle is hit anywhere on the line
+    REAL4 z;       // z of the corners
     REAL4 ring;    // edge functions from each corner to the next
-    REAL across;   // and from corner 0 to 2
+    REAL across;   // edge function from corner 0 to 2
 };
 
-// Whether bounds of the corners of each triangle contain zero and are not all there is to it.
+// Returns whether the bounds of each triangle's corners contain zero and more than zero.
 bvec2 both_may_contain_zero(REAL4 v) {
     const REAL4 zero = REAL4(0.0);
     bvec4 below = lessThanEqual(v, zero), above = greaterThanEqual(v, zero), off = notEqual(v, zero);
@@ -89,7 +90,8 @@ PairEdges intersect_pair(TriangleRay ray, vec4 row_x, vec4 row_y, vec4 row_z) {
     return PairEdges(bvec2(first && x_in.x && y_in.x, second && x_in.y && y_in.y), z, ring, across);
 }
 
-// The same for the corners of the first or second of the pair: the ring's corners 0 and 2, then the triangle's third.
+// Returns the edge functions of the pair's first or second triangle: for the ring's corners 0 and 2, then for its third
+// corner.
 REAL3 edges_of(PairEdges e, bool second) {
     return second ? REAL3(e.ring.z, e.ring.w, e.across) : REAL3(e.ring.y, e.ring.x, -e.across);
 }
@@ -99,7 +101,7 @@ TrianglePoint pair_point(TriangleRay ray, PairEdges e, bool second) {
     return triangle_point(ray, edges_of(e, second), corners_z(e, second));
 }
 
-// A triangle by itself, its corners in the order of the file: the same bits as in whatever pair it is.
+// A hit of a single triangle, its corners in file order; equal bits as in any pair.
 struct TriangleHit {
     bool met;  // anywhere on the line
     TrianglePoint at;
@@ -120,8 +122,8 @@ REAL3 arranged(REAL3 v, bvec3 is_second, bvec3 is_third) {
     return REAL3(first, is_second.x ? v.x : (is_second.y ? v.y : v.z), is_third.x ? v.x : (is_third.y ? v.y : v.z));
 }
 
-// With the corners, and their weights, as in the file: order (shaders/shared/bvh.h) says where they are. Thus coincident
-// triangles are met at the same t, bit for bit, whatever each of them is paired with, and the lower id decides.
+// Reorders corners and weights to file order; `order` (shaders/shared/bvh.h) holds their places. Coincident triangles
+// then have hits with equal t, bit for bit, whatever their partners in pairs are, and the lower id wins.
 TrianglePoint pair_point_in_file_order(TriangleRay ray, PairEdges e, bool second, uint order) {
     uint at_second = order & 3u, at_third = (order >> 2) & 3u;
     REAL3 edges = edges_of(e, second);

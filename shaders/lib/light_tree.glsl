@@ -1,4 +1,4 @@
-// Ways through the light tree (shaders/shared/light_tree.h). Needs shaders/scene_tables.glsl.
+// Traversals of the light tree (shaders/shared/light_tree.h). Needs shaders/scene_tables.glsl.
 #include "shaders/shared/light_tree.h"
 #include "shaders/shared/sobol.h"
 
@@ -9,24 +9,24 @@ LightTreeHeader light_tree_header() {
 }
 
 struct LightWay {
-    uint light;         // that it ends at
-    float probability;  // of it, among all lights of the tree; 0: it ends where no light reaches the receiver
+    uint light;         // selected light
+    float probability;  // its probability among all lights of the tree; 0: no light reaches the receiver on this path
 };
 
-// A way that is under way.
+// State of a traversal.
 struct LightWalk {
     bool guided;
-    uint trail;         // what is left of it, where it is guided
+    uint trail;         // remaining bits of a guided traversal
     uint number;        // 24 uniform bits
-    uint fresh;         // what further ones are hashed from
-    float probability;  // of what has been decided
+    uint fresh;         // hash state for further random bits
+    float probability;  // probability of the decisions so far
 };
 
-// Whether the second one of two is taken.
+// Returns whether the second of two children is selected.
 //
-// A uniform number is used again and again: what is left of it by a decision, put over the share that led there, is
-// uniform and still stratified. It has 24 bits before and 24 fresh ones after its point; the lesser share lies at its
-// low end, where all of them count, so that shares of 2^-40 are met as often as they should be.
+// A uniform number is reused: the rest of it after a decision, divided by the selected share, is uniform and still
+// stratified. It has 24 bits before and 24 fresh bits after its binary point. The smaller share is at its low end, where
+// all bits count, so that shares of 2^-40 are selected with the right frequency.
 bool takes_second(inout LightWalk walk, float first, float second, bool guide) {
     const float kSteps = 16777216.0;
     precise float total = first + second;
@@ -47,8 +47,8 @@ bool takes_second(inout LightWalk walk, float first, float second, bool guide) {
     return taken;
 }
 
-// The way of a trail, or, where that is not guided, one by `choice`, 32 uniform bits. One loop for both: choice and
-// density of it come to the same bits.
+// Follows a trail if guided, otherwise traverses by `choice`, 32 uniform bits. Both use one loop, so that selection and
+// density have equal bits.
 LightWay light_way(Receiver at, bool guided, uint trail, uint choice) {
     LightWalk walk = LightWalk(guided, trail, choice >> 8, choice, 1.0);
     LightTreeHeader header = light_tree_header();
@@ -91,6 +91,6 @@ LightWay light_way(Receiver at, bool guided, uint trail, uint choice) {
     return LightWay(light, pair ? 0.5 * walk.probability : walk.probability);
 }
 
-// By how much the tree raises the probability that the alias table gives the light.
+// Returns the factor by which the tree raises a light's probability of the alias table.
 float light_tree_gain(LightWay way) { return 1.0 + light_tree_header().gain * way.probability; }
 #endif

@@ -3,33 +3,33 @@
 #include "shaders/lib/lights.glsl"
 
 struct NextEvent {
-    vec3 diffuse;  // radiance towards wo, if the light is visible
+    vec3 diffuse;  // radiance towards wo if the light is visible
     vec3 glossy;
-    Ray ray;       // tells whether it is
+    Ray ray;       // shadow ray that decides visibility
 };
 
-bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // true for NaN, which must be seen
+bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // true for NaN, which must be detected
 
-// count: of such samples, of which each has this weight in the sum of all techniques' samples (multi-sample model).
+// count: number of such samples; each has this weight in the sum of all techniques' samples (multi-sample model).
 NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 wo, uint count) {
     BsdfValue f = evaluate_bsdf(b, wo, light.direction);
     bool delta = light.pdf == 0.0;
     float density = float(count) * light.pdf;
-    precise NextEvent e;  // the same bits whatever else the shader holds (--keep-all)
+    precise NextEvent e;  // precise: equal bits whatever else the shader contains (--keep-all)
     e.diffuse = f.diffuse * light.weight * (delta ? 1.0 : power_heuristic(density, b.p_diffuse * f.pdf_diffuse));
     e.glossy = f.glossy * light.weight * (delta ? 1.0 : power_heuristic(density, (1.0 - b.p_diffuse) * f.pdf_glossy));
     e.ray = shadow_ray(position, offset, b.geometric_normal, light);
     return e;
 }
 
-// Of one of the lights that are chosen from.
+// Samples one of the lights of the selection.
 NextEvent sample_next_event(vec3 position, float offset, Bsdf b, vec3 wo, uint choice, vec2 xi, uint count) {
     LightSample light = sample_light(receiver_at(position, b.geometric_normal), choice, xi);
     return event_of(light, position, offset, b, wo, count);
 }
 
 #ifdef HALFLIGHT_SUN
-// Of the one that is apart.
+// Samples the sun that is not part of the selection.
 NextEvent sample_sun_event(vec3 position, float offset, Bsdf b, vec3 wo) {
     return event_of(sample_sun(position), position, offset, b, wo, 1u);
 }
@@ -37,8 +37,8 @@ NextEvent sample_sun_event(vec3 position, float offset, Bsdf b, vec3 wo) {
 
 const Ray kDeadRay = Ray(vec3(0.0), 1.0, vec3(1.0), 0.0);
 
-// MIS weight of light that a sampled ray meets: pdf is the ray's density within its component times the component's
-// probability (0: delta). Exactly 1 where only one of the two can find it.
+// Returns the MIS weight of light that a sampled ray hits. pdf is the ray's density within its component times the
+// component's probability (0: delta). Exactly 1 where only one of both techniques can find the light.
 float met_light_weight(float pdf, float light_density) {
     return pdf == 0.0 || light_density == 0.0 ? 1.0 : power_heuristic(pdf, light_density);
 }

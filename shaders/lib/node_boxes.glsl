@@ -1,14 +1,14 @@
-// A node's four children as boxes, for whatever is held against all of them. Needs shaders/trace_scene.glsl.
+// The boxes of a node's four children, for tests against all of them. Needs shaders/trace_scene.glsl.
 struct NodeBoxes {
-    vec4 lower[3];  // by axis, of four children
+    vec4 lower[3];  // lower bounds of four children, by axis
     vec4 upper[3];
     uvec4 reference;
 };
 
-// Of four children, as bits.
+// Packs four booleans to bits.
 uint mask_of(bvec4 b) { return uint(b.x) | uint(b.y) << 1 | uint(b.z) << 2 | uint(b.w) << 3; }
 
-// In the units of its hierarchy.
+// Returns the boxes in the units of the hierarchy.
 NodeBoxes load_node(uint node) {
     int index = int(node & kBvhIndexMask);
     NodeBoxes n;

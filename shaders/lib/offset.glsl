@@ -1,22 +1,23 @@
-// Origins of new rays, off the surface by a bound of the hit's error instead of by a constant (pbrt-v4, section 6.8).
+// Origins of new rays, offset from the surface by an error bound of the hit instead of a constant (pbrt-v4, section
+// 6.8).
 #include "shaders/shared/rays.h"
 
-// n roundings of floats, each of relative error 2^-24 (Higham 2002, section 3.1).
+// Returns the bound for n float roundings, each of relative error 2^-24 (Higham 2002, section 3.1).
 float rounding_bound(float n) {
     float e = n * 5.9604644775390625e-8;
     return e / (1.0 - e);
 }
 
-// How far off a triangle's plane the tracer may place a hit by the roundings of its weights. a, b, c: the corners as
-// seen from the hit, r their distances. An edge function, the difference of two products, is off by roundings of
-// r_j r_k, a weight by that over the doubled area, the hit by the sum of the weights' errors times r_i: more than
-// roundings of its length in slivers alone. At worst these are some thirty roundings; being many and independent they
-// are met within five (tests/pass/test_direct_light.cpp, test_shading_surface.cpp). At most the triangle's least height,
-// so that needles send no ray far away.
-#ifdef HALFLIGHT_SLIVERS
-// In doubles the tracer sees the triangle's true plane. What is left are floats that say where "off" is: the normal, three
-// roundings of its products and three of its length, and whether a direction is on its side, four more. A ray that is off
-// by these comes down by as much of its way, which ends at the triangle's furthest corner.
+// Returns a bound of a hit's distance from the triangle's plane, as caused by rounding of its weights. a, b and c are
+// the corners relative to the hit; their distances are r_i. An edge function, the difference of two products, has an
+// error of roundings of r_j r_k. The error of a weight is that divided by the doubled area. The hit's error is the sum
+// of the weights' errors times r_i, which exceeds roundings of the hit's length only in slivers. The worst case is some
+// thirty roundings; many independent ones stay within five (tests/pass/test_direct_light.cpp, test_shading_surface.cpp).
+// The bound is at most the triangle's smallest height, so that needles send no ray far away.
+//
+// With doubles the tracer uses the triangle's true plane. The remaining errors are those of the offset direction in
+// floats. The normal has three roundings of its products and three of its length, and the test of a direction's side has
+// four more. A ray with these errors comes closer by as much of its length, which ends at the triangle's furthest corner.
 float sliver_bound(vec3 a, vec3 b, vec3 c) {
     return rounding_bound(10.0) * sqrt(max(dot(a, a), max(dot(b, b), dot(c, c))));
 }
@@ -28,12 +29,12 @@ float sliver_bound(vec3 a, vec3 b, vec3 c) {
 }
 #endif
 
-// offset: Surface::offset; normal: geometric, unit. To the side of `direction`.
+// offset: Surface::offset; normal: geometric, unit length. Offsets to the side of `direction`.
 vec3 offset_ray_origin(vec3 position, float offset, vec3 normal, vec3 direction) {
     return position + (dot(normal, direction) < 0.0 ? -offset : offset) * normal;
 }
 
-// A ray of unit direction that goes on from a surface for ever.
+// Returns an endless ray of unit direction from a surface.
 Ray ray_from(vec3 position, float offset, vec3 normal, vec3 direction) {
     return Ray(offset_ray_origin(position, offset, normal, direction), 0.0, direction, uintBitsToFloat(0x7f800000u));
 }

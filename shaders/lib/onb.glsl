@@ -1,13 +1,14 @@
 // Normals, orthonormal bases, the sphere.
 
-// Perpendicular to two edges, of no particular length. Scaling first keeps products of four lengths within a float.
+// Returns a vector perpendicular to two edges, of arbitrary length. Scaling first keeps products of four lengths within
+// floats.
 vec3 face_vector(vec3 e1, vec3 e2) {
     vec3 extent = max(abs(e1), abs(e2));
     float scale = 1.0 / max(max(extent.x, extent.y), max(extent.z, 1e-30));
     return cross(e1 * scale, e2 * scale);
 }
 
-// Of a triangle. A needle's edges say nothing of its height once they are rounded.
+// Returns a vector perpendicular to a triangle. Rounded edges of a needle do not determine its height.
 vec3 face_of_corners(vec3 a, vec3 b, vec3 c) {
 #ifdef HALFLIGHT_SLIVERS
     dvec3 face = cross(dvec3(b) - dvec3(a), dvec3(c) - dvec3(a));
@@ -19,7 +20,7 @@ vec3 face_of_corners(vec3 a, vec3 b, vec3 c) {
 #endif
 }
 
-// Columns: two tangents and n (Duff et al. 2017, Building an Orthonormal Basis, Revisited).
+// Returns the basis with two tangents and n as columns (Duff et al. 2017, Building an Orthonormal Basis, Revisited).
 mat3 basis_around(vec3 n) {
     float s = n.z >= 0.0 ? 1.0 : -1.0;
     float a = -1.0 / (s + n.z);

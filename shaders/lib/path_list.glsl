@@ -1,19 +1,19 @@
-// Appending to a list of paths, tile by tile: the paths of one work group stay together and in order. Which group comes first is
-// left to chance, and no result depends on it.
+// Appends to a list of paths, tile by tile: the paths of one work group stay together and in order. The order of groups
+// is arbitrary, and no result depends on it.
 #include "shaders/shared/rays.h"
 
 shared uint append_mask[2];
 shared uint append_base;
 
 struct AppendRank {
-    uint rank;   // of this invocation among those of its group that want to append
-    uint total;  // how many there are
+    uint rank;   // rank of this invocation among those of its group that append
+    uint total;  // number of invocations that append
 };
 
-// Has barriers: all 64 invocations of the group come here.
+// Contains barriers: all 64 invocations of the group must call it.
 AppendRank rank_in_group(bool wanted) {
     uint lane = gl_LocalInvocationIndex;
-    barrier();  // an earlier use has been read by all
+    barrier();  // all invocations have read earlier values
     if (lane < 2u) append_mask[lane] = 0u;
     barrier();
     if (wanted) atomicOr(append_mask[lane >> 5], 1u << (lane & 31u));
@@ -25,8 +25,8 @@ AppendRank rank_in_group(bool wanted) {
                       uint(bitCount(low) + bitCount(high)));
 }
 
-// Defines `uint name(bool wanted)`: the invocation's place in the list whose ListHeader is the block member `header`. A macro,
-// because atomics take no function arguments. Has barriers.
+// Defines `uint name(bool wanted)`: the invocation's place in the list whose ListHeader is the block member `header`.
+// It is a macro, because atomics take no function arguments. Contains barriers.
 #define DEFINE_APPEND(name, header)                                                                    \
     uint name(bool wanted) {                                                                           \
         AppendRank r = rank_in_group(wanted);                                                          \

@@ -1,11 +1,11 @@
-// The hit record of a triangle that the rasterizer found. Needs shaders/scene_tables.glsl.
+// The hit record of a triangle that the rasterizer has found. Needs shaders/scene_tables.glsl.
 #include "shaders/lib/block_ray.glsl"
 #include "shaders/lib/intersect.glsl"
 #include "shaders/shared/rays.h"
 
 struct PrimaryHit {
     bool met;  // anywhere on the line
-    Hit hit;   // as the tracers write it; where it is not met, of the triangle's point beside the ray
+    Hit hit;   // record in the tracers' format; for a miss, of the triangle's point beside the ray
 };
 
 float positive_up_to(float v, float largest) { return v > 0.0 ? min(v, largest) : 0.0; }  // 0 for NaN
@@ -19,8 +19,8 @@ PrimaryHit primary_hit(Ray ray, uint triangle, uint instance) {
     TriangleHit exact = intersect_triangle(triangle_ray(ray.origin, ray.direction), a, b, c);
     PrimaryHit h;
     h.met = exact.met;
-    // The rasterizer's snapped edges reach up to 1/256 pixel further. Seen exactly edge-on nothing tells the weights: any
-    // point of the triangle is on the ray as far as floats go.
+    // The rasterizer's snapped edges extend up to 1/256 pixel further. Exactly edge-on the weights are undetermined:
+    // any point of the triangle is on the ray, to float precision.
     h.hit.u = positive_up_to(exact.at.weights.y, 1.0);
     h.hit.v = positive_up_to(exact.at.weights.z, 1.0 - h.hit.u);
     vec3 beside = a + h.hit.u * (b - a) + h.hit.v * (c - a) - ray.origin;

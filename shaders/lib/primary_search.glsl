@@ -1,39 +1,40 @@
-// What a camera ray hits, of what is seen at its pixel and beside it. Needs the texture `visibility` and
-// shaders/scene_tables.glsl.
+// Finds the hit of a camera ray among the triangles rasterized at its pixel and at the neighbouring pixels. Needs the
+// texture `visibility` and shaders/scene_tables.glsl.
 //
-// Rasterizers snap corners to 1/256 pixel, and depths by as much of their slope, so that beside an edge another triangle
-// shows than the pixel's ray hits. That one is then seen by a neighbouring pixel, unless it is smaller than a pixel
-// itself: the nearest of those that the ray meets is taken, ties as shaders/lib/traverse.glsl breaks them.
+// Rasterizers snap corners to 1/256 pixel, and depths by as much of their slope. Beside an edge they may show another
+// triangle than the one that the pixel's ray hits. A neighbouring pixel shows that one, unless it is smaller than a
+// pixel. The nearest of these triangles that the ray hits is selected; ties are broken like in
+// shaders/lib/traverse.glsl.
 #include "shaders/lib/alpha.glsl"
 #include "shaders/lib/primary_hit.glsl"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
 
-// Triangle + 1 (0: nothing) and instance. pixel: of the image; beyond its edge, the one there.
+// Returns triangle + 1 (0: none) and instance. pixel: of the image; beyond its edge, the pixel at the edge.
 uvec2 seen_at(Frame frame, ivec2 pixel) {
     ivec2 inside = clamp(pixel, ivec2(0), frame.size - 1);
     return texelFetch(visibility, inside - ivec2(0, frame.window_y), 0).xy;
 }
 
-// 0: the pixel itself; 1 to 4: those that share an edge with it.
+// Returns pixel i: 0 is the pixel itself, 1 to 4 share an edge with it.
 ivec2 neighbour(ivec2 pixel, int i) {
     return pixel + ivec2(i == 1 ? 1 : (i == 2 ? -1 : 0), i == 3 ? 1 : (i == 4 ? -1 : 0));
 }
 
 struct PrimarySearch {
     bool is_hit;
-    Hit hit;  // of some triangle where there is none
+    Hit hit;  // for a miss, of some triangle
 };
 
-// alpha_key: of the ray. Where the ray meets none of them: nothing, if that is what one of them shows, else what the
-// rasterizer has drawn.
+// alpha_key: of the ray. If the ray hits none of the triangles, the result is a miss if one of the pixels shows the
+// background, else the rasterized triangle.
 PrimarySearch search_seen(Frame frame, ivec2 pixel, Ray ray, uint alpha_key) {
     uvec2 drawn = seen_at(frame, pixel);
     uvec2 right = seen_at(frame, neighbour(pixel, 1)), left = seen_at(frame, neighbour(pixel, 2));
     uvec2 below = seen_at(frame, neighbour(pixel, 3)), above = seen_at(frame, neighbour(pixel, 4));
     bool open = drawn.x == 0u || right.x == 0u || left.x == 0u || below.x == 0u || above.x == 0u;
-    // The pixel's own, and what is not among the ones before: software drivers pay for each turn of the loop below, by
-    // the most that any of eight pixels takes.
+    // The pixel's own triangle, and those not equal to earlier ones. Software drivers pay for each iteration of the
+    // loop below by the maximum over eight pixels.
     uint asked = 1u | (right != drawn ? 2u : 0u) | (left != drawn && left != right ? 4u : 0u) |
                  (below != drawn && below != right && below != left ? 8u : 0u) |
                  (above != drawn && above != right && above != left && above != below ? 16u : 0u);

@@ -1,4 +1,4 @@
-// Second vertices of paths, as the kernels read them that feed the radiance cache and that take from it. Include after the
+// Second vertices of paths, for the kernels that feed the radiance cache and those that read it. Include after the
 // blocks `points[]` and, with HALFLIGHT_PENDING, `occluded[]`, `sun_occluded[]` and `sun_light[]` (HALFLIGHT_SUN).
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/sun_light.glsl"
@@ -6,7 +6,7 @@
 #include "shaders/shared/radiance_cache.h"
 #include "shaders/shared/reuse.h"
 
-// CachePoint::light, complete. Of a path that feeds.
+// Returns the complete CachePoint::light of a path that feeds the cache.
 vec3 found_light(PathState state, CachePoint point, uint path) {
     vec3 light = point.light;
 #ifdef HALFLIGHT_PENDING

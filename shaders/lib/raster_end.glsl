@@ -1,12 +1,12 @@
-// The end of rays for the raster back end. Needs shaders/shared/rays.h, shaders/lib/bvh.glsl and
+// The end of rays for raster culling. Needs shaders/shared/rays.h, shaders/lib/bvh.glsl and
 // shaders/lib/raster_shaft.glsl.
 
-// Where a ray ends, at the latest; negative: it meets nothing, for it misses the box of the hierarchy that all others are in.
+// Returns an upper bound of a ray's end; negative: no hits, because it misses the box of the whole hierarchy.
 float end_of(Ray ray, BvhHead head) {
     BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
 #ifdef HALFLIGHT_NODES_FLOAT
     vec3 lower = head.base, upper = head.base + kGridCells * head.cell;
-    lower -= abs(lower) * 1.1920928955078125e-7;  // 2^-23: the sum's own rounding
+    lower -= abs(lower) * 1.1920928955078125e-7;  // 2^-23: rounding of the sum
     upper += abs(upper) * 1.1920928955078125e-7;
 #else
     vec3 lower = vec3(0.0), upper = vec3(kGridCells);

@@ -1,19 +1,19 @@
-// Shafts of the raster back end: in world units, and with a bound of where rays are at s.
+// Shafts of raster culling: in world units, with a lower bound of t at s.
 #include "shaders/lib/shaft.glsl"
 
 struct TimedShaft {
     Shaft rays;
-    float least_t;  // of the rays' ends
+    float least_t;  // lower bound of the rays' ends
 };
 
 const float kShaftBig = 1e30;
 
-// No rays.
+// Returns the shaft of no rays.
 TimedShaft empty_shaft() {
     return TimedShaft(Shaft(vec3(kShaftBig), vec3(-kShaftBig), vec3(kShaftBig), vec3(-kShaftBig)), kShaftBig);
 }
 
-// Rays that can be anywhere.
+// Returns a shaft of rays anywhere.
 TimedShaft endless_shaft() {
     return TimedShaft(Shaft(vec3(-kShaftBig), vec3(kShaftBig), vec3(-kShaftBig), vec3(kShaftBig)), 0.0);
 }
@@ -24,16 +24,17 @@ TimedShaft shaft_union(TimedShaft a, TimedShaft b) {
 
 float greatest_of(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
-// Greatest coordinate of rays and hierarchy.
+// Returns the largest coordinate of rays and hierarchy.
 float shaft_reach(Shaft s, float hull) {
     vec3 origin = max(abs(s.origin_lower), abs(s.origin_upper));
     vec3 end = max(abs(s.end_lower), abs(s.end_upper));
     return max(hull, max(greatest_of(origin), greatest_of(end)));
 }
 
-// The tracer lets a ray meet a box that it passes within slack * 2 reach (shaders/lib/box.glsl), and says that it enters
-// by 2^-20 of the way too early, which is 2^-19 reach. What the bounds' and the test's arithmetic loses is less than 32
-// roundings of 2^-24 reach. slack: that of the hierarchy at index 0, which covers instances; twice, for those inside.
+// Returns the padding of boxes. The tracer accepts a box that a ray passes within slack * 2 reach
+// (shaders/lib/box.glsl), and its entry may be early by 2^-20 of the distance, which is 2^-19 reach. The arithmetic of
+// bounds and test loses less than 32 roundings of 2^-24 reach. slack: of the hierarchy at index 0, which covers
+// instances; doubled for the boxes inside them.
 float shaft_padding(float reach, float slack) { return reach * (4.0 * slack + 3.814697265625e-6); }  // 2^-18
 
 struct TimedTest {
@@ -45,7 +46,8 @@ TimedTest shaft_test(TimedShaft s, float hull, float slack) {
     return TimedTest(shaft_test(s.rays, vec3(shaft_padding(shaft_reach(s.rays, hull), slack))), s.least_t);
 }
 
-// A lower bound of where rays of the shaft enter the box; negative where none does. As shaft_interval(), by axis.
+// Returns a lower bound of the entry of the shaft's rays into the box; negative where none enters. It tests axis by
+// axis, like shaft_interval().
 float shaft_near(TimedTest s, vec3 lower, vec3 upper) {
     vec3 low = (upper - s.test.lower) * s.test.lower_inverse;
     vec3 high = (lower - s.test.upper) * s.test.upper_inverse;
@@ -57,7 +59,7 @@ float shaft_near(TimedTest s, vec3 lower, vec3 upper) {
     return enter > leave ? -1.0 : enter * s.least_t;
 }
 
-// The same shaft seen from another origin and scale of the axes.
+// Returns the shaft relative to another origin and scale of the axes.
 ShaftTest scaled_shaft(ShaftTest s, vec3 base, vec3 cell) {
     return ShaftTest((s.lower - base) / cell, (s.upper - base) / cell, s.lower_inverse * cell, s.upper_inverse * cell);
 }

@@ -1,8 +1,9 @@
-// Where the entries of a batch lie as texels. 64 consecutive entries are a tile of 8x8 texels, 64 consecutive tiles a block
-// of 8x8 tiles, both in Morton order as pixels are (shaders/shared/pixel_order.h); blocks are laid out row by row.
+// Positions of a batch's entries as texels. 64 consecutive entries are a tile of 8x8 texels, and 64 consecutive tiles
+// are a block of 8x8 tiles, both in Morton order like pixels (shaders/shared/pixel_order.h). Blocks are laid out row by
+// row.
 //
-// Depth orders distances along rays, dead ones first: of the bits of t a half, hence steps of two neighbouring floats. It
-// never puts two of them in the wrong order, and is always a normal number in [0, 1].
+// Depth orders distances along rays, dead rays first. It has half of the bits of t, hence steps of two neighbouring
+// floats. It never reverses the order of two distances, and is always a normal number in [0, 1].
 #include "shaders/shared/pixel_order.h"
 
 uniform uint block_columns;
@@ -10,11 +11,11 @@ uniform uint block_columns;
 uint morton(uvec2 p) { return (morton_spread(p.y) << 1) | morton_spread(p.x); }
 uvec2 from_morton(uint m) { return uvec2(morton_even_bits(m), morton_even_bits(m >> 1)); }
 
-uint tile_of_texel(uvec2 texel) {  // of one texel per tile
+uint tile_of_texel(uvec2 texel) {  // for targets with one texel per tile
     uvec2 block = texel >> 3u;
     return ((block.y * block_columns + block.x) << 6) | morton(texel & 7u);
 }
-uint entry_of_texel(uvec2 texel) {  // of one texel per ray
+uint entry_of_texel(uvec2 texel) {  // for targets with one texel per ray
     return (tile_of_texel(texel >> 3u) << 6) | morton(texel & 7u);
 }
 uvec2 texel_of_block(uint block) { return uvec2(block % block_columns, block / block_columns); }
@@ -26,7 +27,7 @@ float depth_of(float t) {  // t >= 0 or +inf
     return uintBitsToFloat((min(floatBitsToUint(t), 0x7e000000u) >> 1) + 0x00800000u);
 }
 
-// The greatest t of that depth.
+// Returns the largest t with that depth.
 float reach_of(float depth) {
     uint bits = floatBitsToUint(depth);
     return depth == kDeadDepth ? -1.0 : uintBitsToFloat(depth >= 1.0 ? 0x7f800000u : ((bits - 0x00800000u) << 1) | 1u);

@@ -1,16 +1,17 @@
-// Path reuse across pixels (SHADING.md, Path reuse): what the densities and the sums of a group are made of.
+// Path reuse across pixels (SHADING.md, Path reuse): densities and contributions of a group.
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/hash.glsl"
 #include "shaders/shared/reuse.h"
 
-// Of member_step(), the same for all bands of a frame's sample. Four samples have it in common: so many points of a pixel's
-// sequence are well distributed, which in smooth scenes is worth a tenth of the squared error.
+// Returns the argument of member_step(), equal for all bands of a frame's sample. Four samples share it: that many
+// points of a pixel's sequence are well distributed together, which saves a tenth of the squared error in smooth
+// scenes.
 uint sample_grouping(uint frame_seed, uint sample_index) {
     return hash_combine(hash_combine(frame_seed, sample_index >> 2), 0x72657573u) >> 16;
 }
 
-// make_bsdf()'s diffuse albedo is a constant of the material times this share of light, which depends on wo: what neither
-// the specular lobe nor the coat reflects. Exactly 1 without these.
+// Returns the factor of make_bsdf()'s diffuse albedo that depends on wo: the share of light that neither the specular
+// lobe nor the coat reflects. The other factor is a constant of the material. Exactly 1 without these lobes.
 float diffuse_share(ReusePoint y, vec3 wo) {
     precise float share = 1.0;
 #ifdef HALFLIGHT_GLOSSY
@@ -26,8 +27,8 @@ float diffuse_share(ReusePoint y, vec3 wo) {
     return share;
 }
 
-// What a path has found as its second vertex, of a BSDF and a direction of sampled density: all but the light. A point that
-// cannot be shared has a share of 0.
+// Returns a path's second vertex, without its light, for a BSDF and a direction of sampled density. A point that cannot
+// be shared has share 0.
 ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
     ReusePoint y;
     y.position = surface.position;
@@ -48,24 +49,25 @@ ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
     y.reserved0 = 0.0;
     y.reserved1 = 0.0;
     y.reserved2 = 0.0;
-    // The diffuse lobe of a bent normal is of that wo alone. Edge-on, or at no distance, the point has no density of area.
+    // The diffuse lobe of a bent normal is valid for that wo only. Edge-on or at distance 0 the point has no density
+    // per area.
     bool sharable = !m.bent && b.diffuse != vec3(0.0) && dot(y.geometric_normal, ray.direction) < 0.0 && t > 1e-18;
     y.share = sharable ? diffuse_share(y, -ray.direction) : 0.0;
     return y;
 }
 
-// How a first surface sees a point.
+// A point as seen from a first surface.
 struct Sight {
-    vec3 direction;  // unit
+    vec3 direction;  // unit length
     float geometry;  // solid angle per area of y, times the square of y.distance: cosine / relative distance^2
 };
 
-// finder: the surface from which y has been found; it sees y as it was sampled.
+// finder: the surface whose path has found y; it sees y as sampled.
 Sight sight_of(ReusePoint y, vec3 from, bool finder) {
     vec3 way = (y.position - from) / y.distance;
-    float square = max(dot(way, way), 1e-20);  // of relative distances: so near, all of them have the same weight
+    float square = max(dot(way, way), 1e-20);  // relative distance; so near, all have equal weight
     vec3 direction = finder ? y.direction : way * inversesqrt(square);
-    // What leaves the point diffusely is of one side, and as its normals are there (SHADING.md, Surfaces).
+    // Diffuse light leaves the point on one side, given by its normals (SHADING.md, Surfaces).
     bool seen = dot(y.normal, direction) < 0.0;
 #ifdef HALFLIGHT_CLEARCOAT
     seen = seen && (y.coat == 0.0 || dot(y.coat_normal, direction) < 0.0);
@@ -74,8 +76,8 @@ Sight sight_of(ReusePoint y, vec3 from, bool finder) {
     return Sight(direction, seen || finder ? (finder ? cosine : cosine / square) : 0.0);
 }
 
-// Density per solid angle with which shaders/first_scatter.glsl sends a path on, mirrors apart. What has no value there is
-// not sent.
+// Returns the density per solid angle with which shaders/first_scatter.glsl continues a path, without mirrors.
+// Directions without value are not selected.
 float scatter_density(Bsdf b, BsdfValue f) {
     return (f.diffuse != vec3(0.0) ? b.p_diffuse * f.pdf_diffuse : 0.0) +
            (f.glossy != vec3(0.0) ? (1.0 - b.p_diffuse) * f.pdf_glossy : 0.0);

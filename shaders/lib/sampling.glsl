@@ -1,7 +1,7 @@
 // Maps from the unit square.
 
-// Unit vector around +z with density cos / pi, by the concentric map (Shirley and Chiu 1997): a square's strata stay
-// compact on the disk.
+// Samples a unit vector around +z with density cos / pi, by the concentric map (Shirley and Chiu 1997), which keeps
+// strata of the square compact on the disk.
 vec3 sample_cosine(vec2 xi) {
     vec2 p = 2.0 * xi - 1.0;
     bool wide = abs(p.x) > abs(p.y);
@@ -9,12 +9,12 @@ vec3 sample_cosine(vec2 xi) {
     float ratio = wide ? p.y / p.x : (p.y != 0.0 ? p.x / p.y : 0.0);
     float phi = 0.785398163397 * ratio;
     vec2 around = wide ? vec2(cos(phi), sin(phi)) : vec2(sin(phi), cos(phi));
-    // 1 - radius^2 by factors keeps the cosine's precision at the rim.
+    // The factors of 1 - radius^2 keep the cosine's precision at the rim.
     return vec3(radius * around, sqrt((1.0 - abs(radius)) * (1.0 + abs(radius))));
 }
 
-// Weights of a triangle's second and third corner, uniform per area (Heitz 2019, A Low-Distortion Map Between Triangle
-// and Square).
+// Samples the weights of a triangle's second and third corner, uniform per area (Heitz 2019, A Low-Distortion Map
+// Between Triangle and Square).
 vec2 sample_triangle(vec2 xi) {
     return xi.y > xi.x ? vec2(0.5 * xi.x, xi.y - 0.5 * xi.x) : vec2(xi.x - 0.5 * xi.y, 0.5 * xi.y);
 }
