@@ -1,3 +1,3 @@
-// Sends a ray through the diffuse component of the first surface where that is picked.
+// Traces a ray of the diffuse component at first surfaces that select it.
 #define COMPONENT_GLOSSY 0
 #include "shaders/first_scatter.glsl"

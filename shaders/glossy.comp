@@ -1,3 +1,3 @@
-// Sends a ray through the glossy component of the first surface where that is picked.
+// Traces a ray of the glossy component at first surfaces that select it.
 #define COMPONENT_GLOSSY 1
 #include "shaders/first_scatter.glsl"

@@ -1,4 +1,5 @@
-// One point of 8x8 texels per block of tiles, at one texel per tile; dropped where no candidate concerns any of its rays.
+// Draws one point of 8x8 texels per block of tiles, at one texel per tile; drops it where no candidate can meet any of
+// its rays.
 #include "shaders/lib/raster_boxes.glsl"
 
 flat out uint block_candidates;

@@ -1,5 +1,5 @@
-// The rays of a tile against its list. What earlier draws have found is read back, and only what is nearer is written:
-// draws are apart from each other by a barrier, and a ray has one fragment in each.
+// Traces the rays of a tile through its list. Hits of earlier draws are read back, and only nearer ones are written:
+// draws are separated by a barrier, and a ray has one fragment in each.
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/raster_batch.glsl"
 #include "shaders/lib/raster_texels.glsl"
@@ -9,7 +9,8 @@ flat in uint list_size;
 flat in uint first_entry;
 
 void main() {
-    // A tile may have texels without an entry. No discard: on software drivers it costs a quarter of all time.
+    // A tile may have texels without an entry. There is no discard, which costs a quarter of the time on software
+    // drivers.
     uint entry = entry_of_texel(uvec2(gl_FragCoord.xy));
     bool idle = entry >= entry_count();
     uint path = path_of(idle ? 0u : entry);
@@ -23,7 +24,7 @@ void main() {
     }
 #else
     Hit known = hits[path];
-    bool over = idle || floatBitsToUint(known.t) > uint(kBvhFar);  // not a number
+    bool over = idle || floatBitsToUint(known.t) > uint(kBvhFar);  // true for NaN
     Hit hit = search(ray, first_entry, over ? 0u : list_size, known, key, false);
     bool same = floatBitsToUint(hit.t) == floatBitsToUint(known.t) && hit.triangle == known.triangle &&
                 hit.instance == known.instance;

@@ -1,7 +1,6 @@
-// The scene's arrays, and the reading of single elements. Kernels include this before what they need of shaders/lib.
+// The scene's arrays, and access to their elements. Kernels include this before the files of shaders/lib.
 //
-// Which of them exist is told by the defines of shader_defines() (engine/tables/shading_tables.h); what is not read
-// costs nothing.
+// The defines of shader_defines() (engine/tables/shading_tables.h) select the arrays; unread ones cost nothing.
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/instances.h"
 
@@ -25,15 +24,15 @@ layout(binding = UNIT_ALBEDO) uniform sampler2D albedo_table;
 uvec4 triangle_row(uint triangle) { return texelFetch(scene_triangles, int(triangle)); }
 uvec3 triangle_corners(uint triangle) { return triangle_row(triangle).xyz; }
 
-// Block space.
+// Returns the corner in block space.
 vec3 corner_position(uint vertex) { return texelFetch(scene_positions, int(vertex)).xyz; }
 
-// Row 0 to 2 of a block instance's matrix, `first` being kInstanceBlockToWorld or kInstanceWorldToBlock.
+// Returns row 0 to 2 of a block instance's matrix; `first` is kInstanceBlockToWorld or kInstanceWorldToBlock.
 vec4 instance_row(uint instance, int first, int row) {
     return texelFetch(scene_instances, int(instance) * kInstanceStride + first + row);
 }
 
-// World space relative to the tables' origin.
+// Returns the world position relative to the tables' origin.
 vec3 block_to_world(uint instance, vec3 position) {
 #ifdef HALFLIGHT_INSTANCES
     vec4 p = vec4(position, 1.0);

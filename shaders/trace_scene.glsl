@@ -1,4 +1,4 @@
-// The tracer's arrays (TraceScene::bind) and the reading of nodes and triangles. Variant: TraceScene::defines().
+// The tracer's arrays (TraceScene::bind()), and access to nodes and triangles. Variant: TraceScene::defines().
 #include "shaders/shared/bvh.h"
 #include "shaders/scene_tables.glsl"
 

@@ -19,8 +19,8 @@ vec2 sample_triangle(vec2 xi) {
     return xi.y > xi.x ? vec2(0.5 * xi.x, xi.y - 0.5 * xi.x) : vec2(xi.x - 0.5 * xi.y, 0.5 * xi.y);
 }
 
-// Weight of a sample drawn with density a where another technique has density b (Veach 1997, section 9.2.4, beta = 2).
-// The division first keeps squares of large densities finite. a = 0 and b = 0: 0.
+// Returns the weight of a sample of density a where another technique has density b (Veach 1997, section 9.2.4, beta =
+// 2). The division first keeps squares of large densities finite. a = 0 and b = 0: 0.
 float power_heuristic(float a, float b) {
     if (a <= b) {
         float r = b > 0.0 ? a / b : 0.0;

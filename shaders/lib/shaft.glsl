@@ -1,8 +1,9 @@
-// Chord shafts: what a bundle of rays can meet, conservatively.
+// Chord shafts: conservative bounds of a bundle of rays.
 //
-// The chord of a ray goes from its origin to its end. At s in [0, 1] of the way all rays of the bundle are in the box that
-// moves linearly from the box of the origins to the box of the ends. A node is met where on all axes the moving box overlaps
-// the node's for a common s: six half lines. Tighter than intervals of origins and directions, and without cases of sign.
+// The chord of a ray goes from its origin to its end. At s in [0, 1] of the chord, all rays of the bundle are in the
+// box that moves linearly from the box of the origins to the box of the ends. A node is met where the moving box
+// overlaps the node's on all axes for a common s: six half lines. This is tighter than intervals of origins and
+// directions, and has no cases of sign.
 
 struct Shaft {
     vec3 origin_lower;
@@ -22,19 +23,19 @@ bool shaft_contains(Shaft outer, Shaft inner) {
            all(lessThanEqual(outer.end_lower, inner.end_lower)) && all(greaterThanEqual(outer.end_upper, inner.end_upper));
 }
 
-// The box at s as a test wants it: half lines s <= or >= (bound - at_0) * inverse.
+// The box at s in the form of the test: half lines s <= or >= (bound - at_0) * inverse.
 struct ShaftTest {
-    vec3 lower;          // of the box at s = 0
+    vec3 lower;          // lower corner of the box at s = 0
     vec3 upper;
-    vec3 lower_inverse;  // one by the way that the lower corner makes from s = 0 to 1; not zero
+    vec3 lower_inverse;  // reciprocal of the lower corner's motion from s = 0 to 1; not zero
     vec3 upper_inverse;
 };
 
 vec3 away_from_zero(vec3 v, vec3 least) { return mix(v, least, lessThan(abs(v), least)); }
 
-// margin: by which the shaft is wider than its rays, for what roundings lose.
+// margin: enlargement of the shaft for rounding errors.
 ShaftTest shaft_test(Shaft shaft, vec3 margin) {
-    vec3 least = margin * 9.5367432e-7;  // moves a corner by 2^-19 of the margin at most, which the margin covers
+    vec3 least = margin * 9.5367432e-7;  // moves a corner by at most 2^-19 of the margin, which the margin covers
     ShaftTest t;
     t.lower = shaft.origin_lower - margin;
     t.upper = shaft.origin_upper + margin;
@@ -45,7 +46,7 @@ ShaftTest shaft_test(Shaft shaft, vec3 margin) {
 
 struct ShaftInterval {
     vec4 enter;  // where the shaft meets each of four boxes, 0 to 1
-    vec4 leave;  // < enter: it does not
+    vec4 leave;  // < enter: the box is not met
 };
 
 ShaftInterval shaft_interval(ShaftTest t, vec4 lower[3], vec4 upper[3]) {

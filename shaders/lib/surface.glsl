@@ -6,24 +6,24 @@
 
 struct Surface {
     vec3 position;          // relative to the tables' origin
-    vec3 geometric_normal;  // n_g: unit, on the side of wo
-    float offset;           // how far along n_g new rays start (offset_ray_origin)
-    vec3 normal;            // interpolated, unit, on the side of n_g; neither normal-mapped nor bent
+    vec3 geometric_normal;  // n_g: unit length, on the side of wo
+    float offset;           // distance along n_g at which new rays start (offset_ray_origin())
+    vec3 normal;            // interpolated, unit length, on the side of n_g; neither normal-mapped nor bent
     uint material;
 #ifdef HALFLIGHT_TEXTURES
     vec2 uv0;
     vec2 uv1;
 #endif
 #ifdef HALFLIGHT_NORMAL_MAPS
-    vec4 tangent;  // unit, with the sign that `normal` has; w: bitangent = cross(normal, tangent) * w; 0: no tangent
+    vec4 tangent;  // unit length, with the sign of `normal`; w: bitangent = cross(normal, tangent) * w; 0: no tangent
 #endif
 #ifdef HALFLIGHT_VERTEX_COLORS
     vec4 color;
 #endif
 };
 
-// Barycentric weights moved so far into the triangle that its edges are at least `distance` away, but by no more than a
-// thousandth of the triangle's length: slivers keep less. e1, e2: edges from the first corner.
+// Moves barycentric weights into the triangle until its edges are at least `distance` away, but by at most a thousandth
+// of the triangle's length: slivers keep less. e1, e2: edges from the first corner.
 vec3 weights_inside(vec3 weights, vec3 e1, vec3 e2, float distance) {
     float longest = sqrt(max(max(dot(e1, e1), dot(e2, e2)), dot(e2 - e1, e2 - e1)));
     float doubled_area = max(length(cross(e1, e2)), 1e-30);
@@ -41,10 +41,10 @@ Surface surface_at(Hit hit, vec3 direction) {
     Surface s;
     s.material = triangle.w & 0x00ffffffu;
     s.position = weights.x * a + weights.y * b + weights.z * c;
-    // pbrt-v4 6.8.4: seven roundings; two more for adding the offset to the position (offset_ray_origin).
+    // pbrt-v4 6.8.4 has seven roundings; adding the offset to the position has two more (offset_ray_origin()).
     vec3 error = rounding_bound(9.0) * (abs(weights.x * a) + abs(weights.y * b) + abs(weights.z * c));
-    // The tracer sees the corners from the ray's origin and shears them, each coordinate with a few roundings of their
-    // distance. Moved along the plane by as much, a ray that leaves it at a slant would meet it again.
+    // The tracer translates the corners to the ray's origin and shears them; each coordinate gets a few roundings of
+    // their distance. Moved along the plane by as much, a slanted ray that leaves the plane would meet it again.
     vec3 spread = rounding_bound(8.0) *
                   (weights.x * abs(a - s.position) + weights.y * abs(b - s.position) + weights.z * abs(c - s.position));
     vec3 face = face_of_corners(a, b, c);
@@ -71,22 +71,22 @@ Surface surface_at(Hit hit, vec3 direction) {
                              instance_row(hit.instance, kInstanceWorldToBlock, 1).xyz,
                              instance_row(hit.instance, kInstanceWorldToBlock, 2).xyz);
     vec4 p = vec4(s.position, 1.0);
-    // Five roundings for placing the point. Five for the tracer's way to block space, W x: the rounding of W itself and
-    // four of the sums. Seen from the world they are |M| times that, and |W x| <= |W| (|world| + 2 |translation|).
+    // Placing the point has five roundings, and so has the tracer's transform to block space, W x: one of W itself and
+    // four of the sums. In the world they are scaled by |M|, and |W x| <= |W| (|world| + 2 |translation|).
     vec3 translation = abs(vec3(m0.w, m1.w, m2.w));
     vec3 reach = abs(vec3(dot(m0, p), dot(m1, p), dot(m2, p))) + 2.0 * translation;
     mat3 absolute_inverse = mat3(abs(inverse_rows[0]), abs(inverse_rows[1]), abs(inverse_rows[2]));
-    float moved = instance_row(hit.instance, kInstanceTracer, 0).y;  // 0: in world space already, and nothing is rounded
+    float moved = instance_row(hit.instance, kInstanceTracer, 0).y;  // 0: in world space already, without rounding
     error += moved * rounding_bound(5.0) * (abs(s.position) + reach * absolute_inverse);
 #ifdef HALFLIGHT_SLIVERS
-    // The direction is brought there, too, with four roundings, and the ray leaves its way by as much of its length.
+    // The direction is transformed, too, with four roundings, and the ray deviates by as much of its length.
     vec3 extent = max(abs(a - s.position), max(abs(b - s.position), abs(c - s.position)));
     vec3 way = vec3(dot(abs(m0.xyz), extent), dot(abs(m1.xyz), extent), dot(abs(m2.xyz), extent));
     sliver += moved * rounding_bound(4.0) * dot(abs(face) / max(length(face), 1e-30), way * absolute_inverse);
 #endif
 #endif
-    // Rays that start on an edge where walls meet would pass through the other wall as often as not: the point is kept off
-    // the edges, four times as far as it may be off itself, so that walls may meet at angles down to 1/4. Attributes stay
+    // Rays that start at an edge where walls meet would often pass through the other wall. Therefore the point is kept
+    // away from the edges, by four times its own error, so that walls may meet at angles down to 1/4. Attributes remain
     // those of the hit.
     vec3 inside = weights_inside(weights, b - a, c - a, 4.0 * (length(error) + length(spread)));
     s.position = inside.x * a + inside.y * b + inside.z * c;
@@ -97,8 +97,8 @@ Surface surface_at(Hit hit, vec3 direction) {
     spread = vec3(dot(abs(m0.xyz), spread), dot(abs(m1.xyz), spread), dot(abs(m2.xyz), spread));
     s.position = vec3(dot(m0, p), dot(m1, p), dot(m2, p));
     float block_face = length(face);
-    face = inverse_rows * face;  // columns are the rows of W, so this is by its transpose
-    // Heights over planes grow as their normals shrink.
+    face = inverse_rows * face;  // columns are the rows of W, so this multiplies by its transpose
+    // Heights above planes grow as their normals shrink.
     sliver *= moved != 0.0 ? block_face / max(length(face), 1e-30) : 1.0;
     normal = inverse_rows * normal;
 #ifdef HALFLIGHT_NORMAL_MAPS
@@ -106,12 +106,12 @@ Surface surface_at(Hit hit, vec3 direction) {
     handedness *= dot(cross(m0.xyz, m1.xyz), m2.xyz) < 0.0 ? -1.0 : 1.0;
 #endif
 #endif
-    // Where the cross product of a sliver is lost to rounding, any normal will do: the one that faces the ray.
+    // Where rounding loses the cross product of a sliver, any normal is valid; it faces the ray.
     float face_squared = dot(face, face);
     face = face_squared > 0.0 ? face * inversesqrt(face_squared) : -normalize(direction);
     s.geometric_normal = dot(face, direction) > 0.0 ? -face : face;
     s.offset = dot(abs(face), error) + max(length(spread), sliver);
-    // Normals that cancel out leave the face's.
+    // Normals that cancel out are replaced by the face's.
     float length_squared = dot(normal, normal);
     normal = length_squared > 0.0 ? normal * inversesqrt(length_squared) : s.geometric_normal;
     float side = dot(normal, s.geometric_normal) < 0.0 ? -1.0 : 1.0;

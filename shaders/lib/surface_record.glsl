@@ -1,4 +1,4 @@
-// Reading of G-buffer rows (shaders/shared/surface.h), or writing with HALFLIGHT_STORE_SURFACE. Include after
+// Reads rows of the G-buffer (shaders/shared/surface.h), or writes them with HALFLIGHT_STORE_SURFACE. Include after
 // `buffer ... { vec4 surfaces[]; }`.
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/shared/surface.h"
@@ -15,12 +15,12 @@ const uint kCoatRow = kTransmissionRow + 1u;
 const uint kCoatRow = kTransmissionRow;
 #endif
 
-// What passes need besides the BSDF.
+// Data that passes need in addition to the BSDF.
 struct SurfacePoint {
     vec3 position;    // relative to TraceTables::origin
-    float offset;     // new rays start this far off along the geometric normal
+    float offset;     // distance of new rays' origins along the geometric normal
     vec3 emission;    // radiance towards the camera
-    bool is_surface;  // false: the environment is seen
+    bool is_surface;  // false: the environment is visible
 };
 
 #ifdef HALFLIGHT_STORE_SURFACE

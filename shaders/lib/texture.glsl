@@ -3,10 +3,10 @@
 
 struct TexelFootprint {
     ivec4 texel;  // upper left, upper right, lower left, lower right
-    vec2 weight;  // of the right and of the lower ones
+    vec2 weight;  // weight of the right and of the lower texels
 };
 
-// One axis of a lookup at coordinate s, in texels of an axis that has `size` of them.
+// Wraps one axis of a lookup at coordinate s, in texels; the axis has `size` texels.
 void wrap_axis(float s, int size, uint wrap, bool nearest, out int first, out int second, out float weight) {
     bool repeat = true;
     float folded = fract(s);
@@ -25,7 +25,7 @@ void wrap_axis(float s, int size, uint wrap, bool nearest, out int first, out in
     second = first + 1;
     first = first < 0 && repeat ? size - 1 : first;
     second = second >= size && repeat ? 0 : second;
-    first = clamp(first, 0, size - 1);  // also what keeps a NaN coordinate inside of the pool
+    first = clamp(first, 0, size - 1);  // also keeps a NaN coordinate inside the pool
     second = clamp(second, 0, size - 1);
 }
 
@@ -59,7 +59,7 @@ vec4 blend_footprint(TexelFootprint f, vec4 a, vec4 b, vec4 c, vec4 d) {
     return mix(mix(a, b, f.weight.x), mix(c, d, f.weight.x), f.weight.y);
 }
 
-// Linear colour and alpha; 1 where the slot is empty.
+// Returns linear colour and alpha; 1 where the slot is empty.
 vec4 color_texture(uint descriptor, vec2 uv0, vec2 uv1) {
     if (descriptor == kNoTexture) return vec4(1.0);
     TexelFootprint f = texture_footprint(descriptor, uv0, uv1);
@@ -67,7 +67,7 @@ vec4 color_texture(uint descriptor, vec2 uv0, vec2 uv1) {
                            texelFetch(color_texels, f.texel.z), texelFetch(color_texels, f.texel.w));
 }
 
-// Data in [0, 1]; 1 where the slot is empty.
+// Returns data in [0, 1]; 1 where the slot is empty.
 vec4 data_texture(uint descriptor, vec2 uv0, vec2 uv1) {
     if (descriptor == kNoTexture) return vec4(1.0);
     TexelFootprint f = texture_footprint(descriptor, uv0, uv1);

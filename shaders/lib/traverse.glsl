@@ -1,14 +1,13 @@
 // The plain tracer: while-while traversal (Aila, Laine 2009), near children first. Needs shaders/trace_scene.glsl.
 //
-// A triangle is hit by a ray where intersect_pair says so with a t > t_min, where the boxes of its leaf and of its
-// instance are met, and where t, raised to where the ray enters these boxes, is < t_max. With box.glsl's monotone boxes,
-// nothing that skips boxes entered beyond the current t, in any order, changes a hit. Of a triangle split between leaves
-// the least such t counts, which is that of the leaf where the ray meets it. Among equal t the lowest (instance, triangle)
-// wins.
+// A ray hits a triangle if intersect_pair() reports t > t_min, if it meets the boxes of the leaf and of the instance,
+// and if t is < t_max. A t before the entry of the ray into these boxes is raised to it. box.glsl's boxes are monotone,
+// so skipping boxes entered beyond the current t, in any order, changes no hit. For a triangle split between leaves the smallest such t
+// counts, which is that of the leaf where the ray meets it. The lowest (instance, triangle) wins ties.
 //
 // Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles),
-// HALFLIGHT_COUNT (nodes visited). A kernel that knows where hits are may begin elsewhere: TRAVERSAL_ROOT, and within an
-// instance BLOCK_ROOT.
+// HALFLIGHT_COUNT (nodes visited). Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance
+// BLOCK_ROOT.
 #include "shaders/shared/rays.h"
 #include "shaders/lib/block_ray.glsl"
 #include "shaders/lib/bvh.glsl"
@@ -26,22 +25,23 @@
 #endif
 
 const uint kStackDone = 0xffffffffu;
-const uint kStackLeaveBlock = 0x7fffffffu;  // back to the top level
-const uint kStackInstance = 0x70000000u;    // | instance, to be entered at the node that is put aside below it
+const uint kStackLeaveBlock = 0x7fffffffu;  // returns to the top level
+const uint kStackInstance = 0x70000000u;    // | instance, to be entered at the node below it on the stack
 
-// A place among pairs of triangles in leaf order: twice that of the pair, plus 1 where its first triangle is done with.
+// Returns the first place of a leaf. A place counts pairs of triangles in leaf order: twice the pair's index, plus 1
+// after its first triangle.
 int first_place(uint leaf) { return 2 * int(leaf & kBvhIndexMask); }
 int places_in(uint leaf) { return is_leaf(leaf) ? 2 * int((leaf >> kBvhCountShift) & 7u) : 0; }
 
 // A triangle as a candidate for the nearest hit.
 struct PlaceHit {
-    bool nearer;        // than `nearest`; among equal t: of lower (instance, triangle)
+    bool nearer;        // nearer than `nearest`, or equal t and a lower (instance, triangle)
     bool alpha_tested;
-    int next;           // place: few rays meet both triangles of a pair
-    Hit hit;            // any_hit: only with HALFLIGHT_ALPHA
+    int next;           // next place: few rays hit both triangles of a pair
+    Hit hit;            // with any_hit: only with HALFLIGHT_ALPHA
 };
 
-// leaf_near: where the ray enters the leaf's box and its instance's.
+// leaf_near: entry of the ray into the boxes of leaf and instance.
 PlaceHit intersect_place(TriangleRay ray, int place, uint instance, float t_min, float leaf_near, Hit nearest,
                          const bool any_hit) {
     int texel = (place >> 1) * kBvhPairTexels;
@@ -64,7 +64,7 @@ PlaceHit intersect_place(TriangleRay ray, int place, uint instance, float t_min,
 #endif
     uvec4 ids = floatBitsToUint(texelFetch(trace_triangles, texel + 3));
     uint id = second ? ids.y : ids.x;
-    if (ids.x == ids.y) h.next = (place | 1) + 1;  // one alone
+    if (ids.x == ids.y) h.next = (place | 1) + 1;  // a single triangle
     TrianglePoint p = pair_point_in_file_order(ray, pair, second, second ? ids.z >> kBvhOrderShift : ids.z);
     h.alpha_tested = (id & kBvhAlphaTested) != 0u;
     h.hit = Hit(p.t, p.weights.y, p.weights.z, id & kBvhTriangleMask, instance);
@@ -80,16 +80,16 @@ PlaceHit intersect_place(TriangleRay ray, int place, uint instance, float t_min,
     return h;
 }
 
-// What is put aside. Kernels that begin elsewhere than at the root fill it themselves, for closest hits far entries first, and
-// call traverse_from(); they may need HALFLIGHT_STACK_MORE entries beyond what a traversal does. With that, they may also put
-// aside kStackInstance above a node of its block; the node's stack_near is kBvhFar.
+// The traversal stack. Kernels that start elsewhere than at the root fill it themselves, far entries first for closest
+// hits, and call traverse_from(). They may need HALFLIGHT_STACK_MORE entries in addition to a traversal's. They may
+// also push kStackInstance above a node of its block; the node's stack_near is then kBvhFar.
 #ifndef HALFLIGHT_STACK_MORE
 #define HALFLIGHT_STACK_MORE 0
 #endif
 uint stack[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];
-int stack_near[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];  // where the ray enters; bits of a float >= 0, like all `near`
+int stack_near[HALFLIGHT_STACK + HALFLIGHT_STACK_MORE];  // entry of the ray; bits of a float >= 0, like all `near`
 
-// The children that are met, from the one in place `first` of their order on.
+// Pushes the met children, from place `first` of their order on.
 void put_aside(BvhStep s, const int first, inout int entries, const bool any_hit) {
     for (int i = 3; i >= first; --i) {
         if (s.near[i] < kBvhFar) {
@@ -101,21 +101,23 @@ void put_aside(BvhStep s, const int first, inout int entries, const bool any_hit
 }
 
 #ifdef HALFLIGHT_COUNT
-uint nodes_visited = 0u;  // inner ones, four boxes each
+uint nodes_visited = 0u;  // inner nodes, with four boxes each
 #endif
 
 const Hit kNoHit = Hit(intBitsToFloat(kBvhFar), 0.0, 0.0, kMiss, kMiss);
 
-// Hit of a ray among all that the lowest `entries` of the stack lead to, and `known`: a hit that was found before, or kNoHit.
-// any_hit (a constant): stops at the first hit found, of which only `triangle != kMiss` has a meaning.
-// t is NaN where the driver ended the search before it was over.
-// alpha_key: ray_key() of shaders/lib/hash.glsl; not read without HALFLIGHT_ALPHA.
+// Returns the nearest hit among the subtrees of the lowest `entries` of the stack, and `known`, an earlier hit or
+// kNoHit.
+// - any_hit (a constant): stops at the first hit found, of which only `triangle != kMiss` is valid.
+// - t is NaN where the driver ended the traversal early.
+// - alpha_key: ray_key() of shaders/lib/hash.glsl; unused without HALFLIGHT_ALPHA.
 //
-// Software drivers run both sides of a branch, and the body of a loop once before they see that nobody is in it. So loops
-// test at their end, and what is rare stands in the outermost one, where rays wait for each other.
+// Software drivers execute both sides of a branch, and the body of a loop once before they detect that no invocation
+// needs it. Therefore loops are tested at their end, and rare work is in the outermost loop, where rays wait for each
+// other.
 Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool any_hit) {
     uint node = kStackDone;
-    int near = floatBitsToInt(ray.t_min);  // of `node`
+    int near = floatBitsToInt(ray.t_min);  // entry of the ray into `node`
     int instance_near = near;
     uint instance = 0u;
     if (entries > 0) {
@@ -127,14 +129,14 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
     BvhHead head = bvh_head(0u);
     BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
     TriangleRay sheared = triangle_ray(ray.origin, ray.direction);
-    float below_t_max = uintBitsToFloat(floatBitsToUint(ray.t_max) - 1u);  // t_max > 0, else nothing is met
+    float below_t_max = uintBitsToFloat(floatBitsToUint(ray.t_max) - 1u);  // t_max > 0, otherwise there is no hit
     bool found = known.triangle != kMiss;
     Hit nearest = known;
     if (!found) nearest = Hit(ray.t_max, 0.0, 0.0, 0u, 0u);  // loses no tie at t_max
 #ifdef HALFLIGHT_ALPHA
-    Hit asked = nearest;  // would be nearest, if its triangle covers it
+    Hit asked = nearest;  // becomes the nearest hit if its triangle covers it
     bool asks = false;
-    int done = 0;  // 1: what is left of a leaf begins with the second triangle of a pair
+    int done = 0;  // 1: the rest of a leaf starts with the second triangle of a pair
 #else
     const bool asks = false;
 #endif
@@ -254,13 +256,14 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
 #endif
     } while (node != kStackDone);
 
-    // llvmpipe ends the loops of an invocation after 65535 turns in all, silently. What was found by then is no answer.
+    // llvmpipe silently ends the loops of an invocation after 65535 iterations in total. Hits found by then are not a
+    // valid result.
     if (node != kStackDone && !(any_hit && found)) return Hit(not_a_number(), 0.0, 0.0, 0u, 0u);
     if (!found) return kNoHit;
     return nearest;
 }
 
-// Hit of a ray in the whole scene.
+// Returns the hit of a ray in the whole scene.
 Hit traverse(Ray ray, uint alpha_key, const bool any_hit) {
     stack[0] = TRAVERSAL_ROOT;
     stack_near[0] = floatBitsToInt(ray.t_min);

@@ -17,7 +17,8 @@ vec4 interpolate_uvs(uvec3 corners, vec3 weights) {
 }
 
 #ifdef HALFLIGHT_VERTEX_COLORS
-// Exactly the corners' colour where they have the same one; weights that do not quite add up to 1 must not make white grey.
+// Returns exactly the corners' colour where they are equal, because weights whose sum is not quite 1 must not turn
+// white to grey.
 vec4 interpolate_color(uvec3 corners, vec3 weights) {
     const int texel = HALFLIGHT_VERTEX_STRIDE - 1;
     vec4 first = vertex_row(corners.x, texel);
