@@ -1,9 +1,9 @@
 // The plain tracer: while-while traversal (Aila, Laine 2009), near children first. Needs shaders/trace_scene.glsl.
 //
-// A ray hits a triangle if intersect_pair() reports t > t_min, if it meets the boxes of the leaf and of the instance,
-// and if t is < t_max. A t before the entry of the ray into these boxes is raised to it. box.glsl's boxes are monotone,
-// so skipping boxes entered beyond the current t, in any order, changes no hit. For a triangle split between leaves the smallest such t
-// counts, which is that of the leaf where the ray meets it. The lowest (instance, triangle) wins ties.
+// A ray hits a triangle if intersect_pair() reports t > t_min, the ray meets the boxes of the leaf and of the instance,
+// and t is < t_max. A t before the entry of the ray into these boxes is raised to it. The boxes of box.glsl are monotone,
+// so skipping boxes entered beyond the current t, in any order, changes no hit. For a triangle split between leaves the
+// smallest t counts, which is that of the leaf where the ray meets it. The lowest (instance, triangle) wins ties.
 //
 // Variant: HALFLIGHT_STACK (entries), HALFLIGHT_TWO_LEVEL (instances), HALFLIGHT_ALPHA (alpha-tested triangles),
 // HALFLIGHT_COUNT (nodes visited). Kernels may start elsewhere than at the root: TRAVERSAL_ROOT, and inside an instance

@@ -1,4 +1,4 @@
-// Where a cosine and an alpha lie in the directional albedo table (engine/tables/albedo.h).
+// Coordinates of a cosine and an alpha in the directional albedo table (engine/tables/albedo.h).
 #ifndef HALFLIGHT_SHARED_ALBEDO_H
 #define HALFLIGHT_SHARED_ALBEDO_H
 
@@ -6,12 +6,13 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-HALFLIGHT_SHARED_CONST int kAlbedoTableSize = 128;  // texels along both edges; the first and last lie at 0 and at 1
+// texels along both edges; the centres of the first and last are at 0 and 1
+HALFLIGHT_SHARED_CONST int kAlbedoTableSize = 128;
 HALFLIGHT_SHARED_CONST float kMirrorAlpha = 1e-4f;  // lobes below are perfect mirrors (SHADING.md)
 HALFLIGHT_SHARED_CONST float kAlbedoKnee = 4.0f;
 
-// Both in [0, 1]. x stretches the cosines around alpha, where the albedo of a smooth lobe dips; y is the roughness from
-// that of kMirrorAlpha on.
+// Returns coordinates in [0, 1]. x stretches the cosines around alpha, where the albedo of a smooth lobe dips; y is the
+// roughness, starting at that of kMirrorAlpha.
 #ifdef __cplusplus
 inline
 #endif

@@ -1,23 +1,28 @@
-// Light tree: which triangle, point or spot light to look at from a place, by bounds of what groups of them send there
+// Light tree: selects triangle, point and spot lights for a receiver, by bounds of the contributions of light groups
 // (Conty Estevez and Kulla 2018, Importance Sampling of Many Lights with Adaptive Tree Splitting; pbrt-v4, 12.6.3).
 //
-// Rows (UNIT_LIGHT_TREE, RGBA32UI): LightTreeHeader; the root's ball as bits of floats, centre and radius; two unused
-// ones; then kLightTreeWidth texels for each node, the root first, which are its children's (64 bytes, a line of most
-// caches); then, from LightTreeHeader::names on, two texels for each node: the lights of those children that are
-// leaves, and the second ones of pairs, of which each has half of the leaf's probability. Of child k of a node with the
-// ball (c, r), rounded so that it holds the lights (as pbrt-v4's CompactLightBounds, 12.6.3, here within the ball):
+// Rows (UNIT_LIGHT_TREE, RGBA32UI):
+//   LightTreeHeader
+//   the root's ball as bits of floats: centre and radius
+//   two unused texels
+//   per node, the root first: kLightTreeWidth texels, one per child (64 bytes, a line of most caches)
+//   per node, from LightTreeHeader::names on: two texels. The first holds the lights of children that are leaves, the
+//       second the other lights of pairs. Each light of a pair has half of the leaf's probability.
+//
+// A texel describes child k of a node with the ball (c, r). Values are rounded so that the lights stay inside, like in
+// pbrt-v4's CompactLightBounds (12.6.3), here inside the ball:
 //   x          16 bits each for the centre's x and y: 0 is c - r, 2^15 is c
 //   y          16 bits for its z, 16 for its radius: 2^15 is r
 //   z          8 bits each for u and v of the axis in an octahedral map (Meyer et al. 2010, On Floating-Point Normal
 //              Vectors): 0 is -1, 254 is 1; for sin(theta_o / 2) and cos(theta_e): 255 is 1
 //   w          kLightTreeLinkBits of a link, kLightTreePair, kLightTreeLeaf, kLightTreeTwoSided; the upper half of a
 //              float's bits: the intensity
-// The links of children 0 and 1 are the lower and the upper bits of the node that child 0 leads to; those of the next
-// ones follow it, and leaves come after them. Where there is no child, kLightTreeNone is its w.
+// The links of children 0 and 1 are the lower and the upper bits of child 0's node. The nodes of the next children
+// follow it; leaves come after inner nodes. A missing child has kLightTreeNone as its w.
 //
-// The tree is asked for `share` of the choices, the alias table for the rest. A light's trail says how to come to it:
-// bits 2 d and 2 d + 1 are the child that the way takes after d steps, and the bit above those of a pair says which one
-// of it. No trail has more than kLightTreeDepth bits, and there are two lights at least.
+// The tree makes `share` of the selections, the alias table makes the rest. A light's trail is its path: bits 2 d and
+// 2 d + 1 are the child taken after d steps, and the bit above those of a pair selects one of its lights. No trail has
+// more than kLightTreeDepth bits, and there are at least two lights.
 #ifndef HALFLIGHT_SHARED_LIGHT_TREE_H
 #define HALFLIGHT_SHARED_LIGHT_TREE_H
 
@@ -48,26 +53,26 @@ HALFLIGHT_SHARED_CONST uint kLightTreeNone = 0x5fffu;  // a leaf of intensity 0
 
 struct LightTreeHeader {
     float gain;    // `share` over the probability with which the alias table picks each light of the tree
-    float share;   // of the choices
-    uint through;  // 1 where some surface transmits light and what is behind it counts
+    float share;   // share of the selections
+    uint through;  // 1 where some surface transmits light, so that light from behind counts
     uint names;    // first texel of the leaves' lights
 };
 HALFLIGHT_SHARED_SIZE(LightTreeHeader, 16)
 
-// Bounds of a group of lights: a ball that holds them; a cone of half angle theta_o around the axis that holds their
-// directions; light leaves at most theta_e from these.
+// Bounds of a group of lights: a ball around them, and a cone of half angle theta_o around the axis that contains their
+// directions. Light leaves at most theta_e away from these.
 struct LightNode {
     vec3 centre;  // relative to TraceTables::origin
     float radius;
-    vec3 axis;    // unit
+    vec3 axis;    // unit length
     float cos_o;  // cos(theta_o); -1: all directions
     float sin_o;
     float cos_e;      // cos(theta_e), theta_e <= pi/2
-    float intensity;  // sum of the lights' greatest, over that of the brightest child of its node
-    bool two_sided;   // the axis goes both ways
+    float intensity;  // sum of the lights' maxima, relative to that of the brightest child of the node
+    bool two_sided;   // the axis points both ways
 };
 
-// cos(max(a - b, 0)) for angles a and b in [0, pi], whose sines are given, too.
+// Returns cos(max(a - b, 0)) for angles a and b in [0, pi], given with their sines.
 HALFLIGHT_SHARED_FUNCTION float cos_of_rest(float cos_a, float sin_a, float cos_b, float sin_b) {
     HALFLIGHT_SHARED_PRECISE float rest = cos_a * cos_b + sin_a * sin_b;
     return cos_a > cos_b ? 1.0f : rest;
@@ -77,7 +82,7 @@ HALFLIGHT_SHARED_FUNCTION float sine_of(float cosine) {
     return square > 0.0f ? sqrt(square) : 0.0f;
 }
 
-// A child of a node, whose ball is given: centre, radius. What is not there has an intensity of 0.
+// Unpacks a child of a node with the given ball: centre, radius. A missing child has intensity 0.
 HALFLIGHT_SHARED_FUNCTION LightNode light_child(uvec4 child, vec4 ball) {
     const float kPlace = 1.0f / 32768.0f, kMap = 1.0f / 127.0f, kCone = 1.0f / 255.0f;
     HALFLIGHT_SHARED_PRECISE vec3 place =
@@ -110,26 +115,28 @@ HALFLIGHT_SHARED_FUNCTION LightNode light_child(uvec4 child, vec4 ball) {
     return node;
 }
 
-// What the lights of a node send to a place, up to a factor that is the same for all of a node's children: 0 only where
-// they send nothing. through: light from behind counts, too. pbrt-v4, 12.6.3: intensity times the greatest cosines that
-// the ball allows, at the light and at the receiver, over the squared distance, which is not taken as less than the
-// ball's radius. Precise, because what picks a light and what tells its density are compiled apart.
+// Returns the importance of a node's lights for a receiver, up to a factor common to the children of a node. It is 0
+// only where they contribute nothing. through: light from behind counts, too.
+//
+// By pbrt-v4, 12.6.3, it is the intensity times the largest cosines that the ball allows, at the light and at the
+// receiver. This is divided by the squared distance, or by the ball's squared radius if that is larger. Precise,
+// because selection and density are compiled separately.
 HALFLIGHT_SHARED_FUNCTION float light_importance(LightNode node, vec3 position, vec3 normal, bool through) {
     const float kLeastSquare = 1e-30f;
-    // A lobe that does not follow the cosine lives at grazing angles, too.
+    // Lobes that do not follow the cosine contribute at grazing angles, too.
     const float kGrazing = 0.05f;
     HALFLIGHT_SHARED_PRECISE vec3 to_node = node.centre - position;
     HALFLIGHT_SHARED_PRECISE float square = dot(to_node, to_node);
     HALFLIGHT_SHARED_PRECISE float ball = node.radius * node.radius;
     HALFLIGHT_SHARED_PRECISE float near = 1.0f / sqrt(square > kLeastSquare ? square : kLeastSquare);
     bool outside = square > ball;
-    // The half angle u of the cone that the ball fills, all directions from within.
+    // The half angle u of the cone around the ball; all directions for a receiver inside.
     HALFLIGHT_SHARED_PRECISE float sin_u = outside ? node.radius * near : 0.0f;
     HALFLIGHT_SHARED_PRECISE float cos_u = outside ? sine_of(sin_u) : -1.0f;
 
     HALFLIGHT_SHARED_PRECISE float cos_axis = -dot(node.axis, to_node) * near;
     cos_axis = node.two_sided && cos_axis < 0.0f ? -cos_axis : cos_axis;
-    HALFLIGHT_SHARED_PRECISE float cos_reach = node.cos_o * cos_u - node.sin_o * sin_u;  // of theta_o + u
+    HALFLIGHT_SHARED_PRECISE float cos_reach = node.cos_o * cos_u - node.sin_o * sin_u;  // cosine of theta_o + u
     HALFLIGHT_SHARED_PRECISE float sin_reach = node.sin_o * cos_u + node.cos_o * sin_u;  // below 0 from pi on
     HALFLIGHT_SHARED_PRECISE float emitted = cos_of_rest(cos_axis, sine_of(cos_axis), cos_reach, sin_reach);
     emitted = outside && sin_reach >= 0.0f ? emitted : 1.0f;

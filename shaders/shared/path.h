@@ -6,24 +6,24 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-// How light left the first surface: decides the component. None: the path ended there.
+// Component by which light left the first surface. None: the path ended there.
 HALFLIGHT_SHARED_CONST uint kLobeNone = 0u;
 HALFLIGHT_SHARED_CONST uint kLobeDiffuse = 1u;
 HALFLIGHT_SHARED_CONST uint kLobeGlossy = 2u;
 
 struct PathState {
-    vec3 throughput;  // of the ray now on its way, all selection probabilities included
+    vec3 throughput;  // throughput of the current ray, including all selection probabilities
     float pdf;  // solid-angle density of its direction within its component times the component's probability; 0: delta
-    vec3 direct;         // radiance met by the first surface's own ray, MIS weight included
+    vec3 direct;         // radiance hit by the first surface's own ray, including the MIS weight
     uint lobe;           // kLobe*
-    vec3 indirect;       // everything later
-    uint pending_light;  // 1: `pending` waits for the answer of a shadow ray
-    vec3 pending;        // radiance of the last light sample, if it is visible
+    vec3 indirect;       // radiance of all later vertices
+    uint pending_light;  // 1: `pending` waits for the result of a shadow ray
+    vec3 pending;        // radiance of the last light sample if it is visible
     uint reuse;          // bits of shaders/shared/reuse.h; 0 without path reuse
 };
 HALFLIGHT_SHARED_SIZE(PathState, 64)
 
-// Light at the first surface, by component: sampled there, if it is visible; or received from its group.
+// Light at the first surface, by component: sampled there if visible, or received from its group.
 struct DirectLight {
     vec3 diffuse;
     float reserved0;
@@ -32,7 +32,7 @@ struct DirectLight {
 };
 HALFLIGHT_SHARED_SIZE(DirectLight, 32)
 
-// Bad values are counted by where they came from, pass * kBadKinds + kind.
+// Counters of bad values by origin, at index pass * kBadKinds + kind.
 HALFLIGHT_SHARED_CONST uint kCountGBuffer = 0u;
 HALFLIGHT_SHARED_CONST uint kCountShadow = 1u;
 HALFLIGHT_SHARED_CONST uint kCountScatter = 2u;  // diffuse and glossy
@@ -41,7 +41,7 @@ HALFLIGHT_SHARED_CONST uint kCountReuse = 4u;
 HALFLIGHT_SHARED_CONST uint kCountedPasses = 5u;
 HALFLIGHT_SHARED_CONST uint kBadNan = 0u;
 HALFLIGHT_SHARED_CONST uint kBadInfinite = 1u;
-HALFLIGHT_SHARED_CONST uint kBadNegative = 2u;  // radiances and albedos; normals may be
+HALFLIGHT_SHARED_CONST uint kBadNegative = 2u;  // for radiances and albedos; normals may be negative
 HALFLIGHT_SHARED_CONST uint kBadKinds = 3u;
 
 HALFLIGHT_SHARED_END

@@ -1,4 +1,4 @@
-// What preview modes have in common: when they end, and what their texels mean at the borders.
+// Constants shared by the preview modes: their ends, and the meaning of texels at borders.
 #ifndef HALFLIGHT_SHARED_PREVIEW_H
 #define HALFLIGHT_SHARED_PREVIEW_H
 
@@ -6,17 +6,18 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-// Samples of a picture from which on nothing of earlier pictures is in it; they fade out linearly until then.
+// Number of samples from which on a picture contains nothing of earlier pictures; they fade out linearly until then.
 HALFLIGHT_SHARED_CONST float kTemporalEnds = 32.0f;
-// Samples that earlier pictures count for at most: what they tell is old.
+// Maximum number of samples that earlier pictures count for, because they are outdated.
 HALFLIGHT_SHARED_CONST float kMostHistory = 32.0f;
-// Samples of a picture from which on its noise is filtered less and less, and not at all.
+// Numbers of samples at which filtering starts to fade out, and at which it ends.
 HALFLIGHT_SHARED_CONST float kFilterWeakens = 64.0f;
 HALFLIGHT_SHARED_CONST float kFilterEnds = 256.0f;
-// Light is looked at over the albedo, which counts for so much at least: black surfaces reflect little, not nothing.
+// Light is filtered divided by the albedo, which counts as at least this value: black surfaces reflect little, not
+// nothing.
 HALFLIGHT_SHARED_CONST float kLeastAlbedo = 0.01f;
 
-// Counts of texels of earlier pictures that were refused.
+// Counters of rejected texels of earlier pictures.
 HALFLIGHT_SHARED_CONST uint kRefusedNan = 0u;
 HALFLIGHT_SHARED_CONST uint kRefusedInfinite = 1u;
 HALFLIGHT_SHARED_CONST uint kRefusedKinds = 2u;

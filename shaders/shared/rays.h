@@ -15,7 +15,7 @@ struct Ray {
 HALFLIGHT_SHARED_SIZE(Ray, 32)
 
 struct Hit {
-    float t;        // in units of |direction|; +inf: a miss; NaN: the driver stopped the search (see kUnfinished)
+    float t;        // in units of |direction|; +inf: a miss; NaN: the driver stopped the traversal (see kUnfinished)
     float u;        // weight of the triangle's second vertex
     float v;        // weight of the triangle's third vertex
     uint triangle;  // index into TraceTables::triangles; kMiss: nothing was hit
@@ -34,10 +34,11 @@ HALFLIGHT_SHARED_SIZE(ListHeader, 16)
 
 HALFLIGHT_SHARED_CONST uint kMiss = 0xffffffffu;
 
-// Answers of any_hit.
+// Results of any_hit().
 HALFLIGHT_SHARED_CONST uint kFree = 0u;
 HALFLIGHT_SHARED_CONST uint kOccluded = 1u;
-HALFLIGHT_SHARED_CONST uint kUnfinished = 2u;  // the driver stopped the search: llvmpipe ends loops at 65535 turns
+// the driver stopped the traversal: llvmpipe ends loops at 65535 iterations
+HALFLIGHT_SHARED_CONST uint kUnfinished = 2u;
 
 HALFLIGHT_SHARED_END
 

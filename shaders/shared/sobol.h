@@ -1,6 +1,6 @@
 // Owen-scrambled Sobol points, one copy for C++ and GLSL: padded pairs of the first two Sobol dimensions with shuffled
-// indices (Burley 2020, Practical Hash-based Owen Scrambling, JCGT 9(4)); the Laine-Karras hash with the constants of
-// Vegdahl 2021, "Building a Better LK Hash". Everything is 32-bit integer arithmetic, hence the same bits everywhere.
+// indices (Burley 2020, Practical Hash-based Owen Scrambling, JCGT 9(4)). The Laine-Karras hash has the constants of
+// Vegdahl 2021, "Building a Better LK Hash". All arithmetic is on 32-bit integers, so the bits are equal everywhere.
 #ifndef HALFLIGHT_SHARED_SOBOL_H
 #define HALFLIGHT_SHARED_SOBOL_H
 
@@ -19,7 +19,7 @@ inline uint bitfieldReverse(uint v) {
 }
 #endif
 
-// A permutation of 32-bit words that mixes well (Wellons 2018, "Prospecting for Hash Functions", lowbias32).
+// Returns a well-mixing permutation of 32-bit words (Wellons 2018, "Prospecting for Hash Functions", lowbias32).
 HALFLIGHT_SHARED_FUNCTION uint hash_u32(uint v) {
     v ^= v >> 16;
     v *= 0x7feb352du;
@@ -28,12 +28,12 @@ HALFLIGHT_SHARED_FUNCTION uint hash_u32(uint v) {
     return v ^ (v >> 16);
 }
 
-// Order matters.
+// Combines two hashes; their order matters.
 HALFLIGHT_SHARED_FUNCTION uint hash_combine(uint seed, uint v) {
     return hash_u32(seed ^ (v * 0x9e3779b9u + 0x85ebca6bu));
 }
 
-// Nested uniform scrambling of a bit-reversed number: every bit is flipped by a hash of the bits below it.
+// Applies nested uniform scrambling to a bit-reversed number: every bit is flipped by a hash of the bits below it.
 HALFLIGHT_SHARED_FUNCTION uint scramble_reversed(uint v, uint seed) {
     v ^= v * 0x3d20adeau;
     v += seed;
@@ -42,8 +42,8 @@ HALFLIGHT_SHARED_FUNCTION uint scramble_reversed(uint v, uint seed) {
     return v ^ (v * 0x53a22864u);
 }
 
-// Second Sobol dimension, bit-reversed. Its generator matrix is Pascal's triangle modulo 2 (Sobol 1967), by Lucas'
-// theorem the fifth Kronecker power of (1 1; 0 1): one butterfly stage for each factor instead of 32 columns.
+// Returns the second Sobol dimension, bit-reversed. Its generator matrix is Pascal's triangle modulo 2 (Sobol 1967). By
+// Lucas' theorem that is the fifth Kronecker power of (1 1; 0 1): one butterfly stage per factor instead of 32 columns.
 HALFLIGHT_SHARED_FUNCTION uint sobol_second_reversed(uint index) {
     index ^= (index >> 1) & 0x55555555u;
     index ^= (index >> 2) & 0x33333333u;
@@ -54,7 +54,7 @@ HALFLIGHT_SHARED_FUNCTION uint sobol_second_reversed(uint index) {
 
 // Key of one sample's points: dimensions of one seed are mutually shuffled (0,2)-sequences in the index.
 struct Sampler {
-    uint seed;   // of pixel and frame
+    uint seed;   // seed of pixel and frame
     uint index;  // sample number
 };
 
@@ -65,16 +65,17 @@ HALFLIGHT_SHARED_FUNCTION Sampler make_sampler(uint pixel_x, uint pixel_y, uint 
     return s;
 }
 
-// Every aligned block of 2^k numbers changes its place as a whole, and within it every smaller one.
+// Permutes aligned blocks of 2^k numbers as a whole, and all smaller ones within them.
 HALFLIGHT_SHARED_FUNCTION uint nested_shuffle(uint v, uint seed) {
     return bitfieldReverse(scramble_reversed(bitfieldReverse(v), seed));
 }
 
-// All pixels draw from one sequence, `count` samples each (a power of 2) in a row, in Morton order nested at random:
-// points of neighbours complement each other, so that errors cancel from pixel to pixel and look like blue noise (Ahmed
-// and Wonka 2020, Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via Hierarchical Ordering of Pixels).
-// Points of a single pixel are as good as ever. sample_index < count; coordinates < 2^16, and 2^32 / count pixels
-// differ (by so many fewer where each of those samples is made several, as by Estimator::shadow).
+// Returns the sampler of one sequence shared by all pixels, which take `count` consecutive samples each (a power of 2),
+// in a randomly nested Morton order. Points of neighbours complement each other, so that errors cancel from pixel to
+// pixel and look like blue noise (Ahmed and Wonka 2020, Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error
+// via Hierarchical Ordering of Pixels). The points of a single pixel are as well distributed as without. sample_index <
+// count; coordinates < 2^16. The points of 2^32 / count pixels differ, or of fewer by the factor of Estimator::shadow
+// where samples are split.
 HALFLIGHT_SHARED_FUNCTION Sampler make_shared_sampler(uint pixel_x, uint pixel_y, uint sample_index, uint count,
                                                       uint frame_seed) {
     uint place = morton_spread(pixel_x) | (morton_spread(pixel_y) << 1);
@@ -88,7 +89,8 @@ HALFLIGHT_SHARED_FUNCTION uint shuffled_index(Sampler s, uint seed) {
     return nested_shuffle(s.index, seed);
 }
 
-// Fixed-point numbers in [0, 1): 32 bits after the point. `dimension` may be any number; each is a stream of its own.
+// Returns fixed-point numbers in [0, 1) with 32 bits after the point. `dimension` may be any number; each is an
+// independent stream.
 HALFLIGHT_SHARED_FUNCTION uint sample_1d_bits(Sampler s, uint dimension) {
     uint seed = hash_combine(s.seed, dimension);
     return bitfieldReverse(scramble_reversed(shuffled_index(s, seed), hash_u32(seed + 1u)));
@@ -108,7 +110,7 @@ HALFLIGHT_SHARED_FUNCTION SampleBits sample_2d_bits(Sampler s, uint dimension) {
     return bits;
 }
 
-// [0, 1) in steps of 2^-24, so that it never rounds up to 1.
+// Returns a number in [0, 1) in steps of 2^-24, so that it never rounds up to 1.
 HALFLIGHT_SHARED_FUNCTION float unit_float(uint bits) {
     return float(bits >> 8) * (1.0f / 16777216.0f);
 }

@@ -1,7 +1,7 @@
-// The G-buffer: what is known of the surface that a path's camera ray sees, as rows of vec4 at the path's index. Only
-// the rows that the scene's materials need are there.
+// The G-buffer: the surface that a path's camera ray hits, as rows of vec4 at the path's index. It has only the rows
+// that the scene's materials need.
 //
-//   row 0   position relative to TraceTables::origin; distance by which new rays start off along the geometric normal
+//   row 0   position relative to TraceTables::origin; distance of new rays' origins along the geometric normal
 //   row 1   emission towards the camera (of the environment where there is no surface); 1: a surface, 0: none
 //   row 2   geometric normal on the camera's side; P_d
 //   row 3   shading normal; alpha

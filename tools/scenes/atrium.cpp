@@ -63,7 +63,7 @@ void add_side(Document& document, const Materials& m) {
     const int vase = document.mesh(urn(m)), lamp = document.mesh(lantern(m));
 
     for (const double side : {1.0, -1.0}) {
-        const dmat4 face = turn_y(side > 0 ? 180 : 0);  // +z towards the court
+        const dmat4 face = turn_y(side > 0 ? 180 : 0);  // +z points to the court
         const double axis = side * kHalfCourt, aisle = side * (kHalfCourt + kAisle / 2);
         for (int i = 0; i <= kBays; ++i) {
             const double x = kBay * i - kHalfLength;
@@ -90,7 +90,7 @@ void add_side(Document& document, const Materials& m) {
         }
     }
 
-    // The west end: three narrower bays across, seen through the same meshes.
+    // The west end has three narrower bays across, instances of the same meshes.
     const double width = 2 * kHalfCourt / 3, narrow = width / kBay, middle = -kHalfLength - kBay / 2;
     const int low_end = document.mesh(arcade(m, "end arcade", width, kSpring, 1.05, 4.6, 0.6));
     const int high_end = document.mesh(arcade(m, "upper end arcade", width, kUpperSpring, 1.12, 8.98, 0.45));

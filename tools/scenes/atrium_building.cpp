@@ -1,4 +1,4 @@
-// The atrium's stone and timber. Faces never lie on each other: pieces overlap or meet along edges.
+// The atrium's stone and timber. Faces are never coplanar: pieces overlap or meet along edges.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -63,7 +63,7 @@ Mesh vault(const Materials& m) {
     MeshBuilder mesh("vault");
     mesh.material(m.plaster).texel_size(2);
     constexpr double kRise = 1.45, kX = kBay / 2, kZ = kAisle / 2;
-    // Four webs, each part of a barrel: the height depends on one coordinate only and creases form on the diagonals.
+    // Four webs, each part of a barrel: the height depends on one coordinate only, and creases are on the diagonals.
     for (int side = 0; side < 4; ++side)
         surface(mesh, 8, 4,
                 [side](double u, double v) {

@@ -10,8 +10,8 @@
 namespace halflight::scenes::atrium {
 namespace {
 
-/// Points of a half circle of `radius` from angle 0 (right) to 180 (left), with those where rays through its centre
-/// meet the corners of the rectangle |x| <= half, y <= rise.
+/// Returns the angles of points on a half circle of `radius` from 0 (right) to 180 (left). They include the points
+/// where rays through its centre meet the corners of the rectangle |x| <= half, y <= rise.
 std::vector<double> arch_angles(int pieces, double corner) {
     std::vector<double> angles;
     for (int i = 0; i <= pieces; ++i) angles.push_back(180.0 * i / pieces);
@@ -21,7 +21,7 @@ std::vector<double> arch_angles(int pieces, double corner) {
     return angles;
 }
 
-/// Angle in degrees of the corner (x, y) seen from the arch's centre, found by bisection on exact sines.
+/// Returns the angle in degrees of the corner (x, y) from the arch's centre, by bisection on exact sines.
 double corner_angle(double x, double y) {
     double low = 0, high = 90;
     for (int i = 0; i < 60; ++i) {
@@ -47,7 +47,7 @@ void arch_wall(MeshBuilder& mesh, const ArchWall& w, int ring_material, int wall
         const dvec2 a = cos_sin_degrees(angles[i]), b = cos_sin_degrees(angles[i + 1]);
         for (const double side : {1.0, -1.0}) {
             if (side < 0 && !w.back) continue;
-            const dvec2 p = side > 0 ? a : b, q = side > 0 ? b : a;  // counter-clockwise seen from that side
+            const dvec2 p = side > 0 ? a : b, q = side > 0 ? b : a;  // counter-clockwise from that side
             mesh.material(wall_material);
             mesh.quad(on_circle(w.outer, p, side * face), on_frame(p, side * face), on_frame(q, side * face),
                       on_circle(w.outer, q, side * face));

@@ -1,11 +1,11 @@
-// The Cornell box, from the measurements that its makers published (Cornell University Program of Computer Graphics,
-// "Cornell Box Data", in millimetres): +x to the left of the picture, +y up, +z away from the camera.
+// The Cornell box, from published measurements in millimetres (Cornell University Program of Computer Graphics,
+// "Cornell Box Data"). +x points left in the picture, +y up, +z away from the camera.
 #include "tools/scenes/scenes.h"
 
 namespace halflight::scenes {
 namespace {
 
-/// A block is given by the corners of its top, counter-clockwise from above; it stands on the floor.
+/// Returns a block given by the corners of its top, counter-clockwise from above; it stands on the floor.
 Mesh block(const char* name, int material, double height, const dvec2 (&top)[4]) {
     MeshBuilder mesh(name);
     mesh.material(material).frame(grow(1e-3, 1e-3, 1e-3));
@@ -19,7 +19,7 @@ Mesh block(const char* name, int material, double height, const dvec2 (&top)[4])
 
 Document cornell(bool metal_boxes) {
     Document document(metal_boxes ? "cornell-metal" : "cornell");
-    // The measured spectra under the measured light, in linear Rec.709.
+    // The measured spectra under the measured light, converted to linear Rec.709.
     const int white = document.material(matte("white", {0.725, 0.71, 0.68}));
     const int red = document.material(matte("red", {0.63, 0.065, 0.05}));
     const int green = document.material(matte("green", {0.14, 0.45, 0.091}));
@@ -42,7 +42,7 @@ Document cornell(bool metal_boxes) {
     wall("back wall", white, {549.6, 0, 559.2}, {0, 0, 559.2}, {0, 548.8, 559.2}, {556, 548.8, 559.2});
     wall("right wall", green, {0, 0, 559.2}, {0, 0, 0}, {0, 548.8, 0}, {0, 548.8, 559.2});
     wall("left wall", red, {552.8, 0, 0}, {549.6, 0, 559.2}, {556, 548.8, 559.2}, {556, 548.8, 0});
-    // The light hangs 2 mm below the ceiling. A surface shines from both sides here, so a frame closes the gap.
+    // The light is 2 mm below the ceiling. A surface emits on both sides here, so a frame closes the gap.
     const double y = 546.8, top = 548.8, x0 = 213, x1 = 343, z0 = 227, z1 = 332;
     wall("light", lamp, {x1, y, z0}, {x1, y, z1}, {x0, y, z1}, {x0, y, z0});
     MeshBuilder frame("light frame");
@@ -55,7 +55,7 @@ Document cornell(bool metal_boxes) {
                   document.mesh(block("short block", low, 165, {{130, 65}, {82, 225}, {240, 272}, {290, 114}})));
     document.node("tall block",
                   document.mesh(block("tall block", tall, 330, {{423, 247}, {265, 296}, {314, 456}, {472, 406}})));
-    // A film of 25 mm behind a lens of 35 mm: 2 atan(12.5 / 35).
+    // A film of 25 mm behind a lens of 35 mm has a field of view of 2 atan(12.5 / 35).
     document.camera("camera", {0.278, 0.273, -0.8}, {0.278, 0.273, 0}, 39.30765, 1);
     return document;
 }

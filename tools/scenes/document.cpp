@@ -25,7 +25,7 @@ std::uint64_t padded(std::uint64_t bytes) {
     return (bytes + 3) / 4 * 4;
 }
 
-/// A quaternion is only as good as its sign: q and -q turn alike, so the one with w >= 0 is written.
+/// Returns a quaternion with w >= 0: q and -q are the same rotation.
 Json rotation(const dmat3& matrix) {
     glm::dquat q = glm::normalize(glm::quat_cast(matrix));
     if (q.w < 0) q = -q;
@@ -226,9 +226,9 @@ int Document::node(const std::string& name, int mesh, const Skeleton& skeleton, 
     json_["accessors"].back()["min"] = Json::array({skeleton.seconds.front()});
     json_["accessors"].back()["max"] = Json::array({skeleton.seconds.back()});
     Json joints = Json::array(), channels = Json::array(), samplers = Json::array();
-    std::vector<mat4> bind;  // inverse
+    std::vector<mat4> bind;  // inverse bind matrices
     dvec3 at(0);
-    // A root after its joints: their indices are known then, and parents name children.
+    // The root comes after its joints, because parents name the indices of their children.
     const std::size_t first = json_.contains("nodes") ? json_["nodes"].size() : 0;
     for (std::size_t j = 0; j < count; ++j) {
         const Joint& joint = skeleton.joints[j];

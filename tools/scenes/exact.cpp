@@ -8,7 +8,7 @@ double sine(double radians) {
     const double half_turns = std::floor(radians / kPi + 0.5);
     const double x = radians - half_turns * kPi, xx = x * x;  // |x| <= pi / 2: sin(x) = +-sin(radians)
     double term = x, sum = 0;
-    for (int i = 1; i <= 23; i += 2) {  // Taylor; the first term left out is (pi/2)^25 / 25! < 1e-20
+    for (int i = 1; i <= 23; i += 2) {  // Taylor series; the first omitted term is (pi/2)^25 / 25! < 1e-20
         sum += term;
         term *= -xx / ((i + 1) * (i + 2));
     }

@@ -1,4 +1,4 @@
-// The white furnace: in an enclosure of emission 1 - a and albedo a, bodies that lose nothing cannot be seen.
+// The white furnace: an enclosure of emission 1 - a and albedo a, in which bodies without losses are invisible.
 #include "tools/scenes/scenes.h"
 #include "tools/scenes/shapes.h"
 
@@ -10,7 +10,7 @@ Document furnace(double albedo) {
     walls.emission = dvec3(1 - albedo);
     MeshBuilder enclosure("enclosure");
     enclosure.material(document.material(walls));
-    dvec3 corners[8];  // mirrored in x, so that fronts face inwards
+    dvec3 corners[8];  // mirrored in x, so that front faces point inwards
     for (int i = 0; i < 8; ++i) corners[i] = {i & 1 ? -4 : 4, i & 2 ? 3 : -3, i & 4 ? 4 : -4};
     enclosure.hexahedron(corners);
     document.node("enclosure", document.mesh(enclosure.take()));
@@ -27,7 +27,7 @@ Document furnace(double albedo) {
                                   metal("metal 1", dvec3(1), 1)};
     int i = 0;
     for (const Material& material : materials) {
-        // Facets: with interpolated normals some light would be sampled into the surface and be lost.
+        // Flat facets: with interpolated normals some light would be sampled into the surface and be lost.
         MeshBuilder ball(material.name);
         ball.material(document.material(material));
         faceted_sphere(ball, dvec3(0), 0.45, 2);

@@ -56,11 +56,11 @@ void MeshBuilder::triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
 
 void MeshBuilder::quad(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d) {
     const dvec3 n = glm::normalize(glm::cross(c - a, d - b));
-    // Upright faces have u level, others along their longer side.
+    // u is horizontal on upright faces, and along the longer side of others.
     const dvec3 level = glm::cross(dvec3(0, 1, 0), n),
                 longer = glm::length(b - a) >= glm::length(d - a) ? b - a : d - a;
     const dvec3 u = glm::normalize(glm::length(level) > 0.7 ? level : longer), v = glm::cross(n, u);
-    // uv start at the mesh's origin, so that neighbouring quads in a plane continue each other's pattern.
+    // uv start at the mesh's origin, so that coplanar neighbouring quads continue the pattern.
     const auto uv = [&](const dvec3& p) { return dvec2(glm::dot(p, u), -glm::dot(p, v)) / texel_size_; };
     const std::uint32_t first = vertex({a, n, uv(a)});
     vertex({b, n, uv(b)}), vertex({c, n, uv(c)}), vertex({d, n, uv(d)});

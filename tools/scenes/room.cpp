@@ -1,4 +1,4 @@
-// A furnished room that is lit through one small window only: nearly all of its light has bounced.
+// A furnished room lit through one small window; nearly all light is indirect.
 #include "tools/scenes/exact.h"
 #include "tools/scenes/scenes.h"
 #include "tools/scenes/shapes.h"
@@ -15,7 +15,7 @@ Mesh shell(int walls, int accent, int floor, int skirting) {
     mesh.quad({kX, 0, kZ}, {-kX, 0, kZ}, {-kX, kY, kZ}, {kX, kY, kZ});
     mesh.material(accent).quad({-kX, 0, -kZ}, {kX, 0, -kZ}, {kX, kY, -kZ}, {-kX, kY, -kZ});
     mesh.material(walls).quad({kX, 0, -kZ}, {kX, 0, kZ}, {kX, kY, kZ}, {kX, kY, -kZ});
-    mesh.frame(move(-kX, 0, 0) * turn_y(90));  // the wall with the window: its x runs along the room's -z
+    mesh.frame(move(-kX, 0, 0) * turn_y(90));  // the wall with the window: its x is the room's -z
     pierced_wall(mesh, kZ, 0, kY, {0.1, 1.1}, {0.9, 1.95}, 0.3);
     mesh.material(skirting);
     mesh.box({0.04, 1.04, 0}, {0.96, 1.1, 0.05}, MeshBuilder::kBack);  // sill
@@ -121,7 +121,7 @@ Document room() {
                                    {-0.39, 0.27, 0.031});
     place(frame.take());
 
-    // A bright sky's worth of light outside, high up, so that its patch falls on floor and table.
+    // The panel outside is as bright as a sky, and high up, so that its light falls on floor and table.
     MeshBuilder panel("panel outside");
     panel.material(document.material(light("panel", {420, 435, 460})))
         .frame(move(-3.2, 2.65, -0.5) * turn_y(90) * turn_x(40));

@@ -45,7 +45,7 @@ Mesh drapery(int material) {
     return mesh.take();
 }
 
-/// Twigs with leaves, growing out of the origin.
+/// Returns twigs with leaves that grow from the origin.
 Mesh twigs(int bark, int leaf) {
     MeshBuilder mesh("twigs");
     Random random(5);
@@ -129,7 +129,7 @@ Document still_life() {
     place(cube(add(textured(glossy("checkered cube", dvec3(1), 0.4), "checker", checker())), 0.13),
           move(0.43, 0, 0.16) * turn_y(32));
 
-    // The pane is one sheet: thin-walled, as this project takes transmission.
+    // The pane is one sheet, because transmission is thin-walled here.
     Material frosted = glossy("frosted glass", {0.90, 0.97, 0.94}, 0.35);
     frosted.transmission = 1, frosted.double_sided = true;
     MeshBuilder pane("pane");

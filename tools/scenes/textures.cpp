@@ -13,7 +13,7 @@
 namespace halflight::scenes {
 namespace {
 
-/// `shade(u, v)` at the centre of each texel, v from the top row down; values in [0, 1].
+/// Returns a PNG of `shade(u, v)` at the centre of each texel, v from the top row down; values in [0, 1].
 std::string png(int width, int height, int channels, const std::function<dvec4(double, double)>& shade) {
     std::vector<std::uint8_t> pixels;
     for (int y = 0; y < height; ++y)
@@ -36,7 +36,7 @@ double smooth(double low, double high, double x) {
     return t * t * (3 - 2 * t);
 }
 
-/// Value noise in [0, 1] on a lattice of `period` cells per repeat.
+/// Returns value noise in [0, 1] on a lattice of `period` cells per repeat.
 double noise(double u, double v, int period, std::uint32_t seed) {
     const double x = u * period, y = v * period;
     const double fx = std::floor(x), fy = std::floor(y);
@@ -48,7 +48,7 @@ double noise(double u, double v, int period, std::uint32_t seed) {
     return glm::mix(glm::mix(corner(0, 0), corner(1, 0), s), glm::mix(corner(0, 1), corner(1, 1), s), t);
 }
 
-/// Octaves of noise, each twice as fine and half as strong; in [0, 1].
+/// Returns a sum of octaves of noise, each twice as fine and half as strong, in [0, 1].
 double clouds(double u, double v, int period, int octaves, std::uint32_t seed) {
     double sum = 0, weight = 0.5, total = 0;
     for (int i = 0; i < octaves; ++i, weight /= 2, period *= 2) {
@@ -58,7 +58,7 @@ double clouds(double u, double v, int period, int octaves, std::uint32_t seed) {
     return sum / total;
 }
 
-/// Normals of a height field; `steepness` is height per texture width.
+/// Returns the normal map of a height field; `steepness` is height per texture width.
 std::string normals(int size, double steepness, const std::function<double(double, double)>& height) {
     const double step = 1.0 / size;
     return png(size, size, 3, [&](double u, double v) {
@@ -73,7 +73,7 @@ double fraction(double x) {
     return x - std::floor(x);
 }
 
-/// Distance to the nearest edge of the unit cell, in cells.
+/// Returns the distance to the nearest edge of the unit cell, in cells.
 double to_edge(double x) {
     return 0.5 - std::abs(fraction(x) - 0.5);
 }
@@ -81,7 +81,7 @@ double to_edge(double x) {
 }  // namespace
 
 TextureSet marble_tiles() {
-    constexpr double kGrout = 0.011;  // half its width, in tiles
+    constexpr double kGrout = 0.011;  // half of its width, in tiles
     const auto gap = [](double u, double v) { return std::min(to_edge(2 * u), to_edge(2 * v)); };
     TextureSet set;
     set.color = png(512, 512, 3, [&](double u, double v) {
@@ -105,7 +105,7 @@ TextureSet marble_tiles() {
 }
 
 TextureSet stone_blocks() {
-    // Courses of different lengths of block, shifted against each other.
+    // Courses have blocks of different lengths and offsets.
     const auto block = [](double u, double v) {
         const double row = std::floor(3 * fraction(v));
         const double column = 2 * fraction(u) + 0.37 * row;
@@ -161,12 +161,12 @@ TextureSet checker() {
 TextureSet banner(const dvec3& cloth, const dvec3& motif) {
     TextureSet set;
     set.color = png(128, 256, 3, [&](double u, double v) {
-        const double x = 2 * u - 1, y = 4 * v - 1.9;  // a square field, the sun at its centre
+        const double x = 2 * u - 1, y = 4 * v - 1.9;  // a square field with the sun at its centre
         const double r = std::sqrt(x * x + y * y);
         const double edge = std::min({u, 1 - u, 2 * v, 2 - 2 * v});
         const bool border = (edge > 0.055 && edge < 0.105) || (edge > 0.125 && edge < 0.14);
         bool sun = r < 0.22 || (r > 0.27 && r < 0.30);
-        for (int k = 0; k < 16; ++k) {  // rays, long and short in turn, narrowing outwards
+        for (int k = 0; k < 16; ++k) {  // rays, alternately long and short, narrower outwards
             const dvec2 t = cos_sin_degrees(22.5 * k);
             const double along = x * t.x + y * t.y, across = std::abs(x * t.y - y * t.x);
             const double reach = k % 2 == 0 ? 0.62 : 0.46;
@@ -184,8 +184,8 @@ TextureSet banner(const dvec3& cloth, const dvec3& motif) {
 TextureSet leaves() {
     TextureSet set;
     set.color = png(128, 128, 4, [](double u, double v) {
-        const double x = u - 0.5, y = 1 - v;  // the stem grows upwards from the bottom
-        dvec4 color(0.25, 0.36, 0.14, 0);     // leaf-coloured also where transparent: no fringe from filtering
+        const double x = u - 0.5, y = 1 - v;  // the stem grows from the bottom
+        dvec4 color(0.25, 0.36, 0.14, 0);     // leaf-coloured also where transparent, to avoid a fringe by filtering
         if (std::abs(x - 0.03 * sine(6 * y)) < 0.012 && y < 0.9) color = {0.33, 0.27, 0.15, 1};
         for (int k = 0; k < 9; ++k) {
             const dvec2 root(0.03 * sine(6 * (0.08 + 0.09 * k)), 0.08 + 0.09 * k);
