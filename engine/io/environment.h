@@ -8,11 +8,10 @@
 
 namespace halflight {
 
-/// The map as it stands in the file, told apart by content, not by extension. What is mended is counted and said in
-/// `report`: NaN and negative values become 0, infinities the map's largest finite value. EXR: R G B, or luminance (Y
-/// or the only channel); other primaries than Rec.709 are converted. A map that is not 2:1 is stretched, with a
-/// warning; an entirely black one gives a black environment without a map. Error: unreadable, damaged, truncated,
-/// beyond the limits.
+/// Loads a map; the format is detected by content, not by extension. Repairs are counted in `report`: NaN and negative
+/// values become 0, infinities become the map's largest finite value. An EXR has R G B, or luminance (Y or its only
+/// channel); other primaries than Rec.709 are converted. A map that is not 2:1 is stretched, with a warning. A black
+/// map gives a black environment without a map. Throws Error for unreadable, damaged, truncated and oversized files.
 Environment load_environment(const std::filesystem::path& path, SceneReport& report, const ExrLimits& limits = {});
 
 }  // namespace halflight

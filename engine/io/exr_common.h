@@ -1,4 +1,4 @@
-// What the reader and the writer of OpenEXR files share: streams over our files, the standard's camera spaces.
+// Shared by the reader and the writer of OpenEXR files: streams over our files, camera spaces of the standard.
 #pragma once
 
 #include <ImfIO.h>
@@ -12,15 +12,17 @@
 
 namespace halflight {
 
-/// Number of worker threads, after starting OpenEXR's pool on first use. It never changes what is written.
+/// Returns the number of worker threads; starts OpenEXR's pool on first use. The number does not affect the bytes
+/// written.
 int exr_threads();
 
-/// The engine's camera space, looking along -Z, to the standard's, looking along +Z; its own inverse.
+/// Returns the matrix from the engine's camera space, looking along -Z, to the standard's, looking along +Z; its own
+/// inverse.
 dmat4 exr_camera_from_camera();
-/// OpenGL clip space to the standard's NDC: x and y in [0, 1], y down.
+/// Returns the matrix from OpenGL clip space to the standard's NDC: x and y in [0, 1], y down.
 dmat4 exr_ndc_from_clip();
 
-/// Bytes in memory; reading past their end is OpenEXR's usual exception.
+/// Bytes in memory; reading beyond their end throws OpenEXR's usual exception.
 class ExrInput : public Imf::IStream {
   public:
     ExrInput(const std::string& name, std::string_view bytes) : IStream(name.c_str()), bytes_(bytes) {}
@@ -33,7 +35,7 @@ class ExrInput : public Imf::IStream {
     std::uint64_t position_ = 0;
 };
 
-/// A file that remembers failed writes: OpenEXR's destructors write too, and swallow what they throw.
+/// A file that remembers failed writes, because OpenEXR's destructors write, too, and swallow exceptions.
 class ExrOutput : public Imf::OStream {
   public:
     ExrOutput(const std::filesystem::path& existing, const std::string& subject)

@@ -156,7 +156,7 @@ ExrAttributes attributes_of(const Imf::Header& header) {
     for (auto i = header.begin(); i != header.end(); ++i) {
         const auto* text = dynamic_cast<const Imf::StringAttribute*>(&i.attribute());
         const std::string name = i.name();
-        if (!text || name == "type") continue;  // of the part
+        if (!text || name == "type") continue;  // attributes of the part itself
         if (name == "capDate") {
             attributes.capture_date = text->value();
         } else if (name == "software") {

@@ -94,7 +94,7 @@ class Rows {
         const std::size_t count = width * static_cast<std::size_t>(rows) * layer_.channels.size();
         if (layer_.color != mat3(1)) from = multiplied(from, count);
         const char* base = reinterpret_cast<const char*>(from);
-        std::size_t sample = sizeof(float);  // as wide as the bits of a uint32
+        std::size_t sample = sizeof(float);  // a uint32 has the same size
         if (layer_.type == ExrType::half) {
             halves_.resize(count);
             std::transform(from, from + count, halves_.begin(), to_half);

@@ -71,7 +71,7 @@ struct ReadableFile {
 
 /// Where `path` leads through symbolic links; the last one may point at nothing yet.
 fs::path follow_links(const fs::path& path) {
-    constexpr int kMaxLinks = 40;  // as Linux, path_resolution(7)
+    constexpr int kMaxLinks = 40;  // limit of Linux, path_resolution(7)
     fs::path target = path;
     std::error_code none;
     for (int i = 0; i < kMaxLinks; ++i) {

@@ -10,8 +10,8 @@ namespace halflight {
 
 bool is_jpeg(std::string_view bytes);
 
-/// Fills size and texels of `image` from a grey or colour JPEG, whatever its profile says. Throws Error whose subject
-/// is `subject`: truncated, damaged, CMYK, larger than `max_side` on a side.
+/// Fills in size and texels of `image` from a grey or colour JPEG; profiles are ignored. Throws Error with `subject`
+/// for truncated, damaged and CMYK files, and for sides longer than `max_side`.
 void read_jpeg(const std::string& subject, std::string_view bytes, int max_side, TextureImage& image);
 
 }  // namespace halflight

@@ -1,4 +1,5 @@
-// libpng reports errors by calls that must not return: nothing between setjmp and the jump may have a destructor.
+// Error handling of libpng, whose error callbacks must not return: between setjmp and the jump nothing may have a
+// destructor.
 #pragma once
 
 #include <png.h>
@@ -8,15 +9,15 @@
 
 namespace halflight {
 
-/// Base of what owns a png_struct: keeps what libpng says, and jumps back. Made with `errors()` as error pointer,
-/// `fail` and `ignore`.
+/// Base of owners of a png_struct: stores libpng's message and jumps back. The png_struct is created with `errors()` as
+/// error pointer, `fail` and `ignore`.
 class PngErrors {
   public:
     PngErrors() = default;
     PngErrors(const PngErrors&) = delete;
     PngErrors& operator=(const PngErrors&) = delete;
 
-    /// Why the last call failed.
+    /// Returns the reason why the last call failed.
     const char* message() const { return message_; }
 
   protected:
@@ -28,7 +29,7 @@ class PngErrors {
         std::strncpy(self.message_, message, sizeof self.message_ - 1);
         png_longjmp(png, 1);
     }
-    static void ignore(png_structp, png_const_charp) {}  // warnings
+    static void ignore(png_structp, png_const_charp) {}  // ignores warnings
 
   private:
     char message_[256] = {};

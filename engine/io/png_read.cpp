@@ -10,7 +10,7 @@
 namespace halflight {
 namespace {
 
-// Of one bit, deflated as far as that goes (1032:1, zlib's technical details).
+// One-bit texels at the maximum compression (1032:1, zlib's technical details).
 constexpr std::size_t kTexelsPerByte = 8 * 1032;
 
 class Decoder : public PngErrors {
@@ -116,7 +116,7 @@ Image read_png(const std::string& subject, std::string_view bytes, int max_side)
 
 std::string text_of_png(std::string_view png, std::string_view keyword) {
     constexpr std::size_t kSignature = 8;
-    constexpr std::size_t kFrame = 12;  // of a chunk: length, type, checksum
+    constexpr std::size_t kFrame = 12;  // length, type and checksum of a chunk
     const auto length_at = [&](std::size_t at) {
         std::size_t value = 0;
         for (const char c : png.substr(at, 4)) value = value << 8 | static_cast<unsigned char>(c);

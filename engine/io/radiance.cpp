@@ -139,7 +139,7 @@ RadiancePicture read_radiance(const std::string& subject, std::string_view bytes
         rows.insert(rows.end(), row.begin(), row.end());
     }
 
-    std::array<float, 256> scale{};  // of one step of a mantissa, by exponent; exponent 0 is black
+    std::array<float, 256> scale{};  // value of a mantissa step, by exponent; exponent 0 is black
     for (int e = 1; e < 256; ++e) scale[static_cast<std::size_t>(e)] = std::ldexp(1.0f, e - 128 - 8);
     picture.image = Image(resolution.width, resolution.height, 3);
     for (std::size_t y = 0; y < height; ++y) {

@@ -1,4 +1,4 @@
-// Radiance RGBE pictures. Our own reader, because stb_image 2.27 never returns from a file that ends too early.
+// Radiance RGBE pictures. stb_image 2.27 is not used, because it never returns from a truncated file.
 #pragma once
 
 #include <string>
@@ -9,15 +9,15 @@
 namespace halflight {
 
 struct RadiancePicture {
-    Image image;          // RGB, linear, as stored: the header's exposure is not divided out
+    Image image;          // RGB, linear, as stored: not divided by the header's exposure
     double exposure = 1;  // product of the header's EXPOSURE lines
 };
 
 bool is_radiance(std::string_view bytes);
 
-/// Format: Ward, "Real Pixels", Graphics Gems II, 1991; Radiance manual, "picture files": flat, old and new run
-/// lengths, rows in either order. Error, naming `subject`: damaged, truncated, XYZE, columns first, beyond `max_side`
-/// pixels.
+/// Reads the format of Ward, "Real Pixels", Graphics Gems II, 1991, and the Radiance manual, "picture files": flat, old
+/// and new run lengths, rows in either order. Throws Error with `subject` for damaged, truncated, XYZE and column-first
+/// files, and for sides longer than `max_side`.
 RadiancePicture read_radiance(const std::string& subject, std::string_view bytes, int max_side);
 
 }  // namespace halflight

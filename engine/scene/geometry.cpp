@@ -100,7 +100,7 @@ std::size_t generate_flat_normals(Mesh& mesh) {
 std::size_t repair_normals(Mesh& mesh) {
     std::vector<std::uint32_t> bad;
     for (std::size_t i = 0; i < mesh.normals.size(); ++i) {
-        // In double, so that neither tiny nor huge normals lose their length.
+        // Double precision keeps the length of tiny and huge normals.
         const dvec3 n = mesh.normals[i];
         if (all_finite(mesh.normals[i]) && n != dvec3(0))
             mesh.normals[i] = vec3(glm::normalize(n));

@@ -28,7 +28,7 @@ PreviousSurfaces::PreviousSurfaces(const Scene& now, Scene before)
     : now_(now), before_(std::move(before)), before_of_(now.instances.size(), kNone) {
     std::map<Key, std::size_t> places;
     for_each_key(before_, [&](const Key& key, std::size_t i) { places[key] = i; });
-    // Of pairs of meshes, since many instances may share them.
+    // Cached per pair of meshes, since many instances may share them.
     struct Change {
         bool same_triangles, same_positions;
     };

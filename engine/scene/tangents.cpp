@@ -30,7 +30,7 @@ vec3 into_plane(const vec3& v, const vec3& n) {
     return normalize_or_zero(v - n * glm::dot(n, v));
 }
 
-/// What a triangle knows of its texture's directions.
+/// Texture directions of a triangle.
 struct Face {
     vec3 along_u{0};        // unit
     bool right_way = true;  // counter-clockwise in (u, 1 - v): the texture is not mirrored
@@ -121,7 +121,8 @@ class TangentFrames {
     Face face(const uvec3& t) const {
         const vec3 d1 = mesh_.positions[t.y] - mesh_.positions[t.x], d2 = mesh_.positions[t.z] - mesh_.positions[t.x];
         const vec2 e1 = uv_[t.y] - uv_[t.x], e2 = uv_[t.z] - uv_[t.x];
-        const float area = e1.x * e2.y - e1.y * e2.x;  // of (u, v): negative where (u, 1 - v) is counter-clockwise
+        // doubled area in (u, v): negative where (u, 1 - v) is counter-clockwise
+        const float area = e1.x * e2.y - e1.y * e2.x;
         Face result;
         result.right_way = !(area > 0);
         if (!not_zero(area)) return result;

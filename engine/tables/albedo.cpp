@@ -37,9 +37,10 @@ double fifth_power(double v) {
 }
 
 /// The lobe as an integral over half vectors h: E = int D cos_h G2 (wo.h) / (mu_o cos_h) dh = int dw/pi sin(2 psi) dphi
-/// ... with tan(theta_h) = alpha tan(psi), for which D cos_h is the density of sin^2(psi). For each theta_h the
-/// azimuths whose reflection stays above the surface are an interval [-phi_max, phi_max], so that the integrand has no
-/// edge inside; the interval is all of them up to theta_h = (pi/2 - theta_o) / 2 and none from (pi/2 + theta_o) / 2 on.
+///     ... with tan(theta_h) = alpha tan(psi), for which D cos_h is the density of sin^2(psi).
+/// The azimuths whose reflection stays above the surface are an interval [-phi_max, phi_max] for each theta_h, so the
+/// integrand has no edge inside. The interval is complete up to theta_h = (pi/2 - theta_o) / 2, and empty from (pi/2 +
+/// theta_o) / 2 on.
 class LobeIntegral {
   public:
     LobeIntegral(double cosine, double alpha, const Quadrature& rule)

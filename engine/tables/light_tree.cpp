@@ -13,7 +13,7 @@ namespace halflight {
 namespace {
 
 constexpr int kBuckets = 12;
-constexpr std::uint32_t kBitsPerStep = 2;  // of trails
+constexpr std::uint32_t kBitsPerStep = 2;  // bits of a trail per step
 constexpr double kRoundings = 1e-6;        // more than those of a few floats
 
 dvec3 any_perpendicular(const dvec3& v) {
@@ -26,7 +26,7 @@ double angle_between(const dvec3& a, const dvec3& b) {
     return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
-/// Of 127 each way, v in the second byte.
+/// Returns the octahedral coordinates in 127 steps each way, v in the second byte.
 std::uint32_t octahedral_steps(const dvec3& axis) {
     const dvec3 a = axis / (std::abs(axis.x) + std::abs(axis.y) + std::abs(axis.z));
     const auto fold = [&](double at, double other) { return a.z < 0 ? std::copysign(1 - std::abs(other), at) : at; };
@@ -135,7 +135,7 @@ class Builder {
         const double brighter = std::max(a.intensity, b.intensity), wider = std::max(a.theta_o, b.theta_o);
         return brighter <= 1.25 * std::min(a.intensity, b.intensity) && part.bounds.theta_o <= wider + 0.02 &&
                a.theta_e == b.theta_e && a.two_sided == b.two_sided && std::abs(apart) <= 0.05 * size(part.bounds) &&
-               size(part.bounds) <= 1.3 * std::max(size(a), size(b));  // of rectangles 1.27 at most
+               size(part.bounds) <= 1.3 * std::max(size(a), size(b));  // rectangles have at most 1.27
     }
 
     /// Four parts, or as many as there are lights; leaves come last. What costs most is split first, but for parts that
@@ -200,7 +200,7 @@ class Builder {
             const double ca = centre(a)[axis], cb = centre(b)[axis];
             return ca != cb ? ca < cb : a < b;
         });
-        // What is left of chance in the order within a part.
+        // Sorting removes the arbitrary order within a part.
         std::sort(at(first), at(middle)), std::sort(at(middle), at(last));
         return middle;
     }
@@ -251,14 +251,14 @@ class Builder {
 
     static void add(std::optional<LightBounds>& to, const LightBounds& more) { to = to ? united(*to, more) : more; }
 
-    /// From a place to the farthest corner of the lights' box, and roundings.
+    /// Returns the distance from a place to the farthest corner of the lights' box, rounded up.
     static double reach(const LightBounds& b, const vec3& from) {
         return glm::length(glm::max(b.upper - dvec3(from), dvec3(from) - b.lower)) * (1 + kRoundings);
     }
 
     /// Rounded outwards, so that what the shaders bound holds the lights. word: link and kind.
     static uvec4 encoded(const LightBounds& b, const vec4& ball, double brightest, std::uint32_t word) {
-        const auto step = [&](double length, double zero, bool up) {  // of 2^-15 of the ball's radius
+        const auto step = [&](double length, double zero, bool up) {  // in 2^-15 of the ball's radius
             const double at = ball.w > 0 ? zero + length / double(ball.w) * 32768 : zero;
             return static_cast<std::uint32_t>(std::clamp(up ? std::ceil(at) : std::round(at), 0.0, 65535.0));
         };
@@ -295,7 +295,7 @@ LightBounds united(const LightBounds& a, const LightBounds& b) {
     all.intensity = a.intensity + b.intensity;
     all.two_sided = a.two_sided || b.two_sided;
     if (all.theta_o >= kPi) return all;
-    // Of axes that go both ways, the nearer ones.
+    // Two-sided axes: the nearer direction.
     const double cosine = glm::dot(all.axis, other.axis);
     const dvec3 axis = all.two_sided && cosine < 0 ? -other.axis : other.axis;
     const double between = angle_between(all.axis, axis);

@@ -55,7 +55,7 @@ class Builder {
         kind_.push_back(kind);
     }
 
-    /// Of the light that is added next.
+    /// Adds the bounds of the light that is added next.
     void add_to_tree(const LightBounds& bounds) {
         if (!(bounds.intensity > 0)) return;
         bounds_.push_back(bounds);
@@ -314,12 +314,12 @@ class Builder {
     const PunctualLight* sun_ = nullptr;     // that is apart
     double shadow_disk_ = 0;                 // m^2
     std::map<int, LuminanceSums> sums_;      // by image
-    std::vector<double> power_;              // of each light
-    std::vector<Kind> kind_;                 // of each light
-    std::vector<double> area_;               // of each triangle light, m^2
-    std::vector<LightBounds> bounds_;        // of the lights that a tree may hold
-    std::vector<std::uint32_t> in_tree_;     // which lights these are
-    std::optional<EnvironmentCells> cells_;  // of a map
+    std::vector<double> power_;              // power per light
+    std::vector<Kind> kind_;                 // kind per light
+    std::vector<double> area_;               // area per triangle light, m^2
+    std::vector<LightBounds> bounds_;        // bounds of the lights that a tree may hold
+    std::vector<std::uint32_t> in_tree_;     // indices of these lights
+    std::optional<EnvironmentCells> cells_;  // cells of a map
     LightTables tables_;
 };
 

@@ -1,4 +1,4 @@
-// Accessors (glTF 2.0, section 3.6.2): typed elements in buffers, checked before they are read.
+// Accessors (glTF 2.0, section 3.6.2): typed elements in buffers, validated before they are read.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,12 @@ class GltfAccessors {
 
     std::size_t count(int accessor) const;
     int components(int accessor) const;  ///< 1 to 16
-    /// Throws Error where the data does not bear out the count.
+    /// Throws Error where the data is shorter than the count requires.
     void check_data(int accessor) const { view(accessor); }
 
-    /// Elements [first, first + count) as V: float, vec2, vec3, vec4 or mat4. Integers are converted as they are, or
-    /// mapped to [0, 1] or [-1, 1] where the accessor or `normalize` says so. `purpose` is named in errors: not of V's
-    /// type, damaged, out of bounds.
+    /// Reads elements [first, first + count) as V: float, vec2, vec3, vec4 or mat4. Integers are converted, or mapped
+    /// to [0, 1] or [-1, 1] if the accessor is normalized or `normalize` is set. Throws Error that names `purpose` for
+    /// elements of another type, damaged data, and ranges out of bounds.
     template <class V>
     std::vector<V> read(int accessor, std::size_t first, std::size_t count, std::string_view purpose,
                         bool normalize = false) const {
@@ -35,7 +35,7 @@ class GltfAccessors {
         return read<V>(accessor, 0, count(accessor), purpose);
     }
 
-    /// Unsigned integers, `components` of them per element.
+    /// Reads unsigned integers, `components` per element.
     std::vector<std::uint32_t> read_integers(int accessor, int components, std::size_t first, std::size_t count,
                                              std::string_view purpose) const;
 

@@ -101,7 +101,7 @@ class Reader {
         return 0;
     }
 
-    /// Of a mesh, or none: what "LIST[index]" has.
+    /// Returns the number of morph targets of a mesh or of none; "LIST[index]" refers to it.
     int count_morph_targets(int mesh, const std::string& element, const char* list, int index) const {
         std::size_t targets = 0;
         if (mesh != kNone)

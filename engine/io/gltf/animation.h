@@ -1,4 +1,4 @@
-// glTF's animations as plain values.
+// Animations of glTF files as plain values.
 #pragma once
 
 #include <vector>
@@ -9,10 +9,12 @@ namespace halflight {
 
 struct GltfDocument;
 
-/// All animations of the file, in its order. What a channel drives that is no AnimatedProperty is left out with a
-/// warning. Throws Error that names animation, channel or sampler: not of the schema, of the wrong type or length, keys
-/// that are not finite or not in order, a node that has a matrix, weights of a mesh without morph targets, a pointer
-/// that leads nowhere.
+/// Reads all animations of the file, in its order. A channel that drives no AnimatedProperty is ignored with a warning.
+/// Throws Error that names animation, channel or sampler, if it
+/// - violates the schema or has the wrong type or length,
+/// - has keys that are not finite or not in order,
+/// - drives a node with a matrix, or weights of a mesh without morph targets,
+/// - has a pointer without target.
 std::vector<Animation> read_animations(GltfDocument& document);
 
 }  // namespace halflight

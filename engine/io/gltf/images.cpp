@@ -59,7 +59,7 @@ TextureImage roughness_from(const TextureImage& specular_glossiness, float facto
 }  // namespace
 
 std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMaterial>& materials) {
-    std::map<int, int> place;  // of a glTF image among those in use
+    std::map<int, int> place;  // index among the images in use, by glTF image
     std::vector<std::size_t> used;
     for (GltfMaterial& m : materials) {
         for_each_texture(m.material, [&](TextureRef& t) {

@@ -1,4 +1,4 @@
-// Meshes: primitives to triangles, with morph targets and skins applied.
+// Conversion of primitives to meshes of triangles, with morph targets and skins applied.
 #pragma once
 
 #include <compare>
@@ -12,10 +12,10 @@
 
 namespace halflight {
 
-/// Where a mesh's vertices are moved to while it is made; nowhere without joints.
+/// Transforms of a mesh's vertices; without joints they are not moved.
 struct GltfPose {
     std::vector<dmat4> joints;
-    bool skin = false;  // JOINTS_n and WEIGHTS_n say which joints a vertex follows; otherwise all follow joints[0]
+    bool skin = false;  // JOINTS_n and WEIGHTS_n are applied; otherwise all vertices follow joints[0]
 };
 
 struct GltfPrimitiveKey {
@@ -24,13 +24,13 @@ struct GltfPrimitiveKey {
     bool skinned;
     auto operator<=>(const GltfPrimitiveKey&) const = default;
 };
-/// Those that are kept from pose to pose.
+/// Primitives kept from pose to pose.
 using GltfPrimitives = std::map<GltfPrimitiveKey, std::shared_ptr<const GltfPrimitive>>;
 
 /// A mesh before its vertices are moved.
 struct GltfUnposedMesh {
     struct Part {
-        Mesh still;  // what no pose changes
+        Mesh still;  // independent of the pose
         Deformation deformation;
         const GltfMaterial* material;  // null: the default
     };
@@ -44,12 +44,12 @@ class GltfMeshes {
     GltfMeshes(GltfDocument& document, const std::vector<GltfMaterial>& materials, SceneReport& report)
         : document_(document), materials_(materials), report_(report) {}
 
-    /// Reads its primitives of triangles. `weights` are those of the morph targets; the pose must outlive what is
-    /// returned. `kept`: where primitives are looked for and left for other poses; or null.
+    /// Reads the triangle primitives of a mesh. `weights` are those of the morph targets; the pose must outlive the
+    /// result. `kept` is a cache of primitives for other poses, or null.
     GltfUnposedMesh open(std::size_t index, std::span<const double> weights, const GltfPose& pose,
                          GltfPrimitives* kept = nullptr);
-    /// All triangles of it; none where its primitives make none. `moved`: what somebody has made of its deformations,
-    /// in their order; without, deform() does it.
+    /// Returns the mesh with all its triangles, or without any if its primitives have none. `moved` are the results of
+    /// its deformations, in their order; without them, deform() is used.
     Mesh finish(GltfUnposedMesh mesh, std::span<VertexArrays> moved = {});
 
   private:

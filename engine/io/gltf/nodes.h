@@ -1,4 +1,4 @@
-// The node tree, and what hangs on it besides meshes: lights and cameras.
+// The node tree with its lights and cameras.
 #pragma once
 
 #include <vector>
@@ -8,17 +8,18 @@
 namespace halflight {
 
 struct GltfNodes {
-    std::vector<dmat4> world;  // per node; affine, each element within float32's range
+    std::vector<dmat4> world;  // per node; affine, each element in the range of float32
     std::vector<int> shown;    // nodes of the scene, parents first, each once
 };
 
-/// Throws Error: a node with two parents, below itself, or with a transform beyond float32's range.
+/// Computes the world transforms. Throws Error for a node with two parents, in a cycle, or with a transform beyond
+/// float32's range.
 GltfNodes resolve_nodes(GltfDocument& document);
 
-/// Whether float32 holds all elements; NaN is none.
+/// Returns whether float32 can represent all elements; false for NaN.
 bool within_float_range(const dmat4& m);
 
-/// translation * rotation * scale; the rotation is a quaternion xyzw of any length, no rotation where it is zero.
+/// Returns translation * rotation * scale. The rotation is a quaternion xyzw of any length; zero is no rotation.
 dmat4 compose(const dvec3& translation, const dvec4& rotation, const dvec3& scale);
 
 std::vector<Camera> convert_cameras(GltfDocument& document, const GltfNodes& nodes);

@@ -1,4 +1,4 @@
-// Primitives of triangles, before a pose says where their vertices are.
+// Triangle primitives, before a pose moves their vertices.
 #pragma once
 
 #include <memory>
@@ -12,24 +12,25 @@
 
 namespace halflight {
 
-/// The texture that a material's tangents are for; null where it needs none, or is none.
+/// Returns the texture for which a material needs tangents; null if it needs none or is null.
 const TextureRef* normal_map_of(const GltfMaterial* material);
 
 class GltfPrimitive final : public RestShape {
   public:
-    /// Reads what no pose changes. `material`: null for the default one, whose index is `material_index` all the same.
-    /// `skinned`: whether JOINTS_n and WEIGHTS_n tell which joints vertices follow. The document outlives it. Throws
-    /// Error: indices out of range, attributes of different lengths, damaged accessors, skinned without joints.
+    /// Reads the data that no pose changes. `material` is null for the default material; `material_index` is its index
+    /// all the same. `skinned`: JOINTS_n and WEIGHTS_n give the joints of vertices. The document must outlive the
+    /// object. Throws Error for indices out of range, attributes of different lengths, damaged accessors, and missing
+    /// joints of a skinned mesh.
     GltfPrimitive(const GltfDocument& document, const tinygltf::Primitive& primitive, std::string element,
                   const GltfMaterial* material, std::uint32_t material_index, bool skinned);
 
-    /// Triangles, their material, texture coordinates and colours. Has no vertices where it has no triangles.
+    /// Triangles, their material, texture coordinates and colours. Has no vertices if it has no triangles.
     Mesh still;
-    /// Of what was mended in it.
+    /// Returns the repairs.
     const GltfWarnings& warnings() const { return warnings_; }
-    /// Throws Error where it follows a joint that is not among so many.
+    /// Throws Error where a vertex follows a joint with an index >= `joints`.
     void check_joints(std::size_t joints) const;
-    /// Those whose weight is not 0; what of them cannot be had is warned of.
+    /// Returns the targets with a weight other than 0; warns of unsupported parts.
     std::vector<ActiveTarget> active_targets(std::span<const double> weights, GltfWarnings& warnings) const;
 
     std::size_t vertices() const override { return count_; }
@@ -59,11 +60,11 @@ class GltfPrimitive final : public RestShape {
     const GltfAccessors accessors_;
     const tinygltf::Primitive& primitive_;
     std::string element_;
-    std::size_t first_ = 0;  // of the vertices that triangles use
+    std::size_t first_ = 0;  // first vertex used by triangles
     std::size_t count_ = 0;
     bool has_normals_;
     bool has_tangents_;
-    std::vector<std::uint32_t> highest_joints_;  // of each set
+    std::vector<std::uint32_t> highest_joints_;  // highest joint of each set
     GltfWarnings warnings_;
 };
 

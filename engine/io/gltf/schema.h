@@ -1,4 +1,4 @@
-// The shape of glTF's JSON: which properties there are, of which types, and what their indices point into.
+// The schema of glTF's JSON: properties, their types, and the targets of their indices.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -6,16 +6,16 @@
 
 namespace halflight {
 
-/// Throws Error that names `file` for what is no JSON, or nested too deep.
+/// Parses JSON. Throws Error that names `file` for invalid JSON and for too deep nesting.
 nlohmann::json parse_gltf_json(std::string_view text, const std::string& file);
 
-/// Checks all that the loader reads of a scene at rest, so that later code meets only values of the right type, arrays
-/// of the right length and indices in range. `extras` are removed. Whole numbers written as 3.0 become integers,
-/// numbers in places for real ones become floating point. Throws Error that names `file` and the property.
+/// Checks all properties that the loader reads for the rest pose, so that later code finds values of the right type,
+/// arrays of the right length and indices in range. Removes `extras`. Whole numbers written as 3.0 become integers, and
+/// numbers in real properties become floating point. Throws Error that names `file` and the property.
 void check_gltf(nlohmann::json& root, const std::string& file);
 
-/// The same check of the list `animations`, which check_gltf() does not look at: a damaged one is no reason to
-/// refuse a scene that is shown at rest. Samplers of channels are checked by whoever reads them.
+/// Checks the list `animations`, which check_gltf() ignores: a damaged animation must not prevent the rest pose. The
+/// samplers of channels are checked when they are read.
 void check_gltf_animations(nlohmann::json& animations, std::size_t accessors, std::size_t nodes,
                            const std::string& file);
 

@@ -1,4 +1,4 @@
-// URIs of glTF: relative paths and data (RFC 3986, RFC 2397).
+// URIs in glTF: relative paths and data (RFC 3986, RFC 2397).
 #pragma once
 
 #include <optional>
@@ -7,13 +7,13 @@
 
 namespace halflight {
 
-/// %41 becomes A; a % that no two hexadecimal digits follow stays.
+/// Decodes %41 to A and so on; a % without two hexadecimal digits stays.
 std::string percent_decode(std::string_view text);
 
-/// The scheme in lower case ("https", "data"); empty for a relative reference or a path.
+/// Returns the scheme in lower case ("https", "data"); empty for a relative reference or a path.
 std::string uri_scheme(std::string_view uri);
 
-/// The bytes of "data:[type][;base64],..."; nothing where it is malformed.
+/// Decodes "data:[type][;base64],..."; returns nothing where it is malformed.
 std::optional<std::string> decode_data_uri(std::string_view uri);
 
 }  // namespace halflight

@@ -1,4 +1,4 @@
-// Reading extensions, which tinygltf keeps as untyped values. Types have been checked (gltf_schema.h).
+// Access to extensions, which tinygltf keeps as untyped values. schema.h has checked their types.
 #pragma once
 
 #include <tiny_gltf.h>
@@ -9,7 +9,7 @@
 
 namespace halflight {
 
-/// The object `key` of `extensions`, or null.
+/// Returns the object `key` of `extensions`, or null.
 inline const tinygltf::Value* find_extension(const tinygltf::ExtensionMap& extensions, const std::string& key) {
     const auto found = extensions.find(key);
     return found == extensions.end() ? nullptr : &found->second;
@@ -23,7 +23,7 @@ inline int integer(const tinygltf::Value& object, const std::string& key, int ot
     return object.Has(key) ? object.Get(key).GetNumberAsInt() : otherwise;
 }
 
-/// A dvec2, dvec3 or dvec4.
+/// Reads a dvec2, dvec3 or dvec4.
 template <class V>
 V vector(const tinygltf::Value& object, const std::string& key, V otherwise) {
     if (!object.Has(key)) return otherwise;
