@@ -1,6 +1,6 @@
 // The oracle: a path tracer on the CPU, over Embree in robust mode, written from shaders/SHADING.md alone. Tests and
-// error reports hold the GL engine against it, so it prefers being right to being fast: all shading is in double,
-// geometry is relative to the centre of the scene's bounds, new rays leave their surface by an error bound (surface.h).
+// error reports compare the GL engine with it, so it prefers correctness to speed. All shading is in double, and
+// geometry is relative to the centre of the scene's bounds. New rays leave their surface by an error bound (surface.h).
 #pragma once
 
 #include <cstdint>
@@ -11,12 +11,12 @@
 
 #include "engine/core/image.h"
 #include "engine/core/math.h"
-#include "engine/scene/scene.h"
 #include "engine/core/pixel_filter.h"
+#include "engine/scene/scene.h"
 
 namespace halflight {
 
-/// A segment origin + t * direction, world space; t is in units of the direction's length, which need not be 1.
+/// A segment origin + t * direction, world space; t is in units of the direction's length, which is arbitrary.
 struct ReferenceRay {
     dvec3 origin{0};
     dvec3 direction{0, 0, -1};
@@ -24,16 +24,16 @@ struct ReferenceRay {
     double t_max = std::numeric_limits<double>::infinity();
 };
 
-/// Equal t: the lower (instance, triangle) wins.
+/// The nearest hit of a ray; the lower (instance, triangle) wins ties of t.
 struct ReferenceHit {
     double t = 0;
     double u = 0;      // barycentric weight of the triangle's second vertex
-    double v = 0;      // and of its third
+    double v = 0;      // barycentric weight of the triangle's third vertex
     int instance = 0;  // index into Scene::instances
     int triangle = 0;  // index into the mesh's triangles
 };
 
-/// Decides alpha `blend`: a triangle is there where uniform(key, instance, triangle), in [0, 1), is below alpha.
+/// Decides alpha `blend`: a triangle is opaque if uniform(key, instance, triangle), in [0, 1), is below alpha.
 struct AlphaTest {
     std::uint64_t key = 0;
     double (*uniform)(std::uint64_t key, std::uint32_t instance,
@@ -44,8 +44,8 @@ namespace reference {
 struct Prepared;
 }
 
-/// A scene made ready for tracing. Every instance is flattened, so memory grows with the instanced triangles (about
-/// 150 B each). Keeps a reference: `scene` must outlive it. Throws Error where Embree fails. Calls may be concurrent.
+/// A scene prepared for tracing. Every instance is flattened, so memory grows with the instanced triangles (about 150 B
+/// each). Keeps a reference: `scene` must outlive it. Throws Error where Embree fails. Calls may be concurrent.
 class ReferenceScene {
   public:
     explicit ReferenceScene(const Scene& scene);
@@ -56,15 +56,15 @@ class ReferenceScene {
     std::optional<ReferenceHit> closest_hit(const ReferenceRay& ray, const AlphaTest& alpha = {}) const;
     bool occluded(const ReferenceRay& ray, const AlphaTest& alpha = {}) const;
 
-    /// World point that all geometry is kept relative to, in float: the centre of the scene's bounds.
+    /// Returns the world point relative to which all geometry is stored in float: the centre of the scene's bounds.
     const dvec3& origin() const;
-    const reference::Prepared& prepared() const { return *prepared_; }  ///< For the room's own files.
+    const reference::Prepared& prepared() const { return *prepared_; }  ///< for files of this folder
 
   private:
     std::unique_ptr<reference::Prepared> prepared_;
 };
 
-/// How direct light is estimated. All have the same mean; the partial ones exist to test the full one.
+/// Estimators of direct light. All have the same mean; the partial ones exist to test the full one.
 enum class ReferenceStrategy : std::uint8_t { mis, lights_only, surfaces_only };
 
 struct ReferenceSettings {
@@ -76,18 +76,18 @@ struct ReferenceSettings {
     std::uint64_t seed = 0;
     Camera camera;
     PixelFilter filter{};
-    int threads = 0;  // at most; 0: all there are; the result does not depend on it
-    /// lights_only: no light by sampled rays where a light table could have found it. surfaces_only: the reverse,
-    /// which leaves out punctual lights.
+    int threads = 0;  // maximum number; 0: all cores; the result does not depend on it
+    /// lights_only: no light by sampled rays where light sampling could have found it. surfaces_only: no light
+    /// sampling, and therefore no punctual lights.
     ReferenceStrategy strategy = ReferenceStrategy::mis;
 };
 
-/// Mean radiance by the way it took (SHADING.md "Estimator"): 3 channels each; their sum is the beauty.
+/// Mean radiance by component (SHADING.md "Estimator"), 3 channels each; their sum is the beauty.
 struct ReferenceComponents {
     Image emission, direct_diffuse, direct_glossy, indirect_diffuse, indirect_glossy;
 };
 
-/// What the ray through each pixel's centre meets first; 0 and kNone where that is nothing.
+/// Surfaces hit by the rays through the pixels' centres; 0 and kNone for the background.
 struct ReferenceAovs {
     Image position;  // 3: world units, relative to the camera's position
     Image normal;    // 3: shading normal, unit, world
@@ -99,14 +99,15 @@ struct ReferenceAovs {
 struct ReferenceResult {
     Image beauty;    // 3: mean radiance
     Image variance;  // 3: unbiased variance of one sample (not of the mean); 0 below two samples
-    Image alpha;     // 1: share of camera rays that met a surface
+    Image alpha;     // 1: share of camera rays that hit a surface
     ReferenceComponents components;
     ReferenceAovs aovs;
     int samples = 0;                       // per pixel
-    std::uint64_t non_finite_samples = 0;  // left out of the means; always a bug
+    std::uint64_t non_finite_samples = 0;  // excluded from the means; always a bug
 };
 
-/// Deterministic: the same scene and settings give the same bits. Throws Error for settings out of range.
+/// Renders a picture deterministically: equal scenes and settings give equal bits. Throws Error for settings out of
+/// range.
 ReferenceResult render_reference(const ReferenceScene& scene, const ReferenceSettings& settings);
 
 }  // namespace halflight

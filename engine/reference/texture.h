@@ -8,8 +8,8 @@ namespace halflight::reference {
 
 enum class Encoding : std::uint8_t { linear, srgb };
 
-/// RGBA in [0, 1]; srgb decodes RGB before filtering, A is always linear. `uv` is as in the mesh, before the transform.
-/// Precondition: `ref` names an image of at least one texel.
+/// Returns RGBA in [0, 1]; srgb decodes RGB before filtering, and A is always linear. `uv` are the mesh's, before the
+/// transform. Precondition: `ref` names an image of at least one texel.
 dvec4 sample_texture(const Scene& scene, const TextureRef& ref, const dvec2& uv, Encoding encoding);
 
 }  // namespace halflight::reference

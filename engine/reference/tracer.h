@@ -21,21 +21,22 @@ struct TriangleId {
     bool operator==(const TriangleId&) const = default;
 };
 
-/// One instance as it lies in the world.
+/// An instance in world space.
 struct Placed {
     const Mesh* mesh = nullptr;
     const vec3* vertices = nullptr;  // relative to Tracer::origin(); null where the mesh has no triangle
-    dmat3 linear{1};                 // of object_to_world
-    dmat3 normals{1};                // det(linear) / |det(linear)| times its cofactors: like the inverse transpose, but
-                                     // defined for flattened instances too; gives normals of any length
-    double handedness = 1;           // -1 where the instance mirrors
-    bool alpha_tested = false;       // any of its triangles is
+    dmat3 linear{1};                 // linear part of object_to_world
+    // det(linear) / |det(linear)| times its cofactors: like the inverse transpose, but also defined for flattened
+    // instances; gives normals of any length
+    dmat3 normals{1};
+    double handedness = 1;      // -1 where the instance mirrors
+    bool alpha_tested = false;  // some of its triangles are alpha tested
 };
 
-/// Rays here are relative to origin().
+/// Traces rays relative to origin().
 class Tracer {
   public:
-    explicit Tracer(const Scene& scene);  ///< Keeps a reference.
+    explicit Tracer(const Scene& scene);  ///< keeps a reference
 
     std::optional<ReferenceHit> closest_hit(const ReferenceRay& ray, const AlphaTest& alpha) const;
     bool occluded(const ReferenceRay& ray, const AlphaTest& alpha) const;

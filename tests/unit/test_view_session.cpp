@@ -47,7 +47,7 @@ TEST_F(ViewSession, TheScenesCameraIsExactUntilItMoves) {
 }
 
 TEST_F(ViewSession, OrbitsAroundTheSurfaceInTheMiddle) {
-    // A point on the back wall of the box, or in front of it.
+    // The point that the camera looks at is the surface in the middle of the picture.
     const auto picked =
         Picker(std::make_shared<Scene>(session.scene())).pick(ray_through(session.camera(), {256, 256}, kSize));
     ASSERT_TRUE(picked);
