@@ -19,15 +19,12 @@ struct Part {
 void add_blend(graph::Graph& graph, gpu::Buffer& cached, float cached_weight, gpu::Buffer& others, float weight,
                gpu::Buffer& to) {
     graph::Pass pass = graph.add_pass("hand over");
-    const graph::BufferHandle biased = pass.read(graph.import_buffer("cached sums", cached), Access::storage_read);
-    const graph::BufferHandle unbiased = pass.read(graph.import_buffer("sums", others), Access::storage_read);
-    const graph::BufferHandle both = pass.write(graph.import_buffer("blended sums", to), Access::storage_write);
+    pass.read(graph.import_buffer("cached sums", cached), Access::storage_read, "Biased");
+    pass.read(graph.import_buffer("sums", others), Access::storage_read, "Unbiased");
+    const graph::BufferHandle both = pass.write(graph.import_buffer("blended sums", to), Access::storage_write, "Both");
     const std::size_t values = to.bytes() / sizeof(double);
     pass.execute([=](graph::Resources& r) {
-        r.buffer(biased).bind_storage(0);
-        r.buffer(unbiased).bind_storage(1);
-        r.buffer(both).bind_storage(2);
-        const gpu::Program& program = r.programs().compute("shaders/hand_over.comp");
+        const gpu::Program& program = r.compute("shaders/hand_over.comp");
         program.set("weight_biased", cached_weight);
         program.set("weight_unbiased", weight);
         program.dispatch(static_cast<std::uint32_t>(values / 64));

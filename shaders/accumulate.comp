@@ -6,49 +6,50 @@
 
 layout(local_size_x = 64) in;
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std140) uniform FrameBlock { Frame frame; };
 
-layout(std430, binding = 0) readonly buffer Surfaces { vec4 surfaces[]; };
+// Eight storage blocks at most, which every driver has: what else is only read, is read as texels.
+layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
 #ifdef HALFLIGHT_LIGHT_SAMPLES
-layout(std430, binding = 1) readonly buffer Light { DirectLight light[]; };
-layout(std430, binding = 2) readonly buffer Occluded { uint occluded[]; };
+uniform samplerBuffer light;      // RGBA32F: DirectLight, two texels each
+uniform usamplerBuffer occluded;  // R32UI
 #ifdef HALFLIGHT_SUN
-layout(std430, binding = 13) readonly buffer SunOccluded { uint sun_occluded[]; };
+uniform usamplerBuffer sun_occluded;  // R32UI
 #endif
 #endif
 #ifdef HALFLIGHT_PATHS
-layout(std430, binding = 3) readonly buffer States { PathState states[]; };
+layout(std430) readonly buffer States { PathState states[]; };
 #endif
 #ifdef HALFLIGHT_PENDING
-layout(std430, binding = 4) readonly buffer LightOccluded { uint light_occluded[]; };
+uniform usamplerBuffer light_occluded;  // R32UI
 #ifdef HALFLIGHT_SUN
-layout(std430, binding = 14) readonly buffer LaterSunOccluded { uint later_sun_occluded[]; };
-layout(std430, binding = 15) readonly buffer SunLight { vec4 sun_light[]; };
+uniform usamplerBuffer later_sun_occluded;  // R32UI
+uniform samplerBuffer sun_light;            // RGBA32F
 #endif
 #endif
 
 // Sums so far, in place.
-layout(std430, binding = 5) buffer EmissionSums { double emission_sums[]; };  // rgb, coverage
+layout(std430) buffer EmissionSums { double emission_sums[]; };  // rgb, coverage
 #if defined(HALFLIGHT_LIGHT_SAMPLES) || defined(HALFLIGHT_PATHS)
 #define HALFLIGHT_DIRECT
-layout(std430, binding = 6) buffer DirectSums { double direct_sums[]; };  // diffuse rgb, glossy rgb
+layout(std430) buffer DirectSums { double direct_sums[]; };  // diffuse rgb, glossy rgb
 #endif
 #ifdef HALFLIGHT_INDIRECT
-layout(std430, binding = 7) buffer IndirectSums { double indirect_sums[]; };  // diffuse rgb, glossy rgb
+layout(std430) buffer IndirectSums { double indirect_sums[]; };  // diffuse rgb, glossy rgb
 #endif
 #ifdef HALFLIGHT_SQUARES
-layout(std430, binding = 8) buffer SquareSums { double square_sums[]; };
+layout(std430) buffer SquareSums { double square_sums[]; };
 #endif
 #ifdef HALFLIGHT_FEATURES
-layout(std430, binding = 9) buffer FeatureSums { double feature_sums[]; };  // albedo, normal
+layout(std430) buffer FeatureSums { double feature_sums[]; };  // albedo, normal
 #endif
-layout(std430, binding = 10) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
+layout(std430) buffer Counts { uint bad_values[kCountedPasses * kBadKinds]; };
 #ifdef HALFLIGHT_REUSE
-layout(std430, binding = 11) readonly buffer Received { DirectLight received[]; };
+uniform samplerBuffer received;  // RGBA32F: DirectLight, two texels each
 #endif
 
 #ifdef HALFLIGHT_SEEN
-layout(std430, binding = 12) readonly buffer LightSeen { vec4 light_seen[]; };
+uniform samplerBuffer light_seen;  // RGBA32F
 #endif
 
 #ifdef HALFLIGHT_CLAMP
@@ -80,11 +81,19 @@ vec3 guarded(vec3 v, float least, uint pass) {
 }
 vec3 guarded(vec3 radiance, uint pass) { return guarded(radiance, 0.0, pass); }
 
+#ifdef HALFLIGHT_LIGHT_SAMPLES
+// Adds the direct light of a sample, given the answer to its shadow ray.
+void add_sample(int ray, uint answer, inout dvec3 diffuse, inout dvec3 glossy) {
+    diffuse += dvec3(guarded(answered_light(texelFetch(light, 2 * ray).rgb, answer), kCountShadow));
+    glossy += dvec3(guarded(answered_light(texelFetch(light, 2 * ray + 1).rgb, answer), kCountShadow));
+}
+#endif
+
 void main() {
     uint path = gl_GlobalInvocationID.x;
     SurfacePoint point = load_surface_point(path);
 #ifdef HALFLIGHT_SEEN
-    point.emission = light_seen[path].rgb;
+    point.emission = texelFetch(light_seen, int(path)).rgb;
 #endif
     vec3 emission = guarded(point.emission, kCountGBuffer);
     dvec3 beauty = emission;  // of finite floats no sum of doubles overflows
@@ -99,13 +108,11 @@ void main() {
         uint paths = gl_NumWorkGroups.x * 64u;
         for (uint i = 0u; i < HALFLIGHT_SHADOW_RAYS; ++i) {
             uint ray = i * paths + path;
-            diffuse += dvec3(guarded(answered_light(light[ray].diffuse, occluded[ray]), kCountShadow));
-            glossy += dvec3(guarded(answered_light(light[ray].glossy, occluded[ray]), kCountShadow));
+            add_sample(int(ray), texelFetch(occluded, int(ray)).x, diffuse, glossy);
         }
 #ifdef HALFLIGHT_SUN
         uint sun = HALFLIGHT_SHADOW_RAYS * paths + path;
-        diffuse += dvec3(guarded(answered_light(light[sun].diffuse, sun_occluded[path]), kCountShadow));
-        glossy += dvec3(guarded(answered_light(light[sun].glossy, sun_occluded[path]), kCountShadow));
+        add_sample(int(sun), texelFetch(sun_occluded, int(path)).x, diffuse, glossy);
 #endif
     }
 #endif
@@ -128,9 +135,10 @@ void main() {
         later = states[path].indirect;
 #ifdef HALFLIGHT_PENDING
         if (states[path].pending_light != 0u) {
-            later += answered_light(states[path].pending, light_occluded[path]);
+            later += answered_light(states[path].pending, texelFetch(light_occluded, int(path)).x);
 #ifdef HALFLIGHT_SUN
-            later += answered_light(sun_light[own_sun_light(path)].rgb, later_sun_occluded[path]);
+            later += answered_light(texelFetch(sun_light, int(own_sun_light(path))).rgb,
+                                    texelFetch(later_sun_occluded, int(path)).x);
 #endif
         }
 #endif
@@ -139,8 +147,8 @@ void main() {
     dvec3 later_diffuse = dvec3(lobe == kLobeDiffuse ? later : vec3(0.0));
     dvec3 later_glossy = dvec3(lobe == kLobeGlossy ? later : vec3(0.0));
 #ifdef HALFLIGHT_REUSE
-    later_diffuse += dvec3(guarded(received[path].diffuse, kCountReuse));
-    later_glossy += dvec3(guarded(received[path].glossy, kCountReuse));
+    later_diffuse += dvec3(guarded(texelFetch(received, 2 * int(path)).rgb, kCountReuse));
+    later_glossy += dvec3(guarded(texelFetch(received, 2 * int(path) + 1).rgb, kCountReuse));
 #endif
 #ifdef HALFLIGHT_CLAMP
     double luminance = dot(later_diffuse + later_glossy, dvec3(kToLuminance));

@@ -1,6 +1,5 @@
 // Data outputs of the surfaces seen through the pixels' centres; motion with HALFLIGHT_MOTION.
 #include "shaders/shared/aov.h"
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"
@@ -8,10 +7,10 @@
 
 layout(local_size_x = 64) in;
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
-layout(std430, binding = 0) readonly buffer Hits { Hit hits[]; };
-layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
-layout(std430, binding = 2) writeonly buffer Records { AovRecord records[]; };
+layout(std140) uniform FrameBlock { Frame frame; };
+layout(std430) readonly buffer Hits { Hit hits[]; };
+layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430) writeonly buffer Records { AovRecord records[]; };
 
 #include "shaders/lib/surface_record.glsl"
 

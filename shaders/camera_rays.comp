@@ -1,13 +1,12 @@
 // Camera rays in path order, for a tracer. Beyond the picture's edge they are dead.
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"
 
 layout(local_size_x = 64) in;
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
-layout(std430, binding = 0) writeonly buffer Rays { Ray rays[]; };
+layout(std140) uniform FrameBlock { Frame frame; };
+layout(std430) writeonly buffer Rays { Ray rays[]; };
 
 #include "shaders/lib/camera.glsl"
 

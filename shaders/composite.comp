@@ -4,16 +4,16 @@
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) readonly buffer Emission { double emission[]; };  // rgb, coverage
+layout(std430) readonly buffer Emission { double emission[]; };  // rgb, coverage
 #ifdef HALFLIGHT_DIRECT
-layout(std430, binding = 1) readonly buffer Direct { double direct[]; };  // diffuse rgb, glossy rgb
+layout(std430) readonly buffer Direct { double direct[]; };  // diffuse rgb, glossy rgb
 #endif
 #ifdef HALFLIGHT_INDIRECT
-layout(std430, binding = 2) readonly buffer Indirect { double indirect[]; };  // diffuse rgb, glossy rgb
+layout(std430) readonly buffer Indirect { double indirect[]; };  // diffuse rgb, glossy rgb
 #endif
-layout(rgba32f, binding = 0) writeonly uniform image2D beauty;
+layout(rgba32f) writeonly uniform image2D beauty;
 #ifdef HALFLIGHT_VIEW
-layout(rgba32f, binding = 1) writeonly uniform image2D view;
+layout(rgba32f) writeonly uniform image2D view;
 uniform float exposure_scale;
 #endif
 

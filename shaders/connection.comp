@@ -1,7 +1,6 @@
 // Connection rays for the benchmark, as path reuse traces them (shaders/reuse_connect.comp): from the 16 pixels of a group to
 // what the diffuse ray of each of them has met. An entry is (block, group, point, receiver), the receiver changing fastest.
 // Without a point, without a surface, or where one is behind the other, the ray is dead.
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
@@ -9,11 +8,11 @@
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) readonly buffer Surfaces { vec4 surfaces[]; };
-layout(std430, binding = 1) readonly buffer PathRays { Ray path_rays[]; };
-layout(std430, binding = 2) readonly buffer Hits { Hit hits[]; };
-layout(std430, binding = 3) readonly buffer States { PathState states[]; };
-layout(std430, binding = 4) writeonly buffer Connections { Ray connections[]; };
+layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430) readonly buffer PathRays { Ray path_rays[]; };
+layout(std430) readonly buffer Hits { Hit hits[]; };
+layout(std430) readonly buffer States { PathState states[]; };
+layout(std430) writeonly buffer Connections { Ray connections[]; };
 
 const uint kGrouping = 0xb36du;  // as good as that of any sample
 

@@ -5,7 +5,6 @@
 // leaves vertex 1 diffusely is kept apart, for all of the path's group; SHADING.md, Path reuse), HALFLIGHT_RADIANCE_CACHE (it
 // is taken from a cell of the radiance cache, and what the path finds is kept apart for that), HALFLIGHT_CACHE_TAKEN (so it is at
 // a later vertex, where a cell knows it, and nothing is kept apart).
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
@@ -16,51 +15,51 @@
 
 layout(local_size_x = 64) in;
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
-layout(std430, binding = 0) readonly buffer Arriving { uint arriving[]; };
-layout(std430, binding = 1) readonly buffer ArrivingHeader { ListHeader arriving_header; };
-layout(std430, binding = 2) buffer PathRays { Ray path_rays[]; };
-layout(std430, binding = 3) readonly buffer Hits { Hit hits[]; };
-layout(std430, binding = 4) buffer States { PathState states[]; };
+layout(std140) uniform FrameBlock { Frame frame; };
+layout(std430) readonly buffer Arriving { uint arriving[]; };
+layout(std430) readonly buffer ArrivingHeader { ListHeader arriving_header; };
+layout(std430) buffer PathRays { Ray path_rays[]; };
+layout(std430) readonly buffer Hits { Hit hits[]; };
+layout(std430) buffer States { PathState states[]; };
 #ifdef HALFLIGHT_PENDING
-layout(std430, binding = 5) readonly buffer Occluded { uint occluded[]; };
+layout(std430) readonly buffer Occluded { uint occluded[]; };
 #ifdef HALFLIGHT_SUN
-layout(std430, binding = 13) readonly buffer SunOccluded { uint sun_occluded[]; };
+layout(std430) readonly buffer SunOccluded { uint sun_occluded[]; };
 #endif
 #endif
 #ifndef HALFLIGHT_LAST_VERTEX
 #ifdef HALFLIGHT_LIGHT_SAMPLES
-layout(std430, binding = 6) writeonly buffer ShadowRays { Ray shadow_rays[]; };
-layout(std430, binding = 7) writeonly buffer Lit { uint lit[]; };
-layout(std430, binding = 8) buffer LitHeader { ListHeader lit_header; };
+layout(std430) writeonly buffer ShadowRays { Ray shadow_rays[]; };
+layout(std430) writeonly buffer Lit { uint lit[]; };
+layout(std430) buffer LitHeader { ListHeader lit_header; };
 #ifdef HALFLIGHT_SUN
-layout(std430, binding = 14) writeonly buffer SunRays { Ray sun_rays[]; };
+layout(std430) writeonly buffer SunRays { Ray sun_rays[]; };
 #endif
 #endif
-layout(std430, binding = 9) writeonly buffer Leaving { uint leaving[]; };
-layout(std430, binding = 10) buffer LeavingHeader { ListHeader leaving_header; };
+layout(std430) writeonly buffer Leaving { uint leaving[]; };
+layout(std430) buffer LeavingHeader { ListHeader leaving_header; };
 #endif
 #ifdef HALFLIGHT_LIGHT_TREE
-layout(std430, binding = 11) buffer Receivers { Receiver receivers[]; };  // where the rays come from
+layout(std430) buffer Receivers { Receiver receivers[]; };  // where the rays come from
 #endif
 #if defined(HALFLIGHT_REUSE) || defined(HALFLIGHT_RADIANCE_CACHE)
 #define HALFLIGHT_APART  // what leaves vertex 1 diffusely is no part of the path's own light
 #endif
 #ifdef HALFLIGHT_REUSE
-layout(std430, binding = 12) buffer Points { ReusePoint points[]; };
+layout(std430) buffer Points { ReusePoint points[]; };
 #elif defined(HALFLIGHT_RADIANCE_CACHE)
-layout(std430, binding = 12) buffer Points { CachePoint points[]; };
+layout(std430) buffer Points { CachePoint points[]; };
 #if defined(HALFLIGHT_FIRST_HIT) || defined(HALFLIGHT_CACHE_TAKEN)
 #define HALFLIGHT_CELLS
 #endif
 #ifdef HALFLIGHT_FIRST_HIT
 #define HALFLIGHT_CACHE_ASKED
-layout(std430, binding = 13) buffer Cells { CacheCell cells[]; };
+layout(std430) buffer Cells { CacheCell cells[]; };
 #endif
 #endif
 
 #if defined(HALFLIGHT_SUN) && (defined(HALFLIGHT_PENDING) || defined(HALFLIGHT_LIGHT_SAMPLES))
-layout(std430, binding = 15) buffer SunLight { vec4 sun_light[]; };
+layout(std430) buffer SunLight { vec4 sun_light[]; };
 #endif
 
 uniform uint depth;  // of this vertex, > 0

@@ -1,12 +1,11 @@
 // What a batch holds, and what the lists of its tiles do (TILE_LISTS): for statistics. One invocation per tile.
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/rays.h"
 #include "shaders/lib/tile_list.glsl"
 #include "shaders/lib/tile_rays.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) buffer Counts { BatchCounts counts; };
+layout(std430) buffer Counts { BatchCounts counts; };
 
 void main() {
     uint tile = gl_GlobalInvocationID.x;

@@ -19,10 +19,10 @@
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) writeonly buffer Lists { uvec4 lists[]; };
-layout(std430, binding = 3) buffer Counts { uint tiles_culled; };
+layout(std430) writeonly buffer Lists { uvec4 lists[]; };
+layout(std430) buffer Counts { uint tiles_culled; };
 #ifdef HALFLIGHT_ANY_HIT
-layout(std430, binding = 5) buffer Blockers { TileBlockers blockers_of[]; };
+layout(std430) buffer Blockers { TileBlockers blockers_of[]; };
 #endif
 
 uniform uint tiles;

@@ -1,6 +1,5 @@
 // What tracing costs, per pixel. HALFLIGHT_COUNT: nodes are counted; TILE_LISTS: there are lists of shadow rays.
 #include "shaders/shared/aov.h"
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
 #ifdef HALFLIGHT_COUNT
@@ -14,9 +13,9 @@
 
 layout(local_size_x = 64) in;
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
-layout(std430, binding = 0) readonly buffer Rays { Ray rays[]; };
-layout(std430, binding = 1) writeonly buffer Records { DebugRecord records[]; };
+layout(std140) uniform FrameBlock { Frame frame; };
+layout(std430) readonly buffer Rays { Ray rays[]; };
+layout(std430) writeonly buffer Records { DebugRecord records[]; };
 
 void main() {
     uint path = gl_GlobalInvocationID.x;

@@ -4,17 +4,18 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = UNIT_DEFORM_POSITIONS) uniform samplerBuffer positions;
-layout(binding = UNIT_DEFORM_NORMALS) uniform samplerBuffer normals;
-layout(binding = UNIT_DEFORM_TANGENTS) uniform samplerBuffer tangents;
-layout(binding = UNIT_DEFORM_JOINTS) uniform usamplerBuffer joints;
-layout(binding = UNIT_DEFORM_WEIGHTS) uniform samplerBuffer weights;
-layout(binding = UNIT_DEFORM_DELTAS) uniform samplerBuffer deltas;
-layout(binding = UNIT_DEFORM_TARGETS) uniform usamplerBuffer targets;
-layout(binding = UNIT_DEFORM_MATRICES) uniform usamplerBuffer matrices;
+// Texture buffers. The vertices are those of a dispatch.
+uniform samplerBuffer positions;  // RGB32F
+uniform samplerBuffer normals;    // RGB32F
+uniform samplerBuffer tangents;   // RGBA32F
+uniform usamplerBuffer joints;    // RGBA32UI: four joints of each vertex, set after set
+uniform samplerBuffer weights;    // RGBA32F: their weights
+uniform samplerBuffer deltas;     // RGB32F: slots of as many texels as there are vertices
+uniform usamplerBuffer targets;   // RG32UI: slot, bits of the weight
+uniform usamplerBuffer matrices;  // RGBA32UI: bits of JointMatrix, kJointTexels each
 
 // All positions, all normals, all tangents.
-layout(std430, binding = 0) writeonly buffer Moved { float moved[]; };
+layout(std430) writeonly buffer Moved { float moved[]; };
 
 uniform int vertices;
 uniform int sets;          // of joints

@@ -1,14 +1,13 @@
 // One level of the edge-avoiding a-trous wavelet filter (Dammertz et al. 2010), guided by normal, depth and variance
 // (Schied et al. 2017, equations 1 to 5): neighbours count whose light differs by no more than the noise explains.
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
-layout(binding = 0) uniform sampler2D noisy;  // light, variance of its luminance
-layout(binding = 1) uniform sampler2D guide;
-layout(rgba32f, binding = 0) writeonly uniform image2D smoother;  // the same
+layout(std140) uniform FrameBlock { Frame frame; };
+uniform sampler2D noisy;  // light, variance of its luminance
+uniform sampler2D guide;
+layout(rgba32f) writeonly uniform image2D smoother;  // the same
 
 uniform int stride;  // pixels from tap to tap
 

@@ -1,16 +1,15 @@
 // Variance of the light of each pixel, before it is filtered (Schied et al. 2017, section 4.2): from its own samples where
 // there are some, from its surroundings where there are few.
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std140) uniform FrameBlock { Frame frame; };
 // passes/preview/preview_texels.h says what they hold.
-layout(binding = 0) uniform sampler2D light;
-layout(binding = 1) uniform sampler2D guide;
-layout(binding = 2) uniform sampler2D place;
-layout(rgba32f, binding = 0) writeonly uniform image2D noisy;  // light, variance of the luminance of that mean
+uniform sampler2D light;
+uniform sampler2D guide;
+uniform sampler2D place;
+layout(rgba32f) writeonly uniform image2D noisy;  // light, variance of the luminance of that mean
 
 #include "shaders/lib/luminance.glsl"
 #include "shaders/lib/preview_surface.glsl"

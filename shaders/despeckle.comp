@@ -2,9 +2,9 @@
 // alone as they are.
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = 0) uniform sampler2D light;
-layout(binding = 1) uniform sampler2D guide;
-layout(rgba32f, binding = 0) writeonly uniform image2D calm;
+uniform sampler2D light;
+uniform sampler2D guide;
+layout(rgba32f) writeonly uniform image2D calm;
 
 #include "shaders/lib/luminance.glsl"
 

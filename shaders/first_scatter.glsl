@@ -1,6 +1,5 @@
 // Kernel body shared by shaders/diffuse.comp and shaders/glossy.comp: sends a ray from the first surface through the component
 // that COMPONENT_GLOSSY (0 or 1) names, where that component is picked.
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
@@ -9,15 +8,15 @@
 
 layout(local_size_x = 64) in;
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
-layout(std430, binding = 0) readonly buffer PrimaryRays { Ray primary_rays[]; };
-layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
-layout(std430, binding = 2) writeonly buffer PathRays { Ray path_rays[]; };
-layout(std430, binding = 3) writeonly buffer States { PathState states[]; };
-layout(std430, binding = 4) writeonly buffer List { uint list[]; };
-layout(std430, binding = 5) buffer Header { ListHeader header; };
+layout(std140) uniform FrameBlock { Frame frame; };
+layout(std430) readonly buffer PrimaryRays { Ray primary_rays[]; };
+layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430) writeonly buffer PathRays { Ray path_rays[]; };
+layout(std430) writeonly buffer States { PathState states[]; };
+layout(std430) writeonly buffer List { uint list[]; };
+layout(std430) buffer Header { ListHeader header; };
 #ifdef HALFLIGHT_LIGHT_TREE
-layout(std430, binding = 6) writeonly buffer Receivers { Receiver receivers[]; };
+layout(std430) writeonly buffer Receivers { Receiver receivers[]; };
 #endif
 
 #include "shaders/lib/dimensions.glsl"

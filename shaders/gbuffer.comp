@@ -2,7 +2,6 @@
 //
 // Variants: HALFLIGHT_PRIMARY_TRACED (rays and hits are given), else from the visibility buffer: HALFLIGHT_PRIMARY_RAYS and
 // HALFLIGHT_PRIMARY_HITS (these are made, too). HALFLIGHT_SEEN: only what they see shining is added to a mean.
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"
@@ -10,26 +9,26 @@
 
 layout(local_size_x = 64) in;
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std140) uniform FrameBlock { Frame frame; };
 #ifdef HALFLIGHT_PRIMARY_TRACED
-layout(std430, binding = 0) readonly buffer Rays { Ray rays[]; };
-layout(std430, binding = 1) readonly buffer Hits { Hit hits[]; };
+layout(std430) readonly buffer Rays { Ray rays[]; };
+layout(std430) readonly buffer Hits { Hit hits[]; };
 #else
-layout(binding = UNIT_FREE) uniform usampler2D visibility;
+uniform usampler2D visibility;
 #ifdef HALFLIGHT_PRIMARY_RAYS
-layout(std430, binding = 0) writeonly buffer Rays { Ray rays[]; };
+layout(std430) writeonly buffer Rays { Ray rays[]; };
 #endif
 #ifdef HALFLIGHT_PRIMARY_HITS
-layout(std430, binding = 1) writeonly buffer Hits { Hit hits[]; };
+layout(std430) writeonly buffer Hits { Hit hits[]; };
 #endif
 #endif
 #ifdef HALFLIGHT_SEEN
-layout(std430, binding = 2) buffer LightSeen { vec4 light_seen[]; };
+layout(std430) buffer LightSeen { vec4 light_seen[]; };
 
 uniform float weight;  // of these rays in the mean
 uniform bool begins;   // it has nothing of others yet
 #else
-layout(std430, binding = 2) writeonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430) writeonly buffer Surfaces { vec4 surfaces[]; };
 
 #define HALFLIGHT_STORE_SURFACE
 #endif

@@ -1,9 +1,8 @@
 // Primary visibility: which triangle of which block instance is nearest.
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/scene_tables.glsl"
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std140) uniform FrameBlock { Frame frame; };
 
 uniform uint first_triangle;  // of the block
 

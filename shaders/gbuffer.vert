@@ -1,9 +1,8 @@
 // Primary visibility: block instances to clip space. Drawn indexed, once per block, instanced.
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/scene_tables.glsl"
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std140) uniform FrameBlock { Frame frame; };
 
 layout(location = 0) in vec3 block_position;
 layout(location = 1) in uint block_instance;  // per instance

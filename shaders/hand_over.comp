@@ -1,9 +1,9 @@
 // Weighted sum of two pictures' sums.
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) readonly buffer Biased { double biased[]; };
-layout(std430, binding = 1) readonly buffer Unbiased { double unbiased[]; };
-layout(std430, binding = 2) writeonly buffer Both { double both[]; };
+layout(std430) readonly buffer Biased { double biased[]; };
+layout(std430) readonly buffer Unbiased { double unbiased[]; };
+layout(std430) writeonly buffer Both { double both[]; };
 
 uniform float weight_biased;
 uniform float weight_unbiased;

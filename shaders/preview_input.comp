@@ -6,24 +6,24 @@
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) readonly buffer Emission { double emission[]; };  // rgb, coverage
+layout(std430) readonly buffer Emission { double emission[]; };  // rgb, coverage
 #ifdef HALFLIGHT_DIRECT
-layout(std430, binding = 1) readonly buffer Direct { double direct[]; };  // diffuse rgb, glossy rgb
+layout(std430) readonly buffer Direct { double direct[]; };  // diffuse rgb, glossy rgb
 #endif
 #ifdef HALFLIGHT_INDIRECT
-layout(std430, binding = 2) readonly buffer Indirect { double indirect[]; };  // diffuse rgb, glossy rgb
+layout(std430) readonly buffer Indirect { double indirect[]; };  // diffuse rgb, glossy rgb
 #endif
-layout(std430, binding = 3) readonly buffer Squares { double squares[]; };    // of the beauty
-layout(std430, binding = 4) readonly buffer Features { double features[]; };  // albedo, normal
-layout(std430, binding = 5) readonly buffer Records { AovRecord records[]; };
-layout(binding = 0) uniform sampler2D mean;  // of the band
+layout(std430) readonly buffer Squares { double squares[]; };    // of the beauty
+layout(std430) readonly buffer Features { double features[]; };  // albedo, normal
+layout(std430) readonly buffer Records { AovRecord records[]; };
+uniform sampler2D mean;  // of the band
 
 // Of the whole picture; passes/preview/preview_texels.h says what they hold.
-layout(rgba32f, binding = 0) writeonly uniform image2D light;
-layout(rgba32f, binding = 1) writeonly uniform image2D guide;
-layout(rgba32f, binding = 2) writeonly uniform image2D place;
-layout(rgba32f, binding = 3) writeonly uniform image2D albedo;
-layout(rgba32f, binding = 4) writeonly uniform image2D beauty;
+layout(rgba32f) writeonly uniform image2D light;
+layout(rgba32f) writeonly uniform image2D guide;
+layout(rgba32f) writeonly uniform image2D place;
+layout(rgba32f) writeonly uniform image2D albedo;
+layout(rgba32f) writeonly uniform image2D beauty;
 
 uniform uint samples;
 uniform ivec2 size;     // of the band, within the picture

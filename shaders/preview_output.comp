@@ -3,15 +3,15 @@
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-layout(binding = 0) uniform sampler2D beauty;
-layout(binding = 1) uniform sampler2D albedo;
-layout(binding = 2) uniform sampler2D light;        // that is in the beauty
-layout(binding = 3) uniform sampler2D place;        // w: samples of the beauty
-layout(binding = 4) uniform sampler2D accumulated;  // light, earlier pictures' with it
+uniform sampler2D beauty;
+uniform sampler2D albedo;
+uniform sampler2D light;        // that is in the beauty
+uniform sampler2D place;        // w: samples of the beauty
+uniform sampler2D accumulated;  // light, earlier pictures' with it
 #ifdef HALFLIGHT_FILTERED
-layout(binding = 5) uniform sampler2D filtered;  // that
+uniform sampler2D filtered;  // that
 #endif
-layout(rgba32f, binding = 0) writeonly uniform image2D picture;
+layout(rgba32f) writeonly uniform image2D picture;
 
 #include "shaders/lib/finite.glsl"
 

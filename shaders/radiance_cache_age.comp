@@ -3,7 +3,7 @@
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) buffer Cells { CacheCell cells[]; };
+layout(std430) buffer Cells { CacheCell cells[]; };
 
 uniform uint picture;  // CacheCell::used, of the one that begins
 uniform uint oldest;   // pictures ago

@@ -5,14 +5,14 @@
 
 layout(local_size_x = 64) in;
 
-layout(std430, binding = 0) buffer States { PathState states[]; };
-layout(std430, binding = 1) readonly buffer Points { CachePoint points[]; };
-layout(std430, binding = 2) buffer Cells { CacheCell cells[]; };
+layout(std430) buffer States { PathState states[]; };
+layout(std430) readonly buffer Points { CachePoint points[]; };
+layout(std430) buffer Cells { CacheCell cells[]; };
 #ifdef HALFLIGHT_PENDING
-layout(std430, binding = 4) readonly buffer Occluded { uint occluded[]; };
+layout(std430) readonly buffer Occluded { uint occluded[]; };
 #ifdef HALFLIGHT_SUN
-layout(std430, binding = 5) readonly buffer SunOccluded { uint sun_occluded[]; };
-layout(std430, binding = 6) readonly buffer SunLight { vec4 sun_light[]; };
+layout(std430) readonly buffer SunOccluded { uint sun_occluded[]; };
+layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
 #endif
 #endif
 

@@ -2,7 +2,7 @@
 #include "shaders/lib/raster_shaft.glsl"
 
 layout(local_size_x = 8) in;
-layout(std430, binding = 3) buffer Shafts { vec4 shafts[]; };
+layout(std430) buffer Shafts { vec4 shafts[]; };
 uniform uint tile_count;
 
 void main() {

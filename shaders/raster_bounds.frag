@@ -7,8 +7,8 @@
 #include "shaders/lib/raster_end.glsl"
 #include "shaders/lib/raster_texels.glsl"
 
-layout(std430, binding = 3) writeonly buffer Shafts { vec4 shafts[]; };
-layout(std430, binding = 4) writeonly buffer Alive { uvec2 alive[]; };
+layout(std430) writeonly buffer Shafts { vec4 shafts[]; };
+layout(std430) writeonly buffer Alive { uvec2 alive[]; };
 
 void main() {
     uint tile = tile_of_texel(uvec2(gl_FragCoord.xy));

@@ -5,12 +5,12 @@
 // HALFLIGHT_WIDE: where they can meet more candidates than that, and then the tile's list is the whole scene.
 #include "shaders/lib/raster_boxes.glsl"
 
-layout(binding = UNIT_RASTER_DEPTH) uniform sampler2D tile_depth;
+uniform sampler2D tile_depth;  // how far the tile's rays still reach
 
 flat in uint block_candidates;
 #ifdef HALFLIGHT_WIDE
 layout(location = 0) out uint list_size;
-layout(std430, binding = 5) writeonly buffer Lists { uint lists[]; };
+layout(std430) writeonly buffer Lists { uint lists[]; };
 #endif
 
 void main() {

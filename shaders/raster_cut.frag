@@ -8,8 +8,8 @@
 
 layout(early_fragment_tests) in;  // lists of what is dropped are not read
 
-layout(binding = UNIT_RASTER_DEPTH) uniform sampler2D tile_depth;
-layout(std430, binding = 5) writeonly buffer Lists { uint lists[]; };
+uniform sampler2D tile_depth;  // how far the tile's rays still reach
+layout(std430) writeonly buffer Lists { uint lists[]; };
 
 const float kLarge = 4.0;  // times the shaft's width; from 2 to 16 make little difference
 

@@ -3,9 +3,9 @@
 #include "shaders/lib/raster_batch.glsl"
 #include "shaders/lib/raster_texels.glsl"
 
-layout(binding = UNIT_RASTER_SIZES) uniform usampler2D list_sizes;
-layout(binding = UNIT_RASTER_SHAFTS) uniform samplerBuffer shafts;
-layout(std430, binding = 4) readonly buffer Alive { uvec2 alive[]; };
+uniform usampler2D list_sizes;  // R32UI: entries of a tile's list
+uniform samplerBuffer shafts;   // RGBA32F, 4 texels each: shafts of tiles
+layout(std430) readonly buffer Alive { uvec2 alive[]; };
 
 uniform bool completely;  // nothing is left to be traced there
 

@@ -2,7 +2,7 @@
 #include "shaders/shared/raster.h"
 #include "shaders/lib/raster_texels.glsl"
 
-layout(binding = UNIT_RASTER_SIZES) uniform usampler2D list_sizes;
+uniform usampler2D list_sizes;  // R32UI: entries of a tile's list
 uniform ivec2 tile_texels;
 
 flat out uint list_size;

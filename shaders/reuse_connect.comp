@@ -2,7 +2,6 @@
 // each of these surfaces would have found the point (SHADING.md, Path reuse). One work group per block of 16x16. An entry is
 // (path that found the point, step to a member of its group): the HALFLIGHT_GROUP_SIZE rays towards a point follow one another.
 // Of points that give no light all are dead, and so is the ray of the path itself, step 0, which has arrived already.
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
@@ -11,20 +10,20 @@
 
 layout(local_size_x = 256) in;
 
-layout(std430, binding = 0) readonly buffer PrimaryRays { Ray primary_rays[]; };
-layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
-layout(std430, binding = 2) readonly buffer States { PathState states[]; };
+layout(std430) readonly buffer PrimaryRays { Ray primary_rays[]; };
+layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430) readonly buffer States { PathState states[]; };
 #ifdef HALFLIGHT_PENDING
-layout(std430, binding = 3) readonly buffer Occluded { uint occluded[]; };
+layout(std430) readonly buffer Occluded { uint occluded[]; };
 #ifdef HALFLIGHT_SUN
-layout(std430, binding = 7) readonly buffer SunOccluded { uint sun_occluded[]; };
-layout(std430, binding = 8) readonly buffer SunLight { vec4 sun_light[]; };
+layout(std430) readonly buffer SunOccluded { uint sun_occluded[]; };
+layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
 #endif
 #endif
-layout(std430, binding = 4) writeonly buffer Connections { Ray connections[]; };
-layout(std430, binding = 5) writeonly buffer Densities { float densities[]; };  // per area, times y.distance^2; if visible
+layout(std430) writeonly buffer Connections { Ray connections[]; };
+layout(std430) writeonly buffer Densities { float densities[]; };  // per area, times y.distance^2; if visible
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std140) uniform FrameBlock { Frame frame; };
 
 #include "shaders/lib/reuse.glsl"
 #include "shaders/lib/reuse_points.glsl"

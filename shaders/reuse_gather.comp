@@ -1,6 +1,5 @@
 // What each first surface receives of the points of its group (SHADING.md, Path reuse), one work group per block of 16x16,
 // of groups of HALFLIGHT_GROUP_SIZE.
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
@@ -9,21 +8,21 @@
 
 layout(local_size_x = 256) in;
 
-layout(std430, binding = 0) readonly buffer PrimaryRays { Ray primary_rays[]; };
-layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
-layout(std430, binding = 2) readonly buffer States { PathState states[]; };
+layout(std430) readonly buffer PrimaryRays { Ray primary_rays[]; };
+layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430) readonly buffer States { PathState states[]; };
 #ifdef HALFLIGHT_PENDING
-layout(std430, binding = 3) readonly buffer Occluded { uint occluded[]; };
+layout(std430) readonly buffer Occluded { uint occluded[]; };
 #ifdef HALFLIGHT_SUN
-layout(std430, binding = 7) readonly buffer SunOccluded { uint sun_occluded[]; };
-layout(std430, binding = 8) readonly buffer SunLight { vec4 sun_light[]; };
+layout(std430) readonly buffer SunOccluded { uint sun_occluded[]; };
+layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
 #endif
 #endif
-layout(std430, binding = 4) readonly buffer Blocked { uint blocked[]; };  // answers to the connection rays
-layout(std430, binding = 5) readonly buffer Densities { float densities[]; };
-layout(std430, binding = 6) writeonly buffer Received { DirectLight received[]; };
+uniform usamplerBuffer blocked;  // R32UI: answers to the connection rays
+layout(std430) readonly buffer Densities { float densities[]; };
+layout(std430) writeonly buffer Received { DirectLight received[]; };
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std140) uniform FrameBlock { Frame frame; };
 
 #include "shaders/lib/reuse.glsl"
 #include "shaders/lib/reuse_points.glsl"
@@ -33,7 +32,7 @@ shared vec3 given[256];  // light of each point over its density with which the 
 
 // 1 or 0; NaN, which the accumulation counts, where there was no answer.
 float visible(uint entry) {
-    uint answer = blocked[entry];
+    uint answer = texelFetch(blocked, int(entry)).x;
     return answer == kFree ? 1.0 : answer == kOccluded ? 0.0 : not_a_number();
 }
 

@@ -1,6 +1,5 @@
 // Light samples for every surface that the camera sees: one of the sun with HALFLIGHT_SUN_SAMPLES, HALFLIGHT_SHADOW_RAYS of the
 // other lights without.
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
@@ -8,11 +7,11 @@
 
 layout(local_size_x = 64) in;
 
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
-layout(std430, binding = 0) readonly buffer PrimaryRays { Ray primary_rays[]; };
-layout(std430, binding = 1) readonly buffer Surfaces { vec4 surfaces[]; };
-layout(std430, binding = 2) writeonly buffer ShadowRays { Ray shadow_rays[]; };
-layout(std430, binding = 3) writeonly buffer Light { DirectLight light[]; };
+layout(std140) uniform FrameBlock { Frame frame; };
+layout(std430) readonly buffer PrimaryRays { Ray primary_rays[]; };
+layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
+layout(std430) writeonly buffer ShadowRays { Ray shadow_rays[]; };
+layout(std430) writeonly buffer Light { DirectLight light[]; };
 
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/next_event.glsl"

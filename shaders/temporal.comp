@@ -7,25 +7,25 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 // passes/preview/preview_texels.h says what they hold.
-layout(binding = 0) uniform sampler2D light;
-layout(binding = 1) uniform sampler2D guide;
-layout(binding = 2) uniform sampler2D place;
+uniform sampler2D light;
+uniform sampler2D guide;
+uniform sampler2D place;
 #ifdef HALFLIGHT_HISTORY
-layout(binding = 3) uniform sampler2D earlier_light;
-layout(binding = 4) uniform sampler2D earlier_guide;
-layout(binding = 5) uniform sampler2D earlier_place;
-layout(std430, binding = 0) buffer Refused { uint refused[kRefusedKinds]; };
+uniform sampler2D earlier_light;
+uniform sampler2D earlier_guide;
+uniform sampler2D earlier_place;
+layout(std430) buffer Refused { uint refused[kRefusedKinds]; };
 uniform mat4 to_earlier;      // relative to the earlier picture's origin, to its clip space, y down
 uniform vec3 origin_shift;    // from the earlier picture's origin to the new one's
 uniform float earlier_pixel;  // world units that a pixel of the earlier picture is high where its clip space's w is 1
 uniform float earlier_share;  // of its samples that count, (0,1]
 #ifdef HALFLIGHT_MOVED
-layout(binding = 6) uniform sampler2D before;  // xyz: where the place was, relative to the earlier picture's origin
+uniform sampler2D before;  // xyz: where the place was, relative to the earlier picture's origin
 #endif
 #endif
-layout(rgba32f, binding = 0) writeonly uniform image2D to_light;
-layout(rgba32f, binding = 1) writeonly uniform image2D to_guide;
-layout(rgba32f, binding = 2) writeonly uniform image2D to_place;
+layout(rgba32f) writeonly uniform image2D to_light;
+layout(rgba32f) writeonly uniform image2D to_guide;
+layout(rgba32f) writeonly uniform image2D to_place;
 
 #include "shaders/lib/finite.glsl"
 

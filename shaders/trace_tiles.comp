@@ -27,15 +27,15 @@ layout(local_size_x = kGroupRays) in;
 
 #ifdef HALFLIGHT_ANY_HIT
 const bool kAnyHit = true;
-layout(std430, binding = 0) buffer Occluded { uint occluded[]; };
-layout(std430, binding = 5) buffer Blockers { TileBlockers blockers_of[]; };
+layout(std430) buffer Occluded { uint occluded[]; };
+layout(std430) buffer Blockers { TileBlockers blockers_of[]; };
 #else
 const bool kAnyHit = false;
-layout(std430, binding = 0) buffer Hits { Hit hits[]; };
+layout(std430) buffer Hits { Hit hits[]; };
 #endif
-layout(std430, binding = 3) buffer Head { RestHeader rest_head; };
+layout(std430) buffer Head { RestHeader rest_head; };
 uniform uint tiles;
-layout(std430, binding = 4) buffer Rest { RestEntry rest[]; };
+layout(std430) buffer Rest { RestEntry rest[]; };
 
 void store_answer(uint path, Hit hit) {
 #ifdef HALFLIGHT_ANY_HIT

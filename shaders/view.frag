@@ -1,6 +1,6 @@
 // A picture as a display shows it. With HALFLIGHT_VIEW the text of ocio_view() stands above: the picture is linear;
 // without it is encoded for the display already.
-layout(binding = 0) uniform sampler2D picture;
+uniform sampler2D picture;
 #ifdef HALFLIGHT_VIEW
 uniform float exposure_scale;
 #endif

@@ -193,8 +193,6 @@ std::vector<VertexArrays> GpuDeformer::deform_batch(std::span<const Deformation>
     targets.resize(std::min(std::max(targets.size(), most_targets), limits_.texture_buffer_texels));
     gpu::replace(matrices_, matrices);
     gpu::replace(targets_, targets);
-    matrices_.bind_texture(UNIT_DEFORM_MATRICES, GL_RGBA32UI);
-    targets_.bind_texture(UNIT_DEFORM_TARGETS, GL_RG32UI);
     for (const Job& job : jobs)
         if (job.shape) start(job);
 
@@ -223,13 +221,15 @@ void GpuDeformer::start(const Job& job) {
         const std::size_t place = job.first_result + i, bytes = piece.count * shape.result_bytes();
         if (place == results_.size()) results_.emplace_back("deformed vertices", bytes);
         if (results_[place].bytes() != bytes) results_[place] = gpu::Buffer("deformed vertices", bytes);
-        piece.positions.bind_texture(UNIT_DEFORM_POSITIONS, GL_RGB32F);
-        piece.normals.bind_texture(UNIT_DEFORM_NORMALS, GL_RGB32F);
-        piece.tangents.bind_texture(UNIT_DEFORM_TANGENTS, GL_RGBA32F);
-        piece.joints.bind_texture(UNIT_DEFORM_JOINTS, GL_RGBA32UI);
-        piece.weights.bind_texture(UNIT_DEFORM_WEIGHTS, GL_RGBA32F);
-        piece.deltas.bind_texture(UNIT_DEFORM_DELTAS, GL_RGB32F);
-        results_[place].bind_storage(0);
+        program.bind_texture("positions", piece.positions, GL_RGB32F);
+        program.bind_texture("normals", piece.normals, GL_RGB32F);
+        program.bind_texture("tangents", piece.tangents, GL_RGBA32F);
+        program.bind_texture("joints", piece.joints, GL_RGBA32UI);
+        program.bind_texture("weights", piece.weights, GL_RGBA32F);
+        program.bind_texture("deltas", piece.deltas, GL_RGB32F);
+        program.bind_texture("targets", targets_, GL_RG32UI);
+        program.bind_texture("matrices", matrices_, GL_RGBA32UI);
+        program.bind_storage("Moved", results_[place]);
         program.set("vertices", static_cast<int>(piece.count));
         program.dispatch(static_cast<std::uint32_t>((piece.count + kGroup - 1) / kGroup));
     }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <optional>
 #include <span>
 #include <utility>
@@ -79,6 +80,20 @@ GLuint loaded_or_made(std::string_view name, std::string_view key, const Program
     return made;
 }
 
+Error link_error(std::string_view name, GLuint program) {
+    GLint log_length = value_of(program, GL_INFO_LOG_LENGTH);
+    std::string log(static_cast<std::size_t>(log_length), '\0');
+    glGetProgramInfoLog(program, log_length, &log_length, log.data());
+    log.resize(static_cast<std::size_t>(log_length));
+    while (!log.empty() && log.back() == '\n') log.pop_back();
+    if (log.find("storage block") != std::string::npos) {
+        GLint limit = 0;
+        glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &limit);
+        return Error(name, "needs more storage blocks than the driver allows (compute shaders: {}): {}", limit, log);
+    }
+    return Error(name, "does not link: {}", log);
+}
+
 GLuint linked(std::string_view name, std::span<const Shader> shaders) {
     Object<delete_program> program(glCreateProgram());
     label(GL_PROGRAM, program.id(), name);
@@ -86,13 +101,7 @@ GLuint linked(std::string_view name, std::span<const Shader> shaders) {
     for (const Shader& shader : shaders) glAttachShader(program.id(), shader.id());
     glLinkProgram(program.id());
     for (const Shader& shader : shaders) glDetachShader(program.id(), shader.id());
-    if (value_of(program.id(), GL_LINK_STATUS) == 0) {
-        GLint log_length = value_of(program.id(), GL_INFO_LOG_LENGTH);
-        std::string log(static_cast<std::size_t>(log_length), '\0');
-        glGetProgramInfoLog(program.id(), log_length, &log_length, log.data());
-        log.resize(static_cast<std::size_t>(log_length));
-        throw Error(name, "does not link: {}", log);
-    }
+    if (value_of(program.id(), GL_LINK_STATUS) == 0) throw link_error(name, program.id());
     return program.release();
 }
 
@@ -121,7 +130,7 @@ void add_to_key(std::string& key, const Defines& defines) {
 }  // namespace
 
 Program::Program(std::string name, std::string text, GLuint id)
-    : name_(std::move(name)), text_(std::move(text)), object_(id) {}
+    : name_(std::move(name)), text_(std::move(text)), object_(id), slots_(assign_slots(id)) {}
 
 Program Program::compute(const ShaderSource& source, const Defines& defines, const ProgramBinaries* binaries) {
     ExpandedSource expanded = expand(source, defines);
@@ -150,8 +159,7 @@ void Program::bind() const {
 
 GLint Program::uniform(std::string_view name) const {
     if (const auto found = uniforms_.find(name); found != uniforms_.end()) return found->second;
-    const std::string_view identifier = name.substr(0, name.find_first_of(".["));
-    if (text_.find(identifier) == std::string::npos) throw Error(name_, "has no uniform '{}'", name);
+    if (!declares(name.substr(0, name.find_first_of(".[")))) throw Error(name_, "has no uniform '{}'", name);
     std::string key(name);
     const GLint location = glGetUniformLocation(id(), key.c_str());
     return uniforms_.emplace(std::move(key), location).first->second;
@@ -198,6 +206,44 @@ void Program::set(std::string_view name, const mat3& value) const {
 }
 void Program::set(std::string_view name, const mat4& value) const {
     glProgramUniformMatrix4fv(id(), uniform(name), 1, GL_FALSE, &value[0].x);
+}
+
+bool Program::declares(std::string_view identifier) const {
+    if (declared_.contains(identifier)) return true;
+    const auto in_word = [&](std::size_t i) {
+        return i < text_.size() && (std::isalnum(static_cast<unsigned char>(text_[i])) != 0 || text_[i] == '_');
+    };
+    for (std::size_t at = text_.find(identifier); at != std::string::npos; at = text_.find(identifier, at + 1)) {
+        if (!in_word(at - 1) && !in_word(at + identifier.size())) {
+            declared_.emplace(identifier);
+            return true;
+        }
+    }
+    return false;
+}
+
+/// Returns the slot of that name and kind, or null where it is not active.
+const Slot* Program::slot(std::string_view name, SlotKind kind, const std::string& resource) const {
+    const auto found = std::ranges::find(slots_, name, &Slot::name);
+    if (found != slots_.end() && found->kind == kind) return &*found;
+    if (found == slots_.end() && declares(name)) return nullptr;
+    throw Error(name_, "has no {} '{}' to bind '{}' to", gpu::name(kind), name, resource);
+}
+
+void Program::bind_storage(std::string_view block, const Buffer& buffer) const {
+    if (const Slot* s = slot(block, SlotKind::storage_block, buffer.name())) buffer.bind_storage(s->index);
+}
+void Program::bind_uniform(std::string_view block, const Buffer& buffer) const {
+    if (const Slot* s = slot(block, SlotKind::uniform_block, buffer.name())) buffer.bind_uniform(s->index);
+}
+void Program::bind_texture(std::string_view sampler, const Texture& texture) const {
+    if (const Slot* s = slot(sampler, SlotKind::sampler, texture.name())) texture.bind(s->index);
+}
+void Program::bind_texture(std::string_view sampler, const Buffer& buffer, GLenum format) const {
+    if (const Slot* s = slot(sampler, SlotKind::sampler, buffer.name())) buffer.bind_texture(s->index, format);
+}
+void Program::bind_image(std::string_view image, const Texture& texture) const {
+    if (const Slot* s = slot(image, SlotKind::image, texture.name())) texture.bind_image(s->index, GL_READ_WRITE);
 }
 
 void Program::dispatch(std::uint32_t x, std::uint32_t y, std::uint32_t z) const {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <set>
 #include <string>
 #include <string_view>
 #include <unordered_map>
@@ -13,15 +14,19 @@
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/object.h"
 #include "engine/gpu/program_binaries.h"
+#include "engine/gpu/program_slots.h"
 #include "engine/gpu/shader_source.h"
+#include "engine/gpu/texture.h"
 
 namespace halflight::gpu {
 
-/// Uniforms keep their value between uses. Binding points are fixed in the shaders (layout(binding = ...)).
+/// A linked program. It keeps the values of its uniforms between uses. Resources are bound by their names in the
+/// shader; the slots follow from the linked program (program_slots.h).
 class Program {
   public:
-    /// Throw Error("shaders/x.comp:12", what the compiler says) where a shader does not compile, or does not link.
-    /// binaries: where the program may be found ready, and is put where it is not.
+    /// Compile and link a program. `binaries`, if not null, is where a linked program is looked up and stored. Throw
+    /// Error("shaders/x.comp:12", what the compiler says) where a shader does not compile, and Error(name, ...) where
+    /// the program does not link or needs more storage blocks than the driver allows.
     static Program compute(const ShaderSource& source, const Defines& defines = {},
                            const ProgramBinaries* binaries = nullptr);
     static Program graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {},
@@ -50,6 +55,19 @@ class Program {
     void set(std::string_view name, const mat3& value) const;
     void set(std::string_view name, const mat4& value) const;
 
+    /// Bind a resource to the block, sampler or image of this name. The binding holds until another program's resource
+    /// takes the slot, so bind right before the dispatch or draw. A name that is declared but not active does nothing.
+    /// Throw Error naming program and resource where the shader declares no such name, or another kind of resource.
+    void bind_storage(std::string_view block, const Buffer& buffer) const;
+    void bind_uniform(std::string_view block, const Buffer& buffer) const;
+    void bind_texture(std::string_view sampler, const Texture& texture) const;
+    void bind_texture(std::string_view sampler, const Buffer& buffer, GLenum format) const;  ///< a sized format
+    void bind_image(std::string_view image, const Texture& texture) const;
+    /// Returns the slots of all active resources.
+    const std::vector<Slot>& slots() const { return slots_; }
+    /// Returns whether the identifier occurs in the source, active or not.
+    bool declares(std::string_view identifier) const;
+
     /// Bind and start so many workgroups. The graph places the memory barriers.
     void dispatch(std::uint32_t x, std::uint32_t y = 1, std::uint32_t z = 1) const;
     /// Workgroup counts are three uints at `offset` bytes of the buffer.
@@ -59,10 +77,13 @@ class Program {
 
   private:
     Program(std::string name, std::string text, GLuint id);
+    const Slot* slot(std::string_view name, SlotKind kind, const std::string& resource) const;
 
     std::string name_;
     std::string text_;  // all stages
     Object<delete_program> object_;
+    std::vector<Slot> slots_;
+    mutable std::set<std::string, std::less<>> declared_;  // identifiers that were found in the text
     mutable std::map<std::string, GLint, std::less<>> uniforms_;
 };
 

@@ -74,6 +74,47 @@ const gpu::Framebuffer& Resources::framebuffer(std::initializer_list<TextureHand
     return found->second;
 }
 
+const gpu::Program& Resources::bound(const gpu::Program& program) const {
+    for (const Use& use : pass_.uses) {
+        const auto& [name, format] = use.shader_name;
+        if (name.empty()) continue;
+        if (!program.declares(name)) {
+            throw Error("pass '" + pass_.name + "'", "binds '{}' to '{}', which {} does not declare",
+                        graph_.resources[use.resource].node.name, name, program.name());
+        }
+        const gpu::Buffer* buffer = executor_.buffer_of_[use.resource];
+        const gpu::Texture* texture = executor_.texture_of_[use.resource];
+        switch (use.access) {
+            case Access::storage_read:
+            case Access::storage_write:
+            case Access::storage_read_write:
+                program.bind_storage(name, *buffer);
+                break;
+            case Access::uniform_read:
+                program.bind_uniform(name, *buffer);
+                break;
+            case Access::texture_read:
+                texture ? program.bind_texture(name, *texture) : program.bind_texture(name, *buffer, format);
+                break;
+            case Access::image_write:
+                program.bind_image(name, *texture);
+                break;
+            default:  // has no shader name
+                break;
+        }
+    }
+    return program;
+}
+
+const gpu::Program& Resources::compute(const gpu::ShaderSource& source, const gpu::Defines& defines) {
+    return bound(executor_.programs_.compute(source, defines));
+}
+
+const gpu::Program& Resources::graphics(const gpu::ShaderSource& vertex, const gpu::ShaderSource& fragment,
+                                        const gpu::Defines& defines) {
+    return bound(executor_.programs_.graphics(vertex, fragment, defines));
+}
+
 gpu::ProgramCache& Resources::programs() {
     return executor_.programs_;
 }

@@ -23,13 +23,19 @@ class Resources {
     gpu::Texture& texture(TextureHandle handle);
     /// Of textures that the pass declared as attachments; made once and kept.
     const gpu::Framebuffer& framebuffer(std::initializer_list<TextureHandle> colors, TextureHandle depth = {});
-    gpu::ProgramCache& programs();
+    /// Return the program with all resources bound that the pass declared with a shader name. Throw Error naming pass
+    /// and resource where the program does not declare the name.
+    const gpu::Program& compute(const gpu::ShaderSource& source, const gpu::Defines& defines = {});
+    const gpu::Program& graphics(const gpu::ShaderSource& vertex, const gpu::ShaderSource& fragment,
+                                 const gpu::Defines& defines = {});
+    gpu::ProgramCache& programs();  ///< for passes that bind their resources themselves
 
   private:
     friend class Executor;
     Resources(Executor& executor, const CompiledGraph& graph, const PlannedPass& pass)
         : executor_(executor), graph_(graph), pass_(pass) {}
     std::uint32_t checked(std::uint32_t graph, std::uint32_t resource) const;
+    const gpu::Program& bound(const gpu::Program& program) const;
     Executor& executor_;
     const CompiledGraph& graph_;
     const PlannedPass& pass_;

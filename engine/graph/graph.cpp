@@ -30,6 +30,29 @@ bool fits(Access access, bool is_texture) {
     return false;
 }
 
+/// Whether a shader names what is used so.
+bool has_shader_name(Access access) {
+    switch (access) {
+        case Access::storage_read:
+        case Access::storage_write:
+        case Access::storage_read_write:
+        case Access::texture_read:
+        case Access::uniform_read:
+        case Access::image_write:
+            return true;
+        default:
+            return false;
+    }
+}
+
+void check_shader_name(const std::string& who, const ResourceNode& node, Access access, const ShaderName& shader) {
+    if (!shader.name.empty() && !has_shader_name(access))
+        throw Error(who, "names '{}' for shaders, but uses it by {}", node.name, name(access));
+    const bool texels = !shader.name.empty() && access == Access::texture_read && !node.is_texture;
+    if (texels != (shader.format != 0))
+        throw Error(who, "reads '{}' by {} {} a texel format", node.name, name(access), texels ? "without" : "with");
+}
+
 /// Writes after which what was there before may still be there.
 bool may_keep(Access access) {
     return access == Access::storage_read_write || access == Access::image_write ||
@@ -74,23 +97,64 @@ bool writes(Access access) {
     return may_keep(access) || access == Access::storage_write || access == Access::transfer_write;
 }
 
+// --- Uses ------------------------------------------------------------------------------------------------------------
+
+template <class H>
+void Graph::read(std::uint32_t pass, const H& handle, Access access, const ShaderName& shader_name) {
+    std::string who;
+    PassNode& reader = open_pass(pass, who);
+    const ResourceNode& node = checked(who, handle.graph, handle.resource, handle.version);
+    if (writes(access) || !fits(access, node.is_texture)) {
+        throw Error(who, "reads '{}' by {}", node.name, name(access));
+    }
+    check_shader_name(who, node, access, shader_name);
+    const std::uint32_t writer = node.writers[handle.version];
+    if (writer == ResourceNode::kNobody) throw Error(who, "reads '{}', which nobody has written", node.name);
+    if (writer == pass) throw Error(who, "reads '{}', which it writes itself", node.name);
+    reader.uses.push_back({handle.resource, handle.version, access, false, false, shader_name});
+}
+
+template <class H>
+H Graph::write(std::uint32_t pass, H handle, Access access, const ShaderName& shader_name) {
+    std::string who;
+    PassNode& writer = open_pass(pass, who);
+    ResourceNode& node = checked(who, handle.graph, handle.resource, handle.version);
+    const auto refuse = [&](const char* why) {
+        throw Error(who, "writes '{}' by {}: {}", node.name, name(access), why);
+    };
+    if (!writes(access)) refuse("that is a way to read");
+    if (!fits(access, node.is_texture)) refuse(node.is_texture ? "it is a texture" : "it is a buffer");
+    if (node.kind == ResourceKind::history_previous) refuse("the past is only read");
+    if (node.output) refuse("it is an output already");
+    if (node.writers[handle.version] == pass) refuse("it has written it before");
+    for (const Use& use : writer.uses) {
+        if (use.resource == handle.resource) refuse("it reads it, too; to update in place is storage_read_write");
+    }
+    check_shader_name(who, node, access, shader_name);
+    const bool has_content = node.writers[handle.version] != ResourceNode::kNobody;
+    if (access == Access::storage_read_write && !has_content) refuse("nobody has written it before");
+    node.writers.push_back(pass);
+    handle.version = node.current();
+    writer.uses.push_back(
+        {handle.resource, handle.version, access, true, may_keep(access) && has_content, shader_name});
+    return handle;
+}
+
 // --- Pass -----------------------------------------------------------------------------------------------------------
 
-BufferHandle Pass::read(BufferHandle handle, Access access) {
-    graph_->read(index_, handle.graph, handle.resource, handle.version, access);
+BufferHandle Pass::read(BufferHandle handle, Access access, const ShaderName& shader_name) {
+    graph_->read(index_, handle, access, shader_name);
     return handle;
 }
-TextureHandle Pass::read(TextureHandle handle, Access access) {
-    graph_->read(index_, handle.graph, handle.resource, handle.version, access);
+TextureHandle Pass::read(TextureHandle handle, Access access, const ShaderName& shader_name) {
+    graph_->read(index_, handle, access, shader_name);
     return handle;
 }
-BufferHandle Pass::write(BufferHandle handle, Access access) {
-    handle.version = graph_->write(index_, handle.graph, handle.resource, handle.version, access);
-    return handle;
+BufferHandle Pass::write(BufferHandle handle, Access access, const ShaderName& shader_name) {
+    return graph_->write(index_, handle, access, shader_name);
 }
-TextureHandle Pass::write(TextureHandle handle, Access access) {
-    handle.version = graph_->write(index_, handle.graph, handle.resource, handle.version, access);
-    return handle;
+TextureHandle Pass::write(TextureHandle handle, Access access, const ShaderName& shader_name) {
+    return graph_->write(index_, handle, access, shader_name);
 }
 void Pass::keep() {
     graph_->passes_[index_].kept = true;
@@ -233,43 +297,6 @@ PassNode& Graph::open_pass(std::uint32_t pass, std::string& who) {
         throw Error(who, "declares a use after pass '{}' was added", passes_[pass + 1].name);
     }
     return passes_[pass];
-}
-
-void Graph::read(std::uint32_t pass, std::uint32_t graph, std::uint32_t resource, std::uint32_t version,
-                 Access access) {
-    std::string who;
-    PassNode& reader = open_pass(pass, who);
-    const ResourceNode& node = checked(who, graph, resource, version);
-    if (writes(access) || !fits(access, node.is_texture)) {
-        throw Error(who, "reads '{}' by {}", node.name, name(access));
-    }
-    const std::uint32_t writer = node.writers[version];
-    if (writer == ResourceNode::kNobody) throw Error(who, "reads '{}', which nobody has written", node.name);
-    if (writer == pass) throw Error(who, "reads '{}', which it writes itself", node.name);
-    reader.uses.push_back({resource, version, access, false, false});
-}
-
-std::uint32_t Graph::write(std::uint32_t pass, std::uint32_t graph, std::uint32_t resource, std::uint32_t version,
-                           Access access) {
-    std::string who;
-    PassNode& writer = open_pass(pass, who);
-    ResourceNode& node = checked(who, graph, resource, version);
-    const auto refuse = [&](const char* why) {
-        throw Error(who, "writes '{}' by {}: {}", node.name, name(access), why);
-    };
-    if (!writes(access)) refuse("that is a way to read");
-    if (!fits(access, node.is_texture)) refuse(node.is_texture ? "it is a texture" : "it is a buffer");
-    if (node.kind == ResourceKind::history_previous) refuse("the past is only read");
-    if (node.output) refuse("it is an output already");
-    if (node.writers[version] == pass) refuse("it has written it before");
-    for (const Use& use : writer.uses) {
-        if (use.resource == resource) refuse("it reads it, too; to update in place is storage_read_write");
-    }
-    const bool has_content = node.writers[version] != ResourceNode::kNobody;
-    if (access == Access::storage_read_write && !has_content) refuse("nobody has written it before");
-    node.writers.push_back(pass);
-    writer.uses.push_back({resource, node.current(), access, true, may_keep(access) && has_content});
-    return node.current();
 }
 
 }  // namespace halflight::graph

@@ -2,9 +2,11 @@
 //
 //   Graph g;
 //   Pass p = g.add_pass("diffuse");                            // setup runs now
-//   BufferHandle rays = p.write(g.create_buffer("diffuse rays", {bytes}), Access::storage_write);
-//   p.read(surface, Access::storage_read);
-//   p.execute([=](Resources& r) { ... r.buffer(rays) ... });   // runs later, maybe many times, maybe never
+//   BufferHandle rays = p.write(g.create_buffer("diffuse rays", {bytes}), Access::storage_write, "Rays");
+//   p.read(surfaces, Access::storage_read, "Surfaces");        // bound to `buffer Surfaces { ... };` of the kernel
+//   p.execute([=](Resources& r) {                              // runs later, maybe many times, maybe never
+//       r.compute("shaders/diffuse.comp").dispatch(groups);
+//   });
 //   g.output(rays);                                            // what is not needed for an output is culled
 //   CompiledGraph c = compile(g);                              // compile.h; pure: no OpenGL
 //   Executor e(programs); e.run(c);                            // execute.h
@@ -45,6 +47,16 @@ enum class Access : std::uint8_t {
 };
 const char* name(Access access);
 bool writes(Access access);
+
+/// The name of a resource in the kernels of a pass: of a storage or uniform block, a sampler or an image. Empty: the
+/// pass binds the resource itself.
+struct ShaderName {
+    ShaderName() = default;
+    /// texels: sized format of a buffer that is read as a texture buffer; otherwise 0.
+    ShaderName(const char* shader_name, GLenum texels = 0) : name(shader_name), format(texels) {}
+    std::string name;
+    GLenum format = 0;
+};
 
 struct BufferDesc {
     std::size_t bytes = 0;
@@ -99,6 +111,7 @@ struct Use {
     Access access = Access::storage_read;
     bool write = false;
     bool keeps = false;
+    ShaderName shader_name;
 };
 
 class Graph;
@@ -114,13 +127,14 @@ struct PassNode {
 /// A pass under construction; cheap to copy, valid as long as its graph stays where it is.
 class Pass {
   public:
-    /// Both return the handle they were given. Throw Error on a retired or unwritten version.
-    BufferHandle read(BufferHandle handle, Access access);
-    TextureHandle read(TextureHandle handle, Access access);
-    /// The next version. Throws Error on a retired version, on a `previous`, on an output, and on storage_read_write of
-    /// what nobody has written.
-    [[nodiscard]] BufferHandle write(BufferHandle handle, Access access);
-    [[nodiscard]] TextureHandle write(TextureHandle handle, Access access);
+    /// Declare a read and return the handle unchanged. Resources::compute() and graphics() bind the resource to
+    /// `shader_name`. Throw Error on a retired or unwritten version.
+    BufferHandle read(BufferHandle handle, Access access, const ShaderName& shader_name = {});
+    TextureHandle read(TextureHandle handle, Access access, const ShaderName& shader_name = {});
+    /// Declare a write and return the next version. Throw Error on a retired version, on a `previous`, on an output,
+    /// and on storage_read_write of what nobody has written.
+    [[nodiscard]] BufferHandle write(BufferHandle handle, Access access, const ShaderName& shader_name = {});
+    [[nodiscard]] TextureHandle write(TextureHandle handle, Access access, const ShaderName& shader_name = {});
     /// The pass is kept although nothing reads what it writes (it reports to the outside world).
     void keep();
     void execute(std::function<void(Resources&)> function);
@@ -169,9 +183,10 @@ class Graph {
     friend class Pass;
     std::uint32_t add_resource(ResourceNode node);
     void mark_output(std::uint32_t graph, std::uint32_t resource, std::uint32_t version);
-    void read(std::uint32_t pass, std::uint32_t graph, std::uint32_t resource, std::uint32_t version, Access access);
-    std::uint32_t write(std::uint32_t pass, std::uint32_t graph, std::uint32_t resource, std::uint32_t version,
-                        Access access);
+    template <class H>
+    void read(std::uint32_t pass, const H& handle, Access access, const ShaderName& shader_name);
+    template <class H>
+    H write(std::uint32_t pass, H handle, Access access, const ShaderName& shader_name);
     ResourceNode& checked(const std::string& who, std::uint32_t graph, std::uint32_t resource, std::uint32_t version);
     PassNode& open_pass(std::uint32_t pass, std::string& who);
     template <class H>

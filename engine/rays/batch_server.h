@@ -30,8 +30,9 @@ class BatchServer {
 void read_batch(graph::Pass& pass, const TraceScene& scene, const RayBatch& batch,
                 graph::Access rays = graph::Access::texture_read);
 graph::BufferHandle write_results(graph::Pass& pass, const RayBatch& batch, graph::BufferHandle results);
-/// Uniforms and block of shaders/lib/batch_rays.glsl that alpha tests are keyed by, where the scene has any.
-void set_alpha_keys(graph::Resources& resources, const gpu::Program& program, const TraceScene& scene,
-                    const RayBatch& batch);
+/// Binds the scene, the rays, the list (blocks List and Header) and the keys of alpha tests to a program that includes
+/// shaders/lib/batch_rays.glsl.
+void bind_batch(graph::Resources& resources, const gpu::Program& program, const TraceScene& scene,
+                const RayBatch& batch);
 
 }  // namespace halflight::rays

@@ -9,6 +9,7 @@
 #include <ctime>
 #include <map>
 #include <optional>
+#include <utility>
 
 #include "engine/gpu/context.h"
 #include "engine/graph/execute.h"
@@ -29,7 +30,7 @@ using Query = gpu::Object<delete_query>;
 
 constexpr std::size_t kWideTile = 10;  // nodes of the survey that a tile may meet and still be culled
 
-/// Rows of UNIT_RASTER_BOXES.
+/// Returns the texels of `boxes` (shaders/shared/raster.h).
 std::vector<vec4> box_rows(const CullTree& tree) {
     std::vector<vec4> rows;
     for (const CullNode& n : tree.nodes) {
@@ -153,8 +154,10 @@ class RasterRun final : public CullDevice {
           statistics_(culling.statistics(batch.kind, batch.depth)),
           layout_(batch.capacity),
           resources_(r),
+          scene_(scene),
           batch_(batch),
-          targets_(targets) {
+          targets_(targets),
+          any_hit_(any_hit) {
         gpu::Defines defines = scene.defines();
         if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
         if (batch.list) defines.set("HALFLIGHT_LIST");
@@ -167,7 +170,7 @@ class RasterRun final : public CullDevice {
         cut_ = &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_cut.frag", scene.defines());
         wide_ = &cache.graphics("shaders/raster_blocks.vert", "shaders/raster_candidates.frag",
                                 {{"HALFLIGHT_WIDE", std::to_string(kWideTile)}});
-        bind(scene);
+        set_uniforms();
         glGetIntegerv(GL_VERTEX_ARRAY_BINDING, &others_attributes_);
         glBindVertexArray(parts_.no_attributes.id());
         GLuint id = 0;
@@ -199,7 +202,7 @@ class RasterRun final : public CullDevice {
         resources_.framebuffer({}, targets_.depth).bind();
         test_depth();
         glBeginQuery(GL_ANY_SAMPLES_PASSED, parts_.queries[asked_++].id());
-        stage(&RasterStages::ask, [&] { ask_->draw(GL_POINTS, layout_.blocks); });
+        stage(&RasterStages::ask, [&] { use(*ask_).draw(GL_POINTS, layout_.blocks); });
         glEndQuery(GL_ANY_SAMPLES_PASSED);
         // Software drivers overcount where thousands of queries wait.
         if (asked_ % 256 == 0) glFlush();
@@ -239,22 +242,31 @@ class RasterRun final : public CullDevice {
         statistics_.stages.*seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
     }
 
-    void bind(const TraceScene& scene) {
-        scene.bind();
-        parts_.boxes.bind_texture(UNIT_RASTER_BOXES, GL_RGBA32F);
-        resources_.buffer(batch_.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
-        resources_.buffer(targets_.shafts).bind_texture(UNIT_RASTER_SHAFTS, GL_RGBA32F);
-        resources_.texture(targets_.depth).bind(UNIT_RASTER_DEPTH);
-        resources_.texture(targets_.sizes).bind(UNIT_RASTER_SIZES);
-        resources_.buffer(targets_.lists).bind_texture(UNIT_RASTER_LISTS, GL_R32UI);
-        resources_.buffer(targets_.results).bind_storage(0);
-        if (batch_.list) {
-            resources_.buffer(batch_.list).bind_storage(1);
-            resources_.buffer(batch_.list_header).bind_storage(2);
+    /// Binds the program's resources, unless it is the one that was used last.
+    const gpu::Program& use(const gpu::Program& program) {
+        if (std::exchange(used_, &program) == &program) return program;
+        const auto is = [&](std::initializer_list<const gpu::Program*> programs) {
+            return std::ranges::find(programs, &program) != programs.end();
+        };
+        graph::Resources& r = resources_;
+        if (is({bounds_, ends_, trace_})) {
+            bind_batch(r, program, scene_, batch_);
+            program.bind_storage(any_hit_ ? "Occluded" : "Hits", r.buffer(targets_.results));
         }
-        resources_.buffer(targets_.shafts).bind_storage(3);
-        resources_.buffer(targets_.alive).bind_storage(4);
-        resources_.buffer(targets_.lists).bind_storage(5);
+        if (is({bounds_, blocks_})) program.bind_storage("Shafts", r.buffer(targets_.shafts));
+        if (is({bounds_, ends_})) program.bind_storage("Alive", r.buffer(targets_.alive));
+        if (is({ends_, ask_, cut_, wide_})) program.bind_texture("shafts", r.buffer(targets_.shafts), GL_RGBA32F);
+        if (is({ends_, trace_})) program.bind_texture("list_sizes", r.texture(targets_.sizes));
+        if (is({trace_})) program.bind_texture("lists", r.buffer(targets_.lists), GL_R32UI);
+        if (is({ask_, cut_, wide_})) {
+            program.bind_texture("boxes", parts_.boxes, GL_RGBA32F);
+            program.bind_texture("tile_depth", r.texture(targets_.depth));
+            program.bind_storage("Lists", r.buffer(targets_.lists));
+        }
+        return program;
+    }
+
+    void set_uniforms() {
         for (const gpu::Program* program : {bounds_, ends_, trace_, ask_, cut_, wide_}) {
             program->set("block_columns", layout_.columns);
         }
@@ -268,7 +280,6 @@ class RasterRun final : public CullDevice {
         if (!batch_.list) {
             for (const gpu::Program* program : {bounds_, ends_, trace_}) program->set("capacity", batch_.capacity);
         }
-        set_alpha_keys(resources_, *trace_, scene, batch_);
     }
 
     void set_candidates(const gpu::Program& program, std::span<const std::uint32_t> nodes) const {
@@ -295,24 +306,24 @@ class RasterRun final : public CullDevice {
         glDepthMask(GL_TRUE);
     }
 
-    void add_bounds() const {
+    void add_bounds() {
         const gpu::Framebuffer& target = resources_.framebuffer({}, targets_.depth);
         target.bind();
         write_depth();
-        bounds_->draw(GL_TRIANGLES, 3);
+        use(*bounds_).draw(GL_TRIANGLES, 3);
         glTextureBarrier();  // of the depth, which is tested and read by draws to come
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-        blocks_->dispatch((layout_.blocks + 7) / 8);
+        use(*blocks_).dispatch((layout_.blocks + 7) / 8);
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
     }
 
-    void fill_lists(const gpu::Program& program, std::span<const std::uint32_t> nodes) const {
+    void fill_lists(const gpu::Program& program, std::span<const std::uint32_t> nodes) {
         const gpu::Framebuffer& target = resources_.framebuffer({targets_.sizes}, targets_.depth);
         target.bind();
         target.clear_color_uint(0, 0);
         test_depth();
         set_candidates(program, nodes);
-        program.draw(GL_POINTS, layout_.blocks);
+        use(program).draw(GL_POINTS, layout_.blocks);
         glMemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT);
     }
 
@@ -327,19 +338,19 @@ class RasterRun final : public CullDevice {
         for (const std::uint32_t size : resources_.texture(targets_.sizes).read_uint()) statistics_.pairs += size;
     }
 
-    void trace_tiles() const {
+    void trace_tiles() {
         glBindFramebuffer(GL_FRAMEBUFFER, ray_target_.id());
         glViewport(0, 0, layout_.ray_texels().x, layout_.ray_texels().y);
         glDisable(GL_DEPTH_TEST);
         glPointSize(RasterLayout::kTileEdge);
-        trace_->draw(GL_POINTS, layout_.tiles());
+        use(*trace_).draw(GL_POINTS, layout_.tiles());
     }
 
-    void end_tiles(bool completely) const {
+    void end_tiles(bool completely) {
         ends_->set("completely", completely);
         resources_.framebuffer({}, targets_.depth).bind();
         write_depth();
-        ends_->draw(GL_TRIANGLES, 3);
+        use(*ends_).draw(GL_TRIANGLES, 3);
         glTextureBarrier();
     }
 
@@ -347,8 +358,10 @@ class RasterRun final : public CullDevice {
     RasterStatistics& statistics_;
     RasterLayout layout_;
     graph::Resources& resources_;
+    const TraceScene& scene_;
     const RayBatch& batch_;
     const RasterTargets& targets_;
+    const bool any_hit_;
     const gpu::Program* bounds_;
     const gpu::Program* blocks_;
     const gpu::Program* ask_;
@@ -356,6 +369,7 @@ class RasterRun final : public CullDevice {
     const gpu::Program* wide_;
     const gpu::Program* trace_;
     const gpu::Program* ends_;
+    const gpu::Program* used_ = nullptr;
     gpu::Object<gpu::delete_framebuffer> ray_target_;  // of texels without content
     GLint others_attributes_ = 0;
     std::size_t asked_ = 0;

@@ -127,10 +127,16 @@ graph::BufferHandle write_results(graph::Pass& pass, const RayBatch& batch, grap
     return pass.write(results, keeps ? Access::storage_read_write : Access::storage_write);
 }
 
-void set_alpha_keys(graph::Resources& r, const gpu::Program& program, const TraceScene& scene, const RayBatch& batch) {
+void bind_batch(graph::Resources& r, const gpu::Program& program, const TraceScene& scene, const RayBatch& batch) {
+    scene.bind();
+    program.bind_texture("rays", r.buffer(batch.rays), GL_RGBA32F);
+    if (batch.list) {
+        program.bind_storage("List", r.buffer(batch.list));
+        program.bind_storage("Header", r.buffer(batch.list_header));
+    }
     assert(!batch.list || batch.rays_of_path == 1);
     if (!scene.alpha_tested()) return;
-    r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
+    program.bind_uniform("FrameBlock", r.buffer(batch.frame_constants));
     program.set("alpha_salt", batch.alpha_salt);
     program.set("rays_of_path", batch.rays_of_path);
     program.set("paths", batch.paths > 0 ? batch.paths : std::max(batch.capacity, 1u));
@@ -152,13 +158,9 @@ void trace_plain(graph::Resources& r, const TraceScene& scene, const RayBatch& b
     if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
     if (batch.list) defines.set("HALFLIGHT_LIST");
     const gpu::Program& program = r.programs().compute("shaders/trace.comp", defines);
-    scene.bind();
-    r.buffer(batch.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
-    r.buffer(results).bind_storage(0);
-    set_alpha_keys(r, program, scene, batch);
+    bind_batch(r, program, scene, batch);
+    program.bind_storage(any_hit ? "Occluded" : "Hits", r.buffer(results));
     if (batch.list) {
-        r.buffer(batch.list).bind_storage(1);
-        r.buffer(batch.list_header).bind_storage(2);
         program.dispatch_indirect(r.buffer(batch.list_header));
     } else {
         program.dispatch((batch.capacity + 63) / 64);

@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "engine/rays/batch_server.h"
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
 #include "shaders/shared/tile_list.h"
@@ -36,26 +35,19 @@ gpu::Defines search_defines(const TraceScene& scene, const RayBatch& batch, cons
     return defines;
 }
 
-void bind_batch(graph::Resources& r, const gpu::Program& program, const TraceScene& scene, const RayBatch& batch,
+void bind_tiles(graph::Resources& r, const gpu::Program& program, const TraceScene& scene, const RayBatch& batch,
                 const TileBuffers& tiles) {
-    scene.bind();
-    r.buffer(batch.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
-    if (tiles.lists) r.buffer(tiles.lists).bind_texture(UNIT_FREE + 1, GL_RGBA32UI);
-    if (batch.list) {
-        r.buffer(batch.list).bind_storage(1);
-        r.buffer(batch.list_header).bind_storage(2);
-    } else {
-        program.set("capacity", batch.capacity);
-    }
+    bind_batch(r, program, scene, batch);
+    if (tiles.lists) program.bind_texture("tile_lists", r.buffer(tiles.lists), GL_RGBA32UI);
+    if (!batch.list) program.set("capacity", batch.capacity);
 }
 
 void bind_search(graph::Resources& r, const gpu::Program& program, const TraceScene& scene, const RayBatch& batch,
-                 const TileBuffers& tiles, graph::BufferHandle results) {
-    bind_batch(r, program, scene, batch, tiles);
-    r.buffer(results).bind_storage(0);
-    r.buffer(tiles.rest_header).bind_storage(3);
-    r.buffer(tiles.rest).bind_storage(4);
-    set_alpha_keys(r, program, scene, batch);
+                 const TileBuffers& tiles, graph::BufferHandle results, bool any_hit) {
+    bind_tiles(r, program, scene, batch, tiles);
+    program.bind_storage(any_hit ? "Occluded" : "Hits", r.buffer(results));
+    program.bind_storage("Head", r.buffer(tiles.rest_header));
+    program.bind_storage("Rest", r.buffer(tiles.rest));
 }
 
 }  // namespace
@@ -94,10 +86,10 @@ void cull_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& ba
     const std::uint32_t count = tile_count(batch, tiles.settings);
     const gpu::Program& program =
         r.programs().compute("shaders/cull.comp", search_defines(scene, batch, tiles, any_hit));
-    bind_batch(r, program, scene, batch, tiles);
-    r.buffer(tiles.lists).bind_storage(0);
-    culled.bind_storage(3);
-    if (any_hit) r.buffer(tiles.blockers).bind_storage(5);
+    bind_tiles(r, program, scene, batch, tiles);
+    program.bind_storage("Lists", r.buffer(tiles.lists));
+    program.bind_storage("Counts", culled);
+    if (any_hit) program.bind_storage("Blockers", r.buffer(tiles.blockers));
     program.set("tiles", count);
     program.set("stop", stop_of(batch.kind));
     program.set("seed", scene.serial());
@@ -111,8 +103,8 @@ void search_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& 
     const gpu::Program& program = r.programs().compute("shaders/trace_tiles.comp", defines);
     const shared::RestHeader empty{.list = {.groups_x = 0, .groups_y = 1, .groups_z = 1, .count = 0}, .remembered = 0};
     r.buffer(tiles.rest_header).write(0, sizeof(empty), &empty);
-    bind_search(r, program, scene, batch, tiles, results);
-    if (any_hit) r.buffer(tiles.blockers).bind_storage(5);
+    bind_search(r, program, scene, batch, tiles, results, any_hit);
+    if (any_hit) program.bind_storage("Blockers", r.buffer(tiles.blockers));
     program.set("tiles", tile_count(batch, tiles.settings));
     if (batch.list) {
         program.dispatch_indirect(r.buffer(batch.list_header));
@@ -129,7 +121,7 @@ void search_rest(graph::Resources& r, const TraceScene& scene, const RayBatch& b
     gpu::Defines defines = search_defines(scene, batch, tiles, any_hit);
     defines.set("TILE_REST");
     const gpu::Program& program = r.programs().compute("shaders/trace_tiles.comp", defines);
-    bind_search(r, program, scene, batch, tiles, results);
+    bind_search(r, program, scene, batch, tiles, results, any_hit);
     program.dispatch_indirect(r.buffer(tiles.rest_header));
 }
 
@@ -142,8 +134,8 @@ shared::BatchCounts count_batch(graph::Resources& r, const TraceScene& scene, co
     if (lists) defines.set("TILE_LISTS");
     const gpu::Program& program = r.programs().compute("shaders/count_batch.comp", defines);
     const gpu::Buffer counts("counts of a batch", sizeof(shared::BatchCounts));
-    bind_batch(r, program, scene, batch, tiles);
-    counts.bind_storage(0);
+    bind_tiles(r, program, scene, batch, tiles);
+    program.bind_storage("Counts", counts);
     program.dispatch((tile_count(batch, settings) + 63) / 64);
     return counts.read<shared::BatchCounts>().front();
 }

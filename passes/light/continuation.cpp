@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 
@@ -27,45 +26,43 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     const bool last = leaving == nullptr;
     const bool samples_lights = lit != nullptr;
     graph::Pass pass = graph.add_pass(last ? "continuation: last vertex" : "continuation: vertex");
-    pass.read(view.frame_constants, Access::uniform_read);
-    pass.read(arriving.list, Access::storage_read);
+    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    pass.read(arriving.list, Access::storage_read, "Arriving");
     pass.read(arriving.header, Access::indirect_read);
-    pass.read(arriving.header, Access::storage_read);
-    pass.read(paths.hits, Access::storage_read);
-    paths.states = pass.write(paths.states, Access::storage_read_write);
+    pass.read(arriving.header, Access::storage_read, "ArrivingHeader");
+    pass.read(paths.hits, Access::storage_read, "Hits");
+    paths.states = pass.write(paths.states, Access::storage_read_write, "States");
     if (paths.receivers) {
         if (last)
-            pass.read(paths.receivers, Access::storage_read);
+            pass.read(paths.receivers, Access::storage_read, "Receivers");
         else
-            paths.receivers = pass.write(paths.receivers, Access::storage_read_write);
+            paths.receivers = pass.write(paths.receivers, Access::storage_read_write, "Receivers");
     }
-    if (paths.points) paths.points = pass.write(paths.points, partial_write(paths.points));
+    if (paths.points) paths.points = pass.write(paths.points, partial_write(paths.points), "Points");
     const bool asks = paths.cells && depth == 1;  // for cells
     const bool takes = paths.cells && depth == 2 && !last;
-    if (takes) pass.read(paths.cells, Access::texture_read);
-    if (asks) paths.cells = pass.write(paths.cells, Access::storage_read_write);
-    const graph::BufferHandle answered = shadowing.occluded;
+    if (takes) pass.read(paths.cells, Access::texture_read, {"cells", GL_R32UI});
+    if (asks) paths.cells = pass.write(paths.cells, Access::storage_read_write, "Cells");
     const bool pending = shadowing.answered();
-    const graph::BufferHandle sun_answered = shadowing.sun_occluded;
     const bool sun = view.scene.needs().sun && (pending || samples_lights);
-    if (pending) pass.read(answered, Access::storage_read);
-    if (pending && sun) pass.read(sun_answered, Access::storage_read);
+    if (pending) pass.read(shadowing.occluded, Access::storage_read, "Occluded");
+    if (pending && sun) pass.read(shadowing.sun_occluded, Access::storage_read, "SunOccluded");
     if (sun && samples_lights)
-        paths.sun_light = pass.write(paths.sun_light, partial_write(paths.sun_light));
+        paths.sun_light = pass.write(paths.sun_light, partial_write(paths.sun_light), "SunLight");
     else if (sun)
-        pass.read(paths.sun_light, Access::storage_read);
+        pass.read(paths.sun_light, Access::storage_read, "SunLight");
     if (last) {
-        pass.read(paths.rays, Access::storage_read);
+        pass.read(paths.rays, Access::storage_read, "PathRays");
     } else {
-        paths.rays = pass.write(paths.rays, Access::storage_read_write);
-        if (samples_lights) shadowing.rays = pass.write(shadowing.rays, partial_write(shadowing.rays));
-        if (samples_lights && sun)
-            shadowing.sun_rays = pass.write(shadowing.sun_rays, partial_write(shadowing.sun_rays));
-        for (PathList* list : {lit, leaving}) {
-            if (!list) continue;
-            list->list = pass.write(list->list, Access::storage_read_write);
-            list->header = pass.write(list->header, Access::storage_read_write);
-        }
+        paths.rays = pass.write(paths.rays, Access::storage_read_write, "PathRays");
+        leaving->list = pass.write(leaving->list, Access::storage_read_write, "Leaving");
+        leaving->header = pass.write(leaving->header, Access::storage_read_write, "LeavingHeader");
+    }
+    if (samples_lights) {
+        shadowing.rays = pass.write(shadowing.rays, partial_write(shadowing.rays), "ShadowRays");
+        if (sun) shadowing.sun_rays = pass.write(shadowing.sun_rays, partial_write(shadowing.sun_rays), "SunRays");
+        lit->list = pass.write(lit->list, Access::storage_read_write, "Lit");
+        lit->header = pass.write(lit->header, Access::storage_read_write, "LitHeader");
     }
     gpu::Defines defines = view.scene.defines();
     if (pending) defines.set("HALFLIGHT_PENDING");
@@ -77,36 +74,12 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     }
     if (takes) defines.set("HALFLIGHT_CACHE_TAKEN");
     if (paths.points) defines.set(paths.cells ? "HALFLIGHT_RADIANCE_CACHE" : "HALFLIGHT_REUSE");
-    pass.execute([=, shadow_rays = shadowing.rays, sun_rays = shadowing.sun_rays, lit_list = lit ? *lit : PathList{},
-                  next = leaving ? *leaving : PathList{}](graph::Resources& r) {
-        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
-        r.buffer(arriving.list).bind_storage(0);
-        r.buffer(arriving.header).bind_storage(1);
-        r.buffer(paths.rays).bind_storage(2);
-        r.buffer(paths.hits).bind_storage(3);
-        r.buffer(paths.states).bind_storage(4);
-        if (pending) r.buffer(answered).bind_storage(5);
-        if (pending && sun) r.buffer(sun_answered).bind_storage(13);
-        if (samples_lights && sun) r.buffer(sun_rays).bind_storage(14);
-        if (sun) r.buffer(paths.sun_light).bind_storage(15);
-        if (paths.receivers) r.buffer(paths.receivers).bind_storage(11);
-        if (paths.points) r.buffer(paths.points).bind_storage(12);
-        if (asks) r.buffer(paths.cells).bind_storage(13);
-        if (takes) r.buffer(paths.cells).bind_texture(UNIT_FREE, GL_R32UI);
-        if (samples_lights) {
-            r.buffer(shadow_rays).bind_storage(6);
-            r.buffer(lit_list.list).bind_storage(7);
-            r.buffer(lit_list.header).bind_storage(8);
-        }
-        if (!last) {
-            r.buffer(next.list).bind_storage(9);
-            r.buffer(next.header).bind_storage(10);
-        }
+    pass.execute([=, header = arriving.header](graph::Resources& r) {
         view.trace.bind();
         view.scene.bind();
-        const gpu::Program& program = r.programs().compute("shaders/continuation.comp", defines);
+        const gpu::Program& program = r.compute("shaders/continuation.comp", defines);
         program.set("depth", static_cast<std::uint32_t>(depth));
-        program.dispatch_indirect(r.buffer(arriving.header));
+        program.dispatch_indirect(r.buffer(header));
     });
 }
 

@@ -15,14 +15,16 @@ using graph::Access;
 constexpr std::uint32_t kSweepEvery = 64;  // pictures
 constexpr std::uint32_t kOldest = 192;
 
-/// What both kernels read, from binding 0 on, besides the states.
+/// Inputs of both kernels besides states and cells.
 struct Inputs {
     graph::BufferHandle points, occluded, sun_occluded, sun_light;
-    graph::BufferHandle cells{}, counts{};
 
     void declare(graph::Pass& pass) const {
-        for (const graph::BufferHandle& read : {points, occluded, sun_occluded, sun_light})
-            if (read) pass.read(read, Access::storage_read);
+        pass.read(points, Access::storage_read, "Points");
+        if (occluded) pass.read(occluded, Access::storage_read, "Occluded");
+        if (!sun_occluded) return;
+        pass.read(sun_occluded, Access::storage_read, "SunOccluded");
+        pass.read(sun_light, Access::storage_read, "SunLight");
     }
     gpu::Defines defines() const {
         gpu::Defines defines;
@@ -30,17 +32,6 @@ struct Inputs {
         if (occluded) defines.set("HALFLIGHT_PENDING");
         if (sun_occluded) defines.set("HALFLIGHT_SUN");
         return defines;
-    }
-    void bind(graph::Resources& r, graph::BufferHandle states) const {
-        r.buffer(states).bind_storage(0);
-        r.buffer(points).bind_storage(1);
-        r.buffer(cells).bind_storage(2);
-        if (counts) r.buffer(counts).bind_storage(3);
-        if (occluded) r.buffer(occluded).bind_storage(4);
-        if (sun_occluded) {
-            r.buffer(sun_occluded).bind_storage(5);
-            r.buffer(sun_light).bind_storage(6);
-        }
     }
 };
 
@@ -61,8 +52,8 @@ void RadianceCache::begin_picture(gpu::ProgramCache& programs) {
     counts_.clear();
     if (picture_ % kSweepEvery != 0) return;
     glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
-    cells_.bind_storage(0);
     const gpu::Program& program = programs.compute("shaders/radiance_cache_age.comp");
+    program.bind_storage("Cells", cells_);
     program.set("picture", picture_);
     program.set("oldest", kOldest);
     program.dispatch(shared::kCacheCells / 64);
@@ -88,36 +79,25 @@ void use_radiance_cache(graph::Graph& graph, const SceneView& view, RadianceCach
 
 void add_radiance_cache(graph::Graph& graph, const SceneView& view, RadianceCache& cache,
                         const Continuation& continuation, PathBuffers& paths) {
-    const std::uint32_t groups = view.band.paths() / 64;
-    Inputs inputs{paths.points, continuation.occluded, continuation.sun_occluded,
-                  continuation.sun_occluded ? paths.sun_light : graph::BufferHandle{}};
-    {
-        graph::Pass pass = graph.add_pass("radiance cache: feed");
-        pass.read(paths.states, Access::storage_read);
+    const Inputs inputs{paths.points, continuation.occluded, continuation.sun_occluded,
+                        continuation.sun_occluded ? paths.sun_light : graph::BufferHandle{}};
+    const auto add = [&](const char* name, const char* kernel) {
+        graph::Pass pass = graph.add_pass(name);
         inputs.declare(pass);
-        inputs.cells = pass.write(paths.cells, Access::storage_read_write);
-        inputs.counts =
-            pass.write(graph.import_buffer("radiance cache counts", cache.counts()), Access::storage_read_write);
-        pass.execute([=, &cache, states = paths.states](graph::Resources& r) {
-            inputs.bind(r, states);
-            const gpu::Program& program = r.programs().compute("shaders/radiance_cache_feed.comp", inputs.defines());
+        paths.cells = pass.write(paths.cells, Access::storage_read_write, "Cells");
+        pass.execute([=, &cache, groups = view.band.paths() / 64](graph::Resources& r) {
+            const gpu::Program& program = r.compute(kernel, inputs.defines());
             program.set("picture", cache.picture());
             program.dispatch(groups);
         });
-    }
-    graph.output(inputs.counts);
-    inputs.counts = {};
-    graph::Pass pass = graph.add_pass("radiance cache: gather");
-    inputs.declare(pass);
-    inputs.cells = pass.write(inputs.cells, Access::storage_read_write);
-    paths.states = pass.write(paths.states, Access::storage_read_write);
-    pass.execute([=, &cache, states = paths.states](graph::Resources& r) {
-        inputs.bind(r, states);
-        const gpu::Program& program = r.programs().compute("shaders/radiance_cache_gather.comp", inputs.defines());
-        program.set("picture", cache.picture());
-        program.dispatch(groups);
-    });
-    paths.cells = inputs.cells;
+        return pass;
+    };
+    graph::Pass feed = add("radiance cache: feed", "shaders/radiance_cache_feed.comp");
+    feed.read(paths.states, Access::storage_read, "States");
+    graph.output(
+        feed.write(graph.import_buffer("radiance cache counts", cache.counts()), Access::storage_read_write, "Counts"));
+    graph::Pass gather = add("radiance cache: gather", "shaders/radiance_cache_gather.comp");
+    paths.states = gather.write(paths.states, Access::storage_read_write, "States");
     graph.output(paths.cells);
 }
 

@@ -6,7 +6,6 @@
 #include <algorithm>
 
 #include "engine/rays/tiles.h"
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
@@ -23,31 +22,26 @@ struct Connections {
     graph::BufferHandle occluded;   // uint: answers
 };
 
-/// What both kernels read, from binding 0 on.
+/// Inputs of both kernels.
 struct GroupInputs {
     SceneView view;
     graph::BufferHandle primary_rays, surfaces, states, points, occluded, sun_occluded, sun_light;
 
     void declare(graph::Pass& pass) const {
-        for (const graph::BufferHandle& read : {primary_rays, surfaces, states, occluded, sun_occluded, sun_light})
-            if (read) pass.read(read, Access::storage_read);
-        pass.read(points, Access::texture_read);
-        pass.read(view.frame_constants, Access::uniform_read);
+        pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+        pass.read(primary_rays, Access::storage_read, "PrimaryRays");
+        pass.read(surfaces, Access::storage_read, "Surfaces");
+        pass.read(states, Access::storage_read, "States");
+        pass.read(points, Access::texture_read, {"points", GL_RGBA32F});
+        if (occluded) pass.read(occluded, Access::storage_read, "Occluded");
+        if (!sun_occluded) return;
+        pass.read(sun_occluded, Access::storage_read, "SunOccluded");
+        pass.read(sun_light, Access::storage_read, "SunLight");
     }
-    void bind(graph::Resources& r) const {
-        GLuint binding = 0;
-        for (const graph::BufferHandle& read : {primary_rays, surfaces, states, occluded}) {
-            if (read) r.buffer(read).bind_storage(binding);
-            ++binding;
-        }
-        if (sun_occluded) {
-            r.buffer(sun_occluded).bind_storage(7);
-            r.buffer(sun_light).bind_storage(8);
-        }
-        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
+    void run(graph::Resources& r, const char* kernel) const {
         view.trace.bind();
         view.scene.bind();
-        r.buffer(points).bind_texture(UNIT_FREE, GL_RGBA32F);
+        r.compute(kernel, defines()).dispatch(view.band.paths() / 256);
     }
     gpu::Defines defines() const {
         gpu::Defines defines = view.scene.defines();
@@ -68,15 +62,11 @@ Connections connect(graph::Graph& graph, const GroupInputs& inputs) {
     Connections c;
     graph::Pass pass = graph.add_pass("reuse: connect");
     inputs.declare(pass);
-    c.rays = pass.write(graph.create_buffer("connection rays", {count * sizeof(shared::Ray)}), Access::storage_write);
-    c.densities =
-        pass.write(graph.create_buffer("connection densities", {count * sizeof(float)}), Access::storage_write);
-    pass.execute([=](graph::Resources& r) {
-        inputs.bind(r);
-        r.buffer(c.rays).bind_storage(4);
-        r.buffer(c.densities).bind_storage(5);
-        r.programs().compute("shaders/reuse_connect.comp", inputs.defines()).dispatch(view.band.paths() / 256);
-    });
+    c.rays = pass.write(graph.create_buffer("connection rays", {count * sizeof(shared::Ray)}), Access::storage_write,
+                        "Connections");
+    c.densities = pass.write(graph.create_buffer("connection densities", {count * sizeof(float)}),
+                             Access::storage_write, "Densities");
+    pass.execute([=](graph::Resources& r) { inputs.run(r, "shaders/reuse_connect.comp"); });
     // No list: the rays towards a point follow one another, and are culled as one set, those of small groups with those
     // towards the next points.
     rays::RayBatch batch = ray_batch(view, rays::RayKind::connection, c.rays, {}, 0);
@@ -106,18 +96,12 @@ graph::BufferHandle add_reuse(graph::Graph& graph, const SceneView& view, const 
     const Connections c = connect(graph, inputs);
     graph::Pass pass = graph.add_pass("reuse: gather");
     inputs.declare(pass);
-    pass.read(c.occluded, Access::storage_read);
-    pass.read(c.densities, Access::storage_read);
+    pass.read(c.occluded, Access::texture_read, {"blocked", GL_R32UI});
+    pass.read(c.densities, Access::storage_read, "Densities");
     const graph::BufferHandle received =
         pass.write(graph.create_buffer("light received", {view.band.paths() * sizeof(shared::DirectLight)}),
-                   Access::storage_write);
-    pass.execute([=](graph::Resources& r) {
-        inputs.bind(r);
-        r.buffer(c.occluded).bind_storage(4);
-        r.buffer(c.densities).bind_storage(5);
-        r.buffer(received).bind_storage(6);
-        r.programs().compute("shaders/reuse_gather.comp", inputs.defines()).dispatch(view.band.paths() / 256);
-    });
+                   Access::storage_write, "Received");
+    pass.execute([=](graph::Resources& r) { inputs.run(r, "shaders/reuse_gather.comp"); });
     return received;
 }
 

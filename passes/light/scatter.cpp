@@ -1,6 +1,5 @@
 #include "passes/light/scatter.h"
 
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
@@ -57,29 +56,21 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
                            PathBuffers& paths) {
     PathList list = create_path_list(graph, view, what.name);
     graph::Pass pass = graph.add_pass(std::string(what.name) + ": sample");
-    pass.read(view.frame_constants, Access::uniform_read);
-    pass.read(g.rays, Access::storage_read);
-    pass.read(g.surfaces, Access::storage_read);
+    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    pass.read(g.rays, Access::storage_read, "PrimaryRays");
+    pass.read(g.surfaces, Access::storage_read, "Surfaces");
     const bool first = paths.states.version == 0;
-    paths.rays = pass.write(paths.rays, partial_write(paths.rays));
-    paths.states = pass.write(paths.states, partial_write(paths.states));
-    if (paths.receivers) paths.receivers = pass.write(paths.receivers, partial_write(paths.receivers));
-    list.list = pass.write(list.list, Access::storage_read_write);
-    list.header = pass.write(list.header, Access::storage_read_write);
+    paths.rays = pass.write(paths.rays, partial_write(paths.rays), "PathRays");
+    paths.states = pass.write(paths.states, partial_write(paths.states), "States");
+    if (paths.receivers) paths.receivers = pass.write(paths.receivers, partial_write(paths.receivers), "Receivers");
+    list.list = pass.write(list.list, Access::storage_read_write, "List");
+    list.header = pass.write(list.header, Access::storage_read_write, "Header");
     pass.execute([=](graph::Resources& r) {
-        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
-        r.buffer(g.rays).bind_storage(0);
-        r.buffer(g.surfaces).bind_storage(1);
-        r.buffer(paths.rays).bind_storage(2);
-        r.buffer(paths.states).bind_storage(3);
-        r.buffer(list.list).bind_storage(4);
-        r.buffer(list.header).bind_storage(5);
-        if (paths.receivers) r.buffer(paths.receivers).bind_storage(6);
         view.trace.bind();
         view.scene.bind();
         gpu::Defines defines = view.scene.defines();
         if (first) defines.set("HALFLIGHT_FIRST_SCATTER");
-        r.programs().compute(what.kernel, defines).dispatch(view.band.paths() / 64);
+        r.compute(what.kernel, defines).dispatch(view.band.paths() / 64);
     });
     const rays::RayBatch batch = ray_batch(view, what.kind, paths.rays, list, 0);
     paths.hits = rays::closest_hit(graph, view.tracer, batch, paths.hits);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include "passes/light/scatter.h"
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 
@@ -20,24 +19,20 @@ graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, cons
     const bool sun = kind == rays::RayKind::sun;
     const std::uint32_t count = (sun ? 1 : view.shadow_rays) * view.band.paths();
     graph::Pass pass = graph.add_pass(sun ? "shadow: sample the sun" : "shadow: sample lights");
-    pass.read(view.frame_constants, Access::uniform_read);
-    pass.read(g.rays, Access::storage_read);
-    pass.read(g.surfaces, Access::storage_read);
-    const graph::BufferHandle shadow_rays = pass.write(
-        graph.create_buffer(sun ? "sun rays" : "shadow rays", {count * sizeof(shared::Ray)}), Access::storage_write);
-    light = pass.write(light, partial_write(light));
+    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    pass.read(g.rays, Access::storage_read, "PrimaryRays");
+    pass.read(g.surfaces, Access::storage_read, "Surfaces");
+    const graph::BufferHandle shadow_rays =
+        pass.write(graph.create_buffer(sun ? "sun rays" : "shadow rays", {count * sizeof(shared::Ray)}),
+                   Access::storage_write, "ShadowRays");
+    light = pass.write(light, partial_write(light), "Light");
     pass.execute([=](graph::Resources& r) {
-        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
-        r.buffer(g.rays).bind_storage(0);
-        r.buffer(g.surfaces).bind_storage(1);
-        r.buffer(shadow_rays).bind_storage(2);
-        r.buffer(light).bind_storage(3);
         view.trace.bind();
         view.scene.bind();
         gpu::Defines defines = view.scene.defines();
         defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
         if (sun) defines.set("HALFLIGHT_SUN_SAMPLES");
-        r.programs().compute("shaders/shadow.comp", defines).dispatch(count / 64);
+        r.compute("shaders/shadow.comp", defines).dispatch(count / 64);
     });
 
     // No list: the rays of a pixel keep their place in a tile, and what is known of the tile its use.

@@ -33,10 +33,9 @@ struct Accumulated {
     graph::BufferHandle bad_values;  // kBadValueCounts uints (shaders/shared/path.h): what was taken as zero
 };
 
-/// What of emission, direct and indirect light there is, for a kernel of `pass` that has them at the bindings 0, 1 and
-/// 2: HALFLIGHT_DIRECT and HALFLIGHT_INDIRECT are set where they are there.
+/// Declares that the kernel of a pass reads the sums of emission, direct and indirect light as its storage blocks
+/// Emission, Direct and Indirect. Sets HALFLIGHT_DIRECT and HALFLIGHT_INDIRECT where these sums exist.
 void read_light(graph::Pass& pass, gpu::Defines& defines, const Accumulated& sums);
-void bind_light(graph::Resources& resources, const Accumulated& sums);
 
 struct AccumulateOptions {
     bool squares = false;

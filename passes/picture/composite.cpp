@@ -1,7 +1,5 @@
 #include "passes/picture/composite.h"
 
-#include "shaders/shared/bindings.h"
-
 namespace halflight {
 
 using graph::Access;
@@ -22,11 +20,7 @@ ViewKernel::ViewKernel(const ViewProcessor& processor)
 }
 
 void ViewKernel::bind(const gpu::Program& program) const {
-    int unit = UNIT_FREE;
-    for (const Lut& lut : luts_) {
-        lut.texture.bind(static_cast<GLuint>(unit));
-        program.set(lut.sampler, unit++);
-    }
+    for (const Lut& lut : luts_) program.bind_texture(lut.sampler, lut.texture);
 }
 
 Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples,
@@ -36,19 +30,16 @@ Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated
     graph::Pass pass = graph.add_pass("composite");
     read_light(pass, defines, sums);
     const gpu::TextureDesc picture{band.image.x, band.rows, GL_RGBA32F};
-    out.beauty = pass.write(graph.create_texture("beauty", picture), Access::image_write);
+    out.beauty = pass.write(graph.create_texture("beauty", picture), Access::image_write, "beauty");
     if (view_kernel) {
-        out.view = pass.write(graph.create_texture("view", picture), Access::image_write);
+        out.view = pass.write(graph.create_texture("view", picture), Access::image_write, "view");
         defines.set("HALFLIGHT_VIEW");
     }
     if (opaque_background) defines.set("HALFLIGHT_OPAQUE_BACKGROUND");
     pass.execute([=](graph::Resources& r) {
-        bind_light(r, sums);
-        r.texture(out.beauty).bind_image(0, GL_WRITE_ONLY);
         const gpu::Program& program =
-            r.programs().compute(view_kernel ? view_kernel->source() : "shaders/composite.comp", defines);
+            r.compute(view_kernel ? view_kernel->source() : "shaders/composite.comp", defines);
         if (view_kernel) {
-            r.texture(out.view).bind_image(1, GL_WRITE_ONLY);
             view_kernel->bind(program);
             program.set("exposure_scale", view_kernel->exposure_scale());
         }

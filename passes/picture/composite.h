@@ -17,7 +17,7 @@ class ViewKernel {
     float exposure_scale() const { return exposure_scale_; }
     /// Complete kernel: the composite with the transform's GLSL in front.
     const gpu::ShaderSource& source() const { return source_; }
-    /// Binds the tables to units from UNIT_FREE on and tells `program` which.
+    /// Binds the tables to the samplers of a program of source().
     void bind(const gpu::Program& program) const;
 
   private:

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "shaders/shared/bindings.h"
-
 namespace halflight {
 namespace {
 
@@ -17,18 +15,13 @@ void dispatch(const gpu::Program& program, const gpu::TextureDesc& picture) {
 graph::TextureHandle add_variance(graph::Graph& graph, const PreviewTexels& texels, graph::BufferHandle constants) {
     const gpu::TextureDesc desc = graph.desc(texels.light);
     graph::Pass pass = graph.add_pass("denoise variance");
-    pass.read(constants, Access::uniform_read);
-    for (const graph::TextureHandle handle : {texels.light, texels.guide, texels.place})
-        pass.read(handle, Access::texture_read);
-    const graph::TextureHandle noisy = pass.write(graph.create_texture("noisy light", desc), Access::image_write);
-    pass.execute([=](graph::Resources& r) {
-        r.buffer(constants).bind_uniform(BLOCK_FRAME);
-        GLuint unit = 0;
-        for (const graph::TextureHandle handle : {texels.light, texels.guide, texels.place})
-            r.texture(handle).bind(unit++);
-        r.texture(noisy).bind_image(0, GL_WRITE_ONLY);
-        dispatch(r.programs().compute("shaders/denoise_variance.comp"), desc);
-    });
+    pass.read(constants, Access::uniform_read, "FrameBlock");
+    pass.read(texels.light, Access::texture_read, "light");
+    pass.read(texels.guide, Access::texture_read, "guide");
+    pass.read(texels.place, Access::texture_read, "place");
+    const graph::TextureHandle noisy =
+        pass.write(graph.create_texture("noisy light", desc), Access::image_write, "noisy");
+    pass.execute([=](graph::Resources& r) { dispatch(r.compute("shaders/denoise_variance.comp"), desc); });
     return noisy;
 }
 
@@ -36,17 +29,13 @@ graph::TextureHandle add_level(graph::Graph& graph, graph::TextureHandle noisy, 
                                graph::BufferHandle constants) {
     const gpu::TextureDesc desc = graph.desc(noisy);
     graph::Pass pass = graph.add_pass("denoise");
-    pass.read(constants, Access::uniform_read);
-    pass.read(noisy, Access::texture_read);
-    pass.read(guide, Access::texture_read);
-    const graph::TextureHandle smoother =
-        pass.write(graph.create_texture(fmt::format("light filtered by {}", stride), desc), Access::image_write);
+    pass.read(constants, Access::uniform_read, "FrameBlock");
+    pass.read(noisy, Access::texture_read, "noisy");
+    pass.read(guide, Access::texture_read, "guide");
+    const graph::TextureHandle smoother = pass.write(
+        graph.create_texture(fmt::format("light filtered by {}", stride), desc), Access::image_write, "smoother");
     pass.execute([=](graph::Resources& r) {
-        r.buffer(constants).bind_uniform(BLOCK_FRAME);
-        r.texture(noisy).bind(0);
-        r.texture(guide).bind(1);
-        r.texture(smoother).bind_image(0, GL_WRITE_ONLY);
-        const gpu::Program& program = r.programs().compute("shaders/denoise.comp");
+        const gpu::Program& program = r.compute("shaders/denoise.comp");
         program.set("stride", stride);
         dispatch(program, desc);
     });
@@ -56,15 +45,10 @@ graph::TextureHandle add_level(graph::Graph& graph, graph::TextureHandle noisy, 
 graph::TextureHandle add_despeckle(graph::Graph& graph, graph::TextureHandle light, graph::TextureHandle guide) {
     const gpu::TextureDesc desc = graph.desc(light);
     graph::Pass pass = graph.add_pass("despeckle");
-    pass.read(light, Access::texture_read);
-    pass.read(guide, Access::texture_read);
-    const graph::TextureHandle calm = pass.write(graph.create_texture("calm light", desc), Access::image_write);
-    pass.execute([=](graph::Resources& r) {
-        r.texture(light).bind(0);
-        r.texture(guide).bind(1);
-        r.texture(calm).bind_image(0, GL_WRITE_ONLY);
-        dispatch(r.programs().compute("shaders/despeckle.comp"), desc);
-    });
+    pass.read(light, Access::texture_read, "light");
+    pass.read(guide, Access::texture_read, "guide");
+    const graph::TextureHandle calm = pass.write(graph.create_texture("calm light", desc), Access::image_write, "calm");
+    pass.execute([=](graph::Resources& r) { dispatch(r.compute("shaders/despeckle.comp"), desc); });
     return calm;
 }
 

@@ -1,5 +1,7 @@
 #include "passes/preview/temporal.h"
 
+#include <tuple>
+
 namespace halflight {
 
 using graph::Access;
@@ -8,37 +10,27 @@ PreviewTexels add_temporal(graph::Graph& graph, const PreviewTexels& now, const 
                            const PreviewTexels& to, gpu::Buffer& refused) {
     graph::Pass pass = graph.add_pass("temporal accumulation");
     gpu::Defines defines;
-    const auto read = [&](const PreviewTexels& t) {
-        for (const graph::TextureHandle handle : {t.light, t.guide, t.place}) pass.read(handle, Access::texture_read);
-    };
-    read(now);
-    graph::BufferHandle counts;
+    pass.read(now.light, Access::texture_read, "light");
+    pass.read(now.guide, Access::texture_read, "guide");
+    pass.read(now.place, Access::texture_read, "place");
     if (earlier) {
-        read(earlier->texels);
-        counts = pass.write(graph.import_buffer("refused texels", refused), Access::storage_read_write);
+        pass.read(earlier->texels.light, Access::texture_read, "earlier_light");
+        pass.read(earlier->texels.guide, Access::texture_read, "earlier_guide");
+        pass.read(earlier->texels.place, Access::texture_read, "earlier_place");
+        std::ignore = pass.write(graph.import_buffer("refused texels", refused), Access::storage_read_write, "Refused");
         defines.set("HALFLIGHT_HISTORY");
         if (earlier->before) {
-            pass.read(earlier->before, Access::texture_read);
+            pass.read(earlier->before, Access::texture_read, "before");
             defines.set("HALFLIGHT_MOVED");
         }
     }
-    const auto write = [&](graph::TextureHandle handle) { return pass.write(handle, Access::image_write); };
-    const PreviewTexels out{write(to.light), write(to.guide), write(to.place)};
+    const PreviewTexels out{pass.write(to.light, Access::image_write, "to_light"),
+                            pass.write(to.guide, Access::image_write, "to_guide"),
+                            pass.write(to.place, Access::image_write, "to_place")};
     const gpu::TextureDesc desc = graph.desc(now.light);
     pass.execute([=](graph::Resources& r) {
-        GLuint unit = 0;
-        const auto bind = [&](const PreviewTexels& t) {
-            for (const graph::TextureHandle handle : {t.light, t.guide, t.place}) r.texture(handle).bind(unit++);
-        };
-        bind(now);
-        GLuint image = 0;
-        for (const graph::TextureHandle handle : {out.light, out.guide, out.place})
-            r.texture(handle).bind_image(image++, GL_WRITE_ONLY);
-        const gpu::Program& program = r.programs().compute("shaders/temporal.comp", defines);
+        const gpu::Program& program = r.compute("shaders/temporal.comp", defines);
         if (earlier) {
-            bind(earlier->texels);
-            if (earlier->before) r.texture(earlier->before).bind(unit);
-            r.buffer(counts).bind_storage(0);
             program.set("to_earlier", earlier->to_clip);
             program.set("origin_shift", earlier->origin_shift);
             program.set("earlier_pixel", earlier->pixel);

@@ -5,7 +5,6 @@
 
 #include "engine/rays/tracer.h"
 #include "passes/surface/raster_window.h"
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/rays.h"
 
 namespace halflight {
@@ -42,19 +41,17 @@ void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
     const gpu::TextureDesc visibility{view.band.image.x, rows, GL_RG32UI};
     const gpu::TextureDesc depth{view.band.image.x, rows, GL_DEPTH_COMPONENT32F};
     graph::Pass pass = graph.add_pass("gbuffer: rasterize");
-    pass.read(view.frame_constants, Access::uniform_read);
+    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
     g.visibility = pass.write(graph.create_texture("visibility", visibility), Access::color_attachment);
     g.depth = pass.write(graph.create_texture("depth", depth), Access::depth_attachment);
     pass.execute([view, g](graph::Resources& r) {
-        const gpu::Program& program =
-            r.programs().graphics("shaders/gbuffer.vert", "shaders/gbuffer.frag", view.scene.defines());
+        const gpu::Program& program = r.graphics("shaders/gbuffer.vert", "shaders/gbuffer.frag", view.scene.defines());
         const gpu::Framebuffer& target = r.framebuffer({g.visibility}, g.depth);
         target.bind();
         std::optional<BandScissor> scissor;
         if (view.current) scissor.emplace(*view.current, raster_window(*view.current));
         target.clear_color_uint(0, 0);
         target.clear_depth(0);  // reversed: 0 is infinitely far
-        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
         view.trace.bind();
         view.scene.bind();
         program.bind();
@@ -67,13 +64,12 @@ void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
 void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t number) {
     const std::uint32_t paths = view.band.paths();
     graph::Pass pass = graph.add_pass("gbuffer: camera rays");
-    pass.read(view.frame_constants, Access::uniform_read);
-    g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
-    pass.execute([view, g, paths](graph::Resources& r) {
-        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
-        r.buffer(g.rays).bind_storage(0);
+    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    g.rays =
+        pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write, "Rays");
+    pass.execute([view, paths](graph::Resources& r) {
         view.scene.bind();  // what the tracer's alpha tests read; another scene may have been rendered before
-        r.programs().compute("shaders/camera_rays.comp").dispatch(paths / 64);
+        r.compute("shaders/camera_rays.comp").dispatch(paths / 64);
     });
     const rays::RayBatch batch{.kind = rays::RayKind::primary,
                                .depth = number,
@@ -97,38 +93,40 @@ GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility pr
     return g;
 }
 
+/// Declares that a pass of gbuffer.comp reads what `visible` found.
+void read_hits(graph::Pass& pass, const GBuffer& g, gpu::Defines& defines) {
+    if (g.visibility) {
+        pass.read(g.visibility, Access::texture_read, "visibility");
+        return;
+    }
+    pass.read(g.rays, Access::storage_read, "Rays");
+    pass.read(g.hits, Access::storage_read, "Hits");
+    defines.set("HALFLIGHT_PRIMARY_TRACED");
+}
+
 void evaluate(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, graph::Graph& graph) {
     const std::size_t paths = view.band.paths();
     const bool traced = !g.visibility;
     graph::Pass pass = graph.add_pass("gbuffer: evaluate");
-    pass.read(view.frame_constants, Access::uniform_read);
+    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
     gpu::Defines defines = view.scene.defines();
-    if (traced) {
-        pass.read(g.rays, Access::storage_read);
-        pass.read(g.hits, Access::storage_read);
-        defines.set("HALFLIGHT_PRIMARY_TRACED");
-    } else {
-        pass.read(g.visibility, Access::texture_read);
-    }
+    read_hits(pass, g, defines);
     if (outputs.rays && !traced) {
-        g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write);
+        g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write,
+                            "Rays");
         defines.set("HALFLIGHT_PRIMARY_RAYS");
     }
     if (outputs.hits && !traced) {
-        g.hits = pass.write(graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}), Access::storage_write);
+        g.hits = pass.write(graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}), Access::storage_write,
+                            "Hits");
         defines.set("HALFLIGHT_PRIMARY_HITS");
     }
     g.surfaces = pass.write(graph.create_buffer("primary surfaces", {paths * view.scene.surface_record_bytes()}),
-                            Access::storage_write);
-    pass.execute([view, g, paths, defines](graph::Resources& r) {
-        r.buffer(view.frame_constants).bind_uniform(BLOCK_FRAME);
-        if (g.visibility) r.texture(g.visibility).bind(UNIT_FREE);
-        if (g.rays) r.buffer(g.rays).bind_storage(0);
-        if (g.hits) r.buffer(g.hits).bind_storage(1);
-        r.buffer(g.surfaces).bind_storage(2);
+                            Access::storage_write, "Surfaces");
+    pass.execute([view, paths, defines](graph::Resources& r) {
         view.trace.bind();
         view.scene.bind();
-        r.programs().compute("shaders/gbuffer.comp", defines).dispatch(static_cast<std::uint32_t>(paths / 64));
+        r.compute("shaders/gbuffer.comp", defines).dispatch(static_cast<std::uint32_t>(paths / 64));
     });
 }
 
@@ -152,27 +150,16 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
         const GBuffer g = visible(graph, through, primary, ++number);
         const bool first = constants == frame_constants.front();
         graph::Pass pass = graph.add_pass("gbuffer: light seen");
-        pass.read(constants, Access::uniform_read);
+        pass.read(constants, Access::uniform_read, "FrameBlock");
         gpu::Defines defines = view.scene.defines();
         defines.set("HALFLIGHT_SEEN");
-        if (g.visibility) {
-            pass.read(g.visibility, Access::texture_read);
-        } else {
-            pass.read(g.rays, Access::storage_read);
-            pass.read(g.hits, Access::storage_read);
-            defines.set("HALFLIGHT_PRIMARY_TRACED");
-        }
-        seen = pass.write(seen, first ? Access::storage_write : Access::storage_read_write);
+        read_hits(pass, g, defines);
+        seen = pass.write(seen, first ? Access::storage_write : Access::storage_read_write, "LightSeen");
         const float weight = 1.0f / static_cast<float>(frame_constants.size());
         pass.execute([=](graph::Resources& r) {
-            r.buffer(constants).bind_uniform(BLOCK_FRAME);
-            if (g.visibility) r.texture(g.visibility).bind(UNIT_FREE);
-            if (g.rays) r.buffer(g.rays).bind_storage(0);
-            if (g.hits) r.buffer(g.hits).bind_storage(1);
-            r.buffer(seen).bind_storage(2);
             view.trace.bind();
             view.scene.bind();
-            const gpu::Program& program = r.programs().compute("shaders/gbuffer.comp", defines);
+            const gpu::Program& program = r.compute("shaders/gbuffer.comp", defines);
             program.set("weight", weight);
             program.set("begins", first);
             program.dispatch(static_cast<std::uint32_t>(paths / 64));

@@ -4,10 +4,10 @@
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
 
-layout(binding = UNIT_FREE) uniform samplerBuffer rays;  // RGBA32F, two texels each
+uniform samplerBuffer rays;  // RGBA32F, two texels each
 #ifdef HALFLIGHT_ALPHA
 #include "shaders/lib/alpha_key.glsl"
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std140) uniform FrameBlock { Frame frame; };
 uniform uint alpha_salt;
 uniform uint rays_of_path;  // consecutive ones
 uniform uint paths;         // after so many groups of them the first path has its next one; > 0

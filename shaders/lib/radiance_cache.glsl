@@ -1,11 +1,10 @@
 // Cells of the radiance cache. Include after `buffer ... { CacheCell cells[]; }`. Variants: HALFLIGHT_CACHE_ASKED (for cells),
 // HALFLIGHT_CACHE_TAKEN (cells are read only, and bound here as texels: storage blocks are scarce).
 #include "shaders/lib/hash.glsl"
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/radiance_cache.h"
 
 #ifdef HALFLIGHT_CACHE_TAKEN
-layout(binding = UNIT_FREE) uniform usamplerBuffer cells;  // R32UI, kCacheCellWords for each
+uniform usamplerBuffer cells;  // R32UI, kCacheCellWords for each
 
 uint cell_word(uint cell, int word) { return texelFetch(cells, int(cell) * kCacheCellWords + word).x; }
 uint cell_key(uint cell) { return cell_word(cell, kCacheKeyWord); }

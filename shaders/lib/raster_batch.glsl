@@ -5,13 +5,13 @@
 #include "shaders/lib/finite.glsl"
 
 #ifdef HALFLIGHT_ANY_HIT
-layout(std430, binding = 0) buffer Occluded { uint occluded[]; };
+layout(std430) buffer Occluded { uint occluded[]; };
 #else
-layout(std430, binding = 0) buffer Hits { Hit hits[]; };
+layout(std430) buffer Hits { Hit hits[]; };
 #endif
 #ifdef HALFLIGHT_LIST
-layout(std430, binding = 1) readonly buffer List { uint list[]; };
-layout(std430, binding = 2) readonly buffer Header { ListHeader header; };
+layout(std430) readonly buffer List { uint list[]; };
+layout(std430) readonly buffer Header { ListHeader header; };
 uint entry_count() { return header.count; }
 uint path_of(uint entry) { return list[entry]; }
 #else

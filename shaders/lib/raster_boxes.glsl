@@ -3,8 +3,8 @@
 #include "shaders/lib/raster_shaft.glsl"
 #include "shaders/lib/raster_texels.glsl"
 
-layout(binding = UNIT_RASTER_BOXES) uniform samplerBuffer boxes;  // 2 texels each, xyz: lower and upper end, world
-layout(binding = UNIT_RASTER_SHAFTS) uniform samplerBuffer shafts;  // 4 texels each: tiles, then blocks
+uniform samplerBuffer boxes;   // RGBA32F, 2 texels each, xyz: lower and upper end, world
+uniform samplerBuffer shafts;  // RGBA32F, 4 texels each: tiles, then blocks
 
 uniform uint tile_count;  // a multiple of 64
 uniform ivec2 tile_texels;  // size of the target

@@ -5,7 +5,7 @@
 #define HALFLIGHT_STACK_MORE (4 * int(kRasterList))
 #include "shaders/lib/traverse.glsl"
 
-layout(binding = UNIT_RASTER_LISTS) uniform usamplerBuffer lists;
+uniform usamplerBuffer lists;  // R32UI: kRasterList entries per tile
 
 // Hit of a ray among what the list leads to, and `known`, as in traverse_from(). Near entries come first in the list and lie
 // on top of the stack.

@@ -6,7 +6,7 @@
 #include "shaders/shared/path.h"
 #include "shaders/shared/reuse.h"
 
-layout(binding = UNIT_FREE) uniform samplerBuffer points;  // RGBA32F, kReusePointTexels for each path
+uniform samplerBuffer points;  // RGBA32F, kReusePointTexels for each path
 
 vec4 point_texel(uint path, int texel) { return texelFetch(points, int(path) * kReusePointTexels + texel); }
 

@@ -3,7 +3,7 @@
 // Variants: HALFLIGHT_TILE_RAYS, HALFLIGHT_TILE_ENTRIES (numbers).
 #include "shaders/shared/tile_list.h"
 
-layout(binding = UNIT_FREE + 1) uniform usamplerBuffer tile_lists;
+uniform usamplerBuffer tile_lists;
 
 #ifdef HALFLIGHT_NODES_FLOAT
 const int kBoxTexels = kTileFloatBoxTexels;

@@ -4,8 +4,8 @@
 #include "shaders/lib/batch_rays.glsl"
 
 #ifdef HALFLIGHT_LIST
-layout(std430, binding = 1) readonly buffer List { uint list[]; };
-layout(std430, binding = 2) readonly buffer Header { ListHeader header; };
+layout(std430) readonly buffer List { uint list[]; };
+layout(std430) readonly buffer Header { ListHeader header; };
 #else
 uniform uint capacity;  // rays
 #endif

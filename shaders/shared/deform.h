@@ -3,18 +3,7 @@
 #ifndef HALFLIGHT_SHARED_DEFORM_H
 #define HALFLIGHT_SHARED_DEFORM_H
 
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/portable.h"
-
-// Texture units of deform.comp, texture buffers. Vertices are those of a dispatch.
-#define UNIT_DEFORM_POSITIONS (UNIT_FREE + 0)  // RGB32F
-#define UNIT_DEFORM_NORMALS (UNIT_FREE + 1)    // RGB32F
-#define UNIT_DEFORM_TANGENTS (UNIT_FREE + 2)   // RGBA32F
-#define UNIT_DEFORM_JOINTS (UNIT_FREE + 3)     // RGBA32UI: of each set, which four joints a vertex follows
-#define UNIT_DEFORM_WEIGHTS (UNIT_FREE + 4)    // RGBA32F: of each set, how much
-#define UNIT_DEFORM_DELTAS (UNIT_FREE + 5)     // RGB32F: slots of as many texels as there are vertices
-#define UNIT_DEFORM_TARGETS (UNIT_FREE + 6)    // RG32UI: slot, bits of the weight
-#define UNIT_DEFORM_MATRICES (UNIT_FREE + 7)   // RGBA32UI: bits of JointMatrix, kJointTexels each
 
 HALFLIGHT_SHARED_BEGIN
 

@@ -1,4 +1,4 @@
-// What is the same for every pixel of one sample of one band. Uniform block BLOCK_FRAME, std140 and std430 alike.
+// What is the same for every pixel of one sample of one band. Uniform block FrameBlock, std140 and std430 alike.
 #ifndef HALFLIGHT_SHARED_FRAME_H
 #define HALFLIGHT_SHARED_FRAME_H
 

@@ -47,8 +47,8 @@ class ShadingScene {
         const std::string text =
             "#include \"shaders/scene_tables.glsl\"\n"
             "layout(local_size_x = 64) in;\n"
-            "layout(std430, binding = 0) writeonly buffer Results { vec4 results[]; };\n"
-            "layout(std430, binding = 1) readonly buffer Inputs { vec4 inputs[]; };\n" +
+            "layout(std430) writeonly buffer Results { vec4 results[]; };\n"
+            "layout(std430) readonly buffer Inputs { vec4 inputs[]; };\n" +
             library +
             "\nuniform uint count;"
             "\nvoid main() {\nuint i = gl_GlobalInvocationID.x;\nif (i >= count) return;\nvec4 result[ROWS];\n" +
@@ -59,8 +59,8 @@ class ShadingScene {
         gpu::Buffer results("results", std::size_t{count} * rows * sizeof(vec4));
         const gpu::Buffer in = gpu::Buffer::from("inputs", inputs);
         bind();
-        results.bind_storage(0);
-        in.bind_storage(1);
+        program.bind_storage("Results", results);
+        program.bind_storage("Inputs", in);
         program.set("count", count);
         program.dispatch((count + 63) / 64);
         glMemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);

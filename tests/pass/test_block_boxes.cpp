@@ -30,8 +30,8 @@ const std::string kKernel = R"(
 #include "shaders/lib/block_boxes.glsl"
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) buffer Counts { uint counts[]; };
-layout(std430, binding = 1) readonly buffer Heads { vec4 heads[]; };  // per instance: block's base, cell, hierarchy's base, cell
+layout(std430) buffer Counts { uint counts[]; };
+layout(std430) readonly buffer Heads { vec4 heads[]; };  // per instance: block's base, cell, hierarchy's base, cell
 uniform uint seed;
 uniform float margins;  // enlargement of the boxes
 
@@ -219,8 +219,8 @@ class BlockBoxes : public GpuTest {
         const gpu::Buffer heads = gpu::Buffer::from("heads", instances.heads);
         const gpu::Buffer counts("counts", sizeof(Counts));
         rows.bind_texture(UNIT_INSTANCES, GL_RGBA32F);
-        counts.bind_storage(0);
-        heads.bind_storage(1);
+        program.bind_storage("Counts", counts);
+        program.bind_storage("Heads", heads);
         program.set("seed", 1u);
         program.set("margins", margins);
         program.dispatch((1 << 16) / 64);

@@ -73,11 +73,11 @@ class CacheCells : public GpuTest {
         const gpu::Buffer points_buffer = gpu::Buffer::from("points", points);
         const gpu::Buffer cells_buffer = gpu::Buffer::from("cells", cells);
         const gpu::Buffer counts_buffer("counts", sizeof(shared::CacheCounts));
-        states_buffer.bind_storage(0);
-        points_buffer.bind_storage(1);
-        cells_buffer.bind_storage(2);
-        counts_buffer.bind_storage(3);
         const gpu::Program program = gpu::Program::compute("shaders/radiance_cache_feed.comp");
+        program.bind_storage("States", states_buffer);
+        program.bind_storage("Points", points_buffer);
+        program.bind_storage("Cells", cells_buffer);
+        program.bind_storage("Counts", counts_buffer);
         program.set("picture", 9u);
         program.dispatch(static_cast<std::uint32_t>(paths / 64));
         refused = counts_buffer.read<std::uint32_t>()[0];

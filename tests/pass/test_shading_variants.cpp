@@ -10,7 +10,7 @@ namespace {
 const char* const kEverything = R"(
 #include "shaders/scene_tables.glsl"
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) writeonly buffer Results { vec4 results[]; };
+layout(std430) writeonly buffer Results { vec4 results[]; };
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/lights.glsl"
 void main() {

@@ -28,7 +28,7 @@ const std::string kKernel = R"(
 #endif
 
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) buffer Counts { uint counts[]; };
+layout(std430) buffer Counts { uint counts[]; };
 uniform uint seed;
 uniform float slack;
 uniform float narrower;  // by which shafts are, relative to the reach
@@ -316,7 +316,7 @@ class ShaftTest : public GpuTest {
         if (kind.raster) defines.set("HALFLIGHT_RASTER");
         const gpu::Program program = gpu::Program::compute({"shaft test", kKernel}, defines);
         const gpu::Buffer counts("counts", sizeof(Counts));
-        counts.bind_storage(0);
+        program.bind_storage("Counts", counts);
         program.set("seed", 1u);
         program.set("slack", kSlack);
         program.set("narrower", narrower);

@@ -12,7 +12,6 @@
 #include <random>
 
 #include "engine/gpu/framebuffer.h"
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/bvh.h"
 #include "tests/pass/tracer_harness.h"
 #include "tests/support/gpu_test.h"
@@ -314,7 +313,7 @@ void main() { gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2
 const gpu::ShaderSource kFragmentTracer("fragment tracer", R"(
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/traverse.glsl"
-layout(binding = UNIT_FREE) uniform samplerBuffer rays;
+uniform samplerBuffer rays;
 layout(location = 0) out uvec4 hit_bits;
 layout(location = 1) out uvec4 more_bits;
 void main() {
@@ -343,7 +342,7 @@ TEST_F(TracerRules, AFragmentShaderGivesEqualHits) {
             const gpu::Buffer ray_buffer = gpu::Buffer::from("rays", rays);
             const gpu::Program program = gpu::Program::graphics(kWholeTarget, kFragmentTracer, tracer.scene.defines());
             tracer.scene.bind();
-            ray_buffer.bind_texture(UNIT_FREE, GL_RGBA32F);
+            program.bind_texture("rays", ray_buffer, GL_RGBA32F);
             framebuffer.bind();
             program.draw(GL_TRIANGLES, 3);
             const std::vector<std::uint32_t> a = bits.read_uint(), b = more.read_uint();

@@ -8,7 +8,6 @@
 
 #include "engine/gpu/program.h"
 #include "passes/surface/raster_window.h"
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/rays.h"
 #include "tests/support/gpu_test.h"
 
@@ -179,11 +178,10 @@ using CameraRayTest = GpuTest;
 
 TEST_F(CameraRayTest, KernelsSeeTheSameRays) {
     const gpu::Program program = gpu::Program::compute({"camera rays", R"(
-#include "shaders/shared/bindings.h"
 #include "shaders/lib/camera.glsl"
 layout(local_size_x = 1) in;
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
-layout(std430, binding = 0) writeonly buffer Rays { Ray rays[]; };
+layout(std140) uniform FrameBlock { Frame frame; };
+layout(std430) writeonly buffer Rays { Ray rays[]; };
 uniform ivec2 pixel;
 uniform int place;
 void main() { rays[place] = camera_ray(frame, pixel); }
@@ -191,7 +189,7 @@ void main() { rays[place] = camera_ray(frame, pixel); }
     constexpr int kViews = 300;
     RandomViews random;
     const gpu::Buffer rays("rays", kViews * sizeof(shared::Ray));
-    rays.bind_storage(0);
+    program.bind_storage("Rays", rays);
     std::vector<View> views;
     std::vector<ivec2> pixels;
     for (int i = 0; i < kViews; ++i) {
@@ -201,7 +199,7 @@ void main() { rays[place] = camera_ray(frame, pixel); }
         const shared::Frame frame = frame_constants(v.camera, v.camera, v.origin, v.reach, v.sample);
         gpu::Buffer constants("frame", sizeof(frame));
         constants.write(0, sizeof(frame), &frame);
-        constants.bind_uniform(BLOCK_FRAME);
+        program.bind_uniform("FrameBlock", constants);
         pixels.push_back(random.pixel(v));
         program.set("pixel", pixels.back());
         program.set("place", i);

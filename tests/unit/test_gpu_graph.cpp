@@ -21,8 +21,8 @@ constexpr std::uint32_t kCount = 256;
 
 const gpu::ShaderSource kAddOne("add one", R"(
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) readonly buffer In { uint source[]; };
-layout(std430, binding = 1) writeonly buffer Out { uint target[]; };
+layout(std430) readonly buffer In { uint source[]; };
+layout(std430) writeonly buffer Out { uint target[]; };
 uniform uint step;
 void main() { target[gl_GlobalInvocationID.x] = source[gl_GlobalInvocationID.x] + step; }
 )");
@@ -33,12 +33,10 @@ class GraphTest : public GpuTest {
     static BufferHandle add_step(Graph& graph, const std::string& name, BufferHandle source, BufferHandle target,
                                  std::uint32_t step = 1) {
         Pass pass = graph.add_pass(name);
-        pass.read(source, storage_read);
-        target = pass.write(target, storage_write);
+        pass.read(source, storage_read, "In");
+        target = pass.write(target, storage_write, "Out");
         pass.execute([=](Resources& r) {
-            const gpu::Program& program = r.programs().compute(kAddOne);
-            r.buffer(source).bind_storage(0);
-            r.buffer(target).bind_storage(1);
+            const gpu::Program& program = r.compute(kAddOne);
             program.set("step", step);
             program.dispatch(kCount / 64);
         });
@@ -241,22 +239,19 @@ TEST_F(GraphTest, DrawsIntoTransients) {
         program.draw(GL_TRIANGLES, 3);
     });
     Pass copy = graph.add_pass("copy");
-    copy.read(color, texture_read);
-    copy.read(depth, texture_read);
-    const TextureHandle result = copy.write(graph.create_texture("result", desc), image_write);
+    copy.read(color, texture_read, "color");
+    copy.read(depth, texture_read, "depth");
+    const TextureHandle result = copy.write(graph.create_texture("result", desc), image_write, "result");
     copy.execute([=](Resources& r) {
-        const gpu::Program& program = r.programs().compute({"copy", R"(
+        const gpu::Program& program = r.compute({"copy", R"(
 layout(local_size_x = 8, local_size_y = 4) in;
-layout(binding = 0) uniform sampler2D color;
-layout(binding = 1) uniform sampler2D depth;
-layout(binding = 0, rgba32f) writeonly uniform image2D result;
+uniform sampler2D color;
+uniform sampler2D depth;
+layout(rgba32f) writeonly uniform image2D result;
 void main() {
     ivec2 p = ivec2(gl_GlobalInvocationID.xy);
     imageStore(result, p, texelFetch(color, p, 0) + vec4(0, texelFetch(depth, p, 0).r, 0, 0));
 })"});
-        r.texture(color).bind(0);
-        r.texture(depth).bind(1);
-        r.texture(result).bind_image(0, GL_WRITE_ONLY);
         program.dispatch(1);
     });
     graph.output(result);
@@ -269,6 +264,17 @@ void main() {
             ASSERT_EQ(pixels[i + 1], 0.75f);
         }
     }
+}
+
+TEST_F(GraphTest, AShaderNameThatTheProgramLacksIsAnErrorOfPassAndResource) {
+    gpu::Buffer source = ramp();
+    Graph graph;
+    Pass pass = graph.add_pass("misspelt");
+    pass.read(graph.import_buffer("ramp", source), storage_read, "Inn");
+    pass.keep();
+    pass.execute([](Resources& r) { r.compute(kAddOne).dispatch(1); });
+    EXPECT_EQ(error_message([&] { executor.run(compile(graph)); }),
+              "pass 'misspelt': binds 'ramp' to 'Inn', which add one does not declare");
 }
 
 TEST_F(GraphTest, PoisonRevealsUnwrittenValues) {

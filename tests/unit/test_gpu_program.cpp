@@ -107,7 +107,7 @@ using ProgramTest = GpuTest;
 
 const char* const kDouble = R"(
 layout(local_size_x = 64) in;
-layout(std430, binding = 0) buffer Values { uint values[]; };
+layout(std430) buffer Values { uint values[]; };
 uniform uint factor;
 void main() {
     if (gl_GlobalInvocationID.x < values.length()) values[gl_GlobalInvocationID.x] *= factor + OFFSET;
@@ -116,7 +116,7 @@ void main() {
 TEST_F(ProgramTest, AKernelRuns) {
     const Program program = Program::compute({"double", kDouble}, {{"OFFSET", "1"}});
     const Buffer values = Buffer::from("values", std::vector{1u, 2u, 3u});
-    values.bind_storage(0);
+    program.bind_storage("Values", values);
     program.set("factor", 2u);
     program.dispatch(1);
     EXPECT_EQ(values.read<std::uint32_t>(), (std::vector{3u, 6u, 9u}));
@@ -126,7 +126,7 @@ TEST_F(ProgramTest, WorkgroupsCanComeFromABuffer) {
     const Program program = Program::compute({"double", kDouble}, {{"OFFSET", "0"}});
     const Buffer values = Buffer::from("values", std::vector<std::uint32_t>(200, 1));
     const Buffer arguments = Buffer::from("arguments", std::vector{9u, 2u, 1u, 1u});
-    values.bind_storage(0);
+    program.bind_storage("Values", values);
     program.set("factor", 5u);
     program.dispatch_indirect(arguments, 4);
     std::vector<std::uint32_t> expected(200, 1);
@@ -137,7 +137,7 @@ TEST_F(ProgramTest, WorkgroupsCanComeFromABuffer) {
 TEST_F(ProgramTest, UniformsOfEveryType) {
     const Program program = Program::compute({"uniforms", R"(
 layout(local_size_x = 1) in;
-layout(std430, binding = 0) buffer Out { float sum; };
+layout(std430) buffer Out { float sum; };
 uniform bool b; uniform int i; uniform uint u; uniform float f;
 uniform vec2 v2; uniform vec3 v3; uniform vec4 v4; uniform ivec2 i2; uniform ivec3 i3; uniform ivec4 i4;
 uniform uvec2 u2; uniform uvec3 u3; uniform uvec4 u4; uniform mat3 m3; uniform mat4 m4;
@@ -147,7 +147,7 @@ void main() {
           u3.z + u4.w + m3[2][1] + m4[3][2] + nested[1].x;
 })"});
     const Buffer out("out", 4);
-    out.bind_storage(0);
+    program.bind_storage("Out", out);
     mat3 m3(0);
     mat4 m4(0);
     m3[2][1] = 4096;
@@ -181,6 +181,69 @@ TEST_F(ProgramTest, AMisspeltUniformIsAnErrorButAnUnusedOneIsNot) {
     EXPECT_NO_THROW(unused.set("unused", 1.f));
 }
 
+TEST_F(ProgramTest, ResourcesAreBoundByName) {
+    const Program program = Program::compute({"names", R"(
+layout(local_size_x = 1) in;
+layout(std430) writeonly buffer Sum { float sum; };
+layout(std430) readonly buffer One { float one; };
+layout(std140) uniform Ten { float ten; };
+layout(std140) uniform Twenty { float twenty; };
+layout(std430) readonly buffer Unused { float unused; };
+uniform samplerBuffer hundred;
+uniform sampler2D thousand;
+layout(rgba32f) writeonly uniform image2D copy;
+layout(rgba32f) writeonly uniform image2D twice;
+void main() {
+    sum = one + ten + twenty + texelFetch(hundred, 0).x + texelFetch(thousand, ivec2(0), 0).x;
+    imageStore(copy, ivec2(0), vec4(one));
+    imageStore(twice, ivec2(0), vec4(2 * one));
+})"});
+    const auto number = [](const char* name, float value) { return Buffer::from(name, std::vector<float>(4, value)); };
+    const Buffer one = number("one", 1), ten = number("ten", 10), twenty = number("twenty", 20),
+                 hundred = number("hundred", 100), sum("sum", sizeof(float));
+    Texture thousand("thousand", {.format = GL_R32F});
+    thousand.upload(std::vector<float>{1000});
+    const Texture copy("copy", {}), twice("twice", {});
+    program.bind_texture("thousand", thousand);
+    program.bind_texture("hundred", hundred, GL_R32F);
+    program.bind_image("twice", twice);
+    program.bind_image("copy", copy);
+    program.bind_uniform("Twenty", twenty);
+    program.bind_uniform("Ten", ten);
+    program.bind_storage("One", one);
+    program.bind_storage("Sum", sum);
+    EXPECT_NO_THROW(program.bind_storage("Unused", one));
+    program.dispatch(1);
+    EXPECT_EQ(sum.read<float>()[0], 1131.f);
+    EXPECT_EQ(copy.read_float()[0], 1.f);
+    EXPECT_EQ(twice.read_float()[0], 2.f);
+    EXPECT_EQ(error_message([&] { program.bind_storage("Su", one); }),
+              "names: has no storage block 'Su' to bind 'one' to");
+    EXPECT_EQ(error_message([&] { program.bind_storage("hundred", one); }),
+              "names: has no storage block 'hundred' to bind 'one' to");
+    EXPECT_EQ(error_message([&] { program.bind_texture("Ten", thousand); }),
+              "names: has no sampler 'Ten' to bind 'thousand' to");
+}
+
+TEST_F(ProgramTest, MoreStorageBlocksThanTheDriverHasAreAnError) {
+    GLint limit = 0;
+    glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &limit);
+    const auto kernel = [](int blocks) {
+        std::string text = "layout(local_size_x = 1) in;\n", sum;
+        for (int i = 0; i < blocks; ++i) {
+            text += fmt::format("layout(std430) buffer Block{0} {{ uint b{0}; }};\n", i);
+            sum += fmt::format("++b{};", i);
+        }
+        return text + "void main() { " + sum + " }\n";
+    };
+    EXPECT_NO_THROW(Program::compute({"full", kernel(limit)}));
+    const std::string message = error_message([&] { Program::compute({"crowded", kernel(limit + 1)}); });
+    EXPECT_EQ(message.find(fmt::format(
+                  "crowded: needs more storage blocks than the driver allows (compute shaders: {}): ", limit)),
+              0u)
+        << message;
+}
+
 TEST_F(ProgramTest, CompileErrorsNameFileAndLine) {
     const ShaderFolder folder;
     folder.add("lib/bad.glsl", "float good() { return 1.0; }\n\nfloat bad() { return missing; }\n");
@@ -209,7 +272,7 @@ TEST_F(ProgramTest, IncludesUnderConditions) {
         "#ifndef LAST\n#include \"shaders/lib/one.glsl\"\n#include \"shaders/lib/deep.glsl\"\n#endif\n"
         "#include \"shaders/lib/one.glsl\"\n"
         "layout(local_size_x = 1) in;\n"
-        "layout(std430, binding = 0) buffer Out { uint result; };\n"
+        "layout(std430) buffer Out { uint result; };\n"
         "void main() { result = one() + kDeep; }\n";
     for (int mask = 0; mask < 8; ++mask) {
         Defines defines;
@@ -218,7 +281,7 @@ TEST_F(ProgramTest, IncludesUnderConditions) {
             if ((mask >> i & 1) != 0) defines.set(names[i]);
         const Program program = Program::compute({"conditions", text}, defines);
         const Buffer result("result", sizeof(std::uint32_t));
-        result.bind_storage(0);
+        program.bind_storage("Out", result);
         program.dispatch(1);
         EXPECT_EQ(result.read<std::uint32_t>().front(), 4u) << mask;
     }
@@ -288,7 +351,7 @@ TEST_F(ProgramTest, TheCacheReloadsChangedPrograms) {
     const auto kernel = [](const char* value) {
         return std::string(
                    "#include \"shaders/lib/value.glsl\"\nlayout(local_size_x = 1) in;\n"
-                   "layout(std430, binding = 0) buffer Out { uint value; };\nuniform uint more;\n"
+                   "layout(std430) buffer Out { uint value; };\nuniform uint more;\n"
                    "void main() { value = from_file() + more + ") +
                value + "; }\n";
     };
@@ -302,7 +365,7 @@ TEST_F(ProgramTest, TheCacheReloadsChangedPrograms) {
     const auto values = [&] {
         std::array<std::uint32_t, 2> result;
         for (const Program* program : {&a, &b}) {
-            out.bind_storage(0);
+            program->bind_storage("Out", out);
             program->set("more", 100u);
             program->dispatch(1);
             glMemoryBarrier(GL_ALL_BARRIER_BITS);
@@ -344,9 +407,9 @@ TEST_F(ProgramTest, GlslWritesWhatCppReads) {
     const Program program = Program::compute({"layout", R"(
 #include "shaders/shared/rays.h"
 layout(local_size_x = 1) in;
-layout(std430, binding = 0) buffer Rays { Ray rays[]; };
-layout(std430, binding = 1) buffer Hits { Hit hits[]; };
-layout(std430, binding = 2) buffer Headers { ListHeader header; };
+layout(std430) buffer Rays { Ray rays[]; };
+layout(std430) buffer Hits { Hit hits[]; };
+layout(std430) buffer Headers { ListHeader header; };
 void main() {
     for (uint i = 0; i < 2; ++i) {
         rays[i] = Ray(vec3(1, 2, 3) + i, 4 + i, vec3(5, 6, 7) + i, 8 + i);
@@ -356,9 +419,9 @@ void main() {
 })"});
     const Buffer rays("rays", 2 * sizeof(shared::Ray)), hits("hits", 2 * sizeof(shared::Hit));
     const Buffer header("header", sizeof(shared::ListHeader));
-    rays.bind_storage(0);
-    hits.bind_storage(1);
-    header.bind_storage(2);
+    program.bind_storage("Rays", rays);
+    program.bind_storage("Hits", hits);
+    program.bind_storage("Headers", header);
     program.dispatch(1);
     const shared::Ray ray = rays.read<shared::Ray>()[1];
     EXPECT_EQ(ray.origin, vec3(2, 3, 4));

@@ -173,6 +173,20 @@ TEST(GraphErrors, AccessMustFitResource) {
               "pass 'p': writes 't' by storage_write: it is a texture");
 }
 
+TEST(GraphErrors, ShaderNamesMustFitTheAccess) {
+    Graph graph;
+    const BufferHandle buffer = add(graph, "a", {});
+    Pass pass = graph.add_pass("p");
+    EXPECT_EQ(error_message([&] { pass.read(buffer, transfer_read, "A"); }),
+              "pass 'p': names 'a's' for shaders, but uses it by transfer_read");
+    EXPECT_EQ(error_message([&] { pass.read(buffer, texture_read, "a"); }),
+              "pass 'p': reads 'a's' by texture_read without a texel format");
+    EXPECT_EQ(error_message([&] {
+                  pass.read(buffer, storage_read, {"A", GL_R32F});
+              }),
+              "pass 'p': reads 'a's' by storage_read with a texel format");
+}
+
 TEST(GraphErrors, InvalidHandles) {
     Graph graph, other;
     const BufferHandle theirs = add(other, "theirs", {});

@@ -19,8 +19,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kWriter =
-    "layout(local_size_x = 1) in;\nlayout(std430, binding = 3) buffer Out { uint result; };\nuniform uint more;\n"
-    "void main() { result = VALUE + more; }\n";
+    "layout(local_size_x = 1) in;\nlayout(std430) readonly buffer In { uint add; };\n"
+    "layout(std430) writeonly buffer Out { uint result; };\nuniform usamplerBuffer none, one;\n"
+    "void main() { result = VALUE + add + texelFetch(none, 0).x + texelFetch(one, 0).x; }\n";
 
 class Folder {
   public:
@@ -134,9 +135,11 @@ TEST(ProgramBinaries, AnUnwritableFolderIsNoError) {
 class StoredPrograms : public GpuTest {
   protected:
     static std::uint32_t result_of(const Program& program) {
-        const Buffer out("out", sizeof(std::uint32_t));
-        out.bind_storage(3);
-        program.set("more", 2u);
+        const Buffer out("out", sizeof(std::uint32_t)), one = Buffer::from("one", std::vector{1u});
+        program.bind_storage("Out", out);
+        program.bind_storage("In", one);
+        program.bind_texture("one", one, GL_R32UI);
+        program.bind_texture("none", Buffer("none", sizeof(std::uint32_t)), GL_R32UI);
         program.dispatch(1);
         return out.read<std::uint32_t>().front();
     }

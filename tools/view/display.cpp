@@ -9,7 +9,6 @@
 
 #include "engine/core/image_tools.h"
 #include "engine/gpu/context.h"
-#include "shaders/shared/bindings.h"
 
 namespace halflight::view {
 
@@ -71,17 +70,15 @@ void Display::apply_view(Source& picture) {
     if (picture.view_applied) return;
     gpu::default_state();
     picture.target.bind();
-    picture.linear.bind(0);
     if (picture.encoded || !view_) {
-        programs_.graphics("shaders/raster_cover.vert", "shaders/view.frag").draw(GL_TRIANGLES, 3);
+        const gpu::Program& program = programs_.graphics("shaders/raster_cover.vert", "shaders/view.frag");
+        program.bind_texture("picture", picture.linear);
+        program.draw(GL_TRIANGLES, 3);
     } else {
         const gpu::Program& program =
             programs_.graphics("shaders/raster_cover.vert", view_->source, {{"HALFLIGHT_VIEW", "1"}});
-        int unit = UNIT_FREE;
-        for (const auto& [sampler, texture] : view_->luts) {
-            texture.bind(static_cast<GLuint>(unit));
-            program.set(sampler, unit++);
-        }
+        program.bind_texture("picture", picture.linear);
+        for (const auto& [sampler, texture] : view_->luts) program.bind_texture(sampler, texture);
         program.set("exposure_scale", view_->exposure_scale);
         program.draw(GL_TRIANGLES, 3);
     }

@@ -174,19 +174,16 @@ RaySet connection_rays(Studio& studio, const ivec2& size) {
         passed += in_band;
         const std::size_t count = std::size_t{taken} * kConnectionsPerBlock;
         graph::Pass pass = graph.add_pass("connections");
-        for (const graph::BufferHandle& read : {g.surfaces, paths.rays, paths.hits, paths.states})
-            pass.read(read, Access::storage_read);
+        pass.read(g.surfaces, Access::storage_read, "Surfaces");
+        pass.read(paths.rays, Access::storage_read, "PathRays");
+        pass.read(paths.hits, Access::storage_read, "Hits");
+        pass.read(paths.states, Access::storage_read, "States");
         const graph::BufferHandle connections =
-            pass.write(graph.create_buffer("connections", {count * sizeof(Ray)}), Access::storage_write);
+            pass.write(graph.create_buffer("connections", {count * sizeof(Ray)}), Access::storage_write, "Connections");
         pass.execute([=](graph::Resources& r) {
-            r.buffer(g.surfaces).bind_storage(0);
-            r.buffer(paths.rays).bind_storage(1);
-            r.buffer(paths.hits).bind_storage(2);
-            r.buffer(paths.states).bind_storage(3);
-            r.buffer(connections).bind_storage(4);
             view.trace.bind();
             view.scene.bind();
-            const gpu::Program& program = r.programs().compute("shaders/connection.comp", view.scene.defines());
+            const gpu::Program& program = r.compute("shaders/connection.comp", view.scene.defines());
             program.set("first_block", first);
             program.set("block_stride", stride);
             program.dispatch(taken * kConnectionsPerBlock / 64);

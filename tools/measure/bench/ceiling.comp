@@ -7,16 +7,16 @@
 
 layout(local_size_x = 64) in;
 
-layout(binding = UNIT_FREE) uniform samplerBuffer rays;  // RGBA32F, two texels each
-layout(binding = UNIT_FREE + 1) uniform usamplerBuffer entries;  // RG32UI: reference; with instances, the one within the block
+uniform samplerBuffer rays;  // RGBA32F, two texels each
+uniform usamplerBuffer entries;  // RG32UI: reference; with instances, the one within the block
 #ifdef HALFLIGHT_ANY_HIT
-layout(std430, binding = 0) writeonly buffer Occluded { uint occluded[]; };
+layout(std430) writeonly buffer Occluded { uint occluded[]; };
 #else
-layout(std430, binding = 0) writeonly buffer Hits { Hit hits[]; };
+layout(std430) writeonly buffer Hits { Hit hits[]; };
 #endif
 #ifdef HALFLIGHT_LIST
-layout(std430, binding = 1) readonly buffer List { uint list[]; };
-layout(std430, binding = 2) readonly buffer Header { ListHeader header; };
+layout(std430) readonly buffer List { uint list[]; };
+layout(std430) readonly buffer Header { ListHeader header; };
 #endif
 
 uvec2 entry;

@@ -7,7 +7,6 @@
 #include <array>
 #include <limits>
 
-#include "shaders/shared/bindings.h"
 #include "shaders/shared/bvh.h"
 #include "tools/measure/bench/culling_methods.h"
 #include "tools/measure/bench/graph_run.h"
@@ -29,24 +28,18 @@ AddTrace add_ceiling(const Bench& bench, gpu::Buffer& entries) {
         if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
         if (batch.list) defines.set("HALFLIGHT_LIST");
         graph::Pass pass = graph.add_pass("ceiling");
-        const graph::BufferHandle starts = graph.import_buffer("entries", entries);
-        pass.read(batch.rays, graph::Access::texture_read);
-        pass.read(starts, graph::Access::texture_read);
+        pass.read(batch.rays, graph::Access::texture_read, {"rays", GL_RGBA32F});
+        pass.read(graph.import_buffer("entries", entries), graph::Access::texture_read, {"entries", GL_RG32UI});
         if (batch.list) {
-            pass.read(batch.list, graph::Access::storage_read);
+            pass.read(batch.list, graph::Access::storage_read, "List");
             pass.read(batch.list_header, graph::Access::indirect_read);
-            pass.read(batch.list_header, graph::Access::storage_read);
+            pass.read(batch.list_header, graph::Access::storage_read, "Header");
         }
-        results = pass.write(results, graph::Access::storage_write);
+        results = pass.write(results, graph::Access::storage_write, any_hit ? "Occluded" : "Hits");
         pass.execute([=, &trace](graph::Resources& r) {
-            const gpu::Program& program = r.programs().compute(gpu::bench_kernel("ceiling.comp"), defines);
+            const gpu::Program& program = r.compute(gpu::bench_kernel("ceiling.comp"), defines);
             trace.bind();
-            r.buffer(batch.rays).bind_texture(UNIT_FREE, GL_RGBA32F);
-            r.buffer(starts).bind_texture(UNIT_FREE + 1, GL_RG32UI);
-            r.buffer(results).bind_storage(0);
             if (batch.list) {
-                r.buffer(batch.list).bind_storage(1);
-                r.buffer(batch.list_header).bind_storage(2);
                 program.dispatch_indirect(r.buffer(batch.list_header));
             } else {
                 program.dispatch(batch.capacity / 64);

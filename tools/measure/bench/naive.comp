@@ -37,22 +37,22 @@ struct Instance {
     uint unused3;
 };
 
-layout(std430, binding = 0) readonly buffer Nodes { Node nodes[]; };
-layout(std430, binding = 1) readonly buffer Triangles { Triangle triangles[]; };
-layout(std430, binding = 2) readonly buffer Instances { Instance instances[]; };
-layout(std430, binding = 3) readonly buffer Rays { Ray rays[]; };
+layout(std430) readonly buffer Nodes { Node nodes[]; };
+layout(std430) readonly buffer Triangles { Triangle triangles[]; };
+layout(std430) readonly buffer Instances { Instance instances[]; };
+layout(std430) readonly buffer Rays { Ray rays[]; };
 #ifdef HALFLIGHT_ANY_HIT
-layout(std430, binding = 4) writeonly buffer Occluded { uint occluded[]; };
+layout(std430) writeonly buffer Occluded { uint occluded[]; };
 #else
-layout(std430, binding = 4) writeonly buffer Hits { Hit hits[]; };
+layout(std430) writeonly buffer Hits { Hit hits[]; };
 #endif
 
 #ifdef HALFLIGHT_LIST
-layout(std430, binding = 5) readonly buffer List { uint list[]; };
-layout(std430, binding = 6) readonly buffer Header { ListHeader header; };
+layout(std430) readonly buffer List { uint list[]; };
+layout(std430) readonly buffer Header { ListHeader header; };
 #endif
 #ifdef HALFLIGHT_ALPHA
-layout(std140, binding = BLOCK_FRAME) uniform FrameBlock { Frame frame; };
+layout(std140) uniform FrameBlock { Frame frame; };
 uniform uint alpha_salt;
 #endif
 

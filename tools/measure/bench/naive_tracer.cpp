@@ -11,7 +11,6 @@
 #include "engine/core/error.h"
 #include "engine/gpu/context.h"
 #include "engine/graph/execute.h"
-#include "shaders/shared/bindings.h"
 
 namespace halflight::bench {
 namespace {
@@ -203,11 +202,11 @@ const gpu::Program& NaiveTracer::bound(gpu::ProgramCache& programs, gpu::Defines
     if (any_hit) defines.set("HALFLIGHT_ANY_HIT");
     if (two_level_) defines.set("HALFLIGHT_TWO_LEVEL");
     const gpu::Program& program = programs.compute(gpu::bench_kernel("naive.comp"), defines);
-    nodes_.bind_storage(0);
-    triangles_.bind_storage(1);
-    instances_.bind_storage(2);
-    rays.bind_storage(3);
-    results.bind_storage(4);
+    program.bind_storage("Nodes", nodes_);
+    program.bind_storage("Triangles", triangles_);
+    program.bind_storage("Instances", instances_);
+    program.bind_storage("Rays", rays);
+    program.bind_storage(any_hit ? "Occluded" : "Hits", results);
     program.set("root", root_);
     return program;
 }
@@ -230,12 +229,12 @@ graph::BufferHandle NaiveTracer::add(graph::Graph& graph, const rays::TraceScene
         const gpu::Program& program = bound(r.programs(), defines, r.buffer(batch.rays), any_hit, r.buffer(results));
         if (scene.alpha_tested()) {
             scene.bind();
-            r.buffer(batch.frame_constants).bind_uniform(BLOCK_FRAME);
+            program.bind_uniform("FrameBlock", r.buffer(batch.frame_constants));
             program.set("alpha_salt", batch.alpha_salt);
         }
         if (batch.list) {
-            r.buffer(batch.list).bind_storage(5);
-            r.buffer(batch.list_header).bind_storage(6);
+            program.bind_storage("List", r.buffer(batch.list));
+            program.bind_storage("Header", r.buffer(batch.list_header));
             program.dispatch_indirect(r.buffer(batch.list_header));
         } else {
             program.set("ray_count", batch.capacity);

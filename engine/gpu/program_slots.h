@@ -1,0 +1,26 @@
+// Slots of the blocks, samplers and images of a program, by their names in the shader.
+#pragma once
+
+#include <epoxy/gl.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace halflight::gpu {
+
+enum class SlotKind : std::uint8_t { storage_block, uniform_block, sampler, image };
+const char* name(SlotKind kind);
+
+struct Slot {
+    std::string name;  // of the block or the uniform
+    SlotKind kind;
+    GLuint index;  // binding point or unit
+};
+
+/// Gives each active block, sampler and image of a linked program a slot, and returns the slots. Blocks and images are
+/// numbered from 0, samplers from UNIT_FREE. Samplers of scene tables keep the unit that their layout names
+/// (shaders/shared/bindings.h).
+std::vector<Slot> assign_slots(GLuint program);
+
+}  // namespace halflight::gpu
