@@ -37,7 +37,7 @@ class Assets : public GpuTest {};
 
 TEST_F(Assets, LoadAndRenderCleanly) {
     const fs::path folder = fs::path(HALFLIGHT_SHARED_DIR) / "assets";
-    if (!fs::exists(folder)) GTEST_SKIP() << "no folder of other people's scenes at " << folder;
+    if (!fs::exists(folder)) GTEST_SKIP() << "no folder of other projects' scenes at " << folder;
     const std::vector<fs::path> scenes = scenes_under(folder);
     ASSERT_GE(scenes.size(), 30u);
 

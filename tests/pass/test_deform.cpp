@@ -182,7 +182,7 @@ TEST(DeformOnTheCpu, FollowsTheFormulas) {
             error_of_normals =
                 std::max(error_of_normals, glm::distance(normal, glm::normalize(dvec3(found.normals[i]))));
         }
-        EXPECT_LT(error, 1e-6 * (1 + 4 * kind.distance)) << "half an ulp of where it is";
+        EXPECT_LT(error, 1e-6 * (1 + 4 * kind.distance)) << "half an ulp of its position";
         EXPECT_LT(error_of_normals, 1e-5);
     }
 }
@@ -206,7 +206,7 @@ TEST_F(Deform, GivesTheBitsOfTheCpu) {
     EXPECT_EQ(statistics.vertices, vertices);
     EXPECT_EQ(statistics.vertices_on_cpu, 0u);
     EXPECT_GT(statistics.seconds, 0);
-    EXPECT_EQ(deformer.take_statistics().vertices, 0u) << "they have been taken";
+    EXPECT_EQ(deformer.take_statistics().vertices, 0u) << "they have been moved out";
 }
 
 TEST_F(Deform, DoesNotDependOnEarlierPosesOrOtherShapes) {
@@ -332,7 +332,7 @@ TEST_F(DeformFiles, AreEqualOnCpuAndGpu) {
     GpuDeformer deformer(context);
     gpu.deform_by(&deformer);
     Scene scene = gpu.at(0, kAll);
-    EXPECT_EQ(deformer.take_statistics().vertices, 3u) << "what stays is not deformed";
+    EXPECT_EQ(deformer.take_statistics().vertices, 3u) << "static meshes are not deformed";
     expect_same(scene, cpu.at(0, kAll));
     for (const double seconds : {0.5, 1.0, 0.25, 0.5}) {
         gpu.pose(scene, seconds, kAll);
@@ -342,7 +342,7 @@ TEST_F(DeformFiles, AreEqualOnCpuAndGpu) {
     EXPECT_EQ(deformer.take_statistics().vertices, 3u * 8);
     expect_same(gpu.at_rest(), cpu.at_rest());
     expect_same(gpu.at(1, {}), cpu.at(1, {}));
-    EXPECT_EQ(deformer.take_statistics().vertices, 0u) << "nothing deforms where nothing plays";
+    EXPECT_EQ(deformer.take_statistics().vertices, 0u) << "without animation nothing is deformed";
     gpu.deform_by(nullptr);
     expect_same(gpu.at(0.5, kAll), cpu.at(0.5, kAll));
     EXPECT_EQ(deformer.take_statistics().vertices, 0u);

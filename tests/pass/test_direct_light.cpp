@@ -202,7 +202,7 @@ TEST_F(DirectLightTest, EqualsTheOracleSampleBySample) {
     // In pixels of this size 0.047 % of the samples hit another triangle (gbuffer.h), and 0.11 % if only the pixel's
     // own triangle is tested.
     EXPECT_LT(otherwise, seen * 0.0008);
-    EXPECT_GT(otherwise, 0) << "no edges in sight: the pixels are not those that were asked for";
+    EXPECT_GT(otherwise, 0) << "no edges in view: these are not the requested pixels";
     ASSERT_EQ(pairs.size(), 4u);
     for (const auto& [technique, p] : pairs) {
         SCOPED_TRACE(technique);

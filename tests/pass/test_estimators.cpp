@@ -131,12 +131,12 @@ TEST_F(EstimatorsTest, ExtraCameraRaysExtendTheSequence) {
         ASSERT_NEAR(emission.pixels[i], as_many.pixels[i], 1e-5f * as_many.pixels[i]) << i;
         edges += as_many.pixels[i] > 0 && layer(one, "emission.R").pixels[i] != as_many.pixels[i];
     }
-    EXPECT_GT(edges, 20) << "the test says nothing";
+    EXPECT_GT(edges, 20) << "the test has no power";
     for (const char* other : {"direct_diffuse.R", "indirect_diffuse.R"})
         EXPECT_TRUE(same_bits(layer(four, other), layer(one, other))) << other;
     for (std::size_t i = 3; i < four.beauty.pixels.size(); i += 4)
         ASSERT_EQ(four.beauty.pixels[i], one.beauty.pixels[i]) << "coverage";
-    EXPECT_TRUE(same_bits(picture(scene, {}, 4).beauty, one.beauty)) << "unless they are asked for";
+    EXPECT_TRUE(same_bits(picture(scene, {}, 4).beauty, one.beauty)) << "unless requested";
 }
 
 TEST_F(EstimatorsTest, ShadowRaysOfOnePathShareItsDirectLight) {
@@ -162,7 +162,7 @@ TEST_F(EstimatorsTest, APilotDecidesTheAutomaticTechniques) {
     const Estimator found = piloted.stats.estimator;
     EXPECT_FALSE(leaves_open(found));
     EXPECT_GT(found.camera, CameraRays::one);
-    EXPECT_TRUE(same_bits(piloted.beauty, picture(scene, found, 4).beauty)) << "as if it had been asked for";
+    EXPECT_TRUE(same_bits(piloted.beauty, picture(scene, found, 4).beauty)) << "as if it had been requested";
     EXPECT_EQ(picture(scene, open, 4, 2).stats.estimator, found) << "whatever the seed";
 
     PreparedScene prepared(context, scene, {.estimator = open});
@@ -225,7 +225,7 @@ TEST_F(EstimatorsTest, BlueNoiseIsUsedForKnownSmallSampleCounts) {
     EXPECT_FALSE(differs([](RenderSettings& s) { s.samples = kMostBlueNoiseSamples + 1; }));
     EXPECT_FALSE(differs([](RenderSettings& s) { s.first_sample = 2; }));
     EXPECT_FALSE(differs([](RenderSettings& s) { s.time_limit = 1e6; }));
-    EXPECT_TRUE(differs([](RenderSettings& s) { s.first_sample = 2, s.of_samples = 4; })) << "a part of few";
+    EXPECT_TRUE(differs([](RenderSettings& s) { s.first_sample = 2, s.of_samples = 4; })) << "share of a few samples";
     EXPECT_FALSE(differs([](RenderSettings& s) { s.error = ErrorTarget{ErrorMetric::relmse, 1e3}, s.samples = 16; }));
 }
 

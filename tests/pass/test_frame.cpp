@@ -246,7 +246,7 @@ TEST_F(FrameTest, PicturesOfAnySize) {
         EXPECT_EQ(ivec2(r.view.width, r.view.height), size);
         const NonFinite n = count_non_finite(r.beauty);
         EXPECT_EQ(n.nans + n.infinities, 0u);
-        for (const float v : layer(r, "variance.R").pixels) EXPECT_EQ(v, 0) << "of a single sample nothing is known";
+        for (const float v : layer(r, "variance.R").pixels) EXPECT_EQ(v, 0) << "a single sample has no variance";
         EXPECT_EQ(r.stats.paths, std::uint64_t(size.x) * std::uint64_t(size.y));
     }
 }
@@ -305,7 +305,7 @@ TEST_F(FrameTest, ProgressReportsEverySampleAndCanStop) {
     EXPECT_TRUE(stopped.stats.interrupted);
     EXPECT_TRUE(
         same_bits(stopped.beauty, render(context, scene, small_settings(scene.cameras[0], 16, 16, 2, 1)).beauty))
-        << "what was done is what fewer samples would have given";
+        << "the samples so far equal a render with fewer samples";
 
     RenderSettings settings = small_settings(scene.cameras[0], 16, 16, 1 << 20, 1);
     settings.time_limit = 0.2;

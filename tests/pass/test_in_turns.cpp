@@ -90,7 +90,7 @@ TEST_F(InTurns, ComponentsCanBeRequestedAfterTheSamples) {
         expect_same(p.picture(components), asked_before);
         expect_same(p.picture(s.aovs), data);
         EXPECT_TRUE(p.picture({}).aovs.empty());
-        EXPECT_THROW(p.picture({"albedo"}), Error) << "nobody has summed it up";
+        EXPECT_THROW(p.picture({"albedo"}), Error) << "it has not been summed";
         return true;
     });
 }

@@ -55,7 +55,7 @@ TEST_F(LightChoiceTest, PicturesAreTheOracles) {
             const MeanValue found = mean_radiance(result, channel);
             const MeanRadiance expected = mean_radiance(oracle, channel);
             EXPECT_NEAR(found.value, expected.value, 5 * std::hypot(found.error, expected.error)) << channel;
-            EXPECT_LT(found.error, 0.02 * found.value) << "and tells so";
+            EXPECT_LT(found.error, 0.02 * found.value) << "and reports it";
         }
     }
 }

@@ -127,7 +127,7 @@ TEST_F(LightWays, FollowTheirProbabilities) {
                 }
                 const auto light = static_cast<std::size_t>(way.x);
                 ASSERT_LT(light, in_tree);
-                ASSERT_EQ(way.y, tabulated[r][light]) << "the same bits by either way";
+                ASSERT_EQ(way.y, tabulated[r][light]) << "descent and trail give equal bits";
                 ++count[light];
             }
             for (std::uint32_t k = 0; k < in_tree; ++k) {
@@ -179,7 +179,7 @@ TEST_F(LightWays, EqualTheCpus) {
             EXPECT_NEAR(tabulated[r][k], probability, 1e-4 * probability + 1e-7) << r << ' ' << k;
         }
     }
-    EXPECT_GT(pairs, 0) << "of a square's triangles";
+    EXPECT_GT(pairs, 0) << "of one square's triangles";
 }
 
 /// Compares the mean contribution of each selection with the sum over all lights.
@@ -227,7 +227,7 @@ TEST_F(LightWays, EverySelectionIsUnbiased) {
             }
             const double error = std::sqrt((square - mean * mean) / (2048.0 * kStreams));
             EXPECT_NEAR(mean, exact, 6 * error + 1e-5 * exact) << "receiver " << r;
-            EXPECT_LT(error, 0.02 * exact) << "and tells so";
+            EXPECT_LT(error, 0.02 * exact) << "and reports it";
         }
     }
 }

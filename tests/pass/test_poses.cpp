@@ -79,7 +79,7 @@ void expect_fresh(gpu::Context& context, const ColorConfig& colors, const Scene&
     Renderer fresh(context, to, colors, settings);
     const RenderResult expected = fresh.render(), found = updated.render();
     expect_same(found, expected);
-    EXPECT_EQ(found.stats.left_out, expected.stats.left_out) << "needs are the pose's";
+    EXPECT_EQ(found.stats.left_out, expected.stats.left_out) << "the pose determines the needs";
 }
 
 TEST_F(Poses, LightsMaterialsAndNeedsFollowThePose) {

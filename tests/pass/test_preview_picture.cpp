@@ -120,7 +120,7 @@ TEST_F(PreviewPictureTest, ReusesThePreviousPictureAndNotItself) {
             return true;
         });
     };
-    EXPECT_TRUE(same_bits(second_picture(0).beauty, second_picture(2).beauty)) << "looking at it changes it";
+    EXPECT_TRUE(same_bits(second_picture(0).beauty, second_picture(2).beauty)) << "displaying it changes it";
 }
 
 TEST_F(PreviewPictureTest, RestartsAtAnotherSize) {
@@ -224,7 +224,7 @@ TEST_F(OrbitTest, ErrorsAreLowerInTheRoom) {
     const Errors e = errors_of("room.glb");
     EXPECT_LT(e.temporal, e.off / 20);
     EXPECT_LT(e.both, e.off / 80);
-    EXPECT_NEAR(e.light, 1, 0.1) << "clipped outliers are light, too, but no more than that";
+    EXPECT_NEAR(e.light, 1, 0.1) << "only clipped outliers lose light";
 }
 
 TEST_F(OrbitTest, ErrorsAreLowerInTheAtrium) {

@@ -182,7 +182,7 @@ TEST_F(RadianceCacheTest, HasLittleBiasAndLittleNoise) {
                         of->light.mean() / light - 1, of->light.standard_error() / light,
                         of->error.mean() / off.error.mean());
             EXPECT_NEAR(of->light.mean(), light, 0.03 * light + 3 * of->light.standard_error());
-            EXPECT_LT(of->light.standard_error(), 0.02 * light) << "the test says nothing";
+            EXPECT_LT(of->light.standard_error(), 0.02 * light) << "the test has no power";
         }
         EXPECT_LT(cold.error.mean(), cold_error * off.error.mean());
         EXPECT_LT(warm.error.mean(), warm_error * off.error.mean());
@@ -251,7 +251,7 @@ TEST_F(RadianceCacheTest, PicturesAreReproducibleWithEveryTracer) {
             expect_same(r, first[picture]);
         }
     }
-    EXPECT_GT(squared_difference(first[0].beauty, first[1].beauty), 0) << "the second one goes on from the first";
+    EXPECT_GT(squared_difference(first[0].beauty, first[1].beauty), 0) << "the second picture continues from the first";
 }
 
 TEST_F(RadianceCacheTest, IsSharedAcrossCamerasAndCanBeCleared) {

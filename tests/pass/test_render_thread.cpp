@@ -25,7 +25,7 @@ TEST_F(RenderThreadTest, ThePictureEqualsThatOfRender) {
     ASSERT_TRUE(thread.until_samples(number, 5)) << thread->status().error;
     expect_same(thread.pictures.back()->result, expected(r, 5));
     EXPECT_EQ(thread.pictures.back()->aovs, r.aovs);
-    EXPECT_TRUE(thread.pictures.back()->result.stats.passes.empty()) << "nobody has asked for times";
+    EXPECT_TRUE(thread.pictures.back()->result.stats.passes.empty()) << "times were not requested";
     // Rendering continues from the samples so far.
     thread->limit(7);
     ASSERT_TRUE(thread.until_samples(number, 7));
@@ -41,7 +41,7 @@ TEST_F(RenderThreadTest, TheFirstPictureIsCoarse) {
     Request r = request();
     thread->show(r);
     ASSERT_TRUE(thread.until([&] { return !thread.pictures.empty(); })) << thread->status().error;
-    EXPECT_EQ(thread.pictures[0]->divisor, 8) << "nothing is known of how long it takes";
+    EXPECT_EQ(thread.pictures[0]->divisor, 8) << "no time has been recorded";
     EXPECT_EQ(thread.pictures[0]->result.beauty.width, 8);
     EXPECT_EQ(thread.pictures[0]->result.beauty.height, 6);
     ASSERT_TRUE(thread.until_samples(1, 1));
@@ -61,7 +61,7 @@ TEST_F(RenderThreadTest, TheFirstPictureIsCoarse) {
     }
     hasty->show(request());
     ASSERT_TRUE(hasty.until([&] { return hasty.pictures.back()->request == 4; }));
-    EXPECT_EQ(hasty.pictures.back()->divisor, 16) << "nothing is fast enough";
+    EXPECT_EQ(hasty.pictures.back()->divisor, 16) << "no resolution is within the budget";
 }
 
 TEST_F(RenderThreadTest, TheNewestRequestIsRendered) {
@@ -145,13 +145,13 @@ TEST_F(RenderThreadTest, ComponentsNeedNoNewSamples) {
     r.aovs = {"variance"};
     ASSERT_TRUE(thread.until_samples(thread->show(r), 3));
     const auto first = thread.pictures.back();
-    EXPECT_FALSE(first->relmse) << "too few samples to tell";
+    EXPECT_FALSE(first->relmse) << "too few samples for an estimate";
     Request parts = r;
     parts.aovs = {"direct_diffuse", "indirect_diffuse"};
     const std::uint64_t number = thread->show(parts);
     ASSERT_TRUE(thread.until_samples(number, 3));
     expect_same(thread.pictures.back()->result, expected(parts, 3));
-    EXPECT_GT(thread.pictures.back()->seconds, first->seconds) << "they are as old as the samples";
+    EXPECT_GT(thread.pictures.back()->seconds, first->seconds) << "their age is that of the samples";
     // Rendering continues from the samples so far, whose AOVs are still there.
     thread->limit(5);
     ASSERT_TRUE(thread.until_samples(number, 5));
@@ -160,8 +160,8 @@ TEST_F(RenderThreadTest, ComponentsNeedNoNewSamples) {
     expect_same(thread.pictures.back()->result, expected(r, 5));
     EXPECT_GT(thread.pictures.back()->relmse.value(), 0);
     for (const auto& picture : thread.pictures) {
-        EXPECT_TRUE(picture->request != number || picture->result.stats.samples >= 3) << "it has begun anew";
-        EXPECT_TRUE(picture->request != again || picture->result.stats.samples == 5) << "it has begun anew";
+        EXPECT_TRUE(picture->request != number || picture->result.stats.samples >= 3) << "rendering has restarted";
+        EXPECT_TRUE(picture->request != again || picture->result.stats.samples == 5) << "rendering has restarted";
     }
 }
 
@@ -205,7 +205,7 @@ TEST_F(RenderThreadTest, OtherWorkIsPerformedBetweenPictures) {
         done = true;
     };
     thread->perform("reading", work);
-    ASSERT_TRUE(thread.until([&] { return done.load(); })) << "nothing else is wanted";
+    ASSERT_TRUE(thread.until([&] { return done.load(); })) << "there is no other request";
     EXPECT_EQ(activity, "reading");
     EXPECT_NE(there, here);
     // Work comes during refinement and after its end; then rendering continues.

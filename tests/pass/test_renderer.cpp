@@ -82,8 +82,8 @@ TEST_F(RendererTest, ListsPersistAcrossBandsAndPictures) {
     const RenderResult first = renderer.render(frame);
     const std::uint64_t tiles = 4 * 12 * 6;  // bands, tiles, samples
     EXPECT_EQ(shadow(first).tiles, tiles);
-    EXPECT_GE(shadow(first).tiles_culled, tiles / 6) << "nothing was known";
-    EXPECT_EQ(shadow(first).state_bytes, 4 * 12 * (36 * 16 + 8u)) << "of tile_list.h: a record and its blockers";
+    EXPECT_GE(shadow(first).tiles_culled, tiles / 6) << "there was no state";
+    EXPECT_EQ(shadow(first).state_bytes, 4 * 12 * (36 * 16 + 8u)) << "a record of tile_list.h and its blockers";
     const RenderResult again = renderer.render(frame);
     EXPECT_EQ(shadow(again).tiles, tiles) << "statistics are those of the picture";
     EXPECT_LT(shadow(again).tiles_culled, tiles / 25) << "shafts have grown to hold most rays of the picture";
@@ -97,7 +97,7 @@ TEST_F(RendererTest, ListsPersistAcrossBandsAndPictures) {
     sharing.render(frame);
     const RenderResult shared = sharing.render(frame);
     EXPECT_EQ(shadow(shared).state_bytes, 12 * (36 * 16 + 8u));
-    EXPECT_GE(shadow(shared).tiles_culled, tiles / 6) << "the lists are those of another band";
+    EXPECT_GE(shadow(shared).tiles_culled, tiles / 6) << "the lists belong to another band";
 }
 
 TEST_F(RendererTest, TheFastestTracerIsFoundOnce) {
@@ -117,7 +117,7 @@ TEST_F(RendererTest, EachBandHasItsOwnTrials) {
     Renderer renderer(prepared, colors, settings);
     for (int picture = 0; picture < 2; ++picture) {
         const RenderResult r = renderer.render();
-        EXPECT_EQ(shadow(r).measured[0].runs, 4u * 2) << "none has had more than its first 4 runs";
+        EXPECT_EQ(shadow(r).measured[0].runs, 4u * 2) << "each batch had its first 4 runs only";
         EXPECT_EQ(shadow(r).measured[1].runs, 0u);
     }
     EXPECT_EQ(shadow(renderer.render()).measured[1].runs, 4u * 2) << "then all of them try tiles";
@@ -194,7 +194,7 @@ TEST_F(RendererTest, ProgressCoversAllBands) {
     int calls = 0;
     const RenderResult stopped = renderer.render([&](const RenderProgress&) { return ++calls < 5; });
     EXPECT_TRUE(stopped.stats.interrupted);
-    EXPECT_EQ(stopped.stats.samples, 0) << "of the last bands";
+    EXPECT_EQ(stopped.stats.samples, 0) << "statistics of the last bands";
     const Image& samples = layer(stopped, "samples.Y");
     for (int y = 0; y < 60; ++y) EXPECT_EQ(*samples.at(20, y), y < 16 ? 3 : y < 32 ? 2 : 0) << y;
     EXPECT_EQ(stopped.stats.paths, 45u * 16 * (3 + 2));

@@ -127,7 +127,7 @@ TEST_F(ReuseTest, ClosedRoomsSumTheSeriesOfTheirAlbedo) {
         const double exact = (std::pow(albedo, 2) - std::pow(albedo, bounces + 1)) / (1 - albedo);
         // All channels have equal values.
         EXPECT_NEAR(blocks.mean(), exact, 4.5 * std::sqrt(3.0) * blocks.standard_error() + 2e-4 * exact) << bounces;
-        EXPECT_LT(blocks.standard_error(), 0.003 * exact) << "the test says nothing";
+        EXPECT_LT(blocks.standard_error(), 0.003 * exact) << "the test has no power";
     }
 }
 

@@ -72,7 +72,7 @@ TEST_F(ShaderReload, ReloadsChangedShaders) {
     EXPECT_EQ(error.find('\n'), std::string::npos);
     EXPECT_EQ(thread->picture(), bright);
     thread->limit(3);
-    ASSERT_TRUE(thread.until_samples(number, 3)) << "it goes on where it was";
+    ASSERT_TRUE(thread.until_samples(number, 3)) << "rendering continues";
     EXPECT_NE(thread->status().shader_error, "");
 
     // The shader is repaired while the thread is rendering.

@@ -75,7 +75,7 @@ TEST_F(TemporalTest, LightIsReprojected) {
                 ASSERT_FLOAT_EQ(result.place_at(x, y).w, 1 + kEarlierSamples);
             } else if (there.x < -0.51f || there.y < -0.51f || there.x > kSize.x + 0.51f || there.y > kSize.y + 0.51f) {
                 ++lost;
-                ASSERT_EQ(light, own) << "was out of sight";
+                ASSERT_EQ(light, own) << "was outside the view";
                 ASSERT_EQ(result.place_at(x, y).w, 1);
             }
             ASSERT_EQ(vec3(result.place_at(x, y)), place);

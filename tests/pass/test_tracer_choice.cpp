@@ -81,7 +81,7 @@ TEST_F(TracerChoice, LongRendersTryBothMethodsAndReportTheFasterOne) {
 
     tracer.invalidate();
     EXPECT_EQ(only(tracer).way, Way::plain);
-    EXPECT_EQ(measured(only(tracer), Way::tiles).runs, tiles.runs) << "sums are no knowledge";
+    EXPECT_EQ(measured(only(tracer), Way::tiles).runs, tiles.runs) << "invalidation keeps the sums";
     tracer.reset_statistics();
     EXPECT_EQ(measured(only(tracer), Way::tiles).runs, 0u);
     EXPECT_EQ(only(tracer).tiles + only(tracer).tiles_culled, 0u);
@@ -154,7 +154,7 @@ TEST_F(TracerChoice, ListsHoldExistingNodesOnly) {
     });
     const BatchStatistics::Lists lists = only(tracer).lists;
     EXPECT_GT(lists.entries, lists.tiles / 2);
-    EXPECT_LE(lists.entries, lists.tiles) << "there is but one leaf";
+    EXPECT_LE(lists.entries, lists.tiles) << "there is only one leaf";
 }
 
 }  // namespace

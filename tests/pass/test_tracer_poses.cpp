@@ -54,7 +54,7 @@ TEST_F(TracerPoses, HitsEqualThoseOfANewScene) {
             rays::PackedScene now = roomy(rays::pack_scene(tables, hierarchies));
             const std::uint32_t serial = tracer.scene.serial();
             tracer.scene.update(tables, now, {}, &packed);
-            EXPECT_NE(tracer.scene.serial(), serial) << "lists of the last pose would be taken for good";
+            EXPECT_NE(tracer.scene.serial(), serial) << "lists of the last pose would count as valid";
             packed = std::move(now);
             last = tables;
 
@@ -70,7 +70,7 @@ TEST_F(TracerPoses, HitsEqualThoseOfANewScene) {
             EXPECT_EQ(c.false_hits, 0u);
         }
         EXPECT_GE(refitted, 3u);
-        EXPECT_GE(built, 1u) << "when it was torn";
+        EXPECT_GE(built, 1u) << "after it was torn";
     }
 }
 

@@ -268,7 +268,7 @@ TEST(Color, ConfigsOfOtherProjects) {
             EXPECT_NE(error.find("ocio-v2.3"), std::string::npos) << error;
             EXPECT_EQ(error.find('\n'), std::string::npos);
             EXPECT_NE(error.find("version"), std::string::npos) << error;
-            std::cout << "refused, as it should be: " << error << "\n";
+            std::cout << "refused as expected: " << error << "\n";
         }
     }
 }

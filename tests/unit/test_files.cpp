@@ -157,11 +157,11 @@ TEST_F(Files, TemporariesOfKilledWritersCanBeRemoved) {
     const std::vector<fs::path> mine = {folder_ / "a.exr", folder_ / "b.exr"};
     die_writing(folder_ / "a.exr");
     die_writing(folder_ / "other.exr");
-    ASSERT_EQ(entries(), 2u) << "of each its temporary";
+    ASSERT_EQ(entries(), 2u) << "the temporary of each file";
     write_atomically(folder_ / "b.exr", [&](const auto& temporary) {
         remove_abandoned(mine);
         EXPECT_TRUE(fs::exists(temporary)) << "its writer lives";
-        EXPECT_EQ(entries(), 2u) << "that and the other's";
+        EXPECT_EQ(entries(), 2u) << "this one and the other process's";
     });
     EXPECT_TRUE(fs::exists(folder_ / "b.exr"));
     const fs::path other[] = {folder_ / "other.exr", folder_ / "none" / "x"};

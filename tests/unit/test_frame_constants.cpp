@@ -108,7 +108,7 @@ TEST(FrameConstants, TheSamplePointIsTheCentreOfItsTexel) {
             const double expected = pixel[axis] - (axis == 1 ? window.y : 0) + 0.5;
             const double error = 0.5 * size[axis] * (p.error[axis] + std::abs(ndc) * p.error.w) / p.clip.w;
             EXPECT_NEAR(texel, expected, error) << "view " << i << ", axis " << axis;
-            EXPECT_LT(error, 0.05) << "the bound says something";
+            EXPECT_LT(error, 0.05) << "the bound is meaningful";
         }
     }
 }

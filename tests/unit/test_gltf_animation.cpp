@@ -179,7 +179,7 @@ TEST_F(GltfAnimation, CamerasAndLightsFollowTheirNodes) {
     b.push("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 0}}}}}});
     b.json["nodes"][0]["children"] = {2};
     GltfScene lit = open(b);
-    EXPECT_TRUE(lit.surfaces_move(kFirst)) << "a light below what is driven";
+    EXPECT_TRUE(lit.surfaces_move(kFirst)) << "a light below an animated node";
     EXPECT_EQ(lit.at(1, kFirst).lights.at(0).position, dvec3(2, 0, 0));
 }
 

@@ -119,7 +119,7 @@ TEST_F(GltfFuzz, PropertiesOfAnyValue) {
     }
     EXPECT_GT(loaded, 100u);
     EXPECT_GT(moved, 100u);
-    EXPECT_LT(moved, loaded) << "damaged animations are no matter at rest";
+    EXPECT_LT(moved, loaded) << "damaged animations do not affect the rest pose";
 }
 
 TEST_F(GltfFuzz, BytesOfAnyValue) {

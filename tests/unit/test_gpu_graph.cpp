@@ -153,7 +153,7 @@ TEST_F(GraphTest, CarriedBufferIsUpdatedInPlace) {
     executor.run(reading);
     EXPECT_EQ(values, Words(kCount, 6));
     executor.run(plan);
-    EXPECT_EQ(executor.read<std::uint32_t>(sum), Words(kCount, 8)) << "looking changes nothing";
+    EXPECT_EQ(executor.read<std::uint32_t>(sum), Words(kCount, 8)) << "reading changes nothing";
     executor.history().invalidate("camera cut");
     executor.run(plan);
     EXPECT_EQ(executor.read<std::uint32_t>(sum), Words(kCount, 2));
@@ -300,7 +300,7 @@ TEST_F(GraphTest, UndeclaredUsesAreErrors) {
     pass.execute([=](Resources& r) { r.buffer(undeclared); });
     EXPECT_EQ(error_message([&] { executor.run(compile(graph)); }),
               "pass 'curious': uses 'secret' without having declared it");
-    EXPECT_EQ(executor.buffer(undeclared).id(), source.id()) << "an import can be asked for at any time";
+    EXPECT_EQ(executor.buffer(undeclared).id(), source.id()) << "an import can be read at any time";
 }
 
 TEST_F(GraphTest, OnlyOutputsOfTheLastGraphCanBeRead) {

@@ -107,7 +107,7 @@ TEST(Layers, EveryIncludePointsDown) {
             for (const std::string& error : errors_in(path, content(entry.path()))) ADD_FAILURE() << error;
         }
     }
-    EXPECT_GT(files, 20) << "the walk found too little to mean anything";
+    EXPECT_GT(files, 20) << "too few files were found";
 }
 
 TEST(Layers, EveryRoomIsAFolder) {

@@ -187,7 +187,7 @@ TEST(LightTree, SquaresAreLeaves) {
         EXPECT_TRUE(!child.leaf || child.index / 2 == child.other / 2);
     });
     EXPECT_EQ(leaves + pairs, 512);
-    EXPECT_GT(pairs, 128) << "all but those for which nodes have ways left over";
+    EXPECT_GT(pairs, 128) << "most squares share a leaf";
     const std::vector<LightBounds> unlike = mixed_lights(512, 14, true);
     for_each_child(tree_of(unlike), [&](const LightTreeChild& child, std::uint32_t, std::uint32_t) {
         EXPECT_TRUE(!child.leaf || child.index == child.other);

@@ -31,7 +31,7 @@ TEST(SceneNeeds, NamesFlagsAndMacrosAreUnique) {
         EXPECT_TRUE(defines.insert(need.define).second) << need.define;
         EXPECT_TRUE(flags.insert(&(needs.*need.flag)).second) << need.name;
     }
-    EXPECT_EQ(flags.size(), sizeof(SceneNeeds)) << "every flag has its fact";
+    EXPECT_EQ(flags.size(), sizeof(SceneNeeds)) << "every flag has a reason";
 }
 
 TEST(SceneNeeds, UnionsAreComplete) {
@@ -57,7 +57,7 @@ TEST(FrameNeeds, FollowFromTheScene) {
     const FrameNeeds by_paths = frame_needs(unlit, {});
     EXPECT_FALSE(by_paths.shadow || by_paths.later_light);
     EXPECT_STREQ(by_paths.shadow.left_out, "no light can be sampled");
-    EXPECT_TRUE(by_paths.diffuse && by_paths.continuation) << "paths may end in what glows";
+    EXPECT_TRUE(by_paths.diffuse && by_paths.continuation) << "paths may end at emissive surfaces";
     unlit.emission = false;
     EXPECT_STREQ(frame_needs(unlit, {}).continuation.left_out, "nothing shines");
     SceneNeeds black = plain_scene();

@@ -12,7 +12,7 @@ constexpr Estimator kRequested{
 TEST(Pilot, WithoutGainNothingIsChosen) {
     EXPECT_EQ(settled(kRequested, {{1, 1, 1}, {1, 1, 1}}), Estimator());
     EXPECT_EQ(settled(kRequested, {{0, 0, 0}, {0, 0, 0}}), Estimator());
-    EXPECT_EQ(settled(kRequested, {{1, 1, 1}, {2, 3, 4}}), Estimator()) << "so few pictures may tell of more noise";
+    EXPECT_EQ(settled(kRequested, {{1, 1, 1}, {2, 3, 4}}), Estimator()) << "few pictures may overestimate the noise";
 }
 
 TEST(Pilot, TheLargestErrorGetsMoreSamples) {

@@ -113,11 +113,11 @@ TEST(ProgramBinaries, StayWithinTheirSize) {
     EXPECT_TRUE(binaries.load("a"));  // marks it as recently used
     binaries.store("c", binary_of('c', 1500));
     EXPECT_TRUE(binaries.load("a"));
-    EXPECT_FALSE(binaries.load("b")) << "not used for longest";
+    EXPECT_FALSE(binaries.load("b")) << "not the least recently used";
     EXPECT_TRUE(binaries.load("c"));
     binaries.store("huge", binary_of('h', 5000));
     EXPECT_FALSE(binaries.load("huge"));
-    EXPECT_TRUE(binaries.load("c")) << "nothing goes for what does not fit anyway";
+    EXPECT_TRUE(binaries.load("c")) << "nothing is evicted for a file that cannot fit";
     EXPECT_EQ(folder.files(), 2u);
 }
 

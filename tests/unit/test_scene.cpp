@@ -109,7 +109,7 @@ TEST(SceneLight, IsDetectedFromEverySource) {
     EXPECT_TRUE(has_light(scene));
     EXPECT_TRUE(has_emission(scene.materials[0]));
     scene.instances.clear();
-    EXPECT_FALSE(has_light(scene)) << "nobody shows the emitter";
+    EXPECT_FALSE(has_light(scene)) << "no instance uses the emitter";
     scene = dark;
     scene.materials[0].unlit = true;
     EXPECT_TRUE(has_light(scene));
@@ -190,7 +190,7 @@ TEST(SceneCamera, FramesTheWholeScene) {
         const double slope = std::tan(camera.vertical_fov / 2) * -q.z;
         widest = std::max({widest, std::abs(q.x) / slope, std::abs(q.y) / slope});
     }
-    EXPECT_NEAR(widest, 0.9, 1e-9) << "all of it with some air around, and no farther away than need be";
+    EXPECT_NEAR(widest, 0.9, 1e-9) << "the whole scene with a margin, and not farther away than necessary";
     EXPECT_NO_THROW(framing_camera(Scene()));
 }
 

@@ -120,7 +120,7 @@ TEST(CameraControl, ADollyKeepsAMinimumDistance) {
             const double nearest = distance();
             EXPECT_LT(nearest, 0.01);
             pose = dolly(pose, 2, 10);
-            EXPECT_NEAR(distance() / nearest, 2, 1e-3) << "it does not come away";
+            EXPECT_NEAR(distance() / nearest, 2, 1e-3) << "it cannot move away";
         }
     }
     CameraPose near = front();

@@ -226,7 +226,7 @@ TEST(DisplayImage, ErrorsAreOfTheMeanAndRelative) {
     EXPECT_NEAR(*estimated_relmse({"variance"}, rare), 10000 / 1.01 / 9, 1e-2);
     EXPECT_FALSE(estimated_relmse({"albedo"}, result));
     result.stats.samples = kMinSamples - 1;
-    EXPECT_FALSE(estimated_relmse({"variance"}, result)) << "too few to tell";
+    EXPECT_FALSE(estimated_relmse({"variance"}, result)) << "too few samples for an estimate";
 }
 
 TEST(DisplayImage, BiasesBelongToTheShownLayer) {
@@ -251,7 +251,7 @@ TEST(Requests, ServeRequestsThatDifferInTheShownLayer) {
     EXPECT_TRUE(serves(made, other));
     other.aovs.clear();
     EXPECT_TRUE(serves(made, other));
-    EXPECT_FALSE(serves(other, made)) << "nobody gathers the variance";
+    EXPECT_FALSE(serves(other, made)) << "the variance is not gathered";
     other.bounces = 1;
     EXPECT_FALSE(serves(made, other));
     other = made;
@@ -277,7 +277,7 @@ TEST(PassHistory, HoldsEachSamplesTime) {
     EXPECT_EQ(history.passes()[0].milliseconds, (std::vector<float>{500, 125}));
     EXPECT_EQ(history.passes()[1].milliseconds, (std::vector<float>{1000, 2000}));
     history.add(with_passes(3, {{"a", 3, 0.75}, {"b", 3, 5}}));
-    EXPECT_EQ(history.passes()[0].milliseconds.size(), 2u) << "the same samples seen otherwise";
+    EXPECT_EQ(history.passes()[0].milliseconds.size(), 2u) << "the same samples in another view";
     // Another view starts anew; passes that it lacks are removed.
     history.add(with_passes(1, {{"b", 1, 3}, {"c", 1, 0.25}}));
     ASSERT_EQ(history.passes().size(), 2u);

@@ -94,7 +94,7 @@ TEST_F(ViewSession, FlyingRotatesTheCamera) {
     EXPECT_NEAR(step, 0.1 * 0.05 * glm::length(box.upper - box.lower), 1e-9);
     session.reset_camera();
     steer({.movement = {0, 0, 1}, .seconds = 60});
-    EXPECT_NEAR(glm::length(session.pose().from - start.from), 2 * step, 1e-9) << "a pause is no flight";
+    EXPECT_NEAR(glm::length(session.pose().from - start.from), 2 * step, 1e-9) << "a pause does not move the camera";
     steer({});
     EXPECT_FALSE(navigation.moving());
 }
@@ -300,7 +300,7 @@ TEST(ViewTimeline, DefaultCamerasAreThoseOfTheReference) {
     first.open(first.posing("slide", 24)());
     EXPECT_EQ(world_bounds(first.scene()).lower, world_bounds(later.scene()).lower);
     first.open(first.posing("none", 5)());
-    EXPECT_EQ(first.saved(kSize).moment->animation, "none") << "its noise is that of the frame";
+    EXPECT_EQ(first.saved(kSize).moment->animation, "none") << "the frame number determines its noise";
     first.open(first.posing("none", 0)());
     EXPECT_FALSE(first.saved(kSize).moment);
 }
