@@ -35,6 +35,15 @@ void text(const std::string& line) {
     ImGui::TextUnformatted(line.c_str());
 }
 
+/// Puts a button or radio button beside the last item, or below it where the panel is too narrow.
+void beside_if_room(const char* label) {
+    const ImGuiStyle& style = ImGui::GetStyle();
+    const float frame = ImGui::GetFrameHeight() + style.ItemInnerSpacing.x;
+    const float right = ImGui::GetWindowPos().x + ImGui::GetWindowContentRegionMax().x;
+    if (ImGui::GetItemRectMax().x + style.ItemSpacing.x + frame + ImGui::CalcTextSize(label).x <= right)
+        ImGui::SameLine();
+}
+
 void camera_panel(Session& session, Navigation& navigation, PanelRequests& requests) {
     const auto& cameras = session.scene().cameras;
     const auto now = session.scene_camera();
@@ -51,9 +60,9 @@ void camera_panel(Session& session, Navigation& navigation, PanelRequests& reque
     }
     int mode = static_cast<int>(navigation.mode);
     ImGui::RadioButton("Orbit", &mode, static_cast<int>(NavigationMode::orbit));
-    ImGui::SameLine();
+    beside_if_room("Fly");
     ImGui::RadioButton("Fly", &mode, static_cast<int>(NavigationMode::fly));
-    ImGui::SameLine();
+    beside_if_room("Walk (W A S D Q E)");
     ImGui::RadioButton("Walk (W A S D Q E)", &mode, static_cast<int>(NavigationMode::walk));
     navigation.mode = static_cast<NavigationMode>(mode);
     if (navigation.mode != NavigationMode::orbit)
@@ -65,7 +74,7 @@ void camera_panel(Session& session, Navigation& navigation, PanelRequests& reque
         requests.pose = pose;
     }
     if (ImGui::Button("Reset (R)")) session.reset_camera();
-    ImGui::SameLine();
+    beside_if_room("Add bookmark");
     if (ImGui::Button("Add bookmark")) session.bookmark();
     for (std::size_t i = 0; i < session.bookmarks.size(); ++i) {
         ImGui::PushID(static_cast<int>(i));
@@ -99,7 +108,7 @@ void view_panel(Session& session, const PanelState& now, PanelRequests& requests
     if (!now.picture) return;
     if (ImGui::Button(now.comparing ? "Update comparison" : "Compare with this picture")) requests.compare = true;
     if (!now.comparing) return;
-    ImGui::SameLine();
+    beside_if_room("Close comparison");
     if (ImGui::Button("Close comparison")) requests.compare = false;
 }
 
@@ -254,9 +263,9 @@ PanelRequests panels(Session& session, const ColorConfig& colors, Navigation& na
     if (open("Statistics", true)) statistics_panel(session, now);
     ImGui::Separator();
     requests.screenshot = ImGui::Button("Save .png");
-    ImGui::SameLine();
+    beside_if_room("Save .exr");
     requests.exr = ImGui::Button("Save .exr");
-    ImGui::SameLine();
+    beside_if_room("Save settings");
     requests.save = ImGui::Button("Save settings");
     requests.label_area = label_area_beside(ImGui::GetWindowPos().x, ImGui::GetWindowWidth(), size.x);
     ImGui::PopTextWrapPos();
