@@ -1,6 +1,6 @@
-// Path index <-> pixel of a band. 256 consecutive paths are one 16x16 block in Morton order, so 64 are one 8x8 tile.
-// Block rows are interleaved, even ones first: software drivers hand the first half of the work groups to one thread
-// and the second to another, and a picture's top and bottom seldom cost the same.
+// Mapping between path index and pixel of a band. 256 consecutive paths are one 16x16 block in Morton order, so 64 are
+// one 8x8 tile. Block rows are interleaved, even ones first. Software drivers give the first half of the work groups to
+// one thread and the second half to another, and top and bottom of a picture seldom cost the same.
 #ifndef HALFLIGHT_SHARED_PIXEL_ORDER_H
 #define HALFLIGHT_SHARED_PIXEL_ORDER_H
 
@@ -14,7 +14,7 @@ HALFLIGHT_SHARED_FUNCTION uint morton_even_bits(uint m) {
     return (m | (m >> 2)) & 0x0fu;
 }
 
-// v: 16 bits.
+// Spreads the 16 bits of v to the even bits.
 HALFLIGHT_SHARED_FUNCTION uint morton_spread(uint v) {
     v = (v | (v << 8)) & 0x00ff00ffu;
     v = (v | (v << 4)) & 0x0f0f0f0fu;
@@ -22,8 +22,8 @@ HALFLIGHT_SHARED_FUNCTION uint morton_spread(uint v) {
     return (v | (v << 1)) & 0x55555555u;
 }
 
-// Pixel relative to the band's first row, for a band of tiles.x by tiles.y blocks; may lie outside of the image where
-// that is no multiple of 16.
+// Returns the pixel relative to the band's first row, for a band of tiles.x by tiles.y blocks. It may be outside the
+// image where that is no multiple of 16.
 HALFLIGHT_SHARED_FUNCTION uvec2 pixel_of_path(uint path, uvec2 tiles) {
     uint block = path >> 8;
     uint rank = block / tiles.x;

@@ -5,9 +5,9 @@
 //   texel 2   tangent.xyz (0: none), 0                                              with HALFLIGHT_NORMAL_MAPS
 //   last      colour, linear RGBA                                                   with HALFLIGHT_VERTEX_COLORS
 //
-// Of merged meshes in world space, of shared ones in block space. Normals are carried by the inverse transpose and
-// tangents by the matrix, both without normalising (only scaled by one factor per mesh), since SHADING.md interpolates
-// first; the handedness includes the sign of a merged instance's determinant.
+// Merged meshes are in world space, shared ones in block space. Normals are transformed by the inverse transpose, and
+// tangents by the matrix. Neither is normalized, only scaled by one factor per mesh, because SHADING.md interpolates
+// first. The handedness includes the sign of a merged instance's determinant.
 #ifndef HALFLIGHT_SHARED_VERTEX_H
 #define HALFLIGHT_SHARED_VERTEX_H
 

@@ -13,7 +13,7 @@
 namespace halflight {
 namespace {
 
-/// For people: its name, or its number.
+/// Returns the title for messages: the name, or the number.
 std::string title(const std::vector<Animation>& animations, std::size_t index) {
     const std::string& name = animations[index].name;
     return name.empty() ? std::to_string(index) : "'" + name + "'";
@@ -26,7 +26,7 @@ std::string list_of(const std::vector<Animation>& animations) {
     return list.empty() ? "it has none" : "it has " + list;
 }
 
-/// By name, which comes first since a name may be a number, or by index.
+/// Finds an animation by name, else by index; names come first because they may be numbers.
 std::size_t find_animation(const std::vector<Animation>& animations, const std::string& wanted,
                            const std::filesystem::path& file) {
     const auto named = std::ranges::find(animations, wanted, &Animation::name);
@@ -37,11 +37,11 @@ std::size_t find_animation(const std::vector<Animation>& animations, const std::
     throw Error(file.string(), "no animation '{}': {}", wanted, list_of(animations));
 }
 
-/// Of animations that drive the same thing only the last one is seen, which is seldom what was meant.
+/// Warns of animations that drive the same property: only the last one has an effect, which is rarely intended.
 void warn_of_conflicts(const std::vector<Animation>& animations, const std::vector<std::size_t>& playing,
                        const Console& console) {
     constexpr std::size_t kMostNamed = 8;
-    std::map<std::pair<int, int>, std::size_t> driver;  // of field and target
+    std::map<std::pair<int, int>, std::size_t> driver;  // by field and target
     std::set<std::size_t> in_conflict;
     for (const std::size_t index : playing) {
         for (const AnimationChannel& channel : animations[index].channels) {

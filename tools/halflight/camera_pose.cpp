@@ -19,8 +19,8 @@ Camera camera_of(const CameraPose& pose) {
 }
 
 CameraPose pose_of(const Camera& camera, double distance) {
-    constexpr double kRoll = 1e-6;             // sine of what counts as none
-    constexpr double kAlmostVertical = 0.999;  // of the line of sight's unit vector
+    constexpr double kRoll = 1e-6;             // sine of the largest roll that counts as none
+    constexpr double kAlmostVertical = 0.999;  // |y| of the line of sight's unit vector
     const dvec3 right(camera.camera_to_world[0]), up(camera.camera_to_world[1]), back(camera.camera_to_world[2]);
     CameraPose pose;
     pose.from = dvec3(camera.camera_to_world[3]);

@@ -1,4 +1,4 @@
-// What the program says on stderr: notes and warnings, one line each. Errors are shown by main().
+// Notes and warnings on stderr, one line each. main() shows errors.
 #pragma once
 
 #include <fmt/format.h>
@@ -9,14 +9,14 @@
 
 namespace halflight {
 
-/// `text` with control characters replaced, so that it stays one line whatever names it quotes.
+/// Returns `text` with control characters replaced, so that it is one line whatever names it quotes.
 std::string one_line(std::string_view text);
 
-/// To `stream` as it is. That stderr is closed or full is no reason to lose a picture: a failure is ignored.
+/// Writes to `stream` unchanged. Failures are ignored: a closed or full stderr must not lose a picture.
 void put(std::FILE* stream, std::string_view text);
 
-/// Standard streams that are closed are held by /dev/null, read-only: the first file that is opened must not get their
-/// number, and with it what is meant for them. Writing to them still fails.
+/// Opens /dev/null, read-only, for closed standard streams. Otherwise the first opened file would get the stream's
+/// number, and with it the stream's output. Writing to such a stream still fails.
 void hold_standard_streams();
 
 class Console {

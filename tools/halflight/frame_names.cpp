@@ -14,10 +14,10 @@ namespace {
 struct Placeholder {
     std::size_t at = 0;
     std::size_t length = 0;
-    int width = 1;  // digits at least
+    int width = 1;  // minimum number of digits
 };
 
-/// Of %d and %0Nd, N from 1 to 99, at the start of `text`.
+/// Finds %d or %0Nd, N from 1 to 99, at the start of `text`.
 std::optional<Placeholder> printf_placeholder(std::string_view text) {
     const auto digit = [&](std::size_t i) { return i < text.size() && text[i] >= '0' && text[i] <= '9'; };
     Placeholder found{0, 1, 1};
@@ -31,7 +31,7 @@ std::optional<Placeholder> printf_placeholder(std::string_view text) {
     return found;
 }
 
-/// The first one from `from` on.
+/// Finds the first placeholder from `from` on.
 std::optional<Placeholder> find_placeholder(std::string_view name, std::size_t from = 0) {
     for (std::size_t i = from; i < name.size(); ++i) {
         if (name[i] == '#') {

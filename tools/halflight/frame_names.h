@@ -1,4 +1,4 @@
-// Names of a sequence's files: "shot.####.exr" and "shot.%04d.exr" stand for shot.0001.exr and so on.
+// File names of sequences: "shot.####.exr" and "shot.%04d.exr" mean shot.0001.exr and so on.
 #pragma once
 
 #include <cstdint>
@@ -6,11 +6,11 @@
 
 namespace halflight {
 
-/// How many placeholders the file's name has (its folders are not looked at): runs of #, %d, %0Nd.
+/// Returns the number of placeholders in the file's name: runs of #, %d, %0Nd. Folders are ignored.
 int count_placeholders(const std::filesystem::path& pattern);
 
-/// The name with its only placeholder replaced by the frame's number, with zeros in front up to as many digits as there
-/// are #, or N. Longer numbers stay whole.
+/// Returns the name with its only placeholder replaced by the frame's number, zero-padded to the number of #, or to N.
+/// Longer numbers are not truncated.
 std::filesystem::path frame_path(const std::filesystem::path& pattern, std::uint32_t frame);
 
 }  // namespace halflight

@@ -1,4 +1,4 @@
-// How far a render is, on stderr: a bar on a terminal, now and then a line elsewhere.
+// Progress on stderr: a bar on a terminal, occasional lines elsewhere.
 #pragma once
 
 #include <cstddef>
@@ -10,21 +10,21 @@
 
 namespace halflight {
 
-/// "0:07", "12:34", "1:02:03"; negative counts as 0.
+/// Returns a time as "0:07", "12:34" or "1:02:03"; negative times count as 0.
 std::string clock_text(double seconds);
 
-/// Seconds still to go, by the pace so far. `time_limit` as in RenderSettings.
+/// Estimates the remaining seconds from the pace so far. `time_limit` is that of RenderSettings.
 double seconds_remaining(const RenderProgress& progress, double time_limit);
 
-/// "3/24 frames, 1.20 s/frame, 0:26 remaining"; failed ones count as done.
+/// Returns "3/24 frames, 1.20 s/frame, 0:26 remaining"; failed frames count as done.
 std::string sequence_text(std::size_t done, std::size_t total, double seconds);
 
-/// "12/64 samples, 0:03 elapsed, 0:13 remaining"; with a time limit there is no number of samples to reach.
+/// Returns "12/64 samples, 0:03 elapsed, 0:13 remaining"; with a time limit there is no target number of samples.
 std::string progress_text(const RenderProgress& progress, double time_limit);
 
 class ProgressDisplay {
   public:
-    /// Quiet shows nothing. A terminal is told by isatty() and TERM.
+    /// `quiet` shows nothing. A terminal is detected by isatty() and TERM.
     ProgressDisplay(std::FILE* stream, bool quiet, double time_limit);
     ProgressDisplay(const ProgressDisplay&) = delete;
     ProgressDisplay& operator=(const ProgressDisplay&) = delete;
@@ -40,11 +40,11 @@ class ProgressDisplay {
     double time_limit_;
     Mode mode_;
     double drawn_at_ = -1;  // seconds of the last bar
-    int tenths_ = 0;        // of the work, as of the last line
+    int tenths_ = 0;        // tenths of the work at the last line
     bool bar_shown_ = false;
 };
 
-/// How far a sequence is, in one line that a terminal keeps up to date, and one for each frame elsewhere.
+/// Progress of a sequence: one updated line on a terminal, one line per frame elsewhere.
 class SequenceDisplay {
   public:
     SequenceDisplay(std::FILE* stream, bool quiet, std::size_t frames);
@@ -52,11 +52,11 @@ class SequenceDisplay {
     SequenceDisplay& operator=(const SequenceDisplay&) = delete;
     ~SequenceDisplay() { clear(); }
 
-    /// Within a frame.
+    /// Shows the progress inside a frame.
     void show(std::uint32_t frame, const RenderProgress& progress);
-    /// `seconds` since the first frame began.
+    /// Reports a finished frame; `seconds` since the start of the first frame.
     void made(std::uint32_t frame, std::size_t made, std::size_t failed, double seconds);
-    /// Takes the line away, for another one to be written.
+    /// Removes the line, so that another one can be written.
     void clear();
 
   private:
@@ -64,8 +64,8 @@ class SequenceDisplay {
     bool quiet_;
     bool terminal_;
     std::size_t frames_;
-    std::string line_;      // of the frames before this one
-    double drawn_at_ = -1;  // seconds within the frame
+    std::string line_;      // text about the frames before this one
+    double drawn_at_ = -1;  // seconds since the start of the frame
     bool line_shown_ = false;
 };
 

@@ -1,16 +1,16 @@
-// Signals; those that ask the program to stop are SIGINT, SIGTERM, SIGHUP.
+// Signal handling; SIGINT, SIGTERM and SIGHUP ask the program to stop.
 #pragma once
 
 namespace halflight {
 
-/// From now on the first such signal is remembered, and the second ends the program at once. A file that would grow
-/// beyond the limit of its size is an error of writing, not a death by SIGXFSZ.
+/// Installs the handlers: the first such signal is remembered, and the second one ends the program at once. A write
+/// beyond the limit of file sizes becomes an error instead of SIGXFSZ.
 void handle_signals();
 
-/// The signal that asks to stop; 0: none.
+/// Returns the signal that asks to stop; 0: none.
 int stop_signal();
 
-/// While one lives, files are being written: no signal ends the program.
+/// Guards the writing of files: during its lifetime no signal ends the program.
 class WritingFiles {
   public:
     WritingFiles();
