@@ -1,4 +1,4 @@
-// Animations as plain values: which keyframes drive what.
+// Animations as plain values: keyframes and the properties that they drive.
 #pragma once
 
 #include <cstddef>
@@ -10,24 +10,24 @@
 
 namespace halflight {
 
-/// What is driven.
+/// The driven property.
 enum class AnimatedProperty : std::uint8_t {
-    // Of a node; weights are those of its mesh's morph targets.
+    // Properties of a node. `weights` belong to the morph targets of its mesh.
     translation,
     rotation,
     scale,
     weights,
-    mesh_weights,  // of a mesh, for nodes of it that have none of their own
-    // Of a material.
-    emission,    // how much it emits, and where
-    normal_map,  // where a texture of normals lies, which tangents follow
-    surface,     // anything else
-    // Of a punctual light, of a camera.
+    mesh_weights,  // weights of a mesh, for its nodes without weights of their own
+    // Properties of a material.
+    emission,    // emission, or the transform of its texture
+    normal_map,  // transform of a normal map, which tangents follow
+    surface,     // any other property
+    // Any property of a punctual light, or of a camera.
     light,
     camera,
 };
 
-/// Whose property it is.
+/// Returns whether the property belongs to a node.
 constexpr bool of_node(AnimatedProperty p) {
     return p <= AnimatedProperty::weights;
 }
@@ -35,16 +35,16 @@ constexpr bool of_node(AnimatedProperty p) {
 struct AnimationChannel {
     AnimatedProperty property = AnimatedProperty::translation;
     int target = 0;             // the file's node, mesh, material, light or camera
-    int field = 0;              // which of its numbers: channels of one target and field drive the same thing
+    int field = 0;              // the driven field; channels of equal target and field drive the same numbers
     std::size_t keyframes = 0;  // index into Animation::keyframes
 };
 
 struct Animation {
-    std::string name;  // may be empty, and need not be the only one of its name
+    std::string name;  // may be empty, need not be unique
     std::vector<Keyframes> keyframes;
     std::vector<AnimationChannel> channels;
-    double begin = 0;  // seconds, of the first key that a channel uses
-    double end = 0;    // seconds, of the last one
+    double begin = 0;  // seconds, time of the first key that a channel uses
+    double end = 0;    // seconds, time of the last one
 };
 
 }  // namespace halflight

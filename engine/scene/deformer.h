@@ -1,5 +1,5 @@
-// Morph targets and skins (glTF 2.0, sections 3.7.2.2 and 3.7.3.3): vertices from where a file has them to where a pose
-// puts them. Here on the CPU; engine/device/deform.h does the same on the GPU.
+// Morph targets and skins (glTF 2.0, sections 3.7.2.2 and 3.7.3.3) deform the vertices of a file into those of a pose.
+// This is the CPU implementation; engine/device/deform.h is the one on the GPU.
 #pragma once
 
 #include <cstddef>
@@ -13,29 +13,30 @@
 
 namespace halflight {
 
-/// What is moved of vertices. Normals and tangents are empty or as many as positions, tangents only where there are
-/// normals. Of any length; w of tangents is the handedness.
+/// Vertex attributes that a deformation changes. Normals and tangents are empty or as many as positions; tangents need
+/// normals. Vectors have any length. The w of a tangent is its handedness.
 struct VertexArrays {
     std::vector<vec3> positions;
     std::vector<vec3> normals;
     std::vector<vec4> tangents;
 };
 
-/// Differences by vertex, to be multiplied with the target's weight; each empty where the target has none, or where the
-/// vertices have nothing that it could be added to.
+/// Differences per vertex, which the target's weight multiplies. An array is empty where the target lacks it, or where
+/// the vertices have no such attribute.
 struct MorphTarget {
     std::vector<vec3> positions;
     std::vector<vec3> normals;
     std::vector<vec3> tangents;
 };
 
-/// Four joints by vertex.
+/// Four joints per vertex.
 struct JointSet {
     std::vector<uvec4> joints;  // indices into Deformation::joints
     std::vector<vec4> weights;  // finite, >= 0, of any sum
 };
 
-/// Vertices as a file has them, which are read when they are asked for: always the same. What reading throws it throws.
+/// The undeformed vertices of a file. Each call reads them anew and returns the same values. Throws what reading
+/// throws.
 class RestShape {
   public:
     virtual ~RestShape() = default;
@@ -44,7 +45,7 @@ class RestShape {
     virtual std::vector<JointSet> read_joints() const = 0;  ///< empty: nothing is skinned
     virtual std::size_t targets() const = 0;
     virtual MorphTarget read_target(std::size_t target) const = 0;
-    /// Which arrays of read_target() will not be empty.
+    /// Tells which arrays of read_target() are not empty.
     struct Moved {
         bool positions = false;
         bool normals = false;
@@ -55,29 +56,29 @@ class RestShape {
 
 struct ActiveTarget {
     std::uint32_t target = 0;
-    float weight = 0;  // any but 0
+    float weight = 0;  // not 0
 };
 
-/// A shape in one pose: its targets are added up in their order, then it is moved by its joints.
+/// A shape in one pose. Targets are added in their order, then joints transform the sum.
 struct Deformation {
-    std::shared_ptr<const RestShape> rest;  // who moves it may keep it, to know it again
+    std::shared_ptr<const RestShape> rest;  // a Deformer may keep it to recognise the shape
     std::vector<ActiveTarget> targets;      // ascending
-    std::span<const dmat4> joints;  // affine; of shapes without sets of joints the first one moves all; empty: none
+    std::span<const dmat4> joints;  // affine; without joint sets the first one transforms all vertices; empty: none
 };
 
-/// By the mean of a vertex's joints, weighted; by its first joint where no weight is positive. Normals go by cofactors,
-/// with their side of mirrored surfaces kept.
+/// Returns the deformed vertices. A vertex is transformed by the weighted mean of its joints, or by its first joint
+/// where no weight is positive. Normals are transformed by cofactors and keep their side of mirrored surfaces.
 VertexArrays deform(const Deformation& deformation);
 
-/// Joints as shaders/shared/deform.h takes them.
+/// Returns the joints in the layout of shaders/shared/deform.h.
 std::vector<shared::JointMatrix> joint_matrices(std::span<const dmat4> joints);
 
-/// Who deforms many shapes at once.
+/// Deforms many shapes at once.
 class Deformer {
   public:
     virtual ~Deformer() = default;
-    /// Of each in its order what deform() gives, but for rounding: a function of the deformation alone, whatever was
-    /// asked for before or with it.
+    /// Returns, in the same order, what the free function deform() returns for each, but for rounding. A result depends
+    /// on its deformation alone, not on earlier calls or on the other deformations.
     virtual std::vector<VertexArrays> deform(std::span<const Deformation> deformations) = 0;
 };
 

@@ -1,4 +1,4 @@
-// Mending triangle meshes: what the world sends is brought to what scene.h promises of a Mesh.
+// Repairs triangle meshes, so that they meet the requirements that scene.h states for Mesh.
 #pragma once
 
 #include <cstddef>
@@ -8,14 +8,14 @@
 
 namespace halflight {
 
-/// Twice the area vector of a triangle, in double: (p1 - p0) x (p2 - p0). Zero means: dropped as degenerate. In double
-/// the products of float differences neither overflow nor vanish.
+/// Returns twice the area vector of a triangle, (p1 - p0) x (p2 - p0). Triangles for which it is zero are degenerate.
+/// In double the products of float differences neither overflow nor vanish.
 dvec3 area_vector(const Mesh& mesh, const uvec3& triangle);
 
 /// Makes vertex i of `mesh` a copy of its former vertex sources[i], in every per-vertex array. Triangles are untouched.
 void gather_vertices(Mesh& mesh, std::span<const std::uint32_t> sources);
 
-/// What drop_bad_triangles() took away.
+/// Numbers of triangles that drop_bad_triangles() removed.
 struct DroppedTriangles {
     std::size_t non_finite = 0;  // a corner's position is NaN or infinite
     std::size_t degenerate = 0;  // area_vector() is exactly zero
@@ -25,19 +25,19 @@ struct DroppedTriangles {
 /// Precondition: triangle indices are in range.
 DroppedTriangles drop_bad_triangles(Mesh& mesh);
 
-/// One flat normal per triangle (glTF 2.0, section 3.7.2.1); vertices are no longer shared. Returns their number.
-/// Precondition: no degenerate triangles.
+/// Gives each triangle a flat normal (glTF 2.0, section 3.7.2.1) and vertices of its own. Returns the number of
+/// vertices. Precondition: no degenerate triangles.
 std::size_t generate_flat_normals(Mesh& mesh);
 
-/// Normalises all normals. Those that are zero or not finite become the area-weighted mean of the triangles around
-/// them. Returns the number of the latter. Precondition: no degenerate triangles, every vertex is used, a normal each.
+/// Normalises all normals. Normals that are zero or not finite become the area-weighted mean of the triangles around
+/// them; returns their number. Precondition: no degenerate triangles, every vertex is used and has a normal.
 std::size_t repair_normals(Mesh& mesh);
 
-/// Appends `part` to `mesh`. An array that only one of them has is filled up for the other: uvs with 0, colours with 1,
-/// tangents with any unit tangent. Throws Error where vertices would outnumber 32-bit indices.
+/// Appends `part` to `mesh`. An array that only one of them has is filled for the other: uvs with 0, colours with 1,
+/// tangents with any unit tangent. Throws Error where 32-bit indices cannot address all vertices.
 void append(Mesh& mesh, const Mesh& part);
 
-/// A unit vector perpendicular to `n` (unit).
+/// Returns a unit vector perpendicular to the unit vector `n`.
 vec3 any_perpendicular(const vec3& n);
 
 }  // namespace halflight

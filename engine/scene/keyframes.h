@@ -1,4 +1,4 @@
-// Keyframes: what moves, sampled at times of its own (glTF 2.0, appendix C).
+// Keyframes and their interpolation (glTF 2.0, appendix C).
 #pragma once
 
 #include <cstdint>
@@ -10,23 +10,23 @@ namespace halflight {
 
 enum class Interpolation : std::uint8_t { step, linear, cubic_spline };
 
-/// A sampled function of time whose values have `components` numbers each.
+/// A function of time, sampled at keys. Each value has `components` numbers.
 struct Keyframes {
     Interpolation interpolation = Interpolation::linear;
     int components = 1;        // > 0
-    bool rotation = false;     // values are unit quaternions x, y, z, w, of four components
-    std::vector<float> times;  // seconds, finite, none before the one in front of it; never empty
-    // Finite. `components` for each time; of a cubic spline three times that: tangent in, value, tangent out. Tangents
-    // are per second.
+    bool rotation = false;     // values are unit quaternions x, y, z, w; components is 4
+    std::vector<float> times;  // seconds, finite, not descending, never empty
+    // Finite. `components` numbers per key; three times as many for a cubic spline: in-tangent, value, out-tangent.
+    // Tangents are per second.
     std::vector<float> values;
 };
 
-/// Throws Error, whose subject is `subject`, for keyframes that are not as their comments say.
+/// Throws Error about `subject` for keyframes that break the rules above.
 void check_keyframes(const Keyframes& keys, std::string_view subject);
 
-/// The value at `seconds`, which is finite, into `out`, of keys.components numbers. Before the first and after the last
-/// key it is theirs; of keys at one time the last one counts from that time on. Rotations take the shorter arc and come
-/// out as unit quaternions; where there is none (a spline through zero), as the key before.
+/// Writes the value at `seconds` (finite) to `out`, which has keys.components numbers. The first key's value holds
+/// before it, the last key's after it. Of several keys at one time the last one holds from then on. Rotations take the
+/// shorter arc and are returned as unit quaternions; where a spline passes through zero, the key before holds.
 void sample(const Keyframes& keys, double seconds, std::span<double> out);
 
 }  // namespace halflight

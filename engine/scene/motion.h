@@ -1,4 +1,4 @@
-// Where points of moving surfaces were before.
+// Positions of points of moving surfaces in an earlier pose, for motion vectors.
 #pragma once
 
 #include <cstdint>
@@ -8,22 +8,22 @@
 
 namespace halflight {
 
-/// A pose of a scene, looked at from a later one. Instances are the same where node and place among the node's are;
-/// those whose triangles changed, or that were not there, count as still.
+/// An earlier pose of a scene, matched with a later one. Instances match by node and by their order within the node.
+/// Instances without a match, or with other triangles, count as still.
 class PreviousSurfaces {
   public:
-    /// `now` must outlive it.
+    /// `now` must outlive the object.
     PreviousSurfaces(const Scene& now, Scene before);
 
-    /// Whether any point of an instance (of Scene::instances) was elsewhere.
+    /// Returns whether any point of an instance (index into Scene::instances) was elsewhere.
     bool moved(std::uint32_t instance) const { return before_of_[instance] != kNone; }
-    /// Where, in the world, the point `now` of a triangle of its mesh was; of an instance that has moved().
+    /// Returns the earlier world position of the point `now` of a triangle. Precondition: moved(instance).
     dvec3 before(std::uint32_t instance, std::uint32_t triangle, const dvec3& now) const;
 
   private:
     const Scene& now_;
     Scene before_;
-    std::vector<int> before_of_;  // by instance: that of before_, or kNone where it has not moved
+    std::vector<int> before_of_;  // by instance: its match in before_, or kNone where it has not moved
 };
 
 }  // namespace halflight

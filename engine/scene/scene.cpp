@@ -27,10 +27,6 @@ WorldBounds world_bounds(const Scene& scene) {
     return bounds;
 }
 
-bool has_emission(const Material& material) {
-    return !material.unlit && glm::any(glm::greaterThan(material.emission, vec3(0)));
-}
-
 bool has_light(const Scene& scene) {
     if (!scene.environment.black()) return true;
     const auto shines = [](const PunctualLight& l) { return glm::any(glm::greaterThan(l.intensity, vec3(0))); };

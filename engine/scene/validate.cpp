@@ -3,6 +3,7 @@
 
 #include "engine/core/error.h"
 #include "engine/scene/geometry.h"
+#include "engine/scene/material_properties.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
@@ -63,46 +64,11 @@ void check(const TextureRef& t, const std::string& subject, std::size_t images) 
 }
 
 void check(const Material& m, const Element& e, std::size_t images) {
-    const struct {
-        const char* name;
-        const TextureRef& texture;
-    } textures[] = {
-        {"base_color_texture", m.base_color_texture},
-        {"metallic_roughness_texture", m.metallic_roughness_texture},
-        {"normal_texture", m.normal_texture},
-        {"emission_texture", m.emission_texture},
-        {"specular_texture", m.specular_texture},
-        {"specular_color_texture", m.specular_color_texture},
-        {"clearcoat_texture", m.clearcoat_texture},
-        {"clearcoat_roughness_texture", m.clearcoat_roughness_texture},
-        {"clearcoat_normal_texture", m.clearcoat_normal_texture},
-        {"transmission_texture", m.transmission_texture},
-    };
-    for (const auto& [name, texture] : textures) check(texture, e.at(name), images);
-    const struct {
-        const char* name;
-        float value;
-    } fractions[] = {
-        {"base_color.r", m.base_color.r},
-        {"base_color.g", m.base_color.g},
-        {"base_color.b", m.base_color.b},
-        {"base_color.a", m.base_color.a},
-        {"metallic", m.metallic},
-        {"roughness", m.roughness},
-        {"specular", m.specular},
-        {"clearcoat", m.clearcoat},
-        {"clearcoat_roughness", m.clearcoat_roughness},
-        {"transmission", m.transmission},
-    };
-    for (const auto& [name, value] : fractions) {
-        if (!in_unit_range(value)) throw Error(e.at(name), "{} is outside [0, 1]", value);
+    for (const MaterialTexture& texture : material_textures()) check(m.*texture.field, e.at(texture.name), images);
+    for (const MaterialProperty& property : material_properties()) {
+        const std::string why = range_error(property, value_of(m, property.field));
+        if (!why.empty()) throw Error(e.at(property.name), why);
     }
-    if (!non_negative(m.emission)) throw Error(e.at("emission"), "negative or not finite");
-    if (!non_negative(m.specular_color)) throw Error(e.at("specular_color"), "negative or not finite");
-    if (!(m.ior >= 1 && std::isfinite(m.ior))) throw Error(e.at("ior"), "{} is below 1 or not finite", m.ior);
-    if (!(m.alpha_cutoff >= 0)) throw Error(e.at("alpha_cutoff"), "{} is negative", m.alpha_cutoff);
-    if (!std::isfinite(m.normal_scale)) throw Error(e.at("normal_scale"), "not finite");
-    if (!std::isfinite(m.clearcoat_normal_scale)) throw Error(e.at("clearcoat_normal_scale"), "not finite");
 }
 
 template <class T>

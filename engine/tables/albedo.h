@@ -11,14 +11,16 @@ struct DirectionalAlbedo {
     double b = 0;
 };
 
-/// By deterministic quadrature in double. cosine in [0, 1], alpha in [1e-4, 1]; nodes: of each Gauss-Legendre rule.
-/// Error with 24 nodes: below 3e-5 for cosine > alpha / 100, below 1e-4 otherwise.
+/// Returns the albedo by deterministic quadrature in double. cosine in [0, 1], alpha in [1e-4, 1]; nodes: points of
+/// each Gauss-Legendre rule. The error with 24 nodes is below 3e-5 for cosine > alpha / 100, below 1e-4 otherwise.
 DirectionalAlbedo ggx_albedo(double cosine, double alpha, int nodes = 24);
 
-/// What shaders/lib/microfacet.glsl interpolates bilinearly, axes as in shaders/shared/albedo.h, 2 channels: E_1 = E_A
-/// + E_B, and E_B / E_1 - (1 - cosine)^5, the difference from a mirror's. Errors by interpolation, relative to E_1: of
-/// E_1 below 1e-4 (2e-4 for cosines below 1e-4), of E_B below 1e-4 where alpha >= 0.01 and below 4e-4 elsewhere. About
-/// 15 ms.
+/// Returns the table that shaders/lib/microfacet.glsl interpolates bilinearly. shaders/shared/albedo.h defines its
+/// axes. Channel 0 is E_1 = E_A + E_B. Channel 1 is E_B / E_1 - (1 - cosine)^5, the difference from a mirror's.
+/// Interpolation errors relative to E_1:
+///   E_1  below 1e-4, for cosines below 1e-4 below 2e-4
+///   E_B  below 1e-4 where alpha >= 0.01, below 4e-4 elsewhere
+/// Takes about 15 ms.
 Image build_albedo_table();
 
 }  // namespace halflight

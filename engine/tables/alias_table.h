@@ -1,4 +1,4 @@
-// Choice among weighted entries in constant time (Walker 1977; built as by Vose 1991).
+// Alias tables choose among weighted entries in constant time (Walker 1977; built after Vose 1991).
 #pragma once
 
 #include <cstdint>
@@ -7,19 +7,20 @@
 
 namespace halflight {
 
-/// Pick entry i uniformly; keep it where a uniform number in [0, 1) is below `threshold`, else take `alias`.
+/// An entry, chosen uniformly, stands for itself where a uniform number in [0, 1) is below `threshold`, else for
+/// `alias`.
 struct AliasEntry {
-    float threshold = 1;  // [0, 1], a multiple of 2^-24, which is what the shaders' uniform numbers are
+    float threshold = 1;  // [0, 1], a multiple of 2^-24 like the shaders' uniform numbers
     std::uint32_t alias = 0;
 };
 
 struct AliasTable {
     std::vector<AliasEntry> entries;
-    /// What the entries really give, which differs from the weights by rounding: > 0 exactly where the weight is.
+    /// Probabilities that the entries realise. They differ from the weights by rounding and are > 0 where a weight is.
     std::vector<double> probabilities;
 };
 
-/// Precondition: weights are finite and >= 0, one of them is > 0, fewer than 2^32.
+/// Returns the table of the weights. Precondition: fewer than 2^32 weights, finite and >= 0, one of them > 0.
 AliasTable build_alias_table(std::span<const double> weights);
 
 }  // namespace halflight

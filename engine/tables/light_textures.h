@@ -1,4 +1,4 @@
-// How bright an emission texture is over a triangle.
+// Mean luminance of an emission texture over a triangle.
 #pragma once
 
 #include <cstdint>
@@ -14,18 +14,18 @@ class LuminanceSums {
   public:
     explicit LuminanceSums(const TextureImage& image);
 
-    /// Mean over a bounding box of all texels that lookups within the triangle can touch; uvs: of its corners, before
-    /// the texture's transform. Exactly 0 only where all of them are black.
+    /// Returns the mean over a bounding box of all texels that lookups within the triangle can touch. uvs: coordinates
+    /// of its corners before the texture's transform. The mean is exactly 0 only where all these texels are black.
     double mean(const TextureRef& texture, const std::array<vec2, 3>& uvs) const;
 
   private:
     std::uint64_t sum(ivec2 lower, ivec2 upper) const;
 
     ivec2 size_;
-    std::vector<std::uint64_t> sums_;  // (width + 1) x (height + 1), of ceil(luminance 2^20): exact, so 0 means 0
+    std::vector<std::uint64_t> sums_;  // (width + 1) x (height + 1) sums of ceil(luminance 2^20), exact
 };
 
-/// 8-bit sRGB value to linear (IEC 61966-2-1).
+/// Decodes an 8-bit sRGB value to linear, [0, 1] (IEC 61966-2-1).
 double srgb_to_linear(std::uint8_t value);
 
 }  // namespace halflight

@@ -4,11 +4,11 @@
 #include <cmath>
 #include <future>
 
+#include "engine/scene/material_properties.h"
 #include "engine/tables/albedo.h"
 #include "engine/tables/light_tree.h"
 #include "engine/tables/shading_textures.h"
 #include "shaders/shared/light.h"
-#include "shaders/shared/material.h"
 #include "shaders/shared/texture.h"
 #include "shaders/shared/vertex.h"
 #include "shaders/shared/word.h"
@@ -62,10 +62,12 @@ class Builder {
         needs.alpha = trace_.alpha_tested;
         needs.slivers = trace_.slivers;
         find_attributes();
+        const auto rows = static_cast<std::size_t>(material_rows());
+        tables_.materials.assign(scene_.materials.size() * rows, vec4(0));
         for (std::size_t i = 0; i < scene_.materials.size(); ++i) {
-            tables_.materials.resize((i + 1) * shared::kMaterialStride, vec4(0));
-            if (used[i]) add_material(scene_.materials[i], &tables_.materials[i * shared::kMaterialStride]);
+            if (used[i]) add_material(scene_.materials[i], &tables_.materials[i * rows]);
         }
+        complete(needs);
         tables_.texels_left_out = last && *last == tables_.pooled;
         if (!tables_.texels_left_out) pools_.fill();
         // Takes a while, and nothing else depends on it.
@@ -91,56 +93,24 @@ class Builder {
 
     // --- Materials ------------------------------------------------------------------------------------------------
 
-    /// Bits of the descriptor's index; `need` is raised where there is one.
-    float color_slot(const TextureRef& texture, bool matters, bool& need) {
-        if (!texture || !matters) return shared::float_of_word(shared::kNoTexture);
-        need = true;
-        return shared::float_of_word(pools_.color(texture));
-    }
-    float data_slot(const TextureRef& texture, bool matters, bool& need) {
-        if (!texture || !matters) return shared::float_of_word(shared::kNoTexture);
-        need = true;
-        return shared::float_of_word(pools_.data(texture));
-    }
-
-    void add_material(const Material& m, vec4* row) {
+    void add_material(const Material& m, vec4* rows) {
         SceneNeeds& needs = tables_.needs;
-        const bool lit = !m.unlit;
-        const bool dielectric = lit && (m.metallic < 1 || m.metallic_roughness_texture);
-        const bool metal = lit && m.metallic > 0;
-        const bool base = dielectric && vec3(m.base_color) != vec3(0);  // something under the dielectric's reflection
-        const bool specular = dielectric && m.specular > 0;
-        const bool coat = lit && m.clearcoat > 0;
-        const bool transmission = base && m.transmission > 0;
-        const bool emission = lit && m.emission != vec3(0);
-        needs.unlit |= m.unlit;
-        needs.emission |= emission || m.unlit;
-        needs.diffuse |= base && (m.transmission < 1 || m.transmission_texture);
-        needs.transmission |= transmission;
-        needs.clearcoat |= coat;
-        needs.glossy |= metal || specular || coat || transmission;
-        needs.specular_color |= specular && (m.specular_color != vec3(1) || m.specular_color_texture);
-
-        const float r0 = (m.ior - 1) / (m.ior + 1);
-        const float cutoff = m.alpha_mode == AlphaMode::blend  ? shared::kAlphaBlend
-                             : m.alpha_mode == AlphaMode::mask ? m.alpha_cutoff
-                                                               : 0.0f;
-        row[0] = m.base_color;
-        row[1] = vec4(lit ? m.emission : vec3(0), m.unlit ? 1 : 0);
-        row[2] = vec4(m.metallic, m.roughness, m.specular, r0 * r0);
-        row[3] = vec4(m.specular_color, m.transmission);
-        row[4] = vec4(m.clearcoat, m.clearcoat_roughness, m.normal_scale, m.clearcoat_normal_scale);
-        row[5].x = cutoff;
-        row[5].y = color_slot(m.base_color_texture, true, needs.base_color_texture);
-        row[5].z = data_slot(m.metallic_roughness_texture, lit, needs.metallic_roughness_texture);
-        row[5].w = data_slot(m.normal_texture, lit && has_tangents_, needs.normal_texture);
-        row[6].x = color_slot(m.emission_texture, emission, needs.emission_texture);
-        row[6].y = data_slot(m.specular_texture, specular, needs.specular_texture);
-        row[6].z = color_slot(m.specular_color_texture, specular, needs.specular_color_texture);
-        row[6].w = data_slot(m.transmission_texture, transmission, needs.transmission_texture);
-        row[7].x = data_slot(m.clearcoat_texture, coat, needs.clearcoat_texture);
-        row[7].y = data_slot(m.clearcoat_roughness_texture, coat, needs.clearcoat_roughness_texture);
-        row[7].z = data_slot(m.clearcoat_normal_texture, coat && has_tangents_, needs.clearcoat_normal_texture);
+        for (const MaterialLobe& lobe : material_lobes()) needs.*lobe.need |= lobe.present(m);
+        for (const MaterialProperty& property : material_properties()) {
+            const vec4 value = packed_value(m, property);
+            for (int i = 0; property.packing.row != kNone && i < component_count(property.field); ++i)
+                rows[property.packing.row][property.packing.component + i] = value[i];
+        }
+        for (const MaterialTexture& texture : material_textures()) {
+            const TextureRef& ref = m.*texture.field;
+            const bool normal_map = texture.use == TextureUse::normal_map;
+            const bool used = ref && texture.matters(m) && (!normal_map || has_tangents_);
+            needs.*texture.need |= used;
+            const std::uint32_t slot = !used                              ? shared::kNoTexture
+                                       : texture.use == TextureUse::color ? pools_.color(ref)
+                                                                          : pools_.data(ref);
+            rows[texture.packing.row][texture.packing.component] = shared::float_of_word(slot);
+        }
     }
 
     // --- Vertices -------------------------------------------------------------------------------------------------

@@ -11,16 +11,17 @@
 
 namespace halflight {
 
-/// Gives images a place in the pools of `tables` when they are first referred to; every (image, use) is stored once,
-/// and so is every descriptor.
+/// Allocates images in the texel pools of `tables` when they are first referred to. Every pair of image and use is
+/// stored once, and so is every descriptor.
 class TexturePools {
   public:
     TexturePools(const Scene& scene, ShadingTables& tables) : scene_(scene), tables_(tables) {}
 
-    /// Index of a descriptor. Colour is decoded from sRGB. Throws Error where a pool would exceed 2^31 texels.
+    /// Return the index of a descriptor. Colour is decoded from sRGB. Throw Error where a pool would exceed 2^31
+    /// texels.
     std::uint32_t color(const TextureRef& texture) { return add(texture, true); }
     std::uint32_t data(const TextureRef& texture) { return add(texture, false); }
-    /// Puts the texels there, after all that refers to them.
+    /// Fills the pools. Call it after all calls of color() and data().
     void fill();
 
   private:
@@ -32,7 +33,8 @@ class TexturePools {
     std::map<std::pair<int, bool>, std::uint32_t> first_texels_;
     std::size_t color_texels_ = 0;
     std::size_t data_texels_ = 0;
-    std::map<std::pair<std::string, bool>, std::uint32_t> descriptors_;  // by the bytes of a descriptor
+    std::map<std::pair<std::string, bool>, std::uint32_t>
+        descriptors_;  // index by the bytes of a descriptor and whether it is a colour
 };
 
 }  // namespace halflight

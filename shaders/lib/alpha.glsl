@@ -1,9 +1,8 @@
 // Alpha coverage (SHADING.md, Surfaces). Needs shaders/scene_tables.glsl.
 #include "shaders/lib/hash.glsl"
-#include "shaders/lib/texture.glsl"
+#include "shaders/lib/material_properties.glsl"
 #include "shaders/lib/vertex.glsl"
 #include "shaders/shared/material.h"
-#include "shaders/shared/word.h"
 
 struct Coverage {
     float alpha;
@@ -14,15 +13,14 @@ struct Coverage {
 // u, v: weights of the triangle's second and third corner.
 Coverage coverage_at(uint triangle, float u, float v) {
     uvec4 t = triangle_row(triangle);
-    int row = int(t.w & 0x00ffffffu) * kMaterialStride;
-    vec4 cutoff_slots = texelFetch(scene_materials, row + 5);
+    uint material = t.w & 0x00ffffffu;
     Coverage c;
-    c.alpha = texelFetch(scene_materials, row).a;
-    c.cutoff = cutoff_slots.x;
+    c.alpha = packed_base_color(material).a;
+    c.cutoff = packed_alpha_cutoff(material);
     vec3 weights = vec3(1.0 - u - v, u, v);
 #ifdef HALFLIGHT_TEXTURE_BASE_COLOR
     vec4 uvs = interpolate_uvs(t.xyz, weights);
-    c.alpha *= color_texture(word_of_float(cutoff_slots.y), uvs.xy, uvs.zw).a;
+    c.alpha *= color_texture(base_color_texture_slot(material), uvs.xy, uvs.zw).a;
 #endif
 #ifdef HALFLIGHT_VERTEX_COLORS
     c.alpha *= interpolate_color(t.xyz, weights).a;

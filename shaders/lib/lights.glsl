@@ -71,7 +71,7 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     uint triangle = word_of_float(edge1_triangle.w);
 #ifdef HALFLIGHT_TEXTURE_EMISSION
     uvec4 t = triangle_row(triangle);
-    uint slot = word_of_float(texelFetch(scene_materials, int(t.w & 0x00ffffffu) * kMaterialStride + 6).x);
+    uint slot = emission_texture_slot(t.w & 0x00ffffffu);
     vec4 uvs = interpolate_uvs(t.xyz, vec3(1.0 - at.x - at.y, at));
     emission *= color_texture(slot, uvs.xy, uvs.zw).rgb;
 #endif

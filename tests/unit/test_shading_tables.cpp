@@ -6,6 +6,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/packing.hpp>
 
+#include "engine/scene/material_properties.h"
 #include "engine/tables/light_textures.h"
 #include "engine/tables/shading_tables.h"
 #include "shaders/shared/material.h"
@@ -53,7 +54,7 @@ TEST(ShadingTables, DiffuseSceneNeedsDiffuseOnly) {
     EXPECT_TRUE(tables.textures.empty() && tables.color_texels.empty() && tables.data_texels.empty());
     EXPECT_TRUE(tables.lights.empty() && tables.environment.pixels.empty() && tables.albedo.pixels.empty());
     EXPECT_EQ(tables.vertices.size(), 3u);
-    EXPECT_EQ(tables.materials.size(), std::size_t{shared::kMaterialStride});
+    EXPECT_EQ(tables.materials.size(), std::size_t(material_rows()));
 }
 
 TEST(ShadingTables, NeedsFollowMaterials) {
@@ -90,7 +91,7 @@ TEST(ShadingTables, UnusedMaterialsHaveNoNeeds) {
     scene.materials.push_back(unused);
     const ShadingTables tables = tables_of(scene);
     EXPECT_FALSE(tables.needs.clearcoat || tables.needs.transmission || tables.needs.texture_coordinates);
-    EXPECT_EQ(tables.materials.size(), 2u * shared::kMaterialStride);
+    EXPECT_EQ(tables.materials.size(), 2u * static_cast<std::size_t>(material_rows()));
 }
 
 TEST(ShadingTables, TexturesAreStoredOncePerUse) {

@@ -6,6 +6,7 @@
 
 #include "engine/io/files.h"
 #include "engine/io/gltf/extras.h"
+#include "engine/io/gltf/material_keys.h"
 #include "engine/io/gltf/schema.h"
 #include "engine/io/gltf/uri.h"
 
@@ -15,27 +16,27 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-const std::set<std::string, std::less<>> kSupportedExtensions{
-    "EXT_mesh_gpu_instancing", "HALFLIGHT_environment",
-    "KHR_animation_pointer",   "KHR_lights_punctual",
-    "KHR_materials_clearcoat", "KHR_materials_emissive_strength",
-    "KHR_materials_ior",       "KHR_materials_pbrSpecularGlossiness",
-    "KHR_materials_specular",  "KHR_materials_transmission",
-    "KHR_materials_unlit",     "KHR_mesh_quantization",
-    "KHR_texture_transform",
-};
+const std::set<std::string>& supported_extensions() {
+    static const std::set<std::string> names = [] {
+        std::set<std::string> all = gltf_material_extensions();
+        all.insert({"EXT_mesh_gpu_instancing", "HALFLIGHT_environment", "KHR_animation_pointer", "KHR_lights_punctual",
+                    "KHR_mesh_quantization", "KHR_texture_transform"});
+        return all;
+    }();
+    return names;
+}
 
 void check_extensions(const Json& root, GltfDocument& document) {
     std::string unknown;
     for (const std::string name : root.value("extensionsRequired", Json::array())) {
-        if (kSupportedExtensions.contains(name)) continue;
+        if (supported_extensions().contains(name)) continue;
         unknown += (unknown.empty() ? "" : ", ") + name;
     }
     if (!unknown.empty()) throw Error(document.file, "requires what is not supported: {}", unknown);
     std::set<std::string> used;
     for (const std::string name : root.value("extensionsUsed", Json::array())) used.insert(name);
     for (const std::string& name : used) {
-        if (!kSupportedExtensions.contains(name))
+        if (!supported_extensions().contains(name))
             document.warnings.add(fmt::format("extension {} is used but not supported; it is ignored", name));
     }
 }
@@ -309,6 +310,10 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     if (root.contains("animations")) {  // read when something is to move; tinygltf would refuse a damaged one at once
         document.animations = std::move(root["animations"]);
         root.erase("animations");
+    }
+    if (root.contains("materials")) {
+        document.materials = std::move(root["materials"]);
+        root.erase("materials");
     }
     check_layout(root, document);
     document.images = take_images(root, document);

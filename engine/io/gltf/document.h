@@ -52,7 +52,8 @@ struct GltfDocument {
     std::uint64_t bytes_read = 0;  // of max_total_bytes
     tinygltf::Model model;
     std::vector<GltfImageSource> images;
-    std::optional<FrameRate> frame_rate;       // that extras tell
+    std::optional<FrameRate> frame_rate;                 // that extras tell
+    nlohmann::json materials = nlohmann::json::array();  // checked; animations change it, and not `model`
     nlohmann::json animations;                 // the list as it stands in the file, unchecked; null where there is none
     std::vector<std::filesystem::path> files;  // that have been read so far, the scene's own first
     GltfWarnings warnings;

@@ -5,30 +5,31 @@
 #include <charconv>
 #include <variant>
 
-#include "engine/io/gltf/value.h"
+#include "engine/core/math.h"
+#include "engine/io/gltf/material_keys.h"
 
 namespace halflight {
 namespace {
 
+using Json = nlohmann::json;
 using Values = std::vector<double>;
 
-/// Where the model keeps numbers: in a list, as one number, or among extensions, whose keys the pointer tells.
-using Place = std::variant<Values*, double*, tinygltf::ExtensionMap*>;
+/// Where the model keeps the numbers of a field: in a list, or as one number.
+using Place = std::variant<Values*, double*>;
 
-/// What may be driven: "/LIST/N/rest" for any N.
+/// A field that animations can drive: "/LIST/N/rest" for any N.
 struct Field {
     std::string_view list;
     std::string rest;
     AnimatedProperty property;
-    Place (*place)(tinygltf::Model&, std::size_t index);
-    Values otherwise;  // as many as it has, and what they are where the file has no such extension; none of weights
+    Place (*place)(tinygltf::Model&, std::size_t index);  // null: `rest` is a pointer within GltfDocument::materials[N]
+    Values default_values;  // as many as the field has; empty for weights, whose number depends on the mesh
 };
 
 constexpr std::string_view kNodes = "/nodes/", kMeshes = "/meshes/", kMaterials = "/materials/", kCameras = "/cameras/",
-                           kLights = "/extensions/KHR_lights_punctual/lights/", kExtensions = "/extensions/";
-constexpr const char* kGlossy = "KHR_materials_pbrSpecularGlossiness";
+                           kLights = "/extensions/KHR_lights_punctual/lights/";
 
-/// A member of a member of ... of an element of one of the model's lists.
+/// Returns the place of a nested member in an element of one of the model's lists.
 template <auto kList, auto... kMembers>
 Place place(tinygltf::Model& model, std::size_t index) {
     return &((model.*kList)[index].*....*kMembers);
@@ -73,71 +74,17 @@ std::vector<Field> plain_fields() {
 }
 
 std::vector<Field> material_fields() {
-    using enum AnimatedProperty;
-    using Material = tinygltf::Material;
-    using Pbr = tinygltf::PbrMetallicRoughness;
-    using Normal = tinygltf::NormalTextureInfo;
-    using Texture = tinygltf::TextureInfo;
-    constexpr auto pbr = &Material::pbrMetallicRoughness;
-    constexpr auto own = place<&Model::materials, &Material::extensions>;
-    std::vector<Field> fields{
-        {kMaterials, "/alphaCutoff", surface, place<&Model::materials, &Material::alphaCutoff>, {0.5}},
-        {kMaterials, "/emissiveFactor", emission, place<&Model::materials, &Material::emissiveFactor>, Values(3)},
-        {kMaterials,
-         "/normalTexture/scale",
-         surface,
-         place<&Model::materials, &Material::normalTexture, &Normal::scale>,
-         {1}},
-        {kMaterials, "/pbrMetallicRoughness/baseColorFactor", surface,
-         place<&Model::materials, pbr, &Pbr::baseColorFactor>, Values(4)},
-        {kMaterials,
-         "/pbrMetallicRoughness/metallicFactor",
-         surface,
-         place<&Model::materials, pbr, &Pbr::metallicFactor>,
-         {1}},
-        {kMaterials,
-         "/pbrMetallicRoughness/roughnessFactor",
-         surface,
-         place<&Model::materials, pbr, &Pbr::roughnessFactor>,
-         {1}},
-    };
-    const auto add = [&](const char* extension, const char* rest, AnimatedProperty property, const Values& otherwise) {
-        fields.push_back({kMaterials, fmt::format("{}{}/{}", kExtensions, extension, rest), property, own, otherwise});
-    };
-    add("KHR_materials_clearcoat", "clearcoatFactor", surface, {0});
-    add("KHR_materials_clearcoat", "clearcoatRoughnessFactor", surface, {0});
-    add("KHR_materials_clearcoat", "clearcoatNormalTexture/scale", surface, {1});
-    add("KHR_materials_emissive_strength", "emissiveStrength", emission, {1});
-    add("KHR_materials_ior", "ior", surface, {1.5});
-    add("KHR_materials_specular", "specularFactor", surface, {1});
-    add("KHR_materials_specular", "specularColorFactor", surface, {1, 1, 1});
-    add("KHR_materials_transmission", "transmissionFactor", surface, {0});
-    add(kGlossy, "diffuseFactor", surface, {1, 1, 1, 1});
-    add(kGlossy, "specularFactor", surface, {1, 1, 1});
-    add(kGlossy, "glossinessFactor", surface, {1});
-
-    const auto add_texture = [&](const std::string& info, AnimatedProperty property,
-                                 decltype(Field::place) extensions) {
-        const std::string transform = info + "/extensions/KHR_texture_transform";
-        fields.push_back({kMaterials, transform + "/offset", property, extensions, {0, 0}});
-        fields.push_back({kMaterials, transform + "/rotation", property, extensions, {0}});
-        fields.push_back({kMaterials, transform + "/scale", property, extensions, {1, 1}});
-    };
-    add_texture("/pbrMetallicRoughness/baseColorTexture", surface,
-                place<&Model::materials, pbr, &Pbr::baseColorTexture, &Texture::extensions>);
-    add_texture("/pbrMetallicRoughness/metallicRoughnessTexture", surface,
-                place<&Model::materials, pbr, &Pbr::metallicRoughnessTexture, &Texture::extensions>);
-    add_texture("/emissiveTexture", emission,
-                place<&Model::materials, &Material::emissiveTexture, &Texture::extensions>);
-    add_texture("/normalTexture", normal_map, place<&Model::materials, &Material::normalTexture, &Normal::extensions>);
-    add_texture("/extensions/KHR_materials_clearcoat/clearcoatTexture", surface, own);
-    add_texture("/extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture", surface, own);
-    add_texture("/extensions/KHR_materials_clearcoat/clearcoatNormalTexture", normal_map, own);
-    add_texture("/extensions/KHR_materials_specular/specularTexture", surface, own);
-    add_texture("/extensions/KHR_materials_specular/specularColorTexture", surface, own);
-    add_texture("/extensions/KHR_materials_transmission/transmissionTexture", surface, own);
-    add_texture(fmt::format("{}{}/diffuseTexture", kExtensions, kGlossy), surface, own);
-    add_texture(fmt::format("{}{}/specularGlossinessTexture", kExtensions, kGlossy), surface, own);
+    using Kind = GltfMaterialKey::Kind;
+    std::vector<Field> fields;
+    for (const GltfMaterialKey& key : gltf_material_keys()) {
+        if (key.kind == Kind::number || key.kind == Kind::numbers)
+            fields.push_back({kMaterials, key.path, key.animated, nullptr, key.default_value});
+        if (key.kind != Kind::texture) continue;
+        const std::string transform = key.path + "/extensions/KHR_texture_transform";
+        fields.push_back({kMaterials, transform + "/offset", key.animated, nullptr, {0, 0}});
+        fields.push_back({kMaterials, transform + "/rotation", key.animated, nullptr, {0}});
+        fields.push_back({kMaterials, transform + "/scale", key.animated, nullptr, {1, 1}});
+    }
     return fields;
 }
 
@@ -154,42 +101,16 @@ const Field& field_of(const GltfTarget& target) {
     return fields().at(static_cast<std::size_t>(target.field));
 }
 
-Place place_of(tinygltf::Model& model, const GltfTarget& target) {
-    return field_of(target).place(model, static_cast<std::size_t>(target.index));
-}
-
-/// Of a field among extensions: the keys below them.
-std::string_view keys_of(const Field& field) {
-    const std::string_view rest = field.rest;
-    return rest.substr(rest.find(kExtensions) + kExtensions.size());
-}
-
-/// What stands there in an object, or null.
-const tinygltf::Value* find_at(const tinygltf::Value::Object& object, std::string_view keys) {
-    const std::size_t end = keys.find('/');
-    const tinygltf::Value* found = find_extension(object, std::string(keys.substr(0, end)));
-    if (!found || end == std::string_view::npos) return found;
-    return found->IsObject() ? find_at(found->Get<tinygltf::Value::Object>(), keys.substr(end + 1)) : nullptr;
-}
-
-/// The same; what is not there is made.
-tinygltf::Value& make_at(tinygltf::Value::Object& object, std::string_view keys) {
-    const std::size_t end = keys.find('/');
-    tinygltf::Value& value = object[std::string(keys.substr(0, end))];
-    if (end == std::string_view::npos) return value;
-    if (!value.IsObject()) value = tinygltf::Value(tinygltf::Value::Object());
-    return make_at(value.Get<tinygltf::Value::Object>(), keys.substr(end + 1));
-}
-
-std::size_t size_of(const tinygltf::Model& model, std::string_view list) {
+std::size_t size_of(const GltfDocument& document, std::string_view list) {
+    const tinygltf::Model& model = document.model;
     return list == kNodes       ? model.nodes.size()
            : list == kMeshes    ? model.meshes.size()
-           : list == kMaterials ? model.materials.size()
+           : list == kMaterials ? document.materials.size()
            : list == kCameras   ? model.cameras.size()
                                 : model.lights.size();
 }
 
-/// An array index of a JSON pointer (RFC 6901, section 4): digits without a zero in front.
+/// Returns the array index of a JSON pointer (RFC 6901, section 4): digits without a leading zero.
 std::optional<std::size_t> array_index(std::string_view text) {
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), index);
@@ -197,8 +118,8 @@ std::optional<std::size_t> array_index(std::string_view text) {
     return whole && (text == "0" || text.front() != '0') ? std::optional(index) : std::nullopt;
 }
 
-/// Whether what the field is of is there, in an object that has one of several kinds. False where it is, and cannot be
-/// driven: glossiness that load_images() has made a texture with.
+/// Checks that the object is of the kind that has the field. Returns false where the field cannot be driven:
+/// glossiness that load_images() has turned into a texture of roughness.
 bool check_kind(const GltfDocument& document, const Field& field, std::size_t index, const std::string& element) {
     const std::string_view rest = field.rest;
     const std::string_view name = rest.substr(rest.rfind('/') + 1);
@@ -208,10 +129,13 @@ bool check_kind(const GltfDocument& document, const Field& field, std::size_t in
         if (rest.starts_with(fmt::format("/{}/", type)) && document.model.cameras[index].type != type)
             document.fail(element, "drives {} of cameras[{}], which is not {}", name, index, type);
     }
-    if (!rest.starts_with(fmt::format("{}{}/", kExtensions, kGlossy))) return true;
-    const tinygltf::Value* glossy = find_extension(document.model.materials[index].extensions, kGlossy);
-    if (!glossy) document.fail(element, "drives {} of materials[{}], which has none", kGlossy, index);
-    return name != "glossinessFactor" || !glossy->Has("specularGlossinessTexture");
+    const std::string glossy = kSpecularGlossiness;
+    if (!rest.starts_with(glossy + "/")) return true;
+    const Json& material = document.materials[index];
+    if (!material.contains(Json::json_pointer(glossy)))
+        document.fail(element, "drives {} of materials[{}], which has none", glossy.substr(glossy.rfind('/') + 1),
+                      index);
+    return name != "glossinessFactor" || !material.contains(Json::json_pointer(glossy + "/specularGlossinessTexture"));
 }
 
 }  // namespace
@@ -225,7 +149,7 @@ std::optional<GltfTarget> follow_pointer(const GltfDocument& document, const std
         rest.remove_prefix(list.size());
         const std::string_view number = rest.substr(0, rest.find('/'));
         const auto index = array_index(number);
-        const std::size_t size = size_of(document.model, list);
+        const std::size_t size = size_of(document, list);
         if (!index || *index >= size)
             document.fail(element, "pointer '{}': '{}' is not an index into a list of {}", pointer, number, size);
         rest.remove_prefix(number.size());
@@ -249,39 +173,37 @@ AnimatedProperty property_of(const GltfTarget& target) {
 }
 
 int components_of(const GltfTarget& target) {
-    return static_cast<int>(field_of(target).otherwise.size());
+    return static_cast<int>(field_of(target).default_values.size());
 }
 
-std::vector<double> driven_values(const tinygltf::Model& model, const GltfTarget& target) {
-    const Place place = place_of(const_cast<tinygltf::Model&>(model), target);  // is read only
-    if (const auto* list = std::get_if<Values*>(&place)) return **list;
-    if (const auto* number = std::get_if<double*>(&place)) return {**number};
+std::vector<double> driven_values(const GltfDocument& document, const GltfTarget& target) {
     const Field& field = field_of(target);
-    const tinygltf::Value* found = find_at(*std::get<tinygltf::ExtensionMap*>(place), keys_of(field));
-    if (!found) return field.otherwise;
-    if (!found->IsArray()) return {found->GetNumberAsDouble()};
-    Values values;
-    for (const tinygltf::Value& v : found->Get<tinygltf::Value::Array>()) values.push_back(v.GetNumberAsDouble());
-    return values;
+    const auto index = static_cast<std::size_t>(target.index);
+    if (!field.place) {
+        const Json& material = document.materials[index];
+        const Json::json_pointer pointer(field.rest);
+        if (!material.contains(pointer)) return field.default_values;
+        const Json& found = material.at(pointer);
+        return found.is_array() ? found.get<Values>() : Values{found.get<double>()};
+    }
+    const Place place = field.place(const_cast<tinygltf::Model&>(document.model), index);  // is read only
+    if (const auto* number = std::get_if<double*>(&place)) return {**number};
+    return *std::get<Values*>(place);
 }
 
-void set_driven_values(tinygltf::Model& model, const GltfTarget& target, const std::vector<double>& values) {
-    const Place place = place_of(model, target);
-    if (const auto* list = std::get_if<Values*>(&place)) {
-        **list = values;
-    } else if (const auto* number = std::get_if<double*>(&place)) {
-        **number = values.at(0);
-    } else {
-        const Field& field = field_of(target);
-        tinygltf::Value& there = make_at(*std::get<tinygltf::ExtensionMap*>(place), keys_of(field));
-        if (field.otherwise.size() == 1) {
-            there = tinygltf::Value(values.at(0));
-        } else {
-            tinygltf::Value::Array numbers;
-            for (const double v : values) numbers.emplace_back(v);
-            there = tinygltf::Value(std::move(numbers));
-        }
+void set_driven_values(GltfDocument& document, const GltfTarget& target, const std::vector<double>& values) {
+    const Field& field = field_of(target);
+    const auto index = static_cast<std::size_t>(target.index);
+    if (!field.place) {
+        Json& place = document.materials[index][Json::json_pointer(field.rest)];  // is made where it is not there
+        place = field.default_values.size() == 1 ? Json(values.at(0)) : Json(values);
+        return;
     }
+    const Place place = field.place(document.model, index);
+    if (const auto* number = std::get_if<double*>(&place))
+        **number = values.at(0);
+    else
+        *std::get<Values*>(place) = values;
 }
 
 }  // namespace halflight

@@ -1,4 +1,4 @@
-// What animations drive: where pointers lead, and the numbers in the model.
+// The fields of a document that animations drive: where pointers lead, and access to the numbers.
 #pragma once
 
 #include <compare>
@@ -12,28 +12,29 @@
 
 namespace halflight {
 
-/// Numbers of an object of the file that can be driven.
+/// A field of an object of the file that animations can drive.
 struct GltfTarget {
-    int field = 0;  // which of its numbers
+    int field = 0;  // row of the table of fields
     int index = 0;  // into the file's list of nodes, meshes, materials, lights or cameras
     auto operator<=>(const GltfTarget&) const = default;
 };
 
-/// Where a pointer of KHR_animation_pointer leads ("/materials/0/emissiveFactor"); none where it is well-formed and
-/// nothing of ours. Throws Error about `element`: no JSON pointer, an index that the file does not have, a cone of a
-/// light that is no spot, a perspective of a camera without one, specular-glossiness of a material without it.
+/// Returns the target of a pointer of KHR_animation_pointer ("/materials/0/emissiveFactor"); none where the pointer is
+/// well-formed but leads to nothing that the loader drives. Throws Error about `element`: no JSON pointer, an index
+/// beyond the file's list, a cone of a light that is no spot, a projection that the camera does not have,
+/// specular-glossiness of a material without it.
 std::optional<GltfTarget> follow_pointer(const GltfDocument& document, const std::string& pointer,
                                          const std::string& element);
-/// The same of a channel's path without a pointer ("rotation"); none where it is unknown.
+/// Returns the target of a channel without a pointer, by its path ("rotation"); none where the path is unknown.
 std::optional<GltfTarget> node_target(std::string_view path, int node);
 
 AnimatedProperty property_of(const GltfTarget& target);
-/// How many numbers it has; 0 of weights, whose mesh tells.
+/// Returns the number of components; 0 for weights, whose number depends on the mesh.
 int components_of(const GltfTarget& target);
 
-/// The numbers of a target as the model has them, or the format's defaults. Of a list that is not there: none.
-std::vector<double> driven_values(const tinygltf::Model& model, const GltfTarget& target);
-/// Puts others there.
-void set_driven_values(tinygltf::Model& model, const GltfTarget& target, const std::vector<double>& values);
+/// Returns the target's numbers as the document has them, or the format's defaults; empty for weights that it lacks.
+std::vector<double> driven_values(const GltfDocument& document, const GltfTarget& target);
+/// Changes the target's numbers in the document.
+void set_driven_values(GltfDocument& document, const GltfTarget& target, const std::vector<double>& values);
 
 }  // namespace halflight

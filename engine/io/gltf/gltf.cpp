@@ -152,7 +152,7 @@ struct GltfScene::State {
     /// Puts the model into the state that it has at that time.
     void pose(double seconds, Playing playing) {
         document.warnings = opening_warnings;
-        for (const auto& [target, values] : at_rest) set_driven_values(document.model, target, values);
+        for (const auto& [target, values] : at_rest) set_driven_values(document, target, values);
         for (const std::size_t index : playing) {
             const Animation& animation = read_all().at(index);
             for (const AnimationChannel& channel : animation.channels) drive(animation, channel, seconds);
@@ -161,11 +161,11 @@ struct GltfScene::State {
 
     void drive(const Animation& animation, const AnimationChannel& channel, double seconds) {
         const GltfTarget target{channel.field, channel.target};
-        if (!at_rest.contains(target)) at_rest[target] = driven_values(document.model, target);
+        if (!at_rest.contains(target)) at_rest[target] = driven_values(document, target);
         const Keyframes& keys = animation.keyframes[channel.keyframes];
         std::vector<double> values(static_cast<std::size_t>(keys.components));
         sample(keys, seconds, values);
-        set_driven_values(document.model, target, values);
+        set_driven_values(document, target, values);
     }
 
     GltfMovers movers(Playing playing) {
@@ -174,7 +174,7 @@ struct GltfScene::State {
             const std::vector<AnimationChannel>& more = read_all().at(index).channels;
             channels.insert(channels.end(), more.begin(), more.end());
         }
-        return find_movers(document.model, channels);
+        return find_movers(document, channels);
     }
 
     Scene posed(double seconds, Playing playing, bool images) {

@@ -235,9 +235,10 @@ class Instances {
 
 }  // namespace
 
-GltfMovers find_movers(const tinygltf::Model& model, std::span<const AnimationChannel> channels) {
+GltfMovers find_movers(const GltfDocument& document, std::span<const AnimationChannel> channels) {
+    const tinygltf::Model& model = document.model;
     const std::vector<bool> none(model.nodes.size(), false);
-    GltfMovers movers{none, none, std::vector<bool>(model.materials.size(), false)};
+    GltfMovers movers{none, none, std::vector<bool>(document.materials.size(), false)};
     std::vector<int> todo;
     for (const AnimationChannel& channel : channels) {
         const auto target = static_cast<std::size_t>(channel.target);

@@ -51,8 +51,8 @@ struct GltfKept {
     Deformer* deformer = nullptr;  // who deforms those; null: deform()
 };
 
-/// What these channels move.
-GltfMovers find_movers(const tinygltf::Model& model, std::span<const AnimationChannel> channels);
+/// Returns what the channels move.
+GltfMovers find_movers(const GltfDocument& document, std::span<const AnimationChannel> channels);
 
 /// Fills Scene::meshes and Scene::instances. Returns whether anything has the default material.
 bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfKept& kept, Scene& scene);

@@ -4,43 +4,36 @@
 #include <cmath>
 #include <limits>
 
-#include "engine/io/gltf/value.h"
+#include "engine/io/gltf/material_keys.h"
 
 namespace halflight {
 namespace {
 
-constexpr double kMaxFloat = std::numeric_limits<float>::max();
+using Json = nlohmann::json;
 
 /// F0 of the default index of refraction, 1.5.
-constexpr double kDefaultF0 = 0.04;
+constexpr float kDefaultF0 = 0.04f;
 
-/// A textureInfo, wherever it was written.
-struct TextureUse {
-    int index = kNone;
-    int tex_coord = 0;
-    double scale = 1;
-    const tinygltf::Value* transform = nullptr;  // KHR_texture_transform
-};
-
-template <class Info>
-TextureUse use_of(const Info& info) {
-    return {info.index, info.texCoord, 1, find_extension(info.extensions, "KHR_texture_transform")};
+const Json* find(const Json& value, const std::string& path) {
+    const Json::json_pointer pointer(path);
+    return value.contains(pointer) ? &value.at(pointer) : nullptr;
 }
 
-TextureUse use_of(const tinygltf::Value& object, const std::string& key) {
-    if (!object.Has(key)) return {};
-    const tinygltf::Value& info = object.Get(key);
-    TextureUse use{integer(info, "index", kNone), integer(info, "texCoord", 0), number(info, "scale", 1), nullptr};
-    if (info.Has("extensions") && info.Get("extensions").Has("KHR_texture_transform"))
-        use.transform = &info.Get("extensions").Get("KHR_texture_transform");
-    return use;
+double number(const Json& value, const std::string& path, double otherwise) {
+    const Json* found = find(value, path);
+    return found ? found->get<double>() : otherwise;
 }
 
-/// T R S of KHR_texture_transform. Rotation is counter-clockwise as seen in an image whose v points down, as in the
-/// extension's words and sample model; the GLSL in its text has the other sign (glTF issue 1563).
-glm::mat3x2 uv_transform(const tinygltf::Value& transform) {
-    const dvec2 offset = vector(transform, "offset", dvec2(0)), scale = vector(transform, "scale", dvec2(1));
-    const double rotation = number(transform, "rotation", 0);
+dvec2 pair(const Json& value, const char* key, const dvec2& otherwise) {
+    const auto found = value.find(key);
+    return found == value.end() ? otherwise : dvec2((*found)[0].get<double>(), (*found)[1].get<double>());
+}
+
+/// T R S of KHR_texture_transform. The rotation is counter-clockwise as seen in an image whose v points down. This
+/// follows the extension's words and sample model; the GLSL in its text has the other sign (glTF issue 1563).
+glm::mat3x2 uv_transform(const Json& transform) {
+    const dvec2 offset = pair(transform, "offset", dvec2(0)), scale = pair(transform, "scale", dvec2(1));
+    const double rotation = transform.value("rotation", 0.0);
     const double c = std::cos(rotation), s = std::sin(rotation);
     return {vec2(dvec2(c, -s) * scale.x), vec2(dvec2(s, c) * scale.y), vec2(offset)};
 }
@@ -48,37 +41,73 @@ glm::mat3x2 uv_transform(const tinygltf::Value& transform) {
 class Converter {
   public:
     Converter(GltfDocument& document, std::size_t index)
-        : document_(document), from_(document.model.materials[index]), element_(fmt::format("materials[{}]", index)) {}
+        : document_(document), from_(document.materials[index]), element_(fmt::format("materials[{}]", index)) {}
 
     GltfMaterial convert() {
-        m_.name = from_.name;
-        m_.double_sided = from_.doubleSided;
-        alpha();
-        if (const auto* e = find_extension(from_.extensions, "KHR_materials_pbrSpecularGlossiness"))
-            specular_glossiness(*e);
-        else
-            metallic_roughness();
-        m_.normal_texture = texture(use_of(from_.normalTexture));
-        m_.normal_scale = clamped("normalTexture.scale", from_.normalTexture.scale, -kMaxFloat, kMaxFloat);
-        extensions();
-        emission();
+        m_.name = from_.value("name", "");
+        m_.unlit = find(from_, "/extensions/KHR_materials_unlit") != nullptr;
+        glossy_ = find(from_, kSpecularGlossiness);
+        read_alpha_mode();
+        if (glossy_) read_specular_glossiness();
+        for (const MaterialProperty& property : material_properties())
+            if (is_read(property.path, property.need)) read(property);
+        for (const MaterialTexture& texture : material_textures()) {
+            if (!is_read(texture.path, texture.implies)) continue;
+            if (const TextureRef ref = read_texture(texture.path)) m_.*texture.field = ref;
+        }
+        m_.specular_color *= f0_scale_;
         choose_uv_sets();
         return std::move(result_);
     }
 
   private:
-    float clamped(const char* field, double value, double lower, double upper) {
-        if (!(value >= lower && value <= upper))
-            document_.warnings.add(fmt::format("{} is outside [{}, {}], clamped", field, lower, upper), element_);
-        return static_cast<float>(std::clamp(value, lower, upper));
+    /// Specular-glossiness replaces metallic-roughness, and unlit materials do not emit by their emission factor.
+    bool is_read(std::string_view path, bool MaterialNeeds::*need) const {
+        return !(glossy_ && path.starts_with("/pbrMetallicRoughness/")) &&
+               !(m_.unlit && need == &MaterialNeeds::emission);
     }
-    float fraction(const char* field, double value) { return clamped(field, value, 0, 1); }
-    float non_negative(const char* field, double value) { return clamped(field, value, 0, kMaxFloat); }
-    vec3 non_negative(const char* field, const dvec3& v) {
-        return {non_negative(field, v.x), non_negative(field, v.y), non_negative(field, v.z)};
+
+    void read(const MaterialProperty& property) {
+        const Json* found = find(from_, property.path);
+        if (!found) return;
+        if (std::holds_alternative<bool Material::*>(property.field))
+            return set_value(m_, property.field, vec4(!found->is_boolean() || found->get<bool>()));
+        // An ior of 0 stands for F0 = 1, which the specular colour gives.
+        if (property.field == MaterialField(&Material::ior) && *found == 0.0) {
+            f0_scale_ /= kDefaultF0;
+            return;
+        }
+        const double scale = property.field == MaterialField(&Material::emission)
+                                 ? number(from_, "/extensions/KHR_materials_emissive_strength/emissiveStrength", 1)
+                                 : 1;
+        set_value(m_, property.field,
+                  read_clamped(property.path, component_count(property.field), property.range, scale));
     }
-    vec4 fraction(const char* field, const dvec4& v) {
-        return {fraction(field, v.x), fraction(field, v.y), fraction(field, v.z), fraction(field, v.w)};
+
+    /// Returns `count` numbers times `scale`, clamped to the range with a warning; 1 where the file does not have them.
+    vec4 read_clamped(const std::string& path, int count, const PropertyRange& range, double scale = 1) {
+        constexpr double kMaxFloat = std::numeric_limits<float>::max();
+        const double lowest = std::max<double>(range.lowest, -kMaxFloat);
+        const double highest = std::min<double>(range.highest, kMaxFloat);
+        const Json* found = find(from_, path);
+        vec4 result(0);
+        for (int i = 0; i < count; ++i) {
+            const Json* number = !found || count == 1 ? found : &(*found)[static_cast<std::size_t>(i)];
+            const double value = number ? scale * number->get<double>() : 1;
+            if (!(value >= lowest && value <= highest))
+                document_.warnings.add(
+                    fmt::format("{} is outside [{}, {}], clamped", label(path), range.lowest, range.highest), element_);
+            result[i] = static_cast<float>(std::clamp(value, lowest, highest));
+        }
+        return result;
+    }
+
+    /// Returns "clearcoatNormalTexture.scale" for "/extensions/KHR_materials_clearcoat/clearcoatNormalTexture/scale".
+    static std::string label(std::string path) {
+        const bool extension = path.starts_with("/extensions/"), pbr = path.starts_with("/pbrMetallicRoughness/");
+        path.erase(0, extension || pbr ? path.find('/', extension ? 12 : 1) + 1 : 1);
+        std::ranges::replace(path, '/', '.');
+        return path;
     }
 
     Wrap wrap(int mode) {
@@ -89,103 +118,55 @@ class Converter {
         return Wrap::repeat;
     }
 
-    /// uv_set is the file's TEXCOORD index until choose_uv_sets().
-    TextureRef texture(const TextureUse& use) {
+    /// Reads a textureInfo. uv_set is the file's TEXCOORD index until choose_uv_sets().
+    TextureRef read_texture(const std::string& path) {
         TextureRef ref;
-        if (use.index == kNone) return ref;
-        const tinygltf::Texture& from = document_.model.textures[static_cast<std::size_t>(use.index)];
+        const Json* info = find(from_, path);
+        const int index = info ? info->value("index", kNone) : kNone;  // animations leave objects without one
+        if (index == kNone) return ref;
+        const tinygltf::Texture& from = document_.model.textures[static_cast<std::size_t>(index)];
         if (from.source == kNone) {
-            document_.warnings.add("has no PNG or JPEG image, it is not used", fmt::format("textures[{}]", use.index));
+            document_.warnings.add("has no PNG or JPEG image, it is not used", fmt::format("textures[{}]", index));
             return ref;
         }
         ref.image = from.source;
-        ref.uv_set = use.tex_coord;
+        ref.uv_set = info->value("texCoord", 0);
         if (from.sampler != kNone) {
             const tinygltf::Sampler& sampler = document_.model.samplers[static_cast<std::size_t>(from.sampler)];
             ref.wrap_u = wrap(sampler.wrapS);
             ref.wrap_v = wrap(sampler.wrapT);
             ref.nearest = sampler.magFilter == TINYGLTF_TEXTURE_FILTER_NEAREST;
         }
-        if (use.transform) {
-            ref.uv_transform = uv_transform(*use.transform);
-            ref.uv_set = integer(*use.transform, "texCoord", ref.uv_set);
+        if (const Json* transform = find(*info, "/extensions/KHR_texture_transform")) {
+            ref.uv_transform = uv_transform(*transform);
+            ref.uv_set = transform->value("texCoord", ref.uv_set);
         }
         return ref;
     }
 
-    void alpha() {
-        if (from_.alphaMode == "MASK")
+    void read_alpha_mode() {
+        const std::string mode = from_.value("alphaMode", "OPAQUE");
+        if (mode == "MASK")
             m_.alpha_mode = AlphaMode::mask;
-        else if (from_.alphaMode == "BLEND")
+        else if (mode == "BLEND")
             m_.alpha_mode = AlphaMode::blend;
-        else if (from_.alphaMode != "OPAQUE")
-            document_.warnings.add(fmt::format("alphaMode '{}' is unknown, taken as OPAQUE", from_.alphaMode),
-                                   element_);
-        m_.alpha_cutoff = non_negative("alphaCutoff", from_.alphaCutoff);
+        else if (mode != "OPAQUE")
+            document_.warnings.add(fmt::format("alphaMode '{}' is unknown, taken as OPAQUE", mode), element_);
     }
 
-    void metallic_roughness() {
-        const auto& pbr = from_.pbrMetallicRoughness;
-        const auto& color = pbr.baseColorFactor;
-        m_.base_color = fraction("baseColorFactor", dvec4(color[0], color[1], color[2], color[3]));
-        m_.base_color_texture = texture(use_of(pbr.baseColorTexture));
-        m_.metallic = fraction("metallicFactor", pbr.metallicFactor);
-        m_.roughness = fraction("roughnessFactor", pbr.roughnessFactor);
-        m_.metallic_roughness_texture = texture(use_of(pbr.metallicRoughnessTexture));
-    }
-
-    /// The same reflectances in our terms: a dielectric whose F0 is `specular`. Glossiness textures are turned into
-    /// roughness by load_images().
-    void specular_glossiness(const tinygltf::Value& e) {
-        m_.base_color = fraction("diffuseFactor", vector(e, "diffuseFactor", dvec4(1)));
-        m_.base_color_texture = texture(use_of(e, "diffuseTexture"));
+    /// Converts to a dielectric with the same reflectances, whose F0 is `specular`. load_images() converts glossiness
+    /// textures to roughness.
+    void read_specular_glossiness() {
+        const std::string at = kSpecularGlossiness;
+        const PropertyRange fraction{0, 1}, not_negative{.lowest = 0};
+        m_.base_color = read_clamped(at + "/diffuseFactor", 4, fraction);
+        m_.base_color_texture = read_texture(at + "/diffuseTexture");
         m_.metallic = 0;
-        const float glossiness = fraction("glossinessFactor", number(e, "glossinessFactor", 1));
-        m_.specular_color = non_negative("specularFactor", vector(e, "specularFactor", dvec3(1))) / float(kDefaultF0);
-        m_.specular_color_texture = texture(use_of(e, "specularGlossinessTexture"));
+        const float glossiness = read_clamped(at + "/glossinessFactor", 1, fraction).x;
+        f0_scale_ = vec3(read_clamped(at + "/specularFactor", 3, not_negative)) / kDefaultF0;
+        m_.specular_color_texture = read_texture(at + "/specularGlossinessTexture");
         m_.roughness = 1 - glossiness;
         if (m_.specular_color_texture) result_.glossiness = glossiness;
-    }
-
-    void extensions() {
-        if (const auto* e = find_extension(from_.extensions, "KHR_materials_ior")) {
-            const double ior = number(*e, "ior", 1.5);
-            // Zero means F0 = 1 at normal incidence; an infinite index would say the same.
-            if (ior == 0)
-                m_.specular_color /= float(kDefaultF0);
-            else
-                m_.ior = clamped("ior", ior, 1, kMaxFloat);
-        }
-        if (const auto* e = find_extension(from_.extensions, "KHR_materials_specular")) {
-            m_.specular = fraction("specularFactor", number(*e, "specularFactor", 1));
-            m_.specular_texture = texture(use_of(*e, "specularTexture"));
-            m_.specular_color *= non_negative("specularColorFactor", vector(*e, "specularColorFactor", dvec3(1)));
-            if (const TextureRef t = texture(use_of(*e, "specularColorTexture"))) m_.specular_color_texture = t;
-        }
-        if (const auto* e = find_extension(from_.extensions, "KHR_materials_clearcoat")) {
-            m_.clearcoat = fraction("clearcoatFactor", number(*e, "clearcoatFactor", 0));
-            m_.clearcoat_texture = texture(use_of(*e, "clearcoatTexture"));
-            m_.clearcoat_roughness = fraction("clearcoatRoughnessFactor", number(*e, "clearcoatRoughnessFactor", 0));
-            m_.clearcoat_roughness_texture = texture(use_of(*e, "clearcoatRoughnessTexture"));
-            const TextureUse normal = use_of(*e, "clearcoatNormalTexture");
-            m_.clearcoat_normal_texture = texture(normal);
-            m_.clearcoat_normal_scale = clamped("clearcoatNormalTexture.scale", normal.scale, -kMaxFloat, kMaxFloat);
-        }
-        if (const auto* e = find_extension(from_.extensions, "KHR_materials_transmission")) {
-            m_.transmission = fraction("transmissionFactor", number(*e, "transmissionFactor", 0));
-            m_.transmission_texture = texture(use_of(*e, "transmissionTexture"));
-        }
-        m_.unlit = find_extension(from_.extensions, "KHR_materials_unlit") != nullptr;
-    }
-
-    void emission() {
-        if (m_.unlit) return;  // shows its base colour and nothing else
-        const auto& factor = from_.emissiveFactor;
-        double strength = 1;
-        if (const auto* e = find_extension(from_.extensions, "KHR_materials_emissive_strength"))
-            strength = number(*e, "emissiveStrength", 1);
-        m_.emission = non_negative("emission", strength * dvec3(factor[0], factor[1], factor[2]));
-        m_.emission_texture = texture(use_of(from_.emissiveTexture));
     }
 
     void choose_uv_sets() {
@@ -203,8 +184,10 @@ class Converter {
     }
 
     GltfDocument& document_;
-    const tinygltf::Material& from_;
+    const Json& from_;
     const std::string element_;
+    const Json* glossy_ = nullptr;  // KHR_materials_pbrSpecularGlossiness; null: none
+    vec3 f0_scale_{1};              // factor for the specular colour
     GltfMaterial result_;
     Material& m_ = result_.material;
 };
@@ -213,8 +196,7 @@ class Converter {
 
 std::vector<GltfMaterial> convert_materials(GltfDocument& document) {
     std::vector<GltfMaterial> materials;
-    for (std::size_t i = 0; i < document.model.materials.size(); ++i)
-        materials.push_back(Converter(document, i).convert());
+    for (std::size_t i = 0; i < document.materials.size(); ++i) materials.push_back(Converter(document, i).convert());
     return materials;
 }
 

@@ -1,4 +1,4 @@
-// Materials and the images that they use.
+// Converts materials and the images that they use.
 #pragma once
 
 #include <array>
@@ -6,29 +6,28 @@
 #include <vector>
 
 #include "engine/io/gltf/document.h"
+#include "engine/scene/material_properties.h"
 
 namespace halflight {
 
-/// A material, and what only its loading needs.
+/// A material and the values that only loading needs.
 struct GltfMaterial {
     Material material;
-    std::array<int, 2> uv_sets{0, 1};  // which TEXCOORD_n the uv sets 0 and 1 are
-    std::optional<float> glossiness;   // factor for A of the specular colour texture, which makes the roughness
+    std::array<int, 2> uv_sets{0, 1};  // the n of TEXCOORD_n that uv sets 0 and 1 are read from
+    std::optional<float> glossiness;   // factor for A of the specular colour texture, from which roughness is made
 };
 
-/// Calls `f` with every texture reference; those that tangents depend on come early.
+/// Calls `f` with every texture reference, in the order of material_textures().
 template <class M, class F>
 void for_each_texture(M& m, F f) {
-    f(m.base_color_texture), f(m.normal_texture), f(m.metallic_roughness_texture), f(m.emission_texture);
-    f(m.specular_texture), f(m.specular_color_texture), f(m.clearcoat_texture), f(m.clearcoat_roughness_texture);
-    f(m.clearcoat_normal_texture), f(m.transmission_texture);
+    for (const MaterialTexture& texture : material_textures()) f(m.*texture.field);
 }
 
-/// In the file's order; texture references hold glTF image indices until load_images() has run.
+/// Returns the materials in the file's order. Texture references hold glTF image indices until load_images() has run.
 std::vector<GltfMaterial> convert_materials(GltfDocument& document);
 
-/// Decodes the images that materials refer to (PNG, JPEG), and points the materials at them. Throws Error that names
-/// the image and its URI: missing, not decodable, too large, of another format.
+/// Decodes the images that materials refer to (PNG, JPEG) and points the materials at them. Throws Error that names
+/// image and URI where one is missing, cannot be decoded, is too large or has another format.
 std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMaterial>& materials);
 
 }  // namespace halflight

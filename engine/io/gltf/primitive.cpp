@@ -31,9 +31,10 @@ std::vector<uvec3> make_triangles(const std::vector<std::uint32_t>& v, int mode)
 }  // namespace
 
 const TextureRef* normal_map_of(const GltfMaterial* material) {
-    if (!material) return nullptr;
-    if (material->material.normal_texture) return &material->material.normal_texture;
-    if (material->material.clearcoat_normal_texture) return &material->material.clearcoat_normal_texture;
+    for (const MaterialTexture& texture : material_textures()) {
+        const bool found = material && texture.use == TextureUse::normal_map && material->material.*texture.field;
+        if (found) return &(material->material.*texture.field);
+    }
     return nullptr;
 }
 

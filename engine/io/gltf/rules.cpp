@@ -1,15 +1,50 @@
 #include "engine/io/gltf/rules.h"
 
+#include <algorithm>
+
+#include "engine/io/gltf/material_keys.h"
+
 namespace halflight {
 namespace {
 
 constexpr bool kRequired = true;
 
-}  // namespace
+GltfRule rule_of(const std::string& name, const GltfMaterialKey& key) {
+    using Kind = GltfMaterialKey::Kind;
+    switch (key.kind) {
+        case Kind::number:
+            return {name, GltfKind::number};
+        case Kind::numbers:
+            return {name, GltfKind::numbers, "", key.default_value.size()};
+        case Kind::flag:
+            return {name, GltfKind::flag};
+        case Kind::texture:
+            return {name, GltfKind::object, "texture info"};
+        case Kind::extension:
+            break;
+    }
+    return {name, GltfKind::object, "empty"};
+}
 
-const std::map<std::string_view, std::vector<GltfRule>>& gltf_rules() {
+/// Adds the rules of a key, and of the objects on its path that have none yet.
+void add_material_key(GltfRules& rules, const GltfMaterialKey& key) {
+    std::string type = "material";
+    std::size_t begin = 1;
+    for (std::size_t end; (end = key.path.find('/', begin)) != std::string::npos; begin = end + 1) {
+        const std::string name = key.path.substr(begin, end - begin);
+        std::vector<GltfRule>& object = rules[type];
+        const auto found = std::ranges::find(object, name, &GltfRule::key);
+        type = found != object.end() ? found->of : type + "." + name;
+        if (found == object.end()) object.push_back({name, GltfKind::object, type});
+    }
+    const std::string name = key.path.substr(begin);
+    std::vector<GltfRule>& object = rules[type];
+    if (std::ranges::find(object, name, &GltfRule::key) == object.end()) object.push_back(rule_of(name, key));
+}
+
+GltfRules make_rules() {
     using enum GltfKind;
-    static const std::map<std::string_view, std::vector<GltfRule>> rules{
+    GltfRules rules{
         {"root",
          {{"asset", object, "asset", 0, kRequired},
           {"accessors", objects, "accessor"},
@@ -39,7 +74,7 @@ const std::map<std::string_view, std::vector<GltfRule>>& gltf_rules() {
           {"intensity", number},
           {"spot", object, "spot"}}},
         {"spot", {{"innerConeAngle", number}, {"outerConeAngle", number}}},
-        // Checked by itself, when something is to move: see check_gltf_animations().
+        // check_gltf_animations() checks it when an animation is to be played.
         {"animations", {{"animations", objects, "animation"}}},
         {"animation",
          {{"name", text},
@@ -97,22 +132,7 @@ const std::map<std::string_view, std::vector<GltfRule>>& gltf_rules() {
           {"zfar", number},
           {"znear", number, "", 0, kRequired}}},
         {"image", {{"name", text}, {"uri", text}, {"bufferView", index, "bufferViews"}}},
-        {"material",
-         {{"name", text},
-          {"alphaCutoff", number},
-          {"alphaMode", text},
-          {"doubleSided", flag},
-          {"emissiveFactor", numbers, "", 3},
-          {"emissiveTexture", object, "texture info"},
-          {"extensions", object, "material extensions"},
-          {"normalTexture", object, "texture info"},
-          {"pbrMetallicRoughness", object, "metallic roughness"}}},
-        {"metallic roughness",
-         {{"baseColorFactor", numbers, "", 4},
-          {"baseColorTexture", object, "texture info"},
-          {"metallicFactor", number},
-          {"metallicRoughnessTexture", object, "texture info"},
-          {"roughnessFactor", number}}},
+        {"material", {{"name", text}, {"alphaMode", text}}},
         {"texture info",
          {{"index", index, "textures", 0, kRequired},
           {"texCoord", natural},
@@ -121,35 +141,7 @@ const std::map<std::string_view, std::vector<GltfRule>>& gltf_rules() {
         {"texture extensions", {{"KHR_texture_transform", object, "texture transform"}}},
         {"texture transform",
          {{"offset", numbers, "", 2}, {"rotation", number}, {"scale", numbers, "", 2}, {"texCoord", natural}}},
-        {"material extensions",
-         {{"KHR_materials_clearcoat", object, "clearcoat"},
-          {"KHR_materials_emissive_strength", object, "emissive strength"},
-          {"KHR_materials_ior", object, "ior"},
-          {"KHR_materials_pbrSpecularGlossiness", object, "specular glossiness"},
-          {"KHR_materials_specular", object, "specular"},
-          {"KHR_materials_transmission", object, "transmission"},
-          {"KHR_materials_unlit", object, "unlit"}}},
-        {"clearcoat",
-         {{"clearcoatFactor", number},
-          {"clearcoatNormalTexture", object, "texture info"},
-          {"clearcoatRoughnessFactor", number},
-          {"clearcoatRoughnessTexture", object, "texture info"},
-          {"clearcoatTexture", object, "texture info"}}},
-        {"emissive strength", {{"emissiveStrength", number}}},
-        {"ior", {{"ior", number}}},
-        {"specular glossiness",
-         {{"diffuseFactor", numbers, "", 4},
-          {"diffuseTexture", object, "texture info"},
-          {"glossinessFactor", number},
-          {"specularFactor", numbers, "", 3},
-          {"specularGlossinessTexture", object, "texture info"}}},
-        {"specular",
-         {{"specularColorFactor", numbers, "", 3},
-          {"specularColorTexture", object, "texture info"},
-          {"specularFactor", number},
-          {"specularTexture", object, "texture info"}}},
-        {"transmission", {{"transmissionFactor", number}, {"transmissionTexture", object, "texture info"}}},
-        {"unlit", {}},
+        {"empty", {}},
         {"mesh", {{"name", text}, {"primitives", objects, "primitive", 0, kRequired}, {"weights", numbers}}},
         {"primitive",
          {{"attributes", index_map, "accessors", 0, kRequired},
@@ -181,6 +173,17 @@ const std::map<std::string_view, std::vector<GltfRule>>& gltf_rules() {
           {"skeleton", index, "nodes"}}},
         {"texture", {{"sampler", index, "samplers"}, {"source", index, "images"}}},
     };
+    // Textures first: a rule of theirs stands for the whole textureInfo, the scale of a normal map included.
+    for (const bool textures : {true, false})
+        for (const GltfMaterialKey& key : gltf_material_keys())
+            if ((key.kind == GltfMaterialKey::Kind::texture) == textures) add_material_key(rules, key);
+    return rules;
+}
+
+}  // namespace
+
+const GltfRules& gltf_rules() {
+    static const GltfRules rules = make_rules();
     return rules;
 }
 

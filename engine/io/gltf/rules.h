@@ -1,38 +1,42 @@
-// The properties that a loader reads of glTF's objects, as a table; gltf_schema.h holds files against it.
+// The table of properties that the loader reads from glTF objects. schema.h checks files against it.
 #pragma once
 
 #include <cstddef>
 #include <map>
+#include <string>
 #include <string_view>
 #include <vector>
 
 namespace halflight {
 
-/// What a property has to be.
+/// JSON type of a property.
 enum class GltfKind {
     flag,
     number,
     natural,  // 0 to 2^31 - 1, or 2^53 where `of` is "size"
     text,
-    texts,       // array
-    numbers,     // array of `length` numbers, any number of them where length is 0
-    index,       // into the list `of`
-    indices,     // array
-    index_map,   // object of indices
-    index_maps,  // array of them
-    object,      // of type `of`
-    objects,     // array
+    texts,       // array of text
+    numbers,     // array of `length` numbers; of any length where `length` is 0
+    index,       // index into the list `of`
+    indices,     // array of such indices
+    index_map,   // object whose values are such indices
+    index_maps,  // array of such objects
+    object,      // object of type `of`
+    objects,     // array of such objects
 };
 
 struct GltfRule {
-    const char* key;
+    std::string key;
     GltfKind kind;
-    const char* of = "";  // list or type, see GltfKind
+    std::string of = "";  // list or type, see GltfKind
     std::size_t length = 0;
     bool required = false;
 };
 
-/// By type of object; glTF 2.0, section 5, and the extensions' schemas.
-const std::map<std::string_view, std::vector<GltfRule>>& gltf_rules();
+/// Rules of an object, by its type.
+using GltfRules = std::map<std::string, std::vector<GltfRule>, std::less<>>;
+/// Returns the rules of all types (glTF 2.0, section 5, and the extensions' schemas). Those of materials come from
+/// gltf_material_keys().
+const GltfRules& gltf_rules();
 
 }  // namespace halflight

@@ -33,7 +33,7 @@ class Checker {
     /// `path` is where `value` stands, for messages; it comes back as it was.
     void object(Json& value, std::string_view type, std::string& path) const {
         if (!value.is_object()) fail(path, "is not an object");
-        for (const GltfRule& rule : gltf_rules().at(type)) {
+        for (const GltfRule& rule : gltf_rules().find(type)->second) {
             const auto it = value.find(rule.key);
             if (it == value.end()) {
                 if (rule.required) fail(path, "has no '{}'", rule.key);
@@ -73,7 +73,7 @@ class Checker {
                 number(value, path);
                 break;
             case GltfKind::natural:
-                natural(value, rule.of == std::string_view("size") ? kMaxSize : kMaxNatural, path);
+                natural(value, rule.of == "size" ? kMaxSize : kMaxNatural, path);
                 break;
             case GltfKind::text:
                 text(value, path);
@@ -134,7 +134,7 @@ class Checker {
         if (!value.is_string()) fail(path, "is not a string");
     }
 
-    void index(Json& value, const char* list, const std::string& path) const {
+    void index(Json& value, const std::string& list, const std::string& path) const {
         natural(value, kMaxNatural, path);
         const auto found = list_sizes_.find(list);
         const std::size_t size = found == list_sizes_.end() ? 0 : found->second;
@@ -142,7 +142,7 @@ class Checker {
             fail(path, "{} is not an index into {}, which has {}", value.get<std::uint64_t>(), list, size);
     }
 
-    void index_map(Json& value, const char* list, std::string& path) const {
+    void index_map(Json& value, const std::string& list, std::string& path) const {
         if (!value.is_object()) fail(path, "is not an object");
         for (auto& [key, v] : value.items()) {
             const Descent down(path, "." + key);

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "engine/core/hash.h"
+#include "engine/scene/material_properties.h"
 
 namespace halflight::converge {
 namespace {
@@ -57,16 +58,10 @@ class SceneHash {
     }
 
     void material(const Material& m) {
-        vector(m.base_color), vector(m.emission), vector(m.specular_color);
-        for (const float value : {m.metallic, m.roughness, m.normal_scale, m.alpha_cutoff, m.ior, m.specular,
-                                  m.clearcoat, m.clearcoat_roughness, m.clearcoat_normal_scale, m.transmission})
-            number(value);
-        number(m.alpha_mode), number(m.unlit);
-        for (const TextureRef* t :
-             {&m.base_color_texture, &m.metallic_roughness_texture, &m.normal_texture, &m.emission_texture,
-              &m.specular_texture, &m.specular_color_texture, &m.clearcoat_texture, &m.clearcoat_roughness_texture,
-              &m.clearcoat_normal_texture, &m.transmission_texture})
-            texture(*t);
+        for (const MaterialProperty& property : material_properties())
+            if (property.packing.row != kNone) vector(value_of(m, property.field));
+        number(m.alpha_mode);
+        for (const MaterialTexture& slot : material_textures()) texture(m.*slot.field);
     }
 
     void mesh(const Mesh& m) {

@@ -1,0 +1,31 @@
+// The properties of a glTF material that the loader reads. The schema, animation pointers and the list of supported
+// extensions are made from this list.
+#pragma once
+
+#include <set>
+#include <string>
+#include <vector>
+
+#include "engine/scene/animation.h"
+
+namespace halflight {
+
+/// JSON pointer of KHR_materials_pbrSpecularGlossiness within a material.
+inline constexpr const char* kSpecularGlossiness = "/extensions/KHR_materials_pbrSpecularGlossiness";
+
+struct GltfMaterialKey {
+    enum class Kind { number, numbers, flag, texture, extension };
+    std::string path;  // JSON pointer within the material
+    Kind kind;
+    std::vector<double> default_value;  // of number and numbers: as many as the property has
+    AnimatedProperty animated;          // what a pointer to its numbers, or to its texture transform, drives
+};
+
+/// Returns the rows of material_properties() and material_textures() (engine/scene/material_properties.h), and the
+/// properties that are converted to them: emissiveStrength and KHR_materials_pbrSpecularGlossiness.
+const std::vector<GltfMaterialKey>& gltf_material_keys();
+
+/// Returns the names of the extensions that the keys belong to.
+std::set<std::string> gltf_material_extensions();
+
+}  // namespace halflight

@@ -1,0 +1,96 @@
+// The material of a surface as plain values, its textures, and what a scene's materials need of shaders and tables.
+// shaders/SHADING.md defines what the properties mean; material_properties.h is the table of them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/core/math.h"
+
+namespace halflight {
+
+inline constexpr int kNone = -1;  ///< "no such element" for every index of the scene
+
+enum class Wrap : std::uint8_t { repeat, mirrored_repeat, clamp_to_edge };
+
+/// Decoded image: 8-bit RGBA, row-major, top row first. The slot that refers to it says whether it is sRGB-encoded.
+struct TextureImage {
+    std::string name;
+    int width = 0;                   // texels, > 0
+    int height = 0;                  // texels, > 0
+    std::vector<std::uint8_t> rgba;  // 4 * width * height
+};
+
+/// Reference to a texture. (u, v) = uv_transform * (s, t, 1); v runs from the top row down (glTF 2.0, section 3.8).
+struct TextureRef {
+    int image = kNone;  // index into Scene::images
+    int uv_set = 0;     // 0 or 1
+    Wrap wrap_u = Wrap::repeat;
+    Wrap wrap_v = Wrap::repeat;
+    bool nearest = false;                                          // nearest texel instead of bilinear interpolation
+    glm::mat3x2 uv_transform{vec2(1, 0), vec2(0, 1), vec2(0, 0)};  // columns; KHR_texture_transform
+    explicit operator bool() const { return image != kNone; }
+};
+
+enum class AlphaMode : std::uint8_t { opaque, mask, blend };
+
+/// Ranges, glTF names and texture channels are columns of material_properties() and material_textures().
+struct Material {
+    std::string name;
+    AlphaMode alpha_mode = AlphaMode::opaque;
+    float alpha_cutoff = 0.5f;
+    bool double_sided = false;  // kept for tools: light transport treats every surface as two-sided
+    bool unlit = false;         // the base colour is emitted, nothing is reflected
+    vec4 base_color{1};         // linear; a: coverage
+    TextureRef base_color_texture;
+    float metallic = 1;
+    float roughness = 1;  // perceptual: alpha = roughness^2
+    TextureRef metallic_roughness_texture;
+    TextureRef normal_texture;
+    float normal_scale = 1;
+    vec3 emission{0};  // radiance: emissiveFactor x emissiveStrength
+    TextureRef emission_texture;
+    float ior = 1.5f;
+    float specular = 1;
+    TextureRef specular_texture;
+    vec3 specular_color{1};
+    TextureRef specular_color_texture;
+    float clearcoat = 0;
+    TextureRef clearcoat_texture;
+    float clearcoat_roughness = 0;
+    TextureRef clearcoat_roughness_texture;
+    TextureRef clearcoat_normal_texture;
+    float clearcoat_normal_scale = 1;
+    float transmission = 0;  // thin-walled
+    TextureRef transmission_texture;
+};
+
+/// Lobes and texture slots that some material of a scene uses. Shaders leave out what is false (engine/tables/needs.h).
+struct MaterialNeeds {
+    bool unlit = false;
+    bool diffuse = false;  // some material scatters diffusely
+    bool glossy = false;   // some material reflects specularly, has a coat or transmits
+    bool clearcoat = false;
+    bool transmission = false;
+    bool specular_color = false;  // some dielectric's specular colour is not white
+    bool emission = false;        // some surface emits light, unlit ones included
+
+    bool base_color_texture = false;
+    bool metallic_roughness_texture = false;
+    bool normal_texture = false;
+    bool emission_texture = false;
+    bool specular_texture = false;
+    bool specular_color_texture = false;
+    bool clearcoat_texture = false;
+    bool clearcoat_roughness_texture = false;
+    bool clearcoat_normal_texture = false;
+    bool transmission_texture = false;
+
+    bool operator==(const MaterialNeeds&) const = default;
+};
+
+/// Returns whether the material emits light by its emission factor; unlit materials do not.
+bool has_emission(const Material& material);
+
+}  // namespace halflight

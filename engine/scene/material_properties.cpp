@@ -1,0 +1,420 @@
+#include "engine/scene/material_properties.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "engine/core/error.h"
+#include "shaders/shared/material.h"
+
+namespace halflight {
+namespace {
+
+using M = Material;
+using N = MaterialNeeds;
+
+constexpr PropertyRange kFraction{0, 1};
+constexpr PropertyRange kNotNegative{.lowest = 0};
+constexpr PropertyRange kNotBelowOne{.lowest = 1};
+constexpr PropertyRange kFinite{};
+
+// --- Predicates on a material -----------------------------------------------------------------------------------
+
+bool always(const M&) {
+    return true;
+}
+bool lit(const M& m) {
+    return !m.unlit;
+}
+bool dielectric(const M& m) {
+    return lit(m) && (m.metallic < 1 || m.metallic_roughness_texture);
+}
+/// Whether something lies under the dielectric's reflection.
+bool base(const M& m) {
+    return dielectric(m) && vec3(m.base_color) != vec3(0);
+}
+bool specular(const M& m) {
+    return dielectric(m) && m.specular > 0;
+}
+bool coated(const M& m) {
+    return lit(m) && m.clearcoat > 0;
+}
+bool transmits(const M& m) {
+    return base(m) && m.transmission > 0;
+}
+
+// --- Packing ----------------------------------------------------------------------------------------------------
+
+/// F0 of the dielectric: ((ior - 1) / (ior + 1))^2.
+vec4 packed_ior(const M& m) {
+    const float r0 = (m.ior - 1) / (m.ior + 1);
+    return vec4(r0 * r0, 0, 0, 0);
+}
+
+vec4 packed_cutoff(const M& m) {
+    const float cutoff = m.alpha_mode == AlphaMode::blend  ? shared::kAlphaBlend
+                         : m.alpha_mode == AlphaMode::mask ? m.alpha_cutoff
+                                                           : 0.0f;
+    return vec4(cutoff, 0, 0, 0);
+}
+
+// --- Rows -------------------------------------------------------------------------------------------------------
+
+const std::array kProperties = {
+    MaterialProperty{.name = "alpha_cutoff",
+                     .field = &M::alpha_cutoff,
+                     .path = "/alphaCutoff",
+                     .range = kNotNegative,
+                     .packing = {5, 0},
+                     .packed = packed_cutoff,
+                     .meaning = "coverage below which alpha mode MASK lets rays pass; packed with the alpha mode"},
+    MaterialProperty{.name = "double_sided",
+                     .field = &M::double_sided,
+                     .path = "/doubleSided",
+                     .range = kFraction,
+                     .meaning = "kept for tools: light transport treats every surface as two-sided"},
+    MaterialProperty{.name = "unlit",
+                     .field = &M::unlit,
+                     .path = "/extensions/KHR_materials_unlit",
+                     .range = kFraction,
+                     .packing = {1, 3},
+                     .shader = "unlit",
+                     .need = &N::unlit,
+                     .meaning = "the base colour is emitted and nothing is reflected"},
+    MaterialProperty{.name = "base_color",
+                     .field = &M::base_color,
+                     .path = "/pbrMetallicRoughness/baseColorFactor",
+                     .range = kFraction,
+                     .packing = {0, 0},
+                     .shader = "base_color",
+                     .meaning = "linear colour of the diffuse lobe and of metals; alpha: coverage"},
+    MaterialProperty{.name = "metallic",
+                     .field = &M::metallic,
+                     .path = "/pbrMetallicRoughness/metallicFactor",
+                     .range = kFraction,
+                     .packing = {2, 0},
+                     .shader = "metallic",
+                     .scales_lobe = true,
+                     .meaning = "share of metal, 0: dielectric"},
+    MaterialProperty{.name = "roughness",
+                     .field = &M::roughness,
+                     .path = "/pbrMetallicRoughness/roughnessFactor",
+                     .range = kFraction,
+                     .packing = {2, 1},
+                     .shader = "roughness",
+                     .meaning = "perceptual roughness: alpha = roughness^2"},
+    MaterialProperty{.name = "normal_scale",
+                     .field = &M::normal_scale,
+                     .path = "/normalTexture/scale",
+                     .range = kFinite,
+                     .packing = {4, 2},
+                     .shader = "normal_scale",
+                     .need = &N::normal_texture,
+                     .meaning = "factor for x and y of the normal map"},
+    MaterialProperty{.name = "emission",
+                     .field = &M::emission,
+                     .path = "/emissiveFactor",
+                     .range = kNotNegative,
+                     .packing = {1, 0},
+                     .shader = "emission",
+                     .need = &N::emission,
+                     .scales_lobe = true,
+                     .animated = AnimatedProperty::emission,
+                     .meaning = "emitted radiance, nits; the file's value times emissiveStrength"},
+    MaterialProperty{.name = "ior",
+                     .field = &M::ior,
+                     .path = "/extensions/KHR_materials_ior/ior",
+                     .range = kNotBelowOne,
+                     .packing = {2, 3},
+                     .shader = "dielectric_f0",
+                     .packed = packed_ior,
+                     .meaning = "index of refraction; packed as ((ior - 1) / (ior + 1))^2"},
+    MaterialProperty{.name = "specular",
+                     .field = &M::specular,
+                     .path = "/extensions/KHR_materials_specular/specularFactor",
+                     .range = kFraction,
+                     .packing = {2, 2},
+                     .shader = "specular",
+                     .scales_lobe = true,
+                     .meaning = "strength of the dielectric's reflection"},
+    MaterialProperty{.name = "specular_color",
+                     .field = &M::specular_color,
+                     .path = "/extensions/KHR_materials_specular/specularColorFactor",
+                     .range = kNotNegative,
+                     .packing = {3, 0},
+                     .shader = "specular_color",
+                     .need = &N::specular_color,
+                     .meaning = "linear colour of the dielectric's reflection at normal incidence"},
+    MaterialProperty{.name = "clearcoat",
+                     .field = &M::clearcoat,
+                     .path = "/extensions/KHR_materials_clearcoat/clearcoatFactor",
+                     .range = kFraction,
+                     .packing = {4, 0},
+                     .shader = "coat",
+                     .need = &N::clearcoat,
+                     .scales_lobe = true,
+                     .meaning = "strength of the coat"},
+    MaterialProperty{.name = "clearcoat_roughness",
+                     .field = &M::clearcoat_roughness,
+                     .path = "/extensions/KHR_materials_clearcoat/clearcoatRoughnessFactor",
+                     .range = kFraction,
+                     .packing = {4, 1},
+                     .shader = "coat_roughness",
+                     .need = &N::clearcoat,
+                     .meaning = "perceptual roughness of the coat"},
+    MaterialProperty{.name = "clearcoat_normal_scale",
+                     .field = &M::clearcoat_normal_scale,
+                     .path = "/extensions/KHR_materials_clearcoat/clearcoatNormalTexture/scale",
+                     .range = kFinite,
+                     .packing = {4, 3},
+                     .shader = "coat_normal_scale",
+                     .need = &N::clearcoat_normal_texture,
+                     .meaning = "factor for x and y of the coat's normal map"},
+    MaterialProperty{.name = "transmission",
+                     .field = &M::transmission,
+                     .path = "/extensions/KHR_materials_transmission/transmissionFactor",
+                     .range = kFraction,
+                     .packing = {3, 3},
+                     .shader = "transmission",
+                     .need = &N::transmission,
+                     .scales_lobe = true,
+                     .meaning = "share of light that a thin wall lets through instead of scattering it diffusely"},
+};
+
+const std::array kTextures = {
+    MaterialTexture{"base_color_texture",
+                    &M::base_color_texture,
+                    "/pbrMetallicRoughness/baseColorTexture",
+                    TextureUse::color,
+                    {{"base_color", "rgb"}},
+                    always,
+                    {5, 1},
+                    &N::base_color_texture,
+                    nullptr,
+                    "TEXTURE_BASE_COLOR",
+                    "base colour textures",
+                    "no material has one"},
+    MaterialTexture{"normal_texture",
+                    &M::normal_texture,
+                    "/normalTexture",
+                    TextureUse::normal_map,
+                    {},
+                    lit,
+                    {5, 3},
+                    &N::normal_texture,
+                    nullptr,
+                    "TEXTURE_NORMAL",
+                    "normal maps",
+                    "no material has one, or no mesh tangents"},
+    MaterialTexture{"metallic_roughness_texture",
+                    &M::metallic_roughness_texture,
+                    "/pbrMetallicRoughness/metallicRoughnessTexture",
+                    TextureUse::data,
+                    {{"roughness", "g"}, {"metallic", "b"}},
+                    lit,
+                    {5, 2},
+                    &N::metallic_roughness_texture,
+                    nullptr,
+                    "TEXTURE_METALLIC_ROUGHNESS",
+                    "metallic-roughness textures",
+                    "no material has one"},
+    MaterialTexture{"emission_texture",
+                    &M::emission_texture,
+                    "/emissiveTexture",
+                    TextureUse::color,
+                    {{"emission", "rgb"}},
+                    has_emission,
+                    {6, 0},
+                    &N::emission_texture,
+                    &N::emission,
+                    "TEXTURE_EMISSION",
+                    "emission textures",
+                    "no material that glows has one"},
+    MaterialTexture{"specular_texture",
+                    &M::specular_texture,
+                    "/extensions/KHR_materials_specular/specularTexture",
+                    TextureUse::data,
+                    {{"specular", "a"}},
+                    specular,
+                    {6, 1},
+                    &N::specular_texture,
+                    &N::glossy,
+                    "TEXTURE_SPECULAR",
+                    "specular textures",
+                    "no material has one"},
+    MaterialTexture{"specular_color_texture",
+                    &M::specular_color_texture,
+                    "/extensions/KHR_materials_specular/specularColorTexture",
+                    TextureUse::color,
+                    {{"specular_color", "rgb"}},
+                    specular,
+                    {6, 2},
+                    &N::specular_color_texture,
+                    &N::specular_color,
+                    "TEXTURE_SPECULAR_COLOR",
+                    "specular colour textures",
+                    "no material has one"},
+    MaterialTexture{"clearcoat_texture",
+                    &M::clearcoat_texture,
+                    "/extensions/KHR_materials_clearcoat/clearcoatTexture",
+                    TextureUse::data,
+                    {{"coat", "r"}},
+                    coated,
+                    {7, 0},
+                    &N::clearcoat_texture,
+                    &N::clearcoat,
+                    "TEXTURE_CLEARCOAT",
+                    "coat textures",
+                    "no coat has one"},
+    MaterialTexture{"clearcoat_roughness_texture",
+                    &M::clearcoat_roughness_texture,
+                    "/extensions/KHR_materials_clearcoat/clearcoatRoughnessTexture",
+                    TextureUse::data,
+                    {{"coat_roughness", "g"}},
+                    coated,
+                    {7, 1},
+                    &N::clearcoat_roughness_texture,
+                    &N::clearcoat,
+                    "TEXTURE_CLEARCOAT_ROUGHNESS",
+                    "coat roughness textures",
+                    "no coat has one"},
+    MaterialTexture{"clearcoat_normal_texture",
+                    &M::clearcoat_normal_texture,
+                    "/extensions/KHR_materials_clearcoat/clearcoatNormalTexture",
+                    TextureUse::normal_map,
+                    {},
+                    coated,
+                    {7, 2},
+                    &N::clearcoat_normal_texture,
+                    &N::clearcoat,
+                    "TEXTURE_CLEARCOAT_NORMAL",
+                    "coat normal maps",
+                    "no coat has one, or no mesh tangents"},
+    MaterialTexture{"transmission_texture",
+                    &M::transmission_texture,
+                    "/extensions/KHR_materials_transmission/transmissionTexture",
+                    TextureUse::data,
+                    {{"transmission", "r"}},
+                    transmits,
+                    {6, 3},
+                    &N::transmission_texture,
+                    &N::transmission,
+                    "TEXTURE_TRANSMISSION",
+                    "transmission textures",
+                    "no material has one"},
+};
+
+const std::array kLobes = {
+    MaterialLobe{"unlit surfaces", &N::unlit, "UNLIT", "no material is unlit", [](const M& m) { return m.unlit; },
+                 &N::emission},
+    MaterialLobe{"diffuse lobe", &N::diffuse, "DIFFUSE", "no material has a diffuse component",
+                 [](const M& m) { return base(m) && (m.transmission < 1 || m.transmission_texture); }, nullptr},
+    MaterialLobe{"glossy lobe", &N::glossy, "GLOSSY", "no material has a specular, coat or transmission component",
+                 [](const M& m) { return (lit(m) && m.metallic > 0) || specular(m); }, nullptr},
+    MaterialLobe{"clearcoat", &N::clearcoat, "CLEARCOAT", "no material has a coat", coated, &N::glossy},
+    MaterialLobe{"transmission", &N::transmission, "TRANSMISSION", "no material transmits light", transmits,
+                 &N::glossy},
+    MaterialLobe{"specular colour", &N::specular_color, "SPECULAR_COLOR", "every dielectric reflects white",
+                 [](const M& m) { return specular(m) && (m.specular_color != vec3(1) || m.specular_color_texture); },
+                 &N::glossy},
+    MaterialLobe{"emission", &N::emission, "EMISSION", "no surface glows", has_emission, nullptr},
+};
+
+std::string range_text(const PropertyRange& range) {
+    const bool below = std::isinf(range.lowest), above = std::isinf(range.highest);
+    if (!below && !above) return fmt::format("is outside [{}, {}]", range.lowest, range.highest);
+    return below ? "is not finite" : fmt::format("is below {} or not finite", range.lowest);
+}
+
+}  // namespace
+
+bool has_emission(const Material& material) {
+    return lit(material) && glm::any(glm::greaterThan(material.emission, vec3(0)));
+}
+
+std::span<const MaterialProperty> material_properties() {
+    return kProperties;
+}
+
+std::span<const MaterialTexture> material_textures() {
+    return kTextures;
+}
+
+std::span<const MaterialLobe> material_lobes() {
+    return kLobes;
+}
+
+int material_rows() {
+    static const int rows = [] {
+        int last = kNone;
+        for (const MaterialProperty& property : kProperties) last = std::max(last, property.packing.row);
+        for (const MaterialTexture& texture : kTextures) last = std::max(last, texture.packing.row);
+        return last + 1;
+    }();
+    return rows;
+}
+
+int component_count(const MaterialField& field) {
+    return std::holds_alternative<vec3 M::*>(field) ? 3 : std::holds_alternative<vec4 M::*>(field) ? 4 : 1;
+}
+
+vec4 value_of(const Material& material, const MaterialField& field) {
+    return std::visit(
+        [&]<class T>(T M::*member) {
+            const T& value = material.*member;
+            if constexpr (std::is_same_v<T, vec3>)
+                return vec4(value, 0);
+            else if constexpr (std::is_same_v<T, vec4>)
+                return value;
+            else
+                return vec4(static_cast<float>(value), 0, 0, 0);
+        },
+        field);
+}
+
+void set_value(Material& material, const MaterialField& field, const vec4& value) {
+    std::visit(
+        [&]<class T>(T M::*member) {
+            if constexpr (std::is_same_v<T, bool>)
+                material.*member = value.x != 0;
+            else if constexpr (std::is_same_v<T, float>)
+                material.*member = value.x;
+            else
+                material.*member = T(value);
+        },
+        field);
+}
+
+vec4 packed_value(const Material& material, const MaterialProperty& property) {
+    if (material.unlit && property.scales_lobe) return vec4(0);
+    return property.packed ? property.packed(material) : value_of(material, property.field);
+}
+
+std::string range_error(const MaterialProperty& property, const vec4& value) {
+    for (int i = 0; i < component_count(property.field); ++i) {
+        if (value[i] >= property.range.lowest && value[i] <= property.range.highest && std::isfinite(value[i]))
+            continue;
+        return fmt::format("{} {}", value[i], range_text(property.range));
+    }
+    return {};
+}
+
+void set_property(Material& material, std::string_view name, std::span<const float> values, std::string_view subject) {
+    const auto found = std::ranges::find(kProperties, name, &MaterialProperty::name);
+    if (found == kProperties.end()) throw Error(subject, "materials have no property '{}'", name);
+    const auto count = static_cast<std::size_t>(component_count(found->field));
+    if (values.size() != count) throw Error(subject, "{} takes {} numbers, not {}", name, count, values.size());
+    vec4 value(0);
+    for (std::size_t i = 0; i < count; ++i) value[static_cast<int>(i)] = values[i];
+    if (const std::string why = range_error(*found, value); !why.empty()) throw Error(subject, "{}: {}", name, why);
+    set_value(material, found->field, value);
+}
+
+void complete(MaterialNeeds& needs) {
+    for (const MaterialTexture& texture : kTextures)
+        if (needs.*texture.need && texture.implies) needs.*texture.implies = true;
+    for (const MaterialLobe& lobe : kLobes)
+        if (needs.*lobe.need && lobe.implies) needs.*lobe.implies = true;
+}
+
+}  // namespace halflight

@@ -1,0 +1,113 @@
+// The table of material properties: one row per property, texture and lobe. It drives glTF reading, schema and
+// animation pointers (engine/io/gltf), validation, edits by name, the packing for the GPU (engine/tables), the
+// unpacking in shaders/lib/material_properties.glsl and the tables of docs/materials.md. The last two are text that
+// tests/unit/test_material_properties.cpp compares with this table, and rewrites on request.
+#pragma once
+
+#include <limits>
+#include <span>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "engine/scene/animation.h"
+#include "engine/scene/material.h"
+
+namespace halflight {
+
+/// The member of Material that holds a property.
+using MaterialField = std::variant<float Material::*, vec3 Material::*, vec4 Material::*, bool Material::*>;
+
+/// Inclusive; an infinite bound admits every finite number on its side.
+struct PropertyRange {
+    float lowest = -std::numeric_limits<float>::infinity();
+    float highest = std::numeric_limits<float>::infinity();
+};
+
+/// A component of a material's rows in UNIT_MATERIALS (RGBA32F).
+struct MaterialPacking {
+    int row = kNone;    // kNone: not packed
+    int component = 0;  // 0 to 3: the first one of the property
+};
+
+/// A property whose default is its member's value in Material{}.
+struct MaterialProperty {
+    const char* name;     // the member of Material; names the property in edits and messages
+    MaterialField field;  //
+    const char* path;     // JSON pointer within a glTF material; an extension alone: true where it is present
+    PropertyRange range = {};
+    MaterialPacking packing = {};
+    const char* shader = "";              // the member of GLSL's struct Material; "": it has none
+    bool MaterialNeeds::*need = nullptr;  // shaders read the property only where this holds; null: always
+    bool scales_lobe = false;             // packed as 0 for unlit materials
+    AnimatedProperty animated = AnimatedProperty::surface;  // what a pointer to it drives
+    vec4 (*packed)(const Material&) = nullptr;              // what the rows hold; null: the member
+    const char* meaning = "";                               // for docs/materials.md
+};
+
+enum class TextureUse : std::uint8_t {
+    color,       // sRGB, decoded to linear
+    data,        // linear
+    normal_map,  // linear, in tangent space
+};
+
+/// A texture channel that multiplies a property.
+struct TexturedProperty {
+    const char* shader = "";    // member of GLSL's struct Material
+    const char* channels = "";  // GLSL swizzle of the texel
+};
+
+/// A texture slot.
+struct MaterialTexture {
+    const char* name;  // the member of Material
+    TextureRef Material::*field;
+    const char* path;  // JSON pointer of the textureInfo within a glTF material
+    TextureUse use;
+    std::vector<TexturedProperty> multiplies;  // empty for normal maps
+    bool (*matters)(const Material&);          // whether the texture can change the material's look
+    MaterialPacking packing;                   // of the slot: a word (shaders/shared/word.h)
+    bool MaterialNeeds::*need;
+    bool MaterialNeeds::*implies;  // the lobe that the texture belongs to; null: any
+    const char* define;            // macro after HALFLIGHT_
+    const char* label;             // name of the need
+    const char* fact;              // what holds where the need is false
+};
+
+/// A lobe, or another feature of materials that shaders leave out where no material has it.
+struct MaterialLobe {
+    const char* label;  // name of the need
+    bool MaterialNeeds::*need;
+    const char* define;                // macro after HALFLIGHT_
+    const char* fact;                  // what holds where the need is false
+    bool (*present)(const Material&);  // whether a material has the lobe
+    bool MaterialNeeds::*implies;      // a need that comes with it and implies none itself; null: none
+};
+
+std::span<const MaterialProperty> material_properties();
+/// Those that tangents depend on come early: of more than two sets of texture coordinates the first two are kept.
+std::span<const MaterialTexture> material_textures();
+std::span<const MaterialLobe> material_lobes();
+
+/// Returns the number of rows (RGBA32F texels) per material.
+int material_rows();
+
+/// Returns the number of components: 1, 3 or 4.
+int component_count(const MaterialField& field);
+/// Returns the components of a property; flags are 0 or 1, components that it does not have are 0.
+vec4 value_of(const Material& material, const MaterialField& field);
+void set_value(Material& material, const MaterialField& field, const vec4& value);
+/// Returns what the rows hold of a property; components that it does not have are 0.
+vec4 packed_value(const Material& material, const MaterialProperty& property);
+
+/// Returns why the value is none of the property's ("2 is outside [0, 1]"), or an empty text.
+std::string range_error(const MaterialProperty& property, const vec4& value);
+
+/// Sets the property `name` ("roughness"). Throws Error about `subject`: no such property, a number of values other
+/// than its components, a value outside its range.
+void set_property(Material& material, std::string_view name, std::span<const float> values, std::string_view subject);
+
+/// Adds what follows from the needs: a texture needs its lobe, a coat the glossy lobes.
+void complete(MaterialNeeds& needs);
+
+}  // namespace halflight

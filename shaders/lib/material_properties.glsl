@@ -1,0 +1,156 @@
+// Written by tests/unit/test_material_properties.cpp from the table of engine/scene/material_properties.cpp. To write it
+// anew after a change of the table: HALFLIGHT_REWRITE=1 build/tests/test_material_properties
+//
+// Unpacks the rows of materials (UNIT_MATERIALS, RGBA32F), kMaterialStride texels for each of Scene::materials. A slot is
+// a word (word.h): the index of a descriptor (texture.h), or kNoTexture. Needs shaders/scene_tables.glsl.
+//
+//   row 0  base_color.rgba
+//   row 1  emission.rgb, unlit
+//   row 2  metallic, roughness, specular, ior
+//   row 3  specular_color.rgb, transmission
+//   row 4  clearcoat, clearcoat_roughness, normal_scale, clearcoat_normal_scale
+//   row 5  alpha_cutoff, slot of base_color_texture, slot of metallic_roughness_texture, slot of normal_texture
+//   row 6  slot of emission_texture, slot of specular_texture, slot of specular_color_texture, slot of transmission_texture
+//   row 7  slot of clearcoat_texture, slot of clearcoat_roughness_texture, slot of clearcoat_normal_texture
+#include "shaders/lib/texture.glsl"
+#include "shaders/shared/word.h"
+
+const int kMaterialStride = 8;
+
+vec4 material_row(uint material, int row) {
+    return texelFetch(scene_materials, int(material) * kMaterialStride + row);
+}
+
+float packed_alpha_cutoff(uint material) { return material_row(material, 5).x; }
+float packed_unlit(uint material) { return material_row(material, 1).w; }
+vec4 packed_base_color(uint material) { return material_row(material, 0).rgba; }
+float packed_metallic(uint material) { return material_row(material, 2).x; }
+float packed_roughness(uint material) { return material_row(material, 2).y; }
+float packed_normal_scale(uint material) { return material_row(material, 4).z; }
+vec3 packed_emission(uint material) { return material_row(material, 1).rgb; }
+float packed_ior(uint material) { return material_row(material, 2).w; }
+float packed_specular(uint material) { return material_row(material, 2).z; }
+vec3 packed_specular_color(uint material) { return material_row(material, 3).rgb; }
+float packed_clearcoat(uint material) { return material_row(material, 4).x; }
+float packed_clearcoat_roughness(uint material) { return material_row(material, 4).y; }
+float packed_clearcoat_normal_scale(uint material) { return material_row(material, 4).w; }
+float packed_transmission(uint material) { return material_row(material, 3).w; }
+
+uint base_color_texture_slot(uint material) { return word_of_float(material_row(material, 5).y); }
+uint normal_texture_slot(uint material) { return word_of_float(material_row(material, 5).w); }
+uint metallic_roughness_texture_slot(uint material) { return word_of_float(material_row(material, 5).z); }
+uint emission_texture_slot(uint material) { return word_of_float(material_row(material, 6).x); }
+uint specular_texture_slot(uint material) { return word_of_float(material_row(material, 6).y); }
+uint specular_color_texture_slot(uint material) { return word_of_float(material_row(material, 6).z); }
+uint clearcoat_texture_slot(uint material) { return word_of_float(material_row(material, 7).x); }
+uint clearcoat_roughness_texture_slot(uint material) { return word_of_float(material_row(material, 7).y); }
+uint clearcoat_normal_texture_slot(uint material) { return word_of_float(material_row(material, 7).z); }
+uint transmission_texture_slot(uint material) { return word_of_float(material_row(material, 6).w); }
+
+// Properties that no material of the scene needs are constants, which the compiler folds.
+struct Material {
+    bool unlit;
+    vec3 base_color;
+    float metallic;
+    float roughness;
+    float normal_scale;
+    vec3 emission;
+    float dielectric_f0;
+    float specular;
+    vec3 specular_color;
+    float coat;
+    float coat_roughness;
+    float coat_normal_scale;
+    float transmission;
+    vec3 normal;       // n: normal-mapped, on the side of n_g, bent towards wo
+    vec3 coat_normal;  // n_k
+    bool bent;         // wo does not see n as it was, or n_k where there is a coat
+};
+
+// Returns the factors; the normals are the caller's.
+Material load_material(uint material) {
+    Material m;
+#ifdef HALFLIGHT_UNLIT
+    m.unlit = packed_unlit(material) != 0.0;
+#else
+    m.unlit = false;
+#endif
+    m.base_color = packed_base_color(material).rgb;
+    m.metallic = packed_metallic(material);
+    m.roughness = packed_roughness(material);
+#ifdef HALFLIGHT_TEXTURE_NORMAL
+    m.normal_scale = packed_normal_scale(material);
+#else
+    m.normal_scale = 1.0;
+#endif
+#ifdef HALFLIGHT_EMISSION
+    m.emission = packed_emission(material);
+#else
+    m.emission = vec3(0.0, 0.0, 0.0);
+#endif
+    m.dielectric_f0 = packed_ior(material);
+    m.specular = packed_specular(material);
+#ifdef HALFLIGHT_SPECULAR_COLOR
+    m.specular_color = packed_specular_color(material);
+#else
+    m.specular_color = vec3(1.0, 1.0, 1.0);
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+    m.coat = packed_clearcoat(material);
+#else
+    m.coat = 0.0;
+#endif
+#ifdef HALFLIGHT_CLEARCOAT
+    m.coat_roughness = packed_clearcoat_roughness(material);
+#else
+    m.coat_roughness = 0.0;
+#endif
+#ifdef HALFLIGHT_TEXTURE_CLEARCOAT_NORMAL
+    m.coat_normal_scale = packed_clearcoat_normal_scale(material);
+#else
+    m.coat_normal_scale = 1.0;
+#endif
+#ifdef HALFLIGHT_TRANSMISSION
+    m.transmission = packed_transmission(material);
+#else
+    m.transmission = 0.0;
+#endif
+    return m;
+}
+
+// Multiplies the factors by their textures, normal maps apart.
+void multiply_textures(inout Material m, uint material, vec2 uv0, vec2 uv1) {
+#ifdef HALFLIGHT_TEXTURE_BASE_COLOR
+    vec4 base_color_texture = color_texture(base_color_texture_slot(material), uv0, uv1);
+    m.base_color *= base_color_texture.rgb;
+#endif
+#ifdef HALFLIGHT_TEXTURE_METALLIC_ROUGHNESS
+    vec4 metallic_roughness_texture = data_texture(metallic_roughness_texture_slot(material), uv0, uv1);
+    m.roughness *= metallic_roughness_texture.g;
+    m.metallic *= metallic_roughness_texture.b;
+#endif
+#ifdef HALFLIGHT_TEXTURE_EMISSION
+    vec4 emission_texture = color_texture(emission_texture_slot(material), uv0, uv1);
+    m.emission *= emission_texture.rgb;
+#endif
+#ifdef HALFLIGHT_TEXTURE_SPECULAR
+    vec4 specular_texture = data_texture(specular_texture_slot(material), uv0, uv1);
+    m.specular *= specular_texture.a;
+#endif
+#ifdef HALFLIGHT_TEXTURE_SPECULAR_COLOR
+    vec4 specular_color_texture = color_texture(specular_color_texture_slot(material), uv0, uv1);
+    m.specular_color *= specular_color_texture.rgb;
+#endif
+#ifdef HALFLIGHT_TEXTURE_CLEARCOAT
+    vec4 clearcoat_texture = data_texture(clearcoat_texture_slot(material), uv0, uv1);
+    m.coat *= clearcoat_texture.r;
+#endif
+#ifdef HALFLIGHT_TEXTURE_CLEARCOAT_ROUGHNESS
+    vec4 clearcoat_roughness_texture = data_texture(clearcoat_roughness_texture_slot(material), uv0, uv1);
+    m.coat_roughness *= clearcoat_roughness_texture.g;
+#endif
+#ifdef HALFLIGHT_TEXTURE_TRANSMISSION
+    vec4 transmission_texture = data_texture(transmission_texture_slot(material), uv0, uv1);
+    m.transmission *= transmission_texture.r;
+#endif
+}
