@@ -6,17 +6,12 @@
 #include <string>
 #include <vector>
 
+#include "engine/core/stopwatch.h"
 #include "tools/measure/bench/method.h"
 
 namespace halflight::bench {
 
-struct Seconds {
-    double wall = 0;
-    double cpu = 0;  // of the process, all threads
-};
-/// CPU time of this process so far, all threads.
-double cpu_seconds();
-/// Of f() and all GL work that it starts.
+/// Returns how long f() and all GL work that it starts take.
 Seconds time_of(const std::function<void()>& f);
 
 struct MethodResult {

@@ -117,7 +117,7 @@ class Process {
 
   private:
     pid_t id_ = -1;
-    Stopwatch watch_;
+    CpuStopwatch watch_;
 };
 
 std::string last_line(const std::filesystem::path& file) {

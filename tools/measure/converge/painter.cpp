@@ -29,7 +29,7 @@ class GlPainter final : public Painter {
         settings_.culling = method == Method::compute  ? rays::Culling::compute
                             : method == Method::raster ? rays::Culling::raster
                                                        : rays::Culling::off;
-        const Stopwatch preparing;
+        const CpuStopwatch preparing;
         renderer_.emplace(scene_, colors_, settings_);
         preparation_ = preparing.seconds();
     }
@@ -64,7 +64,7 @@ class GlPainter final : public Painter {
             renderer.render(elsewhere);
         }
         std::exception_ptr stopped;
-        const Stopwatch rendering;
+        const CpuStopwatch rendering;
         RenderResult result = renderer.render(frame, [&](const RenderProgress&) {
             try {
                 pulse();
@@ -107,7 +107,7 @@ class GlPainter final : public Painter {
 class OraclePainter final : public Painter {
   public:
     OraclePainter(const Scene& scene, const View& view) : view_(view) {
-        const Stopwatch preparing;
+        const CpuStopwatch preparing;
         scene_.emplace(scene);
         preparation_ = preparing.seconds();
     }
@@ -115,7 +115,7 @@ class OraclePainter final : public Painter {
     /// In portions of about a tenth of a second, so that it ends in time and can be stopped.
     Painted paint(const Budget& budget, std::uint32_t seed, const Pulse& pulse) override {
         constexpr double kPortion = 0.1;  // seconds
-        const Stopwatch watch;
+        const CpuStopwatch watch;
         PictureSums sums(view_.width, view_.height);
         std::uint64_t non_finite = 0;
         int portion = 1;

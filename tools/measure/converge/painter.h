@@ -1,37 +1,21 @@
 // Who makes pictures: the engine, by whichever way of tracing, and the oracle.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <vector>
 
 #include "engine/color/color.h"
+#include "engine/core/stopwatch.h"
 #include "engine/device/prepared_scene.h"
 #include "engine/gpu/context.h"
 #include "engine/reference/reference.h"
 #include "renderer/render.h"
-#include "tools/measure/bench/measure.h"
 #include "tools/measure/converge/picture.h"
 #include "tools/measure/converge/plan.h"
 
 namespace halflight::converge {
-
-using bench::Seconds;
-
-/// Of this process, all threads.
-class Stopwatch {
-  public:
-    Seconds seconds() const {
-        const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - wall_;
-        return {wall.count(), bench::cpu_seconds() - cpu_};
-    }
-
-  private:
-    std::chrono::steady_clock::time_point wall_ = std::chrono::steady_clock::now();
-    double cpu_ = bench::cpu_seconds();
-};
 
 /// Of the picture that all methods make.
 struct View {

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
 
 #include "engine/core/error.h"
@@ -125,8 +124,7 @@ Halves continue_halves(const std::filesystem::path& path, std::uint64_t fingerpr
             note(error.what());
         }
     };
-    using Clock = std::chrono::steady_clock;
-    Clock::time_point last = Clock::now();
+    Stopwatch since_saved;
     try {
         for (;;) {
             const int half = halves[1].samples < halves[0].samples ? 1 : 0;
@@ -135,9 +133,9 @@ Halves continue_halves(const std::filesystem::path& path, std::uint64_t fingerpr
             const auto count = std::min<std::int64_t>(portion.largest, samples_of_each - sums.samples);
             sums.add(more(half, sums.samples, static_cast<int>(count)));
             progress(static_cast<double>(held() - before) / static_cast<double>(2 * samples_of_each - before));
-            if (std::chrono::duration<double>(Clock::now() - last).count() > portion.save_every) {
+            if (since_saved.seconds() > portion.save_every) {
                 save();
-                last = Clock::now();
+                since_saved = {};
             }
         }
     } catch (...) {
@@ -165,7 +163,7 @@ Reference make_reference(const ReferenceOrder& order, const Scene& scene, const 
     reference.file = reference_path(order.folder, reference.fingerprint);
 
     std::int64_t made = 0;
-    const Stopwatch watch;
+    const CpuStopwatch watch;
     const auto counted = [&](int half, std::int64_t first, int count) {
         const Picture picture = source.add(half, first, count);
         if (picture.non_finite > 0)
