@@ -9,7 +9,7 @@
 #include <regex>
 #include <set>
 
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 
 namespace halflight::test {
 namespace {
@@ -122,9 +122,10 @@ TEST_F(Converge, OtherRenderersAreMethods) {
     // The program stands in for another renderer: its pictures equal those of `plain`, except for the precision of
     // .exr.
     const std::string again =
-        "again=" HALFLIGHT_PROGRAM
+        "again=sh -c '\"$@\" && echo \"{\\\"seconds\\\": 2, \\\"cpu_seconds\\\": 4}\"' sh " HALFLIGHT_PROGRAM
         " render {scene} {output} --samples {samples} --seed {seed} --width {width} --height {height}"
-        " --bounces {bounces} --camera {camera} --quiet && echo '{\"seconds\": 2, \"cpu_seconds\": 4}'";
+        " --bounces {bounces} --camera {camera} --quiet --device " +
+        test_device();
     const Outcome outcome = converge(
         {"--samples", "1,2", "--seeds", "2", "--method", "plain", "--reference-samples", "64", "--external", again});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -156,9 +157,64 @@ TEST_F(Converge, RefusesRenderersThatCannotRun) {
     const std::string copy = "a=cp x {samples} {seed} {output}";
     refused(2, {"--external", copy, "--filter", "blackman-harris"}, "--filter");
     refused(1, {"--quiet", "--external", copy, "--env", "1,1,1"}, "a: its command lacks {environment}");
-    refused(1, {"--quiet", "--external", copy, "--look-from", "0,0,1", "--look-at", "0,0,0"}, "this one has none");
-    refused(1, {"--quiet", "--external", "a=echo no such scene >&2; false {samples} {seed} {output}"},
-            "a: exit status 1; it says: no such scene");
+    refused(1, {"--quiet", "--external", copy, "--look-from", "0,0,1", "--look-at", "0,0,0"},
+            "a: its command lacks {look-from} or {look-at}, and the camera has no name");
+    refused(1, {"--quiet", "--external", "a=ls /no/such/scene {samples} {seed} {output}"},
+            "a: exit status 2; it says: ls: ");
+}
+
+TEST_F(Converge, OtherRenderersTakeCamerasOfTheCommandLine) {
+    const std::string again =
+        "again=" HALFLIGHT_PROGRAM
+        " render {scene} {output} --samples {samples} --seed {seed} --width {width} --height {height}"
+        " --bounces {bounces} --look-from={look-from} --look-at={look-at} --vfov={vfov} --quiet"
+        " --device " +
+        test_device();
+    const Json json = report_of({"--samples", "4", "--seeds", "1", "--method", "plain", "--reference-samples", "16",
+                                 "--look-from", "0.5,1.5,3", "--look-at", "0,1,0", "--vfov", "50", "--external", again},
+                                {});
+    const double plain = json["methods"][0]["points"][0]["mse"]["value"],
+                 other = json["methods"][1]["points"][0]["mse"]["value"];
+    EXPECT_NEAR(plain, other, 1e-4 * plain);
+}
+
+TEST_F(Converge, NamesInScenesAreNeverExecuted) {
+    const std::filesystem::path before = std::filesystem::current_path();
+    std::filesystem::current_path(folder.path);
+    const std::string text = read_text(copy_room(folder.path));
+    for (const std::string& name : {"x'; id > pwned; '", "$(id > pwned)", "`id > pwned`; id > pwned"}) {
+        const std::string scene = name + ".gltf";
+        write_text(scene, std::regex_replace(text, std::regex("\"front\""), "\"" + name + "\""));
+        const Outcome outcome = run_program(
+            {"converge",
+             scene,
+             "-o",
+             out,
+             "--width",
+             "8",
+             "--height",
+             "8",
+             "--cache",
+             "cache",
+             "--samples",
+             "1",
+             "--seeds",
+             "1",
+             "--method",
+             "plain",
+             "--reference-samples",
+             "2",
+             "--camera",
+             name,
+             "--external",
+             "again=" HALFLIGHT_PROGRAM " render {scene} {output} --samples {samples} --seed {seed} --width {width} "
+             "--height {height} --camera {camera} --quiet --device " +
+                 test_device()});
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(report()["camera"], "'" + name + "' of the scene");
+        EXPECT_FALSE(std::filesystem::exists("pwned")) << name;
+    }
+    std::filesystem::current_path(before);
 }
 
 TEST_F(Converge, BiasIsFlagged) {

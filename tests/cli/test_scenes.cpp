@@ -11,7 +11,7 @@
 #include <set>
 
 #include "engine/core/math.h"
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 
 namespace halflight::test {
 namespace {

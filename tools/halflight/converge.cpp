@@ -135,7 +135,7 @@ void run_converge(const ConvergeArguments& a) {
     const auto note = [&](const std::string& line) { console.note("{}", line); };
     std::unique_ptr<Painter> other;
     if (!a.plan.external.name.empty()) {
-        other = external_painter(a.plan.external, {a.scene, camera.name, scene.environment}, subject.view);
+        other = external_painter(a.plan.external, {a.scene, scene.environment}, subject.view);
         other->paint({1, 0}, 1, pulse);  // a command that fails does so before a long reference
     }
     const Reference reference =

@@ -29,7 +29,7 @@ inline bool uses_gl(Method method) {
     return method != Method::oracle && method != Method::external;
 }
 
-/// A command for the shell; its placeholders are those of external.h.
+/// Another renderer; external.h lists the placeholders of its command.
 struct External {
     std::string name;
     std::string command;
