@@ -188,6 +188,10 @@ TEST_F(Refusal, FullStandardOutput) {
 
 TEST_F(Refusal, NoDevice) {
     expect_render({"--device", "abacus"}, 1, ".*abacus.*");
+    const std::string usual = test_device();
+    ASSERT_EQ(setenv("HALFLIGHT_TEST_DEVICE", "counting frame", 1), 0);
+    expect_render({}, 1, ".*no OpenGL 4.5 context for device 'counting frame'.*");
+    ASSERT_EQ(setenv("HALFLIGHT_TEST_DEVICE", usual.c_str(), 1), 0);
     expect_render({}, 1, ".*", {.environment = {"__EGL_VENDOR_LIBRARY_DIRS=" + folder.path.string()}});
 }
 

@@ -54,7 +54,7 @@ TEST_F(Converge, ClampShowsAsBias) {
     EXPECT_TRUE(plain["biases"].empty());
     ASSERT_EQ(clamped["biases"].size(), 1u);
     EXPECT_NE(clamped["biases"][0].get<std::string>().find("clamped to a luminance of 0.02"), std::string::npos);
-    EXPECT_NE(read_text(out + "/report.html").find("Biased on purpose"), std::string::npos);
+    EXPECT_NE(read_text(out + "/report.html").find("Biased on request"), std::string::npos);
     const Json& bias = clamped["methods"][0]["points"][1]["relative_bias"];
     EXPECT_LT(bias["value"].get<double>() + bias["half_width"].get<double>(), -0.02);
     EXPECT_EQ(clamped["reference"]["samples_found"], 512) << "a reference is never clamped";
@@ -143,6 +143,12 @@ TEST_F(Converge, OtherRenderersAreMethods) {
     const std::string page = read_text(out + "/report.html");
     EXPECT_NE(page.find("again is the command"), std::string::npos);
     EXPECT_NE(page.find("Time to the same error off the edges of lights"), std::string::npos);
+    EXPECT_NE(page.find("Agreement of again with plain"), std::string::npos);
+    ASSERT_EQ(json["agreements"].size(), 1u);
+    EXPECT_EQ(json["agreements"][0]["agrees"], true);
+    EXPECT_EQ(json["agreements"][0]["blocks"].size(), 4u);
+    EXPECT_LT(std::abs(json["agreements"][0]["difference"].get<double>()), 1e-5);
+    EXPECT_NEAR(json["methods"][1]["points"][1]["paths_per_second"]["value"].get<double>(), 32 * 32 * 2 / 4.0, 1e-6);
 }
 
 TEST_F(Converge, RefusesRenderersThatCannotRun) {
@@ -161,6 +167,25 @@ TEST_F(Converge, RefusesRenderersThatCannotRun) {
             "a: its command lacks {look-from} or {look-at}, and the camera has no name");
     refused(1, {"--quiet", "--external", "a=ls /no/such/scene {samples} {seed} {output}"},
             "a: exit status 2; it says: ls: ");
+}
+
+TEST_F(Converge, FailsWhereAgreementIsRequiredAndMissing) {
+    const std::string direct = "direct='" HALFLIGHT_PROGRAM
+                               "' render {scene} {output} --samples {samples} --seed {seed} "
+                               "--width {width} --height {height} --camera {camera} --bounces 1 --quiet --device " +
+                               test_device();
+    const Strings arguments{
+        "--samples",           "4",          "--seeds", "2", "--method", "plain", "--reference-samples", "16",
+        "--require-agreement", "--external", direct};
+    const Outcome outcome = converge(arguments);
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("direct does not agree with plain: The mean differs by -"), std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(report()["agreements"][0]["agrees"], false) << "the report is written all the same";
+    EXPECT_EQ(converge({"--require-agreement", "--samples", "1"}).status, 2);
+    Strings one = arguments;
+    one[3] = "1";
+    EXPECT_EQ(converge(one).status, 2) << "one seed tells no noise";
 }
 
 TEST_F(Converge, OtherRenderersTakeCamerasOfTheCommandLine) {
@@ -266,8 +291,8 @@ TEST_F(Converge, ReportsThePilotsChoice) {
     ASSERT_EQ(pilots.size(), 1u) << "nothing was left open by the other one";
     const std::string line = pilots[0];
     EXPECT_TRUE(
-        std::regex_match(line, std::regex("Of .*reuse=auto,camera=auto,.* a pilot has made .*reuse=(off|[0-9]+),"
-                                          "camera=[0-9]+,shadow=[0-9]+,.*")))
+        std::regex_match(line, std::regex("A pilot has chosen .*reuse=(off|[0-9]+),camera=[0-9]+,shadow=[0-9]+,.* for "
+                                          ".*reuse=auto,camera=auto,.*")))
         << line;
     EXPECT_NE(outcome.err.find(line), std::string::npos) << outcome.err;
 }

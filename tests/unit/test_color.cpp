@@ -250,6 +250,7 @@ TEST(Color, EnvironmentVariableIsUsedOrAnError) {
 
 TEST(Color, ConfigsOfOtherProjects) {
     if (!fs::exists(kConfigs)) GTEST_SKIP() << kConfigs << " is not there";
+    int loaded = 0;
     for (const auto& entry : fs::directory_iterator(kConfigs)) {
         if (entry.path().extension() != ".ocio") continue;
         SCOPED_TRACE(entry.path());
@@ -263,6 +264,7 @@ TEST(Color, ConfigsOfOtherProjects) {
                     EXPECT_NE(processor.gpu_shader().glsl.find("vec4 ocio_view(vec4 pixel)"), std::string::npos);
                 }
             EXPECT_TRUE(config.linear_space("ACEScg").chromaticities);
+            ++loaded;
         } catch (const Error& e) {
             const std::string error = e.what();
             EXPECT_NE(error.find("ocio-v2.3"), std::string::npos) << error;
@@ -271,6 +273,7 @@ TEST(Color, ConfigsOfOtherProjects) {
             std::cout << "refused, as it should be: " << error << "\n";
         }
     }
+    EXPECT_GT(loaded, 0);
 }
 
 /// Returns a config in `folder` with two LUT views: a 3D table that swaps red and blue, and a 1D table that halves.

@@ -172,8 +172,10 @@ TEST_F(EnvironmentMap, MapsOfOtherProjects) {
     if (!fs::exists(kAssets / "env"))
         GTEST_SKIP() << kAssets / "env"
                      << " is not there";
+    int whole = 0, truncated = 0;
     for (const auto& entry : fs::directory_iterator(kAssets / "env")) {
         if (entry.path().extension() != ".hdr") continue;
+        ++whole;
         SceneReport report;
         const Environment e = load_environment(entry.path(), report);
         EXPECT_EQ(e.map.width, 1024) << entry.path();
@@ -184,10 +186,13 @@ TEST_F(EnvironmentMap, MapsOfOtherProjects) {
     }
     for (const auto& entry : fs::directory_iterator(kAssets / "bad/truncated")) {
         if (entry.path().extension() != ".hdr") continue;
+        ++truncated;
         SceneReport report;
         const std::string error = error_message([&] { load_environment(entry.path(), report); });
         EXPECT_NE(error.find("truncated"), std::string::npos) << entry.path() << ": " << error;
     }
+    EXPECT_GT(whole, 0);
+    EXPECT_GT(truncated, 0);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What stands and hangs in the atrium.
+// The furnishing of the atrium.
 #include <array>
 #include <cmath>
 

@@ -20,7 +20,7 @@ int index(CityMaterial material) {
 /// How a facade's windows look.
 struct Windows {
     CityMaterial wall;
-    double wide, high, sill;  // of the cell's width; metres; metres above the floor
+    double wide, high, sill;  // share of the cell's width; metres; metres above the floor
     double recess;            // metres
     bool balconies;
 };

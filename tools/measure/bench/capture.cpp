@@ -28,7 +28,7 @@ using shared::Ray;
 
 constexpr std::uint32_t kConnectionsPerBlock = 16 * 16 * 16;  // groups, points, receivers
 
-/// What is read back of one run.
+/// Data read back from one run.
 struct Shot {
     graph::BufferHandle rays;
     PathList list;          // optional
@@ -157,7 +157,7 @@ RaySet second_bounce(Studio& studio) {
     });
 }
 
-/// Of a purely diffuse look.
+/// Returns the rays of a scene with purely diffuse materials.
 RaySet connection_rays(Studio& studio, const ivec2& size) {
     const std::uint32_t across = (static_cast<std::uint32_t>(size.x) + 15) / 16;
     const std::uint32_t blocks = across * ((static_cast<std::uint32_t>(size.y) + 15) / 16);

@@ -15,7 +15,7 @@ using shared::Ray;
 constexpr std::size_t kGrain = 256;  // rays a task takes: one 16x16 block of pixels
 using Paths = std::span<const std::uint32_t>;
 
-/// What a chunk of rays is traced with.
+/// Arguments of the call that traces a chunk of rays.
 struct Job {
     RTCScene scene;
     mutable RTCIntersectContext context;

@@ -39,7 +39,7 @@ constexpr std::array kVariants{
     Variant{"auto", rays::Culling::automatic},         Variant{"raster", rays::Culling::raster}};
 constexpr const Variant& kPlain = kVariants[1];
 
-/// What all variants render.
+/// Inputs that all variants share.
 struct Subject {
     Subject(const gpu::Context& context, const Scene& scene, const TraceTables& t, const rays::PackedScene& p,
             const FrameOrder& order)

@@ -11,7 +11,7 @@
 namespace halflight::converge {
 namespace {
 
-constexpr int kManySamples = 1 << 24;  // where the time decides
+constexpr int kManySamples = 1 << 24;  // more than any budget of seconds allows
 
 class GlPainter final : public Painter {
   public:
@@ -55,7 +55,7 @@ class GlPainter final : public Painter {
         frame.time_limit = budget.seconds;
         frame.seed = seed;
         renderer.forget("pictures are independent of each other, and so are their times");
-        // Of a longer picture, later samples would bring the cache nothing.
+        // Only the first samples of a picture fill the cache.
         for (int done = 0; done < warm_up_; done += kCachedSamples) {
             FrameSettings elsewhere = settings_;
             elsewhere.camera = aside(settings_.camera);
@@ -76,7 +76,7 @@ class GlPainter final : public Painter {
         Painted painted;
         painted.time = rendering.seconds();
         if (stopped) std::rethrow_exception(stopped);
-        // Compiling is one thread's work.
+        // Compilation runs on one thread.
         painted.time.wall -= result.stats.compile_seconds;
         painted.time.cpu = std::max(painted.time.cpu - result.stats.compile_seconds, 0.0);
         painted.picture.beauty = rgb(result.beauty);
@@ -87,12 +87,12 @@ class GlPainter final : public Painter {
         return {std::move(painted), std::move(result.stats)};
     }
 
-    /// By a 20th of the scene's diagonal, and turned by 20 degrees.
+    /// Returns the camera moved by a 20th of the scene's diagonal and turned by 20 degrees.
     Camera aside(Camera camera) const {
         const Bounds& box = scene_.tables().bounds;
-        const double way = box.empty() ? 0 : 0.05 * glm::length(dvec3(box.upper - box.lower));
-        camera.camera_to_world =
-            glm::rotate(glm::translate(camera.camera_to_world, dvec3(way, 0, 0)), glm::radians(20.0), dvec3(0, 1, 0));
+        const double distance = box.empty() ? 0 : 0.05 * glm::length(dvec3(box.upper - box.lower));
+        camera.camera_to_world = glm::rotate(glm::translate(camera.camera_to_world, dvec3(distance, 0, 0)),
+                                             glm::radians(20.0), dvec3(0, 1, 0));
         return camera;
     }
 
@@ -112,7 +112,7 @@ class OraclePainter final : public Painter {
         preparation_ = preparing.seconds();
     }
 
-    /// In portions of about a tenth of a second, so that it ends in time and can be stopped.
+    /// Renders portions of about a tenth of a second, so that it ends in time and can be stopped.
     Painted paint(const Budget& budget, std::uint32_t seed, const Pulse& pulse) override {
         constexpr double kPortion = 0.1;  // seconds
         const CpuStopwatch watch;

@@ -17,13 +17,13 @@ using Maker = ReferenceOrder::Maker;
 constexpr std::uint64_t kOracleSeed = std::uint64_t{1} << 40;  // beyond the seeds of methods, which have 32 bits
 constexpr std::uint32_t kGlSeed = kSeedsOfMethods;
 
-/// A picture of this size shows what its maker makes of a scene, and takes no time.
+/// Returns the view of a small picture, which identifies a renderer's code and takes little time.
 View probe_view(View view) {
     view.width = view.height = 8;
     return view;
 }
 
-/// What makes samples, and the portions that suit it.
+/// A renderer of samples, and the size of its portions.
 struct Samples {
     AddSamples add;
     Picture probe;
@@ -32,7 +32,7 @@ struct Samples {
 };
 
 Samples oracle_source(const ReferenceScene& scene, const View& view, const Pulse& pulse) {
-    // Portions of some ten thousand paths: a second or so.
+    // Portions of some ten thousand paths take about a second.
     const int largest = std::max(1, static_cast<int>(200000 / (std::int64_t{view.width} * view.height)));
     const auto add = [&scene, view, pulse](int half, std::int64_t first, int count) {
         pulse();
@@ -42,7 +42,7 @@ Samples oracle_source(const ReferenceScene& scene, const View& view, const Pulse
     return {add, oracle_samples(scene, probe_view(view), kOracleSeed, 0, 4), {.largest = largest}, "oracle"};
 }
 
-/// Pictures of a seed each: samples of one picture are stratified among themselves, so that ranges of one sequence
+/// Renders each portion with a seed of its own: samples of one picture are stratified, so that ranges of one sequence
 /// would not be independent.
 Samples gl_source(PreparedScene& scene, const ColorConfig& colors, const View& view, const Pulse& pulse) {
     const auto painter = [&](const View& v) { return gl_painter(scene, colors, v, Method::compute); };
@@ -54,7 +54,7 @@ Samples gl_source(PreparedScene& scene, const ColorConfig& colors, const View& v
 }
 
 bool is_rec709(const Chromaticities& c) {
-    constexpr double kRounding = 1e-6;  // of the file's floats
+    constexpr double kRounding = 1e-6;  // rounding of the file's floats
     const auto near = [](const dvec2& a, const dvec2& b) { return glm::distance(a, b) < kRounding; };
     return near(c.red, kRec709.red) && near(c.green, kRec709.green) && near(c.blue, kRec709.blue) &&
            near(c.white, kRec709.white);
@@ -72,7 +72,7 @@ Reference read_reference(const std::filesystem::path& path, const View& view) {
     };
     Reference reference;
     reference.maker = path.string();
-    reference.reason = "it was asked for; its own noise is not known and counts as error of the methods";
+    reference.reason = "it was asked for; its noise is not known and counts as error of the methods";
     reference.file = path;
     reference.halves_differ = false;
     reference.mean.beauty = exr.image(planes(""));
@@ -120,7 +120,7 @@ Halves continue_halves(const std::filesystem::path& path, std::uint64_t fingerpr
         try {
             save_halves(path, fingerprint, halves);
             saved = held();
-        } catch (const Error& error) {  // what is made can be used all the same
+        } catch (const Error& error) {  // the samples can be used nevertheless
             note(error.what());
         }
     };
