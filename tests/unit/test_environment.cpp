@@ -1,6 +1,5 @@
 // Tests environment maps: values, orientation, repair, and damaged files.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "engine/io/files.h"
 #include "engine/io/radiance.h"
 #include "tests/support/error_message.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight {
 namespace {
@@ -35,7 +35,8 @@ class EnvironmentMap : public testing::Test {
         return load_environment(path_, report_);
     }
 
-    fs::path path_ = fs::path(testing::TempDir()) / fmt::format("halflight-environment-{}", getpid());
+    const TemporaryFolder folder_;
+    const fs::path path_ = folder_ / "map";
     SceneReport report_;
 };
 

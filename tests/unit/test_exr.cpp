@@ -9,7 +9,6 @@
 #include <ImfVersion.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <bit>
 #include <cmath>
@@ -22,6 +21,7 @@
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "tests/support/error_message.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight {
 namespace {
@@ -30,18 +30,10 @@ namespace fs = std::filesystem;
 
 class Exr : public testing::Test {
   protected:
-    void SetUp() override {
-        folder_ = fs::path(testing::TempDir()) / fmt::format("halflight-exr-{}", getpid());
-        fs::remove_all(folder_);
-        fs::create_directories(folder_);
-        path_ = folder_ / "image.exr";
-    }
-    void TearDown() override { fs::remove_all(folder_); }
+    std::size_t entries() const { return folder_.entries().size(); }
 
-    std::size_t entries() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
-
-    fs::path folder_;
-    fs::path path_;
+    const TemporaryFolder folder_;
+    const fs::path path_ = folder_ / "image.exr";
 };
 
 Image noise(int width, int height, int channels, unsigned seed = 1) {

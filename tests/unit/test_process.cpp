@@ -84,6 +84,7 @@ TEST(Process, CommandsAreSplitAsAShellQuotesThem) {
     EXPECT_EQ(split_command(R"('a b' "c d" e\ f '' "")"), (Strings{"a b", "c d", "e f", "", ""}));
     EXPECT_EQ(split_command(R"(a'b'"c"\'d)"), Strings{"abc'd"});
     EXPECT_EQ(split_command(R"("a \" \\ \n $x" '\')"), (Strings{R"(a " \ \n $x)", "\\"}));
+    EXPECT_EQ(split_command("a \\\n b\\\nc \"d\\\ne\" 'f\\\ng'"), (Strings{"a", "bc", "de", "f\\\ng"}));
     EXPECT_EQ(split_command("a | b; c > $(d)"), (Strings{"a", "|", "b;", "c", ">", "$(d)"}));
     EXPECT_EQ(error_message([] { split_command("a 'b"); }), "a 'b: has a ' that is not closed");
     EXPECT_EQ(error_message([] { split_command("a \"b'"); }), "a \"b': has a \" that is not closed");

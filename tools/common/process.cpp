@@ -123,6 +123,10 @@ std::vector<std::string> split_command(std::string_view line) {
     bool outside = true;  // between two arguments
     for (std::size_t i = 0; i < line.size(); ++i) {
         const char c = line[i];
+        if (quote != '\'' && line.substr(i, 2) == "\\\n") {  // continues the line
+            ++i;
+            continue;
+        }
         if (!quote && std::string_view(" \t\n").find(c) != std::string_view::npos) {
             outside = true;
             continue;

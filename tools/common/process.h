@@ -64,7 +64,8 @@ class Spool {
 };
 
 /// Splits a command line into arguments at its blanks, as a POSIX shell quotes them: 'as it stands', "with \" and \\",
-/// and \ before any other character. Nothing is expanded. Throws Error where a quote is not closed.
+/// and \ before any other character; \ at the end of a line continues it. Nothing is expanded. Throws Error where a
+/// quote is not closed.
 std::vector<std::string> split_command(std::string_view line);
 
 /// Returns the last line of `text` that is not blank, without trailing blanks; empty if there is none.

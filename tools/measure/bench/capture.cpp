@@ -224,11 +224,7 @@ void complete(RaySet& set, const Kind& kind, float diagonal) {
 }  // namespace
 
 const std::vector<std::string>& ray_kinds() {
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> n;
-        for (const Kind& kind : kKinds) n.emplace_back(kind.name);
-        return n;
-    }();
+    static const std::vector<std::string> names = names_of(kKinds);
     return names;
 }
 

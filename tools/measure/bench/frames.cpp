@@ -225,11 +225,7 @@ Camera moved(const Camera& camera, const TraceTables& tables, int view) {
 }  // namespace
 
 const std::vector<std::string>& variant_names() {
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> n;
-        for (const Variant& variant : kVariants) n.emplace_back(variant.name);
-        return n;
-    }();
+    static const std::vector<std::string> names = names_of(kVariants);
     return names;
 }
 

@@ -178,11 +178,7 @@ constexpr std::array kMethods{
 }  // namespace
 
 const std::vector<std::string>& method_names() {
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> n;
-        for (const Entry& method : kMethods) n.emplace_back(method.name);
-        return n;
-    }();
+    static const std::vector<std::string> names = names_of(kMethods);
     return names;
 }
 

@@ -43,4 +43,12 @@ struct Answers {
 ///   mixed       shadow rays of the scene as it is, with all its lights
 const std::vector<std::string>& ray_kinds();
 
+/// Returns the member `name` of each element.
+template <class List>
+std::vector<std::string> names_of(const List& list) {
+    std::vector<std::string> names;
+    for (const auto& element : list) names.emplace_back(element.name);
+    return names;
+}
+
 }  // namespace halflight::bench

@@ -13,16 +13,22 @@ namespace {
 
 constexpr int kManySamples = 1 << 24;  // more than any budget of seconds allows
 
+/// Sets what the settings of both renderers have in common.
+template <class Settings>
+void set_view(Settings& settings, const View& view) {
+    settings.width = view.width;
+    settings.height = view.height;
+    settings.camera = view.camera;
+    settings.bounces = view.bounces;
+    settings.filter = view.filter;
+}
+
 class GlPainter final : public Painter {
   public:
     GlPainter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method, float clamp,
               const Preview& preview, int warm_up)
         : scene_(scene), colors_(colors), warm_up_(preview.cache ? warm_up : 0) {
-        settings_.width = view.width;
-        settings_.height = view.height;
-        settings_.camera = view.camera;
-        settings_.bounces = view.bounces;
-        settings_.filter = view.filter;
+        set_view(settings_, view);
         settings_.clamp = clamp;
         settings_.preview = preview;
         settings_.aovs.assign(kComponents.begin(), kComponents.end());
@@ -156,11 +162,7 @@ std::unique_ptr<Painter> oracle_painter(const Scene& scene, const View& view) {
 
 Picture oracle_samples(const ReferenceScene& scene, const View& view, std::uint64_t seed, int first, int count) {
     ReferenceSettings settings;
-    settings.width = view.width;
-    settings.height = view.height;
-    settings.camera = view.camera;
-    settings.bounces = view.bounces;
-    settings.filter = view.filter;
+    set_view(settings, view);
     settings.seed = seed;
     settings.first_sample = first;
     settings.samples = count;
