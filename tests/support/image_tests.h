@@ -43,8 +43,8 @@ struct ZTest {
     double relative_error = 0;       // standard error of relative_difference, channels taken as fully correlated
 };
 
-/// Tests means of `block` x `block` pixels; the last row and column of blocks may be smaller. z is normal for single
-/// pixels of about 64 samples with light tails, for blocks with fewer.
+/// Tests means of `block` x `block` pixels; the last row and column of blocks may be smaller. z is about normal for
+/// single pixels of at least 64 samples with light tails.
 ZTest compare_means(const Estimate& a, const Estimate& b, int block = 1);
 ZTest compare_means(const Estimate& a, const Exact& b, int block = 1);
 

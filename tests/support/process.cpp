@@ -58,7 +58,7 @@ Ends make_terminal() {
     return {Descriptor(master, "terminal"), Descriptor(slave, "terminal")};
 }
 
-/// Appends what can be read; false at the end. (A terminal whose other side has gone says EIO.)
+/// Appends bytes that can be read; returns false at the end, which is EIO for a terminal.
 bool read_some(int fd, std::string& text) {
     std::array<char, 4096> buffer;
     const ssize_t count = read(fd, buffer.data(), buffer.size());

@@ -20,8 +20,8 @@ int add_quad(Scene& scene, int material, const vec3& p, const vec3& u, const vec
 /// Adds an axis-aligned box that faces outwards.
 int add_box(Scene& scene, int material, const vec3& lower, const vec3& upper);
 
-/// Returns a box of 2 units about the origin, open towards +Z, with red and green walls, two blocks, a light under the
-/// ceiling and a camera; `tall` is the material of the tall block.
+/// Returns a box of 2 units about the origin, open towards +Z. It has red and green walls, two blocks, the taller one
+/// of material `tall`, a light under the ceiling and a camera.
 Scene cornell_box(const Material& tall = diffuse_material(vec3(0.73f)));
 
 }  // namespace halflight::test

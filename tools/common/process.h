@@ -63,8 +63,8 @@ class Spool {
     std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
 };
 
-/// Splits a command line into arguments at its blanks, as a POSIX shell quotes them: 'as it stands', "with \" and \\",
-/// and \ before any other character; \ at the end of a line continues it. Nothing is expanded. Throws Error where a
+/// Splits a command line into arguments at its blanks, with the quotes of a POSIX shell: 'as it stands', "with \" and
+/// \\", \ before any other character. A \ at the end of a line continues it. Nothing is expanded. Throws Error where a
 /// quote is not closed.
 std::vector<std::string> split_command(std::string_view line);
 

@@ -1,5 +1,5 @@
 // Measures rays per second of the engine's tracers and of others on the rays of real frames, interleaved in one
-// process: all of `halflight-bench` and `halflight bench` except for errors of the command line.
+// process. Contains all of `halflight-bench` and `halflight bench` except for errors of the command line.
 #pragma once
 
 #include <functional>

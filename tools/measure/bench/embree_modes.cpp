@@ -32,7 +32,7 @@ struct Job {
             answers.hits[path] = {t, u, v, first_triangle[instance] + primitive, instance};
         }
     }
-    /// t_far: -inf says that something was met.
+    /// A t_far of -inf marks a hit.
     void answer_any(std::uint32_t path, float t_far) const {
         const Ray& ray = set.rays[path];
         answers.occluded[path] = t_far < 0 && ray.t_max >= ray.t_min ? shared::kOccluded : shared::kFree;

@@ -35,7 +35,7 @@ struct FrameOrder {
 struct Series {
     std::string variant;
     std::vector<Seconds> frames;
-    /// Times of the passes that serve a ray batch, by frame; the key is the batch's RayKind, preceded by "later" for
+    /// Times of the passes that serve a ray batch, by frame. The key is the batch's RayKind, preceded by "later" for
     /// all but the first batch of that kind in a frame.
     std::map<std::string, std::vector<Seconds>> batches;
     std::vector<rays::BatchStatistics> chosen;  // statistics of the last frame

@@ -1,6 +1,7 @@
-// A usual shader ray tracer, as a yardstick: a binary tree of boxes and the triangles in storage buffers, one thread per
-// ray in the order of the picture's rows, a stack, near child first (if-if of Aila and Laine 2009). Triangles are
-// intersected by Moeller and Trumbore 1997. Like such tracers it is neither watertight nor written for software drivers.
+// A usual shader ray tracer, as a yardstick: a binary tree of boxes and the triangles in storage buffers. One thread per
+// ray, in the order of the picture's rows, traverses it by a stack, near child first (if-if of Aila and Laine 2009).
+// Triangles are intersected by Moeller and Trumbore 1997. Like such tracers it is not watertight, and not written for
+// software drivers.
 //
 // Variants:
 //   HALFLIGHT_ANY_HIT

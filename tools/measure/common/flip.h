@@ -14,8 +14,8 @@ inline constexpr double kPixelsPerDegree = 67;
 /// counts as 0. Images have 1 (grey), 3 or 4 channels; alpha is ignored. Precondition: same size, ppd > 0.
 Image flip_map(const Image& image, const Image& reference, double pixels_per_degree = kPixelsPerDegree);
 
-/// Exposures of HDR-FLIP in stops, about a stop apart: from the one at which the tone curve maps the reference's
-/// largest luminance to 0.85 up to the one at which it maps the median there (2021, section 3).
+/// Exposures of HDR-FLIP in stops, about a stop apart. At the first one the tone curve maps the reference's largest
+/// luminance to 0.85, at the last one the median (2021, section 3).
 struct ExposureRange {
     double first = 0;
     double last = 0;  // >= first

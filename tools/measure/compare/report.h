@@ -14,9 +14,9 @@ std::string table(const Comparison& result, const CompareArguments& arguments, c
 
 nlohmann::ordered_json json(const Comparison& result, const CompareArguments& arguments, const PictureFile& image);
 
-/// Writes an .exr with every map as channels LAYER.METRIC, or a .png with one map in magma: FLIP of the first layer
-/// from 0 to 1, or else the first map from 0 to its 99.9 % quantile. Pixels that are not finite are green. Returns a
-/// description of the map. Throws Error.
+/// Writes an .exr with every map as channels LAYER.METRIC, or a .png with one map in magma. That map is FLIP of the
+/// first layer from 0 to 1, or else the first map from 0 to its 99.9 % quantile. Pixels that are not finite are green.
+/// Returns a description of the map. Throws Error.
 std::string write_map(const std::filesystem::path& path, const Comparison& result);
 
 }  // namespace halflight::compare

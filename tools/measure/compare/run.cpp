@@ -67,7 +67,7 @@ void add_options(CLI::App& app, CompareArguments& a) {
         app.add_option_function<std::string>(option, named, description)->type_name(metavar);
     };
     app.add_option("IMAGE", a.image, "picture: .exr, .png or .hdr")->type_name("")->required();
-    app.add_option("REFERENCE", a.reference, "what it should look like")->type_name("")->required();
+    app.add_option("REFERENCE", a.reference, "picture to compare with")->type_name("")->required();
     value("--metric", "NAME,...", "mse, relmse, flip, max; by default all but max", [&](const std::string& text) {
         a.metrics.clear();
         for (const std::string& part : parts(text)) {

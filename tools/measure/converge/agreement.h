@@ -1,5 +1,5 @@
-// Tells whether two renderers converge to the same picture, from several independent pictures of each: how these
-// scatter gives the noise of every block of pixels, whatever the samplers correlate within one picture.
+// Tests whether two renderers converge to the same picture, from several independent pictures of each. Their scatter
+// gives the noise of every block of pixels, also where samples within one picture are correlated.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ inline constexpr int kBlockSide = 16;  // pixels
 /// Relative difference of two means over pixels and channels.
 struct Difference {
     double relative = 0;        // theirs / ours - 1
-    double standard_error = 0;  // of `relative`, to first order
+    double standard_error = 0;  // standard error of `relative`, to first order
     double freedom = 0;         // degrees of freedom of that error (Welch 1947, Satterthwaite 1946); 0 without noise
 };
 
@@ -31,8 +31,8 @@ struct Block {
 };
 
 struct Agreement {
-    int side = 0;          // of a block, pixels
-    double tolerance = 0;  // of blocks, relative
+    int side = 0;          // side of a block, pixels
+    double tolerance = 0;  // relative tolerance of blocks
     Difference whole;
     std::vector<Block> blocks;   // rows from the top; neither incomplete blocks nor those that are black in either
     std::size_t beyond = 0;      // blocks beyond the tolerance

@@ -17,16 +17,21 @@ struct ExternalScene {
 /// Throws Error where the command has an open quote or lacks {output}, {samples} or {seed}.
 void check_external(const External& external);
 
-/// Runs the command for each picture and reads the file that it writes: channels R, G, B, mean scene-linear radiance
-/// (Rec.709) of the view's pixels. No shell is involved: split_command() makes arguments of the command, and only then
-/// are placeholders replaced inside them:
-/// - {scene}: absolute path of the file; {output}: the .exr to write;
-/// - {environment}: an .exr, equirectangular, u = atan2(d.z, d.x) / 2 pi + 1/2;
-/// - {camera}: the camera's name; {look-from}, {look-at}, {up}: x,y,z of points and direction, world units; {vfov}:
-///   vertical field of view, degrees;
-/// - {samples} per pixel, {seed}, {width} and {height} in pixels, {bounces}, {bounces-1}, {threads} of the machine.
-/// Times that the program prints as a line of JSON, {"seconds": 1.5, "cpu_seconds": 3}, count, each for itself;
-/// otherwise the times of the whole process. The picture has no components, and budgets must be of samples.
+/// Returns a painter that runs the command for each picture and reads the file that it writes: channels R, G, B, mean
+/// scene-linear radiance (Rec.709) of the view's pixels. The picture has no components, and budgets must be of samples.
+///
+/// No shell is involved. split_command() splits the command, and only then placeholders are replaced inside arguments:
+///   {scene} {output}            absolute path of the scene, path of the .exr to write
+///   {environment}               path of an .exr, equirectangular, u = atan2(d.z, d.x) / 2 pi + 1/2
+///   {camera}                    name of the camera
+///   {look-from} {look-at} {up}  pose of the camera as x,y,z; world units
+///   {vfov}                      vertical field of view, degrees
+///   {samples} {seed}            samples per pixel, seed of the picture
+///   {width} {height}            pixels
+///   {bounces} {bounces-1}       reflections along a path, without the first one
+///   {threads}                   hardware threads of the machine
+///
+/// Times that the program prints as a line of JSON, {"seconds": 1.5, "cpu_seconds": 3}, replace those of the process.
 /// paint() throws Error with the last line that the program has printed where it fails or writes no such picture.
 /// Throws Error where the command cannot describe the camera, or takes no {environment} and the scene's is not black.
 std::unique_ptr<Painter> external_painter(const External& external, const ExternalScene& scene, const View& view);

@@ -33,14 +33,14 @@ struct RunResult {
 /// Statistics of one method at one budget, over all seeds.
 struct Point {
     double samples = 0;         // per pixel, mean
-    Seconds time;               // of one picture, mean
+    Seconds time;               // mean time of one picture
     Interval paths_per_second;  // pixels times samples, by the plan's clock
     Interval mse, relative_mse, flip;
     Interval
         off_edges_mse;     // mse over the pixels that no edge of a light crosses (weights_off_edges()); NaN: not known
     Interval blurred_mse;  // mse where picture and reference are blurred (kBlurRadius)
     Interval bias_squared, variance;                      // parts of mse
-    Interval relative_bias;                               // of the picture's mean
+    Interval relative_bias;                               // relative bias of the picture's mean
     double reference_variance = 0;                        // variance of the reference, which no error contains
     double trimmed_mse = 0;                               // mse without the worst kWorstShare of the pixels, mean
     double worst_share = 0;                               // share of the squared error in the worst pixels, [0, 1]
@@ -51,9 +51,9 @@ struct Point {
 /// A part of the frame's passes, and the components of the error that it is responsible for.
 struct Stage {
     std::string name;
-    double seconds = 0;      // of one picture
-    double time_share = 0;   // of all stages, [0, 1]
-    double error_share = 0;  // of the sum of the components' errors, [0, 1]
+    double seconds = 0;      // time in one picture
+    double time_share = 0;   // share in the time of all stages, [0, 1]
+    double error_share = 0;  // share in the sum of the components' errors, [0, 1]
     Interval gain{1, 0};  // factor of the efficiency, 1 / (mse x seconds), if this stage alone took twice the samples
 };
 
@@ -68,11 +68,11 @@ struct MethodResult {
     std::string name;
     Seconds preparation;           // before the first picture
     std::vector<Point> points;     // by budget
-    Slope slope;                   // of log mse against log time
-    Slope slope_by_samples;        // of log mse against log samples
-    Slope slope_trimmed;           // of log trimmed_mse against log time
+    Slope slope;                   // log mse against log time
+    Slope slope_by_samples;        // log mse against log samples
+    Slope slope_trimmed;           // log trimmed_mse against log time
     double efficiency = 0;         // 1 / (mse x seconds) at the largest budget; 0: not known
-    std::vector<PassTime> passes;  // of one more picture of the largest budget; empty for methods without GL
+    std::vector<PassTime> passes;  // times in one more picture of the largest budget; empty for methods without GL
     std::vector<Stage> stages;
     Interval stage_lead{0, std::numeric_limits<double>::infinity()};  // greatest gain minus the second greatest
     std::vector<Finding> findings;
@@ -89,9 +89,10 @@ struct MethodAgreement {
 struct Measurement {
     std::vector<RunResult> runs;  // in the order in which they were made
     std::vector<MethodResult> methods;
-    std::vector<MethodAgreement> agreements;  // of methods that make different pictures; empty for a single seed
+    std::vector<MethodAgreement>
+        agreements;              // one per set of methods that make the same pictures; empty for a single seed
     int pictures_compared = 0;   // pictures of GL methods compared with another method's of the same seed and samples
-    int pictures_different = 0;  // of these, pictures that are not the same bit for bit
+    int pictures_different = 0;  // number of these that differ in any bit
 };
 
 /// Returns the stage that a pass belongs to: 0 camera rays and film, 1 direct light, 2 indirect light.
@@ -115,8 +116,8 @@ std::string text(const Slope& slope);  ///< Returns "none" where it is not known
 std::string text(const MethodAgreement& agreement, const std::vector<MethodResult>& methods);
 
 /// Returns the seconds that a method takes until its mse, interpolated between budgets as in the plot, stays at or
-/// below `mse`: the first budget's seconds where that is below already, infinity where the last one is above.
-/// off_edges: uses off_edges_mse.
+/// below `mse`. These are the first budget's seconds where its mse is below already, and infinity where the last one is
+/// above. off_edges: uses off_edges_mse.
 double seconds_until(const MethodResult& method, double mse, Clock clock, bool off_edges = false);
 
 /// Returns the findings about a method, whose slopes, points and picture must be set.

@@ -21,15 +21,15 @@ class Page {
 
     void markup(const std::string& markup);
     void heading(const std::string& text, int level = 2);
-    /// `style`: "" or "sub", for a line below the title.
+    /// Adds a paragraph; `style` is "" or "sub", for a line below the title.
     void paragraph(const std::string& text, std::string_view style = "");
     void begin_list() { markup("<ul>"); }
-    /// `label` comes before the text, in the colour of `style`: "fine", "open" or "flag".
+    /// Adds an item of a list; `label` precedes the text in the colour of `style`: "fine", "open" or "flag".
     void item(const std::string& text, const std::string& label = "", std::string_view style = "");
     void end_list() { markup("</ul>"); }
-    /// `names`: the second column holds words as well as the first.
+    /// Begins a table; `names` says that the second column contains words like the first.
     void begin_table(const Cells& head, const std::string& caption, bool names = false);
-    /// `rule`: a line above the row sets it apart from those before.
+    /// Adds a row; `rule` draws a line above it.
     void row(const Cells& cells, bool rule = false);
     void end_table() { markup("</tbody></table>"); }
     void begin_figures() { markup("<div class=\"pictures\">"); }

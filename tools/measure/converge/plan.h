@@ -1,4 +1,4 @@
-// Which pictures are rendered, and in which order.
+// Plans which pictures are rendered, and in which order.
 #pragma once
 
 #include <cstdint>
@@ -79,9 +79,9 @@ struct Run {
 inline constexpr std::uint32_t kSeedsOfMethods = 1u << 31;
 
 /// Returns every picture of the plan. Each budget and repeat has its own seed, which all methods share. Seeds count
-/// from the first one, and continue at 1 after the last one below kSeedsOfMethods. A turn is one run of each method;
-/// the order of methods rotates from turn to turn, and each repeat begins with another budget, so that the load of the
-/// machine by other programs affects all methods alike.
+/// from the first one, and continue at 1 after the last one below kSeedsOfMethods. A turn is one run of each method.
+/// The order of methods rotates from turn to turn, and each repeat begins with another budget: the load of the machine
+/// by other programs affects all methods alike.
 std::vector<Run> runs_of(const Plan& plan);
 
 }  // namespace halflight::converge

@@ -27,7 +27,7 @@ struct Reference {
     std::uint64_t fingerprint = 0;  // 0 for a file
     std::int64_t samples = 0;       // per pixel, both halves together; 0: not known
     std::int64_t found = 0;         // number of these samples that earlier runs have made
-    Seconds time;                   // of the samples that this run has made
+    Seconds time;                   // time of the samples that this run has made
     std::array<Picture, 2> halves;  // independent of each other; both are the same for a file
     Picture mean;
     bool halves_differ = true;   // false: the noise of the reference is not known

@@ -87,7 +87,7 @@ Json method_json(const Subject& subject, const Measurement& measured, const Meth
                           {"time_share", s.time_share},
                           {"error_share", s.error_share},
                           {"gain_of_twice_the_samples", interval_json(s.gain)}});
-    Json to_error = Json::object();  // of the largest budget
+    Json to_error = Json::object();  // time to the error at the largest budget
     for (const MethodResult& other : measured.methods) {
         const auto until = [&](const Interval& mse, bool off_edges) {
             return number(seconds_until(m, mse.value, subject.clock, off_edges));
