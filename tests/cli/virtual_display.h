@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "tools/common/process.h"
+#include "engine/core/process.h"
 
 namespace halflight::test {
 

@@ -13,8 +13,8 @@
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/process.h"
 #include "engine/core/stopwatch.h"
-#include "tools/common/process.h"
 
 namespace halflight::test {
 namespace {

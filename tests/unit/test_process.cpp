@@ -6,9 +6,9 @@
 #include <chrono>
 #include <thread>
 
+#include "engine/core/process.h"
 #include "tests/support/error_message.h"
 #include "tests/support/process.h"
-#include "tools/common/process.h"
 
 namespace halflight {
 namespace {

@@ -10,7 +10,7 @@
 #include "engine/core/frames.h"
 #include "engine/core/image.h"
 #include "engine/core/math.h"
-#include "tools/common/process.h"
+#include "engine/core/process.h"
 
 namespace halflight {
 

@@ -8,9 +8,9 @@
 #include <thread>
 
 #include "engine/core/error.h"
+#include "engine/core/process.h"
 #include "engine/core/stopwatch.h"
 #include "engine/io/exr.h"
-#include "tools/common/process.h"
 #include "tools/common/temporary_folder.h"
 
 namespace halflight::converge {

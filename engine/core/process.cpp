@@ -1,4 +1,4 @@
-#include "tools/common/process.h"
+#include "engine/core/process.h"
 
 #include <fcntl.h>
 #include <signal.h>
