@@ -6,14 +6,15 @@
 #include <string>
 #include <vector>
 
+#include "tools/measure/common/clock.h"
+
 namespace CLI {
 class App;
 }
 
 namespace halflight::bench {
 
-/// The clock of all figures. The CPU time of all threads is more reliable on a shared machine.
-enum class Clock { wall, cpu };
+using halflight::Clock;
 
 struct BenchArguments {
     std::vector<std::string> scenes;   // glTF files

@@ -11,7 +11,7 @@ constexpr std::size_t kSettled = 8;  // frames before
 
 std::vector<double> by(Clock clock, const std::vector<Seconds>& seconds) {
     std::vector<double> values;
-    for (const Seconds& s : seconds) values.push_back(clock == Clock::wall ? s.wall : s.cpu);
+    for (const Seconds& s : seconds) values.push_back(halflight::by(clock, s));
     return values;
 }
 

@@ -81,7 +81,7 @@ class Report {
 
   private:
     const char* clock() const { return subject_.clock == Clock::cpu ? "CPU time" : "wall time"; }
-    double time_of(const Point& p) const { return subject_.clock == Clock::cpu ? p.time.cpu : p.time.wall; }
+    double time_of(const Point& p) const { return by(subject_.clock, p.time); }
 
     void summary() {
         double best = 0;

@@ -36,10 +36,6 @@ Image mean_image(const std::vector<Image>& images) {
     return mean;
 }
 
-double by(Clock clock, const Seconds& seconds) {
-    return clock == Clock::wall ? seconds.wall : seconds.cpu;
-}
-
 /// Returns the statistics of one method and budget. Sets the squared errors of its `runs`, which are sorted by repeat.
 Point point_of(const std::vector<RunResult*>& runs, const std::vector<Image>& images, Clock clock,
                const Reference& reference, const Image& relative, const Image& off_edges,

@@ -8,13 +8,11 @@
 #include <vector>
 
 #include "engine/core/statistics.h"
-#include "tools/measure/bench/bench.h"
+#include "tools/measure/common/clock.h"
 #include "tools/measure/converge/agreement.h"
 #include "tools/measure/converge/errors.h"
 
 namespace halflight::converge {
-
-using bench::Clock;
 
 /// Radius of the blur after which errors are measured again, which shows how they are spread over the picture; pixels.
 inline constexpr int kBlurRadius = 2;
