@@ -31,7 +31,8 @@ bool render_with_cycles(const std::filesystem::path& scene, const std::filesyste
         run({"blender", "-b", "--factory-startup", "-P", HALFLIGHT_SOURCE_DIR "/tools/cycles_materials.py", "-P",
              script, "--", scene, output, "--spp", std::to_string(kSamples), "--size", fmt::format("{0}x{0}", kSize),
              "--bounces", std::to_string(kBounces - 1)});
-    return outcome.status == 0 && std::filesystem::exists(output);
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return std::filesystem::exists(output);
 }
 
 void compare(const std::string& name) {
