@@ -207,7 +207,7 @@ TEST_F(Converge, NamesInScenesAreNeverExecuted) {
     const std::filesystem::path before = std::filesystem::current_path();
     std::filesystem::current_path(folder.path);
     const std::string text = read_text(copy_room(folder.path));
-    for (const std::string& name : {"x'; id > pwned; '", "$(id > pwned)", "`id > pwned`; id > pwned"}) {
+    for (const std::string name : {"x'; id > pwned; '", "$(id > pwned)", "`id > pwned`; id > pwned"}) {
         const std::string scene = name + ".gltf";
         write_text(scene, std::regex_replace(text, std::regex("\"front\""), "\"" + name + "\""));
         const Outcome outcome = run_program(

@@ -73,7 +73,7 @@ TEST_F(ExternalTest, NamesAreNeverExecuted) {
     const std::string told = folder / "told";
     const std::string line = command("cp \"$1\" \"$2\"; printf '%s|' \"$1\" \"$6\" \"$7\" > '" + told + "'",
                                      "{environment} {samples} {seed} {camera} '{camera}'");
-    for (const std::string& name :
+    for (const std::string name :
          {"x'; id > pwned; '", "; id > pwned;", "$(id > pwned)", "`id > pwned`", "\"; id > pwned; \"", "| id > pwned",
           "&& id > pwned", "a\nid > pwned", "{output} \\' > pwned"}) {
         scene.file = folder / (std::string(name) + ".exr");
