@@ -1,11 +1,11 @@
 #include "renderer/pilot.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <vector>
 
 #include "engine/core/statistics.h"
+#include "engine/core/stopwatch.h"
 
 namespace halflight {
 namespace {
@@ -144,7 +144,7 @@ Estimator settled(const Estimator& asked, const PilotFigures& figures) {
 void settle_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings) {
     const Estimator asked = scene.estimator();
     if (!leaves_open(asked)) return;
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     const RenderSettings pilot = pilot_settings(settings);
     PilotFigures figures;
     try {
@@ -160,8 +160,7 @@ void settle_estimator(PreparedScene& scene, const ColorConfig& colors, const Ren
     const double scale = double(pilot.width) / double(settings.width);
     figures.plain.emission *= scale;
     figures.tried.emission *= scale;
-    scene.settle(settled(asked, figures),
-                 std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
+    scene.settle(settled(asked, figures), watch.seconds());
 }
 
 }  // namespace halflight

@@ -67,7 +67,7 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
 RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback& progress) {
     State& s = *state_;
     check_settings(frame, s.settings.preview);
-    const State::Clock::time_point start = State::Clock::now();
+    const Stopwatch watch;
     const double compiled_before = s.scene.programs().seconds();
     s.executor.reset_times();
     s.tracer->reset_statistics();
@@ -86,8 +86,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     const auto go_on = [&](std::int64_t all) {
         if (!progress) return true;
         const auto sum = std::accumulate(done.begin(), done.end(), std::int64_t{0});
-        RenderProgress told{static_cast<int>(sum / s.bands), static_cast<int>(all / s.bands),
-                            State::seconds_since(start)};
+        RenderProgress told{static_cast<int>(sum / s.bands), static_cast<int>(all / s.bands), watch.seconds()};
         if (sums_are_there && std::ranges::count(done, done[0]) == s.bands) {
             told.picture = [&](const std::vector<std::string>& aovs) {
                 RenderResult so_far;
@@ -95,7 +94,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
                 own.choose(aovs);
                 s.develop(frame, done, own);
                 s.apply_preview(frame, done, own);
-                s.finish(so_far, own, frame, done, start, compiled_before);
+                s.finish(so_far, own, frame, done, watch, compiled_before);
                 return so_far;
             };
         }
@@ -112,8 +111,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
             with.mattes->clear();
             const Band where = s.band_at(b);
             const double time_left =
-                frame.time_limit > 0 ? std::max((frame.time_limit - State::seconds_since(start)) / (s.bands - b), 1e-9)
-                                     : 0.0;
+                frame.time_limit > 0 ? std::max((frame.time_limit - watch.seconds()) / (s.bands - b), 1e-9) : 0.0;
             int& of_band = done[std::size_t(b)];
             const auto after_sample = [&](int samples, int total) {
                 of_band = samples;
@@ -127,7 +125,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     }
     s.apply_preview(frame, done, film);
     s.scene.context().check("rendering");
-    s.finish(result, film, frame, done, start, compiled_before);
+    s.finish(result, film, frame, done, watch, compiled_before);
     s.told = true;
     if (frame.error && !stats.interrupted) {
         const ErrorEstimate estimate = error.estimate();

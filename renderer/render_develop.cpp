@@ -69,7 +69,7 @@ void Renderer::State::develop(const FrameSettings& frame, std::span<const int> s
 }
 
 void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettings& frame, std::span<const int> samples,
-                             Clock::time_point start, double compiled_before) {
+                             const Stopwatch& watch, double compiled_before) {
     const CompiledBand& first = compiled(0);
     for (const Mattes::Layer& layer : first.mattes->layers())
         if (film.wants({layer.aov}))
@@ -81,7 +81,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
         stats.paths += std::uint64_t(std::min(band.rows, settings.height - b * band.rows)) *
                        std::uint64_t(settings.width) * std::uint64_t(samples[std::size_t(b)]);
     stats.compile_seconds = scene.programs().seconds() - compiled_before;
-    stats.render_seconds = seconds_since(start) - stats.compile_seconds;
+    stats.render_seconds = watch.seconds() - stats.compile_seconds;
     stats.prepare_seconds = scene.seconds();
     stats.hierarchies = scene.hierarchies();
     if (rays::HierarchyCounts& h = stats.hierarchies; told) h = {.kept = h.kept + h.refitted + h.built};

@@ -4,10 +4,6 @@
 
 namespace halflight {
 
-double Renderer::State::seconds_since(Clock::time_point start) {
-    return std::chrono::duration<double>(Clock::now() - start).count();
-}
-
 void Renderer::State::look(const FrameSettings& frame, const SampleView& at) {
     const shared::Frame constants = frame_constants(frame, scene.tables(), at);
     frame_constants_buffer.write(0, sizeof(constants), &constants);
@@ -48,20 +44,20 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
 
 int Renderer::State::render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
                                  const AfterSample& after_sample) {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     for (int done = 1;; ++done) {
         add_sample(frame, where, done - 1, with);
         const bool go_on = after_sample(done, frame.samples);
         if (!go_on || done == frame.samples) return done;
         // Another sample like those so far would end late.
-        if (time_limit > 0 && seconds_since(start) * (done + 1) / done > time_limit) return done;
+        if (time_limit > 0 && watch.seconds() * (done + 1) / done > time_limit) return done;
     }
 }
 
 int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band& where, CompiledBand& with,
                                           double time_limit, const AfterSample& after_sample,
                                           PictureError& picture_error) {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     const int most = std::min(frame.samples / kReplicates, kMostReplicateSamples);
     BandReplicates replicates(where);
     int done = 0;
@@ -78,7 +74,7 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
         const ErrorEstimate estimate = replicates.error(frame.error->metric, each).estimate();
         if (estimate.bound <= frame.error->error) break;
         next = std::min(next_replicate_samples(each, estimate, frame.error->error), most);
-        if (time_limit > 0) next = static_cast<int>(std::min<double>(next, each * time_limit / seconds_since(start)));
+        if (time_limit > 0) next = static_cast<int>(std::min<double>(next, each * time_limit / watch.seconds()));
     }
     picture_error.add(replicates.error(frame.error->metric, each));
     return done;
@@ -86,7 +82,7 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
 
 void Renderer::State::render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,
                                       const std::function<bool()>& after_sample) {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     for (int b = 0; b < bands; ++b) compiled(b).mattes->clear();
     for (int i = 0; i < frame.samples; ++i) {
         for (int b = 0; b < bands; ++b) {
@@ -94,7 +90,7 @@ void Renderer::State::render_in_turns(const FrameSettings& frame, double time_li
             done[std::size_t(b)] = i + 1;
             if (!after_sample()) return;
         }
-        if (time_limit > 0 && seconds_since(start) * (i + 2) / (i + 1) > time_limit) return;
+        if (time_limit > 0 && watch.seconds() * (i + 2) / (i + 1) > time_limit) return;
     }
 }
 

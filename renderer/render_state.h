@@ -2,7 +2,6 @@
 // pictures made of them (render_develop.cpp).
 #pragma once
 
-#include <chrono>
 #include <functional>
 #include <initializer_list>
 #include <memory>
@@ -11,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "engine/core/stopwatch.h"
 #include "engine/graph/compile.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/raster.h"
@@ -53,8 +53,6 @@ struct CompiledBand {
 };
 
 struct Renderer::State {
-    using Clock = std::chrono::steady_clock;
-
     std::unique_ptr<PreparedScene> own;  // or none
     PreparedScene& scene;
     const ColorConfig colors;
@@ -99,7 +97,6 @@ struct Renderer::State {
     SceneView view(graph::Graph& graph, std::uint32_t place);
 
     // render_samples.cpp
-    static double seconds_since(Clock::time_point start);
     /// Constants of the graphs that run next.
     void look(const FrameSettings& frame, const SampleView& at);
     /// Sample number `done` of a picture, from 0.
@@ -132,7 +129,7 @@ struct Renderer::State {
     void develop(const FrameSettings& frame, std::span<const int> samples, Film& film);
     /// Takes the film's pictures, and tells what there is to tell of them and of how they came about.
     void finish(RenderResult& result, Film& film, const FrameSettings& frame, std::span<const int> samples,
-                Clock::time_point start, double compiled_before);
+                const Stopwatch& watch, double compiled_before);
 };
 
 }  // namespace halflight

@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cassert>
-#include <chrono>
 #include <cstring>
 #include <future>
 
+#include "engine/core/stopwatch.h"
 #include "engine/tables/shading_tables.h"
 
 namespace halflight {
@@ -94,8 +94,7 @@ void PreparedScene::settle(const Estimator& piloted, double seconds) {
 }
 
 void PreparedScene::prepare(const Scene& scene) {
-    using Clock = std::chrono::steady_clock;
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     validate(scene);
     object_names_.clear();
     material_names_.clear();
@@ -153,7 +152,7 @@ void PreparedScene::prepare(const Scene& scene) {
         memory_ = std::make_unique<Memory>(Memory{std::move(*made), std::move(packed), std::move(shading)});
     }
     tables_ = std::move(tables);
-    seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
+    seconds_ = watch.seconds();
 }
 
 }  // namespace halflight

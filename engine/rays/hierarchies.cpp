@@ -3,17 +3,15 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstring>
 #include <iterator>
 #include <optional>
 
+#include "engine/core/stopwatch.h"
 #include "engine/rays/refit.h"
 
 namespace halflight::rays {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 std::vector<Corners> corners_of(const TraceTables& tables, const Part& part) {
     std::vector<Corners> corners;
@@ -111,12 +109,12 @@ std::vector<std::uint32_t> triangles_of(const Part& part) {
 }
 
 Hierarchies::Hierarchies(const TraceTables& tables) : parts_(parts_of(tables)), trees_(parts_.size()) {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t i) { trees_[i] = build(tables, parts_[i]); });
     for (std::size_t i = 0; i < parts_.size(); ++i)
         if (parts_[i].moves) shapes_[parts_[i].key] = trees_[i];
     counts_.built = parts_.size();
-    seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
+    seconds_ = watch.seconds();
 }
 
 Hierarchies::Fate Hierarchies::bring(const TraceTables& now, const Part& part, PartTree& tree) const {
@@ -134,7 +132,7 @@ Hierarchies::Fate Hierarchies::bring(const TraceTables& now, const Part& part, P
 }
 
 void Hierarchies::update(const TraceTables& last, const TraceTables& now) {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch watch;
     std::vector<Part> parts = parts_of(now);
     std::vector<PartTree> trees(parts.size());
     std::vector<Fate> fates(parts.size(), Fate::built);
@@ -152,7 +150,7 @@ void Hierarchies::update(const TraceTables& last, const TraceTables& now) {
         ++(fate == Fate::kept ? counts_.kept : fate == Fate::refitted ? counts_.refitted : counts_.built);
     parts_ = std::move(parts);
     trees_ = std::move(trees);
-    seconds_ = std::chrono::duration<double>(Clock::now() - start).count();
+    seconds_ = watch.seconds();
 }
 
 }  // namespace halflight::rays

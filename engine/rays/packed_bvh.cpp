@@ -3,11 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <deque>
 
 #include "engine/core/error.h"
+#include "engine/core/stopwatch.h"
 #include "shaders/shared/bvh.h"
 
 namespace halflight::rays {
@@ -162,13 +162,11 @@ class Packer {
         const std::size_t stride = on_grid() ? shared::kBvhGridTexels : shared::kBvhFloatTexels;
         packed_.nodes.reserve((packed_.node_count + spaces_.size()) * stride);
         for (const Space& space : spaces_) pack_space(space, stride);
-        packed_.build_seconds = hierarchies_.seconds() + std::chrono::duration<double>(Clock::now() - start_).count();
+        packed_.build_seconds = hierarchies_.seconds() + watch_.seconds();
         return std::move(packed_);
     }
 
   private:
-    using Clock = std::chrono::steady_clock;
-
     const std::vector<Part>& parts() const { return hierarchies_.parts(); }
     bool on_grid() const { return packed_.format == NodeFormat::grid; }
 
@@ -312,7 +310,7 @@ class Packer {
         texel[2 + k / 2] |= upper << (16 * (k % 2));
     }
 
-    const Clock::time_point start_ = Clock::now();
+    const Stopwatch watch_;
     const TraceTables& tables_;
     const Hierarchies& hierarchies_;
     PackedScene packed_;

@@ -5,12 +5,11 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
-#include <ctime>
 #include <map>
 #include <optional>
 #include <utility>
 
+#include "engine/core/stopwatch.h"
 #include "engine/gpu/context.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/raster_layout.h"
@@ -236,10 +235,10 @@ class RasterRun final : public CullDevice {
     void stage(double RasterStages::*seconds, F&& f) {
         if (!parts_.settings.measure) return f();
         gpu::finish();
-        const std::clock_t start = std::clock();
+        const double start = cpu_seconds();
         f();
         gpu::finish();
-        statistics_.stages.*seconds += static_cast<double>(std::clock() - start) / CLOCKS_PER_SEC;
+        statistics_.stages.*seconds += cpu_seconds() - start;
     }
 
     /// Binds the program's resources, unless it is the one that was used last.
@@ -398,14 +397,14 @@ graph::BufferHandle RasterCulling::add(graph::Graph& graph, const TraceScene& sc
         pass.write(graph.create_buffer("lists of nodes", {tiles * shared::kRasterList * sizeof(std::uint32_t)}),
                    Access::storage_write);
     pass.execute([=, this, &scene](graph::Resources& r) {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         RasterStatistics& told = statistics(batch.kind, batch.depth);
         RasterMemory& memory = parts_->memories[key_of(batch)];
         if (memory.starts) memory.state.eye = eye_of(memory.starts->read<vec4>());
         RasterRun run(r, scene, *this, batch, targets, any_hit);
         run.keep_starts(memory.starts);
         walk(tree(), memory.state, run, told);
-        told.seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+        told.seconds += watch.seconds();
     });
     return targets.results;
 }

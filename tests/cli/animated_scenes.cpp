@@ -3,7 +3,7 @@
 #include <cmath>
 #include <limits>
 
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 #include "tests/unit/gltf_builder.h"
 
 namespace halflight::test {

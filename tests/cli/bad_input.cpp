@@ -1,8 +1,6 @@
 #include "tests/cli/bad_input.h"
 
 #include <fmt/format.h>
-#include <sys/resource.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <csignal>
@@ -49,17 +47,15 @@ Records& records() {
 
 Records& at_start = records();  // gtest requires it before the first test
 
-void limit() {
-    const auto set = [](int resource, rlim_t value) {
-        const rlimit both{value, value};
-        setrlimit(static_cast<__rlimit_resource_t>(resource), &both);
-    };
-    set(RLIMIT_CPU, static_cast<rlim_t>(kMaxCpuSeconds));
-    set(RLIMIT_CORE, 0);
-#ifndef HALFLIGHT_SANITIZED         // shadow memory takes terabytes of addresses
-    set(RLIMIT_AS, 8 * kMaxBytes);  // also counts address space that the program reserves without using it
+RunOptions limited() {
+    RunOptions options;
+    options.wrapper = {"prlimit", fmt::format("--cpu={}", kMaxCpuSeconds), "--core=0"};
+#ifndef HALFLIGHT_SANITIZED  // shadow memory takes terabytes of addresses
+    // This also counts address space that the program reserves without using it.
+    options.wrapper.push_back(fmt::format("--as={}", 8 * kMaxBytes));
 #endif
-    alarm(120);  // ends a process that waits forever without using the CPU; a busy machine needs less
+    options.most_seconds = 120;  // ends a program that waits forever without using the CPU
+    return options;
 }
 
 Fate fate_of(const Outcome& outcome) {
@@ -87,10 +83,8 @@ std::ostream& operator<<(std::ostream& out, Fate fate) {
 }
 
 Verdict judge(const std::string& name, const std::vector<std::string>& arguments) {
-    RunOptions options;
-    options.in_child = limit;
-    const Outcome outcome = run_program(arguments, options);
-    if (outcome.status == 127) throw std::runtime_error("the program cannot be run");  // set by process.cpp
+    const Outcome outcome = run_program(arguments, limited());
+    if (outcome.status == 127) throw std::runtime_error("the program cannot be run");  // set by prlimit
     Verdict verdict{fate_of(outcome), outcome.err};
     while (verdict.line.ends_with('\n')) verdict.line.pop_back();
     records().add(name, verdict, outcome);

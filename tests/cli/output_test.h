@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "engine/io/exr.h"
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 
 namespace halflight::test {
 

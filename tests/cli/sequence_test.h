@@ -11,7 +11,7 @@
 
 #include "engine/io/exr.h"
 #include "tests/cli/animated_scenes.h"
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 
 namespace halflight::test {
 

@@ -1,13 +1,12 @@
 // Tests refusals of the program: exit status, one clear line, and no files left behind.
 #include <gtest/gtest.h>
 #include <sys/mount.h>
-#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <regex>
 
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 
 namespace halflight::test {
 namespace {
@@ -189,6 +188,10 @@ TEST_F(Refusal, FullStandardOutput) {
 
 TEST_F(Refusal, NoDevice) {
     expect_render({"--device", "abacus"}, 1, ".*abacus.*");
+    const std::string usual = test_device();
+    ASSERT_EQ(setenv("HALFLIGHT_TEST_DEVICE", "counting frame", 1), 0);
+    expect_render({}, 1, ".*no OpenGL 4.5 context for device 'counting frame'.*");
+    ASSERT_EQ(setenv("HALFLIGHT_TEST_DEVICE", usual.c_str(), 1), 0);
     expect_render({}, 1, ".*", {.environment = {"__EGL_VENDOR_LIBRARY_DIRS=" + folder.path.string()}});
 }
 
@@ -196,14 +199,12 @@ TEST_F(Refusal, NoDevice) {
 constexpr int kTooFewBytes = 8192;
 
 TEST_F(Refusal, LimitOfFileSize) {
-    const auto limit = [] {
-        const rlimit size{kTooFewBytes, kTooFewBytes};
-        setrlimit(RLIMIT_FSIZE, &size);
-    };
     // The driver's shader cache must not reach the limit.
     expect({"render", scene, folder / "out.exr", "--width", "64", "--height", "64", "--samples", "1", "--aov", "all",
             "--quiet"},
-           1, ".*out.exr: .*File too large", {.environment = {"MESA_SHADER_CACHE_DISABLE=true"}, .in_child = limit});
+           1, ".*out.exr: .*File too large",
+           {.environment = {"MESA_SHADER_CACHE_DISABLE=true"},
+            .wrapper = {"prlimit", "--fsize=" + std::to_string(kTooFewBytes)}});
 }
 
 TEST_F(Refusal, DiskIsFull) {

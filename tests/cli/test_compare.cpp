@@ -10,7 +10,7 @@
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 #include "tools/measure/common/flip.h"
 
 namespace halflight::test {

@@ -9,7 +9,7 @@
 #include <regex>
 #include <set>
 
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 
 namespace halflight::test {
 namespace {
@@ -54,7 +54,7 @@ TEST_F(Converge, ClampShowsAsBias) {
     EXPECT_TRUE(plain["biases"].empty());
     ASSERT_EQ(clamped["biases"].size(), 1u);
     EXPECT_NE(clamped["biases"][0].get<std::string>().find("clamped to a luminance of 0.02"), std::string::npos);
-    EXPECT_NE(read_text(out + "/report.html").find("Biased on purpose"), std::string::npos);
+    EXPECT_NE(read_text(out + "/report.html").find("Biased on request"), std::string::npos);
     const Json& bias = clamped["methods"][0]["points"][1]["relative_bias"];
     EXPECT_LT(bias["value"].get<double>() + bias["half_width"].get<double>(), -0.02);
     EXPECT_EQ(clamped["reference"]["samples_found"], 512) << "a reference is never clamped";
@@ -122,9 +122,10 @@ TEST_F(Converge, OtherRenderersAreMethods) {
     // The program stands in for another renderer: its pictures equal those of `plain`, except for the precision of
     // .exr.
     const std::string again =
-        "again=" HALFLIGHT_PROGRAM
+        "again=sh -c '\"$@\" && echo \"{\\\"seconds\\\": 2, \\\"cpu_seconds\\\": 4}\"' sh " HALFLIGHT_PROGRAM
         " render {scene} {output} --samples {samples} --seed {seed} --width {width} --height {height}"
-        " --bounces {bounces} --camera {camera} --quiet && echo '{\"seconds\": 2, \"cpu_seconds\": 4}'";
+        " --bounces {bounces} --camera {camera} --quiet --device " +
+        test_device();
     const Outcome outcome = converge(
         {"--samples", "1,2", "--seeds", "2", "--method", "plain", "--reference-samples", "64", "--external", again});
     ASSERT_EQ(outcome.status, 0) << outcome.err;
@@ -142,6 +143,12 @@ TEST_F(Converge, OtherRenderersAreMethods) {
     const std::string page = read_text(out + "/report.html");
     EXPECT_NE(page.find("again is the command"), std::string::npos);
     EXPECT_NE(page.find("Time to the same error off the edges of lights"), std::string::npos);
+    EXPECT_NE(page.find("Agreement of again with plain"), std::string::npos);
+    ASSERT_EQ(json["agreements"].size(), 1u);
+    EXPECT_EQ(json["agreements"][0]["agrees"], true);
+    EXPECT_EQ(json["agreements"][0]["blocks"].size(), 4u);
+    EXPECT_LT(std::abs(json["agreements"][0]["difference"].get<double>()), 1e-4);
+    EXPECT_NEAR(json["methods"][1]["points"][1]["paths_per_second"]["value"].get<double>(), 32 * 32 * 2 / 4.0, 1e-6);
 }
 
 TEST_F(Converge, RefusesRenderersThatCannotRun) {
@@ -156,9 +163,83 @@ TEST_F(Converge, RefusesRenderersThatCannotRun) {
     const std::string copy = "a=cp x {samples} {seed} {output}";
     refused(2, {"--external", copy, "--filter", "blackman-harris"}, "--filter");
     refused(1, {"--quiet", "--external", copy, "--env", "1,1,1"}, "a: its command lacks {environment}");
-    refused(1, {"--quiet", "--external", copy, "--look-from", "0,0,1", "--look-at", "0,0,0"}, "this one has none");
-    refused(1, {"--quiet", "--external", "a=echo no such scene >&2; false {samples} {seed} {output}"},
-            "a: exit status 1; it says: no such scene");
+    refused(1, {"--quiet", "--external", copy, "--look-from", "0,0,1", "--look-at", "0,0,0"},
+            "a: its command lacks {look-from} or {look-at}, and the camera has no name");
+    refused(1, {"--quiet", "--external", "a=ls /no/such/scene {samples} {seed} {output}"},
+            "a: exit status 2; it says: ls: ");
+}
+
+TEST_F(Converge, FailsWhereAgreementIsRequiredAndMissing) {
+    const std::string direct = "direct='" HALFLIGHT_PROGRAM
+                               "' render {scene} {output} --samples {samples} --seed {seed} "
+                               "--width {width} --height {height} --camera {camera} --bounces 1 --quiet --device " +
+                               test_device();
+    const Strings arguments{
+        "--samples",           "4",          "--seeds", "2", "--method", "plain", "--reference-samples", "16",
+        "--require-agreement", "--external", direct};
+    const Outcome outcome = converge(arguments);
+    EXPECT_EQ(outcome.status, 1);
+    EXPECT_NE(outcome.err.find("direct does not agree with plain: The mean differs by -"), std::string::npos)
+        << outcome.err;
+    EXPECT_EQ(report()["agreements"][0]["agrees"], false) << "the report is written all the same";
+    EXPECT_EQ(converge({"--require-agreement", "--samples", "1"}).status, 2);
+    Strings one = arguments;
+    one[3] = "1";
+    EXPECT_EQ(converge(one).status, 2) << "one seed tells no noise";
+}
+
+TEST_F(Converge, OtherRenderersTakeCamerasOfTheCommandLine) {
+    const std::string again =
+        "again=" HALFLIGHT_PROGRAM
+        " render {scene} {output} --samples {samples} --seed {seed} --width {width} --height {height}"
+        " --bounces {bounces} --look-from={look-from} --look-at={look-at} --vfov={vfov} --quiet"
+        " --device " +
+        test_device();
+    const Json json = report_of({"--samples", "4", "--seeds", "1", "--method", "plain", "--reference-samples", "16",
+                                 "--look-from", "0.5,1.5,3", "--look-at", "0,1,0", "--vfov", "50", "--external", again},
+                                {});
+    const double plain = json["methods"][0]["points"][0]["mse"]["value"],
+                 other = json["methods"][1]["points"][0]["mse"]["value"];
+    EXPECT_NEAR(plain, other, 1e-4 * plain);
+}
+
+TEST_F(Converge, NamesInScenesAreNeverExecuted) {
+    const std::filesystem::path before = std::filesystem::current_path();
+    std::filesystem::current_path(folder.path);
+    const std::string text = read_text(copy_room(folder.path));
+    for (const std::string name : {"x'; id > pwned; '", "$(id > pwned)", "`id > pwned`; id > pwned"}) {
+        const std::string scene = name + ".gltf";
+        write_text(scene, std::regex_replace(text, std::regex("\"front\""), "\"" + name + "\""));
+        const Outcome outcome = run_program(
+            {"converge",
+             scene,
+             "-o",
+             out,
+             "--width",
+             "8",
+             "--height",
+             "8",
+             "--cache",
+             "cache",
+             "--samples",
+             "1",
+             "--seeds",
+             "1",
+             "--method",
+             "plain",
+             "--reference-samples",
+             "2",
+             "--camera",
+             name,
+             "--external",
+             "again=" HALFLIGHT_PROGRAM " render {scene} {output} --samples {samples} --seed {seed} --width {width} "
+             "--height {height} --camera {camera} --quiet --device " +
+                 test_device()});
+        EXPECT_EQ(outcome.status, 0) << outcome.err;
+        EXPECT_EQ(report()["camera"], "'" + name + "' of the scene");
+        EXPECT_FALSE(std::filesystem::exists("pwned")) << name;
+    }
+    std::filesystem::current_path(before);
 }
 
 TEST_F(Converge, BiasIsFlagged) {
@@ -210,8 +291,8 @@ TEST_F(Converge, ReportsThePilotsChoice) {
     ASSERT_EQ(pilots.size(), 1u) << "nothing was left open by the other one";
     const std::string line = pilots[0];
     EXPECT_TRUE(
-        std::regex_match(line, std::regex("Of .*reuse=auto,camera=auto,.* a pilot has made .*reuse=(off|[0-9]+),"
-                                          "camera=[0-9]+,shadow=[0-9]+,.*")))
+        std::regex_match(line, std::regex("A pilot has chosen .*reuse=(off|[0-9]+),camera=[0-9]+,shadow=[0-9]+,.* for "
+                                          ".*reuse=auto,camera=auto,.*")))
         << line;
     EXPECT_NE(outcome.err.find(line), std::string::npos) << outcome.err;
 }

@@ -66,6 +66,7 @@ TEST_F(Info, ListsWhatIsLeftOutWithTheBytes) {
     const Outcome lit = run_program({"info", "--needs", "--json", scene, "--env", "0.5,0.5,0.5"});
     ASSERT_EQ(lit.status, 0) << lit.err;
     const auto of_lit = nlohmann::json::parse(lit.out);
+    EXPECT_FALSE(of_lit.at("left_out").empty());
     for (const auto& part : of_lit.at("left_out")) EXPECT_NE(part.at("what"), "environment");
 }
 
@@ -116,6 +117,7 @@ TEST_F(Info, ListsDevices) {
     EXPECT_EQ(text.status, 0) << text.err;
     EXPECT_EQ(std::count(text.out.begin(), text.out.end(), '*'), 1) << text.out;
     const auto devices = nlohmann::json::parse(run_program({"info", "--device", "--json"}).out).at("devices");
+    EXPECT_FALSE(devices.empty());
     for (const auto& device : devices) EXPECT_FALSE(device.at("reason").get<std::string>().empty()) << device;
 }
 

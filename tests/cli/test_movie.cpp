@@ -3,16 +3,13 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdio>
 #include <cstdlib>
-#include <memory>
 #include <regex>
 
 #include "engine/io/png.h"
 #include "tests/cli/animated_scenes.h"
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 
 namespace halflight::test {
 namespace {
@@ -120,8 +117,8 @@ TEST_F(MovieTest, ResumedMoviesAreEqual) {
 TEST_F(MovieTest, WithoutFfmpegNothingIsRendered) {
     const Outcome outcome = run({out("f.#.exr"), "--movie", out("m.mp4"), "--frames", "1-2", "--quiet"});
     EXPECT_EQ(outcome.status, 1);
-    EXPECT_TRUE(
-        std::regex_match(outcome.err, std::regex("halflight: .*m.mp4: cannot be made: there is no ffmpeg in PATH\n")))
+    EXPECT_TRUE(std::regex_match(outcome.err,
+                                 std::regex("halflight: .*m.mp4: cannot be made: ffmpeg: is no program in PATH\n")))
         << outcome.err;
     EXPECT_EQ(files(), Strings{});
 }
@@ -176,25 +173,17 @@ TEST_F(MovieTest, InvalidOptions) {
     refused({"--movie", out("m.mp4"), "--frames", "1", "--aov", "depth"}, "--aov: is for an .exr, .*");
 }
 
-/// Returns the output of a shell command.
-std::string output_of(const std::string& command) {
-    const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(popen(command.c_str(), "r"), pclose);
-    std::string bytes;
-    std::array<char, 4096> buffer;
-    while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), pipe.get()))
-        bytes.append(buffer.data(), count);
-    return bytes;
-}
-
 TEST_F(MovieTest, MadeByTheRealFfmpeg) {
     path = std::getenv("PATH");
-    if (output_of("command -v ffmpeg").empty()) GTEST_SKIP() << "there is no ffmpeg";
+    if (halflight::test::run({"sh", "-c", "command -v ffmpeg"}).status != 0) GTEST_SKIP() << "there is no ffmpeg";
     for (const char* name : {"m.mp4", "m.mov"}) {
         const Outcome outcome = run({out("f.#.png"), "--movie", out(name), "--frames", "1-3"});
         ASSERT_EQ(outcome.status, 0) << outcome.err;
         const std::string expected = expected_input({1, 2, 3});
-        const std::string found = output_of("ffmpeg -loglevel error -i '" + out(name) +
-                                            "' -vf scale=in_color_matrix=bt709 -f rawvideo -pix_fmt rgb24 -");
+        const std::string found =
+            halflight::test::run({"ffmpeg", "-loglevel", "error", "-i", out(name), "-vf", "scale=in_color_matrix=bt709",
+                                  "-f", "rawvideo", "-pix_fmt", "rgb24", "-"})
+                .out;
         ASSERT_EQ(found.size(), expected.size()) << name;
         double difference = 0;
         for (std::size_t i = 0; i < found.size(); ++i)

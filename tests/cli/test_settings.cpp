@@ -3,7 +3,7 @@
 
 #include "engine/core/image_tools.h"
 #include "engine/io/exr.h"
-#include "tests/cli/process.h"
+#include "tests/support/process.h"
 
 namespace halflight::test {
 namespace {

@@ -13,13 +13,13 @@
 #include "engine/io/exr.h"
 #include "engine/io/png.h"
 #include "tests/cli/animated_scenes.h"
-#include "tests/cli/process.h"
 #include "tests/cli/virtual_display.h"
+#include "tests/support/process.h"
 
 namespace halflight::test {
 namespace {
 
-constexpr unsigned kMostSeconds = 240;  // limit for a viewer that hangs
+constexpr int kMostSeconds = 240;  // limit for a viewer that hangs
 
 class View : public testing::Test {
   protected:
@@ -37,7 +37,7 @@ class View : public testing::Test {
     static RunOptions on_display(const std::string& name) {
         RunOptions options;
         options.environment = {fmt::format("DISPLAY={}", name), "LIBGL_ALWAYS_SOFTWARE=1"};
-        options.in_child = [] { alarm(kMostSeconds); };
+        options.most_seconds = kMostSeconds;
         return options;
     }
     /// Runs `halflight view` by a script, in whose lines @ stands for the folder.
@@ -432,13 +432,8 @@ TEST_F(View, AMissingDeviceIsAnError) {
 TEST(ViewWithout, ADisplayIsAnError) {
     TemporaryFolder folder;
     const std::string scene = copy_room(folder.path);
-    RunOptions options;
-    options.in_child = [] {
-        unsetenv("DISPLAY");
-        unsetenv("WAYLAND_DISPLAY");
-        unsetenv("XDG_RUNTIME_DIR");
-        alarm(kMostSeconds);
-    };
+    const RunOptions options{.environment = {"DISPLAY", "WAYLAND_DISPLAY", "XDG_RUNTIME_DIR"},
+                             .most_seconds = kMostSeconds};
     const Outcome outcome = run_program({"view", scene}, options);
     EXPECT_EQ(outcome.status, 1);
     EXPECT_TRUE(outcome.err.starts_with("halflight: window: there is no display: ")) << outcome.err;

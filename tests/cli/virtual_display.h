@@ -1,9 +1,10 @@
 // An X server without a screen, for tests of windows.
 #pragma once
 
-#include <sys/types.h>
-
+#include <optional>
 #include <string>
+
+#include "engine/core/process.h"
 
 namespace halflight::test {
 
@@ -19,7 +20,7 @@ class VirtualDisplay {
     const std::string& why_not() const { return why_not_; }
 
   private:
-    pid_t server_ = -1;
+    std::optional<Process> server_;
     std::string name_;
     std::string why_not_;
 };

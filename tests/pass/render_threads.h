@@ -9,6 +9,7 @@
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"
+#include "tests/support/test_device.h"
 #include "tools/view/render_thread.h"
 
 namespace halflight::view {
@@ -17,14 +18,15 @@ namespace halflight::view {
 class RecordingThread {
   public:
     explicit RecordingThread(double budget = 1e6)
-        : thread_(ColorConfig::load(), {.context = {.device = "software"}, .budget = budget, .changed = [this] {
-                                            const std::lock_guard lock(mutex_);
-                                            changed_ = true;
-                                            const auto newest = thread_.picture();
-                                            if (newest != newest_) published_.push_back(newest);
-                                            newest_ = newest;
-                                            wake_.notify_all();
-                                        }}) {}
+        : thread_(ColorConfig::load(),
+                  {.context = {.device = test::test_device()}, .budget = budget, .changed = [this] {
+                       const std::lock_guard lock(mutex_);
+                       changed_ = true;
+                       const auto newest = thread_.picture();
+                       if (newest != newest_) published_.push_back(newest);
+                       newest_ = newest;
+                       wake_.notify_all();
+                   }}) {}
 
     RenderThread& operator*() { return thread_; }
     RenderThread* operator->() { return &thread_; }

@@ -4,9 +4,9 @@
 
 #include "engine/io/gltf/gltf.h"
 #include "engine/rays/raster.h"
-#include "tests/cli/process.h"
 #include "tests/pass/tracer_harness.h"
 #include "tests/support/gpu_test.h"
+#include "tests/support/process.h"
 
 namespace halflight {
 namespace {

@@ -304,7 +304,7 @@ class DeformFiles : public GltfTest {
     GltfScene open(const GltfBuilder& builder) const { return GltfScene(write("scene.glb", builder.glb())); }
 
     static constexpr std::size_t kAll[] = {0};
-    gpu::Context context = gpu::Context::create({.device = "software", .debug = true});
+    gpu::Context context = test_context();
 };
 
 void expect_same(const Scene& found, const Scene& expected) {

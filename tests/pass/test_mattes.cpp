@@ -8,6 +8,7 @@
 #include "renderer/cryptomatte.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
+#include "tests/support/gpu_test.h"
 
 namespace halflight::test {
 namespace {
@@ -15,10 +16,8 @@ namespace {
 constexpr int kSide = 48;               // pixels
 constexpr double kPixel = 4.0 / kSide;  // world units
 
-class MattesOfPictures : public testing::Test {
+class MattesOfPictures : public GpuTest {
   protected:
-    gpu::Context context = gpu::Context::create({});
-
     /// Returns squares of side 1.4, 2.25 and 0.5; the camera sees 4 x 4 units from +Z. "front" hides 1 x 1 of "back";
     /// "twin" has back's material and is separate.
     Scene squares() {

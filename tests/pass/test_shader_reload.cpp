@@ -4,8 +4,8 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include "tests/cli/process.h"
 #include "tests/pass/render_threads.h"
+#include "tests/support/process.h"
 
 namespace halflight::view {
 namespace {

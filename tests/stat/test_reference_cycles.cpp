@@ -5,13 +5,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <filesystem>
 #include <iostream>
 
 #include "engine/io/exr.h"
 #include "engine/io/gltf/gltf.h"
 #include "tests/support/image_tests.h"
+#include "tests/support/process.h"
 #include "tests/support/reference_renders.h"
 
 namespace halflight {
@@ -26,25 +26,25 @@ constexpr int kBounces = 8;
 /// Renders with Cycles into `output`; returns false where Blender is missing.
 bool render_with_cycles(const std::filesystem::path& scene, const std::filesystem::path& output) {
     const std::filesystem::path script = std::filesystem::path(HALFLIGHT_SHARED_DIR) / "peers/cycles_render.py";
-    if (!std::filesystem::exists(script) || std::system("blender --version >/dev/null 2>&1") != 0) return false;
-    const std::string command = fmt::format(
-        "blender -b --factory-startup -P '{}/tools/cycles_materials.py' -P '{}' -- '{}' '{}' --spp {} --size {}x{} "
-        "--bounces {} "
-        ">/dev/null 2>&1",
-        HALFLIGHT_SOURCE_DIR, script.string(), scene.string(), output.string(), kSamples, kSize, kSize, kBounces - 1);
-    return std::system(command.c_str()) == 0 && std::filesystem::exists(output);
+    if (!std::filesystem::exists(script) || run({"sh", "-c", "command -v blender"}).status != 0) return false;
+    const Outcome outcome =
+        run({"blender", "-b", "--factory-startup", "-P", HALFLIGHT_SOURCE_DIR "/tools/cycles_materials.py", "-P",
+             script, "--", scene, output, "--spp", std::to_string(kSamples), "--size", fmt::format("{0}x{0}", kSize),
+             "--bounces", std::to_string(kBounces - 1)});
+    EXPECT_EQ(outcome.status, 0) << outcome.err;
+    return std::filesystem::exists(output);
 }
 
 void compare(const std::string& name) {
     const std::filesystem::path path = std::filesystem::path(HALFLIGHT_SOURCE_DIR) / "scenes" / (name + ".glb");
-    const std::filesystem::path output = std::filesystem::path(::testing::TempDir()) / (name + "-cycles.exr");
+    const TemporaryFolder folder;
+    const std::filesystem::path output = folder / "cycles.exr";
     if (!render_with_cycles(path, output)) GTEST_SKIP() << "needs blender and ../shared/peers/cycles_render.py";
     const Scene scene = load_gltf(path);
     ASSERT_FALSE(scene.cameras.empty());
     const ReferenceResult oracle = render_oracle(scene, scene.cameras[0], kSize, kSamples, kBounces);
     const Image cycles = read_exr(output).image({"R", "G", "B"});
     ASSERT_EQ(cycles.width, kSize);
-    std::filesystem::remove(output);
 
     // Cycles does not report its variance; the variance of independent samples is an upper bound.
     const Estimate ours{oracle.beauty, oracle.variance, kSamples}, theirs{cycles, oracle.variance, kSamples};

@@ -1,7 +1,5 @@
 #include "tests/stiff/stiff.h"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -50,12 +48,6 @@ RenderResult StiffTest::picture(const Scene& scene, const RenderSettings& settin
     const NonFinite beauty = count_non_finite(result.beauty);
     EXPECT_EQ(beauty.nans + beauty.infinities, 0u);
     return result;
-}
-
-TemporaryFile::TemporaryFile(const std::string& name)
-    : path(std::filesystem::path(testing::TempDir()) / fmt::format("halflight-stiff-{}-{}", getpid(), name)) {}
-TemporaryFile::~TemporaryFile() {
-    std::filesystem::remove(path);
 }
 
 MeanValue mean_of(const RenderResult& result) {

@@ -48,13 +48,6 @@ class StiffTest : public GpuTest {
     }
 };
 
-/// A name in the tests' folder for temporary files; an existing file is removed at the end.
-struct TemporaryFile {
-    explicit TemporaryFile(const std::string& name);
-    ~TemporaryFile();
-    std::filesystem::path path;
-};
-
 /// Returns the mean of the first channel over all pixels.
 MeanValue mean_of(const RenderResult& result);
 MeanValue mean_of(const ReferenceResult& result);

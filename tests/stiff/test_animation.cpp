@@ -6,6 +6,7 @@
 #include "engine/io/gltf/gltf.h"
 #include "tests/stiff/stiff.h"
 #include "tests/unit/gltf_builder.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight::test {
 namespace {
@@ -40,9 +41,10 @@ class Animations : public StiffTest {
         return b;
     }
     static GltfScene open(const GltfBuilder& builder) {
-        const TemporaryFile file("moves.glb");
-        std::ofstream(file.path, std::ios::binary) << builder.glb();
-        return GltfScene(file.path);
+        const TemporaryFolder folder;
+        const std::filesystem::path file = folder / "moves.glb";
+        std::ofstream(file, std::ios::binary) << builder.glb();
+        return GltfScene(file);
     }
     Image picture_of(const Scene& scene) { return picture(scene, scene.cameras.at(0), 24, 2, 3).beauty; }
     Image at_rest(int node, const Json& place) { return picture_of(open(resting(node, place)).at(0, {})); }

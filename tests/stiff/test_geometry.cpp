@@ -8,6 +8,7 @@
 #include "tests/stiff/stiff.h"
 #include "tests/support/error_message.h"
 #include "tests/unit/gltf_builder.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight::test {
 namespace {
@@ -192,9 +193,10 @@ TEST_F(Geometry, TrianglesWithoutArea) {
     GltfBuilder builder;
     Json& primitive = builder.add_mesh({{"POSITION", builder.floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0, 2, 0, 0})}});
     primitive["indices"] = builder.accessor<std::uint16_t>("SCALAR", kU16, {0, 1, 2, 0, 1, 1, 0, 1, 3, 3, 3, 3});
-    const TemporaryFile file("areas.glb");
-    std::ofstream(file.path, std::ios::binary) << builder.glb();
-    const Scene scene = load_gltf(file.path);
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder / "areas.glb";
+    std::ofstream(file, std::ios::binary) << builder.glb();
+    const Scene scene = load_gltf(file);
     expect("glTF of one triangle and three without area: triangles kept",
            static_cast<double>(scene.meshes[0].triangles.size()), 1, "triangles", "the others cover nothing");
     Scene by_hand = scene;

@@ -6,6 +6,7 @@
 #include "engine/io/environment.h"
 #include "tests/stiff/stiff.h"
 #include "tests/support/error_message.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight::test {
 namespace {
@@ -137,10 +138,11 @@ TEST_F(Light, BrokenEnvironments) {
     std::fill(broken.pixels.begin(), broken.pixels.end(), 2.0f);
     const float values[] = {std::numeric_limits<float>::quiet_NaN(), kInfinity, -kInfinity, -1};
     for (int i = 0; i < 4; ++i) *broken.at(2 * i, i) = values[i];
-    const TemporaryFile file("broken.exr");
-    write_exr(file.path, {{{"R", "G", "B"}, broken}}, {});
+    const TemporaryFolder folder;
+    const std::filesystem::path file = folder / "broken.exr";
+    write_exr(file, {{{"R", "G", "B"}, broken}}, {});
     Scene scene = floor();
-    scene.environment = load_environment(file.path, scene.report);
+    scene.environment = load_environment(file, scene.report);
     expect("map with a NaN, two infinities and a negative: texels not mended",
            4.0 - static_cast<double>(scene.report.environment_texels_repaired), 0, "texels", "four were put in");
     const RenderResult lit = picture(scene, spot_camera(dvec3(0), {0, 1, 0}, 1), 8, 16, 2);
@@ -157,8 +159,8 @@ TEST_F(Light, BrokenEnvironments) {
     expect("scenes made by hand with such maps: rendered nevertheless", taken, 0, "scenes", "validate() refuses them");
 
     Image black(8, 4, 3);
-    write_exr(file.path, {{{"R", "G", "B"}, black}}, {});
-    scene.environment = load_environment(file.path, scene.report);
+    write_exr(file, {{{"R", "G", "B"}, black}}, {});
+    scene.environment = load_environment(file, scene.report);
     expect("all zero map: brightest pixel", brightest(rgb(picture(scene, camera_in_box(), 8, 4, 2).beauty)), 0,
            "radiance", "exact: no light");
     scene.environment.color = vec3(1);

@@ -9,6 +9,7 @@
 #include "tests/stiff/stiff.h"
 #include "tests/support/error_message.h"
 #include "tests/unit/gltf_builder.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight::test {
 namespace {
@@ -16,9 +17,10 @@ namespace {
 class Transforms : public StiffTest {
   protected:
     static Scene load(const GltfBuilder& builder) {
-        const TemporaryFile file("nodes.glb");
-        std::ofstream(file.path, std::ios::binary) << builder.glb();
-        return load_gltf(file.path);
+        const TemporaryFolder folder;
+        const std::filesystem::path file = folder / "nodes.glb";
+        std::ofstream(file, std::ios::binary) << builder.glb();
+        return load_gltf(file);
     }
     static dmat4& matrix(Scene& scene, int instance) {
         return scene.instances[static_cast<std::size_t>(instance)].object_to_world;

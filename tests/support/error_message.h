@@ -1,4 +1,4 @@
-// What an Error says, for tests of messages.
+// Returns messages of errors, for tests.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace halflight {
 
-/// The message of the Error that f throws; empty if it throws none.
+/// Returns the message of the Error that f throws; empty if it throws none.
 template <class F>
 std::string error_message(F&& f) {
     try {

@@ -1,18 +1,31 @@
-// Fixture of every test that uses OpenGL: a debug context on the software driver; a GL error fails the test. No
-// context: the test fails, it is not skipped.
+// Fixture of every test that uses OpenGL.
 #pragma once
 
 #include <gtest/gtest.h>
 
+#include "engine/core/error.h"
 #include "engine/gpu/context.h"
+#include "tests/support/test_device.h"
 
 namespace halflight {
 
+/// Creates a debug context on the device of the tests (test_device.h). Throws Error that names the device where there
+/// is none: the test fails, it is not skipped.
+inline gpu::Context test_context() {
+    const std::string device = test::test_device();
+    try {
+        return gpu::Context::create({.device = device, .debug = true});
+    } catch (const Error& error) {
+        throw Error("HALFLIGHT_TEST_DEVICE", "'{}' cannot be used: {}", device, error.what());
+    }
+}
+
+/// Owns a current context; a GL error fails the test.
 class GpuTest : public ::testing::Test {
   protected:
     void TearDown() override { EXPECT_NO_THROW(context.check("GL errors in this test")); }
 
-    gpu::Context context = gpu::Context::create({.device = "software", .debug = true});
+    gpu::Context context = test_context();
 };
 
 }  // namespace halflight

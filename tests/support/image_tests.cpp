@@ -37,7 +37,7 @@ bool same_but_for_rounding(double a, double b) {
 
 struct Total {
     double sum = 0;
-    double variance = 0;  // of the sum, channels fully correlated
+    double variance = 0;  // variance of the sum, channels fully correlated
 };
 
 Total total_of(const Estimate& e) {

@@ -12,7 +12,7 @@
 
 namespace halflight {
 
-/// A picture of one colour of 1, 3 or 4 components, `side` pixels wide and high.
+/// Returns a picture of one colour of 1, 3 or 4 components, `side` pixels wide and high.
 inline std::string encode_jpeg(int side, const std::vector<std::uint8_t>& color, bool progressive = false) {
     jpeg_compress_struct info;
     jpeg_error_mgr errors;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cstring>
 #include <filesystem>
@@ -13,6 +12,7 @@
 
 #include "engine/io/gltf/gltf.h"
 #include "tests/support/error_message.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight {
 
@@ -94,9 +94,6 @@ class GltfBuilder {
 /// A fixture with a folder that is removed after the test.
 class GltfTest : public testing::Test {
   protected:
-    void SetUp() override { std::filesystem::create_directories(folder_); }
-    void TearDown() override { std::filesystem::remove_all(folder_); }
-
     std::filesystem::path write(const std::string& name, const std::string& bytes) const {
         std::filesystem::remove(folder_ / name);  // overwriting is slow on file systems that flush overwritten files
         std::ofstream(folder_ / name, std::ios::binary) << bytes;
@@ -118,8 +115,7 @@ class GltfTest : public testing::Test {
         return end == std::string::npos ? message : message.substr(end + 2);
     }
 
-    const std::filesystem::path folder_ =
-        std::filesystem::path(testing::TempDir()) / fmt::format("halflight-gltf-{}", getpid());
+    const TemporaryFolder folder_;
 };
 
 }  // namespace halflight

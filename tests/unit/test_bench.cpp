@@ -88,6 +88,7 @@ TEST_F(BenchRays, EveryKindInEveryScene) {
         }
         EXPECT_EQ(find(sets, "primary").live, static_cast<std::size_t>(kSize.x * kSize.y));
         EXPECT_EQ(find(sets, "ao").order, find(sets, "diffuse").order);
+        EXPECT_FALSE(find(sets, "ao").order.empty());
         for (const std::uint32_t path : find(sets, "ao").order)
             ASSERT_FLOAT_EQ(find(sets, "ao").rays[path].t_max, 0.05f * diagonal);
     }
@@ -97,9 +98,11 @@ TEST_F(BenchRays, HardShadowsHaveOneApex) {
     const std::vector<RaySet> point = rays_of("cornell.glb");  // has no punctual light, so one is added
     const RaySet& hard = find(point, "hard");
     const std::vector<Ray> to_point = live_rays(hard);
+    ASSERT_FALSE(to_point.empty());
     for (const Ray& ray : to_point) ASSERT_LT(glm::distance(end(ray), end(to_point.front())), 1e-5f * diagonal);
     const std::vector<RaySet> sun = rays_of("atrium.glb");
     const std::vector<Ray> parallel = live_rays(find(sun, "hard"));
+    ASSERT_FALSE(parallel.empty());
     for (const Ray& ray : parallel) {
         ASSERT_EQ(ray.direction, parallel.front().direction);
         ASSERT_EQ(ray.t_max, kInfinity);

@@ -216,6 +216,12 @@ TEST(Converge, PicturesWithoutComponentsHaveNoShares) {
     EXPECT_EQ(others.components, decltype(others.components){});
     EXPECT_TRUE(measured.methods[1].stages.empty());
     EXPECT_EQ(measured.pictures_compared, 0) << "they need not be the same";
+    EXPECT_NEAR(ours.paths_per_second.value, kWidth * kHeight / 1e-3, 1e-3);
+    ASSERT_EQ(measured.agreements.size(), 1u);
+    EXPECT_EQ(measured.agreements[0].method, 0u);
+    EXPECT_EQ(measured.agreements[0].agreement.blocks.size(), 2u) << "whole blocks of 16 x 16 pixels";
+    EXPECT_EQ(measured.agreements[0].agreement.whole.relative, 0) << "the same pictures";
+    EXPECT_TRUE(measured.agreements[0].agreement.agrees());
 }
 
 TEST(Converge, OneSeedHasNoIntervals) {
@@ -225,6 +231,7 @@ TEST(Converge, OneSeedHasNoIntervals) {
     EXPECT_NEAR(point.mse.value, 0.45, 0.05);
     EXPECT_TRUE(std::isinf(point.mse.half_width));
     EXPECT_TRUE(std::isinf(point.bias_squared.half_width));
+    EXPECT_TRUE(std::isinf(point.paths_per_second.half_width));
 }
 
 TEST(Converge, UndeterminedSlopesAreInfinite) {

@@ -10,6 +10,7 @@
 #include "engine/core/hash.h"
 #include "engine/io/files.h"
 #include "tests/support/scenes.h"
+#include "tools/common/temporary_folder.h"
 #include "tools/measure/converge/fingerprint.h"
 #include "tools/measure/converge/reference.h"
 
@@ -20,12 +21,6 @@ namespace fs = std::filesystem;
 
 class ConvergeReference : public testing::Test {
   protected:
-    ConvergeReference() {
-        std::string name = (fs::temp_directory_path() / "halflight-test-XXXXXX").string();
-        folder = mkdtemp(name.data());
-    }
-    ~ConvergeReference() override { fs::remove_all(folder); }
-
     /// Makes samples with a distinct value each, and records the request.
     Picture make(int half, std::int64_t first, int count) {
         requests.push_back({half, first, count});
@@ -62,7 +57,7 @@ class ConvergeReference : public testing::Test {
     };
     std::vector<Request> requests;
     std::vector<std::string> notes;
-    fs::path folder;
+    TemporaryFolder folder;
     View view{3, 2, {}, 8};
 };
 
@@ -170,7 +165,7 @@ TEST_F(ConvergeReference, SavesThatFailLaterAreNoted) {
 }
 
 TEST_F(ConvergeReference, FolderFollowsTheEnvironment) {
-    setenv("XDG_CACHE_HOME", folder.c_str(), 1);
+    setenv("XDG_CACHE_HOME", folder.path.c_str(), 1);
     EXPECT_EQ(default_reference_folder(), folder / "halflight" / "references");
     setenv("XDG_CACHE_HOME", "relative", 1);
     setenv("HOME", "/home/somebody", 1);

@@ -1,6 +1,5 @@
 // Tests environment maps: values, orientation, repair, and damaged files.
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -12,6 +11,7 @@
 #include "engine/io/files.h"
 #include "engine/io/radiance.h"
 #include "tests/support/error_message.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight {
 namespace {
@@ -35,7 +35,8 @@ class EnvironmentMap : public testing::Test {
         return load_environment(path_, report_);
     }
 
-    fs::path path_ = fs::path(testing::TempDir()) / fmt::format("halflight-environment-{}", getpid());
+    const TemporaryFolder folder_;
+    const fs::path path_ = folder_ / "map";
     SceneReport report_;
 };
 
@@ -172,8 +173,10 @@ TEST_F(EnvironmentMap, MapsOfOtherProjects) {
     if (!fs::exists(kAssets / "env"))
         GTEST_SKIP() << kAssets / "env"
                      << " is not there";
+    int whole = 0, truncated = 0;
     for (const auto& entry : fs::directory_iterator(kAssets / "env")) {
         if (entry.path().extension() != ".hdr") continue;
+        ++whole;
         SceneReport report;
         const Environment e = load_environment(entry.path(), report);
         EXPECT_EQ(e.map.width, 1024) << entry.path();
@@ -184,10 +187,13 @@ TEST_F(EnvironmentMap, MapsOfOtherProjects) {
     }
     for (const auto& entry : fs::directory_iterator(kAssets / "bad/truncated")) {
         if (entry.path().extension() != ".hdr") continue;
+        ++truncated;
         SceneReport report;
         const std::string error = error_message([&] { load_environment(entry.path(), report); });
         EXPECT_NE(error.find("truncated"), std::string::npos) << entry.path() << ": " << error;
     }
+    EXPECT_GT(whole, 0);
+    EXPECT_GT(truncated, 0);
 }
 
 }  // namespace

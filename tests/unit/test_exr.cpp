@@ -9,19 +9,19 @@
 #include <ImfVersion.h>
 #include <gtest/gtest.h>
 #include <sys/resource.h>
-#include <unistd.h>
 
 #include <bit>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <glm/gtc/matrix_transform.hpp>
 
 #include "engine/core/error.h"
+#include "engine/core/stopwatch.h"
 #include "engine/io/exr.h"
 #include "engine/io/files.h"
 #include "tests/support/error_message.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight {
 namespace {
@@ -30,18 +30,10 @@ namespace fs = std::filesystem;
 
 class Exr : public testing::Test {
   protected:
-    void SetUp() override {
-        folder_ = fs::path(testing::TempDir()) / fmt::format("halflight-exr-{}", getpid());
-        fs::remove_all(folder_);
-        fs::create_directories(folder_);
-        path_ = folder_ / "image.exr";
-    }
-    void TearDown() override { fs::remove_all(folder_); }
+    std::size_t entries() const { return folder_.entries().size(); }
 
-    std::size_t entries() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
-
-    fs::path folder_;
-    fs::path path_;
+    const TemporaryFolder folder_;
+    const fs::path path_ = folder_ / "image.exr";
 };
 
 Image noise(int width, int height, int channels, unsigned seed = 1) {
@@ -327,11 +319,11 @@ TEST_F(Exr, DamagedFilesAreErrorsOrLoad) {
     if (!fs::exists(folder)) GTEST_SKIP() << folder << " is not there";
     int loaded = 0, refused = 0;
     for (const auto& entry : fs::directory_iterator(folder)) {
-        const auto start = std::chrono::steady_clock::now();
+        const Stopwatch watch;
         const std::string error = error_message([&] { read_exr(entry.path()); });
-        const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+        const double seconds = watch.seconds();
         ++(error.empty() ? loaded : refused);
-        EXPECT_LT(seconds.count(), 10) << entry.path();
+        EXPECT_LT(seconds, 10) << entry.path();
         EXPECT_EQ(error.find('\n'), std::string::npos) << error;
     }
     EXPECT_GT(refused, 0);

@@ -13,6 +13,7 @@
 #include "engine/core/error.h"
 #include "engine/io/files.h"
 #include "tests/support/error_message.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight {
 namespace {
@@ -21,16 +22,9 @@ namespace fs = std::filesystem;
 
 class Files : public testing::Test {
   protected:
-    void SetUp() override {
-        folder_ = fs::path(testing::TempDir()) / fmt::format("halflight-files-{}", getpid());
-        fs::remove_all(folder_);
-        fs::create_directories(folder_);
-    }
-    void TearDown() override { fs::remove_all(folder_); }
+    std::size_t entries() const { return folder_.entries().size(); }
 
-    std::size_t entries() const { return std::distance(fs::directory_iterator(folder_), fs::directory_iterator()); }
-
-    fs::path folder_;
+    const TemporaryFolder folder_;
 };
 
 TEST_F(Files, RoundTripOfAnyBytes) {
@@ -46,7 +40,7 @@ TEST_F(Files, FilesAppearOnlyWhenComplete) {
     const fs::path path = folder_ / "image.exr";
     write_file(path, "old");
     write_atomically(path, [&](const fs::path& temporary) {
-        EXPECT_EQ(temporary.parent_path(), folder_);
+        EXPECT_EQ(temporary.parent_path(), folder_.path);
         EXPECT_EQ(temporary.extension(), ".exr");
         std::ofstream(temporary) << "new";
         EXPECT_EQ(read_file(path, 100), "old");
@@ -69,10 +63,10 @@ TEST_F(Files, AFailureLeavesTheOldFileAndNoTemporary) {
 }
 
 TEST_F(Files, ErrorsNameTheFileAndTheReason) {
-    const std::string folder = folder_.string();
+    const std::string folder = folder_.path.string();
     EXPECT_EQ(error_message([&] { write_file(folder_ / "no/a.txt", ""); }),
               folder + "/no/a.txt: cannot write: No such file or directory");
-    EXPECT_EQ(error_message([&] { write_file(folder_, ""); }), folder + ": cannot write: Is a directory");
+    EXPECT_EQ(error_message([&] { write_file(folder_.path, ""); }), folder + ": cannot write: Is a directory");
     EXPECT_EQ(error_message([&] { write_file(folder + "/", ""); }), folder + "/: does not name a file to write");
     EXPECT_EQ(error_message([&] { write_file("", ""); }), "output: does not name a file to write");
     EXPECT_EQ(error_message([&] { write_file("/dev/full", "x"); }), "/dev/full: cannot write: not a regular file");
@@ -85,9 +79,9 @@ TEST_F(Files, ErrorsNameTheFileAndTheReason) {
 
     EXPECT_EQ(error_message([&] { read_file(folder_ / "none", 9); }),
               folder + "/none: cannot read: No such file or directory");
-    EXPECT_EQ(error_message([&] { read_file(folder_, 9); }), folder + ": cannot read: Is a directory");
-    EXPECT_EQ(error_message([&] { check_readable(folder_); }), folder + ": cannot read: Is a directory");
-    EXPECT_EQ(error_message([&] { check_writable(folder_); }), folder + ": cannot write: Is a directory");
+    EXPECT_EQ(error_message([&] { read_file(folder_.path, 9); }), folder + ": cannot read: Is a directory");
+    EXPECT_EQ(error_message([&] { check_readable(folder_.path); }), folder + ": cannot read: Is a directory");
+    EXPECT_EQ(error_message([&] { check_writable(folder_.path); }), folder + ": cannot write: Is a directory");
     EXPECT_EQ(error_message([] { read_file("/dev/zero", 9); }), "/dev/zero: cannot read: not a regular file");
     write_file(folder_ / "ten", "0123456789");
     EXPECT_EQ(error_message([&] { read_file(folder_ / "ten", 9); }),
@@ -109,15 +103,15 @@ struct Nobody {
 };
 
 TEST_F(Files, ReadOnlyFolderAndFile) {
-    const Nobody nobody(folder_);
+    const Nobody nobody(folder_.path);
     const fs::path path = folder_ / "a.txt";
     write_file(path, "old");
     fs::permissions(path, fs::perms::owner_read);
     EXPECT_EQ(error_message([&] { write_file(path, "new"); }), path.string() + ": cannot write: Permission denied");
-    fs::permissions(folder_, fs::perms::owner_read | fs::perms::owner_exec);
+    fs::permissions(folder_.path, fs::perms::owner_read | fs::perms::owner_exec);
     EXPECT_EQ(error_message([&] { write_file(folder_ / "b", "new"); }),
               (folder_ / "b").string() + ": cannot write: Permission denied");
-    fs::permissions(folder_, fs::perms::owner_all);
+    fs::permissions(folder_.path, fs::perms::owner_all);
     EXPECT_EQ(read_file(path, 100), "old");
 }
 

@@ -138,7 +138,9 @@ TEST_F(GltfAssets, AnimationsPlay) {
 }
 
 TEST_F(GltfAssets, InvalidFilesNeverCrash) {
-    for (const fs::path& path : scenes_below(kAssets / "bad")) {
+    const std::vector<fs::path> scenes = scenes_below(kAssets / "bad");
+    EXPECT_GT(scenes.size(), 20u);
+    for (const fs::path& path : scenes) {
         const std::string message = error_message([&] { load_gltf(path); });
         EXPECT_EQ(message.find('\n'), std::string::npos) << message;
         EXPECT_TRUE(message.empty() || message.starts_with(path.string() + ": ")) << message;
@@ -166,7 +168,9 @@ TEST_F(GltfAssets, InvalidFilesAreRefusedWithTheReason) {
     };
     for (const auto& [folder, reason] : cases) {
         const fs::path path = kAssets / "bad" / folder;
-        for (const fs::path& scene : fs::is_directory(path) ? scenes_below(path) : std::vector{path}) {
+        const std::vector<fs::path> scenes = fs::is_directory(path) ? scenes_below(path) : std::vector{path};
+        EXPECT_FALSE(scenes.empty()) << path;
+        for (const fs::path& scene : scenes) {
             const std::string message = error_message([&] { load_gltf(scene); });
             EXPECT_FALSE(message.empty()) << scene;
             EXPECT_NE(message.find(reason), std::string::npos) << message;

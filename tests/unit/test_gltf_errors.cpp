@@ -317,7 +317,7 @@ TEST_F(GltfFiles, LfsPointersAreDetected) {
 
 TEST_F(GltfFiles, MissingScene) {
     EXPECT_NE(error_message([&] { load_gltf(folder_ / "none.glb"); }).find("No such file"), std::string::npos);
-    EXPECT_NE(error_message([&] { load_gltf(folder_); }).find("directory"), std::string::npos);
+    EXPECT_NE(error_message([&] { load_gltf(folder_.path); }).find("directory"), std::string::npos);
 }
 
 TEST_F(GltfContainer, DamageAnywhereIsRefused) {

@@ -4,9 +4,13 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
+#include <cstdlib>
 #include <numeric>
+#include <thread>
 
 #include "engine/core/math.h"
+#include "engine/core/stopwatch.h"
 #include "engine/gpu/buffer.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/framebuffer.h"
@@ -66,6 +70,15 @@ TEST(Context, CanBeChosenByIndexAndByName) {
     EXPECT_EQ(taken(by_name), 1);
 }
 
+TEST(Context, AWrongDeviceOfTestsIsNamed) {
+    const std::string usual = halflight::test::test_device();
+    ASSERT_EQ(setenv("HALFLIGHT_TEST_DEVICE", "abacus", 1), 0);
+    const std::string message = error_message([] { test_context(); });
+    ASSERT_EQ(setenv("HALFLIGHT_TEST_DEVICE", usual.c_str(), 1), 0);
+    EXPECT_TRUE(message.starts_with("HALFLIGHT_TEST_DEVICE: 'abacus' cannot be used: GPU: no OpenGL 4.5 context"))
+        << message;
+}
+
 TEST(Context, AnInvalidDeviceIsAnErrorOfOneLine) {
     for (const char* device : {"no such device", "4711"}) {
         const std::string message = error_message([&] { Context::create({.device = device}); });
@@ -74,6 +87,7 @@ TEST(Context, AnInvalidDeviceIsAnErrorOfOneLine) {
         EXPECT_EQ(message.find('\n'), std::string::npos) << message;
         const auto attempts = Context::probe({.device = device});
         EXPECT_EQ(taken(attempts), 0);
+        EXPECT_FALSE(attempts.empty());
         for (const DeviceAttempt& attempt : attempts) EXPECT_FALSE(attempt.reason.empty()) << attempt.name;
     }
 }
@@ -275,7 +289,10 @@ TEST_F(FramebufferTest, WhatCannotBeDrawnToIsAnError) {
 }
 
 TEST_F(FramebufferTest, StopwatchRuns) {
-    EXPECT_GE(timed([] {}), 0.0);
+    const halflight::Stopwatch around;
+    const double inside = timed([] { std::this_thread::sleep_for(std::chrono::milliseconds(10)); });
+    EXPECT_GE(inside, 0.01);
+    EXPECT_LE(inside, around.seconds());
 }
 
 }  // namespace

@@ -20,19 +20,16 @@ namespace {
 /// Reads shaders from a temporary folder during its lifetime.
 class ShaderFolder {
   public:
-    ShaderFolder() : folder_(std::filesystem::path(::testing::TempDir()) / "halflight_shader_folder") {
+    ShaderFolder() {
         std::filesystem::create_directories(folder_ / "lib");
-        setenv("HALFLIGHT_SHADERS", folder_.c_str(), 1);
+        setenv("HALFLIGHT_SHADERS", folder_.path.c_str(), 1);
     }
-    ~ShaderFolder() {
-        unsetenv("HALFLIGHT_SHADERS");
-        std::filesystem::remove_all(folder_);
-    }
+    ~ShaderFolder() { unsetenv("HALFLIGHT_SHADERS"); }
     void add(const std::string& name, const std::string& text) const { std::ofstream(folder_ / name) << text; }
     void remove(const std::string& name) const { std::filesystem::remove(folder_ / name); }
 
   private:
-    std::filesystem::path folder_;
+    TemporaryFolder folder_;
 };
 
 // --- Text -----------------------------------------------------------------------------------------------------------
@@ -406,6 +403,7 @@ TEST_F(ProgramTest, EverySharedHeaderIsGlsl) {
 TEST_F(ProgramTest, GlslWritesWhatCppReads) {
     const Program program = Program::compute({"layout", R"(
 #include "shaders/shared/rays.h"
+#include "tools/common/temporary_folder.h"
 layout(local_size_x = 1) in;
 layout(std430) buffer Rays { Ray rays[]; };
 layout(std430) buffer Hits { Hit hits[]; };

@@ -252,6 +252,7 @@ TEST(GraphMemory, ResourcesOfASlotNeverOverlap) {
     graph.output(handles.back());
     const CompiledGraph plan = compile(graph);
     EXPECT_LT(plan.slot_bytes, plan.transient_bytes);
+    EXPECT_GT(plan.slot_bytes, 0u);
     for (const Slot& slot : plan.slots) {
         for (std::size_t i = 0; i < slot.tenants.size(); ++i) {
             const PlannedResource& tenant = plan.resources[slot.tenants[i]];

@@ -4,7 +4,6 @@
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <fstream>
@@ -12,6 +11,7 @@
 
 #include "engine/gpu/program.h"
 #include "tests/support/gpu_test.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight::gpu {
 namespace {
@@ -23,21 +23,6 @@ constexpr const char* kWriter =
     "layout(std430) writeonly buffer Out { uint result; };\nuniform usamplerBuffer none, one;\n"
     "void main() { result = VALUE + add + texelFetch(none, 0).x + texelFetch(one, 0).x; }\n";
 
-class Folder {
-  public:
-    Folder() : path_(fs::path(::testing::TempDir()) / ("halflight-programs-" + std::to_string(::getpid()))) {
-        fs::remove_all(path_);
-    }
-    ~Folder() { fs::remove_all(path_); }
-    const fs::path& path() const { return path_; }
-    std::size_t files() const {
-        return fs::exists(path_) ? static_cast<std::size_t>(std::distance(fs::directory_iterator(path_), {})) : 0;
-    }
-
-  private:
-    fs::path path_;
-};
-
 std::string content(const fs::path& file) {
     std::ifstream stream(file, std::ios::binary);
     return std::string(std::istreambuf_iterator<char>(stream), {});
@@ -48,8 +33,8 @@ ProgramBinary binary_of(char fill, std::size_t count) {
 }
 
 TEST(ProgramBinaries, LoadWhatWasStored) {
-    const Folder folder;
-    const ProgramBinaries binaries(folder.path() / "a" / "b", "driver");
+    const TemporaryFolder folder;
+    const ProgramBinaries binaries(folder / "a" / "b", "driver");
     EXPECT_FALSE(binaries.load("key"));
     binaries.store("key", binary_of('x', 1000));
     const auto found = binaries.load("key");
@@ -57,14 +42,14 @@ TEST(ProgramBinaries, LoadWhatWasStored) {
     EXPECT_EQ(found->format, 7u);
     EXPECT_EQ(found->bytes, std::vector<char>(1000, 'x'));
     EXPECT_FALSE(binaries.load("another key"));
-    EXPECT_FALSE(ProgramBinaries(folder.path() / "a" / "b", "another driver").load("key"));
+    EXPECT_FALSE(ProgramBinaries(folder / "a" / "b", "another driver").load("key"));
     binaries.store("key", binary_of('y', 10));
     EXPECT_EQ(binaries.load("key")->bytes, std::vector<char>(10, 'y')) << "replaced";
 }
 
 TEST(ProgramBinaries, DamagedFilesAreIgnored) {
-    const Folder folder;
-    const ProgramBinaries binaries(folder.path(), "driver");
+    const TemporaryFolder folder;
+    const ProgramBinaries binaries(folder.path, "driver");
     binaries.store("key", binary_of('x', 100));
     const fs::path file = binaries.file("key");
     const std::string good = content(file);
@@ -101,8 +86,8 @@ TEST(ProgramBinaries, DamagedFilesAreIgnored) {
 }
 
 TEST(ProgramBinaries, StayWithinTheirSize) {
-    const Folder folder;
-    const ProgramBinaries binaries(folder.path(), "driver", 4000);
+    const TemporaryFolder folder;
+    const ProgramBinaries binaries(folder.path, "driver", 4000);
     const auto age = [&](const char* key, int seconds) {
         fs::last_write_time(binaries.file(key), fs::file_time_type::clock::now() - std::chrono::seconds(seconds));
     };
@@ -118,13 +103,13 @@ TEST(ProgramBinaries, StayWithinTheirSize) {
     binaries.store("huge", binary_of('h', 5000));
     EXPECT_FALSE(binaries.load("huge"));
     EXPECT_TRUE(binaries.load("c")) << "nothing is evicted for a file that cannot fit";
-    EXPECT_EQ(folder.files(), 2u);
+    EXPECT_EQ(folder.entries().size(), 2u);
 }
 
 TEST(ProgramBinaries, AnUnwritableFolderIsNoError) {
-    const Folder folder;
-    std::ofstream(folder.path()) << "a file";
-    const ProgramBinaries binaries(folder.path() / "sub", "driver");
+    const TemporaryFolder folder;
+    std::ofstream(folder / "file") << "a file";
+    const ProgramBinaries binaries(folder / "file" / "sub", "driver");
     binaries.store("key", binary_of('x', 10));
     EXPECT_FALSE(binaries.load("key"));
     const ProgramBinaries device("/dev/null/x", "driver");
@@ -155,22 +140,22 @@ class StoredPrograms : public GpuTest {
 
 TEST_F(StoredPrograms, WorkLikeCompiledPrograms) {
     if (!can_store()) GTEST_SKIP() << "this driver gives no program binaries";
-    const Folder folder;
-    const ProgramBinaries binaries(folder.path(), "driver");
+    const TemporaryFolder folder;
+    const ProgramBinaries binaries(folder.path, "driver");
     EXPECT_EQ(result_of(make(binaries, "5u")), 7u);
-    EXPECT_EQ(folder.files(), 1u);
+    EXPECT_EQ(folder.entries().size(), 1u);
     EXPECT_EQ(result_of(make(binaries, "5u")), 7u);
-    EXPECT_EQ(folder.files(), 1u);
+    EXPECT_EQ(folder.entries().size(), 1u);
     EXPECT_EQ(result_of(make(binaries, "6u")), 8u) << "other text, another program";
-    EXPECT_EQ(folder.files(), 2u);
+    EXPECT_EQ(folder.entries().size(), 2u);
 }
 
 TEST_F(StoredPrograms, AreRecompiledWhereTheDriverRefusesThem) {
     if (!can_store()) GTEST_SKIP() << "this driver gives no program binaries";
-    const Folder folder;
-    const ProgramBinaries binaries(folder.path(), "driver");
+    const TemporaryFolder folder;
+    const ProgramBinaries binaries(folder.path, "driver");
     make(binaries, "5u");
-    const fs::path file = fs::directory_iterator(folder.path())->path();
+    const fs::path file = fs::directory_iterator(folder.path)->path();
     // The key is enough to store another binary under it.
     const std::string text = expand({"writer", kWriter}, {{"VALUE", "5u"}}).text;
     const auto good = binaries.load(text);

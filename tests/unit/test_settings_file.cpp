@@ -3,8 +3,8 @@
 
 #include <cmath>
 
-#include "tests/cli/process.h"
 #include "tests/support/error_message.h"
+#include "tests/support/process.h"
 #include "tests/support/scenes.h"
 #include "tools/halflight/settings_file.h"
 

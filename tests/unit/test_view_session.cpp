@@ -7,8 +7,8 @@
 
 #include "engine/io/exr.h"
 #include "tests/cli/animated_scenes.h"
-#include "tests/cli/process.h"
 #include "tests/support/error_message.h"
+#include "tests/support/process.h"
 #include "tools/view/navigation.h"
 
 namespace halflight::view {

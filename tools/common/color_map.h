@@ -1,4 +1,4 @@
-// Numbers as colours, in an order that the eye sees.
+// Maps numbers to colours of evenly rising lightness.
 #pragma once
 
 #include "engine/core/image.h"
@@ -6,12 +6,11 @@
 
 namespace halflight {
 
-/// Magma (van der Walt, Smith 2015, matplotlib, CC0), at ten of its colours and linear between them: from black over
-/// purple and orange to a light yellow, lightness rising evenly. Display-encoded sRGB; t outside [0, 1] is clamped.
+/// Returns a colour of magma (van der Walt, Smith 2015, matplotlib, CC0), interpolated linearly between ten of its
+/// colours: black, purple, orange, light yellow. Display-encoded sRGB; t is clamped to [0, 1].
 vec3 magma(float t);
 
-/// A map of one channel as such a picture, `top` > 0 and above as the lightest; NaN, which magma has no colour for,
-/// green.
+/// Returns a map of one channel in colours of magma, which end at `top` > 0; NaN is green, which magma does not have.
 Image magma(const Image& map, double top);
 
 }  // namespace halflight

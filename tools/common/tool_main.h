@@ -1,4 +1,4 @@
-// What the main() of the small programs has in common.
+// The main() of the small programs.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,8 +7,8 @@
 
 namespace halflight {
 
-/// Parses, then calls `run`, which returns the exit status. 2 for a command line that makes no sense, 1 where `run`
-/// throws, both with one line "PROGRAM: what" on stderr.
+/// Parses the command line, then calls `run`, which returns the exit status. Returns 2 for an unusable command line and
+/// 1 where `run` throws, both after one line "PROGRAM: error" on stderr.
 template <class Run>
 int tool_main(CLI::App& app, int argc, char** argv, Run run) {
     const auto fail = [&](int status, const std::exception& error) {

@@ -11,10 +11,10 @@
 #include "engine/core/error.h"
 #include "engine/core/frames.h"
 #include "engine/core/math.h"
+#include "engine/core/pixel_filter.h"
 #include "engine/rays/tracer.h"
 #include "engine/settings/estimator.h"
 #include "engine/settings/frame_settings.h"
-#include "engine/core/pixel_filter.h"
 #include "engine/settings/preview.h"
 #include "engine/tables/needs.h"
 #include "tools/halflight/camera_pose.h"
@@ -127,6 +127,7 @@ struct ConvergeArguments : ViewArguments {
     std::vector<Estimator> estimators;  // as asked for, none: the default one; the plan has them by method
     std::vector<Preview> previews;      // likewise
     bench::Clock clock = bench::Clock::wall;
+    bool require_agreement = false;      // of the external renderer with the other methods
     converge::ReferenceOrder reference;  // folder: empty for the default one
 };
 

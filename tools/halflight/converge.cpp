@@ -122,7 +122,7 @@ void run_converge(const ConvergeArguments& a) {
             settings.clamp = a.plan.clamp;
             settle_estimator(made, colors, settings);
             subject.pilots.push_back(
-                fmt::format("Of {} a pilot has made {}.", text(estimator), text(made.estimator())));
+                fmt::format("A pilot has chosen {} for {}.", text(made.estimator()), text(estimator)));
             console.note("{}", subject.pilots.back());
         }
         subject.scene_seconds += made.seconds();
@@ -135,7 +135,7 @@ void run_converge(const ConvergeArguments& a) {
     const auto note = [&](const std::string& line) { console.note("{}", line); };
     std::unique_ptr<Painter> other;
     if (!a.plan.external.name.empty()) {
-        other = external_painter(a.plan.external, {a.scene, camera.name, scene.environment}, subject.view);
+        other = external_painter(a.plan.external, {a.scene, scene.environment}, subject.view);
         other->paint({1, 0}, 1, pulse);  // a command that fails does so before a long reference
     }
     const Reference reference =
@@ -170,15 +170,21 @@ void run_converge(const ConvergeArguments& a) {
         write_file(a.folder / kReports[1], json);
         write_file(a.folder / kReports[0], html);
     }
-    for (const std::string& bias : biases(a.plan)) console.note("biased on purpose: {}", bias);
+    for (const std::string& bias : biases(a.plan)) console.note("biased on request: {}", bias);
     for (const MethodResult& m : measured.methods) {
         console.note("{}: slope {}", m.name, text(m.slope));
         for (const Finding& f : m.findings) console.note("{}: {}: {}", m.name, name(f.kind), f.text);
     }
+    for (const MethodAgreement& found : measured.agreements)
+        console.note("{}: {}", a.plan.external.name, text(found, measured.methods));
     console.note("wrote {}", (a.folder / kReports[0]).string());
     if (measured.pictures_different > 0)
-        throw Error(a.folder.string(), "{} of {} pictures depend on who traces", measured.pictures_different,
-                    measured.pictures_compared);
+        throw Error(a.folder.string(), "{} of {} pictures depend on the method that traces",
+                    measured.pictures_different, measured.pictures_compared);
+    for (const MethodAgreement& found : measured.agreements)
+        if (a.require_agreement && !found.agreement.agrees())
+            throw Error(a.folder.string(), "{} does not agree with {}: {}", a.plan.external.name,
+                        measured.methods[found.method].name, text(found, measured.methods));
 }
 
 }  // namespace halflight

@@ -103,9 +103,14 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
                   [&](const auto& name, const auto& text) { a.plan.warm_up = whole(name, text, 0, kMaxSamples); });
     options.value(
         "--external", "NAME=COMMAND",
-        "another renderer as one more method: a command of the shell that renders {scene} by {camera} in "
-        "{environment} to {output}, an .exr, with {samples} {seed} {width} {height} {bounces}; names are quoted",
+        "another renderer as one more method: a program and its arguments, quoted as for a shell but run without one, "
+        "with placeholders {scene} {output} {environment} {camera} {look-from} {look-at} {up} {vfov} {samples} {seed} "
+        "{width} {height} {bounces} {bounces-1} {threads}; it writes the .exr {output}",
         [&](const auto& name, const auto& text) { a.plan.external = external(name, text); });
+    options.flag(
+        "--require-agreement", a.require_agreement,
+        "fail where the external renderer's picture differs by more than 1 % in the mean, or in a block of 16x16 "
+        "pixels by more than 2 % and its standard error");
     options.value("--samples", "N,...", "budgets in samples per pixel (default 1,2,4,... 64)",
                   [&](const auto& name, const auto& text) {
                       a.plan.budgets = budgets(name, text, [&](const std::string& one) {
@@ -170,6 +175,8 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
         if (!a.plan.estimators.empty()) a.plan.estimators.emplace_back();
         if (!a.plan.previews.empty()) a.plan.previews.emplace_back();
     }
+    if (a.require_agreement && (a.plan.external.name.empty() || a.plan.seeds < 2))
+        throw UsageError("--require-agreement", "needs --external and at least two --seeds");
     exclude(app, "--samples", "--seconds");
     check_camera_options(app);
     if (a.reference.maker == converge::ReferenceOrder::Maker::file) {

@@ -68,9 +68,9 @@ RenderResult FrameRenderer::still(std::uint32_t frame, const FrameSettings& sett
     const double seconds = scene_.frame_rate().seconds(frame);
     const bool motion = settings_.preview.temporal || std::ranges::find(a_.aovs, "motion") != a_.aovs.end();
     if (!scene_.surfaces_move() || !motion) return picture(seconds, settings, progress);
-    Clock clock;
+    Stopwatch watch;
     Scene before = scene_.posed(scene_.frame_rate().seconds(static_cast<double>(frame) - 1));
-    load_seconds_ += clock.lap();
+    load_seconds_ += watch.lap();
     pose(seconds, settings);
     const PreviousSurfaces surfaces(scene_.scene(), std::move(before));
     FrameSettings moving = settings;
@@ -79,12 +79,12 @@ RenderResult FrameRenderer::still(std::uint32_t frame, const FrameSettings& sett
 }
 
 void FrameRenderer::pose(double seconds, const FrameSettings& frame) {
-    Clock clock;
+    Stopwatch watch;
     const bool is_new = !renderer_;
     if (is_new) {
         // Always first of all as it is at 0 s, the reference pose: what is made of others depends on it.
         scene_.pose(0);
-        load_seconds_ += clock.lap();
+        load_seconds_ += watch.lap();
         RenderSettings settings = settings_;
         static_cast<FrameSettings&>(settings) = frame;
         settings.camera = scene_.chosen_camera().camera;  // a pilot's
@@ -92,13 +92,13 @@ void FrameRenderer::pose(double seconds, const FrameSettings& frame) {
         settings.history = nullptr;
         settings.want_view = settings.want_view && a_.shutter == 0;  // of the mean
         renderer_.emplace(context_, scene_.scene(), config_, settings);
-        reference_seconds_ = clock.lap();
+        reference_seconds_ = watch.lap();
     }
     if (!scene_.pose(seconds)) {
         if (is_new) reference_seconds_ = 0;  // which is the pose itself
         return;
     }
-    load_seconds_ += clock.lap();
+    load_seconds_ += watch.lap();
     guarded([&] { renderer_->update(scene_.scene()); });
 }
 
@@ -112,7 +112,7 @@ RenderResult FrameRenderer::picture(double seconds, const FrameSettings& frame, 
 
 RenderResult FrameRenderer::blurred(std::uint32_t frame, const ProgressCallback& progress) {
     const FrameSettings own = settings_;
-    const Clock clock;
+    const Stopwatch watch;
     ShutterMean mean(settings_.aovs, own.samples);
     for (const ShutterTime& time : shutter_times(own.samples, shutter_count(a_, own.samples), own.seed, frame)) {
         const double seconds = scene_.frame_rate().seconds(frame + a_.shutter * (time.at - 0.5));
@@ -124,7 +124,7 @@ RenderResult FrameRenderer::blurred(std::uint32_t frame, const ProgressCallback&
         const auto of_all = [&](RenderProgress p) {
             p.samples_done += time.first_sample;
             p.samples_total = own.samples;
-            p.seconds = clock.seconds();
+            p.seconds = watch.seconds();
             return progress(p);
         };
         const bool prepared = renderer_ && !scene_.surfaces_move();

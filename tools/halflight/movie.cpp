@@ -1,10 +1,6 @@
 #include "tools/halflight/movie.h"
 
-#include <fcntl.h>
-#include <signal.h>
-#include <spawn.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <array>
@@ -21,38 +17,6 @@ namespace {
 
 int even(int side) {
     return side + side % 2;
-}
-
-/// The last line that is not empty.
-std::string last_line(std::FILE* file) {
-    std::string text;
-    std::array<char, 4096> buffer;
-    std::rewind(file);
-    while (const std::size_t count = std::fread(buffer.data(), 1, buffer.size(), file))
-        text.append(buffer.data(), count);
-    text.erase(text.find_last_not_of(" \r\n") + 1);
-    return text.substr(text.find_last_of('\n') + 1);
-}
-
-/// Starts arguments[0] out of PATH with these as stdin and stderr; errno where it cannot.
-int spawn(const std::vector<std::string>& arguments, int input, int said, pid_t& process) {
-    std::vector<char*> argv;
-    for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
-    argv.push_back(nullptr);
-    posix_spawn_file_actions_t files;
-    posix_spawn_file_actions_init(&files);
-    posix_spawn_file_actions_adddup2(&files, input, STDIN_FILENO);
-    posix_spawn_file_actions_addopen(&files, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_adddup2(&files, said, STDERR_FILENO);
-    // In a group of its own: what a terminal's Ctrl-C means for the movie is decided here.
-    posix_spawnattr_t attributes;
-    posix_spawnattr_init(&attributes);
-    posix_spawnattr_setflags(&attributes, POSIX_SPAWN_SETPGROUP);
-    posix_spawnattr_setpgroup(&attributes, 0);
-    const int error = posix_spawnp(&process, argv[0], &files, &attributes, argv.data(), environ);
-    posix_spawnattr_destroy(&attributes);
-    posix_spawn_file_actions_destroy(&files);
-    return error;
 }
 
 }  // namespace
@@ -91,31 +55,25 @@ std::vector<std::uint8_t> movie_frame(const Image& view) {
 }
 
 Movie::Movie(const std::filesystem::path& file, std::string subject, const MovieFormat& format)
-    : subject_(std::move(subject)), file_(file), said_(std::tmpfile()) {
-    if (!said_) throw Error(subject_, "no temporary file: {}", std::generic_category().message(errno));
-    // A socket, since writing to a pipe whose reader has gone is a signal, which others may have a use for.
+    : subject_(std::move(subject)), file_(file) {
+    // A socket: a write to a pipe whose reader has gone raises a signal, which others may use.
     std::array<int, 2> ends{-1, -1};
-    int error = socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) == 0 ? 0 : errno;
-    if (error == 0) {
-        error = spawn(ffmpeg_arguments(format, file), ends[1], fileno(said_), process_);
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
+        throw Error(subject_, "cannot be made: {}", std::generic_category().message(errno));
+    input_ = ends[0];
+    try {
+        ffmpeg_.emplace(ffmpeg_arguments(format, file),
+                        ProcessOptions{.input = ends[1], .errors = errors_.descriptor()});
+    } catch (const Error& error) {
         close(ends[1]);
-        input_ = ends[0];
+        close_input();
+        throw Error(subject_, "cannot be made: {}", error.what());
     }
-    if (error == 0) return;
-    close_input();
-    std::fclose(said_);
-    if (error == ENOENT) throw Error(subject_, "cannot be made: there is no ffmpeg in PATH");
-    throw Error(subject_, "cannot start ffmpeg: {}", std::generic_category().message(error));
+    close(ends[1]);
 }
 
 Movie::~Movie() {
     close_input();
-    if (process_ > 0) {
-        kill(process_, SIGKILL);
-        while (waitpid(process_, nullptr, 0) < 0 && errno == EINTR) {
-        }
-    }
-    std::fclose(said_);
 }
 
 void Movie::close_input() {
@@ -134,19 +92,16 @@ void Movie::add(const Image& view) {
 
 void Movie::finish() {
     close_input();
-    int status = 0;
-    while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
-    }
-    process_ = -1;
+    const ProcessEnd end = ffmpeg_->wait();
     std::error_code none;
     const bool nothing = std::filesystem::file_size(file_, none) == 0;
-    if (WIFEXITED(status) && WEXITSTATUS(status) == 0 && !failed_ && !nothing) return;
-    std::string why = last_line(said_);
+    if (end.status == 0 && !failed_ && !nothing) return;
+    std::string why = last_line(errors_.text());
     if (why.empty())
-        why = WIFSIGNALED(status)        ? fmt::format("was ended by signal {}", WTERMSIG(status))
-              : WEXITSTATUS(status) != 0 ? fmt::format("exit status {}", WEXITSTATUS(status))
-              : nothing                  ? "wrote nothing"
-                                         : "did not take all frames";
+        why = end.signal        ? fmt::format("was ended by signal {}", end.signal)
+              : end.status != 0 ? fmt::format("exit status {}", end.status)
+              : nothing         ? "wrote nothing"
+                                : "did not take all frames";
     throw Error(subject_, "not written: ffmpeg: {}", why);
 }
 

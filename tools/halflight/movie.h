@@ -1,17 +1,16 @@
 // Frames as a movie: what they look like through the view goes to an ffmpeg process, which encodes it.
 #pragma once
 
-#include <sys/types.h>
-
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/core/frames.h"
 #include "engine/core/image.h"
 #include "engine/core/math.h"
+#include "engine/core/process.h"
 
 namespace halflight {
 
@@ -49,9 +48,9 @@ class Movie {
 
     std::string subject_;
     std::filesystem::path file_;
-    std::FILE* said_ = nullptr;  // what ffmpeg says on stderr
-    int input_ = -1;             // our end of its stdin
-    pid_t process_ = -1;
+    Spool errors_;                   // ffmpeg's stderr
+    int input_ = -1;                 // our end of its stdin
+    std::optional<Process> ffmpeg_;  // ended with the object
     bool failed_ = false;
 };
 

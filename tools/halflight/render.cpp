@@ -30,7 +30,7 @@ void stop_point(const std::filesystem::path& output, std::string_view when) {
 }
 
 void render_picture(const RenderArguments& a) {
-    Clock clock;
+    Stopwatch watch;
     StepTimes times;
     const Console console(a.quiet);
 
@@ -45,13 +45,13 @@ void render_picture(const RenderArguments& a) {
         gpu::Context::create({.device = a.device,
                               .binaries_folder = a.no_shader_cache ? "" : gpu::default_binaries_folder(),
                               .debug = a.gl_debug});
-    times.context = clock.lap();
+    times.context = watch.lap();
     AnimatedScene animated = reading.get();
     const Scene& scene = animated.scene();
     const ChosenCamera chosen = animated.camera(animated.frame_rate().seconds(a.frame));
     FrameRenderer renderer(a, animated, context, config, make_settings(a, chosen.camera));
     const RenderSettings& settings = renderer.settings();
-    times.load = clock.lap();
+    times.load = watch.lap();
     stop_point(a.outputs[0], "before rendering");
 
     console.note("{} x {} pixels, camera {}, on {}", settings.width, settings.height, chosen.origin,
@@ -69,7 +69,7 @@ void render_picture(const RenderArguments& a) {
     }
     context.check("rendering");
     times.load += renderer.load_seconds();
-    times.render = clock.lap() - renderer.load_seconds();
+    times.render = watch.lap() - renderer.load_seconds();
     if (result.stats.interrupted) stop_point(a.outputs[0], fmt::format("after {} samples per pixel", samples_done));
     for (const std::string& bias : result.stats.biases) console.note("biased: {}", bias);
     const std::string error = judge(a, result.stats, a.outputs[0], console);
@@ -79,8 +79,8 @@ void render_picture(const RenderArguments& a) {
         const PictureInfo info = picture_info(a, settings, space, scene, result.stats, error);
         for (const auto& path : a.outputs) write_picture(path, result, info);
         if (a.graph) write_file(*a.graph, renderer.graph_dot());
-        times.write = clock.lap();
-        times.total = clock.seconds();
+        times.write = watch.lap();
+        times.total = watch.seconds();
         if (a.stats)
             write_file(*a.stats, run_statistics(a, settings, scene, context, result.stats, times, renderer.deformed())
                                          .dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) +

@@ -1,30 +1,15 @@
 // What single pictures and frames of sequences have in common.
 #pragma once
 
-#include <chrono>
 #include <string>
-#include <utility>
 
+#include "engine/core/stopwatch.h"
 #include "renderer/render.h"
 #include "tools/halflight/arguments.h"
 #include "tools/halflight/console.h"
 #include "tools/halflight/picture.h"
 
 namespace halflight {
-
-class Clock {
-  public:
-    double seconds() const { return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count(); }
-    /// Since the last lap.
-    double lap() {
-        const double now = seconds();
-        return now - std::exchange(lap_, now);
-    }
-
-  private:
-    std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-    double lap_ = 0;
-};
 
 inline constexpr int kUsualSamples = 64;  ///< per pixel
 

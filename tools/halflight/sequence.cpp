@@ -151,7 +151,7 @@ class Sequence {
 
     /// False: interrupted, and nothing was written. Throws Error where the frame cannot be made. `movie`: or null.
     bool make(std::uint32_t frame, SequenceDisplay& display, Movie* movie) {
-        Clock clock;
+        Stopwatch watch;
         StepTimes times;
         const RenderResult result = renderer_->render(frame, [&](const RenderProgress& progress) {
             display.show(frame, progress);
@@ -159,7 +159,7 @@ class Sequence {
         });
         context_->check("rendering");
         times.load = renderer_->load_seconds();
-        times.render = clock.lap() - times.load;
+        times.render = watch.lap() - times.load;
         if (result.stats.interrupted) return false;
         if (result.stats.biases != told_biases_) {
             for (const std::string& bias : result.stats.biases) console_.note("biased: {}", bias);
@@ -175,8 +175,8 @@ class Sequence {
         info.frame = frame;
         info.fingerprint = frame_fingerprint(fingerprint_, frame);
         for (const auto& path : outputs) write_picture(path, result, info);
-        times.write = clock.lap();
-        times.total = clock.seconds();
+        times.write = watch.lap();
+        times.total = watch.seconds();
         if (a_.stats) add_statistics(frame, outputs, result.stats, times);
         return true;
     }
@@ -251,7 +251,7 @@ Image kept_view(const RenderArguments& a, std::uint32_t frame) {
 void make_frames(const RenderArguments& a, const std::vector<std::uint32_t>& todo, Sequence& sequence, Movie* movie,
                  Tally& tally, const Console& console) {
     const std::set<std::uint32_t> missing(todo.begin(), todo.end());
-    const Clock clock;
+    const Stopwatch watch;
     SequenceDisplay display(stderr, a.quiet, todo.size());
     for (const std::uint32_t frame : movie ? a.frames : todo) {
         const bool kept = !missing.contains(frame);
@@ -281,7 +281,7 @@ void make_frames(const RenderArguments& a, const std::vector<std::uint32_t>& tod
         if (movie && movie->failed() && a.outputs.empty()) return;
         if (kept) continue;
         ++tally.made;
-        display.made(frame, tally.made, tally.failed.size(), clock.seconds());
+        display.made(frame, tally.made, tally.failed.size(), watch.seconds());
     }
 }
 
@@ -315,7 +315,7 @@ void run_sequence(const RenderArguments& all) {
     if (tally.kept > 0) console.note("{} of {} frames are there already", tally.kept, a.frames.size());
     if (todo.empty() && !a.movie) return;
 
-    const Clock clock;
+    const Stopwatch watch;
     const auto make = [&](Movie* movie) {
         if (!todo.empty()) sequence.start(todo.size());
         make_frames(a, todo, sequence, movie, tally, console);
@@ -331,7 +331,7 @@ void run_sequence(const RenderArguments& all) {
         make(nullptr);
     }
     if (tally.made > 0 && !a.outputs.empty())
-        console.note("wrote {}: {} in {:.1f} s", main_name(a), counted(tally.made), clock.seconds());
+        console.note("wrote {}: {} in {:.1f} s", main_name(a), counted(tally.made), watch.seconds());
     if (a.movie) console.note("wrote {}: {}", a.movie->string(), counted(a.frames.size()));
 }
 

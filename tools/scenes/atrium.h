@@ -1,4 +1,4 @@
-// The pieces that the atrium is put together from. Each function fills one mesh in a frame of its own, in metres.
+// The parts of the atrium. Each function makes one mesh in its own coordinate frame, in metres.
 #pragma once
 
 #include "tools/scenes/document.h"
@@ -24,9 +24,10 @@ inline constexpr double kRoof = 9.4;   // top of the aisles' roofs
 inline constexpr double kWall = 0.35;  // thickness of outer walls
 
 // --- atrium_building.cpp, atrium_walls.cpp ---
+
 Mesh column(const Materials& m);        ///< lower storey, standing on the origin, kSpring high
 Mesh upper_column(const Materials& m);  ///< from kGallery to kUpperSpring
-/// One bay of arcade above the columns, centred on x = 0, z = 0, of the given span; both faces moulded.
+/// Makes one bay of the arcade above the columns, centred on x = 0, z = 0, moulded on both faces.
 Mesh arcade(const Materials& m, const char* name, double span, double spring, double radius, double top,
             double thickness);
 Mesh vault(const Materials& m);                   ///< groin vault over one bay of the aisle, centred on the bay
@@ -35,15 +36,16 @@ Mesh transverse_arch(const Materials& m);         ///< between two vaults, over 
 Mesh ceiling(const Materials& m);                 ///< beams and boards over one bay of the gallery, centred
 Mesh balustrade(const Materials& m, double length, int balusters);  ///< along x, centred, standing on y = 0
 Mesh door_bay(const Materials& m);     ///< outer wall of one bay, 5 m high, facing +z, with a door
-Mesh niche_bay(const Materials& m);    ///< the same with an arched niche and an urn in it
+Mesh niche_bay(const Materials& m);    ///< outer wall of one bay with an arched niche and an urn
 Mesh window_bay(const Materials& m);   ///< outer wall of the upper storey with a shuttered window
 Mesh shell(const Materials& m);        ///< floors, roofs and end walls
 Mesh stairs(const Materials& m);       ///< from the court's floor up to the gallery at the west end
 Mesh window_wall(const Materials& m);  ///< the east end: mullions between stone piers
 Mesh beams(const Materials& m);        ///< timber over the court
-Mesh garden(const Materials& m);       ///< what is seen through the window wall
+Mesh garden(const Materials& m);       ///< the view through the window wall
 
 // --- atrium_furnishing.cpp ---
+
 Mesh hanging(const Materials& m, int which, double width,
              double height);  ///< a banner on its rod, hanging from the origin
 Mesh fountain(const Materials& m);
@@ -63,7 +65,7 @@ struct ArchWall {
 };
 
 void arch_wall(MeshBuilder& mesh, const ArchWall& wall, int ring_material, int wall_material);
-/// One piece of turned stone, `height` high. Leaves the builder's frame at identity.
+/// Adds one piece of turned stone, `height` metres high. Leaves the builder's frame at identity.
 void baluster(MeshBuilder& mesh, double x, double y, double z, double height);
 
 }  // namespace halflight::scenes::atrium

@@ -1,4 +1,4 @@
-// What stands and hangs in the atrium.
+// The furnishing of the atrium.
 #include <array>
 #include <cmath>
 
@@ -101,9 +101,9 @@ Mesh potted_bush(const Materials& m, std::uint32_t seed) {
     Random random(seed);
     for (int i = 0; i < 80; ++i) {
         const double up = 80 - 62 * (i / 80.0), around = 137.5 * i + random.in(-20, 20);
-        const dvec3 way = toward(up + random.in(-8, 8), around);
-        const dvec3 root = dvec3(0, 0.46, 0) + dvec3(0.10, 0.0, 0.10) * way + dvec3(0, random.in(0, 0.30), 0);
-        leaf_card(mesh, root, way, random.in(0.38, 0.62), random.in(0.2, 0.9));
+        const dvec3 direction = toward(up + random.in(-8, 8), around);
+        const dvec3 root = dvec3(0, 0.46, 0) + dvec3(0.10, 0.0, 0.10) * direction + dvec3(0, random.in(0, 0.30), 0);
+        leaf_card(mesh, root, direction, random.in(0.38, 0.62), random.in(0.2, 0.9));
     }
     return mesh.take();
 }
@@ -116,22 +116,22 @@ Mesh potted_tree(const Materials& m, std::uint32_t seed) {
     const dvec3 trunk[] = {{0, 0.5, 0}, {0.03, 0.9, 0.02}, {-0.02, 1.3, 0.03}, {0.02, 1.75, -0.01}, {0, 2.2, 0}};
     tube(mesh, trunk, 0.04, 10);
     struct Branch {
-        dvec3 root, way;
+        dvec3 root, direction;
         double length;
     };
     std::vector<Branch> branches;
     for (int i = 0; i < 14; ++i) {
-        const dvec3 root(0.01, 1.45 + 0.055 * i, 0), way = toward(random.in(15, 50) + 2.2 * i, 137.5 * i);
-        branches.push_back({root, way, random.in(0.40, 0.60) - 0.012 * i});
-        const dvec3 path[] = {root, root + 0.5 * branches.back().length * way,
-                              root + branches.back().length * (way + dvec3(0, 0.12, 0))};
+        const dvec3 root(0.01, 1.45 + 0.055 * i, 0), direction = toward(random.in(15, 50) + 2.2 * i, 137.5 * i);
+        branches.push_back({root, direction, random.in(0.40, 0.60) - 0.012 * i});
+        const dvec3 path[] = {root, root + 0.5 * branches.back().length * direction,
+                              root + branches.back().length * (direction + dvec3(0, 0.12, 0))};
         tube(mesh, path, 0.012, 5);
     }
     mesh.material(m.leaf);
     for (int i = 0; i < 190; ++i) {
         const Branch& b = branches[static_cast<std::size_t>(i) % branches.size()];
-        const dvec3 root = b.root + b.way * (b.length * random.in(0.35, 1.1)) + dvec3(0, 0.03, 0);
-        leaf_card(mesh, root, glm::normalize(b.way + toward(random.in(-40, 70), random.in(0, 360))),
+        const dvec3 root = b.root + b.direction * (b.length * random.in(0.35, 1.1)) + dvec3(0, 0.03, 0);
+        leaf_card(mesh, root, glm::normalize(b.direction + toward(random.in(-40, 70), random.in(0, 360))),
                   random.in(0.24, 0.40), random.in(0, 0.8));
     }
     return mesh.take();

@@ -1,4 +1,4 @@
-// What the atrium has only one of: floors, roofs, stairs, the window wall, the beams, and the garden beyond.
+// The single parts of the atrium: floors, roofs, stairs, the window wall, the beams, and the garden beyond.
 #include <algorithm>
 #include <cmath>
 

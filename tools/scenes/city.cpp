@@ -1,4 +1,4 @@
-// Writing the city. Nothing is held in memory but the models, the plan (16 bytes a model placed) and the JSON.
+// Writes the city. Only the models, the plan (16 bytes per placed model) and the JSON are in memory.
 #include "tools/scenes/city.h"
 
 #include <algorithm>
@@ -12,18 +12,18 @@
 namespace halflight::scenes {
 namespace {
 
-constexpr std::uint64_t kFileLimit = 0xFFFFFFFFULL;  // of a .glb's own length field
+constexpr std::uint64_t kFileLimit = 0xFFFFFFFFULL;  // largest value of a .glb's length field
 // JSON takes about 250 bytes for each accessor with its view, three for each of at most 32 materials.
 constexpr std::uint64_t kDistrictJson = 250 * 3 * 32, kFixedJson = 1 << 16;
 
-/// A part of a model as it is written: float32, before it is moved to its place.
+/// A part of a model in float32, before it is moved to its place.
 struct FlatPart {
     std::vector<vec3> positions, normals;
     std::vector<std::uint32_t> indices;
     Bounds bounds;
 };
 
-/// What all producers share, by [model][material]; a model lacks most materials.
+/// Data of all producers, by [model][material]; a model lacks most materials.
 struct City {
     std::vector<std::vector<FlatPart>> models;
     std::vector<Placement> plan;

@@ -1,6 +1,5 @@
-// A city of any size: a set of models (buildings, trees, cars, ...), a plan that places them block by block outwards
-// from the centre, and writers of the plan as instances or as unique geometry. The plan for more triangles continues
-// the plan for fewer.
+// A city of any size. A plan places models (buildings, trees, cars, ...) block by block outwards from the centre; it is
+// written as instances or as unique geometry. The plan for more triangles continues the plan for fewer.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +10,7 @@
 
 namespace halflight::scenes {
 
-/// What a lot can be used for; each has models of many sizes.
+/// Kinds of models; each has models of many sizes.
 enum class ModelKind {
     ground_urban,
     ground_tower,
@@ -19,7 +18,7 @@ enum class ModelKind {
     ground_park,
     row,
     row_left,
-    row_right,  // wall to wall; left and right have windows on that side too (seen from the front)
+    row_right,  // row houses stand wall to wall; left and right ones have windows on that side, seen from the front
     corner,
     tower,
     house,
@@ -35,9 +34,9 @@ struct Model {
     Mesh mesh;
 };
 
-/// The palette of the city in the order in which `city_models` numbers its materials.
+/// Returns the materials of the city in the order in which `city_models` numbers them.
 std::vector<Material> city_materials();
-/// All models, in a fixed order. Each stands on y = 0 around the origin, its front towards +z.
+/// Returns all models in a fixed order. Each stands on y = 0 around the origin, its front towards +z.
 std::vector<Model> city_models();
 
 // Plan, in metres: blocks in a grid, with streets of 12 m between pavements.
@@ -52,8 +51,8 @@ struct Placement {
     float x, z;  // metres
 };
 
-/// Places models until `triangles` is reached; what is left at the end is less than the smallest model has.
-/// Error: fewer triangles than one block's ground needs.
+/// Places models until the remaining triangles are fewer than the smallest model has. Throws Error for fewer triangles
+/// than one block's ground needs.
 std::vector<Placement> city_plan(const std::vector<Model>& models, std::uint64_t triangles);
 
 struct CityOptions {

@@ -17,10 +17,10 @@ int index(CityMaterial material) {
     return static_cast<int>(material);
 }
 
-/// How a facade's windows look.
+/// Shape of a facade's windows.
 struct Windows {
     CityMaterial wall;
-    double wide, high, sill;  // of the cell's width; metres; metres above the floor
+    double wide, high, sill;  // share of the cell's width; metres; metres above the floor
     double recess;            // metres
     bool balconies;
 };

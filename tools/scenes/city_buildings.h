@@ -46,11 +46,12 @@ struct BuildingSpec {
     int open_side = 0;  // -1, +1: this side (x) has windows too; 0: neighbours stand wall to wall
 };
 
-/// Shop floor, rows of recessed windows, some with balconies; flat roof with huts, or pitched with dormers.
+/// Makes a building with a shop floor and rows of recessed windows, some with balconies, and with a flat roof with huts
+/// or a pitched one with dormers.
 Mesh row_building(const BuildingSpec& spec);
-/// A free-standing high-rise: a base, a shaft of glass and fins with a setback, machinery on the roof.
+/// Makes a free-standing high-rise: a base, a shaft of glass and fins with a setback, machinery on the roof.
 Mesh tower_building(const BuildingSpec& spec);
-/// A detached house with a gable roof, a porch and a chimney.
+/// Makes a detached house with a gable roof, a porch and a chimney.
 Mesh house(const BuildingSpec& spec);
 
 }  // namespace halflight::scenes

@@ -84,9 +84,10 @@ Mesh tree(std::uint32_t seed) {
     const int crowns = 2 + static_cast<int>(seed % 3);
     for (int i = 0; i < crowns; ++i) {
         const double r = girth * (i == 0 ? 1 : random.in(0.55, 0.75)), phase = random.in(0, 6);
-        const dvec2 way = cos_sin_degrees(random.in(0, 360));
-        const dvec3 centre(i == 0 ? 0 : way.x * girth * 0.7, height + girth * (i == 0 ? 0.75 : random.in(0.4, 1.4)),
-                           i == 0 ? 0 : way.y * girth * 0.7);
+        const dvec2 direction = cos_sin_degrees(random.in(0, 360));
+        const dvec3 centre(i == 0 ? 0 : direction.x * girth * 0.7,
+                           height + girth * (i == 0 ? 0.75 : random.in(0.4, 1.4)),
+                           i == 0 ? 0 : direction.y * girth * 0.7);
         surface(mesh, 9, 6, [&](double u, double v) {
             const dvec2 around = cos_sin_degrees(360 * u), up = cos_sin_degrees(180 * v - 90);
             const double lump = r * (1 + 0.13 * sine(3 * around.x + phase) * sine(4 * around.y + 5 * v + phase));

@@ -1,4 +1,4 @@
-// Where everything in the city stands.
+// Places everything in the city.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -41,7 +41,7 @@ class Planner {
 
     std::vector<Placement> plan() {
         for (std::uint32_t n = 0; remaining_ >= largest_ground(); ++n) block(n);
-        // What is left is less than a block's ground: bollards along a kerb of the last block use it up.
+        // Bollards along a kerb of the last block use up the rest, which is less than a block's ground.
         for (int i = 0;
              put(ModelKind::bollard, -kBlockX / 2 + 1.5 + 1.5 * (i % 54), (i < 54 ? 1 : -1) * (kBlockZ / 2 - 0.4), 0);
              ++i) {
@@ -166,8 +166,8 @@ class Planner {
     std::vector<std::uint64_t> counts_;                // triangles of each model
     std::vector<std::uint32_t> by_kind_[kModelKinds];  // models of each kind
     std::uint64_t remaining_;
-    dvec2 centre_{0};                      // of the current block
-    std::uint32_t key_ = 0, counter_ = 0;  // of its random choices
+    dvec2 centre_{0};                      // centre of the current block
+    std::uint32_t key_ = 0, counter_ = 0;  // state of its random choices
     std::vector<Placement> placements_;
 };
 

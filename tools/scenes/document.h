@@ -1,7 +1,7 @@
 // A glTF 2.0 document and its binary container (glTF 2.0, sections 3 and 4). Equal calls give equal bytes.
 //
-// Mesh data is either at hand, or produced while the file is written: a producer is called once, in file order, so that
-// memory stays bounded for files of any size.
+// Mesh data is either in memory, or produced while the file is written. A producer is called once, in file order, so
+// that memory stays bounded for files of any size.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ namespace halflight::scenes {
 
 inline constexpr int kNothing = -1;  ///< "no texture", "no mesh"
 
-/// What glTF and its KHR extensions say of a surface. Only what differs from glTF's defaults is written.
+/// A material of glTF and its KHR extensions. Only values that differ from glTF's defaults are written.
 struct Material {
     std::string name;
     dvec3 color{1};  // linear Rec.709
@@ -42,16 +42,16 @@ struct Material {
     double transmission = 0;
 };
 
-/// A purely diffuse surface: the one on which glTF, this project and Cycles agree exactly.
+/// Returns a purely diffuse material, the model that glTF, this project and Cycles share exactly.
 Material matte(std::string name, const dvec3& color);
 Material metal(std::string name, const dvec3& color, double roughness);
 Material glossy(std::string name, const dvec3& color, double roughness);
 Material light(std::string name, const dvec3& radiance);
 
-/// One of a skeleton's, fixed to the one before it, the first one to the skeleton's node.
+/// A joint of a skeleton, the child of the joint before it; the first one is the child of the skeleton's node.
 struct Joint {
-    dvec3 offset{0};          // from the joint before, in the pose that the mesh is modelled in, where none is turned
-    std::vector<vec4> turns;  // quaternions x, y, z, w at the skeleton's `seconds`
+    dvec3 offset{0};          // from the joint before, in the mesh's bind pose, which has no rotations; metres
+    std::vector<vec4> turns;  // rotations at the skeleton's `seconds`, quaternions x, y, z, w
 };
 
 /// A chain of joints, and the animation that turns them.
@@ -65,38 +65,39 @@ class Document {
   public:
     explicit Document(const std::string& name);
 
-    /// An embedded picture; `png` are the bytes of a PNG file.
+    /// Adds an embedded texture and returns its index; `png` are the bytes of a PNG file.
     int texture(const std::string& name, std::string png);
     int material(const Material& material);
     int mesh(const Mesh& mesh);
-    /// A named node under the root. `matrix` must be a move, turn and grow (no shear).
+    /// Adds a named node under the root. `matrix` must be a translation, rotation and scale without shear.
     int node(const std::string& name, int mesh, const dmat4& matrix = dmat4(1));
-    /// A skinned mesh, whose skeleton's node has the matrix: a move.
+    /// Adds a skinned mesh. The node of its skeleton has `matrix`, which must be a translation.
     int node(const std::string& name, int mesh, const Skeleton& skeleton, const dmat4& matrix);
-    /// The same mesh at many places, as one node with EXT_mesh_gpu_instancing; rotations are quaternions x, y, z, w.
+    /// Adds instances of a mesh as one node with EXT_mesh_gpu_instancing; rotations are quaternions x, y, z, w.
     void instances(const std::string& name, int mesh, std::vector<vec3> translations, std::vector<vec4> rotations);
-    /// vertical_fov in degrees; aspect = width / height, 0: that of the picture.
+    /// Adds a camera with vertical_fov in degrees; aspect = width / height, 0: that of the picture.
     void camera(const std::string& name, const dvec3& from, const dvec3& at, double vertical_fov, double aspect);
-    /// `toward` points from the scene to the sun; lux is what a surface facing it receives.
+    /// Adds a directional light; `toward` points from the scene to the sun, lux is the illuminance of a surface that
+    /// faces it.
     void sun(const std::string& name, const dvec3& toward, const dvec3& color, double lux);
-    /// Constant radiance from all around: this project's extension HALFLIGHT_environment, since glTF has nothing for
-    /// it.
+    /// Adds constant radiance from all directions by this project's extension HALFLIGHT_environment; glTF has no
+    /// environments.
     void sky(const dvec3& radiance);
 
-    /// For meshes that are produced while writing: shape, bounds and byte counts are known, the bytes come later.
+    /// Writes the bytes of a mesh whose bounds and byte counts are known beforehand.
     using Producer = std::function<void(CheckedFile&)>;
     struct StreamedPart {
         int material = 0;
         std::uint64_t vertices = 0;
         std::uint64_t indices = 0;
-        vec3 lower{0}, upper{0};  // exactly those of the positions that are written
+        vec3 lower{0}, upper{0};  // exact bounds of the positions that are written
         Producer write_positions, write_normals, write_indices;
     };
     int mesh(const std::string& name, std::vector<StreamedPart> parts);
 
-    std::uint64_t triangles() const;  ///< of all nodes, meshes counted as often as they are used
-    std::uint64_t bytes() const;      ///< of the binary chunk so far; the file adds its JSON
-    /// One .glb. Throws Error where it would pass the container's 4 GiB.
+    std::uint64_t triangles() const;  ///< Returns the triangles of all nodes; meshes count as often as they are used.
+    std::uint64_t bytes() const;      ///< Returns the size of the binary chunk so far, without the file's JSON.
+    /// Writes a .glb. Throws Error where it would exceed the container's 4 GiB.
     void write(const std::filesystem::path& path) const;
 
   private:

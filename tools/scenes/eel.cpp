@@ -1,14 +1,14 @@
-// An eel that swims: one skinned mesh of any size, for measuring what meshes that deform cost.
+// An eel that swims: one skinned mesh of any size, for measuring the cost of deforming meshes.
 #include "tools/scenes/exact.h"
 #include "tools/scenes/scenes.h"
 
 namespace halflight::scenes {
 namespace {
 
-constexpr double kLength = 4, kRadius = 0.22, kHeight = 0.6;  // metres; the last one above the floor
+constexpr double kLength = 4, kRadius = 0.22, kHeight = 0.6;  // metres; kHeight is above the floor
 constexpr int kJoints = 12;
-constexpr int kFrames = 48, kFramesPerSecond = 24;  // of a stroke, after which it begins again
-constexpr double kSway = 0.2;                       // radians between neighbours, at most
+constexpr int kFrames = 48, kFramesPerSecond = 24;  // one stroke, which repeats
+constexpr double kSway = 0.2;                       // greatest angle between neighbours, radians
 constexpr double kWaves = 1.5;                      // along the body
 
 /// The two joints that a place along the body follows, `z` from -kLength / 2, the head.

@@ -1,4 +1,4 @@
-// A hall with any number of small lamps: for measuring how a light is picked among many.
+// A hall with any number of small lamps, for measuring the selection of lights.
 #include "engine/core/error.h"
 #include "tools/scenes/exact.h"
 #include "tools/scenes/scenes.h"
@@ -7,11 +7,11 @@ namespace halflight::scenes {
 namespace {
 
 constexpr double kSide = 60, kHeight = 8;              // metres
-constexpr double kLowest = 3.2;                        // of a lamp; everything else is below
-constexpr int kKinds = 16;                             // of lamps, by radiance and colour
+constexpr double kLowest = 3.2;                        // lowest height of a lamp; everything else is below
+constexpr int kKinds = 16;                             // number of lamps' kinds, by radiance and colour
 constexpr double kDecades = 2;                         // between the dimmest and the brightest kind
-constexpr double kLeastEdge = 0.05, kMostEdge = 0.25;  // of a lamp, metres
-constexpr double kRadianceTimesArea = 4000;            // of all lamps, about
+constexpr double kLeastEdge = 0.05, kMostEdge = 0.25;  // edges of a lamp, metres
+constexpr double kRadianceTimesArea = 4000;            // approximate sum over all lamps
 constexpr int kBlockTriangles = 10;                    // a box without its bottom
 constexpr std::uint64_t kShellTriangles = 12;
 

@@ -1,5 +1,5 @@
-// What the C library does differently from machine to machine, done here from IEEE arithmetic alone: the committed
-// scenes are compared byte by byte. (sqrt is correctly rounded everywhere and needs no twin.)
+// Functions whose results differ between C libraries, here made of IEEE arithmetic only: the committed scenes are
+// compared byte by byte. (sqrt is correctly rounded everywhere.)
 #pragma once
 
 #include <cstdint>
@@ -8,18 +8,18 @@
 
 namespace halflight::scenes {
 
-/// Error below 2e-16 for |radians| < 1e4.
+/// Returns the sine with an error below 2e-16 for |radians| < 1e4.
 double sine(double radians);
 inline double cosine(double radians) {
     return sine(radians + kPi / 2);
 }
-/// (cos, sin); exact for multiples of a quarter turn.
+/// Returns (cos, sin); exact for multiples of a quarter turn.
 dvec2 cos_sin_degrees(double degrees);
 
-/// 32 well-mixed bits of two numbers (Jarzynski, Olano 2020: PCG hash, nested).
+/// Returns 32 well-mixed bits of two numbers (Jarzynski, Olano 2020: PCG hash, nested).
 std::uint32_t hash(std::uint32_t a, std::uint32_t b = 0);
 
-/// A stream of numbers, the same on every machine (std::uniform_real_distribution promises no such thing).
+/// A stream of random numbers that is the same on every machine, unlike std::uniform_real_distribution.
 class Random {
   public:
     explicit Random(std::uint32_t seed) : key_(hash(seed)) {}

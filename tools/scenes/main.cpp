@@ -19,65 +19,73 @@ int run(int argc, char** argv) {
     std::string output;
     const auto command = [&](const char* name, const char* what) {
         CLI::App* sub = app.add_subcommand(name, what);
-        sub->add_option("OUT", output, "the .glb to write")->required();
+        sub->add_option("OUT", output, "file to write, .glb")->required();
         return sub;
     };
     bool metal = false;
     CLI::App* cornell = command("cornell", "The Cornell box");
-    cornell->add_flag("--metal", metal, "two metal blocks");
+    cornell->add_flag("--metal", metal, "make both blocks metal");
     double albedo = 0;
     CLI::App* furnace = command("furnace", "A white furnace: radiance 1 everywhere");
-    furnace->add_option("--albedo", albedo, "of the enclosure, which emits 1 - albedo")->check(CLI::Range(0.0, 0.99));
+    furnace->add_option("--albedo", albedo, "albedo of the enclosure, which emits 1 - albedo")
+        ->check(CLI::Range(0.0, 0.99));
     CLI::App* atrium = command("atrium", "A courtyard under sun and sky");
     CLI::App* still_life = command("still-life", "Glossy things on a table");
     CLI::App* room = command("room", "A room lit through one small window");
     int lights = 1000;
     std::uint64_t hall_triangles = 0;
     CLI::App* emitters = command("emitters", "A hall with many small lamps");
-    emitters->add_option("--lights", lights, "how many lamps, of two triangles each")
+    emitters->add_option("--lights", lights, "number of lamps, of two triangles each")
         ->check(CLI::Range(1, 10'000'000))
         ->capture_default_str();
-    emitters->add_option("--triangles", hall_triangles, "of the whole (default: 10 000 beside lamps and walls)")
+    emitters
+        ->add_option("--triangles", hall_triangles,
+                     "number of triangles of the hall (default: 10 000 besides lamps and walls)")
         ->check(CLI::Range(1LL, 1'000'000'000LL));
     std::uint64_t eel_triangles = 10'000;
     CLI::App* eel = command("eel", "A skinned mesh of any size that swims");
-    eel->add_option("--triangles", eel_triangles, "about how many")
+    eel->add_option("--triangles", eel_triangles, "approximate number of triangles")
         ->check(CLI::Range(100LL, 100'000'000LL))
         ->capture_default_str();
     scenes::CityOptions options;
     std::uint64_t part_mib = options.part_bytes >> 20;
     CLI::App* city = command("city", "A procedural city of any size");
-    city->add_option("--triangles", options.triangles, "how many, instances counted as often as they are used")
+    city->add_option("--triangles", options.triangles, "number of triangles; instances count as often as they are used")
         ->check(CLI::Range(1LL, 1'000'000'000LL))
         ->capture_default_str();
-    CLI::Option* flatten = city->add_flag("--flatten", options.flatten, "unique geometry instead of shared meshes");
+    CLI::Option* flatten =
+        city->add_flag("--flatten", options.flatten, "write unique geometry instead of shared meshes");
     city->add_flag("--gpu-instancing", options.gpu_instancing,
-                   "EXT_mesh_gpu_instancing instead of a node for each instance")
+                   "use EXT_mesh_gpu_instancing instead of a node for each instance")
         ->excludes(flatten);
     CLI::Option* parts =
-        city->add_flag("--parts", options.parts, "several files OUT.000.glb, ... and the list OUT.parts.json")
+        city->add_flag("--parts", options.parts, "write several files OUT.000.glb, ... and the list OUT.parts.json")
             ->needs(flatten);
-    city->add_option("--part-size", part_mib, "MiB, upper limit of a part")
+    city->add_option("--part-size", part_mib, "largest size of a part in MiB")
         ->needs(parts)
         ->check(CLI::Range(16, 4095))
         ->capture_default_str();
 
     std::string flown;
     scenes::PathOptions flight;
-    CLI::App* path = app.add_subcommand("path", "A scene with one more camera, path, which an animation moves");
-    path->add_option("SCENE", flown, "the .glb to copy")->required();
-    path->add_option("OUT", output, "the .glb to write")->required();
-    path->add_option("--camera", flight.camera, "of the scene, whose view the arc is around (default: the first)");
-    path->add_option("--frames", flight.frames, "of the flight")->check(CLI::Range(2, 100'000))->capture_default_str();
+    CLI::App* path = app.add_subcommand("path", "A scene with one more camera, path, moved by an animation");
+    path->add_option("SCENE", flown, "scene to copy, .glb")->required();
+    path->add_option("OUT", output, "file to write, .glb")->required();
+    path->add_option("--camera", flight.camera, "camera of the scene at the middle of the arc (default: the first)");
+    path->add_option("--frames", flight.frames, "number of frames")
+        ->check(CLI::Range(2, 100'000))
+        ->capture_default_str();
     path->add_option("--fps", flight.fps, "frames per second")->check(CLI::Range(0.001, 1e6))->capture_default_str();
-    path->add_option("--degrees", flight.degrees, "of the arc")->check(CLI::Range(0.0, 360.0))->capture_default_str();
+    path->add_option("--degrees", flight.degrees, "angle of the arc in degrees")
+        ->check(CLI::Range(0.0, 360.0))
+        ->capture_default_str();
 
     const auto write = [&](const scenes::Document& document) {
         document.write(output);
         std::printf("%s: %llu triangles\n", output.c_str(), static_cast<unsigned long long>(document.triangles()));
     };
     return tool_main(app, argc, argv, [&] {
-        if (std::filesystem::path(output).extension() != ".glb") throw Error(output, "is no name of a .glb");
+        if (std::filesystem::path(output).extension() != ".glb") throw Error(output, "is not the name of a .glb");
         if (*cornell) write(scenes::cornell(metal));
         if (*furnace) write(scenes::furnace(albedo));
         if (*atrium) write(scenes::atrium_scene());

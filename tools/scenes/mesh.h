@@ -1,5 +1,5 @@
-// What the generators build their scenes from: vertices in double, rounded to float once, by the writer.
-// Space: right-handed, +Y up, metres; triangles are counter-clockwise seen from outside.
+// Meshes of the scene generators. Vertices are double and rounded to float once, by the writer.
+// Space: right-handed, +Y up, metres. Triangles are counter-clockwise seen from outside.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct Vertex {
     dvec2 uv{0};      // v from the top row of the texture down
 };
 
-/// What a vertex of a skinned mesh follows: up to four joints, by their places in the skeleton; weights add up to 1.
+/// Up to four joints that a vertex of a skinned mesh follows, as indices into the skeleton; weights add up to 1.
 struct Influence {
     ivec4 joints{0};
     vec4 weights{0};
@@ -25,9 +25,9 @@ struct Influence {
 
 /// The triangles of one mesh that share a material (a glTF primitive).
 struct Part {
-    int material = 0;  // of the document that the mesh goes to
+    int material = 0;  // index in the document that the mesh is added to
     std::vector<Vertex> vertices;
-    std::vector<Influence> influences;   // of the vertices; none without a skeleton
+    std::vector<Influence> influences;   // by vertex; empty without a skeleton
     std::vector<std::uint32_t> indices;  // three per triangle
 };
 
@@ -38,29 +38,29 @@ struct Mesh {
     std::size_t triangles() const;
 };
 
-/// Builds one mesh. Everything that is added gets the current material and goes through the current frame.
+/// Builds one mesh. Everything that is added gets the current material and is transformed by the current frame.
 class MeshBuilder {
   public:
     explicit MeshBuilder(std::string name) { mesh_.name = std::move(name); }
 
     MeshBuilder& material(int index);
-    /// Object to mesh, affine; a mirroring one turns the triangles so that their fronts stay outside.
+    /// Sets the affine transform from object to mesh; a mirroring one reverses triangles, so that fronts stay outside.
     MeshBuilder& frame(const dmat4& matrix);
-    /// Metres of surface that one repeat of the texture covers, for the shapes that take uv from their size.
+    /// Sets the metres of surface that one repeat of the texture covers, for shapes that derive uv from their size.
     MeshBuilder& texel_size(double metres);
 
-    /// A corner of the current material's part; returns its index, for triangle().
+    /// Adds a vertex of the current material's part, and returns its index for triangle().
     std::uint32_t vertex(const Vertex& v);
     void triangle(std::uint32_t a, std::uint32_t b, std::uint32_t c);
 
-    /// Flat quadrilateral, corners counter-clockwise from the front; uv in metres, upright on upright faces.
+    /// Adds a flat quadrilateral, corners counter-clockwise from the front; uv in metres, upright on upright faces.
     void quad(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d);
-    /// The same with uv (0,1) (1,1) (1,0) (0,0): the whole texture, a being its lower left corner.
+    /// Adds a flat quadrilateral with uv (0,1) (1,1) (1,0) (0,0): the whole texture, with a at its lower left corner.
     void picture(const dvec3& a, const dvec3& b, const dvec3& c, const dvec3& d);
-    /// Which sides of a box are left out because nothing can see them.
+    /// Sides of a box that are left out because they are never visible.
     enum Sides : unsigned { kNoSide = 0, kLeft = 1, kRight = 2, kBottom = 4, kTop = 8, kBack = 16, kFront = 32 };
     void box(const dvec3& lower, const dvec3& upper, unsigned without = kNoSide);
-    /// A box of any eight corners, ordered as bits: 1 for +x, 2 for +y, 4 for +z.
+    /// Adds a box of any eight corners, ordered as bits: 1 for +x, 2 for +y, 4 for +z.
     void hexahedron(const dvec3 (&corners)[8], unsigned without = kNoSide);
 
     Mesh take() { return std::move(mesh_); }

@@ -83,9 +83,9 @@ const Camera& camera_of(const Scene& scene, const std::string& name) {
     return *found;
 }
 
-/// Where the flight looks: as deep as the middle of the scene lies in the view.
+/// Returns the target of the flight, on the line of sight at the depth of the middle of the scene.
 dvec3 target_of(const Scene& scene, const Camera& camera) {
-    constexpr double kNearest = 1.0 / 16;  // of the scene's diagonal
+    constexpr double kNearest = 1.0 / 16;  // least depth, share of the scene's diagonal
     const WorldBounds bounds = world_bounds(scene);
     const dvec3 eye(camera.camera_to_world[3]), forward = -dvec3(camera.camera_to_world[2]);
     if (bounds.empty()) return eye + forward;

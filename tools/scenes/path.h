@@ -1,4 +1,4 @@
-// A scene with one more camera, which flies: what renderers of sequences are measured on.
+// Adds a camera that flies to a scene, for measuring sequences.
 #pragma once
 
 #include <filesystem>
@@ -7,14 +7,14 @@
 namespace halflight::scenes {
 
 struct PathOptions {
-    std::string camera;   // of the scene, which the flight goes by; empty: the first one
-    int frames = 48;      // > 1; a key for each, frame 0 at 0 s
-    double fps = 24;      // > 0
-    double degrees = 24;  // of the arc, around the middle of what the camera sees, half to each side of it
+    std::string camera;   // camera of the scene at the middle of the flight; empty: the first one
+    int frames = 48;      // > 1; each has a key, frame 0 at 0 s
+    double fps = 24;      // frames per second, > 0
+    double degrees = 24;  // angle of the arc around the middle of the view, half to each side
 };
 
-/// Copies a .glb, with a camera "path" that the animation "path" moves. Throws Error where the scene cannot be read, is
-/// no .glb with its data inside, or has no perspective camera of that name.
+/// Copies a .glb and adds a camera "path" that the animation "path" moves. Throws Error where the scene cannot be read,
+/// is no .glb with its data inside, or has no perspective camera of that name.
 void write_camera_path(const std::filesystem::path& scene, const std::filesystem::path& out,
                        const PathOptions& options);
 

@@ -29,8 +29,8 @@ void facet(MeshBuilder& mesh, const dvec3& centre, double radius, const dvec3& a
 
 void surface(MeshBuilder& mesh, int columns, int rows, const std::function<dvec3(double, double)>& p,
              const dvec2& repeat) {
-    constexpr double kStep =
-        0x1p-16;  // of a central difference: its error and its rounding meet near the cube root of 2^-53
+    // Step of a central difference, whose error and rounding balance near the cube root of 2^-53.
+    constexpr double kStep = 0x1p-16;
     std::vector<dvec3> points;
     std::uint32_t first = 0;
     const auto normal = [&](double u, double v) {
@@ -62,7 +62,7 @@ void surface(MeshBuilder& mesh, int columns, int rows, const std::function<dvec3
 
 void lathe(MeshBuilder& mesh, std::span<const dvec2> profile, int segments, double repeat, double texel) {
     const std::size_t pieces = profile.size() - 1;
-    std::vector<dvec2> normals(pieces);  // of each piece: (radial, up)
+    std::vector<dvec2> normals(pieces);  // by piece: (radial, up)
     for (std::size_t k = 0; k < pieces; ++k) {
         const dvec2 along = profile[k + 1] - profile[k];
         normals[k] = glm::normalize(dvec2(along.y, -along.x));

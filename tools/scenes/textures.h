@@ -19,7 +19,7 @@ TextureSet stone_blocks();  ///< a wall of 3 courses of ashlar
 TextureSet limestone();     ///< fine grain without joints
 TextureSet planks();        ///< four boards, their grain along u
 TextureSet checker();       ///< 8 x 8 fields, for reading off distortion
-/// A banner, 1 wide and 2 high: border and sun in `motif` on `cloth` (sRGB).
+/// Makes a banner, 1 wide and 2 high: border and sun in `motif` on `cloth` (sRGB).
 TextureSet banner(const dvec3& cloth, const dvec3& motif);
 TextureSet leaves();  ///< a spray of leaves; alpha is 0 around them
 

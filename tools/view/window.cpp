@@ -4,11 +4,11 @@
 #define GLFW_INCLUDE_NONE
 #include <GLFW/glfw3.h>
 
-#include <chrono>
 #include <cstdint>
 #include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/stopwatch.h"
 
 namespace halflight::view {
 namespace {
@@ -76,9 +76,9 @@ void Window::set_title(const std::string& title) {
 }
 
 bool Window::wait(double seconds) {
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     glfwWaitEventsTimeout(seconds);
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count() < seconds;
+    return watch.seconds() < seconds;
 }
 
 void Window::wake() {

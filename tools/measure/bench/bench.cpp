@@ -16,7 +16,7 @@
 namespace halflight::bench {
 namespace {
 
-/// In the order of reports.
+/// Makes the wanted methods, in the order of reports; names those that cannot take the scene in `left_out`.
 std::vector<Method> make_methods(const std::vector<std::string>& wanted, const Bench& bench,
                                  std::vector<std::string>& left_out) {
     std::vector<Method> methods;
@@ -37,7 +37,7 @@ SceneResult measure_scene(const BenchArguments& arguments, const std::string& fi
     result.file = file;
     result.size = parse_size(arguments.size);
     Scene scene = load_lit(file);
-    // What is measured is the way to triangles, and other tracers would need callbacks for alpha tests.
+    // Other tracers would need callbacks for alpha tests, so that surfaces are opaque for all of them.
     for (Material& m : scene.materials) m.alpha_mode = AlphaMode::opaque;
     const NamedCamera camera = pick_camera(scene, arguments.camera);
     result.camera = camera.name;
@@ -80,7 +80,7 @@ FrameReport measure_scene_frames(const BenchArguments& arguments, const std::str
     return report;
 }
 
-/// Of a list, in our own words.
+/// Accepts the members of a list.
 CLI::Validator one_of(const std::vector<std::string>& names) {
     return {[names](std::string& text) {
                 if (std::ranges::find(names, text) != names.end()) return std::string();
@@ -98,7 +98,7 @@ CLI::Validator whole_number(int least, int greatest) {
             fmt::format("{} to {}", least, greatest)};
 }
 
-/// Everything that can be told before the long work.
+/// Throws Error about files that cannot be read or written, before the long work begins.
 void check_files(const BenchArguments& a) {
     for (const std::string& scene : a.scenes) check_readable(scene);
     if (!a.json.empty()) check_writable(a.json);
@@ -108,9 +108,9 @@ void check_files(const BenchArguments& a) {
 
 void add_options(CLI::App& app, BenchArguments& a) {
     app.add_option("--scene", a.scenes, "glTF files")->type_name("FILE")->required();
-    app.add_option("--camera", a.camera, "name or number (default: the first, else one that sees everything)")
+    app.add_option("--camera", a.camera, "name or number (default: the first, or one that sees the whole scene)")
         ->type_name("NAME|N");
-    app.add_option("--size", a.size, "of the picture (default " + a.size + ")")
+    app.add_option("--size", a.size, "size of the picture in pixels (default " + a.size + ")")
         ->type_name("WIDTHxHEIGHT")
         ->check(CLI::Validator(
             [](std::string& text) {
@@ -122,38 +122,38 @@ void add_options(CLI::App& app, BenchArguments& a) {
                 }
             },
             ""));
-    CLI::Option* frames = app.add_flag("--frames", a.frames, "whole frames instead of rays alone");
-    app.add_option("--kinds", a.kinds, "which rays (default all)")
+    CLI::Option* frames = app.add_flag("--frames", a.frames, "measure whole frames instead of single ray batches");
+    app.add_option("--kinds", a.kinds, "kinds of rays (default all)")
         ->delimiter(',')
         ->check(one_of(ray_kinds()))
         ->excludes(frames);
-    app.add_option("--methods", a.methods, "which tracers (default all)")
+    app.add_option("--methods", a.methods, "tracers (default all)")
         ->delimiter(',')
         ->check(one_of(method_names()))
         ->excludes(frames);
     const CLI::Validator count = whole_number(1, 10000);
     app.add_option("--turns", a.turns,
-                   fmt::format("rounds through all methods, after one to warm up (default {})", a.turns))
+                   fmt::format("rounds through all tracers, after one to warm up (default {})", a.turns))
         ->type_name("N")
         ->check(count)
         ->excludes(frames);
     app.add_option("--repeats", a.repeats,
-                   fmt::format("runs of a method in each turn, whose mean counts (default {})", a.repeats))
+                   fmt::format("runs of a tracer in each turn, of which the mean counts (default {})", a.repeats))
         ->type_name("N")
         ->check(count)
         ->excludes(frames);
-    app.add_option("--tile", a.tile, fmt::format("pixels along the side of a tile: 8, 16 (default {})", a.tile))
+    app.add_option("--tile", a.tile, fmt::format("side of a tile in pixels, 8 or 16 (default {})", a.tile))
         ->type_name("N")
         ->check(one_of({"8", "16"}))
         ->excludes(frames);
     app.add_option(
            "--entries", a.entries,
-           fmt::format("that a tile's list has room for, up to {} (default {})", shared::kMostTileEntries, a.entries))
+           fmt::format("capacity of a tile's list, at most {} (default {})", shared::kMostTileEntries, a.entries))
         ->type_name("N")
         ->check(whole_number(1, shared::kMostTileEntries))
         ->excludes(frames);
     app.add_option("--variants", a.variants,
-                   fmt::format("how frames are traced (default {})", fmt::join(a.variants, ",")))
+                   fmt::format("tracing methods of the frames (default {})", fmt::join(a.variants, ",")))
         ->delimiter(',')
         ->check(one_of(variant_names()))
         ->needs(frames);
@@ -161,30 +161,30 @@ void add_options(CLI::App& app, BenchArguments& a) {
         ->type_name("N")
         ->check(whole_number(0, 10000))
         ->needs(frames);
-    app.add_option("--samples", a.samples, fmt::format("of the still frame (default {})", a.samples))
+    app.add_option("--samples", a.samples, fmt::format("samples of the still frame (default {})", a.samples))
         ->type_name("N")
         ->check(count)
         ->needs(frames);
-    app.add_option("--views", a.views, fmt::format("of the moving camera (default {})", a.views))
+    app.add_option("--views", a.views, fmt::format("views of the moving camera (default {})", a.views))
         ->type_name("N")
         ->check(whole_number(0, 10000))
         ->needs(frames);
-    app.add_option("--reference", a.reference, "samples of a picture that errors are measured from (default: none)")
+    app.add_option("--reference", a.reference, "samples of a reference picture for errors (default: no errors)")
         ->type_name("N")
         ->check(whole_number(0, 1000000))
         ->needs(frames);
     app.add_option_function<std::string>(
            "--clock", [&a](const std::string& text) { a.clock = text == "cpu" ? Clock::cpu : Clock::wall; },
-           "time that figures are made of (default wall)")
+           "clock of all times (default wall)")
         ->type_name("")
         ->check(one_of({"wall", "cpu"}));
     app.add_option("--nodes", a.nodes, "format of the hierarchy's nodes (default " + a.nodes + ")")
         ->type_name("")
         ->check(one_of({"auto", "grid", "float"}));
-    app.add_flag("--keep-instances", a.keep_instances, "no flattening of small scenes");
-    app.add_flag("--robust", a.robust, "Embree's watertight mode instead of its fast one");
-    app.add_option("--device", a.device, "as of halflight render")->type_name("NAME|N");
-    app.add_option("--json", a.json, "write all times and figures")->type_name("FILE.json");
+    app.add_flag("--keep-instances", a.keep_instances, "do not flatten small scenes");
+    app.add_flag("--robust", a.robust, "use Embree's watertight mode instead of its fast one");
+    app.add_option("--device", a.device, "device to render on, as for halflight render")->type_name("NAME|N");
+    app.add_option("--json", a.json, "write all times and figures to this file")->type_name("FILE.json");
 }
 
 void run_bench(const BenchArguments& arguments, const std::function<void()>& between) {
@@ -222,8 +222,9 @@ void run_bench(const BenchArguments& arguments, const std::function<void()>& bet
     }
     if (!arguments.json.empty()) write_file(arguments.json, report.dump(2) + '\n');
     if (disagreements > 0)
-        throw Error("bench", "{} {}", disagreements,
-                    arguments.frames ? "pixels depend on who traces" : "answers differ from the plain tracer's");
+        throw Error(
+            "bench", "{} {}", disagreements,
+            arguments.frames ? "pixels depend on the tracing method" : "answers differ from the plain tracer's");
 }
 
 }  // namespace halflight::bench

@@ -1,10 +1,12 @@
-// Rays per second: the engine's tracers beside others, on the rays of real frames, interleaved in one process. The
-// whole of `halflight-bench` and `halflight bench` but for the command line's errors.
+// Measures rays per second of the engine's tracers and of others on the rays of real frames, interleaved in one
+// process. Contains all of `halflight-bench` and `halflight bench` except for errors of the command line.
 #pragma once
 
 #include <functional>
 #include <string>
 #include <vector>
+
+#include "tools/measure/common/clock.h"
 
 namespace CLI {
 class App;
@@ -12,37 +14,38 @@ class App;
 
 namespace halflight::bench {
 
-/// Which time the figures are made of. cpu: of all threads; the one to trust where the machine is shared.
-enum class Clock { wall, cpu };
+using halflight::Clock;
 
 struct BenchArguments {
     std::vector<std::string> scenes;   // glTF files
-    std::string camera;                // name or number; empty: the first, else one that sees everything
-    std::string size = "1280x720";     // WIDTHxHEIGHT
-    std::vector<std::string> kinds;    // of ray_kinds(); empty: all
-    std::vector<std::string> methods;  // of method_names(); empty: all
+    std::string camera;                // name or number; empty: the first, or one that sees the whole scene
+    std::string size = "1280x720";     // WIDTHxHEIGHT, pixels
+    std::vector<std::string> kinds;    // members of ray_kinds(); empty: all
+    std::vector<std::string> methods;  // members of method_names(); empty: all
     int turns = 9;                     // rounds through all methods, after one to warm up
-    int repeats = 1;                   // runs of a method in each turn, whose mean counts
-    int tile = 8;                      // pixels along the side of a tile of rays: 8 or 16
-    int entries = 32;                  // that a tile's list has room for
-    bool frames = false;  // whole frames (frames.h) instead of ray sets; what is not of FrameOrder is ignored
+    int repeats = 1;                   // runs of a method in each turn, of which the mean counts
+    int tile = 8;                      // side of a tile of rays, pixels: 8 or 16
+    int entries = 32;                  // capacity of a tile's list
+    bool frames = false;               // whole frames (frames.h) instead of ray sets
+    // Used for frames only; see FrameOrder.
     std::vector<std::string> variants{"off", "compute", "fresh", "auto"};
     int bounces = 8;
     int samples = 64;
     int views = 48;
     int reference = 0;
+
     Clock clock = Clock::wall;
-    std::string nodes = "auto";   // grid, float
-    bool keep_instances = false;  // no flattening of small scenes
+    std::string nodes = "auto";   // format of the hierarchy's nodes: auto, grid, float
+    bool keep_instances = false;  // small scenes are not flattened
     bool robust = false;          // Embree's watertight mode
-    std::string device;           // as of halflight render
+    std::string device;           // ContextOptions::device
     std::string json;             // file for the figures; empty: none
 };
 
 void add_options(CLI::App& app, BenchArguments& arguments);
 
-/// Prints the tables and writes the JSON. between() is called between turns; what it throws ends the run. Throws Error
-/// where something cannot be done, and, after all is printed and written, where exact methods disagree.
+/// Prints the tables and writes the JSON. Calls between() between turns; an exception from it ends the run. Throws
+/// Error where a file or scene cannot be used, and, after the output is complete, where exact methods disagree.
 void run_bench(const BenchArguments& arguments, const std::function<void()>& between);
 
 }  // namespace halflight::bench

@@ -17,8 +17,8 @@
 #include "renderer/frame_constants.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/pixel_order.h"
+#include "tools/measure/bench/appearance.h"
 #include "tools/measure/bench/graph_run.h"
-#include "tools/measure/bench/look.h"
 
 namespace halflight::bench {
 namespace {
@@ -28,7 +28,7 @@ using shared::Ray;
 
 constexpr std::uint32_t kConnectionsPerBlock = 16 * 16 * 16;  // groups, points, receivers
 
-/// What is read back of one run.
+/// Data read back from one run.
 struct Shot {
     graph::BufferHandle rays;
     PathList list;          // optional
@@ -36,7 +36,7 @@ struct Shot {
     bool paths_are_pixels = true;
 };
 
-/// One look of a scene on the GPU, seen by a camera band by band.
+/// One appearance of a scene on the GPU, seen by a camera band by band.
 class Studio {
   public:
     Studio(const gpu::Context& context, gpu::ProgramCache& programs, const Scene& scene, const TraceTables& tables,
@@ -116,7 +116,8 @@ class Studio {
     gpu::Buffer frame_{"frame constants", sizeof(shared::Frame)};
 };
 
-// --- Kinds of one look ---------------------------------------------------------------------------------------------
+// --- Kinds of one appearance
+// ---------------------------------------------------------------------------------------------
 
 RaySet primary_rays(Studio& studio) {
     return studio.shoot([](graph::Graph& graph, const SceneView& view) -> Shot {
@@ -157,7 +158,7 @@ RaySet second_bounce(Studio& studio) {
     });
 }
 
-/// Of a purely diffuse look.
+/// Returns the rays of a scene with purely diffuse materials.
 RaySet connection_rays(Studio& studio, const ivec2& size) {
     const std::uint32_t across = (static_cast<std::uint32_t>(size.x) + 15) / 16;
     const std::uint32_t blocks = across * ((static_cast<std::uint32_t>(size.y) + 15) / 16);
@@ -221,11 +222,7 @@ void complete(RaySet& set, const Kind& kind, float diagonal) {
 }  // namespace
 
 const std::vector<std::string>& ray_kinds() {
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> n;
-        for (const Kind& kind : kKinds) n.emplace_back(kind.name);
-        return n;
-    }();
+    static const std::vector<std::string> names = names_of(kKinds);
     return names;
 }
 
@@ -234,43 +231,45 @@ std::vector<RaySet> capture(const gpu::Context& context, gpu::ProgramCache& prog
                             const ivec2& size, const std::vector<std::string>& kinds) {
     const float diagonal = glm::length(tables.bounds.extent());
     const dvec3 above = dvec3(camera.camera_to_world[3]) + dvec3(0, 0.05 * diagonal, 0);
-    const Look original = look_of(scene);
+    const Appearance original = appearance_of(scene);
     const auto wanted = [&](const char* kind) { return std::ranges::find(kinds, kind) != kinds.end(); };
     std::vector<RaySet> sets(kKinds.size());
-    const auto in_look = [&](const Look& look, const TraceTables& t, const rays::TraceScene& s, const auto& shoot) {
-        wear(scene, look);
+    const auto with_appearance = [&](const Appearance& appearance, const TraceTables& t, const rays::TraceScene& s,
+                                     const auto& shoot) {
+        set_appearance(scene, appearance);
         Studio studio(context, programs, scene, t, s, camera, size);
         shoot(studio);
-        wear(scene, original);
+        set_appearance(scene, original);
     };
 
     if (wanted("primary") || wanted("bounce2") || wanted("mixed")) {
-        in_look(original, tables, trace, [&](Studio& studio) {
+        with_appearance(original, tables, trace, [&](Studio& studio) {
             if (wanted("primary")) sets[0] = primary_rays(studio);
             if (wanted("bounce2")) sets[7] = second_bounce(studio);
             if (wanted("mixed")) sets[8] = shadow_rays(studio);
         });
     }
     if (wanted("hard")) {
-        in_look(lit_by_one_point(scene, above), tables, trace, [&](Studio& studio) { sets[1] = shadow_rays(studio); });
+        with_appearance(lit_by_one_point(scene, above), tables, trace,
+                        [&](Studio& studio) { sets[1] = shadow_rays(studio); });
     }
     if (wanted("soft")) {
         const auto shoot = [&](Studio& studio) { sets[2] = shadow_rays(studio); };
         if (std::ranges::any_of(scene.materials, has_emission)) {
-            in_look(lit_by_areas(scene), tables, trace, shoot);
+            with_appearance(lit_by_areas(scene), tables, trace, shoot);
         } else {
             add_square(scene, above, 0.05 * diagonal);
             const TraceTables with_square = build_trace_tables(scene, kFlattenLimit);
-            in_look(lit_by_areas(scene), with_square, rays::TraceScene(with_square), shoot);
+            with_appearance(lit_by_areas(scene), with_square, rays::TraceScene(with_square), shoot);
             remove_square(scene);
         }
     }
     if (wanted("glossy")) {
-        in_look(made_of_metal(scene), tables, trace,
-                [&](Studio& studio) { sets[3] = first_bounce(studio, add_glossy); });
+        with_appearance(made_of_metal(scene), tables, trace,
+                        [&](Studio& studio) { sets[3] = first_bounce(studio, add_glossy); });
     }
     if (wanted("diffuse") || wanted("ao") || wanted("connection")) {
-        in_look(made_diffuse(scene), tables, trace, [&](Studio& studio) {
+        with_appearance(made_diffuse(scene), tables, trace, [&](Studio& studio) {
             if (wanted("diffuse") || wanted("ao")) sets[4] = first_bounce(studio, add_diffuse);
             if (wanted("connection")) sets[6] = connection_rays(studio, size);
         });

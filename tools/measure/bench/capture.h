@@ -1,4 +1,4 @@
-// Ray sets out of the engine's own passes: frames are set up as the renderer does, and their rays read back.
+// Captures ray sets from the engine's own passes: sets frames up as the renderer does, and reads their rays back.
 #pragma once
 
 #include "engine/gpu/context.h"
@@ -8,12 +8,12 @@
 
 namespace halflight::bench {
 
-/// Most rays of the kind `connection`: that many are some groups of a frame, evenly spread.
+/// Greatest number of rays of the kind `connection`; if a frame has more, evenly spread groups are taken.
 inline constexpr std::size_t kConnectionRays = std::size_t{1} << 20;
 
-/// Sample 0 of frame 0, as rendered with seed 0. Sets come in the order of ray_kinds(); one for which a scene has no
-/// rays is empty. `scene` is changed for a while, and as before when this returns. `trace`: of `tables`, which are
-/// those of the scene. Precondition: no material is alpha-tested.
+/// Returns the rays of sample 0 of frame 0, rendered with seed 0: one set per kind, in the order of ray_kinds(); a set
+/// is empty where the scene has no such rays. Changes `scene` and restores it. `tables` are made from `scene`, `trace`
+/// from `tables`. Precondition: no material is alpha-tested.
 std::vector<RaySet> capture(const gpu::Context& context, gpu::ProgramCache& programs, Scene& scene,
                             const TraceTables& tables, const rays::TraceScene& trace, const Camera& camera,
                             const ivec2& size, const std::vector<std::string>& kinds);

@@ -1,7 +1,7 @@
-// The tracer of shaders/trace.comp with perfect culling, to see what culling could win at most: each ray is told the subtree that
-// holds its hit, and traverses nothing else; one that hits nothing traverses nothing.
+// The tracer of shaders/trace.comp with perfect culling, an upper bound of what culling can gain. Each ray is given the
+// subtree that contains its hit and traverses nothing else. Rays without a hit traverse nothing.
 //
-// Variant: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST; with TraceScene::defines().
+// Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST, together with TraceScene::defines().
 #include "shaders/shared/rays.h"
 #include "shaders/trace_scene.glsl"
 

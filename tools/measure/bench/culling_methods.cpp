@@ -96,7 +96,7 @@ Method tile_method(const char* name, const Bench& bench, bool keep) {
 
 // --- Raster ---------------------------------------------------------------------------------------------------------
 
-/// Of a run that knows of one before.
+/// Returns figures of a run that has the state of an earlier one.
 std::vector<Figure> look_at_raster(const Bench& bench, const RaySet& set) {
     rays::RasterSettings settings;
     settings.measure = true;
@@ -159,7 +159,7 @@ Method automatic_method(const Bench& bench) {
             }};
 }
 
-/// What it has learned in the warm-up it knows in the turns.
+/// Keeps the state of the warm-up for the turns.
 Method raster_method(const Bench& bench) {
     const auto culling = std::make_shared<rays::RasterCulling>(bench.packed);
     return {"raster", true, [bench, culling](const RaySet& set) -> Prepared {

@@ -1,4 +1,4 @@
-// The engine's own ways, as methods; see method.h.
+// The engine's own tracers as methods; method.h describes them.
 #pragma once
 
 #include "tools/measure/bench/method.h"

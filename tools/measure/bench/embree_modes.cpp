@@ -15,7 +15,7 @@ using shared::Ray;
 constexpr std::size_t kGrain = 256;  // rays a task takes: one 16x16 block of pixels
 using Paths = std::span<const std::uint32_t>;
 
-/// What a chunk of rays is traced with.
+/// Arguments of the call that traces a chunk of rays.
 struct Job {
     RTCScene scene;
     mutable RTCIntersectContext context;
@@ -32,7 +32,7 @@ struct Job {
             answers.hits[path] = {t, u, v, first_triangle[instance] + primitive, instance};
         }
     }
-    /// t_far: -inf says that something was met.
+    /// A t_far of -inf marks a hit.
     void answer_any(std::uint32_t path, float t_far) const {
         const Ray& ray = set.rays[path];
         answers.occluded[path] = t_far < 0 && ray.t_max >= ray.t_min ? shared::kOccluded : shared::kFree;

@@ -1,4 +1,4 @@
-// Embree on the tables of a scene, on all threads: what the engine's tracers are measured against.
+// Traces rays with Embree on all threads, as a yardstick for the engine's tracers.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -12,7 +12,7 @@
 
 namespace halflight::bench {
 
-/// How rays are handed over.
+/// Embree's functions for rays.
 enum class EmbreeMode {
     single,    // rtcIntersect1
     packet8,   // rtcIntersect8
@@ -24,15 +24,15 @@ const char* name(EmbreeMode mode);
 
 class EmbreeTracer {
   public:
-    /// As fast as Embree goes: its default build, its fast (not watertight) mode unless `robust`. Blocks used through
+    /// Builds Embree's scene at default quality, in its fast (not watertight) mode unless `robust`. Blocks used through
     /// transforms are Embree instances.
     EmbreeTracer(const TraceTables& tables, bool robust);
 
-    /// Whether Embree can be asked so. (With instances, version 3.13.5 does not return from rtcOccluded16 and the like
-    /// when rays are said to be coherent.)
+    /// Returns whether Embree supports this call. (With instances and the hint of coherence, version 3.13.5 does not
+    /// return from rtcOccluded16 and similar functions.)
     bool supports(const RaySet& set, EmbreeMode mode, bool coherent) const;
-    /// Answers for the paths in set.order; `answers` has room for all paths. coherent: hint to Embree. Hits as of the
-    /// plain tracer, but for ties.
+    /// Writes answers for the paths in set.order; `answers` has room for all paths. Hits equal those of the plain
+    /// tracer except for ties. coherent: hint to Embree.
     void trace(const RaySet& set, EmbreeMode mode, bool coherent, Answers& answers) const;
 
     double build_seconds() const { return build_seconds_; }

@@ -23,7 +23,7 @@
 namespace halflight::bench {
 namespace {
 
-constexpr double kWorst = 0.001;  // share of values without which errors are told as well
+constexpr double kWorst = 0.001;  // share of values that the trimmed error omits
 
 struct Variant {
     const char* name;
@@ -39,7 +39,7 @@ constexpr std::array kVariants{
     Variant{"auto", rays::Culling::automatic},         Variant{"raster", rays::Culling::raster}};
 constexpr const Variant& kPlain = kVariants[1];
 
-/// What all variants render.
+/// Inputs that all variants share.
 struct Subject {
     Subject(const gpu::Context& context, const Scene& scene, const TraceTables& t, const rays::PackedScene& p,
             const FrameOrder& order)
@@ -207,7 +207,7 @@ std::size_t count_different(const std::vector<double>& a, const std::vector<doub
 Camera moved(const Camera& camera, const TraceTables& tables, int view) {
     constexpr int kTurn = 12;              // steps from one end of the arc to the other
     constexpr double kStep = kPi / 90;     // radians
-    constexpr double kNearest = 1.0 / 16;  // of the scene's diagonal
+    constexpr double kNearest = 1.0 / 16;  // least distance, share of the scene's diagonal
     const int phase = (view + kTurn / 2) % (2 * kTurn);
     const double angle = kStep * ((phase < kTurn ? phase : 2 * kTurn - phase) - kTurn / 2);
 
@@ -225,11 +225,7 @@ Camera moved(const Camera& camera, const TraceTables& tables, int view) {
 }  // namespace
 
 const std::vector<std::string>& variant_names() {
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> n;
-        for (const Variant& variant : kVariants) n.emplace_back(variant.name);
-        return n;
-    }();
+    static const std::vector<std::string> names = names_of(kVariants);
     return names;
 }
 

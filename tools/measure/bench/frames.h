@@ -1,5 +1,5 @@
-// Whole frames instead of rays alone: what culling and its state are worth to a picture that gets better sample by
-// sample, and to a camera that moves.
+// Measures whole frames: the effect of culling and of its state on the samples of a still frame and on the views of a
+// moving camera.
 #pragma once
 
 #include <functional>
@@ -13,51 +13,52 @@
 
 namespace halflight::bench {
 
-/// Ways to have frames traced, in the order of reports:
-///   naive    the tracer of naive.comp; its hits are the others' but for rounding
-///   off      plain
+/// Returns the names of the tracing methods of frames, in the order of reports:
+///   naive    the tracer of naive.comp; its hits differ from the others' by rounding
+///   off      no culling
 ///   compute  Culling::compute
-///   fresh    the same, but all state is forgotten ahead of every frame
-///   auto     Culling::automatic, its trials included
+///   fresh    Culling::compute, its state discarded before every frame
+///   auto     Culling::automatic, including its trials
 ///   raster   Culling::raster
 const std::vector<std::string>& variant_names();
 
 struct FrameOrder {
-    std::vector<std::string> variants;  // of variant_names()
-    ivec2 size{0};
-    int bounces = 8;    // >= 0
-    int samples = 64;   // of the still frame, > 0
-    int views = 48;     // of the moving camera, one sample each; 0: it does not move
-    int reference = 0;  // samples of the picture that errors are measured from; 0: they are not
+    std::vector<std::string> variants;  // members of variant_names()
+    ivec2 size{0};                      // pixels
+    int bounces = 8;                    // >= 0
+    int samples = 64;                   // samples of the still frame, > 0
+    int views = 48;                     // views of the moving camera, one sample each, >= 0
+    int reference = 0;                  // samples of the reference picture for errors; 0: no errors
 };
 
-/// One variant's frames, or samples of the same frame.
+/// Times of one variant's frames, or of the samples of its still frame.
 struct Series {
     std::string variant;
     std::vector<Seconds> frames;
-    /// Of the passes that serve a ray batch, per frame: by its RayKind, from its second one in a frame on "later ..."
+    /// Times of the passes that serve a ray batch, by frame. The key is the batch's RayKind, preceded by "later" for
+    /// all but the first batch of that kind in a frame.
     std::map<std::string, std::vector<Seconds>> batches;
-    std::vector<rays::BatchStatistics> chosen;  // at the end
+    std::vector<rays::BatchStatistics> chosen;  // statistics of the last frame
 };
 
 struct ErrorPoint {
     int samples = 0;
     double relative_mse = 0;
-    double trimmed_mse = 0;  // the same without the worst thousandth of all values, which may make up most of it
+    double trimmed_mse = 0;  // relative_mse without the worst thousandth of all values, which may dominate it
 };
 
 struct FrameResult {
     std::vector<Series> still;
-    std::vector<Series> moving;      // the same variants
-    std::vector<ErrorPoint> errors;  // of the still frame: the same for all variants
-    // Pixels whose means are not the first variant's, bit for bit; "fresh" has none, and "naive" need not agree.
+    std::vector<Series> moving;      // in the order of `still`
+    std::vector<ErrorPoint> errors;  // errors of the still frame, which all variants share
+    // Pixels whose means differ in any bit from the first variant's; "fresh" and "naive" are not compared.
     std::size_t different = 0;
 };
 
-/// Samples of the variants are taken in turns, in another order each time. The camera goes to and fro around the
-/// middle of what it sees, two degrees from one view to the next. Shaders are compiled and memory is allocated before
-/// anything is measured; then all is forgotten. between() is called between frames; what it throws ends the run. Throws
-/// Error where a frame does not fit into one band.
+/// Measures the variants in turns, in another order each time. The camera swings around the middle of its view, by two
+/// degrees from one view to the next. Shaders are compiled and memory is allocated before the measurement, and all
+/// state is discarded then. Calls between() between frames; an exception from it ends the run. Throws Error where a
+/// frame does not fit into one band.
 FrameResult measure_frames(gpu::Context& context, const Scene& scene, const TraceTables& tables,
                            const rays::PackedScene& packed, const Camera& camera, const FrameOrder& order,
                            const std::function<void()>& between);

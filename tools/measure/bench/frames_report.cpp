@@ -11,11 +11,11 @@ constexpr std::size_t kSettled = 8;  // frames before
 
 std::vector<double> by(Clock clock, const std::vector<Seconds>& seconds) {
     std::vector<double> values;
-    for (const Seconds& s : seconds) values.push_back(clock == Clock::wall ? s.wall : s.cpu);
+    for (const Seconds& s : seconds) values.push_back(halflight::by(clock, s));
     return values;
 }
 
-/// What is left without so many; at least the last one.
+/// Returns the values without the first ones, but always the last one.
 std::vector<double> from(const std::vector<double>& values, std::size_t first) {
     return {values.begin() + static_cast<std::ptrdiff_t>(std::min(first, values.size() - 1)), values.end()};
 }
@@ -68,7 +68,7 @@ std::string tables(const std::string& title, const std::vector<Series>& all, Clo
     return text;
 }
 
-/// Of the first `count` frames.
+/// Returns the sum over the first `count` frames.
 double sum(const std::vector<double>& values, int count) {
     double total = 0;
     for (int i = 0; i < count; ++i) total += values[static_cast<std::size_t>(i)];

@@ -1,4 +1,4 @@
-// What was measured of whole frames, as tables and as JSON.
+// Writes the measurements of whole frames as tables and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -16,8 +16,8 @@ struct FrameReport {
     FrameResult result;
 };
 
-/// Times are medians, followed by quartiles; ratios are to the first variant, frame by frame. "later": all but the
-/// first frame; "settled": without the first eight, in which Culling::automatic tries what there is.
+/// Returns lines of medians, followed by quartiles, and of ratios to the first variant, frame by frame. "later" is all
+/// but the first frame, "settled" all but the first eight, in which Culling::automatic makes its trials.
 std::string table(const FrameReport& report, Clock clock);
 nlohmann::json json(const FrameReport& report, Clock clock);
 

@@ -1,4 +1,4 @@
-// A ray set in the engine's hands: a graph that traces it.
+// Traces a ray set by the engine's render graph.
 #pragma once
 
 #include <functional>
@@ -15,13 +15,13 @@ namespace halflight::bench {
 using AddTrace =
     std::function<graph::BufferHandle(graph::Graph&, const rays::RayBatch&, graph::BufferHandle results, bool any_hit)>;
 
-/// The last version of the graph's resource of that name: what passes keep to themselves. Throws Error where there is
-/// none.
+/// Returns the last version of the graph's resource of that name, which may be internal to a pass. Throws Error where
+/// there is none.
 graph::BufferHandle named(const graph::Graph& graph, std::string_view name);
 
-/// Without culling.
+/// Returns the passes that trace without culling.
 AddTrace add_plain(const Bench& bench);
-/// All by a server, which outlives the graph's runs.
+/// Returns the passes of a server, which must outlive the graph's runs.
 AddTrace add_served(const Bench& bench, rays::BatchServer& server);
 
 class GraphRun {
@@ -29,7 +29,7 @@ class GraphRun {
     GraphRun(gpu::ProgramCache& programs, const RaySet& set, const AddTrace& add);
 
     void run() { executor_.run(compiled_); }
-    /// By path: Hits or uints.
+    /// Returns the answers by path, as Hits or uints.
     const gpu::Buffer& results() const { return results_; }
     Answers answers(const RaySet& set) const;
     graph::Executor& executor() { return executor_; }
@@ -40,7 +40,7 @@ class GraphRun {
     graph::Executor executor_;
 };
 
-/// By path, nothing in it yet.
+/// Returns answers with room for all paths.
 Answers empty_answers(const RaySet& set);
 std::size_t answer_bytes(const RaySet& set);
 

@@ -1,7 +1,5 @@
 #include "tools/measure/bench/measure.h"
 
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -50,20 +48,12 @@ Seconds run_once(const Prepared& prepared) {
 
 }  // namespace
 
-double cpu_seconds() {
-    rusage usage;
-    getrusage(RUSAGE_SELF, &usage);
-    const auto seconds = [](const timeval& t) {
-        return static_cast<double>(t.tv_sec) + 1e-6 * static_cast<double>(t.tv_usec);
-    };
-    return seconds(usage.ru_utime) + seconds(usage.ru_stime);
-}
-
 Seconds time_of(const std::function<void()>& f) {
     gpu::finish();
-    const double cpu = cpu_seconds();
-    const double wall = gpu::timed(f);
-    return {wall, cpu_seconds() - cpu};
+    const CpuStopwatch watch;
+    f();
+    gpu::finish();
+    return watch.seconds();
 }
 
 KindResult measure(const RaySet& set, const std::vector<Method>& methods, int turns, int repeats,

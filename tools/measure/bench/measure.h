@@ -1,4 +1,4 @@
-// Methods over the same rays, in turns.
+// Measures several methods on the same rays, in turns.
 #pragma once
 
 #include <cstddef>
@@ -6,27 +6,22 @@
 #include <string>
 #include <vector>
 
+#include "engine/core/stopwatch.h"
 #include "tools/measure/bench/method.h"
 
 namespace halflight::bench {
 
-struct Seconds {
-    double wall = 0;
-    double cpu = 0;  // of the process, all threads
-};
-/// CPU time of this process so far, all threads.
-double cpu_seconds();
-/// Of f() and all GL work that it starts.
+/// Returns how long f() and all GL work that it starts take.
 Seconds time_of(const std::function<void()>& f);
 
 struct MethodResult {
     std::string method;
     std::string note;
     bool exact = false;
-    std::vector<double> seconds;      // wall clock, one per turn: the mean of its repeats
-    std::vector<double> cpu_seconds;  // of the process, all threads
-    // From the plain tracer's: of an exact method, rays whose answers are not the same bit for bit; of others, rays
-    // that only one of the two has hit, or at another t. 0 where there is no plain tracer.
+    std::vector<double> seconds;      // wall time by turn: the mean of its repeats
+    std::vector<double> cpu_seconds;  // CPU time by turn, all threads
+    // Rays whose answers differ from the plain tracer's; 0 without a plain tracer. Exact methods differ in any bit;
+    // for others, only one of the two has a hit, or t differs by more than RaySet::tolerance.
     std::size_t different = 0;
     std::vector<Figure> figures;
 };
@@ -34,14 +29,14 @@ struct MethodResult {
 struct KindResult {
     std::string kind;
     bool any_hit = false;
-    std::size_t listed = 0;  // rays that are handed over
-    std::size_t live = 0;    // rates count these
-    std::size_t hits = 0;    // of the first method
+    std::size_t listed = 0;  // rays given to the methods
+    std::size_t live = 0;    // rays that count in rates
+    std::size_t hits = 0;    // hits of the first method
     std::vector<MethodResult> methods;
 };
 
-/// `turns` turns after one to warm up, methods in another order each time; within a turn each method runs `repeats`
-/// times. between() is called between turns; what it throws ends the measurement.
+/// Runs each method `repeats` times in each of `turns` turns, after one turn to warm up. The order of the methods
+/// changes from turn to turn. Calls between() between turns; an exception from it ends the measurement.
 KindResult measure(const RaySet& set, const std::vector<Method>& methods, int turns, int repeats,
                    const std::function<void()>& between);
 
@@ -49,7 +44,7 @@ struct Quartiles {
     double lower = 0, median = 0, upper = 0;
 };
 Quartiles quartiles(const std::vector<double>& values);
-/// How much faster `mine` is than `theirs`: of the ratios in each turn, since what else a machine does changes slowly.
+/// Returns the quartiles of theirs / mine, turn by turn: the load of a machine by others changes slowly.
 Quartiles speedup(const std::vector<double>& mine, const std::vector<double>& theirs);
 
 }  // namespace halflight::bench

@@ -65,7 +65,7 @@ Method ceiling_method(const Bench& bench) {
                 std::vector<std::uint32_t> open;
                 for (const std::uint32_t path : set.order)
                     if (hits[path].triangle != shared::kMiss) open.push_back(path);
-                // Of a triangle that is split between treelets, the one is looked for in which the hit is found.
+                // A triangle may be split between treelets: search for the one in which the hit is found.
                 for (std::size_t candidate = 0; !open.empty(); ++candidate) {
                     std::erase_if(open, [&](std::uint32_t path) {
                         const auto references = treelets->of(hits[path].triangle);
@@ -171,11 +171,7 @@ constexpr std::array kMethods{
 }  // namespace
 
 const std::vector<std::string>& method_names() {
-    static const std::vector<std::string> names = [] {
-        std::vector<std::string> n;
-        for (const Entry& method : kMethods) n.emplace_back(method.name);
-        return n;
-    }();
+    static const std::vector<std::string> names = names_of(kMethods);
     return names;
 }
 

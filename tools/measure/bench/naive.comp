@@ -1,10 +1,13 @@
-// What is usually meant by ray tracing in a shader, for figures to be compared with: a binary tree of boxes and the
-// triangles in storage buffers, one thread per ray, in the order of the picture's rows, a stack, near child first (Aila and
-// Laine 2009 call it if-if), triangles by Moeller and Trumbore 1997. It is written as such tracers are: neither for software
-// drivers, nor watertight.
+// A usual shader ray tracer, as a yardstick: a binary tree of boxes and the triangles in storage buffers. One thread per
+// ray, in the order of the picture's rows, traverses it by a stack, near child first (if-if of Aila and Laine 2009).
+// Triangles are intersected by Moeller and Trumbore 1997. Like such tracers it is not watertight, and not written for
+// software drivers.
 //
-// Variants: HALFLIGHT_ANY_HIT; HALFLIGHT_TWO_LEVEL: the root is that of a tree over instances, each of which names the root
-// of its block; HALFLIGHT_LIST: the rays of a list of paths; HALFLIGHT_ALPHA, with the scene's other defines: alpha tests.
+// Variants:
+//   HALFLIGHT_ANY_HIT
+//   HALFLIGHT_TWO_LEVEL  the root belongs to a tree over instances, each of which names the root of its block
+//   HALFLIGHT_LIST       traces the rays of a list of paths
+//   HALFLIGHT_ALPHA      alpha tests, together with the scene's other defines
 #include "shaders/shared/rays.h"
 #ifdef HALFLIGHT_ALPHA
 #include "shaders/scene_tables.glsl"

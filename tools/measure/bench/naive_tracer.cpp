@@ -19,7 +19,7 @@ constexpr std::uint32_t kMaxLeaf = 4;
 // The shader's stack has 64 entries, one of which marks where a block begins.
 constexpr unsigned kDepth = 60, kTopDepth = 28, kBlockDepth = 34;
 
-// As in naive.comp.
+// Layout of a node in naive.comp.
 struct GpuNode {
     vec3 lower;
     std::uint32_t first;
@@ -39,7 +39,7 @@ struct GpuInstance {
 };
 static_assert(sizeof(GpuNode) == 32 && sizeof(GpuTriangle) == 48 && sizeof(GpuInstance) == 64);
 
-/// What Embree's callbacks make.
+/// Nodes made by Embree's callbacks.
 struct Built {
     std::array<Bounds, 2> bounds;
     std::array<Built*, 2> children{};

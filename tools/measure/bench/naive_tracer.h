@@ -1,4 +1,4 @@
-// The tracer of naive.comp: what is usually meant by ray tracing in a shader.
+// The tracer of naive.comp: a usual shader ray tracer.
 #pragma once
 
 #include <cstdint>
@@ -12,16 +12,17 @@ namespace halflight::bench {
 
 class NaiveTracer final : public rays::BatchServer {
   public:
-    /// A binary tree per block by Embree's binned surface area heuristic, leaves of at most four triangles; one above
-    /// them over the instances unless all triangles are in world space. Throws Error where a buffer exceeds what a
-    /// shader can address, `storage_block_bytes`.
+    /// Builds a binary tree per block by Embree's binned surface area heuristic, with leaves of at most four triangles.
+    /// Another tree contains the instances unless all triangles are in world space. Throws Error where a buffer exceeds
+    /// `storage_block_bytes`, the most that a shader can address.
     NaiveTracer(const TraceTables& tables, std::size_t storage_block_bytes);
 
-    /// Traces `count` rays; one Hit or one uint each.
+    /// Traces `count` rays; writes one Hit or one uint for each.
     void trace(gpu::ProgramCache& programs, const gpu::Buffer& rays, std::uint32_t count, bool any_hit,
                gpu::Buffer& results) const;
 
-    /// Of whole frames: rays in the order of passes, which is kinder to it than the picture's rows.
+    /// Adds the passes of a batch of a whole frame. Its rays are in the order of the pass, which is more coherent than
+    /// the picture's rows.
     graph::BufferHandle add(graph::Graph& graph, const rays::TraceScene& scene, const rays::RayBatch& batch,
                             graph::BufferHandle results, bool any_hit) override;
 

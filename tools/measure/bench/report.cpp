@@ -8,7 +8,7 @@
 namespace halflight::bench {
 namespace {
 
-/// What others are compared with, and how that is said.
+/// A method that others are compared with, and the words for it.
 struct Reference {
     const char* method;
     const char* title;

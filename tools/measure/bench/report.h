@@ -1,4 +1,4 @@
-// What was measured, as tables and as JSON.
+// Writes the measurements of ray sets as tables and as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,7 +10,7 @@
 
 namespace halflight::bench {
 
-inline constexpr int kSchema = 3;  // of the JSON
+inline constexpr int kSchema = 3;  // version of the JSON's layout
 
 struct SceneResult {
     std::string file;
@@ -21,12 +21,12 @@ struct SceneResult {
     std::vector<std::string> left_out;  // "method: why it cannot take the scene", "kind: no rays"
     std::vector<KindResult> kinds;
 
-    /// Rays whose answers are wrong: of exact methods, those that are not the plain tracer's.
+    /// Returns the number of rays for which an exact method differs from the plain tracer.
     std::size_t disagreements() const;
 };
 
-/// Lines of text: a row per kind, a column per method. Rates are medians; ratios are taken turn by turn, their median
-/// is followed by their quartiles.
+/// Returns lines with a row per kind and a column per method. Rates are medians. Ratios are taken turn by turn; their
+/// median is followed by their quartiles.
 std::string table(const SceneResult& result, Clock clock);
 nlohmann::json json(const SceneResult& result, Clock clock);
 

@@ -1,4 +1,4 @@
-// From a command line's words to scenes, cameras and hierarchies.
+// Makes scenes, cameras and hierarchies of a command line's words.
 #pragma once
 
 #include <string>
@@ -13,16 +13,17 @@ struct NamedCamera {
     std::string name;
     Camera camera;
 };
-/// By name or number; by no name the first one, else one that sees everything. Throws Error where there is none.
+/// Returns the camera of this name or number; for an empty name the first one, or one that sees the whole scene. Throws
+/// Error where there is none.
 NamedCamera pick_camera(const Scene& scene, const std::string& wanted);
 
-/// "WIDTHxHEIGHT". Throws Error where it is not that.
+/// Parses "WIDTHxHEIGHT", pixels. Throws Error.
 ivec2 parse_size(const std::string& text);
 
-/// A scene with light: a sky where it has none.
+/// Loads a scene, and adds a sky where it has no light.
 Scene load_lit(const std::string& file);
 
-/// nodes: auto, grid, float.
+/// Packs the hierarchies of the tables. `nodes`: auto, grid or float.
 rays::PackedScene pack(const TraceTables& tables, const std::string& nodes);
 
 }  // namespace halflight::bench

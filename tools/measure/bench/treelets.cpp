@@ -23,7 +23,7 @@ class Walk {
 
   private:
     static bool leaf(std::uint32_t reference) { return (reference & shared::kBvhLeaf) != 0; }
-    /// In pairs.
+    /// Returns the number of pairs of triangles.
     static std::uint32_t leaf_size(std::uint32_t reference) { return (reference >> shared::kBvhCountShift) & 7u; }
 
     uvec4 children(std::uint32_t reference) const {

@@ -1,4 +1,4 @@
-// Subtrees of a scene's hierarchies, by the triangles that they hold.
+// Subtrees of a scene's hierarchies, by the triangles that they contain.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,12 @@
 
 namespace halflight::bench {
 
-/// The largest subtrees that hold no more than `most` triangles each (a leaf that holds more is one, too).
+/// The largest subtrees with at most `most` triangles each; a leaf with more is a treelet, too.
 class Treelets {
   public:
     Treelets(const rays::PackedScene& packed, std::size_t triangle_count, std::uint32_t most);
 
-    /// References (shaders/shared/bvh.h) of those that hold table triangle `triangle`, or a part of it.
+    /// Returns references (shaders/shared/bvh.h) of the treelets that contain a part of table triangle `triangle`.
     std::span<const std::uint32_t> of(std::uint32_t triangle) const {
         return std::span(references_).subspan(first_[triangle], first_[triangle + 1] - first_[triangle]);
     }

@@ -13,7 +13,7 @@
 namespace halflight {
 namespace {
 
-/// One number per pixel; the same size for all that belong together.
+/// One number per pixel.
 struct Plane {
     int width, height;
     std::vector<float> values;
@@ -44,7 +44,7 @@ Kernel kernel_of(int radius, const F& f) {
     return kernel;
 }
 
-/// Adds a product of kernels in x and y; the plane's edge pixels go on beyond it.
+/// Adds the convolution with a product of kernels in x and y; edge pixels are repeated beyond the plane.
 void convolve(const Plane& in, const Kernel& in_x, const Kernel& in_y, float weight, Plane& out) {
     const int w = in.width, h = in.height, rx = radius_of(in_x), ry = radius_of(in_y);
     Plane half(w, h);
@@ -113,7 +113,7 @@ float color_distance(const vec3& a, const vec3& b) {
     return std::pow(std::abs(a.x - b.x) + glm::length(vec2(a.y - b.y, a.z - b.z)), kExponent);
 }
 
-/// To [0, 1]: up to 0.4 of the largest distance that there is, green from blue, to 0.95 (FLIP, section 4.1.3).
+/// Maps distances to [0, 1]: 0.4 of the largest distance, that of green and blue, maps to 0.95 (FLIP, section 4.1.3).
 float spread(float distance) {
     constexpr float kKnee = 0.4f, kAtKnee = 0.95f;
     static const float largest = color_distance(hunt_lab({0, 1, 0}), hunt_lab({0, 0, 1}));
@@ -122,7 +122,7 @@ float spread(float distance) {
     return kAtKnee + (distance - knee) / (largest - knee) * (1 - kAtKnee);
 }
 
-/// All that depends on the viewer only.
+/// Filters, which depend on the viewer only.
 struct Filters {
     /// Contrast sensitivity: per channel of YCxCz a sum of Gaussians a sqrt(pi / b) exp(-pi^2 r^2 / b), r in degrees
     /// (FLIP, table 1); the weight is a term's share in the sum over all pixels.
@@ -133,7 +133,7 @@ struct Filters {
         float weight = 0;
     };
     std::array<Term, 4> sensitivity{{{0, 1, 0.0047}, {1, 1, 0.0053}, {2, 34.1, 0.04}, {2, 13.5, 0.025}}};
-    Kernel gaussian, edge, point;  // of features: Gaussian, its first and its second derivative (section 4.2)
+    Kernel gaussian, edge, point;  // feature detectors: a Gaussian, its first and its second derivative (section 4.2)
 
     explicit Filters(double pixels_per_degree) {
         assert(pixels_per_degree > 0);
@@ -163,7 +163,7 @@ struct Filters {
     }
 };
 
-/// What is seen of an image: its colours, and how much of an edge or a point each pixel is.
+/// An image as the viewer sees it: colours, and the response to edges and points by pixel.
 struct Sight {
     std::vector<vec3> colors;  // hunt_lab
     std::vector<float> edges, points;
@@ -200,7 +200,7 @@ Sight see(int width, int height, const std::vector<vec3>& rgb, const Filters& fi
     return sight;
 }
 
-/// Colour difference, raised by how much features differ (FLIP, section 4.3).
+/// Returns the colour difference, raised by the difference of features (FLIP, section 4.3).
 float difference(const Sight& a, const Sight& b, std::size_t pixel) {
     const float color = spread(color_distance(a.colors[pixel], b.colors[pixel]));
     const float features =
@@ -244,7 +244,7 @@ float aces(double x) {
                          : static_cast<float>(x * (kA * x + kB) / (x * (kC * x + kD) + kE));
 }
 
-/// The x that the curve brings to y, by its quadratic equation.
+/// Returns the x that the curve maps to y, by its quadratic equation.
 double aces_inverse(double y) {
     const double a = kA - y * kC, b = kB - y * kD, c = -y * kE;
     return (-b + std::sqrt(b * b - 4 * a * c)) / (2 * a);

@@ -9,23 +9,25 @@
 namespace halflight {
 namespace {
 
-// With mu the true value of a pixel, a_s = mu + b + n_s the renders (bias b, noise n_s of mean 0) and r_i = mu + d_i
-// the references (noise d_i of mean 0), all noises independent:
+// Let mu be the true value of a pixel, a_s = mu + b + n_s the renders (bias b, noise n_s of mean 0) and r_i = mu + d_i
+// the references (noise d_i of mean 0). All noises are independent, hence
 //   x_s = a_s - r_1 = b + n_s - d_1,   y_s = a_s - r_2 = b + n_s - d_2
 //   E[x_s y_s] = b^2 + var n              squared error of a render: no square of d_1 or d_2 is left
 //   E[x_s y_t] = b^2 for s != t           squared bias
 //   E[(r_1 - r_2)^2] = var d_1 + var d_2
 // The mean of x_s y_t over the K (K - 1) pairs s != t is (X Y - XY) / (K (K - 1)), with X, Y, XY the sums of x_s, y_s,
-// x_s y_s. The difference of the two is the sample variance (XY - X Y / K) / (K - 1), which r_1 and r_2 drop out of.
+// x_s y_s. The difference of the two is the sample variance (XY - X Y / K) / (K - 1), which does not depend on r_1 and
+// r_2.
 //
-// The jackknife over renders tells how far these means scatter by n_s. Common to all renders is what r_1 and r_2 bring,
-//   d_1 d_2 - b (d_1 + d_2),  of variance v^2 + 2 b^2 v  with v = var d_i  (taken as the same for both).
-// Per pixel, with u = (r_1 - r_2)^2 and B the estimate of b^2, which holds d_1 d_2 - b (d_1 + d_2), too: for normal d_i
+// The jackknife over renders estimates the scatter of these means due to n_s. All renders share the contribution of r_1
+// and r_2,
+//   d_1 d_2 - b (d_1 + d_2),  of variance v^2 + 2 b^2 v  with v = var d_i, assumed equal for both.
+// Let u = (r_1 - r_2)^2 and B the estimate of b^2 in a pixel, which contains d_1 d_2 - b (d_1 + d_2). For normal d_i
 //   E[u^2] = 12 v^2,  E[u B] = 2 b^2 v - 2 v^2,  hence  E[u (u / 4 + B)] = v^2 + 2 b^2 v.
-// Means of many samples are close to normal. Of symmetric noise with heavier tails, or where b <= 0, this is too much,
-// by four times the references' variance at most; where the noise is skewed to bright and b is about as large as its
-// deviation, up to about half too little. Neighbours tell nothing: an edge's pixel has all the noise.
-// Channels of a pixel go up and down together: their standard deviations add.
+// Means of many samples are close to normal. For symmetric noise with heavier tails, or where b <= 0, the estimate is
+// too large by at most four times the references' variance. It is too small by up to about half where the noise is
+// skewed to bright and b is about as large as its deviation. Neighbours cannot help: a pixel on an edge has all the
+// noise. Channels of a pixel are correlated: their standard deviations add.
 
 /// Sums over the channels of a pixel, each value weighted.
 struct Pixel {

@@ -1,4 +1,4 @@
-// The error of a way to render, told from several independent renders and from a reference that is noisy itself.
+// Estimates the error of a rendering method from several independent renders and a reference that is noisy itself.
 #pragma once
 
 #include <span>
@@ -9,25 +9,25 @@
 
 namespace halflight {
 
-/// Expected squared error of one render, mean over pixels and channels, each value times its weight. Estimates: where
-/// little is left of an error, they may come out below 0.
+/// Expected squared error of one render: the mean over pixels and channels, each value times its weight. These unbiased
+/// estimates may be negative where an error is small.
 struct SeedErrors {
     Interval mse;           // = squared_bias + variance
-    Interval squared_bias;  // of the mean over all seeds that there could be; needs two renders
-    Interval variance;      // of a render about that mean; needs two
+    Interval squared_bias;  // squared error of the expectation over all seeds; needs two renders
+    Interval variance;      // variance of a render about that expectation; needs two renders
     std::vector<double> of_render;
-    double reference_variance = 0;  // of the mean of the two halves: by so much (a - (r1 + r2) / 2)^2 would be too high
-    double worst_share = 0;         // metrics.h, of squares about the halves' mean, their noise included
+    double reference_variance = 0;  // variance of the mean of both halves, by which (a - (r1 + r2) / 2)^2 is too high
+    double worst_share = 0;         // metrics.h: share of squares about the halves' mean, including the halves' noise
 };
 
-/// `renders` (one or more) are of independent seeds; `first` and `second` are references of yet other seeds, both
-/// unbiased, of whatever noise. `weights`: one per value, or empty for 1. Precondition: all of the same size and
-/// channels. Intervals hold the scatter of the renders and of the references, for light tails or many pixels whose
-/// noise is independent.
+/// Estimates the error of `renders`, one or more of independent seeds. `first` and `second` are unbiased references of
+/// yet other seeds, however noisy. `weights`: one per value, or empty for 1. Intervals contain the scatter of renders
+/// and references if tails are light, or if the noise of many pixels is independent. Precondition: same size and
+/// channels.
 SeedErrors seed_errors(std::span<const Image> renders, const Image& first, const Image& second,
                        const Image& weights = {});
 
-/// 1 / (r^2 + kRelativeEpsilon), which makes squared errors relative ones.
+/// Returns 1 / (r^2 + kRelativeEpsilon), the weights of relative squared errors.
 Image relative_weights(const Image& reference);
 
 }  // namespace halflight

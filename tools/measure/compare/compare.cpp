@@ -15,7 +15,7 @@ namespace {
 
 constexpr float kNoValue = std::numeric_limits<float>::quiet_NaN();
 
-/// NaN is NaN; ids are bits.
+/// Compares two values; NaN equals NaN, ids are compared by their bits.
 bool same_value(float a, float b, LayerKind kind) {
     if (kind == LayerKind::ids) return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
     return a == b || (std::isnan(a) && std::isnan(b));
@@ -56,7 +56,7 @@ float srgb_decoded(float v) {
     return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
 }
 
-/// Linear Rec.709, as FLIP wants it.
+/// Returns the layer in linear Rec.709, the input of FLIP.
 Image viewed(Image image, const PictureFile& file) {
     if (file.encoded)
         for (float& v : image.pixels) v = srgb_decoded(v);

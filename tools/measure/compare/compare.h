@@ -1,4 +1,4 @@
-// `halflight compare`: how far two pictures are apart, layer by layer, and whether that is too far.
+// `halflight compare`: measures the differences of two pictures layer by layer, and judges them by thresholds.
 #pragma once
 
 #include <filesystem>
@@ -25,9 +25,9 @@ enum class Metric {
 };
 const char* name(Metric metric);
 
-/// What a metric may be; above is a warning, or a failure.
+/// Largest values of metrics; greater ones are a warning, or a failure.
 struct Thresholds {
-    std::optional<double> all;  // for metrics without their own
+    std::optional<double> all;  // for metrics without a threshold of their own
     std::map<Metric, double> of;
     std::optional<double> at(Metric metric) const;
     bool any() const { return all || !of.empty(); }
@@ -37,7 +37,7 @@ struct CompareArguments {
     std::filesystem::path image;
     std::filesystem::path reference;
     std::vector<Metric> metrics{Metric::mse, Metric::relmse, Metric::flip};
-    Thresholds warn, fail;            // neither: any difference fails
+    Thresholds warn, fail;            // without either, any difference fails
     std::vector<std::string> layers;  // empty: all
     double pixels_per_degree = kPixelsPerDegree;
     std::optional<std::filesystem::path> map;
@@ -46,37 +46,37 @@ struct CompareArguments {
 
 void add_options(CLI::App& app, CompareArguments& arguments);
 
-/// Also the program's exit status, as of OpenImageIO's idiff.
+/// Judgement of a comparison; also the program's exit status, which equals that of OpenImageIO's idiff.
 enum class Verdict { same = 0, warn = 1, fail = 2, sizes_differ = 3, file_error = 4 };
 const char* name(Verdict verdict);
 
 struct MetricResult {
     Metric metric = Metric::mse;
     double value = 0;
-    double worst_share = 0;  // of the sum, held by the worst thousandth of the pixels
-    Image map;               // per pixel; NaN where either picture is not finite
+    double worst_share = 0;  // share of the sum in the worst thousandth of the pixels, [0, 1]
+    Image map;               // metric by pixel; NaN where either picture is not finite
     Verdict verdict = Verdict::same;
 };
 
 struct LayerResult {
     std::string name;
     LayerKind kind = LayerKind::data;
-    std::vector<MetricResult> metrics;  // those that apply, in the order asked for; none where no pixel is finite
+    std::vector<MetricResult> metrics;  // applicable metrics in the order asked for; none where no pixel is finite
     std::size_t pixels = 0;
-    std::size_t different = 0;           // pixels of which any value differs
-    std::size_t not_finite[2] = {0, 0};  // pixels of either that are NaN or infinite in any channel
-    bool not_finite_alike = true;        // the same values in the same places
-    Verdict verdict = Verdict::same;     // the worst of its metrics; fail where what must be the same differs
+    std::size_t different = 0;           // pixels with a difference in any channel
+    std::size_t not_finite[2] = {0, 0};  // pixels of each picture that are NaN or infinite in any channel
+    bool not_finite_alike = true;        // both have the same values that are not finite, in the same places
+    Verdict verdict = Verdict::same;     // worst verdict of the metrics; fail where ids or such values differ
 };
 
 struct Comparison {
-    std::vector<LayerResult> layers;      // of both, in the image's order
-    std::vector<std::string> missing[2];  // in the image, in the reference
+    std::vector<LayerResult> layers;      // layers that both have, in the image's order
+    std::vector<std::string> missing[2];  // layers that the image lacks, and those that the reference lacks
     Verdict verdict = Verdict::same;
 };
 
-/// Sizes must be the same. Throws Error: a display's picture against a scene's, other primaries, a layer that is in
-/// neither, nothing to compare.
+/// Compares two pictures of the same size. Throws Error where one is display-encoded and the other scene-linear, where
+/// primaries differ, where neither has a wanted layer, and where there is nothing to compare.
 Comparison compare(const PictureFile& image, const PictureFile& reference, const CompareArguments& arguments);
 
 class SizesDiffer : public Error {
@@ -84,7 +84,8 @@ class SizesDiffer : public Error {
     using Error::Error;
 };
 
-/// Reads, compares, prints, writes the map. Throws SizesDiffer, or Error where a file cannot be read or written.
+/// Reads both files, compares them, prints the result and writes the map. Throws SizesDiffer, or Error where a file
+/// cannot be read or written.
 Verdict run(const CompareArguments& arguments);
 
 }  // namespace halflight::compare

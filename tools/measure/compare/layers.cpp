@@ -14,7 +14,7 @@ namespace {
 
 using Strings = std::vector<std::string>;
 
-/// The channels of `group` that make up one layer, taken out of it: colour, a vector, or the first one alone.
+/// Removes the channels of one layer from `group` and returns them: colour, a vector, or the first one alone.
 Strings take_layer(Strings& group) {
     for (const Strings& together : {Strings{"R", "G", "B"}, Strings{"X", "Y", "Z"}, Strings{"X", "Y"}}) {
         const auto in_group = [&](const std::string& c) { return std::ranges::find(group, c) != group.end(); };
@@ -33,7 +33,8 @@ std::string joined(const std::string& prefix, const Strings& channels) {
     return name;
 }
 
-/// Layers of Cryptomatte mix ids with coverage: nothing but whether they are equal tells anything of them.
+/// Returns whether a layer belongs to Cryptomatte, which mixes ids with coverage: only equality of values is
+/// meaningful.
 bool is_cryptomatte(const ExrFile& file, std::string_view prefix) {
     return std::ranges::any_of(file.attributes.extra, [&](const auto& attribute) {
         const auto& [key, value] = attribute;
@@ -42,7 +43,7 @@ bool is_cryptomatte(const ExrFile& file, std::string_view prefix) {
 }
 
 std::vector<Layer> layers_of(const ExrFile& file) {
-    std::map<std::string, Strings> groups;  // by what stands ahead of the last point, which is part of the name
+    std::map<std::string, Strings> groups;  // by the name up to and including the last dot
     for (const ExrChannel& channel : file.channels) {
         const std::size_t point = channel.name.rfind('.') + 1;
         groups[channel.name.substr(0, point)].push_back(channel.name.substr(point));
@@ -53,7 +54,7 @@ std::vector<Layer> layers_of(const ExrFile& file) {
             const Strings channels = take_layer(group);
             Layer& layer = layers.emplace_back();
             for (const std::string& channel : channels) layer.channels.push_back(prefix + channel);
-            // A layer's only thing has the layer's name.
+            // The only group of a layer has the layer's name.
             const bool named = whole && group.empty() && !prefix.empty() && (channels.size() > 1 || channels[0] == "Y");
             layer.name = named ? prefix.substr(0, prefix.size() - 1) : joined(prefix, channels);
             const bool ids = file.find(layer.channels[0])->type == ExrType::uint32 || is_cryptomatte(file, prefix);
@@ -69,7 +70,7 @@ std::vector<Layer> layers_of(const ExrFile& file) {
     return layers;
 }
 
-/// Of an image whose last channel is alpha where there are two or four.
+/// Returns the layers of an image, the last of whose two or four channels is alpha.
 std::vector<Layer> layers_of(const Image& image) {
     const bool alpha = image.channels % 2 == 0;
     const auto of = [&](std::string name, Strings channels, LayerKind kind, std::size_t first) {

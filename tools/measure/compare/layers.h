@@ -1,4 +1,4 @@
-// Picture files as layers that can be compared.
+// Reads picture files as layers that can be compared.
 #pragma once
 
 #include <filesystem>
@@ -14,29 +14,30 @@ namespace halflight::compare {
 enum class LayerKind {
     color,  // R, G, B
     data,   // anything else
-    ids,    // whole numbers, of which only equality tells anything: bits in place of values, as of ExrType::uint32
+    ids,    // whole numbers that are only compared for equality; their bits replace the values (ExrType::uint32)
 };
 
-/// Channels that are one thing: "albedo" for albedo.R, albedo.G, albedo.B; "RGB" for those without a name, "Z", "A".
+/// Channels that belong together: "albedo" for albedo.R, albedo.G, albedo.B; "RGB", "Z" or "A" for channels without a
+/// layer name.
 struct Layer {
     std::string name;
-    std::vector<std::string> channels;  // as in the file
+    std::vector<std::string> channels;  // names in the file
     LayerKind kind = LayerKind::data;
     Image image;
 };
 
 struct PictureFile {
-    std::string name;  // as the user gave it
+    std::string name;  // path in the user's words
     int width = 0;
     int height = 0;
-    bool encoded = false;  // for a display (PNG) rather than scene-linear (EXR, HDR)
+    bool encoded = false;  // display-encoded (PNG) instead of scene-linear (EXR, HDR)
     Chromaticities primaries = kRec709;
-    std::vector<Layer> layers;  // those without a name first, then by name
+    std::vector<Layer> layers;  // layers without a name first, then sorted by name
 
-    const Layer* find(const std::string& layer) const;  // null where there is none
+    const Layer* find(const std::string& layer) const;  ///< Returns null where there is none.
 };
 
-/// EXR (all layers of the first part), PNG and Radiance HDR, told apart by content. Throws Error.
+/// Reads an EXR (all layers of the first part), PNG or Radiance HDR file, recognised by its content. Throws Error.
 PictureFile read_picture(const std::filesystem::path& path);
 
 }  // namespace halflight::compare

@@ -26,7 +26,7 @@ std::string percent(double part, double whole) {
     return part == 0 ? "0 %" : fmt::format("{:.3g} %", 100 * part / whole);
 }
 
-/// One line for everything that makes a layer warn or fail.
+/// Returns one line for each cause of a layer's warning or failure.
 std::string reasons(const LayerResult& layer, const CompareArguments& a) {
     std::string lines;
     const auto line = [&](Verdict verdict, const std::string& what) {

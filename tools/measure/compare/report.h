@@ -1,4 +1,4 @@
-// What `halflight compare` says: a table, JSON, maps.
+// Writes the results of `halflight compare`: a table, JSON, maps.
 #pragma once
 
 #include <filesystem>
@@ -9,14 +9,14 @@
 
 namespace halflight::compare {
 
-/// The table, what is missing, and why it is not the same; lines.
+/// Returns lines: the table, the missing layers, and the reasons of the verdict.
 std::string table(const Comparison& result, const CompareArguments& arguments, const PictureFile& image);
 
 nlohmann::ordered_json json(const Comparison& result, const CompareArguments& arguments, const PictureFile& image);
 
-/// .exr: every map, as channels LAYER.METRIC. .png: the first layer's FLIP from 0 to 1, in magma, else the first map
-/// from 0 to what 99.9 % of its pixels are below; pixels that are not finite are green. Returns what it shows, in
-/// words. Throws Error.
+/// Writes an .exr with every map as channels LAYER.METRIC, or a .png with one map in magma. That map is FLIP of the
+/// first layer from 0 to 1, or else the first map from 0 to its 99.9 % quantile. Pixels that are not finite are green.
+/// Returns a description of the map. Throws Error.
 std::string write_map(const std::filesystem::path& path, const Comparison& result);
 
 }  // namespace halflight::compare

@@ -11,7 +11,7 @@
 namespace halflight::compare {
 namespace {
 
-/// The parts of a comma list.
+/// Returns the parts of a comma list.
 std::vector<std::string> parts(const std::string& list) {
     std::vector<std::string> result;
     for (std::size_t from = 0; from <= list.size();) {
@@ -36,7 +36,7 @@ double number(const std::string& text, double lower) {
     return value;
 }
 
-/// X, or METRIC=X,...
+/// Parses thresholds: X, or METRIC=X,...
 Thresholds thresholds(const std::string& text) {
     Thresholds result;
     for (const std::string& part : parts(text)) {
@@ -60,14 +60,14 @@ void add_options(CLI::App& app, CompareArguments& a) {
         const auto named = [option, parse](const std::string& text) {
             try {
                 parse(text);
-            } catch (const CLI::ValidationError& error) {  // which knows no option yet
+            } catch (const CLI::ValidationError& error) {  // which does not name the option yet
                 throw CLI::ValidationError(option, error.what());
             }
         };
         app.add_option_function<std::string>(option, named, description)->type_name(metavar);
     };
     app.add_option("IMAGE", a.image, "picture: .exr, .png or .hdr")->type_name("")->required();
-    app.add_option("REFERENCE", a.reference, "what it should look like")->type_name("")->required();
+    app.add_option("REFERENCE", a.reference, "picture to compare with")->type_name("")->required();
     value("--metric", "NAME,...", "mse, relmse, flip, max; by default all but max", [&](const std::string& text) {
         a.metrics.clear();
         for (const std::string& part : parts(text)) {

@@ -11,7 +11,7 @@
 namespace halflight::converge {
 namespace {
 
-/// Which pixels are worst is told by `map`, their squared errors.
+/// Returns the mse without the worst pixels, which are those of the greatest squared errors in `map`.
 double trimmed_mse(const Image& x, const Image& half0, const Image& half1, const Image& map) {
     std::vector<float> sorted = map.pixels;
     const auto kept = static_cast<std::ptrdiff_t>((1 - kWorstShare) * static_cast<double>(sorted.size()));
@@ -24,7 +24,7 @@ double trimmed_mse(const Image& x, const Image& half0, const Image& half1, const
     return seed_errors({&x, 1}, half0, half1, weights).mse.value / mean_of(weights);
 }
 
-/// Standard error of the mean of both halves, from blocks of pixels: those near each other may share samples.
+/// Returns the standard error of the mean of both halves, from blocks of pixels: neighbours may share samples.
 double error_of_mean(const Image& half0, const Image& half1) {
     constexpr int kBlock = 16;  // pixels; the engine's groups that share samples are not larger
     const int columns = (half0.width + kBlock - 1) / kBlock, rows = (half0.height + kBlock - 1) / kBlock;

@@ -1,4 +1,4 @@
-// Another renderer, run as a command of the shell, among the methods that are compared.
+// Another renderer among the methods that are compared: a program that is run once for each picture.
 #pragma once
 
 #include <filesystem>
@@ -9,22 +9,31 @@
 
 namespace halflight::converge {
 
-/// What the placeholders of Plan::external's command stand for, beside a picture's own: {samples}, {seed}, {width},
-/// {height}, {bounces} and {output}, the .exr to write. Names are quoted for the shell.
 struct ExternalScene {
-    std::filesystem::path file;  // {scene}
-    std::string camera;          // {camera}
-    Environment environment;     // {environment}: an .exr, equirectangular, u = atan2(d.z, d.x) / 2 pi + 1/2
+    std::filesystem::path file;
+    Environment environment;
 };
 
-/// Throws Error where a command is not told where the picture goes, of how many samples it is and by which seed.
+/// Throws Error where the command has an open quote or lacks {output}, {samples} or {seed}.
 void check_external(const External& external);
 
-/// Runs the command for each picture and reads what it writes: channels R, G, B, mean scene-linear radiance (Rec.709)
-/// of the view's pixels. Its own figures count where it prints them as a line of JSON, `{"seconds": 1.5, "cpu_seconds":
-/// 3}`, each for itself; else those of the whole process. The picture has no components, and needs budgets of
-/// samples. What paint() throws names the command's last words where it fails, or writes no such picture. Throws Error
-/// where the camera has no name, or the environment is not black and the command does not take it.
+/// Returns a painter that runs the command for each picture and reads the file that it writes: channels R, G, B, mean
+/// scene-linear radiance (Rec.709) of the view's pixels. The picture has no components, and budgets must be of samples.
+///
+/// No shell is involved. split_command() splits the command, and only then placeholders are replaced inside arguments:
+///   {scene} {output}            absolute path of the scene, path of the .exr to write
+///   {environment}               path of an .exr, equirectangular, u = atan2(d.z, d.x) / 2 pi + 1/2
+///   {camera}                    name of the camera
+///   {look-from} {look-at} {up}  pose of the camera as x,y,z; world units
+///   {vfov}                      vertical field of view, degrees
+///   {samples} {seed}            samples per pixel, seed of the picture
+///   {width} {height}            pixels
+///   {bounces} {bounces-1}       reflections along a path, without the first one
+///   {threads}                   hardware threads of the machine
+///
+/// Times that the program prints as a line of JSON, {"seconds": 1.5, "cpu_seconds": 3}, replace those of the process.
+/// paint() throws Error with the last line that the program has printed where it fails or writes no such picture.
+/// Throws Error where the command cannot describe the camera, or takes no {environment} and the scene's is not black.
 std::unique_ptr<Painter> external_painter(const External& external, const ExternalScene& scene, const View& view);
 
 }  // namespace halflight::converge

@@ -11,7 +11,7 @@ namespace {
 
 using Kind = Finding::Kind;
 
-/// How far from -1 a slope may be, and how wide its interval.
+/// Largest distance of a slope from -1, and largest half width of its interval, that raise no finding.
 constexpr double kTolerance = 0.1;
 
 double percent(double share) {
@@ -25,47 +25,48 @@ std::string superscript(int exponent) {
     return (exponent < 0 ? "⁻" : "") + digits;
 }
 
-/// What the errors at the largest budget say.
+/// Returns the findings about the errors at the largest budget.
 std::vector<Finding> findings_of_errors(const MethodResult& m) {
     std::vector<Finding> findings;
     const Point& last = m.points.back();
     if (last.bias_squared.lower() > 0) {
         findings.push_back(
-            {Kind::bias, fmt::format("At the largest budget the squared bias is {}, {:.0f} % "
-                                     "of the MSE: no budget brings the error below it.",
+            {Kind::bias, fmt::format("At the largest budget the squared bias is {}, which is {:.0f} % of the MSE. More "
+                                     "samples do not reduce it.",
                                      text(last.bias_squared), percent(last.bias_squared.value / last.mse.value))});
     }
     if (last.worst_share > 0.5 && kWorstShare * m.picture.width * m.picture.height >= 1) {
-        findings.push_back(
-            {Kind::heavy_tails, fmt::format("At the largest budget the worst {:g} % of the pixels hold {:.0f} % of the "
-                                            "squared error; without them the slope is {}.",
-                                            percent(kWorstShare), percent(last.worst_share), text(m.slope_trimmed))});
+        findings.push_back({Kind::heavy_tails,
+                            fmt::format("At the largest budget the worst {:g} % of the pixels cause {:.0f} % of the "
+                                        "squared error. Without them the slope is {}.",
+                                        percent(kWorstShare), percent(last.worst_share), text(m.slope_trimmed))});
     }
     return findings;
 }
 
-/// `explained`: there is a finding that a flat slope may be due to.
+/// `explained`: another finding may be the cause of a flat slope.
 std::optional<Finding> finding_of_slope(const MethodResult& m, bool explained) {
     const Interval& slope = m.slope.slope;
     if (!is_known(m.slope))
-        return Finding{Kind::inconclusive, "No slope is known: that takes two budgets of several seeds, or three."};
+        return Finding{Kind::inconclusive,
+                       "The slope is not known. It takes two budgets with several seeds, or three budgets."};
     const Interval& by_samples = m.slope_by_samples.slope;
     const std::string deviation =
         fmt::format("The slope {} is {} than -1", text(slope), slope.value < -1 ? "steeper" : "flatter");
     if (std::abs(slope.value + 1) > kTolerance && std::abs(by_samples.value + 1) <= kTolerance &&
         by_samples.half_width <= kTolerance)
-        return Finding{Kind::fixed_time, fmt::format("{}, but against samples it is {}: time is not in proportion to "
-                                                     "samples, a part of it is each picture's own.",
+        return Finding{Kind::fixed_time, fmt::format("{}, but the slope against samples is {}. A part of the time does "
+                                                     "not grow with the samples.",
                                                      deviation, text(by_samples))};
     if (std::abs(slope.value + 1) > kTolerance && !slope.holds(-1)) {
         if (slope.value < -1)
-            return Finding{Kind::faster, fmt::format("{}: where the integrand is smooth, stratified samples "
-                                                     "converge faster than independent ones.",
+            return Finding{Kind::faster, fmt::format("{}. Stratified samples converge faster than independent ones "
+                                                     "where the integrand is smooth.",
                                                      deviation)};
-        if (!explained) return Finding{Kind::unclear, deviation + "; neither bias nor heavy tails show."};
+        if (!explained) return Finding{Kind::unclear, deviation + ". Neither bias nor heavy tails are visible."};
     } else if (!(slope.half_width <= kTolerance)) {
-        return Finding{Kind::inconclusive, fmt::format("The slope {} is not known to {:g}: more seeds or budgets "
-                                                       "would tell.",
+        return Finding{Kind::inconclusive, fmt::format("The slope {} is not known to within {:g}. More seeds or "
+                                                       "budgets would tell.",
                                                        text(slope), kTolerance)};
     }
     return std::nullopt;
@@ -78,7 +79,7 @@ std::string text(const Interval& i) {
     const double largest = std::max(std::abs(i.value), i.half_width);
     if (!(largest > 0)) return "0";
     const int exponent = static_cast<int>(std::floor(std::log10(largest)));
-    // Two digits of the half width.
+    // Two digits of the half width remain.
     const int last = i.half_width > 0 ? static_cast<int>(std::floor(std::log10(i.half_width))) - 1 : exponent - 2;
     if (exponent >= -2 && exponent <= 3) {
         const int digits = std::clamp(-last, 0, 4);
@@ -96,6 +97,15 @@ bool is_known(const Slope& s) {
 
 std::string text(const Slope& s) {
     return is_known(s) ? text(s.slope) : "none";
+}
+
+std::string text(const MethodAgreement& found, const std::vector<MethodResult>& methods) {
+    const Agreement& a = found.agreement;
+    return fmt::format(
+        "The mean differs by {:+.3f} % ± {:.3f} % (standard error) from that of {}, and {} of {} blocks by more than "
+        "{:g} % and their standard error, {:.2g} of them expected by noise.",
+        percent(a.whole.relative), percent(a.whole.standard_error), methods[found.method].name, a.beyond,
+        a.blocks.size(), percent(a.tolerance), a.expected_beyond);
 }
 
 std::string_view name(Kind kind) {
@@ -124,8 +134,9 @@ std::vector<Finding> findings_of(const MethodResult& m) {
     const Point& last = m.points.back();
     if (last.reference_variance > last.mse.value) {
         findings.push_back({Kind::noisy_reference,
-                            fmt::format("The reference's own variance, {:.2g}, is greater than the MSE at the largest "
-                                        "budget, {:.2g}: more samples of it would make all figures more certain.",
+                            fmt::format("The variance of the reference, {:.2g}, is greater than the MSE at the largest "
+                                        "budget, {:.2g}. A reference with more samples would make all figures more "
+                                        "certain.",
                                         last.reference_variance, last.mse.value)});
     }
     return findings;

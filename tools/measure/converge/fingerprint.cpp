@@ -8,7 +8,7 @@
 namespace halflight::converge {
 namespace {
 
-/// Values of Scene, down to its numbers; lengths keep neighbouring lists apart.
+/// Hashes the members of Scene down to its numbers; the lengths of lists count, too.
 class SceneHash {
   public:
     std::uint64_t of(const Scene& scene) {

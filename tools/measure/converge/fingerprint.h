@@ -1,4 +1,4 @@
-// What a reference is of, as a number: its file in the cache is found by it.
+// Fingerprints, by which files of references are found in the cache.
 #pragma once
 
 #include <cstdint>
@@ -8,12 +8,12 @@
 
 namespace halflight::converge {
 
-/// Of all that decides the radiance of the scene's surfaces: geometry, materials, textures, lights, environment. Names
-/// and reports are not part of it.
+/// Returns a hash of everything that determines the radiance of the scene's surfaces: geometry, materials, textures,
+/// lights, environment. Names and reports do not count.
 std::uint64_t scene_fingerprint(const Scene& scene);
 
-/// Of the expected picture: scene, size, camera, bounces and pixel filter, and who makes it: the values of `probe`, a
-/// small picture that the maker has made of the scene, change where its code changes what it makes.
+/// Returns a hash of everything that determines the expected picture: scene, size, camera, bounces, pixel filter and
+/// renderer. `probe` is a small picture by this renderer, whose values change with its code.
 std::uint64_t reference_fingerprint(std::uint64_t scene, const View& view, std::string_view maker,
                                     const Picture& probe);
 

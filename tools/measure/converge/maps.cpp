@@ -17,7 +17,7 @@ float luminance_at(const Image& image, int x, int y) {
     return luminance(vec3(p[0], p[1], p[2]));
 }
 
-/// The values of f(x, y), a vec3, as an image.
+/// Returns the image of the values of f(x, y), a vec3.
 template <class F>
 Image picture_of(int width, int height, const F& f) {
     Image picture(width, height, 3);

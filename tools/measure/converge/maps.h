@@ -1,4 +1,4 @@
-// Pictures for the page: small, display-encoded.
+// Makes small, display-encoded pictures for the page.
 #pragma once
 
 #include <string>
@@ -7,19 +7,19 @@
 
 namespace halflight::converge {
 
-/// Means of n x n pixels, n the smallest whole number that makes the picture no wider and no higher than `side`; what
-/// is left over at the right and lower edge is cut off.
+/// Returns means of n x n pixels. n is the smallest number for which neither side is longer than `side`; incomplete
+/// blocks at the right and lower edge are cut off.
 Image shrink(const Image& image, int side);
 
-/// Red where the image is brighter than the reference (by luminance), blue where it is darker, white where they are the
-/// same; full colour at +-scale. 3 channels, display-encoded.
+/// Returns the difference of luminance as colours: red where the image is brighter than the reference, blue where it is
+/// darker, white where they are equal, full colour at +-scale. 3 channels, display-encoded.
 Image signed_error_picture(const Image& image, const Image& reference, double scale);
-/// The absolute luminance error that this share of the pixels does not exceed; never 0.
+/// Returns the absolute luminance error that `share` of the pixels do not exceed; > 0.
 double error_scale(const Image& image, const Image& reference, double share = 0.99);
 
-/// "data:image/png;base64,...", for the src of an <img>.
+/// Returns "data:image/png;base64,...", for the src of an <img>.
 std::string data_uri(const Image& display_encoded);
 
-std::string base64(const std::string& bytes);  ///< RFC 4648, section 4
+std::string base64(const std::string& bytes);  ///< Encodes by RFC 4648, section 4.
 
 }  // namespace halflight::converge

@@ -17,7 +17,7 @@ constexpr std::size_t kStageOfComponent[kComponents.size()] = {0, 1, 1, 2, 2};  
 
 constexpr Interval kUnknown{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
 
-/// Pictures of one method and budget, by repeat; methods whose pictures are the same share them.
+/// Pictures of one method and budget, by repeat; methods that make the same pictures share them.
 using Pictures = std::vector<std::shared_ptr<const Image>>;
 
 std::vector<Image> images_of(const Pictures& pictures) {
@@ -36,13 +36,10 @@ Image mean_image(const std::vector<Image>& images) {
     return mean;
 }
 
-double by(Clock clock, const Seconds& seconds) {
-    return clock == Clock::wall ? seconds.wall : seconds.cpu;
-}
-
-/// `runs`: those of the point, by repeat; their squared errors are set.
-Point point_of(const std::vector<RunResult*>& runs, const std::vector<Image>& images, const Reference& reference,
-               const Image& relative, const Image& off_edges, const std::array<Image, 2>& blurred_halves) {
+/// Returns the statistics of one method and budget. Sets the squared errors of its `runs`, which are sorted by repeat.
+Point point_of(const std::vector<RunResult*>& runs, const std::vector<Image>& images, Clock clock,
+               const Reference& reference, const Image& relative, const Image& off_edges,
+               const std::array<Image, 2>& blurred_halves) {
     const auto& [half0, half1] = reference.halves;
     const auto mean = [&](const auto& value) {
         double sum = 0;
@@ -54,17 +51,19 @@ Point point_of(const std::vector<RunResult*>& runs, const std::vector<Image>& im
     std::vector<Image> blurred;
     for (const Image& image : images) blurred.push_back(box_blur(image, kBlurRadius));
     const SeedErrors blurred_errors = seed_errors(blurred, blurred_halves[0], blurred_halves[1]);
-    std::vector<double> flips;
+    std::vector<double> flips, rates;
     for (std::size_t k = 0; k < runs.size(); ++k) {
         runs[k]->mse = errors.of_render[k];
         runs[k]->relative_mse = relative_errors.of_render[k];
         runs[k]->blurred_mse = blurred_errors.of_render[k];
         flips.push_back(runs[k]->errors.flip);
+        rates.push_back(1.0 * images[k].width * images[k].height * runs[k]->samples / by(clock, runs[k]->time));
     }
     Point point;
     point.samples = mean([](const RunResult& r) { return r.samples; });
     point.time = {mean([](const RunResult& r) { return r.time.wall; }),
                   mean([](const RunResult& r) { return r.time.cpu; })};
+    point.paths_per_second = mean_interval(rates);
     point.mse = errors.mse;
     point.relative_mse = relative_errors.mse;
     point.blurred_mse = blurred_errors.mse;
@@ -83,7 +82,7 @@ Point point_of(const std::vector<RunResult*>& runs, const std::vector<Image>& im
     return point;
 }
 
-/// y(p) adds value and standard error to a point.
+/// Fits the slope of y over x; y() adds value and standard error to a point.
 template <class X, class Y>
 Slope slope_of(const std::vector<Point>& points, const X& x, const Y& y) {
     std::vector<CurvePoint> curve;
@@ -95,7 +94,7 @@ void fit(MethodResult& method, Clock clock) {
     const auto time = [&](const Point& p) { return by(clock, p.time); };
     const auto mse = [&](CurvePoint c, const Point& p) {
         c.y = p.mse.value;
-        // As wide at 95 % as Student's interval, or the normal weights would trust few seeds too much.
+        // The standard error of a normal distribution with Student's 95 % interval: few seeds must not weigh too much.
         c.error = std::isfinite(p.mse.half_width) ? p.mse.half_width / kNormalQuantile : 0;
         return c;
     };
@@ -113,7 +112,7 @@ void fit(MethodResult& method, Clock clock) {
 
 using Components = std::array<double, kComponents.size()>;
 
-/// Of the runs of one method and budget: the squared error of each component.
+/// Returns the squared errors of each component in the runs of one method and budget.
 std::vector<Components> components_of(const std::vector<RunResult>& runs, int method, int budget) {
     std::vector<Components> components;
     for (const RunResult& run : runs)
@@ -121,14 +120,14 @@ std::vector<Components> components_of(const std::vector<RunResult>& runs, int me
     return components;
 }
 
-/// Shares of each stage in the mean error, that of run number `without` left out.
+/// Returns the share of each stage in the mean error over all runs except number `without`.
 std::array<double, kStages> error_shares(const std::vector<Components>& runs, std::size_t without) {
     std::array<double, kStages> shares{};
     double error = 0;
     for (std::size_t c = 0; c < kComponents.size(); ++c) {
         double sum = 0;
         for (std::size_t r = 0; r < runs.size(); ++r) sum += r == without ? 0 : runs[r][c];
-        const double part = std::max(sum, 0.0);  // an estimate of nothing may be negative
+        const double part = std::max(sum, 0.0);  // estimates near 0 may be negative
         shares[kStageOfComponent[c]] += part;
         error += part;
     }
@@ -136,7 +135,7 @@ std::array<double, kStages> error_shares(const std::vector<Components>& runs, st
     return shares;
 }
 
-/// Needs the method's passes.
+/// Sets the stages of a method, whose passes must be set.
 void set_stages(MethodResult& method, const std::vector<Components>& runs) {
     std::array<double, kStages> seconds{};
     double all = 0;
@@ -164,6 +163,19 @@ void set_stages(MethodResult& method, const std::vector<Components>& runs) {
     method.stage_lead = over_seeds([&](const auto& of) { return gain(order[0], of) - gain(order[1], of); });
 }
 
+/// Compares the external renderer's pictures of the largest budget with each method's that makes different ones.
+std::vector<MethodAgreement> agreements(const Plan& plan, const std::vector<std::vector<Pictures>>& pictures) {
+    const auto external =
+        static_cast<std::size_t>(std::ranges::find(plan.methods, Method::external) - plan.methods.begin());
+    std::vector<MethodAgreement> all;
+    for (std::size_t m = 0; m < plan.methods.size() && external < plan.methods.size() && plan.seeds > 1; ++m) {
+        const auto same = [&](const MethodAgreement& other) { return plan.same_pictures(m, other.method); };
+        if (m == external || std::ranges::any_of(all, same)) continue;
+        all.push_back({m, compare_pictures(images_of(pictures[m].back()), images_of(pictures[external].back()))});
+    }
+    return all;
+}
+
 }  // namespace
 
 std::size_t stage_of(std::string_view pass) {
@@ -177,7 +189,7 @@ std::size_t stage_of(std::string_view pass) {
 double seconds_until(const MethodResult& method, double mse, Clock clock, bool off_edges) {
     const auto error = [&](const Point& p) { return (off_edges ? p.off_edges_mse : p.mse).value; };
     const std::vector<Point>& points = method.points;
-    // From the back: a noisy curve may dip below before it stays there.
+    // Search from the back: a noisy curve may fall below and rise again.
     std::size_t i = points.size();
     while (i > 0 && error(points[i - 1]) <= mse) --i;
     if (i == points.size()) return std::numeric_limits<double>::infinity();
@@ -197,7 +209,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
     };
     double all = 0, done = 0;
     for (const Run& run : runs) all += cost(run.budget);
-    constexpr int kWarmUp = 4;  // samples: all programs are compiled, and have been run once
+    constexpr int kWarmUp = 4;  // samples, after which all programs have been compiled and have run once
     for (const auto& painter : painters) painter->paint({.samples = kWarmUp}, 0, hooks.pulse);
 
     Measurement result;
@@ -246,7 +258,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
                 if (run.run.method == static_cast<int>(m) && run.run.budget == static_cast<int>(b))
                     of_point.push_back(&run);
             const std::vector<Image> images = images_of(pictures[m][b]);
-            method.points.push_back(point_of(of_point, images, reference, relative, off_edges, blurred_halves));
+            method.points.push_back(point_of(of_point, images, clock, reference, relative, off_edges, blurred_halves));
             if (b + 1 == budgets) {
                 method.picture = images.front();
                 method.mean = mean_image(images);
@@ -259,6 +271,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
         fit(method, clock);
         method.findings = findings_of(method);
     }
+    result.agreements = agreements(plan, pictures);
     return result;
 }
 

@@ -1,4 +1,4 @@
-// The runs of a plan, and what they say.
+// Runs a plan, and derives statistics and findings from its pictures.
 #pragma once
 
 #include <functional>
@@ -8,51 +8,51 @@
 #include <vector>
 
 #include "engine/core/statistics.h"
-#include "tools/measure/bench/bench.h"
+#include "tools/measure/common/clock.h"
+#include "tools/measure/converge/agreement.h"
 #include "tools/measure/converge/errors.h"
 
 namespace halflight::converge {
 
-using bench::Clock;
-
-/// Of the blur that tells how error is spread over the screen: 5 x 5 pixels.
+/// Radius of the blur after which errors are measured again, which shows how they are spread over the picture; pixels.
 inline constexpr int kBlurRadius = 2;
 
 struct RunResult {
     Run run;
     int samples = 0;  // per pixel
     Seconds time;
-    double mse = 0;
-    double relative_mse = 0;
-    double blurred_mse = 0;
+    double mse = 0;           // mean squared error, without the reference's own variance
+    double relative_mse = 0;  // each squared error divided by the reference's square plus kRelativeEpsilon
+    double blurred_mse = 0;   // mse where picture and reference are blurred (kBlurRadius)
     RunErrors errors;
-    std::uint64_t non_finite = 0;
+    std::uint64_t non_finite = 0;  // values that are not finite
 };
 
-/// One method at one budget: all seeds.
+/// Statistics of one method at one budget, over all seeds.
 struct Point {
-    double samples = 0;  // per pixel, mean
-    Seconds time;        // mean of one picture
+    double samples = 0;         // per pixel, mean
+    Seconds time;               // mean time of one picture
+    Interval paths_per_second;  // pixels times samples, by the plan's clock
     Interval mse, relative_mse, flip;
-    Interval off_edges_mse;  // mse without what pixels on edges of what glows add (weights_off_edges()), or not known
-    Interval blurred_mse;    // mse where picture and reference are blurred (kBlurRadius)
+    Interval
+        off_edges_mse;     // mse over the pixels that no edge of a light crosses (weights_off_edges()); NaN: not known
+    Interval blurred_mse;  // mse where picture and reference are blurred (kBlurRadius)
     Interval bias_squared, variance;                      // parts of mse
-    Interval relative_bias;                               // of the picture's mean
-    double reference_variance = 0;                        // that the errors are without
-    double trimmed_mse = 0;                               // mean
-    double worst_share = 0;                               // of the squared error, that kWorstShare of the pixels hold
-    bool has_components = false;                          // else these are 0
+    Interval relative_bias;                               // relative bias of the picture's mean
+    double reference_variance = 0;                        // variance of the reference, which no error contains
+    double trimmed_mse = 0;                               // mse without the worst kWorstShare of the pixels, mean
+    double worst_share = 0;                               // share of the squared error in the worst pixels, [0, 1]
+    bool has_components = false;                          // otherwise `components` is 0
     std::array<double, kComponents.size()> components{};  // mean mse of each
 };
 
-/// What takes the time, and the errors that it answers for.
+/// A part of the frame's passes, and the components of the error that it is responsible for.
 struct Stage {
     std::string name;
-    double seconds = 0;
-    double time_share = 0;   // of all stages
-    double error_share = 0;  // of the sum of the components' errors
-    /// By how much the efficiency, 1 / (mse x seconds), is multiplied if this stage alone takes twice the samples.
-    Interval gain{1, 0};  // over seeds; the time of a stage is one picture's
+    double seconds = 0;      // time in one picture
+    double time_share = 0;   // share in the time of all stages, [0, 1]
+    double error_share = 0;  // share in the sum of the components' errors, [0, 1]
+    Interval gain{1, 0};  // factor of the efficiency, 1 / (mse x seconds), if this stage alone took twice the samples
 };
 
 struct Finding {
@@ -63,52 +63,62 @@ struct Finding {
 std::string_view name(Finding::Kind kind);
 
 struct MethodResult {
-    std::string name;              // of the method
+    std::string name;
     Seconds preparation;           // before the first picture
     std::vector<Point> points;     // by budget
-    Slope slope;                   // of mse over the time of the plan's clock
-    Slope slope_by_samples;        // of mse
-    Slope slope_trimmed;           // of trimmed_mse over time
-    double efficiency = 0;         // 1 / (mse x seconds) at the largest budget
-    std::vector<PassTime> passes;  // of one more picture of the largest budget; empty for those without GL
+    Slope slope;                   // log mse against log time
+    Slope slope_by_samples;        // log mse against log samples
+    Slope slope_trimmed;           // log trimmed_mse against log time
+    double efficiency = 0;         // 1 / (mse x seconds) at the largest budget; 0: not known
+    std::vector<PassTime> passes;  // times in one more picture of the largest budget; empty for methods without GL
     std::vector<Stage> stages;
-    Interval stage_lead{0, std::numeric_limits<double>::infinity()};  // of the greatest gain over the second one
+    Interval stage_lead{0, std::numeric_limits<double>::infinity()};  // greatest gain minus the second greatest
     std::vector<Finding> findings;
-    Image picture;  // of the largest budget's first seed
-    Image mean;     // of the largest budget's seeds
+    Image picture;  // first seed of the largest budget
+    Image mean;     // over the seeds of the largest budget
+};
+
+/// How the external renderer's pictures of the largest budget differ from a method's.
+struct MethodAgreement {
+    std::size_t method = 0;  // index
+    Agreement agreement;     // `theirs` are the external renderer's pictures
 };
 
 struct Measurement {
     std::vector<RunResult> runs;  // in the order in which they were made
     std::vector<MethodResult> methods;
-    int pictures_compared = 0;   // of GL methods with the first one's of the same seed and samples
-    int pictures_different = 0;  // of these, not the same bit for bit
+    std::vector<MethodAgreement>
+        agreements;              // one per set of methods that make the same pictures; empty for a single seed
+    int pictures_compared = 0;   // pictures of GL methods compared with another method's of the same seed and samples
+    int pictures_different = 0;  // number of these that differ in any bit
 };
 
-/// Which stage a pass of the frame belongs to, as index of a list of names: 0 camera rays and film, 1 direct light,
-/// 2 indirect light.
+/// Returns the stage that a pass belongs to: 0 camera rays and film, 1 direct light, 2 indirect light.
 std::size_t stage_of(std::string_view pass);
 
 struct MeasureHooks {
     Pulse pulse;
     std::function<void(double)> progress;
 };
-/// painters: one per method of the plan. Each makes a picture beforehand, which does not count. Keeps the pictures of
-/// all seeds in memory.
+/// Runs the plan with one painter per method. Each painter makes a picture beforehand, which does not count. Keeps the
+/// pictures of all seeds in memory.
 Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>>& painters, const Reference& reference,
                     Clock clock, const MeasureHooks& hooks);
 
-/// "(2.31 ± 0.12)·10⁻⁴": value and half width, to as many digits as the interval knows.
+/// Returns value and half width, with two digits of the half width: "(2.31 ± 0.12)·10⁻⁴".
 std::string text(const Interval& interval);
-/// Two points or more tell it, and how well.
+/// Returns whether the slope has at least two points and a finite interval.
 bool is_known(const Slope& slope);
-std::string text(const Slope& slope);  ///< "none" where it is not known
+std::string text(const Slope& slope);  ///< Returns "none" where it is not known.
+/// Returns one sentence for the console: the difference of the whole picture and the number of blocks beyond.
+std::string text(const MethodAgreement& agreement, const std::vector<MethodResult>& methods);
 
-/// Seconds of the plan's clock until a method's mse, taken as a line between budgets in the plot, stays down at `mse`;
-/// below the first budget: its seconds; above the last one: infinity. off_edges: off_edges_mse instead.
+/// Returns the seconds that a method takes until its mse, interpolated between budgets as in the plot, stays at or
+/// below `mse`. These are the first budget's seconds where its mse is below already, and infinity where the last one is
+/// above. off_edges: uses off_edges_mse.
 double seconds_until(const MethodResult& method, double mse, Clock clock, bool off_edges = false);
 
-/// What the slope and the errors of a method say about it; slopes, points and picture must be set.
+/// Returns the findings about a method, whose slopes, points and picture must be set.
 std::vector<Finding> findings_of(const MethodResult& method);
 
 }  // namespace halflight::converge

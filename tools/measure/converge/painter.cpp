@@ -11,25 +11,31 @@
 namespace halflight::converge {
 namespace {
 
-constexpr int kManySamples = 1 << 24;  // where the time decides
+constexpr int kManySamples = 1 << 24;  // more than any budget of seconds allows
+
+/// Sets what the settings of both renderers have in common.
+template <class Settings>
+void set_view(Settings& settings, const View& view) {
+    settings.width = view.width;
+    settings.height = view.height;
+    settings.camera = view.camera;
+    settings.bounces = view.bounces;
+    settings.filter = view.filter;
+}
 
 class GlPainter final : public Painter {
   public:
     GlPainter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method, float clamp,
               const Preview& preview, int warm_up)
         : scene_(scene), colors_(colors), warm_up_(preview.cache ? warm_up : 0) {
-        settings_.width = view.width;
-        settings_.height = view.height;
-        settings_.camera = view.camera;
-        settings_.bounces = view.bounces;
-        settings_.filter = view.filter;
+        set_view(settings_, view);
         settings_.clamp = clamp;
         settings_.preview = preview;
         settings_.aovs.assign(kComponents.begin(), kComponents.end());
         settings_.culling = method == Method::compute  ? rays::Culling::compute
                             : method == Method::raster ? rays::Culling::raster
                                                        : rays::Culling::off;
-        const Stopwatch preparing;
+        const CpuStopwatch preparing;
         renderer_.emplace(scene_, colors_, settings_);
         preparation_ = preparing.seconds();
     }
@@ -55,7 +61,7 @@ class GlPainter final : public Painter {
         frame.time_limit = budget.seconds;
         frame.seed = seed;
         renderer.forget("pictures are independent of each other, and so are their times");
-        // Of a longer picture, later samples would bring the cache nothing.
+        // Only the first samples of a picture fill the cache.
         for (int done = 0; done < warm_up_; done += kCachedSamples) {
             FrameSettings elsewhere = settings_;
             elsewhere.camera = aside(settings_.camera);
@@ -64,7 +70,7 @@ class GlPainter final : public Painter {
             renderer.render(elsewhere);
         }
         std::exception_ptr stopped;
-        const Stopwatch rendering;
+        const CpuStopwatch rendering;
         RenderResult result = renderer.render(frame, [&](const RenderProgress&) {
             try {
                 pulse();
@@ -76,7 +82,7 @@ class GlPainter final : public Painter {
         Painted painted;
         painted.time = rendering.seconds();
         if (stopped) std::rethrow_exception(stopped);
-        // Compiling is one thread's work.
+        // Compilation runs on one thread.
         painted.time.wall -= result.stats.compile_seconds;
         painted.time.cpu = std::max(painted.time.cpu - result.stats.compile_seconds, 0.0);
         painted.picture.beauty = rgb(result.beauty);
@@ -87,12 +93,12 @@ class GlPainter final : public Painter {
         return {std::move(painted), std::move(result.stats)};
     }
 
-    /// By a 20th of the scene's diagonal, and turned by 20 degrees.
+    /// Returns the camera moved by a 20th of the scene's diagonal and turned by 20 degrees.
     Camera aside(Camera camera) const {
         const Bounds& box = scene_.tables().bounds;
-        const double way = box.empty() ? 0 : 0.05 * glm::length(dvec3(box.upper - box.lower));
-        camera.camera_to_world =
-            glm::rotate(glm::translate(camera.camera_to_world, dvec3(way, 0, 0)), glm::radians(20.0), dvec3(0, 1, 0));
+        const double distance = box.empty() ? 0 : 0.05 * glm::length(dvec3(box.upper - box.lower));
+        camera.camera_to_world = glm::rotate(glm::translate(camera.camera_to_world, dvec3(distance, 0, 0)),
+                                             glm::radians(20.0), dvec3(0, 1, 0));
         return camera;
     }
 
@@ -107,15 +113,15 @@ class GlPainter final : public Painter {
 class OraclePainter final : public Painter {
   public:
     OraclePainter(const Scene& scene, const View& view) : view_(view) {
-        const Stopwatch preparing;
+        const CpuStopwatch preparing;
         scene_.emplace(scene);
         preparation_ = preparing.seconds();
     }
 
-    /// In portions of about a tenth of a second, so that it ends in time and can be stopped.
+    /// Renders portions of about a tenth of a second, so that it ends in time and can be stopped.
     Painted paint(const Budget& budget, std::uint32_t seed, const Pulse& pulse) override {
         constexpr double kPortion = 0.1;  // seconds
-        const Stopwatch watch;
+        const CpuStopwatch watch;
         PictureSums sums(view_.width, view_.height);
         std::uint64_t non_finite = 0;
         int portion = 1;
@@ -156,11 +162,7 @@ std::unique_ptr<Painter> oracle_painter(const Scene& scene, const View& view) {
 
 Picture oracle_samples(const ReferenceScene& scene, const View& view, std::uint64_t seed, int first, int count) {
     ReferenceSettings settings;
-    settings.width = view.width;
-    settings.height = view.height;
-    settings.camera = view.camera;
-    settings.bounces = view.bounces;
-    settings.filter = view.filter;
+    set_view(settings, view);
     settings.seed = seed;
     settings.first_sample = first;
     settings.samples = count;

@@ -1,39 +1,23 @@
-// Who makes pictures: the engine, by whichever way of tracing, and the oracle.
+// The renderers that are compared: the engine with each tracing method, the oracle, external programs.
 #pragma once
 
-#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
 #include <vector>
 
 #include "engine/color/color.h"
+#include "engine/core/stopwatch.h"
 #include "engine/device/prepared_scene.h"
 #include "engine/gpu/context.h"
 #include "engine/reference/reference.h"
 #include "renderer/render.h"
-#include "tools/measure/bench/measure.h"
 #include "tools/measure/converge/picture.h"
 #include "tools/measure/converge/plan.h"
 
 namespace halflight::converge {
 
-using bench::Seconds;
-
-/// Of this process, all threads.
-class Stopwatch {
-  public:
-    Seconds seconds() const {
-        const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - wall_;
-        return {wall.count(), bench::cpu_seconds() - cpu_};
-    }
-
-  private:
-    std::chrono::steady_clock::time_point wall_ = std::chrono::steady_clock::now();
-    double cpu_ = bench::cpu_seconds();
-};
-
-/// Of the picture that all methods make.
+/// Settings of the picture that all methods render.
 struct View {
     int width = 0;   // pixels
     int height = 0;  // pixels
@@ -42,31 +26,32 @@ struct View {
     PixelFilter filter{};
 };
 
-/// Called now and then during long work; what it throws ends the work.
+/// Is called repeatedly during long work; an exception from it ends the work.
 using Pulse = std::function<void()>;
 
 struct Painted {
     Picture picture;
-    Seconds time;  // of the samples, down to the picture in memory; without preparation and compilation of shaders
+    Seconds time;  // from the first sample to the picture in memory, without preparation and shader compilation
 };
 
 class Painter {
   public:
     virtual ~Painter() = default;
     virtual Painted paint(const Budget& budget, std::uint32_t seed, const Pulse& pulse) = 0;
-    /// Of one more picture, made with each pass waited for; empty where there are no passes.
+    /// Renders one more picture, waits for each pass, and returns their times; empty for renderers without passes.
     virtual std::vector<PassTime> passes(const Budget& budget, std::uint32_t seed, const Pulse& pulse) = 0;
-    /// Of what was done once, before the first picture, and is not shared with other painters.
+    /// Returns the time of the preparation before the first picture that is not shared with other painters.
     virtual Seconds preparation() const = 0;
 };
 
-/// Method::oracle is none of these. The scene and the colours must outlive the painter.
-/// `clamp`, `preview`: of RenderSettings. `warm_up`: Plan::warm_up.
+/// Returns the engine with a method for which uses_gl() holds. The scene and the colours must outlive it. `clamp` and
+/// `preview` are those of RenderSettings, `warm_up` is Plan::warm_up.
 std::unique_ptr<Painter> gl_painter(PreparedScene& scene, const ColorConfig& colors, const View& view, Method method,
                                     float clamp = 0, const Preview& preview = {}, int warm_up = 0);
 std::unique_ptr<Painter> oracle_painter(const Scene& scene, const View& view);
 
-/// Samples [first, first + count) of the oracle's picture of this seed: disjoint ranges are independent.
+/// Returns the mean of samples [first, first + count) of the oracle's picture of this seed. Disjoint ranges are
+/// independent.
 Picture oracle_samples(const ReferenceScene& scene, const View& view, std::uint64_t seed, int first, int count);
 
 }  // namespace halflight::converge

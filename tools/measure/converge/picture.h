@@ -10,30 +10,30 @@
 
 namespace halflight::converge {
 
-/// Named as the AOVs are. Their sum is the beauty.
+/// Names of the components, which are those of the AOVs. Their sum is the beauty.
 inline constexpr std::array kComponents{"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse",
                                         "indirect_glossy"};
 
-/// Mean radiance, 3 channels each, of the same size.
+/// Mean radiance; all images have 3 channels and the same size.
 struct Picture {
     Image beauty;
     std::array<Image, kComponents.size()> components;  // empty images where they are not known
     int samples = 0;                                   // per pixel
-    std::uint64_t non_finite = 0;  // values that were taken as zero or left out: a bug in who made it
+    std::uint64_t non_finite = 0;  // values that were replaced by zero or left out; they are a renderer's bug
 
     bool has_components() const { return !components[0].pixels.empty(); }
 };
 
-/// Pictures by their samples, in double.
+/// Sums of pictures weighted by their samples, in double.
 class PictureSums {
   public:
     PictureSums() = default;
     PictureSums(int width, int height);
 
-    /// Precondition: of the same size.
+    /// Adds a picture of the same size.
     void add(const Picture& picture);
     void add(const PictureSums& other);
-    Picture mean() const;  ///< black without samples
+    Picture mean() const;  ///< Returns a black picture where there are no samples.
 
     int width = 0;
     int height = 0;

@@ -1,4 +1,4 @@
-// What is run, and in which order.
+// Plans which pictures are rendered, and in which order.
 #pragma once
 
 #include <cstdint>
@@ -19,55 +19,55 @@ enum class Method : std::uint8_t {
     oracle,   // the CPU path tracer of engine/reference
     external  // another renderer (external.h)
 };
-/// Those that are always there.
+/// Methods that are always available.
 inline constexpr Method kMethods[] = {Method::compute, Method::raster, Method::plain, Method::oracle};
 std::string_view name(Method method);
-/// Null for a name that is none.
+/// Returns nothing for an unknown name.
 std::optional<Method> method_named(std::string_view name);
-/// Those that do make the same picture of the same seed, samples and estimator.
+/// Returns whether the method renders by GL. Such methods make the same picture of the same seed, samples and
+/// estimator.
 inline bool uses_gl(Method method) {
     return method != Method::oracle && method != Method::external;
 }
 
-/// A command for the shell; its placeholders are those of external.h.
+/// Another renderer; external.h lists the placeholders of its command.
 struct External {
     std::string name;
     std::string command;
 };
 
-/// Either is > 0, the other one 0.
+/// Exactly one of the two is greater than 0.
 struct Budget {
     int samples = 0;     // per pixel
-    double seconds = 0;  // of wall time; at least one sample is taken
+    double seconds = 0;  // wall time; at least one sample is taken
 };
 std::string text(const Budget& budget);  ///< "16 samples", "0.5 s"
 
 struct Plan {
-    std::vector<Method> methods;   // with their estimators no two alike
-    std::vector<Budget> budgets;   // all of samples or all of seconds, growing
-    int seeds = 8;                 // > 0: independent pictures of each budget
-    std::uint32_t first_seed = 1;  // of runs_of()
-    float clamp = 0;  // of the pictures of GL methods (RenderSettings::clamp), a bias; never of the reference
-    std::vector<Estimator> estimators{};  // of each method; empty: the default one for all
-
-    std::vector<Preview> previews{};  // likewise; never of the reference
-    External external{};              // of Method::external
-    int warm_up = 0;  // samples from elsewhere that fill the radiance cache before each picture that uses it, not timed
+    std::vector<Method> methods;          // distinct together with their estimators
+    std::vector<Budget> budgets;          // all of samples or all of seconds, growing
+    int seeds = 8;                        // independent pictures of each method and budget, > 0
+    std::uint32_t first_seed = 1;         // [1, kSeedsOfMethods)
+    float clamp = 0;                      // RenderSettings::clamp of GL methods, a bias; references are not clamped
+    std::vector<Estimator> estimators{};  // by method; empty: the default one for all
+    std::vector<Preview> previews{};      // by method; empty: none
+    External external{};                  // renderer of Method::external
+    int warm_up = 0;  // samples by another camera that fill the radiance cache before each picture; not timed
 
     Preview preview(std::size_t method) const { return previews.empty() ? Preview() : previews[method]; }
     Estimator estimator(std::size_t method) const { return estimators.empty() ? Estimator() : estimators[method]; }
-    /// "plain", or "plain lights=tree preview=cache" where estimators or previews are compared: by what sets them
-    /// apart.
+    /// Returns "plain", or "plain lights=tree preview=cache" with what distinguishes it from the other estimators and
+    /// previews.
     std::string method_name(std::size_t method) const;
-    /// Whether both make the same picture of the same seed and samples.
+    /// Returns whether both make the same picture of the same seed and samples.
     bool same_pictures(std::size_t method, std::size_t other) const;
 };
-/// Each method that uses GL with each of the estimators, the oracle once.
+/// Replaces each method that uses GL by one for each estimator.
 void compare_estimators(Plan& plan, const std::vector<Estimator>& estimators);
-/// Each of what there is that uses GL with each of the previews; after the estimators.
+/// Replaces each method that uses GL by one for each preview; must follow compare_estimators().
 void compare_previews(Plan& plan, const std::vector<Preview>& previews);
 
-/// One picture to be made. Indices are into the plan.
+/// One picture to render. `method` and `budget` are indices into the plan.
 struct Run {
     int method = 0;
     int budget = 0;
@@ -75,13 +75,13 @@ struct Run {
     std::uint32_t seed = 0;
 };
 
-/// Seeds of methods are below it, those of references are not.
+/// Upper bound of the seeds of methods; seeds of references are not below it.
 inline constexpr std::uint32_t kSeedsOfMethods = 1u << 31;
 
-/// Every picture of the plan. Seeds count from the first one, and go on at 1 after the last one below kSeedsOfMethods.
-/// Budgets and repeats have a seed of their own, the same one for all methods. A turn, which
-/// is one run of each method, rotates the order of the methods by one; each repeat goes through the budgets from
-/// another one on: what else the machine does falls on all alike.
+/// Returns every picture of the plan. Each budget and repeat has its own seed, which all methods share. Seeds count
+/// from the first one, and continue at 1 after the last one below kSeedsOfMethods. A turn is one run of each method.
+/// The order of methods rotates from turn to turn, and each repeat begins with another budget: the load of the machine
+/// by other programs affects all methods alike.
 std::vector<Run> runs_of(const Plan& plan);
 
 }  // namespace halflight::converge

@@ -15,14 +15,14 @@ constexpr double kLeft = 74, kRight = 14, kBottom = 52;
 constexpr double kTitle = 18, kLegendRow = 18;
 constexpr double kTick = 5, kMinorTick = 3;
 
-/// Okabe and Ito's colours, which also those see apart who see fewer of them (Color Universal Design, 2008).
+/// Okabe and Ito's colours, which people with colour vision deficiency can distinguish (Color Universal Design, 2008).
 constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", "#56b4e9", "#e69f00"};
 
 /// A logarithmic axis from pixel `from` to pixel `to`.
 class Axis {
   public:
     Axis(double low, double high, double from, double to) : from_(from), to_(to) {
-        // A tenth of a decade of air, and never less than a factor of 3 in all.
+        // Margins of a tenth of a decade; the whole axis spans at least a factor of 3.
         low_ = std::log10(low) - 0.1, high_ = std::log10(high) + 0.1;
         const double missing = std::log10(3.0) - (high_ - low_);
         if (missing > 0) low_ -= missing / 2, high_ += missing / 2;
@@ -40,8 +40,8 @@ class Axis {
         bool labelled;
         bool decade;
     };
-    /// Decades, and their multiples: 2 and 5 are labelled where there are fewer than two decades, all where there is
-    /// not even one.
+    /// Returns ticks at powers of ten and their multiples. Axes with fewer than two decades have labels at 2 and 5 as
+    /// well, axes with none at all multiples.
     std::vector<Tick> ticks() const {
         std::vector<Tick> ticks;
         int decades = 0;
@@ -61,9 +61,9 @@ class Axis {
     double from_, to_, low_ = 0, high_ = 0;
 };
 
-/// 0.5, 20, or a power of ten where a plain number were long.
+/// Returns "0.5" or "20", or a power of ten where a plain number would be long.
 std::string tick_text(double value) {
-    const int exponent = static_cast<int>(std::floor(std::log10(value) + 1e-9));  // 1000 has log10 2.99..., at times
+    const int exponent = static_cast<int>(std::floor(std::log10(value) + 1e-9));  // log10 of 1000 may be 2.99...
     if (exponent >= -2 && exponent <= 3) return fmt::format("{:g}", value);
     const long mantissa = std::lround(value / std::pow(10.0, exponent));
     const std::string times = mantissa == 1 ? "" : fmt::format("{}·", mantissa);
@@ -109,7 +109,7 @@ class Drawing {
                 if (has_marker(dot) || has_bar(dot)) x_range_.add(dot.x);
                 if (has_marker(dot)) y_range_.add(dot.y);
                 if (has_bar(dot)) y_range_.add(dot.high);
-                // A bar of a decade says enough; one that reaches for 0 would take all the room.
+                // The axis need not contain bars of more than two decades, which may end near 0.
                 if (has_bar(dot) && dot.low > dot.high / 100) y_range_.add(dot.low);
             }
         }
@@ -176,7 +176,7 @@ class Drawing {
             (top_ + bottom) / 2, escape(plot_.y_label));
     }
 
-    /// Through the middle of the curves' ranges, as far as the frame allows.
+    /// Draws the guide through the middle of the curves' ranges, clipped to the frame.
     void draw_guide(const Axis& x, const Axis& y) {
         const double mx = std::sqrt(x_range_.low * x_range_.high), my = std::sqrt(y_range_.low * y_range_.high);
         double low = x.low(), high = x.high();
@@ -214,9 +214,9 @@ class Drawing {
         double left;
         int row;
     };
-    /// Between title and frame, in as many rows as it takes.
+    /// Places the legend between title and frame, in as many rows as needed.
     std::vector<Entry> legend() const {
-        constexpr double kLetter = 7;  // holds also wide ones
+        constexpr double kLetter = 7;  // width of a wide letter
         std::vector<Entry> entries;
         for (const Curve& curve : plot_.curves) entries.push_back({curve.name, 0, 0});
         if (plot_.guide != 0)
@@ -246,11 +246,11 @@ class Drawing {
         }
     }
 
-    static constexpr double kSample = 24;  // of a line, in the legend
+    static constexpr double kSample = 24;  // length of a line in the legend
 
     const Plot& plot_;
     std::vector<Entry> legend_;
-    double top_ = 0;  // of the frame
+    double top_ = 0;  // upper edge of the frame
     Range x_range_, y_range_;
     std::string out_;
 };

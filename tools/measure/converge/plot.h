@@ -1,4 +1,4 @@
-// Curves on double logarithmic axes, as SVG that stands by itself or within a page.
+// Draws curves on double logarithmic axes, as an SVG element.
 #pragma once
 
 #include <string>
@@ -6,12 +6,12 @@
 
 namespace halflight::converge {
 
-/// A point with the interval of its y; what is not positive has no place on the axes.
+/// A point with the interval of its y. The axes only show positive values.
 struct Dot {
-    double x = 0;     // > 0, otherwise the point is left out
-    double y = 0;     // <= 0: no marker, but the bar
-    double low = 0;   // <= 0: the bar goes down to the axis
-    double high = 0;  // <= 0 or infinite: there is no bar
+    double x = 0;     // <= 0: the point is left out
+    double y = 0;     // <= 0: the point has a bar, but no marker
+    double low = 0;   // lower end of the bar; <= 0: the axis
+    double high = 0;  // upper end of the bar; <= 0 or infinite: no bar
 };
 
 struct Curve {
@@ -24,14 +24,14 @@ struct Plot {
     std::string x_label;  // with unit
     std::string y_label;
     std::vector<Curve> curves;
-    double guide = 0;  // slope of a dashed line to compare with; 0: none
+    double guide = 0;  // slope of a dashed line for comparison; 0: none
 };
 
-/// `text` where markup is not meant: & < > " ' as entities, and what XML 1.0 does not allow as U+FFFD.
+/// Returns `text` for use in markup: & < > " ' become entities, characters that XML 1.0 forbids become U+FFFD.
 std::string escape(const std::string& text);
 
-/// One <svg> element. Curves are told apart by colour and by marker, so that they are in print as well. Without
-/// anything to show it says so.
+/// Returns one <svg> element. Curves differ in colour and marker, so that they can be distinguished in print. An empty
+/// plot contains a note.
 std::string svg(const Plot& plot);
 
 }  // namespace halflight::converge

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <optional>
 
 #include "engine/core/error.h"
@@ -18,13 +17,13 @@ using Maker = ReferenceOrder::Maker;
 constexpr std::uint64_t kOracleSeed = std::uint64_t{1} << 40;  // beyond the seeds of methods, which have 32 bits
 constexpr std::uint32_t kGlSeed = kSeedsOfMethods;
 
-/// A picture of this size shows what its maker makes of a scene, and takes no time.
+/// Returns the view of a small picture, which identifies a renderer's code and takes little time.
 View probe_view(View view) {
     view.width = view.height = 8;
     return view;
 }
 
-/// What makes samples, and the portions that suit it.
+/// A renderer of samples, and the size of its portions.
 struct Samples {
     AddSamples add;
     Picture probe;
@@ -33,7 +32,7 @@ struct Samples {
 };
 
 Samples oracle_source(const ReferenceScene& scene, const View& view, const Pulse& pulse) {
-    // Portions of some ten thousand paths: a second or so.
+    // Portions of some ten thousand paths take about a second.
     const int largest = std::max(1, static_cast<int>(200000 / (std::int64_t{view.width} * view.height)));
     const auto add = [&scene, view, pulse](int half, std::int64_t first, int count) {
         pulse();
@@ -43,7 +42,7 @@ Samples oracle_source(const ReferenceScene& scene, const View& view, const Pulse
     return {add, oracle_samples(scene, probe_view(view), kOracleSeed, 0, 4), {.largest = largest}, "oracle"};
 }
 
-/// Pictures of a seed each: samples of one picture are stratified among themselves, so that ranges of one sequence
+/// Renders each portion with a seed of its own: samples of one picture are stratified, so that ranges of one sequence
 /// would not be independent.
 Samples gl_source(PreparedScene& scene, const ColorConfig& colors, const View& view, const Pulse& pulse) {
     const auto painter = [&](const View& v) { return gl_painter(scene, colors, v, Method::compute); };
@@ -55,7 +54,7 @@ Samples gl_source(PreparedScene& scene, const ColorConfig& colors, const View& v
 }
 
 bool is_rec709(const Chromaticities& c) {
-    constexpr double kRounding = 1e-6;  // of the file's floats
+    constexpr double kRounding = 1e-6;  // rounding of the file's floats
     const auto near = [](const dvec2& a, const dvec2& b) { return glm::distance(a, b) < kRounding; };
     return near(c.red, kRec709.red) && near(c.green, kRec709.green) && near(c.blue, kRec709.blue) &&
            near(c.white, kRec709.white);
@@ -73,7 +72,7 @@ Reference read_reference(const std::filesystem::path& path, const View& view) {
     };
     Reference reference;
     reference.maker = path.string();
-    reference.reason = "it was asked for; its own noise is not known and counts as error of the methods";
+    reference.reason = "it was asked for; its noise is not known and counts as error of the methods";
     reference.file = path;
     reference.halves_differ = false;
     reference.mean.beauty = exr.image(planes(""));
@@ -121,12 +120,11 @@ Halves continue_halves(const std::filesystem::path& path, std::uint64_t fingerpr
         try {
             save_halves(path, fingerprint, halves);
             saved = held();
-        } catch (const Error& error) {  // what is made can be used all the same
+        } catch (const Error& error) {  // the samples can be used nevertheless
             note(error.what());
         }
     };
-    using Clock = std::chrono::steady_clock;
-    Clock::time_point last = Clock::now();
+    Stopwatch since_saved;
     try {
         for (;;) {
             const int half = halves[1].samples < halves[0].samples ? 1 : 0;
@@ -135,9 +133,9 @@ Halves continue_halves(const std::filesystem::path& path, std::uint64_t fingerpr
             const auto count = std::min<std::int64_t>(portion.largest, samples_of_each - sums.samples);
             sums.add(more(half, sums.samples, static_cast<int>(count)));
             progress(static_cast<double>(held() - before) / static_cast<double>(2 * samples_of_each - before));
-            if (std::chrono::duration<double>(Clock::now() - last).count() > portion.save_every) {
+            if (since_saved.seconds() > portion.save_every) {
                 save();
-                last = Clock::now();
+                since_saved = {};
             }
         }
     } catch (...) {
@@ -165,7 +163,7 @@ Reference make_reference(const ReferenceOrder& order, const Scene& scene, const 
     reference.file = reference_path(order.folder, reference.fingerprint);
 
     std::int64_t made = 0;
-    const Stopwatch watch;
+    const CpuStopwatch watch;
     const auto counted = [&](int half, std::int64_t first, int count) {
         const Picture picture = source.add(half, first, count);
         if (picture.non_finite > 0)

@@ -1,4 +1,4 @@
-// The picture that errors are told against: made on demand, kept, continued.
+// Makes the reference picture of all errors, or continues one from the cache.
 #pragma once
 
 #include <array>
@@ -15,38 +15,38 @@ namespace halflight::converge {
 struct ReferenceOrder {
     enum class Maker : std::uint8_t { automatic, oracle, gl, file };
     Maker maker = Maker::automatic;
-    std::filesystem::path file;    // Maker::file: an .exr of scene-linear Rec.709
-    int samples = 0;               // per pixel, of both halves together, at least; > 0 unless a file
-    std::filesystem::path folder;  // where references are kept
+    std::filesystem::path file;    // for Maker::file: an .exr in scene-linear Rec.709
+    int samples = 0;               // least number of samples per pixel, both halves together; > 0 except for a file
+    std::filesystem::path folder;  // cache of references
 };
 
 struct Reference {
     std::string maker;   // "oracle", "gl" or the file
-    std::string reason;  // a phrase: why this one
+    std::string reason;  // phrase that explains the choice of the maker
     std::filesystem::path file;
-    std::uint64_t fingerprint = 0;  // 0: a file
-    std::int64_t samples = 0;       // per pixel, of both halves; 0 where that is not known
-    std::int64_t found = 0;         // of these, samples that were kept from earlier runs
-    Seconds time;                   // of the others
-    std::array<Picture, 2> halves;  // independent; a file is both
+    std::uint64_t fingerprint = 0;  // 0 for a file
+    std::int64_t samples = 0;       // per pixel, both halves together; 0: not known
+    std::int64_t found = 0;         // number of these samples that earlier runs have made
+    Seconds time;                   // time of the samples that this run has made
+    std::array<Picture, 2> halves;  // independent of each other; both are the same for a file
     Picture mean;
-    bool halves_differ = true;   // else their noise is not known
-    bool has_components = true;  // else those are empty
+    bool halves_differ = true;   // false: the noise of the reference is not known
+    bool has_components = true;  // false: components are empty
 };
 
-/// Whom Maker::automatic stands for, and why: the oracle, which shares no code with the engine, but for scenes of more
-/// triangles than it should flatten.
+/// Returns the maker and the reason for it. Maker::automatic becomes the oracle, which shares no code with the engine,
+/// or the engine for scenes with more triangles than the oracle can flatten.
 std::pair<ReferenceOrder::Maker, std::string> choose_maker(const Scene& scene, ReferenceOrder::Maker wanted);
 
-/// Adds samples [first, first + count) to one half, which must be independent of all others.
+/// Returns the mean of samples [first, first + count) of one half, which must be independent of all other samples.
 using AddSamples = std::function<Picture(int half, std::int64_t first, int count)>;
 struct Portion {
-    int largest = 1;         // samples of one call
-    double save_every = 20;  // seconds
+    int largest = 1;         // most samples per call
+    double save_every = 20;  // seconds between writes of the file
 };
-/// Continues what is kept at `path` until both halves have as many samples, and keeps it, also where `more` throws.
-/// A damaged file is begun anew after note() has said so. Throws Error where more samples are wanted but could not be
-/// kept; should that show only later, note() says it. progress() is given the share that is done, in [0, 1].
+/// Continues the halves in the file `path` until each has `samples_of_each`, and saves them, also where `more` throws.
+/// A damaged file is replaced after a call of note(). Throws Error where more samples are wanted and the file cannot be
+/// written; reports later failures to write it by note(). Calls progress() with the finished share, in [0, 1].
 Halves continue_halves(const std::filesystem::path& path, std::uint64_t fingerprint, const View& view,
                        std::int64_t samples_of_each, const AddSamples& more, const Portion& portion,
                        const std::function<void(double)>& progress,
@@ -57,7 +57,8 @@ struct ReferenceHooks {
     std::function<void(double)> progress;
     std::function<void(const std::string&)> note;
 };
-/// gl(): the scene on the GPU, made when it is needed. Throws Error, also for a file of another size.
+/// Makes the reference. gl() returns the scene on the GPU and is called only when it is needed. Throws Error, also for
+/// a file of another size.
 Reference make_reference(const ReferenceOrder& order, const Scene& scene, const View& view, const ColorConfig& colors,
                          const std::function<PreparedScene&()>& gl, const ReferenceHooks& hooks);
 

@@ -14,7 +14,7 @@
 namespace halflight::converge {
 namespace {
 
-/// A file is this, the sums of the first and of the second half by component, and the hash of all that.
+/// Header of a file; the sums of both halves by component and a hash of everything follow.
 struct Header {
     char magic[8];
     std::uint64_t fingerprint;
@@ -78,9 +78,10 @@ std::optional<Halves> load_halves(const std::filesystem::path& path, std::uint64
         header.fingerprint != fingerprint || header.width != width || header.height != height)
         throw damaged();
     const std::size_t values = std::size_t{3} * kComponents.size() * static_cast<std::size_t>(width) *
-                               static_cast<std::size_t>(height);  // of one half
+                               static_cast<std::size_t>(height);  // values of one half
     if (content.size() != sizeof(header) + 2 * values * sizeof(double)) throw damaged();
-    constexpr std::int64_t kMost = std::numeric_limits<std::int64_t>::max() / 2;  // both halves together can be told
+    constexpr std::int64_t kMost =
+        std::numeric_limits<std::int64_t>::max() / 2;  // the sum of both halves does not overflow
     for (const std::int64_t samples : header.samples)
         if (samples < 0 || samples > kMost) throw damaged();
     Halves halves{PictureSums(width, height), PictureSums(width, height)};

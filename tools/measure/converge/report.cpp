@@ -60,6 +60,7 @@ Json point_json(const Budget& budget, const Point& p) {
     return {{"budget", budget_json(budget)},
             {"samples", p.samples},
             {"seconds", seconds_json(p.time)},
+            {"paths_per_second", interval_json(p.paths_per_second)},
             {"mse", interval_json(p.mse)},
             {"relative_mse", interval_json(p.relative_mse)},
             {"blurred_mse", interval_json(p.blurred_mse)},
@@ -86,7 +87,7 @@ Json method_json(const Subject& subject, const Measurement& measured, const Meth
                           {"time_share", s.time_share},
                           {"error_share", s.error_share},
                           {"gain_of_twice_the_samples", interval_json(s.gain)}});
-    Json to_error = Json::object();  // of the largest budget
+    Json to_error = Json::object();  // time to the error at the largest budget
     for (const MethodResult& other : measured.methods) {
         const auto until = [&](const Interval& mse, bool off_edges) {
             return number(seconds_until(m, mse.value, subject.clock, off_edges));
@@ -109,34 +110,57 @@ Json method_json(const Subject& subject, const Measurement& measured, const Meth
             {"findings", findings}};
 }
 
-/// Of the largest budget; null where that of a method is not known: the reference is too noisy for its error.
+Json agreement_json(const Measurement& measured, const MethodAgreement& found) {
+    const Agreement& a = found.agreement;
+    Json blocks = Json::array();
+    for (const Block& b : a.blocks)
+        blocks.push_back({{"x", b.x},
+                          {"y", b.y},
+                          {"difference", b.difference.relative},
+                          {"standard_error", b.difference.standard_error},
+                          {"beyond", b.beyond},
+                          {"chance_of_beyond", b.chance_of_beyond}});
+    return {{"method", measured.methods[found.method].name},
+            {"agrees", a.agrees()},
+            {"difference", number(a.whole.relative)},
+            {"standard_error", number(a.whole.standard_error)},
+            {"tolerance", kWholeTolerance},
+            {"block_side", a.side},
+            {"block_tolerance", a.tolerance},
+            {"blocks_beyond", a.beyond},
+            {"blocks_beyond_by_noise", a.expected_beyond},
+            {"blocks", blocks}};
+}
+
+/// Returns the method of the greatest efficiency; null where that of any method is not known, because the reference is
+/// too noisy for its error.
 const MethodResult* most_efficient(const Measurement& measured) {
     const auto [worst, best] = std::ranges::minmax_element(measured.methods, {}, &MethodResult::efficiency);
     return worst == measured.methods.end() || worst->efficiency <= 0 ? nullptr : &*best;
 }
 
-/// Where the next second of a method lowers the error most, as far as its seeds tell.
+/// Returns which stage's samples lower the error of a method most, as far as its seeds show.
 std::string stage_advice(const MethodResult& m) {
     std::vector<const Stage*> order;
     for (const Stage& stage : m.stages) order.push_back(&stage);
     std::ranges::sort(order, std::ranges::greater(), [](const Stage* s) { return s->gain.value; });
     const Stage& s = *order.front();
-    const std::string shares = fmt::format("{} holds {:.0f} % of the error and takes {:.0f} % of the time", s.name,
-                                           100 * s.error_share, 100 * s.time_share);
-    if (s.gain.upper() <= 1) return fmt::format("no stage alone is worth more samples; of all, {}.", shares);
-    const bool leads = order.size() < 2 || m.stage_lead.lower() > 0;
-    if (leads && s.gain.lower() > 1)
+    const std::string which = fmt::format("{}, which causes {:.0f} % of the error and takes {:.0f} % of the time",
+                                          s.name, 100 * s.error_share, 100 * s.time_share);
+    if (s.gain.upper() <= 1)
+        return fmt::format("more time for a single stage does not pay off. The best one is {}.", which);
+    if ((order.size() < 2 || m.stage_lead.lower() > 0) && s.gain.lower() > 1)
         return fmt::format(
-            "the next second lowers the error most where {}: twice its samples alone would multiply the "
-            "efficiency by {}.",
-            shares, text(s.gain));
+            "more time pays off most for {}. Twice the samples for this stage alone would multiply the efficiency by "
+            "{}.",
+            which, text(s.gain));
     std::string others;
     for (std::size_t i = 1; i < order.size(); ++i)
-        others += fmt::format(", of {} by {}", order[i]->name, text(order[i]->gain));
+        others += fmt::format(", for {} by {}", order[i]->name, text(order[i]->gain));
     return fmt::format(
-        "undecided, as the seeds do not tell where the next second lowers the error most: {}; twice its "
-        "samples alone would multiply the efficiency by {}{}.",
-        shares, text(s.gain), others);
+        "undecided, because the seeds do not show for which stage more time pays off most. Twice the samples for {}, "
+        "would multiply the efficiency by {}{}.",
+        which, text(s.gain), others);
 }
 
 }  // namespace
@@ -144,9 +168,10 @@ std::string stage_advice(const MethodResult& m) {
 std::vector<std::string> biases(const Plan& plan) {
     std::vector<std::string> all;
     if (plan.clamp > 0)
-        all.push_back(fmt::format(
-            "Indirect light of the GL methods is clamped to a luminance of {:g} per sample; the reference's is not.",
-            plan.clamp));
+        all.push_back(
+            fmt::format("Indirect light of the GL methods is clamped to a luminance of {:g} per sample, that of the "
+                        "reference is not.",
+                        plan.clamp));
     for (std::size_t m = 0; m < plan.methods.size(); ++m)
         if (plan.preview(m).any()) all.push_back(fmt::format("{} is a preview.", plan.method_name(m)));
     return all;
@@ -163,14 +188,15 @@ std::vector<std::string> advice(const Subject& subject, const Measurement& measu
                                       best->efficiency / m.efficiency, m.name);
         }
         lines.push_back(
-            fmt::format("{} lowers the error most per second of {} time: its efficiency, 1 / (MSE × seconds) "
-                        "at the largest budget, is {}.",
+            fmt::format("{} lowers the error most per second of {} time. Its efficiency, 1 / (MSE × s) at the "
+                        "largest budget, is {}.",
                         best->name, subject.clock == Clock::cpu ? "CPU" : "wall", others));
     }
     if (!best && measured.methods.size() > 1)
         lines.push_back(
-            "Which method lowers the error most per second is not known: the error of one of them is not above the "
-            "noise of the reference; a reference of more samples would tell.");
+            "Which method lowers the error most per second is not known, because the error of one of them is within "
+            "the "
+            "noise of the reference. A reference with more samples would tell.");
     for (const MethodResult& m : measured.methods)
         if (!m.stages.empty()) lines.push_back(fmt::format("{}: {}", m.name, stage_advice(m)));
     return lines;
@@ -182,6 +208,8 @@ Json report_json(const Subject& subject, const Reference& reference, const Measu
     for (const Budget& b : subject.plan.budgets) budgets.push_back(budget_json(b));
     for (const MethodResult& m : measured.methods) methods.push_back(method_json(subject, measured, m));
     for (const RunResult& r : measured.runs) runs.push_back(run_json(subject, r));
+    Json agreements = Json::array();
+    for (const MethodAgreement& a : measured.agreements) agreements.push_back(agreement_json(measured, a));
     const Json samples = reference.samples > 0 ? Json(reference.samples) : Json(nullptr);
     return {{"schema", kSchema},
             {"program", subject.program},
@@ -220,6 +248,7 @@ Json report_json(const Subject& subject, const Reference& reference, const Measu
             {"advice", advice(subject, measured)},
             {"same_pictures", {{"compared", measured.pictures_compared}, {"different", measured.pictures_different}}},
             {"methods", methods},
+            {"agreements", agreements},
             {"runs", runs}};
 }
 

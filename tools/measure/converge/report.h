@@ -1,4 +1,4 @@
-// What was measured, as JSON, as CSV and as a page for people.
+// Writes a measurement as JSON, as CSV and as an HTML page.
 #pragma once
 
 #include <nlohmann/json.hpp>
@@ -10,38 +10,38 @@
 
 namespace halflight::converge {
 
-inline constexpr int kSchema = 2;  // of the JSON
+inline constexpr int kSchema = 2;  // version of the JSON's layout
 
-/// What the reports tell beside the measurement.
+/// Describes what was measured.
 struct Subject {
-    std::string program;  // name and version
-    std::string scene;    // the file
-    std::string camera;   // "'front' of the scene"
-    std::string environment;
-    std::string device;  // GL renderer; empty where no method needs one
+    std::string program;      // name and version
+    std::string scene;        // file
+    std::string camera;       // "'front' of the scene"
+    std::string environment;  // "none", a colour or the name of a map
+    std::string device;       // GL renderer; empty where no method needs one
     View view;
     Plan plan;
     Clock clock = Clock::wall;
     double scene_seconds = 0;           // wall time of preparing the scene for the GPU, once for all methods
-    std::vector<std::string> pilots{};  // what they have chosen where an estimator was left open; sentences
+    std::vector<std::string> pilots{};  // sentences: the choices of pilots for estimators that were left open
 };
 
-/// Figures that are not known (intervals of a single seed) are null.
+/// Returns all figures; those that are not known, as the intervals of a single seed, are null.
 nlohmann::ordered_json report_json(const Subject& subject, const Reference& reference, const Measurement& measured);
 
-/// A field of a CSV file, quoted where it must be (RFC 4180, section 2).
+/// Returns a field of a CSV file, quoted where it must be (RFC 4180, section 2).
 std::string csv_field(const std::string& text);
-/// A header, then a row for each run. Errors of components are empty where they are not known.
+/// Returns a header and a row for each run. Errors of components are empty where they are not known.
 std::string report_csv(const Subject& subject, const Measurement& measured);
 
-/// One file that needs no other, nor scripts. `view` shows the pictures.
+/// Returns a page that needs no other file and no script. `view` encodes the pictures for display.
 std::string report_html(const Subject& subject, const Reference& reference, const Measurement& measured,
                         const ViewProcessor& view);
 
-/// Why pictures of GL methods would not converge to the reference even so: what was asked for, in sentences.
+/// Returns a sentence for each setting of the plan that keeps pictures from converging to the reference.
 std::vector<std::string> biases(const Plan& plan);
 
-/// Where the next second lowers the error most: sentences, the methods first, then each method's stages.
+/// Returns sentences about where more time lowers the error most: first among methods, then among each one's stages.
 std::vector<std::string> advice(const Subject& subject, const Measurement& measured);
 
 }  // namespace halflight::converge

@@ -1,5 +1,6 @@
-// Does `halflight render --error` keep its word? Renders many seeds to an error, and counts how often the errors told
-// are those that the pictures have: the interval holds the true error, and the bound is above it, in 95 % of the seeds.
+// halflight-coverage: tests the error that `halflight render --error` reports. Renders many seeds to an error target
+// and counts for how many the reported interval contains the true error, and the reported bound is above it. Both
+// should hold for 95 % of the seeds.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -29,7 +30,7 @@ struct Arguments {
 
 struct Tally {
     int inside = 0, below_bound = 0, below_target = 0;
-    RunningMoments samples, told, truth;
+    RunningMoments samples, reported, truth;
 };
 
 Tally measure(const Arguments& a, const std::string& file, gpu::Context& context) {
@@ -64,45 +65,43 @@ Tally measure(const Arguments& a, const std::string& file, gpu::Context& context
         const RenderResult result = renderer.render(frame);
         const std::vector<Image> picture{rgb(result.beauty)};
         const double truth = seed_errors(picture, halves[0], halves[1], weights).mse.value;
-        const ErrorEstimate& told = result.stats.error->estimate;
-        tally.inside += told.lower <= truth && truth <= told.upper;
-        tally.below_bound += truth <= told.bound;
+        const ErrorEstimate& reported = result.stats.error->estimate;
+        tally.inside += reported.lower <= truth && truth <= reported.upper;
+        tally.below_bound += truth <= reported.bound;
         tally.below_target += truth <= a.error;
         tally.samples.add(static_cast<double>(result.stats.paths) / (double{1} * size.x * size.y));
-        tally.told.add(told.value), tally.truth.add(truth);
+        tally.reported.add(reported.value), tally.truth.add(truth);
     }
     return tally;
 }
 
 void add_options(CLI::App& app, Arguments& a) {
     app.add_option("--scene", a.scenes, "glTF files")->required();
-    app.add_option("--size", a.size, "WIDTHxHEIGHT")->capture_default_str();
-    app.add_option("--metric", a.metric, "mse or relmse")
+    app.add_option("--size", a.size, "size of the pictures in pixels, WIDTHxHEIGHT")->capture_default_str();
+    app.add_option("--metric", a.metric, "metric of the error")
         ->check(CLI::IsMember({"mse", "relmse"}))
         ->capture_default_str();
-    app.add_option("--error", a.error, "to reach")->check(CLI::PositiveNumber)->capture_default_str();
-    app.add_option("--seeds", a.seeds, "pictures")->check(CLI::PositiveNumber)->capture_default_str();
-    app.add_option("--reference", a.reference, "samples of the two references together")
+    app.add_option("--error", a.error, "error target")->check(CLI::PositiveNumber)->capture_default_str();
+    app.add_option("--seeds", a.seeds, "number of pictures")->check(CLI::PositiveNumber)->capture_default_str();
+    app.add_option("--reference", a.reference, "samples of both references together")
         ->check(CLI::Range(2, 1 << 24))
         ->capture_default_str();
-    app.add_option("--bounces", a.bounces, "as of halflight render")
+    app.add_option("--bounces", a.bounces, "reflections along a path")
         ->check(CLI::NonNegativeNumber)
         ->capture_default_str();
-    app.add_option("--band", a.band_pixels, "pixels rendered at once")->capture_default_str();
+    app.add_option("--band", a.band_pixels, "pixels that are rendered at once")->capture_default_str();
 }
 
 void run(const Arguments& a) {
     gpu::Context context = gpu::Context::create({});
     fmt::print(
-        "{} below {:g}, {} pixels, {} seeds: mean figures, and how many seeds' true error is in the interval, "
-        "below the "
-        "bound, below the target\n\n{:<16} {:>8} {:>10} {:>10} "
-        "{:>9} {:>9} {:>9}\n",
-        a.metric, a.error, a.size, a.seeds, "scene", "samples", "told", "true", "interval", "bound", "target");
+        "{} below {:g}, {} pixels, {} seeds. Means over the seeds, then the number of seeds whose true error is in the "
+        "interval, below the bound, below the target.\n\n{:<16} {:>8} {:>10} {:>10} {:>9} {:>9} {:>9}\n",
+        a.metric, a.error, a.size, a.seeds, "scene", "samples", "reported", "true", "interval", "bound", "target");
     for (const std::string& file : a.scenes) {
         const Tally t = measure(a, file, context);
         fmt::print("{:<16} {:>8.0f} {:>10.4g} {:>10.4g} {:>9} {:>9} {:>9}\n",
-                   std::filesystem::path(file).stem().string(), t.samples.mean(), t.told.mean(), t.truth.mean(),
+                   std::filesystem::path(file).stem().string(), t.samples.mean(), t.reported.mean(), t.truth.mean(),
                    t.inside, t.below_bound, t.below_target);
         std::fflush(stdout);
     }
@@ -113,7 +112,7 @@ void run(const Arguments& a) {
 
 int main(int argc, char** argv) {
     using namespace halflight;
-    CLI::App app("How often the error that `halflight render --error` tells is the error that the picture has",
+    CLI::App app("Measures how often the error that `halflight render --error` reports is the true one.",
                  "halflight-coverage");
     Arguments arguments;
     add_options(app, arguments);

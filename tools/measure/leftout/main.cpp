@@ -1,6 +1,6 @@
-// halflight-leftout: what it saves to leave out what a scene does not need. Each scene is rendered as it is and with
-// all of it kept, or with each item by itself, in turns: time per sample, time to start, memory, and whether the
-// pictures are the same, bit for bit.
+// halflight-leftout: measures what it saves to leave out work that a scene does not need. Each scene is rendered as it
+// is and with everything kept, or with single items kept, in turns. Reports time per sample, time to start, memory, and
+// whether the pictures are the same bit for bit.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -27,12 +27,12 @@ constexpr const char* kEverything = "everything";
 struct Options {
     std::vector<std::string> scenes;
     Settings settings;
-    bool each = false;               // item by itself
-    std::vector<std::string> items;  // those alone, by name
+    bool each = false;               // measures each item by itself, too
+    std::vector<std::string> items;  // names of the items for `each`; empty: all
     std::string json;
 };
 
-/// What `kept` takes more, the median.
+/// Returns the median of kept - lean.
 double added_median(const std::vector<double>& lean, const std::vector<double>& kept) {
     std::vector<double> differences(lean.size());
     std::ranges::transform(kept, lean, differences.begin(), std::minus<>());
@@ -138,7 +138,7 @@ class Report {
 };
 
 int run(const Options& options) {
-    // Compiling is timed: it must not depend on what a driver has compiled before.
+    // Compilation is timed, so that it must not depend on earlier runs.
     setenv("MESA_SHADER_CACHE_DISABLE", "true", 0);
     setenv("__GL_SHADER_DISK_CACHE", "0", 0);
     gpu::Context context = gpu::Context::create({});
@@ -159,19 +159,27 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
     halflight::leftout::Options options;
     halflight::leftout::Settings& settings = options.settings;
-    CLI::App app("What it saves to leave out what a scene does not need, against --keep-all, in turns",
+    CLI::App app("Measures what it saves to leave out work that a scene does not need, in turns with --keep-all.",
                  "halflight-leftout");
     app.add_option("SCENE", options.scenes, "glTF 2.0 scenes, each seen by its first camera")->required();
-    CLI::Option* each = app.add_flag("--items", options.each, "each item that is left out by itself, too");
-    app.add_option("--item", options.items, "with --items: this one alone; may be repeated")
+    CLI::Option* each = app.add_flag("--items", options.each, "measure each item that is left out by itself, too");
+    app.add_option("--item", options.items, "with --items: measure only this item; may be repeated")
         ->allow_extra_args(false)
         ->check(CLI::IsMember(halflight::keepable_names()).description("NAME"))
         ->needs(each);
-    app.add_option("--width", settings.width, "pixels")->check(CLI::Range(1, 8192))->capture_default_str();
-    app.add_option("--height", settings.height, "pixels")->check(CLI::Range(1, 8192))->capture_default_str();
-    app.add_option("--samples", settings.samples, "of a picture")->check(CLI::Range(1, 1 << 16))->capture_default_str();
-    app.add_option("--turns", settings.turns, "pictures of each")->check(CLI::Range(1, 1 << 16))->capture_default_str();
-    app.add_option("--starts", settings.starts, "how often each is prepared and compiled anew")
+    app.add_option("--width", settings.width, "width of the picture in pixels")
+        ->check(CLI::Range(1, 8192))
+        ->capture_default_str();
+    app.add_option("--height", settings.height, "height of the picture in pixels")
+        ->check(CLI::Range(1, 8192))
+        ->capture_default_str();
+    app.add_option("--samples", settings.samples, "samples per picture")
+        ->check(CLI::Range(1, 1 << 16))
+        ->capture_default_str();
+    app.add_option("--turns", settings.turns, "pictures of each side")
+        ->check(CLI::Range(1, 1 << 16))
+        ->capture_default_str();
+    app.add_option("--starts", settings.starts, "number of times that each side is prepared and compiled anew")
         ->check(CLI::Range(1, 1 << 16))
         ->capture_default_str();
     app.add_option("--json", options.json, "write all figures to this file");

@@ -32,7 +32,7 @@ class Runner {
         side_.left_out = last_.stats.left_out;
     }
     void take_turn() {
-        const bench::Seconds seconds = bench::time_of([&] { last_ = renderer_->render(); });
+        const Seconds seconds = bench::time_of([&] { last_ = renderer_->render(); });
         side_.sample_seconds.push_back(seconds.cpu / settings_.samples);
     }
     void end() {

@@ -1,24 +1,24 @@
-#include "tools/measure/bench/look.h"
+#include "tools/measure/bench/appearance.h"
 
 #include <algorithm>
 
 namespace halflight::bench {
 namespace {
 
-/// Alone under the lights that are left: nothing shines by itself.
-Look dark(const Scene& scene) {
-    Look look{scene.materials, {}, {}};
-    for (Material& m : look.materials) {
+/// Returns materials without emission, and no lights.
+Appearance dark(const Scene& scene) {
+    Appearance appearance{scene.materials, {}, {}};
+    for (Material& m : appearance.materials) {
         m.emission = vec3(0);
         m.unlit = false;
     }
-    return look;
+    return appearance;
 }
 
-/// Lights as they are, a base of one kind only.
-Look made_of(const Scene& scene, float metallic, float roughness, float specular) {
-    Look look = look_of(scene);
-    for (Material& m : look.materials) {
+/// Returns the scene's lights, and materials with a single lobe.
+Appearance made_of(const Scene& scene, float metallic, float roughness, float specular) {
+    Appearance appearance = appearance_of(scene);
+    for (Material& m : appearance.materials) {
         Material plain;
         plain.name = m.name;
         plain.normal_texture = m.normal_texture;
@@ -29,45 +29,45 @@ Look made_of(const Scene& scene, float metallic, float roughness, float specular
         plain.specular = specular;
         m = plain;
     }
-    return look;
+    return appearance;
 }
 
 }  // namespace
 
-Look look_of(const Scene& scene) {
+Appearance appearance_of(const Scene& scene) {
     return {scene.materials, scene.lights, scene.environment};
 }
 
-void wear(Scene& scene, const Look& look) {
-    scene.materials = look.materials;
-    scene.lights = look.lights;
-    scene.environment = look.environment;
+void set_appearance(Scene& scene, const Appearance& appearance) {
+    scene.materials = appearance.materials;
+    scene.lights = appearance.lights;
+    scene.environment = appearance.environment;
 }
 
-Look lit_by_one_point(const Scene& scene, const dvec3& fallback) {
-    Look look = dark(scene);
+Appearance lit_by_one_point(const Scene& scene, const dvec3& fallback) {
+    Appearance appearance = dark(scene);
     const auto directional =
         std::ranges::find(scene.lights, LightType::directional, [](const PunctualLight& l) { return l.type; });
     if (directional != scene.lights.end()) {
-        look.lights = {*directional};
+        appearance.lights = {*directional};
     } else if (!scene.lights.empty()) {
-        look.lights = {scene.lights.front()};
+        appearance.lights = {scene.lights.front()};
     } else {
-        look.lights.emplace_back();
-        look.lights.front().position = fallback;
+        appearance.lights.emplace_back();
+        appearance.lights.front().position = fallback;
     }
-    return look;
+    return appearance;
 }
 
-Look lit_by_areas(const Scene& scene) {
+Appearance lit_by_areas(const Scene& scene) {
     return {scene.materials, {}, {}};
 }
 
-Look made_of_metal(const Scene& scene) {
+Appearance made_of_metal(const Scene& scene) {
     return made_of(scene, 1, 0.2f, 1);
 }
 
-Look made_diffuse(const Scene& scene) {
+Appearance made_diffuse(const Scene& scene) {
     return made_of(scene, 0, 1, 0);
 }
 

@@ -1,13 +1,13 @@
-// Tests the statistics of halflight-peer on pictures with known differences and noise.
+// Tests the agreement of two renderers on pictures with known differences and noise.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
-#include "tools/measure/peer/agreement.h"
-#include "tools/measure/peer/report.h"
+#include "tools/measure/converge/measure.h"
 
-namespace halflight::peer {
+namespace halflight::converge {
 namespace {
 
 constexpr int kSide = 4;  // pixels of a block's side
@@ -31,16 +31,7 @@ std::vector<Image> noisy(int pictures, int blocks, double value, double noise, u
     return result;
 }
 
-TEST(Converge, EstimatesTheErrorOfTheMean) {
-    std::vector<Image> pictures;
-    for (const float v : {1.0f, 2.0f, 3.0f, 6.0f}) pictures.push_back({2, 1, 3}), pictures.back().pixels.assign(6, v);
-    const Converged c = converge(pictures);
-    for (const float v : c.mean.pixels) EXPECT_FLOAT_EQ(v, 3);
-    EXPECT_NEAR(c.squared_error, (4 + 1 + 0 + 9) / 3.0 / 4, 1e-12);
-    EXPECT_NEAR(mean_squared_error(pictures[3], c.mean), 9, 1e-12);
-}
-
-TEST(Compare, GivesEveryBlockItsOwnError) {
+TEST(Agreement, GivesEveryBlockItsOwnError) {
     // Our pictures are exact; the right block of theirs is noisy: 1.1, 1.3 and 1.2 against 1.
     std::vector<Image> ours(3, Image(2 * kSide, kSide + 1, 1)), theirs = ours;
     for (Image& image : ours) image.pixels.assign(image.pixels.size(), 1);
@@ -48,31 +39,35 @@ TEST(Compare, GivesEveryBlockItsOwnError) {
     for (int i = 0; i < 3; ++i)
         for (int y = 0; y <= kSide; ++y)
             for (int x = 0; x < 2 * kSide; ++x) *theirs[i].at(x, y) = x < kSide ? 0.99f : right[i];
-    const Agreement a = compare(ours, theirs, kSide, 0.02);
+    const Agreement a = compare_pictures(ours, theirs, kSide, 0.02);
     ASSERT_EQ(a.blocks.size(), 2u);  // the last row of pixels fills no block
     EXPECT_NEAR(a.blocks[0].difference.relative, -0.01, 1e-6);
-    EXPECT_NEAR(a.blocks[0].difference.error, 0, 1e-9);
+    EXPECT_NEAR(a.blocks[0].difference.standard_error, 0, 1e-9);
     EXPECT_FALSE(a.blocks[0].beyond);
     EXPECT_EQ(a.blocks[1].x, kSide);
     EXPECT_EQ(a.blocks[1].y, 0);
     EXPECT_NEAR(a.blocks[1].difference.relative, 0.2, 1e-6);
-    EXPECT_NEAR(a.blocks[1].difference.error, 0.1 / std::sqrt(3.0), 1e-6);
+    EXPECT_NEAR(a.blocks[1].difference.standard_error, 0.1 / std::sqrt(3.0), 1e-6);
     EXPECT_NEAR(a.blocks[1].difference.freedom, 2, 1e-6);
     EXPECT_TRUE(a.blocks[1].beyond);
     EXPECT_EQ(a.beyond, 1u);
     EXPECT_NEAR(a.whole.relative, 0.095, 1e-6);
-    EXPECT_NEAR(a.whole.error, 0.05 / std::sqrt(3.0), 1e-6);
-    EXPECT_NEAR(json(a)["blocks"][1]["difference"].get<double>(), 0.2, 1e-6);
-    EXPECT_NE(text(a).find("beyond 2 % + 1 standard error: 1 blocks"), std::string::npos) << text(a);
-    EXPECT_NE(text(a).find("worst: (4, 0) +20.00 +- 5.77 % beyond, (0, 0) -1.00 +- 0.00 %"), std::string::npos)
-        << text(a);
+    EXPECT_NEAR(a.whole.standard_error, 0.05 / std::sqrt(3.0), 1e-6);
+    EXPECT_FALSE(a.agrees());
+    MethodResult method;
+    method.name = "plain";
+    EXPECT_EQ(
+        text(MethodAgreement{0, a}, {method}),
+        fmt::format("The mean differs by +9.500 % ± 2.887 % (standard error) from that of plain, and 1 of 2 blocks by "
+                    "more than 2 % and their standard error, {:.2g} of them expected by noise.",
+                    a.expected_beyond));
 }
 
 // Errors are estimated from as few as five pictures. The number of blocks beyond the threshold that noise explains must
 // be right on average.
-TEST(Compare, ExpectsTheOutliersOfNoise) {
+TEST(Agreement, ExpectsTheOutliersOfNoise) {
     constexpr int kBlocks = 40;
-    const Agreement a = compare(noisy(5, kBlocks, 1, 0.03, 1), noisy(5, kBlocks, 1, 0.01, 2), kSide, 0.01);
+    const Agreement a = compare_pictures(noisy(5, kBlocks, 1, 0.03, 1), noisy(5, kBlocks, 1, 0.01, 2), kSide, 0.01);
     const double n = kBlocks * kBlocks, share = a.expected_beyond / n;
     EXPECT_GT(share, 0.05);
     EXPECT_LT(share, 0.3);
@@ -81,34 +76,37 @@ TEST(Compare, ExpectsTheOutliersOfNoise) {
     EXPECT_NEAR(static_cast<double>(a.beyond), a.expected_beyond, 6 * std::sqrt(n * share * (1 - share)));
 }
 
-TEST(Compare, DetectsADifferenceInTheNoise) {
+TEST(Agreement, DetectsADifferenceInTheNoise) {
     constexpr int kBlocks = 20;
-    const Agreement a = compare(noisy(8, kBlocks, 1, 0.01, 3), noisy(8, kBlocks, 0.95, 0.01, 4), kSide, 0.02);
+    const Agreement a = compare_pictures(noisy(8, kBlocks, 1, 0.01, 3), noisy(8, kBlocks, 0.95, 0.01, 4), kSide, 0.02);
     EXPECT_GT(a.beyond, 390u);
     EXPECT_LT(a.expected_beyond, 4);
-    EXPECT_NEAR(a.whole.relative, -0.05, 4 * a.whole.error);
+    EXPECT_NEAR(a.whole.relative, -0.05, 4 * a.whole.standard_error);
 }
 
-TEST(Compare, IgnoresBlackBlocks) {
+TEST(Agreement, IgnoresBlackBlocks) {
     std::vector<Image> ours(2, Image(kSide, kSide, 3)), theirs = ours;
-    EXPECT_TRUE(compare(ours, theirs, kSide, 0.02).blocks.empty());
+    const Agreement black = compare_pictures(ours, theirs, kSide, 0.02);
+    EXPECT_TRUE(black.blocks.empty());
+    EXPECT_FALSE(black.agrees());
 }
 
-TEST(Picture, ShowsTheSignOfTheDifference) {
+TEST(Agreement, PicturesShowTheSignOfTheDifference) {
     std::vector<Image> ours(2, Image(kSide, kSide, 3)), theirs = ours;
     for (Image& image : ours) image.pixels.assign(image.pixels.size(), 0.5f);
     for (Image& image : theirs) image.pixels.assign(image.pixels.size(), 0.49f);
-    const Agreement a = compare(ours, theirs, kSide, 0.02);
-    const Image p = picture(ours[0], theirs[0], a, ColorConfig::load().view({}), 0.04);
-    ASSERT_EQ(p.width, 4 * kSide);
-    ASSERT_EQ(p.height, kSide);
-    EXPECT_GT(p.at(0, 0)[0], p.at(kSide, 0)[0]);
-    for (const int x : {2 * kSide, 3 * kSide}) {  // -2 % of +-4 %: halfway from white to blue
-        EXPECT_NEAR(p.at(x, 0)[0], 0.5, 1e-3);
-        EXPECT_NEAR(p.at(x, 0)[1], 0.5, 1e-3);
-        EXPECT_NEAR(p.at(x, 0)[2], 1, 1e-3);
+    const Agreement a = compare_pictures(ours, theirs, kSide, 0.02);
+    EXPECT_FALSE(a.blocks.at(0).beyond);
+    // -2 % of +-4 % is half way from white to blue; the column at the right is in no block.
+    const Image by_pixel = relative_difference_picture(ours[0], theirs[0], 0.04),
+                by_block = block_difference_picture(a, kSide + 1, kSide, 0.04);
+    for (const Image* picture : {&by_pixel, &by_block}) {
+        EXPECT_NEAR(picture->at(0, 0)[0], 0.5, 1e-3);
+        EXPECT_NEAR(picture->at(0, 0)[1], 0.5, 1e-3);
+        EXPECT_NEAR(picture->at(0, 0)[2], 1, 1e-3);
     }
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(by_block.at(kSide, 0)[c], 0.5f);
 }
 
 }  // namespace
-}  // namespace halflight::peer
+}  // namespace halflight::converge

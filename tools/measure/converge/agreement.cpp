@@ -1,4 +1,4 @@
-#include "tools/measure/peer/agreement.h"
+#include "tools/measure/converge/agreement.h"
 
 #include <algorithm>
 #include <cassert>
@@ -6,7 +6,7 @@
 
 #include "engine/core/statistics.h"
 
-namespace halflight::peer {
+namespace halflight::converge {
 namespace {
 
 struct Rectangle {
@@ -28,7 +28,7 @@ RunningMoments moments(const std::vector<Image>& pictures, const Rectangle& r) {
     return means;
 }
 
-/// The error of a ratio to first order; its degrees of freedom by Welch and Satterthwaite. Precondition: not black.
+/// Precondition: neither mean is 0.
 Difference difference(const RunningMoments& ours, const RunningMoments& theirs) {
     const double ratio = theirs.mean() / ours.mean();
     const double a = std::pow(ratio * ours.standard_error() / ours.mean(), 2);
@@ -38,30 +38,26 @@ Difference difference(const RunningMoments& ours, const RunningMoments& theirs) 
     return {ratio - 1, std::sqrt(a + b), weight > 0 ? (a + b) * (a + b) / weight : 0};
 }
 
+/// Writes the colour of a relative difference: blue at -scale, white at 0, red at +scale.
+void paint(float* pixel, double difference, double scale) {
+    const float t = static_cast<float>(std::clamp(difference / scale, -1.0, 1.0));
+    pixel[0] = 1 - std::max(-t, 0.0f), pixel[1] = 1 - std::abs(t), pixel[2] = 1 - std::max(t, 0.0f);
+}
+
+Image grey(int width, int height) {
+    Image image(width, height, 3);
+    std::ranges::fill(image.pixels, 0.5f);
+    return image;
+}
+
 }  // namespace
 
-double mean_squared_error(const Image& a, const Image& b) {
-    assert(a.pixels.size() == b.pixels.size());
-    double sum = 0;
-    for (std::size_t i = 0; i < a.pixels.size(); ++i) sum += std::pow(double{a.pixels[i]} - b.pixels[i], 2);
-    return sum / static_cast<double>(a.pixels.size());
+bool Agreement::agrees() const {
+    return beyond == 0 && std::abs(whole.relative) <= kWholeTolerance;
 }
 
-Converged converge(const std::vector<Image>& pictures) {
-    assert(pictures.size() >= 2);
-    const Image& first = pictures.front();
-    Converged result{Image(first.width, first.height, first.channels)};
-    for (std::size_t i = 0; i < first.pixels.size(); ++i) {
-        RunningMoments value;
-        for (const Image& picture : pictures) value.add(picture.pixels[i]);
-        result.mean.pixels[i] = static_cast<float>(value.mean());
-        result.squared_error += value.variance() / static_cast<double>(pictures.size());
-    }
-    result.squared_error /= static_cast<double>(first.pixels.size());
-    return result;
-}
-
-Agreement compare(const std::vector<Image>& ours, const std::vector<Image>& theirs, int side, double tolerance) {
+Agreement compare_pictures(const std::vector<Image>& ours, const std::vector<Image>& theirs, int side,
+                           double tolerance) {
     assert(ours.size() >= 2 && theirs.size() >= 2 && side > 0);
     const Image& first = ours.front();
     const Rectangle all{0, 0, first.width, first.height};
@@ -82,4 +78,22 @@ Agreement compare(const std::vector<Image>& ours, const std::vector<Image>& thei
     return result;
 }
 
-}  // namespace halflight::peer
+Image relative_difference_picture(const Image& ours, const Image& theirs, double scale) {
+    Image picture = grey(ours.width, ours.height);
+    const auto sum = [](const float* pixel) { return double{pixel[0]} + pixel[1] + pixel[2]; };
+    for (int y = 0; y < ours.height; ++y)
+        for (int x = 0; x < ours.width; ++x)
+            if (const double mine = sum(ours.at(x, y)); mine > 0)
+                paint(picture.at(x, y), sum(theirs.at(x, y)) / mine - 1, scale);
+    return picture;
+}
+
+Image block_difference_picture(const Agreement& agreement, int width, int height, double scale) {
+    Image picture = grey(width, height);
+    for (const Block& b : agreement.blocks)
+        for (int y = b.y; y < b.y + agreement.side; ++y)
+            for (int x = b.x; x < b.x + agreement.side; ++x) paint(picture.at(x, y), b.difference.relative, scale);
+    return picture;
+}
+
+}  // namespace halflight::converge

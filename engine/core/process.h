@@ -1,0 +1,74 @@
+// Child processes: another program with its arguments, never a shell's command line.
+#pragma once
+
+#include <sys/types.h>
+
+#include <cstddef>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace halflight {
+
+struct ProcessOptions {
+    std::vector<std::string> environment{};  // "NAME=value" sets a variable, "NAME" removes it; others are inherited
+    int input = -1;                          // descriptor that becomes stdin; -1: /dev/null
+    int output = -1;                         // descriptor that becomes stdout; -1: /dev/null
+    int errors = -1;                         // descriptor that becomes stderr; -1: /dev/null
+    bool own_group = true;                   // a process group of its own, which a terminal's Ctrl-C does not reach
+};
+
+/// How a process has ended.
+struct ProcessEnd {
+    int status = 0;              // exit status, or 128 + signal
+    int signal = 0;              // signal that ended it, or 0
+    double cpu_seconds = 0;      // user and system time of the process and of the children that it has waited for
+    std::size_t peak_bytes = 0;  // greatest resident memory
+};
+
+/// A running program. It does not outlive the object, and neither does its process group where it has its own.
+class Process {
+  public:
+    /// Starts arguments[0], which is looked up in PATH where it has no slash. Throws Error about it where it cannot.
+    explicit Process(const std::vector<std::string>& arguments, const ProcessOptions& options = {});
+    Process(const Process&) = delete;
+    Process& operator=(const Process&) = delete;
+    ~Process();
+
+    pid_t id() const { return id_; }
+    /// Waits until the program ends, and then kills what is left of its own group. Calls pulse(), if any, every
+    /// millisecond; an exception from it leaves the program running. Throws Error where SIGCHLD is ignored.
+    ProcessEnd wait(const std::function<void()>& pulse = {});
+
+  private:
+    void kill_all() const;
+
+    std::string name_;
+    pid_t id_ = -1;
+    bool own_group_;
+};
+
+/// An unnamed temporary file, as a place for what a process prints.
+class Spool {
+  public:
+    Spool();  ///< Throws Error where none can be made.
+    int descriptor() const { return fileno(file_.get()); }
+    /// Returns the content. Throws Error if it is longer than `limit` bytes.
+    std::string text(std::size_t limit = 64 << 20) const;
+
+  private:
+    std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_;
+};
+
+/// Splits a command line into arguments at its blanks, with the quotes of a POSIX shell: 'as it stands', "with \" and
+/// \\", \ before any other character. A \ at the end of a line continues it. Nothing is expanded. Throws Error where a
+/// quote is not closed.
+std::vector<std::string> split_command(std::string_view line);
+
+/// Returns the last line of `text` that is not blank, without trailing blanks; empty if there is none.
+std::string last_line(std::string_view text);
+
+}  // namespace halflight

@@ -1,0 +1,58 @@
+// Runs programs as a user would, and makes small scenes for them.
+#pragma once
+
+#include <sys/types.h>
+
+#include <filesystem>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "tests/support/test_device.h"
+#include "tools/common/temporary_folder.h"
+
+namespace halflight::test {
+
+struct Outcome {
+    int status = -1;             // exit status, or 128 + signal
+    std::string out;             // stdout
+    std::string err;             // stderr; on a terminal both
+    double cpu_seconds = 0;      // user and system time
+    std::size_t peak_bytes = 0;  // greatest resident memory
+};
+
+struct RunOptions {
+    std::vector<std::string> environment{};  // "NAME=value" sets a variable, "NAME" removes it; others are inherited
+    std::vector<std::string> wrapper{};      // command that is given the program and its arguments, as prlimit
+    std::string stdout_path{};               // file that becomes stdout; empty: Outcome::out
+    std::string stderr_path{};               // file that becomes stderr; empty: Outcome::err
+    bool terminal = false;                   // stdout and stderr are a terminal of 80 columns
+    int most_seconds = 0;                    // wall time after which the program is sent SIGALRM; 0: no limit
+    std::function<void(pid_t, const std::string& err)> watch{};  // called whenever stderr has received something
+};
+
+/// Runs command[0], looked up in PATH where it has no slash, in the current folder until it ends. Throws Error where it
+/// cannot be started.
+Outcome run(const std::vector<std::string>& command, const RunOptions& options = {});
+
+/// Inserts `--device` and the device of the tests (test_device.h) after a command of halflight that renders, unless the
+/// arguments choose a device or ask for help.
+std::vector<std::string> on_test_device(std::vector<std::string> arguments);
+
+#ifdef HALFLIGHT_PROGRAM
+/// Runs the program of this test (PROGRAM in CMakeLists.txt) on the device of the tests.
+inline Outcome run_program(const std::vector<std::string>& arguments, const RunOptions& options = {}) {
+    std::vector<std::string> command = on_test_device(arguments);
+    command.insert(command.begin(), HALFLIGHT_PROGRAM);
+    return run(command, options);
+}
+#endif
+
+void write_text(const std::filesystem::path& path, const std::string& text);
+std::string read_text(const std::filesystem::path& path);
+
+/// Copies tests/cli/room into `folder`: a floor under a square lamp, cameras "front" (square) and "above" (2:1). The
+/// lamp is dark unless `lit`. Returns the path of room.gltf.
+std::filesystem::path copy_room(const std::filesystem::path& folder, bool lit = true);
+
+}  // namespace halflight::test

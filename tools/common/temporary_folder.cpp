@@ -1,0 +1,31 @@
+#include "tools/common/temporary_folder.h"
+
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <system_error>
+
+#include "engine/core/error.h"
+
+namespace halflight {
+
+TemporaryFolder::TemporaryFolder() {
+    std::string name = (std::filesystem::temp_directory_path() / "halflight-XXXXXX").string();
+    if (!mkdtemp(name.data())) throw Error(name, "cannot be made: {}", std::generic_category().message(errno));
+    path = name;
+}
+
+TemporaryFolder::~TemporaryFolder() {
+    std::error_code stays;
+    std::filesystem::remove_all(path, stays);
+}
+
+std::vector<std::string> TemporaryFolder::entries() const {
+    std::vector<std::string> names;
+    for (const auto& entry : std::filesystem::directory_iterator(path)) names.push_back(entry.path().filename());
+    std::ranges::sort(names);
+    return names;
+}
+
+}  // namespace halflight

@@ -1,0 +1,56 @@
+// Tests whether two renderers converge to the same picture, from several independent pictures of each. Their scatter
+// gives the noise of every block of pixels, also where samples within one picture are correlated.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "engine/core/image.h"
+
+namespace halflight::converge {
+
+// Two renderers agree where the whole picture and each block differ by no more than this, relative to the first one's
+// mean; a block's tolerance grows by one standard error.
+inline constexpr double kWholeTolerance = 0.01;
+inline constexpr double kBlockTolerance = 0.02;
+inline constexpr int kBlockSide = 16;  // pixels
+
+/// Relative difference of two means over pixels and channels.
+struct Difference {
+    double relative = 0;        // theirs / ours - 1
+    double standard_error = 0;  // standard error of `relative`, to first order
+    double freedom = 0;         // degrees of freedom of that error (Welch 1947, Satterthwaite 1946); 0 without noise
+};
+
+struct Block {
+    int x = 0;  // upper left pixel
+    int y = 0;
+    Difference difference;
+    bool beyond = false;          // |relative| > tolerance + standard error
+    double chance_of_beyond = 0;  // probability of `beyond` where the renderers agree and the noise is this one
+};
+
+struct Agreement {
+    int side = 0;          // side of a block, pixels
+    double tolerance = 0;  // relative tolerance of blocks
+    Difference whole;
+    std::vector<Block> blocks;   // rows from the top; neither incomplete blocks nor those that are black in either
+    std::size_t beyond = 0;      // blocks beyond the tolerance
+    double expected_beyond = 0;  // expected number of these due to noise alone
+
+    bool agrees() const;  ///< Returns whether no block is beyond, and the whole is within kWholeTolerance.
+};
+
+/// Compares pictures of one renderer with those of another: at least two of each, of the same size and channels. Two
+/// renderers that agree differ by Student's t times the standard error, so that with a tolerance of 0 about a third of
+/// the blocks is beyond.
+Agreement compare_pictures(const std::vector<Image>& ours, const std::vector<Image>& theirs, int side = kBlockSide,
+                           double tolerance = kBlockTolerance);
+
+/// Returns a picture of the relative difference theirs / ours - 1 by pixel, display-encoded: from blue at -scale over
+/// white to red at +scale, grey where `ours` is black. 3 channels each, of the same size.
+Image relative_difference_picture(const Image& ours, const Image& theirs, double scale);
+/// Returns the same by block; grey outside of blocks.
+Image block_difference_picture(const Agreement& agreement, int width, int height, double scale);
+
+}  // namespace halflight::converge
