@@ -66,7 +66,7 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
 
 RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback& progress) {
     State& s = *state_;
-    check_settings(frame, s.settings.preview);
+    check_settings(s.settings, frame);
     const State::Clock::time_point start = State::Clock::now();
     const double compiled_before = s.scene.programs().seconds();
     s.executor.reset_times();
@@ -134,10 +134,6 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
         stats.error = {*frame.error, estimate, estimate.bound <= frame.error->error};
     }
     return result;
-}
-
-const char* name(ErrorMetric metric) {
-    return metric == ErrorMetric::mse ? "mse" : "relmse";
 }
 
 std::string Renderer::graph_dot() const {

@@ -26,8 +26,6 @@ class Clock {
     double lap_ = 0;
 };
 
-inline constexpr int kUsualSamples = 64;  ///< per pixel
-
 /// Whether any output has this extension.
 bool wants(const RenderArguments& arguments, std::string_view extension);
 
