@@ -5,7 +5,6 @@
 #include "passes/preview/denoise.h"
 #include "passes/surface/raster_window.h"
 #include "renderer/band_size.h"
-#include "renderer/cryptomatte.h"
 #include "renderer/film.h"
 #include "renderer/frame_options.h"
 #include "renderer/replicates.h"
@@ -20,6 +19,8 @@
 namespace halflight {
 namespace {
 
+using Source = LayerSource;
+
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 constexpr std::size_t kTexel = sizeof(vec4);
 constexpr std::size_t kLightSums = (4 + 6 + 6) * sizeof(double);  // emission, direct, indirect
@@ -28,7 +29,7 @@ constexpr std::size_t kLightSums = (4 + 6 + 6) * sizeof(double);  // emission, d
 constexpr std::size_t kMatte = sizeof(std::uint32_t) + 2 * 2 * 3 * sizeof(std::uint32_t);
 
 bool is_matte(const std::string& aov) {
-    return !cryptomatte_layer(aov).empty();
+    return find_aov(aov)->is_matte();
 }
 
 std::size_t mattes(const RenderSettings& s) {
@@ -36,8 +37,7 @@ std::size_t mattes(const RenderSettings& s) {
 }
 
 bool wants_records(const RenderSettings& s) {
-    const auto at_centre = [](const std::string& aov) { return find_aov(aov)->at_centre && !find_aov(aov)->debug; };
-    return std::ranges::any_of(s.aovs, at_centre) || s.preview.of_picture();
+    return asked_for(s, {Source::record}) || s.preview.of_picture();
 }
 
 /// What costs most of all that a pilot may choose.
@@ -71,7 +71,7 @@ std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const R
     if (scene.light_tree) bytes += sizeof(shared::Receiver);
     if (s.preview.cache) bytes += kLightSums + sizeof(shared::CachePoint);
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
-    if (asked_for(s, {"nodes", "culling"})) bytes += sizeof(shared::DebugRecord);
+    if (asked_for(s, {Source::debug})) bytes += sizeof(shared::DebugRecord);
     return bytes + (s.want_view ? 2 : 1) * kTexel;  // of the picture
 }
 
@@ -88,15 +88,13 @@ std::size_t state_bytes(const SceneNeeds& scene, const SceneSize& size, const Fr
 
 std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
     std::size_t bytes = (s.want_view ? 2 : 1) * kTexel + mattes(s) * kMatte;
-    if (asked_for(s,
-                  {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy", "variance"}) ||
-        s.error)
+    if (s.error || asked_for(s, {Source::emission, Source::direct, Source::indirect, Source::squares}))
         bytes += kLightSums;
     if (needs.camera_hits && mattes(s) > 0) bytes += sizeof(shared::Hit);
-    if (asked_for(s, {"variance"})) bytes += needs.squares.path_bytes;
-    if (asked_for(s, {"albedo", "normal"})) bytes += needs.features.path_bytes;
+    if (asked_for(s, {Source::squares})) bytes += needs.squares.path_bytes;
+    if (asked_for(s, {Source::features})) bytes += needs.features.path_bytes;
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
-    if (asked_for(s, {"nodes", "culling"})) bytes += sizeof(shared::DebugRecord);
+    if (asked_for(s, {Source::debug})) bytes += sizeof(shared::DebugRecord);
     if (s.error) bytes += 3 * (sizeof(double) + kReplicates * sizeof(float));
     return bytes;
 }
@@ -113,7 +111,7 @@ std::size_t preview_bytes(const Preview& p) {
 std::size_t shutter_bytes(const RenderSettings& s) {
     std::size_t channels = 4;
     for (const std::string& aov : s.aovs)
-        if (!is_matte(aov) && !find_aov(aov)->at_centre) channels += layer_channels(*find_aov(aov));
+        if (!is_matte(aov) && !find_aov(aov)->at_centre()) channels += find_aov(aov)->channel_names().size();
     return channels * sizeof(double) + film_bytes(s) + mattes(s) * kMatte;
 }
 
@@ -122,7 +120,7 @@ std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
     constexpr std::size_t kPng = 3 * (sizeof(float) + 1 + 1);  // without alpha, in 8 bits, compressed
     std::size_t colors = 4;
     for (const std::string& aov : s.aovs)
-        if (find_aov(aov)->channels == "RGB") colors += 3;
+        if (find_aov(aov)->is_color()) colors += 3;
     const auto width = static_cast<std::size_t>(s.width), height = static_cast<std::size_t>(s.height);
     const std::size_t exr = std::min(kRows, height) * width * colors * (sizeof(float) + sizeof(std::uint16_t));
     return (use.exr ? exr : 0) + (use.png ? width * height * kPng : 0);

@@ -10,15 +10,16 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     const auto [sums, samples, mattes] =
         hand_over.shown(composer, with.cached ? &with.cached->sums : nullptr, with.sample.sums, done);
     Film::Sums all;
-    if (film.wants({"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy", "variance"}))
-        all = light(sums);
-    if (film.wants({"variance"})) all.squares = read(sums.squares);
-    if (film.wants({"albedo", "normal"})) all.features = read(sums.features);
+    using Source = LayerSource;
+    if (film.wants({Source::emission, Source::direct, Source::indirect, Source::squares})) all = light(sums);
+    if (film.wants({Source::squares})) all.squares = read(sums.squares);
+    if (film.wants({Source::features})) all.features = read(sums.features);
     film.add_sums(where, samples, all);
-    for (const Mattes::Layer& layer : with.mattes->layers()) film.add_ids(where, mattes, layer.aov, layer.coverage);
+    for (const Mattes::Layer& layer : with.mattes->layers())
+        film.add_ids(where, mattes, layer.aov->name, layer.coverage);
 
-    const bool data = with.aov && (preview || film.wants(kCentreAovs));
-    const bool debug = with.debug && film.wants({"nodes", "culling"});
+    const bool data = with.aov && (preview || film.wants({Source::record}));
+    const bool debug = with.debug && film.wants({Source::debug});
     if (data || debug) {
         SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
         centres.jitter = vec2(0.5f);
@@ -46,7 +47,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     film.add_pictures(where, composer.texture(composite.beauty).read_float(),
                       composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
 
-    if (with.aov && (film.wants(kCentreAovs) || (preview && frame.previous_surfaces))) {
+    if (with.aov && (film.wants({Source::record}) || (preview && frame.previous_surfaces))) {
         const auto records = executor.read<shared::AovRecord>(with.aov);
         film.add_data(where, records);
         if (frame.previous_surfaces)
@@ -72,8 +73,8 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
                              Clock::time_point start, double compiled_before) {
     const CompiledBand& first = compiled(0);
     for (const Mattes::Layer& layer : first.mattes->layers())
-        if (film.wants({layer.aov}))
-            result.attributes.merge(cryptomatte_attributes(cryptomatte_layer(layer.aov), layer.names));
+        if (film.wants({layer.aov->source}))
+            result.attributes.merge(cryptomatte_attributes(layer.aov->prefix, layer.names));
     film.take(result);
     RenderStats& stats = result.stats;
     stats.samples = *std::ranges::min_element(samples);

@@ -122,12 +122,12 @@ void Renderer::State::compile(CompiledSample& sample, std::uint32_t place, std::
 }
 
 void Renderer::State::add_data(CompiledBand& to, std::uint32_t place) {
-    const bool aov = asked_for(settings, kCentreAovs) || settings.preview.of_picture();
-    const DebugOptions debug{asked_for(settings, {"nodes"}), asked_for(settings, {"culling"})};
+    const bool aov = asked_for(settings, {LayerSource::record}) || settings.preview.of_picture();
+    const DebugOptions debug{asked_for(settings, "nodes"), asked_for(settings, "culling")};
     if (!aov && !debug.nodes && !debug.culling) return;
     const SceneView seen = view(to.data_graph, place);
     const bool keep = settings.kept.is_everything();
-    const bool motion = asked_for(settings, {"motion"}) || keep;
+    const bool motion = asked_for(settings, "motion") || keep;
     const GBuffer gbuffer = add_gbuffer(
         to.data_graph, seen, {.rays = debug.nodes || debug.culling || keep, .hits = aov || keep}, settings.primary);
     if (aov) to.data_graph.output(to.aov = add_aov(to.data_graph, seen, gbuffer, motion));

@@ -28,9 +28,6 @@
 
 namespace halflight {
 
-/// AOVs that AovRecord holds.
-inline const std::initializer_list<std::string_view> kCentreAovs = {"position", "depth", "motion", "ids"};
-
 /// A sample, and where it is added.
 struct CompiledSample {
     graph::Graph graph;

@@ -176,7 +176,7 @@ struct Value<std::vector<std::string>> {
     static std::string names() {
         std::string names = "none, all";
         for (const AovInfo& aov : known_aovs())
-            names.append(", ").append(aov.name).append(aov.debug ? " (not part of all)" : "");
+            names.append(", ").append(aov.name).append(aov.debug() ? " (not part of all)" : "");
         return names;
     }
     static std::string text(const std::vector<std::string>& names) {
@@ -189,7 +189,7 @@ struct Value<std::vector<std::string>> {
             if (wanted != "all" && !find_aov(wanted))
                 return fmt::format("has no layer '{}'; known layers are: {}", wanted, names());
             for (const AovInfo& aov : known_aovs())
-                if ((aov.name == wanted || (wanted == "all" && !aov.debug)) &&
+                if ((aov.name == wanted || (wanted == "all" && !aov.debug())) &&
                     std::ranges::find(layers, aov.name) == layers.end())
                     layers.emplace_back(aov.name);
         }
@@ -415,6 +415,43 @@ const Setting& setting(std::string_view name) {
 void copy_setting(const Setting& setting, const RenderSettings& from, RenderSettings& to) {
     [[maybe_unused]] const std::string problem = setting.set(to, setting.get(from));
     assert(problem.empty());
+}
+
+std::string settings_markdown() {
+    std::string text =
+        "# Settings and layers\n\n"
+        "`halflight info --list-settings > docs/settings.md` writes this page from the tables in\n"
+        "`engine/settings/settings_table.cpp` and `engine/settings/layers.cpp`.\n\n"
+        "## Settings\n\n"
+        "`--NAME` is the option of a setting. Settings with *file* are part of settings files, and options of "
+        "`halflight\n"
+        "view`. Settings with *frame* are part of the fingerprint of a frame: a frame that was made with another "
+        "value\n"
+        "is replaced only with `--overwrite`. Settings with *memory* are options of `halflight info SCENE`, whose\n"
+        "memory estimate depends on them.\n\n"
+        "| Setting | Values | Default | Used in | Purpose |\n|---|---|---|---|---|\n";
+    const auto escaped = [](const std::string& cell) {
+        std::string text_of_cell;
+        for (const char c : cell) text_of_cell.append(c == '|' ? "\\" : "").push_back(c);
+        return text_of_cell;
+    };
+    for (const Setting& s : known_settings()) {
+        std::vector<std::string> used;
+        if (s.saved) used.emplace_back("file");
+        if (s.fingerprint) used.emplace_back("frame");
+        if (s.memory) used.emplace_back("memory");
+        const bool is_number = s.type == Setting::Type::whole || s.type == Setting::Type::number;
+        const std::string range = fmt::format("{}{}{} to {}", s.zero ? "0, " : "",
+                                              s.type == Setting::Type::whole ? "whole, " : "", s.lower, s.upper);
+        const std::string values = !s.values.empty()               ? s.values
+                                   : is_number                     ? range
+                                   : s.type == Setting::Type::flag ? "yes, no"
+                                                                   : s.metavar;
+        text += fmt::format("| `{}` | {} | {} | {} | {} |\n", s.name, escaped(values), s.get({}), fmt::join(used, ", "),
+                            s.help);
+    }
+    text += "\n## Layers\n\n`--aov NAME,...` adds layers to an .exr.\n\n" + layers_markdown();
+    return text;
 }
 
 void check_setting_ranges(const RenderSettings& settings) {

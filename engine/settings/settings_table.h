@@ -14,7 +14,7 @@ namespace halflight {
 /// One setting that users can set. Its default is that of RenderSettings.
 struct Setting {
     const char* name = "";     // key in settings files, fingerprints and docs; its option is "--name"
-    std::string_view group;      // heading in help texts
+    std::string_view group;    // heading in help texts
     const char* metavar = "";  // placeholder for the value in help texts; empty for a flag
     const char* help = "";     // purpose; names of values and the default are appended
     double lower = 0;          // smallest number
@@ -43,7 +43,7 @@ const Setting& setting(std::string_view name);
 void copy_setting(const Setting& setting, const RenderSettings& from, RenderSettings& to);
 /// Throws Error "render settings: NAME ..." for the first setting that is out of range, not finite or unknown.
 void check_setting_ranges(const RenderSettings& settings);
-/// The table in Markdown, for docs/settings.md.
+/// Returns docs/settings.md: this table and that of layers.
 std::string settings_markdown();
 
 }  // namespace halflight

@@ -63,9 +63,10 @@ float tag(int x, int y, int what) {
 
 TEST(Film, RequestsAovsByName) {
     const RenderSettings s = settings_of(1, 1, {"depth", "albedo"});
-    EXPECT_TRUE(asked_for(s, {"normal", "albedo"}));
-    EXPECT_FALSE(asked_for(s, {"normal", "ids"}));
-    EXPECT_FALSE(asked_for(s, {}));
+    EXPECT_TRUE(asked_for(s, "albedo"));
+    EXPECT_FALSE(asked_for(s, "normal"));
+    EXPECT_TRUE(asked_for(s, {LayerSource::count, LayerSource::features}));
+    EXPECT_FALSE(asked_for(s, {LayerSource::count, LayerSource::debug}));
 }
 
 TEST(Film, EveryKnownAovHasADescriptionAndAnUnusedName) {

@@ -209,6 +209,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     add_converge_options(converge_app, converge);
 
     InfoArguments info;
+    bool settings_page = false;
     CLI::App& info_app = *app.add_subcommand("info", "List the contents of a scene, or the devices");
     info_app.allow_extras();
     info_app.add_option("SCENE", info.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("");
@@ -217,6 +218,8 @@ Arguments parse_arguments(int argc, const char* const* argv) {
                       "lists the parts that rendering leaves out for the scene, the reasons and the bytes saved");
     info_app.add_flag("--time", info.time,
                       "with --needs: measures the time that leaving out each part saves; takes minutes");
+    info_app.add_flag("--list-settings", settings_page,
+                      "prints the tables of all render settings and layers in Markdown");
     info_app.add_flag("--json", info.json, "prints JSON");
     info_app.add_flag("--allow-outside", info.allow_outside, "allows the scene to name files outside its folder");
     info_app.footer(
@@ -277,6 +280,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     }
     if (info_app.parsed()) {
         check_leftovers(info_app, "halflight info");
+        if (settings_page) return Help{settings_markdown()};
         check(info, info_app);
         take_size_options(info_app, info.picture);
         if (info.picture.settings_file) use_settings(info_app, info.picture);
