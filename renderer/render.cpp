@@ -71,7 +71,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     const double compiled_before = s.scene.programs().seconds();
     s.executor.reset_times();
     s.tracer->reset_statistics();
-    s.bad_value_sums.reset();
+    s.in_flight->reset();
     if (s.preview) s.preview->begin(frame.history);
     if (s.cache) s.cache->begin_picture(s.scene.programs());
 

@@ -7,6 +7,7 @@ namespace halflight {
 
 void Renderer::State::develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int done,
                               Film& film) {
+    in_flight->drain();
     const auto [sums, samples, mattes] =
         hand_over.shown(composer, with.cached ? &with.cached->sums : nullptr, with.sample.sums, done);
     Film::Sums all;
@@ -23,7 +24,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     if (data || debug) {
         SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
         centres.jitter = vec2(0.5f);
-        look(frame, centres);
+        upload_constants(frame, centres);
         executor.run(with.data);
     }
 
@@ -103,7 +104,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.batches = tracer->statistics();
     if (raster) stats.raster = raster->batches();
-    stats.bad_values = bad_value_sums.told();
+    stats.bad_values = in_flight->counted().told();
     if (preview) preview->tell(stats);
     if (settings.clamp > 0 && settings.bounces > 1)
         stats.layer_biases.push_back(

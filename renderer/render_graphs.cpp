@@ -52,6 +52,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     }
     band = first_band(settings, scene.buffers(), most, limits);
     bands = (settings.height + band.rows - 1) / band.rows;
+    in_flight.emplace(band.paths());
     const FrameOptions options = frame_options();
     if (options.runs > 0 && !needs().tiles) tracer->expect(options.runs);
     if (settings.measure) tracer->count();
@@ -117,7 +118,7 @@ void Renderer::State::compile(CompiledSample& sample, std::uint32_t place, std::
     std::vector<graph::BufferHandle> constants;
     for (gpu::Buffer& of_seen : seen_constants)
         constants.push_back(sample.graph.import_buffer("constants of light seen", of_seen));
-    sample.frame = add_frame(sample.graph, own_view, options, bad_values, constants);
+    sample.frame = add_frame(sample.graph, own_view, options, in_flight->bad_values(), constants);
     sample.compiled = graph::compile(sample.graph);
 }
 

@@ -25,6 +25,7 @@
 #include "renderer/preview_stage.h"
 #include "renderer/render.h"
 #include "renderer/replicates.h"
+#include "renderer/sample_queue.h"
 
 namespace halflight {
 
@@ -62,11 +63,10 @@ struct Renderer::State {
     std::optional<ViewKernel> view_kernel;
     std::optional<PreviewStage> preview;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
-    std::vector<gpu::Buffer> seen_constants;                                        // of camera rays for light alone
-    gpu::Buffer bad_values{"bad values", kBadValueCounts * sizeof(std::uint32_t)};  // of one sample
-    std::shared_ptr<RadianceCache> cache;                                           // null without
+    std::vector<gpu::Buffer> seen_constants;  // of camera rays for light alone
+    std::shared_ptr<RadianceCache> cache;     // null without
     HandOver hand_over;
-    BadValueSums bad_value_sums;
+    std::optional<SampleQueue> in_flight;  // from the constructor on
     Band band;
     Band current;  // of the constants
     int bands = 0;
@@ -97,8 +97,8 @@ struct Renderer::State {
 
     // render_samples.cpp
     static double seconds_since(Clock::time_point start);
-    /// Constants of the graphs that run next.
-    void look(const FrameSettings& frame, const SampleView& at);
+    /// Uploads the frame constants of the graphs that run next.
+    void upload_constants(const FrameSettings& frame, const SampleView& at);
     /// Sample number `done` of a picture, from 0.
     void add_sample(const FrameSettings& frame, const Band& where, int done, CompiledBand& with);
     void add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with, CompiledSample& sample);
