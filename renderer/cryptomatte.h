@@ -34,7 +34,7 @@ class IdCoverage {
 
     /// Adds samples of a pixel that hit `id`. Samples that hit nothing are not added.
     void add(std::size_t pixel, float id, std::uint32_t samples = 1);
-    /// Writes pairs of id and coverage in [0,1], sorted by falling coverage, then by the bits of the ids; zeros fill
+    /// Writes pairs of id and coverage in [0,1], sorted by falling coverage, then by the bits of the ids. Zeros fill
     /// the rest. samples: all samples of the pixel, including those that hit nothing.
     void rank(std::size_t pixel, int samples, std::span<float, 2 * kCryptomatteRanks> to) const;
     /// Removes all samples.

@@ -51,7 +51,7 @@ void Renderer::follow_scene() {
     State& s = *state_;
     if (s.cache) s.cache->clear();
     if (s.raster) s.raster->set_tree(s.scene.cull_tree());
-    s.told = false;
+    s.hierarchies_reported = false;
 }
 
 void Renderer::forget(std::string reason) {
@@ -82,14 +82,14 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     std::vector<int> done(std::size_t(s.bands));  // samples, by band
     const bool in_turns = s.settings.in_turns && !frame.error;
     const bool sums_are_there = !frame.error && (in_turns || s.bands == 1);
-    /// all: samples of all bands, as far as is known.
+    /// Calls the callback. all: expected number of samples of all bands.
     const auto go_on = [&](std::int64_t all) {
         if (!progress) return true;
         const auto sum = std::accumulate(done.begin(), done.end(), std::int64_t{0});
-        RenderProgress told{static_cast<int>(sum / s.bands), static_cast<int>(all / s.bands),
-                            State::seconds_since(start)};
+        RenderProgress report{static_cast<int>(sum / s.bands), static_cast<int>(all / s.bands),
+                              State::seconds_since(start)};
         if (sums_are_there && std::ranges::count(done, done[0]) == s.bands) {
-            told.picture = [&](const std::vector<std::string>& aovs) {
+            report.picture = [&](const std::vector<std::string>& aovs) {
                 RenderResult so_far;
                 Film own(s.settings, s.scene.tables());
                 own.choose(aovs);
@@ -99,7 +99,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
                 return so_far;
             };
         }
-        stats.interrupted = !progress(told);
+        stats.interrupted = !progress(report);
         return !stats.interrupted;
     };
     if (in_turns) {
@@ -128,7 +128,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     s.apply_preview(frame, done, film);
     s.scene.context().check("rendering");
     s.finish(result, film, frame, done, start, compiled_before);
-    s.told = true;
+    s.hierarchies_reported = true;
     if (frame.error && !stats.interrupted) {
         const ErrorEstimate estimate = error.estimate();
         stats.error = {*frame.error, estimate, estimate.bound <= frame.error->error};

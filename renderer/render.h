@@ -14,34 +14,33 @@
 
 namespace halflight {
 
-/// Renders one picture after the other. What it learns about visibility and about who traces fastest lives on from band
-/// to band and from picture to picture, and decides about time alone: a picture is a function of scene and settings,
-/// whatever was rendered before, preview modes apart. Needs its context current on the calling thread for as long as it
-/// lives.
+/// Renders pictures of a scene, one after the other. Visibility state and measured run times are carried from band to
+/// band and from picture to picture. They affect time only: a picture is a function of scene and settings, whatever was
+/// rendered before, except in preview modes. The context must be current on the calling thread throughout its life.
 class Renderer {
   public:
-    /// Shares a scene, which must outlive it. Throws Error for settings out of range, for raster culling of a scene
-    /// that was prepared without it, and for limits of the driver.
+    /// Shares a prepared scene, which must outlive the renderer. Throws Error for settings out of range, for raster
+    /// culling of a scene that was prepared without it, and where limits of the driver are exceeded.
     Renderer(PreparedScene&, const ColorConfig&, RenderSettings);
-    /// Prepares a scene of its own. The context must outlive it.
+    /// Prepares a scene of its own. The context must outlive the renderer.
     Renderer(gpu::Context&, const Scene&, const ColorConfig&, const RenderSettings&);
     Renderer(Renderer&&) noexcept;
     ~Renderer();
 
-    /// Throws Error for settings out of range.
+    /// Renders a picture. Throws Error for settings out of range.
     RenderResult render(const FrameSettings&, const ProgressCallback& = {});
-    /// The picture of the RenderSettings.
+    /// Renders the picture of the RenderSettings.
     RenderResult render(const ProgressCallback& = {});
-    /// Of a renderer with a scene of its own: brings it to another pose (PreparedScene::update). What was learned of
-    /// who traces fastest and of what is visible lives on where the pose needs no other shaders or buffers; the
-    /// radiance cache is emptied. Throws Error; the renderer is of no use then.
+    /// Changes the pose of a scene of its own (PreparedScene::update). Visibility state and run times are kept where
+    /// the pose needs no other shaders or buffers; the radiance cache is cleared. Throws Error; after that the renderer
+    /// may only be destroyed.
     void update(const Scene&);
-    /// Of a renderer that shares its scene, the same after an update() of that which has returned true.
+    /// Follows a shared scene after PreparedScene::update() has returned true, in the same way.
     void follow_scene();
-    /// Camera cut: the next picture has nothing in common with the last one, and what was learned is forgotten, the
-    /// radiance cache with it. (Other scenes and sizes have renderers of their own.)
+    /// Forgets visibility state, run times and the radiance cache, as after a camera cut. Other scenes and sizes need
+    /// another renderer.
     void forget(std::string reason);
-    /// The compiled frame graph in Graphviz' dot language.
+    /// Returns the compiled frame graph in the dot language of Graphviz.
     std::string graph_dot() const;
 
   private:

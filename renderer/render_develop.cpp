@@ -86,7 +86,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     stats.render_seconds = seconds_since(start) - stats.compile_seconds;
     stats.prepare_seconds = scene.seconds();
     stats.hierarchies = scene.hierarchies();
-    if (rays::HierarchyCounts& h = stats.hierarchies; told) h = {.kept = h.kept + h.refitted + h.built};
+    if (rays::HierarchyCounts& h = stats.hierarchies; hierarchies_reported) h = {.kept = h.kept + h.refitted + h.built};
     stats.estimator = settings.estimator;
     stats.estimator.sampler = points_of(frame, settings.estimator.sampler);
     if (!needs().reuse) stats.estimator.reuse = Reuse::off;
@@ -105,7 +105,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     stats.batches = tracer->statistics();
     if (raster) stats.raster = raster->batches();
     stats.bad_values = in_flight->counted().told();
-    if (preview) preview->tell(stats);
+    if (preview) preview->fill_stats(stats);
     if (settings.clamp > 0 && settings.bounces > 1)
         stats.layer_biases.push_back(
             fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));

@@ -43,7 +43,7 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
     const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
     sample.sums = {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares), buffer(a.features)};
     in_flight->push(with.mattes->empty() ? nullptr : &executor.buffer(sample.frame.gbuffer.hits), with.mattes.get());
-    if (frame.time_limit > 0) in_flight->drain();  // whose time decides whether there is another sample
+    if (frame.time_limit > 0) in_flight->drain();  // its time decides about the next one
     scene.context().check("rendering");
 }
 
@@ -54,7 +54,7 @@ int Renderer::State::render_band(const FrameSettings& frame, const Band& where, 
         add_sample(frame, where, done - 1, with);
         const bool go_on = after_sample(done, frame.samples);
         if (!go_on || done == frame.samples) return done;
-        // Another sample like those so far would end late.
+        // Another sample like the earlier ones would end too late.
         if (time_limit > 0 && seconds_since(start) * (done + 1) / done > time_limit) return done;
     }
 }

@@ -22,7 +22,7 @@ class SampleQueue {
     SampleQueue& operator=(const SampleQueue&) = delete;
     ~SampleQueue();
 
-    /// Buffer in which the kernels of all samples count bad values.
+    /// Returns the buffer in which the kernels of all samples count bad values.
     gpu::Buffer& bad_values() { return bad_values_; }
 
     /// Ends the commands of a sample, then waits for the oldest sample where kInFlight are in flight. The hits of the

@@ -12,7 +12,7 @@ namespace halflight {
 
 class PictureHistory;
 
-inline constexpr int kMaxSamples = 1 << 24;  ///< of a picture, per pixel: a float32 counts no further
+inline constexpr int kMaxSamples = 1 << 24;  ///< per pixel: a float32 counts no further
 
 enum class ErrorMetric { mse, relmse };  // engine/core/metrics.h
 const char* name(ErrorMetric metric);
@@ -24,7 +24,7 @@ struct ErrorTarget {
     bool operator==(const ErrorTarget&) const = default;
 };
 
-/// What a picture shows: the camera, the frame, and the state of the previous frame.
+/// The view of the scene: camera, frame number, and the state of the previous frame.
 struct SceneSettings {
     Camera camera;
     std::optional<Camera> previous_camera{};  // camera of the previous frame, for the layer "motion"; none: `camera`

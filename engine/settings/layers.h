@@ -50,7 +50,7 @@ enum class LayerSource {
 /// A layer. A new one needs a row in layers.cpp, and its values where the source does not hold them yet.
 struct AovInfo {
     std::string_view name;
-    std::string_view prefix;    // of channel names; empty: none
+    std::string_view prefix;    // start of channel names; empty: none
     std::string_view channels;  // after the prefix, separated by commas; of mattes: made from the ranks
     LayerStorage storage;
     LayerMerge merge;
@@ -74,9 +74,9 @@ struct AovInfo {
 /// Pairs of id and coverage that a matte keeps per pixel.
 inline constexpr std::size_t kCryptomatteRanks = 6;
 
-/// Returns the layer of that name; null for others.
+/// Returns the layer of that name; null if there is none.
 const AovInfo* find_aov(std::string_view name);
-/// All layers. Layers for debugging come last.
+/// Returns all layers. Layers for debugging come last.
 std::span<const AovInfo> known_aovs();
 /// Returns the table in Markdown, for docs/settings.md.
 std::string layers_markdown();

@@ -18,7 +18,7 @@ namespace halflight {
 
 class RadianceCache;
 
-inline constexpr int kMaxSide = 65536;  ///< of a picture, pixels; drivers may allow less
+inline constexpr int kMaxSide = 65536;  ///< pixels; drivers may allow less
 inline constexpr int kMaxBounces = 1024;
 
 /// Settings that decide the pixels and hold for all pictures of a renderer. settings_table.h tells names and ranges.

@@ -46,7 +46,7 @@ std::string parse_name(const Enum (&choices)[N], const std::string& text, Enum& 
     return fmt::format("expects one of {}, not '{}'", names_of(choices), text);
 }
 
-/// Of the type of a setting: its kind, accepted names, text, and the inverse of text.
+/// Traits of the type of a setting: its kind, accepted names, text, and the inverse of text.
 template <class T>
 struct Value;
 
@@ -104,7 +104,7 @@ struct Value<rays::Culling> : Choice<rays::Culling, kCullings> {};
 template <>
 struct Value<PrimaryVisibility> : Choice<PrimaryVisibility, kPrimaries> {};
 
-/// A filter by its shape, which brings its usual radius.
+/// A filter by the name of its shape, which also sets the usual radius.
 template <>
 struct Value<PixelFilter> {
     static constexpr Setting::Type type = Setting::Type::text;
@@ -117,7 +117,7 @@ struct Value<PixelFilter> {
     }
 };
 
-/// An error in its metric: "0.01" or "0.01 mse".
+/// An error and its metric: "0.01" or "0.01 mse".
 template <>
 struct Value<std::optional<ErrorTarget>> {
     static constexpr Setting::Type type = Setting::Type::number;
@@ -138,7 +138,7 @@ struct Value<std::optional<ErrorTarget>> {
     }
 };
 
-/// f(text), whose Error is a problem.
+/// Sets the value to f(text); returns the message of its Error.
 template <class T, class F>
 std::string parse_by(const F& f, const std::string& text, T& value) {
     try {
@@ -198,7 +198,7 @@ struct Value<std::vector<std::string>> {
     }
 };
 
-/// Names of parts; which of them exist is known above this room (renderer/needs.h).
+/// Names of parts. They are not checked, since renderer/needs.h knows them.
 template <>
 struct Value<Kept> {
     static constexpr Setting::Type type = Setting::Type::list;
@@ -267,7 +267,9 @@ std::vector<Setting> make_table() {
              .lower = 1e-6,
              .upper = 1e30,
              .zero = true,
-             .saved = true},
+             .saved = true,
+             .slider_from = 0.01,
+             .slider_to = 1000},
             [](auto& s) -> auto& { return s.clamp; }),
         row(
             {.name = "samples",
@@ -328,7 +330,8 @@ std::vector<Setting> make_table() {
              .help = "reflections along a path; 0 shows light sources only, 1 direct light",
              .upper = kMaxBounces,
              .saved = true,
-             .memory = true},
+             .memory = true,
+             .slider_to = 16},
             [](auto& s) -> auto& { return s.bounces; }),
         row(
             {.name = "display",
@@ -358,7 +361,9 @@ std::vector<Setting> make_table() {
              .help = "exposure of the .png or window",
              .lower = -64,
              .upper = 64,
-             .saved = true},
+             .saved = true,
+             .slider_from = -10,
+             .slider_to = 10},
             [](auto& s) -> auto& { return s.view.exposure; }),
         row(
             {.name = "culling",
@@ -423,12 +428,10 @@ std::string settings_markdown() {
         "`halflight info --list-settings > docs/settings.md` writes this page from the tables in\n"
         "`engine/settings/settings_table.cpp` and `engine/settings/layers.cpp`.\n\n"
         "## Settings\n\n"
-        "`--NAME` is the option of a setting. Settings with *file* are part of settings files, and options of "
-        "`halflight\n"
-        "view`. Settings with *frame* are part of the fingerprint of a frame: a frame that was made with another "
-        "value\n"
-        "is replaced only with `--overwrite`. Settings with *memory* are options of `halflight info SCENE`, whose\n"
-        "memory estimate depends on them.\n\n"
+        "`--NAME` is the option of a setting.\n\n"
+        "- *file*: settings files hold it, and `halflight view` has the option, too.\n"
+        "- *frame*: it is part of the fingerprint of a frame. `--overwrite` replaces frames with another value.\n"
+        "- *memory*: the memory estimate of `halflight info SCENE`, which has the option, too, depends on it.\n\n"
         "| Setting | Values | Default | Used in | Purpose |\n|---|---|---|---|---|\n";
     const auto escaped = [](const std::string& cell) {
         std::string text_of_cell;

@@ -23,6 +23,8 @@ struct Setting {
     bool fingerprint = true;   // decides pixels: frames made with another value are other frames
     bool saved = false;        // part of settings files, and an option of `halflight view`
     bool memory = false;       // an option of `halflight info`, whose memory estimate depends on it
+    double slider_from = 0;    // range of the viewer's slider; empty: the viewer has none
+    double slider_to = 0;
 
     enum class Type { whole, number, flag, text, list };
     Type type = Type::text;
@@ -34,9 +36,9 @@ struct Setting {
     std::function<std::string(RenderSettings&, const std::string& text)> set{};
 };
 
-/// All rows, in the order of help texts.
+/// Returns all rows, in the order of help texts.
 std::span<const Setting> known_settings();
-/// The row of that name, which must exist.
+/// Returns the row of that name, which must exist.
 const Setting& setting(std::string_view name);
 
 /// Copies one setting.

@@ -211,12 +211,12 @@ TEST_F(FrameTest, ListsWhatIsLeftOutAndWhy) {
     EXPECT_EQ(left_out(context, scene, 4), "glossy: no material has a specular, coat or transmission component; ");
     EXPECT_EQ(
         left_out(context, scene, 0),
-        "shadow: no bounces were asked for; diffuse: no bounces were asked for; glossy: no bounces were asked for; "
-        "continuation: no bounces were asked for; ");
+        "shadow: there are no bounces; diffuse: there are no bounces; glossy: there are no bounces; "
+        "continuation: there are no bounces; ");
     scene.materials[0] = metal_material(vec3(1), 0.4f);
     EXPECT_EQ(left_out(context, scene, 4),
-              "shadow: nothing shines; diffuse: nothing shines; glossy: nothing shines; continuation: nothing "
-              "shines; ");
+              "shadow: there is no light; diffuse: there is no light; glossy: there is no light; continuation: there "
+              "is no light; ");
     scene.environment.color = vec3(1);
     EXPECT_EQ(left_out(context, scene, 4), "diffuse: no material has a diffuse component; ");
     scene.materials[0].metallic = 0;

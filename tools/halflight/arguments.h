@@ -20,7 +20,7 @@
 
 namespace halflight {
 
-/// What --env asks for: nothing, a constant radiance, a map.
+/// Value of --env: none, a constant radiance, or a map.
 using EnvironmentChoice = std::variant<std::monostate, vec3, std::filesystem::path>;
 
 /// Arguments of every command that makes pictures of a scene. Ranges are checked, names of cameras are not.
@@ -68,7 +68,7 @@ struct RenderArguments : ViewArguments {
     bool reproducible = false;             // writes no date into files
 
     std::optional<std::filesystem::path> ocio;
-    std::string working_space;  // of EXR colour; empty: linear Rec.709
+    std::string working_space;  // colour space of the .exr; empty: linear Rec.709
 
     bool strict = false;  // treats bad values as an error
     bool no_shader_cache = false;
@@ -84,7 +84,7 @@ struct PreviewArguments : ViewArguments {
     std::vector<Bookmark> bookmarks;                     // from the settings file
     double budget = 100;                                 // ms until the first picture of a view
     std::optional<std::string> animation;                // see RenderArguments; none: at rest
-    std::optional<FrameRate> frame_rate;                 // of the animation; none: that of the scene
+    std::optional<FrameRate> frame_rate;                 // frames per second; none: that of the scene
     std::optional<std::filesystem::path> script;
     std::optional<std::filesystem::path> ocio;
     bool no_shader_cache = false;

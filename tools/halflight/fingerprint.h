@@ -11,9 +11,9 @@
 
 namespace halflight {
 
-/// Returns a fingerprint of everything that decides the pixels of a sequence: the contents of the scene's files, of
-/// environment map and colour config with its LUTs, the settings whose row says so, and the version of the program.
-/// Throws Error for a file that can no longer be read.
+/// Returns a fingerprint of everything that decides the pixels of a sequence: settings, version of the program, and the
+/// contents of all files (scene, environment map, colour config with its LUTs). Throws Error for a file that can no
+/// longer be read.
 std::string sequence_fingerprint(const RenderArguments& arguments, const RenderSettings& settings,
                                  const AnimatedScene& scene, const ColorConfig& config);
 

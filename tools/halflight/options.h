@@ -34,7 +34,7 @@ inline double real(const std::string& option, const std::string& text, double lo
     return number<double>(option, text, lower, upper, "a number");
 }
 
-/// Parse the value of an option; throw UsageError where it is malformed.
+/// Parses the value of an option. Throws UsageError where it is malformed.
 Estimator estimator(const std::string& option, const std::string& list);
 Preview preview(const std::string& option, const std::string& list);
 

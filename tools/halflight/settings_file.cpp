@@ -82,8 +82,8 @@ class Element {
     std::string place_;
 };
 
-constexpr double kFar = 1e30;    // of coordinates, and of radiance
-constexpr double kBright = 1e9;  // of factors
+constexpr double kFar = 1e30;    // largest coordinate and radiance
+constexpr double kBright = 1e9;  // largest factor
 
 /// Calls f with the value of a key that is there.
 template <class F>
