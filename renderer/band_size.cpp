@@ -11,7 +11,7 @@ namespace halflight {
 
 std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, std::uint32_t rays, std::size_t bytes,
                                 const gpu::Limits& limits) {
-    constexpr std::uint32_t kPaths = 256;  // which fill tiles of any size
+    constexpr std::uint32_t kPaths = 256;  // a multiple fills tiles of any size
     rays::RayBatch batch;
     batch.kind = kind;
     batch.capacity = kPaths * rays;
@@ -29,7 +29,7 @@ Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t 
 }
 
 Band first_band(const RenderSettings& s, std::size_t paths, int texture_size) {
-    const std::size_t row_paths = (static_cast<std::size_t>(s.width) + 15) / 16 * 256;  // of a row of blocks
+    const std::size_t row_paths = (static_cast<std::size_t>(s.width) + 15) / 16 * 256;  // paths of a row of blocks
     if (s.width > texture_size)
         throw Error("render settings", "{} pixels wide: the driver takes {}", s.width, texture_size);
     const int most =

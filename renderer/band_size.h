@@ -1,4 +1,4 @@
-// What is rendered at once.
+// Sizes of bands, the rows of a picture that are rendered at once.
 #pragma once
 
 #include <cstddef>
@@ -8,17 +8,17 @@
 
 namespace halflight {
 
-/// The most paths that a band may have, so that a batch of `rays` > 0 of each, and records of `bytes` of each, fit into
-/// the driver's buffers and dispatches.
+/// Returns the largest number of paths of a band for which a batch of `rays` > 0 per path, and records of `bytes` per
+/// path, fit into the driver's buffers and dispatches.
 std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, std::uint32_t rays, std::size_t bytes,
                                 const gpu::Limits& limits);
 
-/// Bands of whole block rows, as few as the driver's limits on buffers and textures allow, and all alike: each costs as
-/// much as the largest. Returns the first one. most_paths: that others than the settings and the driver allow. Throws
-/// Error for pictures wider than a texture.
+/// Divides a picture into bands of whole block rows and returns the first band. There are as few bands as the driver's
+/// limits on buffers and textures allow. All bands have the same size, since each costs as much as the largest.
+/// most_paths: an additional limit on the paths of a band. Throws Error for pictures wider than a texture.
 Band first_band(const RenderSettings& settings, const SceneBuffers& scene, std::size_t most_paths,
                 const gpu::Limits& limits);
-/// The same of limits as numbers: of paths in a band, and of texels along an edge of a texture.
+/// Returns the first band for limits as numbers: paths of a band, and texels along an edge of a texture.
 Band first_band(const RenderSettings& settings, std::size_t most_paths, int texture_size);
 
 }  // namespace halflight

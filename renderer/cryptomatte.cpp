@@ -7,12 +7,6 @@
 #include <nlohmann/json.hpp>
 
 namespace halflight {
-namespace {
-
-constexpr std::string_view kObjects = "cryptoobject";
-constexpr std::string_view kMaterials = "cryptomaterial";
-
-}  // namespace
 
 std::uint32_t murmur3(std::string_view bytes) {
     const auto byte = [&](std::size_t i) { return std::uint32_t{static_cast<unsigned char>(bytes[i])}; };
@@ -37,17 +31,6 @@ float cryptomatte_id(std::string_view name) {
     return std::bit_cast<float>(exponent == 0 || exponent == 0xffu ? hash ^ 1u << 23 : hash);
 }
 
-std::string_view cryptomatte_layer(std::string_view aov) {
-    return aov == kObjects ? "CryptoObject" : aov == kMaterials ? "CryptoMaterial" : "";
-}
-
-std::vector<std::string> cryptomatte_channels(std::string_view layer) {
-    std::vector<std::string> names;
-    for (std::size_t i = 0; i < 2 * kCryptomatteRanks; ++i)
-        names.push_back(fmt::format("{}{:02}.{}", layer, i / 4, "RGBA"[i % 4]));
-    return names;
-}
-
 std::map<std::string, std::string> cryptomatte_attributes(std::string_view layer, std::span<const std::string> names) {
     nlohmann::json manifest = nlohmann::json::object();
     for (const std::string& name : names)
@@ -56,7 +39,7 @@ std::map<std::string, std::string> cryptomatte_attributes(std::string_view layer
     return {{key + "name", std::string(layer)},
             {key + "hash", "MurmurHash3_32"},
             {key + "conversion", "uint32_to_float32"},
-            // Names that are no UTF-8 are told as well as JSON can.
+            // Bytes that are not UTF-8 are replaced.
             {key + "manifest", manifest.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace)}};
 }
 
@@ -68,7 +51,7 @@ void IdCoverage::add(std::size_t pixel, float id, std::uint32_t samples) {
         seen_[*at].samples += samples;
     } else {
         *at = static_cast<std::uint32_t>(seen_.size());
-        seen_.push_back({bits, samples, kNone});  // `at` may point nowhere from here on
+        seen_.push_back({bits, samples, kNone});  // `at` may dangle from here on
     }
 }
 
@@ -92,9 +75,10 @@ void IdCoverage::clear() {
 Mattes::Mattes(const TraceTables& tables, std::span<const std::string> objects, std::span<const std::string> materials,
                std::span<const std::string> aovs, std::size_t paths)
     : tables_(tables) {
-    for (const std::string& aov : aovs) {
-        if (cryptomatte_layer(aov).empty()) continue;
-        Layer layer{aov, aov == kObjects ? objects : materials, {}, IdCoverage(paths)};
+    for (const std::string& requested : aovs) {
+        const AovInfo* const aov = find_aov(requested);
+        if (!aov->is_matte()) continue;
+        Layer layer{aov, aov->source == LayerSource::objects ? objects : materials, {}, IdCoverage(paths)};
         for (const std::string& name : layer.names) layer.ids.push_back(cryptomatte_id(name));
         layers_.push_back(std::move(layer));
     }
@@ -102,7 +86,7 @@ Mattes::Mattes(const TraceTables& tables, std::span<const std::string> objects, 
 
 void Mattes::add(std::span<const shared::Hit> hits) {
     for (Layer& layer : layers_) {
-        const bool objects = layer.aov == kObjects;
+        const bool objects = layer.aov->source == LayerSource::objects;
         for (std::size_t path = 0; path < hits.size(); ++path) {
             const shared::Hit& hit = hits[path];
             if (hit.triangle == shared::kMiss) continue;

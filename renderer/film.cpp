@@ -1,66 +1,15 @@
 #include "renderer/film.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 
 #include "engine/core/error.h"
 #include "renderer/frame_constants.h"
+#include "shaders/shared/aov.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"
 
 namespace halflight {
 namespace {
-
-constexpr std::array kAovs = {
-    AovInfo{"emission", "RGB", "radiance of lights and environment seen directly", false, false, true},
-    AovInfo{"direct_diffuse", "RGB", "radiance: light reflected once, diffusely", false, false, true},
-    AovInfo{"direct_glossy", "RGB", "radiance: light reflected or transmitted once, by specular, coat or transmission",
-            false, false, true},
-    AovInfo{"indirect_diffuse", "RGB", "radiance: light reflected more than once, diffusely at the surface seen", false,
-            false, true},
-    AovInfo{"indirect_glossy", "RGB", "radiance: light reflected more than once, glossily at the surface seen", false,
-            false, true},
-    AovInfo{"variance", "RGB", "variance of the pixel's mean radiance, estimated from its samples"},
-    AovInfo{"samples", "Y", "samples of the pixel", false, false, true},
-    AovInfo{"albedo", "RGB", "reflectance: diffuse, transmission and specular at normal incidence; filtered"},
-    AovInfo{"normal", "XYZ", "shading normal, world; filtered, not normalised"},
-    AovInfo{"position", "XYZ", "world position at the pixel's centre, world units; 0 where there is no surface", false,
-            true},
-    AovInfo{"depth", "Z",
-            "distance along the camera's axis at the pixel's centre, world units; 1e10 where there is no surface",
-            false, true},
-    AovInfo{"motion", "XY",
-            "pixels that the surface at the pixel's centre moved since the previous frame, x right, y down", false,
-            true},
-    AovInfo{
-        "ids", "",
-        "uint32 ids.instance, ids.primitive, ids.material at the pixel's centre; 4294967295 where there is no surface",
-        false, true},
-    AovInfo{"cryptoobject", "", "Cryptomatte of the objects: CryptoObject00 to 02, ids and coverage of 6 ranks"},
-    AovInfo{"cryptomaterial", "", "Cryptomatte of the materials: CryptoMaterial00 to 02"},
-    AovInfo{"nodes", "Y", "nodes of the hierarchy that the camera ray at the pixel's centre visits, without culling",
-            true, true},
-    AovInfo{"culling", "",
-            "culling.leaves, culling.others: length of the pixel's tile's list for first shadow rays, of the last "
-            "sample that had any there; 0 where none had or culling did without lists",
-            true, true},
-};
-
-bool is_color(const AovInfo& a) {
-    return a.channels == "RGB" && a.name != "variance";
-}
-
-/// Names of the EXR channels. Depth is the standard's plain "Z".
-std::vector<std::string> channel_names(const AovInfo& a) {
-    if (a.name == "ids") return {"ids.instance", "ids.primitive", "ids.material"};
-    if (a.name == "culling") return {"culling.leaves", "culling.others"};
-    if (a.name == "depth") return {"Z"};
-    if (const std::string_view layer = cryptomatte_layer(a.name); !layer.empty()) return cryptomatte_channels(layer);
-    std::vector<std::string> names;
-    for (char c : a.channels) names.push_back(std::string(a.name) + "." + c);
-    return names;
-}
 
 /// Calls f(x, y of the whole image, path) for every pixel of the band that is in the image.
 template <class F>
@@ -71,39 +20,65 @@ void for_each_pixel(const Band& band, F&& f) {
             f(x, band.y + y, std::size_t{shared::path_of_pixel({x, y}, band.tiles())});
 }
 
-/// Mean of three channels of sums that has `stride` doubles per path.
-void add_mean(const Band& band, Image* to, const std::vector<double>& sums, std::size_t stride, std::size_t first,
+/// Writes the mean of three channels of sums that have `stride` doubles per path.
+void add_mean(const Band& band, Image& to, const std::vector<double>& sums, std::size_t stride, std::size_t first,
               int samples) {
-    if (!to || sums.empty()) return;
+    if (sums.empty()) return;
     for_each_pixel(band, [&](int x, int y, std::size_t path) {
         for (std::size_t c = 0; c < 3; ++c)
-            to->at(x, y)[c] = static_cast<float>(sums[path * stride + first + c] / samples);
+            to.at(x, y)[c] = static_cast<float>(sums[path * stride + first + c] / samples);
     });
+}
+
+void add_variance(const Band& band, Image& to, const Film::Sums& sums, int samples) {
+    if (samples < 2) return;
+    for_each_pixel(band, [&](int x, int y, std::size_t path) {
+        for (std::size_t c = 0; c < 3; ++c) {
+            const double sum = sums.beauty(path, c);
+            const double of_samples = std::max(sums.squares[path * 3 + c] - sum * sum / samples, 0.0) / (samples - 1);
+            to.at(x, y)[c] = static_cast<float>(of_samples / samples);
+        }
+    });
+}
+
+/// Writes the sums of a layer's source as the layer.
+void add_layer(const Band& band, const AovInfo& layer, Image& to, const Film::Sums& sums, int samples) {
+    switch (layer.source) {
+        case LayerSource::emission:
+            return add_mean(band, to, sums.emission, 4, layer.first, samples);
+        case LayerSource::direct:
+            return add_mean(band, to, sums.direct, 6, layer.first, samples);
+        case LayerSource::indirect:
+            return add_mean(band, to, sums.indirect, 6, layer.first, samples);
+        case LayerSource::features:
+            return add_mean(band, to, sums.features, 6, layer.first, samples);
+        case LayerSource::squares:
+            return add_variance(band, to, sums, samples);
+        case LayerSource::count:
+            return for_each_pixel(band, [&](int x, int y, std::size_t) { *to.at(x, y) = static_cast<float>(samples); });
+        case LayerSource::objects:
+        case LayerSource::materials:
+        case LayerSource::record:
+        case LayerSource::debug:
+            return;
+    }
 }
 
 }  // namespace
 
-const AovInfo* find_aov(std::string_view name) {
-    const auto found = std::ranges::find(kAovs, name, &AovInfo::name);
-    return found == kAovs.end() ? nullptr : &*found;
+bool asked_for(const RenderSettings& s, std::string_view name) {
+    return std::ranges::find(s.aovs, name) != s.aovs.end();
 }
 
-std::span<const AovInfo> known_aovs() {
-    return kAovs;
-}
-
-bool asked_for(const RenderSettings& s, std::initializer_list<std::string_view> names) {
-    return std::any_of(s.aovs.begin(), s.aovs.end(),
-                       [&](const std::string& a) { return std::find(names.begin(), names.end(), a) != names.end(); });
-}
-
-std::size_t layer_channels(const AovInfo& aov) {
-    return channel_names(aov).size();
+bool asked_for(const RenderSettings& s, std::initializer_list<LayerSource> sources) {
+    return std::ranges::any_of(s.aovs, [&](const std::string& name) {
+        return std::ranges::find(sources, find_aov(name)->source) != sources.end();
+    });
 }
 
 std::size_t film_bytes(const RenderSettings& s) {
     std::size_t channels = s.want_view ? 8 : 4;
-    for (const std::string& aov : s.aovs) channels += layer_channels(*find_aov(aov));
+    for (const std::string& aov : s.aovs) channels += find_aov(aov)->channel_names().size();
     return channels * sizeof(float);
 }
 
@@ -117,20 +92,20 @@ void Film::choose(const std::vector<std::string>& aovs) {
     planes_.clear();
     for (const std::string& name : aovs) {
         const AovInfo* const aov = find_aov(name);
-        if (!aov || (!aov->at_any_time && !asked_for(settings_, {name})))
-            throw Error("render settings", "AOV \"{}\" was not asked for before the samples were made", name);
+        if (!aov || (!aov->at_any_time() && !asked_for(settings_, name)))
+            throw Error("render settings", "layer \"{}\" was not requested before the samples were rendered", name);
         planes_.push_back(
-            {name, Image(settings_.width, settings_.height, static_cast<int>(channel_names(*aov).size()))});
+            {aov, Image(settings_.width, settings_.height, static_cast<int>(aov->channel_names().size()))});
     }
 }
 
-bool Film::wants(std::initializer_list<std::string_view> names) const {
+bool Film::wants(std::initializer_list<LayerSource> sources) const {
     return std::ranges::any_of(
-        planes_, [&](const Plane& p) { return std::ranges::find(names, std::string_view(p.aov)) != names.end(); });
+        planes_, [&](const Plane& p) { return std::ranges::find(sources, p.aov->source) != sources.end(); });
 }
 
 Image* Film::plane(std::string_view aov) {
-    const auto found = std::find_if(planes_.begin(), planes_.end(), [&](const Plane& p) { return p.aov == aov; });
+    const auto found = std::ranges::find_if(planes_, [&](const Plane& p) { return p.aov->name == aov; });
     return found == planes_.end() ? nullptr : &found->image;
 }
 
@@ -142,25 +117,7 @@ double Film::Sums::beauty(std::size_t path, std::size_t channel) const {
 }
 
 void Film::add_sums(const Band& band, int samples, const Sums& sums) {
-    add_mean(band, plane("emission"), sums.emission, 4, 0, samples);
-    add_mean(band, plane("direct_diffuse"), sums.direct, 6, 0, samples);
-    add_mean(band, plane("direct_glossy"), sums.direct, 6, 3, samples);
-    add_mean(band, plane("indirect_diffuse"), sums.indirect, 6, 0, samples);
-    add_mean(band, plane("indirect_glossy"), sums.indirect, 6, 3, samples);
-    add_mean(band, plane("albedo"), sums.features, 6, 0, samples);
-    add_mean(band, plane("normal"), sums.features, 6, 3, samples);
-    if (Image* count = plane("samples"))
-        for_each_pixel(band, [&](int x, int y, std::size_t) { *count->at(x, y) = static_cast<float>(samples); });
-    if (Image* variance = plane("variance"); variance && samples > 1) {
-        for_each_pixel(band, [&](int x, int y, std::size_t path) {
-            for (std::size_t c = 0; c < 3; ++c) {
-                const double sum = sums.beauty(path, c);
-                const double of_samples =
-                    std::max(sums.squares[path * 3 + c] - sum * sum / samples, 0.0) / (samples - 1);
-                variance->at(x, y)[c] = static_cast<float>(of_samples / samples);
-            }
-        });
-    }
+    for (Plane& p : planes_) add_layer(band, *p.aov, p.image, sums, samples);
 }
 
 void Film::add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view) {
@@ -184,28 +141,11 @@ void Film::add_ids(const Band& band, int samples, std::string_view aov, const Id
 }
 
 void Film::add_data(const Band& band, const std::vector<shared::AovRecord>& records) {
-    Image* position = plane("position");
-    Image* depth = plane("depth");
-    Image* motion = plane("motion");
-    Image* ids = plane("ids");
-    for_each_pixel(band, [&](int x, int y, std::size_t path) {
-        const shared::AovRecord& r = records[path];
-        const bool seen = r.triangle != shared::kMiss;
-        if (position) {
-            const vec3 world = seen ? vec3(dvec3(r.position) + tables_.origin) : vec3(0);
-            std::copy_n(&world.x, 3, position->at(x, y));
-        }
-        if (depth) *depth->at(x, y) = r.depth;
-        if (motion) std::copy_n(&r.motion.x, 2, motion->at(x, y));
-        if (ids) {
-            const TriangleSource source = seen ? source_of(tables_, r.instance, r.triangle) : TriangleSource{~0u, ~0u};
-            const std::uint32_t material = seen ? tables_.triangles[r.triangle].w & kTriangleMaterialMask : ~0u;
-            float* to = ids->at(x, y);
-            to[0] = std::bit_cast<float>(source.instance);
-            to[1] = std::bit_cast<float>(source.triangle);
-            to[2] = std::bit_cast<float>(material);
-        }
-    });
+    for (Plane& p : planes_) {
+        if (!p.aov->read) continue;
+        for_each_pixel(band,
+                       [&](int x, int y, std::size_t path) { p.aov->read(records[path], tables_, p.image.at(x, y)); });
+    }
 }
 
 void Film::add_surface_motion(const Band& band, const std::vector<shared::AovRecord>& records,
@@ -213,7 +153,7 @@ void Film::add_surface_motion(const Band& band, const std::vector<shared::AovRec
     Image* motion = plane("motion");
     if (!motion) return;
     const dvec2 size(band.image);
-    const dmat4 to_clip = world_to_clip(previous, band.image, 1);  // depth is not looked at
+    const dmat4 to_clip = world_to_clip(previous, band.image, 1);  // depth is not used
     for_each_pixel(band, [&](int x, int y, std::size_t path) {
         const shared::AovRecord& r = records[path];
         if (r.triangle == shared::kMiss) return;
@@ -221,7 +161,7 @@ void Film::add_surface_motion(const Band& band, const std::vector<shared::AovRec
         if (!surfaces.moved(source.instance)) return;
         const dvec3 before = surfaces.before(source.instance, source.triangle, dvec3(r.position) + tables_.origin);
         const dvec4 clip = to_clip * dvec4(before, 1);
-        if (!(clip.w > 0)) return;  // behind the camera it had no place in the picture
+        if (!(clip.w > 0)) return;  // behind the camera, outside the picture
         const dvec2 there = dvec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w) * size;
         motion->at(x, y)[0] = static_cast<float>(x + 0.5 - there.x);
         motion->at(x, y)[1] = static_cast<float>(y + 0.5 - there.y);
@@ -229,27 +169,21 @@ void Film::add_surface_motion(const Band& band, const std::vector<shared::AovRec
 }
 
 void Film::add_debug(const Band& band, const std::vector<shared::DebugRecord>& records) {
-    Image* nodes = plane("nodes");
-    Image* culling = plane("culling");
-    for_each_pixel(band, [&](int x, int y, std::size_t path) {
-        const shared::DebugRecord& r = records[path];
-        if (nodes) *nodes->at(x, y) = static_cast<float>(r.nodes);
-        if (culling) {
-            culling->at(x, y)[0] = static_cast<float>(r.leaves);
-            culling->at(x, y)[1] = static_cast<float>(r.others);
-        }
-    });
+    for (Plane& p : planes_) {
+        if (!p.aov->read_debug) continue;
+        for_each_pixel(band,
+                       [&](int x, int y, std::size_t path) { p.aov->read_debug(records[path], p.image.at(x, y)); });
+    }
 }
 
 void Film::take(RenderResult& result) {
     result.beauty = std::move(beauty_);
     result.view = std::move(view_);
     for (Plane& p : planes_) {
-        const AovInfo& a = *find_aov(p.aov);
-        const ExrType type = a.name == "ids"                       ? ExrType::uint32
-                             : settings_.half_color && is_color(a) ? ExrType::half
-                                                                   : ExrType::float32;
-        result.aovs.push_back({channel_names(a), std::move(p.image), type});
+        const ExrType type = p.aov->storage == LayerStorage::ids         ? ExrType::uint32
+                             : settings_.half_color && p.aov->is_color() ? ExrType::half
+                                                                         : ExrType::float32;
+        result.aovs.push_back({p.aov->channel_names(), std::move(p.image), type});
     }
     planes_.clear();
 }

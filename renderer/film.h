@@ -1,4 +1,4 @@
-// The picture in memory: bands of sums come in, images go out.
+// The images of a picture, which are filled band by band.
 #pragma once
 
 #include <cstdint>
@@ -16,46 +16,49 @@
 
 namespace halflight {
 
-/// Whether any of `names` was asked for.
-bool asked_for(const RenderSettings& settings, std::initializer_list<std::string_view> names);
-
-/// Channels that an AOV has in a file.
-std::size_t layer_channels(const AovInfo& aov);
-/// Of a pixel in a film.
+/// Returns whether a layer was requested.
+bool asked_for(const RenderSettings& settings, std::string_view name);
+/// Returns whether a layer of one of these sources was requested.
+bool asked_for(const RenderSettings& settings, std::initializer_list<LayerSource> sources);
+/// Returns the bytes per pixel of a film.
 std::size_t film_bytes(const RenderSettings& settings);
 
+/// The images of a picture: its colour, the colour through the view transform, and one image per layer.
 class Film {
   public:
-    /// Of the AOVs that the settings ask for.
+    /// Allocates the layers that the settings request.
     Film(const RenderSettings& settings, const TraceTables& tables);
-    /// Of these instead, before anything is added. Throws Error for those that samples with these settings do not leave
-    /// behind.
+    /// Replaces the layers before anything is added. Throws Error for layers that samples with these settings do not
+    /// leave behind.
     void choose(const std::vector<std::string>& aovs);
-    bool wants(std::initializer_list<std::string_view> names) const;  ///< any of these AOVs
+    /// Returns whether a layer of one of these sources is in the film.
+    bool wants(std::initializer_list<LayerSource> sources) const;
 
-    /// What a band's samples added up to, by path index (see Accumulated); empty where the frame left it out.
+    /// Sums over a band's samples, by path index (see Accumulated); empty where the frame left them out.
     struct Sums {
         std::vector<double> emission, direct, indirect, squares, features;
         double beauty(std::size_t path, std::size_t channel) const;
     };
     void add_sums(const Band& band, int samples, const Sums& sums);
     void add_pictures(const Band& band, const std::vector<float>& beauty, const std::vector<float>& view);
-    /// Instead of those pictures: another beauty, and its view if there is a processor.
+    /// Replaces the colour, and the view if there is a processor.
     void replace_pictures(Image beauty, const ViewProcessor* view);
-    /// coverage: by path index.
+    /// Adds a matte; coverage is by path index.
     void add_ids(const Band& band, int samples, std::string_view aov, const IdCoverage& coverage);
+    /// Adds the layers of LayerSource::record.
     void add_data(const Band& band, const std::vector<shared::AovRecord>& records);
-    /// After add_data(): motion of surfaces that were elsewhere in the frame before.
+    /// Replaces the motion of surfaces that moved since the previous frame. Call it after add_data().
     void add_surface_motion(const Band& band, const std::vector<shared::AovRecord>& records,
                             const PreviousSurfaces& surfaces, const Camera& previous);
+    /// Adds the layers of LayerSource::debug.
     void add_debug(const Band& band, const std::vector<shared::DebugRecord>& records);
 
-    /// Beauty, view and the AOVs that were asked for, in that order. Leaves the film empty.
+    /// Moves colour, view and layers, in the order of the request, to the result. Leaves the film empty.
     void take(RenderResult& result);
 
   private:
     struct Plane {
-        std::string aov;
+        const AovInfo* aov;
         Image image;
     };
     Image* plane(std::string_view aov);
@@ -64,7 +67,7 @@ class Film {
     const TraceTables& tables_;
     Image beauty_;
     Image view_;
-    std::vector<Plane> planes_;  // as asked for
+    std::vector<Plane> planes_;  // in the order of the request
 };
 
 }  // namespace halflight

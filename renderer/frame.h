@@ -1,4 +1,4 @@
-// The whole frame, top to bottom.
+// The whole frame: every pass of a sample, top to bottom.
 #pragma once
 
 #include "passes/picture/accumulate.h"
@@ -12,9 +12,9 @@ struct Frame {
     Accumulated sums;
 };
 
-/// Adds every pass that scene and options need for one sample of one band, and nothing else (frame_needs). Marks the
-/// sums as outputs, and the hits of camera rays where they are wanted. seen_constants: of the sample's camera rays for
-/// light that is seen directly, options.camera_rays of them where there is more than one.
+/// Adds the passes that scene and options need for one sample of one band, and no others (frame_needs). Marks the sums
+/// as outputs, and the hits of camera rays where options.want_hits. seen_constants: frame constants of the camera rays
+/// for light that is seen directly. There are options.camera_rays of them, or none for one ray.
 Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& bad_values,
                 const std::vector<graph::BufferHandle>& seen_constants = {});
 

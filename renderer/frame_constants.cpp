@@ -14,21 +14,22 @@ struct Clip {
     double far_plane;
 };
 
-/// Reversed float depth is as fine near the far plane as the distances themselves, however close the near plane: its
-/// distance is but a factor of all depths. So it is closer than anything, in scenes of 10^7 m, too.
+/// Returns the clip planes. With reversed float depth, the distance of the near plane only scales all depths, so the
+/// precision does not depend on it. Where the camera has no near plane, it is closer than anything, in scenes of 10^7
+/// m, too.
 Clip clip_of(const Camera& camera, double reach) {
     const double chosen = camera.orthographic ? 0.0 : std::max(reach, 1e-18) * 0x1p-60;
     return {camera.near_plane > 0 ? camera.near_plane : chosen,
             camera.far_plane > 0 ? camera.far_plane : std::numeric_limits<double>::infinity()};
 }
 
-/// Half width and height of the view on the plane at distance 1 (orthographic: on any plane).
+/// Returns half the width and height of the view on the plane at distance 1 (orthographic: on any plane).
 dvec2 half_extent(const Camera& camera, const ivec2& image) {
     const double half = camera.orthographic ? 0.5 * camera.ortho_height : std::tan(0.5 * camera.vertical_fov);
     return {half * image.x / image.y, half};
 }
 
-/// Distance within which the camera sees everything there is; 1 for an empty scene.
+/// Returns the largest distance of the scene from the camera; 1 for an empty scene.
 double reach_of(const TraceTables& tables, const Camera& camera) {
     if (tables.bounds.empty()) return 1;
     const dvec3 eye = dvec3(camera.camera_to_world[3]) - tables.origin;
@@ -41,7 +42,7 @@ vec2 jitter_of(const SampleView& view, const PixelFilter& filter) {
     return sample_point(filter, shared::sample_2d(shared::make_sampler(~0u, ~0u, view.sample, view.seed), 0));
 }
 
-/// SampleView::shared_count of blue noise.
+/// Returns SampleView::shared_count of blue noise.
 std::uint32_t blue_noise_count(const FrameSettings& frame) {
     const int whole = frame.first_sample == 0 ? frame.samples : 0;
     const int samples = frame.of_samples > 0 ? frame.of_samples : whole;
@@ -88,7 +89,8 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
         y_down[1][1] = -1;
         return y_down * clip_from_world * shift;
     };
-    // Pixel coordinates of the whole image to the window's clip space, the sample point moved to the pixel's centre.
+    // From pixel coordinates of the whole image to clip space of the window; moves the sample point to the pixel's
+    // centre.
     const RasterWindow drawn = raster_window(view.band);
     const dvec2 size(image.x, drawn.rows);
     dmat4 window(1);
@@ -122,7 +124,7 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points) {
     SampleView view{.band = band, .sample = index, .begins = index == static_cast<std::uint32_t>(frame.first_sample)};
     view.seed = shared::hash_combine(shared::hash_u32(frame.seed), frame.frame);
-    // The first points of sequences that have nothing to do with each other are independent.
+    // The first points of unrelated sequences are independent.
     if (points == SamplePoints::independent) view.seed = shared::hash_combine(view.seed, index), view.sample = 0;
     const std::uint32_t count = points == SamplePoints::blue_noise ? blue_noise_count(frame) : 0;
     if (index < count) view.shared_count = count;

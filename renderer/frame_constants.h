@@ -1,4 +1,4 @@
-// From a camera to the constants that kernels read.
+// Frame constants: camera and sample as kernels read them.
 #pragma once
 
 #include "engine/device/scene_view.h"
@@ -9,33 +9,37 @@
 
 namespace halflight {
 
-/// Where and how a sample of a band looks at the scene.
+/// A sample of a band: its place in the pixel and its random numbers.
 struct SampleView {
     Band band;
-    vec2 jitter{0.5f};               // sample point of every pixel, from its upper left corner, pixels
-    std::uint32_t sample = 0;        // index in its sequence
-    std::uint32_t seed = 0;          // of the sequences of all pixels
-    std::uint32_t shared_count = 0;  // > 0: the one that they share has so many samples of each in a row (a power of 2)
-    bool begins = true;              // is the picture's first sample, with which its sums begin
+    vec2 jitter{0.5f};         // sample point of every pixel, from its upper left corner, pixels
+    std::uint32_t sample = 0;  // index in its sequence
+    std::uint32_t seed = 0;    // seed of the sequences of all pixels
+    // Blue noise: number of consecutive samples that each pixel takes from the shared sequence, a power of 2; 0: each
+    // pixel has its own sequence.
+    std::uint32_t shared_count = 0;
+    bool begins = true;  // first sample of the picture, which overwrites the sums
 };
 
-/// `origin`: TraceTables::origin. `previous`: the camera of the frame before. `reach`: world units, the scene lies
-/// within this distance of the camera; decides the near plane where the camera leaves it open.
+/// Returns the constants of a sample. origin: TraceTables::origin. previous: camera of the previous frame. reach: world
+/// units, > 0; the scene lies within this distance of the camera. It decides the near plane where the camera has none.
 shared::Frame frame_constants(const Camera& camera, const Camera& previous, const dvec3& origin, double reach,
                               const SampleView& view);
 
-/// The points that a frame's samples have: those of `sobol` where blue noise is wanted, but samples are many or not
-/// counted beforehand.
+/// Returns the sample points of a frame. Blue noise falls back to `sobol` where the number of samples is large or not
+/// known before.
 SamplePoints points_of(const FrameSettings& frame, SamplePoints wanted);
-/// Of sample `index` of a frame: all pixels look through the same point of the filter, as rasterizing demands, and
-/// seeds of different frames and of different user seeds share nothing.
+/// Returns sample `index` of a frame. All pixels share the sample point, as rasterization demands. Different frames and
+/// different user seeds have independent seeds.
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points);
-/// The same with one of `count` points of its own, which together are samples of `count` times as long a sequence.
+/// Returns the sample with point `number` of `count` points of its own. Together these points are the samples of a
+/// sequence that is `count` times as long.
 SampleView seen_view(const SampleView& sample, const PixelFilter& filter, int number, int count);
+/// Returns the constants of a frame's sample.
 shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view);
 
-/// World to OpenGL clip space of the whole image: +y up, reversed depth (near 1, far 0). Orthographic cameras use
-/// `reach`.
+/// Returns the matrix from world space to OpenGL clip space of the whole image: +y up, reversed depth (near 1, far 0).
+/// Orthographic cameras use `reach`.
 dmat4 world_to_clip(const Camera& camera, const ivec2& image, double reach);
 
 }  // namespace halflight

@@ -1,4 +1,4 @@
-// What a frame is asked for by the settings of a picture. Pure: no OpenGL.
+// Frame options from the settings of a picture. Pure: no OpenGL.
 #pragma once
 
 #include "renderer/needs.h"
@@ -6,8 +6,8 @@
 
 namespace halflight {
 
-/// Of samples without the radiance cache. `settings` have a PrimaryVisibility that is not automatic, and an estimator
-/// that leaves nothing open; `asked`: what it was before a pilot.
+/// Returns the options of samples without the radiance cache. The settings' primary visibility must not be automatic,
+/// and their estimator must leave nothing open. asked: the estimator before a pilot settled it.
 FrameOptions frame_options(const RenderSettings& settings, const Estimator& asked);
 
 }  // namespace halflight

@@ -9,7 +9,7 @@ namespace {
 
 using graph::Access;
 
-/// A mean's part in the weighted one.
+/// A mean with its weight.
 struct Part {
     const SumBuffers& sums;
     int samples;
@@ -32,7 +32,7 @@ void add_blend(graph::Graph& graph, gpu::Buffer& cached, float cached_weight, gp
     graph.output(both);
 }
 
-/// Sum number 3 * path + channel.
+/// Returns sums of the picture; element 3 * path + channel.
 std::vector<double> beauty_sums(const SumBuffers& sums) {
     const auto emission = sums.emission->read<double>();
     std::vector<double> all(emission.size() / 4 * 3);
@@ -45,7 +45,8 @@ std::vector<double> beauty_sums(const SumBuffers& sums) {
     return all;
 }
 
-/// Squares that tell the variance of the weighted mean: independent parts add up theirs. `samples`: in all.
+/// Returns squares that give the variance of the weighted mean. Variances of independent parts add. samples: of all
+/// parts.
 std::vector<double> squares_of(const Part (&parts)[2], const SumBuffers& blended, int samples) {
     std::vector<double> squares = beauty_sums(blended);
     for (double& s : squares) s *= s / samples;

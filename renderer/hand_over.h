@@ -1,4 +1,4 @@
-// From the samples that use the radiance cache to the unbiased ones: which have how much weight while samples come.
+// Transition from the biased samples that use the radiance cache to the unbiased samples: weights of both.
 #pragma once
 
 #include <array>
@@ -9,44 +9,46 @@
 
 namespace halflight {
 
-/// Samples of a picture that use the radiance cache: its first ones. They are worth several times as many others, so
-/// that as few do until these have come, without a bump in the error.
+/// Number of samples of a picture that use the radiance cache: its first samples. One is worth several unbiased
+/// samples, so these few suffice until unbiased samples take over, without a bump in the error.
 inline constexpr int kCachedSamples = 4;
-/// Samples of a picture, cached ones included, from which on it is the mean of the others alone, bit for bit.
+/// Number of samples of a picture, including the cached ones, from which on it is the mean of the unbiased samples
+/// alone, bit for bit.
 inline constexpr int kHandedOver = 32;
 
-/// Weight of the mean of the cached samples in a picture of so many samples, cached ones included: 1 while there are no
-/// others, 0 from kHandedOver on. With x the share of the others that has come till then it is (1 - x)/(1 + x): at
-/// first as by inverse variance, were the cached samples worth half of kHandedOver; later the others make up for what
-/// is taken away.
+/// Returns the weight of the mean of the cached samples in a picture of `samples` samples, including the cached ones.
+/// It is 1 without unbiased samples and 0 from kHandedOver on. In between it is (1 - x)/(1 + x), where x is the share
+/// of the unbiased samples rendered so far. At first this is inverse variance weighting as if the cached samples were
+/// worth half of kHandedOver; later the unbiased samples make up for the weight that is withdrawn.
 double cached_weight(int samples);
 
-/// Cached sample number `index` of a picture. Its numbers have nothing in common with those of sample_view(). `first`:
-/// how many the cache has been brought by earlier pictures; they all are of one sequence.
+/// Returns cached sample `index` of a picture. Its random numbers are independent of those of sample_view(). All cached
+/// samples belong to one sequence, of which earlier pictures used the first `first`.
 SampleView cached_view(const FrameSettings& frame, const Band& band, std::uint32_t first, std::uint32_t index,
                        SamplePoints points);
 
-/// Sums of a band (Accumulated), in the history of who runs its graph; null where the frame left them out.
+/// Sums of a band (Accumulated), in the history of the executor of its graph; null where the frame left them out.
 struct SumBuffers {
     gpu::Buffer *emission = nullptr, *direct = nullptr, *indirect = nullptr, *squares = nullptr, *features = nullptr;
 };
 
-/// What the picture of a band's first samples is the mean of.
+/// Sums of a band's first samples, whose mean is the picture.
 struct ShownSums {
     SumBuffers sums;
-    int samples = 0;  // in them
-    int mattes = 0;   // of those, in the mattes: those that the last kind of sample has added
+    int samples = 0;  // in the sums
+    int mattes = 0;   // in the mattes, which hold the last kind of sample only
 };
 
+/// Blends the sums of cached and unbiased samples. Owns the blended buffers.
 class HandOver {
   public:
-    /// cached: sums of the first kCachedSamples of `done`, or null where all are in `others`. Those of both are blended
-    /// by a graph of its own, and there until the next call.
+    /// Returns the sums of the first `done` samples of a band, blended where there are both kinds. They are valid until
+    /// the next call. cached: sums of the first kCachedSamples samples. Null: all samples are in `others`.
     ShownSums shown(graph::Executor& executor, const SumBuffers* cached, const SumBuffers& others, int done);
 
   private:
-    /// Sums that are to be divided by cached_samples + samples: their means are the weighted ones, and so is the
-    /// variance that their squares tell.
+    /// Returns sums that, divided by cached_samples + samples, give the weighted means, and squares that give the
+    /// variance of the weighted means.
     SumBuffers blend(graph::Executor& executor, const SumBuffers& cached, int cached_samples, const SumBuffers& others,
                      int samples);
 

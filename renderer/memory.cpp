@@ -5,7 +5,6 @@
 #include "passes/preview/denoise.h"
 #include "passes/surface/raster_window.h"
 #include "renderer/band_size.h"
-#include "renderer/cryptomatte.h"
 #include "renderer/film.h"
 #include "renderer/frame_options.h"
 #include "renderer/replicates.h"
@@ -20,15 +19,18 @@
 namespace halflight {
 namespace {
 
+using Source = LayerSource;
+
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 constexpr std::size_t kTexel = sizeof(vec4);
 constexpr std::size_t kLightSums = (4 + 6 + 6) * sizeof(double);  // emission, direct, indirect
-/// IdCoverage: a head, and an entry for each object seen. Edges have several; twice as many as pixels are more than the
-/// pictures of scenes/ have after many samples. A vector that grows has room for twice as many again.
+/// Bytes per pixel of IdCoverage: a list head, and an entry for each visible object. Pixels at edges have several.
+/// Twice as many entries as pixels are more than the pictures of scenes/ have after many samples. A growing vector has
+/// room for twice as many again.
 constexpr std::size_t kMatte = sizeof(std::uint32_t) + 2 * 2 * 3 * sizeof(std::uint32_t);
 
 bool is_matte(const std::string& aov) {
-    return !cryptomatte_layer(aov).empty();
+    return find_aov(aov)->is_matte();
 }
 
 std::size_t mattes(const RenderSettings& s) {
@@ -36,11 +38,10 @@ std::size_t mattes(const RenderSettings& s) {
 }
 
 bool wants_records(const RenderSettings& s) {
-    const auto at_centre = [](const std::string& aov) { return find_aov(aov)->at_centre && !find_aov(aov)->debug; };
-    return std::ranges::any_of(s.aovs, at_centre) || s.preview.of_picture();
+    return asked_for(s, {Source::record}) || s.preview.of_picture();
 }
 
-/// What costs most of all that a pilot may choose.
+/// Replaces automatic choices by the most expensive choice of a pilot.
 void settle_for_most(Estimator& e) {
     if (e.reuse == Reuse::automatic) e.reuse = Reuse::sixteen;
     if (e.camera == CameraRays::automatic) e.camera = CameraRays::sixteen;
@@ -51,7 +52,7 @@ std::size_t surface_bytes(const SceneNeeds& n) {
     return shared::surface_rows(n.glossy, n.transmission, n.clearcoat) * kTexel;
 }
 
-/// As software drivers have it; others, which may take larger bands, have memory of their own for them.
+/// Returns the band that software drivers allow. Other drivers may allow larger bands, but have device memory for them.
 Band band_of(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSettings& s) {
     constexpr std::size_t kBlock = 128 * kMiB;
     std::size_t widest = std::max({surface_bytes(scene), sizeof(shared::PathState), 6 * sizeof(double)});
@@ -61,22 +62,23 @@ Band band_of(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSetti
     return first_band(s, std::min(s.band_pixels, kBlock / widest), std::max(kTextureSize, s.width));
 }
 
-/// Of the buffers of a band and of its sums. Few of them share memory in turns.
+/// Returns the bytes per path of the buffers of a band and of its sums. Few of them share memory.
 std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSettings& s) {
     std::size_t bytes = surface_bytes(scene) + kLightSums;
     for (const FramePart& part : needs.parts())
         if (part) bytes += part.path_bytes;
-    // For rays to the sun, and their light: of the first surface, and along paths.
+    // Rays to the sun, and their light: from the first surface, and along paths.
     if (scene.sun) bytes += 2 * (sizeof(shared::Ray) + sizeof(shared::uint)) + sizeof(shared::DirectLight) + kTexel;
     if (scene.light_tree) bytes += sizeof(shared::Receiver);
     if (s.preview.cache) bytes += kLightSums + sizeof(shared::CachePoint);
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
-    if (asked_for(s, {"nodes", "culling"})) bytes += sizeof(shared::DebugRecord);
-    return bytes + (s.want_view ? 2 : 1) * kTexel;  // of the picture
+    if (asked_for(s, {Source::debug})) bytes += sizeof(shared::DebugRecord);
+    return bytes + (s.want_view ? 2 : 1) * kTexel;  // the picture
 }
 
-/// Of lists for the shadow rays of each band; the sun's rays have lists of their own. An instance's entries have three
-/// boxes. A float hierarchy's are twice as large as those of a grid, which is what the rays left over have room for.
+/// Returns the bytes of the tile lists for shadow rays of all bands. Rays to the sun have lists of their own. Entries
+/// of instances have three boxes. Entries of a float hierarchy are twice as large as those of a grid hierarchy, within
+/// the room counted for leftover rays.
 std::size_t state_bytes(const SceneNeeds& scene, const SceneSize& size, const FrameNeeds& needs, const Band& band,
                         const RenderSettings& s) {
     if (!needs.tiles) return 0;
@@ -88,41 +90,39 @@ std::size_t state_bytes(const SceneNeeds& scene, const SceneSize& size, const Fr
 
 std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
     std::size_t bytes = (s.want_view ? 2 : 1) * kTexel + mattes(s) * kMatte;
-    if (asked_for(s,
-                  {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy", "variance"}) ||
-        s.error)
+    if (s.error || asked_for(s, {Source::emission, Source::direct, Source::indirect, Source::squares}))
         bytes += kLightSums;
     if (needs.camera_hits && mattes(s) > 0) bytes += sizeof(shared::Hit);
-    if (asked_for(s, {"variance"})) bytes += needs.squares.path_bytes;
-    if (asked_for(s, {"albedo", "normal"})) bytes += needs.features.path_bytes;
+    if (asked_for(s, {Source::squares})) bytes += needs.squares.path_bytes;
+    if (asked_for(s, {Source::features})) bytes += needs.features.path_bytes;
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
-    if (asked_for(s, {"nodes", "culling"})) bytes += sizeof(shared::DebugRecord);
+    if (asked_for(s, {Source::debug})) bytes += sizeof(shared::DebugRecord);
     if (s.error) bytes += 3 * (sizeof(double) + kReplicates * sizeof(float));
     return bytes;
 }
 
-/// By pixel; see PreviewPicture.
+/// Returns bytes per pixel; see PreviewPicture.
 std::size_t preview_bytes(const Preview& p) {
     if (!p.of_picture()) return 0;
-    constexpr std::size_t kPixels = 5 + 2;       // light, guide, place, albedo, beauty; the new beauty, here and there
-    constexpr std::size_t kEarlier = 2 * 3 + 3;  // pictures of light, guide and place; where places were
+    constexpr std::size_t kPixels = 5 + 2;       // light, guide, place, albedo, beauty; the new beauty twice
+    constexpr std::size_t kEarlier = 2 * 3 + 3;  // pictures of light, guide and place; earlier places
     return (kPixels + (p.temporal ? kEarlier : 0) + (p.filter ? kDenoiseLevels + 2 : 0)) * kTexel;
 }
 
-/// By pixel: sums in double, and the first picture; a picture of the frame's own time counts as another one.
+/// Returns bytes per pixel: sums in double, and the first picture. A picture at the frame's own time counts separately.
 std::size_t shutter_bytes(const RenderSettings& s) {
     std::size_t channels = 4;
     for (const std::string& aov : s.aovs)
-        if (!is_matte(aov) && !find_aov(aov)->at_centre) channels += layer_channels(*find_aov(aov));
+        if (!is_matte(aov) && !find_aov(aov)->at_centre()) channels += find_aov(aov)->channel_names().size();
     return channels * sizeof(double) + film_bytes(s) + mattes(s) * kMatte;
 }
 
 std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
-    constexpr std::size_t kRows = 256;                         // of colour at once, in another space and as halves
+    constexpr std::size_t kRows = 256;  // colour rows that are converted at once, to another space and to half
     constexpr std::size_t kPng = 3 * (sizeof(float) + 1 + 1);  // without alpha, in 8 bits, compressed
     std::size_t colors = 4;
     for (const std::string& aov : s.aovs)
-        if (find_aov(aov)->channels == "RGB") colors += 3;
+        if (find_aov(aov)->is_color()) colors += 3;
     const auto width = static_cast<std::size_t>(s.width), height = static_cast<std::size_t>(s.height);
     const std::size_t exr = std::min(kRows, height) * width * colors * (sizeof(float) + sizeof(std::uint16_t));
     return (use.exr ? exr : 0) + (use.png ? width * height * kPng : 0);
@@ -132,8 +132,8 @@ std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
 
 MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, RenderSettings s,
                                const PictureUse& use) {
-    // Seen of scenes/ and of a city of 10^6 triangles, rounded up; of the program, of the first run, which compiles
-    // all.
+    // Measured with scenes/ and a city of 10^6 triangles, rounded up; kProgram in the first run, which compiles all
+    // shaders.
     constexpr std::size_t kProgram = 160 * kMiB;
     constexpr std::size_t kTriangle = 320;  // corners, hierarchy, tables
     const Estimator asked = s.estimator;
@@ -147,7 +147,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
     constexpr std::size_t kRasterTexel = sizeof(uvec2) + sizeof(float);  // visibility, depth
     const bool raster = s.primary == PrimaryVisibility::raster;
     const std::size_t window = raster ? kRasterTexel * std::size_t(s.width) * std::size_t(raster_window(band).rows) : 0;
-    const std::size_t copies = size.moves ? 4 : 2;  // the file's, and those of poses
+    const std::size_t copies = size.moves ? 4 : 2;  // those of the file and of poses
     return {.program = kProgram,
             .scene = kTriangle * size.traced + copies * (size.geometry_bytes + size.texture_bytes),
             .band = path_bytes(scene, needs, s) * paths + window + state_bytes(scene, size, needs, band, s),

@@ -1,5 +1,4 @@
-// How much memory a picture will take, by what takes it: for whoever has to ask for memory before there is a renderer.
-// Pure: no OpenGL.
+// Estimate of the memory that rendering a picture takes, for job schedulers and `halflight info`. Pure: no OpenGL.
 #pragma once
 
 #include <cstddef>
@@ -9,38 +8,38 @@
 
 namespace halflight {
 
-/// What a scene holds.
+/// Size of a scene.
 struct SceneSize {
-    std::size_t geometry_bytes = 0;  // of meshes
-    std::size_t texture_bytes = 0;   // of images, with the environment's map
-    std::size_t traced = 0;          // triangles in the hierarchy (tables.h), instances that share one counted once
-    std::size_t drawn = 0;           // triangles, instances counted each
-    bool moves = false;              // there is an animation
+    std::size_t geometry_bytes = 0;  // meshes
+    std::size_t texture_bytes = 0;   // images and the environment map
+    std::size_t traced = 0;          // triangles in hierarchies (tables.h), shared ones counted once
+    std::size_t drawn = 0;           // triangles of all instances
+    bool moves = false;              // the scene is animated
 };
 
-/// What becomes of a picture.
+/// How a picture is used.
 struct PictureUse {
-    bool exr = true;  // what it is written as
-    bool png = false;
-    bool shutter = false;  // it is the mean of several (renderer/shutter.h)
+    bool exr = true;       // written as .exr
+    bool png = false;      // written as .png
+    bool shutter = false;  // the mean of pictures at several shutter times (renderer/shutter.h)
 };
 
-/// Bytes of a process that renders with a software driver, which keeps buffers and textures in the same memory. Each is
-/// what there is at most, not always at the same time.
+/// Bytes of a process that renders with a software driver, which keeps buffers and textures in main memory. Each field
+/// is a peak; not all peaks coincide.
 struct MemoryEstimate {
-    std::size_t program = 0;  // with the driver and compiled shaders
-    std::size_t scene = 0;    // as read, its tables and hierarchies, and buffers of both
-    std::size_t band = 0;     // buffers of what is rendered at once, and its visibility state
-    std::size_t reading = 0;  // what comes of a band: sums, records, counts of mattes
+    std::size_t program = 0;  // program, driver and compiled shaders
+    std::size_t scene = 0;    // scene as read, tables, hierarchies, and buffers of these
+    std::size_t band = 0;     // buffers of a band, and its visibility state
+    std::size_t reading = 0;  // copies of a band's results: sums, records, counts of mattes
     std::size_t film = 0;     // the picture and its layers
-    std::size_t preview = 0;  // textures as large as the picture (RenderSettings::preview), and the radiance cache
+    std::size_t preview = 0;  // textures of picture size (RenderSettings::preview), and the radiance cache
     std::size_t shutter = 0;  // sums of the pictures at several times, and the first of them
-    std::size_t writing = 0;  // what is made ready for files
+    std::size_t writing = 0;  // buffers for writing files
     std::size_t total() const { return program + scene + band + reading + film + preview + shutter + writing; }
 };
 
-/// From above, of as many samples as one likes. What the estimator leaves to a pilot is taken to be what costs most.
-/// scene: with what is kept of it. Culling by the rasterizer is not counted.
+/// Returns an upper estimate for any number of samples. What the estimator leaves to a pilot counts as its most
+/// expensive choice. scene: includes kept parts. Raster culling is not counted.
 MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, RenderSettings settings,
                                const PictureUse& use);
 

@@ -17,8 +17,8 @@
 namespace halflight {
 namespace {
 
-constexpr const char* kPiloted = "a pilot found that it would not pay";
-constexpr const char* kNoPreview = "no preview by it was asked for";
+constexpr const char* kPiloted = "a pilot found that it does not pay";
+constexpr const char* kNoPreview = "its preview mode is off";
 
 constexpr const char* kShadow = "shadow";
 constexpr const char* kDiffuse = "diffuse";
@@ -37,15 +37,16 @@ constexpr const char* kTiles = "tile lists";
 
 constexpr std::size_t kRow = sizeof(vec4);
 constexpr std::size_t kListEntry = sizeof(shared::uint);
-constexpr std::size_t kShadowRay = sizeof(shared::Ray) + sizeof(shared::uint);  // and its answer
+constexpr std::size_t kShadowRay = sizeof(shared::Ray) + sizeof(shared::uint);  // the ray and its result
 
-/// In groups of that size.
+/// Returns bytes per path for groups of that size.
 constexpr std::size_t reuse_bytes(int group_size) {
     return sizeof(shared::ReusePoint) + sizeof(shared::DirectLight) +
            std::size_t(group_size) * (kShadowRay + sizeof(float));
 }
 
-/// A record and a mask per tile, of a scene without instances on the grid; a ray may be left over.
+/// Returns bytes per path for a scene without instances and a grid hierarchy: a record and a mask per tile, and an
+/// entry of leftover rays.
 constexpr std::size_t tile_bytes_of_path() {
     constexpr rays::TileSettings tiles;
     constexpr std::size_t texels = shared::kTileHeaderTexels + tiles.capacity * shared::kTileBoxTexels;
@@ -57,11 +58,10 @@ constexpr std::size_t kFilterBytes = (kDenoiseLevels + 2) * kRow;  // variance, 
 
 const char* no_tiles(const FrameOptions& options) {
     using enum rays::Culling;
-    if (options.culling == off || options.culling == raster) return "culling by tiles was not asked for";
+    if (options.culling == off || options.culling == raster) return "culling by tiles is off";
     const bool few = options.runs > 0 && options.runs <= rays::Choice::kFirstRuns;
-    return options.culling == automatic && few && !options.kept.has(kTiles)
-               ? "so few samples end before culling could pay"
-               : nullptr;
+    return options.culling == automatic && few && !options.kept.has(kTiles) ? "too few samples for culling to pay"
+                                                                            : nullptr;
 }
 
 const char* fact_without(bool SceneNeeds::*flag) {
@@ -69,7 +69,7 @@ const char* fact_without(bool SceneNeeds::*flag) {
     return std::find_if(needs.begin(), needs.end(), [&](const SceneNeed& n) { return n.flag == flag; })->fact;
 }
 
-/// What the tables and the G-buffer would hold for it.
+/// Returns the bytes that a need takes in tables and G-buffer.
 std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
     using N = SceneNeeds;
     const std::pair<bool N::*, std::size_t> bytes[] = {
@@ -92,12 +92,12 @@ std::size_t bytes_of(bool SceneNeeds::*flag, const FrameSize& size) {
 
 FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
     const auto kept = [&](const char* name) { return options.kept.has(name); };
-    const char* no_bounce = options.bounces == 0 ? "no bounces were asked for" : nullptr;
-    const char* single = options.bounces == 1 ? "one bounce was asked for" : no_bounce;
+    const char* no_bounce = options.bounces == 0 ? "there are no bounces" : nullptr;
+    const char* single = options.bounces == 1 ? "there is one bounce" : no_bounce;
     const char* no_transport = !(scene.diffuse || scene.glossy) ? "no material reflects light"
-                               : !scene.light()                 ? "nothing shines"
+                               : !scene.light()                 ? "there is no light"
                                                                 : nullptr;
-    const char* no_light = scene.lights() ? nullptr : "no light can be sampled";
+    const char* no_light = scene.lights() ? nullptr : "there is no light to sample";
     const char* no_diffuse = scene.diffuse ? nullptr : fact_without(&SceneNeeds::diffuse);
     const auto transport = [&](bool keep, const char* fact) {
         return no_bounce ? no_bounce : keep ? nullptr : no_transport ? no_transport : fact;
@@ -107,12 +107,12 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         return wanted || kept(name) ? nullptr : fact;
     };
 
-    // Paths begin in some batch, and all rays with the camera's.
+    // Paths begin in some batch, and all rays depend on camera rays.
     const bool paths = kept(kDiffuse) || kept(kGlossy) || kept(kContinuation) || kept(kLaterLight) || kept(kClamp);
     const bool diffuse = kept(kDiffuse) || (paths && no_transport && !kept(kGlossy));
     const bool shadow = kept(kShadow) || kept(kTiles);
     const char* no_shadow = transport(shadow, no_light);
-    const bool traced = options.primary == PrimaryVisibility::traced;  // through rays and hits
+    const bool traced = options.primary == PrimaryVisibility::traced;  // needs rays and hits
     return {
         .shadow = {kShadow, std::size_t(options.shadow_rays) * (kShadowRay + sizeof(shared::DirectLight)), no_shadow},
         .diffuse = {kDiffuse, kListEntry, transport(diffuse, no_diffuse)},
@@ -121,12 +121,12 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .continuation = {kContinuation, sizeof(shared::Ray) + sizeof(shared::Hit) + sizeof(shared::PathState),
                          transport(paths, nullptr)},
         .later_light = {kLaterLight, kShadowRay + kListEntry, later(kept(kLaterLight), no_light)},
-        // Kept with all the rest, but not by itself: to share paths is an estimator of its own.
+        // Kept only together with all parts, not by its name: path reuse is a different estimator.
         .reuse = {kReuse, reuse_bytes(options.group_size > 1 ? options.group_size : shared::kMostGroupSize),
                   single                    ? single
-                  : options.group_size == 1 ? options.group_size_piloted ? kPiloted : "to share paths was not asked for"
+                  : options.group_size == 1 ? options.group_size_piloted ? kPiloted : "path reuse is off"
                                             : transport(options.kept.is_everything(), no_diffuse)},
-        // Nor is this one.
+        // Not kept by its name, either.
         .radiance_cache = {kRadianceCache, sizeof(shared::CachePoint),
                            single                                              ? single
                            : !options.radiance_cache || options.group_size > 1 ? kNoPreview
@@ -134,16 +134,17 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .camera_rays = {kCameraRays, sizeof(shared::Ray),
                         traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
         .camera_hits = {kCameraHits, sizeof(shared::Hit),
-                        asked(options.want_hits || traced, kCameraHits, "no mattes were asked for")},
-        // As path reuse: another estimator, which may only be kept where it was asked for.
+                        asked(options.want_hits || traced, kCameraHits, "no mattes were requested")},
+        // A different estimator, too, which can be kept only where it was requested.
         .seen = {kSeen, sizeof(vec4),
-                 options.camera_rays == 1 ? options.camera_rays_piloted ? kPiloted : "no more of them were asked for"
+                 options.camera_rays == 1
+                     ? options.camera_rays_piloted ? kPiloted : "there is one camera ray per sample"
                  : scene.emission || scene.environment || options.kept.is_everything() ? nullptr
-                                                                                       : "nothing shines"},
-        .clamp = {kClamp, 0, later(kept(kClamp), options.clamp > 0 ? nullptr : "no clamp was asked for")},
-        .squares = {kSquares, 3 * sizeof(double), asked(options.want_squares, kSquares, "no variance was asked for")},
+                                                                                       : "there is no light"},
+        .clamp = {kClamp, 0, later(kept(kClamp), options.clamp > 0 ? nullptr : "no clamp is set")},
+        .squares = {kSquares, 3 * sizeof(double), asked(options.want_squares, kSquares, "no variance was requested")},
         .features = {kFeatures, 6 * sizeof(double),
-                     asked(options.want_features, kFeatures, "neither albedo nor normal was asked for")},
+                     asked(options.want_features, kFeatures, "neither albedo nor normal was requested")},
         .tiles = {kTiles, tile_bytes_of_path(), no_shadow ? no_shadow : no_tiles(options)},
     };
 }

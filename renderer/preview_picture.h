@@ -1,4 +1,4 @@
-// Preview modes over a whole picture: what its bands have added up to goes in, another picture comes out.
+// Preview modes of a whole picture: temporal accumulation and denoising of the sums of all bands.
 #pragma once
 
 #include <cstdint>
@@ -18,9 +18,9 @@
 
 namespace halflight {
 
-/// What pictures leave to the next one with Preview::temporal. It is of no renderer: those of other sizes, and of other
-/// poses of a scene, may go on with it, one after the other, in the same context, which must outlive it. Who changes
-/// what is seen in a way that no motion tells, another scene, other lights, a cut, forgets it.
+/// History of Preview::temporal: what pictures leave to the next one. Renderers of other sizes and other poses of a
+/// scene may share it, one after the other, in one context, which must outlive it. Call forget() after changes that
+/// motion does not describe: another scene, other lights, a camera cut.
 class PictureHistory {
   public:
     void forget() { earlier_.reset(), shown_.reset(); }
@@ -29,40 +29,41 @@ class PictureHistory {
     friend class PreviewPicture;
     struct Kept {
         Kept(const shared::Frame& frame, const dvec3& origin);
-        gpu::Texture light, guide, place;  // as PreviewTexels
-        shared::Frame frame;               // of the whole picture; its previous camera is its own
+        gpu::Texture light, guide, place;  // see PreviewTexels
+        shared::Frame frame;               // constants of the whole picture; its previous camera is its own
         dvec3 origin;                      // TraceTables::origin
         bool filled = false;
     };
-    std::optional<Kept> earlier_;  // that the picture in the making looks back at
-    std::optional<Kept> shown_;    // the picture in the making, as it was seen last
+    std::optional<Kept> earlier_;  // picture before the current one, which the current one reads
+    std::optional<Kept> shown_;    // current picture as it was shown last
 };
 
+/// Applies the modes to a picture. Owns its textures.
 class PreviewPicture {
   public:
-    /// Of a picture of this size. Throws Error where the driver takes none so large.
+    /// Allocates textures for a picture of this size. Throws Error where the driver has no textures so large.
     PreviewPicture(gpu::ProgramCache& programs, const Preview& preview, const ivec2& image);
 
-    /// Another picture begins: the one before it is that which it looks back at. history: or null; outlives the
-    /// picture.
+    /// Begins another picture, which reads the previous one. history: null for none; must outlive the picture.
     void begin(PictureHistory* history);
-    /// To be filled by add_preview_input(), band by band.
+    /// Imports the textures that add_preview_input() fills, band by band.
     PreviewPixels import_pixels(graph::Graph& graph);
-    /// Where what a band shows was in the earlier picture, where there is one; for all bands or for none.
+    /// Adds where the surfaces of a band were in the earlier picture, if there is one. Call it for all bands or none.
     void add_motion(const Band& band, std::span<const shared::AovRecord> records, const TraceTables& tables,
                     const PreviousSurfaces& surfaces);
 
     struct Made {
-        std::optional<Image> beauty;      // none: the mean is the picture
-        std::vector<std::string> biases;  // phrases; empty with it
-        std::uint64_t nans = 0;           // readings of the earlier picture that were refused
-        std::uint64_t infinities = 0;
+        std::optional<Image> beauty;      // none: the unbiased mean remains the picture
+        std::vector<std::string> biases;  // phrases; empty without `beauty`
+        std::uint64_t nans = 0;           // rejected values of the earlier picture
+        std::uint64_t infinities = 0;     // rejected values of the earlier picture
     };
-    /// Of all bands as they are, each with `samples` at least. frame: of the whole picture through the pixels' centres,
-    /// its previous camera its own; origin: TraceTables::origin. May be called again, with more samples.
+    /// Makes the picture from all bands, each with at least `samples` samples. frame: constants of the whole picture
+    /// through the pixels' centres, with its own camera as the previous one. origin:
+    /// TraceTables::origin. May be called again after more samples.
     Made make(const shared::Frame& frame, const dvec3& origin, int samples);
 
-    std::size_t bytes() const;  ///< In device memory; of the history, too.
+    std::size_t bytes() const;  ///< Device memory, including the history.
     void measure(bool on) { executor_.measure(on); }
     const std::vector<graph::PassTime>& times() const { return executor_.times(); }  ///< since begin()
 
@@ -71,11 +72,11 @@ class PreviewPicture {
     PreviewTexels import_shown(graph::Graph& graph, const shared::Frame& frame, const dvec3& origin);
 
     Preview preview_;
-    gpu::Texture light_, guide_, place_, albedo_, beauty_;  // as PreviewPixels
+    gpu::Texture light_, guide_, place_, albedo_, beauty_;  // see PreviewPixels
     gpu::Buffer frame_constants_;
     gpu::Buffer refused_;
-    std::optional<gpu::Texture> before_;  // as EarlierPicture::before
-    Image moved_;                         // its content; empty: nothing but the camera has moved
+    std::optional<gpu::Texture> before_;  // see EarlierPicture::before
+    Image moved_;                         // contents of before_; empty: only the camera has moved
     PictureHistory* history_ = nullptr;
     graph::Executor executor_;
     std::size_t transient_bytes_ = 0;

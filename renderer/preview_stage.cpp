@@ -32,7 +32,7 @@ void PreviewStage::apply(const FrameSettings& frame, const TraceTables& tables, 
     if (made_.beauty) film.replace_pictures(*std::move(made_.beauty), view_ ? &*view_ : nullptr);
 }
 
-void PreviewStage::tell(RenderStats& stats) const {
+void PreviewStage::fill_stats(RenderStats& stats) const {
     stats.gpu_bytes += picture_.bytes();
     stats.bad_values.push_back({"earlier pictures", made_.nans, made_.infinities, 0});
     stats.biases.insert(stats.biases.end(), made_.biases.begin(), made_.biases.end());

@@ -1,4 +1,4 @@
-// Preview modes of whole pictures in a renderer: what its bands have come to goes in, a film's picture is replaced.
+// Preview modes of whole pictures in a renderer: the sums of its bands replace the picture of a film.
 #pragma once
 
 #include <optional>
@@ -12,32 +12,34 @@
 
 namespace halflight {
 
+/// Connects PreviewPicture with the bands and the film of a renderer.
 class PreviewStage {
   public:
-    /// For Preview::of_picture(). Throws what PreviewPicture and ColorConfig::view() throw.
+    /// Prepares for settings with Preview::of_picture(). Throws what PreviewPicture and ColorConfig::view() throw.
     PreviewStage(gpu::ProgramCache& programs, const RenderSettings& settings, const ColorConfig& colors);
 
-    /// Another picture begins; history: as of PreviewPicture::begin().
+    /// Begins another picture (PreviewPicture::begin()).
     void begin(PictureHistory* history);
-    /// Into the graph that makes the band's beauty. sums: squares and features, too; records: of AovRecord; all of
-    /// `samples`.
+    /// Adds a band's inputs to the graph that makes its beauty. sums: including squares and features. records: buffer
+    /// of AovRecord. samples: number of samples in the sums.
     void add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::BufferHandle records,
                   graph::TextureHandle beauty, int samples);
-    /// As PreviewPicture::add_motion().
+    /// Calls PreviewPicture::add_motion().
     void add_motion(const Band& band, std::span<const shared::AovRecord> records, const TraceTables& tables,
                     const PreviousSurfaces& surfaces) {
         picture_.add_motion(band, records, tables, surfaces);
     }
-    /// After all bands, each with `samples` > 0 at least: the film's picture becomes another one while there is a bias.
+    /// Replaces the picture of the film while the modes have an effect. Call it after all bands, each with at least
+    /// `samples` > 0 samples.
     void apply(const FrameSettings& frame, const TraceTables& tables, int samples, Film& film);
-    /// Adds memory, bad values, biases and times of the picture that was made last.
-    void tell(RenderStats& stats) const;
+    /// Adds memory, bad values, biases and times of the last picture.
+    void fill_stats(RenderStats& stats) const;
 
   private:
     ivec2 size_;
     PreviewPicture picture_;
-    std::optional<ViewProcessor> view_;  // of pictures that come from no sums
-    PreviewPicture::Made made_;          // last
+    std::optional<ViewProcessor> view_;  // for pictures that are not made from sums
+    PreviewPicture::Made made_;          // result of the last apply()
 };
 
 }  // namespace halflight

@@ -51,7 +51,7 @@ void Renderer::follow_scene() {
     State& s = *state_;
     if (s.cache) s.cache->clear();
     if (s.raster) s.raster->set_tree(s.scene.cull_tree());
-    s.told = false;
+    s.hierarchies_reported = false;
 }
 
 void Renderer::forget(std::string reason) {
@@ -66,12 +66,12 @@ RenderResult Renderer::render(const ProgressCallback& progress) {
 
 RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback& progress) {
     State& s = *state_;
-    check_settings(frame, s.settings.preview);
+    check_settings(s.settings, frame);
     const Stopwatch watch;
     const double compiled_before = s.scene.programs().seconds();
     s.executor.reset_times();
     s.tracer->reset_statistics();
-    s.bad_value_sums.reset();
+    s.in_flight->reset();
     if (s.preview) s.preview->begin(frame.history);
     if (s.cache) s.cache->begin_picture(s.scene.programs());
 
@@ -82,13 +82,13 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     std::vector<int> done(std::size_t(s.bands));  // samples, by band
     const bool in_turns = s.settings.in_turns && !frame.error;
     const bool sums_are_there = !frame.error && (in_turns || s.bands == 1);
-    /// all: samples of all bands, as far as is known.
+    /// Calls the callback. all: expected number of samples of all bands.
     const auto go_on = [&](std::int64_t all) {
         if (!progress) return true;
         const auto sum = std::accumulate(done.begin(), done.end(), std::int64_t{0});
-        RenderProgress told{static_cast<int>(sum / s.bands), static_cast<int>(all / s.bands), watch.seconds()};
+        RenderProgress report{static_cast<int>(sum / s.bands), static_cast<int>(all / s.bands), watch.seconds()};
         if (sums_are_there && std::ranges::count(done, done[0]) == s.bands) {
-            told.picture = [&](const std::vector<std::string>& aovs) {
+            report.picture = [&](const std::vector<std::string>& aovs) {
                 RenderResult so_far;
                 Film own(s.settings, s.scene.tables());
                 own.choose(aovs);
@@ -98,7 +98,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
                 return so_far;
             };
         }
-        stats.interrupted = !progress(told);
+        stats.interrupted = !progress(report);
         return !stats.interrupted;
     };
     if (in_turns) {
@@ -126,16 +126,12 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     s.apply_preview(frame, done, film);
     s.scene.context().check("rendering");
     s.finish(result, film, frame, done, watch, compiled_before);
-    s.told = true;
+    s.hierarchies_reported = true;
     if (frame.error && !stats.interrupted) {
         const ErrorEstimate estimate = error.estimate();
         stats.error = {*frame.error, estimate, estimate.bound <= frame.error->error};
     }
     return result;
-}
-
-const char* name(ErrorMetric metric) {
-    return metric == ErrorMetric::mse ? "mse" : "relmse";
 }
 
 std::string Renderer::graph_dot() const {

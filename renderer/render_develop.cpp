@@ -7,22 +7,24 @@ namespace halflight {
 
 void Renderer::State::develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int done,
                               Film& film) {
+    in_flight->drain();
     const auto [sums, samples, mattes] =
         hand_over.shown(composer, with.cached ? &with.cached->sums : nullptr, with.sample.sums, done);
     Film::Sums all;
-    if (film.wants({"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy", "variance"}))
-        all = light(sums);
-    if (film.wants({"variance"})) all.squares = read(sums.squares);
-    if (film.wants({"albedo", "normal"})) all.features = read(sums.features);
+    using Source = LayerSource;
+    if (film.wants({Source::emission, Source::direct, Source::indirect, Source::squares})) all = light(sums);
+    if (film.wants({Source::squares})) all.squares = read(sums.squares);
+    if (film.wants({Source::features})) all.features = read(sums.features);
     film.add_sums(where, samples, all);
-    for (const Mattes::Layer& layer : with.mattes->layers()) film.add_ids(where, mattes, layer.aov, layer.coverage);
+    for (const Mattes::Layer& layer : with.mattes->layers())
+        film.add_ids(where, mattes, layer.aov->name, layer.coverage);
 
-    const bool data = with.aov && (preview || film.wants(kCentreAovs));
-    const bool debug = with.debug && film.wants({"nodes", "culling"});
+    const bool data = with.aov && (preview || film.wants({Source::record}));
+    const bool debug = with.debug && film.wants({Source::debug});
     if (data || debug) {
         SampleView centres = sample_view(frame, where, 0, SamplePoints::sobol);
         centres.jitter = vec2(0.5f);
-        look(frame, centres);
+        upload_constants(frame, centres);
         executor.run(with.data);
     }
 
@@ -46,7 +48,7 @@ void Renderer::State::develop(const FrameSettings& frame, const Band& where, con
     film.add_pictures(where, composer.texture(composite.beauty).read_float(),
                       composite.view ? composer.texture(composite.view).read_float() : std::vector<float>{});
 
-    if (with.aov && (film.wants(kCentreAovs) || (preview && frame.previous_surfaces))) {
+    if (with.aov && (film.wants({Source::record}) || (preview && frame.previous_surfaces))) {
         const auto records = executor.read<shared::AovRecord>(with.aov);
         film.add_data(where, records);
         if (frame.previous_surfaces)
@@ -72,8 +74,8 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
                              const Stopwatch& watch, double compiled_before) {
     const CompiledBand& first = compiled(0);
     for (const Mattes::Layer& layer : first.mattes->layers())
-        if (film.wants({layer.aov}))
-            result.attributes.merge(cryptomatte_attributes(cryptomatte_layer(layer.aov), layer.names));
+        if (film.wants({layer.aov->source}))
+            result.attributes.merge(cryptomatte_attributes(layer.aov->prefix, layer.names));
     film.take(result);
     RenderStats& stats = result.stats;
     stats.samples = *std::ranges::min_element(samples);
@@ -84,7 +86,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     stats.render_seconds = watch.seconds() - stats.compile_seconds;
     stats.prepare_seconds = scene.seconds();
     stats.hierarchies = scene.hierarchies();
-    if (rays::HierarchyCounts& h = stats.hierarchies; told) h = {.kept = h.kept + h.refitted + h.built};
+    if (rays::HierarchyCounts& h = stats.hierarchies; hierarchies_reported) h = {.kept = h.kept + h.refitted + h.built};
     stats.estimator = settings.estimator;
     stats.estimator.sampler = points_of(frame, settings.estimator.sampler);
     if (!needs().reuse) stats.estimator.reuse = Reuse::off;
@@ -102,8 +104,8 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
     for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.batches = tracer->statistics();
     if (raster) stats.raster = raster->batches();
-    stats.bad_values = bad_value_sums.told();
-    if (preview) preview->tell(stats);
+    stats.bad_values = in_flight->counted().told();
+    if (preview) preview->fill_stats(stats);
     if (settings.clamp > 0 && settings.bounces > 1)
         stats.layer_biases.push_back(
             fmt::format("indirect light clamped to a luminance of {:g} per sample", settings.clamp));

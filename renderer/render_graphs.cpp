@@ -52,6 +52,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     }
     band = first_band(settings, scene.buffers(), most, limits);
     bands = (settings.height + band.rows - 1) / band.rows;
+    in_flight.emplace(band.paths());
     const FrameOptions options = frame_options();
     if (options.runs > 0 && !needs().tiles) tracer->expect(options.runs);
     if (settings.measure) tracer->count();
@@ -117,17 +118,17 @@ void Renderer::State::compile(CompiledSample& sample, std::uint32_t place, std::
     std::vector<graph::BufferHandle> constants;
     for (gpu::Buffer& of_seen : seen_constants)
         constants.push_back(sample.graph.import_buffer("constants of light seen", of_seen));
-    sample.frame = add_frame(sample.graph, own_view, options, bad_values, constants);
+    sample.frame = add_frame(sample.graph, own_view, options, in_flight->bad_values(), constants);
     sample.compiled = graph::compile(sample.graph);
 }
 
 void Renderer::State::add_data(CompiledBand& to, std::uint32_t place) {
-    const bool aov = asked_for(settings, kCentreAovs) || settings.preview.of_picture();
-    const DebugOptions debug{asked_for(settings, {"nodes"}), asked_for(settings, {"culling"})};
+    const bool aov = asked_for(settings, {LayerSource::record}) || settings.preview.of_picture();
+    const DebugOptions debug{asked_for(settings, "nodes"), asked_for(settings, "culling")};
     if (!aov && !debug.nodes && !debug.culling) return;
     const SceneView seen = view(to.data_graph, place);
     const bool keep = settings.kept.is_everything();
-    const bool motion = asked_for(settings, {"motion"}) || keep;
+    const bool motion = asked_for(settings, "motion") || keep;
     const GBuffer gbuffer = add_gbuffer(
         to.data_graph, seen, {.rays = debug.nodes || debug.culling || keep, .hits = aov || keep}, settings.primary);
     if (aov) to.data_graph.output(to.aov = add_aov(to.data_graph, seen, gbuffer, motion));

@@ -30,55 +30,58 @@ struct PassTime {
     double seconds = 0;
 };
 
-/// Of a picture that was rendered to an error.
+/// Error of a picture that was rendered to an error target.
 struct AchievedError {
     ErrorTarget target;
     ErrorEstimate estimate;
-    bool reached = false;  // the target, at kConfidence
+    bool reached = false;  // the error is below the target at kConfidence
 };
 
+/// Statistics of a render.
 struct RenderStats {
-    int samples = 0;                                // per pixel, done; those of the band that has fewest
-    bool interrupted = false;                       // by the callback
+    int samples = 0;                                // per pixel; of the band that has fewest
+    bool interrupted = false;                       // the callback stopped the render
     double prepare_seconds = 0;                     // tables, hierarchies, upload, once for all pictures of a pose
     double compile_seconds = 0;                     // shaders that this render was the first to need
     double render_seconds = 0;                      // samples
     std::uint64_t paths = 0;                        // width x height x samples
-    std::size_t gpu_bytes = 0;                      // buffers and textures, scene and frame
-    Estimator estimator;                            // nothing in it is left to the scene any more
-    PrimaryVisibility primary{};                    // nor is this
+    std::size_t gpu_bytes = 0;                      // buffers and textures of scene and frame
+    Estimator estimator;                            // with all automatic choices made
+    PrimaryVisibility primary{};                    // not automatic
     std::optional<CacheStatistics> radiance_cache;  // where it was used, with settings.measure
     std::vector<PassTime> passes;                   // with settings.measure, else empty
-    std::vector<LeftOut> left_out;                  // what the scene or the settings did not need, with the reason
-    std::vector<BadValues> bad_values;
-    std::vector<std::string> biases;        // why the picture would not converge to the light that there is; phrases
-    std::vector<std::string> layer_biases;  // those of them that its layers have, too
-    std::optional<AchievedError> error;     // where one was asked for, unless interrupted
+    std::vector<LeftOut> left_out;                  // parts that scene or settings did not need, with the reason
+    std::vector<BadValues> bad_values;              // by pass
+    std::vector<std::string> biases;        // reasons why the picture would not converge to the true light; phrases
+    std::vector<std::string> layer_biases;  // biases that apply to its layers, too
+    std::optional<AchievedError> error;     // where there was an error target, unless interrupted
     std::vector<rays::BatchStatistics> batches;  // how rays were traced
-    std::vector<rays::RasterBatch> raster;       // with raster culling: what it did
-    rays::HierarchyCounts hierarchies;           // what became of them before this picture
+    std::vector<rays::RasterBatch> raster;       // statistics of raster culling
+    rays::HierarchyCounts hierarchies;           // hierarchies built, refitted or kept for this picture
 };
 
+/// A picture with its layers.
 struct RenderResult {
     Image beauty;                // RGBA, scene-linear Rec.709; A: 0 only where neither surface nor environment is seen
-    std::vector<ExrLayer> aovs;  // in the order asked for
-    std::map<std::string, std::string> attributes;  // text that files need beside the AOVs
+    std::vector<ExrLayer> aovs;  // layers in the order of the request
+    std::map<std::string, std::string> attributes;  // text that files need for the layers
     Image view;                                     // RGBA, display-encoded, [0,1]; empty unless wanted
     RenderStats stats;
 };
 
+/// Progress of a render.
 struct RenderProgress {
-    int samples_done = 0;   // per pixel, the mean of all bands
-    int samples_total = 0;  // as far as is known: with an error to reach, what it seems to take
-    double seconds = 0;
-    // Makes the picture of the samples so far, bit for bit that of a render of so many (but with
-    // SamplePoints::blue_noise, which is of the number that there will be), with these AOVs: some of those of the
-    // RenderSettings, and any that are there at any time. To be called during the callback. Empty where there is none:
-    // bands differ in samples, or sums of earlier bands are gone (in_turns).
+    int samples_done = 0;   // submitted samples per pixel, the mean of all bands; the device may still work on the last
+    int samples_total = 0;  // expected samples per pixel; with an error target an estimate
+    double seconds = 0;     // since the start of the render
+    // Makes the picture of the samples so far. It equals a render of so many samples bit for bit, except with
+    // SamplePoints::blue_noise, which depends on the final number. aovs: layers of the RenderSettings, and any that
+    // AovInfo::at_any_time(). Call it during the callback only. Empty where there is no picture: bands differ in
+    // samples, or the sums of earlier bands are gone (ScheduleSettings::in_turns).
     std::function<RenderResult(const std::vector<std::string>& aovs)> picture{};
 };
-/// Called after every sample of a band; false stops early. What is done is returned: bands that were not begun are
-/// black and have no samples. What it throws is passed on, and the renderer can be used again.
+/// Called after every sample of a band; returning false stops the render. The result then has the samples so far; bands
+/// that were not begun are black and have no samples. Exceptions are passed on, and the renderer can be used again.
 using ProgressCallback = std::function<bool(const RenderProgress&)>;
 
 }  // namespace halflight

@@ -4,7 +4,7 @@
 
 namespace halflight {
 
-void Renderer::State::look(const FrameSettings& frame, const SampleView& at) {
+void Renderer::State::upload_constants(const FrameSettings& frame, const SampleView& at) {
     const shared::Frame constants = frame_constants(frame, scene.tables(), at);
     frame_constants_buffer.write(0, sizeof(constants), &constants);
     current = at.band;
@@ -17,7 +17,10 @@ void Renderer::State::add_sample(const FrameSettings& frame, const Band& where, 
         const auto index = static_cast<std::uint32_t>(done);
         add_sample(frame, cached_view(frame, where, first, index, settings.estimator.sampler), with, *with.cached);
     } else {
-        if (done == cached) with.mattes->clear();
+        if (cached > 0 && done == cached) {
+            in_flight->drain();
+            with.mattes->clear();
+        }
         const auto index = static_cast<std::uint32_t>(frame.first_sample + done - cached);
         add_sample(frame, sample_view(frame, where, index, settings.estimator.sampler), with, with.sample);
     }
@@ -25,21 +28,19 @@ void Renderer::State::add_sample(const FrameSettings& frame, const Band& where, 
 
 void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with,
                                  CompiledSample& sample) {
-    look(frame, at);
+    upload_constants(frame, at);
     const int seen = static_cast<int>(seen_constants.size());
     for (int i = 0; i < seen; ++i) {
         const shared::Frame constants = frame_constants(frame, scene.tables(), seen_view(at, frame.filter, i, seen));
         seen_constants[std::size_t(i)].write(0, sizeof(constants), &constants);
     }
-    bad_values.clear();
     executor.run(sample.compiled);
-    glFinish();
     const Accumulated& a = sample.frame.sums;
     const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
     sample.sums = {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares), buffer(a.features)};
-    bad_value_sums.add(std::span<const std::uint32_t, kBadValueCounts>(bad_values.read<std::uint32_t>()));
+    in_flight->push(with.mattes->empty() ? nullptr : &executor.buffer(sample.frame.gbuffer.hits), with.mattes.get());
+    if (frame.time_limit > 0) in_flight->drain();  // its time decides about the next one
     scene.context().check("rendering");
-    if (!with.mattes->empty()) with.mattes->add(executor.read<shared::Hit>(sample.frame.gbuffer.hits));
 }
 
 int Renderer::State::render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
@@ -49,7 +50,7 @@ int Renderer::State::render_band(const FrameSettings& frame, const Band& where, 
         add_sample(frame, where, done - 1, with);
         const bool go_on = after_sample(done, frame.samples);
         if (!go_on || done == frame.samples) return done;
-        // Another sample like those so far would end late.
+        // Another sample like the earlier ones would end too late.
         if (time_limit > 0 && watch.seconds() * (done + 1) / done > time_limit) return done;
     }
 }

@@ -1,5 +1,5 @@
-// What a Renderer works with, and its steps: graphs of bands (render_graphs.cpp), samples (render_samples.cpp),
-// pictures made of them (render_develop.cpp).
+// State of a Renderer and its steps: graphs of bands (render_graphs.cpp), samples (render_samples.cpp), and pictures
+// made of them (render_develop.cpp).
 #pragma once
 
 #include <functional>
@@ -25,27 +25,25 @@
 #include "renderer/preview_stage.h"
 #include "renderer/render.h"
 #include "renderer/replicates.h"
+#include "renderer/sample_queue.h"
 
 namespace halflight {
 
-/// AOVs that AovRecord holds.
-inline const std::initializer_list<std::string_view> kCentreAovs = {"position", "depth", "motion", "ids"};
-
-/// A sample, and where it is added.
+/// The compiled graph of a sample, and the sums that it adds to.
 struct CompiledSample {
     graph::Graph graph;
     Frame frame;
     graph::CompiledGraph compiled;
-    SumBuffers sums;  // once one was added
+    SumBuffers sums;  // set by the first sample
 };
 
-/// The graphs of a band, or of several that come one after the other.
+/// The graphs of a band, or of several bands that are rendered one after the other.
 struct CompiledBand {
     explicit CompiledBand(std::shared_ptr<Mattes> m) : mattes(std::move(m)) {}
-    std::shared_ptr<Mattes> mattes;  // of bands that come one after the other the same
+    std::shared_ptr<Mattes> mattes;  // shared by bands that are rendered one after the other
     CompiledSample sample;
-    std::unique_ptr<CompiledSample> cached;  // with the radiance cache; or none
-    // AOVs through the pixels' centres; empty unless asked for
+    std::unique_ptr<CompiledSample> cached;  // sample with the radiance cache; null: none
+    // Layers at the pixels' centres; empty unless requested
     graph::Graph data_graph;
     graph::BufferHandle aov;
     graph::BufferHandle debug;
@@ -53,81 +51,83 @@ struct CompiledBand {
 };
 
 struct Renderer::State {
-    std::unique_ptr<PreparedScene> own;  // or none
+    std::unique_ptr<PreparedScene> own;  // null: shares a scene
     PreparedScene& scene;
     const ColorConfig colors;
     const RenderSettings asked;
-    RenderSettings settings;  // with what the scene makes of them
+    RenderSettings settings;  // with all automatic choices made for the scene
     std::optional<rays::RasterCulling> raster;
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
     std::optional<PreviewStage> preview;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
-    std::vector<gpu::Buffer> seen_constants;                                        // of camera rays for light alone
-    gpu::Buffer bad_values{"bad values", kBadValueCounts * sizeof(std::uint32_t)};  // of one sample
-    std::shared_ptr<RadianceCache> cache;                                           // null without
+    std::vector<gpu::Buffer> seen_constants;  // constants of camera rays for light alone
+    std::shared_ptr<RadianceCache> cache;     // null without
     HandOver hand_over;
-    BadValueSums bad_value_sums;
+    std::optional<SampleQueue> in_flight;  // from the constructor on
     Band band;
-    Band current;  // of the constants
+    Band current;  // band of the uploaded constants
     int bands = 0;
-    std::size_t states = 1;  // places in visibility state
-    // Bands that have visibility state or, in turns, sums of their own; made when needed.
+    std::size_t states = 1;  // bands with visibility state of their own
+    // Bands that have visibility state or, in turns, sums of their own; compiled when needed.
     std::vector<std::unique_ptr<CompiledBand>> places;
-    graph::Executor executor;  // of samples: their sums and the visibility state are its history
-    graph::Executor composer;
-    bool told = false;  // what became of the hierarchies
+    graph::Executor executor;           // runs samples: their sums and the visibility state are its history
+    graph::Executor composer;           // makes pictures of sums
+    bool hierarchies_reported = false;  // an earlier picture's statistics count the hierarchies of this pose
 
     State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& c, std::optional<ViewKernel> view,
           RenderSettings r);
 
-    // render_graphs.cpp
-    FrameOptions frame_options() const;   ///< of samples without the radiance cache
-    FrameOptions cached_options() const;  ///< of those with it
+    // Defined in render_graphs.cpp.
+
+    FrameOptions frame_options() const;   ///< for samples without the radiance cache
+    FrameOptions cached_options() const;  ///< for samples with the radiance cache
     FrameNeeds needs() const;
     Band band_at(int index) const;
-    /// Of band number `index`.
+    /// Returns the graphs of band `index`; compiles them at first.
     CompiledBand& compiled(int index);
-    /// For that place in `places`.
+    /// Compiles the graphs for an element of `places`.
     std::unique_ptr<CompiledBand> compile(std::uint32_t place);
-    /// further_sums: how many sums are not its own.
+    /// Compiles the graph of a sample. further_sums: offset to the number of its sums.
     void compile(CompiledSample& sample, std::uint32_t place, std::uint32_t further_sums, const FrameOptions& options);
-    /// AOVs through the pixels' centres.
+    /// Adds the graph of layers at the pixels' centres, where requested.
     void add_data(CompiledBand& to, std::uint32_t place);
     SceneView view(graph::Graph& graph, std::uint32_t place);
 
-    // render_samples.cpp
-    /// Constants of the graphs that run next.
-    void look(const FrameSettings& frame, const SampleView& at);
-    /// Sample number `done` of a picture, from 0.
+    // Defined in render_samples.cpp.
+
+    /// Uploads the frame constants of the graphs that run next.
+    void upload_constants(const FrameSettings& frame, const SampleView& at);
+    /// Adds sample `done` of a picture, from 0, to a band.
     void add_sample(const FrameSettings& frame, const Band& where, int done, CompiledBand& with);
     void add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with, CompiledSample& sample);
-    /// Told how many samples of a band are done, and how many there will be as far as is known; false: stop.
+    /// Called with the finished and the expected number of samples of a band; returns false to stop.
     using AfterSample = std::function<bool(int done, int total)>;
-    /// Adds samples to a band until there are enough, time is up, or the callback says stop. Returns how many.
+    /// Adds samples to a band until there are enough, time is up, or the callback returns false. Returns their number.
     int render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
                     const AfterSample& after_sample);
-    /// The same until the band's error is below the target, too, which is then below it in the whole picture. Adds what
-    /// it knows of the error to that of the picture.
+    /// Adds samples like render_band(), but also stops where the error of the band is below the target. Where all bands
+    /// are below it, so is the picture. Adds the error of the band to that of the picture.
     int render_band_to_error(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,
                              const AfterSample& after_sample, PictureError& picture_error);
-    /// Adds samples to all bands in turns, until there are enough, time is up, or the callback says stop; it is told of
-    /// each band by itself. `done`: samples of each.
+    /// Adds samples to all bands in turns, until there are enough, time is up, or the callback returns false. It is
+    /// called for each band. done: number of samples of each band.
     void render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,
                          const std::function<bool()>& after_sample);
-    /// Empty for none.
+    /// Reads a buffer; null: nothing.
     static std::vector<double> read(const gpu::Buffer* b);
-    /// Emission, direct and indirect light.
+    /// Reads the sums of emission, direct and indirect light.
     static Film::Sums light(const SumBuffers& sums);
 
-    // render_develop.cpp
-    /// The picture of a band's first `done` samples.
+    // Defined in render_develop.cpp.
+
+    /// Adds the picture of a band's first `done` samples to the film.
     void develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int done, Film& film);
-    /// After all bands were developed.
+    /// Applies preview modes after all bands were developed.
     void apply_preview(const FrameSettings& frame, std::span<const int> samples, Film& film);
-    /// Of bands whose sums are there; `samples`: of each.
+    /// Develops all bands whose sums are there. samples: number of samples of each band.
     void develop(const FrameSettings& frame, std::span<const int> samples, Film& film);
-    /// Takes the film's pictures, and tells what there is to tell of them and of how they came about.
+    /// Moves the pictures of the film to the result and fills in its statistics.
     void finish(RenderResult& result, Film& film, const FrameSettings& frame, std::span<const int> samples,
                 const Stopwatch& watch, double compiled_before);
 };

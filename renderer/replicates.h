@@ -1,5 +1,5 @@
-// Rendering to an error instead of a number of samples: a band's samples are taken as independent replicates, each with
-// a Sobol sequence of its own (seed), since the samples of one sequence do not tell how far it has converged.
+// Rendering to an error target. A band's samples are divided into independent replicates, each with a Sobol sequence of
+// its own (seed). The samples of a single sequence do not tell how far it has converged.
 #pragma once
 
 #include <cstdint>
@@ -12,22 +12,22 @@
 
 namespace halflight {
 
-/// Enough to tell an error and how sure it is; each one more keeps 12 bytes per pixel of a band and shortens sequences.
+/// Number of replicates: enough to estimate an error and its confidence. Each costs 12 bytes per pixel of a band.
 inline constexpr int kReplicates = 8;
-inline constexpr int kFirstLook =
-    2;  ///< samples of each before the error is looked at: with one, rare light is not met
-inline constexpr int kMostReplicateSamples = 1 << 20;  ///< of each
+/// Samples of each replicate before the first error estimate; a single sample misses rare light.
+inline constexpr int kFirstLook = 2;
+inline constexpr int kMostReplicateSamples = 1 << 20;  ///< largest number of samples of a replicate
 
-/// Sample `index` of a replicate. Its seeds have nothing to do with those of sample_view(), nor with each other.
+/// Returns sample `index` of a replicate. Its seed is independent of sample_view() and of the other replicates.
 SampleView replicate_view(const FrameSettings& frame, const Band& band, int replicate, int index, SamplePoints points);
 
-/// The error of a picture, or of a part of it. Weights of a relative error would have to come from the true picture.
-/// From the picture itself they make it too low, outliers having little weight; each replicate's from all others, too
-/// high, the weight of a noisy mean being larger than that of the true one. The two are its bounds; they meet as it
-/// converges.
+/// Estimates the error of a picture, or of a part of it. The weights of a relative error would have to come from the
+/// true picture. Weights from the picture itself underestimate it, since outliers get little weight. Weights for each
+/// replicate from all others overestimate it, since a noisy mean gives larger weights than the true one. The two are
+/// bounds, which meet as the picture converges.
 class PictureError {
   public:
-    /// Of a value of the picture: what each replicate has for it.
+    /// Adds a value of the picture: its estimate by each replicate.
     void add(std::span<const double> values, ErrorMetric metric);
     void add(const PictureError& part);
     ErrorEstimate estimate() const;
@@ -36,23 +36,24 @@ class PictureError {
     ReplicateError low_{kReplicates}, high_{kReplicates};
 };
 
+/// Collects the replicates of a band.
 class BandReplicates {
   public:
     explicit BandReplicates(const Band& band);
 
-    /// What has come to the band's sums since the last call is this replicate's.
+    /// Adds the difference of the band's sums since the last call to a replicate.
     void add(int replicate, const Film::Sums& sums);
-    /// Of the mean of all, which have `samples` each.
+    /// Returns the error of the mean of all replicates, which have `samples` samples each.
     PictureError error(ErrorMetric metric, int samples) const;
 
   private:
     Band band_;
-    std::vector<double> before_;                  // beauty sums of the last call, by pixel and channel
+    std::vector<double> before_;                  // beauty sums at the last call, by pixel and channel
     std::vector<std::vector<float>> replicates_;  // beauty sums
 };
 
-/// How many samples each replicate should have when the error is looked at next: as many as it seems to take, but no
-/// more than twice what they have, nor less than a quarter more, since every look is a chance to stop too early.
+/// Returns the number of samples of each replicate at the next error estimate: the expected number, but at most twice
+/// the current one. It is at least a quarter larger, since every estimate is a chance to stop too early.
 int next_replicate_samples(int samples, const ErrorEstimate& estimate, double target);
 
 }  // namespace halflight

@@ -1,12 +1,13 @@
-// What makes sense to render.
+// Checks of settings before rendering.
 #pragma once
 
-#include "renderer/render.h"
+#include "engine/settings/render_settings.h"
 
 namespace halflight {
 
-/// Throw Error for settings out of range, in words for people.
-void check_settings(const FrameSettings& frame, const Preview& preview);
+/// Throws Error "render settings: ..." for settings that are out of range or contradict each other.
 void check_settings(const RenderSettings& settings);
+/// Checks the settings with those of another frame.
+void check_settings(const RenderSettings& settings, const FrameSettings& frame);
 
 }  // namespace halflight

@@ -12,14 +12,6 @@
 namespace halflight {
 namespace {
 
-bool has_no_mean(std::string_view aov) {
-    return find_aov(aov)->at_centre;
-}
-
-bool is_matte(std::string_view aov) {
-    return !cryptomatte_layer(aov).empty();
-}
-
 void add_weighted(std::vector<double>& sums, const std::vector<float>& values, double weight) {
     sums.resize(values.size());
     for (std::size_t i = 0; i < values.size(); ++i) sums[i] += weight * double{values[i]};
@@ -95,12 +87,12 @@ std::vector<ShutterTime> shutter_times(int samples, int times, std::uint32_t see
     return all;
 }
 
-ShutterMean::ShutterMean(std::vector<std::string> aovs, int samples) : samples_(samples) {
-    for (std::string& aov : aovs) layers_.push_back({std::move(aov), {}, IdCoverage(0)});
+ShutterMean::ShutterMean(const std::vector<std::string>& aovs, int samples) : samples_(samples) {
+    for (const std::string& aov : aovs) layers_.push_back({find_aov(aov), {}, IdCoverage(0)});
 }
 
 bool ShutterMean::wants_still() const {
-    return std::ranges::any_of(layers_, [](const Layer& layer) { return has_no_mean(layer.aov); });
+    return std::ranges::any_of(layers_, [](const Layer& layer) { return layer.aov->at_centre(); });
 }
 
 void ShutterMean::add(const RenderResult& picture) {
@@ -118,10 +110,17 @@ void ShutterMean::add(const RenderResult& picture) {
 
 void ShutterMean::add_layer(Layer& layer, const Image& image, int samples) {
     const double share = double(samples) / samples_;
-    if (has_no_mean(layer.aov)) return;
-    if (!is_matte(layer.aov)) {
-        const double weight = layer.aov == "variance" ? share * share : layer.aov == "samples" ? 1 : share;
-        return add_weighted(layer.sums, image.pixels, weight);
+    switch (layer.aov->merge) {
+        case LayerMerge::none:
+            return;
+        case LayerMerge::mean:
+            return add_weighted(layer.sums, image.pixels, share);
+        case LayerMerge::variance:
+            return add_weighted(layer.sums, image.pixels, share * share);
+        case LayerMerge::sum:
+            return add_weighted(layer.sums, image.pixels, 1);
+        case LayerMerge::coverage:
+            break;
     }
     const std::size_t stride = 2 * kCryptomatteRanks, pixels = image.pixels.size() / stride;
     if (result_.beauty.pixels.empty()) layer.coverage = IdCoverage(pixels);  // the first picture
@@ -141,9 +140,9 @@ RenderResult ShutterMean::take(RenderResult still) {
     for (std::size_t i = 0; i < layers_.size(); ++i) {
         const Layer& layer = layers_[i];
         Image& image = result.aovs[i].image;
-        if (has_no_mean(layer.aov)) {
+        if (layer.aov->at_centre()) {
             image = std::move(still.aovs[i].image);
-        } else if (is_matte(layer.aov)) {
+        } else if (layer.aov->is_matte()) {
             constexpr std::size_t kStride = 2 * kCryptomatteRanks;
             for (std::size_t p = 0; p < image.pixels.size() / kStride; ++p)
                 layer.coverage.rank(p, samples_, std::span<float, kStride>(&image.pixels[p * kStride], kStride));

@@ -22,15 +22,13 @@ struct ShutterTime {
 /// of it, so that the mean of all samples is unbiased. 1 <= times <= samples; a function of the arguments alone.
 std::vector<ShutterTime> shutter_times(int samples, int times, std::uint32_t seed, std::uint32_t frame);
 
-/// The pictures of shutter_times() as one. Each layer is the mean of the samples, but
-///   variance                                      is that of this mean, given the times;
-///   samples                                       are those of all times;
-///   Cryptomattes                                  have mean coverage, of what is among the ranks at any time;
-///   position, depth, motion, ids, nodes, culling  have no mean, and are those of take()'s `still`.
+/// Merges the pictures of shutter_times() into one, each layer by its LayerMerge (engine/settings/layers.h). The
+/// variance is that of the mean, given the times. Mattes cover what is among the ranks at any time. Layers without a
+/// mean are those of take()'s `still`.
 class ShutterMean {
   public:
     /// aovs: those that all pictures have, in their order. samples: of all times.
-    ShutterMean(std::vector<std::string> aovs, int samples);
+    ShutterMean(const std::vector<std::string>& aovs, int samples);
 
     void add(const RenderResult& picture);
     /// Whether take() wants a picture of the frame's own time.
@@ -40,7 +38,7 @@ class ShutterMean {
 
   private:
     struct Layer {
-        std::string aov;
+        const AovInfo* aov;
         std::vector<double> sums;  // weighted as the layer wants it
         IdCoverage coverage;       // of a Cryptomatte
     };

@@ -11,18 +11,9 @@
 #include "engine/core/chromaticities.h"
 #include "engine/core/image.h"
 #include "engine/core/math.h"
+#include "engine/core/view_transform.h"
 
 namespace halflight {
-
-/// A requested view transform. Names are those of the config, case-insensitive; a display's trailing " - Display" may
-/// be omitted.
-struct ViewTransform {
-    std::string display;  // empty: the config's default
-    std::string view;     // empty: the display's default
-    std::string look;     // empty: the view's own looks; otherwise replaces them ("a, -b": a, then the inverse of b)
-    float exposure = 0;   // stops; radiance is first multiplied by 2^exposure
-    bool operator==(const ViewTransform&) const = default;
-};
 
 /// A texture that the shader samples. Upload it as GL_R32F or GL_RGB32F, clamped to the edge, without mipmaps.
 struct GpuLut {

@@ -1,42 +1,50 @@
-// What may differ from one picture of a scene to the next.
+// Settings that may differ from one picture of a renderer to the next.
 #pragma once
 
 #include <cstdint>
 #include <optional>
 
+#include "engine/core/pixel_filter.h"
 #include "engine/scene/motion.h"
 #include "engine/scene/scene.h"
-#include "engine/core/pixel_filter.h"
 
 namespace halflight {
 
 class PictureHistory;
 
+inline constexpr int kMaxSamples = 1 << 24;  ///< per pixel: a float32 counts no further
+
 enum class ErrorMetric { mse, relmse };  // engine/core/metrics.h
 const char* name(ErrorMetric metric);
 
-/// An error of the picture, as the mean over pixels and channels of its linear Rec.709 radiance.
+/// Target for the error of the picture: the mean over pixels and channels of its linear Rec.709 radiance.
 struct ErrorTarget {
     ErrorMetric metric = ErrorMetric::relmse;
     double error = 0.01;  // > 0
+    bool operator==(const ErrorTarget&) const = default;
 };
 
-struct FrameSettings {
+/// The view of the scene: camera, frame number, and the state of the previous frame.
+struct SceneSettings {
     Camera camera;
-    std::optional<Camera> previous_camera{};  // of the frame before, for the motion output; without: `camera`
-    const PreviousSurfaces* previous_surfaces = nullptr;  // of the frame before, likewise; null: as they are
-    // With Preview::temporal: what earlier pictures have left to this one, and what it leaves; null: nothing.
+    std::optional<Camera> previous_camera{};  // camera of the previous frame, for the layer "motion"; none: `camera`
+    const PreviousSurfaces* previous_surfaces = nullptr;  // surfaces of the previous frame; null: they did not move
+    // History of Preview::temporal: light of earlier pictures, which this picture reads and updates; null: none.
     PictureHistory* history = nullptr;
-    int samples = 64;       // per pixel, > 0
-    int first_sample = 0;   // >= 0; the picture's are those from here on of the frame's sequence
-    int of_samples = 0;     // that the frame's sequence has in all, where the picture is a part of it; 0: not known
-    PixelFilter filter{};   // that the picture is made with; data at pixel centres is without
-    double time_limit = 0;  // seconds; > 0: samples are added until it is spent, at least one, `samples` at most
-    /// Samples are added until the error is below it at kConfidence (engine/core/statistics.h), `samples` at most. Then
-    /// there are a multiple of kReplicates samples, at least twice as many (renderer/replicates.h).
+    std::uint32_t frame = 0;  // frame number: seeds the noise
+};
+
+/// Everything that may differ between the pictures of one renderer. settings_table.h describes what users can set.
+struct FrameSettings : SceneSettings {
+    int samples = 64;        // per pixel, > 0; an upper limit where time_limit or error is set
+    int first_sample = 0;    // >= 0; number of the picture's first sample in the frame's sequence
+    int of_samples = 0;      // length of the frame's sequence where the picture is a part of it; 0: unknown
+    PixelFilter filter{};    // reconstruction filter of radiance; layers at pixel centres are not filtered
+    double time_limit = 0;   // seconds; > 0: samples are added until it is spent, at least one; 0: no limit
+    std::uint32_t seed = 0;  // pictures of one frame with different seeds have independent noise
+    /// Samples are added until the error is below the target at kConfidence (engine/core/statistics.h). The number of
+    /// samples is then a multiple of kReplicates, and at least twice as many (renderer/replicates.h).
     std::optional<ErrorTarget> error{};
-    std::uint32_t seed = 0;   // independent pictures of the same frame
-    std::uint32_t frame = 0;  // frame number: other noise for every frame
 };
 
 }  // namespace halflight

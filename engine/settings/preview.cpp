@@ -12,19 +12,22 @@
 namespace halflight {
 namespace {
 
-struct Mode {
-    const char* name;
-    bool Preview::*flag;
+constexpr std::array kModes = {
+    PreviewMode{"cache", "Cache: end paths in cached radiance", &Preview::cache},
+    PreviewMode{"temporal", "Temporal: reuse earlier pictures", &Preview::temporal},
+    PreviewMode{"filter", "Filter: denoise the picture", &Preview::filter},
 };
-constexpr std::array kModes = {Mode{"cache", &Preview::cache}, Mode{"temporal", &Preview::temporal},
-                               Mode{"filter", &Preview::filter}};
 constexpr std::string_view kNone = "none";
 
 }  // namespace
 
+std::span<const PreviewMode> known_preview_modes() {
+    return kModes;
+}
+
 std::string text(const Preview& preview) {
     std::vector<std::string> on;
-    for (const Mode& mode : kModes)
+    for (const PreviewMode& mode : kModes)
         if (preview.*mode.flag) on.emplace_back(mode.name);
     return on.empty() ? std::string(kNone) : fmt::format("{}", fmt::join(on, ","));
 }
@@ -36,7 +39,7 @@ Preview preview_named(std::string_view list) {
         const std::size_t to = std::min(list.find(',', from), list.size());
         const std::string_view name = list.substr(from, to - from);
         if (name == kNone) throw Error(std::string(list), "'{}' stands alone", kNone);
-        const auto mode = std::ranges::find(kModes, name, &Mode::name);
+        const auto mode = std::ranges::find(kModes, name, &PreviewMode::name);
         if (mode == kModes.end())
             throw Error(std::string(list), "'{}' is no preview mode; there are: {}", name, known_previews());
         if (preview.*mode->flag) throw Error(std::string(list), "'{}' is given twice", name);
@@ -48,7 +51,7 @@ Preview preview_named(std::string_view list) {
 
 std::string known_previews() {
     std::vector<std::string> names;
-    for (const Mode& mode : kModes) names.emplace_back(mode.name);
+    for (const PreviewMode& mode : kModes) names.emplace_back(mode.name);
     return fmt::format("{}", fmt::join(names, ", "));
 }
 

@@ -1,37 +1,45 @@
-// Modes that make a picture of few samples look better than its samples are. They are biases: off unless asked for, and
-// named wherever such a picture goes.
+// Preview modes, which improve pictures of few samples at the price of a bias. They are off by default and named in
+// every file of such a picture.
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 
 namespace halflight {
 
 struct Preview {
-    bool cache = false;  // the first samples end their paths in a radiance cache (passes/light/radiance_cache.h)
-    bool temporal =
-        false;  // light of earlier pictures is kept, where a PictureHistory has it (passes/preview/temporal.h)
-    bool filter = false;  // noise is filtered out of reflected light (passes/preview/denoise.h)
+    bool cache = false;     // first samples end their paths in a radiance cache (passes/light/radiance_cache.h)
+    bool temporal = false;  // reuses light of earlier pictures in a PictureHistory (passes/preview/temporal.h)
+    bool filter = false;    // denoises reflected light (passes/preview/denoise.h)
     bool any() const { return cache || of_picture(); }
-    bool of_picture() const { return temporal || filter; }  ///< made of the whole one (renderer/preview_picture.h)
+    bool of_picture() const { return temporal || filter; }  ///< applied to the whole picture (preview_picture.h)
     bool operator==(const Preview&) const = default;
 };
 
-/// The modes that are on, joined by commas; "none".
+/// A mode.
+struct PreviewMode {
+    const char* name;
+    const char* description;  // label of its check box
+    bool Preview::*flag;
+};
+std::span<const PreviewMode> known_preview_modes();
+
+/// Returns the names of the enabled modes, joined by commas; "none" where there is none.
 std::string text(const Preview& preview);
-/// Of such a list. Throws Error, with the list as its subject, where a name is unknown or given twice, or "none" is not
-/// alone.
+/// Parses such a list. Throws Error, with the list as its subject, for unknown and repeated names, and for "none"
+/// beside other names.
 Preview preview_named(std::string_view list);
-/// "cache, temporal, filter", for helps.
+/// Returns "cache, temporal, filter" for help texts.
 std::string known_previews();
 
-/// What a radiance cache holds.
+/// Contents of a radiance cache.
 struct CacheStatistics {
-    std::size_t cells = 0;    // in all
-    std::size_t used = 0;     // of them
-    std::size_t mature = 0;   // in which paths end
-    std::size_t refused = 0;  // times that a path of the last picture found no cell of one of its lengths
+    std::size_t cells = 0;    // all cells
+    std::size_t used = 0;     // cells that hold radiance
+    std::size_t mature = 0;   // cells in which paths end
+    std::size_t refused = 0;  // number of paths of the last picture that found no cell for one of their lengths
 };
 
 }  // namespace halflight

@@ -50,61 +50,64 @@ TEST_F(Refusal, InvalidCommands) {
     expect({"render", scene, exr, exr}, 2, ".*out.exr: is given twice as output");
     expect({"render", scene, folder / "out.jpg"}, 2, ".*out.jpg: an output is an .exr or a .png");
     expect({"render", scene, folder / "exr"}, 2, ".*exr: an output is an .exr or a .png");
-    expect({"render", scene, png, "--aov", "albedo"}, 2, "--aov: is for an .exr, and none is asked for");
-    expect({"render", scene, exr, "--exposure", "1"}, 2, "--exposure: is for a .png, and none is asked for");
+    expect({"render", scene, png, "--aov", "albedo"}, 2, "--aov: needs an .exr output");
+    expect({"render", scene, exr, "--exposure", "1"}, 2, "--exposure: needs a .png output or a movie");
 }
 
 TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--frobnicate"}, 2, "--frobnicate: is not expected; .*");
-    expect_render({"--samples"}, 2, "--samples: wants exactly one value");
-    expect_render({"--samples", "1", "--samples", "2"}, 2, "--samples: wants exactly one value");
+    expect_render({"--samples"}, 2, "--samples: expects exactly one value");
+    expect_render({"--samples", "1", "--samples", "2"}, 2, "--samples: expects exactly one value");
     for (const char* value : {"0", "-1", "1.5", "many", "", "1e3", "99999999999999999999"})
-        expect_render({"--samples", value}, 2, "--samples: wants a whole number from 1 to [0-9]+, not '.*'");
-    for (const char* value : {"0", "-1", "nan", "inf", "soon"})
-        expect_render({"--time", value}, 2, "--time: wants a number from .* to .*, not '.*'");
-    expect_render({"--error", "0"}, 2, "--error: wants a number from .*");
-    expect_render({"--error", "1", "--samples", "15"}, 2, "--samples: 15 are too few to tell an error: it takes 16");
-    expect_render({"--error", "1", "--error-metric", "psnr"}, 2, "--error-metric: there is no metric 'psnr'.*");
+        expect_render({"--samples", value}, 2, "--samples: expects a whole number from 1 to [0-9]+, not '.*'");
+    for (const char* value : {"-1", "nan", "inf", "soon"})
+        expect_render({"--time", value}, 2, "--time: expects 0 or a number from .* to .*, not '.*'");
+    expect_render({"--error", "0"}, 2, "--error: expects a number from .*");
+    expect_render({"--error", "1", "--samples", "15"}, 2,
+                  "--samples: 15 are too few to estimate an error: it takes 16");
+    expect_render({"--error", "1", "--error-metric", "psnr"}, 2,
+                  "--error-metric: expects one of relmse, mse, not 'psnr'");
     expect_render({"--error-metric", "mse"}, 2, "--error-metric: needs --error");
     expect_render({"--best-effort"}, 2, "--best-effort: needs --error");
     expect_render({"--samples", "1", "--time", "1"}, 2, "--samples: cannot be given together with --time");
-    expect_render({"--bounces", "-1"}, 2, "--bounces: wants a whole number from 0 to .*");
-    expect_render({"--filter", "sinc"}, 2, "--filter: there is no filter 'sinc', only box, blackman-harris");
+    expect_render({"--bounces", "-1"}, 2, "--bounces: expects a whole number from 0 to .*");
+    expect_render({"--filter", "sinc"}, 2, "--filter: expects one of box, blackman-harris, not 'sinc'");
     for (const char* radius : {"0", "-1", "17", "nan"})
-        expect_render({"--filter-radius", radius}, 2, "--filter-radius: wants a number from 0.01 to 16, not '.*'");
+        expect_render({"--filter-radius", radius}, 2, "--filter-radius: expects a number from 0.01 to 16, not '.*'");
     for (const char* clamp : {"1e-50", "-1", "inf", "much"})
-        expect_render({"--clamp", clamp}, 2, "--clamp: wants a number from .*");
-    expect({"info", scene, "--time"}, 2, "--time: goes together with --needs");
-    expect({"info", "--device", "--env", "1,1,1"}, 2, "--env: is about a scene, and none is given");
-    expect({"info", "--device", "--png"}, 2, "--png: is about a scene, and none is given");
-    expect({"info", scene, "--width", "0"}, 2, "--width: wants a whole number from 1 to .*");
+        expect_render({"--clamp", clamp}, 2, "--clamp: expects 0 or a number from .*");
+    expect({"info", scene, "--time"}, 2, "--time: needs --needs");
+    expect({"info", "--device", "--env", "1,1,1"}, 2, "--env: needs a SCENE");
+    expect({"info", "--device", "--png"}, 2, "--png: needs a SCENE");
+    expect({"info", scene, "--width", "0"}, 2, "--width: expects a whole number from 1 to .*");
     expect({"info", scene, "--camera", "nobody"}, 1, ".*no camera 'nobody'.*");
     expect({"info", scene, "--up", "0,1,0"}, 2, "--up: needs --look-from and --look-at");
     expect({"info", scene, "--shutter", "1", "--error", "1"}, 2, "--shutter: cannot be given together with --error");
     expect({"info", scene, "--needs", "--env", folder / "no.hdr"}, 1, ".*no.hdr: .*");
-    expect_render({"--seed", "-1"}, 2, "--seed: wants a whole number from 0 to 4294967295, not '-1'");
-    expect({"render", scene, folder / "out.exr", "--width", "0"}, 2, "--width: wants a whole number from 1 to .*");
-    expect_render({"--look-from", "0,0,1"}, 2, "--look-from: goes together with --look-at");
-    expect_render({"--look-from", "0,0", "--look-at", "0,0,0"}, 2, "--look-from: wants X,Y,Z, not '0,0'");
-    expect_render({"--look-from", "0,0,nan", "--look-at", "0,0,0"}, 2, "--look-from: wants X,Y,Z, not '0,0,nan'");
+    expect_render({"--seed", "-1"}, 2, "--seed: expects a whole number from 0 to 4294967295, not '-1'");
+    expect({"render", scene, folder / "out.exr", "--width", "0"}, 2, "--width: expects a whole number from 1 to .*");
+    expect_render({"--look-from", "0,0,1"}, 2, "--look-from: needs --look-at, and --look-at needs it");
+    expect_render({"--look-from", "0,0", "--look-at", "0,0,0"}, 2, "--look-from: expects X,Y,Z, not '0,0'");
+    expect_render({"--look-from", "0,0,nan", "--look-at", "0,0,0"}, 2, "--look-from: expects X,Y,Z, not '0,0,nan'");
     expect_render({"--up", "0,1,0"}, 2, "--up: needs --look-from and --look-at");
     expect_render({"--camera", "0", "--look-from", "0,0,1", "--look-at", "0,0,0"}, 2,
                   "--camera: cannot be given together with --look-from");
-    expect_render({"--env", "1,-1,1"}, 2, "--env: radiance is never negative: '1,-1,1'");
-    expect_render({"--culling", "nonsense"}, 2, "--culling: unknown way 'nonsense'; there are: auto, .*off");
-    expect_render({"--culling", "off", "--culling", "raster"}, 2, "--culling: wants exactly one value");
-    expect_render({"--primary", "trace"}, 2, "--primary: unknown way 'trace'; there are: auto, raster, traced");
+    expect_render({"--env", "1,-1,1"}, 2, "--env: expects no negative radiance, not '1,-1,1'");
+    expect_render({"--culling", "nonsense"}, 2, "--culling: expects one of auto, .*off, not 'nonsense'");
+    expect_render({"--culling", "off", "--culling", "raster"}, 2, "--culling: expects exactly one value");
+    expect_render({"--primary", "trace"}, 2, "--primary: expects one of auto, raster, traced, not 'trace'");
     expect_render({"--estimator", "light=tree"}, 2,
                   "--estimator: light=tree: 'light=tree' is no technique; there are: "
                   "auto,lights=auto.power.tree.uniform,sun=.*");
     expect_render({"--estimator", "lights=bush"}, 2, "--estimator: lights=bush: there is no lights=bush; .*power, .*");
     expect_render({"--estimator", "lights=tree", "--estimator", "lights=tree"}, 2,
-                  "--estimator: wants exactly one value");
+                  "--estimator: expects exactly one value");
     expect_render({"--preview", "fog"}, 2, "--preview: fog: 'fog' is no preview mode; there are: .*cache.*");
     expect_render({"--preview", "cache", "--error", "0.1"}, 2, "--preview: cannot be given together with --error");
-    expect_render({"--keep", "clearcoat,smell"}, 2, "--keep: 'smell' cannot be kept, only shadow, .*clearcoat, .*");
-    expect_render({"--keep", "light tree"}, 2, "--keep: 'light tree' cannot be kept, only .*");
-    expect_render({"--aov", "albedo,smell"}, 2, "--aov: there is no 'smell', only all, .*albedo.*");
+    expect_render({"--keep", "clearcoat,smell"}, 2,
+                  "--keep: cannot keep 'smell'; known names are: shadow, .*clearcoat, .*");
+    expect_render({"--keep", "light tree"}, 2, "--keep: cannot keep 'light tree'; known names are: .*");
+    expect_render({"--aov", "albedo,smell"}, 2, "--aov: has no layer 'smell'; known layers are: none, all, .*albedo.*");
 }
 
 TEST_F(Refusal, MissingSceneElements) {

@@ -157,7 +157,7 @@ TEST_F(Converge, RefusesRenderersThatCannotRun) {
         arguments.insert(arguments.end(), more.begin(), more.end());
         expect_refusal(converge(arguments), status, message);
     };
-    refused(2, {"--external", "blender"}, "wants NAME=COMMAND, not 'blender'");
+    refused(2, {"--external", "blender"}, "expects NAME=COMMAND, not 'blender'");
     refused(2, {"--external", "a=cp x {output} {samples}"}, "its command lacks {seed}");
     refused(2, {"--external", "plain=cp {samples} {seed} {output}"}, "'plain' is the name of another method");
     const std::string copy = "a=cp x {samples} {seed} {output}";
@@ -342,21 +342,22 @@ TEST_F(Converge, RefusesInvalidOptions) {
                 arguments.insert(arguments.end(), {quick[i], quick[i + 1]});
         expect_refusal(converge(arguments), status, message);
     };
-    refused({"--method", "plain,fast"}, "--method: unknown method 'fast'");
+    refused({"--method", "plain,fast"}, "--method: expects some of compute, raster, plain, oracle, not 'fast'");
     refused({"--method", "plain,plain"}, "--method: 'plain' is given twice");
     refused({"--estimator", "lights=tree", "--estimator", "lights=tree"}, "--estimator: 'lights=tree' is given twice");
     refused({"--estimator", "lights=sun"}, "--estimator: lights=sun: there is no lights=sun");
-    refused({"--preview", "temporal,filter"}, "--preview: temporal keeps light of earlier pictures: here are none");
-    refused({"--warm-up", "8"}, "--warm-up: is for the radiance cache, and no --preview has it");
-    refused({"--warm-up", "8", "--preview", "filter"}, "--warm-up: is for the radiance cache");
-    refused({"--samples", "1,4,4"}, "--samples: wants budgets that grow, not '1,4,4'");
-    refused({"--samples", "1,,4"}, "--samples: wants a whole number from 1 to");
+    refused({"--preview", "temporal,filter"},
+            "--preview: temporal reuses light of earlier pictures, and converge renders single pictures");
+    refused({"--warm-up", "8"}, "--warm-up: needs a --preview with cache");
+    refused({"--warm-up", "8", "--preview", "filter"}, "--warm-up: needs a --preview with cache");
+    refused({"--samples", "1,4,4"}, "--samples: expects growing budgets, not '1,4,4'");
+    refused({"--samples", "1,,4"}, "--samples: expects a whole number from 1 to");
     refused({"--seconds", "1"}, "--samples: cannot be given together with --seconds");
-    refused({"--seeds", "0"}, "--seeds: wants a whole number from 1 to");
+    refused({"--seeds", "0"}, "--seeds: expects a whole number from 1 to");
     refused({"--camera", "nobody"}, "no camera 'nobody'", 1);
     expect_refusal(run_program({"converge", folder / "missing.glb", "-o", out}), 1, "missing.glb");
     expect_refusal(run_program({"converge", kCornell, "-o", out, "--clock", "sun"}), 2,
-                   "--clock: wants wall or cpu, not 'sun'");
+                   "--clock: expects wall or cpu, not 'sun'");
     expect_refusal(run_program({"converge", kCornell}), 2, "--output: is missing");
     EXPECT_EQ(run_program({"converge", kCornell, "-o", "/proc/none/reports"}).status, 1);
     write_text(folder / "cache", "");

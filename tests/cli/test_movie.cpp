@@ -165,12 +165,12 @@ TEST_F(MovieTest, InvalidOptions) {
         EXPECT_TRUE(std::regex_match(outcome.err, std::regex("halflight: " + message + "\n"))) << outcome.err;
     };
     refused({"--movie", out("m.mp4")}, "--movie: needs --frames");
-    refused({"--movie", out("m.avi"), "--frames", "1"}, ".*m.avi: a movie is an .mp4 or a .mov");
-    refused({"--movie", out("m.#.mp4"), "--frames", "1"}, ".*: has a placeholder for frames' numbers, .*one file");
+    refused({"--movie", out("m.avi"), "--frames", "1"}, ".*m.avi: expects an .mp4 or a .mov");
+    refused({"--movie", out("m.#.mp4"), "--frames", "1"}, ".*: has a placeholder for frame numbers, .*one file");
     refused({"--movie", out("m.mp4"), "--frames", "1-9", "--part", "1/2"}, "--movie: cannot .* together with --part");
     refused({"--movie", out("m.mp4"), "--frames", "1-9", "--check"}, "--movie: cannot be given together with --check");
     refused({"--frames", "1-9"}, "OUTPUT: is missing; see halflight render --help");
-    refused({"--movie", out("m.mp4"), "--frames", "1", "--aov", "depth"}, "--aov: is for an .exr, .*");
+    refused({"--movie", out("m.mp4"), "--frames", "1", "--aov", "depth"}, "--aov: needs an .exr output");
 }
 
 TEST_F(MovieTest, MadeByTheRealFfmpeg) {

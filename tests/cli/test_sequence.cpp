@@ -330,11 +330,11 @@ TEST_F(Sequence, InvalidNames) {
         EXPECT_TRUE(std::regex_match(outcome.err, std::regex("halflight: " + message + "\n"))) << outcome.err;
     };
     const Strings frames = {"--frames", "1-2"};
-    refused({"f.exr"}, frames, ".*f.exr: has no placeholder for the frames' numbers, .*");
+    refused({"f.exr"}, frames, ".*f.exr: has no placeholder for the frame number, .*");
     refused({"f.#.exr", "f.png"}, frames, ".*f.png: has no placeholder .*");
-    refused({"f.##.exr"}, {}, ".*f.##.exr: has a placeholder .* and there is no --frames");
+    refused({"f.##.exr"}, {}, ".*f.##.exr: has a placeholder .* but --frames is missing");
     refused({"f.%04d.exr"}, {"--frame", "3"}, ".*f.%04d.exr: has a placeholder .*");
-    refused({"f.#.%d.exr"}, frames, ".*: has 2 placeholders for a frame's number");
+    refused({"f.#.%d.exr"}, frames, ".*: has 2 placeholders for the frame number");
     refused({"f.#.exr", "f.%d.exr"}, frames, ".*f.1.exr: is given twice as output");
     refused({"animated.glb#.exr"}, {"--frames", "2-1"}, "--frames: '2-1' ends before it begins");
     refused({"f.#.exr"}, {"--frames", "1-2", "--frame", "1"}, "--frames: cannot be given together with --frame");

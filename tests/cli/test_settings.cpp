@@ -87,7 +87,7 @@ TEST_F(Settings, HaveSizeAndBiases) {
               0);
     const Outcome part = run("f.#.exr", {"--settings", s, "--frames", "1-2", "--part", "1/2"});
     EXPECT_EQ(part.status, 2);
-    EXPECT_NE(part.err.find("holds preview mode temporal"), std::string::npos) << part.err;
+    EXPECT_NE(part.err.find("holds the preview mode temporal"), std::string::npos) << part.err;
     const std::vector<std::string> filtered = {"--settings", s,     "--frames",  "1-2",
                                                "--part",     "1/2", "--preview", "filter"};
     EXPECT_EQ(run("f.#.exr", filtered).status, 0);

@@ -217,7 +217,7 @@ TEST_F(Shutter, InvalidOptions) {
         return more;
     };
     refused({"--shutter", "0.5"}, "--shutter: needs --frames or --animation");
-    refused({"--shutter", "1.5"}, "--shutter: wants a number from 0 to 1, not '1.5'");
+    refused({"--shutter", "1.5"}, "--shutter: expects a number from 0 to 1, not '1.5'");
     refused({"--animation", "all", "--shutter-times", "4"}, "--shutter-times: needs --shutter");
     refused(open({"--time", "1"}), "--shutter: cannot be given together with --time");
     refused(open({"--error", "1"}), "--shutter: cannot be given together with --error");

@@ -411,7 +411,7 @@ TEST_F(View, ErrorsNameTheLine) {
     expect_error(view("light 0 1\n"), 1, at + "1: light: there is no light 0; the scene has 0 lights");
     expect_error(view("open @script.txt\n"), 1,
                  at + "1: " + file("script.txt: is neither a scene (.glb, .gltf) nor an environment (.exr, .hdr)"));
-    expect_error(run_program({"view", scene, "--size", "640"}), 2, "--size: wants WIDTHxHEIGHT in pixels, not '640'");
+    expect_error(run_program({"view", scene, "--size", "640"}), 2, "--size: expects WIDTHxHEIGHT in pixels, not '640'");
     EXPECT_NE(view("\n\nview sideways\n")
                   .err.find("script.txt:3: view: unknown layer 'sideways'; valid are final, error, emission"),
               std::string::npos);

@@ -178,7 +178,7 @@ TEST_F(EstimatorsTest, APilotDecidesTheAutomaticTechniques) {
     EXPECT_EQ(floor.estimator.camera, CameraRays::one);
     const auto fact = std::ranges::find(floor.left_out, "camera rays for light alone", &LeftOut::what);
     ASSERT_NE(fact, floor.left_out.end());
-    EXPECT_EQ(fact->fact, "a pilot found that it would not pay");
+    EXPECT_EQ(fact->fact, "a pilot found that it does not pay");
 }
 
 TEST_F(EstimatorsTest, IndependentSamplesConvergeAtTheirRate) {

@@ -211,12 +211,12 @@ TEST_F(FrameTest, ListsWhatIsLeftOutAndWhy) {
     EXPECT_EQ(left_out(context, scene, 4), "glossy: no material has a specular, coat or transmission component; ");
     EXPECT_EQ(
         left_out(context, scene, 0),
-        "shadow: no bounces were asked for; diffuse: no bounces were asked for; glossy: no bounces were asked for; "
-        "continuation: no bounces were asked for; ");
+        "shadow: there are no bounces; diffuse: there are no bounces; glossy: there are no bounces; "
+        "continuation: there are no bounces; ");
     scene.materials[0] = metal_material(vec3(1), 0.4f);
     EXPECT_EQ(left_out(context, scene, 4),
-              "shadow: nothing shines; diffuse: nothing shines; glossy: nothing shines; continuation: nothing "
-              "shines; ");
+              "shadow: there is no light; diffuse: there is no light; glossy: there is no light; continuation: there "
+              "is no light; ");
     scene.environment.color = vec3(1);
     EXPECT_EQ(left_out(context, scene, 4), "diffuse: no material has a diffuse component; ");
     scene.materials[0].metallic = 0;
@@ -324,16 +324,19 @@ TEST_F(FrameTest, SettingsOutOfRangeAreErrors) {
         return error_message([&] { render(context, scene, s); });
     };
     EXPECT_EQ(message([](RenderSettings&) {}), "");
-    EXPECT_EQ(message([](RenderSettings& s) { s.width = 0; }), "render settings: width and height must be positive");
+    EXPECT_EQ(message([](RenderSettings& s) { s.width = 0; }),
+              "render settings: width expects a whole number from 1 to 65536, not '0'");
     EXPECT_EQ(message([](RenderSettings& s) { s.height = 70000; }),
-              "render settings: width and height must be at most 65536");
-    EXPECT_EQ(message([](RenderSettings& s) { s.samples = 0; }), "render settings: samples must be positive");
-    EXPECT_EQ(message([](RenderSettings& s) { s.bounces = -1; }), "render settings: bounces must not be negative");
+              "render settings: height expects a whole number from 1 to 65536, not '70000'");
+    EXPECT_EQ(message([](RenderSettings& s) { s.samples = 0; }),
+              "render settings: samples expects a whole number from 1 to 16777216, not '0'");
+    EXPECT_EQ(message([](RenderSettings& s) { s.bounces = -1; }),
+              "render settings: bounces expects a whole number from 0 to 1024, not '-1'");
     EXPECT_NE(message([](RenderSettings& s) { s.time_limit = NAN; }), "");
     EXPECT_EQ(message([](RenderSettings& s) { s.width = 65536; }),
               "render settings: 65536 pixels wide: the driver takes 16384");
     const std::string unknown = message([](RenderSettings& s) { s.aovs = {"depht"}; });
-    EXPECT_NE(unknown.find("unknown AOV \"depht\""), std::string::npos) << unknown;
+    EXPECT_NE(unknown.find("aov has no layer 'depht'"), std::string::npos) << unknown;
     EXPECT_NE(unknown.find("depth"), std::string::npos) << unknown;
 }
 

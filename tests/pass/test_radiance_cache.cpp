@@ -328,7 +328,7 @@ TEST_F(RadianceCacheTest, IsLeftOutWhereItHasNothingToStore) {
     s.bounces = 3;
     const RenderResult off = cold(scene, s);
     const auto named = [](const LeftOut& l) {
-        return l.what == "radiance cache" && l.fact == "no preview by it was asked for";
+        return l.what == "radiance cache" && l.fact == "its preview mode is off";
     };
     EXPECT_EQ(std::ranges::count_if(off.stats.left_out, named), 1);
     s.error = ErrorTarget{};

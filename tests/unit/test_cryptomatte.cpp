@@ -42,7 +42,7 @@ TEST(Cryptomatte, HeadersDescribeTheHash) {
     EXPECT_EQ(manifest.at("hello"), "248bfa47");
     EXPECT_TRUE(manifest.contains("gold \"ball\""));
     EXPECT_EQ(
-        cryptomatte_channels("CryptoObject"),
+        find_aov("cryptoobject")->channel_names(),
         (std::vector<std::string>{"CryptoObject00.R", "CryptoObject00.G", "CryptoObject00.B", "CryptoObject00.A",
                                   "CryptoObject01.R", "CryptoObject01.G", "CryptoObject01.B", "CryptoObject01.A",
                                   "CryptoObject02.R", "CryptoObject02.G", "CryptoObject02.B", "CryptoObject02.A"}));

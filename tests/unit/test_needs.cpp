@@ -56,10 +56,10 @@ TEST(FrameNeeds, FollowFromTheScene) {
     unlit.area_lights = false;
     const FrameNeeds by_paths = frame_needs(unlit, {});
     EXPECT_FALSE(by_paths.shadow || by_paths.later_light);
-    EXPECT_STREQ(by_paths.shadow.left_out, "no light can be sampled");
+    EXPECT_STREQ(by_paths.shadow.left_out, "there is no light to sample");
     EXPECT_TRUE(by_paths.diffuse && by_paths.continuation) << "paths may end at emissive surfaces";
     unlit.emission = false;
-    EXPECT_STREQ(frame_needs(unlit, {}).continuation.left_out, "nothing shines");
+    EXPECT_STREQ(frame_needs(unlit, {}).continuation.left_out, "there is no light");
     SceneNeeds black = plain_scene();
     black.diffuse = false;
     EXPECT_STREQ(frame_needs(black, {}).shadow.left_out, "no material reflects light");
@@ -69,18 +69,18 @@ TEST(FrameNeeds, FollowFromTheScene) {
 TEST(FrameNeeds, FollowFromTheSettings) {
     const FrameNeeds none = frame_needs(plain_scene(), {.bounces = 0, .kept = Kept::everything()});
     for (const FramePart& part : {none.shadow, none.diffuse, none.glossy, none.continuation, none.later_light})
-        EXPECT_STREQ(part.left_out, "no bounces were asked for") << part.name;
+        EXPECT_STREQ(part.left_out, "there are no bounces") << part.name;
     EXPECT_FALSE(frame_needs(plain_scene(), {.bounces = 1}).later_light);
     EXPECT_FALSE(frame_needs(plain_scene(), {}).reuse);
     EXPECT_TRUE(frame_needs(plain_scene(), {.group_size = 16}).reuse);
     EXPECT_STREQ(frame_needs(plain_scene(), {.bounces = 1, .group_size = 16}).reuse.left_out,
-                 "one bounce was asked for");
+                 "there is one bounce");
     EXPECT_FALSE(frame_needs(plain_scene(), {.kept = Kept::everything()}).radiance_cache);
     EXPECT_TRUE(frame_needs(plain_scene(), {.radiance_cache = true}).radiance_cache);
     EXPECT_STREQ(frame_needs(plain_scene(), {.bounces = 1, .radiance_cache = true}).radiance_cache.left_out,
-                 "one bounce was asked for");
+                 "there is one bounce");
     EXPECT_STREQ(frame_needs(plain_scene(), {.kept = Kept::everything()}).reuse.left_out,
-                 "to share paths was not asked for");
+                 "path reuse is off");
     SceneNeeds mirrors = plain_scene();
     mirrors.diffuse = false, mirrors.glossy = true;
     EXPECT_FALSE(frame_needs(mirrors, {.group_size = 16}).reuse);
@@ -105,7 +105,7 @@ TEST(FrameNeeds, EverythingCanBeKept) {
               (std::map<std::string, std::string>{
                   {"environment map", "the environment is of one colour"},
                   {"light tree", "there are few lights, or another choice was asked for"},
-                  {"radiance cache", "no preview by it was asked for"},
+                  {"radiance cache", "its preview mode is off"},
                   {"sun apart", "there is no directional light beside others, or another choice was asked for"},
                   {"double precision for needles", "no triangle is more than 2000 times as long as high"}}));
 }
@@ -173,13 +173,13 @@ TEST(LeftOut, ListsFactsAndBytes) {
     EXPECT_EQ(bytes("temporal accumulation"), 200u * 96);
     EXPECT_FALSE(facts(plain_scene(), {.preview = {.temporal = true}}).contains("temporal accumulation"));
     EXPECT_EQ(facts(plain_scene(), {.preview = {.temporal = true}})["filter of noise"],
-              "no preview by it was asked for");
+              "its preview mode is off");
     EXPECT_FALSE(facts(plain_scene(), {.preview = {.filter = true}}).contains("filter of noise"));
-    EXPECT_EQ(plain.at("sums of squares"), "no variance was asked for");
-    EXPECT_EQ(plain.at("sums of albedo and normal"), "neither albedo nor normal was asked for");
-    EXPECT_EQ(plain.at("hits of camera rays"), "no mattes were asked for");
-    EXPECT_EQ(plain.at("camera rays for light alone"), "no more of them were asked for");
-    EXPECT_EQ(plain.at("clamp of indirect light"), "no clamp was asked for");
+    EXPECT_EQ(plain.at("sums of squares"), "no variance was requested");
+    EXPECT_EQ(plain.at("sums of albedo and normal"), "neither albedo nor normal was requested");
+    EXPECT_EQ(plain.at("hits of camera rays"), "no mattes were requested");
+    EXPECT_EQ(plain.at("camera rays for light alone"), "there is one camera ray per sample");
+    EXPECT_EQ(plain.at("clamp of indirect light"), "no clamp is set");
     EXPECT_EQ(bytes("unlit surfaces"), 0u);
 }
 

@@ -21,12 +21,13 @@ SavedSettings all_kinds() {
     pose.vertical_fov = 0.7;
     pose.near_plane = 0.25;
     s.camera = pose;
-    s.view = {"sRGB", "Raw", "a look", 1.3f};
+    s.settings.view = {"sRGB", "Raw", "a look", 1.3f};
     s.size = ivec2(640, 48);
-    s.samples = 77;
-    s.bounces = 3;
-    s.preview = {.cache = true, .filter = true};
-    s.clamp = 0.3f;
+    s.settings.samples = 77;
+    s.settings.bounces = 3;
+    s.settings.preview = {.cache = true, .filter = true};
+    s.settings.clamp = 0.3f;
+    s.given = saved_settings();
     s.edits.environment_rotation = 12.5;
     s.edits.environment_intensity = 0.1f;
     s.edits.emission = 2;
@@ -50,15 +51,13 @@ TEST(SettingsFile, RoundTrips) {
         write_settings(folder / "a.json", s);
         const SavedSettings r = read_settings(folder / "a.json");
         EXPECT_EQ(r.camera, s.camera);
-        EXPECT_EQ(r.view.display, s.view.display);
-        EXPECT_EQ(r.view.view, s.view.view);
-        EXPECT_EQ(r.view.look, s.view.look);
-        EXPECT_EQ(r.view.exposure, s.view.exposure);
+        EXPECT_EQ(r.settings.view, s.settings.view);
         EXPECT_EQ(r.size, s.size);
-        EXPECT_EQ(r.samples, s.samples);
-        EXPECT_EQ(r.bounces, s.bounces);
-        EXPECT_EQ(r.preview, s.preview);
-        EXPECT_EQ(r.clamp, s.clamp);
+        EXPECT_EQ(r.given, s.given);
+        EXPECT_EQ(r.settings.samples, s.settings.samples);
+        EXPECT_EQ(r.settings.bounces, s.settings.bounces);
+        EXPECT_EQ(r.settings.preview, s.settings.preview);
+        EXPECT_EQ(r.settings.clamp, s.settings.clamp);
         EXPECT_EQ(r.environment, s.environment);
         EXPECT_EQ(r.edits, s.edits);
         EXPECT_EQ(r.bookmarks, s.bookmarks);
@@ -119,7 +118,7 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
     EXPECT_EQ(with("\"lights\": [1, -1]"), "lights[1]: is no number from 0 to 1000000000");
     EXPECT_EQ(with("\"lights\": [{\"factor\": 1, \"colour\": 1}]"), "lights[0]: there is no setting 'colour'");
     EXPECT_EQ(with("\"lights\": [{\"color\": [0, 0, 2]}]"), "lights[0].color[2]: is no number from 0 to 1");
-    EXPECT_EQ(with("\"animation\": {\"frame\": 1}"), "animation: wants a name");
+    EXPECT_EQ(with("\"animation\": {\"frame\": 1}"), "animation: needs a name");
     EXPECT_EQ(with("\"animation\": {\"name\": \"a\", \"frame\": -1}"),
               "animation.frame: is no number from 0 to 4294967295");
     EXPECT_EQ(with("\"lights\": [{\"direction\": [0, 0, 0]}]"), "lights[0].direction: is no direction");
@@ -133,7 +132,7 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
     for (const char* none : {"", "\\u0000", "/\\u0000sky.hdr"})
         EXPECT_EQ(with(fmt::format("\"environment\": {{\"map\": \"{}\"}}", none)),
                   "environment.map: is no name of a file");
-    EXPECT_EQ(with("\"bookmarks\": [{\"name\": \"a\"}]"), "bookmarks[0]: wants a name and a camera");
+    EXPECT_EQ(with("\"bookmarks\": [{\"name\": \"a\"}]"), "bookmarks[0]: needs a name and a camera");
     EXPECT_EQ(error_message([&] { read_settings(folder / "no.json"); }).find((folder / "no.json").string()), 0u);
 }
 

@@ -199,7 +199,7 @@ TEST_F(ViewSession, FramesAreOfTheScenesRateUnlessOneIsGiven) {
     PreviewArguments a = cornell();
     a.scene = test::write_sliding_light(folder.path, 30);  // 2 s long
     a.animation = "slide";
-    a.frame = 45;
+    a.settings.frame = 45;
     const Session own(a, ColorConfig::load());
     EXPECT_EQ(own.timeline().rate, (FrameRate{30, 1}));
     EXPECT_EQ(own.timeline().last, 60u);
@@ -214,8 +214,8 @@ TEST_F(ViewSession, SavesSizeAndModes) {
     session.modes = {{.cache = true, .filter = true}, 2.5f};
     const SavedSettings saved = session.saved({640, 480});
     EXPECT_EQ(saved.size, ivec2(640, 480));
-    EXPECT_EQ(saved.preview, (Preview{.cache = true, .filter = true}));
-    EXPECT_EQ(saved.clamp, 2.5f);
+    EXPECT_EQ(saved.settings.preview, (Preview{.cache = true, .filter = true}));
+    EXPECT_EQ(saved.settings.clamp, 2.5f);
     EXPECT_FALSE(session.saved({0, 0}).size) << "of a window that is minimised";
 
     // A scene with settings replaces these; they stay where a scene has none.
@@ -290,7 +290,7 @@ TEST(ViewTimeline, DefaultCamerasAreThoseOfTheReference) {
     a.quiet = true;
     a.animation = "slide";
     Session first(a, ColorConfig::load());
-    a.frame = 24;
+    a.settings.frame = 24;
     Session later(a, ColorConfig::load());
     EXPECT_EQ(first.timeline().last, 48u);
     for (int column = 0; column < 4; ++column)

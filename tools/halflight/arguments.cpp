@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <set>
 
 #include "engine/core/error.h"
 #include "renderer/render.h"
@@ -12,141 +11,58 @@
 namespace halflight {
 namespace {
 
-constexpr const char* kColourGroup = "Colour";
-
-rays::Culling culling_named(const std::string& option, const std::string& text) {
-    using enum rays::Culling;
-    for (const rays::Culling culling : {automatic, off, compute, raster}) {
-        if (text == rays::name(culling)) return culling;
-    }
-    throw UsageError(option, "unknown way '{}'; there are: auto, compute, raster, off", text);
-}
-
-PrimaryVisibility primary_named(const std::string& option, const std::string& text) {
-    using enum PrimaryVisibility;
-    for (const PrimaryVisibility primary : {automatic, raster, traced}) {
-        if (text == name(primary)) return primary;
-    }
-    throw UsageError(option, "unknown way '{}'; there are: auto, raster, traced", text);
-}
-
-std::string known_aov_names() {
-    std::string names;
-    for (const AovInfo& aov : known_aovs())
-        names.append(names.empty() ? "" : ", ").append(aov.name).append(aov.debug ? " (not in all)" : "");
-    return names;
-}
-
-std::vector<std::string> aov_names(const std::string& option, const std::string& list) {
-    std::vector<std::string> names;
-    for (const std::string& name : split_names(list)) {
-        const auto same = [&](const AovInfo& aov) { return aov.name == name || (name == "all" && !aov.debug); };
-        if (std::ranges::none_of(known_aovs(), same))
-            throw UsageError(option, "there is no '{}', only all, {}", name, known_aov_names());
-        for (const AovInfo& aov : known_aovs())
-            if (same(aov) && std::ranges::find(names, aov.name) == names.end()) names.emplace_back(aov.name);
-    }
-    return names;
-}
-
-Kept kept_items(const std::string& option, const std::string& list) {
+/// Throws UsageError for names of --keep that cannot be kept.
+void check_kept(const Kept& kept) {
     const std::vector<std::string> known = keepable_names();
-    std::set<std::string, std::less<>> names;
-    for (const std::string& name : split_names(list)) {
+    for (const std::string& name : kept.names())
         if (std::ranges::find(known, name) == known.end())
-            throw UsageError(option, "'{}' cannot be kept, only {}", name, fmt::join(known, ", "));
-        names.insert(name);
-    }
-    return Kept(std::move(names));
-}
-
-void add_error_option(Options& options, RenderArguments& a) {
-    options.value("--error", "E",
-                  "as many samples as it takes for the error to be below E at 95 %; --samples and --time limit it",
-                  [&](const auto& name, const auto& text) { a.error = real(name, text, 1e-12, 1e12); });
-}
-
-void add_layer_options(Options& options, RenderArguments& a) {
-    options
-        .value("--aov", "NAME,...", "further layers of the .exr, `all` or some of: " + known_aov_names(),
-               [&](const auto& name, const auto& text) { a.aovs = aov_names(name, text); })
-        ->multi_option_policy(CLI::MultiOptionPolicy::Join);
-    options.flag("--half", a.half, "colour as half floats in the .exr; data stays float");
-}
-
-void add_technique_options(Options& options, RenderArguments& a) {
-    options.value("--estimator", "KEY=VALUE,...",
-                  "techniques; auto leaves to a pilot what pays in the scene: " + known_estimators(),
-                  [&](const auto& name, const auto& text) { a.estimator = estimator(name, text); });
-    options.value("--preview", "NAME,...",
-                  "make pictures of few samples look better, at the price of a bias: " + known_previews() +
-                      " (temporal keeps light of earlier frames, and needs --frames)",
-                  [&](const auto& name, const auto& text) { a.preview = preview(name, text); });
+            throw UsageError("--keep", "cannot keep '{}'; known names are: {}", name, fmt::join(known, ", "));
 }
 
 void add_picture_options(Options& options, RenderArguments& a) {
-    add_size_options(options, a);
-    add_filter_options(options, a);
-    add_clamp_option(options, a.clamp);
-    options.value("--samples", "N", "samples per pixel (default 64)",
-                  [&](const auto& name, const auto& text) { a.samples = whole(name, text, 1, kMaxSamples); });
-    options.value("--time", "SECONDS", "as many samples as the time allows",
-                  [&](const auto& name, const auto& text) { a.time = real(name, text, 0.001, 1e9); });
-    add_error_option(options, a);
-    options.value("--error-metric", "NAME", "what E is: relmse (default), mse",
+    options.group("Picture");
+    options.settings(a.settings);
+    options.value("--error-metric", "NAME", "metric of --error: relmse, mse (default relmse)",
                   [&](const auto& name, const auto& text) {
-                      if (text == "mse" || text == "relmse")
-                          a.error_metric = text == "mse" ? ErrorMetric::mse : ErrorMetric::relmse;
-                      else
-                          throw UsageError(name, "there is no metric '{}', only relmse, mse", text);
+                      if (text != "mse" && text != "relmse")
+                          throw UsageError(name, "expects one of relmse, mse, not '{}'", text);
+                      if (!a.settings.error) throw UsageError(name, "needs --error");
+                      a.settings.error->metric = text == "mse" ? ErrorMetric::mse : ErrorMetric::relmse;
                   });
-    options.flag("--best-effort", a.best_effort, "write the picture, too, if it ends before its error is below E");
-    options.value("--seed", "N", "another seed, another noise (default 0)",
-                  [&](const auto& name, const auto& text) { a.seed = whole(name, text, 0u, ~0u); });
-    options.value("--frame", "N",
-                  "frame number, which the noise depends on and, with --animation, the pose (default 0)",
-                  [&](const auto& name, const auto& text) { a.frame = whole(name, text, 0u, ~0u); });
-    add_layer_options(options, a);
+    options.flag("--best-effort", a.best_effort, "writes the picture even if its error target was not reached");
+}
+
+void add_light_options(Options& options, ViewArguments& a) {
+    options.group("Light");
+    options.settings(a.settings);
+    add_environment_option(options, a.environment);
 }
 
 void add_color_options(Options& options, RenderArguments& a) {
-    options.group(kColourGroup);
-    add_view_options(options, a.ocio, a.view, " of the .png");
+    add_view_options(options, a.ocio, a.settings);
     options.value("--working-space", "NAME",
-                  "linear space of colour in the .exr: rec709, acescg or one of the config (default rec709)",
+                  "linear colour space of the .exr: rec709, acescg or a space of the config (default rec709)",
                   [&](const auto&, const auto& text) { a.working_space = text; });
 }
 
 void add_run_options(Options& options, RenderArguments& a) {
     add_device_options(options, a);
-    options.value("--culling", "WAY", "how hits are found, never which: auto (default), compute, raster, off",
-                  [&](const auto& name, const auto& text) { a.culling = culling_named(name, text); });
-    options.value("--primary", "WAY",
-                  "how what the camera sees is found: raster, traced, or auto (default), which traces where there are "
-                  "more than twice as many triangles as pixels",
-                  [&](const auto& name, const auto& text) { a.primary = primary_named(name, text); });
-    add_technique_options(options, a);
-    options.flag("--strict", a.strict, "write nothing if any pass gives a NaN, an infinity or a negative radiance");
-    options
-        .value(
-            "--keep", "NAME,...",
-            "build this, too, though the scene has no use for it: names as in `halflight info SCENE --needs`, except "
-            "those marked *. Costs time and memory, never changes the picture",
-            [&](const auto& name, const auto& text) { a.kept = kept_items(name, text); })
-        ->multi_option_policy(CLI::MultiOptionPolicy::Join);
-    options.flag("--keep-all", a.keep_all, "the same of all that can be kept");
+    options.settings(a.settings);
+    options.flag(
+        "--keep-all", [&] { a.settings.kept = Kept::everything(); }, "builds all parts that --keep can name");
+    options.flag("--strict", a.strict, "fails if any pass yields a NaN, an infinity or a negative radiance");
     options.flag("--no-shader-cache", a.no_shader_cache,
-                 "neither look for compiled shaders in $XDG_CACHE_HOME/halflight/programs nor keep them there");
+                 "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
     options.path("--stats", "FILE.json",
-                 "write what was done, and the time of each pass; counting makes it slower. Of a sequence: a line for "
-                 "each frame, added to the file",
+                 "writes statistics, including the time of each pass; measuring makes rendering slower. For a "
+                 "sequence, appends one line per frame",
                  a.stats);
-    options.path("--dump-graph", "FILE.dot", "write the frame's graph of passes for Graphviz", a.graph);
+    options.path("--dump-graph", "FILE.dot", "writes the render graph of the frame for Graphviz", a.graph);
 }
 
-/// The file that a name leads to, there or not.
+/// Returns the absolute path of a file, which need not exist.
 std::filesystem::path place(const std::filesystem::path& name) {
-    std::error_code error;  // is told by whoever opens it
+    std::error_code error;  // reported when the file is opened
     const auto absolute = std::filesystem::absolute(name, error);
     const auto canonical = std::filesystem::weakly_canonical(absolute, error);
     return error ? absolute : canonical;
@@ -154,7 +70,7 @@ std::filesystem::path place(const std::filesystem::path& name) {
 
 using Paths = std::vector<std::filesystem::path>;
 
-/// No file is written twice, or over what is read.
+/// Throws UsageError where a file is written twice, or read and written.
 void check_files(const Paths& read, const Paths& written) {
     std::set<std::filesystem::path> inputs, outputs;
     for (const auto& path : read) inputs.insert(place(path));
@@ -169,7 +85,7 @@ void check_files(const RenderArguments& a) {
     Paths read = {a.scene}, written = output_files(a);
     if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) read.push_back(*map);
     if (a.ocio) read.push_back(*a.ocio);
-    if (a.settings) read.push_back(*a.settings);
+    if (a.settings_file) read.push_back(*a.settings_file);
     if (a.movie) written.push_back(*a.movie);
     if (a.stats) written.push_back(*a.stats);
     if (a.graph) written.push_back(*a.graph);
@@ -185,50 +101,54 @@ void check(const RenderArguments& a, const CLI::App& app) {
     }
     check_sequence_options(app, a);
     check_preview_options(app, a);
-    check_files(a);  // of the settings, too
-    if (!a.error) exclude(app, "--samples", "--time");
-    for (const char* option : {"--error-metric", "--best-effort"})
-        if (given(option) && !a.error) throw UsageError(option, "needs --error");
-    if (a.error && a.samples && *a.samples < kFirstLook * kReplicates)
-        throw UsageError("--samples", "{} are too few to tell an error: it takes {}", *a.samples,
+    check_files(a);  // with the files that settings name
+    const bool error = a.settings.error.has_value();
+    if (!error) exclude(app, "--samples", "--time");
+    if (a.best_effort && !error) throw UsageError("--best-effort", "needs --error");
+    if (error && a.settings.samples < kFirstLook * kReplicates)
+        throw UsageError("--samples", "{} are too few to estimate an error: it takes {}", a.settings.samples,
                          kFirstLook * kReplicates);
+    check_kept(a.settings.kept);
     check_camera_options(app);
     const bool exr = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
     for (const char* option : {"--aov", "--half", "--working-space"})
-        if (given(option) && !exr) throw UsageError(option, "is for an .exr, and none is asked for");
+        if (given(option) && !exr) throw UsageError(option, "needs an .exr output");
     const bool png = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "png"); });
     for (const char* option : {"--display", "--view", "--look", "--exposure"})
-        if (given(option) && !png && !a.movie) throw UsageError(option, "is for a .png, and none is asked for");
+        if (given(option) && !png && !a.movie) throw UsageError(option, "needs a .png output or a movie");
 }
 
-/// Options of `halflight render` on which memory depends (tools/slurm/submit knows them, too), and --png.
-constexpr const char* kMemoryOptions[] = {"--settings", "--camera", "--look-from", "--look-at", "--up",   "--vfov",
-                                          "--width",    "--height", "--error",     "--aov",     "--half", "--shutter",
-                                          "--bounces",  "--env",    "--estimator", "--preview", "--png"};
+/// Returns the options of `halflight render` on which memory depends (tools/slurm/submit lists them, too), and --png.
+std::vector<std::string> memory_options() {
+    std::vector<std::string> names = {"--settings", "--camera",  "--look-from", "--look-at", "--up",
+                                      "--vfov",     "--shutter", "--env",       "--png"};
+    for (const Setting& s : known_settings())
+        if (s.memory) names.push_back(fmt::format("--{}", s.name));
+    return names;
+}
 
 void add_memory_options(Options& options, InfoArguments& a) {
     add_settings_option(options, a.picture);
     add_camera_options(options, a.picture);
-    add_size_options(options, a.picture);
-    add_error_option(options, a.picture);
-    add_layer_options(options, a.picture);
-    options.flag("--png", a.png, "a .png is written, too");
+    options.group("Picture");
+    options.settings(a.picture.settings, &Setting::memory);
+    options.flag("--png", a.png, "the picture is written as a .png, too");
     options.group("Sequence");
     add_shutter_option(options, a.picture);
     add_light_options(options, a.picture);
     options.group("Run");
-    add_technique_options(options, a.picture);
+    options.settings(a.picture.settings, &Setting::memory);
 }
 
 void check(const InfoArguments& a, const CLI::App& app) {
-    if (a.needs && !a.scene) throw UsageError("--needs", "is about a scene, and none is given");
-    for (const char* option : kMemoryOptions)
-        if (app.count(option) > 0 && !a.scene) throw UsageError(option, "is about a scene, and none is given");
+    if (a.needs && !a.scene) throw UsageError("--needs", "needs a SCENE");
+    for (const std::string& option : memory_options())
+        if (app.count(option) > 0 && !a.scene) throw UsageError(option, "needs a SCENE");
     check_camera_options(app);
     exclude(app, "--shutter", "--error");
     exclude(app, "--preview", "--error");
     exclude(app, "--preview", "--shutter");
-    if (a.time && !a.needs) throw UsageError("--time", "goes together with --needs");
+    if (a.time && !a.needs) throw UsageError("--time", "needs --needs");
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
 }
 
@@ -237,7 +157,7 @@ void check_leftovers(const CLI::App& app, const std::string& command) {
     if (!extras.empty()) throw UsageError(extras.front(), "is not expected; see {} --help", command);
 }
 
-/// CLI11's messages are "--option: what" or a sentence.
+/// Converts messages of CLI11, which are "--option: what" or a sentence.
 UsageError usage_error(const CLI::ParseError& error, const std::string& command) {
     const std::string text = error.what();
     const auto colon = text.find(": ");
@@ -245,7 +165,7 @@ UsageError usage_error(const CLI::ParseError& error, const std::string& command)
         return UsageError(text.substr(0, text.find(' ')), "is missing; see {} --help", command);
     if (colon == std::string::npos) return UsageError("arguments", text);
     if (dynamic_cast<const CLI::ArgumentMismatch*>(&error))
-        return UsageError(text.substr(0, colon), "wants exactly one value");
+        return UsageError(text.substr(0, colon), "expects exactly one value");
     return UsageError(text.substr(0, colon), text.substr(colon + 2));
 }
 
@@ -260,7 +180,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     CLI::App app("Hybrid raster and ray-traced global illumination.", "halflight");
     app.set_version_flag("--version", "halflight " HALFLIGHT_VERSION, "Print the version and exit");
     app.allow_extras();
-    app.require_subcommand(0, 1);  // after one, its name may be that of a file
+    app.require_subcommand(0, 1);  // after one, its name may be the name of a file
 
     RenderArguments render;
     CLI::App& render_app = *app.add_subcommand("render", "Render a glTF scene to .exr and .png");
@@ -279,38 +199,42 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     add_run_options(options, render);
 
     PreviewArguments preview;
-    CLI::App& preview_app = *app.add_subcommand("view", "Show a scene in a window, to walk about in it");
+    CLI::App& preview_app = *app.add_subcommand("view", "Show a scene in an interactive window");
     preview_app.allow_extras();
     add_preview_options(preview_app, preview);
 
     ConvergeArguments converge;
-    CLI::App& converge_app = *app.add_subcommand("converge", "Measure error against run time, and report it");
+    CLI::App& converge_app = *app.add_subcommand("converge", "Measure error against run time and write a report");
     converge_app.allow_extras();
     add_converge_options(converge_app, converge);
 
     InfoArguments info;
-    CLI::App& info_app = *app.add_subcommand("info", "Tell what a scene holds, or which devices there are");
+    bool settings_page = false;
+    CLI::App& info_app = *app.add_subcommand("info", "List the contents of a scene, or the devices");
     info_app.allow_extras();
     info_app.add_option("SCENE", info.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("");
-    info_app.add_flag("--device", info.device, "list the devices tried, and why each was or was not taken");
-    info_app.add_flag("--needs", info.needs, "list what rendering the scene does without, why, and the bytes saved");
-    info_app.add_flag("--time", info.time, "with --needs: measure the time that each of it saves; takes minutes");
-    info_app.add_flag("--json", info.json, "as JSON");
-    info_app.add_flag("--allow-outside", info.allow_outside, "the scene may name files outside its folder");
+    info_app.add_flag("--device", info.device, "lists the devices, and why each was or was not chosen");
+    info_app.add_flag("--needs", info.needs,
+                      "lists the parts that rendering leaves out for the scene, the reasons and the bytes saved");
+    info_app.add_flag("--time", info.time,
+                      "with --needs: measures the time that leaving out each part saves; takes minutes");
+    info_app.add_flag("--list-settings", settings_page,
+                      "prints the tables of all render settings and layers in Markdown");
+    info_app.add_flag("--json", info.json, "prints JSON");
+    info_app.add_flag("--allow-outside", info.allow_outside, "allows the scene to name files outside its folder");
     info_app.footer(
-        "Options of picture, camera, sequence, light and run are those of `halflight render`: memory is told for the "
-        "picture that "
-        "they ask for.");
+        "The options for picture, camera, sequence, light and run are those of `halflight render`. They describe the "
+        "picture whose memory is estimated.");
     Options info_options(info_app);
     add_memory_options(info_options, info);
 
     BenchArguments bench;
-    CLI::App& bench_app = *app.add_subcommand("bench", "Measure rays per second of several tracers, in turns");
+    CLI::App& bench_app = *app.add_subcommand("bench", "Measure rays per second of several tracers, interleaved");
     bench_app.allow_extras();
     bench::add_options(bench_app, bench);
 
     CompareArguments compare;
-    CLI::App& compare_app = *app.add_subcommand("compare", "Tell how far two pictures are apart, layer by layer");
+    CLI::App& compare_app = *app.add_subcommand("compare", "Measure the difference of two pictures, layer by layer");
     compare_app.allow_extras();
     compare::add_options(compare_app, compare);
 
@@ -333,8 +257,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     check_leftovers(app, "halflight");
     if (render_app.parsed()) {
         check_leftovers(render_app, "halflight render");
-        check_files(render);  // before the settings are read, which may be one of them
-        if (render.settings) use_settings(render_app, render);
+        check_files(render);  // before the settings file is read, which may be one of them
+        take_size_options(render_app, render);
+        if (render.settings_file) use_settings(render_app, render);
+        const RenderSettings& s = render.settings;
+        if ((s.time_limit > 0 || s.error) && render_app.count("--samples") == 0) render.settings.samples = kMaxSamples;
         check(render, render_app);
         return render;
     }
@@ -347,13 +274,16 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     }
     if (converge_app.parsed()) {
         check_leftovers(converge_app, "halflight converge");
+        take_size_options(converge_app, converge);
         check_converge_options(converge_app, converge);
         return converge;
     }
     if (info_app.parsed()) {
         check_leftovers(info_app, "halflight info");
+        if (settings_page) return Help{settings_markdown()};
         check(info, info_app);
-        if (info.picture.settings) use_settings(info_app, info.picture);
+        take_size_options(info_app, info.picture);
+        if (info.picture.settings_file) use_settings(info_app, info.picture);
         return info;
     }
     if (bench_app.parsed()) {

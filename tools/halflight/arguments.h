@@ -7,16 +7,10 @@
 #include <variant>
 #include <vector>
 
-#include "engine/color/color.h"
 #include "engine/core/error.h"
 #include "engine/core/frames.h"
 #include "engine/core/math.h"
-#include "engine/core/pixel_filter.h"
-#include "engine/rays/tracer.h"
-#include "engine/settings/estimator.h"
-#include "engine/settings/frame_settings.h"
-#include "engine/settings/preview.h"
-#include "engine/tables/needs.h"
+#include "engine/settings/render_settings.h"
 #include "tools/halflight/camera_pose.h"
 #include "tools/halflight/scene_edits.h"
 #include "tools/measure/bench/bench.h"
@@ -26,129 +20,105 @@
 
 namespace halflight {
 
-inline constexpr int kMaxSide = 65536;  ///< of a picture, pixels; what the driver can do is told by the renderer
-
-/// What --env asks for: nothing, a constant radiance, a map.
+/// Value of --env: none, a constant radiance, or a map.
 using EnvironmentChoice = std::variant<std::monostate, vec3, std::filesystem::path>;
 
-/// What is looked at, of whatever command makes a picture; ranges are checked, names of cameras are not yet.
+/// Arguments of every command that makes pictures of a scene. Ranges are checked, names of cameras are not.
 struct ViewArguments {
     std::filesystem::path scene;
-    bool allow_outside = false;  // files that the scene names outside its folder
+    bool allow_outside = false;  // the scene may name files outside its folder
 
-    std::optional<int> width;   // pixels
-    std::optional<int> height;  // pixels
-    int usual_width = 1280;     // where neither is given
+    /// Values of the options and files for the table of settings (engine/settings/settings_table.h). Camera and size
+    /// are chosen later, from the scene and the members below.
+    RenderSettings settings;
+    std::optional<int> width;   // pixels, where given
+    std::optional<int> height;  // pixels, where given
+    int usual_width = 1280;     // width where neither is given
     std::optional<std::string> camera;
     std::optional<dvec3> look_from;
     std::optional<dvec3> look_at;
     dvec3 up{0, 1, 0};
     double vertical_fov = 45;        // degrees
-    std::optional<CameraPose> pose;  // of a file of settings
+    std::optional<CameraPose> pose;  // from a settings file
 
-    PixelFilter::Shape filter = PixelFilter::Shape::box;
-    std::optional<double> filter_radius;  // pixels
-    PixelFilter pixel_filter() const { return {filter, filter_radius.value_or(usual_radius(filter))}; }
-
-    int bounces = 8;
     EnvironmentChoice environment;
-    SceneEdits edits;  // of a file of settings
+    SceneEdits edits;  // from a settings file
 
     std::string device;
     bool gl_debug = false;
     bool quiet = false;
 };
 
-/// `halflight render`; names of displays are not checked yet.
+/// Arguments of `halflight render`; names of displays are not checked yet.
 struct RenderArguments : ViewArguments {
-    std::optional<std::filesystem::path> settings;  // settings_file.h; what it says is in its places already
-    // .exr or .png, no two alike; of a sequence with placeholders; none only where there is a movie
+    std::optional<std::filesystem::path> settings_file;  // settings_file.h; its contents are in `settings` already
+    // .exr or .png, no two alike; for a sequence with placeholders; none only where there is a movie
     std::vector<std::filesystem::path> outputs;
     std::optional<std::filesystem::path> movie;  // .mp4 or .mov, of all frames
+    bool best_effort = false;                    // writes a picture that has not reached its error target
 
-    std::optional<int> samples;
-    std::optional<double> time;  // seconds
-    std::optional<double> error;
-    ErrorMetric error_metric = ErrorMetric::relmse;
-    bool best_effort = false;  // a picture whose error was not reached is one
-    std::uint32_t seed = 0;
-    std::uint32_t frame = 0;
-    float clamp = 0;  // RenderSettings::clamp
-
-    std::vector<std::uint32_t> frames;     // of a sequence, in their order; empty: one picture, of `frame`
-    std::optional<FrameRate> frame_rate;   // none: the scene's, see AnimatedScene; frame 0 is at 0 s
+    std::vector<std::uint32_t> frames;     // frames of a sequence, in order; empty: one picture, of settings.frame
+    std::optional<FrameRate> frame_rate;   // none: that of the scene, see AnimatedScene; frame 0 is at 0 s
     std::optional<std::string> animation;  // name, number, "all" or "none"
-    double shutter = 0;                    // open for so much of a frame, [0,1]
-    std::optional<int> shutter_times;      // at which it is seen meanwhile
-    bool overwrite = false;                // frames of other settings are replaced
-    ListPart part;                         // of `frames`: those that are to be made
-    bool check = false;                    // make none, see that all are there
-    bool reproducible = false;             // no date in files
+    double shutter = 0;                    // opening time of the shutter, in frames, [0,1]
+    std::optional<int> shutter_times;      // number of times in the opening time at which the scene is rendered
+    bool overwrite = false;                // replaces frames that were made with other settings
+    ListPart part;                         // the part of `frames` to render
+    bool check = false;                    // renders nothing and checks that all frames are there
+    bool reproducible = false;             // writes no date into files
 
-    std::vector<std::string> aovs;
-    bool half = false;
     std::optional<std::filesystem::path> ocio;
-    ViewTransform view;
-    std::string working_space;  // of EXR colour; empty: linear Rec.709
+    std::string working_space;  // colour space of the .exr; empty: linear Rec.709
 
-    rays::Culling culling = rays::Culling::automatic;
-    PrimaryVisibility primary = PrimaryVisibility::automatic;
-    bool strict = false;  // bad values are an error
-    Kept kept;
-    bool keep_all = false;
-    Estimator estimator;
-    Preview preview;
+    bool strict = false;  // treats bad values as an error
     bool no_shader_cache = false;
     std::optional<std::filesystem::path> stats;
     std::optional<std::filesystem::path> graph;
 };
 
-/// `halflight view`; the window's size is the picture's.
+/// Arguments of `halflight view`; the picture has the size of the window.
 struct PreviewArguments : ViewArguments {
-    std::optional<std::filesystem::path> settings;  // to be saved, and read already; none: beside the scene
-    std::vector<Bookmark> bookmarks;                // that it has
-    std::optional<int> samples;                     // per pixel, after which nothing more is done
-    Preview preview;                                // modes that are on at the start
-    float clamp = 0;                                // RenderSettings::clamp, likewise
-    double budget = 100;                            // ms until the first picture of a view
-    std::optional<std::string> animation;           // as of RenderArguments; none: at rest
-    std::optional<FrameRate> frame_rate;            // of the animation; none: the scene's
-    std::uint32_t frame = 0;                        // that is seen first
+    PreviewArguments() { settings.samples = 1024; }  // after which rendering stops
+
+    std::optional<std::filesystem::path> settings_file;  // to load and save; none: the file beside the scene
+    std::vector<Bookmark> bookmarks;                     // from the settings file
+    double budget = 100;                                 // ms until the first picture of a view
+    std::optional<std::string> animation;                // see RenderArguments; none: at rest
+    std::optional<FrameRate> frame_rate;                 // frames per second; none: that of the scene
     std::optional<std::filesystem::path> script;
     std::optional<std::filesystem::path> ocio;
-    ViewTransform view;
     bool no_shader_cache = false;
 };
 
-/// `halflight converge`; the view's size has defaults of its own.
+/// Arguments of `halflight converge`; the size of the picture has another default.
 struct ConvergeArguments : ViewArguments {
-    std::filesystem::path folder;  // of the reports
+    std::filesystem::path folder;  // for the reports
     converge::Plan plan;
-    std::vector<Estimator> estimators;  // as asked for, none: the default one; the plan has them by method
-    std::vector<Preview> previews;      // likewise
+    std::vector<Estimator> estimators;  // to compare; empty: the default one. The plan has one for each method.
+    std::vector<Preview> previews;      // to compare; empty: none. The plan has one for each method.
     bench::Clock clock = bench::Clock::wall;
     bool require_agreement = false;      // of the external renderer with the other methods
     converge::ReferenceOrder reference;  // folder: empty for the default one
 };
 
-/// `halflight info`.
+/// Arguments of `halflight info`.
 struct InfoArguments {
     std::optional<std::filesystem::path> scene;
-    bool device = false;      // list devices
-    bool needs = false;       // what rendering does without
-    bool time = false;        // what that saves
-    RenderArguments picture;  // what memory is told for: settings, size, camera, layers, ...; without files
-    bool png = false;         // that there would be one
+    bool device = false;      // lists devices
+    bool needs = false;       // lists the parts that rendering leaves out
+    bool time = false;        // measures the time that this saves
+    RenderArguments picture;  // the picture whose memory is estimated: size, camera, layers, ...; without files
+    bool png = false;         // the picture is written as a .png, too
     bool json = false;
     bool allow_outside = false;
 };
 
-/// Lines for stdout, the last one without its end: --help, --version.
+/// Text for stdout without its last newline: --help, --version.
 struct Help {
     std::string text;
 };
 
-/// The command line asks for something that makes no sense; what() is one line "subject: what is wrong".
+/// A command line that makes no sense; what() is one line "subject: what is wrong".
 class UsageError : public Error {
   public:
     using Error::Error;
@@ -161,7 +131,7 @@ using Arguments = std::variant<Help, RenderArguments, PreviewArguments, Converge
                                BenchArguments, CompareArguments>;
 Arguments parse_arguments(int argc, const char* const* argv);
 
-/// Whether the name ends in `.extension`, in any case.
+/// Returns whether the name ends in `.extension`, in any case.
 bool has_extension(const std::filesystem::path& path, std::string_view extension);
 
 }  // namespace halflight

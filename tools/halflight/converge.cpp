@@ -94,7 +94,7 @@ void run_converge(const ConvergeArguments& a) {
                     .camera = origin,
                     .environment = environment_name(scene.environment),
                     .device = {},
-                    .view = {size.x, size.y, camera, a.bounces, a.pixel_filter()},
+                    .view = {size.x, size.y, camera, a.settings.bounces, a.settings.filter},
                     .plan = a.plan,
                     .clock = a.clock};
     ReferenceOrder order = a.reference;

@@ -12,17 +12,17 @@ constexpr int kMaxSeeds = 1 << 16;
 constexpr std::size_t kMaxBudgets = 1 << 10;  // with the seeds, fewer pictures than a seed has values for methods
 constexpr double kShortest = 0.001, kLongest = 1e9;  // seconds
 
-/// A comma list as growing budgets.
+/// Parses a comma list of growing budgets.
 std::vector<Budget> budgets(const std::string& option, const std::string& list,
                             const std::function<Budget(const std::string&)>& parse) {
     std::vector<Budget> ladder;
     for (const std::string& text : split_names(list)) {
         const Budget next = parse(text);
         if (!ladder.empty() && next.samples + next.seconds <= ladder.back().samples + ladder.back().seconds)
-            throw UsageError(option, "wants budgets that grow, not '{}'", list);
+            throw UsageError(option, "expects growing budgets, not '{}'", list);
         ladder.push_back(next);
     }
-    if (ladder.size() > kMaxBudgets) throw UsageError(option, "takes {} budgets at most", kMaxBudgets);
+    if (ladder.size() > kMaxBudgets) throw UsageError(option, "expects at most {} budgets", kMaxBudgets);
     return ladder;
 }
 
@@ -30,7 +30,7 @@ std::vector<Method> methods(const std::string& option, const std::string& list) 
     std::vector<Method> wanted;
     for (const std::string& text : split_names(list)) {
         const auto method = converge::method_named(text);
-        if (!method) throw UsageError(option, "unknown method '{}'; there are: compute, raster, plain, oracle", text);
+        if (!method) throw UsageError(option, "expects some of compute, raster, plain, oracle, not '{}'", text);
         if (std::ranges::find(wanted, *method) != wanted.end()) throw UsageError(option, "'{}' is given twice", text);
         wanted.push_back(*method);
     }
@@ -40,7 +40,7 @@ std::vector<Method> methods(const std::string& option, const std::string& list) 
 converge::External external(const std::string& option, const std::string& text) {
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos || equals == 0 || equals + 1 == text.size())
-        throw UsageError(option, "wants NAME=COMMAND, not '{}'", text);
+        throw UsageError(option, "expects NAME=COMMAND, not '{}'", text);
     converge::External made{text.substr(0, equals), text.substr(equals + 1)};
     if (converge::method_named(made.name)) throw UsageError(option, "'{}' is the name of another method", made.name);
     try {
@@ -51,7 +51,7 @@ converge::External external(const std::string& option, const std::string& text) 
     return made;
 }
 
-/// One or several, joined by line ends. one(option, list) makes a list what it means.
+/// Parses each of the lists that are joined by newlines with one(option, list).
 template <class One>
 auto each_given(const std::string& option, const std::string& lists, const One& one) {
     std::vector<decltype(one(option, lists))> wanted;
@@ -75,31 +75,31 @@ void set_reference(converge::ReferenceOrder& order, const std::string& text) {
 
 void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     a.plan.methods.assign(std::begin(converge::kMethods), std::end(converge::kMethods));
-    a.usual_width = 320;  // error against time does not ask for more
+    a.usual_width = 320;  // enough to measure error against time
     for (int samples = 1; samples <= 64; samples *= 2) a.plan.budgets.push_back({samples, 0});
     app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
-    app.add_option("-o,--output", a.folder,
-                   "folder for report.html, report.json and report.csv, made with its parents if need be")
+    app.add_option("-o,--output", a.folder, "folder for report.html, report.json and report.csv, created if missing")
         ->type_name("DIR")
         ->required();
 
     Options options(app);
     options.group("Measurement");
-    options.value("--method", "NAME,...", "who makes pictures: compute, raster, plain, oracle (default: all)",
+    options.value("--method", "NAME,...", "methods that render pictures: compute, raster, plain, oracle (default: all)",
                   [&](const auto& name, const auto& text) { a.plan.methods = methods(name, text); });
     options
         .value("--estimator", "KEY=VALUE,...",
-               "techniques of the methods that use GL; given several times, they are compared: " + known_estimators(),
+               "sampling techniques of the GL methods; give the option several times to compare them: " +
+                   known_estimators(),
                [&](const auto& name, const auto& text) { a.estimators = each_given(name, text, estimator); })
         ->multi_option_policy(CLI::MultiOptionPolicy::Join);
     options
         .value(
             "--preview", "NAME,...",
-            "preview modes of the methods that use GL, likewise; none by itself: no mode; else of " + known_previews(),
+            "preview modes of the GL methods; give the option several times to compare them: none, " + known_previews(),
             [&](const auto& name, const auto& text) { a.previews = each_given(name, text, preview); })
         ->multi_option_policy(CLI::MultiOptionPolicy::Join);
     options.value("--warm-up", "N",
-                  "samples by a camera beside the scene's that fill the radiance cache before each picture (default 0)",
+                  "samples from a neighbouring camera that fill the radiance cache before each picture (default 0)",
                   [&](const auto& name, const auto& text) { a.plan.warm_up = whole(name, text, 0, kMaxSamples); });
     options.value(
         "--external", "NAME=COMMAND",
@@ -117,60 +117,66 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
                           return Budget{whole(name, one, 1, kMaxSamples), 0};
                       });
                   });
-    options.value("--seconds", "S,...", "budgets in seconds of wall time for a picture, instead of --samples",
+    options.value("--seconds", "S,...", "budgets in seconds of wall time per picture, instead of --samples",
                   [&](const auto& name, const auto& text) {
                       a.plan.budgets = budgets(name, text, [&](const std::string& one) {
                           return Budget{0, real(name, one, kShortest, kLongest)};
                       });
                   });
-    options.value("--seeds", "K", "independent pictures of each method and budget (default 8)",
+    options.value("--seeds", "K", "number of independent pictures for each method and budget (default 8)",
                   [&](const auto& name, const auto& text) { a.plan.seeds = whole(name, text, 1, kMaxSeeds); });
-    options.value("--seed", "N", "the first one (default 1); others tell how much the figures owe to theirs",
+    options.value("--seed", "N", "first seed (default 1)", [&](const auto& name, const auto& text) {
+        a.plan.first_seed = whole(name, text, 1u, converge::kSeedsOfMethods - 1);
+    });
+    options.setting(setting("clamp"), a.settings);
+    options.value("--clock", "wall|cpu", "clock for run times; cpu suits shared machines (default wall)",
                   [&](const auto& name, const auto& text) {
-                      a.plan.first_seed = whole(name, text, 1u, converge::kSeedsOfMethods - 1);
-                  });
-    add_clamp_option(options, a.plan.clamp);
-    options.value("--clock", "wall|cpu",
-                  "time that errors are held against (default wall); cpu where a machine is shared",
-                  [&](const auto& name, const auto& text) {
-                      if (text != "wall" && text != "cpu") throw UsageError(name, "wants wall or cpu, not '{}'", text);
+                      if (text != "wall" && text != "cpu")
+                          throw UsageError(name, "expects wall or cpu, not '{}'", text);
                       a.clock = text == "cpu" ? bench::Clock::cpu : bench::Clock::wall;
                   });
     options.group("Reference");
     options.value(
         "--reference", "oracle|gl|FILE",
-        "who makes it, or an .exr of the same size (default: the oracle, which shares no code with the engine)",
+        "renderer of the reference, or an .exr of the same size (default: the oracle, which shares no code with the "
+        "engine)",
         [&](const auto& name, const auto& text) {
-            if (text.empty()) throw UsageError(name, "wants oracle, gl or the name of a file");
+            if (text.empty()) throw UsageError(name, "expects oracle, gl or the name of a file");
             set_reference(a.reference, text);
         });
     options.value(
         "--reference-samples", "N",
-        "samples per pixel at least (default: 16 times the largest budget, 1024 at least; 1024 with --seconds)",
+        "least samples per pixel of the reference (default: 16 times the largest budget, at least 1024; 1024 with "
+        "--seconds)",
         [&](const auto& name, const auto& text) { a.reference.samples = whole(name, text, 2, kMaxSamples); });
     options.value("--cache", "DIR",
-                  "where references are kept and continued (default: $XDG_CACHE_HOME/halflight/references)",
+                  "folder in which references are stored and refined (default: $XDG_CACHE_HOME/halflight/references)",
                   [&](const auto& name, const auto& text) {
-                      if (text.empty()) throw UsageError(name, "wants the name of a folder");
+                      if (text.empty()) throw UsageError(name, "expects the name of a folder");
                       a.reference.folder = text;
                   });
     add_camera_options(options, a);
-    add_size_options(options, a);
-    add_filter_options(options, a);
-    add_light_options(options, a);
+    options.group("Picture");
+    for (const char* name : {"width", "height", "filter", "filter-radius"}) options.setting(setting(name), a.settings);
+    options.group("Light");
+    options.settings(a.settings);
+    add_environment_option(options, a.environment);
     add_device_options(options, a);
 }
 
 void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
+    a.plan.clamp = a.settings.clamp;
     if (!a.estimators.empty()) converge::compare_estimators(a.plan, a.estimators);
     for (const Preview& preview : a.previews)
-        if (preview.temporal) throw UsageError("--preview", "temporal keeps light of earlier pictures: here are none");
+        if (preview.temporal)
+            throw UsageError("--preview",
+                             "temporal reuses light of earlier pictures, and converge renders single pictures");
     if (!a.previews.empty()) converge::compare_previews(a.plan, a.previews);
     if (a.plan.warm_up > 0 && std::ranges::none_of(a.previews, &Preview::cache))
-        throw UsageError("--warm-up", "is for the radiance cache, and no --preview has it");
+        throw UsageError("--warm-up", "needs a --preview with cache");
     if (!a.plan.external.name.empty()) {
         exclude(app, "--external", "--seconds");
-        exclude(app, "--external", "--filter");  // of which commands are not told
+        exclude(app, "--external", "--filter");  // commands are not given the filter
         a.plan.methods.push_back(converge::Method::external);
         if (!a.plan.estimators.empty()) a.plan.estimators.emplace_back();
         if (!a.plan.previews.empty()) a.plan.previews.emplace_back();

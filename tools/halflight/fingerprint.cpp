@@ -5,6 +5,7 @@
 #include "engine/core/hash.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
+#include "engine/settings/settings_table.h"
 #include "tools/halflight/frame_renderer.h"
 
 namespace halflight {
@@ -14,7 +15,7 @@ constexpr std::uint64_t kAnySize = std::numeric_limits<std::int64_t>::max();
 
 class Fingerprint {
   public:
-    /// Lengths keep neighbours apart.
+    /// Adds a text with its length, which separates it from its neighbours.
     Fingerprint& text(std::string_view value) {
         hash_.add(value.size());
         hash_.add_bytes(value.data(), value.size());
@@ -72,10 +73,14 @@ void add_edits(Fingerprint& print, const SceneEdits& edits) {
 }
 
 void add_color(Fingerprint& print, const RenderArguments& a, const ColorConfig& config) {
-    print.values("{} {}", a.half, a.working_space);
+    print.text(a.working_space);
     for (const auto& file : config.files()) print.file(file);
     print.values("{} files", config.files().size());
-    print.text(a.view.display).text(a.view.view).text(a.view.look).values("{}", a.view.exposure);
+}
+
+void add_settings(Fingerprint& print, const RenderSettings& settings) {
+    for (const Setting& setting : known_settings())
+        if (setting.fingerprint) print.text(setting.name).text(setting.get(settings));
 }
 
 }  // namespace
@@ -91,14 +96,10 @@ std::string sequence_fingerprint(const RenderArguments& a, const RenderSettings&
     add_environment(print, a);
     add_edits(print, a.edits);
     add_color(print, a, config);
-    print.values("{} x {}, {} bounces, {} samples, seed {}", s.width, s.height, s.bounces, s.samples, s.seed);
-    print.values("time {}, error {} {} {}", s.time_limit, optional_text(a.error), name(a.error_metric), a.best_effort);
-    print.values("layers {}, {}", fmt::join(a.aovs, ","), halflight::text(s.estimator));
-    print.values("primary {}", name(s.primary));
-    if (s.preview.any()) print.values("preview {}", halflight::text(s.preview));
-    // Then frames depend on those that were made before them.
+    add_settings(print, s);
+    print.values("best effort {}", a.best_effort);
+    // Frames then depend on the frames before them.
     if (s.preview.temporal) print.values("frames {}", fmt::join(a.frames, ","));
-    print.values("filter {}, clamp {}", halflight::text(s.filter), s.clamp);
     print.values("shutter {}, {} times", a.shutter, shutter_count(a, s.samples));
     return print.hex();
 }
@@ -113,7 +114,7 @@ FrameFile examine_frame(const std::filesystem::path& path, const std::string& fi
     std::string found;
     try {
         const std::string bytes = read_file(path, kAnySize);
-        constexpr std::size_t kSignature = 8;  // of a .png; an .exr's is shorter
+        constexpr std::size_t kSignature = 8;  // bytes, of a .png; that of an .exr is shorter
         if (bytes.size() < kSignature || bytes.find_first_not_of('\0') == std::string::npos)
             return FrameFile::incomplete;
         if (is_exr(bytes)) {

@@ -12,7 +12,7 @@ namespace halflight {
 int shutter_count(const RenderArguments& a, int samples) {
     constexpr int kUsualTimes = 8;
     if (a.shutter == 0) return 1;
-    const bool variance = std::ranges::find(a.aovs, "variance") != a.aovs.end();
+    const bool variance = std::ranges::find(a.settings.aovs, "variance") != a.settings.aovs.end();
     return a.shutter_times.value_or(std::clamp(variance ? samples / 2 : samples, 1, kUsualTimes));
 }
 
@@ -66,7 +66,7 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
 RenderResult FrameRenderer::still(std::uint32_t frame, const FrameSettings& settings,
                                   const ProgressCallback& progress) {
     const double seconds = scene_.frame_rate().seconds(frame);
-    const bool motion = settings_.preview.temporal || std::ranges::find(a_.aovs, "motion") != a_.aovs.end();
+    const bool motion = settings_.preview.temporal || std::ranges::find(a_.settings.aovs, "motion") != a_.settings.aovs.end();
     if (!scene_.surfaces_move() || !motion) return picture(seconds, settings, progress);
     Stopwatch watch;
     Scene before = scene_.posed(scene_.frame_rate().seconds(static_cast<double>(frame) - 1));

@@ -5,7 +5,7 @@
 namespace halflight {
 namespace {
 
-/// X,Y,Z
+/// Parses X,Y,Z.
 std::optional<dvec3> triple(const std::string& text) {
     dvec3 value;
     const char* at = text.data();
@@ -21,7 +21,7 @@ std::optional<dvec3> triple(const std::string& text) {
 
 dvec3 point(const std::string& option, const std::string& text) {
     const auto value = triple(text);
-    if (!value) throw UsageError(option, "wants X,Y,Z, not '{}'", text);
+    if (!value) throw UsageError(option, "expects X,Y,Z, not '{}'", text);
     return *value;
 }
 
@@ -66,7 +66,7 @@ CLI::Option* Options::value(const std::string& name, const char* metavar, const 
 CLI::Option* Options::path(const std::string& name, const char* metavar, const std::string& description,
                            std::optional<std::filesystem::path>& target) {
     return value(name, metavar, description, [&](const auto& n, const auto& text) {
-        if (text.empty()) throw UsageError(n, "wants the name of a file");
+        if (text.empty()) throw UsageError(n, "expects the name of a file");
         target = text;
     });
 }
@@ -75,70 +75,49 @@ void Options::flag(const std::string& name, bool& target, const std::string& des
     app_.add_flag(name, target, description)->group(group_);
 }
 
+void Options::flag(const std::string& name, std::function<void()> set, const std::string& description) {
+    app_.add_flag_callback(name, std::move(set), description)->group(group_);
+}
+
+void Options::setting(const Setting& s, RenderSettings& settings) {
+    const std::string name = fmt::format("--{}", s.name);
+    const auto set = [&s, &settings, name](const std::string& text) {
+        if (const std::string problem = s.set(settings, text); !problem.empty()) throw UsageError(name, problem);
+    };
+    std::string description = s.help;
+    if (s.type == Setting::Type::flag)
+        return flag(
+            name, [set] { set("yes"); }, description);
+    if (!s.values.empty()) description += ": " + s.values;
+    if (const std::string usual = s.get(settings); !usual.empty() && description.find("default") == std::string::npos)
+        description += fmt::format(" (default {})", usual);
+    CLI::Option* const option =
+        app_.add_option_function<std::string>(name, set, description)->type_name(s.metavar)->group(group_);
+    if (s.type == Setting::Type::list) option->multi_option_policy(CLI::MultiOptionPolicy::Join);
+}
+
 void add_camera_options(Options& options, ViewArguments& a) {
     options.group("Camera");
-    options.value("--camera", "NAME|N", "camera of the scene, by name or number from 0 (default: the first)",
+    options.value("--camera", "NAME|N", "camera of the scene, by name or by number from 0 (default: the first)",
                   [&](const auto&, const auto& text) { a.camera = text; });
-    options.value("--look-from", "X,Y,Z", "a camera of your own: where it is, in metres",
+    options.value("--look-from", "X,Y,Z", "position of a camera of your own, in metres",
                   [&](const auto& name, const auto& text) { a.look_from = point(name, text); });
-    options.value("--look-at", "X,Y,Z", "what it looks at",
+    options.value("--look-at", "X,Y,Z", "point that this camera looks at",
                   [&](const auto& name, const auto& text) { a.look_at = point(name, text); });
-    options.value("--up", "X,Y,Z", "what is up in its picture (default 0,1,0)",
+    options.value("--up", "X,Y,Z", "upward direction of this camera (default 0,1,0)",
                   [&](const auto& name, const auto& text) { a.up = point(name, text); });
-    options.value("--vfov", "DEGREES", fmt::format("its vertical field of view (default {})", a.vertical_fov),
+    options.value("--vfov", "DEGREES",
+                  fmt::format("vertical field of view of this camera (default {})", a.vertical_fov),
                   [&](const auto& name, const auto& text) { a.vertical_fov = real(name, text, 0.01, 179); });
-}
-
-void add_size_options(Options& options, ViewArguments& a) {
-    options.group("Picture");
-    options.value("--width", "PIXELS",
-                  fmt::format("width (default: from the height and the camera's shape, else {})", a.usual_width),
-                  [&](const auto& name, const auto& text) { a.width = whole(name, text, 1, kMaxSide); });
-    options.value("--height", "PIXELS", "height (default: from the width and the camera's shape)",
-                  [&](const auto& name, const auto& text) { a.height = whole(name, text, 1, kMaxSide); });
-}
-
-void add_filter_options(Options& options, ViewArguments& a) {
-    options.value("--filter", "NAME", "pixel filter: box (default), blackman-harris",
-                  [&](const auto& name, const auto& text) {
-                      using enum PixelFilter::Shape;
-                      const std::string list = text;
-                      for (const PixelFilter::Shape shape : {box, blackman_harris})
-                          if (list == halflight::name(shape)) return void(a.filter = shape);
-                      throw UsageError(name, "there is no filter '{}', only box, blackman-harris", text);
-                  });
-    options.value(
-        "--filter-radius", "PIXELS",
-        fmt::format("how far it reaches from a pixel's centre (default: box {:g}, blackman-harris {:g})",
-                    usual_radius(PixelFilter::Shape::box), usual_radius(PixelFilter::Shape::blackman_harris)),
-        [&](const auto& name, const auto& text) { a.filter_radius = real(name, text, 0.01, kMaxFilterRadius); });
-}
-
-void add_clamp_option(Options& options, float& clamp) {
-    options.value(
-        "--clamp", "LUMINANCE",
-        "the most that one sample of a pixel's indirect light may have: fewer fireflies, less light (default 0: "
-        "all that it has)",
-        [&](const auto& name, const auto& text) {
-            clamp = static_cast<float>(real(name, text, text == "0" ? 0 : 1e-6, 1e30));
-        });
-}
-
-void add_light_options(Options& options, ViewArguments& a) {
-    options.group("Light");
-    options.value("--bounces", "N",
-                  fmt::format("reflections along a path; 0 shows lights only, 1 direct light (default {})", a.bounces),
-                  [&](const auto& name, const auto& text) { a.bounces = whole(name, text, 0, kMaxBounces); });
-    add_environment_option(options, a.environment);
 }
 
 void add_environment_option(Options& options, EnvironmentChoice& environment) {
     options.value("--env", "FILE|R,G,B", "environment: an equirectangular .exr or .hdr, or a constant radiance",
                   [&](const auto& name, const auto& text) {
-                      if (text.empty()) throw UsageError(name, "wants the name of a file or R,G,B");
+                      if (text.empty()) throw UsageError(name, "expects the name of a file or R,G,B");
                       const auto color = triple(text);
                       if (color && glm::any(glm::lessThan(*color, dvec3(0))))
-                          throw UsageError(name, "radiance is never negative: '{}'", text);
+                          throw UsageError(name, "expects no negative radiance, not '{}'", text);
                       if (color)
                           environment = vec3(*color);
                       else
@@ -146,27 +125,19 @@ void add_environment_option(Options& options, EnvironmentChoice& environment) {
                   });
 }
 
-void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, ViewTransform& view,
-                      const std::string& of) {
+void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings) {
+    options.group("Colour");
     options.path("--ocio", "FILE", "OpenColorIO config (default: $OCIO, else a built-in ACES config)", ocio);
-    options.value("--display", "NAME", "display" + of + " (default: the config's)",
-                  [&](const auto&, const auto& text) { view.display = text; });
-    options.value("--view", "NAME", "view" + of + " (default: the display's)",
-                  [&](const auto&, const auto& text) { view.view = text; });
-    options.value("--look", "NAME", "look" + of + " (default: the view's)",
-                  [&](const auto&, const auto& text) { view.look = text; });
-    options.value("--exposure", "STOPS", "exposure" + of + " (default 0)", [&](const auto& name, const auto& text) {
-        view.exposure = static_cast<float>(real(name, text, -64, 64));
-    });
+    options.settings(settings);
 }
 
 void add_device_options(Options& options, ViewArguments& a) {
     options.group("Run");
-    options.value("--device", "NAME|N", "where to render; `halflight info --device` lists them",
+    options.value("--device", "NAME|N", "device to render on; `halflight info --device` lists devices",
                   [&](const auto&, const auto& text) { a.device = text; });
-    options.flag("--gl-debug", a.gl_debug, "let the driver check every call (slower); its errors have a text then");
-    options.flag("--allow-outside", a.allow_outside, "the scene may name files outside its folder");
-    options.flag("--quiet", a.quiet, "no progress, no notes; errors only");
+    options.flag("--gl-debug", a.gl_debug, "lets the driver check every call and explain its errors (slower)");
+    options.flag("--allow-outside", a.allow_outside, "allows the scene to name files outside its folder");
+    options.flag("--quiet", a.quiet, "prints errors only, neither progress nor notes");
 }
 
 void exclude(const CLI::App& app, const char* one, const char* other) {
@@ -176,7 +147,8 @@ void exclude(const CLI::App& app, const char* one, const char* other) {
 void check_camera_options(const CLI::App& app) {
     const auto given = [&](const char* option) { return app.count(option) > 0; };
     exclude(app, "--camera", "--look-from");
-    if (given("--look-from") != given("--look-at")) throw UsageError("--look-from", "goes together with --look-at");
+    if (given("--look-from") != given("--look-at"))
+        throw UsageError("--look-from", "needs --look-at, and --look-at needs it");
     for (const char* option : {"--up", "--vfov"})
         if (given(option) && !given("--look-from")) throw UsageError(option, "needs --look-from and --look-at");
 }

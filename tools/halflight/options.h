@@ -1,4 +1,4 @@
-// Options as the commands declare them, and those that commands have in common.
+// Command-line options: how commands declare them, and the options that several commands have.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -8,21 +8,20 @@
 #include <string>
 #include <vector>
 
+#include "engine/settings/settings_table.h"
 #include "tools/halflight/arguments.h"
 
 namespace halflight {
 
-inline constexpr int kMaxSamples = 1 << 24;  // a float32 counts no further
-inline constexpr int kMaxBounces = 1024;
-inline constexpr int kMinWindow = 16, kMaxWindow = 16384;  // sides, pixels
+inline constexpr int kMinWindow = 16, kMaxWindow = 16384;  ///< sides of the viewer's window, pixels
 
-/// All of `text` as a number from `lower` to `upper`; `kind` says in the UsageError what was wanted.
+/// Parses all of `text` as a number from `lower` to `upper`; `kind` names it in the UsageError.
 template <class T>
 T number(const std::string& option, const std::string& text, T lower, T upper, std::string_view kind) {
     T value{};
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size() || !(value >= lower && value <= upper))
-        throw UsageError(option, "wants {} from {} to {}, not '{}'", kind, lower, upper, text);
+        throw UsageError(option, "expects {} from {} to {}, not '{}'", kind, lower, upper, text);
     return value;
 }
 
@@ -35,15 +34,14 @@ inline double real(const std::string& option, const std::string& text, double lo
     return number<double>(option, text, lower, upper, "a number");
 }
 
-/// As a UsageError where it is none.
+/// Parses the value of an option. Throws UsageError where it is malformed.
 Estimator estimator(const std::string& option, const std::string& list);
-
 Preview preview(const std::string& option, const std::string& list);
 
-/// The names in a comma list; a repeated option is joined by line ends.
+/// Returns the names in a comma list; newlines, which join the values of a repeated option, separate names, too.
 std::vector<std::string> split_names(const std::string& list);
 
-/// Options that take one value, which a function turns into what it means.
+/// Declares the options of a command.
 class Options {
   public:
     explicit Options(CLI::App& app) : app_(app) {}
@@ -54,6 +52,18 @@ class Options {
     CLI::Option* path(const std::string& name, const char* metavar, const std::string& description,
                       std::optional<std::filesystem::path>& target);
     void flag(const std::string& name, bool& target, const std::string& description);
+    void flag(const std::string& name, std::function<void()> set, const std::string& description);
+    /// Declares the option of a setting. `settings` holds its default, and its value after parsing.
+    void setting(const Setting& setting, RenderSettings& settings);
+    /// Declares the options of all settings of the current group for which wanted(setting) is true.
+    template <class Wanted>
+    void settings(RenderSettings& values, const Wanted& wanted) {
+        for (const Setting& s : known_settings())
+            if (s.group == group_ && std::invoke(wanted, s)) setting(s, values);
+    }
+    void settings(RenderSettings& values) {
+        settings(values, [](const Setting&) { return true; });
+    }
 
   private:
     CLI::App& app_;
@@ -61,48 +71,46 @@ class Options {
 };
 
 void add_camera_options(Options& options, ViewArguments& arguments);
-void add_size_options(Options& options, ViewArguments& arguments);
-void add_filter_options(Options& options, ViewArguments& arguments);
-/// RenderSettings::clamp.
-void add_clamp_option(Options& options, float& clamp);
-void add_light_options(Options& options, ViewArguments& arguments);
 void add_environment_option(Options& options, EnvironmentChoice& environment);
-/// Config, display, view, look, exposure; what is transformed is told as `of`: " of the .png".
-void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, ViewTransform& view,
-                      const std::string& of);
-/// Device, what the scene may name, quiet.
+/// Declares --ocio and the settings of the view transform.
+void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings);
+/// Declares --device, --gl-debug, --allow-outside and --quiet.
 void add_device_options(Options& options, ViewArguments& arguments);
 
-/// What plays, and when frames are; `usual` is what plays where nothing is said.
+/// Declares --fps and --animation; `usual` says in the help text what plays by default.
 void add_animation_options(Options& options, std::optional<std::string>& animation, std::optional<FrameRate>& rate,
                            const std::string& usual);
-/// RenderArguments::shutter.
+/// Declares --shutter.
 void add_shutter_option(Options& options, RenderArguments& arguments);
-/// Which frames, and the same.
+/// Declares the options of sequences: frames, animation, shutter, movie, ...
 void add_sequence_options(Options& options, RenderArguments& arguments);
+/// Throws UsageError for options of sequences that contradict each other.
 void check_sequence_options(const CLI::App& app, const RenderArguments& arguments);
-/// What --preview cannot go with.
+/// Throws UsageError for options that --preview excludes.
 void check_preview_options(const CLI::App& app, const RenderArguments& arguments);
-/// Of all frames, the names that the command line stands for; without --frames its outputs as they are.
+/// Returns the output files of all frames; without --frames the outputs as they are.
 std::vector<std::filesystem::path> output_files(const RenderArguments& arguments);
 
-/// --settings of `halflight render`, and what the file says put where the command line says nothing.
+/// Copies --width and --height, where given, to arguments.width and arguments.height.
+void take_size_options(const CLI::App& app, ViewArguments& arguments);
+/// Declares --settings of `halflight render`.
 void add_settings_option(Options& options, RenderArguments& arguments);
+/// Reads the settings file; options given on the command line override it.
 void use_settings(const CLI::App& app, RenderArguments& arguments);
 
-/// All of `halflight view`.
+/// Declares all options of `halflight view`.
 void add_preview_options(CLI::App& app, PreviewArguments& arguments);
 void check_preview_options(const CLI::App& app, const PreviewArguments& arguments);
-/// Of the file that it would save to, where it is there (take_settings()).
+/// Reads the file that settings are saved to, where it exists; options override it.
 void use_settings(const CLI::App& app, PreviewArguments& arguments);
 
-/// All of `halflight converge`.
+/// Declares all options of `halflight converge`.
 void add_converge_options(CLI::App& app, ConvergeArguments& arguments);
 void check_converge_options(const CLI::App& app, ConvergeArguments& arguments);
 
-/// Throws UsageError where both were given.
+/// Throws UsageError where both options were given.
 void exclude(const CLI::App& app, const char* one, const char* other);
-/// What the options of one command's camera make of each other.
+/// Throws UsageError for camera options that contradict each other.
 void check_camera_options(const CLI::App& app);
 
 }  // namespace halflight

@@ -10,14 +10,12 @@
 namespace halflight {
 namespace {
 
-/// Whether a matrix between RGB spaces applies: not to variances, which would need covariances.
+/// Returns whether the channels are a colour, which is converted between RGB spaces.
 bool is_color(const std::vector<std::string>& channels) {
-    const auto ends_in = [&](std::size_t i, const char* name) {
-        const std::string& channel = channels[i];
-        return channel == name || channel.ends_with(std::string(".") + name);
-    };
-    return (channels.size() == 3 || channels.size() == 4) && !channels[0].starts_with("variance.") && ends_in(0, "R") &&
-           ends_in(1, "G") && ends_in(2, "B");
+    const std::size_t dot = channels[0].find('.');
+    if (dot == std::string::npos) return channels[0] == "R";  // the picture itself
+    const AovInfo* const layer = find_aov(std::string_view(channels[0]).substr(0, dot));
+    return layer && layer->is_color();
 }
 
 void write_exr_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info) {

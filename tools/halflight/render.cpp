@@ -36,7 +36,7 @@ void render_picture(const RenderArguments& a) {
 
     check_outputs(a);
     const ColorConfig config = ColorConfig::load(a.ocio);
-    if (wants(a, "png")) config.view(a.view);  // for its errors
+    if (wants(a, "png")) config.view(a.settings.view);  // for its errors
     const LinearSpace space = working_space(config, a);
 
     // Another thread reads while this one, whose context is to be, wakes the driver up.
@@ -48,7 +48,7 @@ void render_picture(const RenderArguments& a) {
     times.context = watch.lap();
     AnimatedScene animated = reading.get();
     const Scene& scene = animated.scene();
-    const ChosenCamera chosen = animated.camera(animated.frame_rate().seconds(a.frame));
+    const ChosenCamera chosen = animated.camera(animated.frame_rate().seconds(a.settings.frame));
     FrameRenderer renderer(a, animated, context, config, make_settings(a, chosen.camera));
     const RenderSettings& settings = renderer.settings();
     times.load = watch.lap();
@@ -61,7 +61,7 @@ void render_picture(const RenderArguments& a) {
     int samples_done = 0;
     {
         ProgressDisplay display(stderr, a.quiet, settings.time_limit);
-        result = renderer.render(a.frame, [&](const RenderProgress& progress) {
+        result = renderer.render(a.settings.frame, [&](const RenderProgress& progress) {
             display.show(progress);
             samples_done = progress.samples_done;
             return stop_signal() == 0;

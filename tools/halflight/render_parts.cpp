@@ -7,11 +7,6 @@
 #include "tools/halflight/statistics.h"
 
 namespace halflight {
-namespace {
-
-constexpr int kManySamples = 1 << 24;  // where the time decides
-
-}  // namespace
 
 bool wants(const RenderArguments& a, std::string_view extension) {
     return std::ranges::any_of(a.outputs, [&](const auto& path) { return has_extension(path, extension); });
@@ -23,28 +18,12 @@ LinearSpace working_space(const ColorConfig& config, const RenderArguments& a) {
 
 RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     const ivec2 size = picture_size(a, camera);
-    RenderSettings settings;
+    RenderSettings settings = a.settings;
     settings.width = size.x;
     settings.height = size.y;
     settings.camera = camera;
-    settings.samples = a.samples.value_or(a.time || a.error ? kManySamples : kUsualSamples);
-    settings.time_limit = a.time.value_or(0);
-    if (a.error) settings.error = ErrorTarget{a.error_metric, *a.error};
-    settings.filter = a.pixel_filter();
-    settings.bounces = a.bounces;
-    settings.clamp = a.clamp;
-    settings.culling = a.culling;
-    settings.primary = a.primary;
-    settings.kept = a.keep_all ? Kept::everything() : a.kept;
-    settings.estimator = a.estimator;
-    settings.preview = a.preview;
     settings.pictures = 1;
-    settings.seed = a.seed;
-    settings.frame = a.frame;
-    settings.aovs = a.aovs;
-    settings.half_color = a.half;
     settings.want_view = wants(a, "png") || a.movie;
-    settings.view = a.view;
     settings.measure = a.stats.has_value();
     return settings;
 }
@@ -53,7 +32,7 @@ PictureInfo picture_info(const RenderArguments& a, const RenderSettings& setting
                          const Scene& scene, const RenderStats& stats, const std::string& error) {
     return {.camera = settings.camera,
             .working_space = space,
-            .half = a.half,
+            .half = settings.half_color,
             .comments = settings_line(a, settings, scene, stats),
             .filter = text(settings.filter),
             .shutter = shutter_text(a, settings.samples),

@@ -11,8 +11,6 @@
 
 namespace halflight {
 
-inline constexpr int kUsualSamples = 64;  ///< per pixel
-
 /// Whether any output has this extension.
 bool wants(const RenderArguments& arguments, std::string_view extension);
 

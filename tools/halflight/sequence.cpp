@@ -72,14 +72,14 @@ std::vector<std::uint32_t> frames_to_make(const RenderArguments& a, const std::s
                 throw Error(path.string(),
                             "is there and is another frame, of another scene, other settings{} or another version: "
                             "nothing was rendered; --overwrite replaces it",
-                            a.preview.temporal ? ", other --frames (which --preview temporal goes on from)" : "");
+                            a.settings.preview.temporal ? ", other --frames (which --preview temporal goes on from)" : "");
             if (file == FrameFile::incomplete) damaged.push_back(frame);
             whole = whole && file == FrameFile::whole;
         }
         if (!whole || !shown) todo.push_back(frame);
         not_shown += whole && !shown && !a.outputs.empty() ? 1 : 0;
     }
-    if (a.preview.temporal && !todo.empty() && todo.size() < a.frames.size()) {
+    if (a.settings.preview.temporal && !todo.empty() && todo.size() < a.frames.size()) {
         console.note("--preview temporal: frames go on from those before them, and all are made again");
         return a.frames;
     }
@@ -125,7 +125,7 @@ class Sequence {
   public:
     Sequence(const RenderArguments& a, const Console& console)
         : a_(a), console_(console), config_(ColorConfig::load(a.ocio)) {
-        if (wants(a, "png") || a.movie) display_ = config_.view(a.view).display();
+        if (wants(a, "png") || a.movie) display_ = config_.view(a.settings.view).display();
         space_ = working_space(config_, a);
         scene_.emplace(a, console);
         settings_ = make_settings(a, scene_->chosen_camera().camera);

@@ -10,7 +10,7 @@
 namespace halflight {
 namespace {
 
-/// f(option, text), whose Error is about the command line.
+/// Calls f(option, text) and turns its Error into a UsageError.
 template <class F>
 auto parsed(F f, const std::string& option, const std::string& text) {
     try {
@@ -25,22 +25,25 @@ void check_shutter(const CLI::App& app, const RenderArguments& a) {
     if (app.count("--shutter-times") > 0 && a.shutter == 0) throw UsageError("--shutter-times", "needs --shutter");
     if (a.shutter == 0) return;
     if (a.frames.empty() && !a.animation) throw UsageError("--shutter", "needs --frames or --animation");
-    for (const char* other : {"--time", "--error"}) exclude(app, "--shutter", other);  // samples are dealt out first
-    const int samples = a.samples.value_or(kUsualSamples), times = shutter_count(a, samples);
+    for (const char* other : {"--time", "--error"})
+        exclude(app, "--shutter", other);  // the number of samples must be known
+    const int samples = a.settings.samples, times = shutter_count(a, samples);
     if (times > samples) throw UsageError("--shutter-times", "{} samples are too few for {} times", samples, times);
-    const bool variance = std::ranges::find(a.aovs, "variance") != a.aovs.end();
+    const bool variance = std::ranges::find(a.settings.aovs, "variance") != a.settings.aovs.end();
     if (variance && times > 1 && samples / times < 2)
-        throw UsageError("--shutter-times", "the layer variance takes two samples at each time, and {} are {} times",
+        throw UsageError("--shutter-times",
+                         "the layer variance takes two samples at each time: {} samples are too few for {} "
+                         "times",
                          samples, times);
 }
 
 void check_movie(const CLI::App& app, const RenderArguments& a) {
     if (a.frames.empty()) throw UsageError("--movie", "needs --frames");
     if (!has_extension(*a.movie, "mp4") && !has_extension(*a.movie, "mov"))
-        throw UsageError(a.movie->string(), "a movie is an .mp4 or a .mov");
+        throw UsageError(a.movie->string(), "expects an .mp4 or a .mov");
     if (count_placeholders(*a.movie) > 0)
-        throw UsageError(a.movie->string(), "has a placeholder for frames' numbers, and a movie is one file");
-    // A part is no movie; a run of all frames makes it of the parts' .png files.
+        throw UsageError(a.movie->string(), "has a placeholder for frame numbers, but a movie is one file");
+    // A run of all frames makes the movie from the .png files of the parts.
     exclude(app, "--movie", "--part");
     exclude(app, "--movie", "--check");
 }
@@ -49,43 +52,48 @@ void check_movie(const CLI::App& app, const RenderArguments& a) {
 
 void add_animation_options(Options& options, std::optional<std::string>& animation, std::optional<FrameRate>& rate,
                            const std::string& usual) {
-    options.value("--fps", "N|N/D",
-                  "frames per second (default: fps or frame_rate in the extras of the scene, else 24); frame 0 is at 0 "
-                  "s, frame N "
-                  "at N/fps",
-                  [&](const auto& name, const auto& text) { rate = parsed(parse_frame_rate, name, text); });
-    options.value("--animation", "NAME|N|all|none",
-                  fmt::format("animation of the scene that plays (default: {})", usual),
+    options.value(
+        "--fps", "N|N/D",
+        "frames per second; frame N is at N/fps seconds (default: fps or frame_rate in the extras of the scene, "
+        "else 24)",
+        [&](const auto& name, const auto& text) { rate = parsed(parse_frame_rate, name, text); });
+    options.value("--animation", "NAME|N|all|none", fmt::format("animation of the scene to play (default: {})", usual),
                   [&](const auto& name, const auto& text) {
-                      if (text.empty()) throw UsageError(name, "wants a name, a number, all or none");
+                      if (text.empty()) throw UsageError(name, "expects a name, a number, all or none");
                       animation = text;
                   });
 }
 
 void add_shutter_option(Options& options, RenderArguments& a) {
-    options.value("--shutter", "S",
-                  "motion blur: the shutter is open for S of a frame, half of it ahead of the frame's time; 0 to 1 "
-                  "(default 0: at that time alone)",
-                  [&](const auto& name, const auto& text) { a.shutter = real(name, text, 0, 1); });
+    options.value(
+        "--shutter", "S",
+        "motion blur: opening time of the shutter in frames, 0 to 1, centred on the time of the frame (default "
+        "0)",
+        [&](const auto& name, const auto& text) { a.shutter = real(name, text, 0, 1); });
 }
 
 void add_sequence_options(Options& options, RenderArguments& a) {
     options.group("Sequence");
     options.value("--frames", "LIST",
-                  "frames to make, 1-240, 1-240x2, 1,5,9-12; outputs are named shot.####.exr or shot.%04d.exr. Frames "
-                  "that are there whole are kept",
+                  "frames to render: 1-240, 1-240x2, 1,5,9-12; outputs need a placeholder as in shot.####.exr or "
+                  "shot.%04d.exr. Complete frames of the same settings are skipped",
                   [&](const auto& name, const auto& text) { a.frames = parsed(parse_frames, name, text); });
-    add_animation_options(options, a.animation, a.frame_rate, "all with --frames, otherwise none, the scene at rest");
+    add_animation_options(options, a.animation, a.frame_rate, "all with --frames, else none, the scene at rest");
     add_shutter_option(options, a);
-    options.value("--shutter-times", "N", "at how many times it is seen meanwhile (default 8, or all samples)",
-                  [&](const auto& name, const auto& text) { a.shutter_times = whole(name, text, 1, kMaxSamples); });
+    options.value(
+        "--shutter-times", "N",
+        "number of times in the opening time at which the scene is rendered (default: 8, at most one per sample)",
+        [&](const auto& name, const auto& text) { a.shutter_times = whole(name, text, 1, kMaxSamples); });
     options.path("--movie", "FILE.mp4|.mov",
-                 "the frames as a movie through the view transform, H.264 or ProRes; takes an ffmpeg in PATH", a.movie);
-    options.flag("--overwrite", a.overwrite, "replace frames that are there with other settings or of another scene");
-    options.value("--part", "I/N", "only the I-th of N parts of the frames, as for N machines",
+                 "writes the frames as a movie through the view transform, H.264 or ProRes; needs ffmpeg in PATH",
+                 a.movie);
+    options.flag("--overwrite", a.overwrite,
+                 "replaces frames that were made with other settings or from another scene");
+    options.value("--part", "I/N", "renders the I-th of N parts of the frames, for use on N machines",
                   [&](const auto& name, const auto& text) { a.part = parsed(parse_part, name, text); });
-    options.flag("--check", a.check, "render nothing: fail where a frame is missing, damaged or of other settings");
-    options.flag("--reproducible", a.reproducible, "no date in files: the same picture is the same file");
+    options.flag("--check", a.check,
+                 "renders nothing; fails if a frame is missing, damaged or made with other settings");
+    options.flag("--reproducible", a.reproducible, "writes no date into files, so that equal pictures are equal files");
 }
 
 void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
@@ -101,11 +109,11 @@ void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
     if (app.count("--fps") > 0 && !sequence && !a.animation) throw UsageError("--fps", "needs --frames or --animation");
     for (const auto& path : a.outputs) {
         const int placeholders = count_placeholders(path);
-        if (placeholders > 1) throw UsageError(path.string(), "has {} placeholders for a frame's number", placeholders);
+        if (placeholders > 1) throw UsageError(path.string(), "has {} placeholders for the frame number", placeholders);
         if (sequence && placeholders == 0)
-            throw UsageError(path.string(), "has no placeholder for the frames' numbers, such as #### or %04d");
+            throw UsageError(path.string(), "has no placeholder for the frame number, such as #### or %04d");
         if (!sequence && placeholders == 1)
-            throw UsageError(path.string(), "has a placeholder for frames' numbers, and there is no --frames");
+            throw UsageError(path.string(), "has a placeholder for the frame number, but --frames is missing");
     }
 }
 

@@ -1,8 +1,10 @@
 #include "tools/halflight/settings_file.h"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
+#include <tuple>
 
 #include "engine/io/files.h"
 #include "tools/halflight/options.h"
@@ -80,8 +82,8 @@ class Element {
     std::string place_;
 };
 
-constexpr double kFar = 1e30;    // of coordinates, and of radiance
-constexpr double kBright = 1e9;  // of factors
+constexpr double kFar = 1e30;    // largest coordinate and radiance
+constexpr double kBright = 1e9;  // largest factor
 
 /// Calls f with the value of a key that is there.
 template <class F>
@@ -116,12 +118,29 @@ ivec2 read_size(const Element& e) {
     return {sides[0].whole(1, kMaxSide), sides[1].whole(1, kMaxSide)};
 }
 
-Preview read_preview(const Element& e) {
-    try {
-        return preview_named(e.text());
-    } catch (const Error& error) {
-        e.fail("{}", error.what());
-    }
+void read_setting(const Element& e, const Setting& setting, SavedSettings& s) {
+    std::string text;
+    if (setting.type == Setting::Type::flag)
+        text = e.truth() ? "yes" : "no";
+    else if (setting.type == Setting::Type::whole)
+        text = fmt::format("{}", e.whole(static_cast<int>(setting.lower), static_cast<int>(setting.upper)));
+    else if (setting.type == Setting::Type::number)
+        text = fmt::format("{}", e.number(setting.zero ? 0 : setting.lower, setting.upper));
+    else
+        text = e.text();
+    if (const std::string problem = setting.set(s.settings, text); !problem.empty()) e.fail("{}", problem);
+    s.given.insert(setting.name);
+}
+
+void write_setting(const Setting& setting, const SavedSettings& s, Json& json) {
+    const std::string text = setting.get(s.settings);
+    if (text.empty()) return;
+    if (setting.type == Setting::Type::flag)
+        json[setting.name] = text == "yes";
+    else if (setting.type == Setting::Type::text)
+        json[setting.name] = text;
+    else
+        json[setting.name] = Json::parse(text);
 }
 
 Json list(const dvec3& v) {
@@ -196,7 +215,7 @@ SavedSettings::Moment read_moment(const Element& e) {
     SavedSettings::Moment moment;
     e.check_keys({"name", "frame", "fps"});
     const auto name = e.find("name");
-    if (!name) e.fail("wants a name");
+    if (!name) e.fail("needs a name");
     moment.animation = name->text();
     if (moment.animation.empty()) name->fail("is empty");
     with(e, "frame", [&](const Element& v) {
@@ -210,6 +229,23 @@ SavedSettings::Moment read_moment(const Element& e) {
 
 }  // namespace
 
+bool SavedSettings::operator==(const SavedSettings& other) const {
+    const auto same = [&](std::string_view name) {
+        return setting(name).get(settings) == setting(name).get(other.settings);
+    };
+    const auto rest = [](const SavedSettings& s) {
+        return std::tie(s.given, s.camera, s.size, s.environment, s.edits, s.moment, s.bookmarks);
+    };
+    return rest(*this) == rest(other) && std::ranges::all_of(given, same);
+}
+
+std::set<std::string_view> saved_settings() {
+    std::set<std::string_view> names;
+    for (const Setting& setting : known_settings())
+        if (setting.saved) names.insert(setting.name);
+    return names;
+}
+
 fs::path settings_file_of(const fs::path& scene) {
     return scene.string() + ".halflight.json";
 }
@@ -222,9 +258,10 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
     const Json json = Json::parse(text, nullptr, false);
     if (json.is_discarded()) throw Error(path.string(), "is no JSON");
     const Element file(path, json);
-    file.check_keys({"halflight_settings", "camera", "exposure", "display", "view", "look", "size", "samples",
-                     "bounces", "preview", "clamp", "environment", "emission", "lights", "clay", "animation",
-                     "bookmarks"});
+    std::set<std::string> keys{"halflight_settings", "camera",   "size", "environment", "emission", "lights", "clay",
+                               "animation",          "bookmarks"};
+    for (const std::string_view name : saved_settings()) keys.emplace(name);
+    file.check_keys(keys);
     const auto version = file.find("halflight_settings");
     if (!version) file.fail("has no 'halflight_settings', the version of its format");
     if (version->whole(0, 1 << 30) != kVersion) version->fail("is not {}, the version that is known", kVersion);
@@ -236,15 +273,9 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
         else
             s.camera = read_pose(v);
     });
-    with(file, "exposure", [&](const Element& v) { s.view.exposure = static_cast<float>(v.number(-64, 64)); });
-    with(file, "display", [&](const Element& v) { s.view.display = v.text(); });
-    with(file, "view", [&](const Element& v) { s.view.view = v.text(); });
-    with(file, "look", [&](const Element& v) { s.view.look = v.text(); });
+    for (const Setting& setting : known_settings())
+        if (setting.saved) with(file, setting.name, [&](const Element& v) { read_setting(v, setting, s); });
     with(file, "size", [&](const Element& v) { s.size = read_size(v); });
-    with(file, "samples", [&](const Element& v) { s.samples = v.whole(1, kMaxSamples); });
-    with(file, "bounces", [&](const Element& v) { s.bounces = v.whole(0, kMaxBounces); });
-    with(file, "preview", [&](const Element& v) { s.preview = read_preview(v); });
-    with(file, "clamp", [&](const Element& v) { s.clamp = static_cast<float>(v.number(0, kFar)); });
     with(file, "environment", [&](const Element& v) { read_environment(v, path.parent_path(), s); });
     with(file, "emission", [&](const Element& v) { s.edits.emission = static_cast<float>(v.number(0, kBright)); });
     with(file, "lights", [&](const Element& v) {
@@ -256,7 +287,7 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
         for (const Element& one : v.items()) {
             one.check_keys({"name", "camera"});
             const auto name = one.find("name"), camera = one.find("camera");
-            if (!name || !camera) one.fail("wants a name and a camera");
+            if (!name || !camera) one.fail("needs a name and a camera");
             s.bookmarks.push_back({name->text(), read_pose(*camera)});
         }
     });
@@ -271,15 +302,9 @@ std::string settings_text(const SavedSettings& s, const fs::path& folder) {
     Json json{{"halflight_settings", kVersion}};
     if (const auto* name = std::get_if<std::string>(&s.camera)) json["camera"] = *name;
     if (const auto* pose = std::get_if<CameraPose>(&s.camera)) json["camera"] = pose_json(*pose);
-    json["exposure"] = s.view.exposure;
-    if (!s.view.display.empty()) json["display"] = s.view.display;
-    if (!s.view.view.empty()) json["view"] = s.view.view;
-    if (!s.view.look.empty()) json["look"] = s.view.look;
     if (s.size) json["size"] = {s.size->x, s.size->y};
-    if (s.samples) json["samples"] = *s.samples;
-    if (s.bounces) json["bounces"] = *s.bounces;
-    if (s.preview) json["preview"] = text(*s.preview);
-    if (s.clamp) json["clamp"] = *s.clamp;
+    for (const Setting& setting : known_settings())
+        if (s.given.contains(setting.name)) write_setting(setting, s, json);
     json["environment"] = environment_json(s, folder);
     json["emission"] = s.edits.emission;
     json["lights"] = Json::array();

@@ -1,8 +1,9 @@
-// What `halflight view` keeps beside a scene, and `halflight render --settings` makes its picture by: a file of JSON.
+// Settings files: JSON that `halflight view` saves beside a scene, and that `halflight render --settings` reads.
 #pragma once
 
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 #include <variant>
@@ -12,41 +13,40 @@
 
 namespace halflight {
 
-/// What is not told is left to the scene and to the command line.
+/// Contents of a settings file. What is missing is decided by the scene and the command line.
 struct SavedSettings {
-    std::variant<std::monostate, std::string, CameraPose> camera;  // of the scene by name or number, or of one's own
-    ViewTransform view;
-    std::optional<ivec2> size;  // pixels
-    std::optional<int> samples;
-    std::optional<int> bounces;
-    std::optional<Preview> preview;
-    std::optional<float> clamp;     // RenderSettings::clamp
-    EnvironmentChoice environment;  // a map's name leads to the file from the folder that is current
+    std::variant<std::monostate, std::string, CameraPose> camera;  // name or number of the scene's, or a free camera
+    RenderSettings settings;             // values of the settings in `given`; the others are not looked at
+    std::set<std::string_view> given{};  // names of rows of the table of settings that are `saved`
+    std::optional<ivec2> size;           // pixels
+    EnvironmentChoice environment;       // paths of maps are relative to the current folder
     SceneEdits edits;
     struct Moment {
-        std::string animation;  // as of --animation
+        std::string animation;  // value of --animation
         std::uint32_t frame = 0;
         FrameRate rate;
         bool operator==(const Moment&) const = default;
     };
     std::optional<Moment> moment;  // none: at rest
     std::vector<Bookmark> bookmarks;
-    bool operator==(const SavedSettings&) const = default;
+    bool operator==(const SavedSettings& other) const;
 };
+/// Returns the names of all settings that settings files can hold: SavedSettings::given for a complete file.
+std::set<std::string_view> saved_settings();
 
-/// SCENE.halflight.json.
+/// Returns SCENE.halflight.json.
 std::filesystem::path settings_file_of(const std::filesystem::path& scene);
 
-/// What the file that arguments.settings names, or else the one beside the scene, has to say, where it is there.
+/// Reads the settings file that the arguments name, or else the one beside the scene, if it exists.
 void take_settings(PreviewArguments& arguments);
 
-/// Throws Error that names file and element: what it does not know, too.
+/// Throws Error that names file and element, also for unknown settings.
 SavedSettings read_settings(const std::filesystem::path& path);
-/// Of what the file holds, which is not looked at.
+/// Parses the contents of the file at `path`, which is not read.
 SavedSettings parse_settings(std::string_view text, const std::filesystem::path& path);
-/// The file is there complete or not at all (files.h).
+/// Writes the file completely or not at all (files.h).
 void write_settings(const std::filesystem::path& path, const SavedSettings& settings);
-/// What it holds then: names of maps lead to them from `folder`.
+/// Returns the contents of the file; paths of maps are relative to `folder`.
 std::string settings_text(const SavedSettings& settings, const std::filesystem::path& folder);
 
 }  // namespace halflight

@@ -7,7 +7,7 @@
 namespace halflight {
 namespace {
 
-/// Where one side is given, the other follows from the file's shape.
+/// Takes the size of the settings file. Where one side was given, the other follows from the file's aspect.
 template <class Given>
 void take_size(const ivec2& size, const Given& given, ViewArguments& a) {
     const auto scaled = [](int side, int to, int from) {
@@ -19,30 +19,34 @@ void take_size(const ivec2& size, const Given& given, ViewArguments& a) {
     a.height = width ? scaled(*a.width, size.y, size.x) : height ? *a.height : size.y;
 }
 
-/// Of either command's arguments; what given(option) says was given goes before the file.
+/// Options that keep a setting of the file from being used, besides the setting's own.
+struct Override {
+    std::string_view setting;
+    const char* option;
+};
+constexpr Override kOverrides[] = {{"display", "--view"},  {"view", "--display"},  {"samples", "--time"},
+                                   {"samples", "--error"}, {"preview", "--error"}, {"preview", "--shutter"}};
+
+/// Takes what the file holds; what given(option) says was given takes precedence.
 template <class A, class Given>
 void take(const SavedSettings& s, const Given& given, A& a) {
     if (!given("--camera") && !given("--look-from")) {
         if (const auto* name = std::get_if<std::string>(&s.camera)) a.camera = *name;
         if (const auto* pose = std::get_if<CameraPose>(&s.camera)) a.pose = *pose;
     }
-    if (!given("--display") && !given("--view")) {
-        a.view.display = s.view.display;
-        a.view.view = s.view.view;
+    for (const Setting& setting : known_settings()) {
+        const auto overrides = [&](const Override& o) { return o.setting == setting.name && given(o.option); };
+        if (s.given.contains(setting.name) && !given(fmt::format("--{}", setting.name).c_str()) &&
+            std::ranges::none_of(kOverrides, overrides))
+            copy_setting(setting, s.settings, a.settings);
     }
-    if (!given("--look")) a.view.look = s.view.look;
-    if (!given("--exposure")) a.view.exposure = s.view.exposure;
-    if (!given("--samples") && !given("--time") && !given("--error") && s.samples) a.samples = s.samples;
     if (s.size) take_size(*s.size, given, a);
-    if (!given("--bounces") && s.bounces) a.bounces = *s.bounces;
-    if (!given("--preview") && !given("--error") && !given("--shutter") && s.preview) a.preview = *s.preview;
-    if (!given("--clamp") && s.clamp) a.clamp = *s.clamp;
     if (!given("--env")) a.environment = s.environment;
     a.edits = s.edits;
     if (s.moment) {
         if (!given("--animation")) a.animation = s.moment->animation;
         if (!given("--fps")) a.frame_rate = s.moment->rate;
-        if (!given("--frame") && !given("--frames")) a.frame = s.moment->frame;
+        if (!given("--frame") && !given("--frames")) a.settings.frame = s.moment->frame;
     }
 }
 
@@ -55,7 +59,7 @@ auto given_to(const CLI::App& app) {
 
 template <class Given>
 void take_file(const Given& given, PreviewArguments& a) {
-    const auto file = a.settings.value_or(settings_file_of(a.scene));
+    const auto file = a.settings_file.value_or(settings_file_of(a.scene));
     std::error_code none;
     if (!std::filesystem::exists(file, none)) return;
     const SavedSettings settings = read_settings(file);
@@ -71,24 +75,29 @@ void add_settings_option(Options& options, RenderArguments& a) {
     options.group("Picture");
     options.path(
         "--settings", "FILE.json",
-        "camera, lights, size, exposure, samples, preview modes, ... as `halflight view` has saved them; other "
+        "settings file of `halflight view`: camera, lights, size, exposure, samples, preview modes, ...; other "
         "options override it",
-        a.settings);
+        a.settings_file);
+}
+
+void take_size_options(const CLI::App& app, ViewArguments& a) {
+    if (app.count("--width") > 0) a.width = a.settings.width;
+    if (app.count("--height") > 0) a.height = a.settings.height;
 }
 
 void use_settings(const CLI::App& app, RenderArguments& a) {
     const auto given = given_to(app);
-    SavedSettings settings = read_settings(*a.settings);
-    if (settings.preview && settings.preview->temporal && !given("--preview")) {
-        if (a.frames.empty())
-            settings.preview->temporal = false;  // a single picture has no earlier frames
-        else if (given("--part"))                // without it, frames would not be those of the whole
+    SavedSettings saved = read_settings(*a.settings_file);
+    bool& temporal = saved.settings.preview.temporal;
+    if (temporal && !given("--preview")) {
+        if (!a.frames.empty() && given("--part"))
             throw UsageError("--part",
-                             "{} holds preview mode temporal, whose frames need all those before them; "
-                             "--preview without it lets it go",
-                             a.settings->string());
+                             "{} holds the preview mode temporal, whose frames depend on all earlier frames; use "
+                             "--preview without temporal",
+                             a.settings_file->string());
+        temporal = !a.frames.empty();  // a single picture has no earlier frames
     }
-    take(settings, given, a);
+    take(saved, given, a);
 }
 
 void use_settings(const CLI::App& app, PreviewArguments& a) {

@@ -17,10 +17,6 @@ const AovInfo& info(const std::string& view) {
     return *std::ranges::find(known_aovs(), view, &AovInfo::name);
 }
 
-bool is_color(const AovInfo& aov) {
-    return aov.channels == "RGB" && aov.name != "variance";
-}
-
 /// Returns the image whose pixels have the colour f(channels of the pixel, x, y).
 template <class F>
 Image mapped(const Image& image, const F& f) {
@@ -192,8 +188,8 @@ DisplayImage display_image(const LayerView& layer_view, const std::vector<std::s
     if (view == kError) return relative_errors(layer("variance", aovs, result), result.beauty);
     const AovInfo& aov = info(view);
     const Image& image = layer(view, aovs, result);
-    if (is_color(aov)) return {image, false};
-    if (view.starts_with("crypto"))
+    if (aov.is_color()) return {image, false};
+    if (aov.is_matte())
         // Pairs of id and coverage; the first belongs to the object that covers most of the pixel.
         return {
             mapped(image, [](const float* p, int,

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/settings/settings_table.h"
 #include "tools/view/statistics_panel.h"
 
 namespace halflight::view {
@@ -14,6 +15,19 @@ namespace {
 // Values typed into a slider are clamped, too: settings files allow no others.
 constexpr ImGuiSliderFlags kClamp = ImGuiSliderFlags_AlwaysClamp;
 constexpr ImGuiSliderFlags kLogarithmic = ImGuiSliderFlags_AlwaysClamp | ImGuiSliderFlags_Logarithmic;
+
+/// Shows a slider for a setting of the table, with its help text as tooltip.
+void slider(const char* label, const char* name, int& value) {
+    const Setting& s = setting(name);
+    ImGui::SliderInt(label, &value, static_cast<int>(s.slider_from), static_cast<int>(s.slider_to), "%d", kClamp);
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", s.help);
+}
+void slider(const char* label, const char* name, float& value, const char* format, ImGuiSliderFlags flags) {
+    const Setting& s = setting(name);
+    ImGui::SliderFloat(label, &value, static_cast<float>(s.slider_from), static_cast<float>(s.slider_to), format,
+                       flags);
+    if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", s.help);
+}
 
 /// Shows a combo box; returns whether another item was chosen.
 bool choose(const char* label, std::string& chosen, const std::vector<std::string>& all) {
@@ -121,22 +135,21 @@ void passes_panel(Session& session) {
             ImGui::Checkbox(name.c_str(), &session.layer_view.components[i]);
         }
     }
-    ImGui::SliderInt("Bounces", &session.bounces, 0, 16, "%d", kClamp);
+    slider("Bounces", "bounces", session.bounces);
 }
 
 void modes_panel(PreviewModes& modes) {
     text("Biased: less noise at once, but the picture does not converge to the correct one.");
-    ImGui::Checkbox("Cache: end paths in cached radiance", &modes.preview.cache);
-    ImGui::Checkbox("Temporal: reuse earlier pictures", &modes.preview.temporal);
-    ImGui::Checkbox("Filter: denoise the picture", &modes.preview.filter);
+    for (const PreviewMode& mode : known_preview_modes())
+        ImGui::Checkbox(mode.description, &(modes.preview.*mode.flag));
     bool clamped = modes.clamp > 0;
     if (ImGui::Checkbox("Clamp indirect light", &clamped)) modes.clamp = clamped ? 10.0f : 0.0f;
-    if (clamped) ImGui::SliderFloat("Luminance", &modes.clamp, 0.01f, 1000, "%.2f", kLogarithmic);
+    if (clamped) slider("Luminance", "clamp", modes.clamp, "%.2f", kLogarithmic);
 }
 
 void color_panel(Session& session, const ColorConfig& colors) {
     ViewTransform& t = session.transform;
-    ImGui::SliderFloat("Exposure", &t.exposure, -10, 10, "%.2f stops", kClamp);
+    slider("Exposure", "exposure", t.exposure, "%.2f stops", kClamp);
     std::string display = t.display.empty() ? colors.default_display() : t.display;
     if (choose("Display", display, colors.displays())) {
         t.display = display;

@@ -39,7 +39,7 @@ bool Request::operator==(const Request& o) const {
 std::vector<std::string> gathered(const Request& request) {
     std::vector<std::string> aovs;
     for (const std::string& name : request.aovs)
-        if (const AovInfo* aov = find_aov(name); !aov || !aov->at_any_time) aovs.push_back(name);
+        if (const AovInfo* aov = find_aov(name); !aov || !aov->at_any_time()) aovs.push_back(name);
     return aovs;
 }
 

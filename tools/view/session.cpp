@@ -111,9 +111,9 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
     Timeline& timeline = opened.timeline;
     const Scene rest = timeline.file->at_rest();
     for (const std::string& warning : rest.report.warnings) console.warn("{}", warning);
-    colors.view(a.view);  // throws where it is unknown
+    colors.view(a.settings.view);  // throws where it is unknown
     take_reference(opened, rest, console);
-    take_frame(opened, a.frame);
+    take_frame(opened, a.settings.frame);
     if (timeline.animations.empty()) timeline.file.reset();
     ChosenCamera chosen = choose_camera(*opened.reference, a);  // as AnimatedScene does
     if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
@@ -131,8 +131,9 @@ std::function<Session::Opened()> Session::opening(const std::filesystem::path& p
         a.allow_outside = arguments_.allow_outside;
         a.device = arguments_.device;
         a.quiet = arguments_.quiet;
-        a.preview = modes.preview;
-        a.clamp = modes.clamp;
+        a.settings.samples = samples;
+        a.settings.preview = modes.preview;
+        a.settings.clamp = modes.clamp;
         return [a, colors = colors_, console = console_]() mutable {
             take_settings(a);
             return load(a, colors, console);
@@ -179,11 +180,11 @@ void Session::open(Opened opened) {
     if (!opened.start) return follow_camera();
     pose_ = first_pose_ = opened.start->pose;
     scene_camera_ = first_camera_ = opened.start->camera;
-    transform = arguments_.view;
+    transform = arguments_.settings.view;
     edits = arguments_.edits;
-    bounces = arguments_.bounces;
-    samples = arguments_.samples.value_or(samples);
-    modes = {arguments_.preview, arguments_.clamp};
+    bounces = arguments_.settings.bounces;
+    samples = arguments_.settings.samples;
+    modes = {arguments_.settings.preview, arguments_.settings.clamp};
     bookmarks = arguments_.bookmarks;
 }
 
@@ -291,7 +292,7 @@ std::string Session::description() const {
 }
 
 std::filesystem::path Session::settings_file() const {
-    return arguments_.settings.value_or(settings_file_of(file_));
+    return arguments_.settings_file.value_or(settings_file_of(file_));
 }
 
 SavedSettings Session::saved(const ivec2& size) const {
@@ -304,12 +305,13 @@ SavedSettings Session::saved(const ivec2& size) const {
     } else {
         s.camera = pose_;
     }
-    s.view = transform;
+    s.given = saved_settings();
+    s.settings.view = transform;
     if (size.x > 0 && size.y > 0) s.size = size;
-    s.samples = samples;
-    s.bounces = bounces;
-    s.preview = modes.preview;
-    s.clamp = modes.clamp;
+    s.settings.samples = samples;
+    s.settings.bounces = bounces;
+    s.settings.preview = modes.preview;
+    s.settings.clamp = modes.clamp;
     s.environment = arguments_.environment;
     s.edits = edits;
     if (!timeline_.playing.empty() || timeline_.frame > 0)

@@ -45,7 +45,7 @@ Viewer::Viewer(const PreviewArguments& arguments)
       script_(script_of(arguments)),
       colors_(ColorConfig::load(arguments.ocio)),
       session_(arguments, colors_),
-      processor_(colors_.view(arguments.view)),
+      processor_(colors_.view(arguments.settings.view)),
       window_({*arguments.width, *arguments.height}, title()),
       gui_(window_),
       thread_(colors_, thread_options(arguments)) {

@@ -44,7 +44,7 @@ class Studio {
         : programs_(programs),
           tables_(tables),
           trace_(trace),
-          seen_{.camera = camera},
+          seen_{{.camera = camera}},
           size_(size),
           buffers_(tables, build_shading_tables(scene, tables)) {
         const std::size_t row_of_blocks = (static_cast<std::size_t>(size.x) + 15) / 16 * 256;

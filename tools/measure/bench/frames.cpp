@@ -233,7 +233,7 @@ FrameResult measure_frames(gpu::Context& context, const Scene& scene, const Trac
                            const rays::PackedScene& packed, const Camera& camera, const FrameOrder& order,
                            const std::function<void()>& between) {
     Subject subject(context, scene, tables, packed, order);
-    const FrameSettings still{.camera = camera, .samples = order.reference};
+    const FrameSettings still{{.camera = camera}, order.reference};
     const std::vector<double> reference =
         order.reference > 0 ? reference_picture(subject, still, between) : std::vector<double>{};
     Renderings renderings;

@@ -1,0 +1,173 @@
+#include "engine/settings/layers.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+#include "engine/tables/tables.h"
+#include "shaders/shared/aov.h"
+#include "shaders/shared/rays.h"
+
+namespace halflight {
+namespace {
+
+using enum LayerStorage;
+using enum LayerSource;
+using Merge = LayerMerge;
+using shared::AovRecord;
+using shared::DebugRecord;
+
+void read_position(const AovRecord& r, const TraceTables& tables, float* to) {
+    const vec3 world = r.triangle == shared::kMiss ? vec3(0) : vec3(dvec3(r.position) + tables.origin);
+    std::copy_n(&world.x, 3, to);
+}
+
+void read_ids(const AovRecord& r, const TraceTables& tables, float* to) {
+    const bool seen = r.triangle != shared::kMiss;
+    const TriangleSource source = seen ? source_of(tables, r.instance, r.triangle) : TriangleSource{~0u, ~0u};
+    to[0] = std::bit_cast<float>(source.instance);
+    to[1] = std::bit_cast<float>(source.triangle);
+    to[2] = std::bit_cast<float>(seen ? tables.triangles[r.triangle].w & kTriangleMaterialMask : ~0u);
+}
+
+constexpr std::array kLayers = {
+    AovInfo{"emission", "emission.", "R,G,B", color, Merge::mean, emission,
+            "radiance of light sources and environment seen directly"},
+    AovInfo{"direct_diffuse", "direct_diffuse.", "R,G,B", color, Merge::mean, direct,
+            "radiance of light reflected once, diffusely"},
+    AovInfo{"direct_glossy", "direct_glossy.", "R,G,B", color, Merge::mean, direct,
+            "radiance of light scattered once by specular reflection, clearcoat or transmission", 3},
+    AovInfo{"indirect_diffuse", "indirect_diffuse.", "R,G,B", color, Merge::mean, indirect,
+            "radiance of light scattered several times, last by diffuse reflection at the visible surface"},
+    AovInfo{"indirect_glossy", "indirect_glossy.", "R,G,B", color, Merge::mean, indirect,
+            "radiance of light scattered several times, last by a glossy lobe of the visible surface", 3},
+    AovInfo{"variance", "variance.", "R,G,B", data, Merge::variance, squares,
+            "variance of the pixel's mean radiance, estimated from its samples; linear Rec.709"},
+    AovInfo{"samples", "samples.", "Y", data, Merge::sum, count, "number of samples of the pixel"},
+    AovInfo{"albedo", "albedo.", "R,G,B", color, Merge::mean, features,
+            "reflectance: diffuse, transmission, and specular at normal incidence; filtered"},
+    AovInfo{"normal", "normal.", "X,Y,Z", data, Merge::mean, features,
+            "shading normal in world space; filtered, not normalised", 3},
+    AovInfo{"position", "position.", "X,Y,Z", data, Merge::none, record,
+            "position in world units at the pixel's centre; 0 where there is no surface", 0, read_position},
+    AovInfo{"depth", "", "Z", data, Merge::none, record,
+            "distance along the camera's axis at the pixel's centre, world units; 1e10 where there is no surface", 0,
+            [](const AovRecord& r, const TraceTables&, float* to) { *to = r.depth; }},
+    AovInfo{"motion", "motion.", "X,Y", data, Merge::none, record,
+            "motion since the previous frame of the surface at the pixel's centre, pixels, x right, y down", 0,
+            [](const AovRecord& r, const TraceTables&, float* to) { std::copy_n(&r.motion.x, 2, to); }},
+    AovInfo{"ids", "ids.", "instance,primitive,material", LayerStorage::ids, Merge::none, record,
+            "numbers at the pixel's centre; 4294967295 where there is no surface", 0, read_ids},
+    AovInfo{"cryptoobject", "CryptoObject", "", matte, Merge::coverage, objects,
+            "Cryptomatte of the objects: ids and coverage of 6 ranks"},
+    AovInfo{"cryptomaterial", "CryptoMaterial", "", matte, Merge::coverage, materials,
+            "Cryptomatte of the materials: ids and coverage of 6 ranks"},
+    AovInfo{"nodes", "nodes.", "Y", data, Merge::none, LayerSource::debug,
+            "inner hierarchy nodes that the camera ray at the pixel's centre visits without culling", 0, nullptr,
+            [](const DebugRecord& r, float* to) { *to = static_cast<float>(r.nodes); }},
+    AovInfo{"culling", "culling.", "leaves,others", data, Merge::none, LayerSource::debug,
+            "length of the tile's list for first shadow rays, of the last sample that had such rays; 0 without a list",
+            0, nullptr,
+            [](const DebugRecord& r, float* to) {
+                to[0] = static_cast<float>(r.leaves);
+                to[1] = static_cast<float>(r.others);
+            }},
+};
+
+const char* name(LayerStorage storage) {
+    switch (storage) {
+        case color:
+            return "colour, float or half";
+        case data:
+            return "data, float";
+        case LayerStorage::ids:
+            return "ids, uint32";
+        case matte:
+            return "matte, float";
+    }
+    return "";
+}
+
+const char* name(LayerMerge merge) {
+    switch (merge) {
+        case Merge::mean:
+            return "mean";
+        case Merge::variance:
+            return "variance of the mean";
+        case Merge::sum:
+            return "sum";
+        case Merge::coverage:
+            return "mean coverage";
+        case Merge::none:
+            return "none: time of the frame";
+    }
+    return "";
+}
+
+/// Returns the name of the pass that makes the values.
+const char* pass_of(LayerSource source) {
+    switch (source) {
+        case emission:
+        case direct:
+        case indirect:
+        case squares:
+        case features:
+        case count:
+            return "accumulate";
+        case objects:
+        case materials:
+            return "gbuffer";
+        case record:
+            return "aov";
+        case LayerSource::debug:
+            return "debug aov";
+    }
+    return "";
+}
+
+}  // namespace
+
+bool AovInfo::at_any_time() const {
+    return source == LayerSource::emission || source == LayerSource::direct || source == LayerSource::indirect ||
+           source == LayerSource::count;
+}
+
+std::vector<std::string> AovInfo::channel_names() const {
+    std::vector<std::string> names;
+    if (is_matte()) {
+        for (std::size_t i = 0; i < 2 * kCryptomatteRanks; ++i)
+            names.push_back(fmt::format("{}{:02}.{}", prefix, i / 4, "RGBA"[i % 4]));
+        return names;
+    }
+    for (std::size_t from = 0, to = 0; from <= channels.size(); from = to + 1) {
+        to = std::min(channels.find(',', from), channels.size());
+        names.push_back(fmt::format("{}{}", prefix, channels.substr(from, to - from)));
+    }
+    return names;
+}
+
+const AovInfo* find_aov(std::string_view name) {
+    const auto found = std::ranges::find(kLayers, name, &AovInfo::name);
+    return found == kLayers.end() ? nullptr : &*found;
+}
+
+std::span<const AovInfo> known_aovs() {
+    return kLayers;
+}
+
+std::string layers_markdown() {
+    std::string text = "| Layer | Channels | Storage | Shutter times | Pass | Contents |\n|---|---|---|---|---|---|\n";
+    for (const AovInfo& a : kLayers) {
+        const std::vector<std::string> names = a.channel_names();
+        const std::string channels = a.is_matte() ? fmt::format("{} ... {}", names.front(), names.back())
+                                                  : fmt::format("{}", fmt::join(names, ", "));
+        text += fmt::format("| `{}` | {} | {} | {} | {} | {}{} |\n", a.name, channels, name(a.storage), name(a.merge),
+                            pass_of(a.source), a.description, a.debug() ? " (not part of `all`)" : "");
+    }
+    return text;
+}
+
+}  // namespace halflight

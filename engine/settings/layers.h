@@ -1,0 +1,84 @@
+// The table of layers that a picture can have beside its colour (arbitrary output variables, AOVs). The film, the merge
+// of shutter times, files, option checks, the viewer and docs/settings.md follow it.
+#pragma once
+
+#include <cstddef>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace halflight {
+
+struct TraceTables;
+namespace shared {
+struct AovRecord;
+struct DebugRecord;
+}  // namespace shared
+
+/// What the channels of a layer hold, which decides how files store them.
+enum class LayerStorage {
+    color,  // linear RGB: converted to the working space; float, or half where wanted
+    data,   // float
+    ids,    // uint32, as the bits of floats
+    matte,  // pairs of id and coverage (renderer/cryptomatte.h), float
+};
+
+/// How layers of pictures that share the samples of a frame are merged (renderer/shutter.h).
+enum class LayerMerge {
+    mean,      // weighted by samples
+    variance,  // variance of the weighted mean
+    sum,
+    coverage,  // mean coverage of each id
+    none,      // has no mean: the layer shows the pixel's centre at the time of the frame
+};
+
+/// Where the values of a layer come from.
+enum class LayerSource {
+    emission,   // sums of the pass "accumulate" (passes/picture/accumulate.h)
+    direct,     // two colours: diffuse, glossy
+    indirect,   // two colours: diffuse, glossy
+    squares,    // sums of squares, made on demand
+    features,   // albedo and normal, made on demand
+    count,      // the number of samples
+    objects,    // hits of camera rays
+    materials,  // hits of camera rays
+    record,     // AovRecord of the pass "aov"
+    debug,      // DebugRecord of the pass "debug aov"
+};
+
+/// A layer. A new one needs a row in layers.cpp, and its values where the source does not hold them yet.
+struct AovInfo {
+    std::string_view name;
+    std::string_view prefix;    // start of channel names; empty: none
+    std::string_view channels;  // after the prefix, separated by commas; of mattes: made from the ranks
+    LayerStorage storage;
+    LayerMerge merge;
+    LayerSource source;
+    std::string_view description;  // one line with units
+    std::size_t first = 0;         // sums: number of its first channel
+    /// Copy the channels of a pixel; null for other sources. Of a record that shows no surface, triangle is kMiss.
+    void (*read)(const shared::AovRecord&, const TraceTables&, float* to) = nullptr;
+    void (*read_debug)(const shared::DebugRecord&, float* to) = nullptr;
+
+    bool debug() const { return source == LayerSource::debug; }  ///< shows the work, and may differ from run to run
+    bool at_centre() const { return merge == LayerMerge::none; }
+    bool is_color() const { return storage == LayerStorage::color; }
+    bool is_matte() const { return storage == LayerStorage::matte; }
+    /// Returns whether the layer can be made after the samples although it was not asked for before.
+    bool at_any_time() const;
+    /// Returns the full names of the channels in files.
+    std::vector<std::string> channel_names() const;
+};
+
+/// Pairs of id and coverage that a matte keeps per pixel.
+inline constexpr std::size_t kCryptomatteRanks = 6;
+
+/// Returns the layer of that name; null if there is none.
+const AovInfo* find_aov(std::string_view name);
+/// Returns all layers. Layers for debugging come last.
+std::span<const AovInfo> known_aovs();
+/// Returns the table in Markdown, for docs/settings.md.
+std::string layers_markdown();
+
+}  // namespace halflight

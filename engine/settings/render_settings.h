@@ -1,0 +1,68 @@
+// All settings of a renderer: what it shows (SceneSettings), how the picture is made (FrameSettings, PictureSettings)
+// and how the work is scheduled, which never changes the picture (ScheduleSettings). No OpenGL.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "engine/core/view_transform.h"
+#include "engine/settings/estimator.h"
+#include "engine/settings/frame_settings.h"
+#include "engine/settings/preview.h"
+#include "engine/settings/visibility.h"
+#include "engine/tables/needs.h"
+
+namespace halflight {
+
+class RadianceCache;
+
+inline constexpr int kMaxSide = 65536;  ///< pixels; drivers may allow less
+inline constexpr int kMaxBounces = 1024;
+
+/// Settings that decide the pixels and hold for all pictures of a renderer. settings_table.h tells names and ranges.
+struct PictureSettings {
+    int width = 1280;  // pixels, > 0
+    int height = 720;  // pixels, > 0
+    int bounces = 8;   // reflections along a path, >= 0; 0: emission only, 1: direct light
+    // Largest luminance of a sample of a pixel's indirect light; 0: not clamped. Brighter samples keep their hue and
+    // are scaled down. A bias, which RenderStats names.
+    float clamp = 0;
+    std::vector<std::string> aovs;  // names of known_aovs(); Error for others
+    bool half_color = false;        // colour layers as half floats; data stays float32
+    bool want_view = false;         // also makes the picture through `view`
+    ViewTransform view;
+    PrimaryVisibility primary = PrimaryVisibility::automatic;  // how hits of camera rays are found
+    // Ignored when renderers share a PreparedScene; its own estimator applies.
+    Estimator estimator{};
+    // Preview modes: biases, which RenderStats names. Not allowed together with an error target. Layers are without,
+    // except for the radiance cache.
+    Preview preview{};
+    // Cache of preview.cache. Renderers of one scene with the same number of bounces may share it. Null: the renderer
+    // makes one. Pictures depend on the pictures that were made with it before.
+    std::shared_ptr<RadianceCache> radiance_cache{};
+};
+
+/// Settings that decide time and memory and never change the picture.
+struct ScheduleSettings {
+    rays::Culling culling = rays::Culling::automatic;  // how hits are found
+    // Parts that are built although the scene has no use for them: passes, buffers, tables, shader code. Ignored when
+    // renderers share a PreparedScene; its own setting applies.
+    Kept kept{};
+    int pictures = 0;      // upper limit of the pictures that will be rendered, of `samples` each; 0: unknown
+    bool measure = false;  // waits for the GPU after each pass to time it, and counts rays and culling (slower)
+    // Pixels of a band, the rows that are rendered at once: whole rows of 16x16 blocks, at least one such row. The
+    // default needs half a gigabyte of buffers for a large picture.
+    std::size_t band_pixels = std::size_t{1} << 20;
+    // Bytes of visibility state. Each band has its own while there is room; the remaining bands share one.
+    std::size_t state_bytes = std::size_t{256} << 20;
+    // Adds one sample to every band before the next sample, so that there is a whole picture after each sample
+    // (RenderProgress::picture). Keeps the sums of all bands in memory, up to 200 bytes per pixel. Ignored where there
+    // is an error target.
+    bool in_turns = false;
+};
+
+struct RenderSettings : FrameSettings, PictureSettings, ScheduleSettings {};
+
+}  // namespace halflight

@@ -1,0 +1,55 @@
+// Samples in flight: what the CPU reads of a sample, it reads while the device works on the next one.
+#pragma once
+
+#include <array>
+#include <optional>
+
+#include "engine/gpu/buffer.h"
+#include "passes/picture/bad_values.h"
+#include "renderer/cryptomatte.h"
+
+namespace halflight {
+
+/// Keeps at most kInFlight samples on the device, so that memory stays bounded and callers are asked for progress after
+/// every sample. Counts bad values on the device and reads them when they are wanted.
+class SampleQueue {
+  public:
+    static constexpr std::size_t kInFlight = 2;
+
+    /// paths: number of paths of a band.
+    explicit SampleQueue(std::size_t paths);
+    SampleQueue(const SampleQueue&) = delete;
+    SampleQueue& operator=(const SampleQueue&) = delete;
+    ~SampleQueue();
+
+    /// Returns the buffer in which the kernels of all samples count bad values.
+    gpu::Buffer& bad_values() { return bad_values_; }
+
+    /// Ends the commands of a sample, then waits for the oldest sample where kInFlight are in flight. The hits of the
+    /// sample's camera rays are copied and later added to `mattes`; null: there are none. Throws Error if waiting
+    /// fails.
+    void push(const gpu::Buffer* hits, Mattes* mattes);
+    /// Waits for all samples: their hits are then in the mattes and their bad values in counted().
+    void drain();
+    /// Forgets all samples and counts, before another picture.
+    void reset();
+    const BadValueSums& counted() const { return counted_; }
+
+  private:
+    struct Slot {
+        GLsync fence = nullptr;  // null: no sample
+        Mattes* mattes = nullptr;
+        std::optional<gpu::Buffer> hits;
+    };
+    void retire(Slot& slot);
+    void read_bad_values();
+
+    std::array<Slot, kInFlight> slots_;
+    std::size_t next_ = 0;  // slot of the next sample; the oldest sample is in it, or in one of the following
+    gpu::Buffer bad_values_{"bad values", kBadValueCounts * sizeof(std::uint32_t)};
+    BadValueSums counted_;
+    std::uint64_t uncounted_ = 0;   // samples whose bad values are in the buffer
+    std::uint64_t most_uncounted_;  // so many cannot overflow its 32 bits
+};
+
+}  // namespace halflight

@@ -1,0 +1,94 @@
+// The table of render settings: values as text, ranges, and its page in docs.
+#include "engine/settings/settings_table.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+
+#include "engine/core/error.h"
+#include "engine/io/files.h"
+#include "engine/settings/layers.h"
+#include "tests/support/error_message.h"
+
+namespace halflight {
+namespace {
+
+/// Settings whose values all differ from the defaults.
+RenderSettings unusual() {
+    RenderSettings s;
+    s.width = 3, s.height = 65536;
+    s.filter = {PixelFilter::Shape::blackman_harris, 1.0 / 3};
+    s.clamp = 0.1f;
+    s.samples = 7;
+    s.time_limit = 1e-3;
+    s.error = ErrorTarget{ErrorMetric::mse, 0.1};
+    s.seed = 4294967295u;
+    s.frame = 12;
+    s.aovs = {"albedo", "nodes"};
+    s.half_color = true;
+    s.bounces = 0;
+    s.view = {"a display", "a view", "a look, -another", -0.7f};
+    s.culling = rays::Culling::raster;
+    s.primary = PrimaryVisibility::traced;
+    s.estimator = {.lights = LightChoice::tree, .sampler = SamplePoints::blue_noise};
+    s.preview = {.cache = true, .filter = true};
+    s.kept = Kept({"shadow", "light samples along paths"});
+    return s;
+}
+
+TEST(SettingsTable, TextsAreReadBack) {
+    const RenderSettings from = unusual();
+    RenderSettings to;
+    for (const Setting& s : known_settings()) {
+        EXPECT_NE(s.get(from), s.get(to)) << s.name;
+        copy_setting(s, from, to);
+    }
+    for (const Setting& s : known_settings()) EXPECT_EQ(s.get(from), s.get(to)) << s.name;
+    EXPECT_EQ(to.clamp, from.clamp);
+    EXPECT_EQ(to.filter, from.filter);
+    EXPECT_EQ(to.error, from.error);
+    EXPECT_EQ(to.aovs, from.aovs);
+    EXPECT_EQ(to.view, from.view);
+    EXPECT_EQ(to.kept, from.kept);
+}
+
+TEST(SettingsTable, NamesAreUnique) {
+    std::set<std::string_view> names;
+    for (const Setting& s : known_settings()) EXPECT_TRUE(names.insert(s.name).second) << s.name;
+}
+
+TEST(SettingsTable, ValuesOutOfRangeAreRefused) {
+    RenderSettings s;
+    const auto problem = [&](const char* name, const std::string& text) { return setting(name).set(s, text); };
+    EXPECT_EQ(problem("samples", "16"), "");
+    EXPECT_EQ(s.samples, 16);
+    EXPECT_EQ(problem("samples", "0"), "expects a whole number from 1 to 16777216, not '0'");
+    EXPECT_EQ(problem("samples", "1.5"), "expects a whole number from 1 to 16777216, not '1.5'");
+    EXPECT_EQ(problem("clamp", "0"), "");
+    EXPECT_EQ(problem("clamp", "1e-9"), "expects 0 or a number from 1e-06 to 1e+30, not '1e-9'");
+    EXPECT_EQ(problem("exposure", "nan"), "expects a number from -64 to 64, not 'nan'");
+    EXPECT_EQ(problem("error", "0.5 mse"), "");
+    EXPECT_EQ(problem("error", "0.5 psnr"), "expects one of relmse, mse, not 'psnr'");
+    EXPECT_EQ(problem("filter", "blackman-harris"), "");
+    EXPECT_EQ(s.filter.radius, 1.5) << "the usual one of the shape";
+    EXPECT_EQ(problem("culling", "cpu"), "expects one of auto, compute, raster, off, not 'cpu'");
+    EXPECT_EQ(problem("half", "1"), "expects yes or no, not '1'");
+    EXPECT_EQ(problem("aov", "all"), "");
+    EXPECT_EQ(s.aovs.size() + 2, known_aovs().size()) << "all but two for debugging";
+    EXPECT_TRUE(problem("aov", "depht").starts_with("has no layer 'depht'; known layers are: none, all, emission"));
+    EXPECT_EQ(s.samples, 16) << "unchanged";
+
+    RenderSettings wrong;
+    wrong.clamp = -1;
+    EXPECT_EQ(error_message([&] { check_setting_ranges(wrong); }),
+              "render settings: clamp expects 0 or a number from 1e-06 to 1e+30, not '-1'");
+    check_setting_ranges(unusual());
+}
+
+TEST(SettingsTable, PageInDocsIsUpToDate) {
+    EXPECT_EQ(read_file(HALFLIGHT_SOURCE_DIR "/docs/settings.md", 1 << 20), settings_markdown())
+        << "run: halflight info --list-settings > docs/settings.md";
+}
+
+}  // namespace
+}  // namespace halflight
