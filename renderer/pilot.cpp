@@ -10,15 +10,15 @@
 namespace halflight {
 namespace {
 
-/// Time of a sample with techniques, as a multiple of that without: about what `halflight converge` tells of scenes/ on
-/// llvmpipe (README.md, Measuring).
+/// Returns the time of a sample with techniques, as a multiple of the time without: about what `halflight converge`
+/// tells of scenes/ on llvmpipe (README.md, Measuring).
 double cost(const Estimator& e) {
     const double group = static_cast<double>(e.reuse);
     const double reuse = e.reuse == Reuse::off ? 0 : 0.15 + 0.04 * group;
     return 1 + reuse + 0.06 * (static_cast<double>(e.camera) - 1) + 0.08 * (static_cast<double>(e.shadow) - 1);
 }
 
-/// Error with n samples, known with one and with `tried`.
+/// Returns the error with n samples, where those with one and with `tried` are known.
 double shared_and_own(double with_one, double with_tried, double tried, double n) {
     // No more than all of it: well distributed samples do better than 1/n.
     const double own = std::clamp((with_one - with_tried) / (1 - 1 / tried), 0.0, with_one);
@@ -46,7 +46,7 @@ double error(const Estimator& asked, const Estimator& e, const PilotFigures& f) 
     return sum;
 }
 
-/// What is left open as in `open`.
+/// Returns `asked` with the values of `open` for what it leaves open.
 Estimator filled(Estimator asked, const Estimator& open) {
     if (asked.reuse == Reuse::automatic) asked.reuse = open.reuse;
     if (asked.camera == CameraRays::automatic) asked.camera = open.camera;
@@ -54,7 +54,7 @@ Estimator filled(Estimator asked, const Estimator& open) {
     return asked;
 }
 
-/// All ways to fill in what is left open.
+/// Returns all ways to fill in what is left open.
 std::vector<Estimator> choices(const Estimator& asked) {
     std::vector<Estimator> all;
     for (const Reuse reuse : kReuses)
@@ -89,9 +89,29 @@ RenderSettings pilot_settings(const RenderSettings& of) {
     return s;
 }
 
-/// Mean variance of the sums of layers, over so many pictures.
+struct Cancelled {};
+
+/// Tells how far the pilot is. Pictures count alike.
+class Progress {
+  public:
+    explicit Progress(const PilotProgress& told) : told_(told) {}
+
+    /// Throws Cancelled.
+    void sample(const RenderProgress& picture) const {
+        constexpr double kPictures = 2 * (kPilotPictures + kPilotEmissionPictures);
+        const double share = double(picture.samples_done) / std::max(picture.samples_total, 1);
+        if (told_ && !told_(std::min((pictures_ + share) / kPictures, 1.0))) throw Cancelled();
+    }
+    void end_picture() { ++pictures_; }
+
+  private:
+    const PilotProgress& told_;
+    int pictures_ = 0;  // done
+};
+
+/// Returns the mean variance of sums of layers, over so many pictures.
 std::vector<double> variances(PreparedScene& scene, const ColorConfig& colors, RenderSettings settings, int pictures,
-                              const std::vector<std::vector<std::string>>& sums) {
+                              const std::vector<std::vector<std::string>>& sums, Progress& progress) {
     for (const std::vector<std::string>& layers : sums)
         settings.aovs.insert(settings.aovs.end(), layers.begin(), layers.end());
     settings.pictures = pictures;
@@ -100,7 +120,11 @@ std::vector<double> variances(PreparedScene& scene, const ColorConfig& colors, R
     std::vector<std::vector<RunningMoments>> moments(sums.size(), std::vector<RunningMoments>(values));
     for (int picture = 0; picture < pictures; ++picture) {
         settings.seed = static_cast<std::uint32_t>(picture);
-        const RenderResult r = renderer.render(settings);
+        const RenderResult r = renderer.render(settings, [&](const RenderProgress& p) {
+            progress.sample(p);
+            return true;
+        });
+        progress.end_picture();
         auto layer = r.aovs.begin();
         for (std::size_t s = 0; s < sums.size(); ++s) {
             std::vector<double> sum(values);
@@ -118,14 +142,16 @@ std::vector<double> variances(PreparedScene& scene, const ColorConfig& colors, R
     return means;
 }
 
-PilotErrors measure(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings) {
+PilotErrors measure(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
+                    Progress& progress) {
     const std::vector<double> reflected =
         variances(scene, colors, settings, kPilotPictures,
-                  {{"direct_diffuse", "direct_glossy"}, {"indirect_diffuse", "indirect_glossy"}});
+                  {{"direct_diffuse", "direct_glossy"}, {"indirect_diffuse", "indirect_glossy"}}, progress);
     // All pixels look through the same points, so that edges tell little in each picture; but they are cheap.
     RenderSettings seen = settings;
     seen.bounces = 0;
-    return {variances(scene, colors, seen, kPilotEmissionPictures, {{"emission"}})[0], reflected[0], reflected[1]};
+    return {variances(scene, colors, seen, kPilotEmissionPictures, {{"emission"}}, progress)[0], reflected[0],
+            reflected[1]};
 }
 
 }  // namespace
@@ -141,26 +167,32 @@ Estimator settled(const Estimator& asked, const PilotFigures& figures) {
     return chosen;
 }
 
-void settle_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings) {
+bool find_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
+                    const PilotProgress& told) {
     const Estimator asked = scene.estimator();
-    if (!leaves_open(asked)) return;
+    if (!leaves_open(asked)) return true;
     const Stopwatch watch;
     const RenderSettings pilot = pilot_settings(settings);
     PilotFigures figures;
+    Progress progress(told);
     try {
         scene.settle(filled(asked, {}), 0);
-        figures.plain = measure(scene, colors, pilot);
+        figures.plain = measure(scene, colors, pilot, progress);
         scene.settle(filled(asked, kTried), 0);
-        figures.tried = measure(scene, colors, pilot);
+        figures.tried = measure(scene, colors, pilot, progress);
+    } catch (const Cancelled&) {
+        scene.settle(asked, 0);
+        return false;
     } catch (...) {
         scene.settle(asked, 0);
         throw;
     }
-    // Edges have a length: of a larger picture, they take a smaller share of the pixels.
+    // Edges have a length: they take a smaller share of the pixels of a larger picture.
     const double scale = double(pilot.width) / double(settings.width);
     figures.plain.emission *= scale;
     figures.tried.emission *= scale;
     scene.settle(settled(asked, figures), watch.seconds());
+    return true;
 }
 
 }  // namespace halflight

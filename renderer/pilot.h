@@ -1,6 +1,8 @@
-// How many camera rays, shadow rays and pixels of a group a scene's pictures should take, where that is left open
-// (`automatic`): found from a few small pictures before the first one.
+// The pilot: finds how many camera rays, shadow rays and pixels of a group a scene's pictures should take where the
+// estimator leaves them open (`automatic`), from a few small pictures before the first one.
 #pragma once
+
+#include <functional>
 
 #include "engine/color/color.h"
 #include "engine/device/prepared_scene.h"
@@ -9,31 +11,37 @@
 
 namespace halflight {
 
-/// Mean squared errors over pixels and channels, by what can lower them: camera rays, shadow rays, path reuse.
+/// Mean squared errors over pixels and channels, split by what can lower them: camera rays, shadow rays, path reuse.
 struct PilotErrors {
     double emission = 0;  // seen directly
     double direct = 0;
     double indirect = 0;
 };
 struct PilotFigures {
-    PilotErrors plain;  // with as little as possible of what is left open
-    PilotErrors tried;  // with kTried of it
+    PilotErrors plain;  // with the smallest value of all that is left open
+    PilotErrors tried;  // with the values of kTried
 };
 inline constexpr Estimator kTried{.reuse = Reuse::sixteen, .camera = CameraRays::four, .shadow = ShadowRays::four};
 
-/// Of what `asked` leaves open, the choice with the least squared error times cost. Errors of other numbers of rays and
-/// pixels are interpolated: emitters' edges by a power law, since points are well distributed in a pixel; the others as
-/// what n samples share and 1/n of what they do not. Costs are those of pictures of scenes/, the same everywhere, so
-/// that a choice does not depend on how busy a machine is. What is hardly better than something cheaper is not chosen.
+/// Returns `asked` with the choice for what it leaves open that has the least squared error times cost. Errors of other
+/// numbers of rays and pixels are interpolated: emitters' edges by a power law, since points are well distributed in a
+/// pixel; the others as what n samples share and 1/n of the rest. Costs are constants, measured with pictures of
+/// scenes/, so that a choice does not depend on how busy a machine is. A choice that is hardly better than a cheaper
+/// one is not taken.
 Estimator settled(const Estimator& asked, const PilotFigures& figures);
 
+/// Share of a pilot's work that is done, [0,1]; false cancels.
+using PilotProgress = std::function<bool(double share)>;
+
 /// Settles what the scene's estimator leaves open, if anything, by small pictures through the settings' camera:
-/// kPilotPictures independent ones of kPilotSamples samples each, plain and with kTried, and kPilotEmissionPictures of
-/// emission alone. They share no sample with what is rendered later, so that nothing is biased. From then on it is the
-/// scene's, whatever the camera and the pose. Takes as long as two to four samples of a large picture, which counts as
-/// preparation. Being smaller than the picture, they show members of a group farther apart than they are in it: of
-/// large pictures, path reuse is underrated.
-void settle_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings);
+/// kPilotPictures independent pictures of kPilotSamples samples each, plain and with kTried, and kPilotEmissionPictures
+/// of emission alone. They share no sample with later pictures, so that nothing is biased. The result is that of the
+/// scene from then on, whatever the camera and the pose. It takes as long as two to four samples of a large picture,
+/// which counts as preparation. The small pictures show members of a group farther apart than the large one does: for
+/// large pictures, path reuse is underrated. Returns false where `progress` has cancelled; the estimator then stays
+/// open. Throws Error as Renderer does.
+bool find_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
+                    const PilotProgress& progress = {});
 inline constexpr double kPilotPixels = 96 * 64;  // about, of a picture
 inline constexpr double kPilotShare = 1.0 / 16;  // of the settings' pixels, where that is more
 inline constexpr int kPilotPictures = 4;

@@ -4,7 +4,8 @@
 #include <cassert>
 #include <numeric>
 
-#include "renderer/pilot.h"
+#include "engine/core/error.h"
+
 #include "renderer/render_state.h"
 #include "renderer/settings_check.h"
 
@@ -18,10 +19,10 @@ std::optional<ViewKernel> view_kernel(const ColorConfig& colors, const RenderSet
 
 }  // namespace
 
-Renderer::Renderer(PreparedScene& scene, const ColorConfig& colors, RenderSettings settings) {
+Renderer::Renderer(PreparedScene& scene, const ColorConfig& colors, RenderSettings settings,
+                   rays::BatchServer* server) {
     check_settings(settings);
-    settle_estimator(scene, colors, settings);
-    state_ = std::make_unique<State>(nullptr, scene, colors, view_kernel(colors, settings), settings);
+    state_ = std::make_unique<State>(nullptr, scene, colors, view_kernel(colors, settings), settings, server);
 }
 
 Renderer::Renderer(gpu::Context& context, const Scene& scene, const ColorConfig& colors,
@@ -31,41 +32,51 @@ Renderer::Renderer(gpu::Context& context, const Scene& scene, const ColorConfig&
     auto own =
         std::make_unique<PreparedScene>(context, scene, PrepareOptions{raster, settings.kept, settings.estimator});
     PreparedScene& prepared = *own;
-    settle_estimator(prepared, colors, settings);
-    state_ = std::make_unique<State>(std::move(own), prepared, colors, view_kernel(colors, settings), settings);
+    state_ =
+        std::make_unique<State>(std::move(own), prepared, colors, view_kernel(colors, settings), settings, nullptr);
 }
 
 Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer::~Renderer() = default;
 
+Renderer::State& Renderer::state() const {
+    if (!state_) throw Error("renderer", "its update has failed, and it cannot be used any more");
+    return *state_;
+}
+
 void Renderer::update(const Scene& scene) {
-    State& s = *state_;
-    assert(s.own);
-    if (s.scene.update(scene)) return follow_scene();
-    if (s.cache) s.cache->clear();
-    PreparedScene& prepared = s.scene;
-    state_ = std::make_unique<State>(std::move(s.own), prepared, s.colors, std::move(s.view_kernel), s.asked);
+    assert(state().own);
+    std::unique_ptr<State> last = std::move(state_);  // destroyed where this throws
+    if (last->scene.update(scene)) {
+        state_ = std::move(last);
+        return follow_scene();
+    }
+    if (last->cache) last->cache->clear();
+    PreparedScene& prepared = last->scene;
+    state_ = std::make_unique<State>(std::move(last->own), prepared, last->colors, std::move(last->view_kernel),
+                                     last->asked, nullptr);
 }
 
 void Renderer::follow_scene() {
-    State& s = *state_;
+    State& s = state();
     if (s.cache) s.cache->clear();
     if (s.raster) s.raster->set_tree(s.scene.cull_tree());
     s.hierarchies_reported = false;
 }
 
 void Renderer::forget(std::string reason) {
-    state_->executor.history().invalidate(std::move(reason));
-    state_->tracer->invalidate();
-    if (state_->cache) state_->cache->clear();
+    state().executor.history().invalidate(std::move(reason));
+    state().tracer->invalidate();
+    if (state().cache) state().cache->clear();
 }
 
 RenderResult Renderer::render(const ProgressCallback& progress) {
-    return render(state_->settings, progress);
+    return render(state().settings, progress);
 }
 
 RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback& progress) {
-    State& s = *state_;
+    State& s = state();
+    s.scene.check_usable();
     check_settings(s.settings, frame);
     const Stopwatch watch;
     const double compiled_before = s.scene.programs().seconds();
@@ -135,7 +146,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
 }
 
 std::string Renderer::graph_dot() const {
-    return graph::to_dot(state_->compiled(0).sample.compiled);
+    return graph::to_dot(state().compiled(0).sample.compiled);
 }
 
 }  // namespace halflight

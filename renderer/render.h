@@ -14,14 +14,20 @@
 
 namespace halflight {
 
+namespace rays {
+class BatchServer;
+}
+
 /// Renders pictures of a scene, one after the other. Visibility state and measured run times are carried from band to
 /// band and from picture to picture. They affect time only: a picture is a function of scene and settings, whatever was
 /// rendered before, except in preview modes. The context must be current on the calling thread throughout its life.
 class Renderer {
   public:
-    /// Shares a prepared scene, which must outlive the renderer. Throws Error for settings out of range, for raster
-    /// culling of a scene that was prepared without it, and where limits of the driver are exceeded.
-    Renderer(PreparedScene&, const ColorConfig&, RenderSettings);
+    /// Shares a scene, which must outlive the renderer. `server` serves all ray batches in place of the settings'
+    /// culling, and must outlive the renderer; null: none. Throws Error for settings out of range, for raster culling
+    /// of a scene that was prepared without it, for an estimator that is left open (find_estimator() in pilot.h settles
+    /// it), and for limits of the driver.
+    Renderer(PreparedScene&, const ColorConfig&, RenderSettings, rays::BatchServer* server = nullptr);
     /// Prepares a scene of its own. The context must outlive the renderer.
     Renderer(gpu::Context&, const Scene&, const ColorConfig&, const RenderSettings&);
     Renderer(Renderer&&) noexcept;
@@ -31,11 +37,11 @@ class Renderer {
     RenderResult render(const FrameSettings&, const ProgressCallback& = {});
     /// Renders the picture of the RenderSettings.
     RenderResult render(const ProgressCallback& = {});
-    /// Changes the pose of a scene of its own (PreparedScene::update). Visibility state and run times are kept where
-    /// the pose needs no other shaders or buffers; the radiance cache is cleared. Throws Error; after that the renderer
-    /// may only be destroyed.
+    /// Brings the renderer's own scene to another pose (PreparedScene::update). Statistics of tracing speed and
+    /// visibility live on where the pose needs no other shaders or buffers; the radiance cache is emptied. Throws
+    /// Error; all further calls then throw Error, too.
     void update(const Scene&);
-    /// Follows a shared scene after PreparedScene::update() has returned true, in the same way.
+    /// Takes up the pose of a shared scene after its update() has returned true.
     void follow_scene();
     /// Forgets visibility state, run times and the radiance cache, as after a camera cut. Other scenes and sizes need
     /// another renderer.
@@ -45,7 +51,9 @@ class Renderer {
 
   private:
     struct State;
-    std::unique_ptr<State> state_;
+    /// Throws Error where an update has failed.
+    State& state() const;
+    std::unique_ptr<State> state_;  // null where an update has failed
 };
 
 }  // namespace halflight

@@ -2,6 +2,7 @@
 #include <cstdint>
 
 #include "engine/core/error.h"
+#include "engine/rays/batch_server.h"
 #include "passes/picture/aov.h"
 #include "renderer/band_size.h"
 #include "renderer/frame_options.h"
@@ -12,7 +13,7 @@
 namespace halflight {
 
 Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& c,
-                       std::optional<ViewKernel> view, RenderSettings r)
+                       std::optional<ViewKernel> view, RenderSettings r, rays::BatchServer* server)
     : own(std::move(o)),
       scene(s),
       colors(c),
@@ -21,7 +22,12 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
       view_kernel(std::move(view)),
       executor(scene.programs()),
       composer(scene.programs()) {
-    if (settings.culling == rays::Culling::raster) {
+    if (leaves_open(scene.estimator()))
+        throw Error("render settings", "the estimator is left open: a pilot has to settle it first");
+    scene.check_usable();
+    if (server) {
+        tracer.emplace(scene.trace(), *server);
+    } else if (settings.culling == rays::Culling::raster) {
         if (scene.cull_tree().nodes.empty() && !scene.tables().triangles.empty())
             throw Error("render settings", "raster culling of a scene that was prepared without it");
         rays::RasterSettings raster_settings;

@@ -76,7 +76,7 @@ struct Renderer::State {
     bool hierarchies_reported = false;  // an earlier picture's statistics count the hierarchies of this pose
 
     State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& c, std::optional<ViewKernel> view,
-          RenderSettings r);
+          RenderSettings r, rays::BatchServer* server);
 
     // Defined in render_graphs.cpp.
 

@@ -11,11 +11,14 @@ add_library(halflight::halflight ALIAS halflight)
 set_target_properties(halflight PROPERTIES LINKER_LANGUAGE CXX)
 target_compile_features(halflight INTERFACE cxx_std_20)
 target_include_directories(halflight INTERFACE
-    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/halflight>)
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/halflight>
+    # <halflight/halflight.h>
+    $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/api> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/halflight/api>)
 target_link_libraries(halflight INTERFACE ${libraries})
 
 install(TARGETS halflight EXPORT halflight-targets)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/engine ${PROJECT_SOURCE_DIR}/passes ${PROJECT_SOURCE_DIR}/renderer
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/api ${PROJECT_SOURCE_DIR}/engine ${PROJECT_SOURCE_DIR}/passes
+    ${PROJECT_SOURCE_DIR}/renderer
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/halflight FILES_MATCHING PATTERN "*.h")
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/shaders/shared
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/halflight/shaders FILES_MATCHING PATTERN "*.h")

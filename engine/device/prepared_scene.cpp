@@ -7,6 +7,7 @@
 #include <cstring>
 #include <future>
 
+#include "engine/core/error.h"
 #include "engine/core/stopwatch.h"
 #include "engine/tables/shading_tables.h"
 
@@ -81,9 +82,16 @@ std::uint64_t PreparedScene::drawn_triangles() const {
 }
 
 bool PreparedScene::update(const Scene& scene) {
+    check_usable();
     const Shape before = shape();
+    usable_ = false;
     prepare(scene);
+    usable_ = true;
     return shape() == before;
+}
+
+void PreparedScene::check_usable() const {
+    if (!usable_) throw Error("prepared scene", "its update has failed, and it cannot be used any more");
 }
 
 void PreparedScene::settle(const Estimator& piloted, double seconds) {

@@ -38,8 +38,10 @@ class PreparedScene {
     /// of what moves (Instance::moves, Mesh::deforms) hierarchies are refitted (engine/rays/hierarchies.h). All that
     /// pictures depend on is a function of this pose and of that which it was made with, the reference, whatever poses
     /// were between. False where renderers cannot go on and are to be made anew: it needs other shaders or buffers.
-    /// Throws Error as the constructor; it is of no use then.
+    /// Throws Error as the constructor; later updates and pictures of the scene then throw Error, too.
     bool update(const Scene& scene);
+    /// Throws Error where an update has failed.
+    void check_usable() const;
 
     gpu::Context& context() const { return context_; }
     const TraceTables& tables() const { return tables_; }
@@ -79,6 +81,7 @@ class PreparedScene {
     std::unique_ptr<Memory> memory_;  // of scenes in which something moves
     gpu::ProgramCache programs_;
     bool has_environment_ = false;
+    bool usable_ = true;  // no update has failed
     Estimator estimator_;
     const Estimator asked_estimator_;
     rays::HierarchyCounts hierarchies_;

@@ -1,9 +1,9 @@
 // Tests functions of the program without running it.
 #include <gtest/gtest.h>
 
-#include "tools/halflight/camera.h"
-#include "tools/halflight/console.h"
-#include "tools/halflight/frame_names.h"
+#include "api/halflight/camera.h"
+#include "tools/cli/console.h"
+#include "api/halflight/frame_names.h"
 #include "tools/halflight/progress.h"
 
 namespace halflight {

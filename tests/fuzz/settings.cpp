@@ -1,4 +1,4 @@
-#include "tools/halflight/settings_file.h"
+#include "api/halflight/settings_file.h"
 
 #include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/targets.h"

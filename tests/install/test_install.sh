@@ -17,5 +17,5 @@ env -i "$work/prefix/bin/halflight" render room/room.gltf a.exr a.png --width 16
 
 cmake -S "$here/consumer" -B consumer -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_PREFIX_PATH="$work/prefix"
 cmake --build consumer
-env -i consumer/consumer room/room.gltf b.exr
-[ -s b.exr ]
+env -i consumer/consumer room/room.gltf b.exr c.##.exr
+[ -s b.exr ] && [ -s c.01.exr ] && [ -s c.02.exr ]

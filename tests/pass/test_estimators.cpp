@@ -1,6 +1,8 @@
 // Tests techniques that differ in noise only: their means agree, and each reduces the noise that it is meant for.
 #include <gtest/gtest.h>
 
+#include "engine/core/error.h"
+#include "renderer/pilot.h"
 #include "tests/pass/batches.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
@@ -18,7 +20,9 @@ class EstimatorsTest : public GpuTest {
         RenderSettings settings = small_settings(scene.cameras.front(), 48, 48, samples, bounces);
         settings.estimator = estimator;
         settings.seed = seed;
-        return render(context, scene, settings);
+        PreparedScene prepared(context, scene, {.estimator = estimator});
+        find_estimator(prepared, ColorConfig::load(), settings);
+        return Renderer(prepared, ColorConfig::load(), settings).render();
     }
 
     /// Statistics of independent pictures. Means are over blocks, because all pixels of a sample use the same point in
@@ -167,7 +171,12 @@ TEST_F(EstimatorsTest, APilotDecidesTheAutomaticTechniques) {
 
     PreparedScene prepared(context, scene, {.estimator = open});
     RenderSettings settings = small_settings(scene.cameras.front(), 48, 48, 4, 4);
-    Renderer(prepared, ColorConfig::load(), settings);
+    EXPECT_THROW(Renderer(prepared, ColorConfig::load(), settings), Error) << "which runs no pilot by itself";
+    double share = 0;
+    EXPECT_FALSE(find_estimator(prepared, ColorConfig::load(), settings, [&](double s) { return (share = s) < 0.5; }));
+    EXPECT_GE(share, 0.5);
+    EXPECT_EQ(prepared.estimator(), open) << "cancelled";
+    EXPECT_TRUE(find_estimator(prepared, ColorConfig::load(), settings));
     EXPECT_EQ(prepared.estimator(), found) << "from the first renderer on";
     EXPECT_EQ(prepared.asked_estimator(), open);
     settings.camera = look_at_camera({0, 0, 0.9}, {0, -0.98, 0}, {0, 0, -1}, 1.2);  // at the floor

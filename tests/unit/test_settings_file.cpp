@@ -6,7 +6,7 @@
 #include "tests/support/error_message.h"
 #include "tests/support/process.h"
 #include "tests/support/scenes.h"
-#include "tools/halflight/settings_file.h"
+#include "api/halflight/settings_file.h"
 
 namespace halflight {
 namespace {

@@ -6,7 +6,8 @@
 #include "engine/core/error.h"
 #include "renderer/render.h"
 #include "renderer/replicates.h"
-#include "tools/halflight/options.h"
+#include "tools/cli/options.h"
+#include "tools/halflight/converge_options.h"
 
 namespace halflight {
 namespace {
@@ -152,29 +153,7 @@ void check(const InfoArguments& a, const CLI::App& app) {
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
 }
 
-void check_leftovers(const CLI::App& app, const std::string& command) {
-    const auto extras = app.remaining();
-    if (!extras.empty()) throw UsageError(extras.front(), "is not expected; see {} --help", command);
-}
-
-/// Converts messages of CLI11, which are "--option: what" or a sentence.
-UsageError usage_error(const CLI::ParseError& error, const std::string& command) {
-    const std::string text = error.what();
-    const auto colon = text.find(": ");
-    if (dynamic_cast<const CLI::RequiredError*>(&error))
-        return UsageError(text.substr(0, text.find(' ')), "is missing; see {} --help", command);
-    if (colon == std::string::npos) return UsageError("arguments", text);
-    if (dynamic_cast<const CLI::ArgumentMismatch*>(&error))
-        return UsageError(text.substr(0, colon), "expects exactly one value");
-    return UsageError(text.substr(0, colon), text.substr(colon + 2));
-}
-
 }  // namespace
-
-bool has_extension(const std::filesystem::path& path, std::string_view extension) {
-    const std::string own = path.extension().string();
-    return std::ranges::equal(own, "." + std::string(extension), {}, [](unsigned char c) { return std::tolower(c); });
-}
 
 Arguments parse_arguments(int argc, const char* const* argv) {
     CLI::App app("Hybrid raster and ray-traced global illumination.", "halflight");
@@ -241,9 +220,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     try {
         app.parse(argc, argv);
     } catch (const CLI::CallForHelp&) {
-        std::string text = app.help();
-        text.erase(text.find_last_not_of('\n') + 1);
-        return Help{text};
+        return help_of(app);
     } catch (const CLI::CallForVersion& version) {
         return Help{version.what()};
     } catch (const CLI::ParseError& error) {
@@ -263,13 +240,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         const RenderSettings& s = render.settings;
         if ((s.time_limit > 0 || s.error) && render_app.count("--samples") == 0) render.settings.samples = kMaxSamples;
         check(render, render_app);
+        if (!render.frames.empty() && !render.animation) render.animation = "all";
         return render;
     }
     if (preview_app.parsed()) {
-        check_leftovers(preview_app, "halflight view");
-        check_camera_options(preview_app);
-        use_settings(preview_app, preview);
-        check_preview_options(preview_app, preview);
+        finish_preview_options(preview_app, preview);
         return preview;
     }
     if (converge_app.parsed()) {

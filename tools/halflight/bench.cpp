@@ -1,7 +1,7 @@
 #include "tools/measure/bench/bench.h"
 
+#include "tools/cli/signals.h"
 #include "tools/halflight/commands.h"
-#include "tools/halflight/signals.h"
 
 namespace halflight {
 

@@ -1,14 +1,14 @@
 #include <algorithm>
 #include <optional>
 
+#include "api/halflight/camera.h"
+#include "api/halflight/loaded_scene.h"
+#include "api/halflight/statistics.h"
 #include "engine/io/files.h"
 #include "renderer/pilot.h"
-#include "tools/halflight/camera.h"
+#include "tools/cli/console.h"
+#include "tools/cli/signals.h"
 #include "tools/halflight/commands.h"
-#include "tools/halflight/loading.h"
-#include "tools/halflight/picture.h"
-#include "tools/halflight/signals.h"
-#include "tools/halflight/statistics.h"
 #include "tools/measure/converge/external.h"
 #include "tools/measure/converge/report.h"
 
@@ -85,10 +85,11 @@ void run_converge(const ConvergeArguments& a) {
     const ColorConfig colors = ColorConfig::load();
     const ViewProcessor shown = colors.view({});
 
-    Scene scene = load_scene(a.scene, a.allow_outside, console);
+    Scene scene = load_gltf(a.scene, gltf_options(a.allow_outside));
+    for (const std::string& warning : scene.report.warnings) console.warn("{}", warning);
     set_environment(scene, a.environment, console);
     const auto [camera, index, origin] = choose_camera(scene, a);
-    const ivec2 size = picture_size(a, camera);
+    const ivec2 size = picture_size(a.width, a.height, a.usual_width, camera);
     Subject subject{.program = "halflight " HALFLIGHT_VERSION,
                     .scene = a.scene.string(),
                     .camera = origin,
@@ -120,7 +121,9 @@ void run_converge(const ConvergeArguments& a) {
             settings.bounces = subject.view.bounces;
             settings.filter = subject.view.filter;
             settings.clamp = a.plan.clamp;
-            settle_estimator(made, colors, settings);
+            const auto go_on = [](double) { return stop_signal() == 0; };
+            if (!find_estimator(made, colors, settings, go_on))
+                throw Interrupted(stop_signal(), a.folder.string(), "nothing was written: interrupted");
             subject.pilots.push_back(
                 fmt::format("A pilot has chosen {} for {}.", text(made.estimator()), text(estimator)));
             console.note("{}", subject.pilots.back());

@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "tools/halflight/options.h"
+#include "tools/halflight/converge_options.h"
 #include "tools/measure/converge/external.h"
 
 namespace halflight {

@@ -2,15 +2,16 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
+#include "api/facts.h"
+#include "api/halflight/camera.h"
+#include "api/halflight/loaded_scene.h"
 #include "engine/gpu/context.h"
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/gltf/gltf.h"
-#include "tools/halflight/camera.h"
+#include "tools/cli/console.h"
+#include "tools/cli/signals.h"
 #include "tools/halflight/commands.h"
-#include "tools/halflight/facts.h"
-#include "tools/halflight/loading.h"
 #include "tools/halflight/render_parts.h"
-#include "tools/halflight/signals.h"
 #include "tools/measure/leftout/measure.h"
 
 namespace halflight {
@@ -128,9 +129,9 @@ Json left_out_facts(const InfoArguments& a, const Scene& scene) {
 /// Of the picture that is asked for, by the light that it would have.
 Json facts_of(const InfoArguments& a, Scene& scene, bool moves) {
     Environment own = scene.environment;
-    set_environment(scene, a.picture.environment, Console(true));  // its warnings are in the facts
+    set_environment(scene, a.picture.environment, Log());  // its warnings are in the facts
     const RenderSettings settings = make_settings(a.picture, choose_camera(scene, a.picture).camera);
-    const PictureUse use{.png = a.png, .shutter = a.picture.shutter > 0};
+    const PictureUse use{.png = a.png, .shutter = a.picture.shutter.open > 0};
     const MemoryEstimate memory = scene_memory(scene, moves, settings, use);
     if (!a.needs && std::holds_alternative<std::monostate>(a.picture.environment)) scene.environment = std::move(own);
     return scene_facts(scene, settings, memory);

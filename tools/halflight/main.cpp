@@ -3,9 +3,9 @@
 #include <new>
 #include <string_view>
 
+#include "tools/cli/console.h"
+#include "tools/cli/signals.h"
 #include "tools/halflight/commands.h"
-#include "tools/halflight/console.h"
-#include "tools/halflight/signals.h"
 
 namespace {
 

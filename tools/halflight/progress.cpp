@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <string_view>
 
-#include "tools/halflight/console.h"
+#include "tools/cli/console.h"
 
 namespace halflight {
 namespace {

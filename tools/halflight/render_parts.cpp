@@ -2,9 +2,7 @@
 
 #include <algorithm>
 
-#include "tools/halflight/camera.h"
-#include "tools/halflight/frame_renderer.h"
-#include "tools/halflight/statistics.h"
+#include "engine/gpu/program_binaries.h"
 
 namespace halflight {
 
@@ -12,12 +10,8 @@ bool wants(const RenderArguments& a, std::string_view extension) {
     return std::ranges::any_of(a.outputs, [&](const auto& path) { return has_extension(path, extension); });
 }
 
-LinearSpace working_space(const ColorConfig& config, const RenderArguments& a) {
-    return config.linear_space(a.working_space == "rec709" ? "" : a.working_space);
-}
-
 RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
-    const ivec2 size = picture_size(a, camera);
+    const ivec2 size = picture_size(a.width, a.height, a.usual_width, camera);
     RenderSettings settings = a.settings;
     settings.width = size.x;
     settings.height = size.y;
@@ -28,32 +22,15 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     return settings;
 }
 
-PictureInfo picture_info(const RenderArguments& a, const RenderSettings& settings, const LinearSpace& space,
-                         const Scene& scene, const RenderStats& stats, const std::string& error) {
-    return {.camera = settings.camera,
-            .working_space = space,
-            .half = settings.half_color,
-            .comments = settings_line(a, settings, scene, stats),
-            .filter = text(settings.filter),
-            .shutter = shutter_text(a, settings.samples),
-            .bias = fmt::format("{}", fmt::join(stats.biases, "; ")),
-            .error = error,
-            .reproducible = a.reproducible};
+gpu::ContextOptions device_options(const RenderArguments& a) {
+    return {.device = a.device,
+            .binaries_folder = a.no_shader_cache ? "" : gpu::default_binaries_folder(),
+            .debug = a.gl_debug};
 }
 
-std::string judge(const RenderArguments& a, const RenderStats& stats, const std::filesystem::path& output,
-                  const Console& console) {
-    if (const std::string bad = describe_bad_values(stats); !bad.empty()) {
-        if (a.strict) throw Error(output.string(), "not written: {}", bad);
-        console.warn("{}; they count as 0", bad);
-    }
-    if (!stats.error) return "";
-    const std::string error = error_line(*stats.error);
-    if (!stats.error->reached && !a.best_effort)
-        throw Error(output.string(), "not written: after {} samples per pixel, {}; see --best-effort", stats.samples,
-                    error);
-    console.note("{}", error);
-    return error;
+void check_color(const ColorConfig& config, const RenderArguments& a) {
+    if (wants(a, "png") || a.movie) config.view(a.settings.view);
+    working_space(config, a.working_space);
 }
 
 }  // namespace halflight

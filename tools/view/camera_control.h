@@ -1,7 +1,7 @@
 // Camera movements by drags, keys and clicks, as pure functions of the camera pose.
 #pragma once
 
-#include "tools/halflight/camera_pose.h"
+#include "api/halflight/camera_pose.h"
 
 namespace halflight::view {
 

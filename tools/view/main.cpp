@@ -5,9 +5,9 @@
 #include <new>
 #include <vector>
 
-#include "tools/halflight/commands.h"
-#include "tools/halflight/console.h"
-#include "tools/halflight/signals.h"
+#include "tools/cli/console.h"
+#include "tools/cli/picture_arguments.h"
+#include "tools/cli/signals.h"
 #include "tools/view/viewer.h"
 
 namespace {
@@ -26,7 +26,7 @@ int main(int argc, char** argv) {
     std::vector<const char*> words(argv, argv + argc);
     if (argc < 2 || std::strcmp(argv[1], "view") != 0) words.insert(words.begin() + 1, "view");
     try {
-        const Arguments arguments = parse_arguments(static_cast<int>(words.size()), words.data());
+        const auto arguments = parse_view_arguments(static_cast<int>(words.size()), words.data());
         if (const auto* help = std::get_if<Help>(&arguments)) std::puts(help->text.c_str());
         if (const auto* preview = std::get_if<PreviewArguments>(&arguments)) view::Viewer(*preview).run();
         if (const int signal = stop_signal()) return 128 + signal;

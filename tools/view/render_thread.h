@@ -16,9 +16,9 @@
 #include <variant>
 #include <vector>
 
+#include "api/halflight/scene_edits.h"
 #include "engine/gpu/shader_source.h"
 #include "renderer/render.h"
-#include "tools/halflight/scene_edits.h"
 
 namespace halflight::view {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "api/halflight/scene_edits.h"
 #include "engine/core/error.h"
-#include "tools/halflight/scene_edits.h"
 
 namespace halflight::view {
 namespace {

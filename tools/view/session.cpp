@@ -6,10 +6,9 @@
 #include <cmath>
 #include <utility>
 
+#include "api/halflight/camera.h"
+#include "api/halflight/loaded_scene.h"
 #include "engine/io/environment.h"
-#include "tools/halflight/animation_choice.h"
-#include "tools/halflight/camera.h"
-#include "tools/halflight/loading.h"
 
 namespace halflight::view {
 namespace {
@@ -27,35 +26,33 @@ double distance_ahead(const Camera& camera, const Picker& picker, const Scene& s
 /// Of a file that is read from here on. Throws Error.
 Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     Timeline t;
-    t.file = std::make_shared<GltfScene>(a.scene, gltf_options(a.allow_outside));
+    t.file = std::make_shared<SceneFile>(a.scene, a.allow_outside);
     t.animation = a.animation.value_or("none");
     try {
-        t.animations = titles(t.file->animations());
+        t.animations = titles(t.file->gltf().animations());
     } catch (const Error& error) {
         if (t.animation != "none") throw;
         console.warn("{}", error.what());  // the scene at rest is none the worse
     }
-    if (!t.animations.empty()) t.rate = choose_frame_rate(a.frame_rate, *t.file, console);
-    t.playing = choose_animations(*t.file, a.scene, t.animation, console);
+    if (!t.animations.empty()) t.file->set_frame_rate(a.frame_rate, console);
+    t.file->play(t.animation, console);
+    t.rate = t.file->frame_rate();
+    t.playing = t.file->playing();
     return t;
 }
 
 /// Brings it to 0 s of what plays, with images of this scene.
 void take_reference(Session::Opened& o, const Scene& images, const Console& console) {
     Timeline& t = o.timeline;
-    Scene scene;
-    scene.images = images.images;
-    t.file->pose(scene, 0, t.playing);
+    Scene scene = t.file->at(0, images.images);
     const bool chosen = !std::holds_alternative<std::monostate>(o.arguments.environment);
     if (chosen && o.reference)
         scene.environment = o.reference->environment;  // which has been read
-    else if (chosen || !drive_light(*t.file, t.playing))
+    else if (chosen || !t.file->drives_light())
         set_environment(scene, o.arguments.environment, console);
     o.reference = std::make_shared<const Scene>(std::move(scene));
     o.scene.reset();
-    double end = 0;
-    for (const std::size_t index : t.playing) end = std::max(end, t.file->animations().at(index).end);
-    t.last = last_frame(end, t.rate);
+    t.last = last_frame(t.file->end(), t.rate);
 }
 
 /// Where cameras alone move, the scene stays the one that it is.
@@ -67,11 +64,9 @@ void take_frame(Session::Opened& o, std::uint32_t frame) {
     t.cameras = o.reference->cameras;
     if (frame > 0 && !t.playing.empty()) {
         const double seconds = t.rate.seconds(frame);
-        t.cameras = t.file->cameras_at(seconds, t.playing);
-        if (t.file->surfaces_move(t.playing)) {
-            Scene scene;
-            scene.images = o.reference->images;
-            t.file->pose(scene, seconds, t.playing);
+        t.cameras = t.file->cameras_at(seconds);
+        if (t.file->surfaces_move()) {
+            Scene scene = t.file->at(seconds, o.reference->images);
             scene.environment = o.reference->environment;
             o.scene = std::make_shared<const Scene>(std::move(scene));
         }
@@ -109,13 +104,13 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
     opened.arguments = a;
     opened.timeline = timeline_of(a, console);
     Timeline& timeline = opened.timeline;
-    const Scene rest = timeline.file->at_rest();
+    const Scene rest = timeline.file->gltf().at_rest();
     for (const std::string& warning : rest.report.warnings) console.warn("{}", warning);
     colors.view(a.settings.view);  // throws where it is unknown
     take_reference(opened, rest, console);
     take_frame(opened, a.settings.frame);
     if (timeline.animations.empty()) timeline.file.reset();
-    ChosenCamera chosen = choose_camera(*opened.reference, a);  // as AnimatedScene does
+    ChosenCamera chosen = choose_camera(*opened.reference, a);  // as LoadedScene does
     if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
     const WorldBounds box = world_bounds(*opened.scene);
     opened.diagonal = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);
@@ -157,8 +152,10 @@ std::function<Session::Opened()> Session::posing(const std::string& animation, s
     if (!timeline_.file) throw Error(file_.string(), "has no animations");
     return [opened = now(), animation, frame, console = console_]() mutable {
         Timeline& timeline = opened.timeline;
-        if (animation != timeline.animation) {
-            timeline.playing = choose_animations(*timeline.file, opened.arguments.scene, animation, console);
+        const bool other = animation != timeline.animation;
+        timeline.file->play(animation, other ? console : Log());  // an attempt that has failed may have played another
+        if (other) {
+            timeline.playing = timeline.file->playing();
             timeline.animation = animation;
             take_reference(opened, *opened.reference, Console(true));
         }
@@ -209,9 +206,7 @@ void Session::take_camera(std::size_t index) {
 }
 
 void Session::take_camera(const std::string& name_or_number) {
-    ViewArguments a;
-    a.camera = name_or_number;
-    take_camera(*choose_camera(*scene_, a).index);
+    take_camera(*choose_camera(*scene_, {.camera = name_or_number}).index);
 }
 
 void Session::reset_camera() {

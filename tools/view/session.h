@@ -8,10 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "engine/io/gltf/gltf.h"
-#include "tools/halflight/arguments.h"
-#include "tools/halflight/console.h"
-#include "tools/halflight/settings_file.h"
+#include "api/halflight/loaded_scene.h"
+#include "api/halflight/settings_file.h"
+#include "tools/cli/console.h"
+#include "tools/cli/picture_arguments.h"
 #include "tools/view/layer_view.h"
 #include "tools/view/pick.h"
 #include "tools/view/render_thread.h"
@@ -20,7 +20,7 @@ namespace halflight::view {
 
 /// What moves in a scene, and when it is seen.
 struct Timeline {
-    std::shared_ptr<GltfScene> file{};      // null where it has no animations; of one opening at a time
+    std::shared_ptr<SceneFile> file{};      // null where it has no animations; of one opening at a time
     std::vector<std::string> animations{};  // titles()
     std::string animation = "none";         // that plays, as of --animation
     std::vector<std::size_t> playing{};     // the same by number

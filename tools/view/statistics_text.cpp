@@ -4,7 +4,7 @@
 
 #include <algorithm>
 
-#include "tools/halflight/statistics.h"
+#include "api/halflight/statistics.h"
 
 namespace halflight::view {
 namespace {

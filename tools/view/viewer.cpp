@@ -11,11 +11,11 @@
 #include <new>
 #include <utility>
 
+#include "api/halflight/picture_file.h"
 #include "engine/gpu/program_binaries.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
-#include "tools/halflight/picture.h"
-#include "tools/halflight/signals.h"
+#include "tools/cli/signals.h"
 #include "tools/view/clock.h"
 
 namespace halflight::view {

@@ -1,21 +1,23 @@
-// Loads a scene and renders it through the public headers: consumer SCENE OUTPUT.exr
+// Renders a picture and a sequence of two frames through the public headers: consumer SCENE PICTURE.exr FRAMES.##.exr
 #include <cstdio>
-
-#include "engine/io/gltf/gltf.h"
-#include "renderer/render.h"
+#include <halflight/halflight.h>
 
 int main(int argc, char** argv) {
-    if (argc != 3) return 2;
+    if (argc != 4) return 2;
     try {
-        const halflight::Scene scene = halflight::load_gltf(argv[1]);
-        halflight::gpu::Context context = halflight::gpu::Context::create();
+        halflight::LoadedScene scene({.scene = argv[1]});
         halflight::RenderSettings settings;
         settings.width = settings.height = 16;
         settings.samples = 1;
-        settings.camera = scene.cameras.at(0);
-        halflight::Renderer renderer(context, scene, halflight::ColorConfig::load(), settings);
-        halflight::write_exr(argv[2], {{{"R", "G", "B", "A"}, renderer.render().beauty}}, {});
-        return 0;
+        settings.aovs = {"albedo"};
+        halflight::FrameRenderer renderer(scene, settings);
+        const halflight::RenderResult picture = renderer.render();
+        halflight::write_picture(argv[2], picture, picture_info(renderer, picture, {}, ""));
+
+        const halflight::SequenceOptions options{.frames = {1, 2}, .outputs = {argv[3]}};
+        const auto made = halflight::render_sequence(scene, settings, {.shutter = {.open = 0.5, .times = 1}}, options);
+        const auto kept = halflight::render_sequence(scene, settings, {.shutter = {.open = 0.5, .times = 1}}, options);
+        return made.made == 2 && kept.kept == 2 ? 0 : 1;
     } catch (const std::exception& error) {
         std::fprintf(stderr, "consumer: %s\n", error.what());
         return 1;

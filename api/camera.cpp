@@ -1,0 +1,75 @@
+#include "api/halflight/camera.h"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "engine/core/error.h"
+#include "engine/settings/render_settings.h"
+
+namespace halflight {
+namespace {
+
+std::string list_of_cameras(const Scene& scene) {
+    std::string list;
+    for (std::size_t i = 0; i < scene.cameras.size(); ++i)
+        list += fmt::format("{}{} '{}'", i == 0 ? "" : ", ", i, scene.cameras[i].name);
+    return list.empty() ? "it has none" : "it has " + list;
+}
+
+/// Returns the number of a camera. Names come before numbers, since a name may be a number.
+std::size_t find_camera(const Scene& scene, const std::string& wanted) {
+    const auto named = std::ranges::find(scene.cameras, wanted, &Camera::name);
+    if (named != scene.cameras.end()) return static_cast<std::size_t>(named - scene.cameras.begin());
+    std::size_t index = 0;
+    const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
+    if (error == std::errc() && end == wanted.data() + wanted.size() && index < scene.cameras.size()) return index;
+    throw Error(scene.name, "no camera '{}': {}", wanted, list_of_cameras(scene));
+}
+
+}  // namespace
+
+ChosenCamera choose_camera(const Scene& scene, const CameraChoice& c) {
+    if (c.look_from) {
+        if (!c.look_at) throw Error("camera", "look_from needs look_at");
+        return {look_at_camera(*c.look_from, *c.look_at, c.up, glm::radians(c.vertical_fov)), std::nullopt,
+                "of the command line"};
+    }
+    if (c.pose) return {camera_of(*c.pose), std::nullopt, "of the settings"};
+    if (c.camera) {
+        const std::size_t index = find_camera(scene, *c.camera);
+        const Camera& camera = scene.cameras[index];
+        return {camera, index, fmt::format("'{}' of the scene", camera.name)};
+    }
+    if (scene.cameras.empty())
+        return {framing_camera(scene), std::nullopt, "that frames the scene, which has none of its own"};
+    return {scene.cameras[0], 0, fmt::format("'{}', the scene's first", scene.cameras[0].name)};
+}
+
+ivec2 picture_size(std::optional<int> width, std::optional<int> height, int default_width, const Camera& camera) {
+    constexpr double kDefaultAspect = 16.0 / 9.0;
+    const double aspect = camera.aspect > 0 ? camera.aspect : kDefaultAspect;
+    const auto pixels = [](double x) { return static_cast<int>(std::clamp(std::round(x), 1.0, double{kMaxSide})); };
+    if (width) return {*width, height ? *height : pixels(*width / aspect)};
+    if (height) return {pixels(*height * aspect), *height};
+    return {default_width, pixels(default_width / aspect)};
+}
+
+dmat4 standard_clip(const Camera& camera, double aspect) {
+    // Readers of the attribute use x, y and w; depth only needs some range where the camera leaves it open.
+    const double near_plane = camera.near_plane > 0 ? camera.near_plane : 1;
+    const bool bounded = camera.far_plane > near_plane;
+    dmat4 projection;
+    if (camera.orthographic) {
+        const double y = camera.ortho_height / 2, x = y * aspect;
+        projection = glm::ortho(-x, x, -y, y, near_plane, bounded ? camera.far_plane : 2 * near_plane);
+    } else if (bounded) {
+        projection = glm::perspective(camera.vertical_fov, aspect, near_plane, camera.far_plane);
+    } else {
+        projection = glm::infinitePerspective(camera.vertical_fov, aspect, near_plane);
+    }
+    return projection * glm::inverse(camera.camera_to_world);
+}
+
+}  // namespace halflight

@@ -1,0 +1,238 @@
+#include "api/facts.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <functional>
+
+#include "engine/core/error.h"
+#include "engine/device/scene_view.h"
+#include "engine/tables/shading_tables.h"
+#include "renderer/render.h"
+
+namespace halflight {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+template <class T>
+std::size_t bytes_of(const std::vector<T>& values) {
+    return values.size() * sizeof(T);
+}
+
+std::size_t geometry_bytes(const Mesh& mesh) {
+    return bytes_of(mesh.positions) + bytes_of(mesh.normals) + bytes_of(mesh.tangents) + bytes_of(mesh.uvs[0]) +
+           bytes_of(mesh.uvs[1]) + bytes_of(mesh.colors) + bytes_of(mesh.triangles) + bytes_of(mesh.triangle_material);
+}
+
+std::size_t instanced_triangles(const Scene& scene, const std::function<bool(const Material&)>& wanted) {
+    std::vector<std::size_t> of_mesh;
+    for (const Mesh& mesh : scene.meshes)
+        of_mesh.push_back(static_cast<std::size_t>(std::ranges::count_if(
+            mesh.triangle_material, [&](std::uint32_t material) { return wanted(scene.materials[material]); })));
+    std::size_t count = 0;
+    for (const Instance& instance : scene.instances) count += of_mesh[static_cast<std::size_t>(instance.mesh)];
+    return count;
+}
+
+Json triple(const dvec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+Json bounds(const Scene& scene) {
+    const WorldBounds box = world_bounds(scene);
+    if (box.empty()) return nullptr;
+    return {{"lower", triple(box.lower)}, {"upper", triple(box.upper)}, {"size", triple(box.upper - box.lower)}};
+}
+
+struct SceneBytes {
+    std::size_t geometry = 0, textures = 0;
+};
+
+SceneBytes scene_bytes(const Scene& scene) {
+    SceneBytes bytes;
+    for (const Mesh& mesh : scene.meshes) bytes.geometry += geometry_bytes(mesh);
+    for (const TextureImage& image : scene.images) bytes.textures += image.rgba.size();
+    return bytes;
+}
+
+Json memory_facts(const Scene& scene, const RenderSettings& settings, const MemoryEstimate& m) {
+    const SceneBytes bytes = scene_bytes(scene);
+    Json parts{{"program", m.program}, {"scene", m.scene},     {"band", m.band},       {"reading", m.reading},
+               {"film", m.film},       {"preview", m.preview}, {"shutter", m.shutter}, {"writing", m.writing}};
+    return {{"geometry_bytes", bytes.geometry},
+            {"texture_bytes", bytes.textures},
+            {"render_bytes", m.total()},
+            {"render_size", {settings.width, settings.height}},
+            {"render_parts", parts}};
+}
+
+Json cameras(const Scene& scene) {
+    Json list = Json::array();
+    for (const Camera& camera : scene.cameras) {
+        Json one{{"name", camera.name}, {"type", camera.orthographic ? "orthographic" : "perspective"}};
+        if (camera.orthographic)
+            one["height"] = camera.ortho_height;
+        else
+            one["vertical_fov_degrees"] = glm::degrees(camera.vertical_fov);
+        if (camera.aspect > 0) one["aspect"] = camera.aspect;
+        list.push_back(one);
+    }
+    return list;
+}
+
+Json lights(const Scene& scene) {
+    constexpr const char* kTypes[] = {"point", "spot", "directional"};
+    Json punctual = Json::array();
+    for (const PunctualLight& light : scene.lights)
+        punctual.push_back({{"name", light.name},
+                            {"type", kTypes[static_cast<int>(light.type)]},
+                            {"intensity", triple(light.intensity)},
+                            {"unit", light.type == LightType::directional ? "lux" : "candela"}});
+    return {{"emissive_triangles", instanced_triangles(scene, has_emission)},
+            {"punctual", punctual},
+            {"environment", scene.environment.black() ? Json(nullptr) : triple(scene.environment.color)}};
+}
+
+Json features(const Scene& scene) {
+    const std::pair<const char*, bool (*)(const Material&)> kFeatures[] = {
+        {"alpha_mask", [](const Material& m) { return m.alpha_mode == AlphaMode::mask; }},
+        {"alpha_blend", [](const Material& m) { return m.alpha_mode == AlphaMode::blend; }},
+        {"emission", has_emission},
+        {"normal_map", [](const Material& m) { return static_cast<bool>(m.normal_texture); }},
+        {"clearcoat", [](const Material& m) { return m.clearcoat > 0; }},
+        {"transmission", [](const Material& m) { return m.transmission > 0; }},
+        {"unlit", [](const Material& m) { return m.unlit; }},
+    };
+    Json counts = Json::object();
+    for (const auto& [name, has] : kFeatures)
+        if (const auto count = std::ranges::count_if(scene.materials, has)) counts[name] = count;
+    return counts;
+}
+
+Json repaired(const SceneReport& report) {
+    const std::pair<const char*, std::size_t> kCounts[] = {
+        {"non_finite_triangles_dropped", report.non_finite_triangles_dropped},
+        {"degenerate_triangles_dropped", report.degenerate_triangles_dropped},
+        {"normals_generated", report.normals_generated},
+        {"tangents_generated", report.tangents_generated},
+        {"point_primitives_skipped", report.point_primitives_skipped},
+        {"line_primitives_skipped", report.line_primitives_skipped},
+    };
+    Json counts = Json::object();
+    for (const auto& [name, count] : kCounts)
+        if (count > 0) counts[name] = count;
+    return counts;
+}
+
+FrameOptions usual_options() {
+    const RenderSettings usual;
+    return {.bounces = usual.bounces,
+            .group_size = static_cast<int>(usual.estimator.reuse),
+            .camera_rays = static_cast<int>(usual.estimator.camera),
+            .shadow_rays = static_cast<int>(usual.estimator.shadow)};
+}
+
+SceneNeeds shading_needs(const Scene& scene, const TraceTables& tables) {
+    const Estimator usual;
+    return build_shading_tables(scene, tables, {}, usual.lights, usual.sun).needs;
+}
+
+/// The passes that light needs here, with the default number of bounces.
+Json passes(const Scene& scene) {
+    const SceneNeeds needs = shading_needs(scene, build_trace_tables(scene, kFlattenLimit));
+    Json names = {"gbuffer"};
+    const FrameNeeds frame = frame_needs(needs, usual_options());
+    for (const FramePart& pass :
+         {frame.seen, frame.shadow, frame.diffuse, frame.glossy, frame.continuation, frame.reuse})
+        if (pass) names.push_back(pass.name);
+    return names;
+}
+
+}  // namespace
+
+Json scene_counts(const Scene& scene) {
+    std::size_t vertices = 0, triangles = 0;
+    for (const Mesh& mesh : scene.meshes) vertices += mesh.positions.size(), triangles += mesh.triangles.size();
+    return {{"meshes", scene.meshes.size()},
+            {"instances", scene.instances.size()},
+            {"vertices", vertices},
+            {"triangles", triangles},
+            {"triangles_with_instances", instanced_triangles(scene, [](const Material&) { return true; })},
+            {"materials", scene.materials.size()},
+            {"textures", scene.images.size()}};
+}
+
+MemoryEstimate scene_memory(const Scene& scene, bool moves, const RenderSettings& settings, const PictureUse& use) {
+    const SceneBytes bytes = scene_bytes(scene);
+    std::size_t stored = 0;
+    for (const Mesh& mesh : scene.meshes) stored += mesh.triangles.size();
+    const std::size_t drawn = instanced_triangles(scene, [](const Material&) { return true; });
+    const SceneNeeds needs = build_shading_tables(scene, build_trace_tables(scene, kFlattenLimit), {},
+                                                  settings.estimator.lights, settings.estimator.sun)
+                                 .needs;
+    return estimate_memory(
+        needs,
+        {.geometry_bytes = bytes.geometry,
+         .texture_bytes = bytes.textures + 2 * bytes_of(scene.environment.map.pixels),  // and a table
+         .traced = std::min(drawn, std::max(stored, kFlattenLimit)),
+         .drawn = drawn,
+         .moves = moves},
+        settings, use);
+}
+
+Json scene_facts(const Scene& scene, const RenderSettings& settings, const MemoryEstimate& memory) {
+    return {{"counts", scene_counts(scene)},
+            {"bounds", bounds(scene)},
+            {"memory", memory_facts(scene, settings, memory)},
+            {"cameras", cameras(scene)},
+            {"lights", lights(scene)},
+            {"material_features", features(scene)},
+            {"passes", passes(scene)},
+            {"repaired", repaired(scene.report)},
+            {"warnings", scene.report.warnings}};
+}
+
+Json motion_facts(GltfScene& scene, std::vector<std::string>& warnings) {
+    Json animations = Json::array(), skins = Json::array(), morphed = Json::array();
+    try {
+        for (const Animation& a : scene.animations())
+            animations.push_back({{"name", a.name}, {"seconds", a.end}, {"channels", a.channels.size()}});
+        const auto& left_out = scene.animation_warnings();
+        warnings.insert(warnings.end(), left_out.begin(), left_out.end());
+    } catch (const Error& error) {
+        warnings.push_back(error.what());
+    }
+    const GltfDeformers deformers = scene.deformers();
+    for (const auto& skin : deformers.skins) skins.push_back({{"name", skin.name}, {"joints", skin.joints}});
+    for (const auto& mesh : deformers.morphed_meshes)
+        morphed.push_back({{"mesh", mesh.name}, {"targets", mesh.targets}});
+    const std::optional<FrameRate>& rate = scene.frame_rate();
+    return {{"frames_per_second", rate ? Json(double(rate->numerator) / rate->denominator) : Json()},
+            {"animations", animations},
+            {"skins", skins},
+            {"morph_targets", morphed}};
+}
+
+Json left_out_json(const std::vector<LeftOut>& left_out) {
+    const std::vector<std::string> keepable = keepable_names();
+    Json list = Json::array();
+    for (const LeftOut& l : left_out)
+        list.push_back({{"what", l.what},
+                        {"fact", l.fact},
+                        {"bytes", l.bytes},
+                        {"can_be_kept", std::ranges::find(keepable, l.what) != keepable.end()}});
+    return list;
+}
+
+std::vector<LeftOut> scene_left_out(const Scene& scene) {
+    const RenderSettings usual;
+    const TraceTables tables = build_trace_tables(scene, kFlattenLimit);
+    return left_out(shading_needs(scene, tables), usual_options(),
+                    {.vertices = tables.positions.size(),
+                     .triangles = tables.triangles.size(),
+                     .paths = Band{{usual.width, usual.height}, 0, usual.height}.paths(),
+                     .pixels = std::size_t(usual.width) * std::size_t(usual.height)});
+}
+
+}  // namespace halflight

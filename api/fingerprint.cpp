@@ -1,0 +1,144 @@
+#include "api/fingerprint.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <limits>
+
+#include "engine/core/error.h"
+#include "engine/core/hash.h"
+#include "engine/io/files.h"
+#include "engine/io/png.h"
+#include "engine/settings/settings_table.h"
+
+namespace halflight {
+namespace {
+
+constexpr std::uint64_t kAnySize = std::numeric_limits<std::int64_t>::max();
+
+class Fingerprint {
+  public:
+    /// Adds a text with its length, which separates it from its neighbours.
+    Fingerprint& text(std::string_view value) {
+        hash_.add(value.size());
+        hash_.add_bytes(value.data(), value.size());
+        return *this;
+    }
+    template <class... Args>
+    Fingerprint& values(fmt::format_string<Args...> format, Args&&... args) {
+        return text(fmt::format(format, std::forward<Args>(args)...));
+    }
+    Fingerprint& file(const std::filesystem::path& path) { return text(read_file(path, kAnySize)); }
+    std::string hex() const { return fmt::format("{:016x}", hash_.value()); }
+
+  private:
+    Hash hash_;
+};
+
+template <class T>
+std::string optional_text(const std::optional<T>& value) {
+    return value ? fmt::format("{}", *value) : "none";
+}
+
+std::string point_text(const dvec3& p) {
+    return fmt::format("{} {} {}", p.x, p.y, p.z);
+}
+
+void add_camera(Fingerprint& print, const CameraChoice& a, const ChosenCamera& chosen) {
+    if (a.look_from) {
+        print.text(point_text(*a.look_from)).text(point_text(*a.look_at)).text(point_text(a.up));
+        print.values("{}", a.vertical_fov);
+    } else if (a.pose) {
+        const CameraPose& p = *a.pose;
+        print.text("pose").text(point_text(p.from)).text(point_text(p.at)).text(point_text(p.up));
+        print.values("{} {} {} {} {}", p.vertical_fov, p.orthographic, p.ortho_height, p.near_plane, p.far_plane);
+    } else {
+        print.text(optional_text(chosen.index));
+    }
+}
+
+void add_environment(Fingerprint& print, const SceneChoice& a) {
+    if (const auto* color = std::get_if<vec3>(&a.environment)) print.text(point_text(dvec3(*color)));
+    if (const auto* map = std::get_if<std::filesystem::path>(&a.environment)) print.text("map").file(*map);
+}
+
+void add_edits(Fingerprint& print, const SceneEdits& edits) {
+    if (edits == SceneEdits()) return;
+    print.text("edits").values("{} {} {} {}", edits.environment_rotation, edits.environment_intensity, edits.emission,
+                               edits.clay);
+    print.text("tint").text(point_text(dvec3(edits.environment_tint)));
+    for (const LightEdit& light : edits.lights) {
+        print.values("light {}", light.factor);
+        if (light.color) print.text(point_text(dvec3(*light.color)));
+        if (light.position) print.text("at").text(point_text(*light.position));
+        if (light.direction) print.text("towards").text(point_text(*light.direction));
+    }
+    for (const auto& [index, properties] : edits.materials)
+        for (const auto& [name, values] : properties)
+            print.values("material {} {}", index, name).values("{}", fmt::join(values, " "));
+    for (const auto& [index, transform] : edits.transforms) {
+        print.values("instance {}", index);
+        for (int column = 0; column < 4; ++column) print.text(point_text(dvec3(transform[column])));
+    }
+}
+
+void add_color(Fingerprint& print, const OutputOptions& output, const ColorConfig& config) {
+    print.text(output.working_space);
+    for (const auto& file : config.files()) print.file(file);
+    print.values("{} files", config.files().size());
+}
+
+void add_settings(Fingerprint& print, const RenderSettings& settings) {
+    for (const Setting& setting : known_settings())
+        if (setting.fingerprint) print.text(setting.name).text(setting.get(settings));
+}
+
+}  // namespace
+
+std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
+                                 const ColorConfig& config, const OutputOptions& output,
+                                 const std::vector<std::uint32_t>& frames) {
+    Fingerprint print;
+    print.text(HALFLIGHT_VERSION);
+    for (const auto& file : scene.files()) print.file(file);
+    print.values("{} {}", scene.playing().size(), fmt::join(scene.playing(), " "));
+    print.values("{}/{} fps", scene.frame_rate().numerator, scene.frame_rate().denominator);
+    add_camera(print, scene.camera_choice(), scene.chosen_camera());
+    add_environment(print, scene.choice());
+    add_edits(print, scene.edits());
+    add_color(print, output, config);
+    add_settings(print, settings);
+    print.values("best effort {}", output.best_effort);
+    // Frames then depend on the frames before them.
+    if (settings.preview.temporal) print.values("frames {}", fmt::join(frames, ","));
+    print.values("shutter {}, {} times", shutter.open, shutter_count(shutter, settings.aovs, settings.samples));
+    return print.hex();
+}
+
+std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame) {
+    return Fingerprint().text(sequence).values("{}", frame).hex();
+}
+
+FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint) {
+    std::error_code none;
+    if (!std::filesystem::is_regular_file(path, none)) return FrameFile::missing;
+    std::string found;
+    try {
+        const std::string bytes = read_file(path, kAnySize);
+        constexpr std::size_t kSignature = 8;  // bytes, of a .png; that of an .exr is shorter
+        if (bytes.size() < kSignature || bytes.find_first_not_of('\0') == std::string::npos)
+            return FrameFile::incomplete;
+        if (is_exr(bytes)) {
+            ExrFile exr = read_exr(path, {kMaxSide, kAnySize});
+            found = exr.attributes.extra[kFingerprintName];
+        } else if (is_png(bytes)) {
+            read_png(path.string(), bytes, kMaxSide);
+            found = text_of_png(bytes, kFingerprintName);
+        }
+    } catch (const Error&) {
+        return FrameFile::incomplete;
+    }
+    return found == fingerprint ? FrameFile::whole : FrameFile::other;
+}
+
+}  // namespace halflight

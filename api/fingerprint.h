@@ -1,0 +1,40 @@
+// Fingerprints of frames: text in their files by which later runs recognise frames of the same settings.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "api/halflight/frame_renderer.h"
+#include "api/halflight/loaded_scene.h"
+#include "api/halflight/picture_file.h"
+#include "engine/color/color.h"
+#include "engine/settings/render_settings.h"
+
+namespace halflight {
+
+/// Returns a fingerprint of everything that decides the pixels of a sequence: the contents of the scene's files, of
+/// environment map and colour config with its LUTs, the settings whose row says so, and the version of the program.
+/// Throws Error for a file that can no longer be read.
+std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
+                                 const ColorConfig& config, const OutputOptions& output,
+                                 const std::vector<std::uint32_t>& frames);
+
+/// Returns the fingerprint of one frame: 16 hexadecimal digits.
+std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame);
+
+/// Name of the attribute of an .exr, and keyword of a .png, that holds the fingerprint.
+inline constexpr const char* kFingerprintName = "halflightFingerprint";
+
+enum class FrameFile {
+    missing,     // does not exist or is no file
+    whole,       // can be read completely and has the expected fingerprint
+    incomplete,  // an .exr or .png that cannot be read to its end
+    other,       // has another fingerprint or none
+};
+
+/// Examines an .exr or .png, which is recognised by its contents.
+FrameFile examine_frame(const std::filesystem::path& path, const std::string& fingerprint);
+
+}  // namespace halflight

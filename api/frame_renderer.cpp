@@ -1,0 +1,310 @@
+#include "api/halflight/frame_renderer.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "engine/core/error.h"
+#include "engine/core/stopwatch.h"
+#include "engine/device/deform.h"
+#include "engine/device/prepared_scene.h"
+#include "engine/gpu/program_binaries.h"
+#include "engine/rays/batch_server.h"
+#include "engine/scene/motion.h"
+#include "passes/light/radiance_cache.h"
+#include "renderer/pilot.h"
+#include "renderer/preview_picture.h"
+#include "renderer/render.h"
+#include "renderer/shutter.h"
+
+namespace halflight {
+
+int shutter_count(const Shutter& shutter, const std::vector<std::string>& aovs, int samples) {
+    constexpr int kDefaultTimes = 8;
+    if (shutter.open == 0) return 1;
+    const bool variance = std::ranges::find(aovs, "variance") != aovs.end();
+    return shutter.times.value_or(std::clamp(variance ? samples / 2 : samples, 1, kDefaultTimes));
+}
+
+std::string shutter_text(const Shutter& shutter, const RenderSettings& settings) {
+    if (shutter.open == 0) return "";
+    return fmt::format("open for {:g} of a frame, {} times", shutter.open,
+                       shutter_count(shutter, settings.aovs, settings.samples));
+}
+
+gpu::ContextOptions default_device(std::string device) {
+    return {.device = std::move(device), .binaries_folder = gpu::default_binaries_folder()};
+}
+
+struct FrameRenderer::State {
+    LoadedScene& scene;
+    RenderSettings settings;
+    Shutter shutter;
+    RayServerFactory ray_server;
+    ColorConfig colors;
+    std::shared_ptr<gpu::Context> context;
+    std::optional<GpuDeformer> deformer;  // of scenes that something deforms
+    std::optional<DeformCounts> deformed;
+    // The scene as it was uploaded last, and what renders it; without them the next picture makes new ones.
+    std::unique_ptr<PreparedScene> prepared;
+    std::shared_ptr<rays::BatchServer> server;
+    std::shared_ptr<RadianceCache> cache;  // null without RenderSettings::preview.cache
+    std::optional<Renderer> renderer;
+    std::uint64_t uploaded = 0;               // LoadedScene::revision()
+    std::uint64_t transforms = 0;             // LoadedScene::transform_revision()
+    std::optional<Estimator> found;           // by the pilot
+    PictureHistory history;                   // of the frame rendered last, with RenderSettings::preview
+    std::optional<std::uint32_t> last_frame;  // rendered
+    double load_seconds = 0;
+    double reference_seconds = 0;  // preparation of the reference pose, counted with the next picture
+    bool at_reference = false;     // `prepared` has had no update
+
+    State(LoadedScene& s, RenderSettings r, RendererOptions o)
+        : scene(s),
+          settings(std::move(r)),
+          shutter(o.shutter),
+          ray_server(std::move(o.ray_server)),
+          colors(o.colors ? std::move(*o.colors) : ColorConfig::load()),
+          context(o.context ? std::move(o.context) : std::make_shared<gpu::Context>(gpu::Context::create(o.device))) {
+        context->make_current();
+        if (settings.preview.cache) cache = std::make_shared<RadianceCache>();
+        if (scene.surfaces_move() && std::ranges::any_of(scene.scene().meshes, &Mesh::deforms))
+            deformer.emplace(*context);
+    }
+    State(const State&) = delete;
+    State& operator=(const State&) = delete;
+    ~State() {
+        context->make_current();
+        if (deformer && scene.deformer() == &*deformer) scene.deform_by(nullptr);
+    }
+
+    /// Makes context and deformer those of this renderer; others may have worked with the scene or the thread.
+    void begin() {
+        context->make_current();
+        if (scene.surfaces_move()) scene.deform_by(deformer ? &*deformer : nullptr);
+        if (transforms != scene.transform_revision()) drop();
+        transforms = scene.transform_revision();
+    }
+    void drop() {
+        renderer.reset();
+        server.reset();
+        prepared.reset();
+        history.forget();
+    }
+    /// Calls f(); where that throws, the next picture prepares the scene anew.
+    template <class F>
+    auto guarded(F f) {
+        try {
+            return f();
+        } catch (...) {
+            drop();  // may be in the middle of anything
+            throw;
+        }
+    }
+    RenderSettings renderer_settings(const FrameSettings& frame) const {
+        RenderSettings s = settings;
+        static_cast<FrameSettings&>(s) = frame;
+        s.camera = scene.chosen_camera().camera;  // that of the pilot
+        s.previous_surfaces = nullptr;            // of one picture alone
+        s.history = nullptr;
+        s.radiance_cache = cache;
+        s.want_view = s.want_view && shutter.open == 0;  // otherwise of the mean
+        return s;
+    }
+    /// Prepares the scene at 0 s, the reference pose on which hierarchies of all poses depend.
+    void prepare() {
+        if (prepared) return;
+        Stopwatch clock;
+        scene.pose(0);
+        load_seconds += clock.lap();
+        const PrepareOptions options{settings.culling == rays::Culling::raster, settings.kept, settings.estimator};
+        guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });
+        if (found) prepared->settle(*found, 0);
+        uploaded = scene.revision();
+        at_reference = true;
+        reference_seconds = clock.lap();
+    }
+    void make_renderer(const FrameSettings& frame) {
+        if (ray_server && !server) server = ray_server(prepared->trace());
+        renderer.emplace(*prepared, colors, renderer_settings(frame), server.get());
+    }
+    /// Brings scene and renderer to a time.
+    void pose(double seconds, const FrameSettings& frame) {
+        Stopwatch clock;
+        prepare();
+        if (!renderer) {
+            clock.lap();
+            guarded([&] { make_renderer(frame); });
+            reference_seconds += clock.lap();
+        }
+        scene.pose(seconds);
+        if (scene.revision() == uploaded) {
+            if (at_reference) reference_seconds = 0;  // RenderStats::prepare_seconds is that of the reference
+            return;
+        }
+        load_seconds += clock.lap();
+        at_reference = false;
+        guarded([&] {
+            if (prepared->update(scene.scene())) {
+                renderer->follow_scene();
+                if (server) server->invalidate();
+            } else {
+                renderer.reset();
+                server.reset();
+                make_renderer(frame);
+            }
+        });
+        uploaded = scene.revision();
+    }
+    RenderResult picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress) {
+        pose(seconds, frame);
+        if (cache) cache->clear();  // frames do not depend on earlier ones
+        RenderResult result = guarded([&] { return renderer->render(frame, progress); });
+        result.stats.prepare_seconds += std::exchange(reference_seconds, 0);
+        return result;
+    }
+    /// Renders a frame at its own time, with the motion of surfaces where it is asked for.
+    RenderResult still(std::uint32_t frame, const FrameSettings& frame_settings, const ProgressCallback& progress) {
+        const double seconds = scene.frame_rate().seconds(frame);
+        const bool motion =
+            settings.preview.temporal || std::ranges::find(settings.aovs, "motion") != settings.aovs.end();
+        if (!scene.surfaces_move() || !motion) return picture(seconds, frame_settings, progress);
+        Stopwatch clock;
+        Scene before = scene.posed(scene.frame_rate().seconds(static_cast<double>(frame) - 1));
+        load_seconds += clock.lap();
+        pose(seconds, frame_settings);
+        const PreviousSurfaces surfaces(scene.scene(), std::move(before));
+        FrameSettings moving = frame_settings;
+        moving.previous_surfaces = &surfaces;
+        return picture(seconds, moving, progress);
+    }
+    RenderResult blurred(std::uint32_t frame, const ProgressCallback& progress) {
+        const FrameSettings own = settings;
+        const Stopwatch clock;
+        ShutterMean mean(settings.aovs, own.samples);
+        const int times = shutter_count(shutter, settings.aovs, own.samples);
+        for (const ShutterTime& time : shutter_times(own.samples, times, own.seed, frame)) {
+            const double seconds = scene.frame_rate().seconds(frame + shutter.open * (time.at - 0.5));
+            FrameSettings part = own;
+            part.camera = scene.camera(seconds).camera;
+            part.first_sample = time.first_sample;
+            part.samples = time.samples;
+            part.of_samples = own.samples;
+            const auto of_all = [&](RenderProgress p) {
+                p.samples_done += time.first_sample;
+                p.samples_total = own.samples;
+                p.seconds = clock.seconds();
+                return !progress || progress(p);
+            };
+            const bool was_prepared = renderer && !scene.surfaces_move();
+            RenderResult result = picture(seconds, part, of_all);
+            if (result.stats.interrupted) return result;
+            if (was_prepared) result.stats.prepare_seconds = 0;  // for an earlier time
+            mean.add(result);
+        }
+        RenderResult own_time;
+        if (mean.wants_still()) {
+            FrameSettings one = own;
+            one.samples = 1;
+            own_time = still(frame, one, {});
+        }
+        RenderResult result = mean.take(std::move(own_time));
+        if (settings.want_view) result.view = colors.view(settings.view).apply(result.beauty);
+        return result;
+    }
+    /// Sets what a frame differs in from other frames: its number, its camera and, for the layer "motion", the camera
+    /// of the frame before.
+    void set_frame(std::uint32_t frame) {
+        const FrameRate& rate = scene.frame_rate();
+        settings.frame = frame;
+        settings.camera = scene.camera(rate.seconds(frame)).camera;
+        if (std::ranges::find(settings.aovs, "motion") != settings.aovs.end())
+            settings.previous_camera = scene.camera(rate.seconds(static_cast<double>(frame) - 1)).camera;
+    }
+};
+
+FrameRenderer::FrameRenderer(LoadedScene& scene, RenderSettings settings, RendererOptions options)
+    : state_(std::make_unique<State>(scene, std::move(settings), std::move(options))) {
+    state_->set_frame(state_->settings.frame);
+}
+
+FrameRenderer::FrameRenderer(FrameRenderer&&) noexcept = default;
+FrameRenderer& FrameRenderer::operator=(FrameRenderer&&) noexcept = default;
+FrameRenderer::~FrameRenderer() = default;
+
+std::optional<Estimator> FrameRenderer::find_estimator(const std::function<bool(double)>& progress) {
+    State& s = *state_;
+    if (!leaves_open(s.settings.estimator)) return s.settings.estimator;
+    if (s.found) return s.found;
+    s.begin();
+    s.prepare();
+    const bool settled = s.guarded(
+        [&] { return halflight::find_estimator(*s.prepared, s.colors, s.renderer_settings(s.settings), progress); });
+    if (!settled) return std::nullopt;
+    s.found = s.prepared->estimator();
+    return s.found;
+}
+
+RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& progress) {
+    State& s = *state_;
+    s.begin();
+    s.load_seconds = 0;
+    if (s.deformer) s.deformer->take_statistics();  // of a frame that could not be made
+    s.set_frame(frame);
+    // Surfaces are known where they were one frame ago, and nowhere else.
+    if (s.scene.surfaces_move() && s.last_frame != frame - 1) s.history.forget();
+    s.last_frame.reset();  // until this one is made
+    s.settings.history = &s.history;
+    RenderResult result = s.shutter.open > 0 ? s.blurred(frame, progress) : s.still(frame, s.settings, progress);
+    s.last_frame = frame;
+    if (s.deformer) {
+        const DeformStatistics d = s.deformer->take_statistics();
+        s.deformed = DeformCounts{d.vertices, d.vertices_on_cpu, d.seconds};
+        result.stats.gpu_bytes += s.deformer->bytes();
+    }
+    return result;
+}
+
+const RenderSettings& FrameRenderer::settings() const {
+    return state_->settings;
+}
+
+void FrameRenderer::set_frame_settings(const FrameSettings& settings) {
+    const std::uint32_t frame = state_->settings.frame;
+    static_cast<FrameSettings&>(state_->settings) = settings;
+    state_->set_frame(frame);
+}
+
+void FrameRenderer::expect_pictures(int pictures) {
+    state_->settings.pictures = pictures;
+}
+
+LoadedScene& FrameRenderer::scene() const {
+    return state_->scene;
+}
+
+const Shutter& FrameRenderer::shutter() const {
+    return state_->shutter;
+}
+
+const ColorConfig& FrameRenderer::colors() const {
+    return state_->colors;
+}
+
+gpu::Context& FrameRenderer::context() const {
+    return *state_->context;
+}
+
+double FrameRenderer::load_seconds() const {
+    return state_->load_seconds;
+}
+
+const std::optional<DeformCounts>& FrameRenderer::deformed() const {
+    return state_->deformed;
+}
+
+std::string FrameRenderer::graph_dot() const {
+    if (!state_->renderer) throw Error("frame graph", "there is none before the first picture");
+    return state_->renderer->graph_dot();
+}
+
+}  // namespace halflight

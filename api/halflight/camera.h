@@ -1,0 +1,42 @@
+// The choice of a camera and of the picture size, and the matrix that describes a camera in files.
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+
+#include "api/halflight/camera_pose.h"
+#include "engine/scene/scene.h"
+
+namespace halflight {
+
+/// Selects a camera. The first member that is set decides, in this order: look_from, pose, camera. Where none is set,
+/// the scene's first camera is taken; a scene without cameras gets one that frames it.
+struct CameraChoice {
+    std::optional<std::string> camera{};  // camera of the scene: its name, or its number from 0
+    std::optional<dvec3> look_from{};     // position, world, metres; needs look_at
+    std::optional<dvec3> look_at{};       // target, world, metres
+    dvec3 up{0, 1, 0};                    // up direction of look_from
+    double vertical_fov = 45;             // field of view of look_from, degrees, (0, 180)
+    std::optional<CameraPose> pose{};     // camera of a settings file or of the caller
+};
+
+/// A camera that was chosen, and where it came from.
+struct ChosenCamera {
+    Camera camera;
+    std::optional<std::size_t> index;  // number of the scene's camera; none: it is not a camera of the scene
+    std::string origin;                // completes "camera": "'nave' of the scene", "of the command line", ...
+};
+
+/// Returns the camera of `choice`. Throws Error that lists the scene's cameras where there is none of that name.
+ChosenCamera choose_camera(const Scene& scene, const CameraChoice& choice);
+
+/// Returns the size of a picture in pixels. A missing side follows from the camera's aspect ratio (16:9 where it has
+/// none); `default_width` applies where both are missing. Each side is within [1, kMaxSide].
+ivec2 picture_size(std::optional<int> width, std::optional<int> height, int default_width, const Camera& camera);
+
+/// Returns the matrix from world to OpenGL's standard clip space, for files. The rasterizer uses another one, with
+/// reversed depth (renderer/frame_constants.h). aspect: width / height.
+dmat4 standard_clip(const Camera& camera, double aspect);
+
+}  // namespace halflight

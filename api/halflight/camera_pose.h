@@ -1,0 +1,37 @@
+// Cameras as few numbers, which users steer and settings files store.
+#pragma once
+
+#include <string>
+
+#include "engine/scene/scene.h"
+
+namespace halflight {
+
+/// Defines a view by few numbers. Equal numbers make equal Cameras, bit for bit.
+struct CameraPose {
+    dvec3 from{0, 0, 1};            // position, world
+    dvec3 at{0};                    // target, world; orbiting turns around it; differs from `from`
+    dvec3 up{0, 1, 0};              // not parallel to the line of sight; any length but 0
+    double vertical_fov = kPi / 4;  // radians, (0, pi)
+    bool orthographic = false;
+    double ortho_height = 2;  // world units, > 0
+    double near_plane = 0;    // world units; 0: chosen from the scene
+    double far_plane = 0;     // world units; 0: infinite
+    bool operator==(const CameraPose&) const = default;
+};
+
+/// A camera pose that is saved under a name.
+struct Bookmark {
+    std::string name;
+    CameraPose pose;
+    bool operator==(const Bookmark&) const = default;
+};
+
+/// Returns the camera of a pose. Throws Error where the numbers define no view.
+Camera camera_of(const CameraPose& pose);
+
+/// Returns the pose of a camera; its target lies `distance` > 0 ahead. Up is +Y unless the camera rolls or looks along
+/// +-Y.
+CameraPose pose_of(const Camera& camera, double distance);
+
+}  // namespace halflight

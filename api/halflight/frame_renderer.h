@@ -1,0 +1,110 @@
+// Pictures of a loaded scene: single ones, and frames of a sequence with or without motion blur.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "api/halflight/loaded_scene.h"
+#include "engine/color/color.h"
+#include "engine/gpu/context.h"
+#include "engine/settings/render_settings.h"
+#include "renderer/render_result.h"
+
+namespace halflight {
+
+namespace rays {
+class BatchServer;
+class TraceScene;
+}  // namespace rays
+
+/// Motion blur: the shutter is open for a part of each frame, half of it ahead of the frame's time.
+struct Shutter {
+    double open = 0;             // part of a frame, [0,1]; 0: no motion blur
+    std::optional<int> times{};  // times at which the scene is posed meanwhile; none: 8, or fewer where samples are few
+};
+
+/// Returns at how many times a picture of `samples` samples per pixel shows the scene; 1 without motion blur. The layer
+/// "variance" (`aovs`) takes two samples at each time.
+int shutter_count(const Shutter& shutter, const std::vector<std::string>& aovs, int samples);
+
+/// Returns "open for 0.5 of a frame, 8 times", as files tell it; empty without motion blur.
+std::string shutter_text(const Shutter& shutter, const RenderSettings& settings);
+
+/// Vertices that a renderer deformed for a frame: by morph targets and skins.
+struct DeformCounts {
+    std::size_t vertices = 0;
+    std::size_t vertices_on_cpu = 0;  // of these, vertices beyond the limits of the driver
+    double seconds = 0;               // CPU clock
+};
+
+/// Makes the ray server of a prepared scene (api/halflight/ray_server.h). Both outlive the renderer's pictures.
+using RayServerFactory = std::function<std::shared_ptr<rays::BatchServer>(const rays::TraceScene& scene)>;
+
+struct RendererOptions {
+    gpu::ContextOptions device{};             // for the context that the renderer makes
+    std::shared_ptr<gpu::Context> context{};  // shared context; null: the renderer makes one
+    std::optional<ColorConfig> colors{};      // none: ColorConfig::load()
+    Shutter shutter{};
+    RayServerFactory ray_server{};  // serves all ray batches in place of RenderSettings::culling; empty: none
+};
+
+/// Returns options whose context keeps compiled shaders in the default folder, $XDG_CACHE_HOME/halflight/programs.
+gpu::ContextOptions default_device(std::string device = "");
+
+/// Renders pictures of a scene with one device, bringing it from pose to pose. A picture is a function of scene,
+/// settings and frame number, whatever was rendered before (preview mode `temporal` apart). Settings that are left to a
+/// pilot (`estimator auto`) have to be settled by find_estimator() before the first picture.
+///
+/// Takes up edits and camera changes of the scene at the next picture. Renderers may share scenes and contexts, all in
+/// one thread at a time. Makes its context current on the calling thread.
+class FrameRenderer {
+  public:
+    /// The scene must outlive the renderer. Throws Error where there is no such device; settings are checked by the
+    /// first picture.
+    FrameRenderer(LoadedScene& scene, RenderSettings settings, RendererOptions options = {});
+    FrameRenderer(FrameRenderer&&) noexcept;
+    FrameRenderer& operator=(FrameRenderer&&) noexcept;
+    ~FrameRenderer();
+
+    /// Settles what RenderSettings::estimator leaves open, by small pictures of the scene at 0 s (renderer/pilot.h).
+    /// Returns the estimator, or none where `progress` has cancelled. Calls `progress` with the share of the work that
+    /// is done, [0,1]; false cancels. Does nothing where nothing is left open. Throws Error as render() does.
+    std::optional<Estimator> find_estimator(const std::function<bool(double share)>& progress = {});
+
+    /// Renders a frame at its own time; with motion blur the mean of times up to open / 2 frames before and after.
+    /// `progress` is called after each sample; false stops, which RenderStats::interrupted tells. Throws Error where
+    /// the picture cannot be made, or an estimator is left open; exceptions of `progress` are passed on. Other pictures
+    /// can be made afterwards.
+    RenderResult render(std::uint32_t frame, const ProgressCallback& progress = {});
+    /// Renders the frame of the settings.
+    RenderResult render(const ProgressCallback& progress = {}) { return render(settings().frame, progress); }
+
+    /// Settings of the frame rendered last: with its number and its camera.
+    const RenderSettings& settings() const;
+    /// Changes samples, seed, error target, time limit or filter of later pictures.
+    void set_frame_settings(const FrameSettings& settings);
+    /// Upper limit of the pictures that will be rendered; 0: unknown (ScheduleSettings::pictures). Holds from the next
+    /// preparation of the scene on.
+    void expect_pictures(int pictures);
+    LoadedScene& scene() const;
+    const Shutter& shutter() const;
+    const ColorConfig& colors() const;
+    gpu::Context& context() const;
+
+    /// Seconds that posing the scene took for the last frame.
+    double load_seconds() const;
+    /// Counts of the last frame; none for scenes that nothing deforms.
+    const std::optional<DeformCounts>& deformed() const;
+    /// The compiled graph of the last picture in Graphviz' dot language. Needs a picture.
+    std::string graph_dot() const;
+
+  private:
+    struct State;
+    std::unique_ptr<State> state_;
+};
+
+}  // namespace halflight

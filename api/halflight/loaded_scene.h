@@ -1,0 +1,145 @@
+// Scenes that are loaded from files, posed at a time and edited.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <memory>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "api/halflight/camera.h"
+#include "api/halflight/log.h"
+#include "api/halflight/scene_edits.h"
+#include "engine/core/frames.h"
+#include "engine/io/gltf/gltf.h"
+#include "engine/scene/scene.h"
+
+namespace halflight {
+
+/// Environment that a caller asks for: none in particular, a constant radiance (linear Rec.709), or the file of a map
+/// (.exr, .hdr). Without one, a scene that has no light at all gets a neutral sky.
+using EnvironmentChoice = std::variant<std::monostate, vec3, std::filesystem::path>;
+
+/// What to load.
+struct SceneChoice {
+    std::filesystem::path scene;  // .gltf or .glb
+    bool allow_outside = false;   // the scene may name files outside its folder
+    EnvironmentChoice environment{};
+    SceneEdits edits{};
+    // Animation that plays: a name, which comes first since a name may be a number; a number from 0; "all" or "none".
+    // Without a value the scene is at rest, at the pose of its nodes, and animations are not read.
+    std::optional<std::string> animation{};
+    std::optional<FrameRate> frame_rate{};  // frame 0 is at 0 s; none: that of the scene's extras, else 24
+};
+
+GltfOptions gltf_options(bool allow_outside);
+
+/// Sets the environment of `choice`. A scene without any light gets a neutral sky, which the log notes.
+void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log);
+
+/// A glTF file, and which of its animations play at which frame rate. It poses scenes; it holds none itself.
+class SceneFile {
+  public:
+    /// Reads the file. Throws Error as GltfScene() does.
+    SceneFile(const std::filesystem::path& path, bool allow_outside);
+
+    /// Selects animations (SceneChoice::animation). The log names channels that are left out, and animations that drive
+    /// the same properties. Throws Error: damaged animations, or none of that name (the error lists their names).
+    void play(const std::string& animation, const Log& log);
+    /// Sets the frame rate: `wanted`, else that of the scene's extras, which the log notes, else 24.
+    void set_frame_rate(const std::optional<FrameRate>& wanted, const Log& log);
+
+    GltfScene& gltf() { return file_; }
+    const std::filesystem::path& path() const { return path_; }
+    const std::vector<std::size_t>& playing() const { return playing_; }  ///< indices into GltfScene::animations()
+    const FrameRate& frame_rate() const { return frame_rate_; }
+
+    /// Returns the scene at a time. Its environment is that of the file.
+    Scene at(double seconds) { return file_.at(seconds, playing_); }
+    /// Returns the same with images that the caller has already, from an earlier scene of this file.
+    Scene at(double seconds, std::vector<TextureImage> images);
+    /// Poses `scene`, which has the images of this file, at another time. Its environment stays. Throws Error where the
+    /// pose is at fault, and leaves the scene as it was.
+    void pose(Scene& scene, double seconds);
+    std::vector<Camera> cameras_at(double seconds) { return file_.cameras_at(seconds, playing_); }
+    /// Whether meshes, instances, lights or materials differ from time to time.
+    bool surfaces_move() { return file_.surfaces_move(playing_); }
+    /// Whether light may appear later although there is none at 0 s.
+    bool drives_light();
+    /// End of the last animation that plays, seconds; 0 where none does.
+    double end();
+
+  private:
+    std::filesystem::path path_;
+    GltfScene file_;
+    std::vector<std::size_t> playing_;
+    FrameRate frame_rate_;
+};
+
+/// A scene as a caller asked for it: posed at a time, edited, with its environment and camera. The result for a time is
+/// a function of the choices and that time. Substitutes for missing lights and cameras follow from the pose at 0 s.
+/// Renderers pose the scene; it must not be used by two threads at a time.
+class LoadedScene {
+  public:
+    /// Reads the files; the log gets the warnings. Throws Error that names file and element.
+    explicit LoadedScene(SceneChoice choice, const CameraChoice& camera = {}, const Log& log = {});
+    LoadedScene(LoadedScene&&) noexcept;
+    LoadedScene& operator=(LoadedScene&&) noexcept;
+    ~LoadedScene();
+
+    const SceneChoice& choice() const { return choice_; }  ///< with the current edits
+    const CameraChoice& camera_choice() const { return camera_choice_; }
+    /// The scene as it was posed last, at 0 s initially.
+    const Scene& scene() const { return scene_; }
+    /// Changes whenever scene() does, except for its cameras.
+    std::uint64_t revision() const { return revision_; }
+    /// Changes whenever an edit of transforms does: hierarchies of earlier poses are then no reference any more.
+    std::uint64_t transform_revision() const { return transform_revision_; }
+
+    /// Replaces all edits. Throws Error as apply() does, and keeps the earlier edits then.
+    void edit(SceneEdits edits);
+    const SceneEdits& edits() const { return choice_.edits; }
+    /// Chooses another camera. Throws Error where the scene has none of that name, and keeps the earlier one then.
+    void set_camera(const CameraChoice& camera);
+
+    /// Poses scene() at a time. Cameras are told by camera(). Throws Error where the pose is at fault, and leaves
+    /// scene() as it was.
+    void pose(double seconds);
+    /// Returns the scene at another time, without an environment. Needs surfaces_move(). Throws what pose() throws.
+    Scene posed(double seconds);
+    /// Lets `deformer` move vertices in later calls of pose() and posed(); null: the CPU. Needs surfaces_move().
+    void deform_by(Deformer* deformer);
+    Deformer* deformer() const { return deformer_; }
+    /// Whether scene() differs from time to time in more than cameras.
+    bool surfaces_move() const { return surfaces_move_; }
+
+    /// Returns the chosen camera at a time.
+    ChosenCamera camera(double seconds);
+    const ChosenCamera& chosen_camera() const { return camera_; }  ///< at 0 s
+    const FrameRate& frame_rate() const { return frame_rate_; }
+    const std::vector<std::size_t>& playing() const { return playing_; }        ///< indices of the animations that play
+    const std::vector<std::filesystem::path>& files() const { return files_; }  ///< of the scene, its own file first
+
+  private:
+    struct Unedited;
+    void apply_edits();
+
+    SceneChoice choice_;
+    CameraChoice camera_choice_;
+    std::optional<SceneFile> file_;  // while something moves
+    FrameRate frame_rate_;
+    std::vector<std::size_t> playing_;
+    std::vector<std::filesystem::path> files_;
+    Scene scene_;
+    std::unique_ptr<Unedited> unedited_;  // null while there were no edits
+    ChosenCamera camera_;
+    bool surfaces_move_ = false;
+    Deformer* deformer_ = nullptr;
+    std::optional<double> posed_at_ = 0;  // seconds; none: by another deformer, or with other edits
+    std::uint64_t revision_ = 1, transform_revision_ = 1;
+};
+
+}  // namespace halflight

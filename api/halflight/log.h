@@ -1,0 +1,34 @@
+// Notes and warnings of the library. The library itself prints nothing.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <functional>
+#include <string_view>
+#include <utility>
+
+namespace halflight {
+
+/// Receives notes and warnings, one line of text each. A default Log discards them. Cheap to copy.
+class Log {
+  public:
+    enum class Kind { note, warning };
+    using Sink = std::function<void(Kind kind, std::string_view line)>;
+
+    Log() = default;
+    explicit Log(Sink sink) : sink_(std::move(sink)) {}
+
+    template <class... Args>
+    void note(fmt::format_string<Args...> format, Args&&... args) const {
+        if (sink_) sink_(Kind::note, fmt::format(format, std::forward<Args>(args)...));
+    }
+    template <class... Args>
+    void warn(fmt::format_string<Args...> format, Args&&... args) const {
+        if (sink_) sink_(Kind::warning, fmt::format(format, std::forward<Args>(args)...));
+    }
+
+  private:
+    Sink sink_;
+};
+
+}  // namespace halflight

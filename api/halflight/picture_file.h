@@ -1,0 +1,62 @@
+// Pictures as .exr and .png files.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "api/halflight/frame_renderer.h"
+#include "api/halflight/log.h"
+#include "engine/color/color.h"
+#include "engine/core/frames.h"
+#include "renderer/render_result.h"
+
+namespace halflight {
+
+/// How pictures become files, and which pictures do.
+struct OutputOptions {
+    std::string working_space;  // linear space of colour in .exr files: "rec709" or "", or a name of the colour config
+    bool reproducible = false;  // writes no date: equal pictures make equal files
+    bool strict = false;        // refuses pictures in which a pass gave NaN, infinite or negative values
+    bool best_effort = false;   // accepts pictures that have not reached their error target
+};
+
+/// What a file tells beside its pixels.
+struct PictureInfo {
+    Camera camera;
+    LinearSpace working_space;  // of the colour layers that are written; variances stay linear Rec.709
+    bool half = false;          // writes beauty as half floats; other layers have types of their own
+    std::string comments;
+    std::string filter;         // pixel filter
+    std::string shutter;        // shutter_text(); empty without motion blur
+    std::string bias;           // why the picture would not converge to the light of the scene; empty where it would
+    std::string error;          // estimated error, in words; empty where it is not known
+    bool reproducible = false;  // without the date
+    // Of frames of sequences:
+    std::optional<FrameRate> frame_rate{};
+    std::uint32_t frame = 0;
+    std::string fingerprint{};  // fingerprint.h
+};
+
+/// Returns whether the file name ends in `.extension`, in any case.
+bool has_extension(const std::filesystem::path& path, std::string_view extension);
+
+/// Returns the linear space that `name` stands for. Throws Error where the config has none of that name.
+LinearSpace working_space(const ColorConfig& config, const std::string& name);
+
+/// Writes a picture as .exr (scene-linear, with its layers) or .png (RenderResult::view), chosen by the extension. The
+/// file is there complete or not at all. Throws Error.
+void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info);
+
+/// Returns what the file of the picture that `renderer` made last tells. `error`: what judge() returned.
+PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& result, const OutputOptions& options,
+                         const std::string& error);
+
+/// Decides whether a picture is good enough to be written, and logs what is remarkable. Returns its error in words,
+/// empty where it is not known. Throws Error about `output` where it is not: bad values with OutputOptions::strict, or
+/// an error target that was not reached without best_effort.
+std::string judge(const RenderStats& stats, const OutputOptions& options, const std::filesystem::path& output,
+                  const Log& log);
+
+}  // namespace halflight

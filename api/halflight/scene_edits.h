@@ -1,0 +1,54 @@
+// Edits of a scene's lights, materials and transforms, which leave its file as it is.
+#pragma once
+
+#include <cstddef>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/scene/scene.h"
+
+namespace halflight {
+
+inline constexpr double kFarLight = 1e12;  ///< largest coordinate of a light, metres
+
+/// Edit of one punctual light. Optional members replace the light's own value.
+struct LightEdit {
+    float factor = 1;                  // factor of the intensity, >= 0
+    std::optional<vec3> color{};       // linear Rec.709, [0,1]; white has the intensity of the light's largest channel
+    std::optional<dvec3> position{};   // world, up to kFarLight; without effect on directional lights
+    std::optional<dvec3> direction{};  // unit, direction in which light travels; without effect on point lights
+    bool operator==(const LightEdit&) const = default;
+};
+
+struct SceneEdits {
+    double environment_rotation = 0;  // degrees to the right, seen from inside; rounded to whole texels of the map
+    float environment_intensity = 1;  // factor, >= 0
+    vec3 environment_tint{1};         // factor by channel, linear Rec.709, [0,1]
+    float emission = 1;               // factor of the emission of all surfaces, >= 0
+    std::vector<LightEdit> lights{};  // by index into Scene::lights; surplus entries are ignored
+    bool clay = false;                // gives every surface one rough grey without texture; lights stay
+    // Properties by index into Scene::materials, then by name (engine/scene/material_properties.h: "roughness",
+    // "base_color"), one value for each component. They replace animated values at all times.
+    std::map<std::size_t, std::map<std::string, std::vector<float>>> materials{};
+    // object_to_world by index into Scene::instances, affine. They replace animated transforms at all times.
+    std::map<std::size_t, dmat4> transforms{};
+    bool operator==(const SceneEdits&) const = default;
+};
+
+/// Colour and intensity (cd or lux) of a light, whose product is PunctualLight::intensity.
+struct LightColor {
+    vec3 color;       // largest channel 1; white where the light is off
+    float intensity;  // >= 0
+};
+LightColor color_of(const PunctualLight& light);
+
+/// Returns v scaled to length 1; none where v is zero or not finite.
+std::optional<dvec3> unit_direction(const dvec3& v);
+
+/// Applies edits to a scene that has none yet. Throws Error that names the material or instance: there is none of that
+/// index, no such property, or a value outside its range.
+void apply(const SceneEdits& edits, Scene& scene);
+
+}  // namespace halflight

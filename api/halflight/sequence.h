@@ -1,0 +1,66 @@
+// Sequences: frames of a scene as numbered files, and as a movie. Frames that are there already are kept.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "api/halflight/frame_renderer.h"
+#include "api/halflight/loaded_scene.h"
+#include "api/halflight/log.h"
+#include "api/halflight/picture_file.h"
+#include "engine/core/frames.h"
+
+namespace halflight {
+
+struct SequenceOptions {
+    std::vector<std::uint32_t> frames;           // frame numbers, in the order in which they are rendered
+    ListPart part{};                             // the part of `frames` to make, for work on several machines
+    std::vector<std::filesystem::path> outputs;  // .exr and .png with a placeholder (frame_names.h): "shot.####.exr"
+    std::optional<std::filesystem::path> movie;  // .mp4 or .mov, of all frames; needs an ffmpeg in PATH
+    std::optional<std::filesystem::path> stats;  // gets a line of JSON for each frame, appended
+    bool overwrite = false;                      // replaces frames that were made with other settings
+    OutputOptions output{};
+};
+
+/// Calls during render_sequence(). All may be empty; they must not throw.
+struct SequenceEvents {
+    std::function<void(std::size_t frames)> started{};  // with the number of frames to make
+    std::function<bool(std::uint32_t frame, const RenderProgress& progress)> progress{};  // false stops
+    std::function<bool()> go_on{};  // before each frame, and while a pilot runs; false stops
+    std::function<void(std::uint32_t frame, std::size_t made, std::size_t failed)> made{};
+    std::function<void(std::uint32_t frame, const std::string& error)> failed{};
+    std::function<void(const std::function<void()>& write)> writing{};  // calls write(), which writes a frame's files
+};
+
+/// What became of a sequence.
+struct SequenceTally {
+    std::size_t frames = 0;  // of the part
+    std::size_t kept = 0;    // were there already
+    std::size_t made = 0;
+    std::vector<std::uint32_t> failed{};
+    std::string reason{};                       // of the first failure
+    std::optional<std::uint32_t> stopped_in{};  // frame in which a callback has stopped the sequence
+};
+
+/// Removes unfinished files of earlier runs. Throws Error for folders that cannot be written.
+void check_outputs(const SequenceOptions& options);
+
+/// Returns the frames of the part of which a file is missing, damaged, or made of another scene or with other settings.
+std::vector<std::uint32_t> incomplete_frames(const LoadedScene& scene, const RenderSettings& settings,
+                                             const Shutter& shutter, const ColorConfig& colors,
+                                             const SequenceOptions& options);
+
+/// Renders the frames of the part that are not there already, and writes their files and the movie. Each frame is a
+/// function of scene, frame number and settings: it does not matter which run made it (preview mode `temporal` apart,
+/// which makes all frames again). A frame that cannot be made does not stop the others. Throws Error at the end where
+/// frames have failed, and at once for files that must not be replaced. A sequence that a callback stops leaves its
+/// finished frames and no movie.
+SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& settings, const RendererOptions& renderer,
+                              const SequenceOptions& options, const SequenceEvents& events = {}, const Log& log = {});
+
+}  // namespace halflight

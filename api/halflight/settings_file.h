@@ -1,0 +1,50 @@
+// Settings files: JSON that `halflight view` saves beside a scene, and that `halflight render --settings` reads.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <set>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "api/halflight/loaded_scene.h"
+#include "engine/settings/render_settings.h"
+
+namespace halflight {
+
+/// Contents of a settings file. What is missing is decided by the scene and the command line.
+struct SavedSettings {
+    std::variant<std::monostate, std::string, CameraPose> camera;  // name or number of the scene's, or a free camera
+    RenderSettings settings;             // values of the settings in `given`; the others are not looked at
+    std::set<std::string_view> given{};  // names of rows of the table of settings that are `saved`
+    std::optional<ivec2> size;           // pixels
+    EnvironmentChoice environment;       // paths of maps are relative to the current folder
+    SceneEdits edits;
+    struct Moment {
+        std::string animation;  // value of --animation
+        std::uint32_t frame = 0;
+        FrameRate rate;
+        bool operator==(const Moment&) const = default;
+    };
+    std::optional<Moment> moment;  // none: at rest
+    std::vector<Bookmark> bookmarks;
+    bool operator==(const SavedSettings& other) const;
+};
+/// Returns the names of all settings that settings files can hold: SavedSettings::given for a complete file.
+std::set<std::string_view> saved_settings();
+
+/// Returns SCENE.halflight.json.
+std::filesystem::path settings_file_of(const std::filesystem::path& scene);
+
+/// Throws Error that names file and element, also for unknown settings.
+SavedSettings read_settings(const std::filesystem::path& path);
+/// Parses the contents of the file at `path`, which is not read.
+SavedSettings parse_settings(std::string_view text, const std::filesystem::path& path);
+/// Writes the file completely or not at all (files.h).
+void write_settings(const std::filesystem::path& path, const SavedSettings& settings);
+/// Returns the contents of the file; paths of maps are relative to `folder`.
+std::string settings_text(const SavedSettings& settings, const std::filesystem::path& folder);
+
+}  // namespace halflight

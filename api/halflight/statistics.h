@@ -1,0 +1,44 @@
+// Statistics of pictures: as JSON, and as lines of text.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "api/halflight/frame_renderer.h"
+#include "engine/scene/scene.h"
+#include "renderer/render_result.h"
+
+namespace halflight {
+
+/// Wall time of the steps around the renderer, seconds.
+struct StepTimes {
+    double context = 0;  // colour config and OpenGL context
+    double load = 0;     // waiting for scene and environment
+    double render = 0;   // FrameRenderer::render(): preparing, compiling, sampling, reading back
+    double write = 0;    // files
+    double total = 0;    // since the start
+};
+
+/// Returns the largest resident memory of the process so far, bytes.
+std::uint64_t peak_memory_bytes();
+
+/// Returns the name of the environment, with its radiance where it is constant; "none" where there is none.
+std::string environment_name(const Environment& environment);
+
+/// Returns the settings of the picture that `renderer` made last as one line, for the comments of its file.
+std::string settings_line(const FrameRenderer& renderer, const RenderStats& stats);
+
+/// Returns "shadow gave 3 NaN, 1 infinite and 0 negative values" for each pass that gave any; empty where none did.
+std::string describe_bad_values(const RenderStats& stats);
+/// Returns "relmse 0.0098, 0.0095 to 0.0101 at 95 %, target 0.01 reached".
+std::string error_line(const AchievedError& error);
+
+/// Returns statistics of the picture that `renderer` made last: scene, settings, device, times, passes, ray batches,
+/// left-out parts (docs/rendering.md). `outputs`: files that it was written to.
+nlohmann::ordered_json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, const StepTimes& times,
+                                      const std::vector<std::filesystem::path>& outputs);
+
+}  // namespace halflight

@@ -1,0 +1,181 @@
+#include "api/halflight/loaded_scene.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "api/animation_choice.h"
+#include "engine/io/environment.h"
+
+namespace halflight {
+
+/// What edits change, before they do.
+struct LoadedScene::Unedited {
+    std::vector<Material> materials;
+    std::vector<PunctualLight> lights;
+    std::vector<Instance> instances;
+    Environment environment;
+};
+
+GltfOptions gltf_options(bool allow_outside) {
+    GltfOptions options;
+    options.allow_outside_folder = allow_outside;
+    return options;
+}
+
+void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log) {
+    if (const auto* color = std::get_if<vec3>(&choice)) {
+        scene.environment = {"constant", *color, {}};
+    } else if (const auto* file = std::get_if<std::filesystem::path>(&choice)) {
+        const std::size_t warned = scene.report.warnings.size();
+        scene.environment = load_environment(*file, scene.report);
+        for (std::size_t i = warned; i < scene.report.warnings.size(); ++i) log.warn("{}", scene.report.warnings[i]);
+    } else if (!has_light(scene)) {
+        scene.environment = default_sky();
+        log.note("no light in the scene: a neutral sky is added (--env chooses another, --env 0,0,0 none)");
+    }
+}
+
+SceneFile::SceneFile(const std::filesystem::path& path, bool allow_outside)
+    : path_(path), file_(path, gltf_options(allow_outside)) {}
+
+void SceneFile::play(const std::string& animation, const Log& log) {
+    playing_ = choose_animations(file_, path_, animation, log);
+}
+
+void SceneFile::set_frame_rate(const std::optional<FrameRate>& wanted, const Log& log) {
+    const std::optional<FrameRate>& own = file_.frame_rate();
+    if (!wanted && own) log.note("{} frames per second, as the scene's extras say; --fps chooses", text(*own));
+    frame_rate_ = wanted.value_or(own.value_or(FrameRate()));
+}
+
+Scene SceneFile::at(double seconds, std::vector<TextureImage> images) {
+    Scene scene;
+    scene.images = std::move(images);
+    file_.pose(scene, seconds, playing_);
+    return scene;
+}
+
+void SceneFile::pose(Scene& scene, double seconds) {
+    Environment environment = std::move(scene.environment);
+    try {
+        file_.pose(scene, seconds, playing_);
+    } catch (...) {
+        scene.environment = std::move(environment);
+        throw;
+    }
+    scene.environment = std::move(environment);
+}
+
+bool SceneFile::drives_light() {
+    return std::ranges::any_of(playing_, [&](std::size_t index) {
+        return std::ranges::any_of(file_.animations().at(index).channels, [](const AnimationChannel& channel) {
+            return channel.property == AnimatedProperty::light || channel.property == AnimatedProperty::emission;
+        });
+    });
+}
+
+double SceneFile::end() {
+    double end = 0;
+    for (const std::size_t index : playing_) end = std::max(end, file_.animations().at(index).end);
+    return end;
+}
+
+LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const Log& log)
+    : choice_(std::move(choice)), camera_choice_(camera) {
+    bool lit_later = false;
+    if (choice_.animation) {
+        file_.emplace(choice_.scene, choice_.allow_outside);
+        file_->set_frame_rate(choice_.frame_rate, log);
+        file_->play(*choice_.animation, log);
+        frame_rate_ = file_->frame_rate();
+        playing_ = file_->playing();
+        lit_later = file_->drives_light();
+        surfaces_move_ = file_->surfaces_move();
+        scene_ = file_->at(0);
+        files_ = file_->gltf().files();
+        if (playing_.empty()) file_.reset();  // with its copy of the images
+    } else {
+        frame_rate_ = choice_.frame_rate.value_or(FrameRate());
+        SceneFile file(choice_.scene, choice_.allow_outside);
+        scene_ = file.gltf().at_rest();
+        files_ = file.gltf().files();
+    }
+    for (const std::string& warning : scene_.report.warnings) log.warn("{}", warning);
+    const bool chosen = !std::holds_alternative<std::monostate>(choice_.environment);
+    if (chosen || !lit_later) set_environment(scene_, choice_.environment, log);
+    apply_edits();
+    camera_ = choose_camera(scene_, camera);
+}
+
+LoadedScene::LoadedScene(LoadedScene&&) noexcept = default;
+LoadedScene& LoadedScene::operator=(LoadedScene&&) noexcept = default;
+LoadedScene::~LoadedScene() = default;
+
+void LoadedScene::apply_edits() {
+    if (!unedited_) {
+        if (choice_.edits == SceneEdits()) return;
+        unedited_ =
+            std::make_unique<Unedited>(Unedited{scene_.materials, scene_.lights, scene_.instances, scene_.environment});
+    }
+    apply(choice_.edits, scene_);
+}
+
+void LoadedScene::edit(SceneEdits edits) {
+    if (edits == choice_.edits) return;
+    SceneEdits earlier = std::exchange(choice_.edits, std::move(edits));
+    const auto take = [&] {
+        if (unedited_) {
+            scene_.materials = unedited_->materials;
+            scene_.lights = unedited_->lights;
+            scene_.instances = unedited_->instances;
+            scene_.environment = unedited_->environment;
+        }
+        apply_edits();
+    };
+    try {
+        take();
+    } catch (...) {
+        choice_.edits = std::move(earlier);
+        take();
+        throw;
+    }
+    ++revision_;
+    if (choice_.edits.transforms != earlier.transforms) ++transform_revision_;
+    if (surfaces_move_) posed_at_.reset();
+}
+
+void LoadedScene::set_camera(const CameraChoice& camera) {
+    camera_ = choose_camera(scene_, camera);
+    camera_choice_ = camera;
+}
+
+void LoadedScene::pose(double seconds) {
+    if (!surfaces_move_ || seconds == posed_at_) return;
+    file_->pose(scene_, seconds);
+    Environment edited = std::exchange(scene_.environment, {});
+    apply(choice_.edits, scene_);
+    scene_.environment = std::move(edited);
+    posed_at_ = seconds;
+    ++revision_;
+}
+
+void LoadedScene::deform_by(Deformer* deformer) {
+    if (deformer == deformer_) return;
+    deformer_ = deformer;
+    file_->gltf().deform_by(deformer);
+    posed_at_.reset();
+}
+
+Scene LoadedScene::posed(double seconds) {
+    Scene posed = file_->at(seconds);
+    apply(choice_.edits, posed);
+    return posed;
+}
+
+ChosenCamera LoadedScene::camera(double seconds) {
+    ChosenCamera chosen = camera_;
+    if (chosen.index && !playing_.empty()) chosen.camera = file_->cameras_at(seconds).at(*chosen.index);
+    return chosen;
+}
+
+}  // namespace halflight

@@ -1,0 +1,108 @@
+#include "api/halflight/movie.h"
+
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <system_error>
+#include <utility>
+
+#include "api/halflight/picture_file.h"
+#include "engine/core/error.h"
+#include "engine/io/png.h"
+
+namespace halflight {
+namespace {
+
+int even(int side) {
+    return side + side % 2;
+}
+
+}  // namespace
+
+std::vector<std::string> ffmpeg_arguments(const MovieFormat& format, const std::filesystem::path& file) {
+    std::vector<std::string> all = {"ffmpeg", "-hide_banner", "-loglevel", "error", "-nostdin", "-y"};
+    const auto add = [&](std::initializer_list<std::string> more) { all.insert(all.end(), more); };
+    add({"-f", "rawvideo", "-pixel_format", "rgb24"});
+    add({"-video_size", fmt::format("{}x{}", even(format.size.x), even(format.size.y))});
+    add({"-framerate", fmt::format("{}/{}", format.rate.numerator, format.rate.denominator), "-i", "pipe:0"});
+    // Some encoders ask the frames what they are of, some the stream.
+    std::string params = "colorspace=bt709:range=tv";
+    if (format.srgb) params += ":color_primaries=bt709:color_trc=iec61966-2-1";
+    add({"-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,setparams=" + params});
+    add({"-colorspace", "bt709", "-color_range", "tv"});
+    if (format.srgb) add({"-color_primaries", "bt709", "-color_trc", "iec61966-2-1"});
+    if (has_extension(file, "mov"))
+        add({"-c:v", "prores_ks", "-profile:v", "3", "-vendor", "apl0", "-pix_fmt", "yuv422p10le", "-f", "mov"});
+    else
+        add({"-c:v", "libx264", "-crf", "16", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"});
+    add({"file:" + file.string()});  // names with a colon are no protocols
+    return all;
+}
+
+std::vector<std::uint8_t> movie_frame(const Image& view) {
+    std::vector<std::uint8_t> bytes;
+    const int width = even(view.width), height = even(view.height);
+    bytes.reserve(std::size_t{3} * static_cast<std::size_t>(width) * static_cast<std::size_t>(height));
+    for (int y = 0; y < height; ++y) {
+        for (int x = 0; x < width; ++x) {
+            const float* const pixel = view.at(std::min(x, view.width - 1), std::min(y, view.height - 1));
+            for (int c = 0; c < 3; ++c) bytes.push_back(quantize_8bit(pixel[c]));
+        }
+    }
+    return bytes;
+}
+
+Movie::Movie(const std::filesystem::path& file, std::string subject, const MovieFormat& format)
+    : subject_(std::move(subject)), file_(file) {
+    // A socket: a write to a pipe whose reader has gone raises a signal, which others may use.
+    std::array<int, 2> ends{-1, -1};
+    if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
+        throw Error(subject_, "cannot be made: {}", std::generic_category().message(errno));
+    input_ = ends[0];
+    try {
+        ffmpeg_.emplace(ffmpeg_arguments(format, file),
+                        ProcessOptions{.input = ends[1], .errors = errors_.descriptor()});
+    } catch (const Error& error) {
+        close(ends[1]);
+        close_input();
+        throw Error(subject_, "cannot be made: {}", error.what());
+    }
+    close(ends[1]);
+}
+
+Movie::~Movie() {
+    close_input();
+}
+
+void Movie::close_input() {
+    if (input_ >= 0) close(std::exchange(input_, -1));
+}
+
+void Movie::add(const Image& view) {
+    if (failed_) return;
+    const std::vector<std::uint8_t> bytes = movie_frame(view);
+    for (std::size_t done = 0; done < bytes.size() && !failed_;) {
+        const ssize_t sent = send(input_, bytes.data() + done, bytes.size() - done, MSG_NOSIGNAL);
+        if (sent > 0) done += static_cast<std::size_t>(sent);
+        failed_ = sent < 0 && errno != EINTR;
+    }
+}
+
+void Movie::finish() {
+    close_input();
+    const ProcessEnd end = ffmpeg_->wait();
+    std::error_code none;
+    const bool nothing = std::filesystem::file_size(file_, none) == 0;
+    if (end.status == 0 && !failed_ && !nothing) return;
+    std::string why = last_line(errors_.text());
+    if (why.empty())
+        why = end.signal        ? fmt::format("was ended by signal {}", end.signal)
+              : end.status != 0 ? fmt::format("exit status {}", end.status)
+              : nothing         ? "wrote nothing"
+                                : "did not take all frames";
+    throw Error(subject_, "not written: ffmpeg: {}", why);
+}
+
+}  // namespace halflight

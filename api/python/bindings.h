@@ -1,0 +1,79 @@
+// What the files of the native module share.
+#pragma once
+
+#include <pybind11/pybind11.h>
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "api/halflight/halflight.h"
+
+namespace halflight::python {
+
+namespace py = pybind11;
+
+/// A scene, which renderers and edits use in turns.
+struct PyScene {
+    LoadedScene scene;
+    bool busy = false;  // a renderer works with it, without the GIL
+};
+
+/// Marks a scene as busy during its lifetime. Throws Error where it is busy already: a callback or another thread must
+/// not use a scene that is being rendered.
+class Busy {
+  public:
+    explicit Busy(PyScene& scene) : scene_(scene) {
+        if (scene.busy) throw Error("scene", "a renderer is at work with it");
+        scene.busy = true;
+    }
+    Busy(const Busy&) = delete;
+    Busy& operator=(const Busy&) = delete;
+    ~Busy() { scene_.busy = false; }
+
+  private:
+    PyScene& scene_;
+};
+
+/// A picture, and what its files tell.
+struct PyPicture {
+    RenderResult result;
+    std::vector<std::string> layers;  // names of result.aovs
+    PictureInfo info;
+    std::string statistics;  // JSON
+    OutputOptions output;
+};
+
+/// Texts of settings by their names in the table of settings (engine/settings/settings_table.h).
+using SettingTexts = std::map<std::string, std::string>;
+
+/// Returns a log that passes lines to Python: sink(is_warning, line). Without the GIL, too.
+Log log_to(py::object sink);
+
+/// Calls a Python function as progress callback of C++, without the GIL held. What the function raises, and
+/// KeyboardInterrupt, stop the work and are raised by rethrow().
+class Callback {
+  public:
+    /// function: returns False to stop; None: there is none.
+    explicit Callback(py::object function) : function_(std::move(function)) {}
+    Callback(const Callback&) = delete;
+    Callback& operator=(const Callback&) = delete;
+
+    /// Calls the function with what make() returns; takes the GIL. Returns false where the work is to stop.
+    bool operator()(const std::function<py::object()>& make);
+    /// Raises what has stopped the work; needs the GIL.
+    void rethrow();
+
+  private:
+    py::object function_;
+    std::optional<py::error_already_set> error_;
+};
+
+void bind_scene(py::module_& module);
+void bind_picture(py::module_& module);
+void bind_renderer(py::module_& module);
+
+}  // namespace halflight::python

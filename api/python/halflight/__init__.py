@@ -1,0 +1,306 @@
+"""Halflight: hybrid raster and ray-traced global illumination.
+
+    import halflight as hl
+    scene = hl.load("a.glb")
+    picture = hl.render(scene, samples=64)
+    picture["albedo"]            # numpy array
+
+Settings of pictures are keyword arguments with the names and values of the options of ``halflight render``:
+``bounces=4``, ``estimator="auto"``, ``error=0.01``, ``filter_radius=1.5``; settings() lists them. Errors are exceptions
+of class Error with one line of text. Scenes and renderers belong to the thread that made them.
+"""
+import json as _json
+import logging as _logging
+import os as _os
+from collections import namedtuple as _namedtuple
+from collections.abc import Mapping as _Mapping
+
+from . import _native
+from ._native import Error
+
+__all__ = ["Error", "Picture", "Progress", "Renderer", "Scene", "devices", "layers", "load", "render",
+           "render_sequence", "settings"]
+
+_logger = _logging.getLogger("halflight")
+
+Progress = _namedtuple("Progress", "samples_done samples_total seconds")
+Progress.__doc__ = """How far a picture is: samples per pixel that are done, samples that it will have as far as is
+known, and seconds since its start."""
+
+Setting = _namedtuple("Setting", "name values description")
+Layer = _namedtuple("Layer", "name channels description debug")
+Device = _namedtuple("Device", "name taken reason")
+
+
+def _log(is_warning, line):
+    _logger.log(_logging.WARNING if is_warning else _logging.INFO, "%s", line)
+
+
+def _told(progress):
+    """Returns the callback for the native module; it gets tuples."""
+    return None if progress is None else lambda told: progress(Progress(*told))
+
+
+def _text(value):
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, (list, tuple, set)):
+        return ",".join(map(str, value))
+    return str(value)
+
+
+def _texts(keywords, layers):
+    texts = {name.replace("_", "-"): _text(value) for name, value in keywords.items() if value is not None}
+    if layers is not None and len(layers) > 0:
+        texts["aov"] = layers if isinstance(layers, str) else ",".join(layers)
+    return texts
+
+
+def settings():
+    """Returns all settings of pictures: keyword arguments of render(), Renderer() and render_sequence()."""
+    return [Setting(name.replace("-", "_"), values or metavar, description)
+            for name, metavar, description, values in _native.settings() if name != "aov"]
+
+
+def layers():
+    """Returns all layers that a picture can have beside "beauty" and "view"."""
+    return [Layer(*row) for row in _native.layers()]
+
+
+def devices():
+    """Returns all devices, which one would be taken, and why."""
+    return [Device(*row) for row in _native.devices()]
+
+
+def load(path, environment=None, animation=None, fps=None, allow_outside=False):
+    """Loads a glTF scene and returns it as a Scene.
+
+    environment    None, a constant radiance (r, g, b), or the path of an equirectangular .exr or .hdr
+    animation      name or number of the animation that plays, "all", or None: the scene at rest
+    fps            frames per second, "24" or "30000/1001"; None: as the scene says, else 24
+    allow_outside  lets the scene name files outside its folder
+
+    Warnings go to the logger "halflight". Raises Error.
+    """
+    if environment is not None and not isinstance(environment, (str, _os.PathLike)):
+        environment = tuple(map(float, environment))
+    return Scene(_native.load(path, environment, None if animation is None else str(animation),
+                              None if fps is None else str(fps), allow_outside, _log))
+
+
+class Scene:
+    """A loaded scene with its camera and its edits. Edits replace or scale what the file has; the file stays as it is.
+    They can be changed between pictures and hold from the next one on."""
+
+    def __init__(self, native):
+        self._native = native
+
+    file = property(lambda self: self._native.file, doc="The path of the scene's file.")
+    cameras = property(lambda self: self._native.cameras, doc="Names of the cameras.")
+    materials = property(lambda self: self._native.materials, doc="Names of the materials.")
+    instances = property(lambda self: self._native.instances, doc="Names of the instances of meshes.")
+    lights = property(lambda self: self._native.lights, doc="Lights with their edits, as dicts.")
+    bounds = property(lambda self: self._native.bounds, doc="Lower and upper corner of all surfaces, metres.")
+    frame_rate = property(lambda self: self._native.frame_rate, doc="Frames per second, as text.")
+
+    def _index(self, names, which, what):
+        if isinstance(which, int):
+            return which
+        if which not in names:
+            raise Error(f"{self.file}: there is no {what} '{which}', only {', '.join(names) or 'none'}")
+        return names.index(which)
+
+    @property
+    def camera(self):
+        """Name of the camera. Set it to a name or a number, or to None: the scene's first one."""
+        return self._native.camera
+
+    @camera.setter
+    def camera(self, which):
+        self._native.set_camera(None if which is None else str(which), None, None, (0, 1, 0), 45)
+
+    def look(self, look_from, look_at, up=(0, 1, 0), vfov=45):
+        """Sets a camera of your own: its position, its target and up direction (metres, world), and its vertical field
+        of view in degrees."""
+        self._native.set_camera(None, tuple(look_from), tuple(look_at), tuple(up), vfov)
+
+    def material(self, which):
+        """Returns the properties of a material, given by name or number, with its edits, as a dict."""
+        return self._native.material(self._index(self.materials, which, "material"))
+
+    def edit_material(self, which, **properties):
+        """Replaces properties of a material: edit_material("floor", roughness=0.2, base_color=(1, 0, 0, 1))."""
+        values = {name: list(map(float, v)) if hasattr(v, "__len__") else [float(v)] for name, v in properties.items()}
+        self._native.edit_material(self._index(self.materials, which, "material"), values)
+
+    def edit_light(self, which, factor=None, color=None, position=None, direction=None):
+        """Edits a light, given by name or number: factor of its intensity, its colour (linear Rec.709, [0,1]), its
+        position (metres) and the direction in which it shines."""
+        names = [light["name"] for light in self.lights]
+        self._native.edit_light(self._index(names, which, "light"), factor, color, position, direction)
+
+    def edit_environment(self, rotation=None, intensity=None, tint=None):
+        """Turns the environment by degrees to the right, scales and tints its radiance."""
+        self._native.edit_environment(rotation, intensity, tint)
+
+    def edit_emission(self, factor):
+        """Scales the light of all emissive surfaces."""
+        self._native.edit_emission(factor)
+
+    def set_clay(self, on=True):
+        """Gives all surfaces one rough grey, or their own materials again."""
+        self._native.set_clay(on)
+
+    def transform(self, which):
+        """Returns the transform of an instance, given by name or number, with its edits: four rows of four numbers."""
+        return self._native.transform(self._index(self.instances, which, "instance"))
+
+    def edit_transform(self, which, matrix):
+        """Replaces the transform of an instance by a matrix of four rows from object to world space, at all times; None:
+        its own one again."""
+        rows = None if matrix is None else [[float(x) for x in row] for row in matrix]
+        self._native.edit_transform(self._index(self.instances, which, "instance"), rows)
+
+    def reset_edits(self):
+        """Takes all edits back. The camera stays."""
+        self._native.reset_edits()
+
+    def __repr__(self):
+        return f"<halflight.Scene {self.file}: {len(self.instances)} instances, {len(self.materials)} materials>"
+
+
+class Picture(_Mapping):
+    """A picture: a mapping from the names of its layers to numpy arrays of shape (height, width, channels), without the
+    last axis for layers of one channel. Rows run from top to bottom.
+
+    "beauty"  RGBA, float32, scene-linear Rec.709
+    "view"    RGBA, float32 in [0,1], through the view transform
+
+    Other layers are as layers() describes them. Arrays share the memory of the picture."""
+
+    def __init__(self, native):
+        self._native = native
+
+    width = property(lambda self: self._native.width, doc="Pixels.")
+    height = property(lambda self: self._native.height, doc="Pixels.")
+
+    def __getitem__(self, layer):
+        return self._native.layer(layer)
+
+    def __iter__(self):
+        return iter(["beauty", "view", *self._native.layers])
+
+    def __len__(self):
+        return 2 + len(self._native.layers)
+
+    @property
+    def stats(self):
+        """Statistics as a dict, as --stats of the program writes them: samples, seconds, error, device, ..."""
+        return _json.loads(self._native.statistics)
+
+    @property
+    def interrupted(self):
+        """Whether a progress callback has stopped the picture before its last sample."""
+        return self._native.interrupted
+
+    def channels(self, layer):
+        """Returns the full names of a layer's channels, as in .exr files."""
+        return self._native.channels(layer)
+
+    def save(self, path):
+        """Writes the picture as .exr with its layers, or as .png through the view transform."""
+        if self.interrupted:
+            raise Error(f"{path}: not written: the picture was interrupted")
+        self._native.save(path)
+
+    def _repr_png_(self):
+        return self._native.png()
+
+    def __repr__(self):
+        return f"<halflight.Picture {self.width} x {self.height}: {', '.join(self)}>"
+
+
+def _options(device="", shader_cache=True, ocio=None, shutter=0, shutter_times=None):
+    return _native.RendererOptions(device, shader_cache, ocio, shutter, shutter_times)
+
+
+def _output(working_space="", reproducible=False, strict=False, best_effort=False):
+    return _native.OutputOptions(working_space, reproducible, strict, best_effort)
+
+
+def _split(keywords, function):
+    """Takes the keyword arguments of a function out of others."""
+    names = function.__code__.co_varnames[:function.__code__.co_argcount]
+    return function(**{name: keywords.pop(name) for name in names if name in keywords})
+
+
+class Renderer:
+    """Renders pictures of a scene one after the other; preparing the scene and its shaders is paid once.
+
+    Renderer(scene, layers="all", measure=False, pictures=0, **settings)
+
+    layers    names of layers(), "all" (without those for debugging), or []
+    measure   times each pass, which makes rendering slower
+    pictures  upper limit of the pictures that will be rendered, which decides what is worth measuring; 0: unknown
+    settings  see halflight.settings(); further: device, shader_cache, ocio (path of a colour config), shutter and
+              shutter_times (motion blur), working_space, reproducible, strict, best_effort, as the options of
+              ``halflight render``
+
+    Edits and camera changes of the scene hold from the next picture on."""
+
+    def __init__(self, scene, layers="all", measure=False, pictures=0, **settings):
+        options, output = _split(settings, _options), _split(settings, _output)
+        self.scene = scene
+        self._native = _native.Renderer(scene._native, _texts(settings, layers), options, output, measure,
+                                        pictures)
+
+    device = property(lambda self: self._native.device, doc="Name of the device.")
+
+    def render(self, frame=None, progress=None):
+        """Renders a frame, None: that of the settings, and returns its Picture.
+
+        progress(Progress) is called after each sample. Where it returns False, the picture ends with its samples so
+        far. What it raises is raised here. Raises Error, also for an error target that was not reached (unless
+        best_effort)."""
+        return Picture(self._native.render(frame, _told(progress), _log))
+
+    def frames(self, frames, progress=None):
+        """Yields (frame, Picture) for each frame number."""
+        for frame in frames:
+            yield frame, self.render(frame, progress)
+
+    def find_estimator(self, progress=None):
+        """Settles what estimator="auto" leaves open, by small pictures, and returns the estimator as text. Calls
+        progress(share) with the share of the work that is done; False cancels, and None is returned. render() does this
+        by itself before the first picture."""
+        return self._native.find_estimator(progress)
+
+    def change(self, **settings):
+        """Changes samples, seed, error, time, filter or filter_radius of later pictures."""
+        self._native.change(_texts(settings, None))
+
+
+def render(scene, frame=None, layers="all", progress=None, **settings):
+    """Renders one picture of a scene: Renderer(scene, layers, **settings).render(frame, progress)."""
+    return Renderer(scene, layers, pictures=1, **settings).render(frame, progress)
+
+
+def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None, overwrite=False, progress=None,
+                    **settings):
+    """Renders frames to numbered files, as ``halflight render --frames`` does: frames that are there already are kept.
+
+    outputs   a path or several, .exr or .png, with a placeholder for the number: "shot.####.exr", "shot.%04d.png"
+    frames    frame numbers, or a text like "1-240x2"
+    movie     path of an .mp4 or .mov of all frames; needs ffmpeg
+    stats     path of a file to which a line of JSON is appended for each frame
+    progress  progress(frame, Progress); False stops the sequence
+
+    Returns a dict: frames asked for, kept, made, and stopped_in, the frame in which progress has stopped."""
+    options, output = _split(settings, _options), _split(settings, _output)
+    outputs = [outputs] if isinstance(outputs, (str, _os.PathLike)) else list(outputs)
+    frames = _native.parse_frames(frames) if isinstance(frames, str) else list(frames)
+    if all(str(path).lower().endswith(".png") for path in outputs):
+        layers = None
+    told = None if progress is None else lambda t: progress(t[0], Progress(*t[1:]))
+    return _native.render_files(scene._native, _texts(settings, layers), options, output, outputs, frames, movie, stats,
+                                overwrite, told, _log)

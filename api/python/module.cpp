@@ -1,0 +1,52 @@
+// The native module halflight._native, which api/python/halflight/__init__.py wraps.
+#include "api/python/bindings.h"
+
+namespace halflight::python {
+
+Log log_to(py::object sink) {
+    const auto shared = std::shared_ptr<py::object>(new py::object(std::move(sink)), [](py::object* object) {
+        const py::gil_scoped_acquire gil;
+        delete object;
+    });
+    return Log([shared](Log::Kind kind, std::string_view line) {
+        const py::gil_scoped_acquire gil;
+        try {
+            (*shared)(kind == Log::Kind::warning, py::str(line.data(), line.size()));
+        } catch (py::error_already_set& error) {
+            error.discard_as_unraisable("halflight log");
+        }
+    });
+}
+
+bool Callback::operator()(const std::function<py::object()>& make) {
+    const py::gil_scoped_acquire gil;
+    if (error_) return false;
+    try {
+        if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+        if (function_.is_none()) return true;
+        const py::object answer = function_(make());
+        return answer.is_none() || answer.cast<bool>();
+    } catch (py::error_already_set& error) {
+        error_.emplace(error);
+    } catch (const py::cast_error&) {
+        PyErr_SetString(PyExc_TypeError, "a progress callback returns None, True or False");
+        error_.emplace();
+    }
+    return false;
+}
+
+void Callback::rethrow() {
+    if (error_) throw py::error_already_set(*error_);
+}
+
+}  // namespace halflight::python
+
+PYBIND11_MODULE(_native, module) {
+    namespace py = pybind11;
+    module.doc() = "Native part of the package halflight.";
+    py::register_exception<halflight::Error>(module, "Error", PyExc_RuntimeError).doc() =
+        "What went wrong, as one line that names file and element.";
+    halflight::python::bind_scene(module);
+    halflight::python::bind_picture(module);
+    halflight::python::bind_renderer(module);
+}

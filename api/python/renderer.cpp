@@ -1,0 +1,211 @@
+// Renderers, sequences and settings.
+#include <pybind11/stl.h>
+#include <pybind11/stl/filesystem.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <set>
+
+#include "api/python/bindings.h"
+#include "engine/core/stopwatch.h"
+#include "engine/gpu/context.h"
+
+namespace halflight::python {
+namespace {
+
+/// Returns settings by the rules of the command line. Size and camera are chosen by `camera` where they are not given.
+RenderSettings settings_of(const SettingTexts& texts, const Camera& camera) {
+    RenderSettings settings;
+    for (const auto& [name, text] : texts) {
+        const auto rows = known_settings();
+        const auto row = std::ranges::find(rows, name, &Setting::name);
+        if (row == rows.end()) throw Error("settings", "there is no setting '{}'", name);
+        if (const std::string problem = row->set(settings, text); !problem.empty())
+            throw Error("settings", "{} {}", name, problem);
+    }
+    const auto given = [&](const char* name, int value) {
+        return texts.contains(name) ? std::optional(value) : std::nullopt;
+    };
+    constexpr int kDefaultWidth = 1280;
+    const ivec2 size =
+        picture_size(given("width", settings.width), given("height", settings.height), kDefaultWidth, camera);
+    settings.width = size.x, settings.height = size.y;
+    if ((settings.time_limit > 0 || settings.error) && !texts.contains("samples")) settings.samples = kMaxSamples;
+    settings.camera = camera;
+    settings.want_view = true;
+    return settings;
+}
+
+/// Returns the context that all renderers of a thread share: making one takes as long as many small pictures. It lives
+/// until the process ends.
+std::shared_ptr<gpu::Context> shared_context(const std::string& device, bool shader_cache) {
+    using Contexts = std::map<std::pair<std::string, bool>, std::shared_ptr<gpu::Context>>;
+    thread_local Contexts& contexts = *new Contexts;  // drivers cannot be closed safely while a process exits
+    std::shared_ptr<gpu::Context>& context = contexts[{device, shader_cache}];
+    if (!context) {
+        gpu::ContextOptions options = default_device(device);
+        if (!shader_cache) options.binaries_folder.clear();
+        context = std::make_shared<gpu::Context>(gpu::Context::create(options));
+    }
+    return context;
+}
+
+py::object progress_of(const RenderProgress& p) {
+    return py::make_tuple(p.samples_done, p.samples_total, p.seconds);
+}
+
+struct PyRenderer {
+    std::shared_ptr<PyScene> scene;
+    FrameRenderer renderer;
+    OutputOptions output;
+    SettingTexts texts;
+
+    std::shared_ptr<PyPicture> render(std::optional<std::uint32_t> frame, py::object function, const Log& log) {
+        const Busy busy(*scene);
+        Callback progress(std::move(function));
+        auto picture = std::make_shared<PyPicture>();
+        bool cancelled = false;
+        {
+            const py::gil_scoped_release released;
+            Stopwatch clock;
+            const auto go_on = [&](double) { return progress([] { return progress_of({}); }); };
+            cancelled = !renderer.find_estimator(go_on);
+            if (!cancelled) {
+                picture->result =
+                    renderer.render(frame.value_or(renderer.settings().frame),
+                                    [&](const RenderProgress& p) { return progress([&] { return progress_of(p); }); });
+                StepTimes times;
+                times.load = renderer.load_seconds();
+                times.render = clock.lap() - times.load;
+                times.total = clock.seconds();
+                const RenderStats& stats = picture->result.stats;
+                if (!stats.interrupted) {
+                    const std::string error = judge(stats, output, "picture", log);
+                    picture->info = picture_info(renderer, picture->result, output, error);
+                }
+                picture->layers = renderer.settings().aovs;
+                picture->statistics = run_statistics(renderer, stats, times, {})
+                                          .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+            }
+        }
+        progress.rethrow();
+        if (cancelled) throw Error("picture", "stopped before its first sample");
+        return picture;
+    }
+
+    std::optional<std::string> find_estimator(py::object function) {
+        const Busy busy(*scene);
+        Callback progress(std::move(function));
+        std::optional<Estimator> found;
+        {
+            const py::gil_scoped_release released;
+            found = renderer.find_estimator([&](double share) { return progress([&] { return py::float_(share); }); });
+        }
+        progress.rethrow();
+        return found ? std::optional(text(*found)) : std::nullopt;
+    }
+
+    /// Changes settings of single pictures: samples, seed, error, time, filter.
+    void change(const SettingTexts& more) {
+        static const std::set<std::string> kOfPicture{"samples", "seed", "error", "time", "filter", "filter-radius"};
+        for (const auto& [name, value] : more) {
+            if (!kOfPicture.contains(name))
+                throw Error("settings", "{} holds for all pictures of a renderer; make another one", name);
+            texts[name] = value;
+        }
+        renderer.set_frame_settings(settings_of(texts, scene->scene.chosen_camera().camera));
+    }
+};
+
+OutputOptions output_of(const std::string& working_space, bool reproducible, bool strict, bool best_effort) {
+    return {.working_space = working_space, .reproducible = reproducible, .strict = strict, .best_effort = best_effort};
+}
+
+RendererOptions options_of(const std::string& device, bool shader_cache,
+                           const std::optional<std::filesystem::path>& ocio, double shutter,
+                           std::optional<int> shutter_times) {
+    return {.context = shared_context(device, shader_cache),
+            .colors = ColorConfig::load(ocio),
+            .shutter = {.open = shutter, .times = shutter_times}};
+}
+
+std::unique_ptr<PyRenderer> make_renderer(std::shared_ptr<PyScene> scene, const SettingTexts& texts,
+                                          const RendererOptions& options, OutputOptions output, bool measure,
+                                          int pictures) {
+    const Busy busy(*scene);
+    RenderSettings settings = settings_of(texts, scene->scene.chosen_camera().camera);
+    settings.measure = measure;
+    settings.pictures = pictures;
+    const py::gil_scoped_release released;
+    FrameRenderer renderer(scene->scene, std::move(settings), options);
+    return std::make_unique<PyRenderer>(PyRenderer{std::move(scene), std::move(renderer), std::move(output), texts});
+}
+
+py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts& texts, const RendererOptions& renderer,
+                      const OutputOptions& output, const std::vector<std::filesystem::path>& outputs,
+                      const std::vector<std::uint32_t>& frames, const std::optional<std::filesystem::path>& movie,
+                      const std::optional<std::filesystem::path>& stats, bool overwrite, py::object function,
+                      py::object log) {
+    const Busy busy(*scene);
+    Callback progress(std::move(function));
+    const SequenceOptions options{.frames = frames,
+                                  .part = {},
+                                  .outputs = outputs,
+                                  .movie = movie,
+                                  .stats = stats,
+                                  .overwrite = overwrite,
+                                  .output = output};
+    const RenderSettings settings = settings_of(texts, scene->scene.chosen_camera().camera);
+    const Log sink = log_to(std::move(log));
+    SequenceEvents events;
+    events.progress = [&](std::uint32_t frame, const RenderProgress& p) {
+        return progress([&] { return py::make_tuple(frame, p.samples_done, p.samples_total, p.seconds); });
+    };
+    SequenceTally tally;
+    {
+        const py::gil_scoped_release released;
+        tally = render_sequence(scene->scene, settings, renderer, options, events, sink);
+    }
+    progress.rethrow();
+    py::dict result;
+    result["frames"] = tally.frames;
+    result["kept"] = tally.kept;
+    result["made"] = tally.made;
+    result["stopped_in"] = tally.stopped_in;
+    return result;
+}
+
+}  // namespace
+
+void bind_renderer(py::module_& module) {
+    py::class_<OutputOptions>(module, "OutputOptions").def(py::init(&output_of));
+    py::class_<RendererOptions>(module, "RendererOptions").def(py::init(&options_of));
+    py::class_<PyRenderer>(module, "Renderer")
+        .def(py::init(&make_renderer))
+        .def("render", [](PyRenderer& r, std::optional<std::uint32_t> frame, py::object progress,
+                          py::object log) { return r.render(frame, std::move(progress), log_to(std::move(log))); })
+        .def("find_estimator", &PyRenderer::find_estimator)
+        .def("change", &PyRenderer::change)
+        .def_property_readonly("frame", [](const PyRenderer& r) { return r.renderer.settings().frame; })
+        .def_property_readonly("device", [](const PyRenderer& r) { return r.renderer.context().renderer(); });
+    module.def("render_files", &render_files);
+    module.def("parse_frames", [](const std::string& list) { return parse_frames("frames", list); });
+    module.def("settings", [] {
+        py::list rows;
+        for (const Setting& s : known_settings()) rows.append(py::make_tuple(s.name, s.metavar, s.help, s.values));
+        return rows;
+    });
+    module.def("layers", [] {
+        py::list rows;
+        for (const AovInfo& a : known_aovs()) rows.append(py::make_tuple(a.name, a.channels, a.description, a.debug));
+        return rows;
+    });
+    module.def("devices", [] {
+        py::list rows;
+        for (const gpu::DeviceAttempt& d : gpu::Context::probe())
+            rows.append(py::make_tuple(d.name, d.taken, d.reason));
+        return rows;
+    });
+}
+
+}  // namespace halflight::python

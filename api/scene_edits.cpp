@@ -1,0 +1,81 @@
+#include "api/halflight/scene_edits.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/core/error.h"
+#include "engine/scene/material_properties.h"
+
+namespace halflight {
+namespace {
+
+/// Turns a map: the direction at u is then seen at u + degrees / 360 (u grows to the right).
+void turn(Image& map, double degrees) {
+    if (map.width == 0) return;
+    const double turns = degrees / 360 - std::floor(degrees / 360);
+    const auto shift = std::llround(turns * map.width) % map.width * map.channels;
+    if (shift == 0) return;
+    for (int y = 0; y < map.height; ++y) {
+        float* const row = map.at(0, y);
+        float* const end = row + static_cast<std::ptrdiff_t>(map.width) * map.channels;
+        std::rotate(row, end - shift, end);
+    }
+}
+
+/// Returns the clay variant of a material. Emission and alpha are kept.
+Material clay(const Material& of) {
+    constexpr float kGrey = 0.5f;
+    if (of.unlit) return of;
+    Material clay;
+    clay.name = of.name;
+    clay.base_color = vec4(vec3(kGrey), of.base_color.a);
+    if (of.alpha_mode != AlphaMode::opaque) clay.base_color_texture = of.base_color_texture;
+    clay.metallic = 0;
+    clay.emission = of.emission;
+    clay.emission_texture = of.emission_texture;
+    clay.alpha_mode = of.alpha_mode;
+    clay.alpha_cutoff = of.alpha_cutoff;
+    clay.double_sided = of.double_sided;
+    return clay;
+}
+
+}  // namespace
+
+LightColor color_of(const PunctualLight& light) {
+    const float most = std::max({light.intensity.r, light.intensity.g, light.intensity.b});
+    return {most > 0 ? light.intensity / most : vec3(1), most};
+}
+
+std::optional<dvec3> unit_direction(const dvec3& v) {
+    const double most = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
+    if (!(most > 0) || !std::isfinite(most)) return std::nullopt;
+    return glm::normalize(v / most);  // squares neither vanish nor overflow
+}
+
+void apply(const SceneEdits& edits, Scene& scene) {
+    for (const auto& [index, properties] : edits.materials) {
+        if (index >= scene.materials.size())
+            throw Error(scene.name, "there is no material {}, only {}", index, scene.materials.size());
+        for (const auto& [name, values] : properties)
+            set_property(scene.materials[index], name, values, fmt::format("{}: material {}", scene.name, index));
+    }
+    for (const auto& [index, transform] : edits.transforms) {
+        if (index >= scene.instances.size())
+            throw Error(scene.name, "there is no instance {}, only {}", index, scene.instances.size());
+        scene.instances[index].object_to_world = transform;
+    }
+    turn(scene.environment.map, edits.environment_rotation);
+    scene.environment.color *= edits.environment_intensity * edits.environment_tint;
+    if (edits.clay) std::ranges::transform(scene.materials, scene.materials.begin(), clay);
+    for (Material& material : scene.materials) material.emission *= edits.emission;
+    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i) {
+        PunctualLight& light = scene.lights[i];
+        const LightEdit& edit = edits.lights[i];
+        if (edit.color) light.intensity = color_of(light).intensity * *edit.color;
+        light.intensity *= edit.factor;
+        light.position = edit.position.value_or(light.position);
+        if (edit.direction) light.direction = glm::normalize(vec3(*edit.direction));
+    }
+}
+
+}  // namespace halflight

@@ -1,0 +1,303 @@
+#include "api/halflight/sequence.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <system_error>
+#include <utility>
+
+#include "api/fingerprint.h"
+#include "api/halflight/frame_names.h"
+#include "api/halflight/movie.h"
+#include "api/halflight/statistics.h"
+#include "engine/core/error.h"
+#include "engine/core/stopwatch.h"
+#include "engine/io/files.h"
+#include "engine/io/png.h"
+
+namespace halflight {
+namespace {
+
+using Paths = std::vector<std::filesystem::path>;
+
+struct Stopped {};  // by a callback
+
+bool wants(const SequenceOptions& o, std::string_view extension) {
+    return std::ranges::any_of(o.outputs, [&](const auto& path) { return has_extension(path, extension); });
+}
+
+Paths files_of(const SequenceOptions& o, std::uint32_t frame) {
+    Paths paths;
+    for (const auto& pattern : o.outputs) paths.push_back(frame_path(pattern, frame));
+    return paths;
+}
+
+/// Returns the file that stands for a frame in messages.
+std::filesystem::path main_file(const SequenceOptions& o, std::uint32_t frame) {
+    return o.outputs.empty() ? *o.movie : frame_path(o.outputs[0], frame);
+}
+
+/// Returns the file that stands for the sequence in messages.
+std::string main_name(const SequenceOptions& o) {
+    return (o.outputs.empty() ? *o.movie : o.outputs[0]).string();
+}
+
+/// Returns the frames to make, in order. They include frames that the movie cannot show because they have no .png.
+/// Throws Error for files that must not be replaced. `frames`: of the part.
+std::vector<std::uint32_t> frames_to_make(const SequenceOptions& o, const std::vector<std::uint32_t>& frames,
+                                          bool temporal, const std::string& sequence, const Log& log) {
+    std::vector<std::uint32_t> todo, damaged;
+    const bool shown = !o.movie || wants(o, "png");
+    std::size_t not_shown = 0;  // of the whole ones
+    for (const std::uint32_t frame : frames) {
+        const std::string fingerprint = frame_fingerprint(sequence, frame);
+        bool whole = true;
+        for (const auto& path : files_of(o, frame)) {
+            const FrameFile file = examine_frame(path, fingerprint);
+            if (file == FrameFile::other && !o.overwrite)
+                throw Error(path.string(),
+                            "is there and is another frame, of another scene, other settings{} or another version: "
+                            "nothing was rendered; --overwrite replaces it",
+                            temporal ? ", other --frames (which --preview temporal goes on from)" : "");
+            if (file == FrameFile::incomplete) damaged.push_back(frame);
+            whole = whole && file == FrameFile::whole;
+        }
+        if (!whole || !shown) todo.push_back(frame);
+        not_shown += whole && !shown && !o.outputs.empty() ? 1 : 0;
+    }
+    if (temporal && !todo.empty() && todo.size() < frames.size()) {
+        log.note("--preview temporal: frames go on from those before them, and all are made again");
+        return frames;
+    }
+    if (!damaged.empty()) log.note("damaged and made again: frames {}", frames_text(damaged));
+    if (not_shown > 0) log.note("{} frames are there, but not as .png for the movie, and are made again", not_shown);
+    return todo;
+}
+
+/// Appends a line to a file. The last line may lack its newline where a run was killed. An empty line appends no more
+/// than that newline, so that the file exists.
+void append_line(const std::filesystem::path& path, const std::string& line) {
+    const auto check = [&](bool good) {
+        if (!good) throw Error(path.string(), "cannot write: {}", std::generic_category().message(errno));
+    };
+    const int file = open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+    check(file >= 0);
+    const off_t size = lseek(file, 0, SEEK_END);
+    char last = '\n';
+    if (size > 0 && pread(file, &last, 1, size - 1) != 1) last = '\n';
+    const std::string text = fmt::format("{}{}{}", last == '\n' ? "" : "\n", line, line.empty() ? "" : "\n");
+    const bool written = write(file, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+    const bool closed = close(file) == 0;
+    check(written && closed);
+}
+
+/// Returns JSON as one line. Bytes of file names that are not UTF-8 are replaced.
+std::string line_of(const nlohmann::ordered_json& json) {
+    return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
+}
+
+/// Appends why a frame is missing. Other frames go on where the statistics cannot be written, either.
+void add_failure(const std::filesystem::path& stats, std::uint32_t frame, const std::string& what, const Log& log) {
+    try {
+        append_line(stats, line_of({{"frame", frame}, {"error", what}}));
+    } catch (const Error& error) {
+        log.warn("{}", error.what());
+    }
+}
+
+/// Returns "frames 3,7-9 of 24" or "frame 4 of part 2/5", for messages.
+std::string of_all(std::vector<std::uint32_t> frames, const SequenceOptions& o) {
+    std::ranges::sort(frames);
+    const std::string whole =
+        o.part.of == 1 ? std::to_string(o.frames.size()) : fmt::format("part {}/{}", o.part.number, o.part.of);
+    return fmt::format("frame{} {} of {}", frames.size() == 1 ? "" : "s", frames_text(frames), whole);
+}
+
+std::string fingerprint_of(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
+                           const ColorConfig& colors, const SequenceOptions& o) {
+    return sequence_fingerprint(scene, settings, shutter, colors, o.output, part_of(o.frames, o.part));
+}
+
+/// Returns the picture that the movie would have shown; the .png is whole and of these settings.
+Image kept_view(const SequenceOptions& o, std::uint32_t frame) {
+    const auto png = std::ranges::find_if(o.outputs, [](const auto& path) { return has_extension(path, "png"); });
+    const std::filesystem::path path = frame_path(*png, frame);
+    return read_png(path.string(), read_file(path, std::uint64_t{1} << 40), kMaxSide);
+}
+
+/// Makes one frame after the other.
+class FrameMaker {
+  public:
+    FrameMaker(LoadedScene& scene, const RenderSettings& settings, const RendererOptions& renderer,
+               const SequenceOptions& options, const SequenceEvents& events, const Log& log, std::string fingerprint)
+        : options_(options),
+          events_(events),
+          log_(log),
+          fingerprint_(std::move(fingerprint)),
+          renderer_(scene, settings, renderer) {
+        log_.note("{} x {} pixels, camera {}, on {}", settings.width, settings.height, scene.chosen_camera().origin,
+                  renderer_.context().renderer());
+    }
+
+    /// Throws Stopped, and Error where the frame cannot be made. movie: or null.
+    void make(std::uint32_t frame, Movie* movie) {
+        Stopwatch clock;
+        StepTimes times;
+        const auto go_on = [&](double) { return !events_.go_on || events_.go_on(); };
+        if (!renderer_.find_estimator(go_on)) throw Stopped();
+        const RenderResult result = renderer_.render(frame, [&](const RenderProgress& progress) {
+            return !events_.progress || events_.progress(frame, progress);
+        });
+        times.load = renderer_.load_seconds();
+        times.render = clock.lap() - times.load;
+        if (result.stats.interrupted) throw Stopped();
+        if (result.stats.biases != told_biases_) {
+            for (const std::string& bias : result.stats.biases) log_.note("biased: {}", bias);
+            told_biases_ = result.stats.biases;
+        }
+        const Paths outputs = files_of(options_, frame);
+        const std::string error = judge(result.stats, options_.output, main_file(options_, frame), log_);
+        if (movie) movie->add(result.view);
+
+        const auto write = [&] {
+            PictureInfo info = picture_info(renderer_, result, options_.output, error);
+            info.frame_rate = renderer_.scene().frame_rate();
+            info.frame = frame;
+            info.fingerprint = frame_fingerprint(fingerprint_, frame);
+            for (const auto& path : outputs) write_picture(path, result, info);
+            times.write = clock.lap();
+            times.total = clock.seconds();
+            if (!options_.stats) return;
+            nlohmann::ordered_json line{{"frame", frame}, {"time", info.frame_rate->seconds(frame)}};
+            line.update(run_statistics(renderer_, result.stats, times, outputs));
+            append_line(*options_.stats, line_of(line));
+        };
+        events_.writing ? events_.writing(write) : write();
+    }
+
+  private:
+    const SequenceOptions& options_;
+    const SequenceEvents& events_;
+    const Log& log_;
+    std::string fingerprint_;
+    FrameRenderer renderer_;
+    std::vector<std::string> told_biases_;  // of the frame before
+};
+
+/// Makes the frames of `todo`. A movie gets all frames in their order, also those that are there. Throws Stopped.
+void make_frames(const SequenceOptions& o, const std::vector<std::uint32_t>& frames,
+                 const std::vector<std::uint32_t>& todo, FrameMaker* maker, Movie* movie, const SequenceEvents& events,
+                 SequenceTally& tally, const Log& log) {
+    const std::set<std::uint32_t> missing(todo.begin(), todo.end());
+    for (const std::uint32_t frame : movie ? frames : todo) {
+        const bool kept = !missing.contains(frame);
+        tally.stopped_in = frame;
+        try {
+            if (events.go_on && !events.go_on()) throw Stopped();
+            if (kept)
+                movie->add(kept_view(o, frame));
+            else
+                maker->make(frame, movie);
+        } catch (const std::exception& error) {  // bad_alloc, too: other frames may need less
+            const std::string what =
+                dynamic_cast<const std::bad_alloc*>(&error) ? "there is not enough memory" : error.what();
+            if (events.failed) events.failed(frame, what);
+            log.warn("frame {}: {}", frame, what);
+            if (tally.failed.empty()) tally.reason = what;
+            tally.failed.push_back(frame);
+            if (o.stats) add_failure(*o.stats, frame, what, log);
+            if (o.outputs.empty()) break;  // the movie would have a gap
+            continue;
+        }
+        if (movie && movie->failed() && o.outputs.empty()) break;
+        if (kept) continue;
+        ++tally.made;
+        if (events.made) events.made(frame, tally.made, tally.failed.size());
+    }
+    tally.stopped_in.reset();
+    if (!tally.failed.empty())
+        throw Error(main_name(o), "{} failed{}: {}", of_all(tally.failed, o),
+                    o.movie && !o.outputs.empty() ? ", and there is no movie" : "", tally.reason);
+}
+
+}  // namespace
+
+void check_outputs(const SequenceOptions& o) {
+    Paths files;
+    for (const std::uint32_t frame : part_of(o.frames, o.part))
+        for (auto& path : files_of(o, frame)) files.push_back(std::move(path));
+    if (o.movie) files.push_back(*o.movie);
+    remove_abandoned(files);
+    for (const auto& pattern : o.outputs) {
+        try {
+            check_writable(pattern.parent_path() / fmt::format(".halflight-{}-probe", getpid()));
+        } catch (const Error&) {
+            check_writable(pattern);  // by the name that the user gave
+            throw;
+        }
+    }
+    if (o.stats) check_writable(*o.stats);
+}
+
+std::vector<std::uint32_t> incomplete_frames(const LoadedScene& scene, const RenderSettings& settings,
+                                             const Shutter& shutter, const ColorConfig& colors,
+                                             const SequenceOptions& o) {
+    const std::string fingerprint = fingerprint_of(scene, settings, shutter, colors, o);
+    std::vector<std::uint32_t> bad;
+    for (const std::uint32_t frame : part_of(o.frames, o.part)) {
+        const auto is_whole = [&](const std::filesystem::path& path) {
+            return examine_frame(path, frame_fingerprint(fingerprint, frame)) == FrameFile::whole;
+        };
+        if (!std::ranges::all_of(files_of(o, frame), is_whole)) bad.push_back(frame);
+    }
+    return bad;
+}
+
+SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, const RendererOptions& renderer,
+                              const SequenceOptions& o, const SequenceEvents& events, const Log& log) {
+    check_outputs(o);
+    RendererOptions options = renderer;
+    if (!options.colors) options.colors = ColorConfig::load();
+    RenderSettings settings = asked;
+    settings.want_view = wants(o, "png") || o.movie;
+    settings.measure = o.stats.has_value();
+    working_space(*options.colors, o.output.working_space);  // for its errors
+    const std::string display = settings.want_view ? options.colors->view(settings.view).display() : "";
+    const std::vector<std::uint32_t> frames = part_of(o.frames, o.part);
+    const std::string fingerprint = fingerprint_of(scene, settings, options.shutter, *options.colors, o);
+    const std::vector<std::uint32_t> todo = frames_to_make(o, frames, settings.preview.temporal, fingerprint, log);
+    settings.pictures = static_cast<int>(todo.size());
+    if (o.stats) append_line(*o.stats, "");
+
+    SequenceTally tally{.frames = frames.size(), .kept = frames.size() - todo.size()};
+    if (tally.kept > 0) log.note("{} of {} frames are there already", tally.kept, frames.size());
+    if (todo.empty() && !o.movie) return tally;
+    if (events.started) events.started(todo.size());
+    const auto make = [&](Movie* movie) {
+        std::optional<FrameMaker> maker;
+        if (!todo.empty()) maker.emplace(scene, settings, options, o, events, log, fingerprint);
+        make_frames(o, frames, todo, maker ? &*maker : nullptr, movie, events, tally, log);
+    };
+    try {
+        if (o.movie) {
+            const bool srgb = display.find("sRGB") != std::string::npos;
+            const MovieFormat format{{settings.width, settings.height}, scene.frame_rate(), srgb};
+            write_atomically(*o.movie, [&](const std::filesystem::path& temporary) {
+                Movie movie(temporary, o.movie->string(), format);
+                make(&movie);
+                movie.finish();
+            });
+        } else {
+            make(nullptr);
+        }
+    } catch (const Stopped&) {
+    }
+    return tally;
+}
+
+}  // namespace halflight

@@ -1,0 +1,324 @@
+#include "api/halflight/settings_file.h"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <tuple>
+
+#include "engine/core/error.h"
+#include "engine/io/files.h"
+#include "engine/settings/settings_table.h"
+
+namespace halflight {
+namespace {
+
+using Json = nlohmann::ordered_json;
+namespace fs = std::filesystem;
+
+constexpr int kVersion = 1;
+constexpr std::uint64_t kMaxBytes = 16 << 20;
+
+/// A value of the file, with its place in it for messages.
+class Element {
+  public:
+    Element(const fs::path& file, const Json& json, std::string place = "")
+        : file_(file), json_(json), place_(std::move(place)) {}
+
+    /// For messages: file and place.
+    std::string where() const { return file_.string() + (place_.empty() ? "" : ": " + place_); }
+    template <class... Args>
+    [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) const {
+        throw Error(where(), fmt::format(format, std::forward<Args>(args)...));
+    }
+
+    bool is_string() const { return json_.is_string(); }
+    bool is_object() const { return json_.is_object(); }
+    std::optional<Element> find(const char* key) const {
+        const auto found = json_.find(key);
+        if (found == json_.end()) return std::nullopt;
+        return Element(file_, *found, place_.empty() ? key : place_ + "." + key);
+    }
+    /// An object, all of whose keys are among these.
+    void check_keys(const std::set<std::string>& known) const {
+        if (!json_.is_object()) fail("is no object");
+        for (const auto& [key, unused] : json_.items())
+            if (!known.contains(key)) fail("there is no setting '{}'", key);
+    }
+    std::vector<Element> items() const {
+        if (!json_.is_array()) fail("is no list");
+        std::vector<Element> all;
+        for (std::size_t i = 0; i < json_.size(); ++i)
+            all.emplace_back(file_, json_[i], fmt::format("{}[{}]", place_, i));
+        return all;
+    }
+
+    std::string text() const {
+        if (!json_.is_string()) fail("is no text");
+        return json_.get<std::string>();
+    }
+    bool truth() const {
+        if (!json_.is_boolean()) fail("is neither true nor false");
+        return json_.get<bool>();
+    }
+    double number(double lower, double upper) const {
+        const double value = json_.is_number() ? json_.get<double>() : NAN;
+        if (!(value >= lower && value <= upper)) fail("is no number from {} to {}", lower, upper);
+        return value;
+    }
+    int whole(int lower, int upper) const {
+        const double value = number(lower, upper);
+        if (value != std::floor(value)) fail("is no whole number");
+        return static_cast<int>(value);
+    }
+    dvec3 triple(double lower, double upper) const {
+        const auto numbers = items();
+        if (numbers.size() != 3) fail("is no list of three numbers");
+        return {numbers[0].number(lower, upper), numbers[1].number(lower, upper), numbers[2].number(lower, upper)};
+    }
+
+  private:
+    const fs::path& file_;
+    const Json& json_;
+    std::string place_;
+};
+
+constexpr double kFar = 1e30;    // largest coordinate and radiance
+constexpr double kBright = 1e9;  // largest factor
+
+/// Calls f with the value of a key that is there.
+template <class F>
+void with(const Element& object, const char* key, F&& f) {
+    if (const auto value = object.find(key)) f(*value);
+}
+
+CameraPose read_pose(const Element& e) {
+    e.check_keys({"from", "at", "up", "vfov", "ortho_height", "near", "far"});
+    CameraPose pose;
+    with(e, "from", [&](const Element& v) { pose.from = v.triple(-kFar, kFar); });
+    with(e, "at", [&](const Element& v) { pose.at = v.triple(-kFar, kFar); });
+    with(e, "up", [&](const Element& v) { pose.up = v.triple(-kFar, kFar); });
+    with(e, "vfov", [&](const Element& v) { pose.vertical_fov = v.number(1e-4, kPi); });
+    with(e, "ortho_height", [&](const Element& v) {
+        pose.ortho_height = v.number(1e-30, kFar);
+        pose.orthographic = true;
+    });
+    with(e, "near", [&](const Element& v) { pose.near_plane = v.number(0, kFar); });
+    with(e, "far", [&](const Element& v) { pose.far_plane = v.number(0, kFar); });
+    try {
+        camera_of(pose);
+    } catch (const Error& error) {
+        e.fail("{}", error.what());
+    }
+    return pose;
+}
+
+ivec2 read_size(const Element& e) {
+    const auto sides = e.items();
+    if (sides.size() != 2) e.fail("is no list of two numbers");
+    return {sides[0].whole(1, kMaxSide), sides[1].whole(1, kMaxSide)};
+}
+
+void read_setting(const Element& e, const Setting& setting, SavedSettings& s) {
+    std::string text;
+    if (setting.type == Setting::Type::flag)
+        text = e.truth() ? "yes" : "no";
+    else if (setting.type == Setting::Type::whole)
+        text = fmt::format("{}", e.whole(static_cast<int>(setting.lower), static_cast<int>(setting.upper)));
+    else if (setting.type == Setting::Type::number)
+        text = fmt::format("{}", e.number(setting.zero ? 0 : setting.lower, setting.upper));
+    else
+        text = e.text();
+    if (const std::string problem = setting.set(s.settings, text); !problem.empty()) e.fail("{}", problem);
+    s.given.insert(setting.name);
+}
+
+void write_setting(const Setting& setting, const SavedSettings& s, Json& json) {
+    const std::string text = setting.get(s.settings);
+    if (text.empty()) return;
+    if (setting.type == Setting::Type::flag)
+        json[setting.name] = text == "yes";
+    else if (setting.type == Setting::Type::text)
+        json[setting.name] = text;
+    else
+        json[setting.name] = Json::parse(text);
+}
+
+Json list(const dvec3& v) {
+    return {v.x, v.y, v.z};
+}
+
+Json pose_json(const CameraPose& pose) {
+    Json json{{"from", list(pose.from)}, {"at", list(pose.at)}, {"up", list(pose.up)}, {"vfov", pose.vertical_fov}};
+    if (pose.orthographic) json["ortho_height"] = pose.ortho_height;
+    if (pose.near_plane > 0) json["near"] = pose.near_plane;
+    if (pose.far_plane > 0) json["far"] = pose.far_plane;
+    return json;
+}
+
+void read_environment(const Element& e, const fs::path& folder, SavedSettings& s) {
+    e.check_keys({"map", "color", "rotation", "intensity", "tint"});
+    if (e.find("map") && e.find("color")) e.fail("has both a map and a colour");
+    with(e, "map", [&](const Element& v) {
+        const std::string name = v.text();
+        if (name.empty() || name.find('\0') != std::string::npos) v.fail("is no name of a file");
+        s.environment = folder / name;
+    });
+    with(e, "color", [&](const Element& v) { s.environment = vec3(v.triple(0, 1e30)); });
+    with(e, "rotation", [&](const Element& v) { s.edits.environment_rotation = v.number(-1e6, 1e6); });
+    with(e, "intensity",
+         [&](const Element& v) { s.edits.environment_intensity = static_cast<float>(v.number(0, kBright)); });
+    with(e, "tint", [&](const Element& v) { s.edits.environment_tint = vec3(v.triple(0, 1)); });
+}
+
+/// A factor alone, or an object that has more.
+LightEdit read_light(const Element& e) {
+    LightEdit light;
+    if (!e.is_object()) {
+        light.factor = static_cast<float>(e.number(0, kBright));
+        return light;
+    }
+    e.check_keys({"factor", "color", "position", "direction"});
+    with(e, "factor", [&](const Element& v) { light.factor = static_cast<float>(v.number(0, kBright)); });
+    with(e, "color", [&](const Element& v) { light.color = vec3(v.triple(0, 1)); });
+    with(e, "position", [&](const Element& v) { light.position = v.triple(-kFarLight, kFarLight); });
+    with(e, "direction", [&](const Element& v) {
+        light.direction = unit_direction(v.triple(-kFarLight, kFarLight));
+        if (!light.direction) v.fail("is no direction");
+    });
+    return light;
+}
+
+Json light_json(const LightEdit& light) {
+    if (LightEdit{light.factor} == light) return light.factor;
+    Json json{{"factor", light.factor}};
+    if (light.color) json["color"] = list(dvec3(*light.color));
+    if (light.position) json["position"] = list(*light.position);
+    if (light.direction) json["direction"] = list(*light.direction);
+    return json;
+}
+
+Json environment_json(const SavedSettings& s, const fs::path& folder) {
+    Json json = Json::object();
+    if (const auto* map = std::get_if<fs::path>(&s.environment)) {
+        std::error_code none;
+        const fs::path near = fs::proximate(*map, folder.empty() ? fs::path(".") : folder, none);
+        json["map"] = (none ? fs::absolute(*map) : near).string();
+    }
+    if (const auto* color = std::get_if<vec3>(&s.environment)) json["color"] = list(dvec3(*color));
+    json["rotation"] = s.edits.environment_rotation;
+    json["intensity"] = s.edits.environment_intensity;
+    if (s.edits.environment_tint != vec3(1)) json["tint"] = list(dvec3(s.edits.environment_tint));
+    return json;
+}
+
+SavedSettings::Moment read_moment(const Element& e) {
+    SavedSettings::Moment moment;
+    e.check_keys({"name", "frame", "fps"});
+    const auto name = e.find("name");
+    if (!name) e.fail("needs a name");
+    moment.animation = name->text();
+    if (moment.animation.empty()) name->fail("is empty");
+    with(e, "frame", [&](const Element& v) {
+        const double frame = v.number(0, ~0u);
+        if (frame != std::floor(frame)) v.fail("is no whole number");
+        moment.frame = static_cast<std::uint32_t>(frame);
+    });
+    with(e, "fps", [&](const Element& v) { moment.rate = parse_frame_rate(v.where(), v.text()); });
+    return moment;
+}
+
+}  // namespace
+
+bool SavedSettings::operator==(const SavedSettings& other) const {
+    const auto same = [&](std::string_view name) {
+        return setting(name).get(settings) == setting(name).get(other.settings);
+    };
+    const auto rest = [](const SavedSettings& s) {
+        return std::tie(s.given, s.camera, s.size, s.environment, s.edits, s.moment, s.bookmarks);
+    };
+    return rest(*this) == rest(other) && std::ranges::all_of(given, same);
+}
+
+std::set<std::string_view> saved_settings() {
+    std::set<std::string_view> names;
+    for (const Setting& setting : known_settings())
+        if (setting.saved) names.insert(setting.name);
+    return names;
+}
+
+fs::path settings_file_of(const fs::path& scene) {
+    return scene.string() + ".halflight.json";
+}
+
+SavedSettings read_settings(const fs::path& path) {
+    return parse_settings(read_file(path, kMaxBytes), path);
+}
+
+SavedSettings parse_settings(std::string_view text, const fs::path& path) {
+    const Json json = Json::parse(text, nullptr, false);
+    if (json.is_discarded()) throw Error(path.string(), "is no JSON");
+    const Element file(path, json);
+    std::set<std::string> keys{"halflight_settings", "camera",   "size", "environment", "emission", "lights", "clay",
+                               "animation",          "bookmarks"};
+    for (const std::string_view name : saved_settings()) keys.emplace(name);
+    file.check_keys(keys);
+    const auto version = file.find("halflight_settings");
+    if (!version) file.fail("has no 'halflight_settings', the version of its format");
+    if (version->whole(0, 1 << 30) != kVersion) version->fail("is not {}, the version that is known", kVersion);
+
+    SavedSettings s;
+    with(file, "camera", [&](const Element& v) {
+        if (v.is_string())
+            s.camera = v.text();
+        else
+            s.camera = read_pose(v);
+    });
+    for (const Setting& setting : known_settings())
+        if (setting.saved) with(file, setting.name, [&](const Element& v) { read_setting(v, setting, s); });
+    with(file, "size", [&](const Element& v) { s.size = read_size(v); });
+    with(file, "environment", [&](const Element& v) { read_environment(v, path.parent_path(), s); });
+    with(file, "emission", [&](const Element& v) { s.edits.emission = static_cast<float>(v.number(0, kBright)); });
+    with(file, "lights", [&](const Element& v) {
+        for (const Element& one : v.items()) s.edits.lights.push_back(read_light(one));
+    });
+    with(file, "clay", [&](const Element& v) { s.edits.clay = v.truth(); });
+    with(file, "animation", [&](const Element& v) { s.moment = read_moment(v); });
+    with(file, "bookmarks", [&](const Element& v) {
+        for (const Element& one : v.items()) {
+            one.check_keys({"name", "camera"});
+            const auto name = one.find("name"), camera = one.find("camera");
+            if (!name || !camera) one.fail("needs a name and a camera");
+            s.bookmarks.push_back({name->text(), read_pose(*camera)});
+        }
+    });
+    return s;
+}
+
+void write_settings(const fs::path& path, const SavedSettings& s) {
+    write_file(path, settings_text(s, path.parent_path()));
+}
+
+std::string settings_text(const SavedSettings& s, const fs::path& folder) {
+    Json json{{"halflight_settings", kVersion}};
+    if (const auto* name = std::get_if<std::string>(&s.camera)) json["camera"] = *name;
+    if (const auto* pose = std::get_if<CameraPose>(&s.camera)) json["camera"] = pose_json(*pose);
+    if (s.size) json["size"] = {s.size->x, s.size->y};
+    for (const Setting& setting : known_settings())
+        if (s.given.contains(setting.name)) write_setting(setting, s, json);
+    json["environment"] = environment_json(s, folder);
+    json["emission"] = s.edits.emission;
+    json["lights"] = Json::array();
+    for (const LightEdit& light : s.edits.lights) json["lights"].push_back(light_json(light));
+    json["clay"] = s.edits.clay;
+    if (s.moment)
+        json["animation"] = {{"name", s.moment->animation},
+                             {"frame", s.moment->frame},
+                             {"fps", fmt::format("{}/{}", s.moment->rate.numerator, s.moment->rate.denominator)}};
+    json["bookmarks"] = Json::array();
+    for (const Bookmark& b : s.bookmarks)
+        json["bookmarks"].push_back({{"name", b.name}, {"camera", pose_json(b.pose)}});
+    return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace halflight

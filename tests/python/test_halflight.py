@@ -1,0 +1,232 @@
+"""Tests of the Python module. PYTHONPATH leads to the module, HALFLIGHT_PROGRAM to the program."""
+import logging
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+import unittest
+
+import halflight as hl
+import numpy as np
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+CORNELL = ROOT / "scenes" / "cornell.glb"
+DEVICE = os.environ.get("HALFLIGHT_TEST_DEVICE", "software")
+SMALL = dict(width=24, height=16, samples=2, device=DEVICE)
+
+
+class InFolder(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+
+class Pictures(InFolder):
+    def test_layers_are_arrays(self):
+        picture = hl.render(hl.load(CORNELL), **SMALL)
+        self.assertEqual(picture["beauty"].shape, (16, 24, 4))
+        self.assertEqual(picture["albedo"].shape, (16, 24, 3))
+        self.assertEqual(picture["depth"].shape, (16, 24))
+        self.assertEqual(picture["ids"].dtype, np.uint32)
+        self.assertEqual(set(picture), {"beauty", "view"} | {layer.name for layer in hl.layers() if not layer.debug})
+        self.assertTrue(0 <= picture["view"].min() and picture["view"].max() <= 1)
+        parts = sum(picture[name] for name in picture if name in
+                    ("emission", "direct_diffuse", "direct_glossy", "indirect_diffuse", "indirect_glossy"))
+        np.testing.assert_allclose(parts, picture["beauty"][..., :3], rtol=1e-4, atol=1e-6)
+        with self.assertRaises(KeyError):
+            picture["colour"]
+
+    def test_arrays_outlive_their_picture(self):
+        array = hl.render(hl.load(CORNELL), layers=[], **SMALL)["beauty"]
+        copy = array.copy()
+        hl.render(hl.load(CORNELL), layers=[], **SMALL)
+        np.testing.assert_array_equal(array, copy)
+
+    def test_files_are_those_of_the_program(self):
+        settings = dict(width=40, height=24, samples=6, bounces=3, seed=4, estimator="reuse=4", exposure=0.5)
+        picture = hl.render(hl.load(CORNELL), device=DEVICE, reproducible=True, **settings)
+        command = [os.environ["HALFLIGHT_PROGRAM"], "render", CORNELL, "a.exr", "a.png", "--quiet", "--reproducible",
+                   "--aov", "all", "--device", DEVICE]
+        for name, value in settings.items():
+            command += [f"--{name}", value]
+        subprocess.run(list(map(str, command)), check=True, cwd=self.folder)
+        for name in ("exr", "png"):
+            picture.save(self.folder / f"b.{name}")
+            self.assertEqual((self.folder / f"a.{name}").read_bytes(), (self.folder / f"b.{name}").read_bytes(), name)
+
+    def test_is_shown_in_a_notebook(self):
+        self.assertTrue(hl.render(hl.load(CORNELL), layers=[], **SMALL)._repr_png_().startswith(b"\x89PNG"))
+
+    def test_statistics_are_a_dict(self):
+        stats = hl.render(hl.load(CORNELL), layers=[], **SMALL).stats
+        self.assertEqual(stats["samples"], 2)
+        self.assertEqual(stats["settings"]["width"], 24)
+        self.assertEqual(stats["error"], None)
+
+    def test_error_targets(self):
+        scene = hl.load(CORNELL)
+        picture = hl.render(scene, layers=[], width=16, height=16, error=0.9, samples=256, device=DEVICE)
+        self.assertTrue(picture.stats["error"]["reached"])
+        self.assertLess(picture.stats["error"]["bound"], 0.9)
+        with self.assertRaisesRegex(hl.Error, "target 1e-09 not reached"):
+            hl.render(scene, layers=[], width=16, height=16, error=1e-9, samples=32, device=DEVICE)
+
+    def test_pilots_are_a_step_of_their_own(self):
+        renderer = hl.Renderer(hl.load(CORNELL), layers=[], estimator="auto", **SMALL)
+        shares = []
+        self.assertIsNone(renderer.find_estimator(lambda share: shares.append(share) or share < 0.5))
+        self.assertGreaterEqual(shares[-1], 0.5)
+        self.assertIn("reuse=", renderer.find_estimator())
+        self.assertNotIn("auto", renderer.render().stats["settings"]["estimator"])
+
+    def test_motion_blur_and_sequences(self):
+        renderer = hl.Renderer(hl.load(CORNELL), layers=["normal"], shutter=0.5, shutter_times=2, **SMALL)
+        pictures = dict(renderer.frames([0, 3]))
+        self.assertEqual(list(pictures), [0, 3])
+        self.assertFalse(np.array_equal(pictures[0]["beauty"], pictures[3]["beauty"]))
+        np.testing.assert_array_equal(renderer.render(0)["beauty"], pictures[0]["beauty"])
+        told = []
+        arguments = dict(layers=["normal"], progress=lambda frame, progress: told.append((frame, progress)), **SMALL)
+        made = hl.render_sequence(hl.load(CORNELL), self.folder / "a.##.exr", "1-2", **arguments)
+        self.assertEqual((made["made"], made["kept"], made["stopped_in"]), (2, 0, None))
+        self.assertEqual({frame for frame, _ in told}, {1, 2})
+        self.assertEqual(hl.render_sequence(hl.load(CORNELL), self.folder / "a.##.exr", [1, 2], **arguments)["kept"], 2)
+
+
+class Edits(InFolder):
+    def setUp(self):
+        super().setUp()
+        self.scene = hl.load(CORNELL)
+        self.renderer = hl.Renderer(self.scene, **SMALL)
+        self.before = self.renderer.render()["beauty"]
+
+    def check_undone(self):
+        self.scene.reset_edits()
+        np.testing.assert_array_equal(self.renderer.render()["beauty"], self.before)
+
+    def test_materials(self):
+        for material in range(len(self.scene.materials)):
+            self.scene.edit_material(material, base_color=(0.25, 0.5, 0.125, 1), metallic=0)
+        self.assertEqual(self.scene.material(0)["base_color"], (0.25, 0.5, 0.125, 1))
+        picture = self.renderer.render()
+        np.testing.assert_array_equal(picture["beauty"], hl.render(self.scene, **SMALL)["beauty"])
+        self.assertGreater(picture["albedo"][..., 1].mean(), 1.5 * picture["albedo"][..., 0].mean())
+        with self.assertRaisesRegex(hl.Error, "roughness"):
+            self.scene.edit_material(0, roughness=2)
+        with self.assertRaisesRegex(hl.Error, "there is no material 'gold'"):
+            self.scene.edit_material("gold", roughness=0)
+        self.check_undone()
+
+    def test_light(self):
+        self.scene.edit_emission(2)
+        np.testing.assert_allclose(self.renderer.render()["beauty"][..., :3], 2 * self.before[..., :3], rtol=1e-5)
+        self.check_undone()
+        with self.assertRaisesRegex(hl.Error, "there is no light"):
+            self.scene.edit_light(99, factor=1)
+
+    def test_transforms(self):
+        matrix = np.array(self.scene.transform(0))
+        matrix[1, 3] += 0.25
+        self.scene.edit_transform(0, matrix)
+        np.testing.assert_array_equal(self.scene.transform(0), matrix)
+        moved = self.renderer.render()["beauty"]
+        self.assertFalse(np.array_equal(moved, self.before))
+        np.testing.assert_array_equal(moved, hl.render(self.scene, **SMALL)["beauty"])
+        self.check_undone()
+
+    def test_cameras(self):
+        self.scene.look((0, 0.5, 2), (0, 0.5, 0), vfov=20)
+        self.assertFalse(np.array_equal(self.renderer.render()["beauty"], self.before))
+        self.scene.camera = 0
+        np.testing.assert_array_equal(self.renderer.render()["beauty"], self.before)
+        with self.assertRaisesRegex(hl.Error, "no camera 'attic'"):
+            self.scene.camera = "attic"
+
+
+class Callbacks(InFolder):
+    def setUp(self):
+        super().setUp()
+        self.renderer = hl.Renderer(hl.load(CORNELL), layers=[], **{**SMALL, "samples": 4096})
+
+    def test_progress_stops(self):
+        told = []
+        picture = self.renderer.render(progress=lambda p: told.append(p) or p.samples_done < 3)
+        self.assertTrue(picture.interrupted)
+        self.assertEqual(picture.stats["samples"], 3)
+        self.assertEqual([(p.samples_done, p.samples_total) for p in told], [(1, 4096), (2, 4096), (3, 4096)])
+        with self.assertRaisesRegex(hl.Error, "interrupted"):
+            picture.save(self.folder / "a.exr")
+        self.assertEqual(list(self.folder.iterdir()), [])
+
+    def test_exceptions_are_passed_on(self):
+        def fail(progress):
+            raise ValueError("enough")
+        with self.assertRaisesRegex(ValueError, "enough"):
+            self.renderer.render(progress=fail)
+        with self.assertRaises(TypeError):
+            self.renderer.render(progress=lambda p: "no truth value")
+        with self.assertRaises(ValueError):
+            hl.render_sequence(self.renderer.scene, self.folder / "a.#.exr", [1], layers=[],
+                               progress=lambda frame, p: fail(p), **SMALL)
+        self.renderer.change(samples=1)
+        self.assertEqual(self.renderer.render().stats["samples"], 1)
+
+    def test_ctrl_c(self):
+        timer = threading.Timer(0.3, lambda: os.kill(os.getpid(), signal.SIGINT))  # runs while the GIL is released
+        timer.start()
+        with self.assertRaises(KeyboardInterrupt):
+            while True:
+                self.renderer.render()
+
+    def test_a_scene_at_work_is_refused(self):
+        def nested(progress):
+            self.renderer.scene.edit_emission(2)
+        with self.assertRaisesRegex(hl.Error, "at work"):
+            self.renderer.render(progress=nested)
+
+
+class Errors(InFolder):
+    def test_name_what_is_wrong(self):
+        with self.assertRaisesRegex(hl.Error, "nothing.glb"):
+            hl.load(self.folder / "nothing.glb")
+        scene = hl.load(CORNELL)
+        for settings, text in [(dict(bounce=1), "there is no setting 'bounce'"), (dict(samples=0), "samples"),
+                               (dict(layers=["colour"]), "colour"), (dict(device="no such device"), "device"),
+                               (dict(shutter=0, estimator="best"), "estimator")]:
+            with self.subTest(settings), self.assertRaisesRegex(hl.Error, text):
+                hl.render(scene, **{**SMALL, **settings})
+        with self.assertRaisesRegex(hl.Error, "a.tiff"):
+            hl.render(scene, layers=[], **SMALL).save(self.folder / "a.tiff")
+
+    def test_warnings_are_logged(self):
+        with self.assertLogs("halflight", logging.INFO) as logged:
+            hl.load(ROOT / "tests" / "cli" / "room" / "room.gltf", animation="none", fps=None)
+            logging.getLogger("halflight").info("at least this")
+        self.assertTrue(logged.output)
+
+
+class Examples(InFolder):
+    def run_example(self, name, *arguments):
+        example = ROOT / "api" / "python" / "examples" / name
+        done = subprocess.run([sys.executable, example, CORNELL, *map(str, arguments)], capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        return done.stdout
+
+    def test_turntable(self):
+        self.run_example("turntable.py", self.folder / "a.npy", 16, 1)
+        pictures = np.load(self.folder / "a.npy")
+        self.assertEqual(pictures.shape, (24, 16, 16, 3))
+        self.assertGreater(len(np.unique(pictures.mean(axis=(1, 2, 3)))), 6)
+
+    def test_look_study(self):
+        said = self.run_example("look_study.py", self.folder / "looks", 1)
+        self.assertEqual(len(list((self.folder / "looks").glob("*.png"))), 5)
+        self.assertIn("original: 1.00 times", said)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,31 @@
+#include "tools/cli/console.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <algorithm>
+
+namespace halflight {
+
+std::string one_line(std::string_view text) {
+    std::string line(text);
+    std::ranges::replace_if(
+        line, [](unsigned char c) { return c < ' ' || c == 0x7f; }, '?');
+    return line;
+}
+
+void put(std::FILE* stream, std::string_view text) {
+    std::fwrite(text.data(), 1, text.size(), stream);
+}
+
+void hold_standard_streams() {
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})  // open() takes the lowest number
+        if (fcntl(stream, F_GETFD) == -1) open("/dev/null", O_RDONLY);
+}
+
+Console::Console(bool quiet)
+    : Log(quiet ? Sink() : [](Kind kind, std::string_view line) {
+          put(stderr, fmt::format("halflight: {}{}\n", kind == Kind::warning ? "warning: " : "", one_line(line)));
+      }) {}
+
+}  // namespace halflight

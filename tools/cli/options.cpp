@@ -1,0 +1,179 @@
+#include "tools/cli/options.h"
+
+#include <cmath>
+
+namespace halflight {
+namespace {
+
+/// Parses X,Y,Z.
+std::optional<dvec3> triple(const std::string& text) {
+    dvec3 value;
+    const char* at = text.data();
+    const char* const last = at + text.size();
+    for (int i = 0; i < 3; ++i) {
+        if (i > 0 && (at == last || *at++ != ',')) return std::nullopt;
+        const auto [end, error] = std::from_chars(at, last, value[i]);
+        if (error != std::errc() || !std::isfinite(value[i])) return std::nullopt;
+        at = end;
+    }
+    return at == last ? std::optional(value) : std::nullopt;
+}
+
+dvec3 point(const std::string& option, const std::string& text) {
+    const auto value = triple(text);
+    if (!value) throw UsageError(option, "expects X,Y,Z, not '{}'", text);
+    return *value;
+}
+
+}  // namespace
+
+Estimator estimator(const std::string& option, const std::string& list) {
+    try {
+        return estimator_named(list);
+    } catch (const Error& error) {
+        throw UsageError(option, error.what());
+    }
+}
+
+Preview preview(const std::string& option, const std::string& list) {
+    try {
+        return preview_named(list);
+    } catch (const Error& error) {
+        throw UsageError(option, error.what());
+    }
+}
+
+std::vector<std::string> split_names(const std::string& list) {
+    std::vector<std::string> names;
+    std::size_t from = 0;
+    while (from <= list.size()) {
+        const std::size_t to = std::min(list.find_first_of(",\n", from), list.size());
+        names.push_back(list.substr(from, to - from));
+        from = to + 1;
+    }
+    return names;
+}
+
+CLI::Option* Options::value(const std::string& name, const char* metavar, const std::string& description,
+                            std::function<void(const std::string& name, const std::string& text)> parse) {
+    return app_
+        .add_option_function<std::string>(
+            name, [name, parse](const std::string& text) { parse(name, text); }, description)
+        ->type_name(metavar)
+        ->group(group_);
+}
+
+CLI::Option* Options::path(const std::string& name, const char* metavar, const std::string& description,
+                           std::optional<std::filesystem::path>& target) {
+    return value(name, metavar, description, [&](const auto& n, const auto& text) {
+        if (text.empty()) throw UsageError(n, "expects the name of a file");
+        target = text;
+    });
+}
+
+void Options::flag(const std::string& name, bool& target, const std::string& description) {
+    app_.add_flag(name, target, description)->group(group_);
+}
+
+void Options::flag(const std::string& name, std::function<void()> set, const std::string& description) {
+    app_.add_flag_callback(name, std::move(set), description)->group(group_);
+}
+
+void Options::setting(const Setting& s, RenderSettings& settings) {
+    const std::string name = fmt::format("--{}", s.name);
+    const auto set = [&s, &settings, name](const std::string& text) {
+        if (const std::string problem = s.set(settings, text); !problem.empty()) throw UsageError(name, problem);
+    };
+    std::string description = s.help;
+    if (s.type == Setting::Type::flag)
+        return flag(
+            name, [set] { set("yes"); }, description);
+    if (!s.values.empty()) description += ": " + s.values;
+    if (const std::string usual = s.get(settings); !usual.empty() && description.find("default") == std::string::npos)
+        description += fmt::format(" (default {})", usual);
+    CLI::Option* const option =
+        app_.add_option_function<std::string>(name, set, description)->type_name(s.metavar)->group(group_);
+    if (s.type == Setting::Type::list) option->multi_option_policy(CLI::MultiOptionPolicy::Join);
+}
+
+void add_camera_options(Options& options, ViewArguments& a) {
+    options.group("Camera");
+    options.value("--camera", "NAME|N", "camera of the scene, by name or by number from 0 (default: the first)",
+                  [&](const auto&, const auto& text) { a.camera = text; });
+    options.value("--look-from", "X,Y,Z", "position of a camera of your own, in metres",
+                  [&](const auto& name, const auto& text) { a.look_from = point(name, text); });
+    options.value("--look-at", "X,Y,Z", "point that this camera looks at",
+                  [&](const auto& name, const auto& text) { a.look_at = point(name, text); });
+    options.value("--up", "X,Y,Z", "upward direction of this camera (default 0,1,0)",
+                  [&](const auto& name, const auto& text) { a.up = point(name, text); });
+    options.value("--vfov", "DEGREES",
+                  fmt::format("vertical field of view of this camera (default {})", a.vertical_fov),
+                  [&](const auto& name, const auto& text) { a.vertical_fov = real(name, text, 0.01, 179); });
+}
+
+void add_environment_option(Options& options, EnvironmentChoice& environment) {
+    options.value("--env", "FILE|R,G,B", "environment: an equirectangular .exr or .hdr, or a constant radiance",
+                  [&](const auto& name, const auto& text) {
+                      if (text.empty()) throw UsageError(name, "expects the name of a file or R,G,B");
+                      const auto color = triple(text);
+                      if (color && glm::any(glm::lessThan(*color, dvec3(0))))
+                          throw UsageError(name, "expects no negative radiance, not '{}'", text);
+                      if (color)
+                          environment = vec3(*color);
+                      else
+                          environment = std::filesystem::path(text);
+                  });
+}
+
+void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings) {
+    options.group("Colour");
+    options.path("--ocio", "FILE", "OpenColorIO config (default: $OCIO, else a built-in ACES config)", ocio);
+    options.settings(settings);
+}
+
+void add_device_options(Options& options, ViewArguments& a) {
+    options.group("Run");
+    options.value("--device", "NAME|N", "device to render on; `halflight info --device` lists devices",
+                  [&](const auto&, const auto& text) { a.device = text; });
+    options.flag("--gl-debug", a.gl_debug, "lets the driver check every call and explain its errors (slower)");
+    options.flag("--allow-outside", a.allow_outside, "allows the scene to name files outside its folder");
+    options.flag("--quiet", a.quiet, "prints errors only, neither progress nor notes");
+}
+
+void exclude(const CLI::App& app, const char* one, const char* other) {
+    if (app.count(one) > 0 && app.count(other) > 0) throw UsageError(one, "cannot be given together with {}", other);
+}
+
+void check_camera_options(const CLI::App& app) {
+    const auto given = [&](const char* option) { return app.count(option) > 0; };
+    exclude(app, "--camera", "--look-from");
+    if (given("--look-from") != given("--look-at"))
+        throw UsageError("--look-from", "needs --look-at, and --look-at needs it");
+    for (const char* option : {"--up", "--vfov"})
+        if (given(option) && !given("--look-from")) throw UsageError(option, "needs --look-from and --look-at");
+}
+
+void check_leftovers(const CLI::App& app, const std::string& command) {
+    const auto extras = app.remaining();
+    if (!extras.empty()) throw UsageError(extras.front(), "is not expected; see {} --help", command);
+}
+
+/// Converts messages of CLI11, which are "--option: what" or a sentence.
+UsageError usage_error(const CLI::ParseError& error, const std::string& command) {
+    const std::string text = error.what();
+    const auto colon = text.find(": ");
+    if (dynamic_cast<const CLI::RequiredError*>(&error))
+        return UsageError(text.substr(0, text.find(' ')), "is missing; see {} --help", command);
+    if (colon == std::string::npos) return UsageError("arguments", text);
+    if (dynamic_cast<const CLI::ArgumentMismatch*>(&error))
+        return UsageError(text.substr(0, colon), "expects exactly one value");
+    return UsageError(text.substr(0, colon), text.substr(colon + 2));
+}
+
+Help help_of(const CLI::App& app) {
+    std::string text = app.help();
+    text.erase(text.find_last_not_of('\n') + 1);
+    return {text};
+}
+
+}  // namespace halflight

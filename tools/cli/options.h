@@ -1,0 +1,122 @@
+// Command-line options: how commands declare them, and the options that several commands have.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <charconv>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/settings/settings_table.h"
+#include "tools/cli/picture_arguments.h"
+
+namespace halflight {
+
+inline constexpr int kMinWindow = 16, kMaxWindow = 16384;  ///< sides of the viewer's window, pixels
+
+/// Parses all of `text` as a number from `lower` to `upper`; `kind` names it in the UsageError.
+template <class T>
+T number(const std::string& option, const std::string& text, T lower, T upper, std::string_view kind) {
+    T value{};
+    const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+    if (error != std::errc() || end != text.data() + text.size() || !(value >= lower && value <= upper))
+        throw UsageError(option, "expects {} from {} to {}, not '{}'", kind, lower, upper, text);
+    return value;
+}
+
+template <class T>
+T whole(const std::string& option, const std::string& text, T lower, T upper) {
+    return number<T>(option, text, lower, upper, "a whole number");
+}
+
+inline double real(const std::string& option, const std::string& text, double lower, double upper) {
+    return number<double>(option, text, lower, upper, "a number");
+}
+
+/// Parses the value of an option. Throws UsageError where it is malformed.
+Estimator estimator(const std::string& option, const std::string& list);
+Preview preview(const std::string& option, const std::string& list);
+
+/// Returns the names in a comma list; newlines, which join the values of a repeated option, separate names, too.
+std::vector<std::string> split_names(const std::string& list);
+
+/// Declares the options of a command.
+class Options {
+  public:
+    explicit Options(CLI::App& app) : app_(app) {}
+
+    void group(std::string name) { group_ = std::move(name); }
+    CLI::Option* value(const std::string& name, const char* metavar, const std::string& description,
+                       std::function<void(const std::string& name, const std::string& text)> parse);
+    CLI::Option* path(const std::string& name, const char* metavar, const std::string& description,
+                      std::optional<std::filesystem::path>& target);
+    void flag(const std::string& name, bool& target, const std::string& description);
+    void flag(const std::string& name, std::function<void()> set, const std::string& description);
+    /// Declares the option of a setting. `settings` holds its default, and its value after parsing.
+    void setting(const Setting& setting, RenderSettings& settings);
+    /// Declares the options of all settings of the current group for which wanted(setting) is true.
+    template <class Wanted>
+    void settings(RenderSettings& values, const Wanted& wanted) {
+        for (const Setting& s : known_settings())
+            if (s.group == group_ && std::invoke(wanted, s)) setting(s, values);
+    }
+    void settings(RenderSettings& values) {
+        settings(values, [](const Setting&) { return true; });
+    }
+
+  private:
+    CLI::App& app_;
+    std::string group_;
+};
+
+void add_camera_options(Options& options, ViewArguments& arguments);
+void add_environment_option(Options& options, EnvironmentChoice& environment);
+/// Declares --ocio and the settings of the view transform.
+void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings);
+/// Declares --device, --gl-debug, --allow-outside and --quiet.
+void add_device_options(Options& options, ViewArguments& arguments);
+
+/// Declares --fps and --animation; `usual` says in the help text what plays by default.
+void add_animation_options(Options& options, std::optional<std::string>& animation, std::optional<FrameRate>& rate,
+                           const std::string& usual);
+/// Declares --shutter.
+void add_shutter_option(Options& options, RenderArguments& arguments);
+/// Declares the options of sequences: frames, animation, shutter, movie, ...
+void add_sequence_options(Options& options, RenderArguments& arguments);
+/// Throws UsageError for options of sequences that contradict each other.
+void check_sequence_options(const CLI::App& app, const RenderArguments& arguments);
+/// Throws UsageError for options that --preview excludes.
+void check_preview_options(const CLI::App& app, const RenderArguments& arguments);
+/// Returns the output files of all frames; without --frames the outputs as they are.
+std::vector<std::filesystem::path> output_files(const RenderArguments& arguments);
+
+/// Copies --width and --height, where given, to arguments.width and arguments.height.
+void take_size_options(const CLI::App& app, ViewArguments& arguments);
+/// Declares --settings of `halflight render`.
+void add_settings_option(Options& options, RenderArguments& arguments);
+/// Reads the settings file; options given on the command line override it.
+void use_settings(const CLI::App& app, RenderArguments& arguments);
+
+/// Declares all options of `halflight view`.
+void add_preview_options(CLI::App& app, PreviewArguments& arguments);
+void check_preview_options(const CLI::App& app, const PreviewArguments& arguments);
+/// Reads the file that settings are saved to, where it exists; options override it.
+void use_settings(const CLI::App& app, PreviewArguments& arguments);
+
+/// Throws UsageError where both options were given.
+void exclude(const CLI::App& app, const char* one, const char* other);
+/// Throws UsageError for camera options that contradict each other.
+void check_camera_options(const CLI::App& app);
+
+/// Checks the options of `halflight view` after parsing, and reads its settings file.
+void finish_preview_options(const CLI::App& app, PreviewArguments& arguments);
+
+/// Throws UsageError for words on the command line that no option takes; `command` is named in it.
+void check_leftovers(const CLI::App& app, const std::string& command);
+/// Returns a parse error as a UsageError that names the option.
+UsageError usage_error(const CLI::ParseError& error, const std::string& command);
+/// Returns the text of --help.
+Help help_of(const CLI::App& app);
+
+}  // namespace halflight

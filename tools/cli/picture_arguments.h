@@ -1,0 +1,82 @@
+// Arguments of the commands that make or show pictures, as values.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "api/halflight/camera.h"
+#include "api/halflight/frame_renderer.h"
+#include "api/halflight/loaded_scene.h"
+#include "api/halflight/picture_file.h"
+#include "engine/core/error.h"
+#include "engine/core/frames.h"
+#include "engine/settings/render_settings.h"
+
+namespace halflight {
+
+/// Arguments of every command that makes pictures of a scene. Ranges are checked, names of cameras are not.
+struct ViewArguments : SceneChoice, CameraChoice {
+    /// Values of the options and files for the table of settings (engine/settings/settings_table.h). Camera and size
+    /// are chosen later, from the scene and the members below.
+    RenderSettings settings;
+    std::optional<int> width;   // pixels, where given
+    std::optional<int> height;  // pixels, where given
+    int usual_width = 1280;     // width where neither is given
+
+    std::string device;
+    bool gl_debug = false;
+    bool quiet = false;
+};
+
+/// Arguments of `halflight render`; names of displays are not checked yet.
+struct RenderArguments : ViewArguments, OutputOptions {
+    std::optional<std::filesystem::path> settings_file;  // settings_file.h; its contents are in `settings` already
+    // .exr or .png, no two alike; for a sequence with placeholders; none only where there is a movie
+    std::vector<std::filesystem::path> outputs;
+    std::optional<std::filesystem::path> movie;  // .mp4 or .mov, of all frames
+
+    std::vector<std::uint32_t> frames;  // frames of a sequence, in order; empty: one picture, of settings.frame
+    Shutter shutter;
+    bool overwrite = false;  // replaces frames that were made with other settings
+    ListPart part;           // the part of `frames` to render
+    bool check = false;      // renders nothing and checks that all frames are there
+
+    std::optional<std::filesystem::path> ocio;
+    bool no_shader_cache = false;
+    std::optional<std::filesystem::path> stats;
+    std::optional<std::filesystem::path> graph;
+};
+
+/// Arguments of `halflight view`; the picture has the size of the window.
+struct PreviewArguments : ViewArguments {
+    PreviewArguments() { settings.samples = 1024; }  // after which rendering stops
+
+    std::optional<std::filesystem::path> settings_file;  // to load and save; none: the file beside the scene
+    std::vector<Bookmark> bookmarks;                     // from the settings file
+    double budget = 100;                                 // ms until the first picture of a view
+    std::optional<std::filesystem::path> script;
+    std::optional<std::filesystem::path> ocio;
+    bool no_shader_cache = false;
+};
+
+/// Text for stdout without its last newline: --help, --version.
+struct Help {
+    std::string text;
+};
+
+/// A command line that makes no sense; what() is one line "subject: what is wrong".
+class UsageError : public Error {
+  public:
+    using Error::Error;
+};
+
+/// Parses the command line of `halflight view`. Throws UsageError.
+std::variant<Help, PreviewArguments> parse_view_arguments(int argc, const char* const* argv);
+
+/// Reads the settings file that the arguments name, or else the one beside the scene, if it exists.
+void take_settings(PreviewArguments& arguments);
+
+}  // namespace halflight

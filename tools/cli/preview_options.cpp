@@ -1,0 +1,88 @@
+#include "tools/cli/options.h"
+
+namespace halflight {
+namespace {
+
+/// Parses WxH.
+void size(PreviewArguments& a, const std::string& option, const std::string& text) {
+    const std::size_t x = text.find('x');
+    if (x == std::string::npos) throw UsageError(option, "expects WIDTHxHEIGHT in pixels, not '{}'", text);
+    a.width = whole(option, text.substr(0, x), kMinWindow, kMaxWindow);
+    a.height = whole(option, text.substr(x + 1), kMinWindow, kMaxWindow);
+}
+
+}  // namespace
+
+void check_preview_options(const CLI::App& app, const RenderArguments& a) {
+    const Preview& preview = a.settings.preview;
+    if (!preview.any()) return;
+    exclude(app, "--preview", "--error");    // an error is known for the unbiased mean only
+    exclude(app, "--preview", "--shutter");  // the pictures of single shutter times are never shown
+    if (!preview.temporal) return;
+    if (a.frames.empty()) throw UsageError("--preview", "temporal reuses light of earlier frames and needs --frames");
+    exclude(app, "--preview", "--part");
+}
+
+void check_preview_options(const CLI::App& app, const PreviewArguments& a) {
+    if (app.count("--frame") > 0 && !a.animation) throw UsageError("--frame", "needs --animation");
+}
+
+void add_preview_options(CLI::App& app, PreviewArguments& a) {
+    app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
+    a.width = 1280, a.height = 720;
+    Options options(app);
+    add_camera_options(options, a);
+    options.group("Picture");
+    options.value("--size", "WxH", fmt::format("size of the window in pixels (default {}x{})", *a.width, *a.height),
+                  [&](const auto& name, const auto& text) { size(a, name, text); });
+    options.settings(a.settings, &Setting::saved);
+    options.value(
+        "--budget", "MS",
+        fmt::format("milliseconds until a changed view is shown; where the time is short, it is shown at a lower "
+                    "resolution first (default {:g})",
+                    a.budget),
+        [&](const auto& name, const auto& text) { a.budget = real(name, text, 1, 1e6); });
+    options.path("--settings", "FILE.json",
+                 "settings file, read at the start if it exists, and saved to (default: SCENE.halflight.json)",
+                 a.settings_file);
+    options.group("Animation");
+    add_animation_options(options, a.animation, a.frame_rate, "none, the scene at rest");
+    options.setting(setting("frame"), a.settings);
+    options.group("Light");
+    options.settings(a.settings, &Setting::saved);
+    add_environment_option(options, a.environment);
+    add_view_options(options, a.ocio, a.settings);
+    add_device_options(options, a);
+    options.settings(a.settings, &Setting::saved);
+    options.flag("--no-shader-cache", a.no_shader_cache,
+                 "neither reads nor writes compiled shaders in $XDG_CACHE_HOME/halflight/programs");
+    options.path("--script", "FILE", "runs a script, one command per line, and exits; see tools/view/script.h",
+                 a.script);
+}
+
+void finish_preview_options(const CLI::App& app, PreviewArguments& a) {
+    check_leftovers(app, "halflight view");
+    check_camera_options(app);
+    use_settings(app, a);
+    check_preview_options(app, a);
+}
+
+std::variant<Help, PreviewArguments> parse_view_arguments(int argc, const char* const* argv) {
+    CLI::App app("Hybrid raster and ray-traced global illumination.", "halflight");
+    app.allow_extras();
+    PreviewArguments arguments;
+    CLI::App& view = *app.add_subcommand("view", "Show a scene in a window, to walk about in it");
+    view.allow_extras();
+    add_preview_options(view, arguments);
+    try {
+        app.parse(argc, argv);
+    } catch (const CLI::CallForHelp&) {
+        return help_of(app);
+    } catch (const CLI::ParseError& error) {
+        throw usage_error(error, "halflight view");
+    }
+    finish_preview_options(view, arguments);
+    return arguments;
+}
+
+}  // namespace halflight

@@ -1,0 +1,127 @@
+// Options of sequences and animations.
+#include <algorithm>
+
+#include "api/halflight/frame_names.h"
+#include "api/halflight/frame_renderer.h"
+#include "engine/core/frames.h"
+#include "tools/cli/options.h"
+
+namespace halflight {
+namespace {
+
+/// Calls f(option, text) and turns its Error into a UsageError.
+template <class F>
+auto parsed(F f, const std::string& option, const std::string& text) {
+    try {
+        return f(option, text);
+    } catch (const Error& error) {
+        const std::string what = error.what();
+        throw UsageError(option, "{}", what.substr(option.size() + 2));
+    }
+}
+
+void check_shutter(const CLI::App& app, const RenderArguments& a) {
+    if (app.count("--shutter-times") > 0 && a.shutter.open == 0) throw UsageError("--shutter-times", "needs --shutter");
+    if (a.shutter.open == 0) return;
+    if (a.frames.empty() && !a.animation) throw UsageError("--shutter", "needs --frames or --animation");
+    for (const char* other : {"--time", "--error"})
+        exclude(app, "--shutter", other);  // the number of samples must be known
+    const int samples = a.settings.samples, times = shutter_count(a.shutter, a.settings.aovs, samples);
+    if (times > samples) throw UsageError("--shutter-times", "{} samples are too few for {} times", samples, times);
+    const bool variance = std::ranges::find(a.settings.aovs, "variance") != a.settings.aovs.end();
+    if (variance && times > 1 && samples / times < 2)
+        throw UsageError("--shutter-times",
+                         "the layer variance takes two samples at each time: {} samples are too few for {} "
+                         "times",
+                         samples, times);
+}
+
+void check_movie(const CLI::App& app, const RenderArguments& a) {
+    if (a.frames.empty()) throw UsageError("--movie", "needs --frames");
+    if (!has_extension(*a.movie, "mp4") && !has_extension(*a.movie, "mov"))
+        throw UsageError(a.movie->string(), "expects an .mp4 or a .mov");
+    if (count_placeholders(*a.movie) > 0)
+        throw UsageError(a.movie->string(), "has a placeholder for frame numbers, but a movie is one file");
+    // A run of all frames makes the movie from the .png files of the parts.
+    exclude(app, "--movie", "--part");
+    exclude(app, "--movie", "--check");
+}
+
+}  // namespace
+
+void add_animation_options(Options& options, std::optional<std::string>& animation, std::optional<FrameRate>& rate,
+                           const std::string& usual) {
+    options.value(
+        "--fps", "N|N/D",
+        "frames per second; frame N is at N/fps seconds (default: fps or frame_rate in the extras of the scene, "
+        "else 24)",
+        [&](const auto& name, const auto& text) { rate = parsed(parse_frame_rate, name, text); });
+    options.value("--animation", "NAME|N|all|none", fmt::format("animation of the scene to play (default: {})", usual),
+                  [&](const auto& name, const auto& text) {
+                      if (text.empty()) throw UsageError(name, "expects a name, a number, all or none");
+                      animation = text;
+                  });
+}
+
+void add_shutter_option(Options& options, RenderArguments& a) {
+    options.value(
+        "--shutter", "S",
+        "motion blur: opening time of the shutter in frames, 0 to 1, centred on the time of the frame (default "
+        "0)",
+        [&](const auto& name, const auto& text) { a.shutter.open = real(name, text, 0, 1); });
+}
+
+void add_sequence_options(Options& options, RenderArguments& a) {
+    options.group("Sequence");
+    options.value("--frames", "LIST",
+                  "frames to render: 1-240, 1-240x2, 1,5,9-12; outputs need a placeholder as in shot.####.exr or "
+                  "shot.%04d.exr. Complete frames of the same settings are skipped",
+                  [&](const auto& name, const auto& text) { a.frames = parsed(parse_frames, name, text); });
+    add_animation_options(options, a.animation, a.frame_rate, "all with --frames, else none, the scene at rest");
+    add_shutter_option(options, a);
+    options.value(
+        "--shutter-times", "N",
+        "number of times in the opening time at which the scene is rendered (default: 8, at most one per sample)",
+        [&](const auto& name, const auto& text) { a.shutter.times = whole(name, text, 1, kMaxSamples); });
+    options.path("--movie", "FILE.mp4|.mov",
+                 "writes the frames as a movie through the view transform, H.264 or ProRes; needs ffmpeg in PATH",
+                 a.movie);
+    options.flag("--overwrite", a.overwrite,
+                 "replaces frames that were made with other settings or from another scene");
+    options.value("--part", "I/N", "renders the I-th of N parts of the frames, for use on N machines",
+                  [&](const auto& name, const auto& text) { a.part = parsed(parse_part, name, text); });
+    options.flag("--check", a.check,
+                 "renders nothing; fails if a frame is missing, damaged or made with other settings");
+    options.flag("--reproducible", a.reproducible, "writes no date into files, so that equal pictures are equal files");
+}
+
+void check_sequence_options(const CLI::App& app, const RenderArguments& a) {
+    const bool sequence = !a.frames.empty();
+    exclude(app, "--frames", "--frame");
+    exclude(app, "--frames", "--dump-graph");
+    if (app.count("--overwrite") > 0 && !sequence) throw UsageError("--overwrite", "needs --frames");
+    if (app.count("--part") > 0 && !sequence) throw UsageError("--part", "needs --frames");
+    if (app.count("--check") > 0 && !sequence) throw UsageError("--check", "needs --frames");
+    exclude(app, "--check", "--overwrite");
+    if (a.movie) check_movie(app, a);
+    check_shutter(app, a);
+    if (app.count("--fps") > 0 && !sequence && !a.animation) throw UsageError("--fps", "needs --frames or --animation");
+    for (const auto& path : a.outputs) {
+        const int placeholders = count_placeholders(path);
+        if (placeholders > 1) throw UsageError(path.string(), "has {} placeholders for the frame number", placeholders);
+        if (sequence && placeholders == 0)
+            throw UsageError(path.string(), "has no placeholder for the frame number, such as #### or %04d");
+        if (!sequence && placeholders == 1)
+            throw UsageError(path.string(), "has a placeholder for the frame number, but --frames is missing");
+    }
+}
+
+std::vector<std::filesystem::path> output_files(const RenderArguments& a) {
+    if (a.frames.empty()) return a.outputs;
+    std::vector<std::filesystem::path> files;
+    for (const auto& pattern : a.outputs)
+        for (const std::uint32_t frame : a.frames) files.push_back(frame_path(pattern, frame));
+    return files;
+}
+
+}  // namespace halflight

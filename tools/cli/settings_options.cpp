@@ -1,0 +1,111 @@
+#include <algorithm>
+#include <cmath>
+
+#include "api/halflight/settings_file.h"
+#include "tools/cli/options.h"
+
+namespace halflight {
+namespace {
+
+/// Takes the size of the settings file. Where one side was given, the other follows from the file's aspect.
+template <class Given>
+void take_size(const ivec2& size, const Given& given, ViewArguments& a) {
+    const auto scaled = [](int side, int to, int from) {
+        return static_cast<int>(std::clamp(std::round(double(side) * to / from), 1.0, double{kMaxSide}));
+    };
+    const bool width = given("--width"), height = given("--height");
+    if (given("--size") || (width && height)) return;
+    a.width = height ? scaled(*a.height, size.x, size.y) : width ? *a.width : size.x;
+    a.height = width ? scaled(*a.width, size.y, size.x) : height ? *a.height : size.y;
+}
+
+/// Options that keep a setting of the file from being used, besides the setting's own.
+struct Override {
+    std::string_view setting;
+    const char* option;
+};
+constexpr Override kOverrides[] = {{"display", "--view"},  {"view", "--display"},  {"samples", "--time"},
+                                   {"samples", "--error"}, {"preview", "--error"}, {"preview", "--shutter"}};
+
+/// Takes what the file holds; what given(option) says was given takes precedence.
+template <class A, class Given>
+void take(const SavedSettings& s, const Given& given, A& a) {
+    if (!given("--camera") && !given("--look-from")) {
+        if (const auto* name = std::get_if<std::string>(&s.camera)) a.camera = *name;
+        if (const auto* pose = std::get_if<CameraPose>(&s.camera)) a.pose = *pose;
+    }
+    for (const Setting& setting : known_settings()) {
+        const auto overrides = [&](const Override& o) { return o.setting == setting.name && given(o.option); };
+        if (s.given.contains(setting.name) && !given(fmt::format("--{}", setting.name).c_str()) &&
+            std::ranges::none_of(kOverrides, overrides))
+            copy_setting(setting, s.settings, a.settings);
+    }
+    if (s.size) take_size(*s.size, given, a);
+    if (!given("--env")) a.environment = s.environment;
+    a.edits = s.edits;
+    if (s.moment) {
+        if (!given("--animation")) a.animation = s.moment->animation;
+        if (!given("--fps")) a.frame_rate = s.moment->rate;
+        if (!given("--frame") && !given("--frames")) a.settings.frame = s.moment->frame;
+    }
+}
+
+auto given_to(const CLI::App& app) {
+    return [&app](const char* option) {
+        const CLI::Option* known = app.get_option_no_throw(option);
+        return known && known->count() > 0;
+    };
+}
+
+template <class Given>
+void take_file(const Given& given, PreviewArguments& a) {
+    const auto file = a.settings_file.value_or(settings_file_of(a.scene));
+    std::error_code none;
+    if (!std::filesystem::exists(file, none)) return;
+    const SavedSettings settings = read_settings(file);
+    take(settings, given, a);
+    for (std::optional<int>* side : {&a.width, &a.height})
+        if (*side) *side = std::clamp(**side, kMinWindow, kMaxWindow);
+    a.bookmarks = settings.bookmarks;
+}
+
+}  // namespace
+
+void add_settings_option(Options& options, RenderArguments& a) {
+    options.group("Picture");
+    options.path(
+        "--settings", "FILE.json",
+        "settings file of `halflight view`: camera, lights, size, exposure, samples, preview modes, ...; other "
+        "options override it",
+        a.settings_file);
+}
+
+void take_size_options(const CLI::App& app, ViewArguments& a) {
+    if (app.count("--width") > 0) a.width = a.settings.width;
+    if (app.count("--height") > 0) a.height = a.settings.height;
+}
+
+void use_settings(const CLI::App& app, RenderArguments& a) {
+    const auto given = given_to(app);
+    SavedSettings saved = read_settings(*a.settings_file);
+    bool& temporal = saved.settings.preview.temporal;
+    if (temporal && !given("--preview")) {
+        if (!a.frames.empty() && given("--part"))
+            throw UsageError("--part",
+                             "{} holds the preview mode temporal, whose frames depend on all earlier frames; use "
+                             "--preview without temporal",
+                             a.settings_file->string());
+        temporal = !a.frames.empty();  // a single picture has no earlier frames
+    }
+    take(saved, given, a);
+}
+
+void use_settings(const CLI::App& app, PreviewArguments& a) {
+    take_file(given_to(app), a);
+}
+
+void take_settings(PreviewArguments& a) {
+    take_file([](const char*) { return false; }, a);
+}
+
+}  // namespace halflight
