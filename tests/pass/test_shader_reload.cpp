@@ -16,7 +16,7 @@ class ShaderReload : public RenderThreadTest {
   protected:
     /// Sets the environment before any threads exist that might read it; hence a program of its own.
     static void SetUpTestSuite() {
-        folder = new test::TemporaryFolder;
+        folder = new TemporaryFolder;
         setenv("HALFLIGHT_SHADERS", folder->path.c_str(), 1);
     }
     static void TearDownTestSuite() {
@@ -36,10 +36,10 @@ class ShaderReload : public RenderThreadTest {
         std::filesystem::rename(drafts / name, *folder / name);
     }
 
-    test::TemporaryFolder drafts;
-    static test::TemporaryFolder* folder;
+    TemporaryFolder drafts;
+    static TemporaryFolder* folder;
 };
-test::TemporaryFolder* ShaderReload::folder = nullptr;
+TemporaryFolder* ShaderReload::folder = nullptr;
 
 TEST_F(ShaderReload, ReloadsChangedShaders) {
     const RenderResult plain = expected(request(), 2);

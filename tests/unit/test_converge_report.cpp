@@ -160,7 +160,7 @@ TEST_F(ConvergeReport, AdviceFollowsTheStages) {
         EXPECT_EQ(lines.size(), 1u);
         return lines.at(0);
     };
-    EXPECT_NE(line().find("most for sky, which causes 90 % of the error and takes 20 %"), std::string::npos);
+    EXPECT_NE(line().find("most for sky, with 90 % of the error and 20 % of the time"), std::string::npos);
     EXPECT_NE(line().find("1.50 ± 0.10"), std::string::npos) << line();
     method.stages[0].gain = {0.9, 0.05};
     EXPECT_NE(line().find("does not pay off"), std::string::npos);

@@ -13,6 +13,7 @@
 #include "shaders/shared/rays.h"
 #include "tests/support/error_message.h"
 #include "tests/support/gpu_test.h"
+#include "tools/common/temporary_folder.h"
 
 namespace halflight::gpu {
 namespace {
@@ -403,7 +404,6 @@ TEST_F(ProgramTest, EverySharedHeaderIsGlsl) {
 TEST_F(ProgramTest, GlslWritesWhatCppReads) {
     const Program program = Program::compute({"layout", R"(
 #include "shaders/shared/rays.h"
-#include "tools/common/temporary_folder.h"
 layout(local_size_x = 1) in;
 layout(std430) buffer Rays { Ray rays[]; };
 layout(std430) buffer Hits { Hit hits[]; };

@@ -11,8 +11,6 @@
 namespace halflight {
 namespace {
 
-using test::TemporaryFolder;
-
 SavedSettings all_kinds() {
     SavedSettings s;
     CameraPose pose;

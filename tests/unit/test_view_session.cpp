@@ -159,7 +159,7 @@ TEST_F(ViewSession, AFailedOpenChangesNothing) {
     }
     EXPECT_EQ(session.saved(kSize).environment, EnvironmentChoice());
     // A scene whose settings name an unknown display.
-    test::TemporaryFolder folder;
+    TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
     test::write_text(settings_file_of(other), R"({"halflight_settings": 1, "display": "nobody's"})");
     EXPECT_NE(error_message([&] { session.open(session.opening(other)()); }).find("nobody's"), std::string::npos);
@@ -169,7 +169,7 @@ TEST_F(ViewSession, AFailedOpenChangesNothing) {
 }
 
 TEST_F(ViewSession, FilesAreReadOnAnyThreadAndOpenedLater) {
-    test::TemporaryFolder folder;
+    TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
     const Request before = session.request(kSize);
     const auto reading = session.opening(other);
@@ -195,7 +195,7 @@ TEST_F(ViewSession, FilesAreReadOnAnyThreadAndOpenedLater) {
 }
 
 TEST_F(ViewSession, FramesAreOfTheScenesRateUnlessOneIsGiven) {
-    test::TemporaryFolder folder;
+    TemporaryFolder folder;
     PreviewArguments a = cornell();
     a.scene = test::write_sliding_light(folder.path, 30);  // 2 s long
     a.animation = "slide";
@@ -219,7 +219,7 @@ TEST_F(ViewSession, SavesSizeAndModes) {
     EXPECT_FALSE(session.saved({0, 0}).size) << "of a window that is minimised";
 
     // A scene with settings replaces these; they stay where a scene has none.
-    test::TemporaryFolder folder;
+    TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
     session.open(session.opening(other)());
     EXPECT_EQ(session.modes, (PreviewModes{{.cache = true, .filter = true}, 2.5f}));
@@ -270,7 +270,7 @@ TEST(ViewTimeline, AnimationNamesAreUnambiguous) {
 
 /// Without a camera in the file, every frame has the view of 0 s, as in `render`.
 TEST(ViewTimeline, DefaultCamerasAreThoseOfTheReference) {
-    test::TemporaryFolder folder;
+    TemporaryFolder folder;
     const std::filesystem::path file = folder / "slide.gltf";
     test::write_text(file,
                      R"({"asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],

@@ -145,8 +145,8 @@ std::string stage_advice(const MethodResult& m) {
     for (const Stage& stage : m.stages) order.push_back(&stage);
     std::ranges::sort(order, std::ranges::greater(), [](const Stage* s) { return s->gain.value; });
     const Stage& s = *order.front();
-    const std::string which = fmt::format("{}, which causes {:.0f} % of the error and takes {:.0f} % of the time",
-                                          s.name, 100 * s.error_share, 100 * s.time_share);
+    const std::string which = fmt::format("{}, with {:.0f} % of the error and {:.0f} % of the time", s.name,
+                                          100 * s.error_share, 100 * s.time_share);
     if (s.gain.upper() <= 1)
         return fmt::format("more time for a single stage does not pay off. The best one is {}.", which);
     if ((order.size() < 2 || m.stage_lead.lower() > 0) && s.gain.lower() > 1)
