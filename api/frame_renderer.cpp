@@ -42,7 +42,7 @@ struct FrameRenderer::State {
     RayServerFactory ray_server;
     ColorConfig colors;
     std::shared_ptr<gpu::Context> context;
-    std::optional<GpuDeformer> deformer;  // of scenes that something deforms
+    std::optional<GpuDeformer> deformer;  // none where nothing deforms
     std::optional<DeformCounts> deformed;
     // The scene as it was uploaded last, and what renders it; without them the next picture makes new ones.
     std::unique_ptr<PreparedScene> prepared;
@@ -52,7 +52,7 @@ struct FrameRenderer::State {
     std::uint64_t uploaded = 0;               // LoadedScene::revision()
     std::uint64_t transforms = 0;             // LoadedScene::transform_revision()
     std::optional<Estimator> found;           // by the pilot
-    PictureHistory history;                   // of the frame rendered last, with RenderSettings::preview
+    PictureHistory history;                   // light of the last frame, for RenderSettings::preview
     std::optional<std::uint32_t> last_frame;  // rendered
     double load_seconds = 0;
     double reference_seconds = 0;  // preparation of the reference pose, counted with the next picture
@@ -103,8 +103,8 @@ struct FrameRenderer::State {
     RenderSettings renderer_settings(const FrameSettings& frame) const {
         RenderSettings s = settings;
         static_cast<FrameSettings&>(s) = frame;
-        s.camera = scene.chosen_camera().camera;  // that of the pilot
-        s.previous_surfaces = nullptr;            // of one picture alone
+        s.camera = scene.chosen_camera().camera;  // the pilot looks through it
+        s.previous_surfaces = nullptr;            // holds for one picture
         s.history = nullptr;
         s.radiance_cache = cache;
         s.want_view = s.want_view && shutter.open == 0;  // otherwise of the mean
@@ -248,7 +248,7 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     State& s = *state_;
     s.begin();
     s.load_seconds = 0;
-    if (s.deformer) s.deformer->take_statistics();  // of a frame that could not be made
+    if (s.deformer) s.deformer->take_statistics();  // left by a frame that has failed
     s.set_frame(frame);
     // Surfaces are known where they were one frame ago, and nowhere else.
     if (s.scene.surfaces_move() && s.last_frame != frame - 1) s.history.forget();

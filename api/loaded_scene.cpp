@@ -93,7 +93,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
         surfaces_move_ = file_->surfaces_move();
         scene_ = file_->at(0);
         files_ = file_->gltf().files();
-        if (playing_.empty()) file_.reset();  // with its copy of the images
+        if (playing_.empty()) file_.reset();  // frees its copy of the images
     } else {
         frame_rate_ = choice_.frame_rate.value_or(FrameRate());
         SceneFile file(choice_.scene, choice_.allow_outside);

@@ -13,6 +13,7 @@
 #include "engine/core/image_tools.h"
 #include "engine/io/files.h"
 #include "engine/io/png.h"
+#include "engine/settings/layers.h"
 
 namespace halflight {
 namespace {

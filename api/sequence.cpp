@@ -53,7 +53,7 @@ std::vector<std::uint32_t> frames_to_make(const SequenceOptions& o, const std::v
                                           bool temporal, const std::string& sequence, const Log& log) {
     std::vector<std::uint32_t> todo, damaged;
     const bool shown = !o.movie || wants(o, "png");
-    std::size_t not_shown = 0;  // of the whole ones
+    std::size_t not_shown = 0;  // whole frames without a .png
     for (const std::uint32_t frame : frames) {
         const std::string fingerprint = frame_fingerprint(sequence, frame);
         bool whole = true;
@@ -186,7 +186,7 @@ class FrameMaker {
     const Log& log_;
     std::string fingerprint_;
     FrameRenderer renderer_;
-    std::vector<std::string> told_biases_;  // of the frame before
+    std::vector<std::string> told_biases_;  // biases of the previous frame
 };
 
 /// Makes the frames of `todo`. A movie gets all frames in their order, also those that are there. Throws Stopped.

@@ -37,7 +37,7 @@ std::string shutter_text(const Shutter& shutter, const RenderSettings& settings)
 /// Vertices that a renderer deformed for a frame: by morph targets and skins.
 struct DeformCounts {
     std::size_t vertices = 0;
-    std::size_t vertices_on_cpu = 0;  // of these, vertices beyond the limits of the driver
+    std::size_t vertices_on_cpu = 0;  // vertices beyond the limits of the driver
     double seconds = 0;               // CPU clock
 };
 

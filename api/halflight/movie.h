@@ -1,4 +1,4 @@
-// Frames as a movie: what they look like through the view goes to an ffmpeg process, which encodes it.
+// Movies: frames through the view transform are sent to an ffmpeg process, which encodes them.
 #pragma once
 
 #include <cstdint>
@@ -15,32 +15,33 @@
 namespace halflight {
 
 struct MovieFormat {
-    ivec2 size{0};  // of the frames, pixels
+    ivec2 size{0};  // size of a frame, pixels
     FrameRate rate;
-    bool srgb = true;  // the display is one of sRGB, and players are told so
+    bool srgb = true;  // tags the movie as sRGB; set for sRGB displays
 };
 
-/// What ffmpeg is told to write `file`: H.264 of 4:2:0 for .mp4, ProRes 422 HQ for .mov, both by the matrix of BT.709.
-/// Sides that are odd, which neither can have, are one pixel longer.
+/// Returns the command line of ffmpeg that writes `file`: H.264 4:2:0 for .mp4, ProRes 422 HQ for .mov, both with the
+/// BT.709 matrix. Neither format allows odd sides: these become one pixel longer.
 std::vector<std::string> ffmpeg_arguments(const MovieFormat& format, const std::filesystem::path& file);
 
-/// RGB of 8 bits, top row first, even sides: the last column and row come twice where there would be an odd number.
+/// Returns a frame as 8-bit RGB, top row first. The last column and row are repeated where a side is odd.
 /// `view`: display-encoded, [0,1], 3 or 4 channels.
 std::vector<std::uint8_t> movie_frame(const Image& view);
 
-/// A movie that is being made.
+/// A movie that is being written. Owns the ffmpeg process.
 class Movie {
   public:
-    /// Starts the ffmpeg that PATH has; it writes `file`. Errors are about `subject`. Throws Error where there is none.
+    /// Starts the ffmpeg of PATH, which writes `file`. Throws Error, with `subject` as its subject, where there is
+    /// none.
     Movie(const std::filesystem::path& file, std::string subject, const MovieFormat& format);
     Movie(const Movie&) = delete;
     Movie& operator=(const Movie&) = delete;
-    ~Movie();  ///< ends ffmpeg where finish() has not; then the file is not whole
+    ~Movie();  ///< ends ffmpeg unless finish() has; the file is then incomplete
 
-    /// The next frame. That ffmpeg takes no more is told by failed() and finish().
+    /// Sends the next frame. Where ffmpeg has ended early, failed() returns true and finish() throws.
     void add(const Image& view);
     bool failed() const { return failed_; }
-    /// Waits until the file is whole. Throws Error with ffmpeg's last line where it is not.
+    /// Waits until the file is complete. Throws Error with the last line of ffmpeg where it fails.
     void finish();
 
   private:

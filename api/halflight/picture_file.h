@@ -25,7 +25,7 @@ struct OutputOptions {
 /// What a file tells beside its pixels.
 struct PictureInfo {
     Camera camera;
-    LinearSpace working_space;  // of the colour layers that are written; variances stay linear Rec.709
+    LinearSpace working_space;  // space of the colour layers; variances stay linear Rec.709
     bool half = false;          // writes beauty as half floats; other layers have types of their own
     std::string comments;
     std::string filter;         // pixel filter
@@ -33,7 +33,7 @@ struct PictureInfo {
     std::string bias;           // why the picture would not converge to the light of the scene; empty where it would
     std::string error;          // estimated error, in words; empty where it is not known
     bool reproducible = false;  // without the date
-    // Of frames of sequences:
+    // Frames of sequences only:
     std::optional<FrameRate> frame_rate{};
     std::uint32_t frame = 0;
     std::string fingerprint{};  // fingerprint.h

@@ -29,7 +29,7 @@ struct SequenceOptions {
 
 /// Calls during render_sequence(). All may be empty; they must not throw.
 struct SequenceEvents {
-    std::function<void(std::size_t frames)> started{};  // with the number of frames to make
+    std::function<void(std::size_t frames)> started{};  // gets the number of frames to make
     std::function<bool(std::uint32_t frame, const RenderProgress& progress)> progress{};  // false stops
     std::function<bool()> go_on{};  // before each frame, and while a pilot runs; false stops
     std::function<void(std::uint32_t frame, std::size_t made, std::size_t failed)> made{};
@@ -39,11 +39,11 @@ struct SequenceEvents {
 
 /// What became of a sequence.
 struct SequenceTally {
-    std::size_t frames = 0;  // of the part
+    std::size_t frames = 0;  // frames of the part
     std::size_t kept = 0;    // were there already
     std::size_t made = 0;
     std::vector<std::uint32_t> failed{};
-    std::string reason{};                       // of the first failure
+    std::string reason{};                       // why the first of them failed
     std::optional<std::uint32_t> stopped_in{};  // frame in which a callback has stopped the sequence
 };
 

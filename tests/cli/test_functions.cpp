@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "api/halflight/camera.h"
-#include "tools/cli/console.h"
 #include "api/halflight/frame_names.h"
+#include "tools/cli/console.h"
 #include "tools/halflight/progress.h"
 
 namespace halflight {
@@ -57,10 +57,7 @@ TEST(PictureSize, MissingSizesFollowFromTheCamera) {
     Camera square;
     square.aspect = 1;
     const auto size = [](std::optional<int> width, std::optional<int> height, const Camera& camera) {
-        RenderArguments arguments;
-        arguments.width = width;
-        arguments.height = height;
-        return picture_size(arguments, camera);
+        return picture_size(width, height, 1280, camera);
     };
     EXPECT_EQ(size({}, {}, {}), ivec2(1280, 720));
     EXPECT_EQ(size({}, {}, square), ivec2(1280, 1280));

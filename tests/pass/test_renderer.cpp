@@ -128,6 +128,21 @@ TEST_F(RendererTest, EachBandHasItsOwnTrials) {
     EXPECT_EQ(shadow(few.render()).state_bytes, 0u);
 }
 
+TEST_F(RendererTest, AFailedUpdateRejectsFurtherUse) {
+    Scene broken = scene;
+    broken.instances[0].mesh = 99;
+    Renderer own(context, scene, colors, banded(Culling::off));
+    EXPECT_THROW(own.update(broken), Error);
+    EXPECT_NE(error_message([&] { own.render(); }).find("its update has failed"), std::string::npos);
+    EXPECT_THROW(own.update(scene), Error);
+
+    Renderer shared(prepared, colors, banded(Culling::off));
+    EXPECT_THROW(prepared.update(broken), Error);
+    EXPECT_NE(error_message([&] { shared.render(); }).find("its update has failed"), std::string::npos);
+    EXPECT_THROW(prepared.update(scene), Error);
+    EXPECT_THROW(Renderer(prepared, colors, banded(Culling::off)), Error);
+}
+
 TEST_F(RendererTest, RasterCullingNeedsAPreparedScene) {
     PreparedScene bare(context, scene, {.raster_culling = false});
     EXPECT_EQ(error_message([&] { Renderer(bare, colors, banded(Culling::raster)); }),

@@ -97,7 +97,7 @@ bool is_source(const fs::path& path) {
 TEST(Layers, EveryIncludePointsDown) {
     const fs::path root = HALFLIGHT_SOURCE_DIR;
     int files = 0;
-    for (const char* folder : {"engine", "passes", "renderer", "shaders", "tools", "tests"}) {
+    for (const char* folder : {"engine", "passes", "renderer", "api", "shaders", "tools", "tests"}) {
         for (const auto& entry : fs::recursive_directory_iterator(root / folder)) {
             if (!entry.is_regular_file() || !is_source(entry.path())) continue;
             const std::string path = fs::relative(entry.path(), root).string();

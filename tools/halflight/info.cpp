@@ -126,7 +126,7 @@ Json left_out_facts(const InfoArguments& a, const Scene& scene) {
     return list;
 }
 
-/// Of the picture that is asked for, by the light that it would have.
+/// Returns the facts of the scene, with the light that the picture would have.
 Json facts_of(const InfoArguments& a, Scene& scene, bool moves) {
     Environment own = scene.environment;
     set_environment(scene, a.picture.environment, Log());  // its warnings are in the facts

@@ -14,7 +14,7 @@
 namespace halflight {
 namespace {
 
-constexpr double kSecondsPerBar = 0.1;  // as fast as an eye can read
+constexpr double kSecondsPerBar = 0.1;  // readable
 
 bool is_terminal(std::FILE* stream) {
     const char* term = std::getenv("TERM");
@@ -26,7 +26,7 @@ int columns(std::FILE* stream) {
     return ioctl(fileno(stream), TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-/// Of the work, [0, 1].
+/// Returns the share of the work that is done, [0, 1].
 double fraction(const RenderProgress& progress, double time_limit) {
     const double samples = static_cast<double>(progress.samples_done) / std::max(progress.samples_total, 1);
     return std::clamp(time_limit > 0 ? std::max(samples, progress.seconds / time_limit) : samples, 0.0, 1.0);

@@ -1,0 +1,95 @@
+// Tests what only the library interface offers: ray servers of callers, and renderers that share scenes and contexts.
+#include <gtest/gtest.h>
+
+#include "api/halflight/ray_server.h"
+#include "engine/rays/rays.h"
+#include "tests/pass/renders.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight::test {
+namespace {
+
+/// Serves batches by the plain tracer, and counts them.
+class CountingServer final : public rays::BatchServer {
+  public:
+    graph::BufferHandle add(graph::Graph& graph, const rays::TraceScene& scene, const rays::RayBatch& batch,
+                            graph::BufferHandle results, bool any_hit) override {
+        ++batches;
+        return any_hit ? rays::any_hit(graph, scene, batch, results) : rays::closest_hit(graph, scene, batch, results);
+    }
+    int batches = 0;
+};
+
+class ApiTest : public testing::Test {
+  protected:
+    static LoadedScene cornell() { return LoadedScene({.scene = HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb"}); }
+    RenderSettings settings() const {
+        RenderSettings s;
+        s.width = 24, s.height = 16, s.samples = 2;
+        s.aovs = {"albedo"};
+        return s;
+    }
+    RendererOptions options() const {
+        RendererOptions o;
+        o.context = context;
+        return o;
+    }
+
+    std::shared_ptr<gpu::Context> context = std::make_shared<gpu::Context>(test_context());
+};
+
+TEST_F(ApiTest, RayServersOfCallersServeAllBatches) {
+    LoadedScene scene = cornell();
+    RenderSettings plain = settings();
+    plain.culling = rays::Culling::off;
+    const RenderResult expected = FrameRenderer(scene, plain, options()).render();
+
+    const auto server = std::make_shared<CountingServer>();
+    RendererOptions served = options();
+    served.ray_server = [&](const rays::TraceScene&) { return server; };
+    const RenderResult result = FrameRenderer(scene, settings(), served).render();
+    EXPECT_TRUE(same_bits(result.beauty, expected.beauty));
+    EXPECT_GT(server->batches, 2);
+    for (const rays::BatchStatistics& batch : result.stats.batches) EXPECT_STREQ(name(batch.way), "other");
+}
+
+TEST_F(ApiTest, RenderersShareScenesAndEditsHold) {
+    LoadedScene scene = cornell();
+    FrameRenderer one(scene, settings(), options()), other(scene, settings());  // with a context of its own
+    const Image before = one.render().beauty;
+    EXPECT_TRUE(same_bits(other.render().beauty, before));
+
+    SceneEdits edits;
+    edits.emission = 2;
+    edits.transforms[0] = scene.scene().instances[0].object_to_world;
+    edits.transforms[0][3].y += 0.25;
+    scene.edit(edits);
+    const Image edited = one.render().beauty;
+    EXPECT_FALSE(same_bits(edited, before));
+    EXPECT_TRUE(same_bits(other.render().beauty, edited));
+    EXPECT_TRUE(same_bits(FrameRenderer(scene, settings(), options()).render().beauty, edited));
+
+    SceneEdits wrong = edits;
+    wrong.transforms[1000] = dmat4(1);
+    EXPECT_THROW(scene.edit(wrong), Error);
+    EXPECT_EQ(scene.edits(), edits);
+    scene.edit({});
+    EXPECT_TRUE(same_bits(one.render().beauty, before));
+    EXPECT_TRUE(same_bits(other.render().beauty, before));
+}
+
+TEST_F(ApiTest, OpenEstimatorsAreRefusedUntilTheyAreFound) {
+    LoadedScene scene = cornell();
+    RenderSettings open = settings();
+    open.estimator.camera = CameraRays::automatic;
+    FrameRenderer renderer(scene, open, options());
+    EXPECT_THROW(renderer.render(), Error);
+    EXPECT_FALSE(renderer.find_estimator([](double) { return false; }));
+    const std::optional<Estimator> found = renderer.find_estimator();
+    ASSERT_TRUE(found);
+    EXPECT_FALSE(leaves_open(*found));
+    EXPECT_EQ(renderer.render().stats.estimator.camera, found->camera);
+}
+
+}  // namespace
+}  // namespace halflight::test
