@@ -18,7 +18,7 @@ void Renderer::State::add_sample(const FrameSettings& frame, const Band& where, 
         add_sample(frame, cached_view(frame, where, first, index, settings.estimator.sampler), with, *with.cached);
     } else {
         if (cached > 0 && done == cached) {
-            in_flight->drain();
+            in_flight->wait();
             with.mattes->clear();
         }
         const auto index = static_cast<std::uint32_t>(frame.first_sample + done - cached);
@@ -39,7 +39,7 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
     const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
     sample.sums = {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares), buffer(a.features)};
     in_flight->push(with.mattes->empty() ? nullptr : &executor.buffer(sample.frame.gbuffer.hits), with.mattes.get());
-    if (frame.time_limit > 0) in_flight->drain();  // its time decides about the next one
+    if (frame.time_limit > 0) in_flight->wait();  // its time decides about the next one
     scene.context().check("rendering");
 }
 

@@ -35,8 +35,12 @@ void SampleQueue::push(const gpu::Buffer* hits, Mattes* mattes) {
     if (++uncounted_ >= most_uncounted_) read_bad_values();
 }
 
-void SampleQueue::drain() {
+void SampleQueue::wait() {
     for (std::size_t i = 0; i < kInFlight; ++i) retire(slots_[(next_ + i) % kInFlight]);
+}
+
+void SampleQueue::drain() {
+    wait();
     if (uncounted_ > 0) read_bad_values();
 }
 

@@ -29,7 +29,9 @@ class SampleQueue {
     /// sample's camera rays are copied and later added to `mattes`; null: there are none. Throws Error if waiting
     /// fails.
     void push(const gpu::Buffer* hits, Mattes* mattes);
-    /// Waits for all samples: their hits are then in the mattes and their bad values in counted().
+    /// Waits for all samples; their hits are then in the mattes.
+    void wait();
+    /// Waits for all samples and reads their bad values, which are then in counted().
     void drain();
     /// Forgets all samples and counts, before another picture.
     void reset();

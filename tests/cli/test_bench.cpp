@@ -135,11 +135,11 @@ TEST(Bench, ChecksFilesBeforeMeasuring) {
 
 TEST(Bench, ExplainsInvalidOptions) {
     const std::pair<std::vector<std::string>, std::string> cases[] = {
-        {{"--clock", "sun"}, "--clock: wants one of wall, cpu, not 'sun'"},
-        {{"--nodes", "x"}, "--nodes: wants one of auto, grid, float, not 'x'"},
+        {{"--clock", "sun"}, "--clock: expects one of wall, cpu, not 'sun'"},
+        {{"--nodes", "x"}, "--nodes: expects one of auto, grid, float, not 'x'"},
         {{"--frames", "--variants", "off,none"},
-         "--variants: wants one of naive, off, compute, fresh, auto, raster, not 'none'"},
-        {{"--turns", "many"}, "--turns: wants a whole number from 1 to 10000, not 'many'"}};
+         "--variants: expects one of naive, off, compute, fresh, auto, raster, not 'none'"},
+        {{"--turns", "many"}, "--turns: expects a whole number from 1 to 10000, not 'many'"}};
     for (auto [arguments, message] : cases) {
         arguments.insert(arguments.begin(), {"--scene", kCornell});
         const Outcome outcome = run_bench(arguments);

@@ -210,8 +210,8 @@ TEST_F(Compare, IncompatiblePicturesAreAnError) {
     expect_error({a, folder.path}, 4, folder.path.string());
     expect_error({a}, 4, "REFERENCE: is missing");
     expect_error({a, a, "--metric", "psnr"}, 4, "--metric: there is no metric 'psnr'");
-    expect_error({a, a, "--fail", "-1"}, 4, "--fail: wants a number");
-    expect_error({a, a, "--ppd", "nan"}, 4, "--ppd: wants a number");
+    expect_error({a, a, "--fail", "-1"}, 4, "--fail: expects a number");
+    expect_error({a, a, "--ppd", "nan"}, 4, "--ppd: expects a number");
     expect_error({a, a, "--map", folder / "map.jpg"}, 4, "--map: is an .exr or a .png");
     expect_error({a, a, "--map", folder / "no/map.png"}, 4, "no/map.png: ");
     const std::string before = read_file(a, 1 << 20);

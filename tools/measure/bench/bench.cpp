@@ -84,7 +84,7 @@ FrameReport measure_scene_frames(const BenchArguments& arguments, const std::str
 CLI::Validator one_of(const std::vector<std::string>& names) {
     return {[names](std::string& text) {
                 if (std::ranges::find(names, text) != names.end()) return std::string();
-                return fmt::format("wants one of {}, not '{}'", fmt::join(names, ", "), text);
+                return fmt::format("expects one of {}, not '{}'", fmt::join(names, ", "), text);
             },
             fmt::format("{{{}}}", fmt::join(names, ","))};
 }
@@ -93,7 +93,7 @@ CLI::Validator whole_number(int least, int greatest) {
     return {[=](std::string& text) {
                 int value = 0;
                 if (CLI::detail::lexical_cast(text, value) && value >= least && value <= greatest) return std::string();
-                return fmt::format("wants a whole number from {} to {}, not '{}'", least, greatest, text);
+                return fmt::format("expects a whole number from {} to {}, not '{}'", least, greatest, text);
             },
             fmt::format("{} to {}", least, greatest)};
 }

@@ -32,7 +32,7 @@ double number(const std::string& text, double lower) {
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc() || end != text.data() + text.size() || !(value >= lower) || std::isinf(value))
-        throw CLI::ValidationError(fmt::format("wants a number from {} on, not '{}'", lower, text));
+        throw CLI::ValidationError(fmt::format("expects a number from {} on, not '{}'", lower, text));
     return value;
 }
 
@@ -68,27 +68,29 @@ void add_options(CLI::App& app, CompareArguments& a) {
     };
     app.add_option("IMAGE", a.image, "picture: .exr, .png or .hdr")->type_name("")->required();
     app.add_option("REFERENCE", a.reference, "picture to compare with")->type_name("")->required();
-    value("--metric", "NAME,...", "mse, relmse, flip, max; by default all but max", [&](const std::string& text) {
-        a.metrics.clear();
-        for (const std::string& part : parts(text)) {
-            const Metric metric = metric_named(part);
-            if (std::ranges::find(a.metrics, metric) == a.metrics.end()) a.metrics.push_back(metric);
-        }
-    });
+    value("--metric", "NAME,...", "error metrics: mse, relmse, flip, max (default: all but max)",
+          [&](const std::string& text) {
+              a.metrics.clear();
+              for (const std::string& part : parts(text)) {
+                  const Metric metric = metric_named(part);
+                  if (std::ranges::find(a.metrics, metric) == a.metrics.end()) a.metrics.push_back(metric);
+              }
+          });
     const char* const kThreshold = "X|METRIC=X,...";
-    value("--warn", kThreshold, "above this, exit with 1", [&](const std::string& text) { a.warn = thresholds(text); });
-    value("--fail", kThreshold, "above this, exit with 2 (default, without --warn: 0)",
+    value("--warn", kThreshold, "threshold above which the exit status is 1",
+          [&](const std::string& text) { a.warn = thresholds(text); });
+    value("--fail", kThreshold, "threshold above which the exit status is 2 (default: 0 without --warn)",
           [&](const std::string& text) { a.fail = thresholds(text); });
-    value("--layer", "NAME,...", "these layers only, by the names that the table shows",
+    value("--layer", "NAME,...", "compares only these layers, by the names in the table",
           [&](const std::string& text) { a.layers = parts(text); });
-    value("--ppd", "N", "pixels per degree of sight, for FLIP (default 67)",
+    value("--ppd", "N", "pixels per degree of visual angle, for FLIP (default 67)",
           [&](const std::string& text) { a.pixels_per_degree = number(text, 1); });
-    value("--map", "FILE", "where they differ: .exr with all maps, or .png of the first layer's FLIP",
+    value("--map", "FILE", "writes error maps: all of them as .exr, or the FLIP map of the first layer as .png",
           [&](const std::string& text) {
               a.map = text;
               if (!is_map(text)) throw CLI::ValidationError("is an .exr or a .png, not '" + text + "'");
           });
-    app.add_flag("--json", a.json, "figures as JSON instead of a table");
+    app.add_flag("--json", a.json, "prints JSON instead of a table");
     app.footer(
         "Exit status: 0 the same or within the thresholds, 1 above --warn, 2 above --fail, layers missing,\n"
         "ids or non-finite pixels that differ, 3 sizes differ, 4 files or arguments that cannot be used.");

@@ -1,0 +1,220 @@
+// Values of settings as text: for each type its kind, its accepted names, its text, and the inverse of the text. Part
+// of settings_table.cpp.
+#pragma once
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <charconv>
+#include <optional>
+#include <string>
+#include <type_traits>
+#include <vector>
+
+#include "engine/core/error.h"
+#include "engine/settings/layers.h"
+#include "engine/settings/settings_table.h"
+
+namespace halflight::setting_values {
+
+inline constexpr const char* kNone = "none";
+inline constexpr rays::Culling kCullings[] = {rays::Culling::automatic, rays::Culling::compute, rays::Culling::raster,
+                                              rays::Culling::off};
+inline constexpr PrimaryVisibility kPrimaries[] = {PrimaryVisibility::automatic, PrimaryVisibility::raster,
+                                                   PrimaryVisibility::traced};
+inline constexpr PixelFilter::Shape kFilters[] = {PixelFilter::Shape::box, PixelFilter::Shape::blackman_harris};
+
+/// Returns the names in a list that commas or newlines separate.
+inline std::vector<std::string> split(const std::string& list) {
+    std::vector<std::string> names;
+    for (std::size_t from = 0, to = 0; from <= list.size(); from = to + 1) {
+        to = std::min(list.find_first_of(",\n", from), list.size());
+        names.push_back(list.substr(from, to - from));
+    }
+    return names;
+}
+
+template <class Enum, std::size_t N>
+std::string names_of(const Enum (&choices)[N]) {
+    std::vector<std::string> names;
+    for (const Enum choice : choices) names.emplace_back(name(choice));
+    return fmt::format("{}", fmt::join(names, ", "));
+}
+
+template <class Enum, std::size_t N>
+std::string parse_name(const Enum (&choices)[N], const std::string& text, Enum& value) {
+    for (const Enum choice : choices)
+        if (text == name(choice)) return value = choice, "";
+    return fmt::format("expects one of {}, not '{}'", names_of(choices), text);
+}
+
+/// type: kind of the value. names(): accepted names, empty for numbers and free text. text(): the value as text.
+/// parse(): sets the value; returns what is wrong with the text, empty where the value was set.
+template <class T>
+struct Value;
+
+template <class T>
+requires(std::is_arithmetic_v<T> && !std::is_same_v<T, bool>) struct Value<T> {
+    using Parsed = std::conditional_t<std::is_floating_point_v<T>, double, T>;
+    static constexpr Setting::Type type = std::is_floating_point_v<T> ? Setting::Type::number : Setting::Type::whole;
+    static std::string names() { return ""; }
+    static std::string text(T value) { return fmt::format("{}", value); }
+    static std::string parse(const Setting& s, const std::string& text, T& value) {
+        Parsed parsed{};
+        const char* const end = text.data() + text.size();
+        const auto [at, error] = std::from_chars(text.data(), end, parsed);
+        const bool in_range =
+            (parsed >= Parsed(s.lower) && parsed <= Parsed(s.upper)) || (s.zero && parsed == Parsed(0));
+        if (error != std::errc() || at != end || !in_range)
+            return fmt::format("expects {}a {} from {} to {}, not '{}'", s.zero ? "0 or " : "",
+                               type == Setting::Type::whole ? "whole number" : "number", s.lower, s.upper, text);
+        value = static_cast<T>(parsed);
+        return "";
+    }
+};
+
+template <>
+struct Value<bool> {
+    static constexpr Setting::Type type = Setting::Type::flag;
+    static std::string names() { return ""; }
+    static std::string text(bool value) { return value ? "yes" : "no"; }
+    static std::string parse(const Setting&, const std::string& text, bool& value) {
+        if (text != "yes" && text != "no") return fmt::format("expects yes or no, not '{}'", text);
+        value = text == "yes";
+        return "";
+    }
+};
+
+template <>
+struct Value<std::string> {
+    static constexpr Setting::Type type = Setting::Type::text;
+    static std::string names() { return ""; }
+    static std::string text(const std::string& value) { return value; }
+    static std::string parse(const Setting&, const std::string& text, std::string& value) { return value = text, ""; }
+};
+
+template <class Enum, const auto& kChoices>
+struct Choice {
+    static constexpr Setting::Type type = Setting::Type::text;
+    static std::string names() { return names_of(kChoices); }
+    static std::string text(Enum value) { return name(value); }
+    static std::string parse(const Setting&, const std::string& text, Enum& value) {
+        return parse_name(kChoices, text, value);
+    }
+};
+template <>
+struct Value<rays::Culling> : Choice<rays::Culling, kCullings> {};
+template <>
+struct Value<PrimaryVisibility> : Choice<PrimaryVisibility, kPrimaries> {};
+
+/// A filter by the name of its shape, which also sets the usual radius.
+template <>
+struct Value<PixelFilter> {
+    static constexpr Setting::Type type = Setting::Type::text;
+    static std::string names() { return names_of(kFilters); }
+    static std::string text(const PixelFilter& filter) { return name(filter.shape); }
+    static std::string parse(const Setting&, const std::string& text, PixelFilter& filter) {
+        const std::string problem = parse_name(kFilters, text, filter.shape);
+        if (problem.empty()) filter.radius = usual_radius(filter.shape);
+        return problem;
+    }
+};
+
+/// An error and its metric: "0.01" or "0.01 mse".
+template <>
+struct Value<std::optional<ErrorTarget>> {
+    static constexpr Setting::Type type = Setting::Type::number;
+    static std::string names() { return ""; }
+    static std::string text(const std::optional<ErrorTarget>& target) {
+        return target ? fmt::format("{} {}", target->error, name(target->metric)) : kNone;
+    }
+    static std::string parse(const Setting& s, const std::string& text, std::optional<ErrorTarget>& target) {
+        ErrorTarget parsed;
+        const std::size_t space = std::min(text.find(' '), text.size());
+        if (text == kNone) return target.reset(), "";
+        std::string problem = Value<double>::parse(s, text.substr(0, space), parsed.error);
+        constexpr ErrorMetric kMetrics[] = {ErrorMetric::relmse, ErrorMetric::mse};
+        if (problem.empty() && space < text.size())
+            problem = parse_name(kMetrics, text.substr(space + 1), parsed.metric);
+        if (problem.empty()) target = parsed;
+        return problem;
+    }
+};
+
+/// Sets the value to f(text); returns the message of its Error.
+template <class T, class F>
+std::string parse_by(const F& f, const std::string& text, T& value) {
+    try {
+        value = f(text);
+    } catch (const Error& error) {
+        return error.what();
+    }
+    return "";
+}
+
+template <>
+struct Value<Estimator> {
+    static constexpr Setting::Type type = Setting::Type::text;
+    static std::string names() { return known_estimators(); }
+    static std::string text(const Estimator& estimator) { return halflight::text(estimator); }
+    static std::string parse(const Setting&, const std::string& text, Estimator& value) {
+        return parse_by(estimator_named, text, value);
+    }
+};
+
+template <>
+struct Value<Preview> {
+    static constexpr Setting::Type type = Setting::Type::text;
+    static std::string names() { return fmt::format("{}, {}", kNone, known_previews()); }
+    static std::string text(const Preview& preview) { return halflight::text(preview); }
+    static std::string parse(const Setting&, const std::string& text, Preview& value) {
+        return parse_by(preview_named, text, value);
+    }
+};
+
+/// Names of layers; "all" stands for those that are not for debugging.
+template <>
+struct Value<std::vector<std::string>> {
+    static constexpr Setting::Type type = Setting::Type::list;
+    static std::string names() {
+        std::string names = "none, all";
+        for (const AovInfo& aov : known_aovs())
+            names.append(", ").append(aov.name).append(aov.debug() ? " (not part of all)" : "");
+        return names;
+    }
+    static std::string text(const std::vector<std::string>& names) {
+        return names.empty() ? kNone : fmt::format("{}", fmt::join(names, ","));
+    }
+    static std::string parse(const Setting&, const std::string& text, std::vector<std::string>& value) {
+        std::vector<std::string> layers;
+        if (text == kNone) return value.clear(), "";
+        for (const std::string& wanted : split(text)) {
+            if (wanted != "all" && !find_aov(wanted))
+                return fmt::format("has no layer '{}'; known layers are: {}", wanted, names());
+            for (const AovInfo& aov : known_aovs())
+                if ((aov.name == wanted || (wanted == "all" && !aov.debug())) &&
+                    std::ranges::find(layers, aov.name) == layers.end())
+                    layers.emplace_back(aov.name);
+        }
+        value = std::move(layers);
+        return "";
+    }
+};
+
+/// Names of parts. They are not checked, since renderer/needs.h knows them.
+template <>
+struct Value<Kept> {
+    static constexpr Setting::Type type = Setting::Type::list;
+    static std::string names() { return ""; }
+    static std::string text(const Kept& kept) { return kept.text(); }
+    static std::string parse(const Setting&, const std::string& text, Kept& value) {
+        const std::vector<std::string> names = split(text);
+        value = text == Kept::everything().text() ? Kept::everything()
+                : text == Kept().text()           ? Kept()
+                                                  : Kept({names.begin(), names.end()});
+        return "";
+    }
+};
+
+}  // namespace halflight::setting_values
