@@ -11,7 +11,8 @@
 namespace halflight {
 namespace {
 
-/// Channels of an EXR file to take as R, G, B: those names, bare or of the first layer that has them, else luminance.
+/// Returns the channels to read as R, G, B: channels of these names, bare or of the first layer that has them, else
+/// luminance.
 std::vector<std::string> colour_channels(const std::string& subject, const ExrFile& file) {
     std::vector<std::string> others;
     if (file.find("R") && file.find("G") && file.find("B")) return {"R", "G", "B"};
@@ -29,7 +30,7 @@ std::vector<std::string> colour_channels(const std::string& subject, const ExrFi
                 others.empty() ? "none" : fmt::format("{}", fmt::join(others, ", ")));
 }
 
-/// NaN and negative to 0, infinity to the largest finite value. Returns the number of texels that had one.
+/// Replaces NaN and negative values by 0, and infinity by the largest finite value. Returns the number of such texels.
 std::size_t repair(Image& map) {
     float largest = 0;
     for (float v : map.pixels)
@@ -48,13 +49,13 @@ std::size_t repair(Image& map) {
     return repaired;
 }
 
-/// To linear Rec.709; colours outside it are cut off at its boundary.
+/// Converts to linear Rec.709. Colours outside its gamut are clipped.
 void convert(const std::string& subject, Image& map, const Chromaticities& from) {
     const dmat3 matrix = rgb_conversion(from, kRec709);
     for (int i = 0; i < 3; ++i)
         if (!all_finite(vec3(matrix[i]))) throw Error(subject, "is damaged: its chromaticities span no colours");
     for (std::size_t i = 0; i < map.pixels.size(); i += 3) {
-        // In double, where no product of floats overflows: infinities of both signs would make a NaN.
+        // Products of floats cannot overflow in double; infinities of both signs would make a NaN.
         const dvec3 colour = matrix * dvec3(map.pixels[i], map.pixels[i + 1], map.pixels[i + 2]);
         for (std::size_t c = 0; c < 3; ++c)
             map.pixels[i + c] = static_cast<float>(
@@ -62,7 +63,7 @@ void convert(const std::string& subject, Image& map, const Chromaticities& from)
     }
 }
 
-/// Chromaticities are stored as floats and often rounded to four digits.
+/// Compares chromaticities, which files store as floats and often round to four digits.
 bool same(const Chromaticities& a, const Chromaticities& b) {
     const auto near = [](const glm::dvec2& p, const glm::dvec2& q) { return glm::distance(p, q) < 1e-3; };
     return near(a.red, b.red) && near(a.green, b.green) && near(a.blue, b.blue) && near(a.white, b.white);

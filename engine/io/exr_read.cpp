@@ -22,8 +22,8 @@
 namespace halflight {
 namespace {
 
-/// Walks over the attributes of all headers (OpenEXR file layout: name\0 type\0 size value) before OpenEXR does,
-/// because it allocates what a damaged header asks for.
+/// Checks the attributes of all headers (OpenEXR file layout: name\0 type\0 size value) before OpenEXR reads them,
+/// because OpenEXR allocates any size that a damaged header claims.
 class HeaderGuard {
   public:
     HeaderGuard(const std::string& subject, std::string_view bytes, const ExrLimits& limits)
@@ -57,7 +57,7 @@ class HeaderGuard {
             const std::uint32_t size = read_uint32();
             if (size > bytes_.size() - position_) fail();
             const std::size_t end = position_ + size;
-            // OpenEXR reads these types by their contents and trusts the size of the others: both must lead to `end`.
+            // OpenEXR parses the content of these types and trusts the size of others. Both must end at `end`.
             const auto fixed = std::find_if(std::begin(kFixedSizes), std::end(kFixedSizes),
                                             [&](const auto& known) { return known.first == type; });
             if (fixed != std::end(kFixedSizes) && fixed->second != size) fail();
@@ -179,7 +179,7 @@ void read_pixels(Imf::MultiPartInputFile& file, ExrFile& result) {
     const Imf::Header& header = part.header();
     const Imath::Box2i window = header.dataWindow();
     const auto width = static_cast<std::size_t>(result.width);
-    // Whole rows of tiles, so that none is decoded twice; 64 rows keep all threads busy with blocks of 16.
+    // Reads whole rows of tiles, so that no tile is decoded twice. 64 rows keep all threads busy with blocks of 16.
     int band = 64;
     if (header.hasTileDescription()) band = std::max(band, static_cast<int>(header.tileDescription().ySize));
     for (int done = 0; done < result.height; done += band) {

@@ -29,7 +29,8 @@ half to_half(float value) {
     return half(std::clamp(value, -float(HALF_MAX), float(HALF_MAX)));  // a NaN stays one
 }
 
-/// Column vectors to row vectors is a transpose, and so is GLM's column-major storage to Imath's row-major one.
+/// Converts a matrix. Column vectors to row vectors is a transpose, and GLM's column-major to Imath's row-major storage
+/// is another one.
 Imath::M44f row_vector_form(const dmat4& m) {
     Imath::M44f result;
     for (int i = 0; i < 4; ++i)
@@ -78,10 +79,10 @@ void check_layers(const std::string& subject, std::span<const ExrLayerView> laye
     if (twice != names.end()) throw Error(subject, "channel {} comes twice", *twice);
 }
 
-/// Rows that are made ready for the file at once, whole blocks of the compression.
+/// Number of rows that are converted at once: whole blocks of the compression.
 constexpr int kRows = 256;
 
-/// Rows of a layer as the file wants them, where they are not so in the image.
+/// Converts rows of a layer to the types of the file, where the image differs.
 class Rows {
   public:
     explicit Rows(const ExrLayerView& layer) : layer_(layer) {}
@@ -122,7 +123,7 @@ class Rows {
     std::vector<half> halves_;
 };
 
-/// N of N, or of N 1000/1001, frames a second; none of other rates.
+/// Returns N for N, or N 1000/1001, frames per second; none for other rates.
 std::optional<std::uint32_t> nominal_rate(const FrameRate& rate) {
     for (const std::int64_t slower : {1000, 1001}) {
         const std::int64_t numerator = rate.numerator * slower, denominator = rate.denominator * std::int64_t{1000};

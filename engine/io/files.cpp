@@ -39,7 +39,7 @@ class Descriptor {
     int fd_;
 };
 
-/// Removes its file unless told to keep it. Its lock tells others that somebody is writing.
+/// A temporary file that is removed unless kept. Its lock shows other processes that it is being written.
 struct Temporary {
     Temporary(fs::path p, Descriptor d) : path(std::move(p)), lock(std::move(d)) {}
     Temporary(Temporary&& other) noexcept : path(std::exchange(other.path, {})), lock(std::move(other.lock)) {}
@@ -52,9 +52,9 @@ struct Temporary {
     Descriptor lock;
 };
 
-/// A regular file.
+/// A regular file, opened for reading.
 struct ReadableFile {
-    // O_NONBLOCK: opening a pipe without a writer would wait for ever; regular files do not care.
+    // O_NONBLOCK keeps a pipe without a writer from blocking forever; it does not affect regular files.
     explicit ReadableFile(const fs::path& path) : descriptor(path, O_RDONLY | O_NONBLOCK) {
         const std::string subject = path.string();
         if (descriptor < 0) throw Error(subject, "cannot read: {}", reason(errno));
@@ -69,7 +69,7 @@ struct ReadableFile {
     std::uint64_t bytes = 0;
 };
 
-/// Where `path` leads through symbolic links; the last one may point at nothing yet.
+/// Follows symbolic links from `path`; the last one may point to a file that does not exist.
 fs::path follow_links(const fs::path& path) {
     constexpr int kMaxLinks = 40;  // limit of Linux, path_resolution(7)
     fs::path target = path;
@@ -81,12 +81,12 @@ fs::path follow_links(const fs::path& path) {
     throw Error(path.string(), "cannot write: {}", reason(ELOOP));
 }
 
-/// How names of a target's temporaries begin.
+/// Returns the prefix of the names of a target's temporaries.
 std::string temporary_prefix(const fs::path& target) {
     return fmt::format(".halflight-{:016x}-", hash_of(target.filename().string()));
 }
 
-/// Creates an empty file beside `target` under a name that nobody has. The extension stays: some writers go by it.
+/// Creates an empty file of an unused name beside `target`. It keeps the extension, which some writers depend on.
 Temporary create_beside(const fs::path& target, const std::string& subject) {
     static std::atomic<unsigned> counter{0};
     std::random_device random;
@@ -96,14 +96,14 @@ Temporary create_beside(const fs::path& target, const std::string& subject) {
         Descriptor file(path, O_CREAT | O_EXCL | O_WRONLY, 0666);
         if (file < 0 && errno != EEXIST) throw Error(subject, "cannot write: {}", reason(errno));
         if (file < 0) continue;
-        // Ahead of its lock it may look abandoned to others, and be removed.
+        // Before it is locked, other processes may take it for abandoned and remove it.
         const bool locked = flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
         struct stat info {};
         if (locked && fstat(file, &info) == 0 && info.st_nlink > 0) return {path, std::move(file)};
     }
 }
 
-/// Removes a temporary that nobody writes any more. Without locks nobody can tell.
+/// Removes a temporary that no process holds a lock on. Does nothing on file systems without locks.
 void remove_unlocked(const fs::path& path) {
     const Descriptor file(path, O_RDONLY | O_NONBLOCK | O_NOFOLLOW);
     if (file >= 0 && flock(file, LOCK_EX | LOCK_NB) == 0) unlink(path.c_str());
@@ -114,7 +114,7 @@ void sync(const fs::path& path, const std::string& subject) {
     if (file < 0 || fsync(file) != 0) throw Error(subject, "cannot write: {}", reason(errno));
 }
 
-/// Makes the rename itself survive a power cut. The file is complete either way, so folders that cannot sync are fine.
+/// Syncs the folder, so that the rename survives a power cut. Errors are ignored, because the file is complete anyway.
 void sync_folder(const fs::path& folder) {
     const Descriptor file(folder.empty() ? fs::path(".") : folder, O_RDONLY | O_DIRECTORY);
     if (file >= 0) fsync(file);
@@ -131,7 +131,7 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
     const bool exists = stat(target.c_str(), &old) == 0;
     if (exists && S_ISDIR(old.st_mode)) throw Error(subject, "cannot write: {}", reason(EISDIR));
     if (exists && !S_ISREG(old.st_mode)) throw Error(subject, "cannot write: not a regular file");
-    // rename() asks only the folder; a file that its owner made read-only is refused here.
+    // rename() checks only the folder's permissions, so a read-only file is refused here.
     if (exists && faccessat(AT_FDCWD, target.c_str(), W_OK, AT_EACCESS) != 0)
         throw Error(subject, "cannot write: {}", reason(errno));
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <cstdio>
 
-// Needs the two above.
+// jpeglib.h needs the two headers above.
 #include <jerror.h>
 #include <jpeglib.h>
 
@@ -13,12 +13,13 @@
 namespace halflight {
 namespace {
 
-// Encoders use a dozen; each costs a pass over all blocks, for a few bytes in the file.
+// Limit of scans. Encoders use a dozen; each costs a pass over all blocks for a few bytes in the file.
 constexpr int kMaxScans = 256;
-// A block of 8 x 8 pixels takes one bit at least.
+// Limit of pixels per byte: a block of 8 x 8 pixels takes at least one bit.
 constexpr std::size_t kPixelsPerByte = 512;
 
-/// libjpeg reports by calls that must not return. Nothing between setjmp and there has a destructor.
+/// Errors of libjpeg, which reports them by calls that must not return. Nothing between setjmp and the jump may have a
+/// destructor.
 class Decoder {
   public:
     explicit Decoder(std::string_view bytes) : bytes_(bytes) {
@@ -39,7 +40,7 @@ class Decoder {
     Decoder& operator=(const Decoder&) = delete;
     ~Decoder() { jpeg_destroy_decompress(&info_); }
 
-    /// Each false where message() says why.
+    /// Return false after an error; message() tells why.
     bool read_header() {
         if (setjmp(back_)) return false;
         jpeg_create_decompress(&info_);

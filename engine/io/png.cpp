@@ -22,7 +22,7 @@ class Encoder : public PngErrors {
     }
     ~Encoder() { png_destroy_write_struct(&png_, &info_); }
 
-    /// False where message() says why.
+    /// Returns false after an error; message() tells why.
     bool write(int width, int height, int channels, const std::uint8_t* bytes, png_textp text) {
         if (setjmp(png_jmpbuf(png_))) return false;
         png_set_write_fn(png_, this, append, nullptr);
@@ -40,7 +40,7 @@ class Encoder : public PngErrors {
     std::string take() { return std::move(file_); }
 
   private:
-    /// No exception may pass through libpng, and none may be left by a jump.
+    /// Appends bytes. No exception may pass through libpng, and no jump may leave one behind.
     static void append(png_structp png, png_bytep data, std::size_t count) {
         bool done = true;
         try {

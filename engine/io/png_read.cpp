@@ -15,7 +15,7 @@ constexpr std::size_t kTexelsPerByte = 8 * 1032;
 
 class Decoder : public PngErrors {
   public:
-    /// With `rgba` texels are 8-bit RGBA, without they are of 16 bits and as many channels as the file has.
+    /// rgba: texels are 8-bit RGBA; otherwise they have 16 bits and the channels of the file.
     Decoder(std::string_view bytes, bool rgba)
         : rest_(bytes),
           rgba_(rgba),
@@ -25,7 +25,7 @@ class Decoder : public PngErrors {
     }
     ~Decoder() { png_destroy_read_struct(&png_, &info_, nullptr); }
 
-    /// Each false where message() says why.
+    /// Return false after an error; message() tells why.
     bool read_header() {
         if (setjmp(png_jmpbuf(png_))) return false;
         png_set_read_fn(png_, this, [](png_structp png, png_bytep out, std::size_t count) {
@@ -34,7 +34,7 @@ class Decoder : public PngErrors {
             std::memcpy(out, rest.data(), count);
             rest.remove_prefix(count);
         });
-        // Profiles and text are not needed, and may unpack to anything.
+        // Profiles and text are skipped; they could decompress to any size.
         png_set_keep_unknown_chunks(png_, PNG_HANDLE_CHUNK_NEVER, nullptr, -1);
         png_read_info(png_, info_);
         png_set_expand(png_);
@@ -68,7 +68,7 @@ class Decoder : public PngErrors {
     png_infop info_;
 };
 
-/// Reads the header and sees that the picture is neither too large nor larger than the file can bear out.
+/// Reads the header and checks that the picture is within the limit and not larger than the file can hold.
 void open(Decoder& decoder, const std::string& subject, std::size_t bytes, int max_side) {
     if (!decoder.read_header()) throw Error(subject, "cannot be decoded: {}", decoder.message());
     const std::size_t width = decoder.width(), height = decoder.height(), limit = static_cast<std::size_t>(max_side);
@@ -78,7 +78,7 @@ void open(Decoder& decoder, const std::string& subject, std::size_t bytes, int m
         throw Error(subject, "is truncated: {} bytes cannot hold {} x {} texels", bytes, width, height);
 }
 
-/// Reads into `values`, width x height x channels of them.
+/// Reads width x height x channels numbers into `values`.
 template <class T>
 void read(Decoder& decoder, const std::string& subject, std::vector<T>& values) {
     const std::size_t row = decoder.channels() * decoder.width();

@@ -47,7 +47,7 @@ struct Resolution {
     bool bottom_up = false, right_to_left = false;
 };
 
-/// "-Y 512 +X 1024": rows from the top, columns from the left.
+/// Parses a line like "-Y 512 +X 1024": rows from the top, columns from the left.
 Resolution parse_resolution(const std::string& subject, std::string_view text, int max_side) {
     Resolution result;
     const auto take = [&](char axis, bool& positive) {
@@ -70,7 +70,7 @@ Resolution parse_resolution(const std::string& subject, std::string_view text, i
     return result;
 }
 
-/// New run lengths: the four components one after another; a count above 128 repeats, others are literal.
+/// Reads new run lengths: the four components one after another. A count above 128 repeats a value, others are literal.
 void read_components(Reader& reader, std::vector<Rgbe>& row) {
     for (std::size_t component = 0; component < 4; ++component) {
         for (std::size_t x = 0; x < row.size();) {
@@ -84,7 +84,7 @@ void read_components(Reader& reader, std::vector<Rgbe>& row) {
     }
 }
 
-/// Flat pixels, in which (1, 1, 1, n) repeats the last one n times, more of them in a row being higher digits of n.
+/// Reads flat pixels. A pixel (1, 1, 1, n) repeats the last one n times; further ones are higher digits of n.
 void read_pixels(Reader& reader, const Rgbe& first, std::vector<Rgbe>& row) {
     Rgbe pixel = first;
     int shift = 0;

@@ -12,7 +12,8 @@ bool finite(const dvec3& v) {
     return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// By a power of two, which keeps its direction bit for bit, to a length whose square neither vanishes nor overflows.
+/// Scales a vector by a power of two, so that the square of its length neither underflows nor overflows. The direction
+/// is kept bit for bit.
 dvec3 of_moderate_length(const dvec3& v) {
     int exponent = 0;
     std::frexp(std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}), &exponent);
@@ -29,7 +30,7 @@ Camera look_at_camera(const dvec3& from, const dvec3& at, const dvec3& up, doubl
     const dvec3 back = glm::normalize(of_moderate_length(from - at));
     const dvec3 upwards = of_moderate_length(up);
     const dvec3 right = glm::cross(upwards, back);
-    // Normalised before it is judged: the length of `up` says nothing.
+    // Only the direction of `up` counts, so it is normalised before the test.
     const double sine = glm::length(right) / glm::length(upwards);
     if (!(sine > std::numeric_limits<float>::epsilon())) throw Error("camera", "up is zero or along the line of sight");
     const dvec3 x = glm::normalize(right);
@@ -45,12 +46,13 @@ Camera framing_camera(const Scene& scene) {
     if (bounds.empty()) bounds = {dvec3(-1), dvec3(1)};
     const dvec3 centre = 0.5 * bounds.lower + 0.5 * bounds.upper;
     const dvec3 half = 0.5 * (bounds.upper - bounds.lower);
-    // 30 degrees to the right and 20 above: three sides of a box are seen, the front one most.
+    // 30 degrees to the right and 20 degrees above show three sides of a box, most of all the front.
     const double azimuth = kPi / 6, elevation = kPi / 9;
     const dvec3 back(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
                      std::cos(azimuth) * std::cos(elevation));
     Camera camera = look_at_camera(back, dvec3(0), dvec3(0, 1, 0), kFov);
-    // The nearest place from which all corners lie within the pyramid of a square picture, a tenth of which stays free.
+    // Finds the nearest position from which all corners lie within the view pyramid of a square picture, with a margin
+    // of a tenth.
     const double slope = 0.9 * std::tan(kFov / 2);
     double distance = 0;
     for (int corner = 0; corner < 8; ++corner) {

@@ -15,7 +15,7 @@ void for_each_array(Mesh& mesh, F f) {
     f(mesh.positions), f(mesh.normals), f(mesh.tangents), f(mesh.uvs[0]), f(mesh.uvs[1]), f(mesh.colors);
 }
 
-/// Appends `from` where either has values; who lacks them gets `missing`.
+/// Appends `from` where either has values. The one without values is filled with `missing`.
 template <class T>
 void append_array(std::vector<T>& to, std::size_t to_size, const std::vector<T>& from, std::size_t from_size,
                   const T& missing) {
@@ -122,7 +122,7 @@ std::size_t repair_normals(Mesh& mesh) {
             last[p] = area;
         }
     }
-    // A sum that cancels (two sides of a sheet that share a vertex) leaves the choice open: the last triangle wins.
+    // Normals can cancel where two sides of a sheet share a vertex. Then the last triangle's normal is used.
     for (std::size_t i = 0; i < bad.size(); ++i)
         mesh.normals[bad[i]] = vec3(glm::normalize(sums[i] == dvec3(0) ? last[i] : sums[i]));
     return bad.size();
@@ -151,7 +151,7 @@ void append(Mesh& mesh, const Mesh& part) {
 }
 
 vec3 any_perpendicular(const vec3& n) {
-    // The axis that n is farthest from cannot be parallel to it.
+    // The axis with the smallest component of n cannot be parallel to n.
     const vec3 a = glm::abs(n);
     const vec3 axis = a.x <= a.y && a.x <= a.z ? vec3(1, 0, 0) : a.y <= a.z ? vec3(0, 1, 0) : vec3(0, 0, 1);
     return glm::normalize(glm::cross(n, axis));

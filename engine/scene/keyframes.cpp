@@ -18,28 +18,28 @@ void store(const dvec4& q, std::span<double> out) {
     for (int i = 0; i < 4; ++i) out[static_cast<std::size_t>(i)] = q[i];
 }
 
-/// Spherical, by the shorter arc (glTF 2.0, appendix C.4; Shoemake 1985); `a` and `b` are unit.
+/// Interpolates spherically along the shorter arc (glTF 2.0, appendix C.4; Shoemake 1985). `a` and `b` are unit.
 dvec4 slerp(const dvec4& a, dvec4 b, double t) {
     double cosine = glm::dot(a, b);
     if (cosine < 0) b = -b, cosine = -cosine;
-    // Below this angle a chord is as good as the arc, and its sine no divisor.
+    // Below this angle the chord equals the arc within rounding, and the division by its sine is avoided.
     constexpr double kNearlyOne = 1 - 1e-12;
     if (cosine > kNearlyOne) return glm::normalize(glm::mix(a, b, t));
     const double angle = std::acos(cosine);
     return glm::normalize((std::sin((1 - t) * angle) * a + std::sin(t * angle) * b) / std::sin(angle));
 }
 
-/// Unit; `otherwise` where `q` has no direction.
+/// Returns `q` normalised, or `otherwise` where `q` is zero.
 dvec4 unit(const dvec4& q, const dvec4& otherwise) {
     return q == dvec4(0) ? otherwise : glm::normalize(q);
 }
 
-/// Numbers of a key.
+/// Returns how many numbers a key has.
 std::size_t stride(const Keyframes& keys) {
     return static_cast<std::size_t>(keys.components) * (keys.interpolation == Interpolation::cubic_spline ? 3 : 1);
 }
 
-/// The value of key k.
+/// Returns the value of key k.
 std::span<const float> value(const Keyframes& keys, std::size_t k) {
     const auto n = static_cast<std::size_t>(keys.components);
     const std::size_t tangent = keys.interpolation == Interpolation::cubic_spline ? n : 0;
@@ -56,7 +56,7 @@ void take_key(const Keyframes& keys, std::size_t k, std::span<double> out) {
     std::ranges::copy(value(keys, k), out.begin());
 }
 
-/// Hermite spline between keys k and k + 1, `span` seconds apart (glTF 2.0, appendix C.5).
+/// Evaluates the Hermite spline between keys k and k + 1, `span` seconds apart (glTF 2.0, appendix C.5).
 void take_spline(const Keyframes& keys, std::size_t k, double t, double span, std::span<double> out) {
     const auto n = static_cast<std::size_t>(keys.components);
     const float* const tangent_out = &keys.values[k * stride(keys) + 2 * n];
@@ -91,7 +91,7 @@ void check_keyframes(const Keyframes& keys, std::string_view subject) {
 
 void sample(const Keyframes& keys, double seconds, std::span<double> out) {
     assert(out.size() == static_cast<std::size_t>(keys.components) && std::isfinite(seconds));
-    // The first key that is later; of keys at one time, the last is in front of it.
+    // Finds the first later key. The one before it is the last of the keys at its time.
     const auto later = std::ranges::upper_bound(keys.times, seconds, {}, [](float t) { return double{t}; });
     if (later == keys.times.begin()) return take_key(keys, 0, out);
     const auto k = static_cast<std::size_t>(later - keys.times.begin()) - 1;

@@ -1,5 +1,5 @@
-// The material of a surface as plain values, its textures, and what a scene's materials need of shaders and tables.
-// shaders/SHADING.md defines what the properties mean; material_properties.h is the table of them.
+// The material of a surface and its textures as plain values, and the needs of a scene's materials. shaders/SHADING.md
+// defines the properties; material_properties.h has the table of them.
 #pragma once
 
 #include <cstdint>

@@ -29,7 +29,7 @@ bool lit(const M& m) {
 bool dielectric(const M& m) {
     return lit(m) && (m.metallic < 1 || m.metallic_roughness_texture);
 }
-/// Whether something lies under the dielectric's reflection.
+/// Returns whether something lies under the dielectric's reflection.
 bool base(const M& m) {
     return dielectric(m) && vec3(m.base_color) != vec3(0);
 }
@@ -45,12 +45,13 @@ bool transmits(const M& m) {
 
 // --- Packing ----------------------------------------------------------------------------------------------------
 
-/// F0 of the dielectric: ((ior - 1) / (ior + 1))^2.
+/// Returns F0 of the dielectric: ((ior - 1) / (ior + 1))^2.
 vec4 packed_ior(const M& m) {
     const float r0 = (m.ior - 1) / (m.ior + 1);
     return vec4(r0 * r0, 0, 0, 0);
 }
 
+/// Returns the cutoff of mask, kAlphaBlend of blend and 0 of opaque materials.
 vec4 packed_cutoff(const M& m) {
     const float cutoff = m.alpha_mode == AlphaMode::blend  ? shared::kAlphaBlend
                          : m.alpha_mode == AlphaMode::mask ? m.alpha_cutoff

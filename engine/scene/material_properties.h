@@ -66,7 +66,7 @@ struct MaterialTexture {
     TextureUse use;
     std::vector<TexturedProperty> multiplies;  // empty for normal maps
     bool (*matters)(const Material&);          // whether the texture can change the material's look
-    MaterialPacking packing;                   // of the slot: a word (shaders/shared/word.h)
+    MaterialPacking packing;                   // place of the slot: a word (shaders/shared/word.h)
     bool MaterialNeeds::*need;
     bool MaterialNeeds::*implies;  // the lobe that the texture belongs to; null: any
     const char* define;            // macro after HALFLIGHT_
@@ -85,7 +85,8 @@ struct MaterialLobe {
 };
 
 std::span<const MaterialProperty> material_properties();
-/// Those that tangents depend on come early: of more than two sets of texture coordinates the first two are kept.
+/// Returns the textures. Normal maps stand early: where a material uses more than two sets of texture coordinates, the
+/// first two of this order are kept.
 std::span<const MaterialTexture> material_textures();
 std::span<const MaterialLobe> material_lobes();
 

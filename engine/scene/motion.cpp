@@ -10,8 +10,8 @@ const Mesh& mesh_of(const Scene& scene, const Instance& instance) {
     return scene.meshes[static_cast<std::size_t>(instance.mesh)];
 }
 
-/// A node has many instances where EXT_mesh_gpu_instancing says so.
-using Key = std::pair<int, int>;  // node, place among its instances
+/// Identity of an instance: its node, and its index among the node's instances (EXT_mesh_gpu_instancing makes many).
+using Key = std::pair<int, int>;
 
 template <class F>
 void for_each_key(const Scene& scene, F f) {

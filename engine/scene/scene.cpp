@@ -14,7 +14,7 @@ WorldBounds world_bounds(const Scene& scene) {
         const Bounds& box = boxes[static_cast<std::size_t>(instance.mesh)];
         if (box.empty()) continue;
         const dmat4& m = instance.object_to_world;
-        // The corners of the transformed box, an axis at a time (Arvo, Graphics Gems 1990).
+        // Bounds the transformed box, one axis at a time (Arvo, Graphics Gems 1990).
         dvec3 lower(m[3]), upper(m[3]);
         for (int axis = 0; axis < 3; ++axis) {
             const dvec3 a = dvec3(m[axis]) * double(box.lower[axis]), b = dvec3(m[axis]) * double(box.upper[axis]);

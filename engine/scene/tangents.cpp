@@ -25,12 +25,12 @@ vec3 normalize_or_zero(const vec3& v) {
     return not_zero(length) ? v / length : vec3(0);
 }
 
-/// The part of `v` in the plane of normal `n`, made unit.
+/// Returns the component of `v` in the plane of normal `n`, normalised.
 vec3 into_plane(const vec3& v, const vec3& n) {
     return normalize_or_zero(v - n * glm::dot(n, v));
 }
 
-/// Texture directions of a triangle.
+/// The texture directions of a triangle.
 struct Face {
     vec3 along_u{0};        // unit
     bool right_way = true;  // counter-clockwise in (u, 1 - v): the texture is not mirrored
@@ -59,7 +59,7 @@ class TangentFrames {
         const vec3& n = normal(corner);
         if (group_of_[corner] == kNobody) return vec4(any_perpendicular(n), 1);
         const Group& group = groups_[group_of_[corner]];
-        // Directions that cancel exactly leave each triangle on its own.
+        // Where directions cancel exactly, each triangle keeps its own.
         vec3 t = group.tangent;
         if (t == vec3(0)) t = into_plane(faces_[corner / 3].along_u, n);
         if (t == vec3(0)) t = any_perpendicular(n);
@@ -72,12 +72,12 @@ class TangentFrames {
     static std::uint32_t next(std::uint32_t corner) { return corner % 3 == 2 ? corner - 2 : corner + 1; }
     static std::uint32_t previous(std::uint32_t corner) { return corner % 3 == 0 ? corner + 2 : corner - 1; }
 
-    /// Gives vertices that agree in position, normal and uv one name.
+    /// Gives vertices of equal position, normal and uv one id.
     void weld() {
         using Key = std::array<float, 8>;
         const auto hash = [](const Key& key) {
             std::uint64_t h = 0;
-            // FNV-1a's prime, a word at a time; the shift brings high bits down to where buckets are chosen.
+            // FNV-1a's prime, one word at a time. The shift moves high bits to where buckets are chosen.
             for (const float x : key) h = (h ^ std::bit_cast<std::uint32_t>(x)) * 0x100000001b3u, h ^= h >> 29;
             return static_cast<std::size_t>(h);
         };
@@ -91,7 +91,7 @@ class TangentFrames {
         }
     }
 
-    /// neighbour_[c]: the triangle across the edge from corner c to the next one, where it runs the other way round.
+    /// Fills neighbour_[c]: the triangle across the edge from corner c to the next one, if it runs in reverse there.
     void find_neighbours() {
         struct Edge {
             std::uint32_t low, high, corner;
@@ -117,7 +117,7 @@ class TangentFrames {
         }
     }
 
-    /// Derivative of position by u, up to scale (Mikkelsen 2008, section 4.2).
+    /// Returns the derivative of position by u, up to scale (Mikkelsen 2008, section 4.2).
     Face face(const uvec3& t) const {
         const vec3 d1 = mesh_.positions[t.y] - mesh_.positions[t.x], d2 = mesh_.positions[t.z] - mesh_.positions[t.x];
         const vec2 e1 = uv_[t.y] - uv_[t.x], e2 = uv_[t.z] - uv_[t.x];
@@ -183,7 +183,7 @@ class TangentFrames {
 
 void generate_tangents(Mesh& mesh, const std::vector<vec2>& uv) {
     const TangentFrames frames(mesh, uv);
-    // Where corners of a vertex disagree it gets copies, found through a chain of them.
+    // A vertex whose corners disagree gets copies, which form a linked list.
     std::vector<std::uint32_t> sources(mesh.positions.size()), next_copy(mesh.positions.size(), kNobody);
     std::iota(sources.begin(), sources.end(), 0u);
     std::vector<vec4> tangents(mesh.positions.size(), vec4(0));

@@ -9,8 +9,8 @@
 namespace halflight {
 namespace {
 
-// Normalising in float32 leaves the square of a length within a few roundings of one; so does a rotation in double of
-// values that came from float32.
+// Tolerance for the square of a unit length. Normalising in float32 leaves a few roundings, and so does a rotation in
+// double of values from float32.
 constexpr double kUnitTolerance = 16 * double(std::numeric_limits<float>::epsilon());
 
 /// Builds "meshes[3].normals[7]" only when it is needed.
@@ -127,7 +127,7 @@ void check(const PunctualLight& light, const Element& e) {
         if (!std::isfinite(light.position[axis])) throw Error(e.at("position"), "not finite");
     }
     if (!is_unit(light.direction)) throw Error(e.at("direction"), "not of unit length");
-    // Stored as float32, pi/2 is a little more than pi/2.
+    // Float32 rounds pi/2 upwards.
     if (!(light.inner_cone >= 0 && light.inner_cone < light.outer_cone && light.outer_cone <= float(kPi / 2)))
         throw Error(e.at("outer_cone"), "cones are not 0 <= inner < outer <= pi/2");
 }

@@ -77,7 +77,7 @@ class LobeIntegral {
         }
     }
 
-    /// Mean over the azimuths of h.
+    /// Returns the mean over the azimuths of h.
     DirectionalAlbedo azimuths(double cos_h, double sin_h) const {
         const double lowest = (0.5 * mu_ / cos_h - mu_ * cos_h) / std::max(sine_ * sin_h, 1e-300);
         const double phi_max = std::acos(std::clamp(lowest, -1.0, 1.0));
@@ -98,8 +98,8 @@ class LobeIntegral {
     const Quadrature& rule_;
 };
 
-/// Weights of n Chebyshev-Lobatto nodes on [0, 1] for the interpolating polynomial's value at x (Berrut and Trefethen
-/// 2004, Barycentric Lagrange Interpolation, eq. 5.4).
+/// Returns the weights of n Chebyshev-Lobatto nodes on [0, 1] for the value of the interpolating polynomial at x
+/// (Berrut and Trefethen 2004, Barycentric Lagrange Interpolation, eq. 5.4).
 double lobatto_node(int i, int n) {
     return 0.5 - 0.5 * std::cos(kPi * i / (n - 1));
 }
@@ -129,7 +129,7 @@ DirectionalAlbedo ggx_albedo(double cosine, double alpha, int nodes) {
 }
 
 Image build_albedo_table() {
-    // The two functions are smooth in the table's coordinates: a polynomial through few exact values gives all texels.
+    // Both functions are smooth in the table's coordinates, so a polynomial through few exact values gives all texels.
     constexpr int kNodes = 24;
     constexpr int kSize = shared::kAlbedoTableSize;
     const Quadrature rule(24);

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kSteps = 0x1p24;
 
-/// Nearest step, but neither 0 nor 1 unless the value is: rounding must not make an entry unreachable.
+/// Rounds to the nearest step, but to 0 or 1 only where the value is 0 or 1: every entry must stay reachable.
 float quantized(double threshold) {
     if (threshold <= 0) return 0;
     if (threshold >= 1) return 1;
@@ -46,7 +46,7 @@ AliasTable build_alias_table(std::span<const double> weights) {
             poor.push_back(donor);
         }
     }
-    // What is left is 1 up to rounding, unless it is to be nothing at all.
+    // The remaining entries have weight 1 up to rounding, or exactly 0.
     for (const std::uint32_t i : poor) {
         if (weights[i] == 0) table.entries[i] = {0, heaviest};
     }

@@ -11,10 +11,10 @@ struct Range {
     int first, last;  // both included
 };
 
-/// Texels of one axis that lookups at coordinates in [lower, upper] (before wrapping) can touch.
+/// Returns the texels of one axis that lookups at coordinates in [lower, upper] (before wrapping) can touch.
 std::vector<Range> touched(double lower, double upper, int size, Wrap wrap) {
-    // One texel for the bilinear filter's footprint, one for the roundings of float coordinates, which are smaller than
-    // that for |u| size < 2^22; beyond, everything counts.
+    // One texel covers the footprint of the bilinear filter, another one the rounding of float coordinates. Rounding is
+    // smaller than a texel for |u| size < 2^22; beyond that, all texels count.
     const double from = std::floor(lower * size) - 2;
     const double to = std::floor(upper * size) + 2;
     if (!(std::max(std::abs(from), std::abs(to)) < 0x1p22)) return {{0, size - 1}};

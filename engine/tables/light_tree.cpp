@@ -34,7 +34,7 @@ std::uint32_t octahedral_steps(const dvec3& axis) {
     return step(fold(a.x, a.y)) | step(fold(a.y, a.x)) << 8;
 }
 
-/// Directions that a group's light takes, weighted by their cosines, in sr (Conty Estevez and Kulla 2018, eq. 1).
+/// Returns the cosine-weighted solid angle, sr, into which a group emits (Conty Estevez and Kulla 2018, eq. 1).
 double orientation_measure(const LightBounds& b) {
     const double o = b.theta_o, w = std::min(o + b.theta_e, kPi);
     const double one_side = 2 * kPi * (1 - std::cos(o)) +
@@ -42,8 +42,8 @@ double orientation_measure(const LightBounds& b) {
     return b.two_sided ? std::min(2 * one_side, 4 * kPi) : one_side;
 }
 
-/// Half of a box's surface; what is thin in two directions keeps a little for its length, so that lights on a line are
-/// told apart.
+/// Returns half of a box's surface area. A box that is thin in two directions counts a little for its length, which
+/// separates lights on a line.
 double area_measure(const LightBounds& b) {
     const dvec3 e = b.upper - b.lower;
     return e.x * e.y + e.y * e.z + e.z * e.x + 1e-3 * glm::dot(e, e);
@@ -87,7 +87,7 @@ class Builder {
         Index count() const { return last - first; }
     };
 
-    /// Nodes without children. Returns the first one.
+    /// Appends nodes without children. Returns the index of the first one.
     std::uint32_t add_nodes(std::size_t count) {
         const std::size_t first = leaves_.size();
         leaves_.resize(first + count, {uvec4(0), uvec4(0)});
@@ -95,7 +95,7 @@ class Builder {
         return static_cast<std::uint32_t>(first);
     }
 
-    /// A node of some lights and all below it; `depth`: bits of the trail that leads to it; ball: its own, as decoded.
+    /// Builds a node of some lights and all nodes below. depth: bits of the trail to it. ball: its bounds, as decoded.
     void fill(std::uint32_t node, const Part& all, const vec4& ball, std::uint32_t depth, std::uint32_t trail) {
         const std::vector<Part> parts = parts_of(all, depth);
         double brightest = 0;
@@ -125,7 +125,7 @@ class Builder {
         }
     }
 
-    /// One light; or two, like the triangles of a square, that are as good as one to any receiver.
+    /// Builds a leaf of one light, or of two that look like one to any receiver, like the triangles of a square.
     bool is_leaf(const Part& part) const {
         if (part.count() != 2) return part.count() == 1;
         const LightBounds &a = lights_[order_[part.first]], &b = lights_[order_[part.first + 1]];
@@ -138,8 +138,8 @@ class Builder {
                size(part.bounds) <= 1.3 * std::max(size(a), size(b));  // rectangles have at most 1.27
     }
 
-    /// Four parts, or as many as there are lights; leaves come last. What costs most is split first, but for parts that
-    /// are too large for the ways left to them.
+    /// Splits lights into four parts, or into one per light; leaves come last. The part of the highest cost is split
+    /// first, unless another part is too large for the remaining depth.
     std::vector<Part> parts_of(const Part& all, std::uint32_t depth) {
         const Index most = Index{1} << (shared::kLightTreeDepth - depth - kBitsPerStep);
         std::vector<Part> parts{all};
@@ -169,7 +169,7 @@ class Builder {
         return all;
     }
 
-    /// Orders [first, last) so that two parts, of `most` lights at most, are before and after what is returned.
+    /// Partitions [first, last) into two parts of at most `most` lights and returns the start of the second.
     Index split(Index first, Index last, Index most) {
         assert(last - first >= 2 && last - first <= 2 * most);
         if (last - first == 2) return first + 1;
@@ -191,7 +191,7 @@ class Builder {
         return split_evenly(first, last, upper - lower);
     }
 
-    /// Lights in one place, or ways that have become so long that only even splits bring them to an end.
+    /// Splits evenly: for lights at one position, and where the remaining depth allows nothing else.
     Index split_evenly(Index first, Index last, const dvec3& extent) {
         const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
         const Index middle = first + (last - first) / 2;
@@ -214,7 +214,7 @@ class Builder {
         int axis;
         int bucket;  // the last one of the first part
     };
-    /// The best split between buckets; none where each would leave a part of more than `most`.
+    /// Returns the best split between buckets; none where every split would leave a part of more than `most` lights.
     std::optional<Plane> best_plane(Index first, Index last, Index most, const dvec3& lower, const dvec3& upper) const {
         const dvec3 extent = upper - lower;
         const double longest = std::max({extent.x, extent.y, extent.z});
@@ -256,7 +256,7 @@ class Builder {
         return glm::length(glm::max(b.upper - dvec3(from), dvec3(from) - b.lower)) * (1 + kRoundings);
     }
 
-    /// Rounded outwards, so that what the shaders bound holds the lights. word: link and kind.
+    /// Packs bounds, rounded outwards so that the decoded bounds hold the lights. word: link and kind.
     static uvec4 encoded(const LightBounds& b, const vec4& ball, double brightest, std::uint32_t word) {
         const auto step = [&](double length, double zero, bool up) {  // in 2^-15 of the ball's radius
             const double at = ball.w > 0 ? zero + length / double(ball.w) * 32768 : zero;
@@ -295,7 +295,7 @@ LightBounds united(const LightBounds& a, const LightBounds& b) {
     all.intensity = a.intensity + b.intensity;
     all.two_sided = a.two_sided || b.two_sided;
     if (all.theta_o >= kPi) return all;
-    // Two-sided axes: the nearer direction.
+    // A two-sided axis counts by its nearer direction.
     const double cosine = glm::dot(all.axis, other.axis);
     const dvec3 axis = all.two_sided && cosine < 0 ? -other.axis : other.axis;
     const double between = angle_between(all.axis, axis);
@@ -305,7 +305,7 @@ LightBounds united(const LightBounds& a, const LightBounds& b) {
         all.theta_o = kPi;
         return all;
     }
-    // Turned towards the other axis, about whichever way that is where they are opposite.
+    // Rotates one axis towards the other; where they are opposite, about any perpendicular.
     const dvec3 across = axis - glm::dot(axis, all.axis) * all.axis;
     const double length = glm::length(across);
     const dvec3 towards = length > 1e-9 ? across / length : any_perpendicular(all.axis);

@@ -21,7 +21,7 @@ double luminance_of(const dvec3& c) {
     return 0.2126 * c.x + 0.7152 * c.y + 0.0722 * c.z;
 }
 
-/// Groups of lights that each get their part of the choices (lights.h).
+/// Groups of lights that get equal parts of the choices (lights.h).
 enum Kind { kTriangles, kLocal, kDirectional, kEnvironment, kKinds };
 
 class Builder {
@@ -64,7 +64,7 @@ class Builder {
 
     // --- Emissive triangles ---------------------------------------------------------------------------------------
 
-    /// Mean luminance that a triangle emits; 0: no light.
+    /// Returns the mean luminance that a triangle emits; 0: no light.
     double brightness(const MeshRange& range, std::uint32_t triangle) {
         const Material& material = scene_.materials[trace_.triangles[triangle].w & kTriangleMaterialMask];
         const double factor = material.unlit ? 0 : luminance_of(dvec3(material.emission));
@@ -156,7 +156,7 @@ class Builder {
         area_.push_back(area);
     }
 
-    // --- The others -----------------------------------------------------------------------------------------------
+    // --- Other lights ---------------------------------------------------------------------------------------------
 
     void add_punctual(const PunctualLight& light) {
         const double intensity = luminance_of(dvec3(light.intensity));
@@ -184,7 +184,7 @@ class Builder {
             intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal);
     }
 
-    /// Null where there is none.
+    /// Returns the strongest directional light, or null where there is none.
     const PunctualLight* strongest_sun() const {
         const PunctualLight* sun = nullptr;
         double most = 0;
@@ -195,7 +195,7 @@ class Builder {
         return sun;
     }
 
-    /// After all others have been chosen from.
+    /// Appends the row of the separate sun, after the choice among all others is built.
     void add_sun() {
         add_punctual(*sun_);
         tables_.rows.back().w = 1;
@@ -223,7 +223,7 @@ class Builder {
             shadow_disk_ * integral, kEnvironment);
     }
 
-    // --- The choice -----------------------------------------------------------------------------------------------
+    // --- Choice ---------------------------------------------------------------------------------------------------
 
     void choose() {
         std::array<double, kKinds> of_kind{};
@@ -270,7 +270,7 @@ class Builder {
         return choice_ == LightChoice::tree || (choice_ == LightChoice::automatic && in_tree_.size() >= kTreeLights);
     }
 
-    /// Takes from the lights of the tree all but their equal parts. What is left of the weights is the alias table's.
+    /// Moves the weights of the tree's lights, except their equal parts, to the tree. The alias table keeps the rest.
     void add_tree(std::vector<double>& weights, double equal) {
         if (in_tree_.size() > (std::size_t{1} << shared::kLightTreeDepth)) throw Error(scene_.name, "over 2^26 lights");
         LightTree tree = build_light_tree(bounds_, in_tree_);
@@ -282,7 +282,7 @@ class Builder {
             float& head = tables_.rows[std::size_t{light} * shared::kLightStride].w;
             head = shared::float_of_word(shared::word_of_float(head) | tree.trails[i] << shared::kLightKindBits);
         }
-        // A multiple of 2^-24, as the numbers are that it is compared with.
+        // A multiple of 2^-24, like the random numbers that it is compared with.
         tables_.tree_share = std::round(share * 0x1p24) * 0x1p-24;
         tables_.tree = std::move(tree.rows);
     }
@@ -364,7 +364,7 @@ EnvironmentCells environment_cells(const Image& map, int max_cells) {
             map.at(static_cast<int>((x + width) % width), static_cast<int>(std::clamp<std::int64_t>(y, 0, height - 1)));
         return luminance_of({texel[0], texel[1], texel[2]});
     };
-    // Bilinear weights integrated over a texel's square: 1/8, 3/4, 1/8 along each axis.
+    // Bilinear weights, integrated over a texel's square, are 1/8, 3/4 and 1/8 along each axis.
     const auto filtered = [&](std::int64_t x, std::int64_t y) {
         dvec2 sum(0);  // luminance, its square
         for (int j = -1; j <= 1; ++j) {

@@ -13,8 +13,8 @@
 
 namespace halflight {
 
-/// Features that a scene uses. On a software driver an untaken branch costs as much as a taken one, so shaders are
-/// compiled without what is false here (shader_defines), and no table is built for it.
+/// Features that a scene uses. On a software driver an untaken branch costs as much as a taken one. So shaders are
+/// compiled without unused features (shader_defines), and no table is built for them.
 struct SceneNeeds : MaterialNeeds {
     bool instances = false;      // some block is not in world space
     bool vertex_colors = false;  // some vertex colour is not white
@@ -78,9 +78,10 @@ class Kept {
     bool everything_ = false;
 };
 
-/// Returns whether the feature can be built without changing a picture. Four cannot: the environment map samples other
-/// directions than a constant environment, the light tree and the separate sun choose other lights, and the test of
-/// needles rounds the hits of other triangles.
+/// Returns whether the feature can be built without changing a picture. Four cannot:
+///   - the environment map samples other directions than a constant environment,
+///   - the light tree and the separate sun choose other lights,
+///   - the test of needles rounds the hits of other triangles.
 bool can_be_kept(const SceneNeed& need);
 /// Returns the needs that `kept` names and that can be kept, and those that follow from them.
 SceneNeeds kept_needs(const Kept& kept);

@@ -16,14 +16,14 @@
 namespace halflight {
 namespace {
 
-/// The same for all scenes.
+/// Returns the albedo table, which is equal for all scenes.
 Image albedo_table() {
     static const Image table = build_albedo_table();
     return table;
 }
 
-/// How an instance carries normals and tangents of a merged mesh to world space, by matrices scaled to a largest
-/// coefficient of 1, so that neither overflows nor are the vertices of a mesh weighted differently.
+/// Transforms normals and tangents of a merged mesh to world space. The largest coefficient of each matrix is scaled to
+/// 1, so that products do not overflow and all vertices of a mesh keep equal weight.
 struct Carrier {
     dmat3 normal{1};
     dmat3 tangent{1};
@@ -32,7 +32,7 @@ struct Carrier {
     Carrier() = default;
     explicit Carrier(const dmat4& object_to_world) {
         const dmat3 m = scaled(dmat3(object_to_world));
-        // The inverse transpose times the determinant; unlike it this exists for singular matrices, too.
+        // Cofactors are the inverse transpose times the determinant, and exist for singular matrices, too.
         const dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1]));
         handedness = glm::determinant(m) < 0 ? -1.0f : 1.0f;
         normal = scaled(cofactors) * static_cast<double>(handedness);
@@ -70,7 +70,7 @@ class Builder {
         complete(needs);
         tables_.texels_left_out = last && *last == tables_.pooled;
         if (!tables_.texels_left_out) pools_.fill();
-        // Takes a while, and nothing else depends on it.
+        // The table takes about 15 ms, and nothing below depends on it.
         std::future<Image> albedo;
         if (needs.glossy || kept_.glossy) albedo = std::async(std::launch::async, albedo_table);
         add_lights();
@@ -158,7 +158,7 @@ class Builder {
         tables_.lights = std::move(lights.rows);
         tables_.light_alias = std::move(lights.alias);
         tables_.light_tree = std::move(lights.tree);
-        // Of the scene, not of what is kept: it decides which light is picked.
+        // Transmission of the scene counts here, not kept transmission: the flag changes which light is chosen.
         if (needs.light_tree) {
             shared::LightTreeHeader header = light_tree_header(tables_.light_tree);
             header.through = needs.transmission ? 1 : 0;
@@ -170,8 +170,8 @@ class Builder {
         tables_.environment_cells = std::move(lights.environment_cells);
     }
 
-    /// Where shaders are to look at lights that are not there: one that lights nothing, triangles that are none, a
-    /// black sky.
+    /// Fills tables of lights that are kept but not in the scene: a light without radiance, no emissive triangles, a
+    /// black environment.
     void fill_light_tables() {
         const SceneNeeds& needs = tables_.needs;
         if (needs.lights() && tables_.lights.empty()) {

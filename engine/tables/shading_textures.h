@@ -17,9 +17,10 @@ class TexturePools {
   public:
     TexturePools(const Scene& scene, ShadingTables& tables) : scene_(scene), tables_(tables) {}
 
-    /// Return the index of a descriptor. Colour is decoded from sRGB. Throw Error where a pool would exceed 2^31
+    /// Returns the index of a descriptor of a colour, decoded from sRGB. Throws Error where the pool would exceed 2^31
     /// texels.
     std::uint32_t color(const TextureRef& texture) { return add(texture, true); }
+    /// Returns the index of a descriptor of data, with the same limit.
     std::uint32_t data(const TextureRef& texture) { return add(texture, false); }
     /// Fills the pools. Call it after all calls of color() and data().
     void fill();

@@ -62,7 +62,7 @@ struct TriangleSource {
 
 struct TraceTables {
     dvec3 origin{0};               // world
-    Bounds bounds;                 // of all triangles, relative to origin; empty without any
+    Bounds bounds;                 // bounds of all triangles, relative to origin; empty without any
     std::vector<vec3> positions;   // block space
     std::vector<uvec4> triangles;  // xyz: indices into positions (and vertex attributes); w: flags | material
     std::vector<MeshRange> ranges;
@@ -82,10 +82,10 @@ inline constexpr double kSliverAspect = 2000;
 /// Returns the tables. Precondition: validate(scene) passes. Meshes used once are merged into block 0. So are instances
 /// whose transform is singular, or so ill-conditioned that rays would lose nearly half of their bits in object space.
 /// kTriangleAlpha is set only where alpha can decide a hit: not where every alpha is 1 or none is below the cutoff.
-/// Throws Error where
-///   - an instance reaches beyond 2^40 from the scene's centre (products of three coordinates must be finite in float),
-///   - a mesh refers to material 2^24 or above,
-///   - there are 2^28 triangles or more.
+/// Throws Error for
+///   - an instance beyond 2^40 from the scene's centre (products of three coordinates must be finite in float),
+///   - a mesh that refers to material 2^24 or above,
+///   - 2^28 triangles or more.
 ///
 /// flatten_limit: number of triangles up to which shared meshes are merged as well, those with the fewest triangles in
 /// all their instances first. A scene without a second level is traced 1.2 to 1.4 times as fast (city of 10^6

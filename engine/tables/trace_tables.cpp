@@ -10,12 +10,11 @@ namespace {
 
 constexpr double kReach = 0x1p40;                   // see build_trace_tables
 constexpr std::size_t kTriangleLimit = 1ull << 28;  // ids must fit the tracer's nodes
-// An instance is shared only where |M| |M^-1| stays below this. Bringing a ray to object space and its hit back
-// multiplies float's 2^-24 by that product, which leaves more than half of the bits, and the tracer pads the boxes of
-// instances by it.
+// Limit of |M| |M^-1| for shared instances. Moving a ray to object space and its hit back multiplies float's 2^-24 by
+// that product. Below the limit more than half of the bits remain. The tracer pads the boxes of instances by it.
 constexpr double kMaxCondition = 0x1p10;
 
-/// Largest sum of absolute values of a row: the norm induced by the maximum norm.
+/// Returns the largest sum of absolute values of a row, the norm induced by the maximum norm.
 double max_norm(const dmat3& m) {
     double norm = 0;
     for (int row = 0; row < 3; ++row) {
@@ -30,7 +29,7 @@ bool well_conditioned(const dmat4& object_to_world) {
     return std::isfinite(glm::determinant(inverse)) && max_norm(linear) * max_norm(inverse) <= kMaxCondition;
 }
 
-/// Lowest alpha that a material can show, given the lowest vertex alpha.
+/// Returns the lowest alpha that a material can have, given the lowest vertex alpha.
 float lowest_alpha(const Material& material, const std::vector<float>& image_alpha, float vertex_alpha) {
     const TextureRef& texture = material.base_color_texture;
     return material.base_color.a * vertex_alpha *
@@ -57,15 +56,15 @@ class Builder {
         return scene_.meshes[static_cast<std::size_t>(instance.mesh)];
     }
 
-    /// Where an instance is, and its triangles by its size.
+    /// Position of an instance, and its number of triangles over its size.
     struct Place {
         dvec3 centre;
         double weight;
     };
 
-    /// Floats round a place by its distance from the origin, and that matters by how small a thing is there. So the
-    /// origin has the least sum, over all triangles, of distance over size of their instance: a median of the
-    /// instances' centres, an axis at a time.
+    /// Chooses the origin. Float rounding of a position grows with its distance from the origin and matters in
+    /// proportion to the size of the object. So the origin minimises the sum, over all triangles, of distance over size
+    /// of their instance. On each axis this is a weighted median of the instances' centres.
     void find_origin() {
         std::vector<Bounds> boxes(scene_.meshes.size());
         for (std::size_t m = 0; m < boxes.size(); ++m)
@@ -99,7 +98,7 @@ class Builder {
         if (reference_ && remoteness(places, *reference_) <= allowed) tables_.origin = *reference_;
     }
 
-    /// What a median minimizes.
+    /// Returns the sum that the median minimises.
     static double remoteness(const std::vector<Place>& places, const dvec3& origin) {
         double sum = 0;
         for (const Place& place : places) {
@@ -109,7 +108,7 @@ class Builder {
         return sum;
     }
 
-    /// Which instances are merged into block 0, which share their mesh's block.
+    /// Decides which instances are merged into block 0 and which share the block of their mesh.
     void classify() {
         std::vector<std::uint32_t> uses(scene_.meshes.size(), 0);
         shared_.assign(scene_.instances.size(), 0);
@@ -160,7 +159,7 @@ class Builder {
         }
     }
 
-    /// The word w of each triangle of a mesh depends on its material only.
+    /// Returns the word w of triangles by material.
     std::vector<std::uint32_t> material_words(const Mesh& mesh) const {
         float vertex_alpha = 1;
         for (const vec4& color : mesh.colors) vertex_alpha = std::min(vertex_alpha, color.a);
@@ -175,7 +174,7 @@ class Builder {
         return words;
     }
 
-    /// Appends a mesh; `place` takes its positions to block space in double.
+    /// Appends a mesh. `place` transforms its positions to block space in double.
     template <class Place>
     void append(std::size_t instance, bool merged, const Place& place) {
         const Mesh& mesh = mesh_of(scene_.instances[instance]);

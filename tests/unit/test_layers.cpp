@@ -122,9 +122,9 @@ TEST(Layers, EveryRoomIsAFolder) {
 TEST(Layers, ErrorsNameFileAndLine) {
     using Errors = std::vector<std::string>;
     EXPECT_EQ(errors_in("engine/core/a.h", "#pragma once\n#include \"renderer/render.h\"\n"),
-              Errors{"engine/core/a.h:2: engine/core must not use passes (renderer/render.h)"});
+              Errors{"engine/core/a.h:2: engine/core must not use renderer (renderer/render.h)"});
     EXPECT_EQ(errors_in("engine/scene/a.cpp", "\n\n  #  include <engine/io/gltf/gltf.h>\n"),
-              Errors{"engine/scene/a.cpp:3: engine/scene must not use engine/io (engine/io/gltf/gltf.h)"});
+              Errors{"engine/scene/a.cpp:3: engine/scene must not use engine/io/gltf (engine/io/gltf/gltf.h)"});
     EXPECT_EQ(errors_in("engine/color/a.cpp", "#include \"engine/graph/graph.h\"\n").size(), 1u);  // no room below it
     EXPECT_EQ(errors_in("shaders/lib/a.glsl", "#include \"shaders/trace.glsl\"\n").size(), 1u);
     EXPECT_EQ(errors_in("passes/a.cpp", "#include \"render.h\"\n"),

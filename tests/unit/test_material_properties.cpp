@@ -46,8 +46,8 @@ Scene scene_of_everything() {
     scene.name = "everything";
     scene.images.push_back({"white", 1, 1, {255, 255, 255, 255}});
     Material& m = scene.materials.emplace_back();
-    m.metallic = m.clearcoat = m.transmission = 0.5f;
-    m.emission = vec3(1);
+    for (const MaterialProperty& p : material_properties())
+        if (p.scales_lobe) set_value(m, p.field, vec4(0.5f));
     for (const MaterialTexture& texture : material_textures()) (m.*texture.field).image = 0;
     Mesh& mesh = scene.meshes.emplace_back();
     mesh.positions = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};

@@ -9,15 +9,15 @@
 namespace halflight {
 namespace {
 
-// An accessor without data is all zeros, of any count that it likes. Sparse ones have a use for that: they go with
-// other accessors of that count, whose elements have a byte each at least.
+// Limit of the count of an accessor without data, whose elements are all zero. Sparse accessors use this; other
+// accessors of their count have at least one byte per element.
 constexpr std::size_t kFewZeros = std::size_t{1} << 16;
 
 std::string name(int accessor) {
     return fmt::format("accessors[{}]", accessor);
 }
 
-/// Bytes of a component; 0 for what glTF does not know.
+/// Returns the bytes of a component; 0 for unknown types.
 std::size_t component_size(int type) {
     switch (type) {
         case TINYGLTF_COMPONENT_TYPE_BYTE:
@@ -41,7 +41,7 @@ T load(const unsigned char* from) {
     return value;
 }
 
-/// glTF 2.0, section 3.11 (normalised integers).
+/// Converts a normalised integer (glTF 2.0, section 3.11).
 template <class T>
 float to_float(T value, bool normalized) {
     const auto x = static_cast<float>(value);
@@ -86,7 +86,7 @@ GltfAccessors::View GltfAccessors::packed(int buffer_view, std::uint64_t offset,
     const std::size_t stride = given == 0 ? element_size : given;
     if (stride < element_size)
         document_.fail(element, "elements of {} bytes overlap, byteStride is {}", element_size, stride);
-    // gltf_schema.h keeps sizes below 2^53 and tinygltf strides below 2^8: nothing overflows.
+    // schema.h limits sizes to 2^53 and tinygltf limits strides to 2^8, so nothing overflows.
     const std::uint64_t end = count == 0 ? offset : offset + (count - 1) * stride + element_size;
     if (end > bytes.size())
         document_.fail(element, "ends at byte {} of bufferViews[{}], which has {}", end, buffer_view, bytes.size());

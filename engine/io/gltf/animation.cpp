@@ -67,7 +67,7 @@ class Reader {
         animation.channels.push_back({property, target->index, target->field, it->second});
     }
 
-    /// None where a warning says that it is left out.
+    /// Returns the target; none where it is left out with a warning.
     std::optional<GltfTarget> target_of(const Json& from, const std::string& element) {
         const auto path = from.at("path").get<std::string>();
         if (path == "pointer") return pointed_at(from, element);
@@ -90,7 +90,7 @@ class Reader {
         return target;
     }
 
-    /// Number of morph targets where weights are driven, else 0.
+    /// Returns the number of morph targets where weights are driven, else 0.
     int check_target(const std::string& element, AnimatedProperty property, int index) const {
         const tinygltf::Model& model = document_.model;
         if (property == AnimatedProperty::mesh_weights) return count_morph_targets(index, element, "meshes", index);
@@ -123,7 +123,7 @@ class Reader {
         keys.rotation = property_of(target) == AnimatedProperty::rotation;
         keys.components = weights ? morph_targets : components_of(target);
         const int input = from.at("input"), output = from.at("output");
-        // An accessor of weights has an element for each of them.
+        // An accessor of weights has one element per weight.
         const std::size_t per_key = (keys.interpolation == Interpolation::cubic_spline ? 3 : 1) *
                                     static_cast<std::size_t>(weights ? morph_targets : 1);
         const std::size_t expected = accessors_.count(input) * per_key;
@@ -150,7 +150,7 @@ class Reader {
     const GltfAccessors accessors_;
     std::string element_;
     const Json* samplers_ = nullptr;
-    // Place of what was read, by sampler, field and number of morph targets: samplers may serve many channels.
+    // Index of keyframes by sampler, field and number of morph targets; a sampler may serve many channels.
     std::map<std::tuple<std::size_t, int, int>, std::size_t> read_;
 };
 

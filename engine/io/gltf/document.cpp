@@ -50,7 +50,7 @@ void check_version(const Json& root, const std::string& file) {
 
 struct Chunks {
     std::string_view json;
-    std::string_view binary;  // empty where there is none
+    std::string_view binary;  // empty: none
 };
 
 std::uint32_t read_u32(std::string_view bytes, std::size_t offset) {
@@ -59,7 +59,7 @@ std::uint32_t read_u32(std::string_view bytes, std::size_t offset) {
     return value;
 }
 
-/// The chunks of a .glb (glTF 2.0, section 4.4); others than the two known ones are passed over.
+/// Returns the chunks of a .glb file (glTF 2.0, section 4.4). Unknown chunks are skipped.
 Chunks split_glb(std::string_view bytes, const std::string& file) {
     constexpr std::uint32_t kJson = 0x4e4f534a, kBinary = 0x004e4942;
     if (bytes.size() < 12) throw Error(file, "is truncated: {} bytes are no GLB header", bytes.size());
@@ -98,16 +98,15 @@ fs::path locate(const GltfDocument& document, const std::string& uri, const std:
     return path;
 }
 
-/// What tinygltf's file callbacks work on. Buffers go by the name that their URI is replaced with, so that nothing but
-/// the code above ever touches a path.
+/// State of tinygltf's file callbacks. A name replaces the URI of every buffer, so that tinygltf never sees a path.
 struct BufferFiles {
     GltfDocument& document;
     std::string_view binary_chunk;
     std::vector<std::string> uris{};  // empty: the binary chunk
     std::vector<std::uint64_t> byte_lengths{};
 
-    /// Length of a buffer that no URI and no chunk stand for, which is allowed as long as nobody reads it. tinygltf
-    /// wants a byte of it all the same.
+    /// Length of a buffer without URI and chunk, which is allowed while nothing reads it. tinygltf still needs one
+    /// byte.
     static constexpr std::uint64_t kNothing = 0;
 
     static std::string name(std::size_t buffer) { return std::to_string(buffer); }
@@ -161,7 +160,7 @@ std::vector<GltfImageSource> take_images(Json& root, const GltfDocument& documen
     return images;
 }
 
-/// What tinygltf would refuse without saying where it is.
+/// Checks what tinygltf would refuse without naming the element.
 void check_layout(const Json& root, const GltfDocument& document) {
     static const std::set<std::string, std::less<>> kTypes{"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"};
     const auto each = [&](const char* list, const auto& check) {
@@ -179,7 +178,7 @@ void check_layout(const Json& root, const GltfDocument& document) {
     });
 }
 
-/// Takes the indices out of the JSON: tinygltf refuses those without a bufferView, which glTF allows (all zero).
+/// Takes the indices out of the JSON. tinygltf refuses indices without a bufferView, which glTF allows (all zero).
 std::vector<std::vector<int>> take_indices(Json& root) {
     std::vector<std::vector<int>> indices;
     if (!root.contains("meshes")) return indices;
@@ -215,7 +214,7 @@ void parse_model(GltfDocument& document, Json& root, BufferFiles& files) {
                 document.model.meshes[m].primitives[p].indices = indices[m][p];
         return;
     }
-    // One line; and what it says of members that glTF does not require is no reason to fail by itself.
+    // The message becomes one line.
     while (!error.empty() && error.back() == '\n') error.pop_back();
     std::ranges::replace(error, '\n', ' ');
     throw Error(document.file, "{}", error);
@@ -247,7 +246,7 @@ void GltfWarnings::write_to(SceneReport& report) const {
 }
 
 std::string_view GltfDocument::view_bytes(int buffer_view) const {
-    // gltf_schema.h keeps sizes below 2^53, so that their sum does not overflow.
+    // schema.h limits sizes to 2^53, so their sum does not overflow.
     const auto& view = model.bufferViews[static_cast<std::size_t>(buffer_view)];
     const auto& data = model.buffers[static_cast<std::size_t>(view.buffer)].data;
     if (data.empty()) fail(fmt::format("buffers[{}]", view.buffer), "has no URI, and there is no binary chunk for it");
@@ -299,7 +298,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     const bool binary = bytes.starts_with("glTF");
     const Chunks chunks = binary ? split_glb(bytes, document.file) : Chunks{bytes, {}};
 
-    const std::size_t start = chunks.json.find_first_not_of("\xef\xbb\xbf \t\r\n");  // a byte order mark is let pass
+    const std::size_t start = chunks.json.find_first_not_of("\xef\xbb\xbf \t\r\n");  // a byte order mark is skipped
     if (start == std::string_view::npos || chunks.json[start] != '{')
         throw Error(document.file, "is neither GLB nor glTF's JSON");
     Json root = parse_gltf_json(chunks.json, document.file);

@@ -1,4 +1,4 @@
-// A glTF file that has been read and checked, before it is made a scene.
+// A glTF file that has been read and checked, before conversion to a scene.
 #pragma once
 
 #include <tiny_gltf.h>
@@ -18,19 +18,19 @@
 
 namespace halflight {
 
-/// Where an encoded image lies.
+/// The location of an encoded image.
 struct GltfImageSource {
     std::string label;  // for messages: its URI, or its name
     std::string uri;    // empty: in `buffer_view`
     int buffer_view = kNone;
 };
 
-/// Collects what deserves a warning: the same thing in many places becomes one line.
+/// Collects warnings. Equal warnings about several elements become one line.
 class GltfWarnings {
   public:
-    /// `what` is the line, `element` one of the places that it is about; may be empty.
+    /// Adds the warning `what` about `element`, which may be empty.
     void add(const std::string& what, const std::string& element = "");
-    /// What was collected elsewhere, later.
+    /// Appends the warnings of another collection.
     void add(const GltfWarnings& more);
     void write_to(SceneReport& report) const;
 
@@ -43,33 +43,33 @@ class GltfWarnings {
     std::map<std::string, Places> places_;
 };
 
-/// The model as tinygltf gives it, with buffers in memory, each as long as its byteLength says. All indices are in
-/// range or kNone (gltf_schema.h). Images are left encoded, so that those which nothing refers to need not be readable.
+/// The model that tinygltf has parsed, with buffers in memory, each as long as its byteLength. All indices are in range
+/// or kNone (schema.h). Images stay encoded, so that unused images need not be readable.
 struct GltfDocument {
-    std::string file;  // subject of messages
+    std::string file;  // file name, subject of messages
     std::filesystem::path folder;
     GltfOptions options;
-    std::uint64_t bytes_read = 0;  // of max_total_bytes
+    std::uint64_t bytes_read = 0;  // count towards max_total_bytes
     tinygltf::Model model;
     std::vector<GltfImageSource> images;
-    std::optional<FrameRate> frame_rate;                 // that extras tell
-    nlohmann::json materials = nlohmann::json::array();  // checked; animations change it, and not `model`
-    nlohmann::json animations;                 // the list as it stands in the file, unchecked; null where there is none
-    std::vector<std::filesystem::path> files;  // that have been read so far, the scene's own first
+    std::optional<FrameRate> frame_rate;                 // given in extras
+    nlohmann::json materials = nlohmann::json::array();  // list of the file, checked; `model` has none
+    nlohmann::json animations;                           // list of the file, unchecked; null: none
+    std::vector<std::filesystem::path> files;            // files read so far, the scene's own first
     GltfWarnings warnings;
 
     template <class... Args>
     [[noreturn]] void fail(std::string_view element, fmt::format_string<Args...> format, Args&&... args) const {
         throw Error(fmt::format("{}: {}", file, element), "{}", fmt::format(format, std::forward<Args>(args)...));
     }
-    /// The bytes of a buffer view. Throws Error where its buffer does not have them.
+    /// Returns the bytes of a buffer view. Throws Error where its buffer is too short.
     std::string_view view_bytes(int buffer_view) const;
-    /// The bytes that a URI stands for; `element` is whose URI it is.
+    /// Returns the bytes behind a URI. Throws Error about `element`, which the URI belongs to.
     std::string read_uri(const std::string& uri, const std::string& element);
 };
 
-/// Reads file and buffers. Throws Error: unreadable, too large, outside the folder, a Git LFS pointer, not glTF 2.0,
-/// not of the schema, an extension required that is not known.
+/// Reads file and buffers. Throws Error for files that are unreadable, too large, outside the folder or a Git LFS
+/// pointer. The same holds for content that is not glTF 2.0, breaks the schema or requires an unknown extension.
 GltfDocument open_gltf(const std::filesystem::path& path, const GltfOptions& options);
 
 }  // namespace halflight

@@ -23,7 +23,7 @@ struct Field {
     std::string rest;
     AnimatedProperty property;
     Place (*place)(tinygltf::Model&, std::size_t index);  // null: `rest` is a pointer within GltfDocument::materials[N]
-    Values default_values;  // as many as the field has; empty for weights, whose number depends on the mesh
+    Values default_values;  // one per component; empty for weights, whose number depends on the mesh
 };
 
 constexpr std::string_view kNodes = "/nodes/", kMeshes = "/meshes/", kMaterials = "/materials/", kCameras = "/cameras/",
@@ -186,7 +186,7 @@ std::vector<double> driven_values(const GltfDocument& document, const GltfTarget
         const Json& found = material.at(pointer);
         return found.is_array() ? found.get<Values>() : Values{found.get<double>()};
     }
-    const Place place = field.place(const_cast<tinygltf::Model&>(document.model), index);  // is read only
+    const Place place = field.place(const_cast<tinygltf::Model&>(document.model), index);  // only read
     if (const auto* number = std::get_if<double*>(&place)) return {**number};
     return *std::get<Values*>(place);
 }
@@ -195,7 +195,7 @@ void set_driven_values(GltfDocument& document, const GltfTarget& target, const s
     const Field& field = field_of(target);
     const auto index = static_cast<std::size_t>(target.index);
     if (!field.place) {
-        Json& place = document.materials[index][Json::json_pointer(field.rest)];  // is made where it is not there
+        Json& place = document.materials[index][Json::json_pointer(field.rest)];  // created where it is missing
         place = field.default_values.size() == 1 ? Json(values.at(0)) : Json(values);
         return;
     }

@@ -20,9 +20,10 @@ struct GltfTarget {
 };
 
 /// Returns the target of a pointer of KHR_animation_pointer ("/materials/0/emissiveFactor"); none where the pointer is
-/// well-formed but leads to nothing that the loader drives. Throws Error about `element`: no JSON pointer, an index
-/// beyond the file's list, a cone of a light that is no spot, a projection that the camera does not have,
-/// specular-glossiness of a material without it.
+/// well-formed but leads to nothing that the loader drives. Throws Error about `element` for
+///   - text that is no JSON pointer, or an index beyond the file's list,
+///   - a cone of a light that is no spot, or a projection that the camera does not have,
+///   - specular-glossiness of a material without it.
 std::optional<GltfTarget> follow_pointer(const GltfDocument& document, const std::string& pointer,
                                          const std::string& element);
 /// Returns the target of a channel without a pointer, by its path ("rotation"); none where the path is unknown.

@@ -13,7 +13,7 @@ using Json = nlohmann::json;
 std::optional<FrameRate> frame_rate(const Json& value) {
     if (!value.is_number()) return std::nullopt;
     try {
-        // So many digits that 23.976 and its like are told from others, and no more than a float has.
+        // These digits distinguish rates like 23.976, and a float has no more.
         return parse_frame_rate("", fmt::format("{:.7g}", value.get<double>()));
     } catch (const Error&) {
         return std::nullopt;

@@ -40,7 +40,7 @@ void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
         warnings.add(fmt::format("{} primitives of lines are left out", report.line_primitives_skipped));
 }
 
-/// Materials as they are in one pose, and their images, which are the same in every pose.
+/// Materials of one pose, and their images, which are equal in all poses.
 struct Looks {
     std::vector<TextureImage> images;
     std::vector<Material> materials;
@@ -53,10 +53,10 @@ Looks load_looks(GltfDocument& document, std::vector<GltfMaterial>& materials) {
     return looks;
 }
 
-/// A material of another pose with the images that it has in `known`.
+/// Returns a material of another pose, with the images of `known`.
 Material with_images_of(const Material& known, const GltfMaterial& from) {
     Material material = from.material;
-    if (from.glossiness) {  // as load_images() does
+    if (from.glossiness) {  // like in load_images()
         material.metallic_roughness_texture = material.specular_color_texture;
         material.roughness = 1;
     }
@@ -67,8 +67,8 @@ Material with_images_of(const Material& known, const GltfMaterial& from) {
     return material;
 }
 
-/// With `looks`, images are taken from there; those of the first time are left there. Without `images`, they are left
-/// out.
+/// Converts the document. looks: cache of images, filled by the first call; null: none. images: whether the scene gets
+/// its images.
 Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfKept& kept,
               std::optional<Looks>* looks = nullptr, bool images = true) {
     Scene scene;
@@ -99,7 +99,7 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfKep
     return scene;
 }
 
-/// Calls f(); what goes wrong names the file.
+/// Calls f(). Out of memory becomes Error that names the file.
 template <class F>
 decltype(auto) guarded(const std::filesystem::path& path, F f) {
     try {
@@ -149,7 +149,7 @@ struct GltfScene::State {
         return *animations;
     }
 
-    /// Puts the model into the state that it has at that time.
+    /// Changes the document to its state at a time.
     void pose(double seconds, Playing playing) {
         document.warnings = opening_warnings;
         for (const auto& [target, values] : at_rest) set_driven_values(document, target, values);
@@ -184,7 +184,7 @@ struct GltfScene::State {
         return convert(document, path, kept, &looks, images);
     }
 
-    /// Whether these nodes and those below them carry more than cameras.
+    /// Returns whether the nodes, or nodes below them, carry more than cameras.
     bool carry_surfaces(std::vector<int> todo) const {
         const auto& nodes = document.model.nodes;
         std::vector<bool> carries(nodes.size(), false), visited(nodes.size(), false);
@@ -209,7 +209,7 @@ struct GltfScene::State {
     std::vector<std::string> animation_warnings;
     std::optional<Looks> looks;
     GltfKept kept;
-    // What has been driven, as the file has it.
+    // Values of the file for every target that has been driven.
     std::map<GltfTarget, std::vector<double>> at_rest;
 };
 

@@ -9,7 +9,7 @@
 namespace halflight {
 namespace {
 
-/// "images[3] (wood.png)"
+/// Returns "images[3] (wood.png)".
 std::string element_name(const GltfDocument& document, std::size_t image) {
     return fmt::format("images[{}] ({})", image, document.images[image].label);
 }
@@ -43,7 +43,7 @@ TextureImage decode(const GltfDocument& document, std::size_t image, std::string
     return result;
 }
 
-/// Roughness in G, as metallic-roughness textures have it: 1 - factor * A. Metalness is none.
+/// Returns a metallic-roughness texture: roughness 1 - factor * A in G, no metalness.
 TextureImage roughness_from(const TextureImage& specular_glossiness, float factor) {
     TextureImage result = specular_glossiness;
     result.name += " (roughness)";

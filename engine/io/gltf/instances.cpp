@@ -18,16 +18,16 @@ void add_report(SceneReport& to, const SceneReport& of_mesh) {
     to.line_primitives_skipped += of_mesh.line_primitives_skipped;
 }
 
-/// A mesh that is to be made.
+/// A requested mesh.
 struct MeshWish {
     GltfMeshKey key;
     GltfPose pose;
     bool deforms;    // animations do that
-    bool flattened;  // it has the node's transform in it
+    bool flattened;  // the node's transform is applied to the vertices
 };
 
-/// Fills Scene::meshes and Scene::instances: first it is found what is needed, so that all that deforms can be made at
-/// once.
+/// Fills Scene::meshes and Scene::instances. It collects all requests first, so that all deforming meshes are computed
+/// at once.
 class Instances {
   public:
     Instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfKept& kept, Scene& scene)
@@ -39,7 +39,7 @@ class Instances {
         const tinygltf::Node& from = node_of(node);
         if (from.mesh == kNone) return;
         if (from.skin != kNone) {
-            // The joints alone say where a skinned mesh is (glTF 2.0, section 3.7.3.3).
+            // Only the joints place a skinned mesh (glTF 2.0, section 3.7.3.3).
             return add(node, dmat4(1), {skin_joints(static_cast<std::size_t>(from.skin)), true});
         }
         const dmat4& world = nodes_.world[static_cast<std::size_t>(node)];
@@ -52,7 +52,7 @@ class Instances {
         }
     }
 
-    /// Makes the meshes; instances of those that have no triangles go.
+    /// Builds the meshes, and removes instances of meshes without triangles.
     void finish() {
         std::map<std::size_t, Mesh> deformed = deformed_meshes();
         std::vector<int> made(wishes_.size(), kNone);
@@ -75,7 +75,7 @@ class Instances {
   private:
     const tinygltf::Node& node_of(int node) const { return document_.model.nodes[static_cast<std::size_t>(node)]; }
 
-    /// Nothing later could invert a flat transform, so what it makes is a mesh of its own.
+    /// Adds a mesh of its own for a flat transform, because no later step could invert the transform.
     void place(int node, const dmat4& world) {
         const dmat3 m(world);
         const double determinant = glm::determinant(m);
@@ -86,9 +86,9 @@ class Instances {
         document_.warnings.add("is scaled to nothing, it is left out", fmt::format("nodes[{}]", node));
     }
 
-    /// The instance's mesh is that of a wish until finish() has made them.
+    /// Adds an instance. Its mesh is the index of a request until finish() has built the meshes.
     void add(int node, const dmat4& object_to_world, GltfPose pose) {
-        // A pose has the node's transform in its joints.
+        // The joints of a pose include the node's transform.
         const bool moves = pose.joints.empty() && kept_.movers.move(node);
         const int wish = find_wish(node, std::move(pose));
         scene_.instances.push_back({node_of(node).name, wish, object_to_world, node, moves});
@@ -99,7 +99,7 @@ class Instances {
         return kept_.movers.turn_tangents(document_.model.meshes[mesh]);
     }
 
-    /// Whether animations change what a node's mesh becomes by a pose.
+    /// Returns whether animations change the vertices of a node's mesh.
     bool deforms(int node, const GltfPose& pose) const {
         const GltfMovers& movers = kept_.movers;
         if (movers.morph(node)) return true;
@@ -108,7 +108,7 @@ class Instances {
                          : movers.move(node);
     }
 
-    /// Nodes share a mesh where nothing that goes into it differs.
+    /// Returns the index of a request; equal requests share one.
     int find_wish(int node, GltfPose pose) {
         const tinygltf::Node& from = node_of(node);
         const auto& default_weights = document_.model.meshes[static_cast<std::size_t>(from.mesh)].weights;
@@ -121,7 +121,7 @@ class Instances {
             wishes_[static_cast<std::size_t>(known->second)].deforms |= deforms;
             return known->second;
         }
-        // Of a node with several instances that are flattened each has a mesh of its own.
+        // Each flattened instance of a node has a mesh of its own.
         wishes_.push_back({key, std::move(pose), deforms, flattened});
         return static_cast<int>(wishes_.size()) - 1;
     }
@@ -132,7 +132,7 @@ class Instances {
         return meshes_.open(static_cast<std::size_t>(mesh), weights, wish.pose, again ? &kept_.primitives : nullptr);
     }
 
-    /// Those that animations deform, all at once; by the place of the wish.
+    /// Returns the deformed vertices of all animated meshes, by index of the request.
     std::map<std::size_t, Mesh> deformed_meshes() {
         std::vector<std::pair<std::size_t, GltfUnposedMesh>> unposed;
         std::vector<Deformation> deformations;
@@ -161,7 +161,7 @@ class Instances {
     Mesh still_mesh(const MeshWish& wish) {
         auto known = kept_.meshes.find(wish.key);
         if (known == kept_.meshes.end()) {
-            // What is said of it is said again with every pose.
+            // Every pose repeats the report and the warnings of the mesh.
             GltfWarnings warnings = std::exchange(document_.warnings, {});
             SceneReport report = std::exchange(scene_.report, {});
             GltfStillMesh made;
@@ -229,7 +229,7 @@ class Instances {
     GltfKept& kept_;
     Scene& scene_;
     std::vector<MeshWish> wishes_;
-    std::map<GltfMeshKey, int> found_;  // indices of them
+    std::map<GltfMeshKey, int> found_;  // indices of requests
     bool used_default_material_ = false;
 };
 

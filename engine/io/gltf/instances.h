@@ -1,4 +1,4 @@
-// Nodes with meshes to instances, and what of them animations move.
+// Converts nodes with meshes to instances, and finds the objects that animations move.
 #pragma once
 
 #include <algorithm>
@@ -14,11 +14,11 @@
 
 namespace halflight {
 
-/// What animations move, in whatever pose; nothing where there are none.
+/// Objects that animations move in any pose. The lists are empty without animations.
 struct GltfMovers {
-    std::vector<bool> nodes;        // they, or nodes above them, are driven
-    std::vector<bool> weights;      // of nodes, or of their meshes, are driven
-    std::vector<bool> normal_maps;  // of materials, are moved, and tangents with them
+    std::vector<bool> nodes;        // per node: the node or one above it is driven
+    std::vector<bool> weights;      // per node: its weights, or those of its mesh, are driven
+    std::vector<bool> normal_maps;  // per material: the transform of a normal map is driven, and tangents follow
 
     bool move(int node) const { return !nodes.empty() && nodes[static_cast<std::size_t>(node)]; }
     bool morph(int node) const { return !weights.empty() && weights[static_cast<std::size_t>(node)]; }
@@ -34,7 +34,7 @@ struct GltfMovers {
 
 using GltfMeshKey = std::tuple<int, int, int, std::vector<double>>;  // mesh, skin, flattened node, weights
 
-/// A mesh that is the same in all poses, and what was to be said of it.
+/// A mesh that is equal in all poses, and its report and warnings.
 struct GltfStillMesh {
     Mesh mesh;
     bool used_default_material = false;
@@ -42,19 +42,19 @@ struct GltfStillMesh {
     GltfWarnings warnings;
 };
 
-/// What need not be made again for another pose.
+/// Results that are kept for other poses.
 struct GltfKept {
-    bool wanted = false;  // there may be other poses
+    bool wanted = false;  // whether other poses may follow
     GltfMovers movers;
     std::map<GltfMeshKey, GltfStillMesh> meshes;
-    GltfPrimitives primitives;     // of meshes that deform
-    Deformer* deformer = nullptr;  // who deforms those; null: deform()
+    GltfPrimitives primitives;     // primitives of meshes that deform
+    Deformer* deformer = nullptr;  // deforms those meshes; null: deform()
 };
 
-/// Returns what the channels move.
+/// Returns the objects that the channels move.
 GltfMovers find_movers(const GltfDocument& document, std::span<const AnimationChannel> channels);
 
-/// Fills Scene::meshes and Scene::instances. Returns whether anything has the default material.
+/// Fills Scene::meshes and Scene::instances. Returns whether some triangle has the default material.
 bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfKept& kept, Scene& scene);
 
 }  // namespace halflight

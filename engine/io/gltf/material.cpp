@@ -29,8 +29,8 @@ dvec2 pair(const Json& value, const char* key, const dvec2& otherwise) {
     return found == value.end() ? otherwise : dvec2((*found)[0].get<double>(), (*found)[1].get<double>());
 }
 
-/// T R S of KHR_texture_transform. The rotation is counter-clockwise as seen in an image whose v points down. This
-/// follows the extension's words and sample model; the GLSL in its text has the other sign (glTF issue 1563).
+/// Returns T R S of KHR_texture_transform. The rotation is counter-clockwise as seen in an image whose v points down.
+/// This follows the extension's words and sample model; the GLSL in its text has the other sign (glTF issue 1563).
 glm::mat3x2 uv_transform(const Json& transform) {
     const dvec2 offset = pair(transform, "offset", dvec2(0)), scale = pair(transform, "scale", dvec2(1));
     const double rotation = transform.value("rotation", 0.0);
@@ -61,7 +61,8 @@ class Converter {
     }
 
   private:
-    /// Specular-glossiness replaces metallic-roughness, and unlit materials do not emit by their emission factor.
+    /// Returns whether the property counts. Specular-glossiness replaces metallic-roughness, and unlit materials ignore
+    /// their emission factor.
     bool is_read(std::string_view path, bool MaterialNeeds::*need) const {
         return !(glossy_ && path.starts_with("/pbrMetallicRoughness/")) &&
                !(m_.unlit && need == &MaterialNeeds::emission);

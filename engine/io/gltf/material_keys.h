@@ -17,7 +17,7 @@ struct GltfMaterialKey {
     enum class Kind { number, numbers, flag, texture, extension };
     std::string path;  // JSON pointer within the material
     Kind kind;
-    std::vector<double> default_value;  // of number and numbers: as many as the property has
+    std::vector<double> default_value;  // number and numbers: one per component
     AnimatedProperty animated;          // what a pointer to its numbers, or to its texture transform, drives
 };
 

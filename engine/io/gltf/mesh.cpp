@@ -9,7 +9,7 @@
 namespace halflight {
 namespace {
 
-/// Makes given tangents unit; false where one of them cannot be used.
+/// Normalises given tangents. Returns false where one of them cannot be used.
 bool normalize_tangents(std::vector<vec4>& tangents) {
     for (vec4& t : tangents) {
         const vec3 direction(t);
@@ -58,7 +58,7 @@ GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weig
             still = source->still;
         } else {
             const std::shared_ptr<GltfPrimitive> alone = read();
-            still = std::move(alone->still);  // large meshes are mostly read once: spare them the copy
+            still = std::move(alone->still);  // saves a copy, since large meshes are mostly read once
             source = alone;
         }
         document_.warnings.add(source->warnings());

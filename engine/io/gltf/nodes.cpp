@@ -69,7 +69,7 @@ void walk(const GltfDocument& document, std::vector<int> roots, F f) {
     }
 }
 
-/// "Name" of the thing, else of its node, else "kind[3]"; a name that is taken goes on to the next.
+/// Returns the name of the object, else of its node, else "kind[3]"; the first of these that is not taken.
 class Names {
   public:
     std::string pick(const std::string& own, const std::string& node, const std::string& fallback) {
@@ -110,7 +110,7 @@ PunctualLight convert_light(GltfDocument& document, std::size_t index) {
     return light;
 }
 
-/// The node's frame without its scale: looks along -Z, which is kept, as is the plane of Y.
+/// Returns the node's frame without its scale. It keeps the direction of -Z and the plane of Y and Z.
 dmat4 camera_frame(GltfDocument& document, const dmat4& world, const std::string& element) {
     const dvec3 z = glm::normalize(dvec3(world[2]));
     const dvec3 x = glm::normalize(glm::cross(dvec3(world[1]), z));
@@ -184,7 +184,7 @@ GltfNodes resolve_nodes(GltfDocument& document) {
             nodes.world[node] = nodes.world[static_cast<std::size_t>(parents[node])] * nodes.world[node];
         if (!within_float_range(nodes.world[node])) document.fail(name(node), "its transform overflows");
     });
-    // All have at most one parent, so what no root leads to goes round in a circle.
+    // Every node has at most one parent, so a node that no root reaches belongs to a cycle.
     for (std::size_t i = 0; i < reached.size(); ++i) {
         if (!reached[i]) document.fail(name(i), "is its own ancestor");
     }

@@ -9,7 +9,7 @@
 namespace halflight {
 namespace {
 
-/// glTF 2.0, section 3.7.2.1: what consecutive indices mean.
+/// Converts consecutive indices to triangles by mode (glTF 2.0, section 3.7.2.1).
 std::vector<uvec3> make_triangles(const std::vector<std::uint32_t>& v, int mode) {
     std::vector<uvec3> triangles;
     if (v.size() < 3) return triangles;
@@ -135,7 +135,7 @@ void GltfPrimitive::read_colors() {
     }
     bool mended = false;
     for (vec4& c : still.colors) {
-        // NaN is not equal to itself and comes out as 1.
+        // NaN is not equal to itself and becomes 1.
         const vec4 clamped = glm::mix(vec4(1), glm::clamp(c, 0.0f, 1.0f), glm::equal(c, c));
         mended = mended || clamped != c;
         c = clamped;

@@ -173,7 +173,7 @@ GltfRules make_rules() {
           {"skeleton", index, "nodes"}}},
         {"texture", {{"sampler", index, "samplers"}, {"source", index, "images"}}},
     };
-    // Textures first: a rule of theirs stands for the whole textureInfo, the scale of a normal map included.
+    // Textures come first, since their rule covers the whole textureInfo, including the scale of a normal map.
     for (const bool textures : {true, false})
         for (const GltfMaterialKey& key : gltf_material_keys())
             if ((key.kind == GltfMaterialKey::Kind::texture) == textures) add_material_key(rules, key);

@@ -13,8 +13,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-// Where the JSON parser of tinygltf keeps a size in an int, larger ones are refused here; no buffer in the wild needs
-// them there.
+// Limit of numbers that tinygltf keeps in an int. Real files need no larger ones in these places.
 constexpr std::uint64_t kMaxNatural = std::numeric_limits<std::int32_t>::max();
 constexpr std::uint64_t kMaxSize = std::uint64_t{1} << 53;  // the largest range of integers that JSON readers agree on
 
@@ -30,7 +29,7 @@ class Checker {
         if (root.contains(lights) && root[lights].is_array()) list_sizes_["lights"] = root[lights].size();
     }
 
-    /// `path` is where `value` stands, for messages; it comes back as it was.
+    /// Checks an object. path: position of `value`, for messages; unchanged on return.
     void object(Json& value, std::string_view type, std::string& path) const {
         if (!value.is_object()) fail(path, "is not an object");
         for (const GltfRule& rule : gltf_rules().find(type)->second) {
@@ -45,7 +44,7 @@ class Checker {
     }
 
   private:
-    /// Lengthens the path for as long as it lives.
+    /// Extends the path during its lifetime.
     class Descent {
       public:
         Descent(std::string& path, const std::string& step) : path_(path), length_(path.size()) { path += step; }
@@ -154,10 +153,10 @@ class Checker {
     ListSizes list_sizes_;
 };
 
-// Far above anything that glTF needs; what walks the tree recursively is safe below it.
+// Limit of nesting, far above the needs of glTF, for functions that recurse over the tree.
 constexpr int kMaxDepth = 256;
 
-/// Nesting of JSON, told before it is parsed. (nlohmann's parser has a callback for this, and with one it looks at all
+/// Returns the depth of nesting, before parsing. (nlohmann's parser has a callback for this, but then it visits all
 /// elements of a list again for each of them.)
 int depth_of(std::string_view text) {
     int depth = 0, deepest = 0;
@@ -177,7 +176,7 @@ int depth_of(std::string_view text) {
     return deepest;
 }
 
-/// Whatever applications keep there, scenes do not need it.
+/// Removes the extras of all objects, which scenes do not need.
 void remove_extras(Json& value) {
     if (value.is_object()) value.erase("extras");
     if (value.is_structured())

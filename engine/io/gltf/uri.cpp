@@ -12,7 +12,7 @@ constexpr bool is_letter(char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
 }
 
-/// RFC 4648, section 4; padding may be left out.
+/// Decodes base64 (RFC 4648, section 4); padding is optional.
 std::optional<std::string> decode_base64(std::string_view text) {
     static constexpr std::string_view kDigits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     static const auto kValues = [] {
