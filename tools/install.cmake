@@ -17,8 +17,9 @@ target_include_directories(halflight INTERFACE
 target_link_libraries(halflight INTERFACE ${libraries})
 
 install(TARGETS halflight EXPORT halflight-targets)
-install(DIRECTORY ${PROJECT_SOURCE_DIR}/api ${PROJECT_SOURCE_DIR}/engine ${PROJECT_SOURCE_DIR}/passes
-    ${PROJECT_SOURCE_DIR}/renderer
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/api/halflight
+    DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/halflight/api FILES_MATCHING PATTERN "*.h")
+install(DIRECTORY ${PROJECT_SOURCE_DIR}/engine ${PROJECT_SOURCE_DIR}/passes ${PROJECT_SOURCE_DIR}/renderer
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/halflight FILES_MATCHING PATTERN "*.h")
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/shaders/shared
     DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/halflight/shaders FILES_MATCHING PATTERN "*.h")
