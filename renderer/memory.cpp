@@ -147,7 +147,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
     constexpr std::size_t kRasterTexel = sizeof(uvec2) + sizeof(float);  // visibility, depth
     const bool raster = s.primary == PrimaryVisibility::raster;
     const std::size_t window = raster ? kRasterTexel * std::size_t(s.width) * std::size_t(raster_window(band).rows) : 0;
-    const std::size_t copies = size.moves ? 4 : 2;  // those of the file and of poses
+    const std::size_t copies = size.moves ? 4 : 2;  // textures and geometry of the file and of poses
     return {.program = kProgram,
             .scene = kTriangle * size.traced + copies * (size.geometry_bytes + size.texture_bytes),
             .band = path_bytes(scene, needs, s) * paths + window + state_bytes(scene, size, needs, band, s),

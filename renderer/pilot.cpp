@@ -27,7 +27,7 @@ double shared_and_own(double with_one, double with_tried, double tried, double n
 
 double power_law(double with_one, double with_tried, double tried, double n) {
     if (!(with_one > 0)) return 0;
-    constexpr double kLeast = 1e-3;  // of so few pictures it may be 0
+    constexpr double kLeast = 1e-3;  // the estimate of so few pictures may be 0
     return with_one * std::pow(std::clamp(with_tried / with_one, kLeast, 1.0), std::log(n) / std::log(tried));
 }
 
@@ -85,7 +85,7 @@ RenderSettings pilot_settings(const RenderSettings& of) {
     s.culling = rays::Culling::off;
     s.primary = of.primary;
     s.kept = of.kept;
-    s.frame = ~0u;  // that no sequence has: no sample is shared with those of pictures
+    s.frame = ~0u;  // a number without a picture, so that no sample is shared
     return s;
 }
 
@@ -147,7 +147,7 @@ PilotErrors measure(PreparedScene& scene, const ColorConfig& colors, const Rende
     const std::vector<double> reflected =
         variances(scene, colors, settings, kPilotPictures,
                   {{"direct_diffuse", "direct_glossy"}, {"indirect_diffuse", "indirect_glossy"}}, progress);
-    // All pixels look through the same points, so that edges tell little in each picture; but they are cheap.
+    // All pixels share the sample point, so each picture says little about edges; but pictures of emission are cheap.
     RenderSettings seen = settings;
     seen.bounces = 0;
     return {variances(scene, colors, seen, kPilotEmissionPictures, {{"emission"}}, progress)[0], reflected[0],

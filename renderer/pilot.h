@@ -1,5 +1,5 @@
-// The pilot: finds how many camera rays, shadow rays and pixels of a group a scene's pictures should take where the
-// estimator leaves them open (`automatic`), from a few small pictures before the first one.
+// The pilot: settles automatic numbers of camera rays, shadow rays and pixels of a group for a scene, from a few small
+// pictures before the first one.
 #pragma once
 
 #include <functional>
@@ -23,18 +23,18 @@ struct PilotFigures {
 };
 inline constexpr Estimator kTried{.reuse = Reuse::sixteen, .camera = CameraRays::four, .shadow = ShadowRays::four};
 
-/// Returns `asked` with the choice for what it leaves open that has the least squared error times cost. Errors of other
-/// numbers of rays and pixels are interpolated: emitters' edges by a power law, since points are well distributed in a
-/// pixel; the others as what n samples share and 1/n of the rest. Costs are constants, measured with pictures of
-/// scenes/, so that a choice does not depend on how busy a machine is. A choice that is hardly better than a cheaper
-/// one is not taken.
+/// Returns `asked` with its open choices made: those with the least squared error times cost. Errors of other numbers
+/// of rays and pixels are interpolated. Those of emitters' edges follow a power law, since points are well distributed
+/// in a pixel; the others consist of a part that n samples share and 1/n of the rest. Costs are constants, measured
+/// with pictures of scenes/, so that a choice does not depend on the load of the machine. A choice that is hardly
+/// better than a cheaper one is not taken.
 Estimator settled(const Estimator& asked, const PilotFigures& figures);
 
 /// Share of a pilot's work that is done, [0,1]; false cancels.
 using PilotProgress = std::function<bool(double share)>;
 
-/// Settles what the scene's estimator leaves open, if anything, by small pictures through the settings' camera:
-/// kPilotPictures independent pictures of kPilotSamples samples each, plain and with kTried, and kPilotEmissionPictures
+/// Settles what the scene's estimator leaves open, if anything, by small pictures through the settings' camera. There
+/// are kPilotPictures independent pictures of kPilotSamples samples, plain and with kTried, and kPilotEmissionPictures
 /// of emission alone. They share no sample with later pictures, so that nothing is biased. The result is that of the
 /// scene from then on, whatever the camera and the pose. It takes as long as two to four samples of a large picture,
 /// which counts as preparation. The small pictures show members of a group farther apart than the large one does: for
@@ -42,8 +42,8 @@ using PilotProgress = std::function<bool(double share)>;
 /// open. Throws Error as Renderer does.
 bool find_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
                     const PilotProgress& progress = {});
-inline constexpr double kPilotPixels = 96 * 64;  // about, of a picture
-inline constexpr double kPilotShare = 1.0 / 16;  // of the settings' pixels, where that is more
+inline constexpr double kPilotPixels = 96 * 64;  // pixels of a picture, about
+inline constexpr double kPilotShare = 1.0 / 16;  // share of the settings' pixels, where that is more
 inline constexpr int kPilotPictures = 4;
 inline constexpr int kPilotEmissionPictures = 8;
 inline constexpr int kPilotSamples = 4;

@@ -21,7 +21,7 @@ std::vector<float> as_floats(const std::vector<double>& sums) {
     return {sums.begin(), sums.end()};
 }
 
-/// What is there at some times only is named all the same.
+/// Adds attributes to those of earlier pictures; manifests are united.
 void merge_attributes(std::map<std::string, std::string>& to, const std::map<std::string, std::string>& from) {
     using Json = nlohmann::json;
     for (const auto& [name, text] : from) {
@@ -72,7 +72,7 @@ void add_stats(RenderStats& all, const RenderStats& more) {
 
 std::vector<ShutterTime> shutter_times(int samples, int times, std::uint32_t seed, std::uint32_t frame) {
     assert(1 <= times && times <= samples);
-    // Of no pixel, and apart from the sequence that moves the samples of all pixels (sample_view()).
+    // A sequence of its own, apart from the sequences of pixels and of their common sample point (sample_view()).
     const std::uint32_t of_frame = shared::hash_combine(shared::hash_u32(seed), frame);
     const auto jitter = [&](int k) {
         return double{shared::sample_1d(shared::make_sampler(~0u, ~1u, static_cast<std::uint32_t>(k), of_frame), 0)};
@@ -123,7 +123,7 @@ void ShutterMean::add_layer(Layer& layer, const Image& image, int samples) {
             break;
     }
     const std::size_t stride = 2 * kCryptomatteRanks, pixels = image.pixels.size() / stride;
-    if (result_.beauty.pixels.empty()) layer.coverage = IdCoverage(pixels);  // the first picture
+    if (result_.beauty.pixels.empty()) layer.coverage = IdCoverage(pixels);  // first picture
     for (std::size_t p = 0; p < pixels; ++p) {
         for (std::size_t rank = 0; rank < kCryptomatteRanks; ++rank) {
             const float* const pair = &image.pixels[p * stride + 2 * rank];

@@ -1,5 +1,5 @@
-// Motion blur: a picture as the mean of pictures at times at which the shutter is open, each of which has a share of
-// the samples (Cook, Porter, Carpenter 1984, Distributed Ray Tracing, with one time for the samples of many pixels).
+// Motion blur: the mean of pictures at several times while the shutter is open (Cook, Porter, Carpenter 1984,
+// Distributed Ray Tracing, with one time for the samples of many pixels).
 #pragma once
 
 #include <cstdint>
@@ -11,15 +11,16 @@
 
 namespace halflight {
 
-/// A time at which some of a frame's samples see the scene.
+/// A time while the shutter is open, and its share of the frame's samples.
 struct ShutterTime {
-    double at = 0;         // of the time that the shutter is open, [0,1)
-    int first_sample = 0;  // of the frame's (FrameSettings)
+    double at = 0;         // fraction of the opening time, [0,1)
+    int first_sample = 0;  // FrameSettings::first_sample
     int samples = 1;       // > 0
 };
 
-/// Strata of the time that the shutter is open, each as long as its share of the samples and seen at one random point
-/// of it, so that the mean of all samples is unbiased. 1 <= times <= samples; a function of the arguments alone.
+/// Divides the opening time of the shutter into strata as long as their shares of the samples, and draws one random
+/// time in each. The mean of all samples is then unbiased. 1 <= times <= samples. The result depends on the arguments
+/// alone.
 std::vector<ShutterTime> shutter_times(int samples, int times, std::uint32_t seed, std::uint32_t frame);
 
 /// Merges the pictures of shutter_times() into one, each layer by its LayerMerge (engine/settings/layers.h). The
@@ -27,20 +28,21 @@ std::vector<ShutterTime> shutter_times(int samples, int times, std::uint32_t see
 /// mean are those of take()'s `still`.
 class ShutterMean {
   public:
-    /// aovs: those that all pictures have, in their order. samples: of all times.
+    /// aovs: layers of all pictures, in their order. samples: number of samples at all times together.
     ShutterMean(const std::vector<std::string>& aovs, int samples);
 
+    /// Adds the picture of a time.
     void add(const RenderResult& picture);
-    /// Whether take() wants a picture of the frame's own time.
+    /// Returns whether take() needs a picture at the frame's own time.
     bool wants_still() const;
-    /// What add() was given as one picture, without a view. RenderStats are sums, batches those of the last picture.
+    /// Returns the merged picture, without a view. RenderStats are sums; batches are those of the last picture.
     RenderResult take(RenderResult still);
 
   private:
     struct Layer {
         const AovInfo* aov;
-        std::vector<double> sums;  // weighted as the layer wants it
-        IdCoverage coverage;       // of a Cryptomatte
+        std::vector<double> sums;  // weighted by the layer's LayerMerge
+        IdCoverage coverage;       // empty except for mattes
     };
     void add_layer(Layer& layer, const Image& image, int samples);
 
