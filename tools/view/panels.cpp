@@ -125,7 +125,7 @@ void passes_panel(Session& session) {
 }
 
 void modes_panel(PreviewModes& modes) {
-    text("Biased: less noise at once, but the picture does not converge to the correct one.");
+    text("Biased: less noise in early pictures. All but the clamp fade out as samples are added.");
     ImGui::Checkbox("Cache: end paths in cached radiance", &modes.preview.cache);
     ImGui::Checkbox("Temporal: reuse earlier pictures", &modes.preview.temporal);
     ImGui::Checkbox("Filter: denoise the picture", &modes.preview.filter);
