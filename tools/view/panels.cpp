@@ -243,7 +243,7 @@ PanelRequests panels(Session& session, const ColorConfig& colors, Navigation& na
     PanelRequests requests;
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({10, 10}, ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowSize({std::clamp(0.3f * size.x, 200.0f, 320.0f), std::max(size.y - 20, 100.0f)},
+    ImGui::SetNextWindowSize({std::clamp(0.3f * size.x, 300.0f, 320.0f), std::max(size.y - 20, 100.0f)},
                              ImGuiCond_FirstUseEver);
     ImGui::SetNextWindowCollapsed(size.x < kSmall, ImGuiCond_FirstUseEver);
     ImGui::Begin("Halflight (H hides)");
