@@ -1,4 +1,4 @@
-// What tracing costs, per pixel. HALFLIGHT_COUNT: nodes are counted; TILE_LISTS: there are lists of shadow rays.
+// Cost of tracing per pixel. HALFLIGHT_COUNT: counts nodes; TILE_LISTS: reads the lists of shadow rays.
 #include "shaders/shared/aov.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"

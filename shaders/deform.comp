@@ -18,8 +18,8 @@ uniform usamplerBuffer matrices;  // RGBA32UI: bits of JointMatrix, kJointTexels
 layout(std430) writeonly buffer Moved { float moved[]; };
 
 uniform int vertices;
-uniform int sets;          // of joints
-uniform int first_matrix;  // that joint 0 is
+uniform int sets;          // sets of joints
+uniform int first_matrix;  // matrix of joint 0
 uniform ivec4 active_targets;  // texels of `targets`: first of positions, of normals, of tangents, end
 
 vec3 morphed(vec3 value, int vertex, int first, int end) {

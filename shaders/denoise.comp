@@ -7,7 +7,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 layout(std140) uniform FrameBlock { Frame frame; };
 uniform sampler2D noisy;  // light, variance of its luminance
 uniform sampler2D guide;
-layout(rgba32f) writeonly uniform image2D smoother;  // the same
+layout(rgba32f) writeonly uniform image2D smoother;  // filtered light, variance of its luminance
 
 uniform int stride;  // pixels from tap to tap
 
@@ -16,7 +16,7 @@ uniform int stride;  // pixels from tap to tap
 
 const float kLuminanceDeviations = 4.0;
 
-// Of the variance itself, which is noisy, too.
+// The variance is noisy itself and is filtered, too.
 float smooth_variance(ivec2 pixel) {
     float sum = 0.0;
     for (int y = -1; y <= 1; ++y)

@@ -15,8 +15,8 @@ layout(rgba32f) writeonly uniform image2D noisy;  // light, variance of the lumi
 #include "shaders/lib/preview_surface.glsl"
 
 const int kRadius = 2;  // pixels
-const float kFewSamples = 2.0;   // that tell nothing of their variance
-const float kManySamples = 8.0;  // that tell enough
+const float kFewSamples = 2.0;   // too few samples to estimate a variance
+const float kManySamples = 8.0;  // enough samples
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

@@ -13,12 +13,12 @@ layout(std430) readonly buffer Direct { double direct[]; };  // diffuse rgb, glo
 #ifdef HALFLIGHT_INDIRECT
 layout(std430) readonly buffer Indirect { double indirect[]; };  // diffuse rgb, glossy rgb
 #endif
-layout(std430) readonly buffer Squares { double squares[]; };    // of the beauty
+layout(std430) readonly buffer Squares { double squares[]; };    // squares of the beauty
 layout(std430) readonly buffer Features { double features[]; };  // albedo, normal
 layout(std430) readonly buffer Records { AovRecord records[]; };
-uniform sampler2D mean;  // of the band
+uniform sampler2D mean;  // beauty of the band
 
-// Of the whole picture; passes/preview/preview_texels.h says what they hold.
+// Images of the whole picture; passes/preview/preview_texels.h describes their content.
 layout(rgba32f) writeonly uniform image2D light;
 layout(rgba32f) writeonly uniform image2D guide;
 layout(rgba32f) writeonly uniform image2D place;
@@ -26,9 +26,9 @@ layout(rgba32f) writeonly uniform image2D albedo;
 layout(rgba32f) writeonly uniform image2D beauty;
 
 uniform uint samples;
-uniform ivec2 size;     // of the band, within the picture
-uniform int first_row;  // of the band
-uniform uvec2 tiles;    // of the band
+uniform ivec2 size;     // pixels of the band, within the picture
+uniform int first_row;  // first row of the band
+uniform uvec2 tiles;    // tiles of the band
 
 #include "shaders/lib/finite.glsl"
 #include "shaders/lib/luminance.glsl"

@@ -9,7 +9,7 @@ uniform sampler2D light;        // that is in the beauty
 uniform sampler2D place;        // w: samples of the beauty
 uniform sampler2D accumulated;  // light, earlier pictures' with it
 #ifdef HALFLIGHT_FILTERED
-uniform sampler2D filtered;  // that
+uniform sampler2D filtered;  // accumulated light, filtered
 #endif
 layout(rgba32f) writeonly uniform image2D picture;
 

@@ -1,5 +1,5 @@
-// Before anything is traced, one texel per tile: the shaft of its rays, which of them are alive, how far the farthest of them
-// can be traced (as depth), and misses for answers.
+// Runs before anything is traced, one texel per tile. It stores the shaft of the rays, the set of live rays, and the
+// reach of the farthest ray (as depth), and sets all answers to misses.
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/raster_batch.glsl"
 #include "shaders/lib/bvh.glsl"

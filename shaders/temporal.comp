@@ -18,7 +18,7 @@ layout(std430) buffer Refused { uint refused[kRefusedKinds]; };
 uniform mat4 to_earlier;      // relative to the earlier picture's origin, to its clip space, y down
 uniform vec3 origin_shift;    // from the earlier picture's origin to the new one's
 uniform float earlier_pixel;  // world units that a pixel of the earlier picture is high where its clip space's w is 1
-uniform float earlier_share;  // of its samples that count, (0,1]
+uniform float earlier_share;  // weight of its samples, (0,1]
 #ifdef HALFLIGHT_MOVED
 uniform sampler2D before;  // xyz: where the place was, relative to the earlier picture's origin
 #endif
@@ -78,7 +78,7 @@ Earlier earlier_at(vec3 at, vec3 normal) {
         found.light += good ? weight * l : vec4(0.0);
         found.samples += good ? weight * p.w : 0.0;
     }
-    const float kLeast = 0.01;  // of the four's weight
+    const float kLeast = 0.01;  // least sum of the four weights
     found.light /= max(sum, kLeast);
     found.samples = sum < kLeast ? 0.0 : found.samples / sum;
     return found;

@@ -61,8 +61,8 @@ EntryHit intersect_entry(BoxRay box, vec3 lower, vec3 upper, float t_min, float 
 }
 
 #ifndef TILE_REST
-// The boxes of the tile's entries. llvmpipe reads shared memory once for all rays where the address is a constant and no
-// branch is open: that makes 32 boxes cheaper than a few steps down a hierarchy.
+// The boxes of the tile's entries. llvmpipe reads shared memory once for all rays where the address is constant and no
+// branch is open. This makes 32 boxes cheaper than a few steps down a hierarchy.
 shared vec3 entry_lower_corner[kTileEntries];
 shared vec3 entry_upper_corner[kTileEntries];
 shared uint entry_blockers;
@@ -94,7 +94,7 @@ uint shared_blockers() {
 
 int entry_near[kTileEntries];
 
-// Which entries a ray meets. No loop: see above.
+// Returns the set of entries that a ray meets. It has no loop: see above.
 #define MEET(i)                                                                                                     \
     if ((i) < kTileEntries) {                                                                                       \
         const int k = min(i, kTileEntries - 1);                                                                     \

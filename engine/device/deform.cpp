@@ -54,7 +54,7 @@ struct GpuDeformer::Job {
     const Resident* shape;  // null: for the CPU
     int first_matrix;
     ivec4 targets;             // see deform.comp
-    std::size_t first_result;  // of its pieces
+    std::size_t first_result;  // index of the first result of its pieces
 };
 
 GpuDeformer::GpuDeformer(const gpu::Context& context, const gpu::Limits& limits)
@@ -189,7 +189,7 @@ std::vector<VertexArrays> GpuDeformer::deform_batch(std::span<const Deformation>
         matrices.insert(matrices.end(), own.begin(), own.end());
         pieces += shape.pieces.size();
     }
-    // The same buffer whatever is active: Mesa compiles anew for another one.
+    // The buffer keeps its size whatever is active: Mesa compiles anew for another one.
     targets.resize(std::min(std::max(targets.size(), most_targets), limits_.texture_buffer_texels));
     gpu::replace(matrices_, matrices);
     gpu::replace(targets_, targets);

@@ -1,5 +1,5 @@
-// Morph targets and skins on the GPU: engine/scene/deformer.h, with the bits of deform() where double arithmetic is
-// that of IEEE 754, as on CPUs.
+// Morph targets and skins on the GPU (engine/scene/deformer.h). Results equal those of deform(), bit for bit, where the
+// device's double arithmetic is IEEE 754.
 #pragma once
 
 #include <cstddef>
@@ -18,25 +18,26 @@ namespace halflight {
 
 struct DeformStatistics {
     std::size_t vertices = 0;         // deformed
-    std::size_t vertices_on_cpu = 0;  // of those, what the driver's limits leave to deform()
-    double seconds = 0;               // CPU clock, what had to be read and uploaded included
+    std::size_t vertices_on_cpu = 0;  // deformed by deform() because of the driver's limits
+    double seconds = 0;               // CPU clock, including reading and uploading
 };
 
-/// Keeps shapes in device memory, of morph targets what has been active. Shapes of more vertices than the driver's
-/// blocks and buffers hold are taken in pieces. Needs its context current on the calling thread, which must outlive it.
+/// Deforms vertices on the device. Keeps shapes in device memory, and morph targets that have been active. Shapes with
+/// more vertices than the driver's blocks and buffers hold are divided. The context must be current on the calling
+/// thread and outlive the object.
 class GpuDeformer final : public Deformer {
   public:
-    /// `limits`: of the context, or lower ones.
+    /// `limits`: those of the context, or lower ones.
     GpuDeformer(const gpu::Context& context, const gpu::Limits& limits);
     explicit GpuDeformer(const gpu::Context& context) : GpuDeformer(context, context.limits()) {}
     GpuDeformer(const GpuDeformer&) = delete;
     GpuDeformer& operator=(const GpuDeformer&) = delete;
     ~GpuDeformer() override;
 
-    /// Throws what RestShape throws, and Error where the driver has not got the memory.
+    /// Throws what RestShape throws, and Error where the driver runs out of memory.
     std::vector<VertexArrays> deform(std::span<const Deformation> deformations) override;
 
-    /// Since the last call.
+    /// Returns the statistics since the last call.
     DeformStatistics take_statistics() { return std::exchange(statistics_, {}); }
     std::size_t bytes() const;  ///< in device memory
 
@@ -55,8 +56,8 @@ class GpuDeformer final : public Deformer {
     gpu::Limits limits_;
     gpu::ProgramCache programs_;
     std::map<std::shared_ptr<const RestShape>, std::unique_ptr<Resident>> shapes_;
-    std::vector<gpu::Buffer> results_;  // of the last call's pieces, in their order
-    gpu::Buffer matrices_, targets_;    // of the last call
+    std::vector<gpu::Buffer> results_;  // results of the last call, by piece
+    gpu::Buffer matrices_, targets_;    // inputs of the last call
     DeformStatistics statistics_;
 };
 

@@ -1,4 +1,4 @@
-// What all renderers of a scene share: its tables, its hierarchies, its buffers, the programs compiled for it.
+// The part of a scene that renderers share: tables, hierarchies, buffers, compiled programs.
 #pragma once
 
 #include <cstdint>
@@ -18,27 +18,27 @@
 namespace halflight {
 
 struct PrepareOptions {
-    bool raster_culling = true;  // also what renderers with rays::Culling::raster need
-    Kept kept{};                 // and what the scene has no use for (SceneNeeds)
+    bool raster_culling = true;  // whether to prepare for rays::Culling::raster
+    Kept kept{};                 // parts to keep although the scene does not need them (SceneNeeds)
     Estimator estimator{};
 };
 
-/// Changes only by update() and by what a pilot settles before the first picture, but for the programs, of which there
-/// are more and more. Needs its context current on the
-/// calling thread for as long as it lives. The context must outlive it, the scene need not.
+/// A scene prepared for rendering. It changes by update(), and by settle() before the first picture; programs are added
+/// as they are needed. The context must be current on the calling thread and outlive the object. The scene need not
+/// outlive it.
 class PreparedScene {
   public:
-    /// Throws Error for a scene that is not valid and for limits of the driver.
+    /// Throws Error for an invalid scene and where the scene exceeds limits of the driver.
     PreparedScene(gpu::Context& context, const Scene& scene, const PrepareOptions& options = {});
     PreparedScene(const PreparedScene&) = delete;
     PreparedScene& operator=(const PreparedScene&) = delete;
     ~PreparedScene();
 
-    /// Brings it to another pose of its scene: the same images, anything else may differ. What has not changed is kept;
-    /// of what moves (Instance::moves, Mesh::deforms) hierarchies are refitted (engine/rays/hierarchies.h). All that
-    /// pictures depend on is a function of this pose and of that which it was made with, the reference, whatever poses
-    /// were between. False where renderers cannot go on and are to be made anew: it needs other shaders or buffers.
-    /// Throws Error as the constructor; later updates and pictures of the scene then throw Error, too.
+    /// Updates to another pose of the scene. The images must be the same; anything else may differ. Unchanged parts are
+    /// kept, and hierarchies of moving parts (Instance::moves, Mesh::deforms) are refitted (engine/rays/hierarchies.h).
+    /// Pictures depend on this pose and the reference pose of the construction alone, not on poses between. Returns
+    /// false where the pose needs other shaders or buffers: renderers must then be made anew. Throws Error like the
+    /// constructor. After a failed update, later updates and pictures of the scene throw Error, too.
     bool update(const Scene& scene);
     /// Throws Error where an update has failed.
     void check_usable() const;
@@ -48,19 +48,22 @@ class PreparedScene {
     const SceneBuffers& buffers() const { return *buffers_; }
     const rays::TraceScene& trace() const { return *trace_; }
     const rays::CullTree& cull_tree() const { return cull_tree_; }                      ///< empty unless prepared
-    const std::vector<std::string>& object_names() const { return object_names_; }      ///< of Scene::instances
-    const std::vector<std::string>& material_names() const { return material_names_; }  ///< of Scene::materials
-    std::uint64_t drawn_triangles() const;                                              ///< instances counted each
-    bool has_environment() const { return has_environment_; }  ///< that is seen where there is no surface
+    const std::vector<std::string>& object_names() const { return object_names_; }      ///< Names of Scene::instances.
+    const std::vector<std::string>& material_names() const { return material_names_; }  ///< Names of Scene::materials.
+    std::uint64_t drawn_triangles() const;                                              ///< Triangles of all instances.
+    bool has_environment() const { return has_environment_; }  ///< True if an environment is visible.
     const Kept& kept() const { return options_.kept; }
-    const Estimator& estimator() const { return estimator_; }  ///< where it was left to the scene, what came of it
-    const Estimator& asked_estimator() const { return asked_estimator_; }  ///< as it was when the scene was prepared
-    /// What a pilot (renderer/pilot.h) found, or is to try, in so many seconds: for renderers from here on.
+    const Estimator& estimator() const { return estimator_; }              ///< With all automatic choices resolved.
+    const Estimator& asked_estimator() const { return asked_estimator_; }  ///< The requested one.
+    /// Sets the estimator that a pilot (renderer/pilot.h) found or is to try, for renderers made from here on, and adds
+    /// the seconds that it took.
     void settle(const Estimator& piloted, double seconds);
     gpu::ProgramCache& programs() { return programs_; }
     std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< in device memory
-    double seconds() const { return seconds_; }  ///< that it took to make, or to update last, pilots included
-    const rays::HierarchyCounts& hierarchies() const { return hierarchies_; }  ///< what became of them then
+    double seconds() const { return seconds_; }  ///< Time of construction or the last update, pilots included.
+    const rays::HierarchyCounts& hierarchies() const {
+        return hierarchies_;
+    }  ///< Counts of construction or the last update.
 
   private:
     struct Memory;
@@ -71,14 +74,14 @@ class PreparedScene {
     gpu::Context& context_;
     PrepareOptions options_;
     TraceTables tables_;
-    std::optional<dvec3> origin_;  // of the reference pose
+    std::optional<dvec3> origin_;  // origin of the reference pose
     std::vector<std::string> object_names_;
     std::vector<std::string> material_names_;
     std::vector<PooledImage> pooled_;
     std::optional<SceneBuffers> buffers_;
     std::optional<rays::TraceScene> trace_;
     rays::CullTree cull_tree_;
-    std::unique_ptr<Memory> memory_;  // of scenes in which something moves
+    std::unique_ptr<Memory> memory_;  // null unless something moves
     gpu::ProgramCache programs_;
     bool has_environment_ = false;
     bool usable_ = true;  // no update has failed

@@ -1,4 +1,4 @@
-// What the passes of a frame have in common: the scene on the GPU, the band of paths, the compiled kernels.
+// Inputs that all passes of a frame share: the scene on the device, the band of paths, the compiled kernels.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace halflight {
 
-/// The part of the image that one run of the frame graph renders: whole rows, padded to 16x16 blocks.
+/// The rows of the image that one run of the frame graph renders, padded to 16x16 blocks.
 struct Band {
     ivec2 image{0};  // size of the whole image, pixels
     int y = 0;       // first row
@@ -22,19 +22,19 @@ struct Band {
 
 class RadianceCache;
 
-/// References outlive the graph; passes may capture them.
+/// The referenced objects outlive the graph; passes may capture them.
 struct SceneView {
     gpu::ProgramCache& programs;
     const SceneBuffers& scene;
     const rays::TraceScene& trace;
-    rays::Tracer& tracer;                     // of `trace`
-    Band band;                                // the largest one: buffers are made for it
+    rays::Tracer& tracer;                     // traces `trace`
+    Band band;                                // the largest band; buffers are sized for it
     graph::BufferHandle frame_constants;      // struct Frame
-    std::uint32_t place = 0;                  // of the picture: RayBatch::place
-    const Band* current = nullptr;            // the one that the constants are of; null: rows of others are drawn, too
-    std::uint32_t sums = 0;                   // which ones samples are added to, where bands have their own
-    RadianceCache* radiance_cache = nullptr;  // where paths are to use one
-    std::uint32_t shadow_rays = 1;            // of each path from its first surface to chosen lights
+    std::uint32_t place = 0;                  // RayBatch::place
+    const Band* current = nullptr;            // band of the frame constants; null: rows of other bands are drawn, too
+    std::uint32_t sums = 0;                   // index of the sums that samples are added to, where bands have their own
+    RadianceCache* radiance_cache = nullptr;  // null: paths use none
+    std::uint32_t shadow_rays = 1;            // per path, from its first surface to chosen lights
     std::uint32_t group_size = 1;             // pixels that share their paths
 };
 

@@ -94,6 +94,7 @@ class Stopwatch {
   private:
     std::int64_t start_;  // nanoseconds
 };
+/// Returns the seconds that f() and all GL commands it starts take.
 template <class F>
 double timed(F&& f) {
     const Stopwatch watch;

@@ -24,7 +24,7 @@ struct Device {
 /// installed.
 std::vector<Device> enumerate_devices();
 
-/// An OpenGL 4.5 core context without surfaces, current on this thread when made.
+/// An OpenGL 4.5 core context without surfaces, current on this thread once created.
 class EglContext {
   public:
     /// Throws Error with the reason if the device provides no such context.

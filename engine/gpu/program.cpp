@@ -40,7 +40,7 @@ GLint value_of(GLuint program, GLenum what) {
     return value;
 }
 
-/// Whether the driver of today takes binaries of this format; it must not be asked with another one.
+/// Returns whether the present driver accepts binaries of this format. Loading another format is an error.
 bool takes_format(GLenum format) {
     GLint count = 0;
     glGetIntegerv(GL_NUM_PROGRAM_BINARY_FORMATS, &count);
@@ -105,7 +105,7 @@ GLuint linked(std::string_view name, std::span<const Shader> shaders) {
     return program.release();
 }
 
-/// As a Program of these stages has it.
+/// Returns Program::text() of a program with these stages.
 std::string text_of(const std::vector<ShaderSource>& stages, const Defines& defines) {
     std::string text;
     for (const ShaderSource& stage : stages) {

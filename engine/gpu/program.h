@@ -24,7 +24,7 @@ namespace halflight::gpu {
 /// shader; the slots follow from the linked program (program_slots.h).
 class Program {
   public:
-    /// Compile and link a program. `binaries`, if not null, is where a linked program is looked up and stored. Throw
+    /// Compiles and links a program. `binaries`, if not null, is where a linked program is looked up and stored. Throws
     /// Error("shaders/x.comp:12", what the compiler says) where a shader does not compile, and Error(name, ...) where
     /// the program does not link or needs more storage blocks than the driver allows.
     static Program compute(const ShaderSource& source, const Defines& defines = {},
@@ -34,10 +34,11 @@ class Program {
 
     GLuint id() const { return object_.id(); }
     const std::string& name() const { return name_; }
-    const std::string& text() const { return text_; }  ///< as the compiler sees it, all stages
+    const std::string& text() const { return text_; }  ///< Source of all stages as the compiler sees it.
     void bind() const;
 
-    /// -1 where the name is declared but not active. Throws Error where it does not even occur in the source.
+    /// Returns the location of a uniform, -1 where the name is declared but not active. Throws Error where the name
+    /// does not occur in the source.
     GLint uniform(std::string_view name) const;
     void set(std::string_view name, bool value) const { set(name, static_cast<int>(value)); }
     void set(std::string_view name, int value) const;
@@ -55,9 +56,9 @@ class Program {
     void set(std::string_view name, const mat3& value) const;
     void set(std::string_view name, const mat4& value) const;
 
-    /// Bind a resource to the block, sampler or image of this name. The binding holds until another program's resource
+    /// Binds a resource to the block, sampler or image of this name. The binding holds until another program's resource
     /// takes the slot, so bind right before the dispatch or draw. A name that is declared but not active does nothing.
-    /// Throw Error naming program and resource where the shader declares no such name, or another kind of resource.
+    /// Throws Error naming program and resource where the shader declares no such name, or another kind of resource.
     void bind_storage(std::string_view block, const Buffer& buffer) const;
     void bind_uniform(std::string_view block, const Buffer& buffer) const;
     void bind_texture(std::string_view sampler, const Texture& texture) const;
@@ -68,11 +69,11 @@ class Program {
     /// Returns whether the identifier occurs in the source, active or not.
     bool declares(std::string_view identifier) const;
 
-    /// Bind and start so many workgroups. The graph places the memory barriers.
+    /// Binds the program and starts workgroups. The graph places the memory barriers.
     void dispatch(std::uint32_t x, std::uint32_t y = 1, std::uint32_t z = 1) const;
-    /// Workgroup counts are three uints at `offset` bytes of the buffer.
+    /// Binds the program and starts workgroups; their counts are three uints at `offset` bytes of the buffer.
     void dispatch_indirect(const Buffer& arguments, std::size_t offset = 0) const;
-    /// Bind and draw `vertices` vertices without attributes (gl_VertexID), `instances` times.
+    /// Binds the program and draws `vertices` vertices without attributes (gl_VertexID), `instances` times.
     void draw(GLenum mode, std::uint32_t vertices, std::uint32_t instances = 1) const;
 
   private:
@@ -87,7 +88,8 @@ class Program {
     mutable std::map<std::string, GLint, std::less<>> uniforms_;
 };
 
-/// Every variant is compiled once. References stay valid as long as the cache; reload() changes what they refer to.
+/// Compiles every variant of a program once. References stay valid as long as the cache; reload() replaces the programs
+/// that they refer to.
 class ProgramCache {
   public:
     /// binaries: as for Program; outlives the cache.
@@ -96,9 +98,9 @@ class ProgramCache {
     const Program& compute(const ShaderSource& source, const Defines& defines = {});
     const Program& graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {});
 
-    /// Compiles programs anew whose shaders have changed since (HALFLIGHT_SHADERS), and returns how many; these have
-    /// lost the values of their uniforms. Throws what Program throws for the first one that cannot be made; then all
-    /// stay as they were.
+    /// Compiles those programs again whose shaders have changed (HALFLIGHT_SHADERS), and returns their number. They
+    /// lose the values of their uniforms. Throws what Program throws for the first program that fails; then all
+    /// programs stay as they were.
     std::size_t reload();
 
     std::size_t count() const { return entries_.size(); }

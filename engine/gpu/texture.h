@@ -13,7 +13,7 @@ namespace halflight::gpu {
 struct TextureDesc {
     int width = 1;                  // texels, >= 1
     int height = 1;                 // texels, >= 1; 1 for 1D
-    GLenum format = GL_RGBA32F;     // sized internal format, one that format_info knows
+    GLenum format = GL_RGBA32F;     // sized internal format that format_info() knows
     int depth = 1;                  // texels, >= 1; 1 unless 3D
     GLenum target = GL_TEXTURE_2D;  // or GL_TEXTURE_1D, GL_TEXTURE_3D
     bool operator==(const TextureDesc&) const = default;

@@ -10,7 +10,7 @@
 namespace halflight::graph {
 namespace {
 
-/// What a profiler or a debugger shows around the commands of a pass.
+/// Names the commands of a pass for profilers and debuggers.
 class DebugGroup {
   public:
     explicit DebugGroup(const std::string& name) {
@@ -182,7 +182,7 @@ void Executor::allocate(const CompiledGraph& graph) {
             slots_.emplace_back();
         }
     }
-    // What fits nowhere goes before anything new is allocated: the two may not fit together.
+    // Memory without use is freed before anything new is allocated: there may not be room for both.
     old.clear();
     framebuffers_.clear();
     for (std::size_t s = 0; s < graph.slots.size(); ++s) {

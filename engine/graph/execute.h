@@ -16,14 +16,14 @@ namespace halflight::graph {
 
 class Executor;
 
-/// What an execute function may touch: the resources that its pass declared. Anything else throws Error.
+/// Gives an execute function access to the resources that its pass declared. Throws Error for any other resource.
 class Resources {
   public:
     gpu::Buffer& buffer(BufferHandle handle);
     gpu::Texture& texture(TextureHandle handle);
-    /// Of textures that the pass declared as attachments; made once and kept.
+    /// Returns the framebuffer of textures that the pass declared as attachments; made once and kept.
     const gpu::Framebuffer& framebuffer(std::initializer_list<TextureHandle> colors, TextureHandle depth = {});
-    /// Return the program with all resources bound that the pass declared with a shader name. Throw Error naming pass
+    /// Returns the program with all resources bound that the pass declared with a shader name. Throws Error naming pass
     /// and resource where the program does not declare the name.
     const gpu::Program& compute(const gpu::ShaderSource& source, const gpu::Defines& defines = {});
     const gpu::Program& graphics(const gpu::ShaderSource& vertex, const gpu::ShaderSource& fragment,
@@ -41,14 +41,15 @@ class Resources {
     const PlannedPass& pass_;
 };
 
-/// All state that is carried from one run to the next. Pairs are found by name, turned once per run of a graph that has
-/// them; carried buffers stay as they are. All is forgotten in one place: invalidate(). What changes its descriptor
-/// starts from zeros again.
+/// Owns all state that is carried from one run to the next, by name. The two halves of a pair are swapped once per run
+/// of a graph that has it; carried buffers stay as they are. State whose descriptor changes starts from zeros again.
 class History {
   public:
-    /// Resize, camera cut, scene change: every `previous` reads as zeros in the next run.
+    /// Sets all state to zeros, on a resize, camera cut or scene change.
     void invalidate(std::string reason);
-    const std::string& last_reason() const { return reason_; }  ///< of the last invalidation; empty: there was none
+    const std::string& last_reason() const {
+        return reason_;
+    }  ///< reason of the last invalidation; empty before the first
     std::size_t bytes() const;
 
   private:
@@ -71,20 +72,20 @@ struct PassTime {
     double seconds = 0;  // CPU clock around glFinish, total
 };
 
-/// Memory is allocated in the first run of a compiled graph and kept until another one is run.
+/// Runs compiled graphs. Memory is allocated in the first run of a graph and kept until another graph runs.
 class Executor {
   public:
     explicit Executor(gpu::ProgramCache& programs) : programs_(programs) {}
     Executor(const Executor&) = delete;
     Executor& operator=(const Executor&) = delete;
 
-    /// Throws what the passes throw; Error if a pass has no execute function.
+    /// Runs the graph. Throws what the passes throw, and Error if a pass has no execute function.
     void run(const CompiledGraph& graph);
 
-    /// An output (or imported resource) of the graph that ran last. Throw Error for others.
+    /// Returns an output or imported resource of the graph that ran last. Throws Error for others.
     gpu::Buffer& buffer(BufferHandle handle);
     gpu::Texture& texture(TextureHandle handle);
-    /// All elements of an output that fit into the size it was declared with.
+    /// Returns all elements of an output that fit into its declared size.
     template <class T>
     std::vector<T> read(BufferHandle handle) {
         return buffer(handle).read<T>(0, nodes_[handle.resource].buffer.bytes / sizeof(T));
@@ -92,17 +93,19 @@ class Executor {
 
     History& history() { return history_; }
 
-    /// Wait before and after each pass and add up its time. Off at first: it costs the overlap of passes.
+    /// Switches timing of passes, off by default: the executor then waits before and after each pass, so that passes
+    /// no longer overlap.
     void measure(bool on) { measure_ = on; }
-    const std::vector<PassTime>& times() const { return times_; }  ///< in the order of first execution
+    const std::vector<PassTime>& times() const { return times_; }  ///< Sorted by first execution.
     void reset_times() { times_.clear(); }
 
-    /// For tests: fill what is undefined with 0xff (NaN) before a pass writes it, so that reading it shows.
+    /// Switches poisoning, for tests: undefined content is filled with 0xff (NaN) before a pass writes it, which shows
+    /// up in results that depend on it.
     void poison(bool on) { poison_ = on; }
 
   private:
     friend class Resources;
-    struct Memory {  // of a slot: one of the two
+    struct Memory {  // buffer or texture of a slot
         std::unique_ptr<gpu::Buffer> buffer;
         std::unique_ptr<gpu::Texture> texture;
         bool fits(const Slot& slot) const;
@@ -115,7 +118,7 @@ class Executor {
     gpu::ProgramCache& programs_;
     History history_;
     std::vector<Memory> slots_;
-    std::uint32_t serial_ = 0;               // of the graph that ran last
+    std::uint32_t serial_ = 0;               // serial of the last graph
     std::vector<ResourceNode> nodes_;        // its resources
     std::vector<gpu::Buffer*> buffer_of_;    // by resource
     std::vector<gpu::Texture*> texture_of_;  // by resource

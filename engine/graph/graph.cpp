@@ -30,7 +30,7 @@ bool fits(Access access, bool is_texture) {
     return false;
 }
 
-/// Whether a shader names what is used so.
+/// Returns whether resources with this access have a name in the shader.
 bool has_shader_name(Access access) {
     switch (access) {
         case Access::storage_read:

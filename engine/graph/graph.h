@@ -11,13 +11,14 @@
 //   CompiledGraph c = compile(g);                              // compile.h; pure: no OpenGL
 //   Executor e(programs); e.run(c);                            // execute.h
 //
-// A handle names one version of a resource. write() returns the next version and retires the old one: reading or
-// writing a retired version afterwards throws Error naming pass and resource, and so does a read of what nobody has
-// written. A pass is closed when the next one is added: passes therefore run in the order of their declaration, and no
-// cycle can be declared. A pass that needs what it has just written itself is two passes; one that updates in place
-// says storage_read_write.
+// A handle names one version of a resource. write() returns the next version and retires the old one. Reading or
+// writing a retired version throws Error naming pass and resource, and so does reading a resource that has no content
+// yet. A pass is closed when the next one is added: passes therefore run in the order of their declaration, and no
+// cycle can be declared. A pass that needs its own output is two passes; a pass that updates in place declares
+// storage_read_write.
 //
-// An execute function may capture handles, values, and references to what outlives the graph; never other passes' data.
+// An execute function may capture handles, values, and references to objects that outlive the graph; never other
+// passes' data.
 #pragma once
 
 #include <cstddef>
@@ -31,7 +32,7 @@
 
 namespace halflight::graph {
 
-/// How a pass touches a resource; barriers follow from it and from nothing else.
+/// How a pass uses a resource. Barriers follow from the declared accesses alone.
 enum class Access : std::uint8_t {
     storage_read,        // shader storage block
     storage_write,       // shader storage block; the old content is lost
@@ -39,9 +40,9 @@ enum class Access : std::uint8_t {
     texture_read,        // sampler, samplerBuffer
     uniform_read,        // uniform block
     indirect_read,       // indirect dispatch or draw arguments
-    image_write,         // imageStore; the old content is kept where there is one
-    color_attachment,    // rendered to; the old content is kept where there is one
-    depth_attachment,    // depth tested and written; the old content is kept where there is one
+    image_write,         // imageStore; old content is kept
+    color_attachment,    // rendered to; old content is kept
+    depth_attachment,    // depth tested and written; old content is kept
     transfer_read,       // copied from, read back
     transfer_write,      // copied to, cleared; the old content is lost
 };
@@ -75,9 +76,10 @@ struct Handle {
 using BufferHandle = Handle<struct BufferTag>;
 using TextureHandle = Handle<struct TextureTag>;
 
-/// State carried from one run to the next, owned by the executor's History under its name. `previous` is what `now` was
-/// in the last run of a graph that has this pair (zeros in the first run and after an invalidation), and is only read;
-/// `now` starts unwritten. A live reader of `previous` keeps the writers of `now` alive.
+/// A resource whose content is carried from one run to the next, owned by the executor's History under its name.
+/// `previous` holds the content of `now` from the last run of a graph with this pair: zeros in the first run and after
+/// an invalidation. It is only read. `now` starts unwritten. A live reader of `previous` keeps the writers of `now`
+/// alive.
 template <class H>
 struct HistoryPair {
     H now;
@@ -86,7 +88,7 @@ struct HistoryPair {
 
 enum class ResourceKind : std::uint8_t { transient, imported, history_now, history_previous, carried };
 
-/// A declared resource. Exactly one of the two descriptors counts.
+/// A declared resource. `is_texture` tells which of the two descriptors is valid.
 struct ResourceNode {
     std::string name;
     ResourceKind kind = ResourceKind::transient;
@@ -97,14 +99,14 @@ struct ResourceNode {
     gpu::Texture* imported_texture = nullptr;
     std::uint32_t partner = ~0u;  // history: the other half of the pair
     bool output = false;
-    std::vector<std::uint32_t> writers;  // of version i: pass index, or kNobody
+    std::vector<std::uint32_t> writers;  // pass index of the writer of version i, or kNobody, or kOutside
 
-    static constexpr std::uint32_t kNobody = ~0u;   // nobody has written it
-    static constexpr std::uint32_t kOutside = ~1u;  // it has content from before the run
+    static constexpr std::uint32_t kNobody = ~0u;   // no content yet
+    static constexpr std::uint32_t kOutside = ~1u;  // content from before the run
     std::uint32_t current() const { return static_cast<std::uint32_t>(writers.size()) - 1; }
 };
 
-/// One declared use. A write makes `version`, and depends on version - 1 if `keeps` (the old content matters).
+/// One declared use of a resource. A write makes `version`; it depends on version - 1 if `keeps` is set.
 struct Use {
     std::uint32_t resource = 0;
     std::uint32_t version = 0;
@@ -124,18 +126,18 @@ struct PassNode {
     std::function<void(Resources&)> execute;
 };
 
-/// A pass under construction; cheap to copy, valid as long as its graph stays where it is.
+/// A pass under construction. Cheap to copy; valid as long as its graph is not moved.
 class Pass {
   public:
-    /// Declare a read and return the handle unchanged. Resources::compute() and graphics() bind the resource to
-    /// `shader_name`. Throw Error on a retired or unwritten version.
+    /// Declares a read and returns the handle unchanged. Resources::compute() and graphics() bind the resource to
+    /// `shader_name`. Throws Error on a retired or unwritten version.
     BufferHandle read(BufferHandle handle, Access access, const ShaderName& shader_name = {});
     TextureHandle read(TextureHandle handle, Access access, const ShaderName& shader_name = {});
-    /// Declare a write and return the next version. Throw Error on a retired version, on a `previous`, on an output,
-    /// and on storage_read_write of what nobody has written.
+    /// Declares a write and returns the next version. Throws Error on a retired version, on a `previous`, on an output,
+    /// and on storage_read_write of a resource without content.
     [[nodiscard]] BufferHandle write(BufferHandle handle, Access access, const ShaderName& shader_name = {});
     [[nodiscard]] TextureHandle write(TextureHandle handle, Access access, const ShaderName& shader_name = {});
-    /// The pass is kept although nothing reads what it writes (it reports to the outside world).
+    /// Keeps the pass although nothing reads its outputs, for passes that report to the outside.
     void keep();
     void execute(std::function<void(Resources&)> function);
 
@@ -152,30 +154,32 @@ class Graph {
     Graph(const Graph&) = delete;
     Graph& operator=(const Graph&) = delete;
 
-    /// Closes the pass before it. The same name may be used again; times are then added up under it.
+    /// Starts a pass and closes the one before. Passes may share a name; their times are then added up.
     Pass add_pass(std::string name);
-    /// Content undefined until written. The buffer that a pass gets has at least so many bytes, maybe more (it may
-    /// share memory with others): count by what you know, not by .length().
+    /// Declares a transient resource; its content is undefined until written. The buffer that a pass gets may be larger
+    /// than declared, as transients share memory: kernels must not rely on .length().
     BufferHandle create_buffer(std::string name, BufferDesc desc);
     TextureHandle create_texture(std::string name, gpu::TextureDesc desc);
-    /// Owned by somebody else and outliving every run; has content, may be written in place (its content survives
-    /// runs). Its last version must be an output for its writers to stay.
+    /// Declares a resource that is owned elsewhere and outlives every run. It has content and may be written in place.
+    /// Its writers are culled unless its last version is an output.
     BufferHandle import_buffer(std::string name, gpu::Buffer& buffer);
     TextureHandle import_texture(std::string name, gpu::Texture& texture);
-    /// Throw Error if the name is taken by another history pair.
+    /// Declares a history pair. Throws Error if another pair has the name.
     HistoryPair<BufferHandle> history_buffer(std::string name, BufferDesc desc);
     HistoryPair<TextureHandle> history_texture(std::string name, gpu::TextureDesc desc);
-    /// State that is updated in place (storage_read_write): half the memory of a pair where every element depends on
-    /// its own past alone, as sums do. Owned by History like a pair; zeros in the first run and after an invalidation.
-    /// Its last version must be an output for its writers to stay. Throws Error if the name is taken.
+    /// Declares state that is updated in place (storage_read_write). It takes half the memory of a pair, and suits
+    /// buffers whose elements depend on their own past alone, such as sums. History owns it like a pair; it holds zeros
+    /// in the first run and after an invalidation. Its writers are culled unless its last version is an output. Throws
+    /// Error if the name is taken.
     BufferHandle carried_buffer(std::string name, BufferDesc desc);
-    /// Wanted: readable after a run (Executor::buffer, Executor::texture). It must be the last version.
+    /// Marks a resource as an output, readable after a run (Executor::buffer, Executor::texture). The handle must be
+    /// its last version.
     void output(BufferHandle handle);
     void output(TextureHandle handle);
 
     const std::vector<PassNode>& passes() const { return passes_; }
     const std::vector<ResourceNode>& resources() const { return resources_; }
-    std::uint32_t serial() const { return serial_; }  ///< Handle::graph of this graph's handles.
+    std::uint32_t serial() const { return serial_; }  ///< Handle::graph of its handles.
     BufferDesc desc(BufferHandle handle) const;
     gpu::TextureDesc desc(TextureHandle handle) const;
 

@@ -33,7 +33,7 @@ PartTree build(const TraceTables& tables, const Part& part) {
     return tree;
 }
 
-/// Whether the common edge is still one.
+/// Returns whether the two triangles still share the edge.
 bool holds_together(const TrianglePair& pair, const std::vector<Corners>& corners) {
     const auto one = corners_in_pair(pair, 0), other = corners_in_pair(pair, 1);
     const Corners &a = corners[pair.triangles[0]], &b = corners[pair.triangles[1]];
@@ -60,7 +60,7 @@ bool same_bits(const vec3& a, const vec3& b) {
     return std::memcmp(&a, &b, sizeof(a)) == 0;
 }
 
-/// The same triangles in the same places, whatever they are called, and of the same shape where they move.
+/// Returns whether two parts have equal triangles in equal places, and the same key where they move.
 bool same_places(const TraceTables& a, const Part& pa, const TraceTables& b, const Part& pb) {
     if (pa.moves != pb.moves || pa.key != pb.key) return false;
     const std::vector<std::uint32_t> ta = triangles_of(pa), tb = triangles_of(pb);

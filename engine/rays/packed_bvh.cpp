@@ -16,11 +16,12 @@ namespace {
 using shared::kBvhIndexMask;
 using shared::kBvhTag;
 
-// Positions and the boxes around them pass through at most 16 roundings of 2^-24 on their way to a decision: 6 of the
-// triangle test (Woop, Benthin, Wald 2013), 3 of the ray's origin on the grid, 1 of the slab, the rest of the packing.
+// Positions and boxes pass through at most 16 roundings of 2^-24 before a decision. The triangle test (Woop, Benthin,
+// Wald 2013) takes 6, the ray's origin on the grid 3, the slab 1, and the packing the rest.
 constexpr double kSlack = 0x1p-20;
-// Rays in block space are off by four roundings of |M| (|o| + t |d|) + |M| |translation|, which seen from the world is
-// their condition times as much, and each of the two lengths is at most twice the reach; so are the block's own 16.
+// Rays in block space are off by four roundings of |M| (|o| + t |d|) + |M| |translation|. In world space the error
+// grows by the condition of M, and each of the two lengths is at most twice the reach. The block's own 16 roundings
+// grow alike.
 constexpr double kInstanceSlack = 0x1p-18;
 // Grid boxes whose area is that much greater cost more than their smaller nodes gain.
 constexpr double kMaxLooseness = 1.3;
@@ -94,7 +95,7 @@ double condition_of(const BlockInstance& instance) {
 struct Tree {
     enum class Leaves : std::uint8_t {
         instances,
-        roots,  // of the trees after it in the same space
+        roots,  // trees after it in the same space
         pairs,
     };
     const Bvh* bvh = nullptr;
@@ -103,7 +104,7 @@ struct Tree {
     std::uint32_t first_pair = 0;  // slot in PackedScene::pairs
 };
 
-/// What has a head: all instances, or a block.
+/// A hierarchy with a head: over all instances, or of a block.
 struct Space {
     Grid grid;
     float slack = static_cast<float>(kSlack);
@@ -185,7 +186,7 @@ class Packer {
         top.trees.push_back({keep(build_bvh(boxes)), Tree::Leaves::instances, 0, 0});
     }
 
-    /// Of the parts from `first` on; returns where the next block begins.
+    /// Packs the parts of a block from `first` on, and returns where the next block begins.
     std::size_t add_block(std::size_t first) {
         std::size_t end = first;
         std::vector<Bounds> boxes;

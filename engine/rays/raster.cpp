@@ -46,7 +46,7 @@ float greatest_coordinate(const Bounds& box) {
 
 }  // namespace
 
-/// Of batches that are alike.
+/// State of similar batches.
 struct RasterMemory {
     CullState state;
     std::optional<gpu::Buffer> starts;  // shafts of blocks of the run before, which nobody has to wait for
@@ -298,7 +298,7 @@ class RasterRun final : public CullDevice {
         glPointSize(RasterLayout::kTileEdge);
     }
 
-    /// What fragments say becomes the depth.
+    /// Makes fragments write the depth.
     static void write_depth() {
         glEnable(GL_DEPTH_TEST);
         glDepthFunc(GL_ALWAYS);
@@ -310,7 +310,7 @@ class RasterRun final : public CullDevice {
         target.bind();
         write_depth();
         use(*bounds_).draw(GL_TRIANGLES, 3);
-        glTextureBarrier();  // of the depth, which is tested and read by draws to come
+        glTextureBarrier();  // later draws test and read the depth
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT);
         use(*blocks_).dispatch((layout_.blocks + 7) / 8);
         glMemoryBarrier(GL_SHADER_STORAGE_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
@@ -369,7 +369,7 @@ class RasterRun final : public CullDevice {
     const gpu::Program* trace_;
     const gpu::Program* ends_;
     const gpu::Program* used_ = nullptr;
-    gpu::Object<gpu::delete_framebuffer> ray_target_;  // of texels without content
+    gpu::Object<gpu::delete_framebuffer> ray_target_;  // without attachments
     GLint others_attributes_ = 0;
     std::size_t asked_ = 0;
 };

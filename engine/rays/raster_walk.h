@@ -74,7 +74,7 @@ class CullDevice {
 /// Returns the squared distance from a point to a box.
 float distance_to(const Bounds& box, const vec3& point);
 
-/// Traces every leaf that a ray may meet.
+/// Traverses the tree front to back and traces every leaf that a ray may meet.
 void walk(const CullTree& tree, CullState& state, CullDevice& device, RasterStatistics& statistics);
 
 }  // namespace halflight::rays

@@ -1,13 +1,15 @@
-// Preview alone: a world-space cache of the light that paths find at their second vertices, in which later paths end.
+// World-space radiance cache for the preview: it stores the light that paths find at their second vertices, and later
+// paths end in it.
 //
-// A hash grid, of cells by place, by the axis that the normal is closest to, and as long as their distance from the
-// camera asks for (Binder et al. 2018 and 2019, path space filtering by hashing; Boissé et al. 2023, GI-1.0, keeps such
-// cells across frames). They hold what a surface of albedo 1 reflects diffusely there, at three lengths; the albedo is
-// the surface's own. Paths bring what they find beyond the second vertex to its cells and take their mean from there;
-// where the shortest one is mature, seven of eight end. Too narrow beams (mirrors, corners, first surfaces close by)
-// take none.
+// The cache is a hash grid (Binder et al. 2018 and 2019, path space filtering by hashing; Boissé et al. 2023, GI-1.0,
+// keeps such cells across frames). The key of a cell is its position, the axis closest to the normal, and its edge
+// length, which grows with the distance from the camera. Cells hold the diffusely reflected light of a surface of
+// albedo 1, at three edge lengths; each surface multiplies its own albedo. Paths add the light found beyond the second
+// vertex to its cells and use the mean of these cells; where the shortest cell is mature, seven of eight paths end.
+// Narrow beams (mirrors, corners, close first surfaces) do not use the cache.
 //
-// A bias: of surfaces that differ within a cell, light that leaks through walls thinner than one, edges of shadows.
+// The cache is biased where surfaces differ within a cell, where light leaks through walls thinner than a cell, and at
+// the edges of shadows.
 #pragma once
 
 #include "engine/settings/preview.h"
@@ -15,19 +17,20 @@
 
 namespace halflight {
 
-/// What renderers of one scene with one number of bounces may share, on one thread. Pictures depend on all that were
-/// made with it before, and on bands; never on who traces or on the order in which paths are worked on: sums are
-/// integers, and of several keys that ask for a cell the largest gets it.
+/// The cells of the cache. Renderers of one scene with one number of bounces may share it on one thread. Pictures
+/// depend on all earlier pictures made with the cache, and on bands. They do not depend on the tracing method or the
+/// order of paths: sums are integers, and where several keys compete for a cell, the largest wins.
 class RadianceCache {
   public:
     RadianceCache();
 
-    /// To be called when anything but the camera has changed: light, material, geometry, bounces.
+    /// Empties the cache. Must be called when anything but the camera changes: light, material, geometry, bounces.
     void clear();
-    /// Counts anew what finds no cell; every 64th time frees what the last 192 pictures have not used.
+    /// Starts a picture: resets the count of paths without a cell. Every 64th call frees the cells that the last 192
+    /// pictures have not used.
     void begin_picture(gpu::ProgramCache& programs);
 
-    std::uint32_t picture() const { return picture_; }                      ///< the one that has begun last, from 1
+    std::uint32_t picture() const { return picture_; }                      ///< Number of the current picture, from 1.
     gpu::Buffer& cells() { return cells_; }                                 ///< CacheCell
     gpu::Buffer& counts() { return counts_; }                               ///< CacheCounts
     std::size_t bytes() const { return cells_.bytes() + counts_.bytes(); }  ///< in device memory
@@ -39,11 +42,11 @@ class RadianceCache {
     std::uint32_t picture_ = 0;
 };
 
-/// Lets the continuation of `paths` use the cache: CachePoints for every path in `points`, and `cells`.
+/// Makes the continuation of `paths` use the cache: sets `points` (a CachePoint per path) and `cells`.
 void use_radiance_cache(graph::Graph& graph, const SceneView& view, RadianceCache& cache, PathBuffers& paths);
 
-/// After the continuation of paths that use it: brings what they have found to its cells, and adds what these hold to
-/// the states of the paths. Marks what it changes as outputs.
+/// Adds, after the continuation of `paths`, the light they have found to the cells, and the light of the cells to the
+/// states of the paths. Marks the changed buffers of the cache as outputs.
 void add_radiance_cache(graph::Graph& graph, const SceneView& view, RadianceCache& cache,
                         const Continuation& continuation, PathBuffers& paths);
 

@@ -1,4 +1,4 @@
-// Path reuse across pixels: the light that a path finds beyond its second vertex is for all pixels of its group
+// Path reuse across pixels: all pixels of a group share the light that their paths find beyond the second vertex
 // (Bekaert, Sbert, Halton 2002, Accelerating Path Tracing by Re-Using Paths; shaders/SHADING.md, Path reuse).
 #pragma once
 
@@ -8,14 +8,14 @@
 
 namespace halflight {
 
-/// A ReusePoint for every path, which the continuation fills: PathBuffers::points.
+/// Creates PathBuffers::points for path reuse: a ReusePoint per path, filled by the continuation.
 graph::BufferHandle create_reuse_points(graph::Graph& graph, const SceneView& view);
 
-/// After the continuation of `paths`, which have `points`: connects the first surfaces of each group of
-/// SceneView::group_size pixels with the points of its paths by an any-hit ray for each member and point, and gathers
-/// what each receives, by the balance heuristic over all that could have found the point, visibility included. Returns
-/// DirectLight by path, by component of the receiver; all of it is indirect light, and none of it is in the states of
-/// the paths.
+/// Adds path reuse after the continuation of `paths`, which have `points`. Connects the first surfaces of each group of
+/// SceneView::group_size pixels with the points of its paths, by one any-hit ray for each member and point. Gathers the
+/// light that each member receives, weighted by the balance heuristic over all members that could have found the point,
+/// visibility included. Returns a DirectLight per path, by component of the receiver. All of it is indirect light that
+/// the states of the paths do not contain.
 graph::BufferHandle add_reuse(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer,
                               const PathBuffers& paths, const Continuation& continuation);
 

@@ -1,4 +1,4 @@
-// What the passes that send rays on from the first surface share.
+// Buffers and functions that the passes behind the first surface share.
 #pragma once
 
 #include <string>
@@ -7,19 +7,19 @@
 
 namespace halflight {
 
-/// Rays on their way and the state of their paths; one set of buffers for all batches, each path being in one of them.
+/// Rays and states of all paths, at the path's index. The batches share one set, since each path is in one batch.
 struct PathBuffers {
     graph::BufferHandle rays;    // Ray
     graph::BufferHandle hits;    // Hit
     graph::BufferHandle states;  // PathState
-    // Receiver: where the rays come from, for the density with which lights are picked there; none without a light tree
+    // Receiver: origin of the ray, for the density of light sampling there; empty without a light tree
     graph::BufferHandle receivers;
-    // ReusePoint, or CachePoint where there are `cells`: the paths' second vertices; none without path reuse or cache
+    // ReusePoint, or CachePoint with `cells`: second vertices of the paths; empty without path reuse and cache
     graph::BufferHandle points;
-    // vec4 rgb, 0: radiance of the last sample of the sun, if it is visible; with `points` in two parts as PathState's
-    // and their own `pending` are. Valid where these are; none without a sun apart
+    // vec4 (rgb, 0): radiance of the last sun sample, if the sun is visible. With `points` there are two entries per
+    // path, which belong to the `pending` of PathState and of the point. Empty unless the sun is sampled separately
     graph::BufferHandle sun_light;
-    graph::BufferHandle cells;  // CacheCell: of the radiance cache that the paths use; or none
+    graph::BufferHandle cells;  // CacheCell: radiance cache; empty without one
 };
 
 /// The paths of one batch.
@@ -29,27 +29,28 @@ struct PathList {
 };
 
 PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view);
-/// An empty list with room for every path.
+/// Creates an empty list with room for every path.
 PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name);
 
-/// The rays of a list, sent from the path vertex number `depth` (0: the surface seen by the camera).
+/// Returns the batch of the rays of a list that leave path vertex number `depth` (0: the surface seen by the camera).
 rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays, const PathList& list,
                          int depth);
 
-/// How a pass writes its part of a buffer that several passes fill: the first one need not keep what was there.
+/// Returns the access by which a pass writes its part of a buffer that several passes fill: the first pass need not
+/// keep old content.
 template <class H>
 graph::Access partial_write(const H& handle) {
     return handle.version == 0 ? graph::Access::storage_write : graph::Access::storage_read_write;
 }
 
-/// A component of the first surface's BSDF as a pass.
+/// A pass for one component of the first surface's BSDF.
 struct FirstScatter {
     const char* name;
     const char* kernel;
     rays::RayKind kind;
 };
-/// Samples the component where it was picked (one of all components is, at random), and traces the rays. Updates
-/// `paths`; the first such pass of a frame also sets up the states of paths that end here.
+/// Samples the component on those paths that picked it at random, and traces the rays. Updates `paths`. The first such
+/// pass of a frame also initialises the states of paths that end here.
 PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer, const FirstScatter& what,
                            PathBuffers& paths);
 

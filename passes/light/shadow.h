@@ -1,5 +1,5 @@
-// Direct light at the first surface: next-event estimation, SceneView::shadow_rays shadow rays per path, and one more
-// to the sun where it is apart.
+// Direct light at the first surface by next-event estimation: SceneView::shadow_rays shadow rays per path, and one more
+// to the sun where it is sampled separately.
 #pragma once
 
 #include "passes/surface/gbuffer.h"
@@ -7,16 +7,16 @@
 namespace halflight {
 
 struct DirectLightEstimate {
-    // DirectLight, by component, as if visible: shares of the mean over the first shadow rays of all paths, of the
-    // second ones and so on, then, where the sun is apart, what it gives.
+    // DirectLight per ray, as if visible, weighted for the mean. The first shadow rays of all paths come first, then
+    // the second ones and so on. Last come the sun rays of all paths, where the sun is sampled separately.
     graph::BufferHandle light;
-    graph::BufferHandle occluded;      // uint: 1 where the shadow ray met something, or where there was none; likewise
-    graph::BufferHandle sun_occluded;  // of the sun; none where the sun is not apart
+    graph::BufferHandle occluded;      // uint per shadow ray, in the same order: answer of any_hit()
+    graph::BufferHandle sun_occluded;  // uint per path: answer for the sun; empty unless it is sampled separately
 };
 
-/// For each shadow ray picks one of all lights (engine/tables/lights.h says how), weights it by the power heuristic
-/// against BSDF sampling of each component (SHADING.md, Estimator), and traces the shadow ray through any_hit. Does the
-/// same of the sun, where it is apart from those lights (SceneNeeds::sun).
+/// Picks a light for each shadow ray (engine/tables/lights.h), weights it by the power heuristic against BSDF sampling
+/// of each component (SHADING.md, Estimator), and traces the shadow ray by any_hit(). Does the same for the sun where
+/// it is sampled separately (SceneNeeds::sun).
 DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer);
 
 }  // namespace halflight

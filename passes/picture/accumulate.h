@@ -1,4 +1,4 @@
-// Sums over samples, components kept apart, in double.
+// Sums over samples in double, separately for each component.
 #pragma once
 
 #include <optional>
@@ -11,18 +11,17 @@
 
 namespace halflight {
 
-/// What one sample has to offer; what the frame left out is empty.
+/// Results of one sample. Parts that the frame leaves out are empty.
 struct SampleInputs {
     GBuffer gbuffer;
     std::optional<DirectLightEstimate> direct;
     std::optional<PathBuffers> paths;
     std::optional<Continuation> continuation;
-    graph::BufferHandle seen;      // vec4 by path: emission through more camera rays than the G-buffer's (add_seen)
-    graph::BufferHandle received;  // DirectLight by path, indirect: from the paths of its group (add_reuse)
+    graph::BufferHandle seen;      // vec4 per path: emission seen by extra camera rays (add_seen)
+    graph::BufferHandle received;  // DirectLight per path: indirect light from the group (add_reuse)
 };
 
-/// Sums over all samples so far, at the path index; divide by the number of samples.
-/// Handles of what the frame left out are empty.
+/// Sums over all samples so far, at the path's index. Handles of parts that the frame leaves out are empty.
 struct Accumulated {
     graph::BufferHandle emission;  // 4 doubles: rgb, coverage (1 for every sample that met a surface)
     graph::BufferHandle direct;    // 6 doubles: diffuse rgb, glossy rgb; light met by next-event estimation or by a ray
@@ -30,7 +29,7 @@ struct Accumulated {
     graph::BufferHandle squares;   // 3 doubles: squares of the samples' beauty, for its variance
     graph::BufferHandle features;  // 6 doubles: albedo rgb (diffuse, transmitted and specular at normal
                                    // incidence), shading normal xyz (world); zero where there is no surface
-    graph::BufferHandle bad_values;  // kBadValueCounts uints (shaders/shared/path.h): what was taken as zero
+    graph::BufferHandle bad_values;  // kBadValueCounts uints (shaders/shared/path.h): values replaced by zero
 };
 
 /// Declares that the kernel of a pass reads the sums of emission, direct and indirect light as its storage blocks
@@ -40,11 +39,11 @@ void read_light(graph::Pass& pass, gpu::Defines& defines, const Accumulated& sum
 struct AccumulateOptions {
     bool squares = false;
     bool features = false;
-    std::optional<float> clamp{};  // the most luminance of a sample's indirect light, > 0; +inf clamps nothing
+    std::optional<float> clamp{};  // highest luminance of a sample's indirect light, > 0, +inf allowed
 };
 
-/// The sums live in the graph's history: a run adds one sample, sample 0 of a frame starts anew, whatever there was.
-/// `bad_values`: kBadValueCounts uints that outlive the graph and are counted up.
+/// Adds one sample to the sums, which are carried in the graph's History; sample 0 of a frame starts them anew.
+/// `bad_values`: kBadValueCounts uints that outlive the graph; counts are added to them.
 Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
                            const AccumulateOptions& options, gpu::Buffer& bad_values);
 

@@ -1,20 +1,20 @@
-// Data outputs of the surfaces seen through the pixels' centres, and of what it takes to trace rays there: not
-// filtered, since a mean of ids or depths means nothing.
+// Data outputs of the surfaces seen through the pixels' centres, and the cost of tracing there. They are not filtered,
+// since a mean of ids or depths means nothing.
 #pragma once
 
 #include "passes/surface/gbuffer.h"
 
 namespace halflight {
 
-/// AovRecord (shaders/shared/aov.h) by path index. The frame constants must place the sample at the pixel's centre.
-/// Without `motion` there is none.
+/// Returns an AovRecord (shaders/shared/aov.h) per path. The frame constants must place the sample at the pixel's
+/// centre. `motion`: whether to fill AovRecord::motion; otherwise it is 0.
 graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer, bool motion = true);
 
 struct DebugOptions {
-    bool nodes = false;    // traces the camera rays once more
-    bool culling = false;  // reads the tile lists that the frame's last run has left; the same History must have run it
+    bool nodes = false;    // whether to count nodes, by tracing the camera rays again
+    bool culling = false;  // whether to read the tile lists that the last frame left in the same History
 };
-/// DebugRecord (shaders/shared/aov.h) by path index; 0 for what was not asked for.
+/// Returns a DebugRecord (shaders/shared/aov.h) per path; fields that were not requested are 0.
 graph::BufferHandle add_debug_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer,
                                   const DebugOptions& options);
 

@@ -1,4 +1,4 @@
-// How often passes got a value wrong.
+// Counts of NaNs, infinities and negative values by pass.
 #pragma once
 
 #include <array>
@@ -14,23 +14,23 @@ namespace halflight {
 
 inline constexpr std::size_t kBadValueCounts = shared::kCountedPasses * shared::kBadKinds;
 
-/// Values that a pass got wrong: replaced by zero before accumulation, so that none gets into a sum.
+/// Invalid values of one component. They are replaced by zero before accumulation.
 struct BadValues {
     std::string component;
     std::uint64_t nans = 0;
     std::uint64_t infinities = 0;
-    std::uint64_t negatives = 0;  // of radiance
+    std::uint64_t negatives = 0;  // negative radiances
     std::uint64_t total() const { return nans + infinities + negatives; }
 };
 
-/// Kernels count those of one sample of a band in 32 bits, which cannot wrap: there are fewer values. A picture has any
-/// number of samples.
+/// Sums of invalid values over the samples of a picture. Kernels count one sample of a band in 32 bits, which cannot
+/// overflow.
 class BadValueSums {
   public:
     void reset() { sums_ = {}; }
-    /// counts: of one sample, as shaders/shared/path.h lays them out.
+    /// Adds the counts of one sample, laid out as in shaders/shared/path.h.
     void add(std::span<const std::uint32_t, kBadValueCounts> counts);
-    /// By component.
+    /// Returns the sums by component.
     std::vector<BadValues> told() const;
 
   private:

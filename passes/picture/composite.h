@@ -1,4 +1,4 @@
-// From sums to pictures: the mean, and the mean through the view transform.
+// Turns sums into pictures: the mean, and the mean through the view transform.
 #pragma once
 
 #include <vector>
@@ -9,13 +9,13 @@
 
 namespace halflight {
 
-/// The view transform's tables on the GPU and its text, ready to be compiled into the composite kernel.
+/// The view transform on the device: its tables, and its GLSL in front of the composite kernel.
 class ViewKernel {
   public:
     explicit ViewKernel(const ViewProcessor& processor);
 
     float exposure_scale() const { return exposure_scale_; }
-    /// Complete kernel: the composite with the transform's GLSL in front.
+    /// Returns the complete kernel.
     const gpu::ShaderSource& source() const { return source_; }
     /// Binds the tables to the samplers of a program of source().
     void bind(const gpu::Program& program) const;
@@ -35,8 +35,8 @@ struct Composite {
     graph::TextureHandle view;    // RGBA32F: display-encoded, [0,1]; empty without a view kernel
 };
 
-/// Mean of `samples` samples. `view_kernel` may be null and must outlive the graph. `opaque_background`: an environment
-/// is seen where no surface is.
+/// Divides the sums by `samples`. `view_kernel` may be null and must outlive the graph. `opaque_background`: whether
+/// the environment is visible behind surfaces.
 Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples,
                         bool opaque_background, const ViewKernel* view_kernel);
 

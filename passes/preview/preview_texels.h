@@ -1,15 +1,16 @@
-// What preview passes look at, and what becomes of it: from sums to texels of the whole picture, and back to a picture.
+// Inputs and outputs of the preview filters: turns sums into texels of the whole picture, and filtered texels into a
+// picture.
 #pragma once
 
 #include "passes/picture/accumulate.h"
 
 namespace halflight {
 
-/// RGBA32F, a texel for each pixel of the whole picture. Where no surface is seen, or its light is not finite, light.a
-/// is -1 and the rest 0.
+/// RGBA32F textures with a texel for each pixel of the whole picture. Where no surface is visible, or its light is not
+/// finite, light.a is -1 and all else is 0.
 struct PreviewTexels {
-    // rgb: light that the surface reflects, over its albedo (kLeastAlbedo at least); a: mean square of the luminance
-    // of that of single samples.
+    // rgb: reflected light over albedo (at least kLeastAlbedo); a: mean square of this quantity's luminance over single
+    // samples.
     graph::TextureHandle light;
     graph::TextureHandle guide;  // xyz: unit shading normal; w: depth along the camera's axis, world units, > 0
     graph::TextureHandle
@@ -18,19 +19,19 @@ struct PreviewTexels {
 
 struct PreviewPixels {
     PreviewTexels texels;
-    graph::TextureHandle albedo;  // RGBA32F, as light was divided by
+    graph::TextureHandle albedo;  // RGBA32F: divisor of light
     graph::TextureHandle beauty;  // RGBA32F: the mean
 };
 
-/// Fills the rows of a band. sums: with squares and features; records: of add_aov(), through the pixels' centres;
-/// beauty: of the band, of so many samples; to: of the whole picture. Returns the next versions.
+/// Fills the rows of a band and returns the next versions of `to`, textures of the whole picture. sums: with squares
+/// and features; records: of add_aov(); beauty: mean of the band over `samples` samples.
 PreviewPixels add_preview_input(graph::Graph& graph, const Band& band, const Accumulated& sums,
                                 graph::BufferHandle records, graph::TextureHandle beauty, int samples,
                                 const PreviewPixels& to);
 
-/// The picture, RGBA32F: the mean with its reflected light replaced by `accumulated` (as PreviewTexels::light) and, as
-/// far as the pixel's samples are few (kFilterWeakens, kFilterEnds), by `filtered`, which may be empty. Where the light
-/// is as it was, the mean stays, bit for bit; so it does where the new one would not be finite.
+/// Returns the picture, RGBA32F: the mean with its reflected light replaced by `accumulated` (as PreviewTexels::light).
+/// Pixels with few samples (kFilterWeakens, kFilterEnds) are blended towards `filtered`, which may be empty. The mean
+/// is kept, bit for bit, where the light is unchanged and where the new light is not finite.
 graph::TextureHandle add_preview_output(graph::Graph& graph, const PreviewPixels& from,
                                         graph::TextureHandle accumulated, graph::TextureHandle filtered);
 

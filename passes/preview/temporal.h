@@ -1,11 +1,11 @@
-// Reprojected temporal accumulation: the light of the new picture with that of an earlier one at the same places
-// (Schied et al. 2017, Spatiotemporal Variance-Guided Filtering, section 4.1).
+// Reprojected temporal accumulation: combines the light of the new picture with that of an earlier one (Schied et al.
+// 2017, Spatiotemporal Variance-Guided Filtering, section 4.1).
 //
-// What is reprojected is light over albedo, at a place of a surface: where the earlier picture's texels around it show
-// another surface (another plane, another normal) nothing is known of it, as behind an edge that has moved. What is
-// known is clipped to what the new picture's surroundings make likely (variance clipping: Salvi 2016) and weighs as
-// much as the samples that it is the mean of, kMostHistory at most, which is the inverse of its variance. It fades out
-// as the new picture's own samples become more, and is gone from kTemporalEnds on (shaders/shared/preview.h).
+// Light over albedo is reprojected by surface position. Texels of the earlier picture that show another surface
+// (another plane or normal) are rejected, as behind a moved edge. The history is clipped to the range that the
+// neighbourhood in the new picture makes likely (variance clipping: Salvi 2016). Its weight is its number of samples,
+// at most kMostHistory, which is the inverse of its variance. It fades out as the new picture gets samples of its own,
+// and has no weight from kTemporalEnds samples on (shaders/shared/preview.h).
 #pragma once
 
 #include <optional>
@@ -14,20 +14,20 @@
 
 namespace halflight {
 
-/// An earlier picture as the new one knows it.
+/// An earlier picture and its relation to the new one.
 struct EarlierPicture {
-    PreviewTexels texels;         // of its size, accumulated
-    graph::TextureHandle before;  // RGBA32F, size of the new picture; xyz: where what a pixel sees was then, relative
-                                  // to the earlier picture's origin. Empty: nothing but the camera has moved
-    mat4 to_clip{1};              // from that origin to clip space, +y down, pixels' centres unmoved
-    vec3 origin_shift{0};         // of the new picture's origin from the earlier one's, world units
-    float pixel = 0;              // > 0, world units that one of its pixels is high where clip space's w is 1
-    float share = 1;  // of its samples that count, (0,1]; less than 1 where its pixels are larger than the new one's
+    PreviewTexels texels;         // accumulated, in its own size
+    graph::TextureHandle before;  // RGBA32F, size of the new picture; xyz: earlier position of the surface at a pixel,
+                                  // relative to the earlier picture's origin. Empty: only the camera has moved
+    mat4 to_clip{1};              // from the earlier origin to clip space, +y down, without jitter
+    vec3 origin_shift{0};         // new picture's origin minus earlier origin, world units
+    float pixel = 0;              // height of one of its pixels where clip space's w is 1, world units, > 0
+    float share = 1;              // weight of its samples, (0,1]; < 1 where its pixels are larger
 };
 
-/// Fills `to`, textures of the new picture's size, and returns their next versions; light and samples are those of the
-/// new picture where there is no earlier one or it knows nothing. `refused`: kRefusedKinds uints that outlive the graph
-/// and are counted up for every reading of a texel of the earlier picture that was not finite, none of which gets in.
+/// Fills `to`, textures of the new picture's size, and returns their next versions. Where there is no valid history,
+/// light and samples are those of the new picture. `refused`: kRefusedKinds uints that outlive the graph; each read of
+/// an earlier texel that is not finite is counted there and ignored.
 PreviewTexels add_temporal(graph::Graph& graph, const PreviewTexels& now, const std::optional<EarlierPicture>& earlier,
                            const PreviewTexels& to, gpu::Buffer& refused);
 

@@ -6,7 +6,7 @@
 namespace halflight {
 namespace {
 
-constexpr int kMostRows = 16384;                           // of any texture (OpenGL 4.5, table 23.53)
+constexpr int kMostRows = 16384;                           // guaranteed texture size (OpenGL 4.5, table 23.53)
 constexpr std::size_t kMostPixels = std::size_t{1} << 24;  // 12 bytes each, 192 MiB
 
 }  // namespace
@@ -14,7 +14,7 @@ constexpr std::size_t kMostPixels = std::size_t{1} << 24;  // 12 bytes each, 192
 int window_stride(const ivec2& image) {
     const auto fitting = static_cast<unsigned>(kMostPixels / static_cast<std::size_t>(image.x));
     if (image.y <= kMostRows && static_cast<unsigned>(image.y) <= fitting) return image.y;
-    // At least 16: a row of blocks.
+    // A row of blocks has 16 rows.
     return static_cast<int>(std::clamp(std::bit_floor(fitting), 16u, unsigned{kMostRows} / 2));
 }
 

@@ -21,7 +21,7 @@ uint cell_high(uint cell, int channel) { return cells[cell].high[channel]; }
 // A cell's length over its distance from the camera, before it is rounded up to a power of two.
 const float kCacheAngle = 1.0 / 16.0;
 
-// Of the finest level: cells are 2^level long.
+// Returns the finest level; cells are 2^level long.
 int cache_level(float distance_to_camera) {
     return int(ceil(log2(clamp(distance_to_camera, 1e-12, 1e12) * kCacheAngle)));
 }
@@ -64,7 +64,7 @@ CacheKey cache_key(vec3 position, vec3 normal, int level) {
 // Where a key's cell is or, where there is none, which is free for it.
 struct CacheFind {
     uint cell;   // kNoCacheCell: none
-    uint free;   // likewise
+    uint free;   // kNoCacheCell: none
     uint count;  // samples in the cell
 };
 
@@ -83,7 +83,7 @@ CacheFind find_cell(CacheKey k) {
     return found;
 }
 
-// Without cells and light.
+// Returns a point without cells and light.
 CachePoint cache_point(int levels, vec3 weight) {
     return CachePoint(vec3(0.0), uint(levels), vec3(0.0), 0u, weight, 0u, 0u, kNoCacheCell, kNoCacheCell, kNoCacheCell);
 }
@@ -126,7 +126,7 @@ uint known_cell(vec3 position, vec3 normal, int finest, int levels) {
 
 const float kCacheLow = 2.3283064365386963e-10;  // 1 / 2^32
 
-// Of a cell that has samples.
+// Returns the mean of a cell that has samples.
 vec3 cache_mean(uint cell) {
     vec3 low = vec3(cell_low(cell, 0), cell_low(cell, 1), cell_low(cell, 2));
     vec3 high = vec3(cell_high(cell, 0), cell_high(cell, 1), cell_high(cell, 2));

@@ -9,7 +9,7 @@ uniform samplerBuffer shafts;  // RGBA32F, 4 texels each: tiles, then blocks
 uniform uint tile_count;  // a multiple of 64
 uniform ivec2 tile_texels;  // size of the target
 uniform float hull;         // greatest coordinate of the hierarchy
-uniform float slack;        // of the hierarchy at index 0
+uniform float slack;        // slack of the hierarchy at index 0
 uniform uint candidate_count;
 uniform uvec4 candidate_boxes[8];  // indices into boxes, near ones first
 
@@ -23,7 +23,7 @@ TimedShaft fetch_shaft(uint index) {
 
 int box_of_candidate(uint candidate) { return int(candidate_boxes[candidate >> 2][candidate & 3u]); }
 
-// Where rays of the shaft enter the candidate's box, or negative.
+// Returns where rays of the shaft enter the candidate's box, or a negative number.
 float candidate_near(TimedTest shaft, uint candidate) {
     int box = box_of_candidate(candidate) * 2;
     return shaft_near(shaft, texelFetch(boxes, box).xyz, texelFetch(boxes, box + 1).xyz);

@@ -10,7 +10,7 @@ uniform samplerBuffer points;  // RGBA32F, kReusePointTexels for each path
 
 vec4 point_texel(uint path, int texel) { return texelFetch(points, int(path) * kReusePointTexels + texel); }
 
-// Of a path that has one. Without its light.
+// Returns the point of a path that has one, without its light.
 ReusePoint load_point(uint path) {
     vec4 position = point_texel(path, 0);
     vec4 geometric = point_texel(path, 1);

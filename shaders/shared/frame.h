@@ -1,4 +1,4 @@
-// What is the same for every pixel of one sample of one band. Uniform block FrameBlock, std140 and std430 alike.
+// Constants of one sample of one band. Uniform block FrameBlock; the layout is the same in std140 and std430.
 #ifndef HALFLIGHT_SHARED_FRAME_H
 #define HALFLIGHT_SHARED_FRAME_H
 
@@ -12,7 +12,7 @@ HALFLIGHT_SHARED_BEGIN
 struct Frame {
     // World (relative to origin) to clip space of the raster window, reversed infinite depth, jitter included.
     mat4 view_projection;
-    mat4 previous_view_projection;  // of the frame before, without jitter
+    mat4 previous_view_projection;  // previous frame, without jitter
     vec4 camera_position;           // xyz relative to SceneTables::origin; w: 1 perspective, 0 orthographic
     vec4 camera_right;    // xyz: half of the image's width on the plane at distance 1 (orthographic: on any plane)
     vec4 camera_up;       // xyz: half of its height
@@ -22,8 +22,8 @@ struct Frame {
     ivec2 size;           // image, pixels
     int band_y;           // first row of the band
     int band_rows;        // rows of the band
-    uint sample_index;    // of the frame's sequence, from 0
-    uint seed;            // of the whole frame: user's seed and frame number
+    uint sample_index;    // index in the frame's sequence, from 0
+    uint seed;            // seed of the frame: user's seed and frame number
     uint tiles_x;         // 16x16 blocks across
     uint tiles_y;         // 16x16 blocks down the band
     int window_y;         // row of the image that is rasterized into row 0 of the visibility texture

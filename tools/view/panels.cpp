@@ -139,7 +139,7 @@ void passes_panel(Session& session) {
 }
 
 void modes_panel(PreviewModes& modes) {
-    text("Biased: less noise at once, but the picture does not converge to the correct one.");
+    text("Biased: less noise in early pictures. All but the clamp fade out as samples are added.");
     for (const PreviewMode& mode : known_preview_modes())
         ImGui::Checkbox(mode.description, &(modes.preview.*mode.flag));
     bool clamped = modes.clamp > 0;
@@ -256,7 +256,7 @@ PanelRequests panels(Session& session, const ColorConfig& colors, Navigation& na
     PanelRequests requests;
     const ImVec2 size = ImGui::GetIO().DisplaySize;
     ImGui::SetNextWindowPos({10, 10}, ImGuiCond_FirstUseEver);
-    ImGui::SetNextWindowSize({std::clamp(0.3f * size.x, 200.0f, 320.0f), std::max(size.y - 20, 100.0f)},
+    ImGui::SetNextWindowSize({std::clamp(0.3f * size.x, 300.0f, 320.0f), std::max(size.y - 20, 100.0f)},
                              ImGuiCond_FirstUseEver);
     ImGui::SetNextWindowCollapsed(size.x < kSmall, ImGuiCond_FirstUseEver);
     ImGui::Begin("Halflight (H hides)");
