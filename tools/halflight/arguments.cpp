@@ -255,7 +255,11 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     }
     if (info_app.parsed()) {
         check_leftovers(info_app, "halflight info");
-        if (settings_page) return Help{settings_markdown()};
+        if (settings_page) {
+            std::string page = settings_markdown();
+            page.pop_back();  // Help ends without a newline
+            return Help{page};
+        }
         check(info, info_app);
         take_size_options(info_app, info.picture);
         if (info.picture.settings_file) use_settings(info_app, info.picture);
