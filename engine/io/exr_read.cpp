@@ -116,7 +116,7 @@ class HeaderGuard {
         return value;
     }
 
-    [[noreturn]] void fail() const { throw Error(subject_, "is damaged or truncated: its header makes no sense"); }
+    [[noreturn]] void fail() const { throw Error(subject_, "is damaged or truncated: its header is inconsistent"); }
 
     const std::string& subject_;
     std::string_view bytes_;

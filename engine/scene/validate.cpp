@@ -55,7 +55,7 @@ void check(const TextureImage& image, const Element& e) {
 void check(const TextureRef& t, const std::string& subject, std::size_t images) {
     if (t.image == kNone) return;
     if (t.image < 0 || static_cast<std::size_t>(t.image) >= images)
-        throw Error(subject, "image {} of {}", t.image, images);
+        throw Error(subject, "image {} does not exist, there are {}", t.image, images);
     if (t.uv_set < 0 || t.uv_set > 1) throw Error(subject, "uv set {} is neither 0 nor 1", t.uv_set);
     for (int column = 0; column < 3; ++column) {
         if (!std::isfinite(t.uv_transform[column].x) || !std::isfinite(t.uv_transform[column].y))
@@ -108,16 +108,18 @@ void check(const Mesh& mesh, const Element& e, std::size_t materials) {
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         const uvec3& t = mesh.triangles[i];
         if (std::max({t.x, t.y, t.z}) >= mesh.positions.size())
-            throw Error(e.at("triangles", i), "vertex {} of {}", std::max({t.x, t.y, t.z}), mesh.positions.size());
+            throw Error(e.at("triangles", i), "vertex {} does not exist, there are {}", std::max({t.x, t.y, t.z}),
+                        mesh.positions.size());
         if (area_vector(mesh, t) == dvec3(0)) throw Error(e.at("triangles", i), "has no area");
         if (mesh.triangle_material[i] >= materials)
-            throw Error(e.at("triangle_material", i), "material {} of {}", mesh.triangle_material[i], materials);
+            throw Error(e.at("triangle_material", i), "material {} does not exist, there are {}",
+                        mesh.triangle_material[i], materials);
     }
 }
 
 void check(const Instance& instance, const Element& e, std::size_t meshes) {
     if (instance.mesh < 0 || static_cast<std::size_t>(instance.mesh) >= meshes)
-        throw Error(e.at("mesh"), "mesh {} of {}", instance.mesh, meshes);
+        throw Error(e.at("mesh"), "mesh {} does not exist, there are {}", instance.mesh, meshes);
     if (!is_affine(instance.object_to_world)) throw Error(e.at("object_to_world"), "not finite, or not affine");
 }
 

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "engine/core/error.h"
+#include "engine/scene/light_types.h"
 #include "engine/tables/alias_table.h"
 #include "engine/tables/light_textures.h"
 #include "engine/tables/light_tree.h"
@@ -164,9 +165,6 @@ class Builder {
         const float cos_outer = std::cos(light.outer_cone);
         const float cone = std::max(std::cos(light.inner_cone) - cos_outer, 0.001f);
         const bool directional = light.type == LightType::directional;
-        const std::uint32_t kind = directional                      ? shared::kLightDirectional
-                                   : light.type == LightType::point ? shared::kLightPoint
-                                                                    : shared::kLightSpot;
         if (!directional) {
             const dvec3 at = light.position - trace_.origin;
             const bool spot = light.type == LightType::spot;
@@ -179,8 +177,8 @@ class Builder {
         }
         const double solid_angle =
             light.type == LightType::spot ? 2 * kPi * (1 - std::cos(double(light.outer_cone))) : 4 * kPi;
-        add({vec4(vec3(light.position - trace_.origin), shared::float_of_word(kind)), vec4(light.direction, cos_outer),
-             vec4(1 / cone, 0, 0, 0), vec4(light.intensity, 0)},
+        add({vec4(vec3(light.position - trace_.origin), shared::float_of_word(row_of(light.type).kind)),
+             vec4(light.direction, cos_outer), vec4(1 / cone, 0, 0, 0), vec4(light.intensity, 0)},
             intensity * (directional ? shadow_disk_ : solid_angle), directional ? kDirectional : kLocal);
     }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <future>
 
+#include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
 #include "engine/tables/albedo.h"
 #include "engine/tables/light_tree.h"
@@ -24,13 +25,13 @@ Image albedo_table() {
 
 /// Transforms normals and tangents of a merged mesh to world space. The largest coefficient of each matrix is scaled to
 /// 1, so that products do not overflow and all vertices of a mesh keep equal weight.
-struct Carrier {
+struct VertexTransform {
     dmat3 normal{1};
     dmat3 tangent{1};
     float handedness = 1;  // sign of the determinant
 
-    Carrier() = default;
-    explicit Carrier(const dmat4& object_to_world) {
+    VertexTransform() = default;
+    explicit VertexTransform(const dmat4& object_to_world) {
         const dmat3 m = scaled(dmat3(object_to_world));
         // Cofactors are the inverse transpose times the determinant, and exist for singular matrices, too.
         const dmat3 cofactors(glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1]));
@@ -119,22 +120,23 @@ class Builder {
         const auto stride = static_cast<std::size_t>(tables_.needs.vertex_stride());
         tables_.vertices.assign(trace_.positions.size() * stride, vec4(0));
         for (const MeshRange& range : trace_.ranges) {
-            const Carrier carrier =
-                range.merged ? Carrier(scene_.instances[range.instance].object_to_world) : Carrier();
+            const VertexTransform transform =
+                range.merged ? VertexTransform(scene_.instances[range.instance].object_to_world) : VertexTransform();
             for (std::uint32_t i = 0; i < range.vertex_count; ++i) {
-                add_vertex(scene_.meshes[range.mesh], i, carrier, &tables_.vertices[(range.first_vertex + i) * stride]);
+                add_vertex(scene_.meshes[range.mesh], i, transform,
+                           &tables_.vertices[(range.first_vertex + i) * stride]);
             }
         }
     }
 
-    void add_vertex(const Mesh& mesh, std::uint32_t i, const Carrier& carrier, vec4* row) const {
+    void add_vertex(const Mesh& mesh, std::uint32_t i, const VertexTransform& transform, vec4* row) const {
         const SceneNeeds& needs = tables_.needs;
         const vec2 uv0 = mesh.uvs[0].empty() ? vec2(0) : mesh.uvs[0][i];
         const vec2 uv1 = mesh.uvs[1].empty() ? vec2(0) : mesh.uvs[1][i];
         const vec4 tangent = mesh.tangents.empty() ? vec4(0) : mesh.tangents[i];
-        row[shared::kVertexNormalTexel] = vec4(vec3(carrier.normal * dvec3(mesh.normals[i])), uv0.x);
-        if (needs.texture_coordinates) row[shared::kVertexUvTexel] = vec4(uv0.y, uv1, tangent.w * carrier.handedness);
-        if (needs.normal_maps) row[shared::kVertexTangentTexel] = vec4(vec3(carrier.tangent * dvec3(tangent)), 0);
+        row[shared::kVertexNormalTexel] = vec4(vec3(transform.normal * dvec3(mesh.normals[i])), uv0.x);
+        if (needs.texture_coordinates) row[shared::kVertexUvTexel] = vec4(uv0.y, uv1, tangent.w * transform.handedness);
+        if (needs.normal_maps) row[shared::kVertexTangentTexel] = vec4(vec3(transform.tangent * dvec3(tangent)), 0);
         if (needs.vertex_colors) row[needs.vertex_stride() - 1] = mesh.colors.empty() ? vec4(1) : mesh.colors[i];
     }
 
@@ -152,8 +154,9 @@ class Builder {
         needs.sun = lights.sun;
         for (std::size_t i = 0; i < lights.punctual_count; ++i) {
             const vec4& head = lights.rows[(lights.triangle_count + i) * shared::kLightStride];
-            needs.spot_lights |= shared::light_kind(shared::word_of_float(head.w)) == shared::kLightSpot;
-            needs.directional_lights |= shared::light_kind(shared::word_of_float(head.w)) == shared::kLightDirectional;
+            const std::uint32_t kind = shared::light_kind(shared::word_of_float(head.w));
+            for (const LightTypeRow& type : light_types())
+                if (type.kind == kind && type.feature) raise(type.feature);
         }
         tables_.lights = std::move(lights.rows);
         tables_.light_alias = std::move(lights.alias);
@@ -168,6 +171,12 @@ class Builder {
         tables_.light_of_triangle = std::move(lights.light_of_triangle);
         tables_.environment = std::move(lights.environment);
         tables_.environment_cells = std::move(lights.environment_cells);
+    }
+
+    /// Sets the need of a macro.
+    void raise(std::string_view define) {
+        const auto needs = known_scene_needs();
+        tables_.needs.*std::ranges::find_if(needs, [&](const SceneNeed& n) { return n.define == define; })->flag = true;
     }
 
     /// Fills tables of lights that are kept but not in the scene: a light without radiance, no emissive triangles, a

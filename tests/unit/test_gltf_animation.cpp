@@ -203,7 +203,7 @@ TEST_F(GltfAnimation, WarningsAreOfOnePose) {
     channels.push_back({{"sampler", 0}, {"target", {{"node", 0}, {"path", "visibility"}}}});
     channels.push_back({{"sampler", 0}, {"target", {{"path", "translation"}}}});
     GltfScene scene = open(b);
-    const std::vector<std::string> expected = {"nodes[1]: is scaled to nothing, it is left out"};
+    const std::vector<std::string> expected = {"nodes[1]: its transform leaves no area, it is left out"};
     EXPECT_EQ(scene.at(0, kFirst).report.warnings, expected);
     EXPECT_EQ(scene.at(1, kFirst).report.warnings, expected);
     EXPECT_EQ(scene.animations()[0].channels.size(), 1u);

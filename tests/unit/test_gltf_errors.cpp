@@ -336,7 +336,7 @@ TEST_F(GltfContainer, DamageAnywhereIsRefused) {
     };
     EXPECT_EQ(with(4, 1), "is GLB version 1, only 2 is supported");
     EXPECT_EQ(with(8, 0xffffffff),
-              fmt::format("is truncated: {} of the {} bytes that its header tells", glb.size(), 0xffffffff));
+              fmt::format("is truncated: it has {} of the {} bytes in its header", glb.size(), 0xffffffff));
     EXPECT_EQ(with(8, 12), "is damaged: it has no JSON");
     EXPECT_EQ(with(12, 0xfffffff0), "is damaged: chunk 0 does not fit into the file");
     EXPECT_EQ(with(16, 0x004e4942), "is damaged: its first chunk and no other must be JSON");

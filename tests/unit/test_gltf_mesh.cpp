@@ -245,7 +245,7 @@ TEST_F(GltfNode, FlatAndVanishingTransforms) {
     EXPECT_EQ(scene.meshes[0].positions[1], vec3(2, 0, 5));
     EXPECT_EQ(scene.meshes[1].positions[1], vec3(1, 0, 0));
     ASSERT_EQ(scene.report.warnings.size(), 1u);
-    EXPECT_EQ(scene.report.warnings[0], "nodes[1]: is scaled to nothing, it is left out");
+    EXPECT_EQ(scene.report.warnings[0], "nodes[1]: its transform leaves no area, it is left out");
 }
 
 TEST_F(GltfNode, GpuInstancing) {

@@ -6,9 +6,11 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/packing.hpp>
 
+#include "engine/scene/light_types.h"
 #include "engine/scene/material_properties.h"
 #include "engine/tables/light_textures.h"
 #include "engine/tables/shading_tables.h"
+#include "shaders/shared/light.h"
 #include "shaders/shared/material.h"
 #include "shaders/shared/texture.h"
 #include "shaders/shared/vertex.h"
@@ -176,6 +178,26 @@ TEST(ShadingTables, FlatteningInstanceKeepsItsNormals) {
     scene.instances[0].object_to_world = glm::scale(dmat4(1), dvec3(1, 1, 0));
     const ShadingTables tables = tables_of(scene);
     for (const vec4& row : tables.vertices) EXPECT_EQ(vec3(row), vec3(0, 0, 1));
+}
+
+TEST(ShadingTables, EveryLightTypeHasARow) {
+    int type = 0;
+    for (const LightTypeRow& row : light_types()) {
+        SCOPED_TRACE(row.name);
+        EXPECT_EQ(row.type, static_cast<LightType>(type++));
+        EXPECT_EQ(&row_of(row.type), &row);
+        EXPECT_EQ(find_light_type(row.name), &row);
+        Scene scene = plain_scene();
+        scene.lights.emplace_back().type = row.type;
+        const ShadingTables tables = tables_of(scene);
+        EXPECT_EQ(shared::light_kind(shared::word_of_float(tables.lights.at(0).w)), row.kind);
+        for (const LightTypeRow& other : light_types()) {
+            if (other.feature) {
+                EXPECT_EQ(defines(tables, std::string("HALFLIGHT_") + other.feature), &other == &row) << other.name;
+            }
+        }
+    }
+    EXPECT_EQ(find_light_type("sphere"), nullptr);
 }
 
 TEST(ShadingTables, AlphaCutoffCarriesTheMode) {

@@ -7,6 +7,7 @@
 
 #include "engine/core/error.h"
 #include "engine/device/scene_view.h"
+#include "engine/scene/light_types.h"
 #include "engine/tables/shading_tables.h"
 #include "renderer/render.h"
 
@@ -82,13 +83,12 @@ Json cameras(const Scene& scene) {
 }
 
 Json lights(const Scene& scene) {
-    constexpr const char* kTypes[] = {"point", "spot", "directional"};
     Json punctual = Json::array();
     for (const PunctualLight& light : scene.lights)
         punctual.push_back({{"name", light.name},
-                            {"type", kTypes[static_cast<int>(light.type)]},
+                            {"type", row_of(light.type).name},
                             {"intensity", triple(light.intensity)},
-                            {"unit", light.type == LightType::directional ? "lux" : "candela"}});
+                            {"unit", row_of(light.type).unit}});
     return {{"emissive_triangles", instanced_triangles(scene, has_emission)},
             {"punctual", punctual},
             {"environment", scene.environment.black() ? Json(nullptr) : triple(scene.environment.color)}};

@@ -66,7 +66,7 @@ Chunks split_glb(std::string_view bytes, const std::string& file) {
     if (read_u32(bytes, 4) != 2) throw Error(file, "is GLB version {}, only 2 is supported", read_u32(bytes, 4));
     const std::uint32_t length = read_u32(bytes, 8);
     if (length > bytes.size())
-        throw Error(file, "is truncated: {} of the {} bytes that its header tells", bytes.size(), length);
+        throw Error(file, "is truncated: it has {} of the {} bytes in its header", bytes.size(), length);
     bytes = bytes.substr(0, length);
 
     Chunks chunks;
@@ -205,7 +205,7 @@ void parse_model(GltfDocument& document, Json& root, BufferFiles& files) {
     tinygltf::TinyGLTF parser;
     parser.SetFsCallbacks(callbacks);
     const std::string json = root.dump();
-    if (json.size() > std::numeric_limits<unsigned>::max()) throw Error(document.file, "has too much JSON");
+    if (json.size() > std::numeric_limits<unsigned>::max()) throw Error(document.file, "has more than 4 GiB of JSON");
     std::string error, warning;
     if (parser.LoadASCIIFromString(&document.model, &error, &warning, json.data(), static_cast<unsigned>(json.size()),
                                    "")) {
@@ -279,7 +279,7 @@ std::string GltfDocument::read_uri(const std::string& uri, const std::string& el
     }
     bytes_read += bytes.size();
     if (bytes_read > options.max_total_bytes)
-        fail(element, "goes beyond the limit of {} bytes", options.max_total_bytes);
+        fail(element, "exceeds the limit of {} bytes for all files together", options.max_total_bytes);
     return bytes;
 }
 

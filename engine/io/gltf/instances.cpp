@@ -83,7 +83,7 @@ class Instances {
         const bool has_area = glm::cross(m[0], m[1]) != dvec3(0) || glm::cross(m[1], m[2]) != dvec3(0) ||
                               glm::cross(m[2], m[0]) != dvec3(0);
         if (has_area) return add(node, dmat4(1), {{world}, false});
-        document_.warnings.add("is scaled to nothing, it is left out", fmt::format("nodes[{}]", node));
+        document_.warnings.add("its transform leaves no area, it is left out", fmt::format("nodes[{}]", node));
     }
 
     /// Adds an instance. Its mesh is the index of a request until finish() has built the meshes.

@@ -99,7 +99,7 @@ void GltfMeshes::finish(Mesh& part, const GltfMaterial* material) {
 
     const TextureRef* map = normal_map_of(material);
     if (!map || part.triangles.empty() || (!part.tangents.empty() && normalize_tangents(part.tangents))) return;
-    if (!part.tangents.empty()) document_.warnings.add("has unusable tangents, new ones are made", part.name);
+    if (!part.tangents.empty()) document_.warnings.add("has invalid tangents, they are recomputed", part.name);
     part.tangents.clear();
     std::vector<vec2> uv = part.uvs[static_cast<std::size_t>(map->uv_set)];
     if (uv.empty()) return;

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "engine/io/gltf/value.h"
+#include "engine/scene/light_types.h"
 
 namespace halflight {
 namespace {
@@ -27,12 +28,12 @@ dmat4 local_matrix(GltfDocument& document, std::size_t index) {
     const tinygltf::Node& node = document.model.nodes[index];
     if (node.matrix.empty()) {
         const dvec4 rotation = to_vector(node.rotation, dvec4(0, 0, 0, 1));
-        if (rotation == dvec4(0)) document.warnings.add("rotation is zero, taken as none", name(index));
+        if (rotation == dvec4(0)) document.warnings.add("rotation is a zero quaternion, it is ignored", name(index));
         return compose(to_vector(node.translation, dvec3(0)), rotation, to_vector(node.scale, dvec3(1)));
     }
     dmat4 m = glm::make_mat4(node.matrix.data());
     if (glm::row(m, 3) != dvec4(0, 0, 0, 1)) {
-        document.warnings.add("last row of the matrix is not 0 0 0 1, taken as if it were", name(index));
+        document.warnings.add("last row of the matrix is not 0 0 0 1, it is ignored", name(index));
         for (int column = 0; column < 4; ++column) m[column].w = column == 3 ? 1 : 0;
     }
     return m;
@@ -94,19 +95,17 @@ PunctualLight convert_light(GltfDocument& document, std::size_t index) {
     const dvec3 intensity = from.intensity * to_vector(from.color, dvec3(1));
     light.intensity = vec3(to_light(intensity.x), to_light(intensity.y), to_light(intensity.z));
     if (dvec3(light.intensity) != dvec3(vec3(intensity)))
-        document.warnings.add("negative or huge light clamped", element);
-    light.type = from.type == "directional" ? LightType::directional
-                 : from.type == "spot"      ? LightType::spot
-                                            : LightType::point;
-    if (light.type == LightType::point && from.type != "point")
-        document.fail(element, "light type '{}' is unknown", from.type);
+        document.warnings.add("light intensity is negative or too large, clamped", element);
+    const LightTypeRow* type = find_light_type(from.type);
+    if (!type) document.fail(element, "light type '{}' is unknown", from.type);
+    light.type = type->type;
     if (light.type != LightType::spot) return light;
     light.outer_cone = static_cast<float>(std::min(from.spot.outerConeAngle, kPi / 2));
     light.inner_cone = static_cast<float>(std::max(from.spot.innerConeAngle, 0.0));
     if (!(light.outer_cone > 0)) document.fail(element, "outerConeAngle {} is not positive", from.spot.outerConeAngle);
     if (light.inner_cone >= light.outer_cone) light.inner_cone = std::nextafter(light.outer_cone, 0.0f);
     if (light.outer_cone != float(from.spot.outerConeAngle) || light.inner_cone != float(from.spot.innerConeAngle))
-        document.warnings.add("cone angles brought to 0 <= inner < outer <= pi/2", element);
+        document.warnings.add("cone angles are not 0 <= inner < outer <= pi/2, clamped", element);
     return light;
 }
 
@@ -115,7 +114,7 @@ dmat4 camera_frame(GltfDocument& document, const dmat4& world, const std::string
     const dvec3 z = glm::normalize(dvec3(world[2]));
     const dvec3 x = glm::normalize(glm::cross(dvec3(world[1]), z));
     if (glm::any(glm::isnan(x))) {
-        document.warnings.add("camera's node has no directions left, taken as unrotated", element);
+        document.warnings.add("camera's node has a singular transform, its rotation is ignored", element);
         dmat4 frame(1);
         frame[3] = world[3];
         return frame;
@@ -145,7 +144,7 @@ Camera convert_camera(GltfDocument& document, std::size_t index) {
     }
     if (camera.near_plane < 0 || camera.far_plane < 0 ||
         (camera.far_plane != 0 && camera.far_plane <= camera.near_plane)) {
-        document.warnings.add("znear and zfar make no sense, they are not used", element);
+        document.warnings.add("znear and zfar are not 0 <= znear < zfar, they are ignored", element);
         camera.near_plane = camera.far_plane = 0;
     }
     return camera;
@@ -193,7 +192,7 @@ GltfNodes resolve_nodes(GltfDocument& document) {
         roots = model.scenes[static_cast<std::size_t>(std::max(model.defaultScene, 0))].nodes;
         for (const int root : roots) {
             if (parents[static_cast<std::size_t>(root)] != kNone)
-                document.warnings.add("is listed in a scene but not a root", name(static_cast<std::size_t>(root)));
+                document.warnings.add("is listed in a scene, but has a parent", name(static_cast<std::size_t>(root)));
         }
     }
     walk(document, roots, [&](std::size_t node) { nodes.shown.push_back(static_cast<int>(node)); });
