@@ -41,16 +41,16 @@ void warn_of_left_out(const SceneReport& report, GltfWarnings& warnings) {
 }
 
 /// Materials of one pose, and their images, which are equal in all poses.
-struct Looks {
+struct MaterialSet {
     std::vector<TextureImage> images;
     std::vector<Material> materials;
 };
 
-Looks load_looks(GltfDocument& document, std::vector<GltfMaterial>& materials) {
-    Looks looks;
-    looks.images = load_images(document, materials);
-    for (GltfMaterial& m : materials) looks.materials.push_back(std::move(m.material));
-    return looks;
+MaterialSet load_material_set(GltfDocument& document, std::vector<GltfMaterial>& materials) {
+    MaterialSet material_set;
+    material_set.images = load_images(document, materials);
+    for (GltfMaterial& m : materials) material_set.materials.push_back(std::move(m.material));
+    return material_set;
 }
 
 /// Returns a material of another pose, with the images of `known`.
@@ -67,26 +67,26 @@ Material with_images_of(const Material& known, const GltfMaterial& from) {
     return material;
 }
 
-/// Converts the document. looks: cache of images, filled by the first call; null: none. images: whether the scene gets
-/// its images.
-Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfKept& kept,
-              std::optional<Looks>* looks = nullptr, bool images = true) {
+/// Converts the document. material_set: cache of images, filled by the first call; null: none. images: whether the
+/// scene gets its images.
+Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPoseCache& kept,
+              std::optional<MaterialSet>* material_set = nullptr, bool images = true) {
     Scene scene;
     scene.name = path.string();
     const GltfNodes nodes = resolve_nodes(document);
     std::vector<GltfMaterial> materials = convert_materials(document);
     GltfMeshes meshes(document, materials, scene.report);
     const bool default_material = add_instances(document, nodes, meshes, kept, scene);
-    if (looks && !*looks) {
+    if (material_set && !*material_set) {
         std::vector<GltfMaterial> loaded = materials;
-        *looks = load_looks(document, loaded);
+        *material_set = load_material_set(document, loaded);
     }
-    if (looks) {
-        if (images) scene.images = (*looks)->images;
+    if (material_set) {
+        if (images) scene.images = (*material_set)->images;
         for (std::size_t i = 0; i < materials.size(); ++i)
-            scene.materials.push_back(with_images_of((*looks)->materials[i], materials[i]));
+            scene.materials.push_back(with_images_of((*material_set)->materials[i], materials[i]));
     } else {
-        Looks loaded = load_looks(document, materials);
+        MaterialSet loaded = load_material_set(document, materials);
         scene.images = std::move(loaded.images);
         scene.materials = std::move(loaded.materials);
     }
@@ -129,7 +129,7 @@ Scene validated(Scene scene, const std::filesystem::path& path) {
 Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options) {
     return guarded(path, [&] {
         GltfDocument document = open_gltf(path, options);
-        GltfKept nothing;
+        GltfPoseCache nothing;
         return validated(convert(document, path, nothing), path);
     });
 }
@@ -168,20 +168,20 @@ struct GltfScene::State {
         set_driven_values(document, target, values);
     }
 
-    GltfMovers movers(Playing playing) {
+    GltfAnimatedObjects animated(Playing playing) {
         std::vector<AnimationChannel> channels;
         for (const std::size_t index : playing) {
             const std::vector<AnimationChannel>& more = read_all().at(index).channels;
             channels.insert(channels.end(), more.begin(), more.end());
         }
-        return find_movers(document, channels);
+        return find_animated_objects(document, channels);
     }
 
     Scene posed(double seconds, Playing playing, bool images) {
         pose(seconds, playing);
         kept.wanted = true;
-        kept.movers = movers(playing);
-        return convert(document, path, kept, &looks, images);
+        kept.animated = animated(playing);
+        return convert(document, path, kept, &material_set, images);
     }
 
     /// Returns whether the nodes, or nodes below them, carry more than cameras.
@@ -207,8 +207,8 @@ struct GltfScene::State {
     GltfWarnings opening_warnings = document.warnings;
     std::optional<std::vector<Animation>> animations;
     std::vector<std::string> animation_warnings;
-    std::optional<Looks> looks;
-    GltfKept kept;
+    std::optional<MaterialSet> material_set;
+    GltfPoseCache kept;
     // Values of the file for every target that has been driven.
     std::map<GltfTarget, std::vector<double>> at_rest;
 };
@@ -271,9 +271,10 @@ void GltfScene::deform_by(Deformer* deformer) {
 Scene GltfScene::at_rest() {
     return guarded(state_->path, [&] {
         state_->pose(0, {});
-        GltfKept nothing;
-        return validated(convert(state_->document, state_->path, nothing, state_->looks ? &state_->looks : nullptr),
-                         state_->path);
+        GltfPoseCache nothing;
+        return validated(
+            convert(state_->document, state_->path, nothing, state_->material_set ? &state_->material_set : nullptr),
+            state_->path);
     });
 }
 

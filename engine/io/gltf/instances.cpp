@@ -19,7 +19,7 @@ void add_report(SceneReport& to, const SceneReport& of_mesh) {
 }
 
 /// A requested mesh.
-struct MeshWish {
+struct MeshRequest {
     GltfMeshKey key;
     GltfPose pose;
     bool deforms;    // animations do that
@@ -30,7 +30,7 @@ struct MeshWish {
 /// at once.
 class Instances {
   public:
-    Instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfKept& kept, Scene& scene)
+    Instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfPoseCache& kept, Scene& scene)
         : document_(document), accessors_(document), nodes_(nodes), meshes_(meshes), kept_(kept), scene_(scene) {}
 
     bool used_default_material() const { return used_default_material_; }
@@ -55,13 +55,15 @@ class Instances {
     /// Builds the meshes, and removes instances of meshes without triangles.
     void finish() {
         std::map<std::size_t, Mesh> deformed = deformed_meshes();
-        std::vector<int> made(wishes_.size(), kNone);
-        for (std::size_t i = 0; i < wishes_.size(); ++i) {
-            const MeshWish& wish = wishes_[i];
-            const bool keeps = kept_.wanted && !wish.deforms && !wish.flattened && !turns_tangents(wish);
-            Mesh mesh = deformed.contains(i) ? std::move(deformed[i]) : keeps ? still_mesh(wish) : finish(open(wish));
+        std::vector<int> made(requests_.size(), kNone);
+        for (std::size_t i = 0; i < requests_.size(); ++i) {
+            const MeshRequest& request = requests_[i];
+            const bool keeps = kept_.wanted && !request.deforms && !request.flattened && !turns_tangents(request);
+            Mesh mesh = deformed.contains(i) ? std::move(deformed[i])
+                        : keeps              ? static_mesh(request)
+                                             : finish(open(request));
             if (mesh.triangles.empty()) continue;
-            mesh.deforms = wish.deforms;
+            mesh.deforms = request.deforms;
             made[i] = static_cast<int>(scene_.meshes.size());
             scene_.meshes.push_back(std::move(mesh));
         }
@@ -89,56 +91,56 @@ class Instances {
     /// Adds an instance. Its mesh is the index of a request until finish() has built the meshes.
     void add(int node, const dmat4& object_to_world, GltfPose pose) {
         // The joints of a pose include the node's transform.
-        const bool moves = pose.joints.empty() && kept_.movers.move(node);
-        const int wish = find_wish(node, std::move(pose));
-        scene_.instances.push_back({node_of(node).name, wish, object_to_world, node, moves});
+        const bool moves = pose.joints.empty() && kept_.animated.move(node);
+        const int request = find_request(node, std::move(pose));
+        scene_.instances.push_back({node_of(node).name, request, object_to_world, node, moves});
     }
 
-    bool turns_tangents(const MeshWish& wish) const {
-        const auto mesh = static_cast<std::size_t>(std::get<0>(wish.key));
-        return kept_.movers.turn_tangents(document_.model.meshes[mesh]);
+    bool turns_tangents(const MeshRequest& request) const {
+        const auto mesh = static_cast<std::size_t>(std::get<0>(request.key));
+        return kept_.animated.turn_tangents(document_.model.meshes[mesh]);
     }
 
     /// Returns whether animations change the vertices of a node's mesh.
     bool deforms(int node, const GltfPose& pose) const {
-        const GltfMovers& movers = kept_.movers;
-        if (movers.morph(node)) return true;
+        const GltfAnimatedObjects& animated = kept_.animated;
+        if (animated.morph(node)) return true;
         if (pose.joints.empty()) return false;
-        return pose.skin ? movers.bend(document_.model.skins[static_cast<std::size_t>(node_of(node).skin)])
-                         : movers.move(node);
+        return pose.skin ? animated.bend(document_.model.skins[static_cast<std::size_t>(node_of(node).skin)])
+                         : animated.move(node);
     }
 
     /// Returns the index of a request; equal requests share one.
-    int find_wish(int node, GltfPose pose) {
+    int find_request(int node, GltfPose pose) {
         const tinygltf::Node& from = node_of(node);
         const auto& default_weights = document_.model.meshes[static_cast<std::size_t>(from.mesh)].weights;
         const std::vector<double>& weights = from.weights.empty() ? default_weights : from.weights;
         const bool flattened = !pose.skin && !pose.joints.empty();
         const bool deforms = this->deforms(node, pose);
         const GltfMeshKey key{from.mesh, from.skin, flattened ? node : kNone, weights};
-        const auto [known, is_new] = found_.try_emplace(key, static_cast<int>(wishes_.size()));
+        const auto [known, is_new] = found_.try_emplace(key, static_cast<int>(requests_.size()));
         if (!is_new && !flattened) {
-            wishes_[static_cast<std::size_t>(known->second)].deforms |= deforms;
+            requests_[static_cast<std::size_t>(known->second)].deforms |= deforms;
             return known->second;
         }
         // Each flattened instance of a node has a mesh of its own.
-        wishes_.push_back({key, std::move(pose), deforms, flattened});
-        return static_cast<int>(wishes_.size()) - 1;
+        requests_.push_back({key, std::move(pose), deforms, flattened});
+        return static_cast<int>(requests_.size()) - 1;
     }
 
-    GltfUnposedMesh open(const MeshWish& wish) {
-        const auto& [mesh, skin, node, weights] = wish.key;
-        const bool again = kept_.wanted && wish.deforms;
-        return meshes_.open(static_cast<std::size_t>(mesh), weights, wish.pose, again ? &kept_.primitives : nullptr);
+    GltfUnposedMesh open(const MeshRequest& request) {
+        const auto& [mesh, skin, node, weights] = request.key;
+        const bool again = kept_.wanted && request.deforms;
+        return meshes_.open(static_cast<std::size_t>(mesh), weights, request.pose, again ? &kept_.primitives : nullptr);
     }
 
     /// Returns the deformed vertices of all animated meshes, by index of the request.
     std::map<std::size_t, Mesh> deformed_meshes() {
         std::vector<std::pair<std::size_t, GltfUnposedMesh>> unposed;
         std::vector<Deformation> deformations;
-        for (std::size_t i = 0; i < wishes_.size(); ++i) {
-            if (!wishes_[i].deforms) continue;
-            unposed.emplace_back(i, open(wishes_[i]));
+        for (std::size_t i = 0; i < requests_.size(); ++i) {
+            if (!requests_[i].deforms) continue;
+            unposed.emplace_back(i, open(requests_[i]));
             for (const auto& part : unposed.back().second.parts) deformations.push_back(part.deformation);
         }
         std::vector<VertexArrays> moved;
@@ -158,21 +160,21 @@ class Instances {
         return meshes_.finish(std::move(unposed), moved);
     }
 
-    Mesh still_mesh(const MeshWish& wish) {
-        auto known = kept_.meshes.find(wish.key);
+    Mesh static_mesh(const MeshRequest& request) {
+        auto known = kept_.meshes.find(request.key);
         if (known == kept_.meshes.end()) {
             // Every pose repeats the report and the warnings of the mesh.
             GltfWarnings warnings = std::exchange(document_.warnings, {});
             SceneReport report = std::exchange(scene_.report, {});
-            GltfStillMesh made;
-            GltfUnposedMesh unposed = open(wish);
+            GltfStaticMesh made;
+            GltfUnposedMesh unposed = open(request);
             made.used_default_material = unposed.uses_default_material;
             made.mesh = meshes_.finish(std::move(unposed));
             made.warnings = std::exchange(document_.warnings, std::move(warnings));
             made.report = std::exchange(scene_.report, std::move(report));
-            known = kept_.meshes.emplace(wish.key, std::move(made)).first;
+            known = kept_.meshes.emplace(request.key, std::move(made)).first;
         }
-        const GltfStillMesh& still = known->second;
+        const GltfStaticMesh& still = known->second;
         used_default_material_ |= still.used_default_material;
         document_.warnings.add(still.warnings);
         add_report(scene_.report, still.report);
@@ -226,44 +228,45 @@ class Instances {
     const GltfAccessors accessors_;
     const GltfNodes& nodes_;
     GltfMeshes& meshes_;
-    GltfKept& kept_;
+    GltfPoseCache& kept_;
     Scene& scene_;
-    std::vector<MeshWish> wishes_;
+    std::vector<MeshRequest> requests_;
     std::map<GltfMeshKey, int> found_;  // indices of requests
     bool used_default_material_ = false;
 };
 
 }  // namespace
 
-GltfMovers find_movers(const GltfDocument& document, std::span<const AnimationChannel> channels) {
+GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::span<const AnimationChannel> channels) {
     const tinygltf::Model& model = document.model;
     const std::vector<bool> none(model.nodes.size(), false);
-    GltfMovers movers{none, none, std::vector<bool>(document.materials.size(), false)};
+    GltfAnimatedObjects animated{none, none, std::vector<bool>(document.materials.size(), false)};
     std::vector<int> todo;
     for (const AnimationChannel& channel : channels) {
         const auto target = static_cast<std::size_t>(channel.target);
         if (channel.property == AnimatedProperty::weights)
-            movers.weights[target] = true;
+            animated.weights[target] = true;
         else if (channel.property == AnimatedProperty::mesh_weights)
             for (std::size_t i = 0; i < model.nodes.size(); ++i)
-                movers.weights[i] =
-                    movers.weights[i] || (model.nodes[i].mesh == channel.target && model.nodes[i].weights.empty());
+                animated.weights[i] =
+                    animated.weights[i] || (model.nodes[i].mesh == channel.target && model.nodes[i].weights.empty());
         else if (channel.property == AnimatedProperty::normal_map)
-            movers.normal_maps[target] = true;
+            animated.normal_maps[target] = true;
         else if (of_node(channel.property))
             todo.push_back(channel.target);
     }
     while (!todo.empty()) {
         const auto node = static_cast<std::size_t>(todo.back());
         todo.pop_back();
-        if (movers.nodes[node]) continue;
-        movers.nodes[node] = true;
+        if (animated.nodes[node]) continue;
+        animated.nodes[node] = true;
         todo.insert(todo.end(), model.nodes[node].children.begin(), model.nodes[node].children.end());
     }
-    return movers;
+    return animated;
 }
 
-bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfKept& kept, Scene& scene) {
+bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfPoseCache& kept,
+                   Scene& scene) {
     Instances instances(document, nodes, meshes, kept, scene);
     for (const int node : nodes.shown) instances.add(node);
     instances.finish();

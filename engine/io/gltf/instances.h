@@ -15,7 +15,7 @@
 namespace halflight {
 
 /// Objects that animations move in any pose. The lists are empty without animations.
-struct GltfMovers {
+struct GltfAnimatedObjects {
     std::vector<bool> nodes;        // per node: the node or one above it is driven
     std::vector<bool> weights;      // per node: its weights, or those of its mesh, are driven
     std::vector<bool> normal_maps;  // per material: the transform of a normal map is driven, and tangents follow
@@ -35,7 +35,7 @@ struct GltfMovers {
 using GltfMeshKey = std::tuple<int, int, int, std::vector<double>>;  // mesh, skin, flattened node, weights
 
 /// A mesh that is equal in all poses, and its report and warnings.
-struct GltfStillMesh {
+struct GltfStaticMesh {
     Mesh mesh;
     bool used_default_material = false;
     SceneReport report;
@@ -43,18 +43,19 @@ struct GltfStillMesh {
 };
 
 /// Results that are kept for other poses.
-struct GltfKept {
+struct GltfPoseCache {
     bool wanted = false;  // whether other poses may follow
-    GltfMovers movers;
-    std::map<GltfMeshKey, GltfStillMesh> meshes;
+    GltfAnimatedObjects animated;
+    std::map<GltfMeshKey, GltfStaticMesh> meshes;
     GltfPrimitives primitives;     // primitives of meshes that deform
     Deformer* deformer = nullptr;  // deforms those meshes; null: deform()
 };
 
 /// Returns the objects that the channels move.
-GltfMovers find_movers(const GltfDocument& document, std::span<const AnimationChannel> channels);
+GltfAnimatedObjects find_animated_objects(const GltfDocument& document, std::span<const AnimationChannel> channels);
 
 /// Fills Scene::meshes and Scene::instances. Returns whether some triangle has the default material.
-bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfKept& kept, Scene& scene);
+bool add_instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfPoseCache& kept,
+                   Scene& scene);
 
 }  // namespace halflight
