@@ -7,6 +7,7 @@
 // of its block; HALFLIGHT_LIST: the rays of a list of paths; HALFLIGHT_ALPHA, with the scene's other defines: alpha tests.
 #include "shaders/shared/rays.h"
 #ifdef HALFLIGHT_ALPHA
+#include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 #include "shaders/shared/frame.h"
 #include "shaders/lib/alpha.glsl"
