@@ -70,6 +70,8 @@ std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const R
     // Rays to the sun, and their light: from the first surface, and along paths.
     if (scene.sun) bytes += 2 * (sizeof(shared::Ray) + sizeof(shared::uint)) + sizeof(shared::DirectLight) + kTexel;
     if (scene.light_tree) bytes += sizeof(shared::Receiver);
+    // Records of later vertices; with path reuse they share the memory of its rays.
+    if ((needs.diffuse || needs.glossy) && !needs.reuse) bytes += surface_bytes(scene);
     if (s.preview.cache) bytes += kLightSums + sizeof(shared::CachePoint);
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
     if (asked_for(s, {Source::debug})) bytes += sizeof(shared::DebugRecord);

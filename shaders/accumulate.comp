@@ -9,7 +9,6 @@ layout(local_size_x = 64) in;
 layout(std140) uniform FrameBlock { Frame frame; };
 
 // Eight storage blocks at most, which every driver has: what else is only read, is read as texels.
-layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
 #ifdef HALFLIGHT_LIGHT_SAMPLES
 uniform samplerBuffer light;      // RGBA32F: DirectLight, two texels each
 uniform usamplerBuffer occluded;  // R32UI
@@ -53,7 +52,7 @@ uniform samplerBuffer light_seen;  // RGBA32F
 #endif
 
 #ifdef HALFLIGHT_CLAMP
-uniform float most_luminance;  // of a sample's indirect light
+uniform float most_luminance;  // highest luminance of a sample's indirect light
 #endif
 
 #include "shaders/lib/luminance.glsl"
@@ -96,7 +95,7 @@ void main() {
     point.emission = texelFetch(light_seen, int(path)).rgb;
 #endif
     vec3 emission = guarded(point.emission, kCountGBuffer);
-    dvec3 beauty = emission;  // of finite floats no sum of doubles overflows
+    dvec3 beauty = emission;  // no sum of doubles overflows for finite floats
     for (uint i = 0u; i < 3u; ++i) ADD(emission_sums[path * 4u + i], emission[i]);
     ADD(emission_sums[path * 4u + 3u], point.is_surface ? 1.0 : 0.0);
 

@@ -9,7 +9,6 @@ layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
 layout(std430) readonly buffer Hits { Hit hits[]; };
-layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
 layout(std430) writeonly buffer Records { AovRecord records[]; };
 
 #include "shaders/lib/surface_record.glsl"

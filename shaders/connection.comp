@@ -4,17 +4,17 @@
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
+#include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
 
-layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
 layout(std430) readonly buffer PathRays { Ray path_rays[]; };
 layout(std430) readonly buffer Hits { Hit hits[]; };
 layout(std430) readonly buffer States { PathState states[]; };
 layout(std430) writeonly buffer Connections { Ray connections[]; };
 
-const uint kGrouping = 0xb36du;  // as good as that of any sample
+const uint kGrouping = 0xb36du;  // any sample's grouping would do
 
 uniform uint first_block;
 uniform uint block_stride;
@@ -41,7 +41,7 @@ void main() {
     vec3 to_point = point.position - from.position;
     bool faces = dot(to_point, b.geometric_normal) > 0.0 && dot(to_point, b.normal) > 0.0 &&
                  dot(to_point, point.geometric_normal) < 0.0;
-    // As to a light: the end is on this side of the point's surface by its error and by the tracer's.
+    // Rays to lights end likewise: before the point's surface, by its error and by the tracer's.
     float margin = point.offset + rounding_bound(8.0) * length(to_point);
     Ray ray;
     ray.origin = offset_ray_origin(from.position, from.offset, b.geometric_normal, to_point);

@@ -11,20 +11,22 @@
 #include "shaders/shared/radiance_cache.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
+#include "shaders/geometry_tables.glsl"  // triangles that are lights
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
-layout(std430) readonly buffer Arriving { uint arriving[]; };
-layout(std430) readonly buffer ArrivingHeader { ListHeader arriving_header; };
+// Storage blocks are scarce: what is only read, is read as texels where it can be.
+uniform usamplerBuffer arriving;         // R32UI
+uniform usamplerBuffer arriving_header;  // RGBA32UI: ListHeader
 layout(std430) buffer PathRays { Ray path_rays[]; };
 layout(std430) readonly buffer Hits { Hit hits[]; };
 layout(std430) buffer States { PathState states[]; };
 #ifdef HALFLIGHT_PENDING
-layout(std430) readonly buffer Occluded { uint occluded[]; };
+uniform usamplerBuffer occluded;  // R32UI
 #ifdef HALFLIGHT_SUN
-layout(std430) readonly buffer SunOccluded { uint sun_occluded[]; };
+uniform usamplerBuffer sun_occluded;  // R32UI
 #endif
 #endif
 #ifndef HALFLIGHT_LAST_VERTEX
@@ -62,16 +64,14 @@ layout(std430) buffer Cells { CacheCell cells[]; };
 layout(std430) buffer SunLight { vec4 sun_light[]; };
 #endif
 
-uniform uint depth;  // of this vertex, > 0
+uniform uint depth;  // number of this vertex, > 0
 
 #include "shaders/lib/dimensions.glsl"
 #include "shaders/lib/next_event.glsl"
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/path_list.glsl"
 #include "shaders/lib/sun_light.glsl"
-#ifdef HALFLIGHT_REUSE
-#include "shaders/lib/reuse.glsl"
-#endif
+#include "shaders/lib/surface_record.glsl"
 #ifdef HALFLIGHT_CELLS
 #include "shaders/lib/radiance_cache.glsl"
 #endif
@@ -85,21 +85,21 @@ DEFINE_APPEND(append_leaving, leaving_header)
 
 void main() {
     uint entry = gl_GlobalInvocationID.x;
-    bool active_path = entry < arriving_header.count;
-    uint path = arriving[active_path ? entry : 0u];
+    bool active_path = entry < texelFetch(arriving_header, 0).w;
+    uint path = texelFetch(arriving, int(active_path ? entry : 0u)).x;
     Ray ray = path_rays[path];
     Hit hit = hits[path];
     PathState state = states[path];
-    bool is_hit = hit.triangle != kMiss && finite(hit.t);
-    bool unfinished = hit.triangle != kMiss && !is_hit;
+    SurfacePoint at = load_surface_point(path);
+    bool is_hit = at.is_surface;
     vec3 direction = normalize(ray.direction);
     vec3 wo = -direction;
 
 #ifdef HALFLIGHT_PENDING
     bool answers = state.pending_light != 0u;
-    if (answers) state.indirect += answered_light(state.pending, occluded[path]);
+    if (answers) state.indirect += answered_light(state.pending, texelFetch(occluded, int(path)).x);
 #ifdef HALFLIGHT_SUN
-    if (answers) state.indirect += answered_light(sun_light[own_sun_light(path)].rgb, sun_occluded[path]);
+    if (answers) state.indirect += answered_light(sun_light[own_sun_light(path)].rgb, texelFetch(sun_occluded, int(path)).x);
 #endif
 #endif
 #if defined(HALFLIGHT_APART) && !defined(HALFLIGHT_FIRST_HIT)
@@ -107,33 +107,30 @@ void main() {
     bool gives = (state.reuse & kReuseRest) != 0u;
     vec3 given = points[path].light;
 #ifdef HALFLIGHT_PENDING
-    if (answers) given += answered_light(points[path].pending, occluded[path]);
+    if (answers) given += answered_light(points[path].pending, texelFetch(occluded, int(path)).x);
 #ifdef HALFLIGHT_SUN
-    if (answers) given += answered_light(sun_light[given_sun_light(path)].rgb, sun_occluded[path]);
+    if (answers) given += answered_light(sun_light[given_sun_light(path)].rgb, texelFetch(sun_occluded, int(path)).x);
 #endif
 #endif
 #endif
     state.pending_light = 0u;
 
-    // A miss looks at some triangle too, for nothing: lanes of one register cannot part.
+    // A miss looks up triangle 0, for nothing: lanes of one register cannot part.
     hit.triangle = is_hit ? hit.triangle : 0u;
     hit.instance = is_hit ? hit.instance : 0u;
-    Surface surface = surface_at(hit, ray.direction);
-    Material material = evaluate_material(surface, wo);
+    vec3 geometric_normal = load_geometric_normal(path);
 
 #ifdef HALFLIGHT_LIGHT_TREE
     Receiver from = receivers[path];
 #else
     Receiver from = receiver_at(vec3(0.0), vec3(0.0));  // any will do
 #endif
-    vec3 met = is_hit ? material.emission : environment_radiance(direction);
-    float density = is_hit ? light_pdf(from, hit, direction, hit.t * length(ray.direction), surface.geometric_normal)
+    float density = is_hit ? light_pdf(from, hit, direction, hit.t * length(ray.direction), geometric_normal)
                            : environment_pdf(direction);
 #ifdef HALFLIGHT_FIRST_HIT
-    density *= float(HALFLIGHT_SHADOW_RAYS);  // as in event_of()
+    density *= float(HALFLIGHT_SHADOW_RAYS);  // event_of() weights light samples the same way
 #endif
-    if (unfinished) met = vec3(not_a_number());  // to be counted
-    met *= state.throughput * met_light_weight(state.pdf, density);
+    vec3 met = at.emission * (state.throughput * met_light_weight(state.pdf, density));
 #ifdef HALFLIGHT_FIRST_HIT
     state.direct = met;
 #elif defined(HALFLIGHT_APART)
@@ -147,15 +144,15 @@ void main() {
 #ifdef HALFLIGHT_LAST_VERTEX
     if (active_path) states[path] = state;
 #else
-    Bsdf b = make_bsdf(material, surface.geometric_normal, wo);
+    Bsdf b = load_bsdf(path);
     Sampler random = path_sampler(frame, path);
 #ifdef HALFLIGHT_CELLS
-    int finest = cache_level(distance(surface.position, frame.camera_position.xyz));
-    int levels = cache_levels(finest, hit.t * length(ray.direction), state.pdf, -dot(surface.geometric_normal, direction));
+    int finest = cache_level(distance(at.position, frame.camera_position.xyz));
+    int levels = cache_levels(finest, hit.t * length(ray.direction), state.pdf, -dot(geometric_normal, direction));
     bool may_know = active_path && is_hit && state.pdf > 0.0 && levels > 0 && contributes(b.diffuse);
 #endif
 #ifdef HALFLIGHT_CACHE_TAKEN
-    uint known = may_know && !gives ? known_cell(surface.position, surface.geometric_normal, finest, levels) : kNoCacheCell;
+    uint known = may_know && !gives ? known_cell(at.position, geometric_normal, finest, levels) : kNoCacheCell;
     vec3 from_cell = cache_mean(known == kNoCacheCell ? 0u : known);
     state.indirect += known != kNoCacheCell ? state.throughput * b.diffuse * from_cell : vec3(0.0);
     b.diffuse = known != kNoCacheCell ? vec3(0.0) : b.diffuse;
@@ -165,14 +162,13 @@ void main() {
     vec3 given_sun = vec3(0.0);
 #ifdef HALFLIGHT_FIRST_HIT
 #ifdef HALFLIGHT_REUSE
-    ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
-    bool has_point = is_hit && state.pdf > 0.0 && point.share > 0.0;
+    bool has_point = is_hit && state.pdf > 0.0 && points[path].share > 0.0;
     bool is_apart = has_point;
 #else
     CachePoint point = cache_point(levels, state.throughput * b.diffuse);
     bool is_apart = may_know;
     float to_feed = sample_1d(random, vertex_dimension(depth, kDimensionRoulette));
-    bool is_known = is_apart && find_cells(surface.position, surface.geometric_normal, finest, to_feed, point);
+    bool is_known = is_apart && find_cells(at.position, geometric_normal, finest, to_feed, point);
     bool has_point = is_apart && !is_known;
     b.diffuse = is_apart ? vec3(1.0) : b.diffuse;  // cells know no albedo
 #endif
@@ -180,7 +176,7 @@ void main() {
 #endif
 
 #ifdef HALFLIGHT_LIGHT_SAMPLES
-    NextEvent e = sample_next_event(surface.position, surface.offset, b, wo,
+    NextEvent e = sample_next_event(at.position, at.offset, b, wo,
                                     sample_1d_bits(random, vertex_dimension(depth, kDimensionLightChoice)),
                                     sample_2d(random, vertex_dimension(depth, kDimensionLightPoint)), 1u);
 #if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
@@ -198,7 +194,7 @@ void main() {
 #endif
 #endif
 #ifdef HALFLIGHT_SUN
-    NextEvent sun = sample_sun_event(surface.position, surface.offset, b, wo);
+    NextEvent sun = sample_sun_event(at.position, at.offset, b, wo);
 #if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     given_sun = has_point ? sun.diffuse : vec3(0.0);
     sun.diffuse = is_apart ? vec3(0.0) : sun.diffuse;
@@ -256,7 +252,7 @@ void main() {
         goes_on = false;
     }
 #ifndef HALFLIGHT_FIRST_HIT
-    // From depth 3 on. Not a variant: that would take longer to compile than it saves.
+    // Roulette starts at depth 3. This is not a variant, which would take longer to compile than it saves.
     float survival = min(max(state.throughput.r, max(state.throughput.g, state.throughput.b)), 0.95);
     bool survives = sample_1d(random, vertex_dimension(depth, kDimensionRoulette)) < survival;
     goes_on = goes_on && (depth < 3u || survives);
@@ -279,14 +275,14 @@ void main() {
 #endif
     uint leaving_place = append_leaving(goes_on);
     if (goes_on) {
-        path_rays[path] = ray_from(surface.position, surface.offset, b.geometric_normal, s.direction);
+        path_rays[path] = ray_from(at.position, at.offset, b.geometric_normal, s.direction);
         leaving[leaving_place] = path;
 #ifdef HALFLIGHT_LIGHT_TREE
-        receivers[path] = receiver_at(surface.position, b.geometric_normal);
+        receivers[path] = receiver_at(at.position, b.geometric_normal);
 #endif
     }
 #ifdef HALFLIGHT_APART
-#ifdef HALFLIGHT_FIRST_HIT
+#if defined(HALFLIGHT_FIRST_HIT) && defined(HALFLIGHT_RADIANCE_CACHE)
     point.pending = given_pending;
     if (active_path && is_apart) points[path] = point;
 #else

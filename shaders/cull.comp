@@ -1,14 +1,15 @@
-// What each tile of a batch can meet: an adaptive cut through the hierarchy, by the shaft of the tile's rays. One invocation
-// per tile.
+// Makes a list for each tile of a batch: an adaptive cut through the hierarchy by the shaft of the tile's rays. One
+// invocation per tile.
 //
-// A node is refined until it is smaller than the shaft is wide where it enters, times `stop`, or the list is full: then what is
-// left goes into it as it is, so nothing is ever dropped. Instances are entered like nodes. For closest hits near nodes come
-// first, all the way down: they often hide what is behind them. For any hits all of the shaft matters alike: those that have
-// waited longest come first, far ones of them, and the list ends up evenly fine.
+// A node is refined until it is smaller than `stop` times the width of the shaft where it enters, or until the list is
+// full. Nodes that are left then go into the list unrefined, so that nothing is dropped. Instances are entered like
+// nodes. For closest hits, near nodes are refined first, as they often hide those behind. For any hits, all of the
+// shaft matters alike: nodes that have waited longest are refined first, far ones before near ones, so that the list
+// becomes evenly fine.
 //
-// The list of an earlier run is kept where its shaft still contains the rays and its checksum says that it is one; a shaft that
-// has to be made again takes in the earlier one if it is much the same, and room for more, so that those of a still camera soon
-// contain all later rays.
+// The list of an earlier run is kept where its checksum is right and its shaft still contains the rays. A new shaft
+// includes the earlier one if the two are similar, and is widened. The shafts of a still camera therefore soon contain
+// all later rays.
 #include "shaders/shared/rays.h"
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/bvh.glsl"
@@ -27,7 +28,7 @@ layout(std430) buffer Blockers { TileBlockers blockers_of[]; };
 
 uniform uint tiles;
 uniform float stop;
-uniform uint seed;  // of checksums: another one for each scene
+uniform uint seed;  // seed of checksums, unique per scene
 
 // The union of two shafts by the later one, in size: below this they are those of two samples of the same pixels.
 const float kMuchTheSame = 1.5;
@@ -44,7 +45,7 @@ uint checksum(uint sum, TileEntry e) {
     return sum;
 }
 
-// Of a whole record; sums: those of its leaves and of its others.
+// Returns the checksum of a tile record. sums.x covers its leaf entries, sums.y its other entries.
 uint checksum(uvec2 sums, Shaft s, uint counts) {
     uint sum = checksum(seed, uvec4(sums, counts, 0u));
     sum = checksum(sum, uvec4(floatBitsToUint(s.origin_lower), floatBitsToUint(s.end_upper.x)));
@@ -52,7 +53,7 @@ uint checksum(uvec2 sums, Shaft s, uint counts) {
     return checksum(sum, uvec4(floatBitsToUint(s.end_lower), floatBitsToUint(s.end_upper.z)));
 }
 
-// Of all rays of the tile. Without any, lower corners are +inf.
+// Returns the bounds of all rays of the tile. Without a ray, lower corners are +inf.
 Shaft bounds_of(ShaftSpace space, uint tile) {
     const float inf = uintBitsToFloat(0x7f800000u);
     Shaft s = Shaft(vec3(inf), vec3(-inf), vec3(inf), vec3(-inf));
@@ -74,15 +75,15 @@ float size(Shaft s) {
     return w.x + w.y + w.z;
 }
 
-// By a sixteenth on all sides: beyond the extremes of some 64 rays of a tile, those of the next 64 lie that far out in one or
-// two of a hundred tiles (for uniform ones (15/16)^64).
+// The shaft is widened by a sixteenth on all sides. In one or two of a hundred tiles, the next 64 rays lie that far
+// beyond the extremes of the first 64 ((15/16)^64 for uniform rays).
 Shaft widened(Shaft s) {
     vec3 origin = (s.origin_upper - s.origin_lower) * 0.0625;
     vec3 end = (s.end_upper - s.end_lower) * 0.0625;
     return Shaft(s.origin_lower - origin, s.origin_upper + origin, s.end_lower - end, s.end_upper + end);
 }
 
-// Of the record that an earlier run has left, if it is one; anything else if not.
+// Returns the shaft of the record of an earlier run; arbitrary values where there is no valid record.
 struct Earlier {
     Shaft shaft;
     uint counts;
@@ -97,7 +98,7 @@ Earlier load_earlier(uint tile) {
                    words[1].w, words[0].w);
 }
 
-// Whether the record is what this kernel has written. asked: else nothing is read.
+// Returns whether this kernel has written the record. asked: if false, nothing is read.
 bool intact(Earlier e, uint tile, bool asked) {
     TileCounts counts = tile_counts(e.counts);
     bool possible = asked && counts.leaves + counts.others <= kTileEntries;
@@ -155,7 +156,7 @@ TileEntry root_entry(ShaftSpace space) {
 #ifdef HALFLIGHT_TWO_LEVEL
 #include "shaders/lib/block_boxes.glsl"
 
-// Of a node within an instance, in the units of the hierarchy over the instances.
+// Returns the boxes of a node within an instance, in the units of the hierarchy over the instances.
 NodeBoxes from_block(ShaftSpace space, NodeBoxes n, uint instance, uint head, vec3 margin) {
     NodeBoxes around;
     around.reference = n.reference;
@@ -164,7 +165,7 @@ NodeBoxes from_block(ShaftSpace space, NodeBoxes n, uint instance, uint head, ve
 }
 #endif
 
-// Of four children, as bits. refined: where the shaft enters, the child is not yet small against it.
+// Sets of four children, as bits. refined: children that are not yet small against the shaft where it enters.
 uint children_to_refine(ShaftSpace space, NodeBoxes n, vec3 width_0, vec3 width_1, vec4 enter) {
     vec4 size = vec4(0.0);
     vec4 width = vec4(0.0);
@@ -226,7 +227,7 @@ void main() {
 #ifdef HALFLIGHT_TWO_LEVEL
             uint instance = box_word(entry, kInstanceBox);
             bool inside = instance != kNoInstance;
-            uint block = inside ? floatBitsToUint(instance_row(instance, kInstanceTracer, 0).x) & kBvhIndexMask : 0u;
+            uint block = inside ? block_head(instance) : 0u;
             bool enters = entry_reference(entry) >= (kBvhTag | kBvhInstance);
             NodeBoxes own = load_node(enters ? block + 1u : entry_reference(entry));
             NodeBoxes n = own;
@@ -239,7 +240,7 @@ void main() {
             bvec4 met = bvec4(uvec4(lessThanEqual(i.enter, i.leave)) & uvec4(notEqual(n.reference, uvec4(kBvhNoChild))));
             uint refine = children_to_refine(space, n, width_0, width_1, i.enter);
             ivec4 key = ascending(mix(ivec4(kBvhFar), floatBitsToInt(i.enter) & ~3, met) | ivec4(0, 1, 2, 3));
-            // What is waiting has its place in the list. Without room for the children, so does the node itself.
+            // Waiting nodes have their place in the list. Without room for the children, the node itself takes one.
             int left = bitCount(mask_of(met));
             bool full = leaves + others + waiting_count + left > kTileEntries;
             uint goes_on = full ? 0u : refine & mask_of(met);
@@ -274,7 +275,7 @@ void main() {
                         uint sum = checksum(leaf ? sums.x : sums.y, child);
                         sums = leaf ? uvec2(sum, sums.y) : uvec2(sums.x, sum);
 #ifdef HALFLIGHT_ANY_HIT
-                        // Of several, with instances: a block's leaf may be there more than once.
+                        // With instances, a block's leaf may occur several times.
                         if (leaf && reference == blockers.latest) blockers.entries |= first_word(entry_bit(leaves));
 #endif
                         leaves += leaf ? 1 : 0;

@@ -10,7 +10,6 @@ layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
 layout(std430) readonly buffer PrimaryRays { Ray primary_rays[]; };
-layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
 layout(std430) writeonly buffer PathRays { Ray path_rays[]; };
 layout(std430) writeonly buffer States { PathState states[]; };
 layout(std430) writeonly buffer List { uint list[]; };
@@ -20,6 +19,7 @@ layout(std430) writeonly buffer Receivers { Receiver receivers[]; };
 #endif
 
 #include "shaders/lib/dimensions.glsl"
+#include "shaders/lib/offset.glsl"
 #include "shaders/lib/path_list.glsl"
 #include "shaders/lib/surface_record.glsl"
 

@@ -1,10 +1,11 @@
 // Primary visibility: which triangle of which block instance is nearest.
 #include "shaders/shared/frame.h"
+#include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 
 layout(std140) uniform FrameBlock { Frame frame; };
 
-uniform uint first_triangle;  // of the block
+uniform uint first_triangle;  // first triangle of the block
 
 flat in uint instance;
 

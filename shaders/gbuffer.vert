@@ -1,13 +1,13 @@
 // Primary visibility: block instances to clip space. Drawn indexed, once per block, instanced.
 #include "shaders/shared/frame.h"
-#include "shaders/scene_tables.glsl"
+#include "shaders/geometry_tables.glsl"
 
 layout(std140) uniform FrameBlock { Frame frame; };
 
 layout(location = 0) in vec3 block_position;
 layout(location = 1) in uint block_instance;  // per instance
 
-// Of the viewport that is seen (passes/surface/gbuffer.cpp).
+// Visible share of the viewport (passes/surface/gbuffer.cpp).
 uniform float viewport_share;
 
 flat out uint instance;

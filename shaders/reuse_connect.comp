@@ -1,7 +1,8 @@
-// Connection rays between the first surfaces of a group and the points that its paths have found, and the density with which
-// each of these surfaces would have found the point (SHADING.md, Path reuse). One work group per block of 16x16. An entry is
-// (path that found the point, step to a member of its group): the HALFLIGHT_GROUP_SIZE rays towards a point follow one another.
-// Of points that give no light all are dead, and so is the ray of the path itself, step 0, which has arrived already.
+// Makes connection rays between the first surfaces of a group and the points that its paths have found. Stores the
+// density with which each surface would have found the point (SHADING.md, Path reuse). One work group per block of
+// 16x16. An entry is (path that found the point, step to a member of its group): the HALFLIGHT_GROUP_SIZE rays towards
+// a point follow one another. All rays to points without light are dead, and so is the ray of the path itself, step 0,
+// which has arrived already.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
@@ -11,7 +12,6 @@
 layout(local_size_x = 256) in;
 
 layout(std430) readonly buffer PrimaryRays { Ray primary_rays[]; };
-layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
 layout(std430) readonly buffer States { PathState states[]; };
 #ifdef HALFLIGHT_PENDING
 layout(std430) readonly buffer Occluded { uint occluded[]; };
@@ -25,6 +25,7 @@ layout(std430) writeonly buffer Densities { float densities[]; };  // per area, 
 
 layout(std140) uniform FrameBlock { Frame frame; };
 
+#include "shaders/lib/offset.glsl"
 #include "shaders/lib/reuse.glsl"
 #include "shaders/lib/reuse_points.glsl"
 #include "shaders/lib/surface_record.glsl"
@@ -50,7 +51,7 @@ void main() {
         density = gives[finder & 255u] != 0u && from.is_surface ? density : 0.0;
         densities[entry] = density;
 
-        // As to a light: the end is on this side of the point's surface by its error and by the tracer's.
+        // Rays to lights end likewise: before the point's surface, by its error and by the tracer's.
         float margin = y.offset + rounding_bound(8.0) * distance(y.position, from.position);
         vec3 origin = offset_ray_origin(from.position, from.offset, b.geometric_normal, sight.direction);
         vec3 direction = y.position + margin * y.geometric_normal - origin;

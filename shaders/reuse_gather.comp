@@ -9,7 +9,6 @@
 layout(local_size_x = 256) in;
 
 layout(std430) readonly buffer PrimaryRays { Ray primary_rays[]; };
-layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
 layout(std430) readonly buffer States { PathState states[]; };
 #ifdef HALFLIGHT_PENDING
 layout(std430) readonly buffer Occluded { uint occluded[]; };

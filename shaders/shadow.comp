@@ -3,13 +3,13 @@
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
+#include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
 layout(std430) readonly buffer PrimaryRays { Ray primary_rays[]; };
-layout(std430) readonly buffer Surfaces { vec4 surfaces[]; };
 layout(std430) writeonly buffer ShadowRays { Ray shadow_rays[]; };
 layout(std430) writeonly buffer Light { DirectLight light[]; };
 

@@ -1,5 +1,6 @@
 // The tracer's arrays (TraceScene::bind()), and access to nodes and triangles. Variant: TraceScene::defines().
 #include "shaders/shared/bvh.h"
+#include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 
 #ifdef HALFLIGHT_NODES_FLOAT
@@ -8,3 +9,7 @@ layout(binding = UNIT_NODES) uniform samplerBuffer trace_nodes;
 layout(binding = UNIT_NODES) uniform usamplerBuffer trace_nodes;
 #endif
 layout(binding = UNIT_TRIANGLE_VERTICES) uniform samplerBuffer trace_triangles;
+layout(binding = UNIT_BLOCK_HEADS) uniform usamplerBuffer block_heads;
+
+// Node index of the head of the hierarchy of an instance's block.
+uint block_head(uint instance) { return texelFetch(block_heads, int(instance)).x; }

@@ -27,7 +27,7 @@ bool same_bits(const T& a, const T& b) {
     return std::memcmp(&a, &b, sizeof(T)) == 0;
 }
 
-/// As far as rays are concerned, bit by bit.
+/// Returns whether rays see the same geometry, bit for bit.
 bool same_geometry(const TraceTables& a, const TraceTables& b) {
     const auto same = [](const BlockInstance& x, const BlockInstance& y) {
         return x.block == y.block && same_bits(x.block_to_world, y.block_to_world) &&
@@ -40,14 +40,14 @@ bool same_geometry(const TraceTables& a, const TraceTables& b) {
 
 }  // namespace
 
-/// What makes the next pose cheaper.
+/// State that makes the update to the next pose cheaper.
 struct PreparedScene::Memory {
     rays::Hierarchies hierarchies;
-    rays::PackedScene packed;  // as uploaded
-    ShadingTables shading;     // as uploaded, without texels
+    rays::PackedScene packed;  // uploaded hierarchies
+    ShadingTables shading;     // uploaded tables, without texels
 };
 
-/// What renderers have made graphs, buffers and statistics for.
+/// Properties that the graphs, buffers and statistics of renderers depend on.
 struct PreparedScene::Shape {
     SceneNeeds needs;
     Estimator estimator;
@@ -147,7 +147,7 @@ void PreparedScene::prepare(const Scene& scene) {
     } else if (trace_) {
         trace_->update(tables, packed, buffers_->defines(), memory_ ? &memory_->packed : nullptr);
     } else {
-        trace_.emplace(tables, packed, buffers_->defines());
+        trace_.emplace(tables, packed, buffers_->defines(), &buffers_->instance_rows());
     }
     if (!same && options_.raster_culling) cull_tree_ = rays::build_cull_tree(packed);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
+#include "engine/tables/instance_rows.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/surface.h"
@@ -46,6 +47,7 @@ bool same_image(const Image& a, const Image& b) {
 SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shading)
     : positions_("positions", 0),
       indices_("triangle indices", 0),
+      instance_rows_("block instances", 0),
       instances_("instances by block", 0),
       environment_(table_texture("environment", shading.environment, GL_RGB32F)),
       albedo_(table_texture("directional albedo", shading.albedo, GL_RG32F)) {
@@ -90,6 +92,7 @@ void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& 
     const bool topology = !traced || traced->triangles != trace.triangles;
     gpu::replace(positions_, trace.positions, traced ? &traced->positions : nullptr);
     if (topology) gpu::replace(indices_, corner_indices(trace));
+    gpu::replace(instance_rows_, halflight::instance_rows(trace));
     gpu::replace(instances_, instances_by_block(trace));
     bring(UNIT_TRIANGLES, trace.triangles, traced ? &traced->triangles : nullptr);
     bring(UNIT_VERTICES, shading.vertices, shaded ? &shaded->vertices : nullptr);
@@ -138,12 +141,12 @@ std::size_t SceneBuffers::surface_record_bytes() const {
 }
 
 std::size_t SceneBuffers::widest_record_bytes() const {
-    constexpr std::size_t sums = 6 * sizeof(double);  // of two lobes' radiance
+    constexpr std::size_t sums = 6 * sizeof(double);  // radiance of two lobes
     return std::max({surface_record_bytes(), sizeof(shared::PathState), sums});
 }
 
 std::size_t SceneBuffers::bytes() const {
-    std::size_t total = positions_.bytes() + indices_.bytes() + instances_.bytes() +
+    std::size_t total = positions_.bytes() + indices_.bytes() + instance_rows_.bytes() + instances_.bytes() +
                         gpu::texture_bytes(environment_.desc()) + gpu::texture_bytes(albedo_.desc());
     for (const View& v : views_) total += v.buffer.bytes();
     return total;
@@ -152,6 +155,7 @@ std::size_t SceneBuffers::bytes() const {
 void SceneBuffers::bind() const {
     for (const View& v : views_) v.buffer.bind_texture(v.unit, v.format);
     positions_.bind_texture(UNIT_POSITIONS, GL_RGB32F);
+    instance_rows_.bind_texture(UNIT_INSTANCES, GL_RGBA32F);
     environment_.bind(UNIT_ENVIRONMENT);
     albedo_.bind(UNIT_ALBEDO);
 }

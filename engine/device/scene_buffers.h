@@ -1,4 +1,4 @@
-// A scene on the GPU: what the rasterizer draws and what shading reads. Rays have their own (rays::TraceScene).
+// The scene tables on the device that the rasterizer and shading read. Hierarchies are in rays::TraceScene.
 #pragma once
 
 #include <cstddef>
@@ -13,32 +13,36 @@
 
 namespace halflight {
 
-/// Arrays that the scene does not need are not there.
+/// Owns the scene tables on the device. Tables that the scene does not need are empty.
 class SceneBuffers {
   public:
     /// Throws Error where an array exceeds what the driver can address.
     SceneBuffers(const TraceTables& trace, const ShadingTables& shading);
 
-    /// What buffers hold.
+    /// Tables that the buffers hold.
     struct Content {
         const TraceTables& trace;
         const ShadingTables& shading;
     };
-    /// Brings them to other tables, those of another pose. Texels that are left out stay. last: so that no more is
-    /// written than what differs, where it is known. Throws Error as the constructor; they are of no use then.
+    /// Updates the buffers to the tables of another pose. Texels that are left out are kept. last: the tables that the
+    /// buffers hold, or null; where it is given, only differences are written. Throws Error like the constructor. After
+    /// a failed update the object may only be destroyed.
     void update(const TraceTables& trace, const ShadingTables& shading, const Content* last);
 
     const SceneNeeds& needs() const { return needs_; }
-    /// Selects the shader variants for this scene: those of shader_defines, and HALFLIGHT_SURFACE_ROWS.
+    /// Returns the defines that select shader variants for this scene: shader_defines() and HALFLIGHT_SURFACE_ROWS.
     const gpu::Defines& defines() const { return defines_; }
-    std::size_t surface_record_bytes() const;  ///< of one G-buffer record (shaders/shared/surface.h)
-    std::size_t widest_record_bytes() const;   ///< of what a frame keeps by path, one buffer each
+    std::size_t surface_record_bytes() const;  ///< Bytes of one surface record (shaders/shared/surface.h).
+    std::size_t widest_record_bytes() const;   ///< Bytes of the widest record that a frame keeps per path.
     std::size_t bytes() const;                 ///< in device memory
 
-    /// Binds every array to its texture unit (shaders/shared/bindings.h).
+    /// Returns the block instances as shaders/shared/instances.h lays them out, for rays::TraceScene too.
+    const gpu::Buffer& instance_rows() const { return instance_rows_; }
+
+    /// Binds every table to its texture unit (shaders/shared/bindings.h).
     void bind() const;
-    /// Draws all block instances with the program that is bound (shaders/gbuffer.vert), setting `first_triangle` of
-    /// each block.
+    /// Draws all block instances with the bound program (shaders/gbuffer.vert) and sets `first_triangle` for each
+    /// block.
     void draw(const gpu::Program& program) const;
 
   private:
@@ -60,7 +64,8 @@ class SceneBuffers {
     std::vector<View> views_;
     std::vector<Draw> draws_;
     gpu::Buffer positions_;
-    gpu::Buffer indices_;    // three per triangle, for the rasterizer
+    gpu::Buffer indices_;  // three per triangle, for the rasterizer
+    gpu::Buffer instance_rows_;
     gpu::Buffer instances_;  // block instances, those of a block together
     gpu::Texture environment_;
     gpu::Texture albedo_;

@@ -1,5 +1,4 @@
-// Who serves whole batches by passes of its own, for a tracer that is made of it: the raster back end, and others'
-// tracers.
+// Interface of tracers that serve whole batches by passes of their own: the raster back end, and tracers of callers.
 #pragma once
 
 #include <cstddef>
@@ -14,19 +13,20 @@ class BatchServer {
   public:
     virtual ~BatchServer() = default;
 
-    virtual Way way() const { return Way::other; }
-    /// As closest_hit() and any_hit() of rays.h. Server and scene outlive the graph's runs.
+    virtual TraceMethod method() const { return TraceMethod::other; }
+    /// Adds the passes that trace a batch, with the contract of closest_hit() and any_hit() (rays.h). Server and scene
+    /// outlive the graph's runs.
     virtual graph::BufferHandle add(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                                     graph::BufferHandle results, bool any_hit) = 0;
-    /// Camera cut, scene edit, resize.
+    /// Discards remembered visibility after a camera cut, scene edit or resize.
     virtual void invalidate() {}
     virtual void reset_statistics() {}
-    /// That are carried from run to run for such a batch.
+    /// Returns the bytes that are carried from run to run for such a batch.
     virtual std::size_t state_bytes(const RayBatch&) const { return 0; }
 };
 
-/// For those that serve: declares that a pass reads a batch, and that it writes the results; with a list, what other
-/// paths had stays, if there is anything yet.
+/// Declares, for servers, that a pass reads a batch and that it writes the results. With a list, results of other paths
+/// are kept.
 void read_batch(graph::Pass& pass, const TraceScene& scene, const RayBatch& batch,
                 graph::Access rays = graph::Access::texture_read);
 graph::BufferHandle write_results(graph::Pass& pass, const RayBatch& batch, graph::BufferHandle results);

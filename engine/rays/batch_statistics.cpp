@@ -5,9 +5,9 @@
 namespace halflight::rays {
 
 void add(BatchStatistics& to, const BatchStatistics& of) {
-    for (std::size_t way = 0; way < kWays; ++way) {
-        BatchStatistics::Measured& m = to.measured[way];
-        const BatchStatistics::Measured& n = of.measured[way];
+    for (std::size_t method = 0; method < kTraceMethods; ++method) {
+        BatchStatistics::Measured& m = to.measured[method];
+        const BatchStatistics::Measured& n = of.measured[method];
         m.runs += n.runs;
         m.timed += n.timed;
         m.seconds += n.seconds;

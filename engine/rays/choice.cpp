@@ -18,7 +18,7 @@ void Choice::forget() {
     best_ = 0;
     if (names_.size() < 2) return;
     trial_.assign(kFirstRuns, 0);
-    for (std::size_t way = 1; way < names_.size(); ++way) trial_.insert(trial_.end(), kTrials, way);
+    for (std::size_t method = 1; method < names_.size(); ++method) trial_.insert(trial_.end(), kTrials, method);
 }
 
 std::size_t Choice::now() const {
@@ -31,8 +31,8 @@ void Choice::ran(double seconds) {
         if (--runs_left_ > 0) return;
         // The current method first: its time must be up to date, too.
         trial_ = {best_};
-        for (std::size_t way = 0; way < names_.size(); ++way) {
-            if (way != best_) trial_.insert(trial_.end(), kTrials - 1, way);
+        for (std::size_t method = 0; method < names_.size(); ++method) {
+            if (method != best_) trial_.insert(trial_.end(), kTrials - 1, method);
         }
         fastest_.assign(names_.size(), std::numeric_limits<double>::infinity());
         return;
@@ -47,8 +47,8 @@ void Choice::decide() {
     times_ = fastest_;
     best_ = static_cast<std::size_t>(std::min_element(times_.begin(), times_.end()) - times_.begin());
     double second = std::numeric_limits<double>::infinity();
-    for (std::size_t way = 0; way < times_.size(); ++way) {
-        if (way != best_) second = std::min(second, times_[way]);
+    for (std::size_t method = 0; method < times_.size(); ++method) {
+        if (method != best_) second = std::min(second, times_[method]);
     }
     runs_left_ = second > kHopeless * times_[best_] ? 4 * kReexamine : kReexamine;
 }
@@ -56,11 +56,11 @@ void Choice::decide() {
 std::string Choice::reason() const {
     if (!decided()) return fmt::format("undecided: {} on trial", names_[now()]);
     std::string text;
-    for (std::size_t way = 0; way < names_.size(); ++way) {
-        if (way == best_) continue;
+    for (std::size_t method = 0; method < names_.size(); ++method) {
+        if (method == best_) continue;
         text +=
             fmt::format("{}{:.2f} times as fast as {} (fastest runs: {:.1f} ms, {:.1f} ms)", text.empty() ? "" : ", ",
-                        times_[way] / times_[best_], names_[way], 1e3 * times_[best_], 1e3 * times_[way]);
+                        times_[method] / times_[best_], names_[method], 1e3 * times_[best_], 1e3 * times_[method]);
     }
     if (on_trial()) text += fmt::format("; {} on trial again", names_[now()]);
     return text;

@@ -24,15 +24,15 @@ const char* name(RayKind kind) {
     return "unknown";
 }
 
-const char* name(Way way) {
-    switch (way) {
-        case Way::plain:
+const char* name(TraceMethod method) {
+    switch (method) {
+        case TraceMethod::plain:
             return "plain";
-        case Way::tiles:
+        case TraceMethod::tiles:
             return "tiles";
-        case Way::raster:
+        case TraceMethod::raster:
             return "raster";
-        case Way::other:
+        case TraceMethod::other:
             return "other";
     }
     return "unknown";

@@ -6,7 +6,7 @@
 
 namespace halflight::rays {
 
-/// Purpose of a batch. Coherence depends on the kind, and so do all scheduling decisions.
+/// Purpose of a batch. It determines the coherence of the rays, and with it every decision of the tracer.
 enum class RayKind : std::uint8_t {
     primary,
     shadow,
@@ -22,14 +22,14 @@ inline constexpr RayKind kRayKinds[] = {RayKind::primary,   RayKind::shadow,    
                                         RayKind::occlusion, RayKind::connection};
 const char* name(RayKind kind);
 
-/// Methods that serve a batch.
-enum class Way : std::uint8_t {
-    plain,   // rays.h
-    tiles,   // tiles.h
-    raster,  // raster.h
-    other,   // a custom server
+/// Methods to trace a batch.
+enum class TraceMethod : std::uint8_t {
+    plain,   // whole hierarchy per ray (rays.h)
+    tiles,   // compute culling per tile of rays (tiles.h)
+    raster,  // raster culling by occlusion queries (raster.h)
+    other,   // another BatchServer
 };
-inline constexpr std::size_t kWays = 4;
-const char* name(Way way);
+inline constexpr std::size_t kTraceMethods = 4;
+const char* name(TraceMethod method);
 
 }  // namespace halflight::rays

@@ -54,7 +54,7 @@ class RasterCulling final : public BatchServer {
 
     const RasterSettings& settings() const;
     const CullTree& tree() const;
-    Way way() const override { return Way::raster; }
+    TraceMethod method() const override { return TraceMethod::raster; }
     graph::BufferHandle add(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle results, bool any_hit) override;
     /// Returns the visibility state of a batch, which may be overwritten with any bits.

@@ -4,35 +4,19 @@
 
 #include <algorithm>
 #include <atomic>
-#include <bit>
 #include <cassert>
 
 #include "engine/core/error.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/batch_server.h"
+#include "engine/tables/instance_rows.h"
 #include "shaders/shared/bindings.h"
-#include "shaders/shared/bvh.h"
-#include "shaders/shared/instances.h"
 #include "shaders/shared/rays.h"
 
 namespace halflight::rays {
 namespace {
 
 using graph::Access;
-
-/// Rows as in shaders/shared/instances.h.
-std::vector<vec4> instance_rows(const TraceTables& tables, const PackedScene& packed) {
-    std::vector<vec4> rows;
-    rows.reserve(tables.instances.size() * shared::kInstanceStride);
-    for (std::size_t i = 0; i < tables.instances.size(); ++i) {
-        for (const glm::mat4x3& m : {tables.instances[i].block_to_world, tables.instances[i].world_to_block}) {
-            for (int r = 0; r < 3; ++r) rows.emplace_back(m[0][r], m[1][r], m[2][r], m[3][r]);
-        }
-        rows.emplace_back(std::bit_cast<float>(shared::kBvhTag | packed.instance_head[i]),
-                          tables.instances[i].identity ? 0 : 1, 0, 0);
-    }
-    return rows;
-}
 
 std::uint32_t next_serial() {
     static std::atomic<std::uint32_t> last{0};
@@ -65,8 +49,13 @@ void check_groups(std::uint32_t groups, std::uint32_t rays) {
 TraceScene::TraceScene(const TraceTables& tables, const gpu::Defines& shading)
     : TraceScene(tables, pack_scene(tables), shading) {}
 
-TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading)
-    : nodes_("hierarchy nodes", 0), triangles_("hierarchy triangles", 0), instances_("block instances", 0) {
+TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
+                       const gpu::Buffer* instances)
+    : nodes_("hierarchy nodes", 0),
+      triangles_("hierarchy triangles", 0),
+      heads_("heads of instances' blocks", 0),
+      own_instances_("block instances", 0),
+      shared_instances_(instances) {
     update(tables, packed, shading, nullptr);
 }
 
@@ -76,7 +65,8 @@ void TraceScene::update(const TraceTables& tables, const PackedScene& packed, co
     alpha_tested_ = tables.alpha_tested;
     gpu::replace(nodes_, packed.nodes, last ? &last->nodes : nullptr);
     gpu::replace(triangles_, packed.pairs, last ? &last->pairs : nullptr);
-    gpu::replace(instances_, instance_rows(tables, packed));
+    gpu::replace(heads_, packed.instance_head);
+    if (shared_instances_ == nullptr) gpu::replace(own_instances_, instance_rows(tables));
     slivers_ = tables.slivers;
     statistics_ = {.triangles = tables.triangles.size(),
                    .instances = tables.instances.size(),
@@ -85,7 +75,7 @@ void TraceScene::update(const TraceTables& tables, const PackedScene& packed, co
                    .two_level = packed.two_level,
                    // Never less than before: poses of a scene share their programs.
                    .stack_entries = std::max(statistics_.stack_entries, packed.stack_entries),
-                   .bytes = nodes_.bytes() + triangles_.bytes() + instances_.bytes(),
+                   .bytes = nodes_.bytes() + triangles_.bytes() + heads_.bytes() + own_instances_.bytes(),
                    .build_seconds = packed.build_seconds};
     set_shading(shading);
     bind();  // for its errors
@@ -109,7 +99,8 @@ void TraceScene::set_shading(const gpu::Defines& shading) {
 void TraceScene::bind() const {
     nodes_.bind_texture(UNIT_NODES, statistics_.node_format == NodeFormat::grid ? GL_RGBA32UI : GL_RGBA32F);
     triangles_.bind_texture(UNIT_TRIANGLE_VERTICES, GL_RGBA32F);
-    instances_.bind_texture(UNIT_INSTANCES, GL_RGBA32F);
+    heads_.bind_texture(UNIT_BLOCK_HEADS, GL_R32UI);
+    (shared_instances_ != nullptr ? *shared_instances_ : own_instances_).bind_texture(UNIT_INSTANCES, GL_RGBA32F);
 }
 
 void read_batch(graph::Pass& pass, const TraceScene& scene, const RayBatch& batch, Access rays) {

@@ -77,7 +77,7 @@ std::vector<BatchStatistics> Tracer::statistics() const {
 
 bool Tracer::ran_by_tiles(const RayBatch& rays) const {
     const auto found = batches_.find(key_of(rays));
-    return found != batches_.end() && found->second->ran() == Way::tiles;
+    return found != batches_.end() && found->second->ran() == TraceMethod::tiles;
 }
 
 void Tracer::expect(std::uint64_t runs) {
@@ -95,16 +95,16 @@ Tracer::Batch& Tracer::batch(const RayBatch& rays) {
     const BatchKey key = key_of(rays);
     std::unique_ptr<Batch>& found = batches_[key];
     if (!found) {
-        std::vector<Way> ways;
+        std::vector<TraceMethod> methods;
         std::string reason;
         if (server_ != nullptr) {
-            ways = {server_->way()};
+            methods = {server_->method()};
             reason = "it was asked for";
         } else if (culling_ == Culling::compute) {
-            ways = {Way::tiles};
+            methods = {TraceMethod::tiles};
             reason = "compute culling was asked for";
         } else {
-            ways = {Way::plain};
+            methods = {TraceMethod::plain};
             if (culling_ == Culling::off) {
                 reason = "culling is off";
             } else if (short_) {
@@ -112,10 +112,10 @@ Tracer::Batch& Tracer::batch(const RayBatch& rays) {
             } else if (!may_cull_by_tiles(rays)) {
                 reason = "rays of a list have no lasting place in tiles";
             } else {
-                ways.push_back(Way::tiles);
+                methods.push_back(TraceMethod::tiles);
             }
         }
-        found = std::make_unique<Batch>(name_of(key), std::move(ways), std::move(reason), counts_);
+        found = std::make_unique<Batch>(name_of(key), std::move(methods), std::move(reason), counts_);
     }
     return *found;
 }
@@ -205,7 +205,7 @@ class BatchRun {
         if (any_hit_) tiles_.blockers = pass.write(tiles_.blockers, update);
         const auto cull = [&scene = scene_, rays = batch_, tiles = tiles_, any = any_hit_,
                            batch = state_](graph::Resources& r) {
-            if (batch->way() == Way::tiles) cull_tiles(r, scene, rays, tiles, any, batch->culled());
+            if (batch->method() == TraceMethod::tiles) cull_tiles(r, scene, rays, tiles, any, batch->culled());
         };
         pass.execute([batch = state_, step = timed(&BatchStatistics::Seconds::cull, cull)](graph::Resources& r) {
             batch->begin();
@@ -223,7 +223,7 @@ class BatchRun {
         results = write_results(pass, batch_, results);
         const auto search = [&scene = scene_, rays = batch_, tiles = tiles_, results, any = any_hit_,
                              batch = state_](graph::Resources& r) {
-            if (batch->way() == Way::plain) {
+            if (batch->method() == TraceMethod::plain) {
                 trace_plain(r, scene, rays, results, any);
             } else {
                 search_tiles(r, scene, rays, tiles, results, any);
@@ -243,12 +243,12 @@ class BatchRun {
         results = pass.write(results, Access::storage_read_write);
         const auto rest = [&scene = scene_, rays = batch_, tiles = tiles_, results, any = any_hit_,
                            batch = state_](graph::Resources& r) {
-            if (batch->way() == Way::tiles) search_rest(r, scene, rays, tiles, results, any);
+            if (batch->method() == TraceMethod::tiles) search_rest(r, scene, rays, tiles, results, any);
         };
         pass.execute([batch = state_, count = tile_count(batch_, tiles_.settings),
                       step = timed(&BatchStatistics::Seconds::rest, rest)](graph::Resources& r) {
             step(r);
-            batch->end(batch->way() == Way::plain ? 0 : count);
+            batch->end(batch->method() == TraceMethod::plain ? 0 : count);
         });
         return results;
     }
@@ -270,7 +270,7 @@ class BatchRun {
         }
         pass.execute([&scene = scene_, rays = batch_, kept = tiles_, tiles, batch = state_](graph::Resources& r) {
             if (!tiles) batch->stop();
-            const bool ran_by_tiles = batch->ran() == Way::tiles;
+            const bool ran_by_tiles = batch->ran() == TraceMethod::tiles;
             const auto rest =
                 ran_by_tiles ? r.buffer(kept.rest_header).read<shared::RestHeader>(0, 1).front() : shared::RestHeader{};
             batch->count(count_batch(r, scene, rays, kept.settings, ran_by_tiles ? kept.lists : graph::BufferHandle()),

@@ -1,4 +1,4 @@
-// State of a tracer's batch: method, times, statistics.
+// State that a tracer keeps for each batch: its method and its statistics.
 #pragma once
 
 #include <algorithm>
@@ -18,20 +18,20 @@
 
 namespace halflight::rays {
 
-/// Statistics of a batch, and the method of its next run.
+/// Statistics of a batch and the method of its next run.
 class Tracer::Batch {
   public:
-    /// `measures`: time all runs, not only those on trial.
-    Batch(std::string name, std::vector<Way> ways, std::string reason, bool measures)
-        : ways_(std::move(ways)), choice_(names_of(ways_)), measures_(measures) {
+    /// measures: whether all runs are timed, or only those on trial.
+    Batch(std::string name, std::vector<TraceMethod> methods, std::string reason, bool measures)
+        : methods_(std::move(methods)), choice_(names_of(methods_)), measures_(measures) {
         statistics_.batch = std::move(name);
-        statistics_.way = ways_.front();
-        statistics_.reason = ways_.size() > 1 ? choice_.reason() : std::move(reason);
+        statistics_.method = methods_.front();
+        statistics_.reason = methods_.size() > 1 ? choice_.reason() : std::move(reason);
     }
 
-    Way way() const { return statistics_.way; }
+    TraceMethod method() const { return statistics_.method; }
     /// Returns the method of the last run.
-    std::optional<Way> ran() const { return ran_; }
+    std::optional<TraceMethod> ran() const { return ran_; }
     bool measuring() const { return measures_ || choice_.on_trial(); }
     const gpu::Buffer& culled() const { return culled_; }
     void set_state_bytes(std::size_t bytes) { statistics_.state_bytes = bytes; }
@@ -40,26 +40,26 @@ class Tracer::Batch {
     void begin() { seconds_ = 0; }
     void add(Step step, double seconds) {
         seconds_ += seconds;
-        if (way() == Way::tiles) statistics_.steps.*step += seconds;
+        if (method() == TraceMethod::tiles) statistics_.steps.*step += seconds;
     }
-    /// Records the end of a run.
+    /// Records the end of a run over so many tiles.
     void end(std::uint64_t tiles) {
-        BatchStatistics::Measured& m = of(way());
+        BatchStatistics::Measured& m = of(method());
         ++m.runs;
         if (measuring()) {
             m.best = m.timed == 0 ? seconds_ : std::min(m.best, seconds_);
             ++m.timed;
             m.seconds += seconds_;
         }
-        ran_ = way();
+        ran_ = method();
         statistics_.tiles += tiles;
-        if (ways_.size() < 2) return;
+        if (methods_.size() < 2) return;
         choice_.ran(seconds_);
-        statistics_.way = ways_[choice_.now()];
+        statistics_.method = methods_[choice_.now()];
         statistics_.reason = choice_.reason();
     }
 
-    /// Starts and stops the time of batches with a single method, which have no steps.
+    /// Starts and stops the clock, for batches with one method and no steps.
     void start() { watch_.emplace(); }
     void stop() {
         seconds_ = watch_->seconds();
@@ -68,7 +68,7 @@ class Tracer::Batch {
     /// Adds the counts of the last run.
     void count(const shared::BatchCounts& counts, const shared::RestHeader& rest) {
         of(*ran_).rays += counts.rays;
-        if (ran_ != Way::tiles) return;
+        if (ran_ != TraceMethod::tiles) return;
         BatchStatistics::Lists& l = statistics_.lists;
         l.tiles += counts.tiles;
         l.entries += counts.entries;
@@ -93,27 +93,27 @@ class Tracer::Batch {
         culled_.clear();
     }
 
-    /// Forgets which method is fastest.
+    /// Discards what is known about the fastest method.
     void forget() {
-        if (ways_.size() < 2) return;
+        if (methods_.size() < 2) return;
         choice_.forget();
-        statistics_.way = ways_[choice_.now()];
+        statistics_.method = methods_[choice_.now()];
         statistics_.reason = choice_.reason();
     }
 
   private:
-    static std::vector<std::string> names_of(const std::vector<Way>& ways) {
+    static std::vector<std::string> names_of(const std::vector<TraceMethod>& methods) {
         std::vector<std::string> names;
-        for (const Way way : ways) names.emplace_back(name(way));
+        for (const TraceMethod method : methods) names.emplace_back(name(method));
         return names;
     }
-    BatchStatistics::Measured& of(Way way) { return statistics_.measured[static_cast<std::size_t>(way)]; }
+    BatchStatistics::Measured& of(TraceMethod method) { return statistics_.measured[static_cast<std::size_t>(method)]; }
 
-    std::vector<Way> ways_;  // possible methods, the initial one first
+    std::vector<TraceMethod> methods_;  // candidates; the first one serves the first runs
     Choice choice_;
     bool measures_;
     BatchStatistics statistics_;
-    std::optional<Way> ran_;
+    std::optional<TraceMethod> ran_;
     double seconds_ = 0;
     std::optional<gpu::Stopwatch> watch_;
     gpu::Buffer culled_{"tiles culled", sizeof(std::uint32_t)};

@@ -12,12 +12,38 @@ using graph::Access;
 
 /// Buffers that all bounces share.
 struct Shadowing {
-    graph::BufferHandle rays;          // of the light samples
+    graph::BufferHandle rays;          // shadow rays of the light samples
     graph::BufferHandle occluded;      // their answers
-    graph::BufferHandle sun_rays;      // of those of the sun
+    graph::BufferHandle sun_rays;      // shadow rays of the sun samples
     graph::BufferHandle sun_occluded;  // their answers
     bool answered() const { return occluded.version != 0; }
 };
+
+/// Makes the surface records of what the rays of the paths in `list` have hit. reuse: and the points that vertex 1
+/// gives to path reuse.
+graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, const PathList& list, PathBuffers& paths,
+                                bool last, bool reuse) {
+    graph::Pass pass = graph.add_pass("continuation: resolve");
+    pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
+    pass.read(list.list, Access::storage_read, "List");
+    pass.read(list.header, Access::indirect_read);
+    pass.read(list.header, Access::storage_read, "Header");
+    pass.read(paths.rays, Access::storage_read, "Rays");
+    pass.read(paths.hits, Access::storage_read, "Hits");
+    const std::size_t bytes = view.band.paths() * view.scene.surface_record_bytes();
+    const graph::BufferHandle surfaces =
+        pass.write(graph.create_buffer("path surfaces", {bytes}), Access::storage_write, "Surfaces");
+    if (reuse) paths.points = pass.write(paths.points, partial_write(paths.points), "Points");
+    gpu::Defines defines = view.scene.defines();
+    defines.set("HALFLIGHT_LIST");
+    if (last) defines.set("HALFLIGHT_LAST_VERTEX");
+    if (reuse) defines.set("HALFLIGHT_REUSE_POINTS");
+    pass.execute([=, header = list.header](graph::Resources& r) {
+        view.scene.bind();
+        r.compute("shaders/resolve.comp", defines).dispatch_indirect(r.buffer(header));
+    });
+    return surfaces;
+}
 
 /// One vertex of the paths in `arriving`: light met and light sampled are added, and where `leaving` is given, rays are
 /// sent on.
@@ -25,12 +51,15 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
                 Shadowing& shadowing, PathList* lit, PathList* leaving) {
     const bool last = leaving == nullptr;
     const bool samples_lights = lit != nullptr;
+    const bool reuse = paths.points && !paths.cells;
+    const graph::BufferHandle surfaces = add_resolve(graph, view, arriving, paths, last, reuse && depth == 1 && !last);
     graph::Pass pass = graph.add_pass(last ? "continuation: last vertex" : "continuation: vertex");
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
-    pass.read(arriving.list, Access::storage_read, "Arriving");
+    pass.read(arriving.list, Access::texture_read, {"arriving", GL_R32UI});
     pass.read(arriving.header, Access::indirect_read);
-    pass.read(arriving.header, Access::storage_read, "ArrivingHeader");
+    pass.read(arriving.header, Access::texture_read, {"arriving_header", GL_RGBA32UI});
     pass.read(paths.hits, Access::storage_read, "Hits");
+    pass.read(surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
     paths.states = pass.write(paths.states, Access::storage_read_write, "States");
     if (paths.receivers) {
         if (last)
@@ -45,8 +74,8 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     if (asks) paths.cells = pass.write(paths.cells, Access::storage_read_write, "Cells");
     const bool pending = shadowing.answered();
     const bool sun = view.scene.needs().sun && (pending || samples_lights);
-    if (pending) pass.read(shadowing.occluded, Access::storage_read, "Occluded");
-    if (pending && sun) pass.read(shadowing.sun_occluded, Access::storage_read, "SunOccluded");
+    if (pending) pass.read(shadowing.occluded, Access::texture_read, {"occluded", GL_R32UI});
+    if (pending && sun) pass.read(shadowing.sun_occluded, Access::texture_read, {"sun_occluded", GL_R32UI});
     if (sun && samples_lights)
         paths.sun_light = pass.write(paths.sun_light, partial_write(paths.sun_light), "SunLight");
     else if (sun)
@@ -73,9 +102,8 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
         defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
     }
     if (takes) defines.set("HALFLIGHT_CACHE_TAKEN");
-    if (paths.points) defines.set(paths.cells ? "HALFLIGHT_RADIANCE_CACHE" : "HALFLIGHT_REUSE");
+    if (paths.points) defines.set(reuse ? "HALFLIGHT_REUSE" : "HALFLIGHT_RADIANCE_CACHE");
     pass.execute([=, header = arriving.header](graph::Resources& r) {
-        view.trace.bind();
         view.scene.bind();
         const gpu::Program& program = r.compute("shaders/continuation.comp", defines);
         program.set("depth", static_cast<std::uint32_t>(depth));

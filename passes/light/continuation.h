@@ -1,4 +1,5 @@
-// The wavefront beyond the first bounce: one kernel per vertex, one batch of shadow rays, one of closest-hit rays.
+// The wavefront beyond the first bounce. Each vertex takes a resolve pass, a shading pass, a batch of shadow rays and a
+// batch of closest-hit rays.
 #pragma once
 
 #include <vector>
@@ -7,21 +8,21 @@
 
 namespace halflight {
 
-/// What later bounces add to a path lies in its PathState; the answer to its last shadow ray lies here.
+/// Answers to the last shadow rays of the paths. All other light of later bounces is in PathState.
 struct Continuation {
-    graph::BufferHandle occluded;      // uint by path: valid where the state's `pending` is; none without light samples
-    graph::BufferHandle sun_occluded;  // likewise of the sun, where it is apart
-    bool indirect = true;              // there are bounces later than the first
+    graph::BufferHandle occluded;      // uint per path, valid where PathState::pending is; empty without light samples
+    graph::BufferHandle sun_occluded;  // uint per path, the same for the sun where it is sampled separately
+    bool indirect = true;              // whether there are bounces after the first
 };
 
 struct ContinuationOptions {
-    int bounces = 8;            // reflections in all, >= 1: the first surface's is one
+    int bounces = 8;            // reflections in total, >= 1, that of the first surface included
     bool light_samples = true;  // next-event estimation at every vertex
 };
 
-/// Follows the paths of `batches`, one at least, from their first hit on, with Russian roulette from depth 3 on.
-/// Updates `paths`. Where they have `points` (bounces > 1), what leaves their second vertices diffusely lies there and
-/// not in their states; where they have `cells`, too, paths end at those that know it.
+/// Continues the paths of `batches`, at least one, from their first hit, with Russian roulette from depth 3 on. Updates
+/// `paths`. Where these have `points` (bounces > 1), light that leaves the second vertices diffusely is stored there
+/// and not in the states. Where they have `cells` as well, paths end at cells that know this light.
 Continuation add_continuation(graph::Graph& graph, const SceneView& view, const std::vector<PathList>& batches,
                               const ContinuationOptions& options, PathBuffers& paths);
 

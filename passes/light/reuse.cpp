@@ -30,7 +30,7 @@ struct GroupInputs {
     void declare(graph::Pass& pass) const {
         pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
         pass.read(primary_rays, Access::storage_read, "PrimaryRays");
-        pass.read(surfaces, Access::storage_read, "Surfaces");
+        pass.read(surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
         pass.read(states, Access::storage_read, "States");
         pass.read(points, Access::texture_read, {"points", GL_RGBA32F});
         if (occluded) pass.read(occluded, Access::storage_read, "Occluded");
@@ -39,7 +39,6 @@ struct GroupInputs {
         pass.read(sun_light, Access::storage_read, "SunLight");
     }
     void run(graph::Resources& r, const char* kernel) const {
-        view.trace.bind();
         view.scene.bind();
         r.compute(kernel, defines()).dispatch(view.band.paths() / 256);
     }

@@ -58,7 +58,7 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
     graph::Pass pass = graph.add_pass(std::string(what.name) + ": sample");
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
     pass.read(g.rays, Access::storage_read, "PrimaryRays");
-    pass.read(g.surfaces, Access::storage_read, "Surfaces");
+    pass.read(g.surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
     const bool first = paths.states.version == 0;
     paths.rays = pass.write(paths.rays, partial_write(paths.rays), "PathRays");
     paths.states = pass.write(paths.states, partial_write(paths.states), "States");
@@ -66,7 +66,6 @@ PathList add_first_scatter(graph::Graph& graph, const SceneView& view, const GBu
     list.list = pass.write(list.list, Access::storage_read_write, "List");
     list.header = pass.write(list.header, Access::storage_read_write, "Header");
     pass.execute([=](graph::Resources& r) {
-        view.trace.bind();
         view.scene.bind();
         gpu::Defines defines = view.scene.defines();
         if (first) defines.set("HALFLIGHT_FIRST_SCATTER");

@@ -21,13 +21,12 @@ graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, cons
     graph::Pass pass = graph.add_pass(sun ? "shadow: sample the sun" : "shadow: sample lights");
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
     pass.read(g.rays, Access::storage_read, "PrimaryRays");
-    pass.read(g.surfaces, Access::storage_read, "Surfaces");
+    pass.read(g.surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
     const graph::BufferHandle shadow_rays =
         pass.write(graph.create_buffer(sun ? "sun rays" : "shadow rays", {count * sizeof(shared::Ray)}),
                    Access::storage_write, "ShadowRays");
     light = pass.write(light, partial_write(light), "Light");
     pass.execute([=](graph::Resources& r) {
-        view.trace.bind();
         view.scene.bind();
         gpu::Defines defines = view.scene.defines();
         defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));

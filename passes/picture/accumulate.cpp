@@ -14,7 +14,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
     graph::Pass pass = graph.add_pass("accumulate");
     gpu::Defines defines = view.scene.defines();
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
-    pass.read(sample.gbuffer.surfaces, Access::storage_read, "Surfaces");
+    pass.read(sample.gbuffer.surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
     if (sample.direct) {
         pass.read(sample.direct->light, Access::texture_read, {"light", GL_RGBA32F});
         pass.read(sample.direct->occluded, Access::texture_read, {"occluded", GL_R32UI});

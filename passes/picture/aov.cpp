@@ -11,7 +11,7 @@ graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GB
     graph::Pass pass = graph.add_pass("aov");
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
     pass.read(gbuffer.hits, Access::storage_read, "Hits");
-    pass.read(gbuffer.surfaces, Access::storage_read, "Surfaces");
+    pass.read(gbuffer.surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
     const graph::BufferHandle records =
         pass.write(graph.create_buffer("aov records", {view.band.paths() * sizeof(shared::AovRecord)}),
                    Access::storage_write, "Records");

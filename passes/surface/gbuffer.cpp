@@ -25,11 +25,11 @@ class BandScissor {
     BandScissor& operator=(const BandScissor&) = delete;
 };
 
-/// What reaches far beyond the picture is cut off at the viewport's edges, at a place that is off by 2^-24 of how far
-/// it reaches: by pixels, where a wall stands 10^-6 of its length before the camera. So the viewport is larger than
-/// the target. Sets it, and returns the target's share of it.
+/// Sets a viewport larger than the target, and returns the target's share of it. Triangles that reach far beyond the
+/// viewport are clipped at its edges, with an error of 2^-24 of their reach. The error is pixels wide for a wall that
+/// stands 10^-6 of its length before the camera.
 float widen_viewport(const gpu::Framebuffer& target) {
-    constexpr int kLargest = 16384;  // of any driver: no less than its textures
+    constexpr int kLargest = 16384;  // every driver allows as much as for textures
     if (2 * std::max(target.width(), target.height()) > kLargest) return 1;
     const auto width = static_cast<float>(target.width()), height = static_cast<float>(target.height());
     glViewportIndexedf(0, -0.5f * width, -0.5f * height, 2 * width, 2 * height);
@@ -52,7 +52,6 @@ void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
         if (view.current) scissor.emplace(*view.current, raster_window(*view.current));
         target.clear_color_uint(0, 0);
         target.clear_depth(0);  // reversed: 0 is infinitely far
-        view.trace.bind();
         view.scene.bind();
         program.bind();
         program.set("viewport_share", widen_viewport(target));
@@ -93,7 +92,7 @@ GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility pr
     return g;
 }
 
-/// Declares that a pass of gbuffer.comp reads what `visible` found.
+/// Declares that a pass of resolve.comp reads what `visible` found.
 void read_hits(graph::Pass& pass, const GBuffer& g, gpu::Defines& defines) {
     if (g.visibility) {
         pass.read(g.visibility, Access::texture_read, "visibility");
@@ -101,32 +100,31 @@ void read_hits(graph::Pass& pass, const GBuffer& g, gpu::Defines& defines) {
     }
     pass.read(g.rays, Access::storage_read, "Rays");
     pass.read(g.hits, Access::storage_read, "Hits");
-    defines.set("HALFLIGHT_PRIMARY_TRACED");
+    defines.set("HALFLIGHT_TRACED");
 }
 
-void evaluate(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, graph::Graph& graph) {
+void resolve(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, graph::Graph& graph) {
     const std::size_t paths = view.band.paths();
     const bool traced = !g.visibility;
-    graph::Pass pass = graph.add_pass("gbuffer: evaluate");
+    graph::Pass pass = graph.add_pass("gbuffer: resolve");
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
     gpu::Defines defines = view.scene.defines();
     read_hits(pass, g, defines);
     if (outputs.rays && !traced) {
         g.rays = pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write,
                             "Rays");
-        defines.set("HALFLIGHT_PRIMARY_RAYS");
+        defines.set("HALFLIGHT_STORE_RAYS");
     }
     if (outputs.hits && !traced) {
         g.hits = pass.write(graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}), Access::storage_write,
                             "Hits");
-        defines.set("HALFLIGHT_PRIMARY_HITS");
+        defines.set("HALFLIGHT_STORE_HITS");
     }
     g.surfaces = pass.write(graph.create_buffer("primary surfaces", {paths * view.scene.surface_record_bytes()}),
                             Access::storage_write, "Surfaces");
     pass.execute([view, paths, defines](graph::Resources& r) {
-        view.trace.bind();
         view.scene.bind();
-        r.compute("shaders/gbuffer.comp", defines).dispatch(static_cast<std::uint32_t>(paths / 64));
+        r.compute("shaders/resolve.comp", defines).dispatch(static_cast<std::uint32_t>(paths / 64));
     });
 }
 
@@ -135,7 +133,7 @@ void evaluate(const SceneView& view, GBuffer& g, const GBufferOutputs& outputs, 
 GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs,
                     PrimaryVisibility primary) {
     GBuffer g = visible(graph, view, primary, 0);
-    evaluate(view, g, outputs, graph);
+    resolve(view, g, outputs, graph);
     return g;
 }
 
@@ -157,9 +155,8 @@ graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
         seen = pass.write(seen, first ? Access::storage_write : Access::storage_read_write, "LightSeen");
         const float weight = 1.0f / static_cast<float>(frame_constants.size());
         pass.execute([=](graph::Resources& r) {
-            view.trace.bind();
             view.scene.bind();
-            const gpu::Program& program = r.compute("shaders/gbuffer.comp", defines);
+            const gpu::Program& program = r.compute("shaders/resolve.comp", defines);
             program.set("weight", weight);
             program.set("begins", first);
             program.dispatch(static_cast<std::uint32_t>(paths / 64));

@@ -1,4 +1,4 @@
-// Primary visibility, rasterized or traced, and the surfaces that it sees.
+// Primary visibility, rasterized or traced, and the surface records of what is visible.
 #pragma once
 
 #include <vector>
@@ -8,42 +8,42 @@
 
 namespace halflight {
 
-/// In path order (shaders/shared/pixel_order.h) except for the two textures.
+/// Results of primary visibility. Buffers are in path order (shaders/shared/pixel_order.h).
 struct GBuffer {
-    // Only of rasterized ones:
+    // Only if rasterized:
     graph::TextureHandle visibility;  // RG32UI, size of the raster window: triangle + 1 (0: nothing), block instance
     graph::TextureHandle depth;       // D32F, the same size, reversed, infinite far plane
     graph::BufferHandle rays;         // Ray: the camera ray through the sample point, unit direction
     graph::BufferHandle hits;         // Hit
-    graph::BufferHandle surfaces;     // SurfaceRecord: normals, position, material parameters, emission
+    graph::BufferHandle surfaces;     // surface records (shaders/shared/surface.h): position, normals, BSDF, emission
 };
 
-/// What is wanted of it; the others' handles stay empty, unless it is traced: then rays and hits are its makings.
+/// Optional outputs of rasterized visibility; other handles stay empty. Traced visibility always has rays and hits.
 struct GBufferOutputs {
     bool rays = true;
     bool hits = true;
 };
 
-/// Finds what the camera ray of every pixel hits, jittered as the frame constants say, and evaluates material and
-/// geometry there (a visibility buffer: Burns and Hunt 2013). Where nothing is seen, the record's emission is the
-/// environment's radiance. primary: not `automatic`.
+/// Finds the hit of every pixel's camera ray, jittered as the frame constants say, and resolves it to a surface record
+/// (a visibility buffer: Burns and Hunt 2013). Where nothing is hit, the record's emission is the environment's
+/// radiance. primary: not `automatic`.
 ///
-/// Traced, camera rays are a batch like any other, of kind primary and depth 0, and hits are exact.
+/// If traced, camera rays are a batch of kind primary and depth 0, and hits are exact.
 ///
-/// Rasterizers snap corners to 1/256 pixel, so that near edges some pixels show a neighbouring triangle. What a pixel's
-/// ray hits is therefore sought, by the tracers' own test, among what it and the four pixels beside it show: walls of
-/// 10^-4 m are tight (tests/stiff). Of the atrium one pixel in 2100 still tells another triangle than the oracle at
-/// 320x240 (one in 900 without the search), half of them one that lies in the same place; the mean of its direct light
-/// is within 0.002 %. What is smaller than a pixel is found no better than before: one in 108 at 32x24, the mean 0.1 %
-/// low.
+/// Rasterizers snap corners to 1/256 pixel, so that some pixels near edges show a neighbouring triangle. The hit is
+/// therefore searched, by the tracers' own test, among the triangles of the pixel and its four neighbours: walls of
+/// 10^-4 m are tight (tests/stiff). In the atrium at 320x240, one pixel in 2100 still differs from the oracle's
+/// triangle, half of them in a triangle at the same place. Without the search it is one in 900. The mean of the direct
+/// light is within 0.002 %. Triangles smaller than a pixel do not profit: one pixel in 108 differs at 32x24, and the
+/// mean is 0.1 % low.
 ///
 /// Each pixel is the same, bit for bit, whatever band it is in (passes/surface/raster_window.h).
 GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs = {},
                     PrimaryVisibility primary = PrimaryVisibility::raster);
 
-/// What shines directly through several points of each pixel, of which there are as many as frame constants: the mean
-/// of the radiance that surfaces emit there, or the environment where there is none. vec4 by path, w: 0. Nothing but
-/// the jitter, sample_index and seed of the constants may differ.
+/// Returns the mean emission seen through several points of each pixel, one for each entry of `frame_constants`. It is
+/// the radiance emitted by surfaces, or that of the environment where there is none. vec4 per path, w 0. The constants
+/// may differ in jitter, sample_index and seed only.
 graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
                              const std::vector<graph::BufferHandle>& frame_constants, PrimaryVisibility primary);
 

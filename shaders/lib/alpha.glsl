@@ -1,4 +1,5 @@
-// Alpha coverage (SHADING.md, Surfaces). Needs shaders/scene_tables.glsl.
+// Alpha coverage (SHADING.md, Surfaces). Needs shaders/geometry_tables.glsl
+// and shaders/scene_tables.glsl.
 #include "shaders/lib/hash.glsl"
 #include "shaders/lib/material_properties.glsl"
 #include "shaders/lib/vertex.glsl"

@@ -1,4 +1,4 @@
-// Rays in the space of a block instance. Needs shaders/scene_tables.glsl.
+// Rays in the space of a block instance. Needs shaders/geometry_tables.glsl.
 #include "shaders/shared/rays.h"
 
 // Returns the ray in the space of a block; t is unchanged, because the direction is not normalized.

@@ -1,5 +1,5 @@
 // Next-event estimation: one of all lights, picked by an alias table or by the light tree. Needs
-// shaders/scene_tables.glsl.
+// shaders/geometry_tables.glsl and shaders/scene_tables.glsl.
 #include "shaders/lib/alpha.glsl"
 #include "shaders/lib/environment.glsl"
 #include "shaders/lib/light_tree.glsl"
@@ -148,7 +148,7 @@ LightSample sample_light(Receiver at, uint choice, vec2 xi) {
 #ifdef HALFLIGHT_LIGHT_TREE
     // The density of a light that the table picks counts the tree's, too.
     uint head_word = word_of_float(texelFetch(scene_lights, int(light) * kLightStride).w);
-    LightWay way = LightWay(0u, 0.0);  // of lights at infinity
+    LightWay way = LightWay(0u, 0.0);  // value for lights at infinity
     if (by_tree || light_kind(head_word) <= kLightSpot) way = light_way(at, !by_tree, light_trail(head_word), choice);
     bool leads_nowhere = by_tree && way.probability == 0.0;
     light = by_tree && !leads_nowhere ? way.light : light;

@@ -27,35 +27,6 @@ float diffuse_share(ReusePoint y, vec3 wo) {
     return share;
 }
 
-// Returns a path's second vertex, without its light, for a BSDF and a direction of sampled density. A point that cannot
-// be shared has share 0.
-ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
-    ReusePoint y;
-    y.position = surface.position;
-    y.offset = surface.offset;
-    y.geometric_normal = surface.geometric_normal;
-    y.distance = t;
-    y.direction = ray.direction;
-    y.light = vec3(0.0);
-    y.pending = vec3(0.0);
-    vec3 f0 = min(m.dielectric_f0 * m.specular_color, vec3(1.0)) * m.specular;
-    y.f0 = max(f0.r, max(f0.g, f0.b));
-    y.f90 = m.specular;
-    y.normal = m.normal;
-    y.alpha = b.alpha;
-    y.coat_normal = m.coat_normal;
-    y.coat_alpha = b.coat_alpha;
-    y.coat = m.coat;
-    y.reserved0 = 0.0;
-    y.reserved1 = 0.0;
-    y.reserved2 = 0.0;
-    // The diffuse lobe of a bent normal is valid for that wo only. Edge-on or at distance 0 the point has no density
-    // per area.
-    bool sharable = !m.bent && b.diffuse != vec3(0.0) && dot(y.geometric_normal, ray.direction) < 0.0 && t > 1e-18;
-    y.share = sharable ? diffuse_share(y, -ray.direction) : 0.0;
-    return y;
-}
-
 // A point as seen from a first surface.
 struct Sight {
     vec3 direction;  // unit length

@@ -1,4 +1,4 @@
-// Geometry at a hit. Needs shaders/scene_tables.glsl.
+// Geometry at a hit. Needs shaders/geometry_tables.glsl.
 #include "shaders/lib/offset.glsl"
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/vertex.glsl"
@@ -76,7 +76,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     vec3 translation = abs(vec3(m0.w, m1.w, m2.w));
     vec3 reach = abs(vec3(dot(m0, p), dot(m1, p), dot(m2, p))) + 2.0 * translation;
     mat3 absolute_inverse = mat3(abs(inverse_rows[0]), abs(inverse_rows[1]), abs(inverse_rows[2]));
-    float moved = instance_row(hit.instance, kInstanceTracer, 0).y;  // 0: in world space already, without rounding
+    float moved = instance_row(hit.instance, kInstanceMoved, 0).x;  // 0: in world space already, without rounding
     error += moved * rounding_bound(5.0) * (abs(s.position) + reach * absolute_inverse);
 #ifdef HALFLIGHT_SLIVERS
     // The direction is transformed, too, with four roundings, and the ray deviates by as much of its length.

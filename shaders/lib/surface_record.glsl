@@ -42,18 +42,30 @@ void store_surface(uint path, SurfacePoint point, Bsdf b) {
     surfaces[row + kCoatRow] = vec4(b.coat_normal, b.coat);
 #endif
 }
+
+// The part of a record that the last vertex of a path needs.
+void store_end(uint path, vec3 emission, bool is_surface, vec3 geometric_normal) {
+    uint row = path * HALFLIGHT_SURFACE_ROWS;
+    surfaces[row + 1u] = vec4(emission, is_surface ? 1.0 : 0.0);
+    surfaces[row + 2u] = vec4(geometric_normal, 0.0);
+}
 #else
+uniform samplerBuffer surfaces;  // RGBA32F
+
+vec4 surface_row(uint path, uint row) { return texelFetch(surfaces, int(path * HALFLIGHT_SURFACE_ROWS + row)); }
+
 SurfacePoint load_surface_point(uint path) {
-    vec4 position = surfaces[path * HALFLIGHT_SURFACE_ROWS];
-    vec4 emission = surfaces[path * HALFLIGHT_SURFACE_ROWS + 1u];
+    vec4 position = surface_row(path, 0u);
+    vec4 emission = surface_row(path, 1u);
     return SurfacePoint(position.xyz, position.w, emission.xyz, emission.w != 0.0);
 }
 
+vec3 load_geometric_normal(uint path) { return surface_row(path, 2u).xyz; }
+
 Bsdf load_bsdf(uint path) {
-    uint row = path * HALFLIGHT_SURFACE_ROWS;
-    vec4 geometric = surfaces[row + 2u];
-    vec4 shading = surfaces[row + 3u];
-    vec4 diffuse = surfaces[row + 4u];
+    vec4 geometric = surface_row(path, 2u);
+    vec4 shading = surface_row(path, 3u);
+    vec4 diffuse = surface_row(path, 4u);
     Bsdf b;
     b.geometric_normal = geometric.xyz;
     b.p_diffuse = geometric.w;
@@ -69,18 +81,18 @@ Bsdf load_bsdf(uint path) {
     b.coat_normal = b.normal;
     b.coat = 0.0;
 #ifdef HALFLIGHT_GLOSSY
-    vec4 specular = surfaces[row + kGlossyRow];
-    vec4 edge = surfaces[row + kGlossyRow + 1u];
+    vec4 specular = surface_row(path, kGlossyRow);
+    vec4 edge = surface_row(path, kGlossyRow + 1u);
     b.specular = specular.rgb;
     b.p_coat = specular.w;
     b.specular_edge = edge.rgb;
     b.coat_alpha = edge.w;
 #endif
 #ifdef HALFLIGHT_TRANSMISSION
-    b.transmission = surfaces[row + kTransmissionRow].rgb;
+    b.transmission = surface_row(path, kTransmissionRow).rgb;
 #endif
 #ifdef HALFLIGHT_CLEARCOAT
-    vec4 coat = surfaces[row + kCoatRow];
+    vec4 coat = surface_row(path, kCoatRow);
     b.coat_normal = coat.xyz;
     b.coat = coat.w;
 #endif

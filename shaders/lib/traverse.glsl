@@ -228,7 +228,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
         if (node >= (kBvhTag | kBvhInstance) && node != kStackDone) {
             bool enters = node != kStackLeaveBlock;
             if (enters) instance = node & kBvhIndexMask;
-            uint index = enters ? floatBitsToUint(instance_row(instance, kInstanceTracer, 0).x) & kBvhIndexMask : 0u;
+            uint index = enters ? block_head(instance) : 0u;
             Ray inside = ray_in_block(ray, instance);
             vec3 origin = enters ? inside.origin : ray.origin;
             vec3 direction = enters ? inside.direction : ray.direction;

@@ -1,4 +1,4 @@
-// Vertex attributes (shaders/shared/vertex.h). Needs shaders/scene_tables.glsl.
+// Vertex attributes (shaders/shared/vertex.h). Needs shaders/geometry_tables.glsl.
 #include "shaders/shared/vertex.h"
 
 vec4 vertex_row(uint vertex, int texel) {

@@ -1,5 +1,5 @@
-// Block instance rows (UNIT_INSTANCES, RGBA32F): kInstanceStride texels per BlockInstance. A matrix row holds the three
-// coefficients and, in w, the translation.
+// Block instance rows (UNIT_INSTANCES, RGBA32F; instance_rows()): kInstanceStride texels per BlockInstance. A matrix
+// row holds the three coefficients and, in w, the translation.
 #ifndef HALFLIGHT_SHARED_INSTANCES_H
 #define HALFLIGHT_SHARED_INSTANCES_H
 
@@ -10,7 +10,7 @@ HALFLIGHT_SHARED_BEGIN
 HALFLIGHT_SHARED_CONST int kInstanceStride = 7;
 HALFLIGHT_SHARED_CONST int kInstanceBlockToWorld = 0;  // texels 0-2
 HALFLIGHT_SHARED_CONST int kInstanceWorldToBlock = 3;  // texels 3-5
-HALFLIGHT_SHARED_CONST int kInstanceTracer = 6;  // the tracer's own root node; 0 where the matrix is exactly 1, else 1
+HALFLIGHT_SHARED_CONST int kInstanceMoved = 6;         // x: 0 where the matrix is exactly 1, else 1
 
 HALFLIGHT_SHARED_END
 

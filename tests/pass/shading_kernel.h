@@ -11,9 +11,9 @@
 #include "engine/gpu/program.h"
 #include "engine/gpu/texture.h"
 #include "engine/tables/albedo.h"
+#include "engine/tables/instance_rows.h"
 #include "engine/tables/shading_tables.h"
 #include "shaders/shared/bindings.h"
-#include "shaders/shared/instances.h"
 
 namespace halflight {
 
@@ -23,7 +23,7 @@ class ShadingScene {
     explicit ShadingScene(const Scene& scene, LightChoice choice = LightChoice::automatic)
         : trace(build_trace_tables(scene)), tables(build_shading_tables(scene, trace, {}, choice)) {
         for (const auto& [name, value] : shader_defines(tables.needs)) defines.set(name, value);
-        add(UNIT_INSTANCES, GL_RGBA32F, instance_rows());
+        add(UNIT_INSTANCES, GL_RGBA32F, instance_rows(trace));
         add(UNIT_TRIANGLES, GL_RGBA32UI, trace.triangles);
         add(UNIT_POSITIONS, GL_RGB32F, trace.positions);
         add(UNIT_VERTICES, GL_RGBA32F, tables.vertices);
@@ -45,6 +45,7 @@ class ShadingScene {
     std::vector<vec4> run(const std::string& library, const std::string& main_body, std::uint32_t count,
                           std::uint32_t rows = 1, const std::vector<vec4>& inputs = {}) const {
         const std::string text =
+            "#include \"shaders/geometry_tables.glsl\"\n"
             "#include \"shaders/scene_tables.glsl\"\n"
             "layout(local_size_x = 64) in;\n"
             "layout(std430) writeonly buffer Results { vec4 results[]; };\n"
@@ -93,17 +94,6 @@ class ShadingScene {
         texture.upload(image.pixels);
         textures_.emplace_back(unit, std::move(texture));
     }
-    std::vector<vec4> instance_rows() const {
-        std::vector<vec4> rows;
-        for (const BlockInstance& instance : trace.instances) {
-            for (const glm::mat4x3& m : {instance.block_to_world, instance.world_to_block}) {
-                for (int r = 0; r < 3; ++r) rows.emplace_back(m[0][r], m[1][r], m[2][r], m[3][r]);
-            }
-            rows.emplace_back(0);
-        }
-        return rows;
-    }
-
     std::vector<View> views_;
     std::vector<std::pair<GLuint, gpu::Texture>> textures_;
 };

@@ -37,8 +37,8 @@ class CulledPictures : public GpuTest {
                 EXPECT_TRUE(bits(culled.aovs[i].image) == bits(plain.aovs[i].image)) << plain.aovs[i].channels.front();
             bool tiles = false, raster = false;
             for (const rays::BatchStatistics& s : culled.stats.batches) {
-                tiles = tiles || s.measured[static_cast<std::size_t>(rays::Way::tiles)].runs > 0;
-                raster = raster || s.way == rays::Way::raster;
+                tiles = tiles || s.measured[static_cast<std::size_t>(rays::TraceMethod::tiles)].runs > 0;
+                raster = raster || s.method == rays::TraceMethod::raster;
             }
             EXPECT_EQ(tiles, culling != Culling::raster);
             EXPECT_EQ(raster, culling == Culling::raster);

@@ -8,10 +8,11 @@ namespace halflight {
 namespace {
 
 const char* const kEverything = R"(
+#include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 layout(local_size_x = 64) in;
 layout(std430) writeonly buffer Results { vec4 results[]; };
-#include "shaders/lib/bsdf.glsl"
+#include "shaders/lib/resolve.glsl"
 #include "shaders/lib/lights.glsl"
 void main() {
     uint i = gl_GlobalInvocationID.x;

@@ -17,7 +17,7 @@ namespace {
 using namespace test;
 using rays::BatchStatistics;
 using rays::Culling;
-using rays::Way;
+using rays::TraceMethod;
 
 constexpr std::uint32_t kRays = 64 * 64;
 
@@ -36,8 +36,8 @@ class TracerChoice : public GpuTest {
         EXPECT_EQ(all.size(), 1u);
         return all.at(0);
     }
-    static const BatchStatistics::Measured& measured(const BatchStatistics& s, Way way) {
-        return s.measured[static_cast<std::size_t>(way)];
+    static const BatchStatistics::Measured& measured(const BatchStatistics& s, TraceMethod method) {
+        return s.measured[static_cast<std::size_t>(method)];
     }
 
     const TraceTables tables = build_trace_tables(soup(2000, 0.08f, vec3(1), 3));
@@ -51,8 +51,8 @@ TEST_F(TracerChoice, ShortRendersStayPlain) {
     rays::Tracer tracer(scene, Culling::automatic);
     for (int run = 1; run <= 3; ++run) {
         closest(tracer);
-        EXPECT_EQ(measured(only(tracer), Way::plain).runs, static_cast<std::uint64_t>(run));
-        EXPECT_EQ(measured(only(tracer), Way::tiles).runs, 0u);
+        EXPECT_EQ(measured(only(tracer), TraceMethod::plain).runs, static_cast<std::uint64_t>(run));
+        EXPECT_EQ(measured(only(tracer), TraceMethod::tiles).runs, 0u);
     }
     EXPECT_EQ(only(tracer).batch, "primary");
     EXPECT_FALSE(only(tracer).reason.empty());
@@ -65,7 +65,7 @@ TEST_F(TracerChoice, LongRendersTryBothMethodsAndReportTheFasterOne) {
     const std::vector<Hit> hits = closest(off);
     for (int run = 0; run < 150; ++run) ASSERT_EQ(different(closest(tracer), hits), 0u) << run;
     const BatchStatistics s = only(tracer);
-    const auto &plain = measured(s, Way::plain), &tiles = measured(s, Way::tiles);
+    const auto &plain = measured(s, TraceMethod::plain), &tiles = measured(s, TraceMethod::tiles);
     EXPECT_EQ(plain.runs + tiles.runs, 150u);
     EXPECT_GE(std::min(plain.runs, tiles.runs), 2u);
     for (const auto* m : {&plain, &tiles}) {
@@ -74,16 +74,16 @@ TEST_F(TracerChoice, LongRendersTryBothMethodsAndReportTheFasterOne) {
         EXPECT_LE(m->timed, 20u);  // few, because timing waits for the GPU
         EXPECT_GE(m->seconds, m->best * static_cast<double>(m->timed) * (1 - 1e-9));
     }
-    const std::string other = name(s.way == Way::plain ? Way::tiles : Way::plain);
+    const std::string other = name(s.method == TraceMethod::plain ? TraceMethod::tiles : TraceMethod::plain);
     EXPECT_NE(s.reason.find("times as fast as " + other), std::string::npos) << s.reason;
     EXPECT_EQ(s.tiles, tiles.runs * kRays / 64);
     EXPECT_EQ(s.tiles_culled, kRays / 64);  // the rays did not change
 
     tracer.invalidate();
-    EXPECT_EQ(only(tracer).way, Way::plain);
-    EXPECT_EQ(measured(only(tracer), Way::tiles).runs, tiles.runs) << "invalidation keeps the sums";
+    EXPECT_EQ(only(tracer).method, TraceMethod::plain);
+    EXPECT_EQ(measured(only(tracer), TraceMethod::tiles).runs, tiles.runs) << "invalidation keeps the sums";
     tracer.reset_statistics();
-    EXPECT_EQ(measured(only(tracer), Way::tiles).runs, 0u);
+    EXPECT_EQ(measured(only(tracer), TraceMethod::tiles).runs, 0u);
     EXPECT_EQ(only(tracer).tiles + only(tracer).tiles_culled, 0u);
 }
 
@@ -92,7 +92,7 @@ TEST_F(TracerChoice, RaysOfListsStayPlain) {
     std::vector<std::uint32_t> list(1000);
     std::iota(list.begin(), list.end(), 7u);
     for (int run = 0; run < 10; ++run) closest(tracer, rays::RayKind::continuation, &list);
-    EXPECT_EQ(only(tracer).way, Way::plain);
+    EXPECT_EQ(only(tracer).method, TraceMethod::plain);
     EXPECT_NE(only(tracer).reason.find("list"), std::string::npos);
     EXPECT_EQ(executor.history().bytes(), 0u);
 }
@@ -100,17 +100,17 @@ TEST_F(TracerChoice, RaysOfListsStayPlain) {
 TEST_F(TracerChoice, RequestedMethodsAreUsed) {
     rays::Tracer off(scene), compute(scene, Culling::compute);
     const std::vector<Hit> hits = closest(off);
-    EXPECT_EQ(only(off).way, Way::plain);
+    EXPECT_EQ(only(off).method, TraceMethod::plain);
     EXPECT_FALSE(only(off).reason.empty());
     EXPECT_EQ(executor.history().bytes(), 0u);
 
     EXPECT_EQ(different(closest(compute), hits), 0u);
     EXPECT_EQ(different(closest(compute), hits), 0u);
     const BatchStatistics s = only(compute);
-    EXPECT_EQ(s.way, Way::tiles);
+    EXPECT_EQ(s.method, TraceMethod::tiles);
     EXPECT_FALSE(s.reason.empty());
-    EXPECT_EQ(measured(s, Way::tiles).runs, 2u);
-    EXPECT_EQ(measured(s, Way::plain).runs, 0u);
+    EXPECT_EQ(measured(s, TraceMethod::tiles).runs, 2u);
+    EXPECT_EQ(measured(s, TraceMethod::plain).runs, 0u);
     EXPECT_EQ(s.tiles, 2 * kRays / 64);
     EXPECT_EQ(s.tiles_culled, kRays / 64);
     EXPECT_GT(s.state_bytes, 0u);
@@ -121,7 +121,7 @@ TEST_F(TracerChoice, RequestedMethodsAreUsed) {
     rays::RasterCulling state(packed);
     rays::Tracer raster(same, state);
     EXPECT_EQ(different(closest(raster), hits), 0u);
-    EXPECT_EQ(only(raster).way, Way::raster);
+    EXPECT_EQ(only(raster).method, TraceMethod::raster);
     EXPECT_EQ(error_message([&] { rays::Tracer(scene, Culling::raster); }),
               "rays: raster culling is a server of its own");
 }
@@ -133,7 +133,7 @@ TEST_F(TracerChoice, EveryKindIsItsOwnBatch) {
     closest(tracer, rays::RayKind::glossy);
     const std::vector<BatchStatistics> all = tracer.statistics();
     ASSERT_EQ(all.size(), 2u);
-    for (const BatchStatistics& s : all) EXPECT_EQ(measured(s, Way::tiles).runs, s.batch == "glossy" ? 2u : 1u);
+    for (const BatchStatistics& s : all) EXPECT_EQ(measured(s, TraceMethod::tiles).runs, s.batch == "glossy" ? 2u : 1u);
     // Two batches of one kind and depth would share their lists.
     const auto twice = [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
         results = closest_hit(graph, tracer, batch, results);

@@ -145,7 +145,7 @@ TEST(Converge, ShareOfTimeAndErrorByStage) {
     Plan plan = kPlan;
     plan.seeds = 1;
     EXPECT_TRUE(std::isinf(measure_fakes({}, {}, plan).methods[0].stage_lead.half_width));
-    for (const char* pass : {"gbuffer: evaluate", "primary rays: closest hit", "accumulate"})
+    for (const char* pass : {"gbuffer: resolve", "primary rays: closest hit", "accumulate"})
         EXPECT_EQ(stage_of(pass), 0u);
     EXPECT_EQ(stage_of("shadow: sample lights"), 1u);
     for (const char* pass : {"diffuse: sample", "glossy rays: closest hit", "continuation: last vertex",

@@ -296,7 +296,7 @@ TEST(StatisticsText, DescribesCulling) {
     RenderStats stats;
     rays::BatchStatistics batch;
     batch.batch = "shadow";
-    batch.way = rays::Way::tiles;
+    batch.method = rays::TraceMethod::tiles;
     batch.reason = "faster";
     stats.batches.push_back(batch);
     EXPECT_EQ(culling_lines(stats), std::vector<std::string>{"shadow: tiles (faster)"}) << "nothing was counted";

@@ -48,7 +48,7 @@ void add_raster(const rays::RasterBatch& batch, std::vector<std::string>& lines)
 std::vector<std::string> culling_lines(const RenderStats& stats) {
     std::vector<std::string> lines;
     for (const rays::BatchStatistics& b : stats.batches) {
-        lines.push_back(fmt::format("{}: {}{}", b.batch, rays::name(b.way),
+        lines.push_back(fmt::format("{}: {}{}", b.batch, rays::name(b.method),
                                     b.reason.empty() ? "" : fmt::format(" ({})", b.reason)));
         add_tiles(b, lines);
         if (b.state_bytes > 0) lines.push_back(fmt::format("  {:.1f} MiB of state", mebibytes(b.state_bytes)));

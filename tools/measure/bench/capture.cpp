@@ -175,14 +175,13 @@ RaySet connection_rays(Studio& studio, const ivec2& size) {
         passed += in_band;
         const std::size_t count = std::size_t{taken} * kConnectionsPerBlock;
         graph::Pass pass = graph.add_pass("connections");
-        pass.read(g.surfaces, Access::storage_read, "Surfaces");
+        pass.read(g.surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
         pass.read(paths.rays, Access::storage_read, "PathRays");
         pass.read(paths.hits, Access::storage_read, "Hits");
         pass.read(paths.states, Access::storage_read, "States");
         const graph::BufferHandle connections =
             pass.write(graph.create_buffer("connections", {count * sizeof(Ray)}), Access::storage_write, "Connections");
         pass.execute([=](graph::Resources& r) {
-            view.trace.bind();
             view.scene.bind();
             const gpu::Program& program = r.compute("shaders/connection.comp", view.scene.defines());
             program.set("first_block", first);

@@ -153,7 +153,7 @@ Method automatic_method(const Bench& bench) {
                 const rays::BatchStatistics chosen = tracer->statistics().front();
                 return {[run, tracer] { run->run(); },
                         answers_of(set, run),
-                        fmt::format("{} ({})", rays::name(chosen.way), chosen.reason),
+                        fmt::format("{} ({})", rays::name(chosen.method), chosen.reason),
                         {},
                         {}};
             }};

@@ -60,7 +60,7 @@ std::string tables(const std::string& title, const std::vector<Series>& all, Clo
             if (b.state_bytes == 0) continue;
             text += fmt::format(
                 "  {}: {} by {} ({}), {:.1f} % of lists made, {:.1f} MiB of state\n", series.variant, b.batch,
-                rays::name(b.way), b.reason,
+                rays::name(b.method), b.reason,
                 b.tiles > 0 ? 100.0 * static_cast<double>(b.tiles_culled) / static_cast<double>(b.tiles) : 0,
                 static_cast<double>(b.state_bytes) / 1048576.0);
         }
@@ -100,7 +100,7 @@ nlohmann::json series_json(const std::vector<Series>& all, Clock clock) {
         nlohmann::json chosen = nlohmann::json::array();
         for (const rays::BatchStatistics& b : series.chosen) {
             chosen.push_back({{"batch", b.batch},
-                              {"way", rays::name(b.way)},
+                              {"way", rays::name(b.method)},
                               {"reason", b.reason},
                               {"tiles", b.tiles},
                               {"tiles_culled", b.tiles_culled},

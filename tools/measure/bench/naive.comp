@@ -10,6 +10,7 @@
 //   HALFLIGHT_ALPHA      alpha tests, together with the scene's other defines
 #include "shaders/shared/rays.h"
 #ifdef HALFLIGHT_ALPHA
+#include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
 #include "shaders/shared/frame.h"
 #include "shaders/lib/alpha.glsl"

@@ -1,0 +1,13 @@
+// The table of block instances that kernels read.
+#pragma once
+
+#include <vector>
+
+#include "engine/tables/tables.h"
+
+namespace halflight {
+
+/// Returns the rows of all block instances as shaders/shared/instances.h lays them out.
+std::vector<vec4> instance_rows(const TraceTables& tables);
+
+}  // namespace halflight

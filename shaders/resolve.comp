@@ -1,0 +1,156 @@
+// Resolves hits: stores a surface record (shaders/shared/surface.h) of what the ray of each path has hit, or of the
+// environment where it has hit nothing. No other kernel of a frame makes records or looks up the geometry of a hit.
+//
+// Variants by the source of the hits:
+//   HALFLIGHT_LIST           rays and hits of the listed paths
+//   HALFLIGHT_TRACED         rays and hits of all paths
+//   otherwise                the visibility buffer; HALFLIGHT_STORE_RAYS and HALFLIGHT_STORE_HITS store rays and hits, too
+// Variants by what is stored:
+//   HALFLIGHT_SEEN           instead of a record, the emission is added to a mean
+//   HALFLIGHT_LAST_VERTEX    only emission and geometric normal
+//   HALFLIGHT_REUSE_POINTS   with each record, the point for path reuse, all but its light
+#include "shaders/shared/frame.h"
+#include "shaders/shared/pixel_order.h"
+#include "shaders/shared/rays.h"
+#include "shaders/shared/reuse.h"
+#include "shaders/geometry_tables.glsl"
+#include "shaders/scene_tables.glsl"
+
+layout(local_size_x = 64) in;
+
+layout(std140) uniform FrameBlock { Frame frame; };
+#ifdef HALFLIGHT_LIST
+#define HALFLIGHT_TRACED
+layout(std430) readonly buffer List { uint list[]; };
+layout(std430) readonly buffer Header { ListHeader header; };
+#endif
+#ifdef HALFLIGHT_TRACED
+layout(std430) readonly buffer Rays { Ray rays[]; };
+layout(std430) readonly buffer Hits { Hit hits[]; };
+#else
+uniform usampler2D visibility;
+#ifdef HALFLIGHT_STORE_RAYS
+layout(std430) writeonly buffer Rays { Ray rays[]; };
+#endif
+#ifdef HALFLIGHT_STORE_HITS
+layout(std430) writeonly buffer Hits { Hit hits[]; };
+#endif
+#endif
+#ifdef HALFLIGHT_SEEN
+layout(std430) buffer LightSeen { vec4 light_seen[]; };
+
+uniform float weight;  // weight of these rays in the mean
+uniform bool begins;   // the mean is empty so far
+#else
+layout(std430) writeonly buffer Surfaces { vec4 surfaces[]; };
+
+#define HALFLIGHT_STORE_SURFACE
+#endif
+#ifdef HALFLIGHT_REUSE_POINTS
+layout(std430) writeonly buffer Points { ReusePoint points[]; };
+#endif
+
+#ifndef HALFLIGHT_TRACED
+#include "shaders/lib/alpha_key.glsl"
+#include "shaders/lib/camera.glsl"
+#include "shaders/lib/primary_search.glsl"
+#endif
+#include "shaders/lib/finite.glsl"
+#include "shaders/lib/resolve.glsl"
+#ifdef HALFLIGHT_STORE_SURFACE
+#include "shaders/lib/surface_record.glsl"
+#endif
+#ifdef HALFLIGHT_REUSE_POINTS
+#include "shaders/lib/reuse.glsl"
+#endif
+#include "shaders/lib/environment.glsl"
+
+#ifdef HALFLIGHT_REUSE_POINTS
+// Returns the second vertex of a path as a point to be shared, all but its light. A point that cannot be shared has a
+// share of 0.
+ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
+    ReusePoint y;
+    y.position = surface.position;
+    y.offset = surface.offset;
+    y.geometric_normal = surface.geometric_normal;
+    y.distance = t;
+    y.direction = ray.direction;
+    y.light = vec3(0.0);
+    y.pending = vec3(0.0);
+    vec3 f0 = min(m.dielectric_f0 * m.specular_color, vec3(1.0)) * m.specular;
+    y.f0 = max(f0.r, max(f0.g, f0.b));
+    y.f90 = m.specular;
+    y.normal = m.normal;
+    y.alpha = b.alpha;
+    y.coat_normal = m.coat_normal;
+    y.coat_alpha = b.coat_alpha;
+    y.coat = m.coat;
+    y.reserved0 = 0.0;
+    y.reserved1 = 0.0;
+    y.reserved2 = 0.0;
+    // The diffuse lobe of a bent normal is of that wo alone. Edge-on, or at no distance, the point has no density of area.
+    bool sharable = !m.bent && b.diffuse != vec3(0.0) && dot(y.geometric_normal, ray.direction) < 0.0 && t > 1e-18;
+    y.share = sharable ? diffuse_share(y, -ray.direction) : 0.0;
+    return y;
+}
+#endif
+
+void main() {
+#ifdef HALFLIGHT_LIST
+    bool listed = gl_GlobalInvocationID.x < header.count;
+    uint path = list[listed ? gl_GlobalInvocationID.x : 0u];
+    const bool inside = true;
+#else
+    const bool listed = true;
+    uint path = gl_GlobalInvocationID.x;
+    ivec2 pixel = ivec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y)));
+    bool inside = pixel.x < frame.size.x && pixel.y < frame.band_rows;
+#endif
+#ifdef HALFLIGHT_TRACED
+    Ray ray = rays[path];
+    Hit hit = hits[path];
+    bool is_hit = hit.triangle != kMiss && finite(hit.t);
+    bool unfinished = hit.triangle != kMiss && !is_hit;
+    // A miss looks up triangle 0, for nothing: lanes of one register cannot part.
+    hit.triangle = is_hit ? hit.triangle : 0u;
+    hit.instance = is_hit ? hit.instance : 0u;
+#else
+    // Beyond the picture's edge the last pixel is looked up again, for nothing.
+    pixel = min(pixel, ivec2(frame.size.x, frame.band_rows) - 1) + ivec2(0, frame.band_y);
+    Ray ray = camera_ray(frame, pixel);
+    PrimarySearch seen = search_seen(frame, pixel, ray, alpha_key_of_pixel(frame, pixel, 0u));
+    Hit hit = seen.hit;
+    bool is_hit = inside && seen.is_hit && hit.t <= ray.t_max;
+    const bool unfinished = false;
+#endif
+#ifdef HALFLIGHT_LIST
+    vec3 direction = normalize(ray.direction);
+#else
+    vec3 direction = ray.direction;
+#endif
+    Surface surface = surface_at(hit, ray.direction);
+    Material material = evaluate_material(surface, -direction);
+    vec3 emission = is_hit ? material.emission : inside ? environment_radiance(direction) : vec3(0.0);
+    if (unfinished) emission = vec3(not_a_number());  // to be counted
+#ifdef HALFLIGHT_SEEN
+    vec4 before = begins ? vec4(0.0) : light_seen[path];
+    light_seen[path] = before + weight * vec4(emission, 0.0);
+#elif defined(HALFLIGHT_LAST_VERTEX)
+    if (listed) store_end(path, emission, is_hit, surface.geometric_normal);
+#else
+    Bsdf b = make_bsdf(material, surface.geometric_normal, -direction);
+    if (listed) store_surface(path, SurfacePoint(surface.position, surface.offset, emission, is_hit), b);
+#ifdef HALFLIGHT_REUSE_POINTS
+    ReusePoint point = reuse_point(surface, material, b, ray, hit.t);
+    if (listed && is_hit) points[path] = point;
+#endif
+#endif
+#ifdef HALFLIGHT_STORE_RAYS
+    ray.t_max = inside ? ray.t_max : -1.0;
+    rays[path] = ray;
+#endif
+#ifdef HALFLIGHT_STORE_HITS
+    hit.triangle = is_hit ? hit.triangle : kMiss;
+    hits[path] = hit;
+#endif
+}
