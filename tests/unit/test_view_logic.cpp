@@ -333,7 +333,7 @@ TEST(StatisticsText, DescribesWhatIsLeftOut) {
     stats.left_out = {{"glossy", "nothing shines", 1 << 20}, {"clearcoat", "none has it", 0}};
     EXPECT_EQ(left_out_lines(stats),
               (std::vector<std::string>{"glossy: nothing shines (1.0 MiB)", "clearcoat: none has it"}));
-    EXPECT_EQ(memory_lines(stats).front(), "5.0 MiB on the device, 1.0 MiB left out");
+    EXPECT_EQ(memory_lines(stats).front(), "5.0 MiB on the device; 1.0 MiB left out");
 }
 
 TEST(Timings, MeasureFirstPictures) {
