@@ -25,7 +25,7 @@ namespace {
 
 using Paths = std::vector<std::filesystem::path>;
 
-struct Stopped {};  // by a callback
+struct Stopped {};  // thrown when a callback stops the sequence
 
 bool wants(const SequenceOptions& o, std::string_view extension) {
     return std::ranges::any_of(o.outputs, [&](const auto& path) { return has_extension(path, extension); });

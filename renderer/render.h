@@ -24,9 +24,9 @@ class BatchServer;
 class Renderer {
   public:
     /// Shares a scene, which must outlive the renderer. `server` serves all ray batches in place of the settings'
-    /// culling, and must outlive the renderer; null: none. Throws Error for settings out of range, for raster culling
-    /// of a scene that was prepared without it, for an estimator that is left open (find_estimator() in pilot.h settles
-    /// it), and for limits of the driver.
+    /// culling, and must outlive the renderer; null: none. Throws Error for settings out of range, for limits of the
+    /// driver, and for raster culling of a scene that was prepared without it. Throws Error also for an estimator that
+    /// is left open (find_estimator() in pilot.h settles it).
     Renderer(PreparedScene&, const ColorConfig&, RenderSettings, rays::BatchServer* server = nullptr);
     /// Prepares a scene of its own. The context must outlive the renderer.
     Renderer(gpu::Context&, const Scene&, const ColorConfig&, const RenderSettings&);

@@ -83,23 +83,23 @@ class FrameRenderer {
     /// Renders the frame of the settings.
     RenderResult render(const ProgressCallback& progress = {}) { return render(settings().frame, progress); }
 
-    /// Settings of the frame rendered last: with its number and its camera.
+    /// Returns the settings of the frame rendered last, with its number and its camera.
     const RenderSettings& settings() const;
     /// Changes samples, seed, error target, time limit or filter of later pictures.
     void set_frame_settings(const FrameSettings& settings);
-    /// Upper limit of the pictures that will be rendered; 0: unknown (ScheduleSettings::pictures). Holds from the next
-    /// preparation of the scene on.
+    /// Sets the upper limit of the pictures that will be rendered; 0: unknown (ScheduleSettings::pictures). The limit
+    /// holds from the next preparation of the scene on.
     void expect_pictures(int pictures);
     LoadedScene& scene() const;
     const Shutter& shutter() const;
     const ColorConfig& colors() const;
     gpu::Context& context() const;
 
-    /// Seconds that posing the scene took for the last frame.
+    /// Returns the seconds that posing the scene took for the last frame.
     double load_seconds() const;
-    /// Counts of the last frame; none for scenes that nothing deforms.
+    /// Returns the counts of the last frame; none for scenes that nothing deforms.
     const std::optional<DeformCounts>& deformed() const;
-    /// The compiled graph of the last picture in Graphviz' dot language. Needs a picture.
+    /// Returns the compiled graph of the last picture in Graphviz' dot language. Precondition: a picture was rendered.
     std::string graph_dot() const;
 
   private:

@@ -23,7 +23,7 @@ namespace halflight {
 /// (.exr, .hdr). Without one, a scene that has no light at all gets a neutral sky.
 using EnvironmentChoice = std::variant<std::monostate, vec3, std::filesystem::path>;
 
-/// What to load.
+/// Choice of a scene to load: its file, environment, edits and animation.
 struct SceneChoice {
     std::filesystem::path scene;  // .gltf or .glb
     bool allow_outside = false;   // the scene may name files outside its folder
@@ -59,17 +59,17 @@ class SceneFile {
 
     /// Returns the scene at a time. Its environment is that of the file.
     Scene at(double seconds) { return file_.at(seconds, playing_); }
-    /// Returns the same with images that the caller has already, from an earlier scene of this file.
+    /// Returns the scene at a time, with images that the caller has already from an earlier scene of this file.
     Scene at(double seconds, std::vector<TextureImage> images);
     /// Poses `scene`, which has the images of this file, at another time. Its environment stays. Throws Error where the
     /// pose is at fault, and leaves the scene as it was.
     void pose(Scene& scene, double seconds);
     std::vector<Camera> cameras_at(double seconds) { return file_.cameras_at(seconds, playing_); }
-    /// Whether meshes, instances, lights or materials differ from time to time.
+    /// Returns whether meshes, instances, lights or materials differ from time to time.
     bool surfaces_move() { return file_.surfaces_move(playing_); }
-    /// Whether light may appear later although there is none at 0 s.
+    /// Returns whether light may appear later although there is none at 0 s.
     bool drives_light();
-    /// End of the last animation that plays, seconds; 0 where none does.
+    /// Returns the end of the last animation that plays, seconds; 0 where none plays.
     double end();
 
   private:
@@ -92,11 +92,11 @@ class LoadedScene {
 
     const SceneChoice& choice() const { return choice_; }  ///< with the current edits
     const CameraChoice& camera_choice() const { return camera_choice_; }
-    /// The scene as it was posed last, at 0 s initially.
+    /// Returns the scene in its last pose; initially the pose at 0 s.
     const Scene& scene() const { return scene_; }
-    /// Changes whenever scene() does, except for its cameras.
+    /// Returns a number that changes whenever scene() changes, except for its cameras.
     std::uint64_t revision() const { return revision_; }
-    /// Changes whenever an edit of transforms does: hierarchies of earlier poses are then no reference any more.
+    /// Returns a number that changes with each edit of transforms. Hierarchies made before are no reference afterwards.
     std::uint64_t transform_revision() const { return transform_revision_; }
 
     /// Replaces all edits. Throws Error as apply() does, and keeps the earlier edits then.
@@ -113,7 +113,7 @@ class LoadedScene {
     /// Lets `deformer` move vertices in later calls of pose() and posed(); null: the CPU. Needs surfaces_move().
     void deform_by(Deformer* deformer);
     Deformer* deformer() const { return deformer_; }
-    /// Whether scene() differs from time to time in more than cameras.
+    /// Returns whether scene() differs from time to time in more than cameras.
     bool surfaces_move() const { return surfaces_move_; }
 
     /// Returns the chosen camera at a time.
@@ -121,7 +121,7 @@ class LoadedScene {
     const ChosenCamera& chosen_camera() const { return camera_; }  ///< at 0 s
     const FrameRate& frame_rate() const { return frame_rate_; }
     const std::vector<std::size_t>& playing() const { return playing_; }        ///< indices of the animations that play
-    const std::vector<std::filesystem::path>& files() const { return files_; }  ///< of the scene, its own file first
+    const std::vector<std::filesystem::path>& files() const { return files_; }  ///< files of the scene, glTF first
 
   private:
     struct Unedited;

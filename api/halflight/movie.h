@@ -50,8 +50,8 @@ class Movie {
     std::string subject_;
     std::filesystem::path file_;
     Spool errors_;                   // ffmpeg's stderr
-    int input_ = -1;                 // our end of its stdin
-    std::optional<Process> ffmpeg_;  // ended with the object
+    int input_ = -1;                 // write end of the pipe to ffmpeg's stdin; -1: closed
+    std::optional<Process> ffmpeg_;  // terminated by the destructor
     bool failed_ = false;
 };
 

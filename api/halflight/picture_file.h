@@ -22,7 +22,7 @@ struct OutputOptions {
     bool best_effort = false;   // accepts pictures that have not reached their error target
 };
 
-/// What a file tells beside its pixels.
+/// Metadata of a picture file.
 struct PictureInfo {
     Camera camera;
     LinearSpace working_space;  // space of the colour layers; variances stay linear Rec.709
@@ -32,7 +32,7 @@ struct PictureInfo {
     std::string shutter;        // shutter_text(); empty without motion blur
     std::string bias;           // why the picture would not converge to the light of the scene; empty where it would
     std::string error;          // estimated error, in words; empty where it is not known
-    bool reproducible = false;  // without the date
+    bool reproducible = false;  // omits the date
     // Frames of sequences only:
     std::optional<FrameRate> frame_rate{};
     std::uint32_t frame = 0;

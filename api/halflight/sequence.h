@@ -37,13 +37,13 @@ struct SequenceEvents {
     std::function<void(const std::function<void()>& write)> writing{};  // calls write(), which writes a frame's files
 };
 
-/// What became of a sequence.
+/// Counts of a rendered sequence.
 struct SequenceTally {
     std::size_t frames = 0;  // frames of the part
-    std::size_t kept = 0;    // were there already
-    std::size_t made = 0;
+    std::size_t kept = 0;    // frames whose files existed already
+    std::size_t made = 0;    // frames rendered
     std::vector<std::uint32_t> failed{};
-    std::string reason{};                       // why the first of them failed
+    std::string reason{};                       // error message of the first failed frame
     std::optional<std::uint32_t> stopped_in{};  // frame in which a callback has stopped the sequence
 };
 

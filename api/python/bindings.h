@@ -1,4 +1,4 @@
-// What the files of the native module share.
+// Declarations shared by the files of the native module.
 #pragma once
 
 #include <pybind11/pybind11.h>

@@ -9,7 +9,7 @@ namespace halflight {
 /// Duration of some work, seconds.
 struct Seconds {
     double wall = 0;
-    double cpu = 0;  // of the process, all threads
+    double cpu = 0;  // CPU time of the process, all threads
 };
 
 /// Returns the CPU time of the process so far, all threads, seconds.

@@ -117,8 +117,8 @@ class Expander {
     }
 
     ExpandedSource& out_;
-    std::vector<bool> there_;        // by file: included unconditionally
-    std::vector<bool> maybe_there_;  // by file: included under a condition
+    std::vector<bool> there_;        // whether each file is included unconditionally
+    std::vector<bool> maybe_there_;  // whether each file is included under a condition
     std::vector<std::size_t> open_;  // files being expanded
     int conditions_ = 0;             // nesting depth of conditions
 };

@@ -139,7 +139,7 @@ std::size_t History::bytes() const {
     return sum;
 }
 
-/// The pair of this node, made if need be, with last run's `now` as this run's `previous`.
+/// Returns the pair of this node, created on demand. The `now` of the last run becomes `previous` of this run.
 History::Pair& History::turn(const ResourceNode& node) {
     Pair& pair = pairs_[node.name];
     const bool fits = node.is_texture ? pair.textures.size() == 2 && pair.textures[0].desc() == node.texture

@@ -43,7 +43,7 @@ struct MaterialProperty {
     bool scales_lobe = false;             // packed as 0 for unlit materials
     AnimatedProperty animated = AnimatedProperty::surface;  // what a pointer to it drives
     vec4 (*packed)(const Material&) = nullptr;              // what the rows hold; null: the member
-    const char* meaning = "";                               // for docs/materials.md
+    const char* meaning = "";                               // description in docs/materials.md
 };
 
 enum class TextureUse : std::uint8_t {
