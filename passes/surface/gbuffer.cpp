@@ -59,7 +59,7 @@ void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
     });
 }
 
-/// number: of these rays in the graph; what is known of where rays go is kept apart by it.
+/// Adds the passes that trace camera rays. number: depth of the batch, unique among the graph's primary batches.
 void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t number) {
     const std::uint32_t paths = view.band.paths();
     graph::Pass pass = graph.add_pass("gbuffer: camera rays");

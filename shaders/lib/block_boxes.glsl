@@ -1,7 +1,7 @@
 // Boxes inside an instance, as boxes of the hierarchy over the instances. Needs shaders/lib/{bvh,chord}.glsl.
 
-// Returns the enlargement of boxes around boxes of a block, in the units of the shaft. A ray of the bundle that meets a
-// box by the block's box_ray() must meet the box around it by the hierarchy's test, no later. The entry by the block's
+// Returns the enlargement of boxes around boxes of a block, in the units of the shaft. If box_ray() of the block finds
+// a hit with a box, the hierarchy's test of the box around it must find one at no larger t. The entry by the block's
 // test has an error of 2^-20 (slack) + 2^-20 (slab) of the block's reach, and its image has four roundings more. The
 // block's reach consists of two lengths, each at most twice the world's reach times the condition number. All errors
 // are below 2^-17 of the condition times the reach, twice the slack of the hierarchy over instances

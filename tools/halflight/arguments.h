@@ -22,7 +22,7 @@ struct ConvergeArguments : ViewArguments {
     std::vector<Estimator> estimators;  // to compare; empty: the default one. The plan has one for each method.
     std::vector<Preview> previews;      // to compare; empty: none. The plan has one for each method.
     bench::Clock clock = bench::Clock::wall;
-    bool require_agreement = false;      // of the external renderer with the other methods
+    bool require_agreement = false;      // the external renderer must agree with the other methods
     converge::ReferenceOrder reference;  // folder: empty for the default one
 };
 

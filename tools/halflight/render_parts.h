@@ -1,4 +1,4 @@
-// What `halflight render` and its sequences share.
+// Declarations shared by `halflight render` and its sequences.
 #pragma once
 
 #include <string_view>

@@ -18,7 +18,7 @@ inline constexpr std::array<std::string_view, 5> kComponents = {"emission", "dir
                                                                 "indirect_diffuse", "indirect_glossy"};
 
 struct LayerView {
-    std::string layer = kFinal;                                    // one of layer_view_names()
+    std::string layer = kFinal;                                    // name of the view, from layer_view_names()
     std::array<bool, 5> components{true, true, true, true, true};  // parts of kComponents in the final picture
     bool operator==(const LayerView&) const = default;
     bool is_sum() const;  ///< whether this is the final picture without some component

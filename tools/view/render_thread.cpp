@@ -13,10 +13,10 @@
 namespace halflight::view {
 namespace {
 
-constexpr auto kSettle = std::chrono::milliseconds(100);  // without another request: then the camera stands still
-constexpr double kLookEvery = 0.1;                        // seconds from picture to picture of a whole one
-constexpr double kLookShare = 0.2;                        // of the time may go into making them
-constexpr auto kWatch = std::chrono::milliseconds(500);   // from look to look at the shaders' files
+constexpr auto kSettle = std::chrono::milliseconds(100);  // time without a request after which the camera is at rest
+constexpr double kLookEvery = 0.1;                        // least time between whole pictures, seconds
+constexpr double kLookShare = 0.2;                        // largest share of time for making pictures of samples
+constexpr auto kWatch = std::chrono::milliseconds(500);   // time between checks of the shader files
 
 }  // namespace
 
@@ -174,7 +174,7 @@ void RenderThread::take_shaders(RendererCache& renderers) {
     }
     {
         const std::lock_guard lock(mutex_);
-        taken |= error.empty() && status_.failed != 0;  // what has failed may be mended
+        taken |= error.empty() && status_.failed != 0;  // the failed request may succeed now
         status_.shader_error = error;
         if (error.empty()) ++status_.reloads;
     }
@@ -206,7 +206,7 @@ void RenderThread::run(ColorConfig colors) {
         }
         RendererCache renderers(context, std::move(colors), options_.budget);
         std::uint64_t done = 0;  // number of the last job
-        bool again = false;      // it is to be done once more
+        bool again = false;      // the last job must be repeated
         while (const auto todo = next(renderers, done, again)) {
             if (const auto* work = std::get_if<Work>(&*todo)) {
                 say(work->activity);
@@ -217,7 +217,7 @@ void RenderThread::run(ColorConfig colors) {
             const Job& job = std::get<Job>(*todo);
             done = job.number;
             again = false;
-            if (done == 0) continue;  // shaders have changed before anything was wanted
+            if (done == 0) continue;  // shaders have changed before the first request
             try {
                 serve(renderers, job);
             } catch (const Stale&) {
@@ -251,7 +251,7 @@ Picture RenderThread::coarse(RendererCache& renderers, const Job& job, int divis
     const bool is_new = renderers.is_new(divisor);
     Renderer& renderer = renderers.renderer(divisor);
     const double start = now();
-    struct Done {};  // before render() makes a picture with fewer AOVs
+    struct Done {};  // ends render() before it makes a picture with fewer AOVs
     RenderResult result;
     try {
         renderer.render(frame, [&](const RenderProgress& progress) {
@@ -273,10 +273,10 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
     frame.samples = kMostSamples;
     const bool is_new = renderers.is_new(1);
     Renderer& renderer = renderers.renderer(1);
-    int published = 0;     // samples of the last picture
-    double looked = -1e9;  // when it was published
-    double cost = 0;       // seconds that it took to make
-    bool due = false;      // there is another request since
+    int published = 0;     // samples of the last published picture
+    double looked = -1e9;  // time of its publication, seconds
+    double cost = 0;       // time to make it from the samples, seconds
+    bool due = false;      // a picture must be published
     renderer.render(frame, [&](const RenderProgress& progress) {
         for (;;) {
             due |= follow(made, job);

@@ -1,7 +1,7 @@
-// Renders what is wanted last, on a thread and a context of its own: a coarse picture in time, then the whole one,
-// better and better while nothing else is wanted. That one is the unbiased mean that `halflight render` makes of so
-// many samples, bit for bit, unless a preview mode says otherwise. Where HALFLIGHT_SHADERS names a folder, shaders that
-// have changed there are taken.
+// Renders the last request on a thread and a context of its own: first a coarse picture within a time budget, then the
+// whole picture, which is refined until another request comes. Without preview modes, the whole picture equals the
+// unbiased mean that `halflight render` makes of as many samples, bit for bit. If HALFLIGHT_SHADERS names a folder,
+// changed shaders in it are reloaded.
 #pragma once
 
 #include <condition_variable>
@@ -24,22 +24,22 @@ namespace halflight::view {
 
 class RendererCache;
 
-/// What makes pictures better soon, and not the right ones in the end. RenderStats::biases names what they do.
+/// Biased modes that improve pictures of few samples. RenderStats::biases describes their effects.
 struct PreviewModes {
-    Preview preview{};  // RenderSettings::preview: the picture is a mean from some number of samples on
+    Preview preview{};  // RenderSettings::preview; from some number of samples on, the picture is a plain mean
     float clamp = 0;    // RenderSettings::clamp
     bool operator==(const PreviewModes&) const = default;
 };
 
-inline constexpr int kMostSamples = 1 << 24;  ///< of a picture: a float32 counts no further
+inline constexpr int kMostSamples = 1 << 24;  ///< maximum samples of a picture: a float32 counts no further
 
-/// Names, too.
+/// Returns whether two cameras are equal, their names included.
 bool same(const Camera& a, const Camera& b);
 
 /// All that a picture depends on.
 struct Request {
-    /// The scene as its file has it at 0 s, before edits: what pictures of any pose depend on, too
-    /// (PreparedScene::update()). Poses of one reference have its images. Not null.
+    /// Reference scene: the pose of the file at 0 s, before edits; not null. Pictures of all poses depend on it
+    /// (PreparedScene::update()), and all poses share its images.
     std::shared_ptr<const Scene> reference;
     std::shared_ptr<const Scene> scene;  // at the frame, before edits; the reference itself where nothing moves
     SceneEdits edits;
@@ -53,19 +53,19 @@ struct Request {
     bool measure = false;  // RenderSettings::measure
     bool operator==(const Request& other) const;
 };
-/// Whether the samples that are made for a request can be a picture for the other one, too: they differ in AOVs only,
-/// and those are at hand.
+/// Returns whether samples that were made for one request can also give the picture of another one. The requests may
+/// differ in AOVs only, and the samples must contain the wanted AOVs.
 bool serves(const Request& made, const Request& wanted);
-/// Of the request's AOVs those that samples have to be made with.
+/// Returns the AOVs of the request that must be gathered while samples are made.
 std::vector<std::string> gathered(const Request& request);
 
 struct Picture {
-    std::uint64_t request = 0;       // number of the one that it was made for
-    int divisor = 1;                 // of the request's size in both directions: 1 is the whole picture
-    double seconds = 0;              // since the first request that its samples were made for
-    Camera camera;                   // of the request
-    std::vector<std::string> aovs;   // of the request, those of the result by name
-    std::optional<double> relmse{};  // estimated_relmse(), of whole pictures
+    std::uint64_t request = 0;       // number of the request that it was made for
+    int divisor = 1;                 // request's width and height divided by the picture's; 1: whole picture
+    double seconds = 0;              // time since the first request that its samples were made for
+    Camera camera;                   // camera of the request
+    std::vector<std::string> aovs;   // names of the request's AOVs, which the result contains
+    std::optional<double> relmse{};  // estimated_relmse() of a whole picture; none for a coarse one
     RenderResult result;
 };
 
@@ -79,40 +79,40 @@ class RenderThread {
     RenderThread(ColorConfig colors, Options options);
     RenderThread(const RenderThread&) = delete;
     RenderThread& operator=(const RenderThread&) = delete;
-    /// Waits for what the device is doing: a sample of a band, the preparing of a scene, shaders that are being
-    /// compiled, a picture that is being made of the samples, what perform() has brought.
+    /// Waits for the current work of the device. It can be a sample of a band, the preparation of a scene, the
+    /// compilation of shaders, a picture made of samples, or work passed to perform().
     ~RenderThread();
 
-    /// Never waits. From now on this is wanted and nothing else; returns its number, 1 for the first one. Requests may
-    /// come faster than pictures: one whose first picture is under way is shown all the same. Samples that are there go
-    /// on where they serve() the new one, too.
+    /// Replaces the current request and returns the number of the new one, from 1; never waits. If the first picture of
+    /// the earlier request is being rendered, that picture is still published. Samples that serve() the new request
+    /// are kept.
     std::uint64_t show(Request request);
-    /// How many samples a whole picture gets; it goes on where more are wanted. The picture of exactly so many is
-    /// always published, except where more are there or under way: then the one with which it stops. Of fewer, those
-    /// are that come as fast as they can be looked at.
+    /// Sets the number of samples of a whole picture; a higher limit continues a finished picture. The picture at
+    /// exactly this number is always published, unless more samples are done or begun: then the picture at which
+    /// rendering stops is published. Pictures of fewer samples are published at intervals.
     void limit(int samples);
-    /// Never waits. As soon as it can the thread does this, which throws nothing, and has no time for pictures
-    /// meanwhile. `activity`: of the status.
+    /// Queues work for the thread; never waits. The thread renders nothing while it does the work, which must not
+    /// throw. `activity` is the status text meanwhile.
     void perform(std::string activity, std::function<void()> work);
 
-    std::shared_ptr<const Picture> picture() const;  ///< the newest one; null at first
+    std::shared_ptr<const Picture> picture() const;  ///< newest picture; null before the first one
     struct Status {
-        std::string device;         // name of its renderer; empty until it is there
-        std::string activity;       // what it does, for people; empty: nothing
+        std::string device;         // name of the context's renderer; empty until the context exists
+        std::string activity;       // description of the current work; empty: idle
         std::string error;          // why request `failed` has no picture
-        std::uint64_t failed = 0;   // 0: none has failed since the last one that did not
-        std::string shader_error;   // why shaders that have changed are not used; empty: all are
-        std::uint64_t reloads = 0;  // how many times files of shaders have changed and all were good
-        bool ended = false;         // for good: there is no device
+        std::uint64_t failed = 0;   // number of the failed request; 0: none failed since the last picture
+        std::string shader_error;   // why changed shaders are not used; empty: all are used
+        std::uint64_t reloads = 0;  // successful reloads of changed shaders
+        bool ended = false;         // the thread has ended for good: there is no device
     };
     Status status() const;
 
   private:
-    struct Stale {};  // what is being made is not wanted any more, or has to be made anew
+    struct Stale {};  // thrown when the current picture is no longer wanted or must be started again
     struct Job {
         Request request;
         std::uint64_t number = 0;
-        double since = 0;  // when its view was wanted, seconds
+        double since = 0;  // time of the request, seconds
     };
     struct Work {
         std::string activity;
@@ -122,40 +122,40 @@ class RenderThread {
     void run(ColorConfig colors);
     void serve(RendererCache& renderers, const Job& job);
     Picture coarse(RendererCache& renderers, const Job& job, int divisor);
-    void refine(RendererCache& renderers, Job job, bool shown);  ///< shown: there is a coarse picture of it
+    void refine(RendererCache& renderers, Job job, bool shown);  ///< shown: its coarse picture is published
     void publish(Picture picture);
     void say(std::string activity);
     void fail(std::uint64_t number, std::string error, bool for_good);
-    /// What there is to do next, once there is something; nothing: the thread is to end.
+    /// Waits for the next job or work and returns it; none: the thread has to end.
     std::optional<std::variant<Job, Work>> next(RendererCache& renderers, std::uint64_t done, bool again);
-    /// Whether the job has become that of another request, which the samples made serve, too.
+    /// Switches the job to the current request if the samples made serve it; returns whether it did.
     bool follow(const Request& made, Job& job);
-    /// Throws Stale where the thread is to end and, if `first_is_there`, where something else is wanted.
+    /// Throws Stale if the thread has to end or, with `first_is_there`, if another request or work is waiting.
     void go_on(std::uint64_t number, bool first_is_there) const;
-    /// Throws Stale if something else is wanted within the time.
+    /// Waits a short time for a camera at rest. Throws Stale if another request or work comes within that time.
     void settle(std::uint64_t number);
-    /// While there are as many samples as wanted, and nothing else is.
+    /// Waits until more samples, another request or other work is wanted.
     void hold(RendererCache& renderers, std::uint64_t number, int samples);
-    /// Shaders that have changed. Throws Stale where programs have.
+    /// Reloads shaders that have changed. Throws Stale if programs have changed.
     void take_shaders(RendererCache& renderers);
-    /// Until done(), looking after shaders. Throws what take_shaders() throws.
+    /// Waits until done() is true, and reloads shaders meanwhile. Throws what take_shaders() throws.
     template <class F>
     void wait(RendererCache& renderers, std::unique_lock<std::mutex>& lock, const F& done);
 
     const Options options_;
-    gpu::ShaderWatch shaders_;      // of the thread alone, as is the next one
-    double shaders_looked_at_ = 0;  // seconds
-    mutable std::mutex mutex_;      // of all that follows
+    gpu::ShaderWatch shaders_;      // used by the thread only, like the next member
+    double shaders_looked_at_ = 0;  // time of the last check of shader files, seconds
+    mutable std::mutex mutex_;      // guards all members below
     std::condition_variable wake_;
     Request wanted_;
-    std::uint64_t number_ = 0;  // of `wanted_`
-    double since_ = 0;          // when it was wanted, seconds
+    std::uint64_t number_ = 0;  // number of `wanted_`
+    double since_ = 0;          // time of `wanted_`, seconds
     int limit_ = 1;
     std::deque<Work> work_;
     bool stop_ = false;
     std::shared_ptr<const Picture> picture_;
     Status status_;
-    std::thread thread_;  // last: all else is there when it starts
+    std::thread thread_;  // last, so that all other members exist when it starts
 };
 
 }  // namespace halflight::view

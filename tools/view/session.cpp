@@ -13,7 +13,7 @@
 namespace halflight::view {
 namespace {
 
-/// How far ahead of a camera is what it looks at: the surface in the middle of its view, else the scene's centre.
+/// Returns the distance from a camera to the surface in the middle of its view, else to the scene's centre.
 double distance_ahead(const Camera& camera, const Picker& picker, const Scene& scene) {
     const Ray ray = ray_through(camera, {0.5, 0.5}, {1, 1});
     if (const auto picked = picker.pick(ray)) return glm::length(picked->position - ray.origin);
@@ -23,7 +23,7 @@ double distance_ahead(const Camera& camera, const Picker& picker, const Scene& s
     return ahead > 0 ? ahead : std::max(glm::length(box.upper - box.lower), 1e-6);
 }
 
-/// Of a file that is read from here on. Throws Error.
+/// Opens the scene's file and returns the timeline of its animations. Throws Error.
 Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     Timeline t;
     t.file = std::make_shared<SceneFile>(a.scene, a.allow_outside);
@@ -32,7 +32,7 @@ Timeline timeline_of(const PreviewArguments& a, const Console& console) {
         t.animations = titles(t.file->gltf().animations());
     } catch (const Error& error) {
         if (t.animation != "none") throw;
-        console.warn("{}", error.what());  // the scene at rest is none the worse
+        console.warn("{}", error.what());  // the scene at rest can still be shown
     }
     if (!t.animations.empty()) t.file->set_frame_rate(a.frame_rate, console);
     t.file->play(t.animation, console);
@@ -41,13 +41,13 @@ Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     return t;
 }
 
-/// Brings it to 0 s of what plays, with images of this scene.
+/// Poses the reference at 0 s of the animation that plays. The new scene takes the images of `images`.
 void take_reference(Session::Opened& o, const Scene& images, const Console& console) {
     Timeline& t = o.timeline;
     Scene scene = t.file->at(0, images.images);
     const bool chosen = !std::holds_alternative<std::monostate>(o.arguments.environment);
     if (chosen && o.reference)
-        scene.environment = o.reference->environment;  // which has been read
+        scene.environment = o.reference->environment;  // avoids reading its file again
     else if (chosen || !t.file->drives_light())
         set_environment(scene, o.arguments.environment, console);
     o.reference = std::make_shared<const Scene>(std::move(scene));
@@ -55,7 +55,7 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
     t.last = last_frame(t.file->end(), t.rate);
 }
 
-/// Where cameras alone move, the scene stays the one that it is.
+/// Poses scene and cameras at a frame. The scene is that of the reference if the animation drives cameras only.
 void take_frame(Session::Opened& o, std::uint32_t frame) {
     Timeline& t = o.timeline;
     t.frame = frame;
@@ -110,7 +110,7 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
     take_reference(opened, rest, console);
     take_frame(opened, a.settings.frame);
     if (timeline.animations.empty()) timeline.file.reset();
-    ChosenCamera chosen = choose_camera(*opened.reference, a);  // as LoadedScene does
+    ChosenCamera chosen = choose_camera(*opened.reference, a);  // the same rules as in LoadedScene
     if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
     const WorldBounds box = world_bounds(*opened.scene);
     opened.diagonal = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);
@@ -153,7 +153,7 @@ std::function<Session::Opened()> Session::posing(const std::string& animation, s
     return [opened = now(), animation, frame, console = console_]() mutable {
         Timeline& timeline = opened.timeline;
         const bool other = animation != timeline.animation;
-        timeline.file->play(animation, other ? console : Log());  // an attempt that has failed may have played another
+        timeline.file->play(animation, other ? console : Log());  // a failed attempt may have selected another one
         if (other) {
             timeline.playing = timeline.file->playing();
             timeline.animation = animation;

@@ -1,4 +1,4 @@
-// What is looked at and how: all that panels, mouse and scripts change. No window, no OpenGL.
+// State of the viewer: scene, camera and settings, which panels, mouse and scripts change. Uses no window, no OpenGL.
 #pragma once
 
 #include <filesystem>
@@ -18,25 +18,25 @@
 
 namespace halflight::view {
 
-/// What moves in a scene, and when it is seen.
+/// Animations of a scene, and the frame that is shown.
 struct Timeline {
-    std::shared_ptr<SceneFile> file{};      // null where it has no animations; of one opening at a time
+    std::shared_ptr<SceneFile> file{};      // null without animations; used by one opening at a time
     std::vector<std::string> animations{};  // titles()
-    std::string animation = "none";         // that plays, as of --animation
-    std::vector<std::size_t> playing{};     // the same by number
+    std::string animation = "none";         // animation that plays: a value of --animation
+    std::vector<std::size_t> playing{};     // indices of the animations that play
     FrameRate rate{};
-    std::uint32_t frame = 0;        // that is seen
+    std::uint32_t frame = 0;        // number of the frame shown
     std::uint32_t last = 0;         // last_frame()
-    std::vector<Camera> cameras{};  // of the scene at that frame
+    std::vector<Camera> cameras{};  // the scene's cameras at that frame
 };
-/// What --animation calls each: its name, or its number where that says nothing or something else.
+/// Returns the value of --animation for each animation: its name, or its number if the name is empty or ambiguous.
 std::vector<std::string> titles(const std::vector<Animation>& animations);
-/// The last frame that is no later than `end` seconds, as far as floats can tell; at most 10^6.
+/// Returns the last frame that is no later than `end` seconds, with a tolerance of 10^-3 frames; at most 10^6.
 std::uint32_t last_frame(double end, const FrameRate& rate);
 
 class Session {
   public:
-    /// Loads the scene. Throws Error, also for a view transform that these colours do not have.
+    /// Loads the scene. Throws Error, also for a view transform that `colors` does not have.
     Session(const PreviewArguments& arguments, ColorConfig colors);
 
     // Panels write to these.
@@ -44,21 +44,21 @@ class Session {
     ViewTransform transform;
     SceneEdits edits;
     int bounces = 8;
-    int samples = 1024;           // after which nothing more is done
-    bool estimate_error = false;  // Picture::relmse is wanted
+    int samples = 1024;           // samples per pixel after which rendering stops
+    bool estimate_error = false;  // requests Picture::relmse
     PreviewModes modes;
     rays::Culling culling = rays::Culling::automatic;
     bool measure = false;
     std::vector<Bookmark> bookmarks;
 
     const std::filesystem::path& file() const { return file_; }
-    const Scene& scene() const { return *scene_; }  ///< as it is seen, without edits
+    const Scene& scene() const { return *scene_; }  ///< scene at the current frame, without edits
     const Timeline& timeline() const { return timeline_; }
-    double diagonal() const { return diagonal_; }  ///< of the scene's bounds, world units, > 0
-    /// A scene, an environment or a pose: all of open() that takes long.
+    double diagonal() const { return diagonal_; }  ///< diagonal of the scene's bounds, world units, > 0
+    /// Result of the slow part of opening a scene, an environment or a pose; open() takes it.
     struct Opened {
         PreviewArguments arguments;
-        std::shared_ptr<const Scene> reference;  // as of Request
+        std::shared_ptr<const Scene> reference;  // Request::reference
         std::shared_ptr<const Scene> scene;
         Timeline timeline;
         std::shared_ptr<const Picker> picker;
@@ -67,47 +67,47 @@ class Session {
             CameraPose pose;
             std::optional<std::size_t> camera;
         };
-        std::optional<Start> start;  // of a scene; none: it is the one that was there, but for pose or environment
+        std::optional<Start> start;  // camera of a new scene; none: only pose or environment are new
     };
-    /// Reads a file, on whatever thread it is called. Throws Error.
+    /// Returns a function that reads a file, on any thread. Both throw Error.
     std::function<Opened()> opening(const std::filesystem::path& path) const;
-    /// The scene at another frame, or in another animation, which begins at its own frame 0. Throws Error as
-    /// choose_animations() and the pose do, on whatever thread it is called.
+    /// Returns a function that poses the scene at a frame of an animation, on any thread. Throws Error without
+    /// animations. The function throws Error for an unknown animation or an invalid pose.
     std::function<Opened()> posing(const std::string& animation, std::uint32_t frame) const;
-    /// Of a scene, its camera is taken and its settings are as they would be at the start; otherwise all else stays.
+    /// Replaces the scene. A new scene brings its own camera and settings; a new pose or environment keeps them.
     void open(Opened opened);
 
     const CameraPose& pose() const { return pose_; }
-    /// Where the camera is that of the scene as it is, its number.
+    /// Returns the index of the scene's camera in use; none if the camera was moved.
     std::optional<std::size_t> scene_camera() const { return scene_camera_; }
-    /// As `render` would have it, bit for bit.
+    /// Returns the camera; it equals that of `halflight render` bit for bit.
     Camera camera() const;
-    void move(const CameraPose& pose);  ///< Throws Error for what makes no view, and nothing has changed then.
+    void move(const CameraPose& pose);  ///< Throws Error for an invalid pose and keeps the earlier one then.
     void take_camera(std::size_t index);
-    void take_camera(const std::string& name_or_number);  ///< Throws Error that lists those that there are.
-    void reset_camera();                                  ///< to that of the start
-    /// Looks at the surface that is seen at a pixel; false where there is none. Throws as move() does.
+    void take_camera(const std::string& name_or_number);  ///< Throws Error that lists the scene's cameras.
+    void reset_camera();                                  ///< Restores the camera of the start.
+    /// Looks at the surface visible at a pixel; returns false if there is none. Throws what move() throws.
     bool focus(const dvec2& point, const ivec2& size);
-    /// The same, and comes as close as to see the whole object.
+    /// Looks at the object visible at a pixel from a distance that shows all of it; otherwise like focus().
     bool frame_object(const dvec2& point, const ivec2& size);
-    void bookmark(const std::string& name);  ///< replaces one of this name
-    void bookmark();                         ///< "view N" with the first N from 1 that no other has
-    void recall(const std::string& name);    ///< Throws Error where there is none.
+    void bookmark(const std::string& name);  ///< Saves the pose; replaces a bookmark of this name.
+    void bookmark();                         ///< Saves the pose as "view N" with the first free N from 1.
+    void recall(const std::string& name);    ///< Throws Error if no bookmark has this name.
 
     Request request(const ivec2& size) const;
-    /// Of the picture, in a few words: what is seen, and what is not as the scene has it.
+    /// Returns a short description of the picture: the layer shown, and the edits and modes that change it.
     std::string description() const;
 
     std::filesystem::path settings_file() const;
-    /// size: of the picture, pixels; not saved where it is none, of a window that is minimised.
+    /// Returns the settings to save. size: size of the picture, pixels; {0, 0} (a minimised window) is not saved.
     SavedSettings saved(const ivec2& size) const;
     void save(const ivec2& size) const;  ///< Throws Error.
 
   private:
     std::optional<PickResult> pick(const dvec2& point, const ivec2& size) const;
     static Opened load(const PreviewArguments& arguments, const ColorConfig& colors, const Console& console);
-    Opened now() const;  ///< as it is, to be changed
-    /// pose_ is that of the scene's camera at this frame.
+    Opened now() const;  ///< Returns the current scene, for a caller that changes parts of it.
+    /// Sets pose_ to that of the scene's camera at this frame.
     void follow_camera();
 
     PreviewArguments arguments_;
