@@ -51,7 +51,7 @@ struct FrameRenderer::State {
     std::optional<Renderer> renderer;
     std::uint64_t uploaded = 0;               // LoadedScene::revision()
     std::uint64_t transforms = 0;             // LoadedScene::transform_revision()
-    std::optional<Estimator> found;           // by the pilot
+    std::optional<Estimator> found;           // result of the pilot
     PictureHistory history;                   // light of the last frame, for RenderSettings::preview
     std::optional<std::uint32_t> last_frame;  // rendered
     double load_seconds = 0;

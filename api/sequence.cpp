@@ -237,7 +237,7 @@ void check_outputs(const SequenceOptions& o) {
         try {
             check_writable(pattern.parent_path() / fmt::format(".halflight-{}-probe", getpid()));
         } catch (const Error&) {
-            check_writable(pattern);  // by the name that the user gave
+            check_writable(pattern);  // names the pattern as the user gave it
             throw;
         }
     }

@@ -64,8 +64,8 @@ class Mattes {
     struct Layer {
         const AovInfo* aov;
         std::span<const std::string> names;
-        std::vector<float> ids;  // by index of the name
-        IdCoverage coverage;     // by path
+        std::vector<float> ids;  // indexed by name
+        IdCoverage coverage;     // coverage per path
     };
     const std::vector<Layer>& layers() const { return layers_; }
     /// Removes all samples, before another band.

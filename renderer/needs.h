@@ -24,7 +24,7 @@ struct FrameOptions {
     std::uint64_t runs = 0;  // upper limit of the samples of a band in all pictures; 0: unknown
     Kept kept{};             // parts that are built although they contribute nothing
     float clamp = 0;         // largest luminance of a sample's indirect light; 0: not clamped
-    PrimaryVisibility primary = PrimaryVisibility::raster;  // not automatic
+    PrimaryVisibility primary = PrimaryVisibility::raster;  // method used; never `automatic`
     int group_size = 1;                                     // pixels that share paths: 4, 8 or 16; 1: no path reuse
     bool group_size_piloted = false;                        // a pilot chose group_size
     bool camera_rays_piloted = false;                       // a pilot chose camera_rays

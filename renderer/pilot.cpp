@@ -54,7 +54,7 @@ Estimator filled(Estimator asked, const Estimator& open) {
     return asked;
 }
 
-/// Returns all ways to fill in what is left open.
+/// Returns all combinations of values for the open choices.
 std::vector<Estimator> choices(const Estimator& asked) {
     std::vector<Estimator> all;
     for (const Reuse reuse : kReuses)

@@ -18,8 +18,8 @@ struct PilotErrors {
     double indirect = 0;
 };
 struct PilotFigures {
-    PilotErrors plain;  // with the smallest value of all that is left open
-    PilotErrors tried;  // with the values of kTried
+    PilotErrors plain;  // errors with the smallest value of each open choice
+    PilotErrors tried;  // errors with the values of kTried
 };
 inline constexpr Estimator kTried{.reuse = Reuse::sixteen, .camera = CameraRays::four, .shadow = ShadowRays::four};
 

@@ -65,7 +65,7 @@ class PreviewPicture {
 
     std::size_t bytes() const;  ///< Device memory, including the history.
     void measure(bool on) { executor_.measure(on); }
-    const std::vector<graph::PassTime>& times() const { return executor_.times(); }  ///< since begin()
+    const std::vector<graph::PassTime>& times() const { return executor_.times(); }  ///< Times since begin().
 
   private:
     std::optional<EarlierPicture> import_earlier(graph::Graph& graph, const dvec3& origin);

@@ -39,23 +39,23 @@ struct AchievedError {
 
 /// Statistics of a render.
 struct RenderStats {
-    int samples = 0;                                // per pixel; of the band that has fewest
+    int samples = 0;                                // samples per pixel of the band that has fewest
     bool interrupted = false;                       // the callback stopped the render
     double prepare_seconds = 0;                     // tables, hierarchies, upload, once for all pictures of a pose
     double compile_seconds = 0;                     // shaders that this render was the first to need
     double render_seconds = 0;                      // samples
     std::uint64_t paths = 0;                        // width x height x samples
     std::size_t gpu_bytes = 0;                      // buffers and textures of scene and frame
-    Estimator estimator;                            // with all automatic choices made
-    PrimaryVisibility primary{};                    // not automatic
-    std::optional<CacheStatistics> radiance_cache;  // where it was used, with settings.measure
-    std::vector<PassTime> passes;                   // with settings.measure, else empty
+    Estimator estimator;                            // estimator with all automatic choices resolved
+    PrimaryVisibility primary{};                    // method used; never `automatic`
+    std::optional<CacheStatistics> radiance_cache;  // statistics, if used and settings.measure is set
+    std::vector<PassTime> passes;                   // times of passes; empty without settings.measure
     std::vector<LeftOut> left_out;                  // parts that scene or settings did not need, with the reason
-    std::vector<BadValues> bad_values;              // by pass
+    std::vector<BadValues> bad_values;              // counts of invalid values, listed by pass
     std::vector<std::string> biases;        // reasons why the picture would not converge to the true light; phrases
     std::vector<std::string> layer_biases;  // biases that apply to its layers, too
-    std::optional<AchievedError> error;     // where there was an error target, unless interrupted
-    std::vector<rays::BatchStatistics> batches;  // how rays were traced
+    std::optional<AchievedError> error;     // none without an error target or if interrupted
+    std::vector<rays::BatchStatistics> batches;  // statistics of ray batches
     std::vector<rays::RasterBatch> raster;       // statistics of raster culling
     rays::HierarchyCounts hierarchies;           // hierarchies built, refitted or kept for this picture
 };
@@ -73,7 +73,7 @@ struct RenderResult {
 struct RenderProgress {
     int samples_done = 0;   // submitted samples per pixel, the mean of all bands; the device may still work on the last
     int samples_total = 0;  // expected samples per pixel; with an error target an estimate
-    double seconds = 0;     // since the start of the render
+    double seconds = 0;     // time since the start of the render
     // Makes the picture of the samples so far. It equals a render of so many samples bit for bit, except with
     // SamplePoints::blue_noise, which depends on the final number. aovs: layers of the RenderSettings, and any that
     // AovInfo::at_any_time(). Call it during the callback only. Empty where there is no picture: bands differ in

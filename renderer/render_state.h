@@ -55,7 +55,7 @@ struct Renderer::State {
     PreparedScene& scene;
     const ColorConfig colors;
     const RenderSettings asked;
-    RenderSettings settings;  // with all automatic choices made for the scene
+    RenderSettings settings;  // settings with all automatic choices resolved
     std::optional<rays::RasterCulling> raster;
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
@@ -64,7 +64,7 @@ struct Renderer::State {
     std::vector<gpu::Buffer> seen_constants;  // constants of camera rays for light alone
     std::shared_ptr<RadianceCache> cache;     // null without
     HandOver hand_over;
-    std::optional<SampleQueue> in_flight;  // from the constructor on
+    std::optional<SampleQueue> in_flight;  // set by the constructor
     Band band;
     Band current;  // band of the uploaded constants
     int bands = 0;

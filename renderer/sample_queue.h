@@ -51,7 +51,7 @@ class SampleQueue {
     gpu::Buffer bad_values_{"bad values", kBadValueCounts * sizeof(std::uint32_t)};
     BadValueSums counted_;
     std::uint64_t uncounted_ = 0;   // samples whose bad values are in the buffer
-    std::uint64_t most_uncounted_;  // so many cannot overflow its 32 bits
+    std::uint64_t most_uncounted_;  // most samples whose counts cannot overflow 32 bits
 };
 
 }  // namespace halflight

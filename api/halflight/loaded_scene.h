@@ -90,7 +90,7 @@ class LoadedScene {
     LoadedScene& operator=(LoadedScene&&) noexcept;
     ~LoadedScene();
 
-    const SceneChoice& choice() const { return choice_; }  ///< with the current edits
+    const SceneChoice& choice() const { return choice_; }  ///< Returns the choice with the current edits.
     const CameraChoice& camera_choice() const { return camera_choice_; }
     /// Returns the scene in its last pose; initially the pose at 0 s.
     const Scene& scene() const { return scene_; }

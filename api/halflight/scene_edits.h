@@ -27,7 +27,7 @@ struct SceneEdits {
     float environment_intensity = 1;  // factor, >= 0
     vec3 environment_tint{1};         // factor by channel, linear Rec.709, [0,1]
     float emission = 1;               // factor of the emission of all surfaces, >= 0
-    std::vector<LightEdit> lights{};  // by index into Scene::lights; surplus entries are ignored
+    std::vector<LightEdit> lights{};  // edits of Scene::lights, by index; surplus entries are ignored
     bool clay = false;                // gives every surface one rough grey without texture; lights stay
     // Properties by index into Scene::materials, then by name (engine/scene/material_properties.h: "roughness",
     // "base_color"), one value for each component. They replace animated values at all times.

@@ -19,7 +19,7 @@ struct StepTimes {
     double load = 0;     // waiting for scene and environment
     double render = 0;   // FrameRenderer::render(): preparing, compiling, sampling, reading back
     double write = 0;    // files
-    double total = 0;    // since the start
+    double total = 0;    // time since the start
 };
 
 /// Returns the largest resident memory of the process so far, bytes.

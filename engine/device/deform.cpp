@@ -59,7 +59,7 @@ struct GpuDeformer::Job {
 
 GpuDeformer::GpuDeformer(const gpu::Context& context, const gpu::Limits& limits)
     : limits_(limits), programs_(context.binaries()), matrices_("joint matrices", 0), targets_("active targets", 0) {
-    constexpr std::size_t kMostTexels = std::numeric_limits<int>::max();  // which is what GLSL counts them by
+    constexpr std::size_t kMostTexels = std::numeric_limits<int>::max();  // GLSL counts texels in int
     limits_.texture_buffer_texels = std::min(limits_.texture_buffer_texels, kMostTexels);
 }
 

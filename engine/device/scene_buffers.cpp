@@ -164,7 +164,7 @@ void SceneBuffers::draw(const gpu::Program& program) const {
     glBindVertexArray(vertex_array_.id());
     glEnable(GL_DEPTH_TEST);
     glDepthFunc(GL_GREATER);                       // reversed depth
-    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);  // which a shift by 1/2 would rob of its precision far away
+    glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);  // the range [-1, 1] would lose the precision of far depths
     for (const Draw& d : draws_) {
         program.set("first_triangle", d.first_triangle);
         const auto offset = reinterpret_cast<const void*>(std::size_t{d.first_triangle} * sizeof(uvec3));

@@ -92,8 +92,8 @@ struct Context::State {
     Limits limits;
     std::optional<ProgramBinaries> binaries;
     bool debug = false;
-    std::uint64_t errors = 0;  // since creation
-    std::uint64_t unseen = 0;  // since the last check
+    std::uint64_t errors = 0;  // errors since creation
+    std::uint64_t unseen = 0;  // errors since the last check
     std::string first;         // message of the first unseen one
 
     void add_error(std::string message) {

@@ -70,7 +70,7 @@ void store(GLuint program, std::string_view key, const ProgramBinaries& binaries
     if (written > 0) binaries.store(key, binary);
 }
 
-/// By `make`, unless it has been stored: then by the key, the text of all stages.
+/// Loads the stored program of `key`, the text of all stages. If there is none, calls `make` and stores its result.
 template <class Make>
 GLuint loaded_or_made(std::string_view name, std::string_view key, const ProgramBinaries* binaries, Make make) {
     if (binaries == nullptr) return make();

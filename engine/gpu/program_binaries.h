@@ -11,7 +11,7 @@
 namespace halflight::gpu {
 
 struct ProgramBinary {
-    std::uint32_t format = 0;  // driver-specific
+    std::uint32_t format = 0;  // driver-specific format of glProgramBinary()
     std::vector<char> bytes;
 };
 

@@ -72,7 +72,7 @@ class ShaderWatch {
     /// Records the current files. Without HALFLIGHT_SHADERS nothing ever changes.
     ShaderWatch();
     bool watching() const { return !folder_.empty(); }
-    bool changed();  ///< since the last call or construction
+    bool changed();  ///< Returns whether files have changed since the last call or construction.
 
   private:
     using Files = std::map<std::filesystem::path, std::pair<std::filesystem::file_time_type, std::uintmax_t>>;

@@ -26,7 +26,7 @@ struct CulledPass {
 /// A resource of the plan, at the index of its handles.
 struct PlannedResource {
     ResourceNode node;
-    bool used = false;        // by a pass of the plan
+    bool used = false;        // a pass of the plan uses it
     std::uint32_t first = 0;  // index of the first pass of the plan that uses it
     std::uint32_t last = 0;   // index of the last pass that uses it; outputs last until the end
     std::uint32_t slot = kNoSlot;
@@ -37,7 +37,7 @@ struct PlannedResource {
 struct Slot {
     bool is_texture = false;
     BufferDesc buffer;                   // the largest of its transients
-    gpu::TextureDesc texture;            // equal for all its transients
+    gpu::TextureDesc texture;            // description that all its transients share
     std::vector<std::uint32_t> tenants;  // transients, in order of first use
     std::size_t bytes() const { return is_texture ? gpu::texture_bytes(texture) : buffer.bytes; }
 };

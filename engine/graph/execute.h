@@ -120,8 +120,8 @@ class Executor {
     std::vector<Memory> slots_;
     std::uint32_t serial_ = 0;               // serial of the last graph
     std::vector<ResourceNode> nodes_;        // its resources
-    std::vector<gpu::Buffer*> buffer_of_;    // by resource
-    std::vector<gpu::Texture*> texture_of_;  // by resource
+    std::vector<gpu::Buffer*> buffer_of_;    // indexed by resource
+    std::vector<gpu::Texture*> texture_of_;  // indexed by resource
     std::map<std::vector<std::uint64_t>, gpu::Framebuffer> framebuffers_;
     std::vector<PassTime> times_;
     bool measure_ = false;

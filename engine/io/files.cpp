@@ -146,7 +146,7 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
 }
 
 void remove_abandoned(std::span<const fs::path> paths) {
-    std::map<fs::path, std::set<std::string>> prefixes;  // by folder
+    std::map<fs::path, std::set<std::string>> prefixes;  // keyed by folder
     for (const fs::path& path : paths) {
         try {
             const fs::path target = follow_links(path);

@@ -11,7 +11,7 @@ namespace halflight {
 namespace {
 
 constexpr int kColorTypes[] = {PNG_COLOR_TYPE_GRAY, PNG_COLOR_TYPE_GRAY_ALPHA, PNG_COLOR_TYPE_RGB,
-                               PNG_COLOR_TYPE_RGB_ALPHA};  // by channels - 1
+                               PNG_COLOR_TYPE_RGB_ALPHA};  // indexed by channels - 1
 
 class Encoder : public PngErrors {
   public:

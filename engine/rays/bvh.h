@@ -28,7 +28,7 @@ struct BvhNode {
 
 struct Bvh {
     std::vector<BvhNode> nodes;             // depth first, root first; empty without primitives
-    std::vector<std::uint32_t> primitives;  // in leaf order, ascending within a leaf; each at least once
+    std::vector<std::uint32_t> primitives;  // boxes in leaf order, ascending within a leaf; each occurs at least once
     std::uint32_t stack_entries = 0;        // maximum number of children that a traversal in any order defers at a time
 };
 

@@ -49,14 +49,14 @@ std::vector<std::uint32_t> triangles_of(const Part& part);
 struct PartTree {
     std::vector<TrianglePair> pairs;  // indices into triangles_of()
     std::vector<Ring> rings;          // one per pair
-    Bvh bvh;                          // over the rings
+    Bvh bvh;                          // hierarchy over the rings
     double cost = 0;                  // expected_cost() of moving parts in the pose for which the shape was built
 };
 
 /// Numbers of hierarchies by update.
 struct HierarchyCounts {
-    std::size_t kept = 0;      // unchanged
-    std::size_t refitted = 0;  // same shape, new boxes
+    std::size_t kept = 0;      // hierarchies left unchanged
+    std::size_t refitted = 0;  // hierarchies with the same shape and new boxes
     std::size_t built = 0;
     bool operator==(const HierarchyCounts&) const = default;
 };

@@ -53,7 +53,7 @@ struct CullMemory {
 };
 
 struct CullState {
-    std::vector<CullMemory> nodes;  // by index into CullTree::nodes; of another size: ignored
+    std::vector<CullMemory> nodes;  // parallel to CullTree::nodes; ignored if the sizes differ
     std::uint32_t run = 0;
     vec3 eye{0};  // mean origin of the rays, which determines front-to-back order
 };

@@ -39,7 +39,7 @@ class Tracer {
     /// Returns whether tiles are an option for such a batch.
     bool may_cull_by_tiles(const RayBatch& rays) const;
     /// Forgets the state of method selection and of the server, after a camera cut, scene edit or resize. The tile
-    /// lists are carried buffers of the graph's History, which is invalidated there.
+    /// lists are carried buffers of the graph's History and must be invalidated with it.
     void invalidate();
     /// Sets all sums to zero; keeps the state.
     void reset_statistics();
@@ -60,7 +60,7 @@ class Tracer {
     BatchServer* server_ = nullptr;
     TileSettings tiles_;
     bool counts_ = false;
-    bool short_ = false;  // there will be no run on trial
+    bool short_ = false;  // the runs are too few for a trial
     std::map<BatchKey, std::unique_ptr<Batch>> batches_;
 };
 

@@ -70,7 +70,7 @@ class Path {
     PathResult result_;
     dvec3 throughput_{1};
     int bounce_ = 0;                        // number of reflections, including the next one
-    Component first_ = Component::diffuse;  // how the path left its first surface
+    Component first_ = Component::diffuse;  // lobe by which the path left its first surface
 };
 
 bool Path::visible(const Surface& surface, const LightSample& light) {

@@ -41,8 +41,8 @@ struct MaterialProperty {
     const char* shader = "";              // the member of GLSL's struct Material; "": it has none
     bool MaterialNeeds::*need = nullptr;  // shaders read the property only where this holds; null: always
     bool scales_lobe = false;             // packed as 0 for unlit materials
-    AnimatedProperty animated = AnimatedProperty::surface;  // what a pointer to it drives
-    vec4 (*packed)(const Material&) = nullptr;              // what the rows hold; null: the member
+    AnimatedProperty animated = AnimatedProperty::surface;  // target of animations of the property
+    vec4 (*packed)(const Material&) = nullptr;              // returns the packed value; null: the member itself
     const char* meaning = "";                               // description in docs/materials.md
 };
 

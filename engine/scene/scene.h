@@ -93,7 +93,7 @@ struct SceneReport {
 struct Scene {
     std::string name;  // file name, for messages
     std::vector<TextureImage> images;
-    std::vector<Material> materials;  // a default one is appended where a triangle has none
+    std::vector<Material> materials;  // include a default material if a triangle has none
     std::vector<Mesh> meshes;
     std::vector<Instance> instances;
     std::vector<PunctualLight> lights;

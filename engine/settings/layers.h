@@ -30,7 +30,7 @@ enum class LayerMerge {
     variance,  // variance of the weighted mean
     sum,
     coverage,  // mean coverage of each id
-    none,      // has no mean: the layer shows the pixel's centre at the time of the frame
+    none,      // no mean: the layer shows the pixel's centre at the time of the frame
 };
 
 /// Where the values of a layer come from.
@@ -51,11 +51,11 @@ enum class LayerSource {
 struct AovInfo {
     std::string_view name;
     std::string_view prefix;    // start of channel names; empty: none
-    std::string_view channels;  // after the prefix, separated by commas; of mattes: made from the ranks
+    std::string_view channels;  // names after the prefix, separated by commas; mattes: made from the ranks
     LayerStorage storage;
     LayerMerge merge;
     LayerSource source;
-    std::string_view description;  // one line with units
+    std::string_view description;  // description in one line, with units
     std::size_t first = 0;         // sums: number of its first channel
     /// Copy the channels of a pixel; null for other sources. Of a record that shows no surface, triangle is kMiss.
     void (*read)(const shared::AovRecord&, const TraceTables&, float* to) = nullptr;

@@ -33,7 +33,7 @@ struct PictureSettings {
     bool half_color = false;        // colour layers as half floats; data stays float32
     bool want_view = false;         // also makes the picture through `view`
     ViewTransform view;
-    PrimaryVisibility primary = PrimaryVisibility::automatic;  // how hits of camera rays are found
+    PrimaryVisibility primary = PrimaryVisibility::automatic;  // method for camera rays
     // Ignored when renderers share a PreparedScene; its own estimator applies.
     Estimator estimator{};
     // Preview modes: biases, which RenderStats names. Not allowed together with an error target. Layers are without,
@@ -46,7 +46,7 @@ struct PictureSettings {
 
 /// Settings that decide time and memory and never change the picture.
 struct ScheduleSettings {
-    rays::Culling culling = rays::Culling::automatic;  // how hits are found
+    rays::Culling culling = rays::Culling::automatic;  // culling method of rays
     // Parts that are built although the scene has no use for them: passes, buffers, tables, shader code. Ignored when
     // renderers share a PreparedScene; its own setting applies.
     Kept kept{};

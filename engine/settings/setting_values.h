@@ -108,7 +108,7 @@ struct Value<rays::Culling> : Choice<rays::Culling, kCullings> {};
 template <>
 struct Value<PrimaryVisibility> : Choice<PrimaryVisibility, kPrimaries> {};
 
-/// A filter by the name of its shape, which also sets the usual radius.
+/// Value of the setting "filter": the name of a shape. Parsing also sets the usual radius of the shape.
 template <>
 struct Value<PixelFilter> {
     static constexpr Setting::Type type = Setting::Type::text;

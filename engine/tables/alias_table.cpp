@@ -27,7 +27,7 @@ AliasTable build_alias_table(std::span<const double> weights) {
         static_cast<std::uint32_t>(std::max_element(weights.begin(), weights.end()) - weights.begin());
 
     std::vector<double> scaled(count);
-    std::vector<std::uint32_t> poor, rich;  // below and above the average
+    std::vector<std::uint32_t> poor, rich;  // indices of weights below and above the average
     for (std::uint32_t i = 0; i < count; ++i) {
         scaled[i] = weights[i] / sum * static_cast<double>(count);
         (scaled[i] < 1 ? poor : rich).push_back(i);

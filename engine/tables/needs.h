@@ -25,7 +25,7 @@ struct SceneNeeds : MaterialNeeds {
     bool punctual_lights = false;
     bool spot_lights = false;
     bool directional_lights = false;
-    bool light_choice = false;     // there are two lights or more
+    bool light_choice = false;     // the scene has two lights or more
     bool light_tree = false;       // a light tree chooses among them
     bool sun = false;              // a directional light is sampled apart from the others
     bool environment = false;      // not black

@@ -195,12 +195,12 @@ class Picture(_Mapping):
 
     @property
     def stats(self):
-        """Statistics as a dict, as --stats of the program writes them: samples, seconds, error, device, ..."""
+        """Statistics as a dict, equal to the JSON of --stats: samples, seconds, error, device, ..."""
         return _json.loads(self._native.statistics)
 
     @property
     def interrupted(self):
-        """Whether a progress callback has stopped the picture before its last sample."""
+        """True if a progress callback has stopped the picture before its last sample."""
         return self._native.interrupted
 
     def channels(self, layer):

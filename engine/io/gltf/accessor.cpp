@@ -130,7 +130,7 @@ void GltfAccessors::for_each_element(int accessor, std::size_t first, std::size_
 }
 
 std::size_t GltfAccessors::check_range(int accessor, std::size_t first, std::size_t count) const {
-    check_data(accessor);  // so that nothing is allocated for it otherwise
+    check_data(accessor);  // refuses bad data before anything is allocated
     assert(first + count <= this->count(accessor));
     static_cast<void>(first);
     return count;

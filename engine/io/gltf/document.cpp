@@ -306,7 +306,7 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     check_gltf(root, document.file);
     check_version(root, document.file);
     check_extensions(root, document);
-    if (root.contains("animations")) {  // read when something is to move; tinygltf would refuse a damaged one at once
+    if (root.contains("animations")) {  // read on demand; tinygltf would refuse a damaged animation at once
         document.animations = std::move(root["animations"]);
         root.erase("animations");
     }
