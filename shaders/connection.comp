@@ -14,7 +14,7 @@ layout(std430) readonly buffer Hits { Hit hits[]; };
 layout(std430) readonly buffer States { PathState states[]; };
 layout(std430) writeonly buffer Connections { Ray connections[]; };
 
-const uint kGrouping = 0xb36du;  // any sample's grouping would do
+const uint kGrouping = 0xb36du;  // an arbitrary grouping, equal for all samples
 
 uniform uint first_block;
 uniform uint block_stride;

@@ -15,7 +15,7 @@
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/chord.glsl"
 #include "shaders/lib/node_boxes.glsl"
-#include "shaders/lib/tile_list.glsl"  // what earlier runs have left, in the same buffer as `lists`
+#include "shaders/lib/tile_list.glsl"  // lists of earlier runs, in the same buffer as `lists`
 #include "shaders/lib/tile_rays.glsl"
 
 layout(local_size_x = 64) in;

@@ -5,7 +5,7 @@
 // HALFLIGHT_WIDE: where they can meet more candidates than that, and then the tile's list is the whole scene.
 #include "shaders/lib/raster_boxes.glsl"
 
-uniform sampler2D tile_depth;  // how far the tile's rays still reach
+uniform sampler2D tile_depth;  // maximum reach of the tile's rays
 
 flat in uint block_candidates;
 #ifdef HALFLIGHT_WIDE

@@ -1,17 +1,17 @@
-// What rays of this tile can meet of some leaves, before they end: a list of nodes with some of their children each. A child
-// is cut further where it is large for the shaft's width there, as long as the list has room for what that may add.
+// Lists nodes below some leaves, each with some of its children, that rays of this tile can meet before they end. A
+// child that is large for the shaft's width there is cut further, as long as the list has room for the new entries.
 #include "shaders/trace_scene.glsl"
 #include "shaders/shared/word.h"
 #include "shaders/lib/bvh.glsl"
 #include "shaders/lib/node_boxes.glsl"
 #include "shaders/lib/raster_boxes.glsl"
 
-layout(early_fragment_tests) in;  // lists of what is dropped are not read
+layout(early_fragment_tests) in;  // lists of dropped fragments are never read
 
-uniform sampler2D tile_depth;  // how far the tile's rays still reach
+uniform sampler2D tile_depth;  // maximum reach of the tile's rays
 layout(std430) writeonly buffer Lists { uint lists[]; };
 
-const float kLarge = 4.0;  // times the shaft's width; from 2 to 16 make little difference
+const float kLarge = 4.0;  // size above which a child is cut, in shaft widths; values from 2 to 16 differ little
 
 flat in uint block_candidates;
 layout(location = 0) out uint list_size;

@@ -88,7 +88,7 @@ ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
     y.reserved0 = 0.0;
     y.reserved1 = 0.0;
     y.reserved2 = 0.0;
-    // The diffuse lobe of a bent normal is of that wo alone. Edge-on, or at no distance, the point has no density of area.
+    // A bent normal makes the diffuse lobe depend on wo. Edge-on or at distance 0, the point has no density per area.
     bool sharable = !m.bent && b.diffuse != vec3(0.0) && dot(y.geometric_normal, ray.direction) < 0.0 && t > 1e-18;
     y.share = sharable ? diffuse_share(y, -ray.direction) : 0.0;
     return y;

@@ -21,7 +21,7 @@ layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
 #endif
 #endif
 layout(std430) writeonly buffer Connections { Ray connections[]; };
-layout(std430) writeonly buffer Densities { float densities[]; };  // per area, times y.distance^2; if visible
+layout(std430) writeonly buffer Densities { float densities[]; };  // density per area times y.distance^2, if visible
 
 layout(std140) uniform FrameBlock { Frame frame; };
 

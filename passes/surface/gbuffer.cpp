@@ -29,7 +29,7 @@ class BandScissor {
 /// viewport are clipped at its edges, with an error of 2^-24 of their reach. The error is pixels wide for a wall that
 /// stands 10^-6 of its length before the camera.
 float widen_viewport(const gpu::Framebuffer& target) {
-    constexpr int kLargest = 16384;  // every driver allows as much as for textures
+    constexpr int kLargest = 16384;  // viewport size that every driver allows, like that of textures
     if (2 * std::max(target.width(), target.height()) > kLargest) return 1;
     const auto width = static_cast<float>(target.width()), height = static_cast<float>(target.height());
     glViewportIndexedf(0, -0.5f * width, -0.5f * height, 2 * width, 2 * height);

@@ -10,7 +10,7 @@ uniform samplerBuffer rays;  // RGBA32F, two texels each
 layout(std140) uniform FrameBlock { Frame frame; };
 uniform uint alpha_salt;
 uniform uint rays_of_path;  // consecutive ones
-uniform uint paths;         // after so many groups of them the first path has its next one; > 0
+uniform uint paths;         // number of groups after which paths repeat, > 0
 #endif
 
 Ray load_ray(uint ray) {

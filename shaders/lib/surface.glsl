@@ -44,7 +44,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     // pbrt-v4 6.8.4 has seven roundings; adding the offset to the position has two more (offset_ray_origin()).
     vec3 error = rounding_bound(9.0) * (abs(weights.x * a) + abs(weights.y * b) + abs(weights.z * c));
     // The tracer translates the corners to the ray's origin and shears them; each coordinate gets a few roundings of
-    // their distance. Moved along the plane by as much, a slanted ray that leaves the plane would meet it again.
+    // their distance. A shift by as much along the plane would let a slanted ray that leaves the plane meet it again.
     vec3 spread = rounding_bound(8.0) *
                   (weights.x * abs(a - s.position) + weights.y * abs(b - s.position) + weights.z * abs(c - s.position));
     vec3 face = face_of_corners(a, b, c);

@@ -13,8 +13,8 @@ uniform uint capacity;  // rays
 struct TileRay {
     Ray ray;
     uint path;
-    bool listed;  // there is such a slot
-    bool live;    // and its ray is to be traced
+    bool listed;  // the slot exists
+    bool live;    // the slot exists and its ray must be traced
 };
 
 TileRay tile_ray(uint slot) {

@@ -29,7 +29,7 @@ struct Frame {
     int window_y;         // row of the image that is rasterized into row 0 of the visibility texture
     uint begins;          // 1: sums begin with this sample; else 0
     uint
-        shared_count;  // > 0: all pixels share one sequence, with so many samples of each in a row; 0: each has its own
+        shared_count;  // 0: one sequence per pixel; > 0: all pixels share one, with as many samples of each in a row
     int unused;
 };
 HALFLIGHT_SHARED_SIZE(Frame, 256)

@@ -33,7 +33,7 @@ struct ReusePoint {
     vec3 position;          // relative to TraceTables::origin
     float offset;           // Surface::offset
     vec3 geometric_normal;  // on the side of the incoming path
-    float distance;         // from the first vertex, > 0
+    float distance;         // distance from the first vertex, > 0
     vec3 direction;         // direction of the ray that found it: unit length, bit for bit as sampled
     float share;            // diffuse_share() towards the ray's origin, > 0
     vec3 normal;            // shading normal, on the side of the geometric one
