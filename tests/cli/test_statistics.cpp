@@ -96,7 +96,7 @@ TEST_F(Statistics, DescribeTheTracing) {
         }
     }
     EXPECT_GT(rays.at("shadow"), 0u);
-    scene = std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/cornell.glb";  // has occluders in the light
+    scene = std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/cornell.glb";  // a scene with occluders in the light
     const nlohmann::json compute = run("compute");
     int shadow_batches = 0;
     for (const auto& batch : compute.at("ray_batches")) {

@@ -90,7 +90,7 @@ class DirectLightTest : public PassTest {
         std::vector<SurfaceRecord> surfaces;
         std::vector<shared::DirectLight> light;
         std::vector<shared::uint> occluded;
-        std::vector<shared::Ray> rays;  // from the surfaces
+        std::vector<shared::Ray> rays;  // rays from the surfaces
         std::vector<shared::Hit> met;
         std::vector<shared::PathState> states;
     };

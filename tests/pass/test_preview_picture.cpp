@@ -91,7 +91,7 @@ TEST_F(PreviewPictureTest, FiltersPicturesOfTheRadianceCache) {
         return renderer(prepared, settings, preview).render();
     };
     const Preview filter{.filter = true}, cache{.cache = true}, both{.cache = true, .filter = true};
-    for (const int samples : {1, 6}) {  // cached samples only, and both kinds
+    for (const int samples : {1, 6}) {  // 1: cached samples only; 6: both kinds of samples
         const RenderResult filtered = render(both, samples);
         EXPECT_EQ(filtered.stats.biases.size(), 2u);
         EXPECT_FALSE(same_bits(filtered.beauty, render(filter, samples).beauty));

@@ -244,7 +244,7 @@ TEST_F(RenderThreadTest, PosesFollowFromTheirReference) {
     r.scene = posed;
     r.frame = 3;
     {
-        RecordingThread thread;  // has not rendered the reference
+        RecordingThread thread;  // a thread that has not rendered the reference
         thread->limit(2);
         ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
         expect_same(thread.pictures.back()->result, expected_pose(r));

@@ -215,7 +215,7 @@ void main() {
         }
     }
     if (bundle.from_lower.x > bundle.from_upper.x) return;
-    if (one_of(2u)) {  // one that holds more than these rays
+    if (one_of(2u)) {  // a shaft that holds more than these rays
         vec3 more_from = (bundle.from_upper - bundle.from_lower) * power_of_ten(-3.0, 0.0);
         vec3 more_to = (bundle.to_upper - bundle.to_lower) * power_of_ten(-3.0, 0.0);
         bundle.from_lower -= more_from * unit();
@@ -287,7 +287,7 @@ void main() {
 struct Counts {
     std::uint32_t triples = 0;   // number of tested combinations of a ray, a box, and the shaft of the ray's bundle
     std::uint32_t met = 0;       // the ray meets the box
-    std::uint32_t lost = 0;      // and the shaft misses it or meets it later
+    std::uint32_t lost = 0;      // such boxes that the shaft misses or meets later
     std::uint32_t far = 0;       // random boxes that no ray of a coherent bundle meets
     std::uint32_t rejected = 0;  // far boxes that the shaft rejects
 };

@@ -224,7 +224,7 @@ void expect_no_leak(const Scene& scene, std::size_t count, std::uint32_t seed) {
 
 TEST_F(TracerRules, ClosedMeshesDoNotLeak) {
     expect_no_leak(sphere(64, vec3(0), 1), 200000, 1);
-    expect_no_leak(sphere(150, vec3(0), 1), 200000, 2);  // has needles at the poles
+    expect_no_leak(sphere(150, vec3(0), 1), 200000, 2);  // the sphere has needles at its poles
     Scene flat = sphere(48, vec3(0), 1);
     flat.instances[0].object_to_world = glm::scale(dmat4(1), dvec3(1, 1e-3, 30));
     expect_no_leak(flat, 100000, 3);

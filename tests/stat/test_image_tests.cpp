@@ -70,7 +70,7 @@ TEST(ImageTests, RefusesSmallBias) {
 TEST(ImageTests, RefusesOneWrongPixelAndNaN) {
     const Noisy a = make(1), b = make(2);
     Noisy wrong = a;
-    wrong.mean.at(0, 0)[1] = 0.1f;  // has no noise
+    wrong.mean.at(0, 0)[1] = 0.1f;  // a pixel without noise
     EXPECT_EQ(compare_means(wrong, b).different, 1u);
     wrong = a;
     wrong.mean.at(20, 20)[0] += 100 * std::sqrt(a.variance.at(20, 20)[0] / kSamples);

@@ -132,7 +132,7 @@ TEST(Reference, ComponentsSumToBeauty) {
     EXPECT_GT(direct_glossy, 0);
     EXPECT_GT(indirect_glossy, 0);
 
-    // One bounce has the direct components only, and the metal in no diffuse component.
+    // With one bounce, the picture has direct components only, and the metal has no diffuse component.
     const ReferenceResult one = render_oracle(scene, scene.cameras[0], 32, 16, 1);
     for (const float value : one.components.indirect_diffuse.pixels) EXPECT_EQ(value, 0);
     for (std::size_t i = 0; i < r.aovs.instance.size(); ++i) {

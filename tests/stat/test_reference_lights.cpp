@@ -80,7 +80,7 @@ TEST(ReferenceLights, PointSpotAndDirectionalAreExact) {
     const double fade = (cosine - std::cos(0.9f)) / (std::cos(0.3f) - std::cos(0.9f));
     expect_radiance(render_oracle(scene, at_origin(), 4, 4, 1), kAlbedo / kPi * 20 * cosine / distance2 * fade * fade,
                     1);
-    scene.lights[0].outer_cone = 0.5f;  // and outside this cone
+    scene.lights[0].outer_cone = 0.5f;  // the point is outside this cone
     EXPECT_EQ(mean_radiance(render_oracle(scene, at_origin(), 4, 4, 1)).value, 0);
 
     scene.lights[0].type = LightType::directional;

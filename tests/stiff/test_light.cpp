@@ -122,7 +122,7 @@ TEST_F(Light, OnePixelSun) {
     std::fill(map.pixels.begin(), map.pixels.end(), 1.0f);
     std::fill_n(map.at(40, 6), 3, 1e6f);
     double irradiance = 0;
-    constexpr int kSteps = 16;  // per texel
+    constexpr int kSteps = 16;  // steps per texel
     const int columns = map.width * kSteps, rows = map.height / 2 * kSteps;
     for (int j = 0; j < rows; ++j) {
         const double theta = kPi / 2 * (j + 0.5) / rows;

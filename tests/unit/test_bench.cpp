@@ -95,7 +95,7 @@ TEST_F(BenchRays, EveryKindInEveryScene) {
 }
 
 TEST_F(BenchRays, HardShadowsHaveOneApex) {
-    const std::vector<RaySet> point = rays_of("cornell.glb");  // has no punctual light, so one is added
+    const std::vector<RaySet> point = rays_of("cornell.glb");  // the scene has no punctual light, so one is added
     const RaySet& hard = find(point, "hard");
     const std::vector<Ray> to_point = live_rays(hard);
     ASSERT_FALSE(to_point.empty());

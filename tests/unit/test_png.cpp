@@ -85,7 +85,7 @@ std::string encode(int side, const Kind& kind, std::vector<std::vector<std::uint
     const auto pixels = static_cast<png_uint_32>(side);
     png_set_IHDR(png, info, pixels, pixels, kind.depth, kind.color_type, kind.interlace, PNG_COMPRESSION_TYPE_DEFAULT,
                  PNG_FILTER_TYPE_DEFAULT);
-    png_set_gAMA(png, info, 0.2);  // must be ignored
+    png_set_gAMA(png, info, 0.2);  // the reader must ignore gamma
     if (kind.color_type == PNG_COLOR_TYPE_PALETTE) {
         const png_color palette[] = {{1, 2, 3}, {4, 5, 6}};
         const png_byte alpha[] = {128};

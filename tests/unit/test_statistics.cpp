@@ -60,9 +60,9 @@ TEST(Slope, OfAPowerLawIsItsExponent) {
     // All errors are 2 %. The half width follows from the spread of log x about its mean, in units of log 2: -2, -1, 0,
     // 3.
     EXPECT_NEAR(fit.slope.half_width, 4.302653 * 0.02 / (std::log(2.0) * std::sqrt(14.0)), 1e-5);
-    points.push_back({64, 0, 1});  // has no logarithm
+    points.push_back({64, 0, 1});  // a zero error has no logarithm
     EXPECT_EQ(fit_slope(points).points, 4);
-    points.push_back({1e6, 1, 1e6});  // has almost no weight
+    points.push_back({1e6, 1, 1e6});  // a point of almost no weight
     EXPECT_NEAR(fit_slope(points).slope.value, -1, 1e-3);
     EXPECT_TRUE(std::isinf(fit_slope(std::vector<CurvePoint>{{1, 1, 0.1}}).slope.half_width));
     EXPECT_TRUE(std::isinf(fit_slope(std::vector<CurvePoint>{{1, 1, 0.1}, {1, 2, 0.1}}).slope.half_width));

@@ -342,7 +342,7 @@ TEST(Timings, MeasureFirstPictures) {
     picture.divisor = 4;
     for (std::uint64_t i = 1; i <= 3; ++i) {
         timings.record_request(i, double(i));
-        if (i == 2) continue;  // superseded by the next request
+        if (i == 2) continue;  // the next request supersedes this one
         picture.request = i;
         timings.record_shown(picture, double(i) + 0.25);
         timings.record_shown(picture, double(i) + 0.5);

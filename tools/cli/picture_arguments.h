@@ -52,10 +52,10 @@ struct RenderArguments : ViewArguments, OutputOptions {
 
 /// Arguments of `halflight view`; the picture has the size of the window.
 struct PreviewArguments : ViewArguments {
-    PreviewArguments() { settings.samples = 1024; }  // after which rendering stops
+    PreviewArguments() { settings.samples = 1024; }  // samples after which rendering stops
 
     std::optional<std::filesystem::path> settings_file;  // to load and save; none: the file beside the scene
-    std::vector<Bookmark> bookmarks;                     // from the settings file
+    std::vector<Bookmark> bookmarks;                     // bookmarks of the settings file
     double budget = 100;                                 // ms until the first picture of a view
     std::optional<std::filesystem::path> script;
     std::optional<std::filesystem::path> ocio;

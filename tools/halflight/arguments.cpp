@@ -63,7 +63,7 @@ void add_run_options(Options& options, RenderArguments& a) {
 
 /// Returns the absolute path of a file, which need not exist.
 std::filesystem::path place(const std::filesystem::path& name) {
-    std::error_code error;  // reported when the file is opened
+    std::error_code error;  // ignored: opening the file reports the error
     const auto absolute = std::filesystem::absolute(name, error);
     const auto canonical = std::filesystem::weakly_canonical(absolute, error);
     return error ? absolute : canonical;
@@ -102,7 +102,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
     }
     check_sequence_options(app, a);
     check_preview_options(app, a);
-    check_files(a);  // with the files that settings name
+    check_files(a);  // includes the files that settings name
     const bool error = a.settings.error.has_value();
     if (!error) exclude(app, "--samples", "--time");
     if (a.best_effort && !error) throw UsageError("--best-effort", "needs --error");
@@ -196,7 +196,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     info_app.add_flag("--needs", info.needs,
                       "lists the parts that rendering leaves out for the scene, the reasons and the bytes saved");
     info_app.add_flag("--time", info.time,
-                      "with --needs: measures the time that leaving out each part saves; takes minutes");
+                      "measures, with --needs, the time that leaving out each part saves; takes minutes");
     info_app.add_flag("--list-settings", settings_page,
                       "prints the tables of all render settings and layers in Markdown");
     info_app.add_flag("--json", info.json, "prints JSON");
@@ -234,7 +234,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     check_leftovers(app, "halflight");
     if (render_app.parsed()) {
         check_leftovers(render_app, "halflight render");
-        check_files(render);  // before the settings file is read, which may be one of them
+        check_files(render);  // must precede reading: the settings file may be one of the files
         take_size_options(render_app, render);
         if (render.settings_file) use_settings(render_app, render);
         const RenderSettings& s = render.settings;

@@ -103,13 +103,13 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
                   [&](const auto& name, const auto& text) { a.plan.warm_up = whole(name, text, 0, kMaxSamples); });
     options.value(
         "--external", "NAME=COMMAND",
-        "another renderer as one more method: a program and its arguments, quoted as for a shell but run without one, "
-        "with placeholders {scene} {output} {environment} {camera} {look-from} {look-at} {up} {vfov} {samples} {seed} "
-        "{width} {height} {bounces} {bounces-1} {threads}; it writes the .exr {output}",
+        "another renderer as one more method: a program and its arguments, quoted as for a shell but run without one. "
+        "Placeholders: {scene} {output} {environment} {camera} {look-from} {look-at} {up} {vfov} {samples} {seed} "
+        "{width} {height} {bounces} {bounces-1} {threads}. The program must write the .exr {output}",
         [&](const auto& name, const auto& text) { a.plan.external = external(name, text); });
     options.flag(
         "--require-agreement", a.require_agreement,
-        "fail where the external renderer's picture differs by more than 1 % in the mean, or in a block of 16x16 "
+        "fails if the external renderer's picture differs by more than 1 % in the mean, or in a block of 16x16 "
         "pixels by more than 2 % and its standard error");
     options.value("--samples", "N,...", "budgets in samples per pixel (default 1,2,4,... 64)",
                   [&](const auto& name, const auto& text) {

@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kLength = 4, kRadius = 0.22, kHeight = 0.6;  // metres; kHeight is above the floor
 constexpr int kJoints = 12;
-constexpr int kFrames = 48, kFramesPerSecond = 24;  // one stroke, which repeats
+constexpr int kFrames = 48, kFramesPerSecond = 24;  // frames of one stroke, which repeats
 constexpr double kSway = 0.2;                       // greatest angle between neighbours, radians
 constexpr double kWaves = 1.5;                      // along the body
 

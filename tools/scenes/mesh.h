@@ -27,7 +27,7 @@ struct Influence {
 struct Part {
     int material = 0;  // index in the document that the mesh is added to
     std::vector<Vertex> vertices;
-    std::vector<Influence> influences;   // by vertex; empty without a skeleton
+    std::vector<Influence> influences;   // one per vertex; empty without a skeleton
     std::vector<std::uint32_t> indices;  // three per triangle
 };
 

@@ -62,7 +62,7 @@ void surface(MeshBuilder& mesh, int columns, int rows, const std::function<dvec3
 
 void lathe(MeshBuilder& mesh, std::span<const dvec2> profile, int segments, double repeat, double texel) {
     const std::size_t pieces = profile.size() - 1;
-    std::vector<dvec2> normals(pieces);  // by piece: (radial, up)
+    std::vector<dvec2> normals(pieces);  // (radial, up) of each piece
     for (std::size_t k = 0; k < pieces; ++k) {
         const dvec2 along = profile[k + 1] - profile[k];
         normals[k] = glm::normalize(dvec2(along.y, -along.x));

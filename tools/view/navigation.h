@@ -16,7 +16,7 @@ struct Input {
     double wheel = 0;                                                 // notches, away from the user
     std::optional<dvec2> double_click{};                              // position, pixels of the framebuffer
     dvec3 movement{0};                                                // -1, 0 or 1 by the keys held: right, up, ahead
-    double seconds = 0;                                               // since the last frame
+    double seconds = 0;                                               // time since the last frame
 };
 
 class Navigation {

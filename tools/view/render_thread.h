@@ -1,7 +1,7 @@
-// Renders the last request on a thread and a context of its own: first a coarse picture within a time budget, then the
-// whole picture, which is refined until another request comes. Without preview modes, the whole picture equals the
-// unbiased mean that `halflight render` makes of as many samples, bit for bit. If HALFLIGHT_SHADERS names a folder,
-// changed shaders in it are reloaded.
+// Renders the last request on a thread and a context of its own. A coarse picture comes first, within a time budget.
+// The whole picture follows and is refined until another request comes. Without preview modes, it equals the unbiased
+// mean that `halflight render` makes of as many samples, bit for bit. If HALFLIGHT_SHADERS names a folder, changed
+// shaders in it are reloaded.
 #pragma once
 
 #include <condition_variable>

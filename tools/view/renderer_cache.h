@@ -48,7 +48,7 @@ class RendererCache {
     bool reloaded_ = false;  // shaders have been reloaded since the last prepare()
     std::unique_ptr<PreparedScene> scene_;
     bool raster_ = false;                // the scene is prepared for raster culling
-    std::map<int, Renderer> renderers_;  // by divisor
+    std::map<int, Renderer> renderers_;  // keyed by divisor
     PictureHistory history_;             // pictures since the last prepare() that changed more than the camera
     // For the layer "motion", which is relative to the previous request.
     std::optional<Camera> previous_camera_;

@@ -30,7 +30,7 @@ class Resolution {
   private:
     double expected_seconds(std::size_t pixels) const;
     double budget_;
-    std::map<std::size_t, double> seconds_;  // by number of pixels, smoothed
+    std::map<std::size_t, double> seconds_;  // smoothed times, keyed by number of pixels
 };
 
 }  // namespace halflight::view

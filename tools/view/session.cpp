@@ -110,7 +110,7 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
     take_reference(opened, rest, console);
     take_frame(opened, a.settings.frame);
     if (timeline.animations.empty()) timeline.file.reset();
-    ChosenCamera chosen = choose_camera(*opened.reference, a);  // the same rules as in LoadedScene
+    ChosenCamera chosen = choose_camera(*opened.reference, a);  // equals the choice of LoadedScene
     if (chosen.index) chosen.camera = timeline.cameras[*chosen.index];
     const WorldBounds box = world_bounds(*opened.scene);
     opened.diagonal = box.empty() || box.lower == box.upper ? 1 : glm::length(box.upper - box.lower);

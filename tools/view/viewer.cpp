@@ -196,7 +196,7 @@ void Viewer::request_picture() {
     Request request = session_.request(window_.framebuffer_size());
     if (!scripted()) thread_.limit(session_.samples);
     if (request == requested_) return;
-    if (scripted()) thread_.limit(1);  // until the script says how many samples it waits for
+    if (scripted()) thread_.limit(1);  // the script raises it to the samples that it waits for
     request_ = thread_.show(request);
     requested_ = std::move(request);
     timings_.record_request(request_, now());

@@ -122,7 +122,7 @@ void add_options(CLI::App& app, BenchArguments& a) {
                 }
             },
             ""));
-    CLI::Option* frames = app.add_flag("--frames", a.frames, "measure whole frames instead of single ray batches");
+    CLI::Option* frames = app.add_flag("--frames", a.frames, "measures whole frames instead of single ray batches");
     app.add_option("--kinds", a.kinds, "kinds of rays (default all)")
         ->delimiter(',')
         ->check(one_of(ray_kinds()))
@@ -181,10 +181,10 @@ void add_options(CLI::App& app, BenchArguments& a) {
     app.add_option("--nodes", a.nodes, "format of the hierarchy's nodes (default " + a.nodes + ")")
         ->type_name("")
         ->check(one_of({"auto", "grid", "float"}));
-    app.add_flag("--keep-instances", a.keep_instances, "do not flatten small scenes");
-    app.add_flag("--robust", a.robust, "use Embree's watertight mode instead of its fast one");
+    app.add_flag("--keep-instances", a.keep_instances, "does not flatten small scenes");
+    app.add_flag("--robust", a.robust, "uses Embree's watertight mode instead of its fast one");
     app.add_option("--device", a.device, "device to render on, as for halflight render")->type_name("NAME|N");
-    app.add_option("--json", a.json, "write all times and figures to this file")->type_name("FILE.json");
+    app.add_option("--json", a.json, "writes all times and figures to this file")->type_name("FILE.json");
 }
 
 void run_bench(const BenchArguments& arguments, const std::function<void()>& between) {

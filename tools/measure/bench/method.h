@@ -25,7 +25,7 @@ struct Prepared {
     std::function<void()> run;          // does the whole work; may leave work to the GPU
     std::function<Answers()> answers;   // returns the last run's answers by path; undefined for paths without a ray
     std::string note = {};              // the method's choices; may be empty
-    std::function<void()> before = {};  // is called before every run and not measured; optional
+    std::function<void()> before = {};  // called before every run, outside the measured time; optional
     std::function<std::vector<Figure>()> figures = {};  // returns figures from runs of its own; optional
 };
 

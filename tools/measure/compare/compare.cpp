@@ -24,7 +24,7 @@ bool same_value(float a, float b, LayerKind kind) {
 /// Two layers with zeros in place of pixels that are not finite in either.
 struct Pair {
     Image image, reference;
-    std::vector<bool> finite;  // by pixel
+    std::vector<bool> finite;  // one value per pixel
 };
 
 Pair count_differences(const Image& image, const Image& reference, LayerResult& result) {

@@ -43,7 +43,7 @@ bool is_cryptomatte(const ExrFile& file, std::string_view prefix) {
 }
 
 std::vector<Layer> layers_of(const ExrFile& file) {
-    std::map<std::string, Strings> groups;  // by the name up to and including the last dot
+    std::map<std::string, Strings> groups;  // keyed by the name up to and including the last dot
     for (const ExrChannel& channel : file.channels) {
         const std::size_t point = channel.name.rfind('.') + 1;
         groups[channel.name.substr(0, point)].push_back(channel.name.substr(point));

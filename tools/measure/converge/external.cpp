@@ -143,7 +143,7 @@ class ExternalPainter final : public Painter {
     View view_;
     TemporaryFolder folder_;
     std::filesystem::path output_ = folder_ / "picture.exr";
-    std::map<std::string, std::string> values_;  // by placeholder
+    std::map<std::string, std::string> values_;  // keyed by placeholder
 };
 
 }  // namespace

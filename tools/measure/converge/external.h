@@ -17,8 +17,8 @@ struct ExternalScene {
 /// Throws Error where the command has an open quote or lacks {output}, {samples} or {seed}.
 void check_external(const External& external);
 
-/// Returns a painter that runs the command for each picture and reads the file that it writes: channels R, G, B, mean
-/// scene-linear radiance (Rec.709) of the view's pixels. The picture has no components, and budgets must be of samples.
+/// Returns a painter that runs the command for each picture and reads the file that it writes. Its channels R, G, B are
+/// the mean scene-linear radiance (Rec.709) of pixels. The picture has no components; budgets must be of samples.
 ///
 /// No shell is involved. split_command() splits the command, and only then placeholders are replaced inside arguments:
 ///   {scene} {output}            absolute path of the scene, path of the .exr to write

@@ -64,8 +64,8 @@ std::string_view name(Finding::Kind kind);
 
 struct MethodResult {
     std::string name;
-    Seconds preparation;           // before the first picture
-    std::vector<Point> points;     // by budget
+    Seconds preparation;           // time before the first picture
+    std::vector<Point> points;     // one point per budget
     Slope slope;                   // log mse against log time
     Slope slope_by_samples;        // log mse against log samples
     Slope slope_trimmed;           // log trimmed_mse against log time

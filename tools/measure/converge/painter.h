@@ -31,7 +31,7 @@ using Pulse = std::function<void()>;
 
 struct Painted {
     Picture picture;
-    Seconds time;  // from the first sample to the picture in memory, without preparation and shader compilation
+    Seconds time;  // time from the first sample to the picture in memory, without preparation and compilation
 };
 
 class Painter {
