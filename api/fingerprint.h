@@ -28,10 +28,10 @@ std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame);
 inline constexpr const char* kFingerprintName = "halflightFingerprint";
 
 enum class FrameFile {
-    missing,     // does not exist or is no file
-    whole,       // can be read completely and has the expected fingerprint
+    missing,     // no such file
+    whole,       // complete file with the expected fingerprint
     incomplete,  // an .exr or .png that cannot be read to its end
-    other,       // has another fingerprint or none
+    other,       // file without the expected fingerprint
 };
 
 /// Examines an .exr or .png, which is recognised by its contents.

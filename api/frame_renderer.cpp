@@ -96,7 +96,7 @@ struct FrameRenderer::State {
         try {
             return f();
         } catch (...) {
-            drop();  // may be in the middle of anything
+            drop();  // the state after an exception is undefined
             throw;
         }
     }
@@ -107,7 +107,7 @@ struct FrameRenderer::State {
         s.previous_surfaces = nullptr;            // holds for one picture
         s.history = nullptr;
         s.radiance_cache = cache;
-        s.want_view = s.want_view && shutter.open == 0;  // otherwise of the mean
+        s.want_view = s.want_view && shutter.open == 0;  // with motion blur, the view is made from the mean
         return s;
     }
     /// Prepares the scene at 0 s, the reference pose on which hierarchies of all poses depend.
@@ -248,11 +248,11 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     State& s = *state_;
     s.begin();
     s.load_seconds = 0;
-    if (s.deformer) s.deformer->take_statistics();  // left by a frame that has failed
+    if (s.deformer) s.deformer->take_statistics();  // discards the counts of a frame that has failed
     s.set_frame(frame);
     // Surfaces are known where they were one frame ago, and nowhere else.
     if (s.scene.surfaces_move() && s.last_frame != frame - 1) s.history.forget();
-    s.last_frame.reset();  // until this one is made
+    s.last_frame.reset();  // set again when this frame is complete
     s.settings.history = &s.history;
     RenderResult result = s.shutter.open > 0 ? s.blurred(frame, progress) : s.still(frame, s.settings, progress);
     s.last_frame = frame;

@@ -64,7 +64,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options);
 struct LeftOut {
     std::string what;
     std::string fact;       // reason why it contributes nothing
-    std::size_t bytes = 0;  // its buffers, before passes share memory; 0: it is code alone
+    std::size_t bytes = 0;  // size of its buffers before passes share memory; 0: code only
     bool operator==(const LeftOut&) const = default;
 };
 struct FrameSize {

@@ -118,7 +118,7 @@ class LoadedScene {
 
     /// Returns the chosen camera at a time.
     ChosenCamera camera(double seconds);
-    const ChosenCamera& chosen_camera() const { return camera_; }  ///< at 0 s
+    const ChosenCamera& chosen_camera() const { return camera_; }  ///< camera at 0 s
     const FrameRate& frame_rate() const { return frame_rate_; }
     const std::vector<std::size_t>& playing() const { return playing_; }        ///< indices of the animations that play
     const std::vector<std::filesystem::path>& files() const { return files_; }  ///< files of the scene, glTF first
@@ -129,7 +129,7 @@ class LoadedScene {
 
     SceneChoice choice_;
     CameraChoice camera_choice_;
-    std::optional<SceneFile> file_;  // while something moves
+    std::optional<SceneFile> file_;  // none if nothing moves
     FrameRate frame_rate_;
     std::vector<std::size_t> playing_;
     std::vector<std::filesystem::path> files_;

@@ -119,8 +119,8 @@ std::string Spool::text(std::size_t limit) const {
 
 std::vector<std::string> split_command(std::string_view line) {
     std::vector<std::string> arguments;
-    char quote = 0;       // that is open, or 0
-    bool outside = true;  // between two arguments
+    char quote = 0;       // quotation mark that is open, or 0
+    bool outside = true;  // the position is between two arguments
     for (std::size_t i = 0; i < line.size(); ++i) {
         const char c = line[i];
         if (quote != '\'' && line.substr(i, 2) == "\\\n") {  // continues the line

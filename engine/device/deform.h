@@ -39,7 +39,7 @@ class GpuDeformer final : public Deformer {
 
     /// Returns the statistics since the last call.
     DeformStatistics take_statistics() { return std::exchange(statistics_, {}); }
-    std::size_t bytes() const;  ///< in device memory
+    std::size_t bytes() const;  ///< size in device memory
 
   private:
     struct Resident;

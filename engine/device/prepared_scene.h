@@ -59,7 +59,7 @@ class PreparedScene {
     /// the seconds that it took.
     void settle(const Estimator& piloted, double seconds);
     gpu::ProgramCache& programs() { return programs_; }
-    std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< in device memory
+    std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< size in device memory
     double seconds() const { return seconds_; }  ///< Time of construction or the last update, pilots included.
     const rays::HierarchyCounts& hierarchies() const {
         return hierarchies_;

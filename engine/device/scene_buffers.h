@@ -34,7 +34,7 @@ class SceneBuffers {
     const gpu::Defines& defines() const { return defines_; }
     std::size_t surface_record_bytes() const;  ///< Bytes of one surface record (shaders/shared/surface.h).
     std::size_t widest_record_bytes() const;   ///< Bytes of the widest record that a frame keeps per path.
-    std::size_t bytes() const;                 ///< in device memory
+    std::size_t bytes() const;                 ///< size in device memory
 
     /// Returns the block instances as shaders/shared/instances.h lays them out, for rays::TraceScene too.
     const gpu::Buffer& instance_rows() const { return instance_rows_; }

@@ -26,7 +26,7 @@ struct ContextOptions {
 struct DeviceAttempt {
     std::string name;    ///< "EGL device 0, /dev/dri/card0, NVIDIA H200"
     bool taken = false;  ///< true for at most one attempt
-    std::string reason;  ///< why it was taken or not
+    std::string reason;  ///< reason why it was taken or not
 };
 
 struct Limits {
@@ -37,7 +37,7 @@ struct Limits {
     int texture_3d_size = 0;    ///< texels along an edge of a 3D texture
     int texture_units = 0;      ///< per shader stage
     int storage_blocks = 0;     ///< per compute shader
-    int workgroup_count = 0;    ///< along x
+    int workgroup_count = 0;    ///< maximum number of work groups along x
     int color_attachments = 0;  ///< per framebuffer
 };
 

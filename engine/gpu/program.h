@@ -81,7 +81,7 @@ class Program {
     const Slot* slot(std::string_view name, SlotKind kind, const std::string& resource) const;
 
     std::string name_;
-    std::string text_;  // all stages
+    std::string text_;  // source of all stages
     Object<delete_program> object_;
     std::vector<Slot> slots_;
     mutable std::set<std::string, std::less<>> declared_;  // identifiers that were found in the text

@@ -24,7 +24,7 @@ enum class TexelKind : std::uint8_t { color, integer, depth };
 struct FormatInfo {
     GLenum format;    // GL_RGBA, GL_RED_INTEGER, ...
     int channels;     // 1 to 4
-    int texel_bytes;  // in device memory; drivers may pad formats of three channels
+    int texel_bytes;  // bytes per texel in device memory; drivers may pad formats of three channels
     TexelKind kind;   // color: float or normalised
 };
 /// Returns the properties of a format; throws Error for a format that is not in use. Needs no context.

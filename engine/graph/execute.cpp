@@ -99,7 +99,7 @@ const gpu::Program& Resources::bound(const gpu::Program& program) const {
             case Access::image_write:
                 program.bind_image(name, *texture);
                 break;
-            default:  // has no shader name
+            default:  // accesses without a shader name
                 break;
         }
     }

@@ -55,9 +55,9 @@ class History {
   private:
     friend class Executor;
     struct Pair {
-        std::vector<gpu::Buffer> buffers;    // two, none, or one that is carried
-        std::vector<gpu::Texture> textures;  // two, or none
-        std::uint32_t now = 0;               // which of the two
+        std::vector<gpu::Buffer> buffers;    // two for a pair, one for a carried buffer, else none
+        std::vector<gpu::Texture> textures;  // two for a pair, else none
+        std::uint32_t now = 0;               // index of the current one of the two
         bool written = false;                // `now` was completed in the last run
     };
     Pair& turn(const ResourceNode& node);

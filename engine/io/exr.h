@@ -103,7 +103,7 @@ bool is_exr(std::string_view bytes);
 /// Limits of a reader's memory.
 struct ExrLimits {
     int max_side = 16384;                              // pixels
-    std::uint64_t max_bytes = std::uint64_t{4} << 30;  // both for the file and for its pixels as floats
+    std::uint64_t max_bytes = std::uint64_t{4} << 30;  // limit of the file's size, and of its pixels as floats
 };
 
 /// Reads the first part of a file with scan lines or tiles (the finest level). Throws Error for damaged, truncated,

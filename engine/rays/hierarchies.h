@@ -38,7 +38,7 @@ struct Part {
     bool moves = false;
     // identity of moving parts: whether merged, and the index of the instance or of the shared mesh
     std::pair<bool, std::uint32_t> key;
-    std::vector<Span> spans;  // ascending
+    std::vector<Span> spans;  // spans in ascending order
 };
 
 /// Returns the parts in the order of blocks, static parts first.

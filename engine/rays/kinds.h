@@ -27,7 +27,7 @@ enum class TraceMethod : std::uint8_t {
     plain,   // whole hierarchy per ray (rays.h)
     tiles,   // compute culling per tile of rays (tiles.h)
     raster,  // raster culling by occlusion queries (raster.h)
-    other,   // another BatchServer
+    other,   // method of another BatchServer
 };
 inline constexpr std::size_t kTraceMethods = 4;
 const char* name(TraceMethod method);

@@ -259,7 +259,7 @@ class Packer {
         }
         index_word(index, "nodes");
         packed_.stack_entries = std::max(deepest_block, 1u);
-        if (packed_.two_level) packed_.stack_entries += top + 1;  // and kStackLeaveBlock
+        if (packed_.two_level) packed_.stack_entries += top + 1;  // one more entry for kStackLeaveBlock
     }
 
     static std::uint32_t reference_to(const BvhChild& child, const Space& space, const Tree& tree) {

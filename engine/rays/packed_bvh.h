@@ -21,8 +21,8 @@ struct PackedScene {
     std::vector<uvec4> nodes;                  // RGBA32UI, or the bits of RGBA32F
     std::vector<vec4> pairs;                   // RGBA32F, kBvhPairTexels each
     std::vector<std::uint32_t> instance_head;  // per instance: node index of its block's head
-    std::uint32_t stack_entries = 1;           // needed by a traversal, >= 1
-    std::size_t node_count = 0;                // without heads
+    std::uint32_t stack_entries = 1;           // maximum stack of a traversal, entries, >= 1
+    std::size_t node_count = 0;                // number of nodes without heads
     double build_seconds = 0;                  // CPU clock, hierarchies included
     // mean ratio of a box's area on the grid to its exact area; for both formats
     double looseness = 1;

@@ -19,7 +19,7 @@ using Ring = std::array<vec3, 4>;
 
 /// Two triangles with a common edge, or the same triangle twice.
 struct TrianglePair {
-    std::array<std::uint32_t, 2> triangles;  // ascending
+    std::array<std::uint32_t, 2> triangles;  // indices in ascending order
     std::array<std::uint8_t, 2> apex;        // per triangle, the corner (0 to 2) that is not on the common edge
     bool reversed = false;                   // both triangles traverse the common edge in the same direction
 };

@@ -195,7 +195,7 @@ class Walk {
 
     using Near = std::pair<float, std::uint32_t>;
     std::priority_queue<Near, std::vector<Near>, std::greater<>> front_;
-    std::vector<std::uint32_t> hidden_;  // to be queried before they are opened
+    std::vector<std::uint32_t> hidden_;  // nodes to query before they are opened
     std::vector<std::uint32_t> again_;   // visible leaves due for a re-test
     std::deque<Question> asked_;         // oldest first
     std::vector<std::uint32_t> ready_;   // leaves to trace

@@ -25,17 +25,17 @@ struct RasterStages {
 /// Costs and savings, summed over runs.
 struct RasterStatistics {
     std::size_t runs = 0;
-    std::size_t queries = 0;        // issued
+    std::size_t queries = 0;        // queries issued
     std::size_t multi_queries = 0;  // queries for more than one node
     std::size_t saved_hidden = 0;   // queries saved by multi-queries
     std::size_t saved_visible = 0;  // visible leaves that were not due for a re-test
     std::size_t waits = 0;          // waits for an answer without other work
-    std::size_t nodes = 0;          // visited
-    std::size_t leaves = 0;         // traced
+    std::size_t nodes = 0;          // nodes visited
+    std::size_t leaves = 0;         // leaves traced
     std::size_t traces = 0;         // draws of leaves, up to kRasterCandidates leaves each
     double seconds = 0;             // CPU clock, including waits
     std::size_t pairs = 0;          // pairs of list entry and tile, if measured
-    RasterStages stages;            // if measured
+    RasterStages stages;            // times of stages, if measured
 };
 
 /// Raster culling of the batches of one kind and depth, summed over all places of the picture.

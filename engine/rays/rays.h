@@ -31,7 +31,7 @@ struct RayBatch {
     std::uint32_t rays_of_path = 1;
     graph::BufferHandle rays;         // capacity x Ray
     graph::BufferHandle list;         // optional: capacity x uint
-    graph::BufferHandle list_header;  // with list: ListHeader of shaders/shared/rays.h
+    graph::BufferHandle list_header;  // ListHeader of shaders/shared/rays.h, if there is a list
     // Key of the alpha test of blended surfaces, read only where TraceTables::alpha_tested
     // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame.h), whose seed and sample_index
     // change from run to run, and of a salt that differs between the batches of one run.
@@ -57,7 +57,7 @@ struct TraceStatistics {
     NodeFormat node_format = NodeFormat::grid;
     bool two_level = false;
     std::uint32_t stack_entries = 0;  // stack size that the deepest traversal needs
-    std::size_t bytes = 0;            // in device memory
+    std::size_t bytes = 0;            // size in device memory
     double build_seconds = 0;
 };
 

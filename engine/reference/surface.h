@@ -8,7 +8,7 @@
 namespace halflight::reference {
 
 struct Surface {
-    dvec3 position{0};   // relative to Tracer::origin(), on the triangle
+    dvec3 position{0};   // point of the triangle, relative to Tracer::origin()
     double offset = 0;   // see offset_bound()
     dvec3 wo{0};         // unit length, towards the ray's origin
     dvec3 n_g{0};        // unit length, on the side of wo

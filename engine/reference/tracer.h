@@ -24,7 +24,7 @@ struct TriangleId {
 /// An instance in world space.
 struct Placed {
     const Mesh* mesh = nullptr;
-    const vec3* vertices = nullptr;  // relative to Tracer::origin(); null where the mesh has no triangle
+    const vec3* vertices = nullptr;  // positions relative to Tracer::origin(); null if the mesh has no triangle
     dmat3 linear{1};                 // linear part of object_to_world
     // det(linear) / |det(linear)| times its cofactors: like the inverse transpose, but also defined for flattened
     // instances; gives normals of any length

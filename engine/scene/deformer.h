@@ -62,7 +62,7 @@ struct ActiveTarget {
 /// A shape in one pose. Targets are added in their order, then joints transform the sum.
 struct Deformation {
     std::shared_ptr<const RestShape> rest;  // a Deformer may keep it to recognise the shape
-    std::vector<ActiveTarget> targets;      // ascending
+    std::vector<ActiveTarget> targets;      // active targets by ascending index
     std::span<const dmat4> joints;  // affine; without joint sets the first one transforms all vertices; empty: none
 };
 

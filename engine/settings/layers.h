@@ -26,7 +26,7 @@ enum class LayerStorage {
 
 /// How layers of pictures that share the samples of a frame are merged (renderer/shutter.h).
 enum class LayerMerge {
-    mean,      // weighted by samples
+    mean,      // mean weighted by samples
     variance,  // variance of the weighted mean
     sum,
     coverage,  // mean coverage of each id

@@ -31,12 +31,12 @@ struct PictureSettings {
     float clamp = 0;
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32
-    bool want_view = false;         // also makes the picture through `view`
+    bool want_view = false;         // requests the picture through `view`, too
     ViewTransform view;
     PrimaryVisibility primary = PrimaryVisibility::automatic;  // method for camera rays
     // Ignored when renderers share a PreparedScene; its own estimator applies.
     Estimator estimator{};
-    // Preview modes: biases, which RenderStats names. Not allowed together with an error target. Layers are without,
+    // Preview modes: biases, which RenderStats names. Not allowed together with an error target. Layers are unbiased,
     // except for the radiance cache.
     Preview preview{};
     // Cache of preview.cache. Renderers of one scene with the same number of bounces may share it. Null: the renderer

@@ -18,7 +18,7 @@ namespace halflight {
 
 /// Bounds of lights: positions, directions and intensity.
 struct LightBounds {
-    dvec3 lower{0}, upper{0};  // relative to TraceTables::origin
+    dvec3 lower{0}, upper{0};  // corners of the box, relative to TraceTables::origin
     dvec3 axis{0, 0, 1};       // unit
     double theta_o = 0;        // radians, [0, pi]: bound of the angle between axis and light normals
     double theta_e = kPi / 2;  // radians, [0, pi/2]: bound of the emission angle around a normal

@@ -309,7 +309,7 @@ class Builder {
     const Scene& scene_;
     const TraceTables& trace_;
     const LightChoice choice_;
-    const PunctualLight* sun_ = nullptr;     // that is apart
+    const PunctualLight* sun_ = nullptr;     // sun that is sampled apart; null: none
     double shadow_disk_ = 0;                 // m^2
     std::map<int, LuminanceSums> sums_;      // keyed by image
     std::vector<double> power_;              // power per light

@@ -45,13 +45,13 @@ struct LightTables {
     double tree_share = 0;                         // share of the choices that the tree makes
     std::vector<double> probabilities;             // per light, without the tree's share; the separate sun has none
     std::size_t triangle_count = 0;
-    std::size_t punctual_count = 0;  // without the separate sun
+    std::size_t punctual_count = 0;  // number of punctual lights without the separate sun
     bool sun = false;                // the last row is a separate sun
 };
 
 /// Sampling of the sun, the strongest directional light, where there are other lights.
 enum class SunChoice : std::uint8_t {
-    apart,  // at every vertex, in addition to one of the others: two shadow rays
+    apart,  // sampled at every vertex in addition to another light: two shadow rays
     among,  // chosen like any other light
 };
 inline constexpr SunChoice kSunChoices[] = {SunChoice::apart, SunChoice::among};

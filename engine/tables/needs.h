@@ -28,8 +28,8 @@ struct SceneNeeds : MaterialNeeds {
     bool light_choice = false;     // the scene has two lights or more
     bool light_tree = false;       // a light tree chooses among them
     bool sun = false;              // a directional light is sampled apart from the others
-    bool environment = false;      // not black
-    bool environment_map = false;  // not constant
+    bool environment = false;      // the environment is not black
+    bool environment_map = false;  // the environment is not constant
 
     bool texture_coordinates = false;  // some texture is looked up
     bool texture_transforms = false;

@@ -33,7 +33,7 @@ class RadianceCache {
     std::uint32_t picture() const { return picture_; }                      ///< Number of the current picture, from 1.
     gpu::Buffer& cells() { return cells_; }                                 ///< CacheCell
     gpu::Buffer& counts() { return counts_; }                               ///< CacheCounts
-    std::size_t bytes() const { return cells_.bytes() + counts_.bytes(); }  ///< in device memory
+    std::size_t bytes() const { return cells_.bytes() + counts_.bytes(); }  ///< size in device memory
     CacheStatistics statistics() const;                                     ///< waits for the device
 
   private:

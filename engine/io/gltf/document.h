@@ -52,7 +52,7 @@ struct GltfDocument {
     std::uint64_t bytes_read = 0;  // count towards max_total_bytes
     tinygltf::Model model;
     std::vector<GltfImageSource> images;
-    std::optional<FrameRate> frame_rate;                 // given in extras
+    std::optional<FrameRate> frame_rate;                 // frame rate in the scene's extras
     nlohmann::json materials = nlohmann::json::array();  // list of the file, checked; `model` has none
     nlohmann::json animations;                           // list of the file, unchecked; null: none
     std::vector<std::filesystem::path> files;            // files read so far, the scene's own first
