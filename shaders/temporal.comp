@@ -15,7 +15,7 @@ uniform sampler2D earlier_light;
 uniform sampler2D earlier_guide;
 uniform sampler2D earlier_place;
 layout(std430) buffer Refused { uint refused[kRefusedKinds]; };
-uniform mat4 to_earlier;      // relative to the earlier picture's origin, to its clip space, y down
+uniform mat4 to_earlier;      // matrix from the earlier picture's origin to its clip space, y down
 uniform vec3 origin_shift;    // vector from the earlier picture's origin to the new origin
 uniform float earlier_pixel;  // world units that a pixel of the earlier picture is high where its clip space's w is 1
 uniform float earlier_share;  // weight of its samples, (0,1]

@@ -24,7 +24,7 @@
 
 struct TriangleRay {
     ivec3 axes;    // z: axis of the largest direction component
-    vec3 origin;   // in the order of axes
+    vec3 origin;   // coordinates in the order of axes
     REAL3 shear;   // xy: direction.xy / direction.z, z: 1 / direction.z, in the order of axes
 };
 

@@ -15,7 +15,7 @@ struct LightSample {
     float pdf;       // per solid angle, with the choice of the light; 0: a delta light, which BSDF sampling cannot meet
     vec3 weight;     // radiance / pdf; delta lights: irradiance at normal incidence / probability. 0: nothing to see
     bool at_infinity;
-    vec3 end;        // what the shadow ray ends at, on this side of the light's surface; unless at infinity
+    vec3 end;        // end of the shadow ray, on this side of the light's surface; unused at infinity
 };
 
 Receiver receiver_at(vec3 position, vec3 normal) { return Receiver(position, 0.0, normal, 0.0); }
@@ -138,7 +138,7 @@ LightSample sample_light(Receiver at, uint choice, vec2 xi) {
     count = uint(textureSize(scene_lights) / kLightStride) - kSuns;
     umulExtended(choice, count, light, fraction);
 #ifdef HALFLIGHT_LIGHT_TREE
-    light = by_tree ? 0u : light;  // nothing will come of it, and rows at random would have to come from far
+    light = by_tree ? 0u : light;  // the result is unused; row 0 avoids cache misses
 #endif
     alias = texelFetch(light_alias, int(light)).xy;
 #endif

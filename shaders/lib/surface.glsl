@@ -5,7 +5,7 @@
 #include "shaders/shared/rays.h"
 
 struct Surface {
-    vec3 position;          // relative to the tables' origin
+    vec3 position;          // position relative to the tables' origin
     vec3 geometric_normal;  // n_g: unit length, on the side of wo
     float offset;           // distance along n_g at which new rays start (offset_ray_origin())
     vec3 normal;            // interpolated, unit length, on the side of n_g; neither normal-mapped nor bent

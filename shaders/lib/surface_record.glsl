@@ -17,7 +17,7 @@ const uint kCoatRow = kTransmissionRow;
 
 // Data that passes need in addition to the BSDF.
 struct SurfacePoint {
-    vec3 position;    // relative to TraceTables::origin
+    vec3 position;    // position relative to TraceTables::origin
     float offset;     // distance of new rays' origins along the geometric normal
     vec3 emission;    // radiance towards the camera
     bool is_surface;  // false: the environment is visible

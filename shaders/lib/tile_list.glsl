@@ -98,6 +98,6 @@ EntryMask other_bits(TileCounts c) { return ~lowest_bits(kTileEntries - c.others
 
 // A ray that is not done with its tile's leaves.
 struct RestEntry {
-    uint slot;         // and kSearchAgain
-    EntryMask others;  // left to be searched
+    uint slot;         // slot of the ray, with kSearchAgain
+    EntryMask others;  // entries that must still be searched
 };

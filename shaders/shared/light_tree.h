@@ -62,7 +62,7 @@ HALFLIGHT_SHARED_SIZE(LightTreeHeader, 16)
 // Bounds of a group of lights: a ball around them, and a cone of half angle theta_o around the axis that contains their
 // directions. Light leaves at most theta_e away from these.
 struct LightNode {
-    vec3 centre;  // relative to TraceTables::origin
+    vec3 centre;  // centre relative to TraceTables::origin
     float radius;
     vec3 axis;    // unit length
     float cos_o;  // cos(theta_o); -1: all directions

@@ -30,9 +30,9 @@ HALFLIGHT_SHARED_CONST uint kReuseRest = 2u;
 
 // The second vertex y of a path and the light that leaves it diffusely, at the path's index.
 struct ReusePoint {
-    vec3 position;          // relative to TraceTables::origin
+    vec3 position;          // position relative to TraceTables::origin
     float offset;           // Surface::offset
-    vec3 geometric_normal;  // on the side of the incoming path
+    vec3 geometric_normal;  // normal on the side of the incoming path
     float distance;         // distance from the first vertex, > 0
     vec3 direction;         // direction of the ray that found it: unit length, bit for bit as sampled
     float share;            // diffuse_share() towards the ray's origin, > 0

@@ -54,7 +54,7 @@ struct RenderArguments : ViewArguments, OutputOptions {
 struct PreviewArguments : ViewArguments {
     PreviewArguments() { settings.samples = 1024; }  // samples after which rendering stops
 
-    std::optional<std::filesystem::path> settings_file;  // to load and save; none: the file beside the scene
+    std::optional<std::filesystem::path> settings_file;  // file to load and save; none: the file beside the scene
     std::vector<Bookmark> bookmarks;                     // bookmarks of the settings file
     double budget = 100;                                 // ms until the first picture of a view
     std::optional<std::filesystem::path> script;

@@ -17,10 +17,10 @@ namespace halflight {
 
 /// Arguments of `halflight converge`; the size of the picture has another default.
 struct ConvergeArguments : ViewArguments {
-    std::filesystem::path folder;  // for the reports
+    std::filesystem::path folder;  // folder of the reports
     converge::Plan plan;
-    std::vector<Estimator> estimators;  // to compare; empty: the default one. The plan has one for each method.
-    std::vector<Preview> previews;      // to compare; empty: none. The plan has one for each method.
+    std::vector<Estimator> estimators;  // estimators to compare; empty: the default one. The plan has one per method.
+    std::vector<Preview> previews;      // previews to compare; empty: none. The plan has one per method.
     bench::Clock clock = bench::Clock::wall;
     bool require_agreement = false;      // the external renderer must agree with the other methods
     converge::ReferenceOrder reference;  // folder: empty for the default one

@@ -9,7 +9,7 @@ namespace {
 using converge::Budget, converge::Method;
 
 constexpr int kMaxSeeds = 1 << 16;
-constexpr std::size_t kMaxBudgets = 1 << 10;  // with the seeds, fewer pictures than a seed has values for methods
+constexpr std::size_t kMaxBudgets = 1 << 10;         // kMaxBudgets * kMaxSeeds < converge::kSeedsOfMethods
 constexpr double kShortest = 0.001, kLongest = 1e9;  // seconds
 
 /// Parses a comma list of growing budgets.

@@ -129,7 +129,7 @@ Json left_out_facts(const InfoArguments& a, const Scene& scene) {
 /// Returns the facts of the scene, with the light that the picture would have.
 Json facts_of(const InfoArguments& a, Scene& scene, bool moves) {
     Environment own = scene.environment;
-    set_environment(scene, a.picture.environment, Log());  // its warnings are in the facts
+    set_environment(scene, a.picture.environment, Log());  // the facts contain its warnings
     const RenderSettings settings = make_settings(a.picture, choose_camera(scene, a.picture).camera);
     const PictureUse use{.png = a.png, .shutter = a.picture.shutter.open > 0};
     const MemoryEstimate memory = scene_memory(scene, moves, settings, use);

@@ -100,7 +100,7 @@ SequenceDisplay::SequenceDisplay(std::FILE* stream, bool quiet, std::size_t fram
 
 void SequenceDisplay::show(std::uint32_t frame, const RenderProgress& progress) {
     if (quiet_ || !terminal_) return;
-    if (progress.seconds < drawn_at_) drawn_at_ = -1;  // another frame
+    if (progress.seconds < drawn_at_) drawn_at_ = -1;  // another frame has begun
     if (drawn_at_ >= 0 && progress.seconds - drawn_at_ < kSecondsPerBar) return;
     drawn_at_ = progress.seconds;
     std::string text =

@@ -17,7 +17,7 @@ inline constexpr double kBay = 3, kHalfLength = 13.5;  // kHalfLength = kBays * 
 inline constexpr double kHalfCourt = 4.2;              // column axes at z = +-
 inline constexpr double kHalfWidth = 8;                // inner faces of the outer walls at z = +-
 inline constexpr double kAisle = kHalfWidth - kHalfCourt;
-inline constexpr double kSpring = 3;   // where the lower arches begin
+inline constexpr double kSpring = 3;   // height at which the lower arches begin
 inline constexpr double kGallery = 5;  // floor of the upper storey
 inline constexpr double kUpperSpring = 7.2;
 inline constexpr double kRoof = 9.4;   // top of the aisles' roofs
@@ -26,20 +26,20 @@ inline constexpr double kWall = 0.35;  // thickness of outer walls
 // --- atrium_building.cpp, atrium_walls.cpp ---
 
 Mesh column(const Materials& m);        ///< lower storey, standing on the origin, kSpring high
-Mesh upper_column(const Materials& m);  ///< from kGallery to kUpperSpring
+Mesh upper_column(const Materials& m);  ///< upper storey, from kGallery to kUpperSpring
 /// Makes one bay of the arcade above the columns, centred on x = 0, z = 0, moulded on both faces.
 Mesh arcade(const Materials& m, const char* name, double span, double spring, double radius, double top,
             double thickness);
 Mesh vault(const Materials& m);                   ///< groin vault over one bay of the aisle, centred on the bay
-Mesh cornice(const Materials& m, double length);  ///< along x, centred, 0.42 high, standing out towards +z from z = 0
-Mesh transverse_arch(const Materials& m);         ///< between two vaults, over the aisle, centred
+Mesh cornice(const Materials& m, double length);  ///< moulding along x, centred, 0.42 high, from z = 0 to +z
+Mesh transverse_arch(const Materials& m);         ///< arch between two vaults, over the aisle, centred
 Mesh ceiling(const Materials& m);                 ///< beams and boards over one bay of the gallery, centred
-Mesh balustrade(const Materials& m, double length, int balusters);  ///< along x, centred, standing on y = 0
+Mesh balustrade(const Materials& m, double length, int balusters);  ///< balusters and rails along x, centred, on y = 0
 Mesh door_bay(const Materials& m);     ///< outer wall of one bay, 5 m high, facing +z, with a door
 Mesh niche_bay(const Materials& m);    ///< outer wall of one bay with an arched niche and an urn
 Mesh window_bay(const Materials& m);   ///< outer wall of the upper storey with a shuttered window
 Mesh shell(const Materials& m);        ///< floors, roofs and end walls
-Mesh stairs(const Materials& m);       ///< from the court's floor up to the gallery at the west end
+Mesh stairs(const Materials& m);       ///< steps from the court's floor to the gallery at the west end
 Mesh window_wall(const Materials& m);  ///< the east end: mullions between stone piers
 Mesh beams(const Materials& m);        ///< timber over the court
 Mesh garden(const Materials& m);       ///< the view through the window wall

@@ -50,15 +50,15 @@ Material light(std::string name, const dvec3& radiance);
 
 /// A joint of a skeleton, the child of the joint before it; the first one is the child of the skeleton's node.
 struct Joint {
-    dvec3 offset{0};          // from the joint before, in the mesh's bind pose, which has no rotations; metres
+    dvec3 offset{0};          // vector from the joint before, in the mesh's bind pose (without rotations); metres
     std::vector<vec4> turns;  // rotations at the skeleton's `seconds`, quaternions x, y, z, w
 };
 
 /// A chain of joints, and the animation that turns them.
 struct Skeleton {
     std::string name, animation;
-    std::vector<Joint> joints;   // at most 256
-    std::vector<float> seconds;  // ascending
+    std::vector<Joint> joints;   // joints, at most 256
+    std::vector<float> seconds;  // key times, ascending
 };
 
 class Document {

@@ -9,7 +9,7 @@ constexpr double kLength = 4, kRadius = 0.22, kHeight = 0.6;  // metres; kHeight
 constexpr int kJoints = 12;
 constexpr int kFrames = 48, kFramesPerSecond = 24;  // frames of one stroke, which repeats
 constexpr double kSway = 0.2;                       // greatest angle between neighbours, radians
-constexpr double kWaves = 1.5;                      // along the body
+constexpr double kWaves = 1.5;                      // number of waves along the body
 
 /// The two joints that a place along the body follows, `z` from -kLength / 2, the head.
 Influence influence(double z) {

@@ -35,7 +35,7 @@ void RendererCache::prepare_scene(const Request& r) {
     try {
         if (!known) {
             renderers_.clear();
-            scene_.reset();  // both may not fit into memory
+            scene_.reset();  // frees the old scene first: two may not fit into memory
             raster_ = raster;
             scene_ = std::make_unique<PreparedScene>(context_, *edited(r.reference),
                                                      PrepareOptions{.raster_culling = raster});

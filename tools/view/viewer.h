@@ -92,7 +92,7 @@ class Viewer {
     int frames_due_ = 3;  // frames to draw; Dear ImGui needs some after each event
 
     std::optional<Request> requested_;        // the current request
-    std::uint64_t request_ = 0;               // its number
+    std::uint64_t request_ = 0;               // number of that request
     ViewTransform transform_;                 // current transform of the display
     LayerView layer_view_;                    // layer view of the displayed picture
     std::optional<Scale> scale_;              // colour scale of the displayed picture

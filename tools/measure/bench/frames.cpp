@@ -182,7 +182,7 @@ std::vector<Series> all_series(const Renderings& renderings) {
 }
 
 std::vector<double> reference_picture(Subject& subject, FrameSettings frame, const std::function<void()>& between) {
-    frame.seed = 1;  // another one than that of the frames
+    frame.seed = 1;  // differs from the seed of the frames
     Rendering rendering(subject, kPlain);
     for (int i = 0; i < frame.samples; ++i) {
         between();

@@ -22,7 +22,7 @@ struct Figure {
 
 /// A method after its preparation for a ray set, which is not measured.
 struct Prepared {
-    std::function<void()> run;          // does the whole work; may leave work to the GPU
+    std::function<void()> run;          // the measured work, which the GPU may finish later
     std::function<Answers()> answers;   // returns the last run's answers by path; undefined for paths without a ray
     std::string note = {};              // the method's choices; may be empty
     std::function<void()> before = {};  // called before every run, outside the measured time; optional

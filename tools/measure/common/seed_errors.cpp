@@ -31,7 +31,7 @@ namespace {
 
 /// Sums over the channels of a pixel, each value weighted.
 struct Pixel {
-    double squares_about_reference = 0;  // from the mean of the two, summed over renders
+    double squares_about_reference = 0;  // squared distances from the mean of the two, summed over renders
     double bias = 0;                     // estimate of b^2
     double spread = 0;                   // u
 };

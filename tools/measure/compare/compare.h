@@ -37,7 +37,7 @@ struct CompareArguments {
     std::filesystem::path image;
     std::filesystem::path reference;
     std::vector<Metric> metrics{Metric::mse, Metric::relmse, Metric::flip};
-    Thresholds warn, fail;            // without either, any difference fails
+    Thresholds warn, fail;            // if neither is set, any difference fails
     std::vector<std::string> layers;  // empty: all
     double pixels_per_degree = kPixelsPerDegree;
     std::optional<std::filesystem::path> map;

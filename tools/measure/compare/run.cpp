@@ -60,7 +60,7 @@ void add_options(CLI::App& app, CompareArguments& a) {
         const auto named = [option, parse](const std::string& text) {
             try {
                 parse(text);
-            } catch (const CLI::ValidationError& error) {  // which does not name the option yet
+            } catch (const CLI::ValidationError& error) {  // the message does not name the option yet
                 throw CLI::ValidationError(option, error.what());
             }
         };

@@ -42,7 +42,7 @@ struct Point {
     double reference_variance = 0;                        // variance of the reference, which no error contains
     double trimmed_mse = 0;                               // mse without the worst kWorstShare of the pixels, mean
     double worst_share = 0;                               // share of the squared error in the worst pixels, [0, 1]
-    bool has_components = false;                          // otherwise `components` is 0
+    bool has_components = false;                          // false: `components` is 0
     std::array<double, kComponents.size()> components{};  // mean mse of each
 };
 
@@ -75,7 +75,7 @@ struct MethodResult {
     Interval stage_lead{0, std::numeric_limits<double>::infinity()};  // greatest gain minus the second greatest
     std::vector<Finding> findings;
     Image picture;  // first seed of the largest budget
-    Image mean;     // over the seeds of the largest budget
+    Image mean;     // mean over the seeds of the largest budget
 };
 
 /// How the external renderer's pictures of the largest budget differ from a method's.
@@ -85,7 +85,7 @@ struct MethodAgreement {
 };
 
 struct Measurement {
-    std::vector<RunResult> runs;  // in the order in which they were made
+    std::vector<RunResult> runs;  // runs in the order in which they were made
     std::vector<MethodResult> methods;
     std::vector<MethodAgreement>
         agreements;              // one per set of methods that make the same pictures; empty for a single seed

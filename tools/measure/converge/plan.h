@@ -44,13 +44,13 @@ struct Budget {
 std::string text(const Budget& budget);  ///< "16 samples", "0.5 s"
 
 struct Plan {
-    std::vector<Method> methods;          // distinct together with their estimators
-    std::vector<Budget> budgets;          // all of samples or all of seconds, growing
-    int seeds = 8;                        // independent pictures of each method and budget, > 0
+    std::vector<Method> methods;          // methods, distinct together with their estimators
+    std::vector<Budget> budgets;          // budgets in samples or in seconds, ascending
+    int seeds = 8;                        // number of independent pictures of each method and budget, > 0
     std::uint32_t first_seed = 1;         // [1, kSeedsOfMethods)
     float clamp = 0;                      // RenderSettings::clamp of GL methods, a bias; references are not clamped
-    std::vector<Estimator> estimators{};  // by method; empty: the default one for all
-    std::vector<Preview> previews{};      // by method; empty: none
+    std::vector<Estimator> estimators{};  // one per method; empty: the default one for all
+    std::vector<Preview> previews{};      // one per method; empty: none
     External external{};                  // renderer of Method::external
     int warm_up = 0;  // samples by another camera that fill the radiance cache before each picture; not timed
 

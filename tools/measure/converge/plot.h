@@ -21,7 +21,7 @@ struct Curve {
 
 struct Plot {
     std::string title;
-    std::string x_label;  // with unit
+    std::string x_label;  // quantity and unit
     std::string y_label;
     std::vector<Curve> curves;
     double guide = 0;  // slope of a dashed line for comparison; 0: none

@@ -14,7 +14,7 @@ namespace {
 
 using Maker = ReferenceOrder::Maker;
 
-constexpr std::uint64_t kOracleSeed = std::uint64_t{1} << 40;  // beyond the seeds of methods, which have 32 bits
+constexpr std::uint64_t kOracleSeed = std::uint64_t{1} << 40;  // lies beyond the seeds of methods, which have 32 bits
 constexpr std::uint32_t kGlSeed = kSeedsOfMethods;
 
 /// Returns the view of a small picture, which identifies a renderer's code and takes little time.

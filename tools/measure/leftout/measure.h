@@ -13,9 +13,9 @@ namespace halflight::leftout {
 
 struct Settings {
     int width = 256, height = 256;  // pixels
-    int samples = 4;                // per picture
+    int samples = 4;                // samples per picture
     int turns = 9;                  // pictures of each side
-    int starts = 1;                 // times that each side is prepared and compiled anew before the turns, > 0
+    int starts = 1;                 // number of times that each side is prepared and compiled before the turns, > 0
 };
 
 /// Measurements of one of the two sides. Seconds are CPU time of all threads, which the load of other programs does not
@@ -29,9 +29,9 @@ struct Side {
 };
 
 struct Comparison {
-    Side lean;  // nothing is kept
+    Side lean;  // side on which nothing is kept
     Side kept;
-    bool same_bits = true;  // all pictures of both sides are the same
+    bool same_bits = true;  // all pictures of both sides are equal
     /// Returns the names of the items that only `kept` has: the item asked for, and those that it depends on. Empty
     /// where it cannot be kept; then there were no turns.
     std::vector<std::string> added() const;
