@@ -101,7 +101,7 @@ std::string line_of(const nlohmann::ordered_json& json) {
     return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-/// Appends why a frame is missing. Other frames go on where the statistics cannot be written, either.
+/// Appends the error of a missing frame to the statistics. If they cannot be written, other frames still go on.
 void add_failure(const std::filesystem::path& stats, std::uint32_t frame, const std::string& what, const Log& log) {
     try {
         append_line(stats, line_of({{"frame", frame}, {"error", what}}));
@@ -144,7 +144,7 @@ class FrameMaker {
                   renderer_.context().renderer());
     }
 
-    /// Throws Stopped, and Error where the frame cannot be made. movie: or null.
+    /// Makes a frame and adds it to `movie` if that is not null. Throws Stopped, and Error if the frame cannot be made.
     void make(std::uint32_t frame, Movie* movie) {
         Stopwatch clock;
         StepTimes times;

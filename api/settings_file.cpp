@@ -39,7 +39,7 @@ class Element {
         if (found == json_.end()) return std::nullopt;
         return Element(file_, *found, place_.empty() ? key : place_ + "." + key);
     }
-    /// An object, all of whose keys are among these.
+    /// Throws Error unless the value is an object with keys in `known` only.
     void check_keys(const std::set<std::string>& known) const {
         if (!json_.is_object()) fail("is no object");
         for (const auto& [key, unused] : json_.items())

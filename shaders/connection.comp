@@ -41,7 +41,7 @@ void main() {
     vec3 to_point = point.position - from.position;
     bool faces = dot(to_point, b.geometric_normal) > 0.0 && dot(to_point, b.normal) > 0.0 &&
                  dot(to_point, point.geometric_normal) < 0.0;
-    // Rays to lights end likewise: before the point's surface, by its error and by the tracer's.
+    // Like a ray to a light, the ray ends before the point's surface, by its error and by the tracer's.
     float margin = point.offset + rounding_bound(8.0) * length(to_point);
     Ray ray;
     ray.origin = offset_ray_origin(from.position, from.offset, b.geometric_normal, to_point);

@@ -1,13 +1,13 @@
-// The mean with its reflected light replaced: by that of earlier pictures with it, by what a filter has made of that.
+// Replaces the reflected light of the mean by light accumulated over earlier pictures, which may be filtered.
 #include "shaders/shared/preview.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D beauty;
 uniform sampler2D albedo;
-uniform sampler2D light;        // that is in the beauty
+uniform sampler2D light;        // reflected light contained in `beauty`
 uniform sampler2D place;        // w: samples of the beauty
-uniform sampler2D accumulated;  // light, earlier pictures' with it
+uniform sampler2D accumulated;  // light, accumulated over earlier pictures
 #ifdef HALFLIGHT_FILTERED
 uniform sampler2D filtered;  // accumulated light, filtered
 #endif

@@ -51,7 +51,7 @@ void main() {
         density = gives[finder & 255u] != 0u && from.is_surface ? density : 0.0;
         densities[entry] = density;
 
-        // Rays to lights end likewise: before the point's surface, by its error and by the tracer's.
+        // Like a ray to a light, the ray ends before the point's surface, by its error and by the tracer's.
         float margin = y.offset + rounding_bound(8.0) * distance(y.position, from.position);
         vec3 origin = offset_ray_origin(from.position, from.offset, b.geometric_normal, sight.direction);
         vec3 direction = y.position + margin * y.geometric_normal - origin;

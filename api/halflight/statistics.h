@@ -18,7 +18,7 @@ struct StepTimes {
     double context = 0;  // colour config and OpenGL context
     double load = 0;     // waiting for scene and environment
     double render = 0;   // FrameRenderer::render(): preparing, compiling, sampling, reading back
-    double write = 0;    // files
+    double write = 0;    // writing of files
     double total = 0;    // time since the start
 };
 

@@ -104,7 +104,7 @@ class ProgramCache {
     std::size_t reload();
 
     std::size_t count() const { return entries_.size(); }
-    double seconds() const { return seconds_; }  ///< spent compiling and linking, CPU clock
+    double seconds() const { return seconds_; }  ///< CPU time of compiling and linking, seconds
 
   private:
     struct Entry {

@@ -53,7 +53,7 @@ void check_shader_name(const std::string& who, const ResourceNode& node, Access 
         throw Error(who, "reads '{}' by {} {} a texel format", node.name, name(access), texels ? "without" : "with");
 }
 
-/// Writes after which what was there before may still be there.
+/// Returns whether earlier contents may remain after a write by this access.
 bool may_keep(Access access) {
     return access == Access::storage_read_write || access == Access::image_write ||
            access == Access::color_attachment || access == Access::depth_attachment;

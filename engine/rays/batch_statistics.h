@@ -24,8 +24,8 @@ struct BatchStatistics {
     Measured measured[kTraceMethods];
     struct Seconds {
         double cull = 0;
-        double search = 0;  // leaves of the lists
-        double rest = 0;    // subtrees of their other entries
+        double search = 0;  // search of the lists' leaves
+        double rest = 0;    // search of the subtrees of the other entries
     };
     Seconds steps;                   // sums over runs by tiles
     std::uint64_t tiles = 0;         // tiles of all runs by tiles
@@ -41,7 +41,7 @@ struct BatchStatistics {
         std::uint64_t remembered = 0;  // any-hit rays ended by a leaf remembered from earlier runs
     };
     Lists lists;
-    std::size_t state_bytes = 0;  // carried from run to run, sum over places
+    std::size_t state_bytes = 0;  // size of state carried from run to run, sum over places
 };
 
 /// Adds the statistics of the batch in another place. Method and reason stay those of `to`.

@@ -369,7 +369,7 @@ class RasterRun final : public CullDevice {
     const gpu::Program* trace_;
     const gpu::Program* ends_;
     const gpu::Program* used_ = nullptr;
-    gpu::Object<gpu::delete_framebuffer> ray_target_;  // without attachments
+    gpu::Object<gpu::delete_framebuffer> ray_target_;  // framebuffer without attachments
     GLint others_attributes_ = 0;
     std::size_t asked_ = 0;
 };

@@ -70,7 +70,7 @@ enum class ReferenceStrategy : std::uint8_t { mis, lights_only, surfaces_only };
 struct ReferenceSettings {
     int width = 0;         // pixels, > 0
     int height = 0;        // pixels, > 0
-    int samples = 16;      // per pixel, > 0
+    int samples = 16;      // samples per pixel, > 0
     int first_sample = 0;  // samples [first_sample, first_sample + samples): disjoint ranges are independent
     int bounces = 8;       // >= 0, SHADING.md "Estimator"
     std::uint64_t seed = 0;
@@ -102,8 +102,8 @@ struct ReferenceResult {
     Image alpha;     // 1: share of camera rays that hit a surface
     ReferenceComponents components;
     ReferenceAovs aovs;
-    int samples = 0;                       // per pixel
-    std::uint64_t non_finite_samples = 0;  // excluded from the means; always a bug
+    int samples = 0;                       // samples per pixel
+    std::uint64_t non_finite_samples = 0;  // samples excluded from the means; each is a bug
 };
 
 /// Renders a picture deterministically: equal scenes and settings give equal bits. Throws Error for settings out of

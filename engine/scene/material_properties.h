@@ -71,7 +71,7 @@ struct MaterialTexture {
     bool MaterialNeeds::*implies;  // the lobe that the texture belongs to; null: any
     const char* define;            // macro after HALFLIGHT_
     const char* label;             // name of the need
-    const char* fact;              // what holds where the need is false
+    const char* fact;              // statement that is true if the need is false
 };
 
 /// A lobe, or another feature of materials that shaders leave out where no material has it.
@@ -79,7 +79,7 @@ struct MaterialLobe {
     const char* label;  // name of the need
     bool MaterialNeeds::*need;
     const char* define;                // macro after HALFLIGHT_
-    const char* fact;                  // what holds where the need is false
+    const char* fact;                  // statement that is true if the need is false
     bool (*present)(const Material&);  // whether a material has the lobe
     bool MaterialNeeds::*implies;      // a need that comes with it and implies none itself; null: none
 };

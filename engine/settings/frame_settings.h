@@ -36,7 +36,7 @@ struct SceneSettings {
 
 /// Everything that may differ between the pictures of one renderer. settings_table.h describes what users can set.
 struct FrameSettings : SceneSettings {
-    int samples = 64;        // per pixel, > 0; an upper limit where time_limit or error is set
+    int samples = 64;        // samples per pixel, > 0; an upper limit where time_limit or error is set
     int first_sample = 0;    // >= 0; number of the picture's first sample in the frame's sequence
     int of_samples = 0;      // length of the frame's sequence where the picture is a part of it; 0: unknown
     PixelFilter filter{};    // reconstruction filter of radiance; layers at pixel centres are not filtered

@@ -1,4 +1,4 @@
-// How hits are found: by which culling method, and by which method for camera rays. Culling never changes a picture.
+// Methods of visibility: the culling method of rays, and the method for camera rays. Culling never changes a picture.
 #pragma once
 
 #include <cstdint>

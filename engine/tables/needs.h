@@ -52,7 +52,7 @@ struct SceneNeed {
     const char* name;
     bool SceneNeeds::*flag;
     const char* define;  // macro after HALFLIGHT_
-    const char* fact;    // what holds where the flag is false
+    const char* fact;    // statement that is true if the flag is false
 };
 /// Returns the row of every flag of SceneNeeds.
 std::span<const SceneNeed> known_scene_needs();
