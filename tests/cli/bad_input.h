@@ -10,8 +10,8 @@
 
 namespace halflight::test {
 
-inline constexpr double kMaxCpuSeconds = 10;                    ///< more counts as a hang
-inline constexpr std::size_t kMaxBytes = std::size_t{1} << 30;  ///< resident; more is a failure
+inline constexpr double kMaxCpuSeconds = 10;                    ///< limit of CPU time; beyond it, the program hangs
+inline constexpr std::size_t kMaxBytes = std::size_t{1} << 30;  ///< limit of resident memory; more is a failure
 
 enum class Fate {
     loaded,   // exit status 0
@@ -19,7 +19,7 @@ enum class Fate {
     untidy,   // refused, but with several lines or none
     crashed,
     hung,
-    greedy,  // used more memory than kMaxBytes
+    greedy,  // memory beyond kMaxBytes
 };
 
 struct Verdict {

@@ -47,7 +47,7 @@ TEST_F(CityTest, HitsDoNotDependOnTheMethod) {
         rays::Tracer rasterizing(traced, raster);
 
         std::vector<Ray> rays = mixed_rays(tables.bounds, 4000);
-        for (const Camera& camera : scene.cameras) {  // in streets and above roofs
+        for (const Camera& camera : scene.cameras) {  // cameras in streets and above roofs
             const vec3 eye(dvec3(camera.camera_to_world[3]) - tables.origin);
             const std::vector<Ray> view = camera_rays(eye, eye - vec3(camera.camera_to_world[2]));
             rays.insert(rays.end(), view.begin(), view.end());

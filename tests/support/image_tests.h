@@ -17,7 +17,7 @@ double chi_square_tail(double x, double k);
 struct Estimate {
     const Image& mean;
     const Image& variance;
-    double samples = 1;  // per pixel, >= 1
+    double samples = 1;  // samples per pixel, >= 1
 };
 
 /// An image without noise.

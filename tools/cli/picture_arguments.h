@@ -34,7 +34,7 @@ struct ViewArguments : SceneChoice, CameraChoice {
 /// Arguments of `halflight render`; names of displays are not checked yet.
 struct RenderArguments : ViewArguments, OutputOptions {
     std::optional<std::filesystem::path> settings_file;  // settings_file.h; its contents are in `settings` already
-    // .exr or .png, no two alike; for a sequence with placeholders; none only where there is a movie
+    // distinct .exr or .png files; names of sequences have placeholders; not empty without a movie
     std::vector<std::filesystem::path> outputs;
     std::optional<std::filesystem::path> movie;  // .mp4 or .mov, of all frames
 

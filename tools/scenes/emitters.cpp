@@ -16,7 +16,7 @@ constexpr int kBlockTriangles = 10;                    // a box without its bott
 constexpr std::uint64_t kShellTriangles = 12;
 
 double power_of_ten(double exponent) {
-    // By squares and roots, which round alike everywhere.
+    // Squares and roots round equally on all machines.
     double value = 1, factor = 10;
     const double whole = std::floor(exponent);
     for (double e = whole; e > 0; --e) value *= 10;

@@ -36,7 +36,7 @@ inline constexpr int kMostSamples = 1 << 24;  ///< maximum samples of a picture:
 /// Returns whether two cameras are equal, their names included.
 bool same(const Camera& a, const Camera& b);
 
-/// All that a picture depends on.
+/// All inputs of a picture.
 struct Request {
     /// Reference scene: the pose of the file at 0 s, before edits; not null. Pictures of all poses depend on it
     /// (PreparedScene::update()), and all poses share its images.

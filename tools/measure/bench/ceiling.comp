@@ -8,7 +8,7 @@
 layout(local_size_x = 64) in;
 
 uniform samplerBuffer rays;  // RGBA32F, two texels each
-uniform usamplerBuffer entries;  // RG32UI: reference; with instances, the one within the block
+uniform usamplerBuffer entries;  // RG32UI: reference; within the block if there are instances
 #ifdef HALFLIGHT_ANY_HIT
 layout(std430) writeonly buffer Occluded { uint occluded[]; };
 #else

@@ -30,7 +30,7 @@ struct Variant {
     rays::Culling culling;
     bool forgets = false;
     bool naive = false;
-    /// Sums are those of all samples, and the plain tracer's.
+    /// Returns whether sums must equal those of the plain tracer and cover all samples.
     bool exact() const { return !forgets && !naive; }
 };
 constexpr std::array kVariants{
@@ -203,7 +203,7 @@ std::size_t count_different(const std::vector<double>& a, const std::vector<doub
     return count;
 }
 
-/// The camera after `view` steps to and fro on an arc around the middle of the scene, as deep as it lies in the view.
+/// Returns the camera after `view` steps to and fro on an arc. Its centre has the depth of the scene's middle.
 Camera moved(const Camera& camera, const TraceTables& tables, int view) {
     constexpr int kTurn = 12;              // steps from one end of the arc to the other
     constexpr double kStep = kPi / 90;     // radians

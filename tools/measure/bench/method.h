@@ -41,8 +41,8 @@ struct Bench {
     const gpu::Context& context;
     gpu::ProgramCache& programs;
     const TraceTables& tables;
-    const rays::PackedScene& packed;  // made from `tables`
-    const rays::TraceScene& trace;    // made from `tables` and `packed`
+    const rays::PackedScene& packed;  // hierarchies and triangles of `tables`
+    const rays::TraceScene& trace;    // buffers of `tables` and `packed`
     const EmbreeTracer& embree;
     rays::TileSettings tiles;
 };

@@ -16,7 +16,7 @@
 namespace halflight::converge {
 namespace {
 
-constexpr int kThumbnail = 640;     // pixels at most
+constexpr int kThumbnail = 640;     // maximum width, pixels
 constexpr std::size_t kWorst = 6;   // blocks named
 constexpr const char* kNone = "–";  // a figure that is not known
 

@@ -19,7 +19,7 @@ inline constexpr int kBlurRadius = 2;
 
 struct RunResult {
     Run run;
-    int samples = 0;  // per pixel
+    int samples = 0;  // samples per pixel
     Seconds time;
     double mse = 0;           // mean squared error, without the reference's own variance
     double relative_mse = 0;  // each squared error divided by the reference's square plus kRelativeEpsilon
@@ -30,7 +30,7 @@ struct RunResult {
 
 /// Statistics of one method at one budget, over all seeds.
 struct Point {
-    double samples = 0;         // per pixel, mean
+    double samples = 0;         // mean number per pixel
     Seconds time;               // mean time of one picture
     Interval paths_per_second;  // pixels times samples, by the plan's clock
     Interval mse, relative_mse, flip;

@@ -17,8 +17,8 @@ inline constexpr std::array kComponents{"emission", "direct_diffuse", "direct_gl
 /// Mean radiance; all images have 3 channels and the same size.
 struct Picture {
     Image beauty;
-    std::array<Image, kComponents.size()> components;  // empty images where they are not known
-    int samples = 0;                                   // per pixel
+    std::array<Image, kComponents.size()> components;  // components; empty images if not known
+    int samples = 0;                                   // samples per pixel
     std::uint64_t non_finite = 0;  // values that were replaced by zero or left out; they are a renderer's bug
 
     bool has_components() const { return !components[0].pixels.empty(); }

@@ -38,7 +38,7 @@ struct External {
 
 /// Exactly one of the two is greater than 0.
 struct Budget {
-    int samples = 0;     // per pixel
+    int samples = 0;     // samples per pixel
     double seconds = 0;  // wall time; at least one sample is taken
 };
 std::string text(const Budget& budget);  ///< "16 samples", "0.5 s"

@@ -25,7 +25,7 @@ struct Reference {
     std::string reason;  // phrase that explains the choice of the maker
     std::filesystem::path file;
     std::uint64_t fingerprint = 0;  // 0 for a file
-    std::int64_t samples = 0;       // per pixel, both halves together; 0: not known
+    std::int64_t samples = 0;       // samples per pixel, both halves together; 0: not known
     std::int64_t found = 0;         // number of these samples that earlier runs have made
     Seconds time;                   // time of the samples that this run has made
     std::array<Picture, 2> halves;  // independent of each other; both are the same for a file
