@@ -39,7 +39,7 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
     const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
     sample.sums = {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares), buffer(a.features)};
     in_flight->push(with.mattes->empty() ? nullptr : &executor.buffer(sample.frame.gbuffer.hits), with.mattes.get());
-    if (frame.time_limit > 0) in_flight->wait();  // the time of the sample decides about the next one
+    if (frame.time_limit > 0) in_flight->wait();  // its time decides about the next one
     scene.context().check("rendering");
 }
 

@@ -315,7 +315,7 @@ class Packer {
     const TraceTables& tables_;
     const Hierarchies& hierarchies_;
     PackedScene packed_;
-    std::deque<Bvh> made_;       // over parts and instances
+    std::deque<Bvh> made_;       // hierarchy over parts and instances
     std::vector<Space> spaces_;  // all instances first, if they have one, then the blocks
 };
 

@@ -40,7 +40,7 @@ struct AnimationChannel {
 };
 
 struct Animation {
-    std::string name;  // may be empty, need not be unique
+    std::string name;  // name; may be empty, need not be unique
     std::vector<Keyframes> keyframes;
     std::vector<AnimationChannel> channels;
     double begin = 0;  // seconds, time of the first key that a channel uses

@@ -294,7 +294,7 @@ GltfBuilder animated() {
     };
     channel(3, "translation", b.floats("VEC3", {0, 0, 0, 0.3f, 8, 0}));
     channel(1, "weights", b.floats("SCALAR", {0, 0.9f}));
-    // gives a warning
+    // Primitives without attributes give a warning.
     for (Json& mesh : b.json["meshes"]) mesh["primitives"].push_back({{"attributes", Json::object()}});
     return b;
 }
