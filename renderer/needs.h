@@ -28,7 +28,7 @@ struct FrameOptions {
     int group_size = 1;                                     // pixels that share paths: 4, 8 or 16; 1: no path reuse
     bool group_size_piloted = false;                        // a pilot chose group_size
     bool camera_rays_piloted = false;                       // a pilot chose camera_rays
-    int camera_rays = 1;                                    // camera rays per sample for light that is seen directly, > 0
+    int camera_rays = 1;                                    // camera rays per sample for directly visible light, > 0
     int shadow_rays = 1;                                    // shadow rays per sample from the first surface, > 0
     bool radiance_cache = false;  // samples end paths in the radiance cache; excludes path reuse
     Preview preview{};            // modes of the whole picture

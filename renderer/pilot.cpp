@@ -18,7 +18,7 @@ double cost(const Estimator& e) {
     return 1 + reuse + 0.06 * (static_cast<double>(e.camera) - 1) + 0.08 * (static_cast<double>(e.shadow) - 1);
 }
 
-/// Returns the error with n samples, where those with one and with `tried` are known.
+/// Returns the error with n samples from the known errors with one sample and with `tried` samples.
 double shared_and_own(double with_one, double with_tried, double tried, double n) {
     // No more than all of it: well distributed samples do better than 1/n.
     const double own = std::clamp((with_one - with_tried) / (1 - 1 / tried), 0.0, with_one);
