@@ -223,6 +223,9 @@ struct FrameRenderer::State {
 
 FrameRenderer::FrameRenderer(LoadedScene& scene, RenderSettings settings, RendererOptions options)
     : state_(std::make_unique<State>(scene, std::move(settings), std::move(options))) {
+    const Shutter& shutter = state_->shutter;
+    if (!(shutter.open >= 0 && shutter.open <= 1))
+        throw Error("shutter", "expects a number from 0 to 1, not {:g}", shutter.open);
     state_->set_frame(state_->settings.frame);
 }
 
