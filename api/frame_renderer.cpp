@@ -73,7 +73,6 @@ struct FrameRenderer::State {
     State(const State&) = delete;
     State& operator=(const State&) = delete;
     ~State() {
-        context->make_current();
         if (deformer && scene.deformer() == &*deformer) scene.deform_by(nullptr);
     }
 
@@ -224,12 +223,27 @@ struct FrameRenderer::State {
 
 FrameRenderer::FrameRenderer(LoadedScene& scene, RenderSettings settings, RendererOptions options)
     : state_(std::make_unique<State>(scene, std::move(settings), std::move(options))) {
+    const Shutter& shutter = state_->shutter;
+    if (!(shutter.open >= 0 && shutter.open <= 1))
+        throw Error("shutter", "expects a number from 0 to 1, not {:g}", shutter.open);
     state_->set_frame(state_->settings.frame);
 }
 
 FrameRenderer::FrameRenderer(FrameRenderer&&) noexcept = default;
-FrameRenderer& FrameRenderer::operator=(FrameRenderer&&) noexcept = default;
-FrameRenderer::~FrameRenderer() = default;
+FrameRenderer& FrameRenderer::operator=(FrameRenderer&& other) noexcept {
+    std::swap(state_, other.state_);
+    return *this;
+}
+FrameRenderer::~FrameRenderer() {
+    if (!state_) return;
+    try {
+        state_->context->make_current();
+    } catch (const Error&) {
+        // The context is current on another thread. Names of its objects must not be deleted in the context of this
+        // thread, so that the renderer's memory is given up instead.
+        (void)state_.release();
+    }
+}
 
 std::optional<Estimator> FrameRenderer::find_estimator(const std::function<bool(double)>& progress) {
     State& s = *state_;

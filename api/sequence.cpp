@@ -228,6 +228,17 @@ void make_frames(const SequenceOptions& o, const std::vector<std::uint32_t>& fra
 }  // namespace
 
 void check_outputs(const SequenceOptions& o) {
+    if (o.outputs.empty() && !o.movie) throw Error("sequence", "has neither outputs nor a movie");
+    std::set<std::filesystem::path> patterns;
+    for (const auto& pattern : o.outputs) {
+        const int placeholders = count_placeholders(pattern);
+        if (placeholders == 0)
+            throw Error(pattern.string(), "has no placeholder for the frame number, such as #### or %04d");
+        if (placeholders > 1) throw Error(pattern.string(), "has {} placeholders for the frame number", placeholders);
+        if (!has_extension(pattern, "exr") && !has_extension(pattern, "png"))
+            throw Error(pattern.string(), "frames are .exr or .png files");
+        if (!patterns.insert(pattern).second) throw Error(pattern.string(), "is given twice");
+    }
     Paths files;
     for (const std::uint32_t frame : part_of(o.frames, o.part))
         for (auto& path : files_of(o, frame)) files.push_back(std::move(path));

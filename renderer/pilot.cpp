@@ -11,7 +11,7 @@ namespace halflight {
 namespace {
 
 /// Returns the time of a sample with techniques, as a multiple of the time without: about what `halflight converge`
-/// tells of scenes/ on llvmpipe (README.md, Measuring).
+/// tells of scenes/ on llvmpipe (docs/measuring.md).
 double cost(const Estimator& e) {
     const double group = static_cast<double>(e.reuse);
     const double reuse = e.reuse == Reuse::off ? 0 : 0.15 + 0.04 * group;

@@ -45,7 +45,8 @@ Renderer::State& Renderer::state() const {
 }
 
 void Renderer::update(const Scene& scene) {
-    assert(state().own);
+    [[maybe_unused]] const State& now = state();  // throws where an update has failed
+    assert(now.own);
     std::unique_ptr<State> last = std::move(state_);  // destroyed where this throws
     if (last->scene.update(scene)) {
         state_ = std::move(last);

@@ -15,7 +15,8 @@ constexpr std::uint64_t kMostCounts = 64;
 }  // namespace
 
 SampleQueue::SampleQueue(std::size_t paths)
-    : most_uncounted_(std::max<std::uint64_t>(std::numeric_limits<std::uint32_t>::max() / (kMostCounts * paths), 1)) {}
+    : hits_bytes_(paths * sizeof(shared::Hit)),
+      most_uncounted_(std::max<std::uint64_t>(std::numeric_limits<std::uint32_t>::max() / (kMostCounts * paths), 1)) {}
 
 SampleQueue::~SampleQueue() {
     for (const Slot& slot : slots_) glDeleteSync(slot.fence);  // null is ignored
@@ -25,8 +26,8 @@ void SampleQueue::push(const gpu::Buffer* hits, Mattes* mattes) {
     Slot& slot = slots_[next_];
     slot.mattes = hits ? mattes : nullptr;
     if (hits) {
-        if (!slot.hits || slot.hits->bytes() != hits->bytes()) slot.hits.emplace("hits of camera rays", hits->bytes());
-        glCopyNamedBufferSubData(hits->id(), slot.hits->id(), 0, 0, static_cast<GLsizeiptr>(hits->bytes()));
+        if (!slot.hits) slot.hits.emplace("hits of camera rays", hits_bytes_);
+        glCopyNamedBufferSubData(hits->id(), slot.hits->id(), 0, 0, static_cast<GLsizeiptr>(hits_bytes_));
     }
     slot.fence = glFenceSync(GL_SYNC_GPU_COMMANDS_COMPLETE, 0);
     glFlush();  // software drivers begin their work here

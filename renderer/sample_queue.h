@@ -26,8 +26,8 @@ class SampleQueue {
     gpu::Buffer& bad_values() { return bad_values_; }
 
     /// Ends the commands of a sample, then waits for the oldest sample where kInFlight are in flight. The hits of the
-    /// sample's camera rays are copied and later added to `mattes`; null: there are none. Throws Error if waiting
-    /// fails.
+    /// sample's camera rays, one for each path, are copied and later added to `mattes`; null: there are none. Throws
+    /// Error if waiting fails.
     void push(const gpu::Buffer* hits, Mattes* mattes);
     /// Waits for all samples; their hits are then in the mattes.
     void wait();
@@ -50,6 +50,7 @@ class SampleQueue {
     std::size_t next_ = 0;  // slot of the next sample; the oldest sample is in it, or in one of the following
     gpu::Buffer bad_values_{"bad values", kBadValueCounts * sizeof(std::uint32_t)};
     BadValueSums counted_;
+    std::size_t hits_bytes_;        // of a sample; the graph's buffer may be larger
     std::uint64_t uncounted_ = 0;   // samples whose bad values are in the buffer
     std::uint64_t most_uncounted_;  // most samples whose counts cannot overflow 32 bits
 };

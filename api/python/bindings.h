@@ -44,7 +44,6 @@ struct PyPicture {
     std::vector<std::string> layers;  // names of result.aovs
     PictureInfo info;
     std::string statistics;  // JSON
-    OutputOptions output;
 };
 
 /// Texts of settings by their names in the table of settings (engine/settings/settings_table.h).

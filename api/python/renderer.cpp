@@ -68,7 +68,9 @@ struct PyRenderer {
         {
             const py::gil_scoped_release released;
             Stopwatch clock;
-            const auto go_on = [&](double) { return progress([] { return progress_of({}); }); };
+            const auto go_on = [&](double) {
+                return progress([&] { return progress_of({.samples_total = renderer.settings().samples}); });
+            };
             cancelled = !renderer.find_estimator(go_on);
             if (!cancelled) {
                 picture->result =
@@ -107,13 +109,16 @@ struct PyRenderer {
 
     /// Changes settings of single pictures: samples, seed, error, time, filter.
     void change(const SettingTexts& more) {
+        const Busy busy(*scene);
+        SettingTexts changed = texts;
         static const std::set<std::string> kOfPicture{"samples", "seed", "error", "time", "filter", "filter-radius"};
         for (const auto& [name, value] : more) {
             if (!kOfPicture.contains(name))
                 throw Error("settings", "{} holds for all pictures of a renderer; make another one", name);
-            texts[name] = value;
+            changed[name] = value;
         }
-        renderer.set_frame_settings(settings_of(texts, scene->scene.chosen_camera().camera));
+        renderer.set_frame_settings(settings_of(changed, scene->scene.chosen_camera().camera));
+        texts = std::move(changed);
     }
 };
 

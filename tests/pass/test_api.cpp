@@ -50,7 +50,7 @@ TEST_F(ApiTest, RayServersOfCallersServeAllBatches) {
     const RenderResult result = FrameRenderer(scene, settings(), served).render();
     EXPECT_TRUE(same_bits(result.beauty, expected.beauty));
     EXPECT_GT(server->batches, 2);
-    for (const rays::BatchStatistics& batch : result.stats.batches) EXPECT_STREQ(name(batch.way), "other");
+    for (const rays::BatchStatistics& batch : result.stats.batches) EXPECT_STREQ(name(batch.method), "other");
 }
 
 TEST_F(ApiTest, RenderersShareScenesAndEditsHold) {

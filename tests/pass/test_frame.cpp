@@ -338,6 +338,7 @@ TEST_F(FrameTest, SettingsOutOfRangeAreErrors) {
     const std::string unknown = message([](RenderSettings& s) { s.aovs = {"depht"}; });
     EXPECT_NE(unknown.find("aov has no layer 'depht'"), std::string::npos) << unknown;
     EXPECT_NE(unknown.find("depth"), std::string::npos) << unknown;
+    EXPECT_EQ(message([](RenderSettings& s) { s.aovs = {"all"}; }), "render settings: unknown AOV \"all\"");
 }
 
 TEST_F(FrameTest, StatisticsArePlausible) {

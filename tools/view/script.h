@@ -2,20 +2,21 @@
 //
 //     wait first               until a picture of the current view is shown, at any resolution
 //     wait samples N           until the picture has N samples; it then pauses until the next `wait`
-//     wait error E             until the estimated relMSE of the picture is below E (estimated_relmse() in
-//     layer_view.h) camera NAME              a camera of the scene, by name or number animation NAME animation to play,
-//     as for --animation; starts at frame 0 frame N                  frame of the animation play SECONDS plays in real
-//     time in a loop; frames that are late are skipped orbit X Y                drag to the right and down, pixels pan
-//     X Y                  drag to the right and down, pixels turn X Y                 drag to the right and down,
-//     pixels; rotates the camera dolly FACTOR             factor on the distance to the point that the camera looks at
+//     wait error E             until the estimated relMSE of the picture is below E (layer_view.h)
+//     camera NAME              a camera of the scene, by name or number
+//     animation NAME           animation to play, as for --animation; starts at frame 0
+//     frame N                  frame of the animation
+//     play SECONDS             plays in real time in a loop; late frames are skipped
+//     orbit X Y                drag to the right and down, pixels
+//     pan X Y                  drag to the right and down, pixels
+//     turn X Y                 drag to the right and down, pixels; rotates the camera
+//     dolly FACTOR             factor on the distance to the point that the camera looks at
 //     fly X Y Z                to the right, up and ahead, world units
 //     walk X Y Z               to the right, up and ahead, world units; X and Z are horizontal
 //     focus X Y                looks at the surface at that pixel
 //     key K                    a key: F H R 1 to 9
-//     view NAME                layer: final, error, or one of --aov
-//     component NAME on|off    component of the final picture: emission, direct_diffuse, direct_glossy,
-//     indirect_diffuse
-//                              or indirect_glossy; needs no new samples
+//     view NAME                layer: final, error, or one of --aov; give `wait first` before saving it
+//     component NAME on|off    component of the final picture, such as direct_diffuse; needs no new samples
 //     compare on|off           keeps the current picture as B, shown to the right of the live picture
 //     split SHARE              share of the window's width that shows the live picture, 0 to 1
 //     exposure STOPS           exposure, stops
