@@ -171,7 +171,7 @@ TEST_F(PreviewPictureTest, ErrorTargetsAreRefused) {
     settings.preview.filter = true;
     settings.error = ErrorTarget{};
     EXPECT_EQ(error_message([&] { render(context, scene, settings); }),
-              "render settings: the error of a picture in a preview mode is not known");
+              "render settings: an error target cannot be combined with a preview mode");
 }
 
 /// Renders an orbit of one-sample frames, and measures the errors of the last one, whose camera has moved all the time.
