@@ -223,7 +223,7 @@ TEST_F(Shutter, InvalidOptions) {
     refused(open({"--error", "1"}), "--shutter: cannot be given together with --error");
     refused(open({"--samples", "4", "--shutter-times", "5"}), "--shutter-times: 4 samples are too few for 5 times");
     refused(open({"--samples", "5", "--shutter-times", "4", "--aov", "variance"}),
-            "--shutter-times: the layer variance takes two samples at each time, and 5 are 4 times");
+            "--shutter-times: the layer variance takes two samples at each time: 5 samples are too few for 4 times");
 }
 
 }  // namespace
