@@ -324,7 +324,7 @@ TEST(Emitters, HasTheRequestedLights) {
     refused({"emitters", "--lights", "0"}, "none.glb", "--lights");
     for (const char* triangles : {"0", "-3", "99999999999"})
         refused({"emitters", "--triangles", triangles}, "none.glb", "--triangles: Value");
-    refused({"emitters"}, "hall.png", "hall.png: is no name of a .glb");
+    refused({"emitters"}, "hall.png", "hall.png: is not the name of a .glb");
 }
 
 TEST(Eel, RestPoseEqualsTheModel) {
