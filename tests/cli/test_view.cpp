@@ -399,10 +399,11 @@ TEST_F(View, ErrorsNameTheLine) {
     expect_error(view("recall there\n"), 1, at + "1: bookmarks: there is no 'there'");
     expect_error(view("light 0 1 0 0\n"), 1, at + "1: light: there is no light 0; the scene has 0 lights");
     expect_error(view("component light on\n"), 1,
-                 at + "1: component: there is no 'light', only emission, direct_diffuse, direct_glossy, "
+                 at + "1: component: unknown component 'light'; valid are emission, direct_diffuse, direct_glossy, "
                       "indirect_diffuse, indirect_glossy");
     expect_error(view("compare on\n"), 1, at + "1: compare: there is no picture yet");
-    expect_error(view("culling some\n"), 1, at + "1: culling: is auto, off, compute or raster, not 'some'");
+    expect_error(view("culling some\n"), 1,
+                 at + "1: culling: unknown method 'some'; valid are auto, off, compute and raster");
     EXPECT_NE(view("clay on\ntransform nothing \"Un-tone-mapped\"\nquit\n").err.find("script.txt:2: "),
               std::string::npos);
     expect_error(view("wait first\nopen @no.glb\nquit\n"), 1,
