@@ -60,7 +60,7 @@ inside() {
     if "$source/tools/slurm/submit" --halflight "$program" none.glb out/x.####.exr --frames 1-2 2>said; then return 1; fi
     grep --quiet none.glb said || { cat said; return 1; }
     if "$source/tools/slurm/submit" --halflight "$program" --logs walk.glb/logs "${render[@]}" 2>said; then return 1; fi
-    [ "$(cat said)" = "submit: --logs: 'walk.glb/logs' is no folder that can be written" ] || { cat said; return 1; }
+    [ "$(cat said)" = "submit: --logs: 'walk.glb/logs' is not a writable folder" ] || { cat said; return 1; }
 }
 
 export -f inside
