@@ -8,7 +8,7 @@
 
 namespace halflight {
 
-/// What edits change, before they do.
+/// State of the scene before any edit.
 struct LoadedScene::Unedited {
     std::vector<Material> materials;
     std::vector<PunctualLight> lights;

@@ -16,7 +16,7 @@ struct AovRecord;
 struct DebugRecord;
 }  // namespace shared
 
-/// What the channels of a layer hold, which decides how files store them.
+/// Content of a layer's channels, which decides how files store them.
 enum class LayerStorage {
     color,  // linear RGB: converted to the working space; float, or half where wanted
     data,   // float
