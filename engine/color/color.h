@@ -18,12 +18,12 @@ namespace halflight {
 /// A texture that the shader samples. Upload it as GL_R32F or GL_RGB32F, clamped to the edge, without mipmaps.
 struct GpuLut {
     std::string sampler;        // name of the uniform, whose type is sampler{dimensions}D
-    int dimensions = 3;         // 1, 2 or 3
-    int width = 1;              // texels
-    int height = 1;             // texels
-    int depth = 1;              // texels
-    int channels = 3;           // 1 or 3
-    bool linear = true;         // filter: linear or nearest
+    int dimensions = 3;         // number of dimensions: 1, 2 or 3
+    int width = 1;              // texels, >= 1
+    int height = 1;             // texels, >= 1
+    int depth = 1;              // texels, >= 1
+    int channels = 3;           // channels per texel: 1 or 3
+    bool linear = true;         // true: linear filter; false: nearest
     std::vector<float> values;  // width * height * depth * channels, x fastest
 };
 
@@ -37,10 +37,10 @@ struct GpuShader {
     std::string cache_id;  // equal ids mean equal text and textures
 };
 
-/// One display, view and look. Cheap to copy; const members may be called from many threads.
+/// Transform of one display, view and look. It is cheap to copy; its const members may be called from many threads.
 ///
-/// CPU and GPU code do the same. First NaN becomes 0 and values are clamped to +-65504, so that an infinity shows as
-/// white. Then OCIO is applied, and its result is clamped to [0,1].
+/// CPU and GPU apply the same steps. First NaN becomes 0 and values are clamped to +-65504, so that an infinity shows
+/// as white. Then OCIO is applied, and its result is clamped to [0,1].
 class ViewProcessor {
   public:
     /// Returns a display-encoded copy of a linear Rec.709 image of 3 or 4 channels. Applies the exposure; keeps alpha.
@@ -63,7 +63,7 @@ class ViewProcessor {
 struct LinearSpace {
     std::string name;
     mat3 from_rec709{1};                           // matrix for column vectors
-    std::optional<Chromaticities> chromaticities;  // set where the space is Rec.709, AP1 or AP0
+    std::optional<Chromaticities> chromaticities;  // chromaticities of Rec.709, AP1 or AP0; unset for other spaces
 };
 
 class ColorConfig {
@@ -72,7 +72,7 @@ class ColorConfig {
     /// falls back to the next one.
     static ColorConfig load(const std::optional<std::filesystem::path>& file = std::nullopt);
 
-    const std::string& source() const;  ///< the file's name, or "built-in"
+    const std::string& source() const;  ///< Returns the file's name, or "built-in".
     /// Returns the files of the config: its own file, then the existing LUTs that it names. Empty for the built-in
     /// config.
     const std::vector<std::filesystem::path>& files() const;

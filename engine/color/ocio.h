@@ -13,15 +13,15 @@ namespace halflight {
 
 namespace ocio = OCIO_NAMESPACE;
 
-/// Exact arithmetic, so that CPU and GPU differ by rounding only. Inverse LUTs have no exact GPU form; both sides use
-/// the fast one.
+/// Optimizations that keep arithmetic exact, so that CPU and GPU differ by rounding only. Inverse LUTs have no exact
+/// GPU form; both sides use the fast one.
 inline constexpr auto kOptimization =
     static_cast<ocio::OptimizationFlags>(ocio::OPTIMIZATION_LOSSLESS | ocio::OPTIMIZATION_LUT_INV_FAST);
 
 /// A config and the files that it consists of.
 struct ConfigFile {
     ocio::ConstConfigRcPtr config;
-    std::vector<std::filesystem::path> files;  // its own file, then existing LUTs
+    std::vector<std::filesystem::path> files;  // the config's own file, then existing LUTs
 };
 /// Reads a config. Throws ocio::Exception where it or a file that it names is not a regular file.
 ConfigFile read_config(const std::filesystem::path& path);

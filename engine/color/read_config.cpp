@@ -11,13 +11,13 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// the largest of the ACES project's configs has 2 MB
+// bytes; the largest config of the ACES project has 2 MB
 constexpr std::uint64_t kMaxConfigBytes = std::uint64_t{64} << 20;
-// a text LUT of 129^3 entries has a tenth of this size
+// bytes; a text LUT of 129^3 entries has a tenth of this size
 constexpr std::uint64_t kMaxLutBytes = std::uint64_t{1} << 30;
 
-/// Finds the files of a config. Refuses devices and pipes, which OpenColorIO would open and read or wait for without
-/// end.
+/// Search for the files of a config. It refuses devices and pipes, which OpenColorIO would open and read or wait for
+/// without end.
 class FileGuard {
   public:
     explicit FileGuard(const ocio::Config& config) : config_(config) {}
@@ -63,7 +63,7 @@ class FileGuard {
         try {
             path = config_.getCurrentContext()->resolveFileLocation(source);
         } catch (const ocio::Exception&) {
-            return;  // reported when something needs the file
+            return;  // a missing LUT is reported when something needs it
         }
         if (!fs::is_regular_file(path))
             throw ocio::Exception(fmt::format("LUT {}: not a regular file", path.string()).c_str());
@@ -79,7 +79,7 @@ class FileGuard {
     std::set<fs::path> files_;
 };
 
-/// Reads a file; errors do not name it, like OpenColorIO's exceptions.
+/// Reads a file. Errors do not name the file, as in OpenColorIO's exceptions.
 std::string read(const fs::path& path) {
     try {
         return read_file(path, kMaxConfigBytes);

@@ -26,7 +26,7 @@ struct ListPart {
     std::uint32_t number = 1;  // 1 to `of`
     std::uint32_t of = 1;
 };
-/// Reads a part such as "3/24". Throws Error with `subject` where it is none.
+/// Reads a part such as "3/24". Throws Error with `subject` for any other text.
 ListPart parse_part(std::string_view subject, std::string_view text);
 /// Returns the part of a list; some parts are empty where there are more parts than frames.
 std::vector<std::uint32_t> part_of(const std::vector<std::uint32_t>& frames, const ListPart& part);

@@ -7,7 +7,7 @@
 
 namespace halflight {
 
-/// Float image: row-major, top row first, channels interleaved. Scene-linear unless its user says otherwise.
+/// Float image: row-major, top row first, channels interleaved. Values are scene-linear unless its user says otherwise.
 struct Image {
     int width = 0;     // pixels, >= 0
     int height = 0;    // pixels, >= 0
@@ -27,7 +27,7 @@ struct Image {
     }
 };
 
-/// Numbers of NaNs and infinities in an image. Either is a bug in an image that a pass writes.
+/// Counts of NaNs and infinities in an image. Either is a bug in an image that a pass writes.
 struct NonFinite {
     std::size_t nans = 0;
     std::size_t infinities = 0;

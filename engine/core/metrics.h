@@ -7,8 +7,8 @@
 
 namespace halflight {
 
-/// Bounds the relative error of dark pixels: where the reference is far below 0.1, the root of this, errors count
-/// absolutely.
+/// Regularization of the relative error of dark pixels. Where the reference is far below 0.1, the square root of this
+/// constant, errors count as absolute.
 inline constexpr double kRelativeEpsilon = 0.01;
 
 /// Returns (value - reference)^2 / (reference^2 + kRelativeEpsilon) (Rousselle, Knaus, Zwicker 2011, Adaptive Sampling

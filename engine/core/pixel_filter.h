@@ -21,7 +21,7 @@ struct PixelFilter {
 };
 inline constexpr double kMaxFilterRadius = 16;  ///< pixels
 
-const char* name(PixelFilter::Shape shape);  ///< name on the command line
+const char* name(PixelFilter::Shape shape);  ///< Returns the name on the command line.
 /// Returns the default radius, pixels: 0.5 for the box, 1.5 for Blackman-Harris, whose weights fall to one half at
 /// 0.51.
 double usual_radius(PixelFilter::Shape shape);

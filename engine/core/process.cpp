@@ -108,7 +108,7 @@ Spool::Spool() : file_(std::tmpfile(), &std::fclose) {
 std::string Spool::text(std::size_t limit) const {
     std::string all;
     char buffer[4096];
-    // Not by fread(): the process shares the position in the file.
+    // The process shares the position in the file, which fread() would move.
     for (off_t at = 0;; at = static_cast<off_t>(all.size())) {
         const ssize_t count = pread(descriptor(), buffer, sizeof(buffer), at);
         if (count <= 0) return all;
@@ -123,7 +123,7 @@ std::vector<std::string> split_command(std::string_view line) {
     bool outside = true;  // the position is between two arguments
     for (std::size_t i = 0; i < line.size(); ++i) {
         const char c = line[i];
-        if (quote != '\'' && line.substr(i, 2) == "\\\n") {  // continues the line
+        if (quote != '\'' && line.substr(i, 2) == "\\\n") {  // a continued line
             ++i;
             continue;
         }

@@ -21,15 +21,15 @@ struct ProcessOptions {
     bool own_group = true;                   // a process group of its own, which a terminal's Ctrl-C does not reach
 };
 
-/// How a process has ended.
+/// Result of a process that has ended.
 struct ProcessEnd {
     int status = 0;              // exit status, or 128 + signal
     int signal = 0;              // signal that ended it, or 0
     double cpu_seconds = 0;      // user and system time of the process and of the children that it has waited for
-    std::size_t peak_bytes = 0;  // greatest resident memory
+    std::size_t peak_bytes = 0;  // greatest resident memory, bytes
 };
 
-/// A running program. It does not outlive the object, and neither does its process group where it has its own.
+/// A running program. Neither the program nor its own process group, if it has one, outlives the object.
 class Process {
   public:
     /// Starts arguments[0], which is looked up in PATH where it has no slash. Throws Error about it where it cannot.
@@ -51,10 +51,10 @@ class Process {
     bool own_group_;
 };
 
-/// An unnamed temporary file, as a place for what a process prints.
+/// An unnamed temporary file that receives the output of a process.
 class Spool {
   public:
-    Spool();  ///< Throws Error where none can be made.
+    Spool();  ///< Throws Error if no file can be made.
     int descriptor() const { return fileno(file_.get()); }
     /// Returns the content. Throws Error if it is longer than `limit` bytes.
     std::string text(std::size_t limit = 64 << 20) const;

@@ -49,7 +49,7 @@ ErrorEstimate ReplicateError::estimate() const {
     assert(count_ > 0);
     const auto n = static_cast<double>(replicates_);
     double scatter = 0;
-    RunningMoments products;  // over products of four different replicates
+    RunningMoments products;  // moments of the products of four different replicates
     for (std::size_t p = 0; p < replicates_; ++p) {
         scatter += at(p, p);
         for (std::size_t q = 0; q < p; ++q) {

@@ -22,8 +22,8 @@ class ReplicateError {
     /// Adds one value of the picture: its value in each replicate, and the weight of its error. Replicates are
     /// independent, unbiased and identically distributed; the picture is their mean.
     void add(std::span<const double> values, double weight);
-    /// Adds another part of the same picture. Its replicates share seeds with these, and may have other numbers of
-    /// samples.
+    /// Adds another part of the same picture. Its replicates share their seeds with the present ones, and may have
+    /// other numbers of samples.
     void add(const ReplicateError& part);
 
     /// Returns the estimate. Precondition: values have been added.

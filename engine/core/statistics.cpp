@@ -73,7 +73,7 @@ Interval jackknife_interval(double value, std::span<const double> without_one) {
     RunningMoments moments;
     for (const double v : without_one) moments.add(v);
     const auto n = static_cast<double>(without_one.size());
-    // (n - 1) / n times the sum of squared deviations.
+    // Jackknife variance: (n - 1) / n times the sum of squared deviations.
     const double variance = (n - 1) * (n - 1) / n * moments.variance();
     return {value, student_quantile(kConfidence, n - 1) * std::sqrt(variance)};
 }
@@ -110,7 +110,7 @@ Slope fit_slope(std::span<const CurvePoint> points) {
         fit.scatter = chi_square / freedom;
         const double widening = weighted ? std::max(fit.scatter, 1.0) : fit.scatter;
         fit.slope.half_width = student_quantile(kConfidence, freedom) * std::sqrt(widening / xx);
-    } else if (weighted) {  // two points: no residuals, so their errors are trusted
+    } else if (weighted) {  // two points have no residuals, so their errors are trusted
         fit.slope.half_width = kNormalQuantile / std::sqrt(xx);
     }
     return fit;

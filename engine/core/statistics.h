@@ -13,8 +13,8 @@ class RunningMoments {
     void add(double value);
     std::uint64_t count() const { return count_; }
     double mean() const { return mean_; }
-    double variance() const;        ///< unbiased sample variance; 0 for fewer than two values
-    double standard_error() const;  ///< standard error of the mean; 0 for fewer than two values
+    double variance() const;        ///< Returns the unbiased sample variance; 0 for fewer than two values.
+    double standard_error() const;  ///< Returns the standard error of the mean; 0 for fewer than two values.
 
   private:
     std::uint64_t count_ = 0;

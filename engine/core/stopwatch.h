@@ -1,4 +1,4 @@
-// Times how long work takes, by the wall clock and by the CPU clock.
+// Durations of work, by the wall clock and by the CPU clock.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@ struct Seconds {
 /// Returns the CPU time of the process so far, all threads, seconds.
 double cpu_seconds();
 
-/// Measures wall time since its construction; never goes back.
+/// Clock of the wall time since its construction; it never goes back.
 class Stopwatch {
   public:
     double seconds() const { return std::chrono::duration<double>(Clock::now() - start_).count(); }
@@ -31,7 +31,7 @@ class Stopwatch {
     double lap_ = 0;
 };
 
-/// Measures wall time and CPU time since its construction.
+/// Clock of the wall time and the CPU time since its construction.
 class CpuStopwatch {
   public:
     Seconds seconds() const { return {wall_.seconds(), cpu_seconds() - cpu_}; }

@@ -7,7 +7,7 @@
 namespace halflight {
 namespace {
 
-constexpr std::size_t kGroup = 64;  // vertices, of deform.comp
+constexpr std::size_t kGroup = 64;  // vertices per work group of deform.comp
 
 struct TargetTexel {
     std::uint32_t slot;
@@ -21,37 +21,37 @@ std::span<const T> part_of(const std::vector<T>& values, std::size_t first, std:
 
 }  // namespace
 
-/// Some of a shape's vertices.
+/// A range of a shape's vertices.
 struct GpuDeformer::Piece {
     std::size_t first;
     std::size_t count;
     gpu::Buffer positions;
     gpu::Buffer normals;
     gpu::Buffer tangents;
-    gpu::Buffer joints;  // set after set, like weights
+    gpu::Buffer joints;  // set after set, like `weights`
     gpu::Buffer weights;
-    gpu::Buffer deltas;  // slot after slot
+    gpu::Buffer deltas;  // displacements, slot after slot
 };
 
 struct GpuDeformer::Resident {
     struct Target {
-        int positions = -1, normals = -1, tangents = -1;  // slots
+        int positions = -1, normals = -1, tangents = -1;  // slots in Piece::deltas; -1: none
         bool uploaded = false;
     };
     bool has_normals = false;
     bool has_tangents = false;
     std::size_t sets = 0;
     std::vector<Target> targets;
-    std::vector<Piece> pieces;  // none: for the CPU
+    std::vector<Piece> pieces;  // empty: deformed on the CPU
 
-    std::size_t result_bytes() const {  // by vertex
+    std::size_t result_bytes() const {  // Returns the bytes per vertex.
         return sizeof(vec3) + (has_normals ? sizeof(vec3) : 0) + (has_tangents ? sizeof(vec4) : 0);
     }
 };
 
 struct GpuDeformer::Job {
     const Deformation& deformation;
-    const Resident* shape;  // null: for the CPU
+    const Resident* shape;  // null: deformed on the CPU
     int first_matrix;
     ivec4 targets;             // see deform.comp
     std::size_t first_result;  // index of the first result of its pieces
@@ -143,7 +143,7 @@ std::vector<VertexArrays> GpuDeformer::deform(std::span<const Deformation> defor
     return moved;
 }
 
-/// How many fit into the tables together, at least one: what does not fit by itself comes alone.
+/// Returns how many deformations fit into the tables together. One that exceeds them is a batch by itself.
 std::size_t GpuDeformer::first_batch(std::span<const Deformation> deformations) const {
     std::size_t joints = 0, targets = 0, count = 0;
     for (const Deformation& d : deformations) {
@@ -189,7 +189,7 @@ std::vector<VertexArrays> GpuDeformer::deform_batch(std::span<const Deformation>
         matrices.insert(matrices.end(), own.begin(), own.end());
         pieces += shape.pieces.size();
     }
-    // The buffer keeps its size whatever is active: Mesa compiles anew for another one.
+    // The buffer's size does not depend on the active targets, because Mesa recompiles for another size.
     targets.resize(std::min(std::max(targets.size(), most_targets), limits_.texture_buffer_texels));
     gpu::replace(matrices_, matrices);
     gpu::replace(targets_, targets);

@@ -17,17 +17,17 @@
 namespace halflight {
 
 struct DeformStatistics {
-    std::size_t vertices = 0;         // deformed
-    std::size_t vertices_on_cpu = 0;  // deformed by deform() because of the driver's limits
-    double seconds = 0;               // CPU clock, including reading and uploading
+    std::size_t vertices = 0;         // deformed vertices
+    std::size_t vertices_on_cpu = 0;  // vertices deformed by deform() because of the driver's limits
+    double seconds = 0;               // seconds of the CPU clock, including reading and uploading
 };
 
-/// Deforms vertices on the device. Keeps shapes in device memory, and morph targets that have been active. Shapes with
-/// more vertices than the driver's blocks and buffers hold are divided. The context must be current on the calling
-/// thread and outlive the object.
+/// Deformer that runs on the device. It owns device copies of shapes, and of morph targets that have been active.
+/// Shapes with more vertices than the driver's blocks and buffers hold are divided. The context must be current on the
+/// calling thread and outlive the object.
 class GpuDeformer final : public Deformer {
   public:
-    /// `limits`: those of the context, or lower ones.
+    /// Creates a deformer; `limits` are those of the context, or lower ones.
     GpuDeformer(const gpu::Context& context, const gpu::Limits& limits);
     explicit GpuDeformer(const gpu::Context& context) : GpuDeformer(context, context.limits()) {}
     GpuDeformer(const GpuDeformer&) = delete;
@@ -39,7 +39,7 @@ class GpuDeformer final : public Deformer {
 
     /// Returns the statistics since the last call.
     DeformStatistics take_statistics() { return std::exchange(statistics_, {}); }
-    std::size_t bytes() const;  ///< size in device memory
+    std::size_t bytes() const;  ///< Returns the size in device memory, bytes.
 
   private:
     struct Resident;

@@ -114,7 +114,7 @@ void PreparedScene::prepare(const Scene& scene) {
     tables.alpha_tested |= kept.alpha;
     tables.keep_top_level = kept.instances;
 
-    // Hierarchies on another thread, while this one packs and uploads the rest.
+    // Another thread builds the hierarchies while this one packs and uploads the rest.
     const bool same = trace_ && same_geometry(tables_, tables);
     std::optional<rays::Hierarchies> made;
     auto packing = std::async(std::launch::async, [&]() -> rays::PackedScene {

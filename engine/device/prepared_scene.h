@@ -49,21 +49,21 @@ class PreparedScene {
     const rays::TraceScene& trace() const { return *trace_; }
     const rays::CullTree& cull_tree() const { return cull_tree_; }                      ///< empty unless prepared
     const std::vector<std::string>& object_names() const { return object_names_; }      ///< Names of Scene::instances.
-    const std::vector<std::string>& material_names() const { return material_names_; }  ///< Names of Scene::materials.
-    std::uint64_t drawn_triangles() const;                                              ///< Triangles of all instances.
-    bool has_environment() const { return has_environment_; }  ///< True if an environment is visible.
+    const std::vector<std::string>& material_names() const { return material_names_; }  ///< Returns materials' names.
+    std::uint64_t drawn_triangles() const;                                              ///< Counts all instances.
+    bool has_environment() const { return has_environment_; }  ///< Returns whether an environment is visible.
     const Kept& kept() const { return options_.kept; }
-    const Estimator& estimator() const { return estimator_; }              ///< With all automatic choices resolved.
-    const Estimator& asked_estimator() const { return asked_estimator_; }  ///< The requested one.
+    const Estimator& estimator() const { return estimator_; }              ///< Returns all choices as resolved.
+    const Estimator& asked_estimator() const { return asked_estimator_; }  ///< Returns the requested one.
     /// Sets the estimator that a pilot (renderer/pilot.h) found or is to try, for renderers made from here on, and adds
     /// the seconds that it took.
     void settle(const Estimator& piloted, double seconds);
     gpu::ProgramCache& programs() { return programs_; }
-    std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< size in device memory
+    std::size_t bytes() const { return buffers_->bytes() + trace_->statistics().bytes; }  ///< Returns device memory.
     double seconds() const { return seconds_; }  ///< Time of construction or the last update, pilots included.
     const rays::HierarchyCounts& hierarchies() const {
         return hierarchies_;
-    }  ///< Counts of construction or the last update.
+    }  ///< Returns the counts of construction or the last update.
 
   private:
     struct Memory;
@@ -84,7 +84,7 @@ class PreparedScene {
     std::unique_ptr<Memory> memory_;  // null unless something moves
     gpu::ProgramCache programs_;
     bool has_environment_ = false;
-    bool usable_ = true;  // no update has failed
+    bool usable_ = true;  // false after a failed update
     Estimator estimator_;
     const Estimator asked_estimator_;
     rays::HierarchyCounts hierarchies_;

@@ -107,7 +107,7 @@ void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& 
     bring(UNIT_LIGHT_TREE, shading.light_tree, shaded ? &shaded->light_tree : nullptr);
     bring(UNIT_LIGHT_OF_TRIANGLE, shading.light_of_triangle, shaded ? &shaded->light_of_triangle : nullptr);
     bring(UNIT_ENVIRONMENT_ALIAS, shading.environment_cells, shaded ? &shaded->environment_cells : nullptr);
-    bind();  // for its errors
+    bind();  // bind() reports tables beyond the driver's limits
     set_draws(trace);
 }
 
@@ -141,7 +141,7 @@ std::size_t SceneBuffers::surface_record_bytes() const {
 }
 
 std::size_t SceneBuffers::widest_record_bytes() const {
-    constexpr std::size_t sums = 6 * sizeof(double);  // radiance of two lobes
+    constexpr std::size_t sums = 6 * sizeof(double);  // bytes: RGB radiance of two lobes
     return std::max({surface_record_bytes(), sizeof(shared::PathState), sums});
 }
 

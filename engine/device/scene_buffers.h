@@ -24,17 +24,17 @@ class SceneBuffers {
         const TraceTables& trace;
         const ShadingTables& shading;
     };
-    /// Updates the buffers to the tables of another pose. Texels that are left out are kept. last: the tables that the
-    /// buffers hold, or null; where it is given, only differences are written. Throws Error like the constructor. After
-    /// a failed update the object may only be destroyed.
+    /// Updates the buffers to the tables of another pose. Texels that are left out are kept. `last` holds the tables in
+    /// the buffers, or is null; if given, only differences are written. Throws Error like the constructor. After a
+    /// failed update the object may only be destroyed.
     void update(const TraceTables& trace, const ShadingTables& shading, const Content* last);
 
     const SceneNeeds& needs() const { return needs_; }
     /// Returns the defines that select shader variants for this scene: shader_defines() and HALFLIGHT_SURFACE_ROWS.
     const gpu::Defines& defines() const { return defines_; }
-    std::size_t surface_record_bytes() const;  ///< Bytes of one surface record (shaders/shared/surface.h).
-    std::size_t widest_record_bytes() const;   ///< Bytes of the widest record that a frame keeps per path.
-    std::size_t bytes() const;                 ///< size in device memory
+    std::size_t surface_record_bytes() const;  ///< Returns bytes per surface record (shaders/shared/surface.h).
+    std::size_t widest_record_bytes() const;   ///< Returns bytes of the widest record that a frame keeps per path.
+    std::size_t bytes() const;                 ///< Returns the size in device memory, bytes.
 
     /// Returns the block instances as shaders/shared/instances.h lays them out, for rays::TraceScene too.
     const gpu::Buffer& instance_rows() const { return instance_rows_; }
@@ -64,9 +64,9 @@ class SceneBuffers {
     std::vector<View> views_;
     std::vector<Draw> draws_;
     gpu::Buffer positions_;
-    gpu::Buffer indices_;  // three per triangle, for the rasterizer
+    gpu::Buffer indices_;  // three indices per triangle, for the rasterizer
     gpu::Buffer instance_rows_;
-    gpu::Buffer instances_;  // block instances, those of a block together
+    gpu::Buffer instances_;  // block instances, sorted by block
     gpu::Texture environment_;
     gpu::Texture albedo_;
     gpu::Object<gpu::delete_vertex_array> vertex_array_;

@@ -22,19 +22,19 @@ struct Band {
 
 class RadianceCache;
 
-/// The referenced objects outlive the graph; passes may capture them.
+/// Inputs of all passes. The referenced objects outlive the graph; passes may capture them.
 struct SceneView {
     gpu::ProgramCache& programs;
     const SceneBuffers& scene;
     const rays::TraceScene& trace;
-    rays::Tracer& tracer;                     // traces `trace`
-    Band band;                                // the largest band; buffers are sized for it
-    graph::BufferHandle frame_constants;      // struct Frame
-    std::uint32_t place = 0;                  // RayBatch::place
+    rays::Tracer& tracer;                     // tracer of `trace`
+    Band band;                                // the largest band, for which buffers are sized
+    graph::BufferHandle frame_constants;      // buffer of struct Frame
+    std::uint32_t place = 0;                  // value for RayBatch::place
     const Band* current = nullptr;            // band of the frame constants; null: rows of other bands are drawn, too
     std::uint32_t sums = 0;                   // index of the sums that samples are added to, where bands have their own
-    RadianceCache* radiance_cache = nullptr;  // null: paths use none
-    std::uint32_t shadow_rays = 1;            // per path, from its first surface to chosen lights
+    RadianceCache* radiance_cache = nullptr;  // null: paths do not use the radiance cache
+    std::uint32_t shadow_rays = 1;            // shadow rays per path, from its first surface to chosen lights
     std::uint32_t group_size = 1;             // pixels that share their paths
 };
 

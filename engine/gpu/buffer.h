@@ -20,7 +20,7 @@ namespace halflight::gpu {
 /// can be bound like any other one; it is backed by 16 zero bytes.
 class Buffer {
   public:
-    /// `data` points to `bytes` bytes, or is nullptr for zeros. Throws Error where the driver is out of memory.
+    /// Creates a buffer from the `bytes` bytes at `data`; zeros if `data` is null. Throws Error where memory runs out.
     Buffer(std::string name, std::size_t bytes, const void* data = nullptr);
 
     template <class T>
@@ -58,8 +58,8 @@ class Buffer {
     /// Sets every 32-bit word of the buffer to `word`.
     void fill(std::uint32_t word);
 
-    void bind_storage(GLuint index) const;  ///< binds a shader storage block
-    void bind_uniform(GLuint index) const;  ///< binds a uniform block
+    void bind_storage(GLuint index) const;  ///< Binds a shader storage block.
+    void bind_uniform(GLuint index) const;  ///< Binds a uniform block.
     /// Binds a view as a texture buffer ("samplerBuffer") with a sized format: GL_RGBA32F, GL_R32UI, ...
     void bind_texture(GLuint unit, GLenum format) const;
     /// Returns the texture of bind_texture(), which is created on first use and owned by the buffer. Throws Error where
@@ -73,8 +73,8 @@ class Buffer {
     mutable std::vector<std::pair<GLenum, Object<delete_texture>>> views_;
 };
 
-/// Replaces the contents of a buffer. Writes only the range from the first to the last different value if `last` holds
-/// the current contents; null: unknown. A buffer of another size is created anew, with the same name.
+/// Replaces the contents of a buffer. If `last` holds the current contents, writes only the range from the first to the
+/// last different value. A buffer of another size is created anew, with the same name.
 template <class T>
 void replace(Buffer& buffer, const std::vector<T>& values, const std::vector<T>* last = nullptr) {
     static_assert(std::is_trivially_copyable_v<T>);

@@ -103,7 +103,7 @@ struct Context::State {
 
     static void GLAPIENTRY on_message(GLenum source, GLenum type, GLuint, GLenum, GLsizei length, const GLchar* text,
                                       const void* user) {
-        // Program throws the messages of the shader compiler.
+        // Program throws the messages of the shader compiler, so they are not counted here.
         const bool error = type == GL_DEBUG_TYPE_ERROR || type == GL_DEBUG_TYPE_UNDEFINED_BEHAVIOR;
         if (!error || source == GL_DEBUG_SOURCE_SHADER_COMPILER) return;
         static_cast<State*>(const_cast<void*>(user))->add_error(std::string(text, static_cast<std::size_t>(length)));
@@ -257,7 +257,7 @@ std::uint64_t Context::error_count() const {
 
 void Context::check(std::string_view subject) {
     if (glGetGraphicsResetStatus() != GL_NO_ERROR) throw Error(subject, "the GPU's context was lost");
-    const bool told = state_->unseen > 0;  // a debug context has told every error already, with its text
+    const bool told = state_->unseen > 0;  // a debug context has already reported each error with its text
     for (GLenum error = glGetError(); error != GL_NO_ERROR; error = glGetError()) {
         if (error == GL_CONTEXT_LOST) throw Error(subject, "the GPU's context was lost");
         if (!told) state_->add_error(error_name(error));

@@ -30,15 +30,15 @@ struct DeviceAttempt {
 };
 
 struct Limits {
-    std::size_t texture_buffer_texels = 0;  ///< per texture buffer
-    std::size_t storage_block_bytes = 0;    ///< per shader storage block
+    std::size_t texture_buffer_texels = 0;  ///< texels per texture buffer
+    std::size_t storage_block_bytes = 0;    ///< bytes per shader storage block
     std::size_t uniform_block_bytes = 0;
     int texture_size = 0;       ///< texels along an edge of a 2D texture
     int texture_3d_size = 0;    ///< texels along an edge of a 3D texture
-    int texture_units = 0;      ///< per shader stage
-    int storage_blocks = 0;     ///< per compute shader
+    int texture_units = 0;      ///< texture units per shader stage
+    int storage_blocks = 0;     ///< storage blocks per compute shader
     int workgroup_count = 0;    ///< maximum number of work groups along x
-    int color_attachments = 0;  ///< per framebuffer
+    int color_attachments = 0;  ///< color attachments per framebuffer
 };
 
 /// Owns a context, which is current on the creating thread until it is destroyed or another context becomes current. An
@@ -57,9 +57,9 @@ class Context {
 
     void make_current() const;
     const std::vector<DeviceAttempt>& attempts() const;
-    const std::string& renderer() const;  ///< GL_RENDERER
-    const std::string& version() const;   ///< GL_VERSION
-    bool software() const;                ///< whether it is llvmpipe, softpipe or swrast
+    const std::string& renderer() const;  ///< Returns GL_RENDERER.
+    const std::string& version() const;   ///< Returns GL_VERSION.
+    bool software() const;                ///< Returns whether it is llvmpipe, softpipe or swrast.
     const Limits& limits() const;
     /// Returns the store for ProgramCache; null unless binaries_folder is set.
     const ProgramBinaries* binaries() const;
@@ -85,12 +85,12 @@ void default_state();
 /// Waits until all commands are executed.
 void finish();
 
-/// Measures CPU clock seconds of the code that follows and of the GL work that it starts. GL timers of software drivers
+/// Clock of the CPU seconds of the code that follows and of the GL work that it starts. GL timers of software drivers
 /// are meaningless.
 class Stopwatch {
   public:
-    Stopwatch();             ///< waits for earlier work
-    double seconds() const;  ///< waits for all work so far
+    Stopwatch();             ///< Waits for earlier work.
+    double seconds() const;  ///< Waits for all work so far.
   private:
     std::int64_t start_;  // nanoseconds
 };

@@ -10,7 +10,7 @@
 
 namespace halflight::gpu {
 
-/// Kind of a device before it is tried. Unknown: Mesa's surfaceless platform, whose driver is not known.
+/// Kind of a device before it is tried. The driver of Mesa's surfaceless platform is unknown.
 enum class DeviceKind : std::uint8_t { hardware, software, unknown };
 
 /// A device that may provide a context without a window system.

@@ -7,7 +7,7 @@
 namespace halflight::gpu {
 
 struct EmbeddedShader {
-    std::string_view name;  // "shaders/lib/x.glsl"
+    std::string_view name;  // name from the project's root: "shaders/lib/x.glsl"
     std::string_view text;
 };
 /// Returns the shaders of the library, sorted by name.

@@ -49,7 +49,7 @@ bool takes_format(GLenum format) {
     return std::find(formats.begin(), formats.end(), static_cast<GLint>(format)) != formats.end();
 }
 
-/// The program that was stored under the key, or 0.
+/// Returns the program that was stored under the key, or 0.
 GLuint loaded(std::string_view name, std::string_view key, const ProgramBinaries& binaries) {
     const std::optional<ProgramBinary> binary = binaries.load(key);
     if (!binary || !takes_format(binary->format)) return 0;
@@ -61,7 +61,7 @@ GLuint loaded(std::string_view name, std::string_view key, const ProgramBinaries
 
 void store(GLuint program, std::string_view key, const ProgramBinaries& binaries) {
     const GLint size = value_of(program, GL_PROGRAM_BINARY_LENGTH);
-    if (size <= 0) return;  // a driver without any format
+    if (size <= 0) return;  // the driver has no binary format
     ProgramBinary binary;
     binary.bytes.resize(static_cast<std::size_t>(size));
     GLsizei written = 0;
@@ -115,7 +115,7 @@ std::string text_of(const std::vector<ShaderSource>& stages, const Defines& defi
     return text;
 }
 
-/// Text of their own is part of the key, so that it may be generated.
+/// Adds a source with its own text, if any, so that generated text is part of the key.
 void add_to_key(std::string& key, const ShaderSource& source) {
     ((key += source.name) += '\0') += source.text;
     key += '\0';

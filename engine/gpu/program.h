@@ -34,7 +34,7 @@ class Program {
 
     GLuint id() const { return object_.id(); }
     const std::string& name() const { return name_; }
-    const std::string& text() const { return text_; }  ///< Source of all stages as the compiler sees it.
+    const std::string& text() const { return text_; }  ///< Returns the source of all stages as compiled.
     void bind() const;
 
     /// Returns the location of a uniform, -1 where the name is declared but not active. Throws Error where the name
@@ -62,7 +62,7 @@ class Program {
     void bind_storage(std::string_view block, const Buffer& buffer) const;
     void bind_uniform(std::string_view block, const Buffer& buffer) const;
     void bind_texture(std::string_view sampler, const Texture& texture) const;
-    void bind_texture(std::string_view sampler, const Buffer& buffer, GLenum format) const;  ///< a sized format
+    void bind_texture(std::string_view sampler, const Buffer& buffer, GLenum format) const;  ///< sized format
     void bind_image(std::string_view image, const Texture& texture) const;
     /// Returns the slots of all active resources.
     const std::vector<Slot>& slots() const { return slots_; }
@@ -88,11 +88,11 @@ class Program {
     mutable std::map<std::string, GLint, std::less<>> uniforms_;
 };
 
-/// Compiles every variant of a program once. References stay valid as long as the cache; reload() replaces the programs
-/// that they refer to.
+/// Owner of every variant of a program, each compiled once. References stay valid as long as the cache; reload()
+/// replaces the programs that they refer to.
 class ProgramCache {
   public:
-    /// binaries: as for Program; outlives the cache.
+    /// Creates a cache. `binaries` is as for Program and must outlive the cache.
     explicit ProgramCache(const ProgramBinaries* binaries = nullptr) : binaries_(binaries) {}
 
     const Program& compute(const ShaderSource& source, const Defines& defines = {});
@@ -104,7 +104,7 @@ class ProgramCache {
     std::size_t reload();
 
     std::size_t count() const { return entries_.size(); }
-    double seconds() const { return seconds_; }  ///< CPU time of compiling and linking, seconds
+    double seconds() const { return seconds_; }  ///< Returns the CPU time of compiling and linking, seconds.
 
   private:
     struct Entry {

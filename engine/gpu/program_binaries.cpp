@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Precedes the key and the bytes in each file.
+/// Start of each file, before the key and the bytes.
 struct Header {
     char magic[8];
     std::uint64_t key_bytes;
@@ -28,7 +28,7 @@ struct Header {
 };
 constexpr char kMagic[8] = {'h', 'l', 'p', 'r', 'o', 'g', '0', '1'};
 
-/// Returns nothing for files that are not regular or are longer than `max_bytes`.
+/// Returns the content of a file; nothing if it is not regular or is longer than `max_bytes`.
 std::optional<std::string> content_of(const fs::path& file, std::uint64_t max_bytes) {
     std::error_code error;
     if (!fs::is_regular_file(file, error) || fs::file_size(file, error) > max_bytes || error) return std::nullopt;
@@ -111,7 +111,7 @@ void ProgramBinaries::make_room() const {
     std::uint64_t total = 0;
     std::error_code error;
     for (fs::directory_iterator at(folder_, error), end; !error && at != end; at.increment(error)) {
-        std::error_code gone;  // removed by another process
+        std::error_code gone;  // another process may have removed the file
         const auto bytes = at->file_size(gone);
         const auto used = at->last_write_time(gone);
         if (gone) continue;

@@ -19,9 +19,9 @@ struct ProgramBinary {
 /// count as missing, and failed writes are ignored.
 class ProgramBinaries {
   public:
-    static constexpr std::uint64_t kMaxBytes = std::uint64_t{64} << 20;  // about a thousand programs
+    static constexpr std::uint64_t kMaxBytes = std::uint64_t{64} << 20;  // bytes; about a thousand programs
 
-    /// `driver` identifies the compiler and is part of every key.
+    /// Opens a folder. `driver` identifies the compiler and is part of every key.
     ProgramBinaries(std::filesystem::path folder, std::string driver, std::uint64_t max_bytes = kMaxBytes);
 
     /// Returns the program stored under the key; nothing where the file is missing, damaged, or belongs to another key.

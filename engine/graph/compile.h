@@ -8,7 +8,7 @@
 
 namespace halflight::graph {
 
-/// A pass of the plan.
+/// A pass of the plan, and what the executor does before it.
 struct PlannedPass {
     std::string name;
     std::vector<Use> uses;
@@ -26,17 +26,17 @@ struct CulledPass {
 /// A resource of the plan, at the index of its handles.
 struct PlannedResource {
     ResourceNode node;
-    bool used = false;        // a pass of the plan uses it
+    bool used = false;        // true: a pass of the plan uses it
     std::uint32_t first = 0;  // index of the first pass of the plan that uses it
     std::uint32_t last = 0;   // index of the last pass that uses it; outputs last until the end
     std::uint32_t slot = kNoSlot;
-    static constexpr std::uint32_t kNoSlot = ~0u;  // imported, history, or unused
+    static constexpr std::uint32_t kNoSlot = ~0u;  // slot of imported, history and unused resources
 };
 
-/// A piece of memory that several transients use one after the other.
+/// Memory that several transients use one after the other.
 struct Slot {
     bool is_texture = false;
-    BufferDesc buffer;                   // the largest of its transients
+    BufferDesc buffer;                   // description of the largest transient
     gpu::TextureDesc texture;            // description that all its transients share
     std::vector<std::uint32_t> tenants;  // transients, in order of first use
     std::size_t bytes() const { return is_texture ? gpu::texture_bytes(texture) : buffer.bytes; }
@@ -48,12 +48,12 @@ struct CompiledGraph {
     std::vector<CulledPass> culled;
     std::vector<PlannedResource> resources;
     std::vector<Slot> slots;
-    std::size_t transient_bytes = 0;  // sum over all used transients without aliasing
-    std::size_t slot_bytes = 0;       // memory of all slots
+    std::size_t transient_bytes = 0;  // bytes of all used transients without aliasing
+    std::size_t slot_bytes = 0;       // bytes of all slots
 };
 
 struct CompileOptions {
-    bool alias = true;  // off: each transient has its own memory of exactly its size
+    bool alias = true;  // false: each transient has its own memory of exactly its size
 };
 
 /// Compiles a graph; a pure function. A pass runs if it is kept, or if a running pass or an output needs its results.

@@ -30,7 +30,7 @@ void poison_texture(gpu::Texture& texture) {
         texture.clear_uint(kPoison);
     } else if (kind == gpu::TexelKind::color) {
         texture.clear(nan, nan, nan, nan);
-    }  // depth is clamped to [0, 1]: there is no poison
+    }  // depth is clamped to [0, 1], so it cannot be poisoned
 }
 
 bool is_attachment(const Use& use) {
@@ -262,7 +262,7 @@ void Executor::run_pass(const CompiledGraph& graph, const PlannedPass& pass) {
 void Executor::run(const CompiledGraph& graph) {
     place(graph);
     for (const PlannedPass& pass : graph.passes) run_pass(graph, pass);
-    // Whatever comes next, the next run and readers outside of the graph, sees what the shaders have written.
+    // Later runs and readers outside the graph must see the shaders' writes.
     glMemoryBarrier(GL_ALL_BARRIER_BITS);
     for (const PlannedResource& resource : graph.resources) {
         if (resource.node.kind != ResourceKind::history_now || !resource.used) continue;

@@ -58,7 +58,7 @@ class History {
         std::vector<gpu::Buffer> buffers;    // two for a pair, one for a carried buffer, else none
         std::vector<gpu::Texture> textures;  // two for a pair, else none
         std::uint32_t now = 0;               // index of the current one of the two
-        bool written = false;                // `now` was completed in the last run
+        bool written = false;                // true: `now` was completed in the last run
     };
     Pair& turn(const ResourceNode& node);
     gpu::Buffer& carried(const ResourceNode& node);
@@ -69,7 +69,7 @@ class History {
 struct PassTime {
     std::string name;
     std::uint64_t count = 0;
-    double seconds = 0;  // CPU clock around glFinish, total
+    double seconds = 0;  // total seconds, CPU clock around glFinish()
 };
 
 /// Runs compiled graphs. Memory is allocated in the first run of a graph and kept until another graph runs.
@@ -96,11 +96,11 @@ class Executor {
     /// Switches timing of passes, off by default: the executor then waits before and after each pass, so that passes
     /// no longer overlap.
     void measure(bool on) { measure_ = on; }
-    const std::vector<PassTime>& times() const { return times_; }  ///< Sorted by first execution.
+    const std::vector<PassTime>& times() const { return times_; }  ///< Returns times in order of first run.
     void reset_times() { times_.clear(); }
 
-    /// Switches poisoning, for tests: undefined content is filled with 0xff (NaN) before a pass writes it, which shows
-    /// up in results that depend on it.
+    /// Switches poisoning, for tests. Undefined content is filled with 0xff (NaN) before a pass writes it. Results that
+    /// depend on it then show NaN.
     void poison(bool on) { poison_ = on; }
 
   private:
@@ -119,7 +119,7 @@ class Executor {
     History history_;
     std::vector<Memory> slots_;
     std::uint32_t serial_ = 0;               // serial of the last graph
-    std::vector<ResourceNode> nodes_;        // its resources
+    std::vector<ResourceNode> nodes_;        // resources of the last graph
     std::vector<gpu::Buffer*> buffer_of_;    // indexed by resource
     std::vector<gpu::Texture*> texture_of_;  // indexed by resource
     std::map<std::vector<std::uint64_t>, gpu::Framebuffer> framebuffers_;

@@ -278,7 +278,7 @@ gpu::TextureDesc Graph::desc(TextureHandle handle) const {
     return resources_[handle.resource].texture;
 }
 
-/// The resource, if the handle is its current version in this graph.
+/// Returns the resource. Throws Error unless the handle is its current version in this graph.
 ResourceNode& Graph::checked(const std::string& who, std::uint32_t graph, std::uint32_t resource,
                              std::uint32_t version) {
     if (resource == ~0u) throw Error(who, "uses an empty handle");

@@ -49,11 +49,11 @@ enum class Access : std::uint8_t {
 const char* name(Access access);
 bool writes(Access access);
 
-/// The name of a resource in the kernels of a pass: of a storage or uniform block, a sampler or an image. Empty: the
-/// pass binds the resource itself.
+/// Name of a resource in the kernels of a pass: of a storage or uniform block, a sampler or an image. If it is empty,
+/// the pass binds the resource itself.
 struct ShaderName {
     ShaderName() = default;
-    /// texels: sized format of a buffer that is read as a texture buffer; otherwise 0.
+    /// Names a resource; `texels` is the sized format of a buffer read as a texture buffer, else 0.
     ShaderName(const char* shader_name, GLenum texels = 0) : name(shader_name), format(texels) {}
     std::string name;
     GLenum format = 0;
@@ -78,7 +78,7 @@ using TextureHandle = Handle<struct TextureTag>;
 
 /// A resource whose content is carried from one run to the next, owned by the executor's History under its name.
 /// `previous` holds the content of `now` from the last run of a graph with this pair: zeros in the first run and after
-/// an invalidation. It is only read. `now` starts unwritten. A live reader of `previous` keeps the writers of `now`
+/// an invalidation. It is read-only. `now` starts unwritten. A live reader of `previous` keeps the writers of `now`
 /// alive.
 template <class H>
 struct HistoryPair {
@@ -101,8 +101,8 @@ struct ResourceNode {
     bool output = false;
     std::vector<std::uint32_t> writers;  // pass index of the writer of version i, or kNobody, or kOutside
 
-    static constexpr std::uint32_t kNobody = ~0u;   // no content yet
-    static constexpr std::uint32_t kOutside = ~1u;  // content from before the run
+    static constexpr std::uint32_t kNobody = ~0u;   // there is no content yet
+    static constexpr std::uint32_t kOutside = ~1u;  // there is content from before the run
     std::uint32_t current() const { return static_cast<std::uint32_t>(writers.size()) - 1; }
 };
 
@@ -179,7 +179,7 @@ class Graph {
 
     const std::vector<PassNode>& passes() const { return passes_; }
     const std::vector<ResourceNode>& resources() const { return resources_; }
-    std::uint32_t serial() const { return serial_; }  ///< Handle::graph of its handles.
+    std::uint32_t serial() const { return serial_; }  ///< Returns Handle::graph of its handles.
     BufferDesc desc(BufferHandle handle) const;
     gpu::TextureDesc desc(TextureHandle handle) const;
 

@@ -48,9 +48,9 @@ struct TimeCode {
     bool operator==(const TimeCode&) const = default;
 };
 /// Returns the time code of a frame; it wraps after 24 hours of its count. Rates of N 1000/1001 count like N, without
-/// drop frames, so that a day of theirs is 86.4 s longer. Above 30 frames per second, pairs of frames are counted, and
-/// the field flag marks the second frame (SMPTE ST 12-1, high frame rates). Returns none for other rates, odd ones
-/// above 30, and any above 60.
+/// drop frames, so that their count of 24 hours takes 86.4 s longer. Above 30 frames per second, pairs of frames are
+/// counted, and the field flag marks the second frame (SMPTE ST 12-1, high frame rates). Returns nothing for other
+/// rates, odd ones above 30, and any above 60.
 std::optional<TimeCode> time_code(const FrameRate& rate, std::uint32_t frame);
 
 /// Attributes of a file. Cameras are given in the engine's convention (column vectors, right-handed, looking along -Z,
@@ -92,7 +92,7 @@ struct ExrFile {
     std::vector<ExrChannel> channels;  // sorted by name
     ExrAttributes attributes;
 
-    const ExrChannel* find(const std::string& name) const;  // null if missing
+    const ExrChannel* find(const std::string& name) const;  // Returns null if it is missing.
     /// Returns 1 to 4 channels interleaved, uint32 converted to float. Throws Error that names a missing channel.
     Image image(const std::vector<std::string>& names) const;
 };
@@ -102,8 +102,8 @@ bool is_exr(std::string_view bytes);
 
 /// Limits of a reader's memory.
 struct ExrLimits {
-    int max_side = 16384;                              // pixels
-    std::uint64_t max_bytes = std::uint64_t{4} << 30;  // limit of the file's size, and of its pixels as floats
+    int max_side = 16384;                              // pixels along x and y
+    std::uint64_t max_bytes = std::uint64_t{4} << 30;  // bytes of the file, and of its pixels as floats
 };
 
 /// Reads the first part of a file with scan lines or tiles (the finest level). Throws Error for damaged, truncated,

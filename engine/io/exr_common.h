@@ -22,7 +22,7 @@ dmat4 exr_camera_from_camera();
 /// Returns the matrix from OpenGL clip space to the standard's NDC: x and y in [0, 1], y down.
 dmat4 exr_ndc_from_clip();
 
-/// Bytes in memory; reading beyond their end throws OpenEXR's usual exception.
+/// Stream over bytes in memory; reading beyond their end throws OpenEXR's usual exception.
 class ExrInput : public Imf::IStream {
   public:
     ExrInput(const std::string& name, std::string_view bytes) : IStream(name.c_str()), bytes_(bytes) {}

@@ -26,11 +26,11 @@ Imf::PixelType pixel_type(ExrType type) {
 
 half to_half(float value) {
     if (std::isinf(value)) return half(value);
-    return half(std::clamp(value, -float(HALF_MAX), float(HALF_MAX)));  // a NaN stays one
+    return half(std::clamp(value, -float(HALF_MAX), float(HALF_MAX)));  // NaN stays NaN
 }
 
-/// Converts a matrix. Column vectors to row vectors is a transpose, and GLM's column-major to Imath's row-major storage
-/// is another one.
+/// Converts a matrix. Two transposes cancel: from column vectors to row vectors, and from GLM's column-major storage to
+/// Imath's row-major storage.
 Imath::M44f row_vector_form(const dmat4& m) {
     Imath::M44f result;
     for (int i = 0; i < 4; ++i)
@@ -87,7 +87,7 @@ class Rows {
   public:
     explicit Rows(const ExrLayerView& layer) : layer_(layer) {}
 
-    /// Adds the layer's channels to `buffer`, for rows [y, y + rows). They stay until the next call.
+    /// Adds the layer's channels to `buffer`, for rows [y, y + rows). The values stay until the next call.
     void prepare(int y, int rows, Imf::FrameBuffer& buffer) {
         const Image& image = layer_.image;
         const auto width = static_cast<std::size_t>(image.width);

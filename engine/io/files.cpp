@@ -152,7 +152,7 @@ void remove_abandoned(std::span<const fs::path> paths) {
             const fs::path target = follow_links(path);
             const fs::path folder = target.parent_path().empty() ? fs::path(".") : target.parent_path();
             prefixes[folder].insert(temporary_prefix(target));
-        } catch (const std::exception&) {  // a loop of links, which writing will complain about
+        } catch (const std::exception&) {  // write_atomically() reports a loop of links
         }
     }
     for (const auto& [folder, wanted] : prefixes) {

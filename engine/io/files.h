@@ -49,8 +49,8 @@ class CheckedFile {
     ~CheckedFile();
 
     void write(const void* bytes, std::size_t count);
-    std::uint64_t tell() const;         ///< bytes from the start
-    void seek(std::uint64_t position);  ///< bytes from the start
+    std::uint64_t tell() const;         ///< Returns the position, bytes from the start.
+    void seek(std::uint64_t position);  ///< Sets the position, bytes from the start.
     /// Flushes and closes; throws the error of an earlier write() again, in case its caller has swallowed it.
     void close();
 

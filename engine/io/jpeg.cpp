@@ -13,13 +13,13 @@
 namespace halflight {
 namespace {
 
-// Limit of scans. Encoders use a dozen; each costs a pass over all blocks for a few bytes in the file.
+// Maximum number of scans. Encoders use a dozen; each costs a pass over all blocks for a few bytes in the file.
 constexpr int kMaxScans = 256;
-// Limit of pixels per byte: a block of 8 x 8 pixels takes at least one bit.
+// Maximum number of pixels per byte: a block of 8 x 8 pixels takes at least one bit.
 constexpr std::size_t kPixelsPerByte = 512;
 
-/// Errors of libjpeg, which reports them by calls that must not return. Nothing between setjmp and the jump may have a
-/// destructor.
+/// Decoder of one file. libjpeg reports errors by calls that must not return, so these jump back to setjmp(). Nothing
+/// between setjmp() and the jump may have a destructor.
 class Decoder {
   public:
     explicit Decoder(std::string_view bytes) : bytes_(bytes) {
