@@ -18,21 +18,21 @@ struct ProcessOptions {
     int input = -1;                          // descriptor that becomes stdin; -1: /dev/null
     int output = -1;                         // descriptor that becomes stdout; -1: /dev/null
     int errors = -1;                         // descriptor that becomes stderr; -1: /dev/null
-    bool own_group = true;                   // a process group of its own, which a terminal's Ctrl-C does not reach
+    bool own_group = true;                   // true: in its own process group, out of reach of a terminal's Ctrl-C
 };
 
 /// Result of a process that has ended.
 struct ProcessEnd {
     int status = 0;              // exit status, or 128 + signal
     int signal = 0;              // signal that ended it, or 0
-    double cpu_seconds = 0;      // user and system time of the process and of the children that it has waited for
+    double cpu_seconds = 0;      // seconds, user and system, of the process and the children that it has waited for
     std::size_t peak_bytes = 0;  // greatest resident memory, bytes
 };
 
 /// A running program. Neither the program nor its own process group, if it has one, outlives the object.
 class Process {
   public:
-    /// Starts arguments[0], which is looked up in PATH where it has no slash. Throws Error about it where it cannot.
+    /// Starts arguments[0], looked up in PATH where it has no slash. Throws Error naming it if it cannot start.
     explicit Process(const std::vector<std::string>& arguments, const ProcessOptions& options = {});
     Process(const Process&) = delete;
     Process& operator=(const Process&) = delete;

@@ -40,7 +40,7 @@ class Decoder {
     Decoder& operator=(const Decoder&) = delete;
     ~Decoder() { jpeg_destroy_decompress(&info_); }
 
-    /// Return false after an error; message() tells why.
+    /// Returns false after an error; message() tells why.
     bool read_header() {
         if (setjmp(back_)) return false;
         jpeg_create_decompress(&info_);

@@ -16,7 +16,7 @@ namespace halflight {
 std::uint8_t quantize_8bit(float value);
 std::vector<std::uint8_t> quantize_8bit(const Image& image);
 
-/// A text of a file (PNG, third edition, 11.3.3.2).
+/// A text of a PNG file (PNG, third edition, 11.3.3.2).
 struct PngText {
     std::string keyword;  // 1 to 79 letters of Latin-1; empty: no text
     std::string text;     // Latin-1
@@ -28,7 +28,7 @@ struct PngText {
 std::string encode_png(const std::string& subject, int width, int height, int channels,
                        const std::vector<std::uint8_t>& bytes, const PngText& text = {});
 
-/// Writes encode_png() to a file, which appears complete or not at all (files.h).
+/// Writes the result of encode_png() to a file, which appears complete or not at all (files.h).
 void write_png(const std::filesystem::path& path, int width, int height, int channels,
                const std::vector<std::uint8_t>& bytes);
 

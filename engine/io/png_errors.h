@@ -29,7 +29,7 @@ class PngErrors {
         std::strncpy(self.message_, message, sizeof self.message_ - 1);
         png_longjmp(png, 1);
     }
-    static void ignore(png_structp, png_const_charp) {}  // ignores warnings
+    static void ignore(png_structp, png_const_charp) {}  // Ignores a warning.
 
   private:
     char message_[256] = {};

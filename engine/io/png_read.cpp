@@ -10,12 +10,12 @@
 namespace halflight {
 namespace {
 
-// One-bit texels at the maximum compression (1032:1, zlib's technical details).
+// Maximum texels per byte: one-bit texels at the maximum compression (1032:1, zlib's technical details).
 constexpr std::size_t kTexelsPerByte = 8 * 1032;
 
 class Decoder : public PngErrors {
   public:
-    /// rgba: texels are 8-bit RGBA; otherwise they have 16 bits and the channels of the file.
+    /// Prepares decoding to 8-bit RGBA if `rgba` is set, else to 16 bits with the channels of the file.
     Decoder(std::string_view bytes, bool rgba)
         : rest_(bytes),
           rgba_(rgba),
@@ -25,7 +25,7 @@ class Decoder : public PngErrors {
     }
     ~Decoder() { png_destroy_read_struct(&png_, &info_, nullptr); }
 
-    /// Return false after an error; message() tells why.
+    /// Returns false after an error; message() tells why.
     bool read_header() {
         if (setjmp(png_jmpbuf(png_))) return false;
         png_set_read_fn(png_, this, [](png_structp png, png_bytep out, std::size_t count) {
@@ -110,13 +110,13 @@ Image read_png(const std::string& subject, std::string_view bytes, int max_side)
     Image image(static_cast<int>(decoder.width()), static_cast<int>(decoder.height()),
                 static_cast<int>(decoder.channels()));
     std::ranges::transform(values, image.pixels.begin(),
-                           [](std::uint16_t v) { return static_cast<float>(v) / 65535.0f; });  // 8 bits are v * 257
+                           [](std::uint16_t v) { return static_cast<float>(v) / 65535.0f; });  // 8 bits give v * 257
     return image;
 }
 
 std::string text_of_png(std::string_view png, std::string_view keyword) {
     constexpr std::size_t kSignature = 8;
-    constexpr std::size_t kFrame = 12;  // length, type and checksum of a chunk
+    constexpr std::size_t kFrame = 12;  // bytes: length, type and checksum of a chunk
     const auto length_at = [&](std::size_t at) {
         std::size_t value = 0;
         for (const char c : png.substr(at, 4)) value = value << 8 | static_cast<unsigned char>(c);

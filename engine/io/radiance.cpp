@@ -104,7 +104,7 @@ void read_pixels(Reader& reader, const Rgbe& first, std::vector<Rgbe>& row) {
 }
 
 void read_row(Reader& reader, std::vector<Rgbe>& row) {
-    constexpr std::size_t kShortest = 8, kLongest = 0x7fff;  // rows that new run lengths are used for
+    constexpr std::size_t kShortest = 8, kLongest = 0x7fff;  // texels of rows with new run lengths
     const Rgbe start = reader.pixel();
     if (row.size() < kShortest || row.size() > kLongest || start[0] != 2 || start[1] != 2 || start[2] > 127)
         return read_pixels(reader, start, row);
@@ -132,7 +132,7 @@ RadiancePicture read_radiance(const std::string& subject, std::string_view bytes
     const auto width = static_cast<std::size_t>(resolution.width);
     const auto height = static_cast<std::size_t>(resolution.height);
 
-    std::vector<Rgbe> rows;  // grows with what is there, not with what the header claims
+    std::vector<Rgbe> rows;  // grows with the rows read, not with the header's size
     std::vector<Rgbe> row(width);
     for (std::size_t y = 0; y < height; ++y) {
         read_row(reader, row);

@@ -17,17 +17,17 @@ struct BatchStatistics {
     struct Measured {
         std::uint64_t runs = 0;
         std::uint64_t timed = 0;  // timed runs: all with Tracer::count(), otherwise those on trial
-        double seconds = 0;       // sum over timed runs
+        double seconds = 0;       // seconds, sum over timed runs
         double best = 0;          // fastest timed run, seconds; summed over places
         std::uint64_t rays = 0;   // live rays, sum over runs; 0 unless counted
     };
     Measured measured[kTraceMethods];
     struct Seconds {
         double cull = 0;
-        double search = 0;  // search of the lists' leaves
-        double rest = 0;    // search of the subtrees of the other entries
+        double search = 0;  // seconds of searching the lists' leaves
+        double rest = 0;    // seconds of searching the subtrees of the other entries
     };
-    Seconds steps;                   // sums over runs by tiles
+    Seconds steps;                   // seconds, sums over runs by tiles
     std::uint64_t tiles = 0;         // tiles of all runs by tiles
     std::uint64_t tiles_culled = 0;  // tiles whose list was made anew; the other lists were kept
     /// Sums over runs by tiles; 0 unless counted.
@@ -41,7 +41,7 @@ struct BatchStatistics {
         std::uint64_t remembered = 0;  // any-hit rays ended by a leaf remembered from earlier runs
     };
     Lists lists;
-    std::size_t state_bytes = 0;  // size of state carried from run to run, sum over places
+    std::size_t state_bytes = 0;  // bytes of state carried from run to run, sum over places
 };
 
 /// Adds the statistics of the batch in another place. Method and reason stay those of `to`.

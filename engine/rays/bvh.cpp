@@ -14,10 +14,10 @@ namespace {
 
 /// A node made by the builder's callbacks, in the builder's memory until it is flattened.
 struct BuiltNode {
-    std::uint32_t child_count = 0;  // inner node
+    std::uint32_t child_count = 0;  // children of an inner node
     BuiltNode* children[4] = {};
     Bounds bounds[4];
-    std::uint32_t primitive_count = 0;  // leaf
+    std::uint32_t primitive_count = 0;  // primitives of a leaf
     std::uint32_t primitives[kMaxLeafPrimitives] = {};
 };
 
@@ -117,7 +117,7 @@ void split_pair(const RTCBuildPrimitive* primitive, unsigned dimension, float po
     }
 }
 
-/// `primitives` has `count` elements, and spare capacity if `pairs` are given.
+/// Builds a hierarchy. `primitives` has `count` elements, and spare capacity if `pairs` are given.
 Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::uint32_t max_leaf, const Ring* pairs) {
     Bvh bvh;
     if (count == 0) return bvh;
@@ -142,7 +142,7 @@ Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::ui
     arguments.createLeaf = create_leaf;
     arguments.splitPrimitive = pairs ? split_pair : nullptr;
     arguments.userPtr = const_cast<Ring*>(pairs);
-    // One thread: several threads would number the parts of split pairs in the order of their arrival.
+    // One thread is used, because several would number the parts of split pairs in the order of their arrival.
     tbb::task_arena one_thread(1);
     auto* built = one_thread.execute([&] { return static_cast<BuiltNode*>(rtcBuildBVH(&arguments)); });
     if (built == nullptr) {

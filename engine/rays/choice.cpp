@@ -29,7 +29,7 @@ void Choice::ran(double seconds) {
     if (names_.size() < 2) return;
     if (trial_.empty()) {
         if (--runs_left_ > 0) return;
-        // The current method first: its time must be up to date, too.
+        // The current method comes first, because its time must be up to date, too.
         trial_ = {best_};
         for (std::size_t method = 0; method < names_.size(); ++method) {
             if (method != best_) trial_.insert(trial_.end(), kTrials - 1, method);

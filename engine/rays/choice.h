@@ -9,9 +9,9 @@
 
 namespace halflight::rays {
 
-/// The first method is known to be good and serves the first kFirstRuns runs, because short jobs end before a trial
-/// could pay. Then the other methods are tried, and the one with the fastest run is selected. Trials are repeated from
-/// time to time, because the work changes.
+/// Method selection. The first method serves the first kFirstRuns runs: it is known to be good, and short jobs end
+/// before a trial could pay. Then the other methods are tried, and the one with the fastest run is selected. Trials are
+/// repeated from time to time, because the work changes.
 class Choice {
   public:
     static constexpr int kFirstRuns = 4;
@@ -23,10 +23,10 @@ class Choice {
     static constexpr std::uint64_t kReexamine = 64;
     static constexpr double kHopeless = 1.3;
 
-    /// `names` are the names of the methods for reason(); at least one.
+    /// Starts with the first method. `names` has at least one name, for reason().
     explicit Choice(std::vector<std::string> names);
 
-    std::size_t now() const;  ///< index of the method for the next run
+    std::size_t now() const;  ///< Returns the index of the method for the next run.
     /// Returns whether the time of the next run is needed; never with one method.
     bool on_trial() const { return !trial_.empty(); }
     /// Records the end of a run by now(); `seconds` is used if it was on_trial().

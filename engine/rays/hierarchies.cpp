@@ -40,7 +40,7 @@ bool holds_together(const TrianglePair& pair, const std::vector<Corners>& corner
     return a[one[0]] == b[other[0]] && a[one[1]] == b[other[1]];
 }
 
-/// A shape where its triangles are now; none where it does not fit, or not well.
+/// Returns a shape refitted to its triangles; none where it does not fit or would cost more than kMostRefitCost allows.
 std::optional<PartTree> refitted(const PartTree& shape, const TraceTables& tables, const Part& part) {
     const std::vector<Corners> corners = corners_of(tables, part);
     std::size_t triangles = 0;
@@ -55,7 +55,7 @@ std::optional<PartTree> refitted(const PartTree& shape, const TraceTables& table
     return tree;
 }
 
-/// Bit by bit: signs of zeros may be seen in hits.
+/// Returns whether all bits are equal, because signs of zeros can change hits.
 bool same_bits(const vec3& a, const vec3& b) {
     return std::memcmp(&a, &b, sizeof(a)) == 0;
 }

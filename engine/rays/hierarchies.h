@@ -53,7 +53,7 @@ struct PartTree {
     double cost = 0;                  // expected_cost() of moving parts in the pose for which the shape was built
 };
 
-/// Numbers of hierarchies by update.
+/// Numbers of hierarchies by kind of update.
 struct HierarchyCounts {
     std::size_t kept = 0;      // hierarchies left unchanged
     std::size_t refitted = 0;  // hierarchies with the same shape and new boxes
@@ -69,10 +69,10 @@ class Hierarchies {
     void update(const TraceTables& last, const TraceTables& now);
 
     const std::vector<Part>& parts() const { return parts_; }
-    const std::vector<PartTree>& trees() const { return trees_; }  ///< one per part
-    // Results of the last update, or of the constructor.
+    const std::vector<PartTree>& trees() const { return trees_; }  ///< Returns one tree per part.
+    // Returns the counts of the last update, or of the constructor.
     const HierarchyCounts& counts() const { return counts_; }
-    double seconds() const { return seconds_; }  ///< CPU clock
+    double seconds() const { return seconds_; }  ///< Returns CPU clock seconds.
 
   private:
     enum class Fate : std::uint8_t { kept, refitted, built };

@@ -1,4 +1,4 @@
-// Kinds of ray batches and methods that trace them, by name. No OpenGL.
+// Kinds of ray batches and methods that trace them, by name. Uses no OpenGL.
 #pragma once
 
 #include <cstddef>

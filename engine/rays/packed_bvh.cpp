@@ -23,7 +23,7 @@ constexpr double kSlack = 0x1p-20;
 // grows by the condition of M, and each of the two lengths is at most twice the reach. The block's own 16 roundings
 // grow alike.
 constexpr double kInstanceSlack = 0x1p-18;
-// Grid boxes whose area is that much greater cost more than their smaller nodes gain.
+// Grid boxes whose area exceeds the exact one by this factor cost more than their smaller nodes gain.
 constexpr double kMaxLooseness = 1.3;
 
 struct Grid {
@@ -31,7 +31,7 @@ struct Grid {
     vec3 cell{1};
 };
 
-/// Cells are never so small that coordinates of 2^41 lose their meaning on the grid.
+/// Returns a grid over the bounds. Its cells are large enough that coordinates of 2^41 keep their meaning.
 Grid grid_over(const Bounds& bounds) {
     if (bounds.empty()) return {};
     const vec3 extent = bounds.extent();
@@ -57,7 +57,7 @@ std::uint32_t index_word(std::size_t index, const char* what) {
     return kBvhTag | static_cast<std::uint32_t>(index);
 }
 
-/// Outside of the box by one rounding, so that float arithmetic on the way to it makes no difference.
+/// Widens a box by one rounding, so that earlier float arithmetic makes no difference.
 Bounds widened(const dvec3& lower, const dvec3& upper) {
     const vec3 l(lower), u(upper);
     return {l - glm::abs(l) * 0x1p-22f, u + glm::abs(u) * 0x1p-22f};
@@ -65,7 +65,7 @@ Bounds widened(const dvec3& lower, const dvec3& upper) {
 
 Bounds world_box(const BlockInstance& instance, const Bounds& box) {
     if (instance.identity) return box;
-    // Arvo 1990, Transforming Axis-Aligned Bounding Boxes.
+    // The method is that of Arvo 1990, Transforming Axis-Aligned Bounding Boxes.
     dvec3 lower(instance.block_to_world[3]), upper = lower;
     for (int c = 0; c < 3; ++c) {
         const dvec3 a = dvec3(instance.block_to_world[c]) * double{box.lower[c]};
@@ -76,7 +76,7 @@ Bounds world_box(const BlockInstance& instance, const Bounds& box) {
     return widened(lower, upper);
 }
 
-/// |M| |M^-1| in the maximum norm.
+/// Returns |M| |M^-1| in the maximum norm.
 double condition_of(const BlockInstance& instance) {
     double forward = 0, backward = 0;
     for (int row = 0; row < 3; ++row) {
@@ -91,28 +91,28 @@ double condition_of(const BlockInstance& instance) {
     return forward * backward;
 }
 
-/// Triangles, or what lies between them and a head.
+/// A hierarchy over triangles, or over other hierarchies below a head.
 struct Tree {
     enum class Leaves : std::uint8_t {
         instances,
-        roots,  // trees after it in the same space
+        roots,  // roots of the trees after it in the same space
         pairs,
     };
     const Bvh* bvh = nullptr;
     Leaves leaves = Leaves::pairs;
-    std::uint32_t first_node = 0;  // index, as in references
-    std::uint32_t first_pair = 0;  // slot in PackedScene::pairs
+    std::uint32_t first_node = 0;  // index of the first node, as in references
+    std::uint32_t first_pair = 0;  // first slot in PackedScene::pairs
 };
 
 /// A hierarchy with a head: over all instances, or of a block.
 struct Space {
     Grid grid;
     float slack = static_cast<float>(kSlack);
-    std::vector<Tree> trees;  // the first one has the root
-    std::uint32_t head = 0;   // index
+    std::vector<Tree> trees;  // the first tree has the root
+    std::uint32_t head = 0;   // node index
 };
 
-/// Mean over all boxes of the area on the grid by the exact area; a box without area counts as 4 at most.
+/// Returns the mean ratio of a box's area on the grid to its exact area; a box without area counts as 4 at most.
 double looseness_of(const std::vector<Space>& spaces) {
     double sum = 0;
     std::size_t count = 0;
@@ -226,7 +226,7 @@ class Packer {
         return {std::bit_cast<float>(words.x), std::bit_cast<float>(words.y), std::bit_cast<float>(words.z), 0};
     }
 
-    /// A scene without triangles: a root without children.
+    /// Adds a root without children, for a scene without triangles.
     void add_nothing() {
         Bvh empty;
         empty.nodes.emplace_back();
@@ -235,7 +235,7 @@ class Packer {
 
     const Bvh* keep(Bvh bvh) { return &made_.emplace_back(std::move(bvh)); }
 
-    /// Says where heads and nodes are, and how much a traversal puts aside.
+    /// Sets the indices of heads and nodes, and the maximum stack of a traversal.
     void place_nodes() {
         std::size_t index = 0;
         std::uint32_t top = 0, deepest_block = 0;
@@ -315,8 +315,8 @@ class Packer {
     const TraceTables& tables_;
     const Hierarchies& hierarchies_;
     PackedScene packed_;
-    std::deque<Bvh> made_;       // hierarchy over parts and instances
-    std::vector<Space> spaces_;  // all instances first, if they have one, then the blocks
+    std::deque<Bvh> made_;       // hierarchies over parts and instances
+    std::vector<Space> spaces_;  // the space of instances first, if there is one, then the blocks
 };
 
 }  // namespace

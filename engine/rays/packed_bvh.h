@@ -11,19 +11,19 @@
 
 namespace halflight::rays {
 
-/// grid: 64 bytes per node, faster. floating: 128 bytes per node, for scenes whose details are too small for one grid
-/// over the whole scene.
+/// Layout of nodes. `grid` takes 64 bytes per node and is faster. `floating` takes 128 bytes, for scenes whose details
+/// are too small for one grid over the whole scene.
 enum class NodeFormat : std::uint8_t { grid, floating };
 
 struct PackedScene {
     NodeFormat format = NodeFormat::grid;
     bool two_level = false;                    // the hierarchy at index 0 is over instances
-    std::vector<uvec4> nodes;                  // RGBA32UI, or the bits of RGBA32F
-    std::vector<vec4> pairs;                   // RGBA32F, kBvhPairTexels each
+    std::vector<uvec4> nodes;                  // texels: RGBA32UI, or the bits of RGBA32F
+    std::vector<vec4> pairs;                   // texels: RGBA32F, kBvhPairTexels per pair
     std::vector<std::uint32_t> instance_head;  // per instance: node index of its block's head
     std::uint32_t stack_entries = 1;           // maximum stack of a traversal, entries, >= 1
     std::size_t node_count = 0;                // number of nodes without heads
-    double build_seconds = 0;                  // CPU clock, hierarchies included
+    double build_seconds = 0;                  // seconds of the CPU clock, hierarchies included
     // mean ratio of a box's area on the grid to its exact area; for both formats
     double looseness = 1;
 };

@@ -38,7 +38,7 @@ double half_area(const Bounds& box) {
 std::uint64_t hash_of(const vec3& p) {
     std::uint64_t h = 0;
     for (int a = 0; a < 3; ++a) {
-        h = (h ^ std::bit_cast<std::uint32_t>(p[a] + 0.0f)) * 0x9e3779b97f4a7c15u;  // + 0: -0 and 0 hash alike
+        h = (h ^ std::bit_cast<std::uint32_t>(p[a] + 0.0f)) * 0x9e3779b97f4a7c15u;  // adding 0 gives -0 and 0 one hash
         h ^= h >> 29;
     }
     return h;

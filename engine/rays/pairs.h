@@ -31,10 +31,10 @@ std::array<std::uint8_t, 3> corners_in_pair(const TrianglePair& pair, int which)
 Ring ring_of(const TrianglePair& pair, std::span<const Corners> triangles);
 
 /// Merges triangles so that each is in one pair. Two triangles are paired only where the area of their common box is at
-/// most the sum of the areas of their boxes. By the surface area heuristic, a hierarchy gains there if a pair costs as
+/// most the sum of the areas of their boxes. By the surface area heuristic, a hierarchy then gains if a pair costs as
 /// much as a triangle. Halves of parallelograms and similar pairs go first. Edges are equal where the coordinates of
-/// their ends are. Linear time. The result is a function of the input and of its order, which matters most where the
-/// edge table reaches its limit of 2^20 entries.
+/// their ends are equal. The time is linear. The result is a function of the input and of its order, which matters most
+/// where the edge table reaches its limit of 2^20 entries.
 std::vector<TrianglePair> pair_triangles(std::span<const Corners> triangles);
 
 }  // namespace halflight::rays

@@ -27,7 +27,7 @@ void delete_query(GLuint id) {
 }
 using Query = gpu::Object<delete_query>;
 
-constexpr std::size_t kWideTile = 10;  // nodes of the survey that a tile may meet and still be culled
+constexpr std::size_t kWideTile = 10;  // survey nodes that a tile may meet and still be culled
 
 /// Returns the texels of `boxes` (shaders/shared/raster.h).
 std::vector<vec4> box_rows(const CullTree& tree) {
@@ -49,7 +49,7 @@ float greatest_coordinate(const Bounds& box) {
 /// State of similar batches.
 struct RasterMemory {
     CullState state;
-    std::optional<gpu::Buffer> starts;  // shafts of blocks of the run before, which nobody has to wait for
+    std::optional<gpu::Buffer> starts;  // block shafts of the previous run, which are complete
 };
 
 struct RasterCulling::Parts {
@@ -58,7 +58,7 @@ struct RasterCulling::Parts {
     gpu::Buffer boxes;
     std::map<BatchKey, RasterMemory> memories;
     std::map<BatchKey, RasterStatistics> statistics;  // sums over all places, at place 0
-    std::vector<Query> queries;                       // used again by every run
+    std::vector<Query> queries;                       // reused by every run
     gpu::Object<gpu::delete_vertex_array> no_attributes;
 };
 
@@ -121,7 +121,7 @@ std::size_t RasterCulling::bytes() const {
     return sum;
 }
 
-/// Where rays start, on average over the shafts of blocks.
+/// Returns the mean ray origin over the shafts of blocks.
 vec3 eye_of(const std::vector<vec4>& shafts) {
     vec3 sum(0);
     float count = 0;
@@ -139,8 +139,8 @@ struct RasterTargets {
     graph::BufferHandle results;
     graph::BufferHandle shafts;  // vec4[4] per tile, then per block
     graph::BufferHandle alive;   // uvec2 per tile: a bit per ray
-    graph::TextureHandle depth;  // a texel per tile
-    graph::TextureHandle sizes;  // a texel per tile: of its list
+    graph::TextureHandle depth;  // one texel per tile
+    graph::TextureHandle sizes;  // one texel per tile: size of its list
     graph::BufferHandle lists;   // kRasterList entries per tile
 };
 
@@ -221,7 +221,7 @@ class RasterRun final : public CullDevice {
         trace_lists(false);
     }
 
-    /// For eye_of() in the next run.
+    /// Keeps the shafts of blocks for eye_of() in the next run.
     void keep_starts(std::optional<gpu::Buffer>& starts) const {
         const std::size_t block = 4 * sizeof(vec4), bytes = layout_.blocks * block;
         if (!starts || starts->bytes() != bytes) starts.emplace("starts of rays", bytes);
@@ -241,7 +241,7 @@ class RasterRun final : public CullDevice {
         statistics_.stages.*seconds += cpu_seconds() - start;
     }
 
-    /// Binds the program's resources, unless it is the one that was used last.
+    /// Binds the program's resources, unless the program was the last one used.
     const gpu::Program& use(const gpu::Program& program) {
         if (std::exchange(used_, &program) == &program) return program;
         const auto is = [&](std::initializer_list<const gpu::Program*> programs) {
@@ -289,7 +289,7 @@ class RasterRun final : public CullDevice {
         program.set("candidate_count", static_cast<std::uint32_t>(nodes.size()));
     }
 
-    /// Tiles whose rays end nearer fail.
+    /// Enables the depth test, which fails for tiles whose rays end nearer.
     static void test_depth() {
         glEnable(GL_DEPTH_TEST);
         glDepthFunc(GL_LEQUAL);

@@ -31,11 +31,11 @@ namespace halflight::rays {
 struct RasterSettings {
     CutSizes cut;
     bool believe_queries = true;  // false: every answer is "visible", like from a driver that overcounts
-    bool measure = false;         // fill in RasterStatistics::pairs and ::stages; waits for every draw
+    bool measure = false;         // fills in RasterStatistics::pairs and ::stages; waits for every draw
 };
 
-/// Serves batches by raster culling. Owns the culling tree of a scene, and the visibility state of batches across runs.
-/// add() throws Error where the driver's points or targets are too small for the batch.
+/// Server of batches by raster culling. It owns the culling tree of a scene, and the visibility state of batches. add()
+/// throws Error where the driver's points or targets are too small for the batch.
 ///
 /// Its hits equal those of the plain tracer bit for bit, with two exceptions:
 /// - A search that the driver would cut short may end here, because it is divided.
@@ -43,7 +43,7 @@ struct RasterSettings {
 ///   where directions have such components.
 class RasterCulling final : public BatchServer {
   public:
-    /// `packed` must be what the TraceScene was made of. Needs a current context.
+    /// Builds the culling tree of `packed`, from which the TraceScene must be made, too. Needs a current context.
     explicit RasterCulling(const PackedScene& packed, const RasterSettings& settings = {});
     /// Takes an existing tree; settings.cut is ignored.
     explicit RasterCulling(CullTree tree, const RasterSettings& settings = {});

@@ -1,5 +1,5 @@
-// Positions of a batch's rays in the render targets of raster culling, for the host; shaders/lib/raster_texels.glsl has
-// the same for kernels.
+// Positions of a batch's rays in the render targets of raster culling. This is the host's version of
+// shaders/lib/raster_texels.glsl.
 #pragma once
 
 #include <cstdint>
@@ -8,15 +8,15 @@
 
 namespace halflight::rays {
 
-/// The number of blocks is rounded up to full rows; blocks at the end are empty.
+/// Numbers of blocks and texels. Blocks are rounded up to full rows; those at the end are empty.
 struct RasterLayout {
-    static constexpr int kTileEdge = 8;  // texels
+    static constexpr int kTileEdge = 8;  // texels along a tile's edge
     static constexpr std::uint32_t kTileRays = 64;
     static constexpr std::uint32_t kBlockTiles = 64;
 
     std::uint32_t blocks;
     std::uint32_t columns;  // blocks per row
-    ivec2 tile_texels;      // size of targets with one texel per tile
+    ivec2 tile_texels;      // size in texels of targets with one texel per tile
 
     explicit RasterLayout(std::uint32_t capacity);
     std::uint32_t tiles() const { return blocks * kBlockTiles; }

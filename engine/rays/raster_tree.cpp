@@ -12,7 +12,7 @@ namespace {
 
 using shared::kBvhIndexMask;
 
-/// Reads hierarchies in the layout of shaders/shared/bvh.h.
+/// Reader of hierarchies in the layout of shaders/shared/bvh.h.
 class PackedReader {
   public:
     struct Head {
@@ -155,8 +155,8 @@ class TreeBuilder {
         return result;
     }
 
-    /// Divides tree_.nodes[index], which has all children of its node: the small ones become one node, each other one
-    /// becomes its own.
+    /// Divides tree_.nodes[index], which has all children of its node. The small children become one node; every other
+    /// child becomes its own node.
     void expand(std::uint32_t index) {
         const std::uint32_t node = tree_.nodes[index].node;
         if (triangles_below(node) <= sizes_.leaf_triangles) return;

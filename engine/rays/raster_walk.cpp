@@ -57,7 +57,7 @@ class Walk {
             } else if (!asked_.empty()) {
                 ++statistics_.waits;
                 hear(true);
-                listens_ = true;  // answers have probably arrived for other nodes, too: fewer and larger draws
+                listens_ = true;  // other answers may have arrived, which makes draws fewer and larger
             } else {
                 return;
             }
@@ -92,7 +92,7 @@ class Walk {
             return;
         }
         if (tree_.nodes[node].child_count == 0) {
-            // The re-test is due, or the state is invalid.
+            // This leaf's re-test is due, or the state is invalid.
             if (memory(node).retest - state_.run - 1 >= 2 * kRetestMean) {
                 again_.push_back(node);
             } else {
@@ -106,7 +106,7 @@ class Walk {
     void open(std::uint32_t node) {
         const CullNode& n = tree_.nodes[node];
         if (n.child_count != 0) {
-            set_visible(node, false);  // until a child turns out to be visible
+            set_visible(node, false);  // hidden until a child turns out to be visible
             for (std::uint32_t c = n.first_child; c < n.first_child + n.child_count; ++c)
                 front_.emplace(distance(c), c);
             return;
@@ -197,10 +197,10 @@ class Walk {
     std::priority_queue<Near, std::vector<Near>, std::greater<>> front_;
     std::vector<std::uint32_t> hidden_;  // nodes to query before they are opened
     std::vector<std::uint32_t> again_;   // visible leaves due for a re-test
-    std::deque<Question> asked_;         // oldest first
+    std::deque<Question> asked_;         // queries without an answer, oldest first
     std::vector<std::uint32_t> ready_;   // leaves to trace
     std::size_t questions_ = 0;
-    bool listens_ = false;  // answers may have arrived
+    bool listens_ = false;  // true: answers may have arrived
 };
 
 }  // namespace

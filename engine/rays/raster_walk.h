@@ -33,7 +33,7 @@ struct RasterStatistics {
     std::size_t nodes = 0;          // nodes visited
     std::size_t leaves = 0;         // leaves traced
     std::size_t traces = 0;         // draws of leaves, up to kRasterCandidates leaves each
-    double seconds = 0;             // CPU clock, including waits
+    double seconds = 0;             // seconds of the CPU clock, including waits
     std::size_t pairs = 0;          // pairs of list entry and tile, if measured
     RasterStages stages;            // times of stages, if measured
 };
@@ -58,7 +58,7 @@ struct CullState {
     vec3 eye{0};  // mean origin of the rays, which determines front-to-back order
 };
 
-/// Traces leaves and answers queries.
+/// Interface of a device that traces leaves and answers queries.
 class CullDevice {
   public:
     virtual ~CullDevice() = default;

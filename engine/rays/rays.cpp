@@ -73,12 +73,12 @@ void TraceScene::update(const TraceTables& tables, const PackedScene& packed, co
                    .nodes = packed.node_count,
                    .node_format = packed.format,
                    .two_level = packed.two_level,
-                   // Never less than before: poses of a scene share their programs.
+                   // The stack never shrinks, because poses of a scene share their programs.
                    .stack_entries = std::max(statistics_.stack_entries, packed.stack_entries),
                    .bytes = nodes_.bytes() + triangles_.bytes() + heads_.bytes() + own_instances_.bytes(),
                    .build_seconds = packed.build_seconds};
     set_shading(shading);
-    bind();  // for its errors
+    bind();  // bind() reports tables beyond the driver's limits
 }
 
 void TraceScene::set_shading(const gpu::Defines& shading) {

@@ -25,8 +25,8 @@ struct RayBatch {
     std::uint32_t depth = 0;
     std::uint32_t place = 0;     // part of the picture; state carried between runs is separate for each place
     std::uint32_t capacity = 0;  // rays; a multiple of 256
-    // > 0: ray i belongs to path i % paths. 0: each path has `rays_of_path` consecutive rays, a power of two, at most
-    // 16; 1 with a list.
+    // If > 0, ray i belongs to path i % paths. If 0, each path has `rays_of_path` consecutive rays, a power of two, at
+    // most 16; 1 with a list.
     std::uint32_t paths = 0;
     std::uint32_t rays_of_path = 1;
     graph::BufferHandle rays;         // capacity x Ray
@@ -39,7 +39,7 @@ struct RayBatch {
     std::uint32_t alpha_salt = 0;
 };
 
-/// Identifies similar batches across runs: knowledge about one helps with the next.
+/// Identity of similar batches across runs: knowledge about one helps with the next.
 struct BatchKey {
     RayKind kind = RayKind::primary;
     std::uint32_t depth = 0;
@@ -53,11 +53,11 @@ inline BatchKey key_of(const RayBatch& batch) {
 struct TraceStatistics {
     std::size_t triangles = 0;
     std::size_t instances = 0;
-    std::size_t nodes = 0;  // four-wide, of all hierarchies
+    std::size_t nodes = 0;  // four-wide nodes of all hierarchies
     NodeFormat node_format = NodeFormat::grid;
     bool two_level = false;
-    std::uint32_t stack_entries = 0;  // stack size that the deepest traversal needs
-    std::size_t bytes = 0;            // size in device memory
+    std::uint32_t stack_entries = 0;  // entries, stack size that the deepest traversal needs
+    std::size_t bytes = 0;            // size in device memory, bytes
     double build_seconds = 0;
 };
 
@@ -65,17 +65,17 @@ struct TraceStatistics {
 class TraceScene {
   public:
     /// Builds one BVH4 per block with Embree's builder and, unless all triangles are in world space, one over the
-    /// instances. shading: SceneBuffers::defines(). They are needed where tables.alpha_tested, since kernels then read
+    /// instances. `shading` is SceneBuffers::defines(), needed where tables.alpha_tested, since kernels then read
     /// coverage (shaders/lib/alpha.glsl). The texture units of the scene must then be bound whenever a graph runs.
     /// Throws Error where a table exceeds what the driver can address.
     explicit TraceScene(const TraceTables& tables, const gpu::Defines& shading = {});
-    /// packed: result of pack_scene() for the tables. instances: instance_rows() of the tables on the device
-    /// (SceneBuffers::instance_rows()), updated with this object and outliving it. Null: the object makes its own
-    /// table.
+    /// Uploads `packed`, the result of pack_scene() for the tables. `instances` is instance_rows() of the tables on the
+    /// device (SceneBuffers::instance_rows()), updated with this object and outliving it. If it is null, the object
+    /// makes its own table.
     TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
                const gpu::Buffer* instances = nullptr);
 
-    /// Updates the scene to another pose. last: the packed scene that the buffers hold, or null; where it is given,
+    /// Updates the scene to another pose. `last` is the packed scene that the buffers hold, or null; where it is given,
     /// only differences are written. Throws Error like the constructor. After a failed update the object may only be
     /// destroyed.
     void update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
@@ -115,8 +115,8 @@ class TraceScene {
 graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                                 graph::BufferHandle hits);
 
-/// Adds the passes that find out for each ray of the batch whether anything lies in (t_min, t_max). Returns one uint
-/// per path: kFree, kOccluded, or kUnfinished where the driver cut the search short (shaders/shared/rays.h).
+/// Adds the passes that test for each ray of the batch whether a surface lies in (t_min, t_max). Returns one uint per
+/// path: kFree, kOccluded, or kUnfinished where the driver cut the search short (shaders/shared/rays.h).
 graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle occluded);
 

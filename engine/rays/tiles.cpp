@@ -12,8 +12,8 @@
 namespace halflight::rays {
 namespace {
 
-/// Nodes are refined until they are smaller than the shaft is wide, times this; found by trying. What primary rays meet
-/// lies in their shaft, whereas the shafts of short rays are so wide that finer nodes only fill the list.
+/// Returns the ratio of node size to shaft width below which nodes are not refined; found by trying. Hits of primary
+/// rays lie in their shaft, whereas the shafts of short rays are so wide that finer nodes only fill the list.
 float stop_of(RayKind kind) {
     switch (kind) {
         case RayKind::primary:
@@ -109,7 +109,7 @@ void search_tiles(graph::Resources& r, const TraceScene& scene, const RayBatch& 
     if (batch.list) {
         program.dispatch_indirect(r.buffer(batch.list_header));
     } else {
-        // Two dimensions: there may be more groups than the driver starts along one.
+        // The grid has two dimensions, because there may be more groups than the driver starts along one.
         const std::uint32_t group = std::min(tile_rays(batch, tiles.settings), 64u);
         const std::uint32_t count = (batch.capacity + group - 1) / group, row = std::min(count, 32768u);
         program.dispatch(row, (count + row - 1) / row);

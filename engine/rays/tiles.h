@@ -30,7 +30,7 @@ struct TileBuffers {
     graph::BufferHandle blockers;     // for any_hit: TileBlockers per tile; any content is valid
     graph::BufferHandle rest_header;  // RestHeader
     graph::BufferHandle rest;         // rest_bytes() bytes
-    bool counts = false;              // fill in RestHeader::remembered
+    bool counts = false;              // fills in RestHeader::remembered
 };
 
 /// Returns the rays per tile: side^2. Where paths have several rays it is 16; these connect the receivers of a group

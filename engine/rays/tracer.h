@@ -18,12 +18,12 @@
 
 namespace halflight::rays {
 
-/// A scene, and how its batches are served. State affects time only. It is kept per place, because the fastest method
-/// may differ between parts of the picture.
+/// A scene and the methods that serve its batches. State affects time only. It is kept per place, because the fastest
+/// method may differ between parts of the picture.
 class Tracer {
   public:
-    /// The scene must outlive the tracer. Throws Error for Culling::raster, which is a server, and for tile settings
-    /// out of range.
+    /// Serves batches of the scene, which must outlive the tracer. Throws Error for Culling::raster, which is a server,
+    /// and for tile settings out of range.
     explicit Tracer(const TraceScene& scene, Culling culling = Culling::off, const TileSettings& tiles = {});
     /// Leaves all batches to a server, which must outlive the tracer.
     Tracer(const TraceScene& scene, BatchServer& server);
@@ -71,7 +71,7 @@ graph::BufferHandle closest_hit(graph::Graph& graph, Tracer& tracer, const RayBa
 graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle occluded);
 
 /// Returns the tile lists (shaders/shared/tile_list.h, tile_settings()) left by runs of such a batch in any graph of
-/// the same History. They are up to date if ran_by_tiles(). Returns none where none are carried.
+/// the same History. They are up to date if ran_by_tiles(). Returns an empty handle where no lists are carried.
 graph::BufferHandle kept_lists(graph::Graph& graph, const Tracer& tracer, const RayBatch& batch);
 
 }  // namespace halflight::rays

@@ -21,7 +21,7 @@ namespace halflight::rays {
 /// Statistics of a batch and the method of its next run.
 class Tracer::Batch {
   public:
-    /// measures: whether all runs are timed, or only those on trial.
+    /// Starts with the first of `methods`. `measures` tells whether all runs are timed, or only those on trial.
     Batch(std::string name, std::vector<TraceMethod> methods, std::string reason, bool measures)
         : methods_(std::move(methods)), choice_(names_of(methods_)), measures_(measures) {
         statistics_.batch = std::move(name);
@@ -42,7 +42,7 @@ class Tracer::Batch {
         seconds_ += seconds;
         if (method() == TraceMethod::tiles) statistics_.steps.*step += seconds;
     }
-    /// Records the end of a run over so many tiles.
+    /// Records the end of a run over `tiles` tiles.
     void end(std::uint64_t tiles) {
         BatchStatistics::Measured& m = of(method());
         ++m.runs;

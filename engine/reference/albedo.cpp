@@ -14,7 +14,7 @@ namespace halflight::reference {
 namespace {
 
 struct Rule {
-    std::vector<double> x, weight;  // on [0, 1]
+    std::vector<double> x, weight;  // nodes on [0, 1], and their weights
 };
 
 /// Gauss-Legendre nodes by Newton's iteration on the Legendre polynomial (Abramowitz, Stegun 25.4.29).
@@ -50,7 +50,7 @@ std::array<Albedo, kNodes * kNodes> build_table() {
             table[j * kNodes + i] = integrate_albedo(x * x * x, y * y * y);
         }
     };
-    // Isolated: while this thread waits, it must not run a task of the renderer, which would need this table.
+    // Isolation keeps this thread, while it waits, from running a task of the renderer that needs this table.
     tbb::this_task_arena::isolate([&] { tbb::parallel_for(0, kNodes, fill_row); });
     return table;
 }

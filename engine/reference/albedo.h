@@ -7,11 +7,11 @@ namespace halflight::reference {
 struct Albedo {
     double a = 0;
     double b = 0;
-    double one() const { return a + b; }  ///< E_1, the albedo without absorption
+    double one() const { return a + b; }  ///< Returns E_1, the albedo without absorption.
 };
 
 /// Integrates by quadrature for alpha >= kMirrorAlpha, within 3e-6 of the same rule with 150 times the nodes; returns a
-/// mirror below. mu in [0, 1].
+/// mirror below. `mu` is in [0, 1].
 Albedo integrate_albedo(double mu, double alpha);
 
 /// Interpolates a table of integrate_albedo(), 64 x 64 nodes over (cbrt(mu), cbrt(alpha)), cubically. The error of

@@ -10,7 +10,7 @@ namespace halflight::reference {
 class AliasTable {
   public:
     AliasTable() = default;
-    /// Builds the table. Weights are finite and >= 0. All zero: empty().
+    /// Builds the table. Weights are finite and >= 0. If all are zero, the table is empty().
     explicit AliasTable(const std::vector<double>& weights);
 
     bool empty() const { return entries_.empty(); }

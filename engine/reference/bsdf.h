@@ -28,14 +28,14 @@ struct BsdfParameters {
 /// Component by which light left a surface (SHADING.md, "Estimator").
 enum class Component : std::uint8_t { diffuse, glossy };
 
-/// Evaluates and samples the material. All directions have unit length, are in world space, and point away from the
-/// surface.
+/// The material at one point, to be evaluated and sampled. All directions have unit length, are in world space, and
+/// point away from the surface.
 class Bsdf {
   public:
     /// n_g, n and n_k (the coat's normal) must be on wo's side and bent towards it.
     Bsdf(const BsdfParameters& parameters, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k);
 
-    bool black() const { return black_; }  ///< whether it reflects nothing
+    bool black() const { return black_; }  ///< Returns whether it reflects nothing.
 
     /// f times cosine by component, without mirrors, and the density of sample(), P_c p_c(wi), per solid angle.
     struct Value {
@@ -65,10 +65,10 @@ class Bsdf {
     dvec3 wo_base_, wo_coat_;
     double alpha_, alpha_coat_;
     dvec3 specular_f0_, specular_f90_;     // mixture of both Fresnel terms, compensation and the coat's loss included
-    dvec3 diffuse_, transmission_;         // albedos
+    dvec3 diffuse_, transmission_;         // albedos, [0, 1]
     double coat_scale_;                    // k M(0.04)
     double transmission_scale_;            // 1 / E_1
-    std::array<double, kLobes> choice_{};  // probabilities
+    std::array<double, kLobes> choice_{};  // probability of each lobe
     bool black_ = true;
 };
 

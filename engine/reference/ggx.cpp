@@ -14,13 +14,13 @@ Frame::Frame(const dvec3& unit_normal) : z(unit_normal) {
 
 double ggx_distribution(const dvec3& h, double alpha) {
     const double a2 = alpha * alpha;
-    const double s = h.x * h.x + h.y * h.y + a2 * h.z * h.z;  // not 1 - h.z^2: it cancels for small alpha
+    const double s = h.x * h.x + h.y * h.y + a2 * h.z * h.z;  // 1 - h.z^2 would cancel for small alpha
     return a2 / (kPi * s * s);
 }
 
 namespace {
 
-/// sqrt(alpha^2 + (1 - alpha^2) mu^2) = mu sqrt(1 + alpha^2 tan^2), the root in Smith's Lambda.
+/// Returns sqrt(alpha^2 + (1 - alpha^2) mu^2) = mu sqrt(1 + alpha^2 tan^2), the root in Smith's Lambda.
 double smith_root(double mu, double alpha) {
     const double a2 = alpha * alpha;
     return std::sqrt(a2 + (1 - a2) * mu * mu);
@@ -33,10 +33,10 @@ double ggx_visibility(double mu_o, double mu_i, double alpha) {
 }
 
 dvec3 sample_visible_normal(const dvec3& wo, double alpha, double u1, double u2) {
-    const dvec3 v = normalize(dvec3(alpha * wo.x, alpha * wo.y, wo.z));  // stretch to the hemisphere
+    const dvec3 v = normalize(dvec3(alpha * wo.x, alpha * wo.y, wo.z));  // stretched to the hemisphere
     const double r = std::sqrt(u1);
     const double phi = 2 * kPi * u2;
-    // The visible half disk seen along v: its own axes must have one horizontal, so build them from v itself.
+    // The visible half disk is seen along v. One of its axes must be horizontal, so both are built from v itself.
     const double horizontal = std::hypot(v.x, v.y);
     const dvec3 t1 = horizontal > 0 ? dvec3(-v.y, v.x, 0) / horizontal : dvec3(1, 0, 0);
     const dvec3 t2 = cross(v, t1);
@@ -44,7 +44,7 @@ dvec3 sample_visible_normal(const dvec3& wo, double alpha, double u1, double u2)
     const double s = 0.5 * (1 + v.z);
     const double p2 = (1 - s) * std::sqrt(std::max(1 - p1 * p1, 0.0)) + s * r * std::sin(phi);
     const dvec3 n = p1 * t1 + p2 * t2 + std::sqrt(std::max(1 - p1 * p1 - p2 * p2, 0.0)) * v;
-    return normalize(dvec3(alpha * n.x, alpha * n.y, std::max(n.z, 0.0)));  // and back
+    return normalize(dvec3(alpha * n.x, alpha * n.y, std::max(n.z, 0.0)));  // stretched back
 }
 
 double reflection_pdf(const dvec3& wo, const dvec3& h, double alpha) {

@@ -11,7 +11,7 @@ inline constexpr double kMirrorAlpha = 1e-4;
 /// Orthonormal, right-handed frame whose z axis is the normal.
 struct Frame {
     dvec3 x, y, z;
-    /// method of Duff et al., Building an Orthonormal Basis, Revisited (2017)
+    /// Builds the frame by the method of Duff et al., Building an Orthonormal Basis, Revisited (2017).
     explicit Frame(const dvec3& unit_normal);
     dvec3 to_local(const dvec3& w) const { return {dot(w, x), dot(w, y), dot(w, z)}; }
     dvec3 to_world(const dvec3& w) const { return w.x * x + w.y * y + w.z * z; }

@@ -15,7 +15,7 @@ double area_of(const std::array<dvec3, 3>& c) {
     return 0.5 * length(cross(c[1] - c[0], c[2] - c[0]));
 }
 
-/// Uniform on a triangle (Osada et al. 2002): weights of its second and third vertex.
+/// Samples a triangle uniformly (Osada et al. 2002); returns the weights of its second and third vertex.
 dvec2 sample_barycentrics(double u1, double u2) {
     const double r = std::sqrt(u1);
     return {r * (1 - u2), r * u2};

@@ -12,11 +12,11 @@
 namespace halflight::reference {
 
 struct LightSample {
-    dvec3 wi{0};            // unit
+    dvec3 wi{0};            // unit direction towards the light
     dvec3 radiance{0};      // punctual lights: irradiance over cosine
     double pdf = 0;         // solid angle density times selection probability; punctual lights: the probability alone
-    bool punctual = false;  // cannot be hit by a sampled ray
-    bool infinite = false;  // the shadow ray has no end
+    bool punctual = false;  // true: no sampled ray can hit the light
+    bool infinite = false;  // true: the shadow ray has no end
     dvec3 end{0};           // end of the shadow ray unless infinite, relative to Tracer::origin()
 };
 

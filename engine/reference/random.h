@@ -23,7 +23,7 @@ inline double to_unit(std::uint64_t bits) {
     return static_cast<double>(bits >> 11) * 0x1p-53;
 }
 
-/// xoshiro256++ (Blackman, Vigna 2021).
+/// The generator xoshiro256++ (Blackman, Vigna 2021).
 class Random {
   public:
     explicit Random(std::uint64_t key) {
@@ -42,7 +42,7 @@ class Random {
         return result;
     }
 
-    double uniform() { return to_unit(bits()); }  ///< in [0, 1)
+    double uniform() { return to_unit(bits()); }  ///< Returns a number in [0, 1).
 
   private:
     std::array<std::uint64_t, 4> state_;

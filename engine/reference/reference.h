@@ -58,7 +58,7 @@ class ReferenceScene {
 
     /// Returns the world point relative to which all geometry is stored in float: the centre of the scene's bounds.
     const dvec3& origin() const;
-    const reference::Prepared& prepared() const { return *prepared_; }  ///< for files of this folder
+    const reference::Prepared& prepared() const { return *prepared_; }  ///< Returns data for files of this folder.
 
   private:
     std::unique_ptr<reference::Prepared> prepared_;
@@ -76,9 +76,9 @@ struct ReferenceSettings {
     std::uint64_t seed = 0;
     Camera camera;
     PixelFilter filter{};
-    int threads = 0;  // maximum number; 0: all cores; the result does not depend on it
-    /// lights_only: no light by sampled rays where light sampling could have found it. surfaces_only: no light
-    /// sampling, and therefore no punctual lights.
+    int threads = 0;  // maximum number of threads; 0: all cores; the result does not depend on it
+    /// `lights_only` ignores light hit by sampled rays where light sampling could have found it. `surfaces_only`
+    /// samples no lights, and therefore has no punctual lights.
     ReferenceStrategy strategy = ReferenceStrategy::mis;
 };
 
@@ -89,17 +89,17 @@ struct ReferenceComponents {
 
 /// Surfaces hit by the rays through the pixels' centres; 0 and kNone for the background.
 struct ReferenceAovs {
-    Image position;  // 3: world units, relative to the camera's position
-    Image normal;    // 3: shading normal, unit, world
-    Image albedo;    // 3: base colour
-    Image depth;     // 1: world units along the view axis
+    Image position;  // 3 channels: world units, relative to the camera's position
+    Image normal;    // 3 channels: shading normal, unit, world
+    Image albedo;    // 3 channels: base colour
+    Image depth;     // 1 channel: world units along the view axis
     std::vector<std::int32_t> instance, triangle;
 };
 
 struct ReferenceResult {
-    Image beauty;    // 3: mean radiance
-    Image variance;  // 3: unbiased variance of one sample (not of the mean); 0 below two samples
-    Image alpha;     // 1: share of camera rays that hit a surface
+    Image beauty;    // 3 channels: mean radiance
+    Image variance;  // 3 channels: unbiased variance of one sample (not of the mean); 0 below two samples
+    Image alpha;     // 1 channel: share of camera rays that hit a surface
     ReferenceComponents components;
     ReferenceAovs aovs;
     int samples = 0;                       // samples per pixel

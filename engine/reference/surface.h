@@ -9,13 +9,13 @@ namespace halflight::reference {
 
 struct Surface {
     dvec3 position{0};   // point of the triangle, relative to Tracer::origin()
-    double offset = 0;   // see offset_bound()
+    double offset = 0;   // world units, see offset_bound()
     dvec3 wo{0};         // unit length, towards the ray's origin
     dvec3 n_g{0};        // unit length, on the side of wo
     dvec3 n{0}, n_k{0};  // shading normals of base and coat, bent towards wo
     TriangleId triangle;
     BsdfParameters parameters;
-    dvec3 emitted{0};  // radiance
+    dvec3 emitted{0};  // emitted radiance, linear Rec.709
     bool unlit = false;
 
     /// Returns the origin of a ray in this direction.

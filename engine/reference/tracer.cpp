@@ -35,7 +35,7 @@ bool is_there(const Query& query, const TriangleId& id, double u, double v) {
     return uniform(query.alpha->key, id.instance, id.triangle) < alpha;
 }
 
-/// Called for every candidate; clears `valid` to reject the hit.
+/// Decides on a candidate hit; clears `valid` to reject the hit.
 void filter(const RTCFilterFunctionNArguments* arguments) {
     Query& query = *reinterpret_cast<Query*>(arguments->context);
     const TriangleId id{static_cast<int>(RTCHitN_geomID(arguments->hit, 1, 0)),

@@ -33,10 +33,10 @@ struct Placed {
     bool alpha_tested = false;  // some of its triangles are alpha tested
 };
 
-/// Traces rays relative to origin().
+/// Tracer of rays relative to origin().
 class Tracer {
   public:
-    explicit Tracer(const Scene& scene);  ///< keeps a reference
+    explicit Tracer(const Scene& scene);  ///< Keeps a reference to the scene.
 
     std::optional<ReferenceHit> closest_hit(const ReferenceRay& ray, const AlphaTest& alpha) const;
     bool occluded(const ReferenceRay& ray, const AlphaTest& alpha) const;

@@ -44,7 +44,7 @@ struct Animation {
     std::vector<Keyframes> keyframes;
     std::vector<AnimationChannel> channels;
     double begin = 0;  // seconds, time of the first key that a channel uses
-    double end = 0;    // seconds, time of the last one
+    double end = 0;    // seconds, time of the last key that a channel uses
 };
 
 }  // namespace halflight

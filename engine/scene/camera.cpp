@@ -60,7 +60,7 @@ Camera framing_camera(const Scene& scene) {
         const dvec3 p = glm::transpose(dmat3(camera.camera_to_world)) * (sign * half);
         distance = std::max(distance, p.z + std::max(std::abs(p.x), std::abs(p.y)) / slope);
     }
-    if (distance == 0) distance = 1;  // a single point
+    if (distance == 0) distance = 1;  // the scene is a single point
     camera.name = "framing";
     camera.camera_to_world[3] = dvec4(centre + distance * back, 1);
     return camera;

@@ -42,10 +42,10 @@ class RestShape {
     virtual ~RestShape() = default;
     virtual std::size_t vertices() const = 0;
     virtual VertexArrays read() const = 0;
-    virtual std::vector<JointSet> read_joints() const = 0;  ///< empty: nothing is skinned
+    virtual std::vector<JointSet> read_joints() const = 0;  ///< Is empty where nothing is skinned.
     virtual std::size_t targets() const = 0;
     virtual MorphTarget read_target(std::size_t target) const = 0;
-    /// Tells which arrays of read_target() are not empty.
+    /// Flags that tell which arrays of read_target() are not empty.
     struct Moved {
         bool positions = false;
         bool normals = false;
@@ -56,7 +56,7 @@ class RestShape {
 
 struct ActiveTarget {
     std::uint32_t target = 0;
-    float weight = 0;  // not 0
+    float weight = 0;  // factor of the target, not 0
 };
 
 /// A shape in one pose. Targets are added in their order, then joints transform the sum.
@@ -73,12 +73,12 @@ VertexArrays deform(const Deformation& deformation);
 /// Returns the joints in the layout of shaders/shared/deform.h.
 std::vector<shared::JointMatrix> joint_matrices(std::span<const dmat4> joints);
 
-/// Deforms many shapes at once.
+/// Interface that deforms many shapes at once.
 class Deformer {
   public:
     virtual ~Deformer() = default;
-    /// Returns, in the same order, what the free function deform() returns for each, but for rounding. A result depends
-    /// on its deformation alone, not on earlier calls or on the other deformations.
+    /// Returns the results of the free function deform() in the same order, up to rounding. A result depends on its
+    /// deformation alone, not on earlier calls or on the other deformations.
     virtual std::vector<VertexArrays> deform(std::span<const Deformation> deformations) = 0;
 };
 

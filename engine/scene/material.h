@@ -28,14 +28,14 @@ struct TextureRef {
     int uv_set = 0;     // 0 or 1
     Wrap wrap_u = Wrap::repeat;
     Wrap wrap_v = Wrap::repeat;
-    bool nearest = false;                                          // nearest texel instead of bilinear interpolation
+    bool nearest = false;                                          // true: nearest texel; false: bilinear interpolation
     glm::mat3x2 uv_transform{vec2(1, 0), vec2(0, 1), vec2(0, 0)};  // columns; KHR_texture_transform
     explicit operator bool() const { return image != kNone; }
 };
 
 enum class AlphaMode : std::uint8_t { opaque, mask, blend };
 
-/// Ranges, glTF names and texture channels are columns of material_properties() and material_textures().
+/// Material of a surface. material_properties() and material_textures() list ranges, glTF names and channels.
 struct Material {
     std::string name;
     AlphaMode alpha_mode = AlphaMode::opaque;
@@ -62,7 +62,7 @@ struct Material {
     TextureRef clearcoat_roughness_texture;
     TextureRef clearcoat_normal_texture;
     float clearcoat_normal_scale = 1;
-    float transmission = 0;  // thin-walled
+    float transmission = 0;  // share of transmitted light, thin-walled
     TextureRef transmission_texture;
 };
 

@@ -19,7 +19,7 @@ namespace halflight {
 /// The member of Material that holds a property.
 using MaterialField = std::variant<float Material::*, vec3 Material::*, vec4 Material::*, bool Material::*>;
 
-/// Inclusive; an infinite bound admits every finite number on its side.
+/// Inclusive range of a property; an infinite bound admits every finite number on its side.
 struct PropertyRange {
     float lowest = -std::numeric_limits<float>::infinity();
     float highest = std::numeric_limits<float>::infinity();
@@ -65,7 +65,7 @@ struct MaterialTexture {
     const char* path;  // JSON pointer of the textureInfo within a glTF material
     TextureUse use;
     std::vector<TexturedProperty> multiplies;  // empty for normal maps
-    bool (*matters)(const Material&);          // whether the texture can change the material's look
+    bool (*matters)(const Material&);          // whether the texture can change the material's appearance
     MaterialPacking packing;                   // place of the slot: a word (shaders/shared/word.h)
     bool MaterialNeeds::*need;
     bool MaterialNeeds::*implies;  // the lobe that the texture belongs to; null: any
@@ -98,17 +98,17 @@ int component_count(const MaterialField& field);
 /// Returns the components of a property; flags are 0 or 1, components that it does not have are 0.
 vec4 value_of(const Material& material, const MaterialField& field);
 void set_value(Material& material, const MaterialField& field, const vec4& value);
-/// Returns what the rows hold of a property; components that it does not have are 0.
+/// Returns the components of a property as packed into the rows; components that it does not have are 0.
 vec4 packed_value(const Material& material, const MaterialProperty& property);
 
-/// Returns why the value is none of the property's ("2 is outside [0, 1]"), or an empty text.
+/// Returns why the value is invalid for the property ("2 is outside [0, 1]"), or an empty text.
 std::string range_error(const MaterialProperty& property, const vec4& value);
 
 /// Sets the property `name` ("roughness"). Throws Error about `subject`: no such property, a number of values other
 /// than its components, a value outside its range.
 void set_property(Material& material, std::string_view name, std::span<const float> values, std::string_view subject);
 
-/// Adds what follows from the needs: a texture needs its lobe, a coat the glossy lobes.
+/// Adds the needs that others imply: a texture needs its lobe, a coat the glossy lobes.
 void complete(MaterialNeeds& needs);
 
 }  // namespace halflight

@@ -12,7 +12,7 @@ namespace halflight {
 /// Instances without a match, or with other triangles, count as still.
 class PreviousSurfaces {
   public:
-    /// `now` must outlive the object.
+    /// Matches the instances of two poses; `now` must outlive the object.
     PreviousSurfaces(const Scene& now, Scene before);
 
     /// Returns whether any point of an instance (index into Scene::instances) was elsewhere.

@@ -83,10 +83,10 @@ struct SceneReport {
     std::vector<std::string> warnings;  // one line each
     std::size_t non_finite_triangles_dropped = 0;
     std::size_t degenerate_triangles_dropped = 0;
-    std::size_t normals_generated = 0;         // vertices
-    std::size_t tangents_generated = 0;        // vertices
-    std::size_t point_primitives_skipped = 0;  // primitives of mode POINTS
-    std::size_t line_primitives_skipped = 0;   // primitives of mode LINES*
+    std::size_t normals_generated = 0;         // number of vertices
+    std::size_t tangents_generated = 0;        // number of vertices
+    std::size_t point_primitives_skipped = 0;  // number of primitives of mode POINTS
+    std::size_t line_primitives_skipped = 0;   // number of primitives of mode LINES*
     std::size_t environment_texels_repaired = 0;
 };
 
@@ -121,10 +121,10 @@ bool has_light(const Scene& scene);
 /// white floor has radiance 1. Below the horizon it has the horizon's radiance, 3/7.
 Environment default_sky();
 
-/// Returns a camera that sees all of world_bounds() from the front, right and above (+Z, +X, +Y), in every picture that
-/// is at least as wide as high. Its vertical field of view is 45 degrees.
+/// Returns a camera whose view holds all of world_bounds() from the front, right and above (+Z, +X, +Y), in every
+/// picture that is at least as wide as high. Its vertical field of view is 45 degrees.
 Camera framing_camera(const Scene& scene);
-/// Returns a camera at `from` that looks at `at`. vertical_fov: radians. Throws Error where the vectors define no view.
+/// Returns a camera at `from` that looks at `at`. `vertical_fov` is in radians. Throws Error if they define no view.
 Camera look_at_camera(const dvec3& from, const dvec3& at, const dvec3& up, double vertical_fov);
 
 }  // namespace halflight

@@ -86,7 +86,7 @@ class TangentFrames {
         for (std::uint32_t i = 0; i < welded_.size(); ++i) {
             const vec3 &p = mesh_.positions[i], &n = mesh_.normals[i];
             Key key{p.x, p.y, p.z, n.x, n.y, n.z, uv_[i].x, uv_[i].y};
-            for (float& x : key) x += 0.0f;  // -0 is 0
+            for (float& x : key) x += 0.0f;  // -0 becomes 0
             welded_[i] = first.try_emplace(key, i).first->second;
         }
     }
@@ -147,7 +147,7 @@ class TangentFrames {
             if (corner == 3 * triangle + 3 || group_of_[corner] != kNobody) continue;
             Face& f = faces_[triangle];
             const auto* groups = &group_of_[3 * triangle];
-            // The first group to reach a triangle without uv area decides how it winds.
+            // The first group to reach a triangle without uv area decides its winding.
             if (f.any && groups[0] == kNobody && groups[1] == kNobody && groups[2] == kNobody)
                 f.right_way = group.right_way;
             if (f.right_way != group.right_way) continue;

@@ -13,7 +13,7 @@ namespace {
 // double of values from float32.
 constexpr double kUnitTolerance = 16 * double(std::numeric_limits<float>::epsilon());
 
-/// Builds "meshes[3].normals[7]" only when it is needed.
+/// An element of a list. Messages such as "meshes[3].normals[7]" are built only when needed.
 struct Element {
     const char* list;
     std::size_t index;

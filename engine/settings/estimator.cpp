@@ -12,10 +12,10 @@
 namespace halflight {
 namespace {
 
-/// Leaves to a pilot what can be left to one.
+/// Value and first word that leave the choice to a pilot.
 constexpr std::string_view kPilot = "auto";
 
-/// A technique's switch.
+/// A technique of the estimator: its key in lists and its values.
 struct Key {
     const char* name;
     std::vector<std::string> values;
@@ -42,7 +42,7 @@ const std::vector<Key>& keys() {
     return all;
 }
 
-/// "key=what" of those that are `wanted`, joined by commas.
+/// Returns "key=what" for each key that is `wanted`, joined by commas.
 template <class What, class Wanted>
 std::string listed(const What& what, const Wanted& wanted) {
     std::vector<std::string> all;

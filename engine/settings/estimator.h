@@ -18,7 +18,7 @@ namespace halflight {
 /// (scenes/atrium.glb).
 enum class Reuse : std::uint8_t { automatic, off = 1, four = 4, eight = 8, sixteen = 16 };
 inline constexpr Reuse kReuses[] = {Reuse::automatic, Reuse::off, Reuse::four, Reuse::eight, Reuse::sixteen};
-const char* name(Reuse reuse);  ///< "auto", "off", "4", "8", "16"
+const char* name(Reuse reuse);  ///< Returns "auto", "off", "4", "8" or "16".
 
 /// Sample points. Blue noise suits pictures of few samples: the error of a pixel is the same, but errors of neighbours
 /// cancel, so that the picture looks less noisy from a distance. Pictures of more than kMostBlueNoiseSamples samples,
@@ -37,20 +37,20 @@ inline constexpr int kMostBlueNoiseSamples = 64;
 enum class CameraRays : std::uint8_t { automatic, one = 1, two = 2, four = 4, eight = 8, sixteen = 16 };
 inline constexpr CameraRays kCameraRays[] = {CameraRays::automatic, CameraRays::one,   CameraRays::two,
                                              CameraRays::four,      CameraRays::eight, CameraRays::sixteen};
-const char* name(CameraRays rays);  ///< "auto", "1", "2", "4", "8", "16"
+const char* name(CameraRays rays);  ///< Returns "auto", "1", "2", "4", "8" or "16".
 
-/// Shadow rays of each path from the surface that the camera sees, without the ray to a separately sampled sun. They
-/// cost less than paths, and pay where direct light is as noisy as the rest (scenes/room.glb with path reuse).
+/// Shadow rays of each path from its first surface, not counting the ray to a separately sampled sun. They cost less
+/// than paths, and pay where direct light is as noisy as the rest (scenes/room.glb with path reuse).
 enum class ShadowRays : std::uint8_t { automatic, one = 1, two = 2, four = 4, eight = 8 };
 inline constexpr ShadowRays kShadowRays[] = {ShadowRays::automatic, ShadowRays::one, ShadowRays::two, ShadowRays::four,
                                              ShadowRays::eight};
-const char* name(ShadowRays rays);  ///< "auto", "1", "2", "4", "8"
+const char* name(ShadowRays rays);  ///< Returns "auto", "1", "2", "4" or "8".
 
 /// The techniques of a picture. A pilot settles `automatic` for reuse, camera and shadow (renderer/pilot.h).
 struct Estimator {
     LightChoice lights = LightChoice::automatic;  // choice of a light by next-event estimation
-    SunChoice sun = SunChoice::apart;             // no effect without a sun, or without other lights
-    Reuse reuse = Reuse::off;                     // no effect where path reuse is left out
+    SunChoice sun = SunChoice::apart;             // sampling of the sun; no effect without it or without other lights
+    Reuse reuse = Reuse::off;                     // size of path reuse groups; no effect where path reuse is left out
     CameraRays camera = CameraRays::one;
     ShadowRays shadow = ShadowRays::one;
     SamplePoints sampler = SamplePoints::sobol;
@@ -62,7 +62,7 @@ bool leaves_open(const Estimator& estimator);
 
 /// Returns "key=value" for each technique, joined by commas.
 std::string text(const Estimator& estimator);
-/// Returns the same for those techniques that differ from the default or from one of the others.
+/// Returns text() of only those techniques that differ from the default or from one of the others.
 std::string difference(const Estimator& estimator, std::span<const Estimator> others);
 /// Parses such a list; techniques that it does not name keep their default. "auto" as its first word leaves all
 /// possible choices to a pilot. Throws Error, with the list as its subject, for unknown keys or values and for repeated

@@ -12,9 +12,9 @@ namespace halflight {
 
 class PictureHistory;
 
-inline constexpr int kMaxSamples = 1 << 24;  ///< per pixel: a float32 counts no further
+inline constexpr int kMaxSamples = 1 << 24;  ///< samples per pixel; a float32 counts no further
 
-enum class ErrorMetric { mse, relmse };  // engine/core/metrics.h
+enum class ErrorMetric { mse, relmse };  // metrics of engine/core/metrics.h
 const char* name(ErrorMetric metric);
 
 /// Target for the error of the picture: the mean over pixels and channels of its linear Rec.709 radiance.
@@ -31,10 +31,10 @@ struct SceneSettings {
     const PreviousSurfaces* previous_surfaces = nullptr;  // surfaces of the previous frame; null: they did not move
     // History of Preview::temporal: light of earlier pictures, which this picture reads and updates; null: none.
     PictureHistory* history = nullptr;
-    std::uint32_t frame = 0;  // frame number: seeds the noise
+    std::uint32_t frame = 0;  // frame number, which seeds the noise
 };
 
-/// Everything that may differ between the pictures of one renderer. settings_table.h describes what users can set.
+/// Settings that may differ between the pictures of one renderer. settings_table.h describes those of users.
 struct FrameSettings : SceneSettings {
     int samples = 64;        // samples per pixel, > 0; an upper limit where time_limit or error is set
     int first_sample = 0;    // >= 0; number of the picture's first sample in the frame's sequence

@@ -24,7 +24,7 @@ enum class LayerStorage {
     matte,  // pairs of id and coverage (renderer/cryptomatte.h), float
 };
 
-/// How layers of pictures that share the samples of a frame are merged (renderer/shutter.h).
+/// Methods to merge layers of pictures that share the samples of a frame (renderer/shutter.h).
 enum class LayerMerge {
     mean,      // mean weighted by samples
     variance,  // variance of the weighted mean
@@ -33,7 +33,7 @@ enum class LayerMerge {
     none,      // no mean: the layer shows the pixel's centre at the time of the frame
 };
 
-/// Where the values of a layer come from.
+/// Source of a layer's values.
 enum class LayerSource {
     emission,   // sums of the pass "accumulate" (passes/picture/accumulate.h)
     direct,     // two colours: diffuse, glossy
@@ -57,15 +57,15 @@ struct AovInfo {
     LayerSource source;
     std::string_view description;  // description in one line, with units
     std::size_t first = 0;         // sums: number of its first channel
-    /// Copy the channels of a pixel; null for other sources. Of a record that shows no surface, triangle is kMiss.
+    /// Functions that copy a pixel's channels; null for other sources. Records without a surface have triangle kMiss.
     void (*read)(const shared::AovRecord&, const TraceTables&, float* to) = nullptr;
     void (*read_debug)(const shared::DebugRecord&, float* to) = nullptr;
 
-    bool debug() const { return source == LayerSource::debug; }  ///< shows the work, and may differ from run to run
+    bool debug() const { return source == LayerSource::debug; }  ///< Returns whether it may vary between runs.
     bool at_centre() const { return merge == LayerMerge::none; }
     bool is_color() const { return storage == LayerStorage::color; }
     bool is_matte() const { return storage == LayerStorage::matte; }
-    /// Returns whether the layer can be made after the samples although it was not asked for before.
+    /// Returns whether the layer can be made after the samples although it was not requested before.
     bool at_any_time() const;
     /// Returns the full names of the channels in files.
     std::vector<std::string> channel_names() const;

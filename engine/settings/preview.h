@@ -14,11 +14,11 @@ struct Preview {
     bool temporal = false;  // reuses light of earlier pictures in a PictureHistory (passes/preview/temporal.h)
     bool filter = false;    // denoises reflected light (passes/preview/denoise.h)
     bool any() const { return cache || of_picture(); }
-    bool of_picture() const { return temporal || filter; }  ///< applied to the whole picture (preview_picture.h)
+    bool of_picture() const { return temporal || filter; }  ///< Returns whether whole pictures are changed.
     bool operator==(const Preview&) const = default;
 };
 
-/// A mode.
+/// A preview mode with its name and label.
 struct PreviewMode {
     const char* name;
     const char* description;  // label of its check box

@@ -1,5 +1,5 @@
-// All settings of a renderer: what it shows (SceneSettings), how the picture is made (FrameSettings, PictureSettings)
-// and how the work is scheduled, which never changes the picture (ScheduleSettings). No OpenGL.
+// All settings of a renderer: its scene (SceneSettings), how the picture is made (FrameSettings, PictureSettings) and
+// how the work is scheduled, which never changes the picture (ScheduleSettings). Uses no OpenGL.
 #pragma once
 
 #include <cstddef>
@@ -27,7 +27,7 @@ struct PictureSettings {
     int height = 720;  // pixels, > 0
     int bounces = 8;   // reflections along a path, >= 0; 0: emission only, 1: direct light
     // Largest luminance of a sample of a pixel's indirect light; 0: not clamped. Brighter samples keep their hue and
-    // are scaled down. A bias, which RenderStats names.
+    // are scaled down. Clamping is a bias, which RenderStats names.
     float clamp = 0;
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32
@@ -36,11 +36,11 @@ struct PictureSettings {
     PrimaryVisibility primary = PrimaryVisibility::automatic;  // method for camera rays
     // Ignored when renderers share a PreparedScene; its own estimator applies.
     Estimator estimator{};
-    // Preview modes: biases, which RenderStats names. Not allowed together with an error target. Layers are unbiased,
-    // except for the radiance cache.
+    // Preview modes, which are biases that RenderStats names. They exclude an error target. Layers are unbiased, except
+    // for the radiance cache.
     Preview preview{};
-    // Cache of preview.cache. Renderers of one scene with the same number of bounces may share it. Null: the renderer
-    // makes one. Pictures depend on the pictures that were made with it before.
+    // Cache of preview.cache. Renderers of one scene with the same number of bounces may share it. If it is null, the
+    // renderer makes one. Pictures depend on earlier pictures made with it.
     std::shared_ptr<RadianceCache> radiance_cache{};
 };
 

@@ -49,8 +49,8 @@ std::string parse_name(const Enum (&choices)[N], const std::string& text, Enum& 
     return fmt::format("expects one of {}, not '{}'", names_of(choices), text);
 }
 
-/// type: kind of the value. names(): accepted names; empty for numbers and free text. text(): the value as text.
-/// parse(): sets the value. Returns what is wrong with the text; empty where the value was set.
+/// Conversion of a value to and from text. names(): accepted names; empty for numbers and free text. parse(): sets the
+/// value and returns what is wrong with the text; empty where the value was set.
 template <class T>
 struct Value;
 

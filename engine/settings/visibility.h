@@ -9,7 +9,7 @@ namespace halflight::rays {
 
 /// Culling method of a ray tracer (engine/rays/tracer.h). The hits of all methods are equal, bit for bit.
 enum class Culling : std::uint8_t {
-    automatic,  // for each batch the method that has been fastest so far
+    automatic,  // per batch, the method that has been fastest so far
     off,        // plain traversal of the scene's hierarchy
     compute,    // per-tile lists made by compute shaders (engine/rays/tiles.h)
     raster,     // occlusion queries of the rasterizer (engine/rays/raster.h)
@@ -21,8 +21,8 @@ const char* name(Culling culling);
 
 namespace halflight {
 
-/// Method of primary visibility: how the hits of camera rays are found. Both methods converge to the same picture,
-/// except for details smaller than a pixel (passes/surface/gbuffer.h, add_gbuffer).
+/// Method of primary visibility: raster or traced. Both methods converge to the same picture, except for details
+/// smaller than a pixel (passes/surface/gbuffer.h, add_gbuffer).
 enum class PrimaryVisibility : std::uint8_t {
     automatic,  // traced where triangles are far smaller than pixels, else raster
     raster,
@@ -34,7 +34,7 @@ const char* name(PrimaryVisibility primary);
 /// visits what a ray meets. On llvmpipe a traced frame takes 1.0 times the raster time at 1 triangle per pixel (city of
 /// 10^6), 0.82 at 1.7 (atrium at 320x180), 0.19 at 100 (40x24).
 inline constexpr double kTracedTrianglesPerPixel = 2;
-/// Resolves `automatic` from the triangle count (instances counted each) and the image size in pixels. The choice can
+/// Resolves `automatic` from the triangle count (each instance counts) and the image size in pixels. The choice can
 /// change pictures, so it depends on scene and picture alone.
 PrimaryVisibility resolved(PrimaryVisibility primary, std::uint64_t triangles, const ivec2& image);
 

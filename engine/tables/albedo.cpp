@@ -44,7 +44,7 @@ double fifth_power(double v) {
 class LobeIntegral {
   public:
     LobeIntegral(double cosine, double alpha, const Quadrature& rule)
-        : mu_(std::clamp(cosine, 1e-9, 1.0)),  // the limit for 0
+        : mu_(std::clamp(cosine, 1e-9, 1.0)),  // 1e-9 stands for the limit at 0
           sine_(std::sqrt((1 - mu_) * (1 + mu_))),
           alpha_(alpha),
           root_o_(root(mu_)),

@@ -11,8 +11,8 @@ struct DirectionalAlbedo {
     double b = 0;
 };
 
-/// Returns the albedo by deterministic quadrature in double. cosine in [0, 1], alpha in [1e-4, 1]; nodes: points of
-/// each Gauss-Legendre rule. The error with 24 nodes is below 3e-5 for cosine > alpha / 100, below 1e-4 otherwise.
+/// Returns the albedo by deterministic quadrature in double, with `nodes` points per Gauss-Legendre rule. `cosine` is
+/// in [0, 1], `alpha` in [1e-4, 1]. The error with 24 nodes is below 3e-5 for cosine > alpha / 100, else below 1e-4.
 DirectionalAlbedo ggx_albedo(double cosine, double alpha, int nodes = 24);
 
 /// Returns the table that shaders/lib/microfacet.glsl interpolates bilinearly. shaders/shared/albedo.h defines its
@@ -20,7 +20,7 @@ DirectionalAlbedo ggx_albedo(double cosine, double alpha, int nodes = 24);
 /// Interpolation errors relative to E_1:
 ///   E_1  below 1e-4, for cosines below 1e-4 below 2e-4
 ///   E_B  below 1e-4 where alpha >= 0.01, below 4e-4 elsewhere
-/// Takes about 15 ms.
+/// The computation takes about 15 ms.
 Image build_albedo_table();
 
 }  // namespace halflight

@@ -8,7 +8,7 @@ namespace halflight {
 namespace {
 
 struct Range {
-    int first, last;  // both included
+    int first, last;  // texel indices, both included
 };
 
 /// Returns the texels of one axis that lookups at coordinates in [lower, upper] (before wrapping) can touch.

@@ -14,7 +14,7 @@ namespace {
 
 constexpr int kBuckets = 12;
 constexpr std::uint32_t kBitsPerStep = 2;  // bits of a trail per step
-constexpr double kRoundings = 1e-6;        // more than those of a few floats
+constexpr double kRoundings = 1e-6;        // relative; more than the roundings of a few floats
 
 dvec3 any_perpendicular(const dvec3& v) {
     const dvec3 a = glm::abs(v);
@@ -26,7 +26,7 @@ double angle_between(const dvec3& a, const dvec3& b) {
     return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
-/// Returns the octahedral coordinates in 127 steps each way, v in the second byte.
+/// Returns the octahedral coordinates in 127 steps per axis, v in the second byte.
 std::uint32_t octahedral_steps(const dvec3& axis) {
     const dvec3 a = axis / (std::abs(axis.x) + std::abs(axis.y) + std::abs(axis.z));
     const auto fold = [&](double at, double other) { return a.z < 0 ? std::copysign(1 - std::abs(other), at) : at; };
@@ -42,8 +42,8 @@ double orientation_measure(const LightBounds& b) {
     return b.two_sided ? std::min(2 * one_side, 4 * kPi) : one_side;
 }
 
-/// Returns half of a box's surface area. A box that is thin in two directions counts a little for its length, which
-/// separates lights on a line.
+/// Returns half of a box's surface area, plus a little for its extent. This separates lights on a line, whose boxes
+/// have no area.
 double area_measure(const LightBounds& b) {
     const dvec3 e = b.upper - b.lower;
     return e.x * e.y + e.y * e.z + e.z * e.x + 1e-3 * glm::dot(e, e);
@@ -95,7 +95,7 @@ class Builder {
         return static_cast<std::uint32_t>(first);
     }
 
-    /// Builds a node of some lights and all nodes below. depth: bits of the trail to it. ball: its bounds, as decoded.
+    /// Builds a node and all nodes below. `depth`: bits of the trail to it. `ball`: its bounds, as decoded.
     void fill(std::uint32_t node, const Part& all, const vec4& ball, std::uint32_t depth, std::uint32_t trail) {
         const std::vector<Part> parts = parts_of(all, depth);
         double brightest = 0;
@@ -125,7 +125,7 @@ class Builder {
         }
     }
 
-    /// Builds a leaf of one light, or of two that look like one to any receiver, like the triangles of a square.
+    /// Returns whether lights form a leaf: one, or two that look like one to any receiver (triangles of a square).
     bool is_leaf(const Part& part) const {
         if (part.count() != 2) return part.count() == 1;
         const LightBounds &a = lights_[order_[part.first]], &b = lights_[order_[part.first + 1]];
@@ -191,7 +191,7 @@ class Builder {
         return split_evenly(first, last, upper - lower);
     }
 
-    /// Splits evenly: for lights at one position, and where the remaining depth allows nothing else.
+    /// Splits evenly. Lights at one position need this, and so do depths that allow nothing else.
     Index split_evenly(Index first, Index last, const dvec3& extent) {
         const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
         const Index middle = first + (last - first) / 2;
@@ -212,7 +212,7 @@ class Builder {
 
     struct Plane {
         int axis;
-        int bucket;  // the last one of the first part
+        int bucket;  // the last bucket of the first part
     };
     /// Returns the best split between buckets; none where every split would leave a part of more than `most` lights.
     std::optional<Plane> best_plane(Index first, Index last, Index most, const dvec3& lower, const dvec3& upper) const {
@@ -229,7 +229,7 @@ class Builder {
                 add(buckets[b], lights_[order_[i]]);
                 ++counts[b];
             }
-            std::array<double, kBuckets> after{};  // cost of the buckets after each
+            std::array<double, kBuckets> after{};  // cost of the buckets after each one
             std::optional<LightBounds> part;
             for (std::size_t b = kBuckets - 1; b > 0; --b) {
                 if (buckets[b]) add(part, *buckets[b]);
@@ -256,7 +256,7 @@ class Builder {
         return glm::length(glm::max(b.upper - dvec3(from), dvec3(from) - b.lower)) * (1 + kRoundings);
     }
 
-    /// Packs bounds, rounded outwards so that the decoded bounds hold the lights. word: link and kind.
+    /// Packs bounds, rounded outwards so that the decoded bounds hold the lights. `word` holds link and kind.
     static uvec4 encoded(const LightBounds& b, const vec4& ball, double brightest, std::uint32_t word) {
         const auto step = [&](double length, double zero, bool up) {  // in 2^-15 of the ball's radius
             const double at = ball.w > 0 ? zero + length / double(ball.w) * 32768 : zero;
@@ -305,7 +305,7 @@ LightBounds united(const LightBounds& a, const LightBounds& b) {
         all.theta_o = kPi;
         return all;
     }
-    // Rotates one axis towards the other; where they are opposite, about any perpendicular.
+    // Rotates one axis towards the other; where they are opposite, rotates about any perpendicular.
     const dvec3 across = axis - glm::dot(axis, all.axis) * all.axis;
     const double length = glm::length(across);
     const dvec3 towards = length > 1e-9 ? across / length : any_perpendicular(all.axis);

@@ -31,11 +31,11 @@ LightBounds united(const LightBounds& a, const LightBounds& b);
 
 struct LightTree {
     std::vector<uvec4> rows;            // UNIT_LIGHT_TREE; of the header only `names` is set
-    std::vector<std::uint32_t> trails;  // per light
+    std::vector<std::uint32_t> trails;  // trail of each light
 };
 
-/// Returns the tree. names: indices by which leaves refer to the lights, below 2^27. Precondition: as many names as
-/// lights, from 2 to 2^26. Equal inputs give equal trees.
+/// Returns the tree. `names` are the indices by which leaves refer to the lights, below 2^27. Precondition: as many
+/// names as lights, from 2 to 2^26. Equal inputs give equal trees.
 LightTree build_light_tree(std::span<const LightBounds> lights, std::span<const std::uint32_t> names);
 
 /// A child of a node, decoded like in the shaders.
@@ -45,7 +45,7 @@ struct LightTreeChild {
     std::uint32_t index;  // name of the light, or index of the node
     std::uint32_t other;  // second light of a leaf that holds a pair; otherwise equal to `index`
 };
-/// Returns the children of a node. ball: the node's bounding ball (centre, radius); the root's is light_tree_ball().
+/// Returns the children of a node with the bounding ball `ball` (centre, radius); the root's is light_tree_ball().
 std::vector<LightTreeChild> light_tree_children(std::span<const uvec4> rows, std::uint32_t node, const vec4& ball);
 vec4 light_tree_ball(std::span<const uvec4> rows);
 

@@ -130,7 +130,7 @@ class Builder {
         const dvec3 e2 = p[2] - p[0];
         const dvec3 cross = glm::cross(e1, e2);
         const double area = 0.5 * glm::length(cross);
-        // Roundings of the row and of the point on it, and of the tracer's plane through it (surface_at has the
+        // Roundings of the row and of the point on it, and of the tracer's plane through it (surface_at gives the
         // reasons).
         constexpr double kUlp = 0x1p-24;
         dvec3 error = 8 * kUlp * (glm::abs(p[0]) + glm::abs(e1) + glm::abs(e2));
@@ -317,7 +317,7 @@ class Builder {
     std::vector<double> area_;               // area per triangle light, m^2
     std::vector<LightBounds> bounds_;        // bounds of the lights that a tree may hold
     std::vector<std::uint32_t> in_tree_;     // indices of these lights
-    std::optional<EnvironmentCells> cells_;  // cells of a map
+    std::optional<EnvironmentCells> cells_;  // cells of the environment map
     LightTables tables_;
 };
 
@@ -353,7 +353,7 @@ LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoi
 
 EnvironmentCells environment_cells(const Image& map, int max_cells) {
     const std::int64_t width = map.width, height = map.height;
-    std::int64_t edge = 1;  // at most so many texels along a cell
+    std::int64_t edge = 1;  // texels along a cell's edge, at most
     while (((width + edge - 1) / edge) * ((height + edge - 1) / edge) > max_cells) ++edge;
     const std::int64_t columns = (width + edge - 1) / edge, rows = (height + edge - 1) / edge;
 
@@ -364,7 +364,7 @@ EnvironmentCells environment_cells(const Image& map, int max_cells) {
     };
     // Bilinear weights, integrated over a texel's square, are 1/8, 3/4 and 1/8 along each axis.
     const auto filtered = [&](std::int64_t x, std::int64_t y) {
-        dvec2 sum(0);  // luminance, its square
+        dvec2 sum(0);  // luminance and its square
         for (int j = -1; j <= 1; ++j) {
             for (int i = -1; i <= 1; ++i) {
                 const double l = luminance_at(x + i, y + j);

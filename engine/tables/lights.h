@@ -30,7 +30,7 @@ enum class LightChoice : std::uint8_t {
 };
 inline constexpr LightChoice kLightChoices[] = {LightChoice::automatic, LightChoice::power, LightChoice::tree,
                                                 LightChoice::uniform};
-const char* name(LightChoice choice);  ///< "auto", "power", "tree", "uniform"
+const char* name(LightChoice choice);  ///< Returns "auto", "power", "tree" or "uniform".
 inline constexpr std::size_t kTreeLights = 16;
 
 struct LightTables {
@@ -46,7 +46,7 @@ struct LightTables {
     std::vector<double> probabilities;             // per light, without the tree's share; the separate sun has none
     std::size_t triangle_count = 0;
     std::size_t punctual_count = 0;  // number of punctual lights without the separate sun
-    bool sun = false;                // the last row is a separate sun
+    bool sun = false;                // true: the last row is a separate sun
 };
 
 /// Sampling of the sun, the strongest directional light, where there are other lights.
@@ -55,7 +55,7 @@ enum class SunChoice : std::uint8_t {
     among,  // chosen like any other light
 };
 inline constexpr SunChoice kSunChoices[] = {SunChoice::apart, SunChoice::among};
-const char* name(SunChoice choice);  ///< "apart", "among"
+const char* name(SunChoice choice);  ///< Returns "apart" or "among".
 
 /// Returns the tables, empty where the scene has no light. Precondition: validate(scene) passes, `trace` was built from
 /// it. Throws Error for 2^29 lights or more, or more than 2^26 in a tree.

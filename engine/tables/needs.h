@@ -1,4 +1,4 @@
-// The features of shaders and tables that a scene needs; all others are left out. Pure: no OpenGL.
+// The features of shaders and tables that a scene needs; all others are left out. This code uses no OpenGL.
 #pragma once
 
 #include <functional>
@@ -26,7 +26,7 @@ struct SceneNeeds : MaterialNeeds {
     bool spot_lights = false;
     bool directional_lights = false;
     bool light_choice = false;     // the scene has two lights or more
-    bool light_tree = false;       // a light tree chooses among them
+    bool light_tree = false;       // a light tree chooses among the lights
     bool sun = false;              // a directional light is sampled apart from the others
     bool environment = false;      // the environment is not black
     bool environment_map = false;  // the environment is not constant
@@ -63,12 +63,12 @@ SceneNeeds united(SceneNeeds a, const SceneNeeds& b);
 /// Names of features that are built although the scene does not need them (left_out() in renderer/needs.h lists them).
 class Kept {
   public:
-    Kept() = default;  ///< nothing
+    Kept() = default;  ///< Keeps nothing.
     explicit Kept(std::set<std::string, std::less<>> names) : names_(std::move(names)) {}
     static Kept everything();
     bool has(std::string_view name) const { return everything_ || names_.contains(name); }
     bool is_everything() const { return everything_; }
-    const std::set<std::string, std::less<>>& names() const { return names_; }  ///< empty for everything()
+    const std::set<std::string, std::less<>>& names() const { return names_; }  ///< Is empty for everything().
     /// Returns "nothing", "everything", or the names joined by commas.
     std::string text() const;
     bool operator==(const Kept&) const = default;

@@ -1,4 +1,4 @@
-// The scene's materials, textures, vertex attributes and lights, packed for shaders/lib. Pure: no OpenGL.
+// The scene's materials, textures, vertex attributes and lights, packed for shaders/lib. This code uses no OpenGL.
 #pragma once
 
 #include <array>
@@ -20,8 +20,8 @@ struct PooledImage {
     bool operator==(const PooledImage&) const = default;
 };
 
-/// Layouts: shaders/shared/{vertex,texture,light,environment}.h; rows of materials:
-/// shaders/lib/material_properties.glsl. Tables that the scene does not need stay empty.
+/// Packed tables. shaders/shared/{vertex,texture,light,environment}.h define their layouts, and
+/// shaders/lib/material_properties.glsl that of materials. Tables that the scene does not need stay empty.
 struct ShadingTables {
     SceneNeeds needs;
     std::vector<vec4> vertices;                              // RGBA32F, vertex_stride() texels each
@@ -42,9 +42,9 @@ struct ShadingTables {
 };
 
 /// Returns the tables. Precondition: validate(scene) passes, `trace` was built from it. Throws Error where a table
-/// would exceed 2^32 texels or 2^31 lights. kept: features that get tables although the scene does not need them; such
-/// tables change no picture. A light tree cannot be kept. last: `pooled` of another pose with the same images, or null.
-/// Where the pools are equal, texels are left out.
+/// would exceed 2^32 texels or 2^31 lights. `kept` are features that get tables although the scene does not need them;
+/// such tables change no picture. A light tree cannot be kept. `last` is `pooled` of another pose with the same images,
+/// or null. Where the pools are equal, texels are left out.
 ShadingTables build_shading_tables(const Scene& scene, const TraceTables& trace, const SceneNeeds& kept = {},
                                    LightChoice choice = LightChoice::automatic, SunChoice sun = SunChoice::among,
                                    const std::vector<PooledImage>* last = nullptr);

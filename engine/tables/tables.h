@@ -1,5 +1,5 @@
-// The scene's geometry, flattened into the arrays that the GPU reads. Pure: no OpenGL. Arrays that a scene does not
-// need stay empty.
+// The scene's geometry, flattened into the arrays that the GPU reads. This code uses no OpenGL. Arrays that a scene
+// does not need stay empty.
 //
 // Geometry is cut into *blocks*, each with a hierarchy of its own. Meshes that are used exactly once are transformed
 // and merged into block 0, whose instance is the identity, so that most scenes need no second level. Every mesh used
@@ -87,14 +87,14 @@ inline constexpr double kSliverAspect = 2000;
 ///   - a mesh that refers to material 2^24 or above,
 ///   - 2^28 triangles or more.
 ///
-/// flatten_limit: number of triangles up to which shared meshes are merged as well, those with the fewest triangles in
-/// all their instances first. A scene without a second level is traced 1.2 to 1.4 times as fast (city of 10^6
-/// triangles). kFlattenLimit triangles take 240 MB of device memory and two seconds.
+/// `flatten_limit` is the number of triangles up to which shared meshes are merged as well. Meshes with the fewest
+/// triangles in all their instances go first. A scene without a second level is traced 1.2 to 1.4 times as fast (city
+/// of 10^6 triangles). kFlattenLimit triangles take 240 MB of device memory and two seconds.
 ///
-/// reference: TraceTables::origin of the scene's reference pose, or none. It is used again where it is good enough, so
-/// that meshes that do not move keep their table values. It is good enough where the mean of distance over instance
-/// size, taken over all triangles, is at most kNearOrigin or twice the possible minimum. (Instance size: half the
-/// diagonal of its box.)
+/// `reference` is TraceTables::origin of the scene's reference pose, or none. It is used again where it is good enough,
+/// so that meshes that do not move keep their table values. It is good enough where the mean of distance over instance
+/// size, taken over all triangles, is at most kNearOrigin or twice the possible minimum. (The size of an instance is
+/// half the diagonal of its box.)
 TraceTables build_trace_tables(const Scene& scene, std::size_t flatten_limit = 0,
                                const std::optional<dvec3>& reference = std::nullopt);
 inline constexpr double kNearOrigin = 16;

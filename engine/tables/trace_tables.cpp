@@ -79,7 +79,7 @@ class Builder {
             const dvec3 extent =
                 glm::abs(dvec3(m[0])) * half.x + glm::abs(dvec3(m[1])) * half.y + glm::abs(dvec3(m[2])) * half.z;
             const double size = glm::length(extent);
-            if (size == 0) continue;  // flattened to a point: never seen
+            if (size == 0) continue;  // flattened to a point, hence invisible
             const auto count = static_cast<double>(mesh_of(instance).triangles.size());
             places.push_back({dvec3(m * dvec4(dvec3(box.lower) + half, 1)), count / size});
             sum += places.back().weight;
@@ -278,8 +278,8 @@ class Builder {
     const Scene& scene_;
     std::size_t flatten_limit_;
     std::optional<dvec3> reference_;
-    std::vector<char> shared_;        // per scene instance
-    std::vector<float> image_alpha_;  // lowest of each image that alpha may depend on
+    std::vector<char> shared_;        // per scene instance: it shares its mesh's block
+    std::vector<float> image_alpha_;  // lowest alpha of each image that can decide a hit
     TraceTables tables_;
 };
 

@@ -13,13 +13,13 @@ using graph::Access;
 /// Buffers that all bounces share.
 struct Shadowing {
     graph::BufferHandle rays;          // shadow rays of the light samples
-    graph::BufferHandle occluded;      // their answers
+    graph::BufferHandle occluded;      // answers of any_hit() to `rays`
     graph::BufferHandle sun_rays;      // shadow rays of the sun samples
-    graph::BufferHandle sun_occluded;  // their answers
+    graph::BufferHandle sun_occluded;  // answers of any_hit() to `sun_rays`
     bool answered() const { return occluded.version != 0; }
 };
 
-/// Makes the surface records of what the rays of the paths in `list` have hit. reuse: and the points that vertex 1
+/// Makes the surface records of the hits of the paths in `list`. If `reuse` is set, also makes the points that vertex 1
 /// gives to path reuse.
 graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, const PathList& list, PathBuffers& paths,
                                 bool last, bool reuse) {
@@ -45,8 +45,8 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
     return surfaces;
 }
 
-/// One vertex of the paths in `arriving`: light met and light sampled are added, and where `leaving` is given, rays are
-/// sent on.
+/// Shades one vertex of the paths in `arriving`. Light met and light sampled are added; where `leaving` is given, rays
+/// are sent on.
 void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const PathList& arriving, PathBuffers& paths,
                 Shadowing& shadowing, PathList* lit, PathList* leaving) {
     const bool last = leaving == nullptr;
@@ -68,7 +68,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
             paths.receivers = pass.write(paths.receivers, Access::storage_read_write, "Receivers");
     }
     if (paths.points) paths.points = pass.write(paths.points, partial_write(paths.points), "Points");
-    const bool asks = paths.cells && depth == 1;  // for cells
+    const bool asks = paths.cells && depth == 1;  // vertex 1 asks for cells
     const bool takes = paths.cells && depth == 2 && !last;
     if (takes) pass.read(paths.cells, Access::texture_read, {"cells", GL_R32UI});
     if (asks) paths.cells = pass.write(paths.cells, Access::storage_read_write, "Cells");

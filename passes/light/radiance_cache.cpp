@@ -12,7 +12,7 @@ namespace {
 
 using graph::Access;
 
-constexpr std::uint32_t kSweepEvery = 64;  // pictures
+constexpr std::uint32_t kSweepEvery = 64;  // pictures between sweeps
 constexpr std::uint32_t kOldest = 192;
 
 /// Inputs of both kernels besides states and cells.

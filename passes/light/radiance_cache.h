@@ -24,17 +24,17 @@ class RadianceCache {
   public:
     RadianceCache();
 
-    /// Empties the cache. Must be called when anything but the camera changes: light, material, geometry, bounces.
+    /// Empties the cache. It must be called when anything but the camera changes: light, material, geometry, bounces.
     void clear();
     /// Starts a picture: resets the count of paths without a cell. Every 64th call frees the cells that the last 192
     /// pictures have not used.
     void begin_picture(gpu::ProgramCache& programs);
 
     std::uint32_t picture() const { return picture_; }                      ///< Number of the current picture, from 1.
-    gpu::Buffer& cells() { return cells_; }                                 ///< CacheCell
-    gpu::Buffer& counts() { return counts_; }                               ///< CacheCounts
-    std::size_t bytes() const { return cells_.bytes() + counts_.bytes(); }  ///< size in device memory
-    CacheStatistics statistics() const;                                     ///< waits for the device
+    gpu::Buffer& cells() { return cells_; }                                 ///< Returns a buffer of CacheCell.
+    gpu::Buffer& counts() { return counts_; }                               ///< Returns a buffer of CacheCounts.
+    std::size_t bytes() const { return cells_.bytes() + counts_.bytes(); }  ///< Returns the device memory, bytes.
+    CacheStatistics statistics() const;                                     ///< Waits for the device.
 
   private:
     gpu::Buffer cells_;

@@ -15,11 +15,11 @@ namespace {
 
 using graph::Access;
 
-/// Rays towards all points, and how likely each would have found its point.
+/// Rays towards all points, and the density with which each would have found its point.
 struct Connections {
-    graph::BufferHandle rays;       // Ray
-    graph::BufferHandle densities;  // float
-    graph::BufferHandle occluded;   // uint: answers
+    graph::BufferHandle rays;       // one Ray per connection
+    graph::BufferHandle densities;  // one float per connection
+    graph::BufferHandle occluded;   // one uint per connection: answer of any_hit()
 };
 
 /// Inputs of both kernels.
@@ -66,8 +66,8 @@ Connections connect(graph::Graph& graph, const GroupInputs& inputs) {
     c.densities = pass.write(graph.create_buffer("connection densities", {count * sizeof(float)}),
                              Access::storage_write, "Densities");
     pass.execute([=](graph::Resources& r) { inputs.run(r, "shaders/reuse_connect.comp"); });
-    // No list: the rays towards a point follow one another, and are culled as one set, those of small groups with those
-    // towards the next points.
+    // There is no list. The rays towards a point follow one another and are culled as one set; those of small groups
+    // share a set with the next points.
     rays::RayBatch batch = ray_batch(view, rays::RayKind::connection, c.rays, {}, 0);
     batch.capacity = count;
     batch.rays_of_path = view.group_size;

@@ -9,9 +9,9 @@ namespace halflight {
 
 /// Rays and states of all paths, at the path's index. The batches share one set, since each path is in one batch.
 struct PathBuffers {
-    graph::BufferHandle rays;    // Ray
-    graph::BufferHandle hits;    // Hit
-    graph::BufferHandle states;  // PathState
+    graph::BufferHandle rays;    // one Ray per path
+    graph::BufferHandle hits;    // one Hit per path
+    graph::BufferHandle states;  // one PathState per path
     // Receiver: origin of the ray, for the density of light sampling there; empty without a light tree
     graph::BufferHandle receivers;
     // ReusePoint, or CachePoint with `cells`: second vertices of the paths; empty without path reuse and cache
@@ -32,7 +32,7 @@ PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view);
 /// Creates an empty list with room for every path.
 PathList create_path_list(graph::Graph& graph, const SceneView& view, const std::string& name);
 
-/// Returns the batch of the rays of a list that leave path vertex number `depth` (0: the surface seen by the camera).
+/// Returns the batch of the rays of a list that leave path vertex number `depth` (0: the first surface).
 rays::RayBatch ray_batch(const SceneView& view, rays::RayKind kind, graph::BufferHandle rays, const PathList& list,
                          int depth);
 

@@ -12,8 +12,8 @@ using graph::Access;
 
 namespace {
 
-/// Adds the light of the samples of each pixel to `light`, and returns the answers to its shadow rays. kind: shadow, of
-/// the lights that are chosen from, or sun.
+/// Adds the light of the samples of each pixel to `light`, and returns the answers to its shadow rays. `kind` is shadow
+/// for chosen lights, or sun.
 graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, const GBuffer& g, rays::RayKind kind,
                                 graph::BufferHandle& light) {
     const bool sun = kind == rays::RayKind::sun;

@@ -43,7 +43,7 @@ struct AccumulateOptions {
 };
 
 /// Adds one sample to the sums, which are carried in the graph's History; sample 0 of a frame starts them anew.
-/// `bad_values`: kBadValueCounts uints that outlive the graph; counts are added to them.
+/// `bad_values` are kBadValueCounts uints that outlive the graph; counts are added to them.
 Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const SampleInputs& sample,
                            const AccumulateOptions& options, gpu::Buffer& bad_values);
 

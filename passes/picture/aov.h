@@ -7,7 +7,7 @@
 namespace halflight {
 
 /// Returns an AovRecord (shaders/shared/aov.h) per path. The frame constants must place the sample at the pixel's
-/// centre. `motion`: whether to fill AovRecord::motion; otherwise it is 0.
+/// centre. `motion` tells whether to fill AovRecord::motion; otherwise it is 0.
 graph::BufferHandle add_aov(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer, bool motion = true);
 
 struct DebugOptions {

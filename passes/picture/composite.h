@@ -1,4 +1,4 @@
-// Turns sums into pictures: the mean, and the mean through the view transform.
+// Conversion of sums to pictures: the mean, and the mean through the view transform.
 #pragma once
 
 #include <vector>
@@ -35,8 +35,8 @@ struct Composite {
     graph::TextureHandle view;    // RGBA32F: display-encoded, [0,1]; empty without a view kernel
 };
 
-/// Divides the sums by `samples`. `view_kernel` may be null and must outlive the graph. `opaque_background`: whether
-/// the environment is visible behind surfaces.
+/// Divides the sums by `samples`. `view_kernel` may be null and must outlive the graph. `opaque_background` tells
+/// whether the environment is visible behind surfaces.
 Composite add_composite(graph::Graph& graph, const Band& band, const Accumulated& sums, int samples,
                         bool opaque_background, const ViewKernel* view_kernel);
 

@@ -14,7 +14,7 @@ namespace halflight {
 inline constexpr int kDenoiseLevels = 5;  // taps 1, 2, 4, 8, 16 pixels apart: a reach of 31 pixels
 
 /// Returns the filtered light, RGBA32F of the picture's size. rgb: as PreviewTexels::light; a: estimated variance of
-/// its luminance. frame_constants: struct Frame of the whole picture (shaders/shared/frame.h), for its camera and size.
+/// its luminance. `frame_constants` is struct Frame of the picture (shaders/shared/frame.h), for its camera and size.
 graph::TextureHandle add_denoise(graph::Graph& graph, const PreviewTexels& texels, graph::BufferHandle frame_constants);
 
 }  // namespace halflight

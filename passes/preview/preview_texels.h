@@ -1,5 +1,5 @@
-// Inputs and outputs of the preview filters: turns sums into texels of the whole picture, and filtered texels into a
-// picture.
+// Inputs and outputs of the preview filters: conversion of sums to texels of the whole picture, and of filtered texels
+// to a picture.
 #pragma once
 
 #include "passes/picture/accumulate.h"
@@ -23,8 +23,8 @@ struct PreviewPixels {
     graph::TextureHandle beauty;  // RGBA32F: the mean
 };
 
-/// Fills the rows of a band and returns the next versions of `to`, textures of the whole picture. sums: with squares
-/// and features; records: of add_aov(); beauty: mean of the band over `samples` samples.
+/// Fills the rows of a band and returns the next versions of `to`, textures of the whole picture. `sums` has squares
+/// and features, `records` are those of add_aov(), and `beauty` is the band's mean over `samples` samples.
 PreviewPixels add_preview_input(graph::Graph& graph, const Band& band, const Accumulated& sums,
                                 graph::BufferHandle records, graph::TextureHandle beauty, int samples,
                                 const PreviewPixels& to);

@@ -12,7 +12,7 @@ namespace {
 
 using graph::Access;
 
-/// Nothing is drawn or cleared outside of the band's rows and their neighbours.
+/// Scissor test of a band. Nothing is drawn or cleared outside of its rows and their neighbours.
 class BandScissor {
   public:
     BandScissor(const Band& band, const RasterWindow& window) {
@@ -59,7 +59,7 @@ void rasterize(const SceneView& view, GBuffer& g, graph::Graph& graph) {
     });
 }
 
-/// Adds the passes that trace camera rays. number: depth of the batch, unique among the graph's primary batches.
+/// Adds the passes that trace camera rays. `number`: depth of the batch, unique among the graph's primary batches.
 void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t number) {
     const std::uint32_t paths = view.band.paths();
     graph::Pass pass = graph.add_pass("gbuffer: camera rays");
@@ -67,7 +67,7 @@ void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t
     g.rays =
         pass.write(graph.create_buffer("primary rays", {paths * sizeof(shared::Ray)}), Access::storage_write, "Rays");
     pass.execute([view, paths](graph::Resources& r) {
-        view.scene.bind();  // what the tracer's alpha tests read; another scene may have been rendered before
+        view.scene.bind();  // tables of the tracer's alpha tests; another scene may be bound
         r.compute("shaders/camera_rays.comp").dispatch(paths / 64);
     });
     const rays::RayBatch batch{.kind = rays::RayKind::primary,
@@ -82,7 +82,7 @@ void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t
                                graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}));
 }
 
-/// What finds hits, without anything that is made of them.
+/// Adds the passes that find hits, without those that use them.
 GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility primary, std::uint32_t number) {
     GBuffer g;
     if (primary == PrimaryVisibility::traced)
@@ -92,7 +92,7 @@ GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility pr
     return g;
 }
 
-/// Declares that a pass of resolve.comp reads what `visible` found.
+/// Declares that a pass of resolve.comp reads the results of visible().
 void read_hits(graph::Pass& pass, const GBuffer& g, gpu::Defines& defines) {
     if (g.visibility) {
         pass.read(g.visibility, Access::texture_read, "visibility");

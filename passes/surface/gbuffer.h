@@ -10,7 +10,7 @@ namespace halflight {
 
 /// Results of primary visibility. Buffers are in path order (shaders/shared/pixel_order.h).
 struct GBuffer {
-    // Only if rasterized:
+    // These two exist only if rasterized.
     graph::TextureHandle visibility;  // RG32UI, size of the raster window: triangle + 1 (0: nothing), block instance
     graph::TextureHandle depth;       // D32F, the same size, reversed, infinite far plane
     graph::BufferHandle rays;         // Ray: the camera ray through the sample point, unit direction
@@ -24,9 +24,9 @@ struct GBufferOutputs {
     bool hits = true;
 };
 
-/// Finds the hit of every pixel's camera ray, jittered as the frame constants say, and resolves it to a surface record
-/// (a visibility buffer: Burns and Hunt 2013). Where nothing is hit, the record's emission is the environment's
-/// radiance. primary: not `automatic`.
+/// Finds the hit of every pixel's camera ray, with the jitter of the frame constants, and resolves it to a surface
+/// record (a visibility buffer: Burns and Hunt 2013). Where nothing is hit, the record's emission is the environment's
+/// radiance. `primary` must not be `automatic`.
 ///
 /// If traced, camera rays are a batch of kind primary and depth 0, and hits are exact.
 ///
@@ -37,13 +37,13 @@ struct GBufferOutputs {
 /// light is within 0.002 %. Triangles smaller than a pixel do not profit: one pixel in 108 differs at 32x24, and the
 /// mean is 0.1 % low.
 ///
-/// Each pixel is the same, bit for bit, whatever band it is in (passes/surface/raster_window.h).
+/// The bits of a pixel do not depend on its band (passes/surface/raster_window.h).
 GBuffer add_gbuffer(graph::Graph& graph, const SceneView& view, const GBufferOutputs& outputs = {},
                     PrimaryVisibility primary = PrimaryVisibility::raster);
 
 /// Returns the mean emission seen through several points of each pixel, one for each entry of `frame_constants`. It is
-/// the radiance emitted by surfaces, or that of the environment where there is none. vec4 per path, w 0. The constants
-/// may differ in jitter, sample_index and seed only.
+/// the radiance of surfaces, or of the environment where there is none. The result has a vec4 per path, w 0. The
+/// constants may differ in jitter, sample_index and seed only.
 graph::BufferHandle add_seen(graph::Graph& graph, const SceneView& view,
                              const std::vector<graph::BufferHandle>& frame_constants, PrimaryVisibility primary);
 

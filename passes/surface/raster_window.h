@@ -10,7 +10,7 @@ namespace halflight {
 /// that are divided into windows, with an extra row at either end for queries about neighbouring pixels.
 struct RasterWindow {
     int y = 0;     // first row, of the picture
-    int rows = 0;  // some may lie below the picture
+    int rows = 0;  // number of rows; some may lie below the picture
 };
 
 /// Returns the rows from one window to the next: a power of two, or the picture's height. No band may reach across

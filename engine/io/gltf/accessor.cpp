@@ -9,7 +9,7 @@
 namespace halflight {
 namespace {
 
-// Limit of the count of an accessor without data, whose elements are all zero. Sparse accessors use this; other
+// Maximum count of an accessor without data, whose elements are all zero. Sparse accessors use such bases; other
 // accessors of their count have at least one byte per element.
 constexpr std::size_t kFewZeros = std::size_t{1} << 16;
 

@@ -14,7 +14,7 @@ class GltfAccessors {
     explicit GltfAccessors(const GltfDocument& document) : document_(document) {}
 
     std::size_t count(int accessor) const;
-    int components(int accessor) const;  ///< 1 to 16
+    int components(int accessor) const;  ///< Returns the number of components per element, 1 to 16.
     /// Throws Error where the data is shorter than the count requires.
     void check_data(int accessor) const { view(accessor); }
 

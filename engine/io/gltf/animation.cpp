@@ -101,7 +101,7 @@ class Reader {
         return 0;
     }
 
-    /// Returns the number of morph targets of a mesh or of none; "LIST[index]" refers to it.
+    /// Returns the number of morph targets of a mesh, > 0. Throws Error about LIST[index] if there is none.
     int count_morph_targets(int mesh, const std::string& element, const char* list, int index) const {
         std::size_t targets = 0;
         if (mesh != kNone)

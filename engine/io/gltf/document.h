@@ -21,7 +21,7 @@ namespace halflight {
 /// The location of an encoded image.
 struct GltfImageSource {
     std::string label;  // for messages: its URI, or its name
-    std::string uri;    // empty: in `buffer_view`
+    std::string uri;    // empty: the image is in `buffer_view`
     int buffer_view = kNone;
 };
 
@@ -49,7 +49,7 @@ struct GltfDocument {
     std::string file;  // file name, subject of messages
     std::filesystem::path folder;
     GltfOptions options;
-    std::uint64_t bytes_read = 0;  // count towards max_total_bytes
+    std::uint64_t bytes_read = 0;  // bytes that count towards max_total_bytes
     tinygltf::Model model;
     std::vector<GltfImageSource> images;
     std::optional<FrameRate> frame_rate;                 // frame rate in the scene's extras

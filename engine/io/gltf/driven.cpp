@@ -14,7 +14,7 @@ namespace {
 using Json = nlohmann::json;
 using Values = std::vector<double>;
 
-/// Where the model keeps the numbers of a field: in a list, or as one number.
+/// Storage of a field's numbers in the model: a list, or one number.
 using Place = std::variant<Values*, double*>;
 
 /// A field that animations can drive: "/LIST/N/rest" for any N.
@@ -186,7 +186,7 @@ std::vector<double> driven_values(const GltfDocument& document, const GltfTarget
         const Json& found = material.at(pointer);
         return found.is_array() ? found.get<Values>() : Values{found.get<double>()};
     }
-    const Place place = field.place(const_cast<tinygltf::Model&>(document.model), index);  // only read
+    const Place place = field.place(const_cast<tinygltf::Model&>(document.model), index);  // the model is only read
     if (const auto* number = std::get_if<double*>(&place)) return {**number};
     return *std::get<Values*>(place);
 }

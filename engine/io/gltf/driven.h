@@ -15,7 +15,7 @@ namespace halflight {
 /// A field of an object of the file that animations can drive.
 struct GltfTarget {
     int field = 0;  // row of the table of fields
-    int index = 0;  // into the file's list of nodes, meshes, materials, lights or cameras
+    int index = 0;  // index into the file's list of nodes, meshes, materials, lights or cameras
     auto operator<=>(const GltfTarget&) const = default;
 };
 

@@ -56,7 +56,7 @@ MaterialSet load_material_set(GltfDocument& document, std::vector<GltfMaterial>&
 /// Returns a material of another pose, with the images of `known`.
 Material with_images_of(const Material& known, const GltfMaterial& from) {
     Material material = from.material;
-    if (from.glossiness) {  // like in load_images()
+    if (from.glossiness) {  // load_images() does the same
         material.metallic_roughness_texture = material.specular_color_texture;
         material.roughness = 1;
     }
@@ -67,8 +67,8 @@ Material with_images_of(const Material& known, const GltfMaterial& from) {
     return material;
 }
 
-/// Converts the document. material_set: cache of images, filled by the first call; null: none. images: whether the
-/// scene gets its images.
+/// Converts the document. `material_set` is a cache of images, filled by the first call, or null. `images` tells
+/// whether the scene gets its images.
 Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPoseCache& kept,
               std::optional<MaterialSet>* material_set = nullptr, bool images = true) {
     Scene scene;
@@ -99,7 +99,7 @@ Scene convert(GltfDocument& document, const std::filesystem::path& path, GltfPos
     return scene;
 }
 
-/// Calls f(). Out of memory becomes Error that names the file.
+/// Calls f(). Turns a lack of memory into an Error that names the file.
 template <class F>
 decltype(auto) guarded(const std::filesystem::path& path, F f) {
     try {

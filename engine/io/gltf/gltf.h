@@ -18,15 +18,15 @@ namespace halflight {
 
 /// Limits for the contents of a file.
 struct GltfOptions {
-    std::uint64_t max_file_bytes = std::uint64_t{8} << 30;    // per file
-    std::uint64_t max_total_bytes = std::uint64_t{32} << 30;  // all files together
-    int max_image_side = 16384;                               // texels
+    std::uint64_t max_file_bytes = std::uint64_t{8} << 30;    // bytes per file
+    std::uint64_t max_total_bytes = std::uint64_t{32} << 30;  // bytes of all files together
+    int max_image_side = 16384;                               // texels along an edge
     bool allow_outside_folder = false;                        // whether URIs may point outside the scene's folder
 };
 
-/// Loads the default scene in its rest pose. Without a default it is the first scene; without scenes it is all root
-/// nodes. Morph targets and skins are applied; skinned meshes are in world space. Nodes that share a mesh become
-/// instances of one Mesh.
+/// Loads the default scene in its rest pose. A file without a default gives its first scene; one without scenes gives
+/// all root nodes. Morph targets and skins are applied; skinned meshes are in world space. Nodes that share a mesh
+/// become instances of one Mesh.
 ///
 /// Supported extensions: those of materials (gltf_material_keys() in material_keys.h), KHR_animation_pointer (nodes,
 /// weights of meshes, cameras, lights and materials), KHR_lights_punctual, KHR_mesh_quantization, KHR_texture_transform
@@ -34,8 +34,8 @@ struct GltfOptions {
 /// radiance (linear Rec.709) from all directions, which glTF lacks. Other extensions are refused if the file requires
 /// them, otherwise named in a warning.
 ///
-/// Repairs what can be repaired and reports it. Everything else throws Error, one line that names file and element. The
-/// result has passed validate().
+/// Repairs are made where possible and reported. Everything else throws Error, one line that names file and element.
+/// The result has passed validate().
 Scene load_gltf(const std::filesystem::path& path, const GltfOptions& options = {});
 
 /// Data of a file for deforming meshes.

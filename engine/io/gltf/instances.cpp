@@ -22,12 +22,12 @@ void add_report(SceneReport& to, const SceneReport& of_mesh) {
 struct MeshRequest {
     GltfMeshKey key;
     GltfPose pose;
-    bool deforms;    // animations do that
+    bool deforms;    // animations deform the mesh
     bool flattened;  // the node's transform is applied to the vertices
 };
 
-/// Fills Scene::meshes and Scene::instances. It collects all requests first, so that all deforming meshes are computed
-/// at once.
+/// Builder of Scene::meshes and Scene::instances. It collects all requests first, so that all deforming meshes are
+/// computed at once.
 class Instances {
   public:
     Instances(GltfDocument& document, const GltfNodes& nodes, GltfMeshes& meshes, GltfPoseCache& kept, Scene& scene)
@@ -39,7 +39,7 @@ class Instances {
         const tinygltf::Node& from = node_of(node);
         if (from.mesh == kNone) return;
         if (from.skin != kNone) {
-            // Only the joints place a skinned mesh (glTF 2.0, section 3.7.3.3).
+            // Joints alone place a skinned mesh (glTF 2.0, section 3.7.3.3).
             return add(node, dmat4(1), {skin_joints(static_cast<std::size_t>(from.skin)), true});
         }
         const dmat4& world = nodes_.world[static_cast<std::size_t>(node)];

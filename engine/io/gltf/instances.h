@@ -48,7 +48,7 @@ struct GltfPoseCache {
     GltfAnimatedObjects animated;
     std::map<GltfMeshKey, GltfStaticMesh> meshes;
     GltfPrimitives primitives;     // primitives of meshes that deform
-    Deformer* deformer = nullptr;  // deforms those meshes; null: deform()
+    Deformer* deformer = nullptr;  // deformer of those meshes; null: deform()
 };
 
 /// Returns the objects that the channels move.

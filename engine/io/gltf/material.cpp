@@ -61,8 +61,8 @@ class Converter {
     }
 
   private:
-    /// Returns whether the property counts. Specular-glossiness replaces metallic-roughness, and unlit materials ignore
-    /// their emission factor.
+    /// Returns whether the property applies. Specular-glossiness replaces metallic-roughness, and unlit materials
+    /// ignore their emission factor.
     bool is_read(std::string_view path, bool MaterialNeeds::*need) const {
         return !(glossy_ && path.starts_with("/pbrMetallicRoughness/")) &&
                !(m_.unlit && need == &MaterialNeeds::emission);
@@ -123,7 +123,7 @@ class Converter {
     TextureRef read_texture(const std::string& path) {
         TextureRef ref;
         const Json* info = find(from_, path);
-        const int index = info ? info->value("index", kNone) : kNone;  // animations leave objects without one
+        const int index = info ? info->value("index", kNone) : kNone;  // an animation may create `info` without it
         if (index == kNone) return ref;
         const tinygltf::Texture& from = document_.model.textures[static_cast<std::size_t>(index)];
         if (from.source == kNone) {

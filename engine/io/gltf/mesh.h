@@ -30,7 +30,7 @@ using GltfPrimitives = std::map<GltfPrimitiveKey, std::shared_ptr<const GltfPrim
 /// A mesh before its vertices are moved.
 struct GltfUnposedMesh {
     struct Part {
-        Mesh still;  // independent of the pose
+        Mesh still;  // the parts that no pose changes
         Deformation deformation;
         const GltfMaterial* material;  // null: the default
     };

@@ -54,7 +54,7 @@ std::vector<int> find_parents(const GltfDocument& document) {
     return parents;
 }
 
-/// Calls f(node) for `roots` and all below, parents first, in the file's order. Each node once.
+/// Calls f(node) once for each of `roots` and all nodes below, parents first, in the file's order.
 template <class F>
 void walk(const GltfDocument& document, std::vector<int> roots, F f) {
     std::vector<bool> visited(document.model.nodes.size(), false);
@@ -70,7 +70,7 @@ void walk(const GltfDocument& document, std::vector<int> roots, F f) {
     }
 }
 
-/// Returns the name of the object, else of its node, else "kind[3]"; the first of these that is not taken.
+/// Unique names of objects: own name, else the node's, else "kind[3]"; the first that is not taken.
 class Names {
   public:
     std::string pick(const std::string& own, const std::string& node, const std::string& fallback) {

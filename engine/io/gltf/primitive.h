@@ -26,7 +26,7 @@ class GltfPrimitive final : public RestShape {
 
     /// Triangles, their material, texture coordinates and colours. Has no vertices if it has no triangles.
     Mesh still;
-    /// Returns the repairs.
+    /// Returns the warnings about repairs.
     const GltfWarnings& warnings() const { return warnings_; }
     /// Throws Error where a vertex follows a joint with an index >= `joints`.
     void check_joints(std::size_t joints) const;

@@ -29,7 +29,7 @@ class Checker {
         if (root.contains(lights) && root[lights].is_array()) list_sizes_["lights"] = root[lights].size();
     }
 
-    /// Checks an object. path: position of `value`, for messages; unchanged on return.
+    /// Checks an object. `path` is the position of `value`, for messages; it is unchanged on return.
     void object(Json& value, std::string_view type, std::string& path) const {
         if (!value.is_object()) fail(path, "is not an object");
         for (const GltfRule& rule : gltf_rules().find(type)->second) {
@@ -44,7 +44,7 @@ class Checker {
     }
 
   private:
-    /// Extends the path during its lifetime.
+    /// A path that is extended during the object's lifetime.
     class Descent {
       public:
         Descent(std::string& path, const std::string& step) : path_(path), length_(path.size()) { path += step; }
