@@ -1,5 +1,5 @@
-// Adds one sample to the sums of its pixel; the first one of a picture begins them. No NaN, infinity or negative radiance
-// gets into them: such values are counted, by the pass they come from, and taken as zero.
+// Adds one sample to the sums of its pixel; the first sample of a picture begins them. NaNs, infinities and negative
+// radiances are counted, by the pass that they come from, and taken as zero.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/scene_tables.glsl"
@@ -8,7 +8,7 @@ layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
 
-// Eight storage blocks at most, which every driver has: what else is only read, is read as texels.
+// Drivers need not have more than eight storage blocks, so other read-only inputs are texture buffers.
 #ifdef HALFLIGHT_LIGHT_SAMPLES
 uniform samplerBuffer light;      // RGBA32F: DirectLight, two texels each
 uniform usamplerBuffer occluded;  // R32UI
@@ -27,7 +27,7 @@ uniform samplerBuffer sun_light;            // RGBA32F
 #endif
 #endif
 
-// Sums so far, in place.
+// Sums of all samples so far; they are updated in place.
 layout(std430) buffer EmissionSums { double emission_sums[]; };  // rgb, coverage
 #if defined(HALFLIGHT_LIGHT_SAMPLES) || defined(HALFLIGHT_PATHS)
 #define HALFLIGHT_DIRECT
@@ -60,20 +60,20 @@ uniform float most_luminance;  // highest luminance of a sample's indirect light
 #include "shaders/lib/sun_light.glsl"
 #include "shaders/lib/surface_record.glsl"
 
-// Whatever an earlier frame has left there.
+// Returns the sum so far. It is 0 at the first sample, where the buffer may hold an earlier frame.
 double so_far(double sum) { return frame.begins != 0u ? 0.0lf : sum; }
 #define ADD(sum, value) sum = so_far(sum) + double(value)
 
 uint how_many(bvec3 b) { return uint(b.x) + uint(b.y) + uint(b.z); }
 
-// v without its bad values.
+// Returns v with its bad values counted and replaced.
 vec3 guarded(vec3 v, float least, uint pass) {
     uvec3 magnitude = floatBitsToUint(v) & 0x7fffffffu;
     bvec3 infinite = equal(magnitude, uvec3(0x7f800000u));
     bvec3 nan = greaterThan(magnitude, uvec3(0x7f800000u));
     v = mix(v, vec3(0.0), bvec3(uvec3(infinite) | uvec3(nan)));
     uvec3 bad = uvec3(how_many(nan), how_many(infinite), how_many(lessThan(v, vec3(least))));
-    // A loop without a turn costs nothing, unlike a branch not taken.
+    // A loop without iterations costs nothing, unlike a branch not taken.
     for (uint kind = 0u; kind < (bad == uvec3(0u) ? 0u : kBadKinds); ++kind)
         if (bad[kind] > 0u) atomicAdd(bad_values[pass * kBadKinds + kind], bad[kind]);
     return max(v, vec3(least));

@@ -1,4 +1,4 @@
-// Data outputs of the surfaces seen through the pixels' centres; motion with HALFLIGHT_MOTION.
+// Stores data outputs of the surfaces seen through the pixels' centres; HALFLIGHT_MOTION adds motion.
 #include "shaders/shared/aov.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"

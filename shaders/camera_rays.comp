@@ -1,4 +1,4 @@
-// Camera rays in path order, for a tracer. Beyond the picture's edge they are dead.
+// Makes camera rays in path order, for a tracer. Rays beyond the picture's edge are dead.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"

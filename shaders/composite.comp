@@ -1,4 +1,4 @@
-// Mean of the components' sums, and the mean as a display shows it. With HALFLIGHT_VIEW the text of ocio_view() stands above.
+// Computes the mean of the components' sums. HALFLIGHT_VIEW adds its view transform; ocio_view() stands above.
 #include "shaders/shared/pixel_order.h"
 #include "shaders/lib/finite.glsl"
 

@@ -1,6 +1,6 @@
-// Connection rays for the benchmark, as path reuse traces them (shaders/reuse_connect.comp): from the 16 pixels of a group to
-// what the diffuse ray of each of them has met. An entry is (block, group, point, receiver), the receiver changing fastest.
-// Without a point, without a surface, or where one is behind the other, the ray is dead.
+// Makes connection rays for the benchmark, as path reuse traces them (shaders/reuse_connect.comp). They go from the 16
+// pixels of a group to the hits of their diffuse rays. An entry is (block, group, point, receiver), where the receiver
+// changes fastest. A ray is dead where the point or the surface is missing, or one is behind the other.
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"

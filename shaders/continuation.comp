@@ -1,23 +1,23 @@
-// One vertex of the paths in a list: light that they met is added, light is sampled, and they go on or end.
+// Shades one vertex of the paths in a list: adds the light that they met, samples light, and continues or ends them.
 //
-// Variants: HALFLIGHT_FIRST_HIT (vertex 1: light met is direct light, for which HALFLIGHT_SHADOW_RAYS lights were sampled), HALFLIGHT_PENDING (the last vertex sampled a light),
-// HALFLIGHT_LAST_VERTEX (nothing goes on from here), HALFLIGHT_LIGHT_SAMPLES (lights are sampled), HALFLIGHT_REUSE (what
-// leaves vertex 1 diffusely is kept apart, for all of the path's group; SHADING.md, Path reuse), HALFLIGHT_RADIANCE_CACHE (it
-// is taken from a cell of the radiance cache, and what the path finds is kept apart for that), HALFLIGHT_CACHE_TAKEN (so it is at
-// a later vertex, where a cell knows it, and nothing is kept apart).
+// Variants: HALFLIGHT_FIRST_HIT (vertex 1, where light met is direct; HALFLIGHT_SHADOW_RAYS lights were sampled for
+// it), HALFLIGHT_PENDING (the last vertex sampled a light), HALFLIGHT_LAST_VERTEX (all paths end),
+// HALFLIGHT_LIGHT_SAMPLES (it samples lights), HALFLIGHT_REUSE (vertex 1 keeps diffuse light apart for its group;
+// SHADING.md, Path reuse), HALFLIGHT_RADIANCE_CACHE (a cell gives this light, and the path's own is kept apart for
+// cells), HALFLIGHT_CACHE_TAKEN (a cell that knows it gives it to a later vertex, which keeps none apart).
 #include "shaders/shared/frame.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/radiance_cache.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
-#include "shaders/geometry_tables.glsl"  // triangles that are lights
+#include "shaders/geometry_tables.glsl"  // for triangles that are lights
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
-// Storage blocks are scarce: what is only read, is read as texels where it can be.
+// Storage blocks are scarce, so read-only inputs are texture buffers where possible.
 uniform usamplerBuffer arriving;         // R32UI
 uniform usamplerBuffer arriving_header;  // RGBA32UI: ListHeader
 layout(std430) buffer PathRays { Ray path_rays[]; };
@@ -42,10 +42,10 @@ layout(std430) writeonly buffer Leaving { uint leaving[]; };
 layout(std430) buffer LeavingHeader { ListHeader leaving_header; };
 #endif
 #ifdef HALFLIGHT_LIGHT_TREE
-layout(std430) buffer Receivers { Receiver receivers[]; };  // where the rays come from
+layout(std430) buffer Receivers { Receiver receivers[]; };  // origins of the rays
 #endif
 #if defined(HALFLIGHT_REUSE) || defined(HALFLIGHT_RADIANCE_CACHE)
-#define HALFLIGHT_APART  // what leaves vertex 1 diffusely is no part of the path's own light
+#define HALFLIGHT_APART  // diffuse light of vertex 1 is no part of the path's own light
 #endif
 #ifdef HALFLIGHT_REUSE
 layout(std430) buffer Points { ReusePoint points[]; };
@@ -115,7 +115,7 @@ void main() {
 #endif
     state.pending_light = 0u;
 
-    // A miss looks up triangle 0, for nothing: lanes of one register cannot part.
+    // A miss looks up triangle 0 in vain, because the lanes of a register cannot diverge.
     hit.triangle = is_hit ? hit.triangle : 0u;
     hit.instance = is_hit ? hit.instance : 0u;
     vec3 geometric_normal = load_geometric_normal(path);
@@ -123,7 +123,7 @@ void main() {
 #ifdef HALFLIGHT_LIGHT_TREE
     Receiver from = receivers[path];
 #else
-    Receiver from = receiver_at(vec3(0.0), vec3(0.0));  // any will do
+    Receiver from = receiver_at(vec3(0.0), vec3(0.0));  // any receiver will do
 #endif
     float density = is_hit ? light_pdf(from, hit, direction, hit.t * length(ray.direction), geometric_normal)
                            : environment_pdf(direction);
@@ -246,7 +246,7 @@ void main() {
 #if defined(HALFLIGHT_RADIANCE_CACHE) && defined(HALFLIGHT_FIRST_HIT)
     goes_on = goes_on && !(is_known && is_diffuse);
 #endif
-    // Roulette would end a path of NaN unseen; here it ends where it is counted.
+    // Roulette would end a path with NaN throughput unnoticed. Here the path ends where it is counted.
     if (goes_on && !all_finite(state.throughput)) {
         state.indirect = state.throughput;
         goes_on = false;

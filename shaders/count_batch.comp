@@ -1,4 +1,4 @@
-// What a batch holds, and what the lists of its tiles do (TILE_LISTS): for statistics. One invocation per tile.
+// Counts the rays of a batch and, with TILE_LISTS, its list entries, for statistics. Each invocation has one tile.
 #include "shaders/shared/rays.h"
 #include "shaders/lib/tile_list.glsl"
 #include "shaders/lib/tile_rays.glsl"

@@ -1,10 +1,10 @@
-// Makes a list for each tile of a batch: an adaptive cut through the hierarchy by the shaft of the tile's rays. One
-// invocation per tile.
+// Makes a list for each tile of a batch: an adaptive cut through the hierarchy by the shaft of the tile's rays. Each
+// invocation has one tile.
 //
 // A node is refined until it is smaller than `stop` times the width of the shaft where it enters, or until the list is
 // full. Nodes that are left then go into the list unrefined, so that nothing is dropped. Instances are entered like
 // nodes. For closest hits, near nodes are refined first, as they often hide those behind. For any hits, all of the
-// shaft matters alike: nodes that have waited longest are refined first, far ones before near ones, so that the list
+// shaft matters alike. Nodes that have waited longest are refined first, far ones before near ones, so that the list
 // becomes evenly fine.
 //
 // The list of an earlier run is kept where its checksum is right and its shaft still contains the rays. A new shaft
@@ -30,7 +30,7 @@ uniform uint tiles;
 uniform float stop;
 uniform uint seed;  // seed of checksums, unique per scene
 
-// The union of two shafts by the later one, in size: below this they are those of two samples of the same pixels.
+// Maximum size of the union of two shafts over the later one, for two samples of the same pixels.
 const float kMuchTheSame = 1.5;
 
 uint checksum(uint sum, uvec4 words) {
@@ -83,7 +83,7 @@ Shaft widened(Shaft s) {
     return Shaft(s.origin_lower - origin, s.origin_upper + origin, s.end_lower - end, s.end_upper + end);
 }
 
-// Returns the shaft of the record of an earlier run; arbitrary values where there is no valid record.
+// Shaft of the record of an earlier run; its values are arbitrary where there is no valid record.
 struct Earlier {
     Shaft shaft;
     uint counts;
@@ -98,7 +98,7 @@ Earlier load_earlier(uint tile) {
                    words[1].w, words[0].w);
 }
 
-// Returns whether this kernel has written the record. asked: if false, nothing is read.
+// Returns whether this kernel has written the record. If `asked` is false, nothing is read.
 bool intact(Earlier e, uint tile, bool asked) {
     TileCounts counts = tile_counts(e.counts);
     bool possible = asked && counts.leaves + counts.others <= kTileEntries;
@@ -165,7 +165,7 @@ NodeBoxes from_block(ShaftSpace space, NodeBoxes n, uint instance, uint head, ve
 }
 #endif
 
-// Sets of four children, as bits. refined: children that are not yet small against the shaft where it enters.
+// Returns a set of children, as bits: inner ones that are not yet small against the shaft where it enters.
 uint children_to_refine(ShaftSpace space, NodeBoxes n, vec3 width_0, vec3 width_1, vec4 enter) {
     vec4 size = vec4(0.0);
     vec4 width = vec4(0.0);
@@ -178,7 +178,7 @@ uint children_to_refine(ShaftSpace space, NodeBoxes n, vec3 width_0, vec3 width_
     return mask_of(coarse) & mask_of(inner);
 }
 
-// Keys whose order is that of the children met, near ones first; the lowest two bits are the child.
+// Sorts the keys of four children. The lowest two bits of a key are the child.
 ivec4 ascending(ivec4 k) {
     k = ivec4(min(k.xz, k.yw), max(k.xz, k.yw)).xzyw;
     k = ivec4(min(k.xy, k.zw), max(k.xy, k.zw));
@@ -194,21 +194,21 @@ void main() {
     BvhHead head = bvh_head(0u);
     ShaftSpace space = shaft_space(head);
     Shaft shaft = bounds_of(space, tile);
-    // A tile without rays contains less than nothing. Nobody asks for its list.
+    // The bounds of a tile without rays are inverted. Its list is never read.
     bool asked = tile < tiles && shaft.origin_lower.x <= shaft.origin_upper.x;
 #ifdef HALFLIGHT_LIST
-    bool stale = asked;  // a place in a list is another pixel's in the next run
+    bool stale = asked;  // a place in a list belongs to another pixel in the next run
 #else
     Earlier earlier = load_earlier(tile);
     bool stale = asked && !intact(earlier, tile, shaft_contains(earlier.shaft, shaft));
-    Shaft both = shaft_union(shaft, earlier.shaft);  // garbage makes it larger, or not a number, and then it is not taken
+    Shaft both = shaft_union(shaft, earlier.shaft);  // invalid records enlarge it or make it NaN, and are rejected
     if (size(both) <= kMuchTheSame * size(shaft)) shaft = widened(both);
 #endif
 
     ShaftTest test = shaft_test(space, shaft);
     vec3 width_0 = (shaft.origin_upper - shaft.origin_lower) * space.cell;
     vec3 width_1 = (shaft.end_upper - shaft.end_lower) * space.cell;
-    uvec4 waiting[kWaiting * kNodeTexels];  // a ring of nodes: no more than the list still has room for
+    uvec4 waiting[kWaiting * kNodeTexels];  // ring buffer of nodes, at most the free entries of the list
     int first_waiting = 0;
     int waiting_count = 0;
     int leaves = 0;
@@ -236,7 +236,7 @@ void main() {
             NodeBoxes n = load_node(entry_reference(entry));
 #endif
             ShaftInterval i = shaft_interval(test, n.lower, n.upper);
-            // The box of a child that is not there is empty; a wide shaft meets such a box all the same.
+            // The box of a missing child is empty, but a wide shaft meets it all the same.
             bvec4 met = bvec4(uvec4(lessThanEqual(i.enter, i.leave)) & uvec4(notEqual(n.reference, uvec4(kBvhNoChild))));
             uint refine = children_to_refine(space, n, width_0, width_1, i.enter);
             ivec4 key = ascending(mix(ivec4(kBvhFar), floatBitsToInt(i.enter) & ~3, met) | ivec4(0, 1, 2, 3));
@@ -297,7 +297,7 @@ void main() {
         }
     } while (more);
 
-    // A search that the driver cut short: llvmpipe ends loops at 65535 turns.
+    // The driver has cut the search short: llvmpipe ends loops at 65535 iterations.
     if (more) {
         TileEntry root = root_entry(space);
         for (int t = 0; t < kEntryTexels; ++t) lists[entry_texel(tile, kTileEntries - 1) + t] = root.texels[t];

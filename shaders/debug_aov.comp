@@ -1,4 +1,4 @@
-// Cost of tracing per pixel. HALFLIGHT_COUNT: counts nodes; TILE_LISTS: reads the lists of shadow rays.
+// Stores the cost of tracing per pixel. HALFLIGHT_COUNT counts nodes; TILE_LISTS reads the lists of shadow rays.
 #include "shaders/shared/aov.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"

@@ -1,10 +1,10 @@
-// Morph targets and joints move vertices (engine/scene/deformer.h). One invocation per vertex. Defines: NORMALS and
-// TANGENTS where there are any, JOINTS where joints move them.
+// Moves vertices by morph targets and joints (engine/scene/deformer.h). Each invocation has one vertex. Defines:
+// NORMALS and TANGENTS where there are any, JOINTS where joints move them.
 #include "shaders/shared/deform.h"
 
 layout(local_size_x = 64) in;
 
-// Texture buffers. The vertices are those of a dispatch.
+// Texture buffers of the vertices of one dispatch.
 uniform samplerBuffer positions;  // RGB32F
 uniform samplerBuffer normals;    // RGB32F
 uniform samplerBuffer tangents;   // RGBA32F
@@ -14,12 +14,12 @@ uniform samplerBuffer deltas;     // RGB32F: slots of as many texels as there ar
 uniform usamplerBuffer targets;   // RG32UI: slot, bits of the weight
 uniform usamplerBuffer matrices;  // RGBA32UI: bits of JointMatrix, kJointTexels each
 
-// All positions, all normals, all tangents.
+// Results: all positions, then all normals, then all tangents.
 layout(std430) writeonly buffer Moved { float moved[]; };
 
 uniform int vertices;
-uniform int sets;          // sets of joints
-uniform int first_matrix;  // matrix of joint 0
+uniform int sets;          // number of joint sets
+uniform int first_matrix;  // index of the matrix of joint 0
 uniform ivec4 active_targets;  // texels of `targets`: first of positions, of normals, of tangents, end
 
 vec3 morphed(vec3 value, int vertex, int first, int end) {

@@ -1,5 +1,5 @@
-// One level of the edge-avoiding a-trous wavelet filter (Dammertz et al. 2010), guided by normal, depth and variance
-// (Schied et al. 2017, equations 1 to 5): neighbours count whose light differs by no more than the noise explains.
+// Applies one level of the edge-avoiding a-trous wavelet filter (Dammertz et al. 2010), guided by normal, depth and
+// variance (Schied et al. 2017, equations 1 to 5). Neighbours count if noise explains how much their light differs.
 #include "shaders/shared/frame.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
@@ -16,7 +16,7 @@ uniform int stride;  // pixels from tap to tap
 
 const float kLuminanceDeviations = 4.0;
 
-// The variance is noisy itself and is filtered, too.
+// Returns the variance, filtered because it is noisy itself.
 float smooth_variance(ivec2 pixel) {
     float sum = 0.0;
     for (int y = -1; y <= 1; ++y)
@@ -42,7 +42,7 @@ void main() {
             bool inside = all(greaterThanEqual(other, ivec2(0))) && all(lessThan(other, frame.size)) && (x | y) != 0;
             other = clamp(other, ivec2(0), frame.size - 1);
             vec4 there = texelFetch(noisy, other, 0);
-            float weight = float((2 - abs(x)) * (2 - abs(y))) / 4.0 *  // 1 in the middle
+            float weight = float((2 - abs(x)) * (2 - abs(y))) / 4.0 *  // 1 at the centre
                            likeness(frame, pixel, surface, here, other, texelFetch(guide, other, 0)) *
                            exp(-abs(luminance_of(there.rgb) - luminance) / allowed);
             weight = inside ? weight : 0.0;

@@ -1,11 +1,11 @@
-// Variance of the light of each pixel, before it is filtered (Schied et al. 2017, section 4.2): from its own samples where
-// there are some, from its surroundings where there are few.
+// Estimates the variance of each pixel's light before filtering (Schied et al. 2017, section 4.2). Pixels with few
+// samples use those of their neighbourhood.
 #include "shaders/shared/frame.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
-// passes/preview/preview_texels.h says what they hold.
+// passes/preview/preview_texels.h describes the content of these textures.
 uniform sampler2D light;
 uniform sampler2D guide;
 uniform sampler2D place;

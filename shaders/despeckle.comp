@@ -1,5 +1,5 @@
-// No pixel is brighter than the brightest of those around it, or darker than the darkest: what outliers the filter has left,
-// alone as they are.
+// Clamps each pixel to the range between the darkest and the brightest pixel around it. This removes single outliers
+// that the filter has left.
 layout(local_size_x = 8, local_size_y = 8) in;
 
 uniform sampler2D light;
@@ -15,7 +15,7 @@ void main() {
     vec4 own = texelFetch(light, pixel, 0);
     vec3 brightest = vec3(0.0);
     vec3 darkest = vec3(0.0);
-    float most = -1.0;  // luminance of those; none was seen
+    float most = -1.0;  // luminance of `brightest`; negative: none was seen
     float least = -1.0;
     for (int y = -1; y <= 1; ++y) {
         for (int x = -1; x <= 1; ++x) {

@@ -1,4 +1,4 @@
-// Primary visibility: which triangle of which block instance is nearest.
+// Stores the nearest triangle of each pixel and its block instance (primary visibility).
 #include "shaders/shared/frame.h"
 #include "shaders/geometry_tables.glsl"
 #include "shaders/scene_tables.glsl"
@@ -21,7 +21,7 @@ layout(location = 0) out uvec2 visibility;  // triangle + 1, instance
 void main() {
     uint triangle = first_triangle + uint(gl_PrimitiveID);
 #ifdef HALFLIGHT_ALPHA
-    // Also taken by opaque triangles: alpha_accept is true for them, and a branch would save nothing here.
+    // Opaque triangles run this code, too: alpha_accept is true for them, and a branch would save nothing here.
     ivec2 pixel = ivec2(gl_FragCoord.xy) + ivec2(0, frame.window_y);
     Ray ray = camera_ray(frame, pixel);
     Hit hit = primary_hit(ray, triangle, instance).hit;

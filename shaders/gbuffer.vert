@@ -1,4 +1,4 @@
-// Primary visibility: block instances to clip space. Drawn indexed, once per block, instanced.
+// Transforms block instances to clip space for primary visibility. Each block is one indexed, instanced draw.
 #include "shaders/shared/frame.h"
 #include "shaders/geometry_tables.glsl"
 

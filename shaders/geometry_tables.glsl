@@ -1,5 +1,5 @@
-// The scene's triangles and instances, and the reading of single elements. Included by kernels that trace, rasterize or
-// resolve hits (shaders/resolve.comp), and by those that sample lights, which may be triangles (shaders/lib/lights.glsl).
+// The scene's triangles and instances, and functions that read single elements. Kernels that trace, rasterize or
+// resolve hits (shaders/resolve.comp) include it, and so do those that sample lights (shaders/lib/lights.glsl).
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/instances.h"
 
@@ -8,19 +8,19 @@ layout(binding = UNIT_TRIANGLES) uniform usamplerBuffer scene_triangles;
 layout(binding = UNIT_POSITIONS) uniform samplerBuffer scene_positions;
 layout(binding = UNIT_VERTICES) uniform samplerBuffer scene_vertices;
 
-// TraceTables::triangles: three vertex indices and the word of flags and material.
+// Returns a row of TraceTables::triangles: three vertex indices and the word of flags and material.
 uvec4 triangle_row(uint triangle) { return texelFetch(scene_triangles, int(triangle)); }
 uvec3 triangle_corners(uint triangle) { return triangle_row(triangle).xyz; }
 
-// Block space.
+// Returns a position in block space.
 vec3 corner_position(uint vertex) { return texelFetch(scene_positions, int(vertex)).xyz; }
 
-// Row 0 to 2 of a block instance's matrix, `first` being kInstanceBlockToWorld or kInstanceWorldToBlock.
+// Returns row 0 to 2 of an instance's matrix; `first` is kInstanceBlockToWorld or kInstanceWorldToBlock.
 vec4 instance_row(uint instance, int first, int row) {
     return texelFetch(scene_instances, int(instance) * kInstanceStride + first + row);
 }
 
-// World space relative to the tables' origin.
+// Transforms a position to world space relative to the tables' origin.
 vec3 block_to_world(uint instance, vec3 position) {
 #ifdef HALFLIGHT_INSTANCES
     vec4 p = vec4(position, 1.0);

@@ -1,4 +1,4 @@
-// Weighted sum of two pictures' sums.
+// Computes the weighted sum of two pictures' sums.
 layout(local_size_x = 64) in;
 
 layout(std430) readonly buffer Biased { double biased[]; };

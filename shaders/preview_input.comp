@@ -1,4 +1,4 @@
-// Sums of a band as texels of the whole picture that preview passes look at.
+// Converts the sums of a band to texels of the whole picture, for preview passes.
 #include "shaders/shared/aov.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/preview.h"
@@ -53,7 +53,7 @@ void main() {
         normal[i] = float(features[path * 6u + 3u + i] * share);
         reflected_light[i] = float(reflected * share) / reflectance[i];
         luminance += kToLuminance[i] * reflected_light[i];
-        // Emission is the same for all samples of a pixel but at edges. Channels of noise go up and down together.
+        // Except at edges, emission is equal for all samples of a pixel. The noise of the channels is correlated.
         double variance = max(squares[path * 3u + i] * share - whole * whole, 0.0LF);
         deviation += kToLuminance[i] * sqrt(float(variance)) / reflectance[i];
     }

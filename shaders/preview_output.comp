@@ -26,7 +26,7 @@ void main() {
     float strength = clamp((kFilterEnds - samples) / (kFilterEnds - kFilterWeakens), 0.0, 1.0);
     shown += strength * (texelFetch(filtered, pixel, 0).rgb - shown);
 #endif
-    // Where nothing was replaced, nothing is added: the mean stays as it is, bit for bit.
+    // Where no light was replaced, the sum adds nothing: the mean stays as it is, bit for bit.
     vec3 made = max(mean.rgb + texelFetch(albedo, pixel, 0).rgb * (shown - own.rgb), vec3(0.0));
     bool good = own.a >= 0.0 && all_finite(made) && all(greaterThanEqual(mean.rgb, vec3(0.0)));
     imageStore(picture, pixel, vec4(good ? made : mean.rgb, mean.a));

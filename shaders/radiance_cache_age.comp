@@ -5,14 +5,14 @@ layout(local_size_x = 64) in;
 
 layout(std430) buffer Cells { CacheCell cells[]; };
 
-uniform uint picture;  // CacheCell::used, of the one that begins
-uniform uint oldest;   // pictures ago
+uniform uint picture;  // number of the picture that begins, as in CacheCell::used
+uniform uint oldest;   // greatest age of a cell that is kept, pictures
 
 void main() {
     uint cell = gl_GlobalInvocationID.x;
     uint age = picture - cells[cell].used;
     bool old = cells[cell].key != 0u && (cells[cell].count == 0u || age > oldest);
-    // A loop without a turn costs nothing, unlike a branch not taken.
+    // A loop without iterations costs nothing, unlike a branch not taken.
     for (uint turn = 0u; turn < (old ? 1u : 0u); ++turn)
         cells[cell] = CacheCell(0u, 0u, 0u, uint[](0u, 0u, 0u), uint[](0u, 0u, 0u));
 }

@@ -1,5 +1,5 @@
-// Adds what paths have found to the cells of their second vertices, of all levels. No NaN, infinity or negative radiance
-// gets there.
+// Adds the light that paths have found to the cells of their second vertices, on all levels. NaNs, infinities and
+// negative radiances are left out.
 #include "shaders/shared/path.h"
 #include "shaders/shared/radiance_cache.h"
 
@@ -17,11 +17,11 @@ layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
 #endif
 #endif
 
-uniform uint picture;  // CacheCell::used
+uniform uint picture;  // number of the picture, as in CacheCell::used
 
 #include "shaders/lib/radiance_cache_points.glsl"
 
-// Whole units and the rest of one (CacheCell).
+// Adds whole units and the remaining fraction of a unit (CacheCell).
 void add_to_sum(uint cell, int channel, float radiance) {
     float units = min(radiance, kCacheBrightest) / kCacheUnit;
     float whole = floor(units);
@@ -40,7 +40,7 @@ void main() {
     if (!good_light(light)) return;
     for (int level = 0; level < kCacheLevels; ++level) {
         uint cell = cell_of(point, level);
-        if (cell == kNoCacheCell || cells[cell].key != key_of(point, level)) {  // another key has got the cell
+        if (cell == kNoCacheCell || cells[cell].key != key_of(point, level)) {  // another key has taken the cell
             atomicAdd(counts.refused, 1u);
             continue;
         }

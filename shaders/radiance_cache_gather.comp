@@ -1,5 +1,5 @@
-// Gives paths what their second vertices send them diffusely: from the shortest cell that knows it, else from the longest
-// one, else what the path has found itself.
+// Adds the diffuse light of second vertices to their paths. It comes from the shortest cell that knows it, else from
+// the longest one, else from the path itself.
 #include "shaders/shared/path.h"
 #include "shaders/shared/radiance_cache.h"
 
@@ -16,7 +16,7 @@ layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
 #endif
 #endif
 
-uniform uint picture;  // CacheCell::used
+uniform uint picture;  // number of the picture, as in CacheCell::used
 
 #include "shaders/lib/radiance_cache.glsl"
 #include "shaders/lib/radiance_cache_points.glsl"
@@ -41,7 +41,7 @@ void main() {
             enough = count >= kCacheTaken;
         }
     }
-    // Light that went wrong stays with its path, to be counted.
+    // Invalid light stays with its path, to be counted.
     if (best != kNoCacheCell && (!has_found || good_light(light))) {
         light = cache_mean(best);
         cells[best].used = picture;

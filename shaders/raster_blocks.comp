@@ -1,4 +1,4 @@
-// Shafts of blocks of 64 tiles.
+// Computes the shafts of blocks of 64 tiles.
 #include "shaders/lib/raster_shaft.glsl"
 
 layout(local_size_x = 8) in;

@@ -1,8 +1,8 @@
-// Can rays of this tile meet a candidate before they end? Fragments pass where they can: an occlusion query over them asks
-// whether any tile needs any candidate. The depth test has dropped tiles of which all rays end before the block's nearest
-// candidate; here each candidate is held against the tile's own depth.
+// Tests whether rays of this tile can meet a candidate before they end. Fragments pass if they can, so an occlusion
+// query tells whether any tile needs any candidate. The depth test has dropped tiles whose rays all end before the
+// block's nearest candidate. Here each candidate is compared with the tile's own depth.
 //
-// HALFLIGHT_WIDE: where they can meet more candidates than that, and then the tile's list is the whole scene.
+// HALFLIGHT_WIDE: fragments pass if rays can meet more candidates than this; the tile's list is then the whole scene.
 #include "shaders/lib/raster_boxes.glsl"
 
 uniform sampler2D tile_depth;  // maximum reach of the tile's rays

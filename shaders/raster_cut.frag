@@ -16,7 +16,7 @@ const float kLarge = 4.0;  // size above which a child is cut, in shaft widths; 
 flat in uint block_candidates;
 layout(location = 0) out uint list_size;
 
-// Slots from far to near, two bits each, the first one lowest.
+// Returns the slots from far to near, two bits each, the first one lowest.
 uint far_to_near(vec4 begin) {
     uvec4 k = (floatBitsToUint(begin) & ~3u) | uvec4(0u, 1u, 2u, 3u);
     k = uvec4(max(k.x, k.y), min(k.x, k.y), max(k.z, k.w), min(k.z, k.w));

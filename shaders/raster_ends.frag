@@ -1,4 +1,4 @@
-// After rays of some tiles have been traced, one texel per tile: how far its rays still reach, as depth.
+// Stores how far a tile's rays still reach, as depth, one texel per tile. It runs after some tiles have been traced.
 #include "shaders/shared/raster.h"
 #include "shaders/lib/raster_batch.glsl"
 #include "shaders/lib/raster_texels.glsl"
@@ -7,7 +7,7 @@ uniform usampler2D list_sizes;  // R32UI: entries of a tile's list
 uniform samplerBuffer shafts;   // RGBA32F, 4 texels each: shafts of tiles
 layout(std430) readonly buffer Alive { uvec2 alive[]; };
 
-uniform bool completely;  // nothing is left to be traced there
+uniform bool completely;  // true: nothing is left to be traced
 
 void main() {
     uvec2 texel = uvec2(gl_FragCoord.xy);
@@ -23,7 +23,7 @@ void main() {
             if (occluded[path] == kFree) end = greatest_t;
 #else
             float t = hits[path].t;
-            // Not a number: nothing can change it.
+            // A NaN does not count, because no later hit can replace it.
             if (floatBitsToUint(t) <= 0x7f800000u) end = max(end, min(t, greatest_t));
 #endif
         }

@@ -1,4 +1,4 @@
-// One point of 8x8 texels per tile, at one texel per ray; dropped where its list is empty.
+// Draws one point of 8x8 texels per tile, at one texel per ray; drops it where the tile's list is empty.
 #include "shaders/shared/raster.h"
 #include "shaders/lib/raster_texels.glsl"
 

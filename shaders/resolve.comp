@@ -40,7 +40,7 @@ layout(std430) writeonly buffer Hits { Hit hits[]; };
 layout(std430) buffer LightSeen { vec4 light_seen[]; };
 
 uniform float weight;  // weight of these rays in the mean
-uniform bool begins;   // the mean is empty so far
+uniform bool begins;   // true: the mean is empty so far
 #else
 layout(std430) writeonly buffer Surfaces { vec4 surfaces[]; };
 
@@ -111,11 +111,11 @@ void main() {
     Hit hit = hits[path];
     bool is_hit = hit.triangle != kMiss && finite(hit.t);
     bool unfinished = hit.triangle != kMiss && !is_hit;
-    // A miss looks up triangle 0, for nothing: lanes of one register cannot part.
+    // A miss looks up triangle 0 in vain, because the lanes of a register cannot diverge.
     hit.triangle = is_hit ? hit.triangle : 0u;
     hit.instance = is_hit ? hit.instance : 0u;
 #else
-    // Beyond the picture's edge the last pixel is looked up again, for nothing.
+    // Invocations beyond the picture's edge look up the last pixel again, in vain.
     pixel = min(pixel, ivec2(frame.size.x, frame.band_rows) - 1) + ivec2(0, frame.band_y);
     Ray ray = camera_ray(frame, pixel);
     PrimarySearch seen = search_seen(frame, pixel, ray, alpha_key_of_pixel(frame, pixel, 0u));
@@ -131,7 +131,7 @@ void main() {
     Surface surface = surface_at(hit, ray.direction);
     Material material = evaluate_material(surface, -direction);
     vec3 emission = is_hit ? material.emission : inside ? environment_radiance(direction) : vec3(0.0);
-    if (unfinished) emission = vec3(not_a_number());  // to be counted
+    if (unfinished) emission = vec3(not_a_number());  // the NaN is counted later
 #ifdef HALFLIGHT_SEEN
     vec4 before = begins ? vec4(0.0) : light_seen[path];
     light_seen[path] = before + weight * vec4(emission, 0.0);

@@ -1,8 +1,8 @@
 // Makes connection rays between the first surfaces of a group and the points that its paths have found. Stores the
-// density with which each surface would have found the point (SHADING.md, Path reuse). One work group per block of
-// 16x16. An entry is (path that found the point, step to a member of its group): the HALFLIGHT_GROUP_SIZE rays towards
-// a point follow one another. All rays to points without light are dead, and so is the ray of the path itself, step 0,
-// which has arrived already.
+// density with which each surface would have found the point (SHADING.md, Path reuse). Each work group has one block of
+// 16x16 pixels. An entry is (path that found the point, step to a member of its group). The HALFLIGHT_GROUP_SIZE rays
+// towards a point follow one another. All rays to points without light are dead, and so is the ray of the path itself,
+// step 0, which has arrived already.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"

@@ -1,5 +1,5 @@
-// What each first surface receives of the points of its group (SHADING.md, Path reuse), one work group per block of 16x16,
-// of groups of HALFLIGHT_GROUP_SIZE.
+// Sums up what each first surface receives from the points of its group (SHADING.md, Path reuse). Each work group has
+// one block of 16x16 pixels, with groups of HALFLIGHT_GROUP_SIZE.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"
@@ -29,7 +29,7 @@ layout(std140) uniform FrameBlock { Frame frame; };
 
 shared vec3 given[256];  // light of each point over its density with which the group finds it; 0: nothing
 
-// 1 or 0; NaN, which the accumulation counts, where there was no answer.
+// Returns 1 or 0; NaN, which the accumulation counts, where there was no answer.
 float visible(uint entry) {
     uint answer = texelFetch(blocked, int(entry)).x;
     return answer == kFree ? 1.0 : answer == kOccluded ? 0.0 : not_a_number();
@@ -54,7 +54,7 @@ void main() {
     vec3 diffuse = vec3(0.0);
     vec3 glossy = vec3(0.0);
     uint grouping = sample_grouping(frame.seed, frame.sample_index);
-    // Steps to members whose points give light, by bit: a loop without a turn costs nothing, unlike a branch not taken.
+    // Bits of steps to members whose points give light. A loop without iterations costs nothing, unlike a branch.
     uint finders = 0u;
     for (uint i = 0u; i < HALFLIGHT_GROUP_SIZE; ++i)
         finders |= given[(path ^ member_step(i, grouping)) & 255u] != vec3(0.0) ? 1u << i : 0u;
@@ -70,7 +70,7 @@ void main() {
         diffuse += receives ? f.diffuse * incoming : vec3(0.0);
         glossy += receives ? f.glossy * incoming : vec3(0.0);
     }
-    // Light that went wrong stays with the path that brought it, to be counted once.
+    // Invalid light stays with the path that brought it, to be counted once.
     diffuse += bad ? light : vec3(0.0);
     received[path] = DirectLight(from.is_surface ? diffuse : vec3(0.0), 0.0, from.is_surface ? glossy : vec3(0.0), 0.0);
 }

@@ -1,5 +1,5 @@
-// Light samples for every surface that the camera sees: one of the sun with HALFLIGHT_SUN_SAMPLES, HALFLIGHT_SHADOW_RAYS of the
-// other lights without.
+// Samples lights for every first surface: the sun with HALFLIGHT_SUN_SAMPLES, otherwise HALFLIGHT_SHADOW_RAYS of the
+// other lights.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/path.h"
 #include "shaders/shared/rays.h"

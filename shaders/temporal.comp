@@ -1,12 +1,12 @@
-// The light of the new picture with that of an earlier one at the same places (Schied et al. 2017, Spatiotemporal
-// Variance-Guided Filtering, section 4.1), which is clipped to what the new picture's surroundings make likely (Salvi
-// 2016, An Excursion in Temporal Supersampling: variance clipping). With HALFLIGHT_HISTORY there is an earlier one, with
-// HALFLIGHT_MOVED surfaces may have been elsewhere then.
+// Combines the light of the new picture with that of an earlier one at the same places (Schied et al. 2017,
+// Spatiotemporal Variance-Guided Filtering, section 4.1). The earlier light is clipped to the likely range of the new
+// picture's neighbourhood (Salvi 2016, An Excursion in Temporal Supersampling: variance clipping). HALFLIGHT_HISTORY:
+// there is an earlier picture. HALFLIGHT_MOVED: surfaces may have been elsewhere in it.
 #include "shaders/shared/preview.h"
 
 layout(local_size_x = 8, local_size_y = 8) in;
 
-// passes/preview/preview_texels.h says what they hold.
+// passes/preview/preview_texels.h describes the content of these textures.
 uniform sampler2D light;
 uniform sampler2D guide;
 uniform sampler2D place;
@@ -17,7 +17,7 @@ uniform sampler2D earlier_place;
 layout(std430) buffer Refused { uint refused[kRefusedKinds]; };
 uniform mat4 to_earlier;      // matrix from the earlier picture's origin to its clip space, y down
 uniform vec3 origin_shift;    // vector from the earlier picture's origin to the new origin
-uniform float earlier_pixel;  // world units that a pixel of the earlier picture is high where its clip space's w is 1
+uniform float earlier_pixel;  // height of a pixel of the earlier picture where its clip space's w is 1, world units
 uniform float earlier_share;  // weight of its samples, (0,1]
 #ifdef HALFLIGHT_MOVED
 uniform sampler2D before;  // xyz: where the place was, relative to the earlier picture's origin
@@ -32,7 +32,7 @@ layout(rgba32f) writeonly uniform image2D to_place;
 #ifdef HALFLIGHT_HISTORY
 const float kSameNormal = 0.5;  // cosine; normals of single samples differ, where they are mapped
 const float kSamePlane = 2.0;   // distance of a place from the other's tangent plane, pixels of the earlier picture
-const int kClipRadius = 3;      // pixels; with the next one: what the surroundings make likely
+const int kClipRadius = 3;      // pixels; with kClipDeviations, the likely range of the new light
 const float kClipDeviations = 2.0;
 
 bool nan(vec4 v) {
@@ -41,10 +41,10 @@ bool nan(vec4 v) {
 
 struct Earlier {
     vec4 light;
-    float samples;  // 0: nothing is known
+    float samples;  // 0: no earlier light
 };
 
-// By texels, so that what was beside the surface then does not get in.
+// Returns the earlier light. Each texel is tested, so that light of neighbouring surfaces is left out.
 Earlier earlier_at(vec3 at, vec3 normal) {
     Earlier found = Earlier(vec4(0.0), 0.0);
     float sum = 0.0;
@@ -68,7 +68,7 @@ Earlier earlier_at(vec3 at, vec3 normal) {
         bool has_nan = nan(l) || nan(g) || nan(p);
         bool whole = !has_nan && all_finite(l.rgb) && all_finite(vec3(l.a, g.w, p.w)) && all_finite(g.xyz) &&
                      all_finite(p.xyz);
-        // A loop without a turn costs nothing, unlike a branch not taken.
+        // A loop without iterations costs nothing, unlike a branch not taken.
         for (int bad = 0; bad < (inside && !whole ? 1 : 0); ++bad)
             atomicAdd(refused[has_nan ? kRefusedNan : kRefusedInfinite], 1u);
         bool good = same && whole && l.a >= 0.0 && p.w > 0.0;
@@ -93,7 +93,7 @@ vec3 clipped(vec3 earlier, ivec2 pixel) {
         for (int x = -kClipRadius; x <= kClipRadius; ++x) {
             vec4 l = texelFetch(light, clamp(pixel + ivec2(x, y), ivec2(0), last), 0);
             float seen = l.a >= 0.0 ? 1.0 : 0.0;
-            sum += l.rgb;  // 0 where nothing is seen
+            sum += l.rgb;  // 0 where no surface is visible
             squares += l.rgb * l.rgb;
             count += seen;
         }

@@ -1,4 +1,4 @@
-// Hits of a batch of rays. HALFLIGHT_ANY_HIT: whether there is any; HALFLIGHT_LIST: of the listed paths only.
+// Traces a batch of rays. HALFLIGHT_ANY_HIT: tests whether there is any hit. HALFLIGHT_LIST: traces listed paths only.
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/batch_rays.glsl"
 #include "shaders/lib/traverse.glsl"

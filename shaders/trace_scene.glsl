@@ -11,5 +11,5 @@ layout(binding = UNIT_NODES) uniform usamplerBuffer trace_nodes;
 layout(binding = UNIT_TRIANGLE_VERTICES) uniform samplerBuffer trace_triangles;
 layout(binding = UNIT_BLOCK_HEADS) uniform usamplerBuffer block_heads;
 
-// Node index of the head of the hierarchy of an instance's block.
+// Returns the node index of the head of the hierarchy of an instance's block.
 uint block_head(uint instance) { return texelFetch(block_heads, int(instance)).x; }

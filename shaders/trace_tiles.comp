@@ -1,11 +1,11 @@
-// Hits of a batch of rays among what their tiles can meet (shaders/cull.comp). One work group per tile, or per 64 rays of one.
+// Traces a batch of rays through the lists of their tiles (shaders/cull.comp). Each work group has 64 rays or one
+// tile.
 //
-// The first kernel takes the leaves of the tile's list, and puts rays that other entries concern into another list, for the
-// second one. The leaves alone need neither stack nor nodes, and software drivers pay for every loop of a kernel, entered or
-// not.
+// The first kernel searches the leaves of the tile's list. It lists rays that other entries concern for the second
+// kernel. Leaves need neither stack nor nodes, and software drivers pay for every loop of a kernel, entered or not.
 //
-// Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST as of shaders/trace.comp; COUNT_REMEMBERED (RestHeader::remembered); TILE_REST:
-// the second kernel.
+// Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST as of shaders/trace.comp; COUNT_REMEMBERED (RestHeader::remembered);
+// TILE_REST: the second kernel.
 #include "shaders/shared/rays.h"
 #include "shaders/shared/tile_list.h"
 #include "shaders/trace_scene.glsl"
@@ -94,7 +94,7 @@ uint shared_blockers() {
 
 int entry_near[kTileEntries];
 
-// Returns the set of entries that a ray meets. It has no loop: see above.
+// Returns the set of entries that a ray meets. It has no loop, so that llvmpipe sees no open branch.
 #define MEET(i)                                                                                                     \
     if ((i) < kTileEntries) {                                                                                       \
         const int k = min(i, kTileEntries - 1);                                                                     \
@@ -116,7 +116,7 @@ EntryMask entries_met(BoxRay box, Ray ray, float t_exit) {
     return met;
 }
 
-// Where a hit must be nearer than for a ray to meet a box.
+// Returns the end of a ray for tests of boxes: `t`, or just below it for any-hit rays.
 float exit_of(Ray ray, float t) { return kAnyHit ? uintBitsToFloat(floatBitsToUint(t) - 1u) : t; }
 
 void put_into_rest(RestEntry entry) {
@@ -142,7 +142,7 @@ void main() {
 
     Hit nearest = Hit(r.ray.t_max, 0.0, 0.0, 0u, 0u);
     bool found = false;
-    bool again = false;  // an alpha test is in question
+    bool again = false;  // true: an alpha test decides on the hit
     uint blockers = shared_blockers();
     TileBlockers blocker = TileBlockers(0u, 0u);
     int place = 0;
@@ -211,11 +211,11 @@ void main() {
     if (gl_LocalInvocationIndex == 0u) atomicAdd(rest_head.remembered, group_remembered);
 #endif
 #ifdef HALFLIGHT_ANY_HIT
-    // What one of two invocations writes is lost at times, and found again in the next run.
+    // Two invocations may write at once. The lost write is found again in the next run.
     if ((blocker.entries & ~blockers) != 0u) blockers_of[tile] = TileBlockers(blockers | blocker.entries, blocker.latest);
 #endif
 
-    // Which of the others are left, now that something nearer may have been found.
+    // The other entries are tested again, because something nearer may have been found.
     int t_exit = floatBitsToInt(exit_of(r.ray, nearest.t));
     if (kAnyHit && found) others = kNoEntries;
     EntryMask left_of_others = kNoEntries;

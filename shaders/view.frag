@@ -1,5 +1,5 @@
-// A picture as a display shows it. With HALFLIGHT_VIEW the text of ocio_view() stands above: the picture is linear;
-// without it is encoded for the display already.
+// Draws a picture for the display. With HALFLIGHT_VIEW the picture is linear and the text of ocio_view() stands above;
+// without it the picture is display-encoded already.
 uniform sampler2D picture;
 #ifdef HALFLIGHT_VIEW
 uniform float exposure_scale;

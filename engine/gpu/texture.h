@@ -47,11 +47,11 @@ class Texture {
     void set_wrap(GLenum wrap_s, GLenum wrap_t, GLenum wrap_r = GL_CLAMP_TO_EDGE);
 
     /// Uploads the whole image, channels interleaved, first row first. The number of values must match the texture.
-    void upload(std::span<const float> values);          ///< Uploads color or depth.
-    void upload(std::span<const std::uint8_t> values);   ///< Uploads color; 0 to 255 stand for 0 to 1.
-    void upload(std::span<const std::uint32_t> values);  ///< Uploads integers.
-    std::vector<float> read_float() const;               ///< Reads color or depth, all channels.
-    std::vector<std::uint32_t> read_uint() const;        ///< Reads integers.
+    void upload(std::span<const float> values);                      ///< Uploads color or depth.
+    void upload(std::span<const std::uint8_t> values);               ///< Uploads color; 0 to 255 stand for 0 to 1.
+    void upload(std::span<const std::uint32_t> values);              ///< Uploads integers.
+    std::vector<float> read_float() const;                           ///< Reads color or depth, all channels.
+    std::vector<std::uint32_t> read_uint() const;                    ///< Reads integers.
     void clear(float r = 0, float g = 0, float b = 0, float a = 0);  ///< Clears color or depth (r).
     void clear_uint(std::uint32_t value);                            ///< Clears all channels of integer formats.
     void zero();                                                     ///< Clears any format to zeros.

@@ -1,5 +1,5 @@
-// Culling by compute, a back end of CHC+RT (Mattausch, Bittner, Jaspe, Gobbetti, Wimmer, Pajarola 2015, CHC+RT: Coherent
-// Hierarchical Culling for Ray Tracing, Computer Graphics Forum 34(2)).
+// Culling by compute, a back end of CHC+RT (Mattausch, Bittner, Jaspe, Gobbetti, Wimmer, Pajarola 2015, CHC+RT:
+// Coherent Hierarchical Culling for Ray Tracing, Computer Graphics Forum 34(2)).
 //
 // The kernel shaders/cull.comp cuts the hierarchy per tile of rays, and those of shaders/trace_tiles.comp search only
 // there. First they search the leaves of the tile, then, for the remaining rays, the subtrees of its other entries.

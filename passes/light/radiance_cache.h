@@ -30,7 +30,7 @@ class RadianceCache {
     /// pictures have not used.
     void begin_picture(gpu::ProgramCache& programs);
 
-    std::uint32_t picture() const { return picture_; }                      ///< Number of the current picture, from 1.
+    std::uint32_t picture() const { return picture_; }                      ///< Returns the current picture, from 1.
     gpu::Buffer& cells() { return cells_; }                                 ///< Returns a buffer of CacheCell.
     gpu::Buffer& counts() { return counts_; }                               ///< Returns a buffer of CacheCounts.
     std::size_t bytes() const { return cells_.bytes() + counts_.bytes(); }  ///< Returns the device memory, bytes.

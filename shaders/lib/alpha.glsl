@@ -11,7 +11,7 @@ struct Coverage {
 };
 
 #ifdef HALFLIGHT_ALPHA
-// u, v: weights of the triangle's second and third corner.
+// Returns the coverage at a point; u and v are the weights of the triangle's second and third corner.
 Coverage coverage_at(uint triangle, float u, float v) {
     uvec4 t = triangle_row(triangle);
     uint material = t.w & 0x00ffffffu;
@@ -30,8 +30,8 @@ Coverage coverage_at(uint triangle, float u, float v) {
 }
 #endif
 
-// Whether a ray that meets the triangle at barycentrics (u, v) hits it; the same for a ray whatever was met before.
-// key: ray_key(). True for opaque triangles. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never.
+// Returns whether a ray that meets the triangle at barycentrics (u, v) hits it, independently of earlier hits. `key`:
+// ray_key(). True for opaque triangles. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never.
 bool alpha_accept(uint triangle, uint instance, float u, float v, uint key) {
 #ifdef HALFLIGHT_ALPHA
     Coverage c = coverage_at(triangle, u, v);
@@ -43,7 +43,7 @@ bool alpha_accept(uint triangle, uint instance, float u, float v, uint key) {
 #endif
 }
 
-// Expected share of rays for which alpha_accept is true, for light points picked on such a triangle.
+// Returns the expected share of rays for which alpha_accept is true, for light points picked on such a triangle.
 float alpha_share(uint triangle, float u, float v) {
 #ifdef HALFLIGHT_ALPHA
     Coverage c = coverage_at(triangle, u, v);

@@ -3,7 +3,7 @@
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
 
-// pixel: of the whole image. salt: distinguishes the batches of a sample; 0 for camera rays.
+// Returns the key of a pixel of the whole image. `salt` distinguishes the batches of a sample; 0 for camera rays.
 uint alpha_key_of_pixel(Frame frame, ivec2 pixel, uint salt) {
     return ray_key(uint(pixel.y) * uint(frame.size.x) + uint(pixel.x), frame.seed, frame.sample_index, salt);
 }

@@ -1,4 +1,4 @@
-// The rays of a batch by path, and the keys of their alpha tests. Binds both.
+// The rays of a batch by path, and the keys of their alpha tests. This file binds both.
 //
 // Variant: HALFLIGHT_ALPHA.
 #include "shaders/shared/frame.h"
@@ -9,7 +9,7 @@ uniform samplerBuffer rays;  // RGBA32F, two texels each
 #include "shaders/lib/alpha_key.glsl"
 layout(std140) uniform FrameBlock { Frame frame; };
 uniform uint alpha_salt;
-uniform uint rays_of_path;  // consecutive ones
+uniform uint rays_of_path;  // consecutive rays of a path
 uniform uint paths;         // number of groups after which paths repeat, > 0
 #endif
 
@@ -19,7 +19,7 @@ Ray load_ray(uint ray) {
     return Ray(origin.xyz, origin.w, direction.xyz, direction.w);
 }
 
-// Not read without HALFLIGHT_ALPHA.
+// Returns the key of a ray, which is not read without HALFLIGHT_ALPHA.
 uint alpha_key(uint ray) {
 #ifdef HALFLIGHT_ALPHA
     uint group = ray / rays_of_path;

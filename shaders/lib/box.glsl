@@ -21,9 +21,9 @@ struct BoxHits {
     bvec4 met;
 };
 
-// base, cell: the hierarchy's grid (shaders/shared/bvh.h).
-// slack: bound of the error of positions, relative to the largest distance (maximum norm) between the origin and a point
-// of the hierarchy.
+// Prepares the tests of a ray. base, cell: the hierarchy's grid (shaders/shared/bvh.h).
+// slack: bound of the error of positions, relative to the largest distance (maximum norm) between the origin and a
+// point of the hierarchy.
 // direction: not zero.
 BoxRay box_ray(vec3 origin, vec3 direction, vec3 base, vec3 cell, float slack) {
     vec3 magnitude = abs(direction);
@@ -35,7 +35,7 @@ BoxRay box_ray(vec3 origin, vec3 direction, vec3 base, vec3 cell, float slack) {
     vec3 side = mix(vec3(1.0), vec3(-1.0), ray.backward);
     vec3 raised = side * max(magnitude, vec3(least));
     vec3 reach = max(abs(base - origin), abs(base + kGridCells * cell - origin));
-    // precise, because t is raised to the entry of boxes: all kernels must get equal bits.
+    // The code is precise, because t is raised to the entry of boxes: all kernels must get equal bits.
     precise vec3 error = side * (slack * max(reach.x, max(reach.y, reach.z)));
 #ifdef HALFLIGHT_NODES_FLOAT
     precise vec3 start = origin;

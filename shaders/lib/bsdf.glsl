@@ -3,7 +3,7 @@
 #include "shaders/lib/onb.glsl"
 #include "shaders/lib/sampling.glsl"
 
-// All factors that depend on wo alone are included: Fresnel mixture, multiple-scattering gain, coat attenuation.
+// The material for one wo. All factors that depend on wo alone are included: Fresnel, multiple scattering, coat.
 struct Bsdf {
     vec3 geometric_normal;  // n_g
     float p_diffuse;        // probability P_d of the diffuse component; the glossy component has 1 - P_d
@@ -36,7 +36,7 @@ bool picks_diffuse(Bsdf b, float choice) {
 #endif
 }
 
-// Returns the probability among the glossy lobes.
+// Returns the probability of the specular lobe among the glossy lobes.
 float p_specular(Bsdf b) { return max(1.0 - b.p_transmission - b.p_coat, 0.0); }
 
 // Value times |cosine| by component. Densities are conditional on the component. Mirror lobes have value 0.
@@ -106,7 +106,7 @@ BsdfSample sample_diffuse(Bsdf b, vec3 wo, vec2 xi) {
     return s;
 }
 
-// choice: uniform, selects specular, transmission or coat.
+// Samples a glossy direction. `choice`, uniform in [0, 1), selects specular, transmission or coat.
 BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     bool coat = false;
     bool transmitted = false;

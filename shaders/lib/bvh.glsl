@@ -45,7 +45,7 @@ void order_pair(inout BvhStep s, const int i, const int j) {
     s.reference[j] = reference.y;
 }
 
-// [t_min, t_exit]: the relevant part of the ray. slots: children to test.
+// Tests the children `slots` of a node against the part [t_min, t_exit] of the ray.
 BvhStep bvh_step(BoxRay ray, uint node, float t_min, float t_exit, bvec4 slots) {
     int index = int(node & kBvhIndexMask);
 #ifdef HALFLIGHT_NODES_FLOAT

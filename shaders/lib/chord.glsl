@@ -42,7 +42,7 @@ Chord chord_of(ShaftSpace space, vec3 world_origin, vec3 world_direction, float 
     vec3 raised = mix(vec3(1.0), vec3(-1.0), backward) * max(magnitude, vec3(least));
     vec3 margin = shaft_margin(space, origin, origin);
     vec3 leave = (mix(space.upper + margin, space.lower - margin, backward) - origin) / raised;
-    // Finite, because 0 * inf is NaN.
+    // The end is finite, because 0 * inf is NaN.
     float t = min(min(t_max, 3.4028235e38), max(0.0, min(leave.x, min(leave.y, leave.z))));
     return Chord(origin, origin + direction * t);
 }

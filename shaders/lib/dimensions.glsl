@@ -1,11 +1,11 @@
-// Dimensions of the random numbers that a path uses at its vertex number `depth` (0: the surface seen by the camera).
+// Dimensions of the random numbers that a path uses at its vertex number `depth` (0: the first surface).
 #include "shaders/lib/sobol.glsl"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
 
-const uint kDimensionLightChoice = 0u;  // 1d, bits
+const uint kDimensionLightChoice = 0u;  // one-dimensional, bits
 const uint kDimensionLightPoint = 1u;   // 2d
-const uint kDimensionLobe = 2u;         // 2d: component, lobe within the glossy one
+const uint kDimensionLobe = 2u;         // two-dimensional: component, lobe within the glossy one
 const uint kDimensionDirection = 3u;    // 2d
 const uint kDimensionRoulette = 4u;     // 1d
 const uint kDimensionsPerVertex = 5u;

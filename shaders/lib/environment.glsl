@@ -29,7 +29,7 @@ vec3 environment_texel_blend(vec2 uv) {
     return mix(mix(a, b, f.x), mix(d, e, f.x), f.y);
 }
 
-// d: unit length
+// Returns the radiance from direction d, of unit length.
 vec3 environment_radiance(vec3 d) {
 #if defined(HALFLIGHT_ENVIRONMENT_MAP)
     return environment_texel_blend(environment_uv(d));
@@ -60,7 +60,7 @@ struct EnvironmentSample {
     float pdf;  // per solid angle, including the probability of the environment among all lights
 };
 
-// choice: 32 uniform bits that select the cell; xi: the point in the cell.
+// Samples a direction. `choice`: 32 uniform bits that select the cell; `xi`: the point in the cell.
 EnvironmentSample sample_environment(uint choice, vec2 xi) {
     EnvironmentSample s;
     vec4 head = texelFetch(environment_cells, 0);

@@ -75,7 +75,7 @@ bvec2 both_may_contain_zero(REAL4 v) {
                  (common_edge.x || below.w) && (common_edge.y || above.w) && (common_edge.z || off.w));
 }
 
-// row_*: coordinates of the four corners along axes.x, .y and .z.
+// Intersects a pair. row_*: coordinates of the four corners along axes.x, .y and .z.
 PairEdges intersect_pair(TriangleRay ray, vec4 row_x, vec4 row_y, vec4 row_z) {
     precise REAL4 z = REAL4(row_z) - REAL(ray.origin.z);
     precise REAL4 x = (REAL4(row_x) - REAL(ray.origin.x)) - ray.shear.x * z;

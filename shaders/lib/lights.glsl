@@ -13,7 +13,7 @@
 struct LightSample {
     vec3 direction;  // unit, towards the light
     float pdf;       // per solid angle, with the choice of the light; 0: a delta light, which BSDF sampling cannot meet
-    vec3 weight;     // radiance / pdf; delta lights: irradiance at normal incidence / probability. 0: nothing to see
+    vec3 weight;     // radiance / pdf; delta lights: irradiance at normal incidence / probability. 0: no light arrives
     bool at_infinity;
     vec3 end;        // end of the shadow ray, on this side of the light's surface; unused at infinity
 };
@@ -23,7 +23,7 @@ Receiver receiver_at(vec3 position, vec3 normal) { return Receiver(position, 0.0
 #ifdef HALFLIGHT_SUN
 const uint kSuns = 1u;
 
-// The light that is apart, in the last row.
+// Samples the separate sun, which has the last row.
 LightSample sample_sun(vec3 position) {
     int row = textureSize(scene_lights) - kLightStride;
     LightSample s;
@@ -39,7 +39,7 @@ const uint kSuns = 0u;
 #endif
 
 #ifdef HALFLIGHT_LIGHTS
-// last: texel 3 of the light's row, w being the density or probability of the whole choice.
+// Samples a triangle. `last` is texel 3 of its row, with the density or probability of the whole choice in w.
 void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi, inout LightSample s) {
     vec4 edge1_triangle = texelFetch(scene_lights, row + 1);
     vec4 edge2_bound = texelFetch(scene_lights, row + 2);
@@ -61,7 +61,7 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     vec3 to_light = point - position;
     normal = dot(normal, to_light) > 0.0 ? -normal : normal;
     float square = dot(to_light, to_light);
-    // The tracer's roundings grow with the distance from which it looks.
+    // The tracer's roundings grow with the distance from the ray's origin.
     float sliver = sliver_bound(-inside, edge1_triangle.xyz - inside, edge2_bound.xyz - inside);
     s.end = point + (edge2_bound.w + rounding_bound(8.0) * sqrt(square) + sliver) * normal;
     s.direction = to_light * inversesqrt(max(square, 1e-37));
@@ -76,7 +76,7 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     emission *= color_texture(slot, uvs.xy, uvs.zw).rgb;
 #endif
     emission *= alpha_share(triangle, at.x, at.y);
-    // Edge-on the light covers no solid angle; a point on the light itself is no place to be lit from it.
+    // Edge-on the light covers no solid angle. A point on the light itself receives nothing from it.
     bool visible = cosine > 0.0 && square > 0.0 && s.pdf > 0.0 && !isinf(s.pdf);
     s.pdf = visible ? s.pdf : 0.0;
     s.weight = visible ? emission / s.pdf : vec3(0.0);
@@ -104,8 +104,8 @@ void sample_punctual_light(vec3 position, int row, uint kind, vec4 head, vec4 la
 #endif
 
 #ifdef HALFLIGHT_LIGHTS
-// What the decision that `u` lies in [low, low + share) left of `choice`, of which u is a part: 32 bits, uniform and still
-// stratified. A hash fills the bits below its resolution, which is 2^-32 per entry, or 2^-24, of the share.
+// Returns the part of `choice` that a decision for `u` in [low, low + share) leaves: 32 bits, uniform and still
+// stratified. A hash fills the bits below its resolution: 2^-32 per entry, or 2^-24, over the share.
 uint left_of_choice(uint choice, uint entries, float u, float low, float share) {
     float resolution = max(float(entries), 256.0) / share;
     uint mask = (2u << findMSB(uint(min(resolution, 1e9)))) - 1u;
@@ -114,7 +114,7 @@ uint left_of_choice(uint choice, uint entries, float u, float low, float share) 
 }
 #endif
 
-// choice: 32 uniform bits that pick the light; xi: the point on it.
+// Samples a light. `choice`: 32 uniform bits that pick the light; `xi`: the point on it.
 LightSample sample_light(Receiver at, uint choice, vec2 xi) {
     vec3 position = at.position;
     LightSample s;
@@ -182,8 +182,8 @@ LightSample sample_light(Receiver at, uint choice, vec2 xi) {
     return s;
 }
 
-// Density per solid angle with which sample_light() at a receiver picks what a ray of unit direction from there hits, at
-// `distance`, on a surface of geometric normal n_g. 0 for what is no light.
+// Returns the density per solid angle with which sample_light() at a receiver picks the hit of a ray of unit direction
+// from there, at `distance`, on a surface of geometric normal n_g. It is 0 if the hit is no light.
 float light_pdf(Receiver from, Hit hit, vec3 direction, float distance, vec3 geometric_normal) {
 #ifdef HALFLIGHT_AREA_LIGHTS
     uint rank = texelFetch(light_of_triangle, int(hit.triangle)).x;
@@ -205,8 +205,8 @@ float light_pdf(Receiver from, Hit hit, vec3 direction, float distance, vec3 geo
 #endif
 }
 
-// From a surface (position, Surface::offset, n_g) to the light; t = 1 is the light. Roundings of the tracer's t near 1:
-// the end already lies on this side of the light by its error bound.
+// Returns the ray from a surface (position, Surface::offset, n_g) to the light; t = 1 is the light. The tracer's t has
+// roundings near 1, but the end already lies on this side of the light by its error bound.
 Ray shadow_ray(vec3 position, float offset, vec3 geometric_normal, LightSample s) {
     Ray ray;
     ray.origin = offset_ray_origin(position, offset, geometric_normal, s.direction);

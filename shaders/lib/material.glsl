@@ -2,7 +2,7 @@
 #include "shaders/lib/material_properties.glsl"
 #include "shaders/lib/surface.glsl"
 
-// Bends a normal towards wo where wo does not see it (SHADING.md, Surfaces).
+// Bends a normal that faces away from wo towards it (SHADING.md, Surfaces).
 vec3 bend_normal(vec3 n, vec3 wo) {
     float cosine = dot(n, wo);
     return cosine <= 0.0 ? normalize(n + wo * (1e-3 - cosine)) : n;
@@ -21,8 +21,8 @@ vec3 mapped_normal(Surface s, uint slot, float scale) {
 #endif
 }
 
-// Returns the material with textures, vertex colours and normal maps applied. wo: unit, from the surface to where the
-// ray came from.
+// Returns the material with textures, vertex colours and normal maps applied. `wo` has unit length and points from the
+// surface to the origin of the ray.
 Material evaluate_material(Surface s, vec3 wo) {
     Material m = load_material(s.material);
 #ifdef HALFLIGHT_VERTEX_COLORS

@@ -23,7 +23,7 @@ struct GgxValue {
     float schlick;    // (1 - dot(wo, h))^5
 };
 
-// wo, wi: unit length, dot(n, wi) > 0. G2 and pdf use forms in which the cosines cancel, so that there is no 0 / 0.
+// Evaluates a lobe. wo, wi: unit length, dot(n, wi) > 0. G2 and pdf use forms in which the cosines cancel: no 0 / 0.
 GgxValue ggx_evaluate(vec3 n, float alpha, vec3 wo, vec3 wi) {
     vec3 sum = wo + wi;
     vec3 h = sum * inversesqrt(max(dot(sum, sum), 1e-30));  // opposite grazing directions have no half vector; D ~ 0
@@ -41,7 +41,7 @@ GgxValue ggx_evaluate(vec3 n, float alpha, vec3 wo, vec3 wi) {
 }
 
 // Samples a visible normal of the lobe around +z (Dupuy and Benyoub 2023, Sampling Visible GGX Normals with Spherical
-// Caps). wo.z > 0.
+// Caps). Precondition: wo.z > 0.
 vec3 sample_visible_normal(vec3 wo, float alpha, vec2 xi) {
     vec3 stretched = normalize(vec3(alpha * wo.xy, wo.z));
     float z = (1.0 - xi.y) * (1.0 + stretched.z) - stretched.z;

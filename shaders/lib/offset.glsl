@@ -29,7 +29,7 @@ float sliver_bound(vec3 a, vec3 b, vec3 c) {
 }
 #endif
 
-// offset: Surface::offset; normal: geometric, unit length. Offsets to the side of `direction`.
+// Moves a ray's origin to the side of `direction`. offset: Surface::offset; normal: geometric, unit length.
 vec3 offset_ray_origin(vec3 position, float offset, vec3 normal, vec3 direction) {
     return position + (dot(normal, direction) < 0.0 ? -offset : offset) * normal;
 }

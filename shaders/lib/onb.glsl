@@ -28,7 +28,7 @@ mat3 basis_around(vec3 n) {
     return mat3(vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3(b, s + n.y * n.y * a, -n.y), n);
 }
 
-// cosine in [-1, 1] towards +z, turn in [0, 1]
+// Returns a unit vector: `cosine` in [-1, 1] towards +z, `turn` in [0, 1] around it.
 vec3 sphere_direction(float cosine, float turn) {
     float sine = sqrt(max(0.0, 1.0 - cosine * cosine));
     float phi = 6.28318530718 * turn;

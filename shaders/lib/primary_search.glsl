@@ -10,7 +10,7 @@
 #include "shaders/shared/frame.h"
 #include "shaders/shared/rays.h"
 
-// Returns triangle + 1 (0: none) and instance. pixel: of the image; beyond its edge, the pixel at the edge.
+// Returns triangle + 1 (0: none) and instance at a pixel of the image, or at its edge for pixels beyond.
 uvec2 seen_at(Frame frame, ivec2 pixel) {
     ivec2 inside = clamp(pixel, ivec2(0), frame.size - 1);
     return texelFetch(visibility, inside - ivec2(0, frame.window_y), 0).xy;
@@ -26,8 +26,8 @@ struct PrimarySearch {
     Hit hit;  // for a miss, of some triangle
 };
 
-// alpha_key: of the ray. If the ray hits none of the triangles, the result is a miss if one of the pixels shows the
-// background, else the rasterized triangle.
+// Searches the triangles seen around a pixel; `alpha_key` is the ray's. If the ray hits none, the result is a miss if
+// one of the pixels shows the background, else the rasterized triangle.
 PrimarySearch search_seen(Frame frame, ivec2 pixel, Ray ray, uint alpha_key) {
     uvec2 drawn = seen_at(frame, pixel);
     uvec2 right = seen_at(frame, neighbour(pixel, 1)), left = seen_at(frame, neighbour(pixel, 2));

@@ -26,12 +26,12 @@ int cache_level(float distance_to_camera) {
     return int(ceil(log2(clamp(distance_to_camera, 1e-12, 1e12) * kCacheAngle)));
 }
 
-// Exact, which exp2() need not be.
+// Returns the length exactly, which exp2() need not do.
 float cache_length(int level) { return uintBitsToFloat(uint(level + 127) << 23); }
 
-// How many levels have cells that are narrower than the beam of a ray: the area over which neighbours would be spread that
-// were sampled like it (Bekaert et al. 2003, A Custom Designed Density Estimation Method for Light Transport; as Mueller et al.
-// 2021, Real-time Neural Radiance Caching, eq. 3, ends paths). pdf: per solid angle; cosine: at the surface that was met.
+// Returns how many levels have cells narrower than the beam of a ray: the area over which neighbours sampled like it
+// would be spread (Bekaert et al. 2003, A Custom Designed Density Estimation Method for Light Transport). Mueller et
+// al. 2021, Real-time Neural Radiance Caching, eq. 3, end paths by it. pdf: per solid angle; cosine: at the hit.
 int cache_levels(int finest, float way, float pdf, float cosine) {
     float spread = way * way / (pdf * max(cosine, 1e-6));
     int levels = 0;
@@ -43,13 +43,13 @@ int cache_levels(int finest, float way, float pdf, float cosine) {
 }
 
 struct CacheKey {
-    uint first;  // probe
+    uint first;  // first probed cell
     uint key;
 };
 
-// By place and the axis that the normal is closest to (Binder et al. 2018, Fast Path Space Filtering by Jittered Spatial
-// Hashing, without the jitter: the first bounce scatters what is seen of the cells' edges). Positions are relative to
-// TraceTables::origin.
+// Returns the key of a position and of the axis closest to the normal (Binder et al. 2018, Fast Path Space Filtering by
+// Jittered Spatial Hashing). There is no jitter, because the first bounce scatters the visible edges of cells.
+// Positions are relative to TraceTables::origin.
 CacheKey cache_key(vec3 position, vec3 normal, int level) {
     ivec3 cell = ivec3(floor(clamp(position / cache_length(level), vec3(-1e9), vec3(1e9))));
     vec3 size = abs(normal);
@@ -61,15 +61,15 @@ CacheKey cache_key(vec3 position, vec3 normal, int level) {
     return CacheKey(hash, max(key, 1u));
 }
 
-// Where a key's cell is or, where there is none, which is free for it.
+// The cell of a key or, if it has none, a cell that is free for it.
 struct CacheFind {
     uint cell;   // kNoCacheCell: none
     uint free;   // kNoCacheCell: none
     uint count;  // samples in the cell
 };
 
-// While no cell is fed, so that all that look find the same. Not beyond a free cell: where cells before it have been freed, a
-// key gets another one, and nobody comes to the old one any more.
+// Finds a key's cell. No cell is fed meanwhile, so that all searches agree. The search ends at a free cell. Where cells
+// before it have been freed, a key gets another cell, and its old one is not found any more.
 CacheFind find_cell(CacheKey k) {
     CacheFind found = CacheFind(kNoCacheCell, kNoCacheCell, 0u);
     for (uint probe = 0u; probe < kCacheProbes && min(found.cell, found.free) == kNoCacheCell; ++probe) {
@@ -89,12 +89,12 @@ CachePoint cache_point(int levels, vec3 weight) {
 }
 
 #ifdef HALFLIGHT_CACHE_ASKED
-// Paths that go on from mature cells all the same, so that these learn on.
+// Share of paths that go on from mature cells all the same, to feed them.
 const float kCacheFed = 1.0 / 8.0;
 
-// Finds the point's cells. True: the shortest one is mature and the path may end, as far as `choice` (uniform) says. False:
-// the path is to bring what it finds to cells of all levels, and asks for those that there are not. Of several keys that
-// ask for a cell, the largest gets it, whoever comes first; the others ask for another one with the next sample.
+// Finds the point's cells. Returns true if the shortest one is mature and `choice` (uniform) lets the path end.
+// Otherwise the path feeds cells of all levels and requests those that are missing. The largest of several keys gets a
+// cell, in any order; the others request another one with the next sample.
 bool find_cells(vec3 position, vec3 normal, int finest, float choice, inout CachePoint point) {
     CacheKey key = cache_key(position, normal, finest);
     CacheFind found = find_cell(key);
@@ -114,7 +114,7 @@ bool find_cells(vec3 position, vec3 normal, int finest, float choice, inout Cach
 }
 #endif
 
-// The shortest of so many levels' cells that has enough samples to take; kNoCacheCell where none has.
+// Returns the shortest of so many levels' cells that has enough samples to be used; kNoCacheCell where none has.
 uint known_cell(vec3 position, vec3 normal, int finest, int levels) {
     uint known = kNoCacheCell;
     for (int level = 0; level < levels && known == kNoCacheCell; ++level) {

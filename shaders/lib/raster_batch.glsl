@@ -1,4 +1,4 @@
-// The batch that is traced: which path an entry is, its ray, and what is known of its hit.
+// The traced batch: the path of an entry, its ray, and its hit so far.
 //
 // Variant: HALFLIGHT_LIST, HALFLIGHT_ANY_HIT.
 #include "shaders/lib/batch_rays.glsl"

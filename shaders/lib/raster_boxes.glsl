@@ -1,13 +1,13 @@
-// What the raster back end's passes at one texel per tile share: shafts, and up to 32 candidates to hold against them.
+// Shafts and up to 32 candidates, which the raster back end's passes at one texel per tile share.
 #include "shaders/shared/raster.h"
 #include "shaders/lib/raster_shaft.glsl"
 #include "shaders/lib/raster_texels.glsl"
 
-uniform samplerBuffer boxes;   // RGBA32F, 2 texels each, xyz: lower and upper end, world
-uniform samplerBuffer shafts;  // RGBA32F, 4 texels each: tiles, then blocks
+uniform samplerBuffer boxes;   // RGBA32F, 2 texels per box, xyz: lower and upper end, world
+uniform samplerBuffer shafts;  // RGBA32F, 4 texels per shaft: tiles, then blocks
 
-uniform uint tile_count;  // a multiple of 64
-uniform ivec2 tile_texels;  // size of the target
+uniform uint tile_count;  // number of tiles, a multiple of 64
+uniform ivec2 tile_texels;  // size of the target, texels
 uniform float hull;         // greatest coordinate of the hierarchy
 uniform float slack;        // slack of the hierarchy at index 0
 uniform uint candidate_count;

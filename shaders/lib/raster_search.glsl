@@ -7,8 +7,8 @@
 
 uniform usamplerBuffer lists;  // R32UI: kRasterList entries per tile
 
-// Hit of a ray among what the list leads to, and `known`, as in traverse_from(). Near entries come first in the list and lie
-// on top of the stack.
+// Returns the hit of a ray below the nodes of the list, and `known`, as in traverse_from(). Near entries come first in
+// the list and lie on top of the stack.
 Hit search(Ray ray, uint first_entry, uint list_size, Hit known, uint alpha_key, const bool any_hit) {
     BvhHead head = bvh_head(0u);
     BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);

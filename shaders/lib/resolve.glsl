@@ -1,5 +1,5 @@
-// From a hit to what a surface record holds (shaders/lib/surface_record.glsl). Needs shaders/geometry_tables.glsl and
-// shaders/scene_tables.glsl. Kernels that shade read records instead.
+// Conversion of a hit to the content of a surface record (shaders/lib/surface_record.glsl). Needs
+// shaders/geometry_tables.glsl and shaders/scene_tables.glsl. Kernels that shade read records instead.
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/lib/material.glsl"
 
@@ -10,7 +10,7 @@ float ggx_alpha(float roughness) {
     return alpha < kMirrorAlpha ? 0.0 : alpha;
 }
 
-// Folds what depends on wo alone into the BSDF at a surface.
+// Folds the factors that depend on wo alone into the BSDF at a surface.
 Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     precise Bsdf b;  // precise: code of lobes that the material lacks must not change bits of others
     b.geometric_normal = geometric_normal;
@@ -58,7 +58,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     float specular = average(b.specular * whole + b.specular_edge * albedo.y);
     float glossy = specular + transmission + coat_albedo;
     float sum = diffuse + glossy;
-    b.p_diffuse = glossy > 0.0 ? diffuse / sum : 1.0;  // black: either will do
+    b.p_diffuse = glossy > 0.0 ? diffuse / sum : 1.0;  // a black surface may pick either
     b.p_transmission = glossy > 0.0 ? transmission / glossy : 0.0;
     b.p_coat = glossy > 0.0 ? coat_albedo / glossy : 0.0;
 #endif

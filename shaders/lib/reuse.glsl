@@ -11,7 +11,7 @@ uint sample_grouping(uint frame_seed, uint sample_index) {
 }
 
 // Returns the factor of make_bsdf()'s diffuse albedo that depends on wo: the share of light that neither the specular
-// lobe nor the coat reflects. The other factor is a constant of the material. Exactly 1 without these lobes.
+// lobe nor the coat reflects. The other factor is a constant of the material. It is exactly 1 without these lobes.
 float diffuse_share(ReusePoint y, vec3 wo) {
     precise float share = 1.0;
 #ifdef HALFLIGHT_GLOSSY
@@ -33,10 +33,10 @@ struct Sight {
     float geometry;  // solid angle per area of y, times the square of y.distance: cosine / relative distance^2
 };
 
-// finder: the surface whose path has found y; it sees y as sampled.
+// Returns y as seen from `from`. If `finder` is set, the path from there has found y, by the sampled direction.
 Sight sight_of(ReusePoint y, vec3 from, bool finder) {
     vec3 way = (y.position - from) / y.distance;
-    float square = max(dot(way, way), 1e-20);  // relative distance; so near, all have equal weight
+    float square = max(dot(way, way), 1e-20);  // relative distance; nearer points have equal weight
     vec3 direction = finder ? y.direction : way * inversesqrt(square);
     // Diffuse light leaves the point on one side, given by its normals (SHADING.md, Surfaces).
     bool seen = dot(y.normal, direction) < 0.0;

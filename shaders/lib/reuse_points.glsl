@@ -1,6 +1,6 @@
-// Points that the paths of a group have found, as the kernels read them that connect and gather. Binds them: they are
-// read 16 times each, and faster as texels. Include after the blocks `states[]` and, with HALFLIGHT_PENDING, `occluded[]`, `sun_occluded[]` and
-// `sun_light[]` (HALFLIGHT_SUN).
+// Points that the paths of a group have found, for the kernels that connect and gather. They are bound as texels,
+// because each is read 16 times, and texels are faster. Include after the blocks `states[]` and, with
+// HALFLIGHT_PENDING, `occluded[]`, `sun_occluded[]` and `sun_light[]` (HALFLIGHT_SUN).
 #include "shaders/lib/occlusion.glsl"
 #include "shaders/lib/sun_light.glsl"
 #include "shaders/shared/path.h"
@@ -38,7 +38,7 @@ ReusePoint load_point(uint path) {
     return y;
 }
 
-// ReusePoint::light, complete; 0 where the path has no such vertex.
+// Returns the complete ReusePoint::light; 0 where the path has no such vertex.
 vec3 given_light(uint path) {
     bool gives = states[path].lobe != kLobeNone && (states[path].reuse & kReusePoint) != 0u;
     vec3 light = gives ? point_texel(path, 4).xyz : vec3(0.0);

@@ -20,7 +20,7 @@ vec2 sample_triangle(vec2 xi) {
 }
 
 // Returns the weight of a sample of density a where another technique has density b (Veach 1997, section 9.2.4, beta =
-// 2). The division first keeps squares of large densities finite. a = 0 and b = 0: 0.
+// 2). The division first keeps squares of large densities finite. The weight is 0 if both densities are 0.
 float power_heuristic(float a, float b) {
     if (a <= b) {
         float r = b > 0.0 ? a / b : 0.0;

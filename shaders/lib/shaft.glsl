@@ -33,7 +33,7 @@ struct ShaftTest {
 
 vec3 away_from_zero(vec3 v, vec3 least) { return mix(v, least, lessThan(abs(v), least)); }
 
-// margin: enlargement of the shaft for rounding errors.
+// Prepares the test of a shaft. `margin` enlarges it for rounding errors.
 ShaftTest shaft_test(Shaft shaft, vec3 margin) {
     vec3 least = margin * 9.5367432e-7;  // moves a corner by at most 2^-19 of the margin, which the margin covers
     ShaftTest t;

@@ -31,7 +31,7 @@ vec3 weights_inside(vec3 weights, vec3 e1, vec3 e2, float distance) {
     return inside / (inside.x + inside.y + inside.z);
 }
 
-// direction: of the ray that hit, of any length; wo = -direction. Precondition: the hit is no miss.
+// Returns the surface at a hit. `direction` of the ray has any length; wo = -direction. Precondition: no miss.
 Surface surface_at(Hit hit, vec3 direction) {
     uvec4 triangle = triangle_row(hit.triangle);
     vec3 weights = vec3(1.0 - hit.u - hit.v, hit.u, hit.v);

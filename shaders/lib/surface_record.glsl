@@ -43,7 +43,7 @@ void store_surface(uint path, SurfacePoint point, Bsdf b) {
 #endif
 }
 
-// The part of a record that the last vertex of a path needs.
+// Stores the part of a record that the last vertex of a path needs.
 void store_end(uint path, vec3 emission, bool is_surface, vec3 geometric_normal) {
     uint row = path * HALFLIGHT_SURFACE_ROWS;
     surfaces[row + 1u] = vec4(emission, is_surface ? 1.0 : 0.0);

@@ -21,10 +21,10 @@ struct TileEntry {
     uvec4 texels[kEntryTexels];
 };
 
-const int kEntryBox = 0;  // the boxes of an entry, with: reference
+const int kEntryBox = 0;  // first texel of the box whose word is the reference
 #ifdef HALFLIGHT_TWO_LEVEL
-const int kInstanceBox = kBoxTexels;   // instance
-const int kBlockBox = 2 * kBoxTexels;  // head; only leaves have it
+const int kInstanceBox = kBoxTexels;   // first texel of the box whose word is the instance
+const int kBlockBox = 2 * kBoxTexels;  // first texel of the box whose word is the head; leaves only
 const int kNodeTexels = kBlockBox;
 #else
 const int kNodeTexels = kEntryTexels;
@@ -57,7 +57,7 @@ TileEntry load_entry(uint tile, int index) {
     return e;
 }
 
-// The first `leaves` entries and the last `others`.
+// Numbers of leaves, which come first in a list, and of others, which come last.
 struct TileCounts {
     int leaves;
     int others;
@@ -86,7 +86,7 @@ EntryMask of_first_word(uint word) { return uvec2(word, 0u); }
 #define EntryMask uint
 const EntryMask kNoEntries = 0u;
 bool any_entry(EntryMask m) { return m != 0u; }
-int first_entry(EntryMask m) { return findLSB(m); }  // -1: none
+int first_entry(EntryMask m) { return findLSB(m); }  // Returns -1 if there is none.
 EntryMask entry_bit(int i) { return 1u << i; }
 EntryMask lowest_bits(int count) { return lowest_word_bits(count); }
 uint first_word(EntryMask m) { return m; }
@@ -96,7 +96,7 @@ EntryMask of_first_word(uint word) { return word; }
 EntryMask leaf_bits(TileCounts c) { return lowest_bits(c.leaves); }
 EntryMask other_bits(TileCounts c) { return ~lowest_bits(kTileEntries - c.others); }
 
-// A ray that is not done with its tile's leaves.
+// A ray that must search more than its tile's leaves.
 struct RestEntry {
     uint slot;         // slot of the ray, with kSearchAgain
     EntryMask others;  // entries that must still be searched

@@ -1,4 +1,4 @@
-// The rays of a batch by slot: consecutive slots are a tile. Binds the batch.
+// The rays of a batch by slot: consecutive slots are a tile. This file binds the batch.
 //
 // Variant: HALFLIGHT_LIST (slots are those of a list of paths; else slots are paths).
 #include "shaders/lib/batch_rays.glsl"
@@ -7,14 +7,14 @@
 layout(std430) readonly buffer List { uint list[]; };
 layout(std430) readonly buffer Header { ListHeader header; };
 #else
-uniform uint capacity;  // rays
+uniform uint capacity;  // number of rays
 #endif
 
 struct TileRay {
     Ray ray;
     uint path;
-    bool listed;  // the slot exists
-    bool live;    // the slot exists and its ray must be traced
+    bool listed;  // true: the slot exists
+    bool live;    // true: the slot exists and its ray must be traced
 };
 
 TileRay tile_ray(uint slot) {

@@ -35,13 +35,13 @@ int places_in(uint leaf) { return is_leaf(leaf) ? 2 * int((leaf >> kBvhCountShif
 
 // A triangle as a candidate for the nearest hit.
 struct PlaceHit {
-    bool nearer;        // nearer than `nearest`, or equal t and a lower (instance, triangle)
+    bool nearer;        // true: nearer than `nearest`, or equal t and a lower (instance, triangle)
     bool alpha_tested;
     int next;           // next place: few rays hit both triangles of a pair
-    Hit hit;            // with any_hit: only with HALFLIGHT_ALPHA
+    Hit hit;            // for any_hit, valid only with HALFLIGHT_ALPHA
 };
 
-// leaf_near: entry of the ray into the boxes of leaf and instance.
+// Intersects one triangle. `leaf_near` is the entry of the ray into the boxes of leaf and instance.
 PlaceHit intersect_place(TriangleRay ray, int place, uint instance, float t_min, float leaf_near, Hit nearest,
                          const bool any_hit) {
     int texel = (place >> 1) * kBvhPairTexels;
@@ -180,7 +180,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                         asks = true;
                         done = place & 1;
                         uint left = uint(end - (place - done)) >> 1;
-                        node = kBvhTag | kBvhLeaf | (left << kBvhCountShift) | uint(place >> 1);  // to be continued
+                        node = kBvhTag | kBvhLeaf | (left << kBvhCountShift) | uint(place >> 1);  // continued later
                         hit.nearer = false;
                         place = end;
                     }

@@ -10,7 +10,7 @@ vec4 interpolate_row(uvec3 corners, vec3 weights, int texel) {
            weights.z * vertex_row(corners.z, texel);
 }
 
-// uv set 0 in xy, uv set 1 in zw
+// Returns uv set 0 in xy and uv set 1 in zw.
 vec4 interpolate_uvs(uvec3 corners, vec3 weights) {
     return vec4(interpolate_row(corners, weights, kVertexNormalTexel).w,
                 interpolate_row(corners, weights, kVertexUvTexel).xyz);

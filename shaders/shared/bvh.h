@@ -41,14 +41,14 @@ HALFLIGHT_SHARED_FUNCTION bool is_leaf(uint reference) {
 }
 
 // Ids of triangles.
-HALFLIGHT_SHARED_CONST uint kBvhAlphaTested = 0x10000000u;   // flag of a triangle
+HALFLIGHT_SHARED_CONST uint kBvhAlphaTested = 0x10000000u;   // flag of a triangle that needs the alpha test
 HALFLIGHT_SHARED_CONST uint kBvhTriangleMask = 0x0fffffffu;  // index into TraceTables::triangles
 
 HALFLIGHT_SHARED_CONST int kBvhOrderShift = 4;  // shift of the order of a pair's second triangle
 HALFLIGHT_SHARED_CONST int kBvhPairTexels = 4;
 
-HALFLIGHT_SHARED_CONST int kBvhGridTexels = 4;   // per node
-HALFLIGHT_SHARED_CONST int kBvhFloatTexels = 8;  // per node
+HALFLIGHT_SHARED_CONST int kBvhGridTexels = 4;   // texels per node
+HALFLIGHT_SHARED_CONST int kBvhFloatTexels = 8;  // texels per node
 HALFLIGHT_SHARED_CONST float kGridCells = 65535.0f;
 
 HALFLIGHT_SHARED_END

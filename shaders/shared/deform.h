@@ -1,5 +1,5 @@
-// Moving vertices by joints (glTF 2.0, section 3.7.3.3), one copy for C++ and GLSL. In double, step by step and without
-// contractions, so that both make the same bits of the same vertex, wherever joints are.
+// Moving vertices by joints (glTF 2.0, section 3.7.3.3), one copy for C++ and GLSL. It uses doubles, step by step and
+// without contractions, so that both compute the same bits for a vertex, wherever joints are.
 #ifndef HALFLIGHT_SHARED_DEFORM_H
 #define HALFLIGHT_SHARED_DEFORM_H
 
@@ -54,9 +54,9 @@ HALFLIGHT_SHARED_FUNCTION dvec3 exact_cross(dvec4 a, dvec4 b) {
     return dvec3(x, y, z);
 }
 
-// Linear part: its cofactors take normals where it takes positions, also where it cannot be inverted.
+// Cofactors of the linear part, which transform normals, also where the matrix cannot be inverted.
 struct JointNormals {
-    dvec3 x;  // rows
+    dvec3 x;  // rows of the cofactors
     dvec3 y;
     dvec3 z;
     double side;  // -1 where it mirrors, otherwise 1

@@ -19,9 +19,9 @@ struct Frame {
     vec4 camera_forward;  // xyz: unit
     vec2 jitter;          // sample point from the pixel's upper left corner, pixels; [0,1)^2 with the usual filter
     vec2 clip;            // near and far distance along camera_forward; far may be +inf
-    ivec2 size;           // image, pixels
+    ivec2 size;           // size of the image, pixels
     int band_y;           // first row of the band
-    int band_rows;        // rows of the band
+    int band_rows;        // number of rows of the band
     uint sample_index;    // index in the frame's sequence, from 0
     uint seed;            // seed of the frame: user's seed and frame number
     uint tiles_x;         // 16x16 blocks across

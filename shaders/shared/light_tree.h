@@ -116,11 +116,11 @@ HALFLIGHT_SHARED_FUNCTION LightNode light_child(uvec4 child, vec4 ball) {
 }
 
 // Returns the importance of a node's lights for a receiver, up to a factor common to the children of a node. It is 0
-// only where they contribute nothing. through: light from behind counts, too.
+// only where they contribute nothing. If `through` is set, light from behind counts, too.
 //
 // By pbrt-v4, 12.6.3, it is the intensity times the largest cosines that the ball allows, at the light and at the
-// receiver. This is divided by the squared distance, or by the ball's squared radius if that is larger. Precise,
-// because selection and density are compiled separately.
+// receiver. This is divided by the squared distance, or by the ball's squared radius if that is larger. The code is
+// precise, because selection and density are compiled separately.
 HALFLIGHT_SHARED_FUNCTION float light_importance(LightNode node, vec3 position, vec3 normal, bool through) {
     const float kLeastSquare = 1e-30f;
     // Lobes that do not follow the cosine contribute at grazing angles, too.
@@ -130,7 +130,7 @@ HALFLIGHT_SHARED_FUNCTION float light_importance(LightNode node, vec3 position, 
     HALFLIGHT_SHARED_PRECISE float ball = node.radius * node.radius;
     HALFLIGHT_SHARED_PRECISE float near = 1.0f / sqrt(square > kLeastSquare ? square : kLeastSquare);
     bool outside = square > ball;
-    // The half angle u of the cone around the ball; all directions for a receiver inside.
+    // The cone around the ball has the half angle u. It holds all directions for a receiver inside.
     HALFLIGHT_SHARED_PRECISE float sin_u = outside ? node.radius * near : 0.0f;
     HALFLIGHT_SHARED_PRECISE float cos_u = outside ? sine_of(sin_u) : -1.0f;
 

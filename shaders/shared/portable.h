@@ -1,4 +1,4 @@
-// Lets one header serve C++ (GLM types, sizes asserted) and GLSL 4.50 (std430).
+// Macros that let one header serve C++ (GLM types, sizes asserted) and GLSL 4.50 (std430).
 #ifndef HALFLIGHT_SHARED_PORTABLE_H
 #define HALFLIGHT_SHARED_PORTABLE_H
 

@@ -7,7 +7,7 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-// A power of two, limited by buffers of 128 MiB.
+// Number of cells: a power of two, limited by buffers of 128 MiB.
 HALFLIGHT_SHARED_CONST uint kCacheCells = 1u << 18;
 // Number of cells probed for a key, starting at its hash.
 HALFLIGHT_SHARED_CONST uint kCacheProbes = 8u;
@@ -16,11 +16,11 @@ HALFLIGHT_SHARED_CONST uint kCacheProbes = 8u;
 HALFLIGHT_SHARED_CONST int kCacheLevels = 3;
 HALFLIGHT_SHARED_CONST uint kNoCacheCell = 0xffffffffu;
 
-// Samples in a cell from which on its mean is used rather than that of a longer cell,
+// Samples in a cell from which on its mean is preferred to that of a longer cell.
 HALFLIGHT_SHARED_CONST uint kCacheTaken = 16u;
-// from which on paths end there,
+// Samples in a cell from which on paths end there.
 HALFLIGHT_SHARED_CONST uint kCacheMature = 32u;
-// and from which on no path continues to add more.
+// Samples in a cell from which on no path continues to add more.
 HALFLIGHT_SHARED_CONST uint kCacheFull = 4096u;
 
 // Radiance in fixed point, so that sums do not depend on the order of their terms: kCacheUnit * (high + low / 2^32).

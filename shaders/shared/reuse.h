@@ -15,7 +15,7 @@ HALFLIGHT_SHARED_CONST uint kMostGroupSize = 16u;
 // Returns the step from a path to another one of its group: path ^ member_step(i, grouping), 0 < i < group size; the
 // same step leads back. In the order of paths (shaders/shared/pixel_order.h) the low four bits are the position in a
 // cell, and the next ones are the cell. Groups are therefore the cosets of the subgroup spanned by {16, 32, 64, 128}
-// with random low bits. grouping: 16 random bits.
+// with random low bits. `grouping` has 16 random bits.
 HALFLIGHT_SHARED_FUNCTION uint member_step(uint i, uint grouping) {
     uint place = 0u;
     for (uint bit = 0u; bit < 4u; ++bit) place ^= ((i >> bit) & 1u) * ((grouping >> (4u * bit)) & 15u);

@@ -73,9 +73,9 @@ HALFLIGHT_SHARED_FUNCTION uint nested_shuffle(uint v, uint seed) {
 // Returns the sampler of one sequence shared by all pixels, which take `count` consecutive samples each (a power of 2),
 // in a randomly nested Morton order. Points of neighbours complement each other, so that errors cancel from pixel to
 // pixel and look like blue noise (Ahmed and Wonka 2020, Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error
-// via Hierarchical Ordering of Pixels). The points of a single pixel are as well distributed as without. sample_index <
-// count; coordinates < 2^16. The points of 2^32 / count pixels differ, or of fewer by the factor of Estimator::shadow
-// where samples are split.
+// via Hierarchical Ordering of Pixels). The points of a single pixel are as well distributed as in its own sequence.
+// sample_index < count; coordinates < 2^16. The points of 2^32 / count pixels differ. Where samples are split, this
+// number is smaller by the factor of Estimator::shadow.
 HALFLIGHT_SHARED_FUNCTION Sampler make_shared_sampler(uint pixel_x, uint pixel_y, uint sample_index, uint count,
                                                       uint frame_seed) {
     uint place = morton_spread(pixel_x) | (morton_spread(pixel_y) << 1);

@@ -26,8 +26,8 @@ HALFLIGHT_SHARED_BEGIN
 HALFLIGHT_SHARED_CONST int kTileMaskBits = 32;  // bits of a word, one per entry; longer lists have two words
 HALFLIGHT_SHARED_CONST int kMostTileEntries = 64;
 HALFLIGHT_SHARED_CONST int kTileHeaderTexels = 4;
-HALFLIGHT_SHARED_CONST int kTileBoxTexels = 1;       // grid format
-HALFLIGHT_SHARED_CONST int kTileFloatBoxTexels = 2;  // float format
+HALFLIGHT_SHARED_CONST int kTileBoxTexels = 1;       // texels of a box in the grid format
+HALFLIGHT_SHARED_CONST int kTileFloatBoxTexels = 2;  // texels of a box in the float format
 HALFLIGHT_SHARED_CONST int kTileBoxes = 1;           // boxes of an entry
 HALFLIGHT_SHARED_CONST int kTileInstanceBoxes = 3;   // boxes of an entry with instances
 HALFLIGHT_SHARED_CONST uint kNoInstance = 0xffffffffu;
@@ -38,7 +38,7 @@ const int kTileEntries = HALFLIGHT_TILE_ENTRIES;  // capacity of a list
 
 // Leaves that have ended shadow rays of a tile; they are tested first. Wrong ones only cost time.
 struct TileBlockers {
-    uint entries;  // mask of the first kTileMaskBits
+    uint entries;  // mask of the first kTileMaskBits entries
     uint latest;   // reference of one of them, to be found again in the tile's next list
 };
 HALFLIGHT_SHARED_SIZE(TileBlockers, 8)
@@ -51,7 +51,7 @@ struct RestHeader {
 };
 HALFLIGHT_SHARED_SIZE(RestHeader, 20)
 
-// Flag in that list: the ray searches again from the root.
+// Flag in the list of such rays: the ray searches again from the root.
 HALFLIGHT_SHARED_CONST uint kSearchAgain = 0x80000000u;
 
 // Counters of a batch and its lists, for statistics.
