@@ -11,19 +11,19 @@ layout(std140) uniform FrameBlock { Frame frame; };
 // Drivers need not have more than eight storage blocks, so other read-only inputs are texture buffers.
 #ifdef HALFLIGHT_LIGHT_SAMPLES
 uniform samplerBuffer light;      // RGBA32F: DirectLight, two texels each
-uniform usamplerBuffer occluded;  // R32UI
+uniform usamplerBuffer occluded;  // R32UI: answers to shadow rays
 #ifdef HALFLIGHT_SUN
-uniform usamplerBuffer sun_occluded;  // R32UI
+uniform usamplerBuffer sun_occluded;  // R32UI: answers to sun rays
 #endif
 #endif
 #ifdef HALFLIGHT_PATHS
 layout(std430) readonly buffer States { PathState states[]; };
 #endif
 #ifdef HALFLIGHT_PENDING
-uniform usamplerBuffer light_occluded;  // R32UI
+uniform usamplerBuffer light_occluded;  // R32UI: answers to the last shadow rays
 #ifdef HALFLIGHT_SUN
-uniform usamplerBuffer later_sun_occluded;  // R32UI
-uniform samplerBuffer sun_light;            // RGBA32F
+uniform usamplerBuffer later_sun_occluded;  // R32UI: answers to the last sun rays
+uniform samplerBuffer sun_light;            // RGBA32F: radiance of sun samples
 #endif
 #endif
 
@@ -48,7 +48,7 @@ uniform samplerBuffer received;  // RGBA32F: DirectLight, two texels each
 #endif
 
 #ifdef HALFLIGHT_SEEN
-uniform samplerBuffer light_seen;  // RGBA32F
+uniform samplerBuffer light_seen;  // RGBA32F: emission seen by camera rays
 #endif
 
 #ifdef HALFLIGHT_CLAMP

@@ -1,4 +1,4 @@
-// Stores data outputs of the surfaces seen through the pixels' centres; HALFLIGHT_MOTION adds motion.
+// Stores data outputs of the surfaces at the pixels' centres; HALFLIGHT_MOTION adds motion.
 #include "shaders/shared/aov.h"
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"

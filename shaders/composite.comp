@@ -18,8 +18,8 @@ uniform float exposure_scale;
 #endif
 
 uniform uint samples;
-uniform ivec2 size;   // pixels of the band
-uniform uvec2 tiles;  // tiles of the band
+uniform ivec2 size;   // size of the band, pixels
+uniform uvec2 tiles;  // size of the band, tiles
 
 void main() {
     uint path = gl_GlobalInvocationID.x;

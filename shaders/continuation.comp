@@ -11,22 +11,22 @@
 #include "shaders/shared/radiance_cache.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
-#include "shaders/geometry_tables.glsl"  // for triangles that are lights
+#include "shaders/geometry_tables.glsl"  // triangle lights need it
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
 // Storage blocks are scarce, so read-only inputs are texture buffers where possible.
-uniform usamplerBuffer arriving;         // R32UI
+uniform usamplerBuffer arriving;         // R32UI: path indices
 uniform usamplerBuffer arriving_header;  // RGBA32UI: ListHeader
 layout(std430) buffer PathRays { Ray path_rays[]; };
 layout(std430) readonly buffer Hits { Hit hits[]; };
 layout(std430) buffer States { PathState states[]; };
 #ifdef HALFLIGHT_PENDING
-uniform usamplerBuffer occluded;  // R32UI
+uniform usamplerBuffer occluded;  // R32UI: answers to shadow rays
 #ifdef HALFLIGHT_SUN
-uniform usamplerBuffer sun_occluded;  // R32UI
+uniform usamplerBuffer sun_occluded;  // R32UI: answers to sun rays
 #endif
 #endif
 #ifndef HALFLIGHT_LAST_VERTEX
@@ -128,7 +128,7 @@ void main() {
     float density = is_hit ? light_pdf(from, hit, direction, hit.t * length(ray.direction), geometric_normal)
                            : environment_pdf(direction);
 #ifdef HALFLIGHT_FIRST_HIT
-    density *= float(HALFLIGHT_SHADOW_RAYS);  // event_of() weights light samples the same way
+    density *= float(HALFLIGHT_SHADOW_RAYS);  // event_of() has the same factor
 #endif
     vec3 met = at.emission * (state.throughput * met_light_weight(state.pdf, density));
 #ifdef HALFLIGHT_FIRST_HIT

@@ -3,8 +3,8 @@
 //
 // A node is refined until it is smaller than `stop` times the width of the shaft where it enters, or until the list is
 // full. Nodes that are left then go into the list unrefined, so that nothing is dropped. Instances are entered like
-// nodes. For closest hits, near nodes are refined first, as they often hide those behind. For any hits, all of the
-// shaft matters alike. Nodes that have waited longest are refined first, far ones before near ones, so that the list
+// nodes. For closest hits, near nodes are refined first, as they often hide those behind. For any hits, all parts of
+// the shaft matter equally. Nodes that have waited longest are refined first, far ones before near ones, so that the list
 // becomes evenly fine.
 //
 // The list of an earlier run is kept where its checksum is right and its shaft still contains the rays. A new shaft
@@ -75,8 +75,8 @@ float size(Shaft s) {
     return w.x + w.y + w.z;
 }
 
-// The shaft is widened by a sixteenth on all sides. In one or two of a hundred tiles, the next 64 rays lie that far
-// beyond the extremes of the first 64 ((15/16)^64 for uniform rays).
+// Widens a shaft by a sixteenth on all sides. In one or two of a hundred tiles, the next 64 rays lie that far beyond
+// the extremes of the first 64 ((15/16)^64 for uniform rays).
 Shaft widened(Shaft s) {
     vec3 origin = (s.origin_upper - s.origin_lower) * 0.0625;
     vec3 end = (s.end_upper - s.end_lower) * 0.0625;
@@ -236,7 +236,7 @@ void main() {
             NodeBoxes n = load_node(entry_reference(entry));
 #endif
             ShaftInterval i = shaft_interval(test, n.lower, n.upper);
-            // The box of a missing child is empty, but a wide shaft meets it all the same.
+            // The box of a missing child is empty, yet a wide shaft meets it.
             bvec4 met = bvec4(uvec4(lessThanEqual(i.enter, i.leave)) & uvec4(notEqual(n.reference, uvec4(kBvhNoChild))));
             uint refine = children_to_refine(space, n, width_0, width_1, i.enter);
             ivec4 key = ascending(mix(ivec4(kBvhFar), floatBitsToInt(i.enter) & ~3, met) | ivec4(0, 1, 2, 3));
@@ -245,7 +245,7 @@ void main() {
             bool full = leaves + others + waiting_count + left > kTileEntries;
             uint goes_on = full ? 0u : refine & mask_of(met);
             left = full ? 1 : left;
-            int place = waiting_count + bitCount(goes_on);  // near ones last
+            int place = waiting_count + bitCount(goes_on);  // near nodes come last
             waiting_count = place;
             do {
                 if (left > 0) {

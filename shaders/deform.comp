@@ -5,11 +5,11 @@
 layout(local_size_x = 64) in;
 
 // Texture buffers of the vertices of one dispatch.
-uniform samplerBuffer positions;  // RGB32F
-uniform samplerBuffer normals;    // RGB32F
-uniform samplerBuffer tangents;   // RGBA32F
+uniform samplerBuffer positions;  // RGB32F: rest positions
+uniform samplerBuffer normals;    // RGB32F: rest normals
+uniform samplerBuffer tangents;   // RGBA32F: rest tangents
 uniform usamplerBuffer joints;    // RGBA32UI: four joints of each vertex, set after set
-uniform samplerBuffer weights;    // RGBA32F: their weights
+uniform samplerBuffer weights;    // RGBA32F: weights of the joints
 uniform samplerBuffer deltas;     // RGB32F: slots of as many texels as there are vertices
 uniform usamplerBuffer targets;   // RG32UI: slot, bits of the weight
 uniform usamplerBuffer matrices;  // RGBA32UI: bits of JointMatrix, kJointTexels each

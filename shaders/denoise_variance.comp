@@ -14,9 +14,9 @@ layout(rgba32f) writeonly uniform image2D noisy;  // light, variance of the lumi
 #include "shaders/lib/luminance.glsl"
 #include "shaders/lib/preview_surface.glsl"
 
-const int kRadius = 2;  // pixels
-const float kFewSamples = 2.0;   // too few samples to estimate a variance
-const float kManySamples = 8.0;  // enough samples
+const int kRadius = 2;  // pixels around a pixel, in x and y
+const float kFewSamples = 2.0;   // samples, too few for an estimate
+const float kManySamples = 8.0;  // samples that suffice
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

@@ -1,5 +1,5 @@
-// Kernel body shared by shaders/diffuse.comp and shaders/glossy.comp: sends a ray from the first surface through the component
-// that COMPONENT_GLOSSY (0 or 1) names, where that component is picked.
+// Kernel body shared by shaders/diffuse.comp and shaders/glossy.comp. It sends a ray from the first surface through the
+// component that COMPONENT_GLOSSY (0 or 1) names, where this component is picked.
 #include "shaders/shared/frame.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"

@@ -5,7 +5,7 @@
 layout(std140) uniform FrameBlock { Frame frame; };
 
 layout(location = 0) in vec3 block_position;
-layout(location = 1) in uint block_instance;  // per instance
+layout(location = 1) in uint block_instance;  // one per instance
 
 // Visible share of the viewport (passes/surface/gbuffer.cpp).
 uniform float viewport_share;

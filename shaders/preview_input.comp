@@ -26,9 +26,9 @@ layout(rgba32f) writeonly uniform image2D albedo;
 layout(rgba32f) writeonly uniform image2D beauty;
 
 uniform uint samples;
-uniform ivec2 size;     // pixels of the band, within the picture
+uniform ivec2 size;     // size of the band within the picture, pixels
 uniform int first_row;  // first row of the band
-uniform uvec2 tiles;    // tiles of the band
+uniform uvec2 tiles;    // size of the band, tiles
 
 #include "shaders/lib/finite.glsl"
 #include "shaders/lib/luminance.glsl"

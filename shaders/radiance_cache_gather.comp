@@ -1,5 +1,5 @@
-// Adds the diffuse light of second vertices to their paths. It comes from the shortest cell that knows it, else from
-// the longest one, else from the path itself.
+// Adds the diffuse light of second vertices to their paths. It comes from the shortest cell with enough samples, else
+// from the longest one, else from the path itself.
 #include "shaders/shared/path.h"
 #include "shaders/shared/radiance_cache.h"
 

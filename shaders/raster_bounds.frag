@@ -1,5 +1,5 @@
 // Runs before anything is traced, one texel per tile. It stores the shaft of the rays, the set of live rays, and the
-// reach of the farthest ray (as depth), and sets all answers to misses.
+// reach of the farthest ray (as depth). It also sets all answers to misses.
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/raster_batch.glsl"
 #include "shaders/lib/bvh.glsl"

@@ -1,5 +1,5 @@
-// Traces the rays of a tile through its list. Hits of earlier draws are read back, and only nearer ones are written:
-// draws are separated by a barrier, and a ray has one fragment in each.
+// Traces the rays of a tile through its list. Hits of earlier draws are read back, and only nearer ones are written.
+// Draws are separated by a barrier, and a ray has one fragment in each.
 #include "shaders/trace_scene.glsl"
 #include "shaders/lib/raster_batch.glsl"
 #include "shaders/lib/raster_texels.glsl"
@@ -24,7 +24,7 @@ void main() {
     }
 #else
     Hit known = hits[path];
-    bool over = idle || floatBitsToUint(known.t) > uint(kBvhFar);  // true for NaN
+    bool over = idle || floatBitsToUint(known.t) > uint(kBvhFar);  // a NaN counts as over
     Hit hit = search(ray, first_entry, over ? 0u : list_size, known, key, false);
     bool same = floatBitsToUint(hit.t) == floatBitsToUint(known.t) && hit.triangle == known.triangle &&
                 hit.instance == known.instance;

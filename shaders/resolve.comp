@@ -1,5 +1,5 @@
-// Resolves hits: stores a surface record (shaders/shared/surface.h) of what the ray of each path has hit, or of the
-// environment where it has hit nothing. No other kernel of a frame makes records or looks up the geometry of a hit.
+// Resolves hits: stores a surface record (shaders/shared/surface.h) for the hit of each path's ray, or for the
+// environment if it is a miss. No other kernel of a frame makes records or looks up the geometry of a hit.
 //
 // Variants by the source of the hits:
 //   HALFLIGHT_LIST           rays and hits of the listed paths

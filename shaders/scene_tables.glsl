@@ -1,7 +1,7 @@
-// The scene's materials, lights and environment. Kernels include this before what they need of shaders/lib.
+// The scene's materials, lights and environment. Kernels include this file before files of shaders/lib that need it.
 //
-// The defines of shader_defines() (engine/tables/shading_tables.h) say which tables exist. A table that a kernel does not
-// read costs nothing.
+// The defines of shader_defines() (engine/tables/shading_tables.h) tell which tables exist. A table that a kernel does
+// not read costs nothing.
 #include "shaders/shared/bindings.h"
 
 layout(binding = UNIT_MATERIALS) uniform samplerBuffer scene_materials;

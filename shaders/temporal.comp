@@ -41,7 +41,7 @@ bool nan(vec4 v) {
 
 struct Earlier {
     vec4 light;
-    float samples;  // 0: no earlier light
+    float samples;  // number of samples; 0: no earlier light
 };
 
 // Returns the earlier light. Each texel is tested, so that light of neighbouring surfaces is left out.

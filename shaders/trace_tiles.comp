@@ -94,7 +94,7 @@ uint shared_blockers() {
 
 int entry_near[kTileEntries];
 
-// Returns the set of entries that a ray meets. It has no loop, so that llvmpipe sees no open branch.
+// Returns the set of entries that a ray meets. It has no loop, because no branch may be open.
 #define MEET(i)                                                                                                     \
     if ((i) < kTileEntries) {                                                                                       \
         const int k = min(i, kTileEntries - 1);                                                                     \
@@ -250,7 +250,7 @@ void main() {
 #endif
     int entries = 0;
     EntryMask others = again ? kNoEntries : entry.others;
-    do {  // for closest hits, far ones first
+    do {  // closest-hit rays take far entries first
         int i = max(first_entry(others), 0);
         TileEntry e = load_entry(tile, i);
 #ifdef HALFLIGHT_TWO_LEVEL

@@ -19,9 +19,9 @@ namespace halflight {
 struct GpuLut {
     std::string sampler;        // name of the uniform, whose type is sampler{dimensions}D
     int dimensions = 3;         // number of dimensions: 1, 2 or 3
-    int width = 1;              // texels, >= 1
-    int height = 1;             // texels, >= 1
-    int depth = 1;              // texels, >= 1
+    int width = 1;              // width, texels, >= 1
+    int height = 1;             // height, texels, >= 1; 1 for 1D
+    int depth = 1;              // depth, texels, >= 1; 1 unless 3D
     int channels = 3;           // channels per texel: 1 or 3
     bool linear = true;         // true: linear filter; false: nearest
     std::vector<float> values;  // width * height * depth * channels, x fastest

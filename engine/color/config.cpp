@@ -9,7 +9,7 @@
 
 namespace halflight {
 
-extern const char* const kEmbeddedConfig;  // defined in embedded.cpp
+extern const char* const kEmbeddedConfig;  // text of halflight.ocio, defined in embedded.cpp
 
 namespace {
 

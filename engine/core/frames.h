@@ -23,7 +23,7 @@ std::string frames_text(const std::vector<std::uint32_t>& frames);
 
 /// One of `of` consecutive parts of a list. The lengths of the parts differ by one at most.
 struct ListPart {
-    std::uint32_t number = 1;  // 1 to `of`
+    std::uint32_t number = 1;  // number of the part, 1 to `of`
     std::uint32_t of = 1;
 };
 /// Reads a part such as "3/24". Throws Error with `subject` for any other text.

@@ -123,7 +123,7 @@ std::vector<std::string> split_command(std::string_view line) {
     bool outside = true;  // the position is between two arguments
     for (std::size_t i = 0; i < line.size(); ++i) {
         const char c = line[i];
-        if (quote != '\'' && line.substr(i, 2) == "\\\n") {  // a continued line
+        if (quote != '\'' && line.substr(i, 2) == "\\\n") {  // joins the next line
             ++i;
             continue;
         }

@@ -39,7 +39,7 @@ class Process {
     ~Process();
 
     pid_t id() const { return id_; }
-    /// Waits until the program ends, and then kills what is left of its own group. Calls pulse(), if any, every
+    /// Waits until the program ends, and then kills the rest of its own group. Calls pulse(), if any, every
     /// millisecond; an exception from it leaves the program running. Throws Error where SIGCHLD is ignored.
     ProcessEnd wait(const std::function<void()>& pulse = {});
 

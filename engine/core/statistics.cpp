@@ -32,8 +32,8 @@ double quantile(std::vector<double> values, double q) {
     return std::lerp(values[below], values[above], position - static_cast<double>(below));
 }
 
-// With t = sqrt(freedom) tan(angle) the density is C cos(angle)^(freedom - 1), which is smooth. Simpson's rule on 256
-// intervals of the angle up to pi/2 gives at least 5 digits at 1000 degrees of freedom, and more at fewer.
+// Integrates over the angle in t = sqrt(freedom) tan(angle), where the density is C cos(angle)^(freedom - 1). Simpson's
+// rule on 256 intervals up to pi/2 gives at least 5 digits at 1000 degrees of freedom, and more at fewer.
 double student_tails(double t, double freedom) {
     constexpr int kIntervals = 256;
     freedom = std::min(freedom, 1000.0);

@@ -163,7 +163,7 @@ void SceneBuffers::bind() const {
 void SceneBuffers::draw(const gpu::Program& program) const {
     glBindVertexArray(vertex_array_.id());
     glEnable(GL_DEPTH_TEST);
-    glDepthFunc(GL_GREATER);                       // reversed depth
+    glDepthFunc(GL_GREATER);                       // depth is reversed
     glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);  // the range [-1, 1] would lose the precision of far depths
     for (const Draw& d : draws_) {
         program.set("first_triangle", d.first_triangle);

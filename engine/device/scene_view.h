@@ -13,8 +13,8 @@ namespace halflight {
 /// The rows of the image that one run of the frame graph renders, padded to 16x16 blocks.
 struct Band {
     ivec2 image{0};  // size of the whole image, pixels
-    int y = 0;       // first row
-    int rows = 0;    // rows, > 0
+    int y = 0;       // first row of the band
+    int rows = 0;    // number of rows, > 0
 
     uvec2 tiles() const { return {(image.x + 15) / 16, (rows + 15) / 16}; }
     std::uint32_t paths() const { return tiles().x * tiles().y * 256; }

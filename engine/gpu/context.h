@@ -92,7 +92,7 @@ class Stopwatch {
     Stopwatch();             ///< Waits for earlier work.
     double seconds() const;  ///< Waits for all work so far.
   private:
-    std::int64_t start_;  // nanoseconds
+    std::int64_t start_;  // CPU clock, nanoseconds
 };
 /// Returns the seconds that f() and all GL commands it starts take.
 template <class F>

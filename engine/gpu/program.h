@@ -24,9 +24,9 @@ namespace halflight::gpu {
 /// shader; the slots follow from the linked program (program_slots.h).
 class Program {
   public:
-    /// Compiles and links a program. `binaries`, if not null, is where a linked program is looked up and stored. Throws
-    /// Error("shaders/x.comp:12", what the compiler says) where a shader does not compile, and Error(name, ...) where
-    /// the program does not link or needs more storage blocks than the driver allows.
+    /// Compiles and links a program. `binaries`, if not null, stores linked programs for later runs. Throws
+    /// Error("shaders/x.comp:12", message) where a shader does not compile. Throws Error(name, ...) where the program
+    /// does not link or needs more storage blocks than the driver allows.
     static Program compute(const ShaderSource& source, const Defines& defines = {},
                            const ProgramBinaries* binaries = nullptr);
     static Program graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {},
@@ -98,9 +98,9 @@ class ProgramCache {
     const Program& compute(const ShaderSource& source, const Defines& defines = {});
     const Program& graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {});
 
-    /// Compiles those programs again whose shaders have changed (HALFLIGHT_SHADERS), and returns their number. They
-    /// lose the values of their uniforms. Throws what Program throws for the first program that fails; then all
-    /// programs stay as they were.
+    /// Recompiles the programs whose shaders have changed (HALFLIGHT_SHADERS), and returns their number. They lose the
+    /// values of their uniforms. Throws what Program throws for the first program that fails; then all programs stay as
+    /// they were.
     std::size_t reload();
 
     std::size_t count() const { return entries_.size(); }

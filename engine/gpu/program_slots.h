@@ -13,7 +13,7 @@ enum class SlotKind : std::uint8_t { storage_block, uniform_block, sampler, imag
 const char* name(SlotKind kind);
 
 struct Slot {
-    std::string name;  // block or uniform
+    std::string name;  // name of the block or uniform
     SlotKind kind;
     GLuint index;  // binding point or unit
 };

@@ -85,8 +85,8 @@ class Expander {
         return std::string(target);
     }
 
-    /// Only the compiler can evaluate conditions. A file included under a condition has an include guard macro, and is
-    /// added again by later includes.
+    /// Adds an included file. Only the compiler can evaluate conditions, so a file included under a condition has an
+    /// include guard macro, and is added again by later includes.
     void include(const std::string& target, const std::string& from, std::size_t line) {
         const std::size_t file = number_of(target);
         if (there_[file] || std::ranges::find(open_, file) != open_.end()) return;

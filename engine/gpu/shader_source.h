@@ -42,13 +42,13 @@ class Defines {
     const std::vector<std::pair<std::string, std::string>>& values() const { return values_; }
 
   private:
-    std::vector<std::pair<std::string, std::string>> values_;  // sorted by name, unique
+    std::vector<std::pair<std::string, std::string>> values_;  // names and values, sorted by name, unique
 };
 
 /// The text for the compiler, and the origin of each line. #line is not used because Mesa drops the file.
 struct ExpandedSource {
     struct Line {
-        std::size_t file;    // index into files
+        std::size_t file;    // index into `files`
         std::size_t number;  // >= 1
     };
     std::string text;
@@ -78,7 +78,7 @@ class ShaderWatch {
     using Files = std::map<std::filesystem::path, std::pair<std::filesystem::file_time_type, std::uintmax_t>>;
     Files files() const;
 
-    std::filesystem::path folder_;  // empty: none
+    std::filesystem::path folder_;  // watched folder; empty: none
     Files known_;
 };
 

@@ -11,10 +11,10 @@
 namespace halflight::gpu {
 
 struct TextureDesc {
-    int width = 1;                  // texels, >= 1
-    int height = 1;                 // texels, >= 1; 1 for 1D
+    int width = 1;                  // width, texels, >= 1
+    int height = 1;                 // height, texels, >= 1; 1 for 1D
     GLenum format = GL_RGBA32F;     // sized internal format that format_info() knows
-    int depth = 1;                  // texels, >= 1; 1 unless 3D
+    int depth = 1;                  // depth, texels, >= 1; 1 unless 3D
     GLenum target = GL_TEXTURE_2D;  // GL_TEXTURE_1D, GL_TEXTURE_2D or GL_TEXTURE_3D
     bool operator==(const TextureDesc&) const = default;
 };
@@ -22,10 +22,10 @@ struct TextureDesc {
 enum class TexelKind : std::uint8_t { color, integer, depth };
 
 struct FormatInfo {
-    GLenum format;    // GL_RGBA, GL_RED_INTEGER, ...
+    GLenum format;    // pixel format: GL_RGBA, GL_RED_INTEGER, ...
     int channels;     // channels per texel, 1 to 4
     int texel_bytes;  // bytes per texel in device memory; drivers may pad formats of three channels
-    TexelKind kind;   // color: float or normalised
+    TexelKind kind;   // kind of texels; color: float or normalised
 };
 /// Returns the properties of a format; throws Error for a format that is not in use. Needs no context.
 FormatInfo format_info(GLenum internal_format);
@@ -57,7 +57,7 @@ class Texture {
     void zero();                                                     ///< Clears any format to zeros.
 
     void bind(GLuint unit) const;                       ///< Binds to a sampler's unit.
-    void bind_image(GLuint unit, GLenum access) const;  ///< access: GL_READ_ONLY, GL_WRITE_ONLY, GL_READ_WRITE
+    void bind_image(GLuint unit, GLenum access) const;  ///< `access`: GL_READ_ONLY, GL_WRITE_ONLY or GL_READ_WRITE
 
   private:
     std::string name_;

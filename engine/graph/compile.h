@@ -8,7 +8,7 @@
 
 namespace halflight::graph {
 
-/// A pass of the plan, and what the executor does before it.
+/// A pass of the plan, its barriers and its undefined transients.
 struct PlannedPass {
     std::string name;
     std::vector<Use> uses;

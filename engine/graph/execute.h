@@ -28,7 +28,7 @@ class Resources {
     const gpu::Program& compute(const gpu::ShaderSource& source, const gpu::Defines& defines = {});
     const gpu::Program& graphics(const gpu::ShaderSource& vertex, const gpu::ShaderSource& fragment,
                                  const gpu::Defines& defines = {});
-    gpu::ProgramCache& programs();  ///< for passes that bind their resources themselves
+    gpu::ProgramCache& programs();  ///< Serves passes that bind their resources themselves.
 
   private:
     friend class Executor;
@@ -120,8 +120,8 @@ class Executor {
     std::vector<Memory> slots_;
     std::uint32_t serial_ = 0;               // serial of the last graph
     std::vector<ResourceNode> nodes_;        // resources of the last graph
-    std::vector<gpu::Buffer*> buffer_of_;    // indexed by resource
-    std::vector<gpu::Texture*> texture_of_;  // indexed by resource
+    std::vector<gpu::Buffer*> buffer_of_;    // buffers by resource; null: none
+    std::vector<gpu::Texture*> texture_of_;  // textures by resource; null: none
     std::map<std::vector<std::uint64_t>, gpu::Framebuffer> framebuffers_;
     std::vector<PassTime> times_;
     bool measure_ = false;

@@ -121,7 +121,7 @@ class Resources;
 
 struct PassNode {
     std::string name;
-    std::vector<Use> uses;  // in order of declaration
+    std::vector<Use> uses;  // uses in order of declaration
     bool kept = false;
     std::function<void(Resources&)> execute;
 };

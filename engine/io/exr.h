@@ -19,7 +19,7 @@ namespace halflight {
 
 enum class ExrType : std::uint8_t {
     half,     // finite values beyond +-65504 are stored as +-65504, not as infinity
-    float32,  // exact
+    float32,  // values are stored exactly
     uint32,   // ids: the image's floats hold the bits (std::bit_cast), without conversion
 };
 
@@ -89,7 +89,7 @@ struct ExrChannel {
 struct ExrFile {
     int width = 0;  // width of the data window, pixels; the display window is ignored
     int height = 0;
-    std::vector<ExrChannel> channels;  // sorted by name
+    std::vector<ExrChannel> channels;  // channels, sorted by name
     ExrAttributes attributes;
 
     const ExrChannel* find(const std::string& name) const;  // Returns null if it is missing.

@@ -22,8 +22,8 @@
 namespace halflight {
 namespace {
 
-/// Checks the attributes of all headers (OpenEXR file layout: name\0 type\0 size value) before OpenEXR reads them,
-/// because OpenEXR allocates any size that a damaged header claims.
+/// Check of the attributes of all headers (OpenEXR file layout: name\0 type\0 size value). It runs before OpenEXR,
+/// which allocates any size that a damaged header claims.
 class HeaderGuard {
   public:
     HeaderGuard(const std::string& subject, std::string_view bytes, const ExrLimits& limits)

@@ -54,7 +54,7 @@ struct Temporary {
 
 /// A regular file, opened for reading.
 struct ReadableFile {
-    // O_NONBLOCK keeps a pipe without a writer from blocking forever; it does not affect regular files.
+    // Opens with O_NONBLOCK, which keeps a pipe without a writer from blocking forever. Regular files ignore it.
     explicit ReadableFile(const fs::path& path) : descriptor(path, O_RDONLY | O_NONBLOCK) {
         const std::string subject = path.string();
         if (descriptor < 0) throw Error(subject, "cannot read: {}", reason(errno));
@@ -146,7 +146,7 @@ void write_atomically(const fs::path& path, const std::function<void(const fs::p
 }
 
 void remove_abandoned(std::span<const fs::path> paths) {
-    std::map<fs::path, std::set<std::string>> prefixes;  // keyed by folder
+    std::map<fs::path, std::set<std::string>> prefixes;  // prefixes of temporaries by folder
     for (const fs::path& path : paths) {
         try {
             const fs::path target = follow_links(path);

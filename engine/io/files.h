@@ -12,7 +12,7 @@
 
 namespace halflight {
 
-/// Calls `write` with the name of a new, empty file in the folder of `path`, then syncs that file to disk and renames
+/// Calls `write` with the name of a new, empty file in the folder of `path`. Then syncs that file to disk and renames
 /// it to `path`. Follows a symbolic link; keeps the permissions of a replaced file; other permissions follow the umask.
 /// On failure removes the temporary, leaves `path` unchanged, and throws Error with `path` and the system's reason.
 /// Exceptions of `write` propagate.

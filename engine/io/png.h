@@ -19,7 +19,7 @@ std::vector<std::uint8_t> quantize_8bit(const Image& image);
 /// A text of a PNG file (PNG, third edition, 11.3.3.2).
 struct PngText {
     std::string keyword;  // 1 to 79 letters of Latin-1; empty: no text
-    std::string text;     // Latin-1
+    std::string text;     // text in Latin-1
 };
 
 /// Encodes width * height * channels bytes, top row first, display-encoded (sRGB unless the user of the file decides

@@ -11,7 +11,7 @@ namespace halflight::rays {
 
 /// Statistics of the batches of one kind and depth, over all runs and places.
 struct BatchStatistics {
-    std::string batch;                        // "shadow", "continuation 2", ...
+    std::string batch;                        // name of the batch: "shadow", "continuation 2", ...
     TraceMethod method = TraceMethod::plain;  // method of the next run, in the first place
     std::string reason;                       // why this method was chosen
     struct Measured {

@@ -76,7 +76,7 @@ bool same_places(const TraceTables& a, const Part& pa, const TraceTables& b, con
 
 std::vector<Part> parts_of(const TraceTables& tables) {
     std::vector<Part> parts;
-    auto range = tables.ranges.begin();  // in the order of blocks
+    auto range = tables.ranges.begin();  // ranges are in the order of blocks
     for (std::uint32_t block = 0; block < tables.blocks.size(); ++block) {
         const std::uint32_t end = tables.blocks[block].first_triangle + tables.blocks[block].triangle_count;
         Part still{block, false, {}, {}};

@@ -8,8 +8,8 @@
 // and the current pose, not of the poses in between:
 //   - A static part is built from its positions, which gives the same result as any earlier build.
 //   - A moving part keeps the shape built for the reference pose and is refitted. It is built from its positions if the
-//     shape does not fit (another number of triangles, or separated pairs), or if the refit would cost more than
-//     kMostRefitCost times what the shape cost in the reference pose.
+//     shape does not fit: another number of triangles, or separated pairs. This also happens if the refit would cost
+//     more than kMostRefitCost times the cost of the shape in the reference pose.
 #pragma once
 
 #include <cstddef>
@@ -47,8 +47,8 @@ std::vector<Part> parts_of(const TraceTables& tables);
 std::vector<std::uint32_t> triangles_of(const Part& part);
 
 struct PartTree {
-    std::vector<TrianglePair> pairs;  // indices into triangles_of()
-    std::vector<Ring> rings;          // one per pair
+    std::vector<TrianglePair> pairs;  // pairs of indices into triangles_of()
+    std::vector<Ring> rings;          // one ring per pair
     Bvh bvh;                          // hierarchy over the rings
     double cost = 0;                  // expected_cost() of moving parts in the pose for which the shape was built
 };

@@ -21,7 +21,7 @@ using shared::kBvhTag;
 constexpr double kSlack = 0x1p-20;
 // Rays in block space are off by four roundings of |M| (|o| + t |d|) + |M| |translation|. In world space the error
 // grows by the condition of M, and each of the two lengths is at most twice the reach. The block's own 16 roundings
-// grow alike.
+// grow by the same factor.
 constexpr double kInstanceSlack = 0x1p-18;
 // Grid boxes whose area exceeds the exact one by this factor cost more than their smaller nodes gain.
 constexpr double kMaxLooseness = 1.3;
@@ -109,7 +109,7 @@ struct Space {
     Grid grid;
     float slack = static_cast<float>(kSlack);
     std::vector<Tree> trees;  // the first tree has the root
-    std::uint32_t head = 0;   // node index
+    std::uint32_t head = 0;   // node index of the head
 };
 
 /// Returns the mean ratio of a box's area on the grid to its exact area; a box without area counts as 4 at most.

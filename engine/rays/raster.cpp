@@ -58,7 +58,7 @@ struct RasterCulling::Parts {
     gpu::Buffer boxes;
     std::map<BatchKey, RasterMemory> memories;
     std::map<BatchKey, RasterStatistics> statistics;  // sums over all places, at place 0
-    std::vector<Query> queries;                       // reused by every run
+    std::vector<Query> queries;                       // occlusion queries, reused by every run
     gpu::Object<gpu::delete_vertex_array> no_attributes;
 };
 
@@ -139,7 +139,7 @@ struct RasterTargets {
     graph::BufferHandle results;
     graph::BufferHandle shafts;  // vec4[4] per tile, then per block
     graph::BufferHandle alive;   // uvec2 per tile: a bit per ray
-    graph::TextureHandle depth;  // one texel per tile
+    graph::TextureHandle depth;  // reach of rays, one texel per tile
     graph::TextureHandle sizes;  // one texel per tile: size of its list
     graph::BufferHandle lists;   // kRasterList entries per tile
 };

@@ -14,14 +14,14 @@ namespace halflight::rays {
 struct CullNode {
     Bounds box;  // world space relative to TraceTables::origin, rounded outwards
     std::uint32_t parent = 0;
-    std::uint32_t first_child = 0;  // children are consecutive
-    std::uint32_t child_count = 0;  // 0: a leaf
+    std::uint32_t first_child = 0;  // index of the first child; children are consecutive
+    std::uint32_t child_count = 0;  // number of children; 0: a leaf
     std::uint32_t node = 0;         // index as in references of shaders/shared/bvh.h
-    std::uint32_t slots = 0;        // bit i: child i
+    std::uint32_t slots = 0;        // bit i is set if child i of `node` belongs to it
 };
 
 struct CullTree {
-    // root (the whole scene) first, parents before children; empty without triangles
+    // Nodes: the root (the whole scene) first, parents before children; empty without triangles.
     std::vector<CullNode> nodes;
     std::vector<std::uint32_t> survey;  // nodes that together hold the whole scene, at most shared::kRasterCandidates
     Bounds hull;                        // bounds of the grid at index 0

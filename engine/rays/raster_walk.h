@@ -15,11 +15,11 @@ namespace halflight::rays {
 
 /// Seconds of CPU time, summed over the process's threads.
 struct RasterStages {
-    double bounds = 0;  // shafts of tiles and blocks
-    double ask = 0;     // occlusion queries
-    double mark = 0;    // lists of tiles
+    double bounds = 0;  // making shafts of tiles and blocks
+    double ask = 0;     // issuing occlusion queries
+    double mark = 0;    // making lists of tiles
     double trace = 0;
-    double end = 0;  // reach of tiles after tracing
+    double end = 0;  // finding the reach of tiles after tracing
 };
 
 /// Costs and savings, summed over runs.

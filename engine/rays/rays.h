@@ -16,7 +16,7 @@ namespace halflight::rays {
 /// A set of rays to be traced together. Rays and hits (structs Ray and Hit of shaders/shared/rays.h) lie at the index
 /// of their path, `capacity` of each. `paths` and `rays_of_path` place the rays of paths that have several.
 ///
-/// With `list`, the first `count` entries of that list of path indices are traced, in tile order: 64 consecutive
+/// With `list`, the first `count` entries of that list of path indices are traced, in tile order. 64 consecutive
 /// entries are one 8x8 tile, or the remains of several. Without a list all rays are traced. A ray with t_max < t_min is
 /// dead: it is not traced and reports a miss.
 struct RayBatch {
@@ -29,17 +29,17 @@ struct RayBatch {
     // most 16; 1 with a list.
     std::uint32_t paths = 0;
     std::uint32_t rays_of_path = 1;
-    graph::BufferHandle rays;         // capacity x Ray
-    graph::BufferHandle list;         // optional: capacity x uint
+    graph::BufferHandle rays;         // one Ray per path, `capacity` in all
+    graph::BufferHandle list;         // optional: path indices, uint, `capacity` in all
     graph::BufferHandle list_header;  // ListHeader of shaders/shared/rays.h, if there is a list
     // Key of the alpha test of blended surfaces, read only where TraceTables::alpha_tested
-    // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame.h), whose seed and sample_index
-    // change from run to run, and of a salt that differs between the batches of one run.
+    // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame.h) and a salt. The frame's seed
+    // and sample_index change from run to run; the salt differs between the batches of one run.
     graph::BufferHandle frame_constants;
     std::uint32_t alpha_salt = 0;
 };
 
-/// Identity of similar batches across runs: knowledge about one helps with the next.
+/// Identity of similar batches across runs. State that one of them leaves speeds up the next.
 struct BatchKey {
     RayKind kind = RayKind::primary;
     std::uint32_t depth = 0;
@@ -120,7 +120,7 @@ graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, co
 graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle occluded);
 
-/// Throws Error where the driver does not start so many work groups at once; `rays` appears in the message.
+/// Throws Error where the driver does not start this number of work groups at once; the message has `rays`.
 void check_groups(std::uint32_t groups, std::uint32_t rays);
 /// Traces a batch in a pass that has declared the batch (read_batch()) and the results (write_results()).
 void trace_plain(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch,

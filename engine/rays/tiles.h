@@ -1,8 +1,8 @@
 // Culling by compute, a back end of CHC+RT (Mattausch, Bittner, Jaspe, Gobbetti, Wimmer, Pajarola 2015, CHC+RT:
 // Coherent Hierarchical Culling for Ray Tracing, Computer Graphics Forum 34(2)).
 //
-// The kernel shaders/cull.comp cuts the hierarchy per tile of rays, and those of shaders/trace_tiles.comp search only
-// there. First they search the leaves of the tile, then, for the remaining rays, the subtrees of its other entries.
+// The kernel shaders/cull.comp cuts the hierarchy per tile of rays. The kernels of shaders/trace_tiles.comp search this
+// cut: first the leaves of the tile, then, for the remaining rays, the subtrees of its other entries.
 //
 // Hits equal those of the plain tracer bit for bit. However, a search that the driver would cut short may end here,
 // because it is divided.
@@ -28,13 +28,13 @@ struct TileBuffers {
     TileSettings settings;
     graph::BufferHandle lists;        // a record of shaders/shared/tile_list.h per tile; any content is valid
     graph::BufferHandle blockers;     // for any_hit: TileBlockers per tile; any content is valid
-    graph::BufferHandle rest_header;  // RestHeader
-    graph::BufferHandle rest;         // rest_bytes() bytes
-    bool counts = false;              // fills in RestHeader::remembered
+    graph::BufferHandle rest_header;  // one RestHeader
+    graph::BufferHandle rest;         // rest_bytes() bytes of rays for search_rest()
+    bool counts = false;              // true: fill in RestHeader::remembered
 };
 
-/// Returns the rays per tile: side^2. Where paths have several rays it is 16; these connect the receivers of a group
-/// with one point, or those of smaller groups with a few points.
+/// Returns the rays per tile: side^2, or 16 where paths have several rays. These 16 connect the receivers of a group
+/// with one point, or the receivers of smaller groups with a few points.
 std::uint32_t tile_rays(const RayBatch& batch, const TileSettings& settings);
 std::uint32_t tile_count(const RayBatch& batch, const TileSettings& settings);
 std::size_t tile_list_bytes(const TraceScene& scene, const RayBatch& batch, const TileSettings& settings);

@@ -87,7 +87,7 @@ void Tracer::expect(std::uint64_t runs) {
 bool Tracer::may_cull_by_tiles(const RayBatch& rays) const {
     if (culling_ != Culling::automatic) return culling_ == Culling::compute;
     // Tiles speed up short rays even if lists are made anew each time, but not longer rays of a list. No pass has
-    // occlusion batches; this serves those of the benchmark.
+    // occlusion batches; the benchmark has them.
     return !short_ && (!rays.list || rays.kind == RayKind::occlusion);
 }
 

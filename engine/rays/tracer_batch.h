@@ -93,7 +93,7 @@ class Tracer::Batch {
         culled_.clear();
     }
 
-    /// Discards what is known about the fastest method.
+    /// Discards the results of earlier trials.
     void forget() {
         if (methods_.size() < 2) return;
         choice_.forget();

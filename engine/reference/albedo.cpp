@@ -79,9 +79,9 @@ struct Cubic {
 
 }  // namespace
 
-// theta and phi are the polar angles of the half vector m against the plane of wo = (s, 0, c). With tan(theta) =
-// alpha tan(omega), the distribution D cos(theta) is sin(2 omega) domega dphi / (2 pi). The albedo is its mean of
-// 4 V dot(wo, m) F mu_i / cos(theta). The reflected direction is above the horizon where
+// Integrates over theta and phi, the polar angles of the half vector m against the plane of wo = (s, 0, c). With
+// tan(theta) = alpha tan(omega), the distribution D cos(theta) is sin(2 omega) domega dphi / (2 pi). The albedo is its
+// mean of 4 V dot(wo, m) F mu_i / cos(theta). The reflected direction is above the horizon where
 // mu_i = s cos(phi) sin(2 theta) + c cos(2 theta) >= 0, that is theta <= (pi / 2 + atan2(s cos(phi), c)) / 2.
 Albedo integrate_albedo(double mu, double alpha) {
     if (alpha < kMirrorAlpha) return mirror_albedo(mu);

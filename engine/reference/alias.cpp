@@ -10,7 +10,7 @@ AliasTable::AliasTable(const std::vector<double>& weights) {
     if (!(sum > 0)) return;
     const std::size_t count = weights.size();
     entries_.resize(count);
-    std::vector<double> height(count);  // unit: slots
+    std::vector<double> height(count);  // weight of each entry, in slots
     std::vector<std::size_t> low, high;
     for (std::size_t i = 0; i < count; ++i) {
         entries_[i] = {1, i, weights[i] / sum};

@@ -24,7 +24,7 @@ dvec3 mirror_at(const dvec3& w, const dvec3& n) {
 struct LobeValue {
     double value = 0;  // D G2 / (4 mu_o mu_i) * mu_i
     double pdf = 0;
-    double x = 0;  // dot(wo, h)
+    double x = 0;  // cosine dot(wo, h)
 };
 
 LobeValue evaluate_lobe(const dvec3& wo, const dvec3& wi, double alpha) {

@@ -46,7 +46,7 @@ class Bsdf {
 
     struct Sample {
         dvec3 wi{0};
-        dvec3 weight{0};  // f cosine / pdf
+        dvec3 weight{0};  // f times cosine / pdf
         double pdf = 0;   // P_c p_c(wi); 0 for a mirror
         bool mirror = false;
         Component component = Component::diffuse;

@@ -37,7 +37,7 @@ struct ReferenceHit {
 struct AlphaTest {
     std::uint64_t key = 0;
     double (*uniform)(std::uint64_t key, std::uint32_t instance,
-                      std::uint32_t triangle) = nullptr;  // null: our own hash
+                      std::uint32_t triangle) = nullptr;  // null: the oracle's own hash
 };
 
 namespace reference {
@@ -72,7 +72,7 @@ struct ReferenceSettings {
     int height = 0;        // pixels, > 0
     int samples = 16;      // samples per pixel, > 0
     int first_sample = 0;  // samples [first_sample, first_sample + samples): disjoint ranges are independent
-    int bounces = 8;       // >= 0, SHADING.md "Estimator"
+    int bounces = 8;       // reflections, >= 0 (SHADING.md, "Estimator")
     std::uint64_t seed = 0;
     Camera camera;
     PixelFilter filter{};

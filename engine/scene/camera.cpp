@@ -46,7 +46,7 @@ Camera framing_camera(const Scene& scene) {
     if (bounds.empty()) bounds = {dvec3(-1), dvec3(1)};
     const dvec3 centre = 0.5 * bounds.lower + 0.5 * bounds.upper;
     const dvec3 half = 0.5 * (bounds.upper - bounds.lower);
-    // 30 degrees to the right and 20 degrees above show three sides of a box, most of all the front.
+    // An azimuth of 30 degrees and an elevation of 20 show three sides of a box, most of all the front.
     const double azimuth = kPi / 6, elevation = kPi / 9;
     const dvec3 back(std::sin(azimuth) * std::cos(elevation), std::sin(elevation),
                      std::cos(azimuth) * std::cos(elevation));

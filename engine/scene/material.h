@@ -17,19 +17,19 @@ enum class Wrap : std::uint8_t { repeat, mirrored_repeat, clamp_to_edge };
 /// Decoded image: 8-bit RGBA, row-major, top row first. The slot that refers to it says whether it is sRGB-encoded.
 struct TextureImage {
     std::string name;
-    int width = 0;                   // texels, > 0
-    int height = 0;                  // texels, > 0
+    int width = 0;                   // width, texels, > 0
+    int height = 0;                  // height, texels, > 0
     std::vector<std::uint8_t> rgba;  // 4 * width * height
 };
 
 /// Reference to a texture. (u, v) = uv_transform * (s, t, 1); v runs from the top row down (glTF 2.0, section 3.8).
 struct TextureRef {
     int image = kNone;  // index into Scene::images
-    int uv_set = 0;     // 0 or 1
+    int uv_set = 0;     // set of texture coordinates, 0 or 1
     Wrap wrap_u = Wrap::repeat;
     Wrap wrap_v = Wrap::repeat;
     bool nearest = false;                                          // true: nearest texel; false: bilinear interpolation
-    glm::mat3x2 uv_transform{vec2(1, 0), vec2(0, 1), vec2(0, 0)};  // columns; KHR_texture_transform
+    glm::mat3x2 uv_transform{vec2(1, 0), vec2(0, 1), vec2(0, 0)};  // as KHR_texture_transform; columns
     explicit operator bool() const { return image != kNone; }
 };
 
@@ -42,10 +42,10 @@ struct Material {
     float alpha_cutoff = 0.5f;
     bool double_sided = false;  // kept for tools: light transport treats every surface as two-sided
     bool unlit = false;         // the base colour is emitted, nothing is reflected
-    vec4 base_color{1};         // linear; a: coverage
+    vec4 base_color{1};         // linear rgb; a: coverage
     TextureRef base_color_texture;
     float metallic = 1;
-    float roughness = 1;  // perceptual: alpha = roughness^2
+    float roughness = 1;  // perceptual, [0, 1]; alpha = roughness^2
     TextureRef metallic_roughness_texture;
     TextureRef normal_texture;
     float normal_scale = 1;
@@ -66,7 +66,7 @@ struct Material {
     TextureRef transmission_texture;
 };
 
-/// Lobes and texture slots that some material of a scene uses. Shaders leave out what is false (engine/tables/needs.h).
+/// Lobes and texture slots that some material of a scene uses. Shaders leave out all others (engine/tables/needs.h).
 struct MaterialNeeds {
     bool unlit = false;
     bool diffuse = false;  // some material scatters diffusely

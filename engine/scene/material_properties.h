@@ -27,7 +27,7 @@ struct PropertyRange {
 
 /// A component of a material's rows in UNIT_MATERIALS (RGBA32F).
 struct MaterialPacking {
-    int row = kNone;    // kNone: not packed
+    int row = kNone;    // row of the material; kNone: not packed
     int component = 0;  // 0 to 3: the first one of the property
 };
 
@@ -47,9 +47,9 @@ struct MaterialProperty {
 };
 
 enum class TextureUse : std::uint8_t {
-    color,       // sRGB, decoded to linear
-    data,        // linear
-    normal_map,  // linear, in tangent space
+    color,       // colour, decoded from sRGB to linear
+    data,        // linear data
+    normal_map,  // linear normal in tangent space
 };
 
 /// A texture channel that multiplies a property.
@@ -64,7 +64,7 @@ struct MaterialTexture {
     TextureRef Material::*field;
     const char* path;  // JSON pointer of the textureInfo within a glTF material
     TextureUse use;
-    std::vector<TexturedProperty> multiplies;  // empty for normal maps
+    std::vector<TexturedProperty> multiplies;  // properties that it multiplies; none for normal maps
     bool (*matters)(const Material&);          // whether the texture can change the material's appearance
     MaterialPacking packing;                   // place of the slot: a word (shaders/shared/word.h)
     bool MaterialNeeds::*need;

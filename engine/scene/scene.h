@@ -23,8 +23,8 @@ namespace halflight {
 /// long as `positions`. After loading, positions are finite, triangles have an area and normals have unit length.
 struct Mesh {
     std::string name;
-    std::vector<vec3> positions;  // object space
-    std::vector<vec3> normals;    // unit; never empty
+    std::vector<vec3> positions;  // positions in object space
+    std::vector<vec3> normals;    // unit normals; never empty
     std::vector<vec4> tangents;   // xyz unit, w = +-1 (bitangent = cross(n, t) * w); empty if no normal map needs them
     std::array<std::vector<vec2>, 2> uvs;
     std::vector<vec4> colors;                      // COLOR_0, linear, multiplies base_color
@@ -50,7 +50,7 @@ struct PunctualLight {
     std::string name;
     LightType type = LightType::point;
     vec3 intensity{1};                 // colour x intensity: cd (point, spot), lux (directional)
-    dvec3 position{0};                 // world
+    dvec3 position{0};                 // world position
     vec3 direction{0, 0, -1};          // unit, direction of travel of the light (spot, directional)
     float inner_cone = 0;              // radians, 0 <= inner_cone < outer_cone
     float outer_cone = 0.7853981634f;  // radians, <= pi/2
@@ -63,8 +63,8 @@ struct Camera {
     double vertical_fov = 0.8;  // radians, (0, pi)
     double ortho_height = 2;    // full height of the view, world units
     double aspect = 0;      // width / height that the camera was made for; 0: the image's. The vertical extent is kept.
-    double near_plane = 0;  // world units; 0: derived from the scene
-    double far_plane = 0;   // world units; 0: infinite
+    double near_plane = 0;  // distance, world units; 0: derived from the scene
+    double far_plane = 0;   // distance, world units; 0: infinite
 };
 
 /// Radiance from infinite distance: `color`, times the map where there is one.
@@ -80,11 +80,11 @@ struct Environment {
 
 /// Repairs and omissions of the loader. `halflight info` shows them.
 struct SceneReport {
-    std::vector<std::string> warnings;  // one line each
+    std::vector<std::string> warnings;  // warnings, one line each
     std::size_t non_finite_triangles_dropped = 0;
     std::size_t degenerate_triangles_dropped = 0;
-    std::size_t normals_generated = 0;         // number of vertices
-    std::size_t tangents_generated = 0;        // number of vertices
+    std::size_t normals_generated = 0;         // vertices whose normals were generated
+    std::size_t tangents_generated = 0;        // vertices whose tangents were generated
     std::size_t point_primitives_skipped = 0;  // number of primitives of mode POINTS
     std::size_t line_primitives_skipped = 0;   // number of primitives of mode LINES*
     std::size_t environment_texels_repaired = 0;
@@ -121,7 +121,7 @@ bool has_light(const Scene& scene);
 /// white floor has radiance 1. Below the horizon it has the horizon's radiance, 3/7.
 Environment default_sky();
 
-/// Returns a camera whose view holds all of world_bounds() from the front, right and above (+Z, +X, +Y), in every
+/// Returns a camera that frames world_bounds() from the front, right and above (+Z, +X, +Y). They fit into every
 /// picture that is at least as wide as high. Its vertical field of view is 45 degrees.
 Camera framing_camera(const Scene& scene);
 /// Returns a camera at `from` that looks at `at`. `vertical_fov` is in radians. Throws Error if they define no view.

@@ -32,9 +32,9 @@ vec3 into_plane(const vec3& v, const vec3& n) {
 
 /// The texture directions of a triangle.
 struct Face {
-    vec3 along_u{0};        // unit
+    vec3 along_u{0};        // unit direction of growing u
     bool right_way = true;  // counter-clockwise in (u, 1 - v): the texture is not mirrored
-    bool any = true;        // no area in uv space: compatible with any neighbour
+    bool any = true;        // true: no area in uv space; compatible with any neighbour
 };
 
 /// Corners (3 x triangle + 0..2) of one vertex that get one tangent.

@@ -20,10 +20,10 @@ enum class Reuse : std::uint8_t { automatic, off = 1, four = 4, eight = 8, sixte
 inline constexpr Reuse kReuses[] = {Reuse::automatic, Reuse::off, Reuse::four, Reuse::eight, Reuse::sixteen};
 const char* name(Reuse reuse);  ///< Returns "auto", "off", "4", "8" or "16".
 
-/// Sample points. Blue noise suits pictures of few samples: the error of a pixel is the same, but errors of neighbours
-/// cancel, so that the picture looks less noisy from a distance. Pictures of more than kMostBlueNoiseSamples samples,
-/// or of a number that is not known before, use `sobol` instead. Independent points serve for comparison: they converge
-/// with the exact rate of Monte Carlo, variance in inverse proportion to samples.
+/// Sample points. Blue noise suits pictures of few samples: errors of neighbours cancel, so that the picture looks less
+/// noisy from a distance. The error of a pixel is unchanged. Pictures of more than kMostBlueNoiseSamples samples, or of
+/// an unknown number, use `sobol` instead. Independent points serve for comparison: they converge with the exact rate
+/// of Monte Carlo, variance in inverse proportion to samples.
 enum class SamplePoints : std::uint8_t { sobol, blue_noise, independent };
 inline constexpr SamplePoints kSamplePoints[] = {SamplePoints::sobol, SamplePoints::blue_noise,
                                                  SamplePoints::independent};
@@ -31,9 +31,9 @@ inline constexpr SamplePoints kSamplePoints[] = {SamplePoints::sobol, SamplePoin
 const char* name(SamplePoints points);
 inline constexpr int kMostBlueNoiseSamples = 64;
 
-/// Camera rays of each sample for light that is seen directly, above all at edges of emitters. The first one is that of
-/// the path; further ones cost less than a path. Four have half the squared error times time where edges of emitters
-/// are visible (scenes/cornell.glb), and cost up to a third more time without benefit where none is.
+/// Camera rays of each sample for directly visible light, above all at edges of emitters. The first one is that of the
+/// path; further ones cost less than a path. Four rays halve the squared error times time where edges of emitters are
+/// visible (scenes/cornell.glb). Elsewhere they cost up to a third more time without benefit.
 enum class CameraRays : std::uint8_t { automatic, one = 1, two = 2, four = 4, eight = 8, sixteen = 16 };
 inline constexpr CameraRays kCameraRays[] = {CameraRays::automatic, CameraRays::one,   CameraRays::two,
                                              CameraRays::four,      CameraRays::eight, CameraRays::sixteen};

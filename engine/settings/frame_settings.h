@@ -34,7 +34,7 @@ struct SceneSettings {
     std::uint32_t frame = 0;  // frame number, which seeds the noise
 };
 
-/// Settings that may differ between the pictures of one renderer. settings_table.h describes those of users.
+/// Settings that may differ between the pictures of one renderer. settings_table.h describes the public ones.
 struct FrameSettings : SceneSettings {
     int samples = 64;        // samples per pixel, > 0; an upper limit where time_limit or error is set
     int first_sample = 0;    // >= 0; number of the picture's first sample in the frame's sequence

@@ -36,13 +36,13 @@ enum class LayerMerge {
 /// Source of a layer's values.
 enum class LayerSource {
     emission,   // sums of the pass "accumulate" (passes/picture/accumulate.h)
-    direct,     // two colours: diffuse, glossy
-    indirect,   // two colours: diffuse, glossy
+    direct,     // sums of two colours: diffuse, glossy
+    indirect,   // sums of two colours: diffuse, glossy
     squares,    // sums of squares, made on demand
     features,   // albedo and normal, made on demand
-    count,      // the number of samples
-    objects,    // hits of camera rays
-    materials,  // hits of camera rays
+    count,      // number of samples
+    objects,    // objects hit by camera rays
+    materials,  // materials hit by camera rays
     record,     // AovRecord of the pass "aov"
     debug,      // DebugRecord of the pass "debug aov"
 };

@@ -36,9 +36,9 @@ std::string known_previews();
 
 /// Contents of a radiance cache.
 struct CacheStatistics {
-    std::size_t cells = 0;    // all cells
-    std::size_t used = 0;     // cells that hold radiance
-    std::size_t mature = 0;   // cells in which paths end
+    std::size_t cells = 0;    // number of all cells
+    std::size_t used = 0;     // number of cells that hold radiance
+    std::size_t mature = 0;   // number of cells in which paths end
     std::size_t refused = 0;  // number of paths of the last picture that found no cell for one of their lengths
 };
 

@@ -58,8 +58,8 @@ struct ScheduleSettings {
     // Bytes of visibility state. Each band has its own while there is room; the remaining bands share one.
     std::size_t state_bytes = std::size_t{256} << 20;
     // Adds one sample to every band before the next sample, so that there is a whole picture after each sample
-    // (RenderProgress::picture). Keeps the sums of all bands in memory, up to 200 bytes per pixel. Ignored where there
-    // is an error target.
+    // (RenderProgress::picture). Keeps the sums of all bands in memory, up to 200 bytes per pixel. An error target
+    // disables it.
     bool in_turns = false;
 };
 

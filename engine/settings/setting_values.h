@@ -49,8 +49,8 @@ std::string parse_name(const Enum (&choices)[N], const std::string& text, Enum& 
     return fmt::format("expects one of {}, not '{}'", names_of(choices), text);
 }
 
-/// Conversion of a value to and from text. names(): accepted names; empty for numbers and free text. parse(): sets the
-/// value and returns what is wrong with the text; empty where the value was set.
+/// Conversion of a value to and from text. names() returns accepted names, or "" for numbers and free text. parse()
+/// sets the value. It returns what is wrong with the text, or "" where the value was set.
 template <class T>
 struct Value;
 
@@ -202,7 +202,7 @@ struct Value<std::vector<std::string>> {
     }
 };
 
-/// Names of parts. They are not checked, since renderer/needs.h knows them.
+/// Names of parts. They are not checked, since renderer/needs.h lists them.
 template <>
 struct Value<Kept> {
     static constexpr Setting::Type type = Setting::Type::list;

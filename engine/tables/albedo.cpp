@@ -139,7 +139,7 @@ Image build_albedo_table() {
         const double knee = shared::kAlbedoKnee * roughness * roughness;
         for (int i = 0; i < kNodes; ++i) {
             const double s = lobatto_node(i, kNodes) * lobatto_node(i, kNodes);
-            const double cosine = s * knee / (1 + knee - s);  // inverse of albedo_coordinates
+            const double cosine = s * knee / (1 + knee - s);  // inverse of albedo_coordinates()
             const DirectionalAlbedo albedo = LobeIntegral(cosine, roughness * roughness, rule)();
             const double whole = albedo.a + albedo.b;
             exact.emplace_back(whole, albedo.b / whole - fifth_power(1 - cosine));

@@ -125,7 +125,7 @@ class Builder {
         }
     }
 
-    /// Returns whether lights form a leaf: one, or two that look like one to any receiver (triangles of a square).
+    /// Returns whether lights form a leaf: one, or two that act as one for any receiver (triangles of a square).
     bool is_leaf(const Part& part) const {
         if (part.count() != 2) return part.count() == 1;
         const LightBounds &a = lights_[order_[part.first]], &b = lights_[order_[part.first + 1]];
@@ -258,7 +258,7 @@ class Builder {
 
     /// Packs bounds, rounded outwards so that the decoded bounds hold the lights. `word` holds link and kind.
     static uvec4 encoded(const LightBounds& b, const vec4& ball, double brightest, std::uint32_t word) {
-        const auto step = [&](double length, double zero, bool up) {  // in 2^-15 of the ball's radius
+        const auto step = [&](double length, double zero, bool up) {  // converts a length to steps of 2^-15 radii
             const double at = ball.w > 0 ? zero + length / double(ball.w) * 32768 : zero;
             return static_cast<std::uint32_t>(std::clamp(up ? std::ceil(at) : std::round(at), 0.0, 65535.0));
         };
@@ -280,8 +280,8 @@ class Builder {
     std::span<const std::uint32_t> names_;
     std::vector<std::uint32_t> order_;
     std::vector<std::uint32_t> trails_;
-    std::vector<uvec4> children_;               // kLightTreeWidth for each node
-    std::vector<std::array<uvec4, 2>> leaves_;  // names, for each node
+    std::vector<uvec4> children_;               // kLightTreeWidth texels per node
+    std::vector<std::array<uvec4, 2>> leaves_;  // names of the lights of each node
 };
 
 }  // namespace

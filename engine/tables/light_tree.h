@@ -3,8 +3,8 @@
 //
 // The tree is built from the top by the surface area orientation heuristic (Conty Estevez and Kulla 2018, section 4.1).
 // A group is split into buckets along each axis; the split with the least sum of intensity, area and angular extent
-// wins. Three such splits make a node four wide. A choice among four sees two levels of a binary tree at once, which
-// lowers the noise at the same number of bounds and half as many dependent fetches.
+// wins. Three such splits make a node four wide. A choice among four covers two levels of a binary tree at once. This
+// lowers the noise with as many bounds and half the dependent fetches.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace halflight {
 /// Bounds of lights: positions, directions and intensity.
 struct LightBounds {
     dvec3 lower{0}, upper{0};  // corners of the box, relative to TraceTables::origin
-    dvec3 axis{0, 0, 1};       // unit
+    dvec3 axis{0, 0, 1};       // unit axis of emission
     double theta_o = 0;        // radians, [0, pi]: bound of the angle between axis and light normals
     double theta_e = kPi / 2;  // radians, [0, pi/2]: bound of the emission angle around a normal
     double intensity = 0;      // cd, > 0: sum of the lights' greatest luminous intensities

@@ -311,7 +311,7 @@ class Builder {
     const LightChoice choice_;
     const PunctualLight* sun_ = nullptr;     // sun that is sampled apart; null: none
     double shadow_disk_ = 0;                 // m^2
-    std::map<int, LuminanceSums> sums_;      // keyed by image
+    std::map<int, LuminanceSums> sums_;      // sums of luminance by image
     std::vector<double> power_;              // power per light
     std::vector<Kind> kind_;                 // kind per light
     std::vector<double> area_;               // area per triangle light, m^2

@@ -8,7 +8,7 @@
 //   environment        pi R^2 int L dw
 // The last two grow with the scene, although they may light only one room of it. So a quarter of the choices goes in
 // equal parts to the kinds that are present (triangles, points and spots, directional, environment). A dim light may be
-// the only one that its room sees. So an eighth goes in equal parts to all lights.
+// the only one in its room. So an eighth goes in equal parts to all lights.
 //
 // A scene with many lights has a light tree (light_tree.h). The tree gets the share of triangles, points and spots
 // without that eighth, and distributes it anew for each receiver.
@@ -36,10 +36,10 @@ inline constexpr std::size_t kTreeLights = 16;
 struct LightTables {
     // UNIT_LIGHTS: triangles, punctual lights, the environment, the separate sun
     std::vector<vec4> rows;
-    std::vector<vec2> alias;                       // UNIT_LIGHT_ALIAS
+    std::vector<vec2> alias;                       // UNIT_LIGHT_ALIAS: alias table over lights
     std::vector<std::uint32_t> light_of_triangle;  // UNIT_LIGHT_OF_TRIANGLE; empty without emissive triangles
     Image environment;                             // UNIT_ENVIRONMENT; empty where it is black
-    std::vector<vec4> environment_cells;           // UNIT_ENVIRONMENT_ALIAS
+    std::vector<vec4> environment_cells;           // UNIT_ENVIRONMENT_ALIAS: alias table over cells
     std::vector<uvec4> tree;                       // UNIT_LIGHT_TREE; empty without a tree
     LightChoice choice = LightChoice::power;       // the choice in use, never `automatic`
     double tree_share = 0;                         // share of the choices that the tree makes
@@ -68,7 +68,7 @@ LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoi
 struct EnvironmentCells {
     int columns = 0;
     int rows = 0;
-    std::vector<double> weights;       // row-major from the top
+    std::vector<double> weights;       // weight of each cell, row-major from the top
     std::vector<double> solid_angles;  // sr, of one cell per row
     double integral = 0;               // nit sr, of the luminance over the sphere
 };

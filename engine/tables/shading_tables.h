@@ -25,19 +25,19 @@ struct PooledImage {
 struct ShadingTables {
     SceneNeeds needs;
     std::vector<vec4> vertices;                              // RGBA32F, vertex_stride() texels each
-    std::vector<vec4> materials;                             // RGBA32F
-    std::vector<uvec4> textures;                             // RGBA32UI
-    std::vector<PooledImage> pooled;                         // in the order of their texels
-    bool texels_left_out = false;                            // see build_shading_tables()
-    std::vector<std::array<std::uint16_t, 4>> color_texels;  // RGBA16F
-    std::vector<std::array<std::uint8_t, 4>> data_texels;    // RGBA8
-    std::vector<vec4> lights;                                // RGBA32F
-    std::vector<vec2> light_alias;                           // RG32F
-    std::vector<uvec4> light_tree;                           // RGBA32UI
-    LightChoice light_choice = LightChoice::power;           // never `automatic`
-    std::vector<std::uint32_t> light_of_triangle;            // R32UI
+    std::vector<vec4> materials;                             // RGBA32F: rows of materials
+    std::vector<uvec4> textures;                             // RGBA32UI: texture descriptors
+    std::vector<PooledImage> pooled;                         // images in the order of their texels
+    bool texels_left_out = false;                            // true: the pools equal those of `last`
+    std::vector<std::array<std::uint16_t, 4>> color_texels;  // RGBA16F: pool of linear colours
+    std::vector<std::array<std::uint8_t, 4>> data_texels;    // RGBA8: pool of data
+    std::vector<vec4> lights;                                // RGBA32F: rows of lights
+    std::vector<vec2> light_alias;                           // RG32F: alias table over lights
+    std::vector<uvec4> light_tree;                           // RGBA32UI: light tree
+    LightChoice light_choice = LightChoice::power;           // choice in use, never `automatic`
+    std::vector<std::uint32_t> light_of_triangle;            // R32UI: light of each triangle
     Image environment;                                       // 3 channels, times the colour; 1x1 where constant
-    std::vector<vec4> environment_cells;                     // RGBA32F
+    std::vector<vec4> environment_cells;                     // RGBA32F: alias table over cells
     Image albedo;                                            // 2 channels (albedo.h); empty unless glossy
 };
 

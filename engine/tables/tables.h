@@ -25,7 +25,7 @@ inline constexpr std::uint32_t kTriangleAlpha = 0x80000000u;  // alpha mask or b
 struct Block {
     std::uint32_t first_triangle = 0;
     std::uint32_t triangle_count = 0;  // > 0
-    Bounds bounds;                     // block space
+    Bounds bounds;                     // bounds in block space
     dvec3 origin{0};                   // subtracted, in object space; block 0: in world space (TraceTables::origin)
 };
 
@@ -37,10 +37,10 @@ struct BlockInstance {
     std::uint32_t scene_instance = 0;  // index into Scene::instances; unspecified where `identity`
 };
 
-/// One mesh in the tables. Table vertex `first_vertex + i` is vertex i of the mesh, table triangle `first_triangle + j`
-/// its triangle j. Corners are in file order, also where a merged transform mirrors, so that the barycentrics (u, v) of
-/// a hit are weights of the file's second and third corner. Ranges are in ascending order without gaps: merged meshes
-/// in the order of Scene::instances, then shared ones in the order of Scene::meshes.
+/// One mesh in the tables. Table vertex `first_vertex + i` is vertex i of the mesh, and table triangle `first_triangle
+/// + j` is its triangle j. Corners are in file order, even where a merged transform mirrors. The barycentrics (u, v) of
+/// a hit are therefore weights of the file's second and third corner. Ranges are in ascending order without gaps:
+/// merged meshes in the order of Scene::instances, then shared ones in the order of Scene::meshes.
 struct MeshRange {
     std::uint32_t mesh = 0;      // index into Scene::meshes
     std::uint32_t instance = 0;  // index into Scene::instances; shared: its first instance
@@ -61,9 +61,9 @@ struct TriangleSource {
 };
 
 struct TraceTables {
-    dvec3 origin{0};               // world
+    dvec3 origin{0};               // world position of the tables' origin
     Bounds bounds;                 // bounds of all triangles, relative to origin; empty without any
-    std::vector<vec3> positions;   // block space
+    std::vector<vec3> positions;   // positions in block space
     std::vector<uvec4> triangles;  // xyz: indices into positions (and vertex attributes); w: flags | material
     std::vector<MeshRange> ranges;
     std::vector<Block> blocks;
@@ -93,8 +93,8 @@ inline constexpr double kSliverAspect = 2000;
 ///
 /// `reference` is TraceTables::origin of the scene's reference pose, or none. It is used again where it is good enough,
 /// so that meshes that do not move keep their table values. It is good enough where the mean of distance over instance
-/// size, taken over all triangles, is at most kNearOrigin or twice the possible minimum. (The size of an instance is
-/// half the diagonal of its box.)
+/// size, taken over all triangles, is at most kNearOrigin or twice the possible minimum. The size of an instance is
+/// half the diagonal of its box.
 TraceTables build_trace_tables(const Scene& scene, std::size_t flatten_limit = 0,
                                const std::optional<dvec3>& reference = std::nullopt);
 inline constexpr double kNearOrigin = 16;

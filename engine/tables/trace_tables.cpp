@@ -8,7 +8,7 @@
 namespace halflight {
 namespace {
 
-constexpr double kReach = 0x1p40;                   // see build_trace_tables
+constexpr double kReach = 0x1p40;                   // world units, limit of build_trace_tables()
 constexpr std::size_t kTriangleLimit = 1ull << 28;  // ids must fit the tracer's nodes
 // Limit of |M| |M^-1| for shared instances. Moving a ray to object space and its hit back multiplies float's 2^-24 by
 // that product. Below the limit more than half of the bits remain. The tracer pads the boxes of instances by it.

@@ -4,8 +4,8 @@
 // The cache is a hash grid (Binder et al. 2018 and 2019, path space filtering by hashing; Boissé et al. 2023, GI-1.0,
 // keeps such cells across frames). The key of a cell is its position, the axis closest to the normal, and its edge
 // length, which grows with the distance from the camera. Cells hold the diffusely reflected light of a surface of
-// albedo 1, at three edge lengths; each surface multiplies its own albedo. Paths add the light found beyond the second
-// vertex to its cells and use the mean of these cells; where the shortest cell is mature, seven of eight paths end.
+// albedo 1, at three edge lengths; each surface multiplies by its albedo. Paths add the light found beyond the second
+// vertex to its cells and use the mean of these cells. Where the shortest cell is mature, seven of eight paths end.
 // Narrow beams (mirrors, corners, close first surfaces) do not use the cache.
 //
 // The cache is biased where surfaces differ within a cell, where light leaks through walls thinner than a cell, and at
@@ -19,7 +19,7 @@ namespace halflight {
 
 /// The cells of the cache. Renderers of one scene with one number of bounces may share it on one thread. Pictures
 /// depend on all earlier pictures made with the cache, and on bands. They do not depend on the tracing method or the
-/// order of paths: sums are integers, and where several keys compete for a cell, the largest wins.
+/// order of paths. Sums are integers, and the largest of several keys wins a cell.
 class RadianceCache {
   public:
     RadianceCache();
@@ -45,8 +45,8 @@ class RadianceCache {
 /// Makes the continuation of `paths` use the cache: sets `points` (a CachePoint per path) and `cells`.
 void use_radiance_cache(graph::Graph& graph, const SceneView& view, RadianceCache& cache, PathBuffers& paths);
 
-/// Adds, after the continuation of `paths`, the light they have found to the cells, and the light of the cells to the
-/// states of the paths. Marks the changed buffers of the cache as outputs.
+/// Adds, after the continuation of `paths`, their light to the cells, and the light of the cells to their states. Marks
+/// the changed buffers of the cache as outputs.
 void add_radiance_cache(graph::Graph& graph, const SceneView& view, RadianceCache& cache,
                         const Continuation& continuation, PathBuffers& paths);
 

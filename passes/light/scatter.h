@@ -24,8 +24,8 @@ struct PathBuffers {
 
 /// The paths of one batch.
 struct PathList {
-    graph::BufferHandle list;    // uint path indices, tile by tile
-    graph::BufferHandle header;  // ListHeader
+    graph::BufferHandle list;    // path indices, uint, tile by tile
+    graph::BufferHandle header;  // one ListHeader
 };
 
 PathBuffers create_path_buffers(graph::Graph& graph, const SceneView& view);

@@ -34,7 +34,7 @@ graph::BufferHandle add_samples(graph::Graph& graph, const SceneView& view, cons
         r.compute("shaders/shadow.comp", defines).dispatch(count / 64);
     });
 
-    // Without a list, the rays of a pixel keep their place in a tile. Knowledge about the tile stays useful.
+    // Without a list, the rays of a pixel keep their place in a tile. The tile's visibility state stays useful.
     rays::RayBatch batch = ray_batch(view, kind, shadow_rays, {}, 0);
     batch.capacity = count;
     batch.paths = view.band.paths();

@@ -14,9 +14,9 @@ struct DirectLightEstimate {
     graph::BufferHandle sun_occluded;  // uint per path: answer for the sun; empty unless it is sampled separately
 };
 
-/// Picks a light for each shadow ray (engine/tables/lights.h), weights it by the power heuristic against BSDF sampling
-/// of each component (SHADING.md, Estimator), and traces the shadow ray by any_hit(). Does the same for the sun where
-/// it is sampled separately (SceneNeeds::sun).
+/// Picks a light for each shadow ray (engine/tables/lights.h) and traces the ray by any_hit(). The power heuristic
+/// weights it against BSDF sampling of each component (SHADING.md, Estimator). The sun gets its own rays where it is
+/// sampled separately (SceneNeeds::sun).
 DirectLightEstimate add_shadow(graph::Graph& graph, const SceneView& view, const GBuffer& gbuffer);
 
 }  // namespace halflight

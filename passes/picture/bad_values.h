@@ -19,7 +19,7 @@ struct BadValues {
     std::string component;
     std::uint64_t nans = 0;
     std::uint64_t infinities = 0;
-    std::uint64_t negatives = 0;  // negative radiances
+    std::uint64_t negatives = 0;  // number of negative radiances
     std::uint64_t total() const { return nans + infinities + negatives; }
 };
 

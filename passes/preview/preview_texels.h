@@ -19,8 +19,8 @@ struct PreviewTexels {
 
 struct PreviewPixels {
     PreviewTexels texels;
-    graph::TextureHandle albedo;  // RGBA32F: divisor of light
-    graph::TextureHandle beauty;  // RGBA32F: the mean
+    graph::TextureHandle albedo;  // RGBA32F: albedo by which `light` was divided
+    graph::TextureHandle beauty;  // RGBA32F: mean of the picture
 };
 
 /// Fills the rows of a band and returns the next versions of `to`, textures of the whole picture. `sums` has squares

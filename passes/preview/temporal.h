@@ -26,8 +26,8 @@ struct EarlierPicture {
 };
 
 /// Fills `to`, textures of the new picture's size, and returns their next versions. Where there is no valid history,
-/// light and samples are those of the new picture. `refused`: kRefusedKinds uints that outlive the graph; each read of
-/// an earlier texel that is not finite is counted there and ignored.
+/// light and samples are those of the new picture. `refused` are kRefusedKinds uints that outlive the graph. They count
+/// the reads of earlier texels that are not finite, which are ignored.
 PreviewTexels add_temporal(graph::Graph& graph, const PreviewTexels& now, const std::optional<EarlierPicture>& earlier,
                            const PreviewTexels& to, gpu::Buffer& refused);
 

@@ -82,7 +82,7 @@ void trace(const SceneView& view, GBuffer& g, graph::Graph& graph, std::uint32_t
                                graph.create_buffer("primary hits", {paths * sizeof(shared::Hit)}));
 }
 
-/// Adds the passes that find hits, without those that use them.
+/// Adds the passes that find hits, without the passes that use them.
 GBuffer visible(graph::Graph& graph, const SceneView& view, PrimaryVisibility primary, std::uint32_t number) {
     GBuffer g;
     if (primary == PrimaryVisibility::traced)

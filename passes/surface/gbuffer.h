@@ -1,4 +1,4 @@
-// Primary visibility, rasterized or traced, and the surface records of what is visible.
+// Primary visibility, rasterized or traced, and the surface records of visible points.
 #pragma once
 
 #include <vector>
@@ -13,8 +13,8 @@ struct GBuffer {
     // These two exist only if rasterized.
     graph::TextureHandle visibility;  // RG32UI, size of the raster window: triangle + 1 (0: nothing), block instance
     graph::TextureHandle depth;       // D32F, the same size, reversed, infinite far plane
-    graph::BufferHandle rays;         // Ray: the camera ray through the sample point, unit direction
-    graph::BufferHandle hits;         // Hit
+    graph::BufferHandle rays;         // one Ray per path: the camera ray through the sample point, unit direction
+    graph::BufferHandle hits;         // one Hit per path
     graph::BufferHandle surfaces;     // surface records (shaders/shared/surface.h): position, normals, BSDF, emission
 };
 

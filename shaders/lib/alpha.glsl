@@ -7,7 +7,7 @@
 
 struct Coverage {
     float alpha;
-    float cutoff;  // kAlphaBlend; 0: opaque
+    float cutoff;  // alpha cutoff, or kAlphaBlend; 0: opaque
 };
 
 #ifdef HALFLIGHT_ALPHA

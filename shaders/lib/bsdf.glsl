@@ -9,12 +9,12 @@ struct Bsdf {
     float p_diffuse;        // probability P_d of the diffuse component; the glossy component has 1 - P_d
     vec3 normal;            // n
     float alpha;            // roughness of specular and transmission; 0: mirror
-    vec3 diffuse;           // albedo
+    vec3 diffuse;           // albedo of the diffuse lobe
     float p_transmission;   // probability among the glossy lobes
     vec3 specular;          // the lobe is D G2 / (4 mu_o mu_i) (specular + specular_edge (1 - x)^5)
     float p_coat;           // probability among the glossy lobes
     vec3 specular_edge;
-    float coat_alpha;       // 0: mirror
+    float coat_alpha;       // roughness of the coat; 0: mirror
     vec3 transmission;      // times the mirrored D G2 / (4 mu_o mu_i)
     float coat;             // times D G2 / (4 mu mu_i) F(0.04, 1, x)
     vec3 coat_normal;       // n_k

@@ -103,7 +103,7 @@ TrianglePoint pair_point(TriangleRay ray, PairEdges e, bool second) {
 
 // A hit of a single triangle, its corners in file order; equal bits as in any pair.
 struct TriangleHit {
-    bool met;  // anywhere on the line
+    bool met;  // true: the line through the ray hits it
     TrianglePoint at;
 };
 

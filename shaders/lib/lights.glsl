@@ -48,7 +48,7 @@ void sample_triangle_light(vec3 position, int row, vec4 head, vec4 last, vec2 xi
     vec3 point = head.xyz + inside;
     vec3 face = face_vector(edge1_triangle.xyz, edge2_bound.xyz);
 #ifdef HALFLIGHT_SLIVERS
-    // The row's edges are rounded, the table's corners are not. (Those of a moved instance lie elsewhere.)
+    // The row's edges are rounded, the table's corners are not, but they lie elsewhere in a moved instance.
     uvec3 corner = triangle_corners(word_of_float(edge1_triangle.w));
     vec3 a = corner_position(corner.x), b = corner_position(corner.y), c = corner_position(corner.z);
     vec3 off = max(abs(a - head.xyz), max(abs(b - head.xyz - edge1_triangle.xyz), abs(c - head.xyz - edge2_bound.xyz)));
@@ -182,8 +182,8 @@ LightSample sample_light(Receiver at, uint choice, vec2 xi) {
     return s;
 }
 
-// Returns the density per solid angle with which sample_light() at a receiver picks the hit of a ray of unit direction
-// from there, at `distance`, on a surface of geometric normal n_g. It is 0 if the hit is no light.
+// Returns the density per solid angle with which sample_light() at a receiver picks the hit of a ray of unit direction.
+// The hit is at `distance` on a surface of geometric normal n_g. The density is 0 if this is no light.
 float light_pdf(Receiver from, Hit hit, vec3 direction, float distance, vec3 geometric_normal) {
 #ifdef HALFLIGHT_AREA_LIGHTS
     uint rank = texelFetch(light_of_triangle, int(hit.triangle)).x;

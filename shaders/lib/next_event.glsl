@@ -15,7 +15,7 @@ NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 
     BsdfValue f = evaluate_bsdf(b, wo, light.direction);
     bool delta = light.pdf == 0.0;
     float density = float(count) * light.pdf;
-    precise NextEvent e;  // precise: equal bits whatever else the shader contains (--keep-all)
+    precise NextEvent e;  // precise, so that all shaders compute equal bits (--keep-all)
     e.diffuse = f.diffuse * light.weight * (delta ? 1.0 : power_heuristic(density, b.p_diffuse * f.pdf_diffuse));
     e.glossy = f.glossy * light.weight * (delta ? 1.0 : power_heuristic(density, (1.0 - b.p_diffuse) * f.pdf_glossy));
     e.ray = shadow_ray(position, offset, b.geometric_normal, light);

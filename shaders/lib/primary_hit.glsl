@@ -4,11 +4,11 @@
 #include "shaders/shared/rays.h"
 
 struct PrimaryHit {
-    bool met;  // anywhere on the line
+    bool met;  // true: the line through the ray hits it
     Hit hit;   // record in the tracers' format; for a miss, of the triangle's point beside the ray
 };
 
-float positive_up_to(float v, float largest) { return v > 0.0 ? min(v, largest) : 0.0; }  // 0 for NaN
+float positive_up_to(float v, float largest) { return v > 0.0 ? min(v, largest) : 0.0; }  // Returns 0 for NaN.
 
 PrimaryHit primary_hit(Ray ray, uint triangle, uint instance) {
 #ifdef HALFLIGHT_INSTANCES

@@ -23,7 +23,7 @@ ivec2 neighbour(ivec2 pixel, int i) {
 
 struct PrimarySearch {
     bool is_hit;
-    Hit hit;  // for a miss, of some triangle
+    Hit hit;  // the hit; for a miss, record of some triangle
 };
 
 // Searches the triangles seen around a pixel; `alpha_key` is the ray's. If the ray hits none, the result is a miss if

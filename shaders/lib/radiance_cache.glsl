@@ -4,7 +4,7 @@
 #include "shaders/shared/radiance_cache.h"
 
 #ifdef HALFLIGHT_CACHE_TAKEN
-uniform usamplerBuffer cells;  // R32UI, kCacheCellWords for each
+uniform usamplerBuffer cells;  // R32UI: kCacheCellWords words per cell
 
 uint cell_word(uint cell, int word) { return texelFetch(cells, int(cell) * kCacheCellWords + word).x; }
 uint cell_key(uint cell) { return cell_word(cell, kCacheKeyWord); }
@@ -63,9 +63,9 @@ CacheKey cache_key(vec3 position, vec3 normal, int level) {
 
 // The cell of a key or, if it has none, a cell that is free for it.
 struct CacheFind {
-    uint cell;   // kNoCacheCell: none
-    uint free;   // kNoCacheCell: none
-    uint count;  // samples in the cell
+    uint cell;   // index of the key's cell; kNoCacheCell: none
+    uint free;   // index of a free cell; kNoCacheCell: none
+    uint count;  // number of samples in the cell
 };
 
 // Finds a key's cell. No cell is fed meanwhile, so that all searches agree. The search ends at a free cell. Where cells
@@ -89,7 +89,7 @@ CachePoint cache_point(int levels, vec3 weight) {
 }
 
 #ifdef HALFLIGHT_CACHE_ASKED
-// Share of paths that go on from mature cells all the same, to feed them.
+// Share of paths that continue at a mature cell, to feed it.
 const float kCacheFed = 1.0 / 8.0;
 
 // Finds the point's cells. Returns true if the shortest one is mature and `choice` (uniform) lets the path end.
@@ -114,7 +114,7 @@ bool find_cells(vec3 position, vec3 normal, int finest, float choice, inout Cach
 }
 #endif
 
-// Returns the shortest of so many levels' cells that has enough samples to be used; kNoCacheCell where none has.
+// Returns the shortest cell of the `levels` finest ones that has enough samples; kNoCacheCell where none has.
 uint known_cell(vec3 position, vec3 normal, int finest, int levels) {
     uint known = kNoCacheCell;
     for (int level = 0; level < levels && known == kNoCacheCell; ++level) {

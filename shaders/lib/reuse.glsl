@@ -3,8 +3,8 @@
 #include "shaders/lib/hash.glsl"
 #include "shaders/shared/reuse.h"
 
-// Returns the argument of member_step(), equal for all bands of a frame's sample. Four samples share it: that many
-// points of a pixel's sequence are well distributed together, which saves a tenth of the squared error in smooth
+// Returns the argument of member_step(), equal for all bands of a frame's sample. Four samples share it, because four
+// points of a pixel's sequence are well distributed together. This saves a tenth of the squared error in smooth
 // scenes.
 uint sample_grouping(uint frame_seed, uint sample_index) {
     return hash_combine(hash_combine(frame_seed, sample_index >> 2), 0x72657573u) >> 16;

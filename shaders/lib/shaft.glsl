@@ -1,9 +1,9 @@
 // Chord shafts: conservative bounds of a bundle of rays.
 //
-// The chord of a ray goes from its origin to its end. At s in [0, 1] of the chord, all rays of the bundle are in the
-// box that moves linearly from the box of the origins to the box of the ends. A node is met where the moving box
-// overlaps the node's on all axes for a common s: six half lines. This is tighter than intervals of origins and
-// directions, and has no cases of sign.
+// The chord of a ray goes from its origin to its end. At s in [0, 1] of the chord, all rays of the bundle are in a box.
+// It moves linearly from the box of the origins to the box of the ends. A node is met where the moving box overlaps the
+// node's on all axes for a common s: six half lines. This is tighter than intervals of origins and directions, and has
+// no cases of sign.
 
 struct Shaft {
     vec3 origin_lower;

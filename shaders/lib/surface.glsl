@@ -22,8 +22,8 @@ struct Surface {
 #endif
 };
 
-// Moves barycentric weights into the triangle until its edges are at least `distance` away, but by at most a thousandth
-// of the triangle's length: slivers keep less. e1, e2: edges from the first corner.
+// Moves barycentric weights into the triangle until its edges are at least `distance` away. The move is at most a
+// thousandth of the triangle's length, so slivers keep less. e1, e2: edges from the first corner.
 vec3 weights_inside(vec3 weights, vec3 e1, vec3 e2, float distance) {
     float longest = sqrt(max(max(dot(e1, e1), dot(e2, e2)), dot(e2 - e1, e2 - e1)));
     float doubled_area = max(length(cross(e1, e2)), 1e-30);

@@ -50,7 +50,7 @@ void store_end(uint path, vec3 emission, bool is_surface, vec3 geometric_normal)
     surfaces[row + 2u] = vec4(geometric_normal, 0.0);
 }
 #else
-uniform samplerBuffer surfaces;  // RGBA32F
+uniform samplerBuffer surfaces;  // RGBA32F: rows of records
 
 vec4 surface_row(uint path, uint row) { return texelFetch(surfaces, int(path * HALFLIGHT_SURFACE_ROWS + row)); }
 

@@ -64,7 +64,7 @@ PlaceHit intersect_place(TriangleRay ray, int place, uint instance, float t_min,
 #endif
     uvec4 ids = floatBitsToUint(texelFetch(trace_triangles, texel + 3));
     uint id = second ? ids.y : ids.x;
-    if (ids.x == ids.y) h.next = (place | 1) + 1;  // a single triangle
+    if (ids.x == ids.y) h.next = (place | 1) + 1;  // it has a single triangle
     TrianglePoint p = pair_point_in_file_order(ray, pair, second, second ? ids.z >> kBvhOrderShift : ids.z);
     h.alpha_tested = (id & kBvhAlphaTested) != 0u;
     h.hit = Hit(p.t, p.weights.y, p.weights.z, id & kBvhTriangleMask, instance);

@@ -14,7 +14,7 @@ struct AovRecord {
     float depth;    // distance along the camera's axis, world units; kNoDepth where there is no surface
     vec2 motion;    // pixels, x right, y down: position relative to that of the same point in the previous frame
     uint triangle;  // id in the tables; kMiss where there is no surface
-    uint instance;  // block instance
+    uint instance;  // index of the block instance
 };
 HALFLIGHT_SHARED_SIZE(AovRecord, 32)
 

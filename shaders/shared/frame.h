@@ -12,11 +12,11 @@ HALFLIGHT_SHARED_BEGIN
 struct Frame {
     // World (relative to origin) to clip space of the raster window, reversed infinite depth, jitter included.
     mat4 view_projection;
-    mat4 previous_view_projection;  // previous frame, without jitter
+    mat4 previous_view_projection;  // as above for the previous frame, without jitter
     vec4 camera_position;           // xyz relative to SceneTables::origin; w: 1 perspective, 0 orthographic
     vec4 camera_right;    // xyz: half of the image's width on the plane at distance 1 (orthographic: on any plane)
     vec4 camera_up;       // xyz: half of its height
-    vec4 camera_forward;  // xyz: unit
+    vec4 camera_forward;  // xyz: unit direction of view
     vec2 jitter;          // sample point from the pixel's upper left corner, pixels; [0,1)^2 with the usual filter
     vec2 clip;            // near and far distance along camera_forward; far may be +inf
     ivec2 size;           // size of the image, pixels
@@ -24,8 +24,8 @@ struct Frame {
     int band_rows;        // number of rows of the band
     uint sample_index;    // index in the frame's sequence, from 0
     uint seed;            // seed of the frame: user's seed and frame number
-    uint tiles_x;         // 16x16 blocks across
-    uint tiles_y;         // 16x16 blocks down the band
+    uint tiles_x;         // number of 16x16 blocks across
+    uint tiles_y;         // number of 16x16 blocks down the band
     int window_y;         // row of the image that is rasterized into row 0 of the visibility texture
     uint begins;          // 1: sums begin with this sample; else 0
     uint

@@ -35,7 +35,7 @@ HALFLIGHT_SHARED_CONST uint kLightPoint = 1u;
 HALFLIGHT_SHARED_CONST uint kLightSpot = 2u;
 HALFLIGHT_SHARED_CONST uint kLightDirectional = 3u;
 HALFLIGHT_SHARED_CONST uint kLightEnvironment = 4u;
-HALFLIGHT_SHARED_CONST uint kLightNone = 5u;  // in shaders: no light was selected
+HALFLIGHT_SHARED_CONST uint kLightNone = 5u;  // no light was selected; used in shaders only
 
 HALFLIGHT_SHARED_CONST uint kLightKindBits = 3u;
 

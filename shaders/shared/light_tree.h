@@ -43,7 +43,7 @@ using std::sqrt;
 
 HALFLIGHT_SHARED_CONST int kLightTreeHeaderTexels = 4;
 HALFLIGHT_SHARED_CONST int kLightTreeWidth = 4;
-HALFLIGHT_SHARED_CONST uint kLightTreeDepth = 26u;  // word.h's 29 bits without those of the kind
+HALFLIGHT_SHARED_CONST uint kLightTreeDepth = 26u;  // bits of a word (word.h) that the kind leaves
 HALFLIGHT_SHARED_CONST uint kLightTreeLinkBits = 13u;
 HALFLIGHT_SHARED_CONST uint kLightTreeLinkMask = 0x1fffu;
 HALFLIGHT_SHARED_CONST uint kLightTreePair = 0x2000u;
@@ -64,12 +64,12 @@ HALFLIGHT_SHARED_SIZE(LightTreeHeader, 16)
 struct LightNode {
     vec3 centre;  // centre relative to TraceTables::origin
     float radius;
-    vec3 axis;    // unit length
+    vec3 axis;    // axis of the cone, unit length
     float cos_o;  // cos(theta_o); -1: all directions
     float sin_o;
     float cos_e;      // cos(theta_e), theta_e <= pi/2
     float intensity;  // sum of the lights' maxima, relative to that of the brightest child of the node
-    bool two_sided;   // the axis points both ways
+    bool two_sided;   // true: light also leaves along the reversed axis
 };
 
 // Returns cos(max(a - b, 0)) for angles a and b in [0, pi], given with their sines.

@@ -15,7 +15,7 @@ struct PathState {
     vec3 throughput;  // throughput of the current ray, including all selection probabilities
     float pdf;  // solid-angle density of its direction within its component times the component's probability; 0: delta
     vec3 direct;         // radiance hit by the first surface's own ray, including the MIS weight
-    uint lobe;           // kLobe*
+    uint lobe;           // kLobe* of the first surface
     vec3 indirect;       // radiance of all later vertices
     uint pending_light;  // 1: `pending` waits for the result of a shadow ray
     vec3 pending;        // radiance of the last light sample if it is visible
@@ -41,7 +41,7 @@ HALFLIGHT_SHARED_CONST uint kCountReuse = 4u;
 HALFLIGHT_SHARED_CONST uint kCountedPasses = 5u;
 HALFLIGHT_SHARED_CONST uint kBadNan = 0u;
 HALFLIGHT_SHARED_CONST uint kBadInfinite = 1u;
-HALFLIGHT_SHARED_CONST uint kBadNegative = 2u;  // for radiances and albedos; normals may be negative
+HALFLIGHT_SHARED_CONST uint kBadNegative = 2u;  // radiances and albedos only; normals may be negative
 HALFLIGHT_SHARED_CONST uint kBadKinds = 3u;
 
 HALFLIGHT_SHARED_END

@@ -1,6 +1,6 @@
 // Mapping between path index and pixel of a band. 256 consecutive paths are one 16x16 block in Morton order, so 64 are
 // one 8x8 tile. Block rows are interleaved, even ones first. Software drivers give the first half of the work groups to
-// one thread and the second half to another, and top and bottom of a picture seldom cost the same.
+// one thread and the second half to another. Top and bottom of a picture seldom have equal costs.
 #ifndef HALFLIGHT_SHARED_PIXEL_ORDER_H
 #define HALFLIGHT_SHARED_PIXEL_ORDER_H
 

@@ -1,5 +1,5 @@
-// World-space radiance cache of the preview: light at the second vertices of paths, shared by all vertices in the same
-// cell of a hash grid (passes/light/radiance_cache.h).
+// World-space radiance cache of the preview: light at the second vertices of paths. All vertices in one cell of a hash
+// grid share it (passes/light/radiance_cache.h).
 #ifndef HALFLIGHT_SHARED_RADIANCE_CACHE_H
 #define HALFLIGHT_SHARED_RADIANCE_CACHE_H
 
@@ -24,8 +24,8 @@ HALFLIGHT_SHARED_CONST uint kCacheMature = 32u;
 HALFLIGHT_SHARED_CONST uint kCacheFull = 4096u;
 
 // Radiance in fixed point, so that sums do not depend on the order of their terms: kCacheUnit * (high + low / 2^32).
-// Values are clamped to kCacheBrightest. 2^20 samples of it do not overflow, and neither do 16 times the sums of the 16
-// shortest full cells in a longest one.
+// Values are clamped to kCacheBrightest. The sum of 2^20 such samples does not overflow, and neither do 16 times the
+// sums of the 16 shortest full cells in a longest one.
 HALFLIGHT_SHARED_CONST float kCacheUnit = 16.0f;
 HALFLIGHT_SHARED_CONST float kCacheBrightest = 65535.0f;
 
@@ -45,8 +45,8 @@ HALFLIGHT_SHARED_CONST int kCacheCountWord = 1;
 HALFLIGHT_SHARED_CONST int kCacheLowWord = 3;
 HALFLIGHT_SHARED_CONST int kCacheHighWord = 6;
 
-// Bits of PathState::reuse in addition to kReusePoint and kReuseRest (reuse.h), which have the same meaning with cells
-// in place of the group: the path takes its share from a cell.
+// Bits of PathState::reuse in addition to kReusePoint and kReuseRest (reuse.h), where cells take the place of the
+// group. This bit: the path takes its share from a cell.
 HALFLIGHT_SHARED_CONST uint kReuseCell = 4u;
 
 // The second vertex of a path, at the path's index.
@@ -54,11 +54,11 @@ struct CachePoint {
     vec3 light;    // radiance found so far, as in CacheCell's sums
     uint levels;   // > 0: the path's beam is too narrow for cells of further levels
     vec3 pending;  // additional radiance if the last light sample is visible
-    uint key0;     // one key per level
+    uint key0;     // keys of the cells, one per level
     vec3 weight;   // weight of that radiance in the pixel
     uint key1;
     uint key2;
-    uint cell0;  // index, kNoCacheCell: none
+    uint cell0;  // indices of the cells; kNoCacheCell: none
     uint cell1;
     uint cell2;
 };

@@ -31,7 +31,7 @@ HALFLIGHT_SHARED_CONST uint kReuseRest = 2u;
 // The second vertex y of a path and the light that leaves it diffusely, at the path's index.
 struct ReusePoint {
     vec3 position;          // position relative to TraceTables::origin
-    float offset;           // Surface::offset
+    float offset;           // Surface::offset of the position
     vec3 geometric_normal;  // normal on the side of the incoming path
     float distance;         // distance from the first vertex, > 0
     vec3 direction;         // direction of the ray that found it: unit length, bit for bit as sampled
@@ -50,7 +50,7 @@ struct ReusePoint {
     float reserved2;
 };
 HALFLIGHT_SHARED_SIZE(ReusePoint, 128)
-HALFLIGHT_SHARED_CONST int kReusePointTexels = 8;  // texels of four floats
+HALFLIGHT_SHARED_CONST int kReusePointTexels = 8;  // number of texels of four floats
 
 HALFLIGHT_SHARED_END
 

@@ -28,12 +28,12 @@ HALFLIGHT_SHARED_CONST int kMostTileEntries = 64;
 HALFLIGHT_SHARED_CONST int kTileHeaderTexels = 4;
 HALFLIGHT_SHARED_CONST int kTileBoxTexels = 1;       // texels of a box in the grid format
 HALFLIGHT_SHARED_CONST int kTileFloatBoxTexels = 2;  // texels of a box in the float format
-HALFLIGHT_SHARED_CONST int kTileBoxes = 1;           // boxes of an entry
-HALFLIGHT_SHARED_CONST int kTileInstanceBoxes = 3;   // boxes of an entry with instances
+HALFLIGHT_SHARED_CONST int kTileBoxes = 1;           // number of boxes of an entry
+HALFLIGHT_SHARED_CONST int kTileInstanceBoxes = 3;   // number of boxes of an entry with instances
 HALFLIGHT_SHARED_CONST uint kNoInstance = 0xffffffffu;
 #ifndef __cplusplus
 const int kTileRays = HALFLIGHT_TILE_RAYS;        // consecutive slots that share a list
-const int kTileEntries = HALFLIGHT_TILE_ENTRIES;  // capacity of a list
+const int kTileEntries = HALFLIGHT_TILE_ENTRIES;  // maximum number of entries of a list
 #endif
 
 // Leaves that have ended shadow rays of a tile; they are tested first. Wrong ones only cost time.
@@ -56,10 +56,10 @@ HALFLIGHT_SHARED_CONST uint kSearchAgain = 0x80000000u;
 
 // Counters of a batch and its lists, for statistics.
 struct BatchCounts {
-    uint rays;     // live rays
-    uint tiles;    // tiles with a live ray; lists of other tiles are not counted
-    uint entries;  // entries of their lists
-    uint leaves;   // leaves among the entries
+    uint rays;     // number of live rays
+    uint tiles;    // number of tiles with a live ray; lists of other tiles are not counted
+    uint entries;  // number of entries of their lists
+    uint leaves;   // number of leaves among the entries
     uint longest;  // entries of the longest list
 };
 HALFLIGHT_SHARED_SIZE(BatchCounts, 20)

@@ -50,7 +50,7 @@ void check_version(const Json& root, const std::string& file) {
 
 struct Chunks {
     std::string_view json;
-    std::string_view binary;  // empty: none
+    std::string_view binary;  // binary chunk; empty: none
 };
 
 std::uint32_t read_u32(std::string_view bytes, std::size_t offset) {
@@ -102,7 +102,7 @@ fs::path locate(const GltfDocument& document, const std::string& uri, const std:
 struct BufferFiles {
     GltfDocument& document;
     std::string_view binary_chunk;
-    std::vector<std::string> uris{};  // empty: the binary chunk
+    std::vector<std::string> uris{};  // URI per buffer; empty: the binary chunk
     std::vector<std::uint64_t> byte_lengths{};
 
     /// Length of a buffer without URI and chunk, which is allowed while nothing reads it. tinygltf still needs one
@@ -160,7 +160,7 @@ std::vector<GltfImageSource> take_images(Json& root, const GltfDocument& documen
     return images;
 }
 
-/// Checks what tinygltf would refuse without naming the element.
+/// Checks the rules that tinygltf enforces without naming the element.
 void check_layout(const Json& root, const GltfDocument& document) {
     static const std::set<std::string, std::less<>> kTypes{"SCALAR", "VEC2", "VEC3", "VEC4", "MAT2", "MAT3", "MAT4"};
     const auto each = [&](const char* list, const auto& check) {

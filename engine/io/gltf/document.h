@@ -20,7 +20,7 @@ namespace halflight {
 
 /// The location of an encoded image.
 struct GltfImageSource {
-    std::string label;  // for messages: its URI, or its name
+    std::string label;  // its URI, or its name, for messages
     std::string uri;    // empty: the image is in `buffer_view`
     int buffer_view = kNone;
 };
@@ -69,7 +69,7 @@ struct GltfDocument {
 };
 
 /// Reads file and buffers. Throws Error for files that are unreadable, too large, outside the folder or a Git LFS
-/// pointer. The same holds for content that is not glTF 2.0, breaks the schema or requires an unknown extension.
+/// pointer. Also throws it for content that is not glTF 2.0, breaks the schema or requires an unknown extension.
 GltfDocument open_gltf(const std::filesystem::path& path, const GltfOptions& options);
 
 }  // namespace halflight

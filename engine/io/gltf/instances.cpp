@@ -231,7 +231,7 @@ class Instances {
     GltfPoseCache& kept_;
     Scene& scene_;
     std::vector<MeshRequest> requests_;
-    std::map<GltfMeshKey, int> found_;  // indices of requests
+    std::map<GltfMeshKey, int> found_;  // index of the request of each key
     bool used_default_material_ = false;
 };
 

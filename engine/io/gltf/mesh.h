@@ -32,7 +32,7 @@ struct GltfUnposedMesh {
     struct Part {
         Mesh still;  // the parts that no pose changes
         Deformation deformation;
-        const GltfMaterial* material;  // null: the default
+        const GltfMaterial* material;  // material of the primitive; null: the default
     };
     std::string name;
     std::vector<Part> parts;

@@ -17,10 +17,10 @@ const TextureRef* normal_map_of(const GltfMaterial* material);
 
 class GltfPrimitive final : public RestShape {
   public:
-    /// Reads the data that no pose changes. `material` is null for the default material; `material_index` is its index
-    /// all the same. `skinned`: JOINTS_n and WEIGHTS_n give the joints of vertices. The document must outlive the
-    /// object. Throws Error for indices out of range, attributes of different lengths, damaged accessors, and missing
-    /// joints of a skinned mesh.
+    /// Reads the data that no pose changes. `material` is null for the default material; `material_index` is the index
+    /// in either case. `skinned` tells whether JOINTS_n and WEIGHTS_n give the joints of vertices. The document must
+    /// outlive the object. Throws Error for indices out of range, attributes of different lengths, damaged accessors,
+    /// and missing joints of a skinned mesh.
     GltfPrimitive(const GltfDocument& document, const tinygltf::Primitive& primitive, std::string element,
                   const GltfMaterial* material, std::uint32_t material_index, bool skinned);
 
