@@ -29,7 +29,7 @@ struct TextureRef {
     Wrap wrap_u = Wrap::repeat;
     Wrap wrap_v = Wrap::repeat;
     bool nearest = false;                                          // true: nearest texel; false: bilinear interpolation
-    glm::mat3x2 uv_transform{vec2(1, 0), vec2(0, 1), vec2(0, 0)};  // as KHR_texture_transform; columns
+    glm::mat3x2 uv_transform{vec2(1, 0), vec2(0, 1), vec2(0, 0)};  // columns of KHR_texture_transform's matrix
     explicit operator bool() const { return image != kNone; }
 };
 

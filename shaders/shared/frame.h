@@ -12,7 +12,7 @@ HALFLIGHT_SHARED_BEGIN
 struct Frame {
     // World (relative to origin) to clip space of the raster window, reversed infinite depth, jitter included.
     mat4 view_projection;
-    mat4 previous_view_projection;  // as above for the previous frame, without jitter
+    mat4 previous_view_projection;  // view_projection of the previous frame, without jitter
     vec4 camera_position;           // xyz relative to SceneTables::origin; w: 1 perspective, 0 orthographic
     vec4 camera_right;    // xyz: half of the image's width on the plane at distance 1 (orthographic: on any plane)
     vec4 camera_up;       // xyz: half of its height
