@@ -1,4 +1,4 @@
-// Computes the mean of the components' sums. HALFLIGHT_VIEW adds its view transform; ocio_view() stands above.
+// Computes the mean of the components' sums. HALFLIGHT_VIEW adds the view transform, whose GLSL stands above.
 #include "shaders/shared/pixel_order.h"
 #include "shaders/lib/finite.glsl"
 

@@ -170,7 +170,7 @@ void main() {
     float to_feed = sample_1d(random, vertex_dimension(depth, kDimensionRoulette));
     bool is_known = is_apart && find_cells(at.position, geometric_normal, finest, to_feed, point);
     bool has_point = is_apart && !is_known;
-    b.diffuse = is_apart ? vec3(1.0) : b.diffuse;  // cells know no albedo
+    b.diffuse = is_apart ? vec3(1.0) : b.diffuse;  // cells hold the light of albedo 1
 #endif
 #endif
 #endif

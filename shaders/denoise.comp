@@ -5,9 +5,9 @@
 layout(local_size_x = 8, local_size_y = 8) in;
 
 layout(std140) uniform FrameBlock { Frame frame; };
-uniform sampler2D noisy;  // light, variance of its luminance
+uniform sampler2D noisy;  // rgb: light; a: variance of its luminance
 uniform sampler2D guide;
-layout(rgba32f) writeonly uniform image2D smoother;  // filtered light, variance of its luminance
+layout(rgba32f) writeonly uniform image2D smoother;  // rgb: filtered light; a: variance of its luminance
 
 uniform int stride;  // pixels from tap to tap
 

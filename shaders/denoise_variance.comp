@@ -9,14 +9,14 @@ layout(std140) uniform FrameBlock { Frame frame; };
 uniform sampler2D light;
 uniform sampler2D guide;
 uniform sampler2D place;
-layout(rgba32f) writeonly uniform image2D noisy;  // light, variance of the luminance of that mean
+layout(rgba32f) writeonly uniform image2D noisy;  // rgb: light; a: variance of the luminance of that mean
 
 #include "shaders/lib/luminance.glsl"
 #include "shaders/lib/preview_surface.glsl"
 
 const int kRadius = 2;  // pixels around a pixel, in x and y
-const float kFewSamples = 2.0;   // samples, too few for an estimate
-const float kManySamples = 8.0;  // samples that suffice
+const float kFewSamples = 2.0;   // number of samples too small for an estimate
+const float kManySamples = 8.0;  // number of samples that suffices
 
 void main() {
     ivec2 pixel = ivec2(gl_GlobalInvocationID.xy);

@@ -6,7 +6,7 @@ layout(local_size_x = 8, local_size_y = 8) in;
 uniform sampler2D beauty;
 uniform sampler2D albedo;
 uniform sampler2D light;        // reflected light contained in `beauty`
-uniform sampler2D place;        // w: samples of the beauty
+uniform sampler2D place;        // w: number of samples of the beauty
 uniform sampler2D accumulated;  // light, accumulated over earlier pictures
 #ifdef HALFLIGHT_FILTERED
 uniform sampler2D filtered;  // accumulated light, filtered

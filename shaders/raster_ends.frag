@@ -1,4 +1,4 @@
-// Stores how far a tile's rays still reach, as depth, one texel per tile. It runs after some tiles have been traced.
+// Stores the remaining reach of a tile's rays as depth, one texel per tile. It runs after some tiles were traced.
 #include "shaders/shared/raster.h"
 #include "shaders/lib/raster_batch.glsl"
 #include "shaders/lib/raster_texels.glsl"

@@ -1,4 +1,4 @@
-// Combines the light of the new picture with that of an earlier one at the same places (Schied et al. 2017,
+// Combines the light of the new picture with that of an earlier one at equal surface points (Schied et al. 2017,
 // Spatiotemporal Variance-Guided Filtering, section 4.1). The earlier light is clipped to the likely range of the new
 // picture's neighbourhood (Salvi 2016, An Excursion in Temporal Supersampling: variance clipping). HALFLIGHT_HISTORY:
 // there is an earlier picture. HALFLIGHT_MOVED: surfaces may have been elsewhere in it.
@@ -18,9 +18,9 @@ layout(std430) buffer Refused { uint refused[kRefusedKinds]; };
 uniform mat4 to_earlier;      // matrix from the earlier picture's origin to its clip space, y down
 uniform vec3 origin_shift;    // vector from the earlier picture's origin to the new origin
 uniform float earlier_pixel;  // height of a pixel of the earlier picture where its clip space's w is 1, world units
-uniform float earlier_share;  // weight of its samples, (0,1]
+uniform float earlier_share;  // weight of the earlier samples, (0,1]
 #ifdef HALFLIGHT_MOVED
-uniform sampler2D before;  // xyz: where the place was, relative to the earlier picture's origin
+uniform sampler2D before;  // xyz: earlier position of the surface, relative to the earlier picture's origin
 #endif
 #endif
 layout(rgba32f) writeonly uniform image2D to_light;
@@ -30,8 +30,8 @@ layout(rgba32f) writeonly uniform image2D to_place;
 #include "shaders/lib/finite.glsl"
 
 #ifdef HALFLIGHT_HISTORY
-const float kSameNormal = 0.5;  // cosine; normals of single samples differ, where they are mapped
-const float kSamePlane = 2.0;   // distance of a place from the other's tangent plane, pixels of the earlier picture
+const float kSameNormal = 0.5;  // cosine; mapped normals differ between single samples
+const float kSamePlane = 2.0;   // distance of a point from the other tangent plane, pixels of the earlier picture
 const int kClipRadius = 3;      // pixels; with kClipDeviations, the likely range of the new light
 const float kClipDeviations = 2.0;
 

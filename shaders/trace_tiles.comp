@@ -1,8 +1,8 @@
-// Traces a batch of rays through the lists of their tiles (shaders/cull.comp). Each work group has 64 rays or one
-// tile.
+// Traces a batch of rays through their tiles' lists (shaders/cull.comp). A work group has 64 rays, or one tile.
 //
-// The first kernel searches the leaves of the tile's list. It lists rays that other entries concern for the second
-// kernel. Leaves need neither stack nor nodes, and software drivers pay for every loop of a kernel, entered or not.
+// The first kernel searches the leaves of the tile's list. It puts the rays that must search other entries into a list
+// for the second kernel. Leaves need neither stack nor nodes, and software drivers pay for every loop of a kernel,
+// entered or not.
 //
 // Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST as of shaders/trace.comp; COUNT_REMEMBERED (RestHeader::remembered);
 // TILE_REST: the second kernel.
@@ -46,7 +46,7 @@ void store_answer(uint path, Hit hit) {
 #endif
 }
 
-// A ray against the box of an entry.
+// Result of a ray's test against the box of an entry.
 struct EntryHit {
     int near;  // bits of a float >= 0
     bool met;
@@ -170,7 +170,7 @@ void main() {
         Ray in_block = ray_in_block(r.ray, instance);
         sheared = triangle_ray(in_block.origin, in_block.direction);
         BoxRay block_box = box_ray(in_block.origin, in_block.direction, block_head.base, block_head.cell, block_head.slack);
-        // Hits count from where the ray enters both, as in a traversal.
+        // Hits count from the entry of the ray into both boxes, as in a traversal.
         float t_exit = exit_of(r.ray, nearest.t);
         EntryHit by_instance =
             intersect_entry(box, box_lower(e, kInstanceBox), box_upper(e, kInstanceBox), r.ray.t_min, t_exit);

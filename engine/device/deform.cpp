@@ -28,7 +28,7 @@ struct GpuDeformer::Piece {
     gpu::Buffer positions;
     gpu::Buffer normals;
     gpu::Buffer tangents;
-    gpu::Buffer joints;  // set after set, like `weights`
+    gpu::Buffer joints;  // joint indices, set after set, like `weights`
     gpu::Buffer weights;
     gpu::Buffer deltas;  // displacements, slot after slot
 };

@@ -94,7 +94,7 @@ struct Context::State {
     bool debug = false;
     std::uint64_t errors = 0;  // errors since creation
     std::uint64_t unseen = 0;  // errors since the last check
-    std::string first;         // message of the first unseen one
+    std::string first;         // message of the first unseen error
 
     void add_error(std::string message) {
         ++errors;
@@ -113,7 +113,7 @@ struct Context::State {
         renderer = gl_string(GL_RENDERER);
         version = gl_string(GL_VERSION);
         limits = query_limits();
-        GLuint vertex_array = 0;  // core profiles draw nothing without one; the context owns it
+        GLuint vertex_array = 0;  // core profiles need one to draw; the context owns it
         glCreateVertexArrays(1, &vertex_array);
         glBindVertexArray(vertex_array);
         glPixelStorei(GL_PACK_ALIGNMENT, 1);
@@ -173,7 +173,7 @@ struct Search {
         return indices;
     }
 
-    /// `refuse` is called with the attempt's full name set, and returns the reason for a refusal; "" accepts.
+    /// Tries device i. `refuse` gets the attempt's full name and returns the reason for a refusal; "" accepts.
     template <class Refuse>
     void try_device(std::size_t i, Refuse refuse) {
         DeviceAttempt& attempt = attempts[i];

@@ -24,7 +24,7 @@ struct ContextOptions {
 
 /// A device or platform, in the order of the attempts.
 struct DeviceAttempt {
-    std::string name;    ///< "EGL device 0, /dev/dri/card0, NVIDIA H200"
+    std::string name;    ///< name such as "EGL device 0, /dev/dri/card0, NVIDIA H200"
     bool taken = false;  ///< true for at most one attempt
     std::string reason;  ///< reason why it was taken or not
 };

@@ -1,4 +1,4 @@
-// Enumeration of EGL devices, and contexts on them. Used by this folder only.
+// Enumeration of EGL devices, and contexts on them. This folder alone uses them.
 #pragma once
 
 #include <epoxy/egl.h>

@@ -8,7 +8,7 @@
 
 namespace halflight::gpu {
 
-/// Owns an object name and deletes it with Delete; move-only. Must not outlive the Context in which it was created.
+/// Owns an object name and deletes it with Delete; move-only. It must not outlive the Context of its creation.
 template <void (*Delete)(GLuint)>
 class Object {
   public:

@@ -62,7 +62,7 @@ class Program {
     void bind_storage(std::string_view block, const Buffer& buffer) const;
     void bind_uniform(std::string_view block, const Buffer& buffer) const;
     void bind_texture(std::string_view sampler, const Texture& texture) const;
-    void bind_texture(std::string_view sampler, const Buffer& buffer, GLenum format) const;  ///< sized format
+    void bind_texture(std::string_view sampler, const Buffer& buffer, GLenum format) const;  ///< `format` is sized
     void bind_image(std::string_view image, const Texture& texture) const;
     /// Returns the slots of all active resources.
     const std::vector<Slot>& slots() const { return slots_; }

@@ -1,4 +1,4 @@
-// GLSL sources: embedded files, includes and defines. Needs no context.
+// GLSL sources: embedded files, includes and defines. No context is needed.
 //
 // The library embeds all of shaders/ (*.glsl *.comp *.vert *.frag, shared/*.h). For development, the environment
 // variable HALFLIGHT_SHADERS names a folder that is read instead; it contains lib/ and shared/.
@@ -59,14 +59,14 @@ struct ExpandedSource {
 ExpandedSource expand(const ShaderSource& source, const Defines& defines = {});
 
 /// The first error of a compiler's log with its place, "shaders/x.comp:12", or the shader's name where the log has no
-/// place. Understands the logs of Mesa ("0:12(5): error: ...") and NVIDIA ("0(12) : error C1008: ...").
+/// place. Logs of Mesa ("0:12(5): error: ...") and NVIDIA ("0(12) : error C1008: ...") are understood.
 struct CompileMessage {
     std::string place;
     std::string what;
 };
 CompileMessage first_message(std::string_view log, const ExpandedSource& source);
 
-/// Detects changed, added and removed files of HALFLIGHT_SHADERS by their sizes and times.
+/// Watch for changed, added and removed files of HALFLIGHT_SHADERS, by their sizes and times.
 class ShaderWatch {
   public:
     /// Records the current files. Without HALFLIGHT_SHADERS nothing ever changes.

@@ -114,7 +114,7 @@ Texture::Texture(std::string name, const TextureDesc& desc) : name_(std::move(na
     GLint width = 0;
     glGetTextureLevelParameteriv(id, 0, GL_TEXTURE_WIDTH, &width);
     if (width != desc.width) {
-        glGetError();  // this error is reported here
+        glGetError();  // clears the GL error, which the exception reports
         throw Error("texture '" + name_ + "'", "the driver has no {} bytes", texture_bytes(desc));
     }
     set_filter(GL_NEAREST);

@@ -57,7 +57,7 @@ class Texture {
     void zero();                                                     ///< Clears any format to zeros.
 
     void bind(GLuint unit) const;                       ///< Binds to a sampler's unit.
-    void bind_image(GLuint unit, GLenum access) const;  ///< `access`: GL_READ_ONLY, GL_WRITE_ONLY or GL_READ_WRITE
+    void bind_image(GLuint unit, GLenum access) const;  ///< Takes GL_READ_ONLY, GL_WRITE_ONLY or GL_READ_WRITE.
 
   private:
     std::string name_;

@@ -10,7 +10,7 @@
 namespace halflight::graph {
 namespace {
 
-/// Names the commands of a pass for profilers and debuggers.
+/// Debug group that names the commands of a pass for profilers and debuggers.
 class DebugGroup {
   public:
     explicit DebugGroup(const std::string& name) {

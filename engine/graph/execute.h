@@ -1,4 +1,4 @@
-// Runs a compiled graph on the current context.
+// Execution of a compiled graph on the current context.
 #pragma once
 
 #include <initializer_list>
@@ -16,7 +16,7 @@ namespace halflight::graph {
 
 class Executor;
 
-/// Gives an execute function access to the resources that its pass declared. Throws Error for any other resource.
+/// Access of an execute function to the resources that its pass declared. Throws Error for any other resource.
 class Resources {
   public:
     gpu::Buffer& buffer(BufferHandle handle);
@@ -55,8 +55,8 @@ class History {
   private:
     friend class Executor;
     struct Pair {
-        std::vector<gpu::Buffer> buffers;    // two for a pair, one for a carried buffer, else none
-        std::vector<gpu::Texture> textures;  // two for a pair, else none
+        std::vector<gpu::Buffer> buffers;    // two buffers for a pair, one for a carried buffer, else none
+        std::vector<gpu::Texture> textures;  // two textures for a pair, else none
         std::uint32_t now = 0;               // index of the current one of the two
         bool written = false;                // true: `now` was completed in the last run
     };
@@ -72,7 +72,7 @@ struct PassTime {
     double seconds = 0;  // total seconds, CPU clock around glFinish()
 };
 
-/// Runs compiled graphs. Memory is allocated in the first run of a graph and kept until another graph runs.
+/// Executor of compiled graphs. It owns their memory from the first run of a graph until another graph runs.
 class Executor {
   public:
     explicit Executor(gpu::ProgramCache& programs) : programs_(programs) {}

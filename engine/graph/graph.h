@@ -7,7 +7,7 @@
 //   p.execute([=](Resources& r) {                              // runs later, maybe many times, maybe never
 //       r.compute("shaders/diffuse.comp").dispatch(groups);
 //   });
-//   g.output(rays);                                            // what is not needed for an output is culled
+//   g.output(rays);                                            // passes that no output needs are culled
 //   CompiledGraph c = compile(g);                              // compile.h; pure: no OpenGL
 //   Executor e(programs); e.run(c);                            // execute.h
 //
@@ -32,7 +32,7 @@
 
 namespace halflight::graph {
 
-/// How a pass uses a resource. Barriers follow from the declared accesses alone.
+/// Use of a resource by a pass. Barriers follow from the declared accesses alone.
 enum class Access : std::uint8_t {
     storage_read,        // shader storage block
     storage_write,       // shader storage block; the old content is lost
@@ -126,7 +126,7 @@ struct PassNode {
     std::function<void(Resources&)> execute;
 };
 
-/// A pass under construction. Cheap to copy; valid as long as its graph is not moved.
+/// A pass under construction. It is cheap to copy, and valid as long as its graph is not moved.
 class Pass {
   public:
     /// Declares a read and returns the handle unchanged. Resources::compute() and graphics() bind the resource to

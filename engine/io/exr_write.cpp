@@ -82,7 +82,7 @@ void check_layers(const std::string& subject, std::span<const ExrLayerView> laye
 /// Number of rows that are converted at once: whole blocks of the compression.
 constexpr int kRows = 256;
 
-/// Converts rows of a layer to the types of the file, where the image differs.
+/// Converter of a layer's rows to the types of the file, where the image differs.
 class Rows {
   public:
     explicit Rows(const ExrLayerView& layer) : layer_(layer) {}
@@ -187,7 +187,7 @@ void write_exr_views(const std::filesystem::path& path, std::span<const ExrLayer
                     file.setFrameBuffer(buffer);
                     file.writePixels(count);
                 }
-            }  // writes the table of lines
+            }  // the destructor writes the table of lines
             stream.close();
         });
     } catch (const Error&) {

@@ -13,7 +13,7 @@ namespace halflight::rays {
 struct BatchStatistics {
     std::string batch;                        // name of the batch: "shadow", "continuation 2", ...
     TraceMethod method = TraceMethod::plain;  // method of the next run, in the first place
-    std::string reason;                       // why this method was chosen
+    std::string reason;                       // reason why this method was chosen
     struct Measured {
         std::uint64_t runs = 0;
         std::uint64_t timed = 0;  // timed runs: all with Tracer::count(), otherwise those on trial
@@ -33,7 +33,7 @@ struct BatchStatistics {
     /// Sums over runs by tiles; 0 unless counted.
     struct Lists {
         std::uint64_t tiles = 0;       // tiles with a live ray
-        std::uint64_t entries = 0;     // list entries
+        std::uint64_t entries = 0;     // number of list entries
         std::uint64_t leaves = 0;      // entries that are leaves
         std::uint64_t longest = 0;     // entries of the longest list of all runs
         std::uint64_t rays = 0;        // live rays

@@ -14,10 +14,10 @@ namespace {
 
 /// A node made by the builder's callbacks, in the builder's memory until it is flattened.
 struct BuiltNode {
-    std::uint32_t child_count = 0;  // children of an inner node
+    std::uint32_t child_count = 0;  // number of children of an inner node
     BuiltNode* children[4] = {};
     Bounds bounds[4];
-    std::uint32_t primitive_count = 0;  // primitives of a leaf
+    std::uint32_t primitive_count = 0;  // number of primitives of a leaf
     std::uint32_t primitives[kMaxLeafPrimitives] = {};
 };
 

@@ -1,4 +1,4 @@
-// Four-wide bounding volume hierarchies, built by Embree. Uses no OpenGL; packed_bvh.h has the layout for kernels.
+// Four-wide bounding volume hierarchies, built by Embree. No OpenGL is used; packed_bvh.h has the layout for kernels.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@ inline constexpr std::uint32_t kMaxLeafPrimitives = 4;
 struct BvhChild {
     Bounds bounds;            // bounds of all boxes below it; empty: no child
     std::uint32_t first = 0;  // leaf: first entry in Bvh::primitives; inner node: index into Bvh::nodes
-    std::uint32_t count = 0;  // leaf: 1 to kMaxLeafPrimitives; 0: inner node
+    std::uint32_t count = 0;  // primitives of a leaf, 1 to kMaxLeafPrimitives; 0: inner node
 
     bool leaf() const { return count != 0; }
 };
@@ -27,7 +27,7 @@ struct BvhNode {
 };
 
 struct Bvh {
-    std::vector<BvhNode> nodes;             // depth first, root first; empty without primitives
+    std::vector<BvhNode> nodes;             // nodes, depth first from the root; empty without primitives
     std::vector<std::uint32_t> primitives;  // boxes in leaf order, ascending within a leaf; each occurs at least once
     std::uint32_t stack_entries = 0;        // maximum number of children that a traversal in any order defers at a time
 };

@@ -1,4 +1,4 @@
-// Selects the fastest of several methods for the same work by repeated trials. Uses neither OpenGL nor a clock.
+// Selection of the fastest of several methods for the same work by trials. Neither OpenGL nor a clock is used.
 #pragma once
 
 #include <cstddef>

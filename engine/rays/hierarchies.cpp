@@ -55,7 +55,7 @@ std::optional<PartTree> refitted(const PartTree& shape, const TraceTables& table
     return tree;
 }
 
-/// Returns whether all bits are equal, because signs of zeros can change hits.
+/// Compares all bits, because signs of zeros can change hits.
 bool same_bits(const vec3& a, const vec3& b) {
     return std::memcmp(&a, &b, sizeof(a)) == 0;
 }

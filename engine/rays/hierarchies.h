@@ -1,4 +1,4 @@
-// The hierarchies of a scene, and their updates for animated scenes. Uses no OpenGL.
+// The hierarchies of a scene, and their updates for animated scenes. No OpenGL is used.
 //
 // Static triangles of a block (engine/tables/tables.h) form one part, and each moving mesh forms another one. Each part
 // has its own hierarchy; the hierarchies of a block are side by side under one root.

@@ -1,4 +1,4 @@
-// Kinds of ray batches and methods that trace them, by name. Uses no OpenGL.
+// Kinds of ray batches and methods that trace them, by name. No OpenGL is used.
 #pragma once
 
 #include <cstddef>

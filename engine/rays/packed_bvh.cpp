@@ -186,7 +186,7 @@ class Packer {
         top.trees.push_back({keep(build_bvh(boxes)), Tree::Leaves::instances, 0, 0});
     }
 
-    /// Packs the parts of a block from `first` on, and returns where the next block begins.
+    /// Packs the parts of a block from `first` on, and returns the start of the next block.
     std::size_t add_block(std::size_t first) {
         std::size_t end = first;
         std::vector<Bounds> boxes;

@@ -1,4 +1,4 @@
-// Hierarchies and triangles in the layout of kernels (shaders/shared/bvh.h). Uses no OpenGL.
+// Hierarchies and triangles in the layout of kernels (shaders/shared/bvh.h). No OpenGL is used.
 #pragma once
 
 #include <cstddef>

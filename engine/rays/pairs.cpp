@@ -6,8 +6,8 @@
 namespace halflight::rays {
 namespace {
 
-// Ratios of the area of the common box to the sum of both areas. First come halves of parallelograms, for which it is
-// 1/2, and similar pairs.
+// Ratios of the area of the common box to the sum of both areas. Halves of parallelograms, for which it is 1/2, and
+// similar pairs come first.
 constexpr double kLimits[] = {0.6, 1.0};
 // Entries of the edge table, 8 bytes each. A newer edge evicts an older one, so meshes whose neighbours are far apart
 // in the file keep more unpaired triangles.

@@ -1,5 +1,5 @@
-// Merges triangles to pairs with a common edge. Both triangles of a pair are tested together
-// (shaders/lib/intersect.glsl), which halves the memory traffic. Uses no OpenGL.
+// Merging of triangles to pairs with a common edge. Both triangles of a pair are tested together
+// (shaders/lib/intersect.glsl), which halves the memory traffic. No OpenGL is used.
 #pragma once
 
 #include <array>

@@ -31,7 +31,7 @@ namespace halflight::rays {
 struct RasterSettings {
     CutSizes cut;
     bool believe_queries = true;  // false: every answer is "visible", like from a driver that overcounts
-    bool measure = false;         // fills in RasterStatistics::pairs and ::stages; waits for every draw
+    bool measure = false;         // true: RasterStatistics::pairs and ::stages are filled in; waits for every draw
 };
 
 /// Server of batches by raster culling. It owns the culling tree of a scene, and the visibility state of batches. add()
@@ -60,7 +60,7 @@ class RasterCulling final : public BatchServer {
     /// Returns the visibility state of a batch, which may be overwritten with any bits.
     CullState& state(const BatchKey& key);
     void invalidate() override;
-    /// Returns the memory of tree and states, on CPU and GPU.
+    /// Returns the bytes of tree and states, on CPU and GPU.
     std::size_t bytes() const;
     std::size_t state_bytes(const RayBatch&) const override;
     /// Returns sums over all places since construction or reset_statistics().

@@ -1,4 +1,4 @@
-// The object hierarchy for the CPU traversal of raster culling. Uses no OpenGL.
+// The object hierarchy for the CPU traversal of raster culling. No OpenGL is used.
 #pragma once
 
 #include <cstddef>
@@ -12,7 +12,7 @@ namespace halflight::rays {
 
 /// Some children of one node of the hierarchy at index 0, with their subtrees. Instances are not divided.
 struct CullNode {
-    Bounds box;  // world space relative to TraceTables::origin, rounded outwards
+    Bounds box;  // bounds relative to TraceTables::origin, rounded outwards
     std::uint32_t parent = 0;
     std::uint32_t first_child = 0;  // index of the first child; children are consecutive
     std::uint32_t child_count = 0;  // number of children; 0: a leaf
@@ -30,7 +30,7 @@ struct CullTree {
 
 struct CutSizes {
     std::size_t leaf_triangles = 16384;  // maximum triangles of a leaf, except for leaves that cannot be divided
-    std::size_t most_nodes = 1 << 16;    // maximum number of nodes; leaf_triangles grows until it holds
+    std::size_t most_nodes = 1 << 16;    // maximum number of nodes; leaf_triangles grows until it is met
 };
 
 CullTree build_cull_tree(const PackedScene& packed, const CutSizes& sizes = {});

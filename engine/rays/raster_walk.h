@@ -1,5 +1,5 @@
 // Coherent hierarchical culling of rays, after CHC++ (Mattausch, Bittner, Wimmer 2008, CHC++: Coherent Hierarchical
-// Culling Revisited, Computer Graphics Forum 27(2)). Uses no OpenGL.
+// Culling Revisited, Computer Graphics Forum 27(2)). No OpenGL is used.
 #pragma once
 
 #include <cstddef>

@@ -21,16 +21,16 @@ namespace halflight::rays {
 /// dead: it is not traced and reports a miss.
 struct RayBatch {
     RayKind kind = RayKind::primary;
-    // Number of reflections before; for camera rays, number of the batch. Kind and depth identify a batch of a graph.
+    // Number of earlier reflections; for camera rays, number of the batch. Kind and depth identify a batch of a graph.
     std::uint32_t depth = 0;
     std::uint32_t place = 0;     // part of the picture; state carried between runs is separate for each place
-    std::uint32_t capacity = 0;  // rays; a multiple of 256
+    std::uint32_t capacity = 0;  // number of rays, a multiple of 256
     // If > 0, ray i belongs to path i % paths. If 0, each path has `rays_of_path` consecutive rays, a power of two, at
     // most 16; 1 with a list.
     std::uint32_t paths = 0;
     std::uint32_t rays_of_path = 1;
-    graph::BufferHandle rays;         // one Ray per path, `capacity` in all
-    graph::BufferHandle list;         // optional: path indices, uint, `capacity` in all
+    graph::BufferHandle rays;         // `capacity` Ray structs
+    graph::BufferHandle list;         // optional: `capacity` path indices, uint
     graph::BufferHandle list_header;  // ListHeader of shaders/shared/rays.h, if there is a list
     // Key of the alpha test of blended surfaces, read only where TraceTables::alpha_tested
     // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame.h) and a salt. The frame's seed
@@ -104,7 +104,7 @@ class TraceScene {
     gpu::Buffer nodes_;
     gpu::Buffer triangles_;
     gpu::Buffer heads_;          // per instance: node index of its block's head
-    gpu::Buffer own_instances_;  // empty where they are shared
+    gpu::Buffer own_instances_;  // empty where instance rows are shared
     const gpu::Buffer* shared_instances_;
 };
 

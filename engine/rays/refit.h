@@ -1,4 +1,4 @@
-// Refitting of hierarchies whose triangles have moved: the shape is kept, the boxes are updated. Uses no OpenGL.
+// Refitting of hierarchies whose triangles have moved: the shape is kept, the boxes are updated. No OpenGL is used.
 #pragma once
 
 #include <span>

@@ -12,8 +12,8 @@
 namespace halflight::rays {
 namespace {
 
-/// Returns the ratio of node size to shaft width below which nodes are not refined; found by trying. Hits of primary
-/// rays lie in their shaft, whereas the shafts of short rays are so wide that finer nodes only fill the list.
+/// Returns the ratio of node size to shaft width below which nodes are not refined; found by experiment. Hits of
+/// primary rays lie in their shaft, whereas the shafts of short rays are so wide that finer nodes only fill the list.
 float stop_of(RayKind kind) {
     switch (kind) {
         case RayKind::primary:

@@ -60,12 +60,12 @@ class Tracer {
     BatchServer* server_ = nullptr;
     TileSettings tiles_;
     bool counts_ = false;
-    bool short_ = false;  // the runs are too few for a trial
+    bool short_ = false;  // true: the runs are too few for a trial
     std::map<BatchKey, std::unique_ptr<Batch>> batches_;
 };
 
 /// Adds the passes of closest_hit() and any_hit() of rays.h. The tracer must outlive the graph's runs. Batches of a
-/// graph must differ in kind or depth. Throws Error also where the driver's storage blocks are too small for the tile
+/// graph must differ in kind or depth. Also throws Error where the driver's storage blocks are too small for the tile
 /// lists.
 graph::BufferHandle closest_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle hits);
 graph::BufferHandle any_hit(graph::Graph& graph, Tracer& tracer, const RayBatch& batch, graph::BufferHandle occluded);

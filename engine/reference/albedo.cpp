@@ -17,7 +17,7 @@ struct Rule {
     std::vector<double> x, weight;  // nodes on [0, 1], and their weights
 };
 
-/// Gauss-Legendre nodes by Newton's iteration on the Legendre polynomial (Abramowitz, Stegun 25.4.29).
+/// Computes Gauss-Legendre nodes by Newton's iteration on the Legendre polynomial (Abramowitz, Stegun 25.4.29).
 Rule gauss_legendre(int n) {
     Rule rule{std::vector<double>(n), std::vector<double>(n)};
     for (int i = 0; i < n; ++i) {

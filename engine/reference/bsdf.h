@@ -32,7 +32,7 @@ enum class Component : std::uint8_t { diffuse, glossy };
 /// point away from the surface.
 class Bsdf {
   public:
-    /// n_g, n and n_k (the coat's normal) must be on wo's side and bent towards it.
+    /// Prepares all lobes. n_g, n and n_k (the coat's normal) must be on wo's side and bent towards it.
     Bsdf(const BsdfParameters& parameters, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k);
 
     bool black() const { return black_; }  ///< Returns whether it reflects nothing.

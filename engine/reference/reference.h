@@ -33,7 +33,7 @@ struct ReferenceHit {
     int triangle = 0;  // index into the mesh's triangles
 };
 
-/// Decides alpha `blend`: a triangle is opaque if uniform(key, instance, triangle), in [0, 1), is below alpha.
+/// Test of alpha `blend`: a triangle is opaque if uniform(key, instance, triangle), in [0, 1), is below alpha.
 struct AlphaTest {
     std::uint64_t key = 0;
     double (*uniform)(std::uint64_t key, std::uint32_t instance,
@@ -45,7 +45,7 @@ struct Prepared;
 }
 
 /// A scene prepared for tracing. Every instance is flattened, so memory grows with the instanced triangles (about 150 B
-/// each). Keeps a reference: `scene` must outlive it. Throws Error where Embree fails. Calls may be concurrent.
+/// each). It keeps a reference: `scene` must outlive it. Throws Error where Embree fails. Calls may be concurrent.
 class ReferenceScene {
   public:
     explicit ReferenceScene(const Scene& scene);

@@ -10,7 +10,7 @@
 
 namespace halflight {
 
-/// The driven property.
+/// Property that an animation drives.
 enum class AnimatedProperty : std::uint8_t {
     // Properties of a node. `weights` belong to the morph targets of its mesh.
     translation,
@@ -34,7 +34,7 @@ constexpr bool of_node(AnimatedProperty p) {
 
 struct AnimationChannel {
     AnimatedProperty property = AnimatedProperty::translation;
-    int target = 0;             // the file's node, mesh, material, light or camera
+    int target = 0;             // index of the file's node, mesh, material, light or camera
     int field = 0;              // the driven field; channels of equal target and field drive the same numbers
     std::size_t keyframes = 0;  // index into Animation::keyframes
 };

@@ -1,4 +1,4 @@
-// Repairs triangle meshes, so that they meet the requirements that scene.h states for Mesh.
+// Repairs of triangle meshes, so that they meet the requirements that scene.h states for Mesh.
 #pragma once
 
 #include <cstddef>
@@ -17,8 +17,8 @@ void gather_vertices(Mesh& mesh, std::span<const std::uint32_t> sources);
 
 /// Numbers of triangles that drop_bad_triangles() removed.
 struct DroppedTriangles {
-    std::size_t non_finite = 0;  // a corner's position is NaN or infinite
-    std::size_t degenerate = 0;  // area_vector() is exactly zero
+    std::size_t non_finite = 0;  // triangles with a corner at NaN or infinity
+    std::size_t degenerate = 0;  // triangles whose area_vector() is exactly zero
 };
 
 /// Removes the triangles that cannot be rendered, and the vertices that no triangle uses. Order is kept.

@@ -16,7 +16,7 @@ struct Keyframes {
     int components = 1;        // > 0
     bool rotation = false;     // values are unit quaternions x, y, z, w; components is 4
     std::vector<float> times;  // seconds, finite, not descending, never empty
-    // Finite. `components` numbers per key; three times as many for a cubic spline: in-tangent, value, out-tangent.
+    // Finite numbers, `components` per key. A cubic spline has three times as many: in-tangent, value, out-tangent.
     // Tangents are per second.
     std::vector<float> values;
 };
@@ -25,7 +25,7 @@ struct Keyframes {
 void check_keyframes(const Keyframes& keys, std::string_view subject);
 
 /// Writes the value at `seconds` (finite) to `out`, which has keys.components numbers. The first key's value holds
-/// before it, the last key's after it. Of several keys at one time the last one holds from then on. Rotations take the
+/// before it, the last key's after it. The last of several keys at one time holds from then on. Rotations take the
 /// shorter arc and are returned as unit quaternions; where a spline passes through zero, the key before holds.
 void sample(const Keyframes& keys, double seconds, std::span<double> out);
 

@@ -19,7 +19,7 @@ struct TextureImage {
     std::string name;
     int width = 0;                   // width, texels, > 0
     int height = 0;                  // height, texels, > 0
-    std::vector<std::uint8_t> rgba;  // 4 * width * height
+    std::vector<std::uint8_t> rgba;  // 4 * width * height bytes
 };
 
 /// Reference to a texture. (u, v) = uv_transform * (s, t, 1); v runs from the top row down (glTF 2.0, section 3.8).
@@ -41,7 +41,7 @@ struct Material {
     AlphaMode alpha_mode = AlphaMode::opaque;
     float alpha_cutoff = 0.5f;
     bool double_sided = false;  // kept for tools: light transport treats every surface as two-sided
-    bool unlit = false;         // the base colour is emitted, nothing is reflected
+    bool unlit = false;         // true: the base colour is emitted, nothing is reflected
     vec4 base_color{1};         // linear rgb; a: coverage
     TextureRef base_color_texture;
     float metallic = 1;

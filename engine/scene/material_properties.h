@@ -28,7 +28,7 @@ struct PropertyRange {
 /// A component of a material's rows in UNIT_MATERIALS (RGBA32F).
 struct MaterialPacking {
     int row = kNone;    // row of the material; kNone: not packed
-    int component = 0;  // 0 to 3: the first one of the property
+    int component = 0;  // first component of the property, 0 to 3
 };
 
 /// A property whose default is its member's value in Material{}.
@@ -40,7 +40,7 @@ struct MaterialProperty {
     MaterialPacking packing = {};
     const char* shader = "";              // the member of GLSL's struct Material; "": it has none
     bool MaterialNeeds::*need = nullptr;  // shaders read the property only where this holds; null: always
-    bool scales_lobe = false;             // packed as 0 for unlit materials
+    bool scales_lobe = false;             // true: packed as 0 for unlit materials
     AnimatedProperty animated = AnimatedProperty::surface;  // target of animations of the property
     vec4 (*packed)(const Material&) = nullptr;              // returns the packed value; null: the member itself
     const char* meaning = "";                               // description in docs/materials.md

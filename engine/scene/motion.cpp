@@ -28,7 +28,7 @@ PreviousSurfaces::PreviousSurfaces(const Scene& now, Scene before)
     : now_(now), before_(std::move(before)), before_of_(now.instances.size(), kNone) {
     std::map<Key, std::size_t> places;
     for_each_key(before_, [&](const Key& key, std::size_t i) { places[key] = i; });
-    // Cached per pair of meshes, since many instances may share them.
+    // Change of a pair of meshes, cached because many instances may share it.
     struct Change {
         bool same_triangles, same_positions;
     };
@@ -60,7 +60,7 @@ dvec3 PreviousSurfaces::before(std::uint32_t instance, std::uint32_t triangle, c
     };
     const dvec3 a = corner(mesh, here, corners.x);
     const dvec3 ab = corner(mesh, here, corners.y) - a, ac = corner(mesh, here, corners.z) - a;
-    // Barycentrics by areas, which suit points that rounding has moved off the plane.
+    // Barycentrics are computed by areas, which suit points that rounding has moved off the plane.
     const dvec3 normal = glm::cross(ab, ac);
     const double area = glm::dot(normal, normal);
     const double v = glm::dot(glm::cross(now - a, ac), normal) / area;

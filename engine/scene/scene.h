@@ -37,7 +37,7 @@ struct Instance {
     std::string name;
     int mesh = kNone;
     dmat4 object_to_world{1};  // affine; may mirror, may be non-uniform; never NaN
-    int node = kNone;          // glTF node it came from
+    int node = kNone;          // index of its glTF node
     bool moves = false;        // object_to_world changes with the pose of the scene
 };
 
@@ -45,7 +45,7 @@ struct Instance {
 
 enum class LightType : std::uint8_t { point, spot, directional };
 
-/// KHR_lights_punctual. `range` is a hint for rasterizers without shadows and is not used.
+/// A light of KHR_lights_punctual. `range` is a hint for rasterizers without shadows and is not used.
 struct PunctualLight {
     std::string name;
     LightType type = LightType::point;
@@ -93,7 +93,7 @@ struct SceneReport {
 struct Scene {
     std::string name;  // file name, for messages
     std::vector<TextureImage> images;
-    std::vector<Material> materials;  // include a default material if a triangle has none
+    std::vector<Material> materials;  // materials, with a default one if a triangle has none
     std::vector<Mesh> meshes;
     std::vector<Instance> instances;
     std::vector<PunctualLight> lights;

@@ -33,7 +33,7 @@ vec3 into_plane(const vec3& v, const vec3& n) {
 /// The texture directions of a triangle.
 struct Face {
     vec3 along_u{0};        // unit direction of growing u
-    bool right_way = true;  // counter-clockwise in (u, 1 - v): the texture is not mirrored
+    bool right_way = true;  // true: counter-clockwise in (u, 1 - v), so the texture is not mirrored
     bool any = true;        // true: no area in uv space; compatible with any neighbour
 };
 
@@ -77,7 +77,7 @@ class TangentFrames {
         using Key = std::array<float, 8>;
         const auto hash = [](const Key& key) {
             std::uint64_t h = 0;
-            // FNV-1a's prime, one word at a time. The shift moves high bits to where buckets are chosen.
+            // FNV-1a's prime is applied to one word at a time. The shift moves high bits to where buckets are chosen.
             for (const float x : key) h = (h ^ std::bit_cast<std::uint32_t>(x)) * 0x100000001b3u, h ^= h >> 29;
             return static_cast<std::size_t>(h);
         };

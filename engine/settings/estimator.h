@@ -64,9 +64,9 @@ bool leaves_open(const Estimator& estimator);
 std::string text(const Estimator& estimator);
 /// Returns text() of only those techniques that differ from the default or from one of the others.
 std::string difference(const Estimator& estimator, std::span<const Estimator> others);
-/// Parses such a list; techniques that it does not name keep their default. "auto" as its first word leaves all
-/// possible choices to a pilot. Throws Error, with the list as its subject, for unknown keys or values and for repeated
-/// keys.
+/// Parses a list like that of text(); techniques that it does not name keep their default. "auto" as its first word
+/// leaves all possible choices to a pilot. Throws Error, with the list as its subject, for unknown keys or values and
+/// for repeated keys.
 Estimator estimator_named(std::string_view list);
 /// Returns "auto,lights=auto|power|tree|uniform,sun=apart|among,..." for help texts.
 std::string known_estimators();

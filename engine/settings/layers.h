@@ -19,7 +19,7 @@ struct DebugRecord;
 /// Content of a layer's channels, which decides how files store them.
 enum class LayerStorage {
     color,  // linear RGB: converted to the working space; float, or half where wanted
-    data,   // float
+    data,   // data as float
     ids,    // uint32, as the bits of floats
     matte,  // pairs of id and coverage (renderer/cryptomatte.h), float
 };

@@ -28,8 +28,8 @@ std::span<const PreviewMode> known_preview_modes();
 
 /// Returns the names of the enabled modes, joined by commas; "none" where there is none.
 std::string text(const Preview& preview);
-/// Parses such a list. Throws Error, with the list as its subject, for unknown and repeated names, and for "none"
-/// beside other names.
+/// Parses a list like that of text(). Throws Error, with the list as its subject, for unknown and repeated names, and
+/// for "none" beside other names.
 Preview preview_named(std::string_view list);
 /// Returns "cache, temporal, filter" for help texts.
 std::string known_previews();

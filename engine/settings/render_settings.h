@@ -1,5 +1,5 @@
 // All settings of a renderer: its scene (SceneSettings), how the picture is made (FrameSettings, PictureSettings) and
-// how the work is scheduled, which never changes the picture (ScheduleSettings). Uses no OpenGL.
+// how the work is scheduled, which never changes the picture (ScheduleSettings). No OpenGL is used.
 #pragma once
 
 #include <cstddef>
@@ -21,7 +21,7 @@ class RadianceCache;
 inline constexpr int kMaxSide = 65536;  ///< pixels; drivers may allow less
 inline constexpr int kMaxBounces = 1024;
 
-/// Settings that decide the pixels and hold for all pictures of a renderer. settings_table.h tells names and ranges.
+/// Settings that decide the pixels and hold for all pictures of a renderer. settings_table.h lists names and ranges.
 struct PictureSettings {
     int width = 1280;  // pixels, > 0
     int height = 720;  // pixels, > 0
@@ -31,7 +31,7 @@ struct PictureSettings {
     float clamp = 0;
     std::vector<std::string> aovs;  // names of known_aovs(); Error for others
     bool half_color = false;        // colour layers as half floats; data stays float32
-    bool want_view = false;         // requests the picture through `view`, too
+    bool want_view = false;         // true: the picture through `view` is made, too
     ViewTransform view;
     PrimaryVisibility primary = PrimaryVisibility::automatic;  // method for camera rays
     // Ignored when renderers share a PreparedScene; its own estimator applies.

@@ -1,5 +1,5 @@
-// Values of settings as text: for each type its kind, its accepted names, its text, and the inverse of the text. Part
-// of settings_table.cpp.
+// Values of settings as text: for each type its kind, its accepted names, its text, and the inverse of the text. This
+// file is part of settings_table.cpp.
 #pragma once
 
 #include <fmt/format.h>

@@ -98,8 +98,8 @@ class LobeIntegral {
     const Quadrature& rule_;
 };
 
-/// Returns the weights of n Chebyshev-Lobatto nodes on [0, 1] for the value of the interpolating polynomial at x
-/// (Berrut and Trefethen 2004, Barycentric Lagrange Interpolation, eq. 5.4).
+/// Returns node i of n Chebyshev-Lobatto nodes on [0, 1]. lobatto_weights() returns their weights for the interpolating
+/// polynomial's value at x (Berrut and Trefethen 2004, Barycentric Lagrange Interpolation, eq. 5.4).
 double lobatto_node(int i, int n) {
     return 0.5 - 0.5 * std::cos(kPi * i / (n - 1));
 }

@@ -23,8 +23,8 @@ Image albedo_table() {
     return table;
 }
 
-/// Transforms normals and tangents of a merged mesh to world space. The largest coefficient of each matrix is scaled to
-/// 1, so that products do not overflow and all vertices of a mesh keep equal weight.
+/// Transform of normals and tangents of a merged mesh to world space. The largest coefficient of each matrix is scaled
+/// to 1, so that products do not overflow and all vertices of a mesh keep equal weight.
 struct VertexTransform {
     dmat3 normal{1};
     dmat3 tangent{1};

@@ -24,7 +24,7 @@ struct PooledImage {
 /// shaders/lib/material_properties.glsl that of materials. Tables that the scene does not need stay empty.
 struct ShadingTables {
     SceneNeeds needs;
-    std::vector<vec4> vertices;                              // RGBA32F, vertex_stride() texels each
+    std::vector<vec4> vertices;                              // RGBA32F: vertex_stride() texels per vertex
     std::vector<vec4> materials;                             // RGBA32F: rows of materials
     std::vector<uvec4> textures;                             // RGBA32UI: texture descriptors
     std::vector<PooledImage> pooled;                         // images in the order of their texels
@@ -36,9 +36,9 @@ struct ShadingTables {
     std::vector<uvec4> light_tree;                           // RGBA32UI: light tree
     LightChoice light_choice = LightChoice::power;           // choice in use, never `automatic`
     std::vector<std::uint32_t> light_of_triangle;            // R32UI: light of each triangle
-    Image environment;                                       // 3 channels, times the colour; 1x1 where constant
+    Image environment;                                       // map of 3 channels, times the colour; 1x1 where constant
     std::vector<vec4> environment_cells;                     // RGBA32F: alias table over cells
-    Image albedo;                                            // 2 channels (albedo.h); empty unless glossy
+    Image albedo;                                            // table of 2 channels (albedo.h); empty unless glossy
 };
 
 /// Returns the tables. Precondition: validate(scene) passes, `trace` was built from it. Throws Error where a table

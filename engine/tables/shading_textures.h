@@ -11,7 +11,7 @@
 
 namespace halflight {
 
-/// Allocates images in the texel pools of `tables` when they are first referred to. Every pair of image and use is
+/// Allocator of images in the texel pools of `tables`, when they are first referred to. Every pair of image and use is
 /// stored once, and so is every descriptor.
 class TexturePools {
   public:

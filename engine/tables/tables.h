@@ -32,7 +32,7 @@ struct Block {
 struct BlockInstance {
     std::uint32_t block = 0;
     glm::mat4x3 block_to_world{1};     // affine, world relative to TraceTables::origin
-    glm::mat4x3 world_to_block{1};     // its inverse, computed in double
+    glm::mat4x3 world_to_block{1};     // inverse of block_to_world, computed in double
     bool identity = false;             // true for block 0 alone
     std::uint32_t scene_instance = 0;  // index into Scene::instances; unspecified where `identity`
 };
@@ -70,7 +70,7 @@ struct TraceTables {
     std::vector<BlockInstance> instances;  // at least one where there is a triangle; identity first, then scene order
     bool alpha_tested = false;             // kernels test alpha: some triangle has kTriangleAlpha, or the test is kept
     bool slivers = false;                  // kernels test triangles in double: some is_sliver()
-    bool keep_top_level = false;           // build a hierarchy over instances even for a single one
+    bool keep_top_level = false;           // true: a single instance has a hierarchy over instances, too
 };
 
 /// Returns whether a triangle is a needle: more than kSliverAspect times as long as it is high. Float rounding would
@@ -81,7 +81,7 @@ inline constexpr double kSliverAspect = 2000;
 
 /// Returns the tables. Precondition: validate(scene) passes. Meshes used once are merged into block 0. So are instances
 /// whose transform is singular, or so ill-conditioned that rays would lose nearly half of their bits in object space.
-/// kTriangleAlpha is set only where alpha can decide a hit: not where every alpha is 1 or none is below the cutoff.
+/// The flag kTriangleAlpha is set only where alpha can decide a hit: some alpha is below 1, or below the cutoff.
 /// Throws Error for
 ///   - an instance beyond 2^40 from the scene's centre (products of three coordinates must be finite in float),
 ///   - a mesh that refers to material 2^24 or above,

@@ -17,7 +17,7 @@ struct Continuation {
 
 struct ContinuationOptions {
     int bounces = 8;            // reflections in total, >= 1, that of the first surface included
-    bool light_samples = true;  // next-event estimation at every vertex
+    bool light_samples = true;  // whether to use next-event estimation at every vertex
 };
 
 /// Continues the paths of `batches`, at least one, from their first hit, with Russian roulette from depth 3 on. Updates

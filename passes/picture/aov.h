@@ -1,5 +1,5 @@
-// Data outputs of the surfaces seen through the pixels' centres, and the cost of tracing there. They are not filtered,
-// since a mean of ids or depths means nothing.
+// Data outputs of the surfaces at the pixels' centres, and the cost of tracing there. They are not filtered, since a
+// mean of ids or depths means nothing.
 #pragma once
 
 #include "passes/surface/gbuffer.h"

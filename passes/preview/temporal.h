@@ -16,7 +16,7 @@ namespace halflight {
 
 /// An earlier picture and its relation to the new one.
 struct EarlierPicture {
-    PreviewTexels texels;         // accumulated, in its own size
+    PreviewTexels texels;         // accumulated texels, in the picture's own size
     graph::TextureHandle before;  // RGBA32F, size of the new picture; xyz: earlier position of the surface at a pixel,
                                   // relative to the earlier picture's origin. Empty: only the camera has moved
     mat4 to_clip{1};              // from the earlier origin to clip space, +y down, without jitter

@@ -12,7 +12,7 @@ namespace halflight {
 struct GBuffer {
     // These two exist only if rasterized.
     graph::TextureHandle visibility;  // RG32UI, size of the raster window: triangle + 1 (0: nothing), block instance
-    graph::TextureHandle depth;       // D32F, the same size, reversed, infinite far plane
+    graph::TextureHandle depth;       // D32F, equal size, reversed depth, infinite far plane
     graph::BufferHandle rays;         // one Ray per path: the camera ray through the sample point, unit direction
     graph::BufferHandle hits;         // one Hit per path
     graph::BufferHandle surfaces;     // surface records (shaders/shared/surface.h): position, normals, BSDF, emission

@@ -6,8 +6,8 @@
 namespace halflight {
 namespace {
 
-constexpr int kMostRows = 16384;                           // guaranteed texture size (OpenGL 4.5, table 23.53)
-constexpr std::size_t kMostPixels = std::size_t{1} << 24;  // 12 bytes each, 192 MiB
+constexpr int kMostRows = 16384;                           // rows; guaranteed texture size (OpenGL 4.5, table 23.53)
+constexpr std::size_t kMostPixels = std::size_t{1} << 24;  // pixels of 12 bytes, 192 MiB in all
 
 }  // namespace
 

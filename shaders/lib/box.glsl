@@ -1,4 +1,4 @@
-// Rays against boxes, conservatively (Ize 2013, Robust BVH Ray Traversal; Woop, Benthin, Wald 2013, section 4).
+// Conservative tests of rays against boxes (Ize 2013, Robust BVH Ray Traversal; Woop, Benthin, Wald 2013, section 4).
 //
 // The test is monotone: a box inside another one is entered no earlier and left no later, bit for bit, because every
 // step rounds monotonically. Therefore results depend neither on the order of traversal nor on culling.
@@ -11,7 +11,7 @@ struct BoxRay {
     vec3 near_inverse;
     vec3 far_origin;
     vec3 far_inverse;
-    bvec3 backward;  // the ray points against the axis and enters by the upper bound
+    bvec3 backward;  // true: the ray points against the axis and enters by the upper bound
 };
 
 // Distances along a ray are compared as the bits of floats. For values >= 0 the order is that of ints, whose min and

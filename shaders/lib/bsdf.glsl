@@ -10,13 +10,13 @@ struct Bsdf {
     vec3 normal;            // n
     float alpha;            // roughness of specular and transmission; 0: mirror
     vec3 diffuse;           // albedo of the diffuse lobe
-    float p_transmission;   // probability among the glossy lobes
+    float p_transmission;   // probability of transmission among the glossy lobes
     vec3 specular;          // the lobe is D G2 / (4 mu_o mu_i) (specular + specular_edge (1 - x)^5)
-    float p_coat;           // probability among the glossy lobes
+    float p_coat;           // probability of the coat among the glossy lobes
     vec3 specular_edge;
     float coat_alpha;       // roughness of the coat; 0: mirror
-    vec3 transmission;      // times the mirrored D G2 / (4 mu_o mu_i)
-    float coat;             // times D G2 / (4 mu mu_i) F(0.04, 1, x)
+    vec3 transmission;      // factor of the mirrored D G2 / (4 mu_o mu_i)
+    float coat;             // factor of D G2 / (4 mu mu_i) F(0.04, 1, x)
     vec3 coat_normal;       // n_k
 };
 
@@ -92,7 +92,7 @@ BsdfValue evaluate_bsdf(Bsdf b, vec3 wo, vec3 wi) {
 
 struct BsdfSample {
     vec3 direction;  // unit length
-    float pdf;       // conditional on the component; 0: mirror direction, or no sample
+    float pdf;       // density, conditional on the component; 0: mirror direction, or no sample
     vec3 weight;     // value |cosine| / pdf, conditional on the component; 0: the path ends
 };
 

@@ -57,7 +57,7 @@ float environment_pdf(vec3 d) {
 struct EnvironmentSample {
     vec3 direction;
     vec3 radiance;
-    float pdf;  // per solid angle, including the probability of the environment among all lights
+    float pdf;  // density per solid angle, including the probability of the environment among all lights
 };
 
 // Samples a direction. `choice`: 32 uniform bits that select the cell; `xi`: the point in the cell.
@@ -74,7 +74,7 @@ EnvironmentSample sample_environment(uint choice, vec2 xi) {
     cell = keep ? cell : word_of_float(row.y);
     s.pdf = keep ? row.z : row.w;
     uint y = cell / columns;
-    // Uniform per solid angle means linear in cos(theta); for thin rows by the sines of half sum and half difference.
+    // Uniform per solid angle means linear in cos(theta). Thin rows use the sines of half sum and half difference.
     float top = 3.14159265359 * float(y) / head.y;
     float bottom = 3.14159265359 * float(y + 1u) / head.y;
     float cosine = cos(top) - xi.y * 2.0 * sin(0.5 * (top + bottom)) * sin(0.5 * (bottom - top));

@@ -1,4 +1,4 @@
-// NaN and infinity, tested by bits: a compiler may take isnan() of arithmetic for always false.
+// NaN and infinity, tested by bits: a compiler may assume that isnan() of arithmetic is false.
 bool finite(float v) { return (floatBitsToUint(v) & 0x7f800000u) != 0x7f800000u; }
 bool all_finite(vec3 v) { return finite(v.x) && finite(v.y) && finite(v.z); }
 

@@ -60,7 +60,7 @@ TrianglePoint triangle_point(TriangleRay ray, REAL3 edges, REAL3 z) {
 
 // Two triangles of a ring of four corners: 0, 1, 2 and 2, 3, 0.
 struct PairEdges {
-    bvec2 met;     // each triangle is hit anywhere on the line
+    bvec2 met;     // true: the ray's whole line hits the triangle
     REAL4 z;       // z of the corners
     REAL4 ring;    // edge functions from each corner to the next
     REAL across;   // edge function from corner 0 to 2
@@ -103,7 +103,7 @@ TrianglePoint pair_point(TriangleRay ray, PairEdges e, bool second) {
 
 // A hit of a single triangle, its corners in file order; equal bits as in any pair.
 struct TriangleHit {
-    bool met;  // true: the line through the ray hits it
+    bool met;  // true: the ray's whole line hits the triangle
     TrianglePoint at;
 };
 

@@ -11,8 +11,8 @@
 #include "shaders/shared/word.h"
 
 struct LightSample {
-    vec3 direction;  // unit, towards the light
-    float pdf;       // per solid angle, with the choice of the light; 0: a delta light, which BSDF sampling cannot meet
+    vec3 direction;  // unit direction towards the light
+    float pdf;       // density per solid angle, with the choice of the light; 0: a delta light, which no ray meets
     vec3 weight;     // radiance / pdf; delta lights: irradiance at normal incidence / probability. 0: no light arrives
     bool at_infinity;
     vec3 end;        // end of the shadow ray, on this side of the light's surface; unused at infinity
@@ -146,7 +146,7 @@ LightSample sample_light(Receiver at, uint choice, vec2 xi) {
     bool keep = u < alias.x;
     light = keep ? light : word_of_float(alias.y);
 #ifdef HALFLIGHT_LIGHT_TREE
-    // The density of a light that the table picks counts the tree's, too.
+    // The density of a light that the table picks includes that of the tree.
     uint head_word = word_of_float(texelFetch(scene_lights, int(light) * kLightStride).w);
     LightWay way = LightWay(0u, 0.0);  // value for lights at infinity
     if (by_tree || light_kind(head_word) <= kLightSpot) way = light_way(at, !by_tree, light_trail(head_word), choice);

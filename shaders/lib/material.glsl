@@ -1,4 +1,4 @@
-// Evaluates the material at a surface (SHADING.md, Surfaces and BSDF). Needs shaders/scene_tables.glsl.
+// Evaluation of the material at a surface (SHADING.md, Surfaces and BSDF). Needs shaders/scene_tables.glsl.
 #include "shaders/lib/material_properties.glsl"
 #include "shaders/lib/surface.glsl"
 

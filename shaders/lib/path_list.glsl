@@ -1,5 +1,5 @@
-// Appends to a list of paths, tile by tile: the paths of one work group stay together and in order. The order of groups
-// is arbitrary, and no result depends on it.
+// Appending to a list of paths, tile by tile: the paths of one work group stay together and in order. The order of
+// groups is arbitrary, and no result depends on it.
 #include "shaders/shared/rays.h"
 
 shared uint append_mask[2];
@@ -26,7 +26,7 @@ AppendRank rank_in_group(bool wanted) {
 }
 
 // Defines `uint name(bool wanted)`: the invocation's place in the list whose ListHeader is the block member `header`.
-// It is a macro, because atomics take no function arguments. Contains barriers.
+// It is a macro, because atomics take no function arguments, and contains barriers.
 #define DEFINE_APPEND(name, header)                                                                    \
     uint name(bool wanted) {                                                                           \
         AppendRank r = rank_in_group(wanted);                                                          \

@@ -4,7 +4,7 @@
 #include "shaders/shared/rays.h"
 
 struct PrimaryHit {
-    bool met;  // true: the line through the ray hits it
+    bool met;  // true: the ray's whole line hits the triangle
     Hit hit;   // record in the tracers' format; for a miss, of the triangle's point beside the ray
 };
 

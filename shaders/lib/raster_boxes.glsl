@@ -23,7 +23,7 @@ TimedShaft fetch_shaft(uint index) {
 
 int box_of_candidate(uint candidate) { return int(candidate_boxes[candidate >> 2][candidate & 3u]); }
 
-// Returns where rays of the shaft enter the candidate's box, or a negative number.
+// Returns the entry of the shaft's rays into the candidate's box, or a negative number.
 float candidate_near(TimedTest shaft, uint candidate) {
     int box = box_of_candidate(candidate) * 2;
     return shaft_near(shaft, texelFetch(boxes, box).xyz, texelFetch(boxes, box + 1).xyz);

@@ -1,6 +1,6 @@
 // Search of a ray below the nodes of a tile's list. Needs shaders/trace_scene.glsl.
 //
-// Variant: as shaders/lib/traverse.glsl.
+// The variants are those of shaders/lib/traverse.glsl.
 #include "shaders/shared/raster.h"
 #define HALFLIGHT_STACK_MORE (4 * int(kRasterList))
 #include "shaders/lib/traverse.glsl"

@@ -13,7 +13,7 @@ TimedShaft empty_shaft() {
     return TimedShaft(Shaft(vec3(kShaftBig), vec3(-kShaftBig), vec3(kShaftBig), vec3(-kShaftBig)), kShaftBig);
 }
 
-// Returns a shaft of rays anywhere.
+// Returns a shaft that holds all rays.
 TimedShaft endless_shaft() {
     return TimedShaft(Shaft(vec3(-kShaftBig), vec3(kShaftBig), vec3(-kShaftBig), vec3(kShaftBig)), 0.0);
 }

@@ -11,7 +11,7 @@ uint sample_grouping(uint frame_seed, uint sample_index) {
 }
 
 // Returns the factor of make_bsdf()'s diffuse albedo that depends on wo: the share of light that neither the specular
-// lobe nor the coat reflects. The other factor is a constant of the material. It is exactly 1 without these lobes.
+// lobe nor the coat reflects. The other factor is a constant of the material. The share is 1 without these lobes.
 float diffuse_share(ReusePoint y, vec3 wo) {
     precise float share = 1.0;
 #ifdef HALFLIGHT_GLOSSY

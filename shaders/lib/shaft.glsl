@@ -45,8 +45,8 @@ ShaftTest shaft_test(Shaft shaft, vec3 margin) {
 }
 
 struct ShaftInterval {
-    vec4 enter;  // where the shaft meets each of four boxes, 0 to 1
-    vec4 leave;  // < enter: the box is not met
+    vec4 enter;  // s of the shaft's entry into each of four boxes, 0 to 1
+    vec4 leave;  // s of the shaft's exit; < enter: the box is not met
 };
 
 ShaftInterval shaft_interval(ShaftTest t, vec4 lower[3], vec4 upper[3]) {

@@ -1,4 +1,4 @@
-// Reads rows of the G-buffer (shaders/shared/surface.h), or writes them with HALFLIGHT_STORE_SURFACE. Include after
+// Reading of rows of the G-buffer (shaders/shared/surface.h), or writing with HALFLIGHT_STORE_SURFACE. Include after
 // `buffer ... { vec4 surfaces[]; }`.
 #include "shaders/lib/bsdf.glsl"
 #include "shaders/shared/surface.h"

@@ -1,4 +1,4 @@
-// Records of what tiles can meet (shaders/shared/tile_list.h). Needs shaders/lib/bvh.glsl.
+// Records of the nodes that tiles can meet (shaders/shared/tile_list.h). Needs shaders/lib/bvh.glsl.
 //
 // Variants: HALFLIGHT_TILE_RAYS, HALFLIGHT_TILE_ENTRIES (numbers).
 #include "shaders/shared/tile_list.h"

@@ -1,4 +1,4 @@
-// Layout of the hierarchies in UNIT_NODES and of the triangles in UNIT_TRIANGLE_VERTICES. One copy for C++ and GLSL.
+// Layout of the hierarchies in UNIT_NODES and of the triangles in UNIT_TRIANGLE_VERTICES, one copy for C++ and GLSL.
 //
 // Nodes are four wide. Their bounds have one of two formats, equal for all hierarchies of a scene:
 //   grid   RGBA32UI, 4 texels. 16-bit cells of a grid over the hierarchy's space. Texel 0 to 2 is an axis:
@@ -29,8 +29,8 @@ HALFLIGHT_SHARED_CONST uint kBvhTag = 0x40000000u;
 // References: inner nodes (no flag) < leaves < instances < entries that occur only on a traversal's stack.
 HALFLIGHT_SHARED_CONST uint kBvhLeaf = 0x10000000u;       // flag: `count` pairs; 0: no child
 HALFLIGHT_SHARED_CONST uint kBvhInstance = 0x20000000u;   // flag: leaf of the top level
-HALFLIGHT_SHARED_CONST int kBvhCountShift = 25;           // leaf: 3 bits
-HALFLIGHT_SHARED_CONST uint kBvhIndexMask = 0x01ffffffu;  // node, first pair of a leaf, or instance
+HALFLIGHT_SHARED_CONST int kBvhCountShift = 25;           // shift of a leaf's count, 3 bits
+HALFLIGHT_SHARED_CONST uint kBvhIndexMask = 0x01ffffffu;  // index of a node, a leaf's first pair or an instance
 HALFLIGHT_SHARED_CONST uint kBvhNoChild = 0x50000000u;    // kBvhTag | kBvhLeaf
 
 HALFLIGHT_SHARED_FUNCTION bool is_inner_node(uint reference) {

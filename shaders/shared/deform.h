@@ -59,7 +59,7 @@ struct JointNormals {
     dvec3 x;  // rows of the cofactors
     dvec3 y;
     dvec3 z;
-    double side;  // -1 where it mirrors, otherwise 1
+    double side;  // -1 where the matrix mirrors, otherwise 1
 };
 
 HALFLIGHT_SHARED_FUNCTION JointNormals joint_normals(JointMatrix m) {

@@ -15,7 +15,7 @@ struct Frame {
     mat4 previous_view_projection;  // view_projection of the previous frame, without jitter
     vec4 camera_position;           // xyz relative to SceneTables::origin; w: 1 perspective, 0 orthographic
     vec4 camera_right;    // xyz: half of the image's width on the plane at distance 1 (orthographic: on any plane)
-    vec4 camera_up;       // xyz: half of its height
+    vec4 camera_up;       // xyz: half of the image's height on that plane
     vec4 camera_forward;  // xyz: unit direction of view
     vec2 jitter;          // sample point from the pixel's upper left corner, pixels; [0,1)^2 with the usual filter
     vec2 clip;            // near and far distance along camera_forward; far may be +inf

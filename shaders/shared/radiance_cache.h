@@ -29,7 +29,7 @@ HALFLIGHT_SHARED_CONST uint kCacheFull = 4096u;
 HALFLIGHT_SHARED_CONST float kCacheUnit = 16.0f;
 HALFLIGHT_SHARED_CONST float kCacheBrightest = 65535.0f;
 
-// A cell; unused if `count` is 0.
+// A cell of the hash grid; unused if `count` is 0.
 struct CacheCell {
     uint key;     // a hash of level, position and direction, > 0; in an unused cell: the key that requests it
     uint count;   // number of samples
@@ -55,7 +55,7 @@ struct CachePoint {
     uint levels;   // > 0: the path's beam is too narrow for cells of further levels
     vec3 pending;  // additional radiance if the last light sample is visible
     uint key0;     // keys of the cells, one per level
-    vec3 weight;   // weight of that radiance in the pixel
+    vec3 weight;   // weight of the radiance in the pixel
     uint key1;
     uint key2;
     uint cell0;  // indices of the cells; kNoCacheCell: none

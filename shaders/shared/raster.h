@@ -10,7 +10,7 @@
 
 HALFLIGHT_SHARED_BEGIN
 
-HALFLIGHT_SHARED_CONST uint kRasterCandidates = 32u;  // boxes held against tiles in one draw, at most
+HALFLIGHT_SHARED_CONST uint kRasterCandidates = 32u;  // maximum number of boxes tested against tiles in a draw
 HALFLIGHT_SHARED_CONST uint kRasterList = 32u;        // entries of a tile's list, >= kRasterCandidates
 HALFLIGHT_SHARED_CONST int kRasterSlotShift = 25;
 

@@ -2,7 +2,7 @@
 //
 //   texel 0   first texel in its pool, width, height, flags below
 //   texel 1   transform: bits of m00, m01, m02 and 0, u = m00 s + m01 t + m02
-//   texel 2   transform: bits of m10, m11, m12 and 0, v likewise
+//   texel 2   transform: bits of m10, m11, m12 and 0, v = m10 s + m11 t + m12
 //
 // Pools hold level 0 only, row-major, top row first: colour as linear half floats, everything else as 8-bit unorm.
 #ifndef HALFLIGHT_SHARED_TEXTURE_H

@@ -1,6 +1,6 @@
-// Tile lists: the nodes and leaves that the rays of a tile can meet. One record of texels (RGBA32UI) per tile, in the
-// units of the hierarchy where traversal starts (grid format: cells; float format: world units). One copy for C++ and
-// GLSL.
+// Tile lists, one copy for C++ and GLSL: the nodes and leaves that the rays of a tile can meet. Each tile has a record
+// of texels (RGBA32UI). It is in the units of the hierarchy where traversal starts (grid format: cells; float format:
+// world units).
 //
 //   texel 0 to 3  xyz: the shaft, as floats: lower and upper corner of the box of the rays' origins, then of the box of
 //                 their ends. w: checksum, leaves | others << 16, unused, unused.

@@ -9,8 +9,8 @@
 namespace halflight {
 namespace {
 
-// Maximum count of an accessor without data, whose elements are all zero. Sparse accessors use such bases; other
-// accessors of their count have at least one byte per element.
+// Maximum count of an accessor without data, whose elements are all zero. Sparse accessors may lack data; any other
+// accessor has at least one byte per element.
 constexpr std::size_t kFewZeros = std::size_t{1} << 16;
 
 std::string name(int accessor) {

@@ -98,7 +98,7 @@ fs::path locate(const GltfDocument& document, const std::string& uri, const std:
     return path;
 }
 
-/// State of tinygltf's file callbacks. A name replaces the URI of every buffer, so that tinygltf never sees a path.
+/// State of tinygltf's file callbacks. A name replaces the URI of every buffer, so that no path reaches tinygltf.
 struct BufferFiles {
     GltfDocument& document;
     std::string_view binary_chunk;
@@ -124,7 +124,7 @@ struct BufferFiles {
     }
 };
 
-/// Takes the URIs out of the JSON, so that tinygltf sees none.
+/// Takes the URIs out of the JSON, so that none reaches tinygltf.
 BufferFiles take_buffers(Json& root, GltfDocument& document, std::string_view binary_chunk) {
     BufferFiles files{document, binary_chunk};
     if (!root.contains("buffers")) return files;

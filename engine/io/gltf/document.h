@@ -25,7 +25,7 @@ struct GltfImageSource {
     int buffer_view = kNone;
 };
 
-/// Collects warnings. Equal warnings about several elements become one line.
+/// Collection of warnings. Equal warnings about several elements become one line.
 class GltfWarnings {
   public:
     /// Adds the warning `what` about `element`, which may be empty.
@@ -53,8 +53,8 @@ struct GltfDocument {
     tinygltf::Model model;
     std::vector<GltfImageSource> images;
     std::optional<FrameRate> frame_rate;                 // frame rate in the scene's extras
-    nlohmann::json materials = nlohmann::json::array();  // list of the file, checked; `model` has none
-    nlohmann::json animations;                           // list of the file, unchecked; null: none
+    nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked; `model` has none
+    nlohmann::json animations;                           // animations of the file, unchecked; null: none
     std::vector<std::filesystem::path> files;            // files read so far, the scene's own first
     GltfWarnings warnings;
 

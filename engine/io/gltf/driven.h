@@ -1,4 +1,4 @@
-// The fields of a document that animations drive: where pointers lead, and access to the numbers.
+// The fields of a document that animations drive: targets of pointers, and access to the numbers.
 #pragma once
 
 #include <compare>

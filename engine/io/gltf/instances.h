@@ -1,4 +1,4 @@
-// Converts nodes with meshes to instances, and finds the objects that animations move.
+// Conversion of nodes with meshes to instances, and the objects that animations move.
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Converts materials and the images that they use.
+// Conversion of materials and the images that they use.
 #pragma once
 
 #include <array>
@@ -13,7 +13,7 @@ namespace halflight {
 /// A material and the values that only loading needs.
 struct GltfMaterial {
     Material material;
-    std::array<int, 2> uv_sets{0, 1};  // the n of TEXCOORD_n that uv sets 0 and 1 are read from
+    std::array<int, 2> uv_sets{0, 1};  // n of the TEXCOORD_n that uv sets 0 and 1 hold
     std::optional<float> glossiness;   // factor for A of the specular colour texture, from which roughness is made
 };
 

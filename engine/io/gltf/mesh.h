@@ -12,7 +12,7 @@
 
 namespace halflight {
 
-/// Transforms of a mesh's vertices; without joints they are not moved.
+/// Transforms of a mesh's vertices; without joints the vertices do not move.
 struct GltfPose {
     std::vector<dmat4> joints;
     bool skin = false;  // JOINTS_n and WEIGHTS_n are applied; otherwise all vertices follow joints[0]

@@ -24,7 +24,7 @@ class GltfPrimitive final : public RestShape {
     GltfPrimitive(const GltfDocument& document, const tinygltf::Primitive& primitive, std::string element,
                   const GltfMaterial* material, std::uint32_t material_index, bool skinned);
 
-    /// Triangles, their material, texture coordinates and colours. Has no vertices if it has no triangles.
+    /// Triangles, their material, texture coordinates and colours; no vertices without triangles.
     Mesh still;
     /// Returns the warnings about repairs.
     const GltfWarnings& warnings() const { return warnings_; }

@@ -74,7 +74,7 @@ GltfRules make_rules() {
           {"intensity", number},
           {"spot", object, "spot"}}},
         {"spot", {{"innerConeAngle", number}, {"outerConeAngle", number}}},
-        // check_gltf_animations() checks it when an animation is to be played.
+        // check_gltf_animations() checks this list when an animation is to be played.
         {"animations", {{"animations", objects, "animation"}}},
         {"animation",
          {{"name", text},
