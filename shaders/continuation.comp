@@ -11,7 +11,7 @@
 #include "shaders/shared/radiance_cache.h"
 #include "shaders/shared/rays.h"
 #include "shaders/shared/reuse.h"
-#include "shaders/geometry_tables.glsl"  // triangle lights need it
+#include "shaders/geometry_tables.glsl"  // tables of triangle lights
 #include "shaders/scene_tables.glsl"
 
 layout(local_size_x = 64) in;
@@ -233,7 +233,7 @@ void main() {
 #endif
 #if defined(HALFLIGHT_APART) && defined(HALFLIGHT_FIRST_HIT)
     bool gives = has_point && is_diffuse;
-    state.throughput = gives ? vec3(1.0) : state.throughput;  // receivers have BSDFs of their own
+    state.throughput = gives ? vec3(1.0) : state.throughput;  // each receiver has its own BSDF
     state.reuse = (has_point ? kReusePoint : 0u) | (gives ? kReuseRest : 0u);
 #ifdef HALFLIGHT_RADIANCE_CACHE
     state.reuse |= is_apart ? kReuseCell : 0u;

@@ -201,7 +201,7 @@ void main() {
 #else
     Earlier earlier = load_earlier(tile);
     bool stale = asked && !intact(earlier, tile, shaft_contains(earlier.shaft, shaft));
-    Shaft both = shaft_union(shaft, earlier.shaft);  // invalid records enlarge it or make it NaN, and are rejected
+    Shaft both = shaft_union(shaft, earlier.shaft);  // invalid records give larger or NaN shafts, which are rejected
     if (size(both) <= kMuchTheSame * size(shaft)) shaft = widened(both);
 #endif
 

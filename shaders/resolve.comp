@@ -39,7 +39,7 @@ layout(std430) writeonly buffer Hits { Hit hits[]; };
 #ifdef HALFLIGHT_SEEN
 layout(std430) buffer LightSeen { vec4 light_seen[]; };
 
-uniform float weight;  // weight of these rays in the mean
+uniform float weight;  // weight of the rays in the mean
 uniform bool begins;   // true: the mean is empty so far
 #else
 layout(std430) writeonly buffer Surfaces { vec4 surfaces[]; };

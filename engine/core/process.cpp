@@ -108,7 +108,7 @@ Spool::Spool() : file_(std::tmpfile(), &std::fclose) {
 std::string Spool::text(std::size_t limit) const {
     std::string all;
     char buffer[4096];
-    // The process shares the position in the file, which fread() would move.
+    // A child process shares the position in the file, which fread() would move.
     for (off_t at = 0;; at = static_cast<off_t>(all.size())) {
         const ssize_t count = pread(descriptor(), buffer, sizeof(buffer), at);
         if (count <= 0) return all;

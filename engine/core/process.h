@@ -24,7 +24,7 @@ struct ProcessOptions {
 /// Result of a process that has ended.
 struct ProcessEnd {
     int status = 0;              // exit status, or 128 + signal
-    int signal = 0;              // signal that ended it, or 0
+    int signal = 0;              // signal that ended the process, or 0
     double cpu_seconds = 0;      // seconds, user and system, of the process and the children that it has waited for
     std::size_t peak_bytes = 0;  // greatest resident memory, bytes
 };

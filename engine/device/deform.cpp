@@ -54,7 +54,7 @@ struct GpuDeformer::Job {
     const Resident* shape;  // null: deformed on the CPU
     int first_matrix;
     ivec4 targets;             // active_targets of deform.comp
-    std::size_t first_result;  // index of the first result of its pieces
+    std::size_t first_result;  // index of the first result of the shape's pieces
 };
 
 GpuDeformer::GpuDeformer(const gpu::Context& context, const gpu::Limits& limits)

@@ -113,7 +113,7 @@ struct Context::State {
         renderer = gl_string(GL_RENDERER);
         version = gl_string(GL_VERSION);
         limits = query_limits();
-        GLuint vertex_array = 0;  // core profiles need one to draw; the context owns it
+        GLuint vertex_array = 0;  // core profiles need a vertex array to draw; the context owns it
         glCreateVertexArrays(1, &vertex_array);
         glBindVertexArray(vertex_array);
         glPixelStorei(GL_PACK_ALIGNMENT, 1);

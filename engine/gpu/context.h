@@ -26,7 +26,7 @@ struct ContextOptions {
 struct DeviceAttempt {
     std::string name;    ///< name such as "EGL device 0, /dev/dri/card0, NVIDIA H200"
     bool taken = false;  ///< true for at most one attempt
-    std::string reason;  ///< reason why it was taken or not
+    std::string reason;  ///< reason why the device was taken or not
 };
 
 struct Limits {
@@ -59,7 +59,7 @@ class Context {
     const std::vector<DeviceAttempt>& attempts() const;
     const std::string& renderer() const;  ///< Returns GL_RENDERER.
     const std::string& version() const;   ///< Returns GL_VERSION.
-    bool software() const;                ///< Returns whether it is llvmpipe, softpipe or swrast.
+    bool software() const;                ///< Returns whether the driver is llvmpipe, softpipe or swrast.
     const Limits& limits() const;
     /// Returns the store for ProgramCache; null unless binaries_folder is set.
     const ProgramBinaries* binaries() const;

@@ -176,7 +176,7 @@ GLbitfield barrier_bits(Access access, bool is_texture) {
         case Access::storage_read:
             return GL_SHADER_STORAGE_BARRIER_BIT;
         case Access::storage_write:
-            return GL_SHADER_STORAGE_BARRIER_BIT | transfer;  // the pass may clear it first
+            return GL_SHADER_STORAGE_BARRIER_BIT | transfer;  // the pass may clear the resource first
         case Access::storage_read_write:
             return GL_SHADER_STORAGE_BARRIER_BIT;
         case Access::texture_read:
@@ -211,7 +211,7 @@ void derive_barriers(CompiledGraph& plan) {
         return memories[identity];
     };
     std::map<GLbitfield, int>
-        issued;  // single bit -> last pass before which it was issued; a run starts with all bits issued
+        issued;  // single bit -> last pass before which the bit was issued; a run starts with all bits issued
     for (int p = 0; p < static_cast<int>(plan.passes.size()); ++p) {
         PlannedPass& pass = plan.passes[static_cast<std::size_t>(p)];
         for (const Use& use : pass.uses) {

@@ -26,7 +26,7 @@ struct CulledPass {
 /// A resource of the plan, at the index of its handles.
 struct PlannedResource {
     ResourceNode node;
-    bool used = false;        // true: a pass of the plan uses it
+    bool used = false;        // true: a pass of the plan uses the resource
     std::uint32_t first = 0;  // index of the first pass of the plan that uses it
     std::uint32_t last = 0;   // index of the last pass that uses it; outputs last until the end
     std::uint32_t slot = kNoSlot;

@@ -179,7 +179,7 @@ class Graph {
 
     const std::vector<PassNode>& passes() const { return passes_; }
     const std::vector<ResourceNode>& resources() const { return resources_; }
-    std::uint32_t serial() const { return serial_; }  ///< Returns Handle::graph of its handles.
+    std::uint32_t serial() const { return serial_; }  ///< Returns Handle::graph of the graph's handles.
     BufferDesc desc(BufferHandle handle) const;
     gpu::TextureDesc desc(TextureHandle handle) const;
 

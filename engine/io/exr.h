@@ -54,7 +54,7 @@ struct TimeCode {
 std::optional<TimeCode> time_code(const FrameRate& rate, std::uint32_t frame);
 
 /// Attributes of a file. Cameras are given in the engine's convention (column vectors, right-handed, looking along -Z,
-/// +Y up). They are stored in the standard's (ImfStandardAttributes.h): Imath's row-vector matrices, worldToCamera
+/// +Y up). Files have the standard's convention (ImfStandardAttributes.h): Imath's row-vector matrices, worldToCamera
 /// left-handed, looking along +Z. worldToNDC has (0, 0) at the display window's upper left and (1, 1) at its lower
 /// right corner. Reading converts them back.
 struct ExrAttributes {
@@ -92,7 +92,7 @@ struct ExrFile {
     std::vector<ExrChannel> channels;  // channels, sorted by name
     ExrAttributes attributes;
 
-    const ExrChannel* find(const std::string& name) const;  // Returns null if it is missing.
+    const ExrChannel* find(const std::string& name) const;  // Returns null if the channel is missing.
     /// Returns 1 to 4 channels interleaved, uint32 converted to float. Throws Error that names a missing channel.
     Image image(const std::vector<std::string>& names) const;
 };

@@ -17,7 +17,7 @@ struct CullNode {
     std::uint32_t first_child = 0;  // index of the first child; children are consecutive
     std::uint32_t child_count = 0;  // number of children; 0: a leaf
     std::uint32_t node = 0;         // index as in references of shaders/shared/bvh.h
-    std::uint32_t slots = 0;        // bit i is set if child i of `node` belongs to it
+    std::uint32_t slots = 0;        // bit i is set if child i of `node` belongs to this node
 };
 
 struct CullTree {
@@ -30,7 +30,7 @@ struct CullTree {
 
 struct CutSizes {
     std::size_t leaf_triangles = 16384;  // maximum triangles of a leaf, except for leaves that cannot be divided
-    std::size_t most_nodes = 1 << 16;    // maximum number of nodes; leaf_triangles grows until it is met
+    std::size_t most_nodes = 1 << 16;    // maximum number of nodes; leaf_triangles grows to respect it
 };
 
 CullTree build_cull_tree(const PackedScene& packed, const CutSizes& sizes = {});

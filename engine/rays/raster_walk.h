@@ -47,7 +47,7 @@ struct RasterBatch {
 
 /// Visibility state of a node. Arbitrary bits are safe; they only cost time.
 struct CullMemory {
-    std::uint32_t since = 0;   // run in which its visibility last changed
+    std::uint32_t since = 0;   // run in which the visibility last changed
     std::uint32_t retest = 0;  // run in which a visible leaf is queried again
     std::uint32_t visible = 0;
 };

@@ -120,7 +120,7 @@ graph::BufferHandle closest_hit(graph::Graph& graph, const TraceScene& scene, co
 graph::BufferHandle any_hit(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                             graph::BufferHandle occluded);
 
-/// Throws Error where the driver does not start this number of work groups at once; the message has `rays`.
+/// Throws Error naming `rays` where the driver does not start this number of work groups at once.
 void check_groups(std::uint32_t groups, std::uint32_t rays);
 /// Traces a batch in a pass that has declared the batch (read_batch()) and the results (write_results()).
 void trace_plain(graph::Resources& resources, const TraceScene& scene, const RayBatch& batch,

@@ -101,7 +101,7 @@ Albedo integrate_albedo(double mu, double alpha) {
                 const double cosine = std::cos(theta), sine = std::sin(theta);
                 const double x = forward * sine + c * cosine;
                 const double mu_i = 2 * x * cosine - c;
-                if (mu_i <= 0 || x <= 0) continue;  // rounding at theta_max can cause this
+                if (mu_i <= 0 || x <= 0) continue;  // rounding at theta_max can cause such values
                 const double density = 2 * rule.x[i] * omega_max * std::sin(2 * omega);
                 const double value = 4 * ggx_visibility(c, mu_i, alpha) * x * mu_i / cosine;
                 const double weight = 0.5 * rule.weight[j] * rule.weight[i] * density * value;

@@ -35,7 +35,7 @@ class Bsdf {
     /// Prepares all lobes. n_g, n and n_k (the coat's normal) must be on wo's side and bent towards it.
     Bsdf(const BsdfParameters& parameters, const dvec3& wo, const dvec3& n_g, const dvec3& n, const dvec3& n_k);
 
-    bool black() const { return black_; }  ///< Returns whether it reflects nothing.
+    bool black() const { return black_; }  ///< Returns whether the material reflects nothing.
 
     /// f times cosine by component, without mirrors, and the density of sample(), P_c p_c(wi), per solid angle.
     struct Value {

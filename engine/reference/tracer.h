@@ -30,7 +30,7 @@ struct Placed {
     // instances; gives normals of any length
     dmat3 normals{1};
     double handedness = 1;      // -1 where the instance mirrors
-    bool alpha_tested = false;  // some of its triangles are alpha tested
+    bool alpha_tested = false;  // true: some triangles are alpha tested
 };
 
 /// Tracer of rays relative to origin().

@@ -19,7 +19,7 @@ enum class AnimatedProperty : std::uint8_t {
     weights,
     mesh_weights,  // weights of a mesh, for its nodes without weights of their own
     // Properties of a material.
-    emission,    // emission, or the transform of its texture
+    emission,    // emission, or the transform of the emission texture
     normal_map,  // transform of a normal map, which tangents follow
     surface,     // any other property
     // Any property of a punctual light, or of a camera.

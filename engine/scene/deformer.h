@@ -32,7 +32,7 @@ struct MorphTarget {
 /// Four joints per vertex.
 struct JointSet {
     std::vector<uvec4> joints;  // indices into Deformation::joints
-    std::vector<vec4> weights;  // weights of these joints, finite, >= 0, of any sum
+    std::vector<vec4> weights;  // weights of the joints, finite, >= 0, of any sum
 };
 
 /// The undeformed vertices of a file. Each call reads them anew and returns the same values. All calls throw what
@@ -61,7 +61,7 @@ struct ActiveTarget {
 
 /// A shape in one pose. Targets are added in their order, then joints transform the sum.
 struct Deformation {
-    std::shared_ptr<const RestShape> rest;  // the shape at rest; a Deformer may keep it to recognise it
+    std::shared_ptr<const RestShape> rest;  // the shape at rest, which a Deformer may keep
     std::vector<ActiveTarget> targets;      // active targets by ascending index
     std::span<const dmat4> joints;  // affine; without joint sets the first one transforms all vertices; empty: none
 };

@@ -38,7 +38,7 @@ struct MaterialProperty {
     const char* path;     // JSON pointer within a glTF material; an extension alone: true where it is present
     PropertyRange range = {};
     MaterialPacking packing = {};
-    const char* shader = "";              // the member of GLSL's struct Material; "": it has none
+    const char* shader = "";              // the member of GLSL's struct Material; "": none
     bool MaterialNeeds::*need = nullptr;  // shaders read the property only where this holds; null: always
     bool scales_lobe = false;             // true: packed as 0 for unlit materials
     AnimatedProperty animated = AnimatedProperty::surface;  // target of animations of the property

@@ -23,7 +23,7 @@ class PreviousSurfaces {
   private:
     const Scene& now_;
     Scene before_;
-    std::vector<int> before_of_;  // per instance, its match in before_; kNone: it has not moved
+    std::vector<int> before_of_;  // per instance, the match in before_; kNone: the instance has not moved
 };
 
 }  // namespace halflight

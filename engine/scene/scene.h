@@ -37,7 +37,7 @@ struct Instance {
     std::string name;
     int mesh = kNone;
     dmat4 object_to_world{1};  // affine; may mirror, may be non-uniform; never NaN
-    int node = kNone;          // index of its glTF node
+    int node = kNone;          // index of the glTF node of the instance
     bool moves = false;        // object_to_world changes with the pose of the scene
 };
 

@@ -28,7 +28,7 @@ struct ErrorTarget {
 struct SceneSettings {
     Camera camera;
     std::optional<Camera> previous_camera{};  // camera of the previous frame, for the layer "motion"; none: `camera`
-    const PreviousSurfaces* previous_surfaces = nullptr;  // surfaces of the previous frame; null: they did not move
+    const PreviousSurfaces* previous_surfaces = nullptr;  // surfaces of the previous frame; null: none has moved
     // History of Preview::temporal: light of earlier pictures, which this picture reads and updates; null: none.
     PictureHistory* history = nullptr;
     std::uint32_t frame = 0;  // frame number, which seeds the noise
@@ -40,7 +40,7 @@ struct FrameSettings : SceneSettings {
     int first_sample = 0;    // >= 0; number of the picture's first sample in the frame's sequence
     int of_samples = 0;      // length of the frame's sequence where the picture is a part of it; 0: unknown
     PixelFilter filter{};    // reconstruction filter of radiance; layers at pixel centres are not filtered
-    double time_limit = 0;   // seconds; > 0: samples are added until it is spent, at least one; 0: no limit
+    double time_limit = 0;   // seconds; > 0: samples are added until this time, at least one; 0: no limit
     std::uint32_t seed = 0;  // pictures of one frame with different seeds have independent noise
     /// Samples are added until the error is below the target at kConfidence (engine/core/statistics.h). The number of
     /// samples is then a multiple of kReplicates, and at least twice as many (renderer/replicates.h).

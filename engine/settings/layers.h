@@ -56,7 +56,7 @@ struct AovInfo {
     LayerMerge merge;
     LayerSource source;
     std::string_view description;  // description in one line, with units
-    std::size_t first = 0;         // sums: number of its first channel
+    std::size_t first = 0;         // sums: number of the layer's first channel
     /// Functions that copy a pixel's channels; null for other sources. Records without a surface have triangle kMiss.
     void (*read)(const shared::AovRecord&, const TraceTables&, float* to) = nullptr;
     void (*read_debug)(const shared::DebugRecord&, float* to) = nullptr;

@@ -21,7 +21,7 @@ struct Preview {
 /// A preview mode with its name and label.
 struct PreviewMode {
     const char* name;
-    const char* description;  // label of its check box
+    const char* description;  // label of the mode's check box
     bool Preview::*flag;
 };
 std::span<const PreviewMode> known_preview_modes();

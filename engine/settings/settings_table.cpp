@@ -129,7 +129,7 @@ std::vector<Setting> make_table() {
                 .metavar = "N",
                 .help = "frame number, which decides the noise and, with --animation, the pose",
                 .upper = kMaxUint,
-                .fingerprint = false,  // each frame has a fingerprint of its own
+                .fingerprint = false,  // each frame has its own fingerprint
             }),
         row([](auto& s) -> auto& { return s.aovs; },
             {

@@ -316,7 +316,7 @@ class Builder {
     std::vector<Kind> kind_;                 // kind per light
     std::vector<double> area_;               // area per triangle light, m^2
     std::vector<LightBounds> bounds_;        // bounds of the lights that a tree may hold
-    std::vector<std::uint32_t> in_tree_;     // indices of these lights
+    std::vector<std::uint32_t> in_tree_;     // indices of the lights that a tree may hold
     std::optional<EnvironmentCells> cells_;  // cells of the environment map
     LightTables tables_;
 };

@@ -38,7 +38,7 @@ struct LightTables {
     std::vector<vec4> rows;
     std::vector<vec2> alias;                       // UNIT_LIGHT_ALIAS: alias table over lights
     std::vector<std::uint32_t> light_of_triangle;  // UNIT_LIGHT_OF_TRIANGLE; empty without emissive triangles
-    Image environment;                             // UNIT_ENVIRONMENT; empty where it is black
+    Image environment;                             // UNIT_ENVIRONMENT; empty for a black environment
     std::vector<vec4> environment_cells;           // UNIT_ENVIRONMENT_ALIAS: alias table over cells
     std::vector<uvec4> tree;                       // UNIT_LIGHT_TREE; empty without a tree
     LightChoice choice = LightChoice::power;       // the choice in use, never `automatic`

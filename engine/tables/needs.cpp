@@ -47,7 +47,7 @@ SceneNeeds completed(SceneNeeds n) {
         n.texture_coordinates |= n.*texture.need;
         n.normal_maps |= n.*texture.need && texture.use == TextureUse::normal_map;
     }
-    n.texture_coordinates |= n.normal_maps;  // the tangents' handedness lies beside them
+    n.texture_coordinates |= n.normal_maps;  // tangents have their handedness beside texture coordinates
     n.emission |= n.area_lights;
     complete(n);
     n.punctual_lights |= n.spot_lights || n.directional_lights;

@@ -35,7 +35,7 @@ class TexturePools {
     std::size_t color_texels_ = 0;
     std::size_t data_texels_ = 0;
     std::map<std::pair<std::string, bool>, std::uint32_t>
-        descriptors_;  // index by the bytes of a descriptor and whether it is a colour
+        descriptors_;  // index by the bytes of a descriptor and whether the texture is a colour
 };
 
 }  // namespace halflight

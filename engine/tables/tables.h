@@ -43,7 +43,7 @@ struct BlockInstance {
 /// merged meshes in the order of Scene::instances, then shared ones in the order of Scene::meshes.
 struct MeshRange {
     std::uint32_t mesh = 0;      // index into Scene::meshes
-    std::uint32_t instance = 0;  // index into Scene::instances; shared: its first instance
+    std::uint32_t instance = 0;  // index into Scene::instances; shared: the mesh's first instance
     bool merged = false;         // transformed into block 0; otherwise in object space minus Block::origin
     bool moves = false;          // changes in block space with the pose of the scene
     std::uint32_t block = 0;
@@ -57,7 +57,7 @@ struct MeshRange {
 /// The scene's triangle of a hit, for the id outputs.
 struct TriangleSource {
     std::uint32_t instance = 0;  // index into Scene::instances
-    std::uint32_t triangle = 0;  // index within its mesh
+    std::uint32_t triangle = 0;  // index within the mesh of the instance
 };
 
 struct TraceTables {
@@ -81,7 +81,7 @@ inline constexpr double kSliverAspect = 2000;
 
 /// Returns the tables. Precondition: validate(scene) passes. Meshes used once are merged into block 0. So are instances
 /// whose transform is singular, or so ill-conditioned that rays would lose nearly half of their bits in object space.
-/// The flag kTriangleAlpha is set only where alpha can decide a hit: some alpha is below 1, or below the cutoff.
+/// The flag kTriangleAlpha is set only where some alpha decides hits: below 1 (blend) or below the cutoff (mask).
 /// Throws Error for
 ///   - an instance beyond 2^40 from the scene's centre (products of three coordinates must be finite in float),
 ///   - a mesh that refers to material 2^24 or above,

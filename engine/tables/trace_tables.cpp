@@ -278,7 +278,7 @@ class Builder {
     const Scene& scene_;
     std::size_t flatten_limit_;
     std::optional<dvec3> reference_;
-    std::vector<char> shared_;        // per scene instance: it shares its mesh's block
+    std::vector<char> shared_;        // per scene instance: the instance shares its mesh's block
     std::vector<float> image_alpha_;  // lowest alpha of each image that can decide a hit
     TraceTables tables_;
 };

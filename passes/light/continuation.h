@@ -11,7 +11,7 @@ namespace halflight {
 /// Answers to the last shadow rays of the paths. All other light of later bounces is in PathState.
 struct Continuation {
     graph::BufferHandle occluded;      // uint per path, valid where PathState::pending is; empty without light samples
-    graph::BufferHandle sun_occluded;  // uint per path: answer for the sun; empty unless it is sampled separately
+    graph::BufferHandle sun_occluded;  // uint per path: answer for the sun; empty unless the sun is sampled separately
     bool indirect = true;              // whether there are bounces after the first
 };
 

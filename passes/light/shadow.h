@@ -11,7 +11,7 @@ struct DirectLightEstimate {
     // the second ones and so on. Last come the sun rays of all paths, where the sun is sampled separately.
     graph::BufferHandle light;
     graph::BufferHandle occluded;      // uint per shadow ray, in the same order: answer of any_hit()
-    graph::BufferHandle sun_occluded;  // uint per path: answer for the sun; empty unless it is sampled separately
+    graph::BufferHandle sun_occluded;  // uint per path: answer for the sun; empty unless the sun is sampled separately
 };
 
 /// Picks a light for each shadow ray (engine/tables/lights.h) and traces the ray by any_hit(). The power heuristic

@@ -21,8 +21,8 @@ struct EarlierPicture {
                                   // relative to the earlier picture's origin. Empty: only the camera has moved
     mat4 to_clip{1};              // from the earlier origin to clip space, +y down, without jitter
     vec3 origin_shift{0};         // new picture's origin minus earlier origin, world units
-    float pixel = 0;              // height of one of its pixels where clip space's w is 1, world units, > 0
-    float share = 1;              // weight of its samples, (0,1]; < 1 where its pixels are larger
+    float pixel = 0;              // height of an earlier pixel where clip space's w is 1, world units, > 0
+    float share = 1;              // weight of the earlier samples, (0,1]; < 1 where earlier pixels are larger
 };
 
 /// Fills `to`, textures of the new picture's size, and returns their next versions. Where there is no valid history,

@@ -126,7 +126,7 @@ BsdfSample sample_glossy(Bsdf b, vec3 wo, vec2 xi, float choice) {
     bool mirror = alpha == 0.0;
     mat3 basis = basis_around(n);
     vec3 wo_local = wo * basis;
-    wo_local.z = max(wo_local.z, 1e-20);  // bent normals face wo; this covers rounding of the product
+    wo_local.z = max(wo_local.z, 1e-20);  // bent normals face wo; the bound covers rounding of the product
     vec3 h = mirror ? vec3(0.0, 0.0, 1.0) : sample_visible_normal(wo_local, alpha, xi);
     float x = dot(wo_local, h);
     vec3 local = 2.0 * x * h - wo_local;

@@ -10,7 +10,7 @@ struct BvhHead {
 // Children of a node that a ray meets, sorted front to back.
 struct BvhStep {
     ivec4 near;       // bits of floats, ascending; kBvhFar: no more children
-    uvec4 reference;  // references of these children
+    uvec4 reference;  // references of the children
 };
 
 const int kBvhFar = 0x7f800000;  // bits of +inf

@@ -42,8 +42,8 @@ TriangleRay triangle_ray(vec3 origin, vec3 direction) {
     return ray;
 }
 
-// Hit of a ray with a triangle's plane, and the weights of the corners there. edges: the weights times the determinant.
-// z: of the corners. The bits are equal for all orders of the corners that keep the last one in its place.
+// Hit of a ray with a triangle's plane, and the weights of the corners there. `edges`: weights times the determinant;
+// `z`: of the corners. The bits are equal for all orders of the corners that keep the last one in its place.
 struct TrianglePoint {
     float t;  // parameter of the ray, not yet compared with the ray's interval
     vec3 weights;

@@ -10,7 +10,7 @@ LightTreeHeader light_tree_header() {
 
 struct LightWay {
     uint light;         // selected light
-    float probability;  // probability of the light among all of the tree; 0: no light reaches the receiver on this path
+    float probability;  // probability of the light among all of the tree; 0: no light of this path reaches the receiver
 };
 
 // State of a traversal.

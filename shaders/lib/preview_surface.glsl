@@ -24,6 +24,6 @@ float likeness(Frame frame, ivec2 p, vec4 guide_p, vec3 place, ivec2 q, vec4 gui
     float apart = max(abs(dot(guide_p.xyz, between)), abs(dot(guide_q.xyz, between)));
     float slack = kLikenessSlope * length(vec2(q - p)) * pixel_extent(frame, guide_p.w);
     float alike = max(dot(guide_p.xyz, guide_q.xyz), 0.0);
-    for (int i = 0; i < 5; ++i) alike *= alike;  // raises it to the power of 32
+    for (int i = 0; i < 5; ++i) alike *= alike;  // raises `alike` to the power of 32
     return guide_p.w > 0.0 && guide_q.w > 0.0 ? alike * exp(-apart / max(slack, 1e-30)) : 0.0;
 }

@@ -97,7 +97,7 @@ Surface surface_at(Hit hit, vec3 direction) {
     spread = vec3(dot(abs(m0.xyz), spread), dot(abs(m1.xyz), spread), dot(abs(m2.xyz), spread));
     s.position = vec3(dot(m0, p), dot(m1, p), dot(m2, p));
     float block_face = length(face);
-    face = inverse_rows * face;  // columns are the rows of W, so this multiplies by its transpose
+    face = inverse_rows * face;  // columns are the rows of W, so the product is with the transpose of W
     // Heights above planes grow as their normals shrink.
     sliver *= moved != 0.0 ? block_face / max(length(face), 1e-30) : 1.0;
     normal = inverse_rows * normal;

@@ -64,7 +64,7 @@ PlaceHit intersect_place(TriangleRay ray, int place, uint instance, float t_min,
 #endif
     uvec4 ids = floatBitsToUint(texelFetch(trace_triangles, texel + 3));
     uint id = second ? ids.y : ids.x;
-    if (ids.x == ids.y) h.next = (place | 1) + 1;  // it has a single triangle
+    if (ids.x == ids.y) h.next = (place | 1) + 1;  // the pair has a single triangle
     TrianglePoint p = pair_point_in_file_order(ray, pair, second, second ? ids.z >> kBvhOrderShift : ids.z);
     h.alpha_tested = (id & kBvhAlphaTested) != 0u;
     h.hit = Hit(p.t, p.weights.y, p.weights.z, id & kBvhTriangleMask, instance);
@@ -134,7 +134,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
     Hit nearest = known;
     if (!found) nearest = Hit(ray.t_max, 0.0, 0.0, 0u, 0u);  // loses no tie at t_max
 #ifdef HALFLIGHT_ALPHA
-    Hit asked = nearest;  // becomes the nearest hit if its triangle covers it
+    Hit asked = nearest;  // candidate, which becomes the nearest hit if its triangle covers it
     bool asks = false;
     int done = 0;  // 1: the rest of a leaf starts with the second triangle of a pair
 #else

@@ -12,8 +12,8 @@ HALFLIGHT_SHARED_CONST uint kLobeDiffuse = 1u;
 HALFLIGHT_SHARED_CONST uint kLobeGlossy = 2u;
 
 struct PathState {
-    vec3 throughput;  // throughput of the current ray, including all selection probabilities
-    float pdf;  // solid-angle density of the ray in its component times the component's probability; 0: delta
+    vec3 throughput;     // throughput of the current ray, including all selection probabilities
+    float pdf;           // solid-angle density of the ray in its component times the component's probability; 0: delta
     vec3 direct;         // radiance hit by the first surface's own ray, including the MIS weight
     uint lobe;           // kLobe* of the first surface
     vec3 indirect;       // radiance of all later vertices

@@ -39,7 +39,7 @@ const int kTileEntries = HALFLIGHT_TILE_ENTRIES;  // maximum number of entries o
 // Leaves that have ended shadow rays of a tile; they are tested first. Wrong ones only cost time.
 struct TileBlockers {
     uint entries;  // mask of the first kTileMaskBits entries
-    uint latest;   // reference of one of them, to be found again in the tile's next list
+    uint latest;   // reference of one of these leaves, to be found again in the tile's next list
 };
 HALFLIGHT_SHARED_SIZE(TileBlockers, 8)
 
@@ -58,7 +58,7 @@ HALFLIGHT_SHARED_CONST uint kSearchAgain = 0x80000000u;
 struct BatchCounts {
     uint rays;     // number of live rays
     uint tiles;    // number of tiles with a live ray; lists of other tiles are not counted
-    uint entries;  // number of entries of their lists
+    uint entries;  // number of list entries of these tiles
     uint leaves;   // number of leaves among the entries
     uint longest;  // entries of the longest list
 };

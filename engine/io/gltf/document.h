@@ -20,7 +20,7 @@ namespace halflight {
 
 /// The location of an encoded image.
 struct GltfImageSource {
-    std::string label;  // its URI, or its name, for messages
+    std::string label;  // URI or name of the image, for messages
     std::string uri;    // empty: the image is in `buffer_view`
     int buffer_view = kNone;
 };

@@ -195,7 +195,7 @@ void set_driven_values(GltfDocument& document, const GltfTarget& target, const s
     const Field& field = field_of(target);
     const auto index = static_cast<std::size_t>(target.index);
     if (!field.place) {
-        Json& place = document.materials[index][Json::json_pointer(field.rest)];  // created where it is missing
+        Json& place = document.materials[index][Json::json_pointer(field.rest)];  // a missing member is created
         place = field.default_values.size() == 1 ? Json(values.at(0)) : Json(values);
         return;
     }

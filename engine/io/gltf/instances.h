@@ -16,8 +16,8 @@ namespace halflight {
 
 /// Objects that animations move in any pose. The lists are empty without animations.
 struct GltfAnimatedObjects {
-    std::vector<bool> nodes;        // per node: the node or one above it is driven
-    std::vector<bool> weights;      // per node: its weights, or those of its mesh, are driven
+    std::vector<bool> nodes;        // per node: the node or a node above is driven
+    std::vector<bool> weights;      // per node: the weights of the node or its mesh are driven
     std::vector<bool> normal_maps;  // per material: the transform of a normal map is driven, and tangents follow
 
     bool move(int node) const { return !nodes.empty() && nodes[static_cast<std::size_t>(node)]; }
@@ -48,7 +48,7 @@ struct GltfPoseCache {
     GltfAnimatedObjects animated;
     std::map<GltfMeshKey, GltfStaticMesh> meshes;
     GltfPrimitives primitives;     // primitives of meshes that deform
-    Deformer* deformer = nullptr;  // deformer of those meshes; null: deform()
+    Deformer* deformer = nullptr;  // deformer of deforming meshes; null: deform()
 };
 
 /// Returns the objects that the channels move.

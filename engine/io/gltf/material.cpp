@@ -123,7 +123,7 @@ class Converter {
     TextureRef read_texture(const std::string& path) {
         TextureRef ref;
         const Json* info = find(from_, path);
-        const int index = info ? info->value("index", kNone) : kNone;  // an animation may create `info` without it
+        const int index = info ? info->value("index", kNone) : kNone;  // animations may leave no index
         if (index == kNone) return ref;
         const tinygltf::Texture& from = document_.model.textures[static_cast<std::size_t>(index)];
         if (from.source == kNone) {

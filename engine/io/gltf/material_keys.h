@@ -18,7 +18,7 @@ struct GltfMaterialKey {
     std::string path;  // JSON pointer within the material
     Kind kind;
     std::vector<double> default_value;  // number and numbers: one per component
-    AnimatedProperty animated;          // target of animations of its numbers or texture transform
+    AnimatedProperty animated;          // target of animations of the property's numbers or texture transform
 };
 
 /// Returns the rows of material_properties() and material_textures() (engine/scene/material_properties.h), and the

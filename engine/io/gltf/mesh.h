@@ -36,7 +36,7 @@ struct GltfUnposedMesh {
     };
     std::string name;
     std::vector<Part> parts;
-    bool uses_default_material = false;  // its triangles get the index after the last material
+    bool uses_default_material = false;  // true: triangles get the index after the last material
 };
 
 class GltfMeshes {
