@@ -9,7 +9,7 @@ namespace halflight {
 /// Squared error of a picture: the mean over its values of each value's error times its weight.
 struct ErrorEstimate {
     double value = 0;
-    double lower = 0;  // lower to upper contains the error of this very picture at confidence kConfidence
+    double lower = 0;  // lower to upper: confidence interval of this picture's error, at kConfidence
     double upper = 0;
     double bound = 0;  // upper bound of the error at confidence kConfidence
 };

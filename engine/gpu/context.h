@@ -14,8 +14,8 @@ namespace halflight::gpu {
 class ProgramBinaries;
 
 struct ContextOptions {
-    /// Device to use. "": hardware if available, else software. "hardware" or "software": only such a device. A number:
-    /// index into attempts(). Anything else: the first device whose name or GL renderer contains it, case-insensitive.
+    /// Device: "" is hardware if available, else software; "hardware" or "software" is only such a device. A number is
+    /// an index into attempts(); other text is part of a device's name or GL renderer, in either case.
     std::string device;
     /// Folder that keeps linked programs for later runs (program_binaries.h); empty: none.
     std::filesystem::path binaries_folder = {};

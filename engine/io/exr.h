@@ -83,7 +83,7 @@ void write_exr_views(const std::filesystem::path& path, std::span<const ExrLayer
 struct ExrChannel {
     std::string name;
     ExrType type = ExrType::float32;
-    std::vector<float> values;  // width * height, top row first; uint32 as bits
+    std::vector<float> values;  // width * height values, top row first; uint32 as bits
 };
 
 struct ExrFile {

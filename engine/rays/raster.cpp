@@ -57,7 +57,7 @@ struct RasterCulling::Parts {
     CullTree tree;
     gpu::Buffer boxes;
     std::map<BatchKey, RasterMemory> memories;
-    std::map<BatchKey, RasterStatistics> statistics;  // sums over all places, at place 0
+    std::map<BatchKey, RasterStatistics> statistics;  // sums over all places, keyed by place 0
     std::vector<Query> queries;                       // occlusion queries, reused by every run
     gpu::Object<gpu::delete_vertex_array> no_attributes;
 };

@@ -20,7 +20,7 @@ struct DebugRecord;
 enum class LayerStorage {
     color,  // linear RGB: converted to the working space; float, or half where wanted
     data,   // data as float
-    ids,    // uint32, as the bits of floats
+    ids,    // ids, uint32 as the bits of floats
     matte,  // pairs of id and coverage (renderer/cryptomatte.h), float
 };
 
@@ -40,7 +40,7 @@ enum class LayerSource {
     indirect,   // sums of two colours: diffuse, glossy
     squares,    // sums of squares, made on demand
     features,   // albedo and normal, made on demand
-    count,      // number of samples
+    count,      // number of samples per pixel
     objects,    // objects hit by camera rays
     materials,  // materials hit by camera rays
     record,     // AovRecord of the pass "aov"

@@ -43,7 +43,7 @@ struct LightTables {
     std::vector<uvec4> tree;                       // UNIT_LIGHT_TREE; empty without a tree
     LightChoice choice = LightChoice::power;       // the choice in use, never `automatic`
     double tree_share = 0;                         // share of the choices that the tree makes
-    std::vector<double> probabilities;             // per light, without the tree's share; the separate sun has none
+    std::vector<double> probabilities;             // probability of each light without the tree; the sun has none
     std::size_t triangle_count = 0;
     std::size_t punctual_count = 0;  // number of punctual lights without the separate sun
     bool sun = false;                // true: the last row is a separate sun

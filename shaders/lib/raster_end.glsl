@@ -1,7 +1,7 @@
 // The end of rays for raster culling. Needs shaders/shared/rays.h, shaders/lib/bvh.glsl and
 // shaders/lib/raster_shaft.glsl.
 
-// Returns an upper bound of a ray's end; negative: no hits, because it misses the box of the whole hierarchy.
+// Returns an upper bound of a ray's end; negative if the ray misses the box of the whole hierarchy.
 float end_of(Ray ray, BvhHead head) {
     BoxRay box = box_ray(ray.origin, ray.direction, head.base, head.cell, head.slack);
 #ifdef HALFLIGHT_NODES_FLOAT
