@@ -69,7 +69,7 @@ struct MaterialTexture {
     MaterialPacking packing;                   // place of the slot: a word (shaders/shared/word.h)
     bool MaterialNeeds::*need;
     bool MaterialNeeds::*implies;  // the lobe that the texture belongs to; null: any
-    const char* define;            // macro after HALFLIGHT_
+    const char* define;            // name of the macro after HALFLIGHT_
     const char* label;             // name of the need
     const char* fact;              // statement that is true if the need is false
 };
@@ -78,7 +78,7 @@ struct MaterialTexture {
 struct MaterialLobe {
     const char* label;  // name of the need
     bool MaterialNeeds::*need;
-    const char* define;                // macro after HALFLIGHT_
+    const char* define;                // name of the macro after HALFLIGHT_
     const char* fact;                  // statement that is true if the need is false
     bool (*present)(const Material&);  // whether a material has the lobe
     bool MaterialNeeds::*implies;      // a need that comes with it and implies none itself; null: none

@@ -17,8 +17,8 @@ struct Setting {
     std::string_view group;    // heading in help texts
     const char* metavar = "";  // placeholder for the value in help texts; empty for a flag
     const char* help = "";     // purpose; names of values and the default are appended
-    double lower = 0;          // smallest number
-    double upper = 0;          // largest number
+    double lower = 0;          // smallest number allowed
+    double upper = 0;          // largest number allowed
     bool zero = false;         // 0 is allowed below `lower`, too, and disables the setting
     bool fingerprint = true;   // decides pixels, so frames made with another value differ
     bool saved = false;        // part of settings files, and an option of `halflight view`

@@ -51,7 +51,7 @@ struct SceneNeeds : MaterialNeeds {
 struct SceneNeed {
     const char* name;
     bool SceneNeeds::*flag;
-    const char* define;  // macro after HALFLIGHT_
+    const char* define;  // name of the macro after HALFLIGHT_
     const char* fact;    // statement that is true if the flag is false
 };
 /// Returns the row of every flag of SceneNeeds.

@@ -8,7 +8,7 @@ HALFLIGHT_SHARED_BEGIN
 
 // texels along both edges; the centres of the first and last are at 0 and 1
 HALFLIGHT_SHARED_CONST int kAlbedoTableSize = 128;
-HALFLIGHT_SHARED_CONST float kMirrorAlpha = 1e-4f;  // lobes below are perfect mirrors (SHADING.md)
+HALFLIGHT_SHARED_CONST float kMirrorAlpha = 1e-4f;  // alpha below which lobes are perfect mirrors (SHADING.md)
 HALFLIGHT_SHARED_CONST float kAlbedoKnee = 4.0f;
 
 // Returns coordinates in [0, 1]. x stretches the cosines around alpha, where the albedo of a smooth lobe dips; y is the
