@@ -26,8 +26,8 @@ class Framebuffer {
 
   private:
     Object<delete_framebuffer> object_;
-    int width_ = 0;   // pixels
-    int height_ = 0;  // pixels
+    int width_ = 0;   // width, pixels
+    int height_ = 0;  // height, pixels
 };
 
 }  // namespace halflight::gpu

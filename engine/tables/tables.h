@@ -26,7 +26,7 @@ struct Block {
     std::uint32_t first_triangle = 0;
     std::uint32_t triangle_count = 0;  // > 0
     Bounds bounds;                     // bounds in block space
-    dvec3 origin{0};                   // subtracted, in object space; block 0: in world space (TraceTables::origin)
+    dvec3 origin{0};                   // offset subtracted, in object space; block 0: in world space
 };
 
 struct BlockInstance {

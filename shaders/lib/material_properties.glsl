@@ -1,5 +1,5 @@
-// Written by tests/unit/test_material_properties.cpp from the table of engine/scene/material_properties.cpp. To write it
-// anew after a change of the table: HALFLIGHT_REWRITE=1 build/tests/test_material_properties
+// tests/unit/test_material_properties.cpp writes this file from the table of engine/scene/material_properties.cpp.
+// After a change of the table, this command writes it anew: HALFLIGHT_REWRITE=1 build/tests/test_material_properties
 //
 // Unpacks the rows of materials (UNIT_MATERIALS, RGBA32F), kMaterialStride texels for each of Scene::materials. A slot is
 // a word (word.h): the index of a descriptor (texture.h), or kNoTexture. Needs shaders/scene_tables.glsl.
@@ -64,10 +64,10 @@ struct Material {
     float transmission;
     vec3 normal;       // n: normal-mapped, on the side of n_g, bent towards wo
     vec3 coat_normal;  // n_k
-    bool bent;         // wo does not see n as it was, or n_k where there is a coat
+    bool bent;         // true: wo is behind n as it was before bending, or behind the coat's n_k
 };
 
-// Returns the factors; the normals are the caller's.
+// Returns the factors; the caller sets the normals.
 Material load_material(uint material) {
     Material m;
 #ifdef HALFLIGHT_UNLIT
@@ -118,7 +118,7 @@ Material load_material(uint material) {
     return m;
 }
 
-// Multiplies the factors by their textures, normal maps apart.
+// Multiplies the factors by their textures, except for normal maps.
 void multiply_textures(inout Material m, uint material, vec2 uv0, vec2 uv1) {
 #ifdef HALFLIGHT_TEXTURE_BASE_COLOR
     vec4 base_color_texture = color_texture(base_color_texture_slot(material), uv0, uv1);

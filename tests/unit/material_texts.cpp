@@ -12,8 +12,8 @@ namespace halflight {
 namespace {
 
 constexpr const char* kHead =
-    R"(// Written by tests/unit/test_material_properties.cpp from the table of engine/scene/material_properties.cpp. To write it
-// anew after a change of the table: HALFLIGHT_REWRITE=1 build/tests/test_material_properties
+    R"(// tests/unit/test_material_properties.cpp writes this file from the table of engine/scene/material_properties.cpp.
+// After a change of the table, this command writes it anew: HALFLIGHT_REWRITE=1 build/tests/test_material_properties
 //
 // Unpacks the rows of materials (UNIT_MATERIALS, RGBA32F), kMaterialStride texels for each of Scene::materials. A slot is
 // a word (word.h): the index of a descriptor (texture.h), or kNoTexture. Needs shaders/scene_tables.glsl.
@@ -25,7 +25,7 @@ constexpr const char* kStruct = R"(
 struct Material {
 {members}    vec3 normal;       // n: normal-mapped, on the side of n_g, bent towards wo
     vec3 coat_normal;  // n_k
-    bool bent;         // wo does not see n as it was, or n_k where there is a coat
+    bool bent;         // true: wo is behind n as it was before bending, or behind the coat's n_k
 };
 )";
 
@@ -155,10 +155,10 @@ std::string material_glsl() {
     std::string members_in = kStruct;
     members_in.replace(members_in.find("{members}"), 9, members);
     text += members_in;
-    text += "\n// Returns the factors; the normals are the caller's.\nMaterial load_material(uint material) {\n";
+    text += "\n// Returns the factors; the caller sets the normals.\nMaterial load_material(uint material) {\n";
     text += "    Material m;\n" + loads + "    return m;\n}\n\n";
     text +=
-        "// Multiplies the factors by their textures, normal maps apart.\n"
+        "// Multiplies the factors by their textures, except for normal maps.\n"
         "void multiply_textures(inout Material m, uint material, vec2 uv0, vec2 uv1) {\n" +
         multiplies + "}\n";
     return text;
