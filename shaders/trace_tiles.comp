@@ -48,7 +48,7 @@ void store_answer(uint path, Hit hit) {
 
 // Result of a ray's test against the box of an entry.
 struct EntryHit {
-    int near;  // bits of a float >= 0
+    int near;  // entry of the ray, bits of a float >= 0
     bool met;
 };
 

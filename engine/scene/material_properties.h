@@ -80,7 +80,7 @@ struct MaterialLobe {
     bool MaterialNeeds::*need;
     const char* define;                // name of the macro after HALFLIGHT_
     const char* fact;                  // statement that is true if the need is false
-    bool (*present)(const Material&);  // whether a material has the lobe
+    bool (*present)(const Material&);  // returns whether a material has the lobe
     bool MaterialNeeds::*implies;      // a need that comes with it and implies none itself; null: none
 };
 
