@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 
 namespace halflight {
@@ -26,14 +27,38 @@ double blackman_harris_point(double share) {
     return lower;
 }
 
+struct ShapeInfo {
+    const char* name;
+    double usual_radius;            // pixels
+    double (*point)(double share);  // inverse of the filter's distribution over [-1, 1]
+};
+/// Rows in the order of PixelFilter::Shape. The weights of Blackman-Harris fall to one half at 0.51 pixels.
+constexpr std::array kShapes = {
+    ShapeInfo{"box", 0.5, [](double share) { return 2.0 * share - 1; }},
+    ShapeInfo{"blackman-harris", 1.5, blackman_harris_point},
+};
+
+const ShapeInfo& info(PixelFilter::Shape shape) {
+    return kShapes.at(static_cast<std::size_t>(shape));
+}
+
 }  // namespace
 
+std::span<const PixelFilter::Shape> filter_shapes() {
+    static const auto shapes = [] {
+        std::array<PixelFilter::Shape, kShapes.size()> all{};
+        for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<PixelFilter::Shape>(i);
+        return all;
+    }();
+    return shapes;
+}
+
 const char* name(PixelFilter::Shape shape) {
-    return shape == PixelFilter::Shape::box ? "box" : "blackman-harris";
+    return info(shape).name;
 }
 
 double usual_radius(PixelFilter::Shape shape) {
-    return shape == PixelFilter::Shape::box ? 0.5 : 1.5;
+    return info(shape).usual_radius;
 }
 
 std::string text(const PixelFilter& filter) {
@@ -41,10 +66,7 @@ std::string text(const PixelFilter& filter) {
 }
 
 vec2 sample_point(const PixelFilter& filter, const vec2& xi) {
-    const auto along = [&](float u) {
-        const double t = filter.shape == PixelFilter::Shape::box ? 2.0 * u - 1 : blackman_harris_point(u);
-        return static_cast<float>(0.5 + filter.radius * t);
-    };
+    const auto along = [&](float u) { return static_cast<float>(0.5 + filter.radius * info(filter.shape).point(u)); };
     return {along(xi.x), along(xi.y)};
 }
 

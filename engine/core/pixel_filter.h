@@ -1,6 +1,7 @@
 // Pixel reconstruction filters.
 #pragma once
 
+#include <span>
 #include <string>
 
 #include "engine/core/math.h"
@@ -8,7 +9,8 @@
 namespace halflight {
 
 /// A separable filter, equal in x and y, non-negative, and zero beyond its radius. Sample points are drawn by inverting
-/// its distribution (Shirley 1990; pbrt-v4, 8.8), so all samples of a pixel have equal weight.
+/// its distribution (Shirley 1990; pbrt-v4, 8.8), so all samples of a pixel have equal weight. A new shape needs an
+/// enumerator here and a row in pixel_filter.cpp.
 struct PixelFilter {
     enum class Shape : std::uint8_t {
         box,
@@ -21,10 +23,10 @@ struct PixelFilter {
 };
 inline constexpr double kMaxFilterRadius = 16;  ///< pixels
 
-const char* name(PixelFilter::Shape shape);  ///< Returns the name on the command line.
-/// Returns the default radius, pixels: 0.5 for the box, 1.5 for Blackman-Harris, whose weights fall to one half at
-/// 0.51.
-double usual_radius(PixelFilter::Shape shape);
+/// Returns all shapes, in the order of help texts.
+std::span<const PixelFilter::Shape> filter_shapes();
+const char* name(PixelFilter::Shape shape);     ///< Returns the name on the command line.
+double usual_radius(PixelFilter::Shape shape);  ///< Returns the default radius, pixels.
 /// Returns a description: "blackman-harris, radius 1.5 pixels".
 std::string text(const PixelFilter& filter);
 

@@ -23,7 +23,6 @@ inline constexpr rays::Culling kCullings[] = {rays::Culling::automatic, rays::Cu
                                               rays::Culling::off};
 inline constexpr PrimaryVisibility kPrimaries[] = {PrimaryVisibility::automatic, PrimaryVisibility::raster,
                                                    PrimaryVisibility::traced};
-inline constexpr PixelFilter::Shape kFilters[] = {PixelFilter::Shape::box, PixelFilter::Shape::blackman_harris};
 
 /// Returns the names in a list that commas or newlines separate.
 inline std::vector<std::string> split(const std::string& list) {
@@ -35,15 +34,15 @@ inline std::vector<std::string> split(const std::string& list) {
     return names;
 }
 
-template <class Enum, std::size_t N>
-std::string names_of(const Enum (&choices)[N]) {
+template <class Choices>
+std::string names_of(const Choices& choices) {
     std::vector<std::string> names;
-    for (const Enum choice : choices) names.emplace_back(name(choice));
+    for (const auto choice : choices) names.emplace_back(name(choice));
     return fmt::format("{}", fmt::join(names, ", "));
 }
 
-template <class Enum, std::size_t N>
-std::string parse_name(const Enum (&choices)[N], const std::string& text, Enum& value) {
+template <class Choices, class Enum>
+std::string parse_name(const Choices& choices, const std::string& text, Enum& value) {
     for (const Enum choice : choices)
         if (text == name(choice)) return value = choice, "";
     return fmt::format("expects one of {}, not '{}'", names_of(choices), text);
@@ -112,10 +111,10 @@ struct Value<PrimaryVisibility> : Choice<PrimaryVisibility, kPrimaries> {};
 template <>
 struct Value<PixelFilter> {
     static constexpr Setting::Type type = Setting::Type::text;
-    static std::string names() { return names_of(kFilters); }
+    static std::string names() { return names_of(filter_shapes()); }
     static std::string text(const PixelFilter& filter) { return name(filter.shape); }
     static std::string parse(const Setting&, const std::string& text, PixelFilter& filter) {
-        const std::string problem = parse_name(kFilters, text, filter.shape);
+        const std::string problem = parse_name(filter_shapes(), text, filter.shape);
         if (problem.empty()) filter.radius = usual_radius(filter.shape);
         return problem;
     }

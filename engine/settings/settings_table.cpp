@@ -31,6 +31,12 @@ Setting row(Member member, Setting s) {
 std::vector<Setting> make_table() {
     constexpr const char *kPicture = "Picture", *kLight = "Light", *kColour = "Colour", *kRun = "Run";
     constexpr double kMaxUint = 4294967295;
+    static const std::string radius_help = [] {
+        std::vector<std::string> radii;
+        for (const PixelFilter::Shape shape : filter_shapes())
+            radii.push_back(fmt::format("{} {}", name(shape), usual_radius(shape)));
+        return fmt::format("radius of the filter; by default that of its shape: {}", fmt::join(radii, ", "));
+    }();
     return {
         row([](auto& s) -> auto& { return s.width; },
             {
@@ -64,7 +70,7 @@ std::vector<Setting> make_table() {
                 .name = "filter-radius",
                 .group = kPicture,
                 .metavar = "PIXELS",
-                .help = "radius of the filter; by default that of its shape: box 0.5, blackman-harris 1.5",
+                .help = radius_help.c_str(),
                 .lower = 0.01,
                 .upper = kMaxFilterRadius,
             }),
