@@ -17,7 +17,7 @@ uniform usamplerBuffer sun_occluded;  // R32UI: answers to sun rays
 #endif
 #endif
 #ifdef HALFLIGHT_PATHS
-layout(std430) readonly buffer States { PathState states[]; };
+#include "shaders/lib/state_texels.glsl"
 #endif
 #ifdef HALFLIGHT_PENDING
 uniform usamplerBuffer light_occluded;  // R32UI: answers to the last shadow rays
@@ -116,8 +116,9 @@ void main() {
     }
 #endif
 #ifdef HALFLIGHT_PATHS
-    uint lobe = states[path].lobe;
-    vec3 met = lobe == kLobeNone ? vec3(0.0) : guarded(states[path].direct, kCountScatter);
+    PathState state = load_state(path);
+    uint lobe = state.lobe;
+    vec3 met = lobe == kLobeNone ? vec3(0.0) : guarded(state.direct, kCountScatter);
     diffuse += dvec3(lobe == kLobeDiffuse ? met : vec3(0.0));
     glossy += dvec3(lobe == kLobeGlossy ? met : vec3(0.0));
 #endif
@@ -131,10 +132,10 @@ void main() {
 #ifdef HALFLIGHT_INDIRECT
     vec3 later = vec3(0.0);
     if (lobe != kLobeNone) {
-        later = states[path].indirect;
+        later = state.indirect;
 #ifdef HALFLIGHT_PENDING
-        if (states[path].pending_light != 0u) {
-            later += answered_light(states[path].pending, texelFetch(light_occluded, int(path)).x);
+        if (state.pending_light != 0u) {
+            later += answered_light(state.pending, texelFetch(light_occluded, int(path)).x);
 #ifdef HALFLIGHT_SUN
             later += answered_light(texelFetch(sun_light, int(own_sun_light(path))).rgb,
                                     texelFetch(later_sun_occluded, int(path)).x);

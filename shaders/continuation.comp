@@ -21,7 +21,7 @@ layout(std140) uniform FrameBlock { Frame frame; };
 uniform usamplerBuffer arriving;         // R32UI: path indices
 uniform usamplerBuffer arriving_header;  // RGBA32UI: ListHeader
 layout(std430) buffer PathRays { Ray path_rays[]; };
-layout(std430) readonly buffer Hits { Hit hits[]; };
+#include "shaders/lib/hit_texels.glsl"
 layout(std430) buffer States { PathState states[]; };
 #ifdef HALFLIGHT_PENDING
 uniform usamplerBuffer occluded;  // R32UI: answers to shadow rays
@@ -83,12 +83,27 @@ DEFINE_APPEND(append_lit, lit_header)
 DEFINE_APPEND(append_leaving, leaving_header)
 #endif
 
+// Stores what this vertex may have changed: stores cost more than anything else here.
+void store_state(uint path, PathState state) {
+#ifdef HALFLIGHT_FIRST_HIT
+    states[path].direct = state.direct;
+    states[path].reuse = state.reuse;
+#endif
+    states[path].indirect = state.indirect;
+    states[path].pending_light = state.pending_light;
+#ifndef HALFLIGHT_LAST_VERTEX
+    states[path].throughput = state.throughput;
+    states[path].pdf = state.pdf;
+    states[path].pending = state.pending;
+#endif
+}
+
 void main() {
     uint entry = gl_GlobalInvocationID.x;
     bool active_path = entry < texelFetch(arriving_header, 0).w;
     uint path = texelFetch(arriving, int(active_path ? entry : 0u)).x;
     Ray ray = path_rays[path];
-    Hit hit = hits[path];
+    Hit hit = load_hit(path);
     PathState state = states[path];
     SurfacePoint at = load_surface_point(path);
     bool is_hit = at.is_surface;
@@ -142,7 +157,7 @@ void main() {
 #endif
 
 #ifdef HALFLIGHT_LAST_VERTEX
-    if (active_path) states[path] = state;
+    if (active_path) store_state(path, state);
 #else
     Bsdf b = load_bsdf(path);
     Sampler random = path_sampler(frame, path);
@@ -289,6 +304,6 @@ void main() {
     if (active_path && has_point) points[path].pending = given_pending;
 #endif
 #endif
-    if (active_path) states[path] = state;
+    if (active_path) store_state(path, state);
 #endif
 }

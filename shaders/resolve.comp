@@ -21,12 +21,12 @@ layout(local_size_x = 64) in;
 layout(std140) uniform FrameBlock { Frame frame; };
 #ifdef HALFLIGHT_LIST
 #define HALFLIGHT_TRACED
-layout(std430) readonly buffer List { uint list[]; };
-layout(std430) readonly buffer Header { ListHeader header; };
+uniform usamplerBuffer list;    // R32UI
+uniform usamplerBuffer header;  // RGBA32UI: ListHeader
 #endif
 #ifdef HALFLIGHT_TRACED
-layout(std430) readonly buffer Rays { Ray rays[]; };
-layout(std430) readonly buffer Hits { Hit hits[]; };
+#include "shaders/lib/hit_texels.glsl"
+#include "shaders/lib/ray_texels.glsl"
 #else
 uniform usampler2D visibility;
 #ifdef HALFLIGHT_STORE_RAYS
@@ -97,8 +97,8 @@ ReusePoint reuse_point(Surface surface, Material m, Bsdf b, Ray ray, float t) {
 
 void main() {
 #ifdef HALFLIGHT_LIST
-    bool listed = gl_GlobalInvocationID.x < header.count;
-    uint path = list[listed ? gl_GlobalInvocationID.x : 0u];
+    bool listed = gl_GlobalInvocationID.x < texelFetch(header, 0).w;
+    uint path = texelFetch(list, int(listed ? gl_GlobalInvocationID.x : 0u)).x;
     const bool inside = true;
 #else
     const bool listed = true;
@@ -107,8 +107,8 @@ void main() {
     bool inside = pixel.x < frame.size.x && pixel.y < frame.band_rows;
 #endif
 #ifdef HALFLIGHT_TRACED
-    Ray ray = rays[path];
-    Hit hit = hits[path];
+    Ray ray = load_ray(path);
+    Hit hit = load_hit(path);
     bool is_hit = hit.triangle != kMiss && finite(hit.t);
     bool unfinished = hit.triangle != kMiss && !is_hit;
     // A miss looks up triangle 0 in vain, because the lanes of a register cannot diverge.

@@ -12,14 +12,6 @@
 layout(local_size_x = 256) in;
 
 layout(std430) readonly buffer PrimaryRays { Ray primary_rays[]; };
-layout(std430) readonly buffer States { PathState states[]; };
-#ifdef HALFLIGHT_PENDING
-layout(std430) readonly buffer Occluded { uint occluded[]; };
-#ifdef HALFLIGHT_SUN
-layout(std430) readonly buffer SunOccluded { uint sun_occluded[]; };
-layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
-#endif
-#endif
 layout(std430) writeonly buffer Connections { Ray connections[]; };
 layout(std430) writeonly buffer Densities { float densities[]; };  // density per area times y.distance^2, if visible
 

@@ -9,14 +9,6 @@
 layout(local_size_x = 256) in;
 
 layout(std430) readonly buffer PrimaryRays { Ray primary_rays[]; };
-layout(std430) readonly buffer States { PathState states[]; };
-#ifdef HALFLIGHT_PENDING
-layout(std430) readonly buffer Occluded { uint occluded[]; };
-#ifdef HALFLIGHT_SUN
-layout(std430) readonly buffer SunOccluded { uint sun_occluded[]; };
-layout(std430) readonly buffer SunLight { vec4 sun_light[]; };
-#endif
-#endif
 uniform usamplerBuffer blocked;  // R32UI: answers to the connection rays
 layout(std430) readonly buffer Densities { float densities[]; };
 layout(std430) writeonly buffer Received { DirectLight received[]; };

@@ -25,11 +25,11 @@ graph::BufferHandle add_resolve(graph::Graph& graph, const SceneView& view, cons
                                 bool last, bool reuse) {
     graph::Pass pass = graph.add_pass("continuation: resolve");
     pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
-    pass.read(list.list, Access::storage_read, "List");
+    pass.read(list.list, Access::texture_read, {"list", GL_R32UI});
     pass.read(list.header, Access::indirect_read);
-    pass.read(list.header, Access::storage_read, "Header");
-    pass.read(paths.rays, Access::storage_read, "Rays");
-    pass.read(paths.hits, Access::storage_read, "Hits");
+    pass.read(list.header, Access::texture_read, {"header", GL_RGBA32UI});
+    pass.read(paths.rays, Access::texture_read, {"rays", GL_RGBA32F});
+    pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI});
     const std::size_t bytes = view.band.paths() * view.scene.surface_record_bytes();
     const graph::BufferHandle surfaces =
         pass.write(graph.create_buffer("path surfaces", {bytes}), Access::storage_write, "Surfaces");
@@ -58,7 +58,7 @@ void add_vertex(graph::Graph& graph, const SceneView& view, int depth, const Pat
     pass.read(arriving.list, Access::texture_read, {"arriving", GL_R32UI});
     pass.read(arriving.header, Access::indirect_read);
     pass.read(arriving.header, Access::texture_read, {"arriving_header", GL_RGBA32UI});
-    pass.read(paths.hits, Access::storage_read, "Hits");
+    pass.read(paths.hits, Access::texture_read, {"hits", GL_R32UI});
     pass.read(surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
     paths.states = pass.write(paths.states, Access::storage_read_write, "States");
     if (paths.receivers) {

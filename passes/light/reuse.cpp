@@ -31,12 +31,12 @@ struct GroupInputs {
         pass.read(view.frame_constants, Access::uniform_read, "FrameBlock");
         pass.read(primary_rays, Access::storage_read, "PrimaryRays");
         pass.read(surfaces, Access::texture_read, {"surfaces", GL_RGBA32F});
-        pass.read(states, Access::storage_read, "States");
+        pass.read(states, Access::texture_read, {"states", GL_RGBA32UI});
         pass.read(points, Access::texture_read, {"points", GL_RGBA32F});
-        if (occluded) pass.read(occluded, Access::storage_read, "Occluded");
+        if (occluded) pass.read(occluded, Access::texture_read, {"occluded", GL_R32UI});
         if (!sun_occluded) return;
-        pass.read(sun_occluded, Access::storage_read, "SunOccluded");
-        pass.read(sun_light, Access::storage_read, "SunLight");
+        pass.read(sun_occluded, Access::texture_read, {"sun_occluded", GL_R32UI});
+        pass.read(sun_light, Access::texture_read, {"sun_light", GL_RGBA32F});
     }
     void run(graph::Resources& r, const char* kernel) const {
         view.scene.bind();

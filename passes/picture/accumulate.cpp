@@ -24,7 +24,7 @@ Accumulated add_accumulate(graph::Graph& graph, const SceneView& view, const Sam
         defines.set("HALFLIGHT_SHADOW_RAYS", fmt::format("{}u", view.shadow_rays));
     }
     if (sample.paths) {
-        pass.read(sample.paths->states, Access::storage_read, "States");
+        pass.read(sample.paths->states, Access::texture_read, {"states", GL_RGBA32UI});
         defines.set("HALFLIGHT_PATHS");
     }
     const bool indirect = sample.continuation && sample.continuation->indirect;

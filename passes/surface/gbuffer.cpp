@@ -98,8 +98,8 @@ void read_hits(graph::Pass& pass, const GBuffer& g, gpu::Defines& defines) {
         pass.read(g.visibility, Access::texture_read, "visibility");
         return;
     }
-    pass.read(g.rays, Access::storage_read, "Rays");
-    pass.read(g.hits, Access::storage_read, "Hits");
+    pass.read(g.rays, Access::texture_read, {"rays", GL_RGBA32F});
+    pass.read(g.hits, Access::texture_read, {"hits", GL_R32UI});
     defines.set("HALFLIGHT_TRACED");
 }
 

@@ -2,9 +2,8 @@
 //
 // Variant: HALFLIGHT_ALPHA.
 #include "shaders/shared/frame.h"
-#include "shaders/shared/rays.h"
+#include "shaders/lib/ray_texels.glsl"
 
-uniform samplerBuffer rays;  // RGBA32F, two texels each
 #ifdef HALFLIGHT_ALPHA
 #include "shaders/lib/alpha_key.glsl"
 layout(std140) uniform FrameBlock { Frame frame; };
@@ -12,12 +11,6 @@ uniform uint alpha_salt;
 uniform uint rays_of_path;  // consecutive rays of a path
 uniform uint paths;         // number of groups after which paths repeat, > 0
 #endif
-
-Ray load_ray(uint ray) {
-    vec4 origin = texelFetch(rays, int(2u * ray));
-    vec4 direction = texelFetch(rays, int(2u * ray + 1u));
-    return Ray(origin.xyz, origin.w, direction.xyz, direction.w);
-}
 
 // Returns the key of a ray, which is not read without HALFLIGHT_ALPHA.
 uint alpha_key(uint ray) {

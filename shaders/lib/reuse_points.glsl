@@ -1,12 +1,18 @@
-// Points that the paths of a group have found, for the kernels that connect and gather. They are bound as texels,
-// because each is read 16 times, and texels are faster. Include after the blocks `states[]` and, with
-// HALFLIGHT_PENDING, `occluded[]`, `sun_occluded[]` and `sun_light[]` (HALFLIGHT_SUN).
+// Reads the points that the paths of a group have found, and their light, as texels. The kernels that connect and gather
+// read each point 16 times.
 #include "shaders/lib/occlusion.glsl"
+#include "shaders/lib/state_texels.glsl"
 #include "shaders/lib/sun_light.glsl"
-#include "shaders/shared/path.h"
 #include "shaders/shared/reuse.h"
 
 uniform samplerBuffer points;  // RGBA32F, kReusePointTexels for each path
+#ifdef HALFLIGHT_PENDING
+uniform usamplerBuffer occluded;  // R32UI
+#ifdef HALFLIGHT_SUN
+uniform usamplerBuffer sun_occluded;  // R32UI
+uniform samplerBuffer sun_light;      // RGBA32F
+#endif
+#endif
 
 vec4 point_texel(uint path, int texel) { return texelFetch(points, int(path) * kReusePointTexels + texel); }
 
@@ -40,13 +46,16 @@ ReusePoint load_point(uint path) {
 
 // Returns the complete ReusePoint::light; 0 where the path has no such vertex.
 vec3 given_light(uint path) {
-    bool gives = states[path].lobe != kLobeNone && (states[path].reuse & kReusePoint) != 0u;
+    PathState state = load_state(path);
+    bool gives = state.lobe != kLobeNone && (state.reuse & kReusePoint) != 0u;
     vec3 light = gives ? point_texel(path, 4).xyz : vec3(0.0);
 #ifdef HALFLIGHT_PENDING
-    bool answers = gives && states[path].pending_light != 0u;
-    if (answers) light += answered_light(point_texel(path, 5).xyz, occluded[path]);
+    bool answers = gives && state.pending_light != 0u;
+    if (answers) light += answered_light(point_texel(path, 5).xyz, texelFetch(occluded, int(path)).x);
 #ifdef HALFLIGHT_SUN
-    if (answers) light += answered_light(sun_light[given_sun_light(path)].rgb, sun_occluded[path]);
+    if (answers)
+        light += answered_light(texelFetch(sun_light, int(given_sun_light(path))).rgb,
+                                texelFetch(sun_occluded, int(path)).x);
 #endif
 #endif
     return light;
