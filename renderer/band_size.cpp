@@ -11,7 +11,7 @@ namespace halflight {
 
 std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, std::uint32_t rays, std::size_t bytes,
                                 const gpu::Limits& limits) {
-    constexpr std::uint32_t kPaths = 256;  // a multiple fills tiles of any size
+    constexpr std::uint32_t kPaths = 256;  // paths of a block: whole tiles of every size
     rays::RayBatch batch;
     batch.kind = kind;
     batch.capacity = kPaths * rays;

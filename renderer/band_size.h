@@ -8,8 +8,8 @@
 
 namespace halflight {
 
-/// Returns the largest number of paths of a band for which a batch of `rays` > 0 per path, and records of `bytes` per
-/// path, fit into the driver's buffers and dispatches.
+/// Returns the largest number of paths of a band whose batches and records fit into the driver's buffers and
+/// dispatches. Each path has `rays` > 0 rays per batch and `bytes` of records.
 std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, std::uint32_t rays, std::size_t bytes,
                                 const gpu::Limits& limits);
 
@@ -18,7 +18,7 @@ std::size_t most_paths_of_batch(const rays::Tracer& tracer, rays::RayKind kind, 
 /// most_paths: an additional limit on the paths of a band. Throws Error for pictures wider than a texture.
 Band first_band(const RenderSettings& settings, const SceneBuffers& scene, std::size_t most_paths,
                 const gpu::Limits& limits);
-/// Returns the first band for limits as numbers: paths of a band, and texels along an edge of a texture.
+/// Returns the first band for explicit limits: paths of a band, and texels along an edge of a texture.
 Band first_band(const RenderSettings& settings, std::size_t most_paths, int texture_size);
 
 }  // namespace halflight

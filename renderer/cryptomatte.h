@@ -23,8 +23,8 @@ std::uint32_t murmur3(std::string_view bytes);
 /// number, the lowest bit of the exponent is flipped ("uint32_to_float32" of the specification).
 float cryptomatte_id(std::string_view name);
 
-/// Returns the attributes of a file for a layer such as "CryptoObject": how ids are made, and the manifest, which is
-/// JSON of names and ids. Names may repeat.
+/// Returns the file attributes of a layer such as "CryptoObject": hash, conversion to float, and the manifest (JSON of
+/// names and ids). Names may repeat.
 std::map<std::string, std::string> cryptomatte_attributes(std::string_view layer, std::span<const std::string> names);
 
 /// Counts samples by pixel and id.
@@ -54,7 +54,7 @@ class IdCoverage {
 /// Counts the objects and materials that camera rays hit. Tables and names must outlive it.
 class Mattes {
   public:
-    /// Counts for those of the layers that are mattes. paths: number of paths of a band.
+    /// Prepares counts for the mattes among the layers. paths: number of paths of a band.
     Mattes(const TraceTables& tables, std::span<const std::string> objects, std::span<const std::string> materials,
            std::span<const std::string> aovs, std::size_t paths);
 

@@ -11,7 +11,7 @@
 namespace halflight {
 namespace {
 
-/// Calls f(x, y of the whole image, path) for every pixel of the band that is in the image.
+/// Calls f(x, y, path) for every pixel of the band inside the image. x, y: pixel of the whole image.
 template <class F>
 void for_each_pixel(const Band& band, F&& f) {
     const int rows = std::min(band.rows, band.image.y - band.y);
@@ -41,7 +41,7 @@ void add_variance(const Band& band, Image& to, const Film::Sums& sums, int sampl
     });
 }
 
-/// Writes the sums of a layer's source as the layer.
+/// Writes a layer from the sums of its source.
 void add_layer(const Band& band, const AovInfo& layer, Image& to, const Film::Sums& sums, int samples) {
     switch (layer.source) {
         case LayerSource::emission:

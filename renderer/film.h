@@ -28,8 +28,8 @@ class Film {
   public:
     /// Allocates the layers that the settings request.
     Film(const RenderSettings& settings, const TraceTables& tables);
-    /// Replaces the layers before anything is added. Throws Error for layers that samples with these settings do not
-    /// leave behind.
+    /// Replaces the layers before anything is added. Throws Error for a layer whose data is not rendered because the
+    /// settings do not request it.
     void choose(const std::vector<std::string>& aovs);
     /// Returns whether a layer of one of these sources is in the film.
     bool wants(std::initializer_list<LayerSource> sources) const;

@@ -14,7 +14,7 @@ struct Frame {
 
 /// Adds the passes that scene and options need for one sample of one band, and no others (frame_needs). Marks the sums
 /// as outputs, and the hits of camera rays where options.want_hits. seen_constants: frame constants of the camera rays
-/// for light that is seen directly. There are options.camera_rays of them, or none for one ray.
+/// for directly visible light. There are options.camera_rays of them, or none for one ray.
 Frame add_frame(graph::Graph& graph, const SceneView& view, const FrameOptions& options, gpu::Buffer& bad_values,
                 const std::vector<graph::BufferHandle>& seen_constants = {});
 

@@ -15,8 +15,8 @@ struct Clip {
 };
 
 /// Returns the clip planes. With reversed float depth, the distance of the near plane only scales all depths, so the
-/// precision does not depend on it. Where the camera has no near plane, it is closer than anything, in scenes of 10^7
-/// m, too.
+/// precision does not depend on it. Where the camera sets no near plane, the plane is closer than any surface, even in
+/// scenes of 10^7 m.
 Clip clip_of(const Camera& camera, double reach) {
     const double chosen = camera.orthographic ? 0.0 : std::max(reach, 1e-18) * 0x1p-60;
     return {camera.near_plane > 0 ? camera.near_plane : chosen,
@@ -63,14 +63,14 @@ dmat4 world_to_clip(const Camera& camera, const ivec2& image, double reach) {
     projection[0][0] = 1 / half.x;
     projection[1][1] = 1 / half.y;
     if (camera.orthographic) {
-        // Depth 1 at the near plane, 0 at the far one or just beyond the scene.
+        // Depth is 1 at the near plane and 0 at the far plane, which defaults to just beyond the scene.
         const double far_plane =
             std::isfinite(clip.far_plane) ? clip.far_plane : clip.near_plane + 2 * std::max(reach, 1e-30);
         projection[2][2] = 1 / (far_plane - clip.near_plane);
         projection[3][2] = far_plane / (far_plane - clip.near_plane);
         projection[3][3] = 1;
     } else {
-        // z = near / distance; a finite far plane is kept by the camera rays' t_max.
+        // z = near / distance; the camera rays' t_max enforces a finite far plane.
         projection[2][3] = -1;
         projection[3][2] = clip.near_plane;
     }
@@ -89,8 +89,8 @@ shared::Frame frame_constants(const Camera& camera, const Camera& previous, cons
         y_down[1][1] = -1;
         return y_down * clip_from_world * shift;
     };
-    // From pixel coordinates of the whole image to clip space of the window; moves the sample point to the pixel's
-    // centre.
+    // The matrix maps pixel coordinates of the whole image to clip space of the window, and moves the sample point to
+    // the pixel's centre.
     const RasterWindow drawn = raster_window(view.band);
     const dvec2 size(image.x, drawn.rows);
     dmat4 window(1);

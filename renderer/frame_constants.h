@@ -26,14 +26,14 @@ struct SampleView {
 shared::Frame frame_constants(const Camera& camera, const Camera& previous, const dvec3& origin, double reach,
                               const SampleView& view);
 
-/// Returns the sample points of a frame. Blue noise falls back to `sobol` where the number of samples is large or not
-/// known before.
+/// Returns the sample points of a frame. Blue noise falls back to `sobol` where the number of samples is large or
+/// unknown in advance.
 SamplePoints points_of(const FrameSettings& frame, SamplePoints wanted);
 /// Returns sample `index` of a frame. All pixels share the sample point, as rasterization demands. Different frames and
 /// different user seeds have independent seeds.
 SampleView sample_view(const FrameSettings& frame, const Band& band, std::uint32_t index, SamplePoints points);
-/// Returns the sample with point `number` of `count` points of its own. Together these points are the samples of a
-/// sequence that is `count` times as long.
+/// Returns the sample with the sample point of camera ray `number` of `count`. Together these points are the samples of
+/// a sequence that is `count` times as long.
 SampleView seen_view(const SampleView& sample, const PixelFilter& filter, int number, int count);
 /// Returns the constants of a frame's sample.
 shared::Frame frame_constants(const FrameSettings& frame, const TraceTables& tables, const SampleView& view);

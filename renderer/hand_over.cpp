@@ -45,8 +45,8 @@ std::vector<double> beauty_sums(const SumBuffers& sums) {
     return all;
 }
 
-/// Returns squares that give the variance of the weighted mean. Variances of independent parts add. samples: of all
-/// parts.
+/// Returns squares that give the variance of the weighted mean. Variances of independent parts add. samples: sum over
+/// the parts.
 std::vector<double> squares_of(const Part (&parts)[2], const SumBuffers& blended, int samples) {
     std::vector<double> squares = beauty_sums(blended);
     for (double& s : squares) s *= s / samples;

@@ -9,11 +9,11 @@
 
 namespace halflight {
 
-/// Number of samples of a picture that use the radiance cache: its first samples. One is worth several unbiased
-/// samples, so these few suffice until unbiased samples take over, without a bump in the error.
+/// Number of cached samples: the first samples of a picture, which use the radiance cache. Each is worth several
+/// unbiased samples, so these few suffice until unbiased samples take over without a bump in the error.
 inline constexpr int kCachedSamples = 4;
-/// Number of samples of a picture, including the cached ones, from which on it is the mean of the unbiased samples
-/// alone, bit for bit.
+/// Number of samples, including the cached ones, from which on the picture is bit for bit the mean of the unbiased
+/// samples alone.
 inline constexpr int kHandedOver = 32;
 
 /// Returns the weight of the mean of the cached samples in a picture of `samples` samples, including the cached ones.

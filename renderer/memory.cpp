@@ -24,9 +24,9 @@ using Source = LayerSource;
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 constexpr std::size_t kTexel = sizeof(vec4);
 constexpr std::size_t kLightSums = (4 + 6 + 6) * sizeof(double);  // emission, direct, indirect
-/// Bytes per pixel of IdCoverage: a list head, and an entry for each visible object. Pixels at edges have several.
-/// Twice as many entries as pixels are more than the pictures of scenes/ have after many samples. A growing vector has
-/// room for twice as many again.
+/// Bytes per pixel of IdCoverage: a list head, and an entry for each visible object. Pixels at edges have several
+/// entries. Twice as many entries as pixels are more than the pictures of scenes/ have after many samples. A growing
+/// vector has room for twice as many again.
 constexpr std::size_t kMatte = sizeof(std::uint32_t) + 2 * 2 * 3 * sizeof(std::uint32_t);
 
 bool is_matte(const std::string& aov) {
@@ -62,15 +62,15 @@ Band band_of(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSetti
     return first_band(s, std::min(s.band_pixels, kBlock / widest), std::max(kTextureSize, s.width));
 }
 
-/// Returns the bytes per path of the buffers of a band and of its sums. Few of them share memory.
+/// Returns the bytes per path of the buffers of a band and of its sums. Few of these buffers share memory.
 std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const RenderSettings& s) {
     std::size_t bytes = surface_bytes(scene) + kLightSums;
     for (const FramePart& part : needs.parts())
         if (part) bytes += part.path_bytes;
-    // Rays to the sun, and their light: from the first surface, and along paths.
+    // Rays to the sun and their light exist for the first surface and for later vertices of paths.
     if (scene.sun) bytes += 2 * (sizeof(shared::Ray) + sizeof(shared::uint)) + sizeof(shared::DirectLight) + kTexel;
     if (scene.light_tree) bytes += sizeof(shared::Receiver);
-    // Records of later vertices; with path reuse they share the memory of its rays.
+    // Records of later vertices exist; path reuse keeps them in the memory of its rays.
     if ((needs.diffuse || needs.glossy) && !needs.reuse) bytes += surface_bytes(scene);
     if (s.preview.cache) bytes += kLightSums + sizeof(shared::CachePoint);
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
@@ -106,7 +106,7 @@ std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
 /// Returns bytes per pixel; see PreviewPicture.
 std::size_t preview_bytes(const Preview& p) {
     if (!p.of_picture()) return 0;
-    constexpr std::size_t kPixels = 5 + 2;       // light, guide, place, albedo, beauty; the new beauty twice
+    constexpr std::size_t kPixels = 5 + 2;       // textures light, guide, place, albedo, beauty; new beauty twice
     constexpr std::size_t kEarlier = 2 * 3 + 3;  // pictures of light, guide and place; earlier places
     return (kPixels + (p.temporal ? kEarlier : 0) + (p.filter ? kDenoiseLevels + 2 : 0)) * kTexel;
 }
@@ -134,8 +134,8 @@ std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
 
 MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, RenderSettings s,
                                const PictureUse& use) {
-    // Measured with scenes/ and a city of 10^6 triangles, rounded up; kProgram in the first run, which compiles all
-    // shaders.
+    // These sizes were measured with scenes/ and a city of 10^6 triangles, and rounded up. kProgram is that of a first
+    // run, which compiles all shaders.
     constexpr std::size_t kProgram = 160 * kMiB;
     constexpr std::size_t kTriangle = 320;  // corners, hierarchy, tables
     const Estimator asked = s.estimator;

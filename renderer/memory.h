@@ -17,7 +17,7 @@ struct SceneSize {
     bool moves = false;              // the scene is animated
 };
 
-/// How a picture is used.
+/// Use of a picture: files and motion blur.
 struct PictureUse {
     bool exr = true;       // the picture is written as .exr
     bool png = false;      // the picture is written as .png

@@ -39,7 +39,7 @@ constexpr std::size_t kRow = sizeof(vec4);
 constexpr std::size_t kListEntry = sizeof(shared::uint);
 constexpr std::size_t kShadowRay = sizeof(shared::Ray) + sizeof(shared::uint);  // the ray and its result
 
-/// Returns bytes per path for groups of that size.
+/// Returns bytes per path for groups of `group_size` pixels.
 constexpr std::size_t reuse_bytes(int group_size) {
     return sizeof(shared::ReusePoint) + sizeof(shared::DirectLight) +
            std::size_t(group_size) * (kShadowRay + sizeof(float));
@@ -107,7 +107,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         return wanted || kept(name) ? nullptr : fact;
     };
 
-    // Paths begin in some batch, and all rays depend on camera rays.
+    // A kept part of paths needs a batch in which paths begin, and all rays need camera rays.
     const bool paths = kept(kDiffuse) || kept(kGlossy) || kept(kContinuation) || kept(kLaterLight) || kept(kClamp);
     const bool diffuse = kept(kDiffuse) || (paths && no_transport && !kept(kGlossy));
     const bool shadow = kept(kShadow) || kept(kTiles);
@@ -121,12 +121,12 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
         .continuation = {kContinuation, sizeof(shared::Ray) + sizeof(shared::Hit) + sizeof(shared::PathState),
                          transport(paths, nullptr)},
         .later_light = {kLaterLight, kShadowRay + kListEntry, later(kept(kLaterLight), no_light)},
-        // Kept only together with all parts, not by its name: path reuse is a different estimator.
+        // Path reuse is a different estimator, so it is kept only together with all parts, not by its name.
         .reuse = {kReuse, reuse_bytes(options.group_size > 1 ? options.group_size : shared::kMostGroupSize),
                   single                    ? single
                   : options.group_size == 1 ? options.group_size_piloted ? kPiloted : "path reuse is off"
                                             : transport(options.kept.is_everything(), no_diffuse)},
-        // Not kept by its name, either.
+        // The radiance cache is not kept by its name, either.
         .radiance_cache = {kRadianceCache, sizeof(shared::CachePoint),
                            single                                              ? single
                            : !options.radiance_cache || options.group_size > 1 ? kNoPreview
@@ -135,7 +135,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
                         traced ? nullptr : transport(kept(kCameraRays) || paths || shadow, nullptr)},
         .camera_hits = {kCameraHits, sizeof(shared::Hit),
                         asked(options.want_hits || traced, kCameraHits, "no mattes were requested")},
-        // A different estimator, too, which can be kept only where it was requested.
+        // Additional camera rays are a different estimator, too, and are kept only where requested.
         .seen = {kSeen, sizeof(vec4),
                  options.camera_rays == 1
                      ? options.camera_rays_piloted ? kPiloted : "there is one camera ray per sample"

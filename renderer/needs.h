@@ -48,7 +48,7 @@ struct FrameNeeds {
     FramePart reuse;                                  // path reuse by the pixels of a group
     FramePart radiance_cache;                         // cache in which paths end
     FramePart camera_rays, camera_hits;               // outputs of the G-buffer
-    FramePart seen;                                   // additional camera rays for light that is seen directly
+    FramePart seen;                                   // additional camera rays for directly visible light
     FramePart clamp;                                  // clamp of indirect light
     FramePart squares, features;                      // sums
     FramePart tiles;                                  // tile lists of first shadow rays
@@ -76,8 +76,8 @@ struct FrameSize {
 /// Lists what is left out: parts of the frame, then of the whole picture, then of the scene's tables and shaders.
 std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& options, const FrameSize& size);
 
-/// Returns the names that can be kept, in the order of that list. Parts that an option disables stay out even if they
-/// are kept: bounces, culling.
+/// Returns the names that can be kept, in the order of left_out(). A kept name has no effect on a part that an option
+/// disables (bounces, culling).
 std::vector<std::string> keepable_names();
 
 }  // namespace halflight

@@ -10,8 +10,8 @@
 namespace halflight {
 namespace {
 
-/// Returns the time of a sample with techniques, as a multiple of the time without: about what `halflight converge`
-/// tells of scenes/ on llvmpipe (docs/measuring.md).
+/// Returns the time of a sample with these techniques relative to one without. The factors approximate what `halflight
+/// converge` measures with scenes/ on llvmpipe (docs/measuring.md).
 double cost(const Estimator& e) {
     const double group = static_cast<double>(e.reuse);
     const double reuse = e.reuse == Reuse::off ? 0 : 0.15 + 0.04 * group;
@@ -20,7 +20,7 @@ double cost(const Estimator& e) {
 
 /// Returns the error with n samples from the known errors with one sample and with `tried` samples.
 double shared_and_own(double with_one, double with_tried, double tried, double n) {
-    // No more than all of it: well distributed samples do better than 1/n.
+    // The sample's own error is clamped, since well distributed samples converge faster than 1/n.
     const double own = std::clamp((with_one - with_tried) / (1 - 1 / tried), 0.0, with_one);
     return with_one - own * (1 - 1 / n);
 }
@@ -46,7 +46,7 @@ double error(const Estimator& asked, const Estimator& e, const PilotFigures& f) 
     return sum;
 }
 
-/// Returns `asked` with the values of `open` for what it leaves open.
+/// Returns `asked` with its open choices replaced by those of `open`.
 Estimator filled(Estimator asked, const Estimator& open) {
     if (asked.reuse == Reuse::automatic) asked.reuse = open.reuse;
     if (asked.camera == CameraRays::automatic) asked.camera = open.camera;
@@ -85,18 +85,18 @@ RenderSettings pilot_settings(const RenderSettings& of) {
     s.culling = rays::Culling::off;
     s.primary = of.primary;
     s.kept = of.kept;
-    s.frame = ~0u;  // a number without a picture, so that no sample is shared
+    s.frame = ~0u;  // frame number of no picture, so that no sample is shared
     return s;
 }
 
 struct Cancelled {};
 
-/// Tells how far the pilot is. Pictures count alike.
+/// Reports the progress of the pilot, to which each of its pictures contributes equally.
 class Progress {
   public:
     explicit Progress(const PilotProgress& told) : told_(told) {}
 
-    /// Throws Cancelled.
+    /// Reports a sample of the current picture. Throws Cancelled where the callback cancels.
     void sample(const RenderProgress& picture) const {
         constexpr double kPictures = 2 * (kPilotPictures + kPilotEmissionPictures);
         const double share = double(picture.samples_done) / std::max(picture.samples_total, 1);
@@ -106,10 +106,10 @@ class Progress {
 
   private:
     const PilotProgress& told_;
-    int pictures_ = 0;  // done
+    int pictures_ = 0;  // finished pictures
 };
 
-/// Returns the mean variance of sums of layers, over so many pictures.
+/// Returns the variance of each sum of layers over `pictures` pictures, averaged over pixels and channels.
 std::vector<double> variances(PreparedScene& scene, const ColorConfig& colors, RenderSettings settings, int pictures,
                               const std::vector<std::vector<std::string>>& sums, Progress& progress) {
     for (const std::vector<std::string>& layers : sums)
@@ -147,7 +147,7 @@ PilotErrors measure(PreparedScene& scene, const ColorConfig& colors, const Rende
     const std::vector<double> reflected =
         variances(scene, colors, settings, kPilotPictures,
                   {{"direct_diffuse", "direct_glossy"}, {"indirect_diffuse", "indirect_glossy"}}, progress);
-    // All pixels share the sample point, so each picture says little about edges; but pictures of emission are cheap.
+    // All pixels share the sample point, so one picture says little about edges. Pictures of emission are cheap.
     RenderSettings seen = settings;
     seen.bounces = 0;
     return {variances(scene, colors, seen, kPilotEmissionPictures, {{"emission"}}, progress)[0], reflected[0],
@@ -187,7 +187,7 @@ bool find_estimator(PreparedScene& scene, const ColorConfig& colors, const Rende
         scene.settle(asked, 0);
         throw;
     }
-    // Edges have a length: they take a smaller share of the pixels of a larger picture.
+    // Edges are one-dimensional: the larger a picture, the smaller their share of its pixels.
     const double scale = double(pilot.width) / double(settings.width);
     figures.plain.emission *= scale;
     figures.tried.emission *= scale;

@@ -18,9 +18,9 @@
 
 namespace halflight {
 
-/// History of Preview::temporal: what pictures leave to the next one. Renderers of other sizes and other poses of a
-/// scene may share it, one after the other, in one context, which must outlive it. Call forget() after changes that
-/// motion does not describe: another scene, other lights, a camera cut.
+/// History of Preview::temporal: light and geometry of the previous picture. Renderers of other sizes and other poses
+/// of a scene may share it, one after the other, in one context, which must outlive it. Call forget() after changes
+/// that motion does not describe: another scene, other lights, a camera cut.
 class PictureHistory {
   public:
     void forget() { earlier_.reset(), shown_.reset(); }
@@ -48,13 +48,13 @@ class PreviewPicture {
     void begin(PictureHistory* history);
     /// Imports the textures that add_preview_input() fills, band by band.
     PreviewPixels import_pixels(graph::Graph& graph);
-    /// Adds where the surfaces of a band were in the earlier picture, if there is one. Call it for all bands or none.
+    /// Adds the earlier positions of a band's surfaces if there is an earlier picture. Call it for all bands or none.
     void add_motion(const Band& band, std::span<const shared::AovRecord> records, const TraceTables& tables,
                     const PreviousSurfaces& surfaces);
 
     struct Made {
         std::optional<Image> beauty;      // none: the unbiased mean remains the picture
-        std::vector<std::string> biases;  // phrases; empty without `beauty`
+        std::vector<std::string> biases;  // reasons for bias, phrases; empty without `beauty`
         std::uint64_t nans = 0;           // rejected values of the earlier picture
         std::uint64_t infinities = 0;     // rejected values of the earlier picture
     };
@@ -63,9 +63,9 @@ class PreviewPicture {
     /// TraceTables::origin. May be called again after more samples.
     Made make(const shared::Frame& frame, const dvec3& origin, int samples);
 
-    std::size_t bytes() const;  ///< Device memory, including the history.
+    std::size_t bytes() const;  ///< Returns the device memory including the history, bytes.
     void measure(bool on) { executor_.measure(on); }
-    const std::vector<graph::PassTime>& times() const { return executor_.times(); }  ///< Times since begin().
+    const std::vector<graph::PassTime>& times() const { return executor_.times(); }  ///< Returns times since begin().
 
   private:
     std::optional<EarlierPicture> import_earlier(graph::Graph& graph, const dvec3& origin);

@@ -20,8 +20,8 @@ class PreviewStage {
 
     /// Begins another picture (PreviewPicture::begin()).
     void begin(PictureHistory* history);
-    /// Adds a band's inputs to the graph that makes its beauty. sums: including squares and features. records: buffer
-    /// of AovRecord. samples: number of samples in the sums.
+    /// Adds a band's inputs to the graph that makes its beauty. sums: need squares and features. records: buffer of
+    /// AovRecord. samples: number of samples in the sums.
     void add_band(graph::Graph& graph, const Band& band, const Accumulated& sums, graph::BufferHandle records,
                   graph::TextureHandle beauty, int samples);
     /// Calls PreviewPicture::add_motion().
@@ -38,7 +38,7 @@ class PreviewStage {
   private:
     ivec2 size_;
     PreviewPicture picture_;
-    std::optional<ViewProcessor> view_;  // for pictures that are not made from sums
+    std::optional<ViewProcessor> view_;  // view transform of pictures that are not made from sums
     PreviewPicture::Made made_;          // result of the last apply()
 };
 

@@ -45,9 +45,9 @@ Renderer::State& Renderer::state() const {
 }
 
 void Renderer::update(const Scene& scene) {
-    [[maybe_unused]] const State& now = state();  // throws where an update has failed
+    [[maybe_unused]] const State& now = state();  // state() throws after a failed update
     assert(now.own);
-    std::unique_ptr<State> last = std::move(state_);  // destroyed where this throws
+    std::unique_ptr<State> last = std::move(state_);  // destroyed if this function throws
     if (last->scene.update(scene)) {
         state_ = std::move(last);
         return follow_scene();

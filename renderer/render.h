@@ -1,4 +1,4 @@
-// The renderer: a scene, settings, pictures.
+// The renderer, which makes pictures of a scene with given settings.
 #pragma once
 
 #include <memory>
@@ -38,7 +38,7 @@ class Renderer {
     /// Renders the picture of the RenderSettings.
     RenderResult render(const ProgressCallback& = {});
     /// Brings the renderer's own scene to another pose (PreparedScene::update). Statistics of tracing speed and
-    /// visibility live on where the pose needs no other shaders or buffers; the radiance cache is emptied. Throws
+    /// visibility are kept where the pose needs no other shaders or buffers; the radiance cache is emptied. Throws
     /// Error; all further calls then throw Error, too.
     void update(const Scene&);
     /// Takes up the pose of a shared scene after its update() has returned true.

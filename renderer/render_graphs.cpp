@@ -53,7 +53,7 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
                                    limits);
     const auto shadow_rays = static_cast<std::uint32_t>(settings.estimator.shadow);
     if (needs().shadow && shadow_rays > 1) {
-        const std::size_t light = (shadow_rays + 1) * sizeof(shared::DirectLight);  // one more may be the sun's
+        const std::size_t light = (shadow_rays + 1) * sizeof(shared::DirectLight);  // rays to lights and one to the sun
         most = std::min(most, most_paths_of_batch(*tracer, rays::RayKind::shadow, shadow_rays, light, limits));
     }
     band = first_band(settings, scene.buffers(), most, limits);

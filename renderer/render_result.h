@@ -43,7 +43,7 @@ struct RenderStats {
     bool interrupted = false;                       // the callback stopped the render
     double prepare_seconds = 0;                     // tables, hierarchies, upload, once for all pictures of a pose
     double compile_seconds = 0;                     // shaders that this render was the first to need
-    double render_seconds = 0;                      // samples
+    double render_seconds = 0;                      // sampling
     std::uint64_t paths = 0;                        // width x height x samples
     std::size_t gpu_bytes = 0;                      // buffers and textures of scene and frame
     Estimator estimator;                            // estimator with all automatic choices resolved
@@ -53,7 +53,7 @@ struct RenderStats {
     std::vector<LeftOut> left_out;                  // parts that scene or settings did not need, with the reason
     std::vector<BadValues> bad_values;              // counts of invalid values, listed by pass
     std::vector<std::string> biases;        // reasons why the picture would not converge to the true light; phrases
-    std::vector<std::string> layer_biases;  // biases that apply to its layers, too
+    std::vector<std::string> layer_biases;  // biases that affect the layers, too
     std::optional<AchievedError> error;     // none without an error target or if interrupted
     std::vector<rays::BatchStatistics> batches;  // statistics of ray batches
     std::vector<rays::RasterBatch> raster;       // statistics of raster culling
@@ -81,7 +81,7 @@ struct RenderProgress {
     std::function<RenderResult(const std::vector<std::string>& aovs)> picture{};
 };
 /// Called after every sample of a band; returning false stops the render. The result then has the samples so far; bands
-/// that were not begun are black and have no samples. Exceptions are passed on, and the renderer can be used again.
+/// that were not begun have no samples and are black. Exceptions are passed on, and the renderer can be used again.
 using ProgressCallback = std::function<bool(const RenderProgress&)>;
 
 }  // namespace halflight

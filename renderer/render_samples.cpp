@@ -39,7 +39,7 @@ void Renderer::State::add_sample(const FrameSettings& frame, const SampleView& a
     const auto buffer = [&](graph::BufferHandle h) { return h ? &executor.buffer(h) : nullptr; };
     sample.sums = {buffer(a.emission), buffer(a.direct), buffer(a.indirect), buffer(a.squares), buffer(a.features)};
     in_flight->push(with.mattes->empty() ? nullptr : &executor.buffer(sample.frame.gbuffer.hits), with.mattes.get());
-    // Its time decides about the next sample, or about the next picture that a viewer asks for.
+    // The sample's time decides about the next sample, or about the next picture that a viewer asks for.
     if (frame.time_limit > 0 || settings.in_turns) in_flight->wait();
     scene.context().check("rendering");
 }

@@ -61,14 +61,14 @@ struct Renderer::State {
     std::optional<ViewKernel> view_kernel;
     std::optional<PreviewStage> preview;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
-    std::vector<gpu::Buffer> seen_constants;  // constants of camera rays for light alone
-    std::shared_ptr<RadianceCache> cache;     // null without
+    std::vector<gpu::Buffer> seen_constants;  // constants of camera rays for directly visible light
+    std::shared_ptr<RadianceCache> cache;     // null: not used
     HandOver hand_over;
     std::optional<SampleQueue> in_flight;  // set by the constructor
     Band band;
     Band current;  // band of the uploaded constants
     int bands = 0;
-    std::size_t states = 1;  // bands with visibility state of their own
+    std::size_t states = 1;  // number of bands with visibility state of their own
     // Bands that have visibility state or, in turns, sums of their own; compiled when needed.
     std::vector<std::unique_ptr<CompiledBand>> places;
     graph::Executor executor;           // runs samples: their sums and the visibility state are its history
@@ -78,13 +78,13 @@ struct Renderer::State {
     State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& c, std::optional<ViewKernel> view,
           RenderSettings r, rays::BatchServer* server);
 
-    // Defined in render_graphs.cpp.
+    // The following functions are defined in render_graphs.cpp.
 
-    FrameOptions frame_options() const;   ///< for samples without the radiance cache
-    FrameOptions cached_options() const;  ///< for samples with the radiance cache
+    FrameOptions frame_options() const;   ///< Returns options of samples without the radiance cache.
+    FrameOptions cached_options() const;  ///< Returns options of samples with the radiance cache.
     FrameNeeds needs() const;
     Band band_at(int index) const;
-    /// Returns the graphs of band `index`; compiles them at first.
+    /// Returns the graphs of band `index`; compiles them on first use.
     CompiledBand& compiled(int index);
     /// Compiles the graphs for an element of `places`.
     std::unique_ptr<CompiledBand> compile(std::uint32_t place);
@@ -94,7 +94,7 @@ struct Renderer::State {
     void add_data(CompiledBand& to, std::uint32_t place);
     SceneView view(graph::Graph& graph, std::uint32_t place);
 
-    // Defined in render_samples.cpp.
+    // The following functions are defined in render_samples.cpp.
 
     /// Uploads the frame constants of the graphs that run next.
     void upload_constants(const FrameSettings& frame, const SampleView& at);
@@ -114,12 +114,12 @@ struct Renderer::State {
     /// called for each band. done: number of samples of each band.
     void render_in_turns(const FrameSettings& frame, double time_limit, std::vector<int>& done,
                          const std::function<bool()>& after_sample);
-    /// Reads a buffer; null: nothing.
+    /// Reads a buffer; returns an empty vector for null.
     static std::vector<double> read(const gpu::Buffer* b);
     /// Reads the sums of emission, direct and indirect light.
     static Film::Sums light(const SumBuffers& sums);
 
-    // Defined in render_develop.cpp.
+    // The following functions are defined in render_develop.cpp.
 
     /// Adds the picture of a band's first `done` samples to the film.
     void develop(const FrameSettings& frame, const Band& where, const CompiledBand& with, int done, Film& film);

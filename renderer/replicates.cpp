@@ -22,8 +22,8 @@ double relative_weight(double reference) {
 SampleView replicate_view(const FrameSettings& frame, const Band& band, int replicate, int index, SamplePoints points) {
     FrameSettings own = frame;
     own.seed = shared::hash_combine(shared::hash_u32(frame.seed), static_cast<std::uint32_t>(replicate));
-    // A block of a Sobol sequence that begins at a power of two is as well distributed as its beginning. Only the first
-    // replicate has sample 0, which overwrites the sums.
+    // A block of 2^m samples of a Sobol sequence that starts at a multiple of 2^m is as well distributed as the first
+    // one. Only the first replicate has sample 0, which overwrites the sums.
     const auto number = static_cast<std::uint32_t>(replicate * kMostReplicateSamples + index);
     return sample_view(own, band, number, points);
 }
@@ -34,7 +34,7 @@ void PictureError::add(std::span<const double> values, ErrorMetric metric) {
         return;
     }
     const double sum = std::accumulate(values.begin(), values.end(), 0.0), mean = sum / kReplicates;
-    double squares = 0, relative = 0;  // sums over deviations
+    double squares = 0, relative = 0;  // sums of squared deviations, unweighted and weighted
     for (const double v : values) {
         const double square = (v - mean) * (v - mean);
         squares += square;

@@ -9,7 +9,7 @@
 namespace halflight {
 namespace {
 
-/// A kernel counts fewer values of a path and sample in one counter: three of two lobes for each shadow ray.
+/// Upper limit of the values of a path and sample in one counter; a shadow ray has three for each of two lobes.
 constexpr std::uint64_t kMostCounts = 64;
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Samples in flight: what the CPU reads of a sample, it reads while the device works on the next one.
+// Samples in flight: the CPU reads the results of a sample while the device works on the next one.
 #pragma once
 
 #include <array>
@@ -50,7 +50,7 @@ class SampleQueue {
     std::size_t next_ = 0;  // slot of the next sample; the oldest sample is in it, or in one of the following
     gpu::Buffer bad_values_{"bad values", kBadValueCounts * sizeof(std::uint32_t)};
     BadValueSums counted_;
-    std::size_t hits_bytes_;        // of a sample; the graph's buffer may be larger
+    std::size_t hits_bytes_;        // size of a sample's hits; the graph's buffer may be larger
     std::uint64_t uncounted_ = 0;   // samples whose bad values are in the buffer
     std::uint64_t most_uncounted_;  // most samples whose counts cannot overflow 32 bits
 };

@@ -18,7 +18,7 @@ void require(bool good, const char* what) {
 
 void check_settings(const RenderSettings& s) {
     check_setting_ranges(s);
-    for (const std::string& layer : s.aovs)  // words of lists, such as "all", are no layers
+    for (const std::string& layer : s.aovs)  // names of groups, such as "all", are not accepted
         if (!find_aov(layer)) throw Error("render settings", "unknown AOV \"{}\"", layer);
     require(s.first_sample >= 0 && s.first_sample <= std::numeric_limits<int>::max() - s.samples,
             "the first sample must be at least 0, and the last one must be a 32-bit number");

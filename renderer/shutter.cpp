@@ -72,7 +72,7 @@ void add_stats(RenderStats& all, const RenderStats& more) {
 
 std::vector<ShutterTime> shutter_times(int samples, int times, std::uint32_t seed, std::uint32_t frame) {
     assert(1 <= times && times <= samples);
-    // A sequence of its own, apart from the sequences of pixels and of their common sample point (sample_view()).
+    // Shutter times have a sequence apart from those of pixels and of their common sample point (sample_view()).
     const std::uint32_t of_frame = shared::hash_combine(shared::hash_u32(seed), frame);
     const auto jitter = [&](int k) {
         return double{shared::sample_1d(shared::make_sampler(~0u, ~1u, static_cast<std::uint32_t>(k), of_frame), 0)};

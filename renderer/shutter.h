@@ -24,8 +24,8 @@ struct ShutterTime {
 std::vector<ShutterTime> shutter_times(int samples, int times, std::uint32_t seed, std::uint32_t frame);
 
 /// Merges the pictures of shutter_times() into one, each layer by its LayerMerge (engine/settings/layers.h). The
-/// variance is that of the mean, given the times. Mattes cover what is among the ranks at any time. Layers without a
-/// mean are those of take()'s `still`.
+/// variance is that of the mean, given the times. Mattes cover ids that are among the ranks at any time. Layers without
+/// a mean are taken from take()'s `still`.
 class ShutterMean {
   public:
     /// aovs: layers of all pictures, in their order. samples: number of samples at all times together.
@@ -49,7 +49,7 @@ class ShutterMean {
     int samples_;
     std::vector<double> beauty_;
     std::vector<Layer> layers_;
-    RenderResult result_;  // the first picture, with stats and attributes of all so far
+    RenderResult result_;  // the first picture, with statistics and attributes of all pictures so far
 };
 
 }  // namespace halflight
