@@ -13,7 +13,7 @@
 namespace halflight {
 namespace {
 
-/// Returns the title for messages: the name, or the number.
+/// Returns the title of an animation for messages: its name, or its number.
 std::string title(const std::vector<Animation>& animations, std::size_t index) {
     const std::string& name = animations[index].name;
     return name.empty() ? std::to_string(index) : "'" + name + "'";

@@ -11,9 +11,9 @@
 
 namespace halflight {
 
-/// Returns indices into GltfScene::animations(). wanted: as SceneChoice::animation. The log names what animations leave
-/// out, and animations that drive the same properties. Throws Error: damaged animations, or none of that name (the
-/// error lists those of the file).
+/// Returns indices into GltfScene::animations(). wanted: as SceneChoice::animation. The log names ignored channels and
+/// animations that drive the same properties. Throws Error for damaged animations, and for unknown names (the error
+/// lists those of the file).
 std::vector<std::size_t> choose_animations(GltfScene& scene, const std::filesystem::path& file,
                                            const std::string& wanted, const Log& log);
 

@@ -57,7 +57,7 @@ ivec2 picture_size(std::optional<int> width, std::optional<int> height, int defa
 }
 
 dmat4 standard_clip(const Camera& camera, double aspect) {
-    // Readers of the attribute use x, y and w; depth only needs some range where the camera leaves it open.
+    // Readers of the attribute use x, y and w; any range of depth will do where the camera sets none.
     const double near_plane = camera.near_plane > 0 ? camera.near_plane : 1;
     const bool bounded = camera.far_plane > near_plane;
     dmat4 projection;

@@ -138,7 +138,7 @@ SceneNeeds shading_needs(const Scene& scene, const TraceTables& tables) {
     return build_shading_tables(scene, tables, {}, usual.lights, usual.sun).needs;
 }
 
-/// The passes that light needs here, with the default number of bounces.
+/// Returns the passes that light of the scene needs with the default number of bounces.
 Json passes(const Scene& scene) {
     const SceneNeeds needs = shading_needs(scene, build_trace_tables(scene, kFlattenLimit));
     Json names = {"gbuffer"};
@@ -174,7 +174,7 @@ MemoryEstimate scene_memory(const Scene& scene, bool moves, const RenderSettings
     return estimate_memory(
         needs,
         {.geometry_bytes = bytes.geometry,
-         .texture_bytes = bytes.textures + 2 * bytes_of(scene.environment.map.pixels),  // and a table
+         .texture_bytes = bytes.textures + 2 * bytes_of(scene.environment.map.pixels),  // map and its sampling table
          .traced = std::min(drawn, std::max(stored, kFlattenLimit)),
          .drawn = drawn,
          .moves = moves},

@@ -15,9 +15,9 @@ namespace halflight {
 /// Returns counts of meshes, instances, triangles (stored and instanced), materials, lights and so on.
 nlohmann::ordered_json scene_counts(const Scene& scene);
 
-/// Estimates the memory for rendering the scene with its lights. `moves`: it has animations.
+/// Estimates the memory for rendering the scene with its lights. `moves`: the scene has animations.
 MemoryEstimate scene_memory(const Scene& scene, bool moves, const RenderSettings& settings, const PictureUse& use);
-/// Returns all facts of `halflight info SCENE` except those of the file; `memory` is that of a picture with the
+/// Returns all facts of `halflight info SCENE` except those of the file; `memory`: scene_memory() for these
 /// settings.
 nlohmann::ordered_json scene_facts(const Scene& scene, const RenderSettings& settings, const MemoryEstimate& memory);
 
@@ -27,7 +27,7 @@ nlohmann::ordered_json motion_facts(GltfScene& scene, std::vector<std::string>& 
 
 /// Returns a list of {what, fact, bytes, can_be_kept}.
 nlohmann::ordered_json left_out_json(const std::vector<LeftOut>& left_out);
-/// Returns what rendering with the default settings leaves out.
+/// Returns the parts that rendering with the default settings leaves out.
 std::vector<LeftOut> scene_left_out(const Scene& scene);
 
 }  // namespace halflight

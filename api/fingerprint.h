@@ -28,9 +28,9 @@ std::string frame_fingerprint(const std::string& sequence, std::uint32_t frame);
 inline constexpr const char* kFingerprintName = "halflightFingerprint";
 
 enum class FrameFile {
-    missing,     // no such file
+    missing,     // there is no such file
     whole,       // complete file with the expected fingerprint
-    incomplete,  // an .exr or .png that cannot be read to its end
+    incomplete,  // .exr or .png that cannot be read to its end
     other,       // file without the expected fingerprint
 };
 

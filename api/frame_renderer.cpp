@@ -44,7 +44,7 @@ struct FrameRenderer::State {
     std::shared_ptr<gpu::Context> context;
     std::optional<GpuDeformer> deformer;  // none where nothing deforms
     std::optional<DeformCounts> deformed;
-    // The scene as it was uploaded last, and what renders it; without them the next picture makes new ones.
+    // The uploaded scene and the objects that render it; without them the next picture makes new ones.
     std::unique_ptr<PreparedScene> prepared;
     std::shared_ptr<rays::BatchServer> server;
     std::shared_ptr<RadianceCache> cache;  // null without RenderSettings::preview.cache
@@ -52,11 +52,11 @@ struct FrameRenderer::State {
     std::uint64_t uploaded = 0;               // LoadedScene::revision()
     std::uint64_t transforms = 0;             // LoadedScene::transform_revision()
     std::optional<Estimator> found;           // result of the pilot
-    PictureHistory history;                   // light of the last frame, for RenderSettings::preview
-    std::optional<std::uint32_t> last_frame;  // rendered
+    PictureHistory history;                   // light and geometry of the last frame, for RenderSettings::preview
+    std::optional<std::uint32_t> last_frame;  // number of the frame rendered last
     double load_seconds = 0;
     double reference_seconds = 0;  // preparation of the reference pose, counted with the next picture
-    bool at_reference = false;     // `prepared` has had no update
+    bool at_reference = false;     // `prepared` holds the reference pose
 
     State(LoadedScene& s, RenderSettings r, RendererOptions o)
         : scene(s),
@@ -76,7 +76,7 @@ struct FrameRenderer::State {
         if (deformer && scene.deformer() == &*deformer) scene.deform_by(nullptr);
     }
 
-    /// Makes context and deformer those of this renderer; others may have worked with the scene or the thread.
+    /// Makes this renderer's context and deformer current; others may have used the scene or the thread.
     void begin() {
         context->make_current();
         if (scene.surfaces_move()) scene.deform_by(deformer ? &*deformer : nullptr);
@@ -95,7 +95,7 @@ struct FrameRenderer::State {
         try {
             return f();
         } catch (...) {
-            drop();  // the state after an exception is undefined
+            drop();  // an exception leaves the state undefined
             throw;
         }
     }
@@ -103,7 +103,7 @@ struct FrameRenderer::State {
         RenderSettings s = settings;
         static_cast<FrameSettings&>(s) = frame;
         s.camera = scene.chosen_camera().camera;  // the pilot looks through it
-        s.previous_surfaces = nullptr;            // holds for one picture
+        s.previous_surfaces = nullptr;            // pointer is valid for one picture
         s.history = nullptr;
         s.radiance_cache = cache;
         s.want_view = s.want_view && shutter.open == 0;  // with motion blur, the view is made from the mean
@@ -156,12 +156,12 @@ struct FrameRenderer::State {
     }
     RenderResult picture(double seconds, const FrameSettings& frame, const ProgressCallback& progress) {
         pose(seconds, frame);
-        if (cache) cache->clear();  // frames do not depend on earlier ones
+        if (cache) cache->clear();  // makes frames independent of earlier ones
         RenderResult result = guarded([&] { return renderer->render(frame, progress); });
         result.stats.prepare_seconds += std::exchange(reference_seconds, 0);
         return result;
     }
-    /// Renders a frame at its own time, with the motion of surfaces where it is asked for.
+    /// Renders a frame at its own time, with the motion of surfaces where a layer needs it.
     RenderResult still(std::uint32_t frame, const FrameSettings& frame_settings, const ProgressCallback& progress) {
         const double seconds = scene.frame_rate().seconds(frame);
         const bool motion =
@@ -197,7 +197,7 @@ struct FrameRenderer::State {
             const bool was_prepared = renderer && !scene.surfaces_move();
             RenderResult result = picture(seconds, part, of_all);
             if (result.stats.interrupted) return result;
-            if (was_prepared) result.stats.prepare_seconds = 0;  // for an earlier time
+            if (was_prepared) result.stats.prepare_seconds = 0;  // seconds of an earlier picture
             mean.add(result);
         }
         RenderResult own_time;
@@ -210,8 +210,8 @@ struct FrameRenderer::State {
         if (settings.want_view) result.view = colors.view(settings.view).apply(result.beauty);
         return result;
     }
-    /// Sets what a frame differs in from other frames: its number, its camera and, for the layer "motion", the camera
-    /// of the frame before.
+    /// Sets the properties that differ from frame to frame: its number, its camera and, for the layer "motion", the
+    /// camera of the frame before.
     void set_frame(std::uint32_t frame) {
         const FrameRate& rate = scene.frame_rate();
         settings.frame = frame;
@@ -239,8 +239,8 @@ FrameRenderer::~FrameRenderer() {
     try {
         state_->context->make_current();
     } catch (const Error&) {
-        // The context is current on another thread. Names of its objects must not be deleted in the context of this
-        // thread, so that the renderer's memory is given up instead.
+        // The context is current on another thread. OpenGL names of its objects must not be deleted in the context of
+        // this thread, so the renderer is leaked instead.
         (void)state_.release();
     }
 }
@@ -264,7 +264,7 @@ RenderResult FrameRenderer::render(std::uint32_t frame, const ProgressCallback& 
     s.load_seconds = 0;
     if (s.deformer) s.deformer->take_statistics();  // discards the counts of a frame that has failed
     s.set_frame(frame);
-    // Surfaces are known where they were one frame ago, and nowhere else.
+    // The history is valid only if the last picture showed the frame before this one.
     if (s.scene.surfaces_move() && s.last_frame != frame - 1) s.history.forget();
     s.last_frame.reset();  // set again when this frame is complete
     s.settings.history = &s.history;

@@ -27,7 +27,7 @@ std::vector<std::string> ffmpeg_arguments(const MovieFormat& format, const std::
     add({"-f", "rawvideo", "-pixel_format", "rgb24"});
     add({"-video_size", fmt::format("{}x{}", even(format.size.x), even(format.size.y))});
     add({"-framerate", fmt::format("{}/{}", format.rate.numerator, format.rate.denominator), "-i", "pipe:0"});
-    // Some encoders ask the frames what they are of, some the stream.
+    // Some encoders read the colour space from the frames, others from the stream.
     std::string params = "colorspace=bt709:range=tv";
     if (format.srgb) params += ":color_primaries=bt709:color_trc=iec61966-2-1";
     add({"-vf", "scale=out_color_matrix=bt709:out_range=tv:flags=accurate_rnd+full_chroma_int,setparams=" + params});
@@ -37,7 +37,7 @@ std::vector<std::string> ffmpeg_arguments(const MovieFormat& format, const std::
         add({"-c:v", "prores_ks", "-profile:v", "3", "-vendor", "apl0", "-pix_fmt", "yuv422p10le", "-f", "mov"});
     else
         add({"-c:v", "libx264", "-crf", "16", "-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4"});
-    add({"file:" + file.string()});  // names with a colon are no protocols
+    add({"file:" + file.string()});  // "file:" keeps ffmpeg from reading a name with a colon as a protocol
     return all;
 }
 
@@ -56,7 +56,7 @@ std::vector<std::uint8_t> movie_frame(const Image& view) {
 
 Movie::Movie(const std::filesystem::path& file, std::string subject, const MovieFormat& format)
     : subject_(std::move(subject)), file_(file) {
-    // A socket: a write to a pipe whose reader has gone raises a signal, which others may use.
+    // A socket is used because a write to a pipe without a reader raises a signal, which the caller may handle.
     std::array<int, 2> ends{-1, -1};
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
         throw Error(subject_, "cannot be made: {}", std::generic_category().message(errno));

@@ -18,7 +18,7 @@
 namespace halflight {
 namespace {
 
-/// Returns whether the channels are a colour, which is converted between RGB spaces. A variance is none.
+/// Returns whether the channels are a colour, which is converted between RGB spaces. Variances are not.
 bool is_color(const std::vector<std::string>& channels) {
     const std::size_t dot = channels[0].find('.');
     if (dot == std::string::npos) return channels[0] == "R";  // the picture itself

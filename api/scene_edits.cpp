@@ -9,7 +9,7 @@
 namespace halflight {
 namespace {
 
-/// Turns a map: the direction at u is then seen at u + degrees / 360 (u grows to the right).
+/// Rotates a map: the direction at u is then seen at u + degrees / 360 (u grows to the right).
 void turn(Image& map, double degrees) {
     if (map.width == 0) return;
     const double turns = degrees / 360 - std::floor(degrees / 360);
@@ -49,7 +49,7 @@ LightColor color_of(const PunctualLight& light) {
 std::optional<dvec3> unit_direction(const dvec3& v) {
     const double most = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
     if (!(most > 0) || !std::isfinite(most)) return std::nullopt;
-    return glm::normalize(v / most);  // squares neither vanish nor overflow
+    return glm::normalize(v / most);  // scaling keeps squares from vanishing or overflowing
 }
 
 void apply(const SceneEdits& edits, Scene& scene) {

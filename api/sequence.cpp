@@ -48,12 +48,12 @@ std::string main_name(const SequenceOptions& o) {
 }
 
 /// Returns the frames to make, in order. They include frames that the movie cannot show because they have no .png.
-/// Throws Error for files that must not be replaced. `frames`: of the part.
+/// Throws Error for files that must not be replaced. `frames`: frames of the part.
 std::vector<std::uint32_t> frames_to_make(const SequenceOptions& o, const std::vector<std::uint32_t>& frames,
                                           bool temporal, const std::string& sequence, const Log& log) {
     std::vector<std::uint32_t> todo, damaged;
     const bool shown = !o.movie || wants(o, "png");
-    std::size_t not_shown = 0;  // whole frames without a .png
+    std::size_t not_shown = 0;  // number of complete frames without a .png
     for (const std::uint32_t frame : frames) {
         const std::string fingerprint = frame_fingerprint(sequence, frame);
         bool whole = true;
@@ -79,8 +79,8 @@ std::vector<std::uint32_t> frames_to_make(const SequenceOptions& o, const std::v
     return todo;
 }
 
-/// Appends a line to a file. The last line may lack its newline where a run was killed. An empty line appends no more
-/// than that newline, so that the file exists.
+/// Appends a line to a file. The last line may lack its newline where a run was killed. An empty `line` appends only
+/// that missing newline and creates the file.
 void append_line(const std::filesystem::path& path, const std::string& line) {
     const auto check = [&](bool good) {
         if (!good) throw Error(path.string(), "cannot write: {}", std::generic_category().message(errno));
@@ -101,7 +101,7 @@ std::string line_of(const nlohmann::ordered_json& json) {
     return json.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace);
 }
 
-/// Appends the error of a missing frame to the statistics. If they cannot be written, other frames still go on.
+/// Appends the error of a missing frame to the statistics. A failure to write them does not stop other frames.
 void add_failure(const std::filesystem::path& stats, std::uint32_t frame, const std::string& what, const Log& log) {
     try {
         append_line(stats, line_of({{"frame", frame}, {"error", what}}));
@@ -123,14 +123,14 @@ std::string fingerprint_of(const LoadedScene& scene, const RenderSettings& setti
     return sequence_fingerprint(scene, settings, shutter, colors, o.output, part_of(o.frames, o.part));
 }
 
-/// Returns the picture that the movie would have shown; the .png is whole and of these settings.
+/// Returns the picture that the movie would have shown. The .png is complete and made with these settings.
 Image kept_view(const SequenceOptions& o, std::uint32_t frame) {
     const auto png = std::ranges::find_if(o.outputs, [](const auto& path) { return has_extension(path, "png"); });
     const std::filesystem::path path = frame_path(*png, frame);
     return read_png(path.string(), read_file(path, std::uint64_t{1} << 40), kMaxSide);
 }
 
-/// Makes one frame after the other.
+/// Renders and writes frames one after the other. Owns the renderer.
 class FrameMaker {
   public:
     FrameMaker(LoadedScene& scene, const RenderSettings& settings, const RendererOptions& renderer,
@@ -189,7 +189,7 @@ class FrameMaker {
     std::vector<std::string> told_biases_;  // biases of the previous frame
 };
 
-/// Makes the frames of `todo`. A movie gets all frames in their order, also those that are there. Throws Stopped.
+/// Makes the frames of `todo`. A movie gets all frames in their order, existing ones included. Throws Stopped.
 void make_frames(const SequenceOptions& o, const std::vector<std::uint32_t>& frames,
                  const std::vector<std::uint32_t>& todo, FrameMaker* maker, Movie* movie, const SequenceEvents& events,
                  SequenceTally& tally, const Log& log) {
@@ -203,7 +203,7 @@ void make_frames(const SequenceOptions& o, const std::vector<std::uint32_t>& fra
                 movie->add(kept_view(o, frame));
             else
                 maker->make(frame, movie);
-        } catch (const std::exception& error) {  // bad_alloc, too: other frames may need less
+        } catch (const std::exception& error) {  // includes bad_alloc: other frames may need less memory
             const std::string what =
                 dynamic_cast<const std::bad_alloc*>(&error) ? "there is not enough memory" : error.what();
             if (events.failed) events.failed(frame, what);
@@ -248,7 +248,7 @@ void check_outputs(const SequenceOptions& o) {
         try {
             check_writable(pattern.parent_path() / fmt::format(".halflight-{}-probe", getpid()));
         } catch (const Error&) {
-            check_writable(pattern);  // names the pattern as the user gave it
+            check_writable(pattern);  // its message has the pattern that the user gave
             throw;
         }
     }
@@ -277,7 +277,7 @@ SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& asked, c
     RenderSettings settings = asked;
     settings.want_view = wants(o, "png") || o.movie;
     settings.measure = o.stats.has_value();
-    working_space(*options.colors, o.output.working_space);  // for its errors
+    working_space(*options.colors, o.output.working_space);  // throws for unknown names
     const std::string display = settings.want_view ? options.colors->view(settings.view).display() : "";
     const std::vector<std::uint32_t> frames = part_of(o.frames, o.part);
     const std::string fingerprint = fingerprint_of(scene, settings, options.shutter, *options.colors, o);

@@ -25,7 +25,7 @@ class Element {
     Element(const fs::path& file, const Json& json, std::string place = "")
         : file_(file), json_(json), place_(std::move(place)) {}
 
-    /// For messages: file and place.
+    /// Returns file and place for messages.
     std::string where() const { return file_.string() + (place_.empty() ? "" : ": " + place_); }
     template <class... Args>
     [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) const {
@@ -86,7 +86,7 @@ class Element {
 constexpr double kFar = 1e30;    // largest coordinate and radiance
 constexpr double kBright = 1e9;  // largest factor
 
-/// Calls f with the value of a key that is there.
+/// Calls f with the value of a key if the object has it.
 template <class F>
 void with(const Element& object, const char* key, F&& f) {
     if (const auto value = object.find(key)) f(*value);
@@ -171,7 +171,7 @@ void read_environment(const Element& e, const fs::path& folder, SavedSettings& s
     with(e, "tint", [&](const Element& v) { s.edits.environment_tint = vec3(v.triple(0, 1)); });
 }
 
-/// A factor alone, or an object that has more.
+/// Reads an edit of a light: a factor alone, or an object with further members.
 LightEdit read_light(const Element& e) {
     LightEdit light;
     if (!e.is_object()) {

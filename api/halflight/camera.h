@@ -21,11 +21,11 @@ struct CameraChoice {
     std::optional<CameraPose> pose{};     // camera of a settings file or of the caller
 };
 
-/// A camera that was chosen, and where it came from.
+/// The chosen camera and its source.
 struct ChosenCamera {
     Camera camera;
-    std::optional<std::size_t> index;  // number of the scene's camera; none: it is not a camera of the scene
-    std::string origin;                // completes "camera": "'nave' of the scene", "of the command line", ...
+    std::optional<std::size_t> index;  // number of the scene's camera; none: not a camera of the scene
+    std::string origin;                // phrase after "camera": "'nave' of the scene", "of the command line", ...
 };
 
 /// Returns the camera of `choice`. Throws Error that lists the scene's cameras where there is none of that name.

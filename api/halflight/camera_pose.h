@@ -1,4 +1,4 @@
-// Cameras as few numbers, which users steer and settings files store.
+// Cameras as a few numbers that users steer and settings files store.
 #pragma once
 
 #include <string>
@@ -7,10 +7,10 @@
 
 namespace halflight {
 
-/// Defines a view by few numbers. Equal numbers make equal Cameras, bit for bit.
+/// Defines a view by a few numbers. Equal numbers make equal Cameras, bit for bit.
 struct CameraPose {
     dvec3 from{0, 0, 1};            // position, world
-    dvec3 at{0};                    // target, world; orbiting turns around it; differs from `from`
+    dvec3 at{0};                    // target and centre of orbits, world; differs from `from`
     dvec3 up{0, 1, 0};              // not parallel to the line of sight; any length but 0
     double vertical_fov = kPi / 4;  // radians, (0, pi)
     bool orthographic = false;

@@ -9,8 +9,8 @@ namespace halflight {
 /// Returns the number of placeholders in the file's name: runs of #, %d, %0Nd. Folders are ignored.
 int count_placeholders(const std::filesystem::path& pattern);
 
-/// Returns the name with its only placeholder replaced by the frame's number, zero-padded to the number of #, or to N.
-/// Longer numbers are not truncated.
+/// Returns the name with its only placeholder replaced by the frame's number, zero-padded to the number of #, or to N
+/// digits. Longer numbers are not truncated.
 std::filesystem::path frame_path(const std::filesystem::path& pattern, std::uint32_t frame);
 
 }  // namespace halflight

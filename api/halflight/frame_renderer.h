@@ -21,31 +21,31 @@ class BatchServer;
 class TraceScene;
 }  // namespace rays
 
-/// Motion blur: the shutter is open for a part of each frame, half of it ahead of the frame's time.
+/// Motion blur: the shutter is open for a part of each frame, centred at the frame's time.
 struct Shutter {
     double open = 0;             // part of a frame, [0,1]; 0: no motion blur
-    std::optional<int> times{};  // times at which the scene is posed meanwhile; none: 8, or fewer where samples are few
+    std::optional<int> times{};  // number of poses while it is open, >= 1; none: 8, or fewer where samples are few
 };
 
-/// Returns at how many times a picture of `samples` samples per pixel shows the scene; 1 without motion blur. The layer
+/// Returns the number of shutter times of a picture of `samples` samples per pixel; 1 without motion blur. The layer
 /// "variance" (`aovs`) takes two samples at each time.
 int shutter_count(const Shutter& shutter, const std::vector<std::string>& aovs, int samples);
 
-/// Returns "open for 0.5 of a frame, 8 times", as files tell it; empty without motion blur.
+/// Returns "open for 0.5 of a frame, 8 times", the text in files; empty without motion blur.
 std::string shutter_text(const Shutter& shutter, const RenderSettings& settings);
 
-/// Vertices that a renderer deformed for a frame: by morph targets and skins.
+/// Counts of the vertices that a renderer deformed for a frame: by morph targets and skins.
 struct DeformCounts {
     std::size_t vertices = 0;
     std::size_t vertices_on_cpu = 0;  // vertices beyond the limits of the driver
-    double seconds = 0;               // CPU clock
+    double seconds = 0;               // seconds of the CPU clock
 };
 
 /// Makes the ray server of a prepared scene (api/halflight/ray_server.h). Both outlive the renderer's pictures.
 using RayServerFactory = std::function<std::shared_ptr<rays::BatchServer>(const rays::TraceScene& scene)>;
 
 struct RendererOptions {
-    gpu::ContextOptions device{};             // for the context that the renderer makes
+    gpu::ContextOptions device{};             // options for the context that the renderer makes
     std::shared_ptr<gpu::Context> context{};  // shared context; null: the renderer makes one
     std::optional<ColorConfig> colors{};      // none: ColorConfig::load()
     Shutter shutter{};
@@ -76,9 +76,9 @@ class FrameRenderer {
     std::optional<Estimator> find_estimator(const std::function<bool(double share)>& progress = {});
 
     /// Renders a frame at its own time; with motion blur the mean of times up to open / 2 frames before and after.
-    /// `progress` is called after each sample; false stops, which RenderStats::interrupted tells. Throws Error where
-    /// the picture cannot be made, or an estimator is left open; exceptions of `progress` are passed on. Other pictures
-    /// can be made afterwards.
+    /// `progress` is called after each sample; false stops and sets RenderStats::interrupted. Throws Error where the
+    /// picture cannot be made, or an estimator is left open; exceptions of `progress` are passed on. Other pictures can
+    /// be made afterwards.
     RenderResult render(std::uint32_t frame, const ProgressCallback& progress = {});
     /// Renders the frame of the settings.
     RenderResult render(const ProgressCallback& progress = {}) { return render(settings().frame, progress); }

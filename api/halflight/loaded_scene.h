@@ -19,8 +19,8 @@
 
 namespace halflight {
 
-/// Environment that a caller asks for: none in particular, a constant radiance (linear Rec.709), or the file of a map
-/// (.exr, .hdr). Without one, a scene that has no light at all gets a neutral sky.
+/// Requested environment: unspecified, a constant radiance (linear Rec.709), or the file of a map (.exr, .hdr). If
+/// unspecified, a scene without any light gets a neutral sky.
 using EnvironmentChoice = std::variant<std::monostate, vec3, std::filesystem::path>;
 
 /// Choice of a scene to load: its file, environment, edits and animation.
@@ -40,14 +40,14 @@ GltfOptions gltf_options(bool allow_outside);
 /// Sets the environment of `choice`. A scene without any light gets a neutral sky, which the log notes.
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log);
 
-/// A glTF file, and which of its animations play at which frame rate. It poses scenes; it holds none itself.
+/// A glTF file, its playing animations and its frame rate. It poses scenes; it holds none itself.
 class SceneFile {
   public:
     /// Reads the file. Throws Error as GltfScene() does.
     SceneFile(const std::filesystem::path& path, bool allow_outside);
 
-    /// Selects animations (SceneChoice::animation). The log names channels that are left out, and animations that drive
-    /// the same properties. Throws Error: damaged animations, or none of that name (the error lists their names).
+    /// Selects animations (SceneChoice::animation). The log names ignored channels and animations that drive the same
+    /// properties. Throws Error for damaged animations, and for unknown names (the error lists the names).
     void play(const std::string& animation, const Log& log);
     /// Sets the frame rate: `wanted`, else that of the scene's extras, which the log notes, else 24.
     void set_frame_rate(const std::optional<FrameRate>& wanted, const Log& log);
@@ -79,9 +79,9 @@ class SceneFile {
     FrameRate frame_rate_;
 };
 
-/// A scene as a caller asked for it: posed at a time, edited, with its environment and camera. The result for a time is
-/// a function of the choices and that time. Substitutes for missing lights and cameras follow from the pose at 0 s.
-/// Renderers pose the scene; it must not be used by two threads at a time.
+/// A loaded scene: posed at a time, edited, with its environment and camera. The result for a time is a function of the
+/// choices and that time. Substitutes for missing lights and cameras follow from the pose at 0 s. Renderers pose the
+/// scene; it must not be used by two threads at a time.
 class LoadedScene {
   public:
     /// Reads the files; the log gets the warnings. Throws Error that names file and element.
@@ -96,7 +96,7 @@ class LoadedScene {
     const Scene& scene() const { return scene_; }
     /// Returns a number that changes whenever scene() changes, except for its cameras.
     std::uint64_t revision() const { return revision_; }
-    /// Returns a number that changes with each edit of transforms. Hierarchies made before are no reference afterwards.
+    /// Returns a number that changes with each edit of transforms. Earlier hierarchies are invalid afterwards.
     std::uint64_t transform_revision() const { return transform_revision_; }
 
     /// Replaces all edits. Throws Error as apply() does, and keeps the earlier edits then.
@@ -105,10 +105,10 @@ class LoadedScene {
     /// Chooses another camera. Throws Error where the scene has none of that name, and keeps the earlier one then.
     void set_camera(const CameraChoice& camera);
 
-    /// Poses scene() at a time. Cameras are told by camera(). Throws Error where the pose is at fault, and leaves
+    /// Poses scene() at a time. Cameras are returned by camera(). Throws Error where the pose is at fault, and leaves
     /// scene() as it was.
     void pose(double seconds);
-    /// Returns the scene at another time, without an environment. Needs surfaces_move(). Throws what pose() throws.
+    /// Returns the scene at another time, without an environment. Needs surfaces_move(). Throws Error like pose().
     Scene posed(double seconds);
     /// Lets `deformer` move vertices in later calls of pose() and posed(); null: the CPU. Needs surfaces_move().
     void deform_by(Deformer* deformer);
@@ -118,10 +118,10 @@ class LoadedScene {
 
     /// Returns the chosen camera at a time.
     ChosenCamera camera(double seconds);
-    const ChosenCamera& chosen_camera() const { return camera_; }  ///< camera at 0 s
+    const ChosenCamera& chosen_camera() const { return camera_; }  ///< Returns the camera at 0 s.
     const FrameRate& frame_rate() const { return frame_rate_; }
-    const std::vector<std::size_t>& playing() const { return playing_; }        ///< indices of the animations that play
-    const std::vector<std::filesystem::path>& files() const { return files_; }  ///< files of the scene, glTF first
+    const std::vector<std::size_t>& playing() const { return playing_; }        ///< Returns indices of animations.
+    const std::vector<std::filesystem::path>& files() const { return files_; }  ///< Returns its files, glTF first.
 
   private:
     struct Unedited;
@@ -134,11 +134,11 @@ class LoadedScene {
     std::vector<std::size_t> playing_;
     std::vector<std::filesystem::path> files_;
     Scene scene_;
-    std::unique_ptr<Unedited> unedited_;  // null while there were no edits
+    std::unique_ptr<Unedited> unedited_;  // null before the first edit
     ChosenCamera camera_;
     bool surfaces_move_ = false;
     Deformer* deformer_ = nullptr;
-    std::optional<double> posed_at_ = 0;  // seconds; none: by another deformer, or with other edits
+    std::optional<double> posed_at_ = 0;  // seconds; none: posed by another deformer or with other edits
     std::uint64_t revision_ = 1, transform_revision_ = 1;
 };
 

@@ -1,4 +1,4 @@
-// Movies: frames through the view transform are sent to an ffmpeg process, which encodes them.
+// Movies: an ffmpeg process encodes frames that went through the view transform.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ std::vector<std::uint8_t> movie_frame(const Image& view);
 /// A movie that is being written. Owns the ffmpeg process.
 class Movie {
   public:
-    /// Starts the ffmpeg of PATH, which writes `file`. Throws Error, with `subject` as its subject, where there is
+    /// Starts the ffmpeg in PATH, which writes `file`. Throws Error, whose text starts with `subject`, if there is
     /// none.
     Movie(const std::filesystem::path& file, std::string subject, const MovieFormat& format);
     Movie(const Movie&) = delete;

@@ -14,10 +14,10 @@
 
 namespace halflight {
 
-/// How pictures become files, and which pictures do.
+/// Conditions for writing pictures, and properties of the files.
 struct OutputOptions {
     std::string working_space;  // linear space of colour in .exr files: "rec709" or "", or a name of the colour config
-    bool reproducible = false;  // writes no date: equal pictures make equal files
+    bool reproducible = false;  // omits the date: equal pictures make equal files
     bool strict = false;        // refuses pictures in which a pass gave NaN, infinite or negative values
     bool best_effort = false;   // accepts pictures that have not reached their error target
 };
@@ -26,17 +26,17 @@ struct OutputOptions {
 struct PictureInfo {
     Camera camera;
     LinearSpace working_space;  // space of the colour layers; variances stay linear Rec.709
-    bool half = false;          // writes beauty as half floats; other layers have types of their own
+    bool half = false;          // stores beauty as half floats; other layers have their own types
     std::string comments;
     std::string filter;         // pixel filter
     std::string shutter;        // shutter_text(); empty without motion blur
-    std::string bias;           // why the picture would not converge to the light of the scene; empty where it would
+    std::string bias;           // reason why the picture would not converge to the scene's light; empty where it would
     std::string error;          // estimated error, in words; empty where it is not known
     bool reproducible = false;  // omits the date
-    // Frames of sequences only:
+    // The following members apply to frames of sequences only.
     std::optional<FrameRate> frame_rate{};
     std::uint32_t frame = 0;
-    std::string fingerprint{};  // fingerprint.h
+    std::string fingerprint{};  // fingerprint of the frame (fingerprint.h)
 };
 
 /// Returns whether the file name ends in `.extension`, in any case.
@@ -46,16 +46,16 @@ bool has_extension(const std::filesystem::path& path, std::string_view extension
 LinearSpace working_space(const ColorConfig& config, const std::string& name);
 
 /// Writes a picture as .exr (scene-linear, with its layers) or .png (RenderResult::view), chosen by the extension. The
-/// file is there complete or not at all. Throws Error.
+/// file is written completely or not at all. Throws Error.
 void write_picture(const std::filesystem::path& path, const RenderResult& result, const PictureInfo& info);
 
-/// Returns what the file of the picture that `renderer` made last tells. `error`: what judge() returned.
+/// Returns the metadata of the picture that `renderer` made last. `error`: result of judge().
 PictureInfo picture_info(const FrameRenderer& renderer, const RenderResult& result, const OutputOptions& options,
                          const std::string& error);
 
-/// Decides whether a picture is good enough to be written, and logs what is remarkable. Returns its error in words,
-/// empty where it is not known. Throws Error about `output` where it is not: bad values with OutputOptions::strict, or
-/// an error target that was not reached without best_effort.
+/// Decides whether a picture is good enough to be written, and logs warnings. Returns its error in words, empty if
+/// unknown. Throws Error about `output` if it is not: bad values with OutputOptions::strict, or an error target that
+/// was not reached without best_effort.
 std::string judge(const RenderStats& stats, const OutputOptions& options, const std::filesystem::path& output,
                   const Log& log);
 

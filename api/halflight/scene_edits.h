@@ -1,4 +1,4 @@
-// Edits of a scene's lights, materials and transforms, which leave its file as it is.
+// Edits of a scene's lights, materials and transforms, which leave its file unchanged.
 #pragma once
 
 #include <cstddef>
@@ -47,8 +47,8 @@ LightColor color_of(const PunctualLight& light);
 /// Returns v scaled to length 1; none where v is zero or not finite.
 std::optional<dvec3> unit_direction(const dvec3& v);
 
-/// Applies edits to a scene that has none yet. Throws Error that names the material or instance: there is none of that
-/// index, no such property, or a value outside its range.
+/// Applies edits to a scene that has none yet. Throws Error that names the material or instance for an unknown index or
+/// property, or a value outside its range.
 void apply(const SceneEdits& edits, Scene& scene);
 
 }  // namespace halflight

@@ -1,4 +1,4 @@
-// Sequences: frames of a scene as numbered files, and as a movie. Frames that are there already are kept.
+// Sequences: frames of a scene as numbered files, and as a movie. Existing frames are kept.
 #pragma once
 
 #include <cstddef>
@@ -19,17 +19,17 @@ namespace halflight {
 
 struct SequenceOptions {
     std::vector<std::uint32_t> frames;           // frame numbers, in the order in which they are rendered
-    ListPart part{};                             // the part of `frames` to make, for work on several machines
+    ListPart part{};                             // part of `frames` to make, for work on several machines
     std::vector<std::filesystem::path> outputs;  // .exr and .png with a placeholder (frame_names.h): "shot.####.exr"
     std::optional<std::filesystem::path> movie;  // .mp4 or .mov, of all frames; needs an ffmpeg in PATH
-    std::optional<std::filesystem::path> stats;  // gets a line of JSON for each frame, appended
+    std::optional<std::filesystem::path> stats;  // file to which a line of JSON is appended per frame
     bool overwrite = false;                      // replaces frames that were made with other settings
     OutputOptions output{};
 };
 
-/// Calls during render_sequence(). All may be empty; they must not throw.
+/// Callbacks of render_sequence(). All may be empty; they must not throw.
 struct SequenceEvents {
-    std::function<void(std::size_t frames)> started{};  // gets the number of frames to make
+    std::function<void(std::size_t frames)> started{};  // called with the number of frames to make
     std::function<bool(std::uint32_t frame, const RenderProgress& progress)> progress{};  // false stops
     std::function<bool()> go_on{};  // called before each frame and while a pilot runs; false stops
     std::function<void(std::uint32_t frame, std::size_t made, std::size_t failed)> made{};
@@ -44,22 +44,22 @@ struct SequenceTally {
     std::size_t made = 0;    // frames rendered
     std::vector<std::uint32_t> failed{};
     std::string reason{};                       // error message of the first failed frame
-    std::optional<std::uint32_t> stopped_in{};  // frame in which a callback has stopped the sequence
+    std::optional<std::uint32_t> stopped_in{};  // frame in which a callback stopped the sequence
 };
 
 /// Removes unfinished files of earlier runs. Throws Error for folders that cannot be written.
 void check_outputs(const SequenceOptions& options);
 
-/// Returns the frames of the part of which a file is missing, damaged, or made of another scene or with other settings.
+/// Returns frames of the part with a file that is missing, damaged, or made from another scene or with other settings.
 std::vector<std::uint32_t> incomplete_frames(const LoadedScene& scene, const RenderSettings& settings,
                                              const Shutter& shutter, const ColorConfig& colors,
                                              const SequenceOptions& options);
 
-/// Renders the frames of the part that are not there already, and writes their files and the movie. Each frame is a
-/// function of scene, frame number and settings: it does not matter which run made it (preview mode `temporal` apart,
-/// which makes all frames again). A frame that cannot be made does not stop the others. Throws Error at the end where
-/// frames have failed, and at once for files that must not be replaced. A sequence that a callback stops leaves its
-/// finished frames and no movie.
+/// Renders the missing frames of the part, and writes their files and the movie. Each frame is a function of scene,
+/// frame number and settings, whichever run made it. Preview mode `temporal` is an exception and makes all frames
+/// again. A frame that cannot be made does not stop the others. Throws Error at the end if frames have failed, and at
+/// once for files that must not be replaced. A sequence that a callback stops leaves its finished frames and no
+/// movie.
 SequenceTally render_sequence(LoadedScene& scene, const RenderSettings& settings, const RendererOptions& renderer,
                               const SequenceOptions& options, const SequenceEvents& events = {}, const Log& log = {});
 

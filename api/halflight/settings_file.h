@@ -14,13 +14,13 @@
 
 namespace halflight {
 
-/// Contents of a settings file. What is missing is decided by the scene and the command line.
+/// Contents of a settings file. Scene and command line decide on missing members.
 struct SavedSettings {
-    std::variant<std::monostate, std::string, CameraPose> camera;  // name or number of the scene's, or a free camera
-    RenderSettings settings;             // values of the settings in `given`; the others are not looked at
-    std::set<std::string_view> given{};  // names of rows of the table of settings that are `saved`
-    std::optional<ivec2> size;           // pixels
-    EnvironmentChoice environment;       // paths of maps are relative to the current folder
+    std::variant<std::monostate, std::string, CameraPose> camera;  // scene camera by name or number, or a free camera
+    RenderSettings settings;             // values of the settings in `given`; others are ignored
+    std::set<std::string_view> given{};  // names of given settings, whose table row is `saved`
+    std::optional<ivec2> size;           // size of the picture, pixels
+    EnvironmentChoice environment;       // environment; paths of maps are relative to the current folder
     SceneEdits edits;
     struct Moment {
         std::string animation;  // value of --animation
@@ -28,7 +28,7 @@ struct SavedSettings {
         FrameRate rate;
         bool operator==(const Moment&) const = default;
     };
-    std::optional<Moment> moment;  // none: at rest
+    std::optional<Moment> moment;  // time at which the scene is posed; none: at rest
     std::vector<Bookmark> bookmarks;
     bool operator==(const SavedSettings& other) const;
 };
@@ -38,7 +38,7 @@ std::set<std::string_view> saved_settings();
 /// Returns SCENE.halflight.json.
 std::filesystem::path settings_file_of(const std::filesystem::path& scene);
 
-/// Throws Error that names file and element, also for unknown settings.
+/// Reads a settings file. Throws Error that names file and element, also for unknown settings.
 SavedSettings read_settings(const std::filesystem::path& path);
 /// Parses the contents of the file at `path`, which is not read.
 SavedSettings parse_settings(std::string_view text, const std::filesystem::path& path);

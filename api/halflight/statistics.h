@@ -31,13 +31,13 @@ std::string environment_name(const Environment& environment);
 /// Returns the settings of the picture that `renderer` made last as one line, for the comments of its file.
 std::string settings_line(const FrameRenderer& renderer, const RenderStats& stats);
 
-/// Returns "shadow gave 3 NaN, 1 infinite and 0 negative values" for each pass that gave any; empty where none did.
+/// Returns "shadow gave 3 NaN, 1 infinite and 0 negative values" for each pass with bad values; empty without any.
 std::string describe_bad_values(const RenderStats& stats);
 /// Returns "relmse 0.0098, 0.0095 to 0.0101 at 95 %, target 0.01 reached".
 std::string error_line(const AchievedError& error);
 
 /// Returns statistics of the picture that `renderer` made last: scene, settings, device, times, passes, ray batches,
-/// left-out parts (docs/rendering.md). `outputs`: files that it was written to.
+/// left-out parts (docs/rendering.md). `outputs`: files of the picture.
 nlohmann::ordered_json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, const StepTimes& times,
                                       const std::vector<std::filesystem::path>& outputs);
 

@@ -16,10 +16,10 @@ namespace halflight::python {
 
 namespace py = pybind11;
 
-/// A scene, which renderers and edits use in turns.
+/// A scene that renderers and edits use in turn.
 struct PyScene {
     LoadedScene scene;
-    bool busy = false;  // a renderer works with it, without the GIL
+    bool busy = false;  // a renderer uses the scene without the GIL
 };
 
 /// Marks a scene as busy during its lifetime. Throws Error where it is busy already: a callback or another thread must
@@ -38,32 +38,32 @@ class Busy {
     PyScene& scene_;
 };
 
-/// A picture, and what its files tell.
+/// A picture with the metadata of its files.
 struct PyPicture {
     RenderResult result;
     std::vector<std::string> layers;  // names of result.aovs
     PictureInfo info;
-    std::string statistics;  // JSON
+    std::string statistics;  // statistics of the render, JSON
 };
 
 /// Texts of settings by their names in the table of settings (engine/settings/settings_table.h).
 using SettingTexts = std::map<std::string, std::string>;
 
-/// Returns a log that passes lines to Python: sink(is_warning, line). Without the GIL, too.
+/// Returns a log that passes lines to Python: sink(is_warning, line). May be used without the GIL.
 Log log_to(py::object sink);
 
-/// Calls a Python function as progress callback of C++, without the GIL held. What the function raises, and
-/// KeyboardInterrupt, stop the work and are raised by rethrow().
+/// Calls a Python function as progress callback of C++, without the GIL held. Exceptions of the function, and
+/// KeyboardInterrupt, stop the work; rethrow() raises them.
 class Callback {
   public:
-    /// function: returns False to stop; None: there is none.
+    /// function: returns False to stop; None: no callback.
     explicit Callback(py::object function) : function_(std::move(function)) {}
     Callback(const Callback&) = delete;
     Callback& operator=(const Callback&) = delete;
 
-    /// Calls the function with what make() returns; takes the GIL. Returns false where the work is to stop.
+    /// Calls the function with the result of make(); takes the GIL. Returns false if the work is to stop.
     bool operator()(const std::function<py::object()>& make);
-    /// Raises what has stopped the work; needs the GIL.
+    /// Raises the exception that stopped the work; needs the GIL.
     void rethrow();
 
   private:

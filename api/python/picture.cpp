@@ -11,7 +11,7 @@ namespace halflight::python {
 namespace {
 
 /// Returns an image as an array of shape (height, width, channels), or (height, width) with one channel. It shares the
-/// memory of the picture, which it keeps alive. Values of ids are their bits as uint32.
+/// memory of the picture, which it keeps alive. Ids are returned as uint32 with the same bits.
 py::array array_of(const Image& image, bool ids, const py::object& picture) {
     std::vector<py::ssize_t> shape{image.height, image.width};
     if (image.channels > 1) shape.push_back(image.channels);

@@ -1,4 +1,4 @@
-// Renderers, sequences and settings.
+// Python classes and functions for renderers, sequences and settings.
 #include <pybind11/stl.h>
 #include <pybind11/stl/filesystem.h>
 
@@ -13,7 +13,7 @@
 namespace halflight::python {
 namespace {
 
-/// Returns settings by the rules of the command line. Size and camera are chosen by `camera` where they are not given.
+/// Returns settings by the rules of the command line. `camera` replaces missing values of size and camera.
 RenderSettings settings_of(const SettingTexts& texts, const Camera& camera) {
     RenderSettings settings;
     for (const auto& [name, text] : texts) {
@@ -36,8 +36,8 @@ RenderSettings settings_of(const SettingTexts& texts, const Camera& camera) {
     return settings;
 }
 
-/// Returns the context that all renderers of a thread share: making one takes as long as many small pictures. It lives
-/// until the process ends.
+/// Returns the context that all renderers of a thread share: making one takes as long as many small pictures. The
+/// context lives until the process ends.
 std::shared_ptr<gpu::Context> shared_context(const std::string& device, bool shader_cache) {
     using Contexts = std::map<std::pair<std::string, bool>, std::shared_ptr<gpu::Context>>;
     thread_local Contexts& contexts = *new Contexts;  // drivers cannot be closed safely while a process exits

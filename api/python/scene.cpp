@@ -49,7 +49,7 @@ std::shared_ptr<PyScene> load(const std::filesystem::path& path, const Environme
     return std::make_shared<PyScene>(PyScene{LoadedScene(std::move(choice), {}, sink)});
 }
 
-/// Edits are changed by f(edits, scene), and then applied.
+/// Changes the edits by f(edits, scene), and then applies them.
 template <class F>
 void edit(PyScene& s, F f) {
     const Busy busy(s);

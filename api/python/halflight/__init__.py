@@ -5,9 +5,9 @@
     picture = hl.render(scene, samples=64)
     picture["albedo"]            # numpy array
 
-Settings of pictures are keyword arguments with the names and values of the options of ``halflight render``:
-``bounces=4``, ``estimator="auto"``, ``error=0.01``, ``filter_radius=1.5``; settings() lists them. Errors are exceptions
-of class Error with one line of text. Scenes and renderers belong to the thread that made them.
+Settings of pictures are keyword arguments with the names and values of the options of ``halflight render``. Examples
+are bounces=4, estimator="auto" and filter_radius=1.5; settings() lists all. Errors are exceptions of class Error with
+one line of text. Scenes and renderers belong to the thread that made them.
 """
 import json as _json
 import logging as _logging
@@ -24,8 +24,8 @@ __all__ = ["Error", "Picture", "Progress", "Renderer", "Scene", "devices", "laye
 _logger = _logging.getLogger("halflight")
 
 Progress = _namedtuple("Progress", "samples_done samples_total seconds")
-Progress.__doc__ = """How far a picture is: samples per pixel that are done, samples that it will have as far as is
-known, and seconds since its start."""
+Progress.__doc__ = """Progress of a picture: samples per pixel that are done, expected samples per pixel, and seconds
+since its start."""
 
 Setting = _namedtuple("Setting", "name values description")
 Layer = _namedtuple("Layer", "name channels description debug")
@@ -37,7 +37,7 @@ def _log(is_warning, line):
 
 
 def _told(progress):
-    """Returns the callback for the native module; it gets tuples."""
+    """Returns the callback for the native module, which is called with a tuple."""
     return None if progress is None else lambda told: progress(Progress(*told))
 
 
@@ -68,17 +68,17 @@ def layers():
 
 
 def devices():
-    """Returns all devices, which one would be taken, and why."""
+    """Returns all devices, whether each would be taken, and the reason."""
     return [Device(*row) for row in _native.devices()]
 
 
 def load(path, environment=None, animation=None, fps=None, allow_outside=False):
     """Loads a glTF scene and returns it as a Scene.
 
-    environment    None, a constant radiance (r, g, b), or the path of an equirectangular .exr or .hdr
-    animation      name or number of the animation that plays, "all", or None: the scene at rest
-    fps            frames per second, "24" or "30000/1001"; None: as the scene says, else 24
-    allow_outside  lets the scene name files outside its folder
+      environment    None, a constant radiance (r, g, b), or the path of an equirectangular .exr or .hdr
+      animation      name or number of the animation that plays, "all", or None: the scene at rest
+      fps            frames per second, "24" or "30000/1001"; None: frame rate in the scene's extras, else 24
+      allow_outside  lets the scene name files outside its folder
 
     Warnings go to the logger "halflight". Raises Error.
     """
@@ -89,8 +89,8 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False):
 
 
 class Scene:
-    """A loaded scene with its camera and its edits. Edits replace or scale what the file has; the file stays as it is.
-    They can be changed between pictures and hold from the next one on."""
+    """A loaded scene with its camera and its edits. Edits replace or scale values of the file, which is not changed.
+    They can be changed between pictures and hold from the next picture on."""
 
     def __init__(self, native):
         self._native = native
@@ -112,7 +112,7 @@ class Scene:
 
     @property
     def camera(self):
-        """Name of the camera. Set it to a name or a number, or to None: the scene's first one."""
+        """Name of the camera. Set it to a name or a number, or to None for the scene's first camera."""
         return self._native.camera
 
     @camera.setter
@@ -120,8 +120,8 @@ class Scene:
         self._native.set_camera(None if which is None else str(which), None, None, (0, 1, 0), 45)
 
     def look(self, look_from, look_at, up=(0, 1, 0), vfov=45):
-        """Sets a camera of your own: its position, its target and up direction (metres, world), and its vertical field
-        of view in degrees."""
+        """Sets a camera that is not part of the scene: position and target (metres, world), up direction, and vertical
+        field of view in degrees."""
         self._native.set_camera(None, tuple(look_from), tuple(look_at), tuple(up), vfov)
 
     def material(self, which):
@@ -134,21 +134,21 @@ class Scene:
         self._native.edit_material(self._index(self.materials, which, "material"), values)
 
     def edit_light(self, which, factor=None, color=None, position=None, direction=None):
-        """Edits a light, given by name or number: factor of its intensity, its colour (linear Rec.709, [0,1]), its
-        position (metres) and the direction in which it shines."""
+        """Edits a light, given by name or number: factor of its intensity, colour (linear Rec.709, [0,1]), position
+        (metres) and direction in which light travels."""
         names = [light["name"] for light in self.lights]
         self._native.edit_light(self._index(names, which, "light"), factor, color, position, direction)
 
     def edit_environment(self, rotation=None, intensity=None, tint=None):
-        """Turns the environment by degrees to the right, scales and tints its radiance."""
+        """Rotates the environment to the right (degrees), scales its radiance, and tints it."""
         self._native.edit_environment(rotation, intensity, tint)
 
     def edit_emission(self, factor):
-        """Scales the light of all emissive surfaces."""
+        """Scales the emission of all surfaces."""
         self._native.edit_emission(factor)
 
     def set_clay(self, on=True):
-        """Gives all surfaces one rough grey, or their own materials again."""
+        """Replaces all materials by one rough grey, or restores them."""
         self._native.set_clay(on)
 
     def transform(self, which):
@@ -156,13 +156,13 @@ class Scene:
         return self._native.transform(self._index(self.instances, which, "instance"))
 
     def edit_transform(self, which, matrix):
-        """Replaces the transform of an instance by a matrix of four rows from object to world space, at all times; None:
-        its own one again."""
+        """Replaces the transform of an instance by a matrix of four rows from object to world space, at all times.
+        None restores its own transform."""
         rows = None if matrix is None else [[float(x) for x in row] for row in matrix]
         self._native.edit_transform(self._index(self.instances, which, "instance"), rows)
 
     def reset_edits(self):
-        """Takes all edits back. The camera stays."""
+        """Removes all edits. The camera stays."""
         self._native.reset_edits()
 
     def __repr__(self):
@@ -173,10 +173,10 @@ class Picture(_Mapping):
     """A picture: a mapping from the names of its layers to numpy arrays of shape (height, width, channels), without the
     last axis for layers of one channel. Rows run from top to bottom.
 
-    "beauty"  RGBA, float32, scene-linear Rec.709
-    "view"    RGBA, float32 in [0,1], through the view transform
+      "beauty"  RGBA, float32, scene-linear Rec.709
+      "view"    RGBA, float32 in [0,1], through the view transform
 
-    Other layers are as layers() describes them. Arrays share the memory of the picture."""
+    layers() describes the other layers. Arrays share the memory of the picture."""
 
     def __init__(self, native):
         self._native = native
@@ -229,22 +229,22 @@ def _output(working_space="", reproducible=False, strict=False, best_effort=Fals
 
 
 def _split(keywords, function):
-    """Takes the keyword arguments of a function out of others."""
+    """Removes the keyword arguments of a function from `keywords` and returns its result for them."""
     names = function.__code__.co_varnames[:function.__code__.co_argcount]
     return function(**{name: keywords.pop(name) for name in names if name in keywords})
 
 
 class Renderer:
-    """Renders pictures of a scene one after the other; preparing the scene and its shaders is paid once.
+    """Renders pictures of a scene one after the other. Scene and shaders are prepared once.
 
     Renderer(scene, layers="all", measure=False, pictures=0, **settings)
 
-    layers    names of layers(), "all" (without those for debugging), or []
-    measure   times each pass, which makes rendering slower
-    pictures  upper limit of the pictures that will be rendered, which decides what is worth measuring; 0: unknown
-    settings  see halflight.settings(); further: device, shader_cache, ocio (path of a colour config), shutter and
-              shutter_times (motion blur), working_space, reproducible, strict, best_effort, as the options of
-              ``halflight render``
+      layers    names of layers(), "all" (without those for debugging), or []
+      measure   times each pass, which makes rendering slower
+      pictures  upper limit of the pictures that will be rendered; 0: unknown. It decides what is worth measuring.
+      settings  those of halflight.settings(), and the options device, shader_cache, ocio (path of a colour config),
+                shutter and shutter_times (motion blur), working_space, reproducible, strict and best_effort of
+                ``halflight render``
 
     Edits and camera changes of the scene hold from the next picture on."""
 
@@ -257,10 +257,10 @@ class Renderer:
     device = property(lambda self: self._native.device, doc="Name of the device.")
 
     def render(self, frame=None, progress=None):
-        """Renders a frame, None: that of the settings, and returns its Picture.
+        """Renders a frame and returns its Picture. None stands for the frame of the settings.
 
-        progress(Progress) is called after each sample. Where it returns False, the picture ends with its samples so
-        far. What it raises is raised here. Raises Error, also for an error target that was not reached (unless
+        progress(Progress) is called after each sample. If it returns False, the picture ends with its samples so
+        far. Its exceptions are passed on. Raises Error, also for an error target that was not reached (unless
         best_effort)."""
         return Picture(self._native.render(frame, _told(progress), _log))
 
@@ -270,9 +270,9 @@ class Renderer:
             yield frame, self.render(frame, progress)
 
     def find_estimator(self, progress=None):
-        """Settles what estimator="auto" leaves open, by small pictures, and returns the estimator as text. Calls
-        progress(share) with the share of the work that is done; False cancels, and None is returned. render() does this
-        by itself before the first picture."""
+        """Settles the open choices of estimator="auto" by small pictures, and returns the estimator as text. Calls
+        progress(share) with the share of the work that is done; False cancels, and None is returned. render() settles
+        them before the first picture if need be."""
         return self._native.find_estimator(progress)
 
     def change(self, **settings):
@@ -287,15 +287,15 @@ def render(scene, frame=None, layers="all", progress=None, **settings):
 
 def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None, overwrite=False, progress=None,
                     **settings):
-    """Renders frames to numbered files, as ``halflight render --frames`` does: frames that are there already are kept.
+    """Renders frames to numbered files, as ``halflight render --frames`` does. Existing frames are kept.
 
-    outputs   a path or several, .exr or .png, with a placeholder for the number: "shot.####.exr", "shot.%04d.png"
-    frames    frame numbers, or a text like "1-240x2"
-    movie     path of an .mp4 or .mov of all frames; needs ffmpeg
-    stats     path of a file to which a line of JSON is appended for each frame
-    progress  progress(frame, Progress); False stops the sequence
+      outputs   one or more paths, .exr or .png, with a placeholder for the number: "shot.####.exr", "shot.%04d.png"
+      frames    frame numbers, or a text like "1-240x2"
+      movie     path of an .mp4 or .mov of all frames; needs ffmpeg
+      stats     path of a file to which a line of JSON is appended for each frame
+      progress  called as progress(frame, Progress); False stops the sequence
 
-    Returns a dict: frames asked for, kept, made, and stopped_in, the frame in which progress has stopped."""
+    Returns a dict: frames asked for, kept, made, and stopped_in, the frame in which `progress` stopped."""
     options, output = _split(settings, _options), _split(settings, _output)
     outputs = [outputs] if isinstance(outputs, (str, _os.PathLike)) else list(outputs)
     frames = _native.parse_frames(frames) if isinstance(frames, str) else list(frames)
