@@ -1,7 +1,7 @@
 """Checks the poses of a frame against Blender's glTF import.
 
 Measures the distance of the points of layer `position` from Blender's surfaces at that frame, relative to the extent of the
-scene. Pixels beside the background are left out, because rasterizers take some whose centres lie slightly outside.
+scene. Pixels beside the background are left out, because rasterizers cover some whose centres lie slightly outside.
 
     halflight render FOX.glb fox.####.exr --frames 7 --animation Survey --aov position,ids
     blender -b --factory-startup -P tools/blender_poses.py -- FOX.glb fox.0007.exr --frame 7 --animation Survey [--fps 24]
@@ -15,7 +15,7 @@ import os
 import sys
 
 import numpy
-for name in ("bool", "int", "float", "object"):  # Blender 3.4's importer wants the aliases that numpy 1.24 dropped
+for name in ("bool", "int", "float", "object"):  # Blender 3.4's importer uses the aliases that numpy 1.24 dropped
     setattr(numpy, name, getattr(__builtins__, name) if hasattr(__builtins__, name) else __builtins__[name])
 import bpy
 from mathutils.bvhtree import BVHTree

@@ -14,7 +14,7 @@ Blender 3.4 imports every material as a Principled node, whose models differ fro
   for the density: its mean is the term. If HALFLIGHT_IMPORTED_METALS is set in the environment, metals stay as imported.
 Materials with textures and partly metallic ones stay as imported, and their names are printed.
 
-Prints the CPU seconds of the render, all threads, as a line of JSON beside the script's own.
+Prints the CPU seconds of the render, all threads, as a line of JSON in addition to that of cycles_render.py.
 
 Cycles does not count the first reflection as a bounce: its --bounces N are our --bounces N + 1.
 """

@@ -1,4 +1,4 @@
-# The library halflight::halflight, which is all rooms in one archive, and what `cmake --install` puts where.
+# The library halflight::halflight, which is all rooms in one archive, and the install rules.
 include(CMakePackageConfigHelpers)
 
 get_property(rooms GLOBAL PROPERTY HALFLIGHT_ROOMS)
@@ -12,7 +12,7 @@ set_target_properties(halflight PROPERTIES LINKER_LANGUAGE CXX)
 target_compile_features(halflight INTERFACE cxx_std_20)
 target_include_directories(halflight INTERFACE
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/halflight>
-    # <halflight/halflight.h>
+    # This folder makes <halflight/halflight.h> known.
     $<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/api> $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}/halflight/api>)
 target_link_libraries(halflight INTERFACE ${libraries})
 

@@ -19,7 +19,7 @@ void put(std::FILE* stream, std::string_view text) {
 }
 
 void hold_standard_streams() {
-    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})  // open() takes the lowest number
+    for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})  // open() returns the lowest free number
         if (fcntl(stream, F_GETFD) == -1) open("/dev/null", O_RDONLY);
 }
 

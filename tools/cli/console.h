@@ -14,14 +14,14 @@ namespace halflight {
 /// Returns `text` with control characters replaced, so that it is one line whatever names it quotes.
 std::string one_line(std::string_view text);
 
-/// Writes to `stream` unchanged. Failures are ignored: a closed or full stderr must not lose a picture.
+/// Writes `text` to `stream` unchanged. Failures are ignored: a closed or full stderr must not lose a picture.
 void put(std::FILE* stream, std::string_view text);
 
 /// Opens /dev/null, read-only, for closed standard streams. Otherwise the first opened file would get the stream's
 /// number, and with it the stream's output. Writing to such a stream still fails.
 void hold_standard_streams();
 
-/// Prints notes and warnings on stderr, one line each; quiet, nothing.
+/// Prints notes and warnings on stderr, one line each; prints nothing if quiet.
 class Console : public Log {
   public:
     explicit Console(bool quiet);

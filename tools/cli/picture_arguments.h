@@ -67,7 +67,7 @@ struct Help {
     std::string text;
 };
 
-/// A command line that makes no sense; what() is one line "subject: what is wrong".
+/// Error of an unusable command line; what() is one line "subject: what is wrong".
 class UsageError : public Error {
   public:
     using Error::Error;

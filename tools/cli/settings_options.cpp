@@ -19,7 +19,7 @@ void take_size(const ivec2& size, const Given& given, ViewArguments& a) {
     a.height = width ? scaled(*a.width, size.y, size.x) : height ? *a.height : size.y;
 }
 
-/// Options that keep a setting of the file from being used, besides the setting's own.
+/// Options that override a setting of the file, besides the setting's own option.
 struct Override {
     std::string_view setting;
     const char* option;
@@ -27,7 +27,7 @@ struct Override {
 constexpr Override kOverrides[] = {{"display", "--view"},  {"view", "--display"},  {"samples", "--time"},
                                    {"samples", "--error"}, {"preview", "--error"}, {"preview", "--shutter"}};
 
-/// Takes what the file holds; what given(option) says was given takes precedence.
+/// Takes the values of the file, except where given(option) says that an option was given.
 template <class A, class Given>
 void take(const SavedSettings& s, const Given& given, A& a) {
     if (!given("--camera") && !given("--look-from")) {

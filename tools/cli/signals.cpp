@@ -25,7 +25,7 @@ void handle_signals() {
     for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
         struct sigaction old {};
         sigaction(signal, nullptr, &old);
-        if (old.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);  // respects nohup
+        if (old.sa_handler != SIG_IGN) sigaction(signal, &action, nullptr);  // keeps signals ignored, as nohup wants
     }
     std::signal(SIGXFSZ, SIG_IGN);  // beyond the limit of file sizes write() fails, and that is reported
 }

@@ -3,8 +3,8 @@
 
 namespace halflight {
 
-/// Installs the handlers: the first such signal is remembered, and the second one ends the program at once. A write
-/// beyond the limit of file sizes becomes an error instead of SIGXFSZ.
+/// Installs the handlers: the first SIGINT, SIGTERM or SIGHUP is remembered, and a second one ends the program at once.
+/// A write beyond the limit of file sizes becomes an error instead of SIGXFSZ.
 void handle_signals();
 
 /// Returns the signal that asks to stop; 0: none.

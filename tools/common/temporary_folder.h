@@ -1,4 +1,4 @@
-// A folder of the system's place for temporary files.
+// Folders below the system's folder for temporary files.
 #pragma once
 
 #include <filesystem>
@@ -7,17 +7,17 @@
 
 namespace halflight {
 
-/// A new, empty folder that only this user can read. It is removed with all that is in it when the object is destroyed.
+/// A new, empty folder that only this user can read. The destructor removes it with all its contents.
 class TemporaryFolder {
   public:
-    TemporaryFolder();  ///< Throws Error where none can be made.
+    TemporaryFolder();  ///< Makes the folder. Throws Error on failure.
     TemporaryFolder(const TemporaryFolder&) = delete;
     TemporaryFolder& operator=(const TemporaryFolder&) = delete;
     ~TemporaryFolder();
 
     std::filesystem::path path;
     std::filesystem::path operator/(const std::filesystem::path& name) const { return path / name; }
-    std::vector<std::string> entries() const;  ///< Returns the names in it, sorted.
+    std::vector<std::string> entries() const;  ///< Returns the names of its entries, sorted.
 };
 
 }  // namespace halflight

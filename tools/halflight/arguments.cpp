@@ -159,7 +159,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     CLI::App app("Hybrid raster and ray-traced global illumination.", "halflight");
     app.set_version_flag("--version", "halflight " HALFLIGHT_VERSION, "Print the version and exit");
     app.allow_extras();
-    app.require_subcommand(0, 1);  // after one, its name may be the name of a file
+    app.require_subcommand(0, 1);  // later words may be files with the name of a command
 
     RenderArguments render;
     CLI::App& render_app = *app.add_subcommand("render", "Render a glTF scene to .exr and .png");
@@ -234,7 +234,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     check_leftovers(app, "halflight");
     if (render_app.parsed()) {
         check_leftovers(render_app, "halflight render");
-        check_files(render);  // must precede reading: the settings file may be one of the files
+        check_files(render);  // precedes reading: the settings file may be one of the files
         take_size_options(render_app, render);
         if (render.settings_file) use_settings(render_app, render);
         const RenderSettings& s = render.settings;

@@ -1,11 +1,11 @@
-// The program's commands. Each returns when all that was asked for is done, and throws Error otherwise.
+// The program's commands. Each returns when all requested work is done, and throws Error otherwise.
 #pragma once
 
 #include "tools/halflight/arguments.h"
 
 namespace halflight {
 
-/// Asked to stop by a signal before the work was done; nothing was written.
+/// Error for a signal that asked to stop before the work was done; nothing was written.
 class Interrupted : public Error {
   public:
     Interrupted(int by_signal, std::string_view subject, std::string_view what)
@@ -14,8 +14,8 @@ class Interrupted : public Error {
 };
 
 void run_render(const RenderArguments& arguments);
-/// Becomes `halflight-view` with the same command line, a program of its own so that this one needs no window system.
-/// Throws Error where it is not beside this one.
+/// Replaces the process by `halflight-view` with the same command line, so that this program needs no window system.
+/// Throws Error if that program is not in the same folder.
 [[noreturn]] void start_viewer(char** argv);
 void run_converge(const ConvergeArguments& arguments);
 void run_info(const InfoArguments& arguments);

@@ -19,7 +19,7 @@ using namespace converge;
 
 constexpr const char* kReports[] = {"report.html", "report.json", "report.csv"};
 
-/// The folder of the reports, which is gone again, as are the parents that were made, if nothing was written into it.
+/// The folder of the reports. Removes the folder and the parents that it made if nothing was written into them.
 class ReportFolder {
   public:
     explicit ReportFolder(const std::filesystem::path& path) : path_(path) {
@@ -51,10 +51,10 @@ class ReportFolder {
         for (const std::filesystem::path& folder : missing_) std::filesystem::remove(folder, not_empty);
     }
     std::filesystem::path path_;
-    std::vector<std::filesystem::path> missing_;  // at first, of it and its parents; from it upwards
+    std::vector<std::filesystem::path> missing_;  // created folders, from path_ upwards
 };
 
-/// A line on the console for each tenth of some work.
+/// Prints a line on the console for each tenth of some work.
 class Progress {
   public:
     Progress(const Console& console, std::string what) : console_(console), what_(std::move(what)) {}
@@ -70,7 +70,7 @@ class Progress {
     int tenths_ = 0;
 };
 
-/// Enough for a reference that is much less noisy than any picture, where budgets tell how many samples that is.
+/// Returns the samples of a reference that is much less noisy than any picture, for budgets in samples.
 int usual_reference_samples(const Plan& plan) {
     constexpr int kLeast = 1024, kTimes = 16;
     return std::max(
@@ -168,7 +168,7 @@ void run_converge(const ConvergeArguments& a) {
     const std::string csv = report_csv(subject, measured);
     {
         const WritingFiles writing;
-        folder.make();  // should it be gone by now
+        folder.make();  // the folder may have been removed meanwhile
         write_file(a.folder / kReports[2], csv);
         write_file(a.folder / kReports[1], json);
         write_file(a.folder / kReports[0], html);

@@ -27,7 +27,7 @@ std::string scalar_text(const Json& value) {
     return value.is_number_float() ? fmt::format("{:.6g}", value.get<double>()) : value.dump();
 }
 
-/// One line: "a, b", or "name: x, type: y" of an object.
+/// Returns one line: "a, b", or "name: x, type: y" of an object.
 std::string flat_text(const Json& value) {
     if (!value.is_structured()) return scalar_text(value);
     std::string text;
@@ -36,7 +36,7 @@ std::string flat_text(const Json& value) {
     return text;
 }
 
-/// Indented "key value" lines for people; the JSON says the same for programs.
+/// Prints indented "key value" lines for people; the JSON has the same contents for programs.
 void print_text(const Json& value, int indent) {
     constexpr int kKeyWidth = 32;
     constexpr std::size_t kLineWidth = 80;
@@ -80,7 +80,7 @@ void print_left_out_head(bool timed) {
     fmt::print(". * is not for --keep: the picture would be another one\n");
 }
 
-/// What, what it would take, and why.
+/// Prints one item that is left out, its size, and the reason.
 void print_left_out(const Json& l) {
     std::string time;
     if (l.contains("time")) {
@@ -96,10 +96,10 @@ void print_left_out(const Json& l) {
     std::fflush(stdout);
 }
 
-/// Renders small samples with and without what is left out.
+/// Measures small samples with and without an item that is left out.
 class Timer {
   public:
-    /// Null where the item cannot be kept.
+    /// Returns the measurement of an item; null where it cannot be kept.
     Json time(const Scene& scene, const std::string& item) {
         const auto stop_point = [&] {
             if (const int signal = stop_signal()) throw Interrupted(signal, scene.name, "interrupted");
@@ -113,7 +113,7 @@ class Timer {
     ColorConfig colors_ = ColorConfig::load();
 };
 
-/// For people the rows are printed as they come: measuring takes a while.
+/// Returns the items left out. In text mode, rows are printed one by one, since measuring takes a while.
 Json left_out_facts(const InfoArguments& a, const Scene& scene) {
     Json list = left_out_json(scene_left_out(scene));
     std::optional<Timer> timer;
@@ -137,7 +137,7 @@ Json facts_of(const InfoArguments& a, Scene& scene, bool moves) {
     return scene_facts(scene, settings, memory);
 }
 
-/// Reads the scene, as it will be rendered, and tells what is in its file.
+/// Reads the scene as it will be rendered, and returns the facts of its file.
 Json file_facts(const InfoArguments& a, Scene& scene) {
     GltfScene file(*a.scene, gltf_options(a.allow_outside));
     scene = file.at_rest();

@@ -11,7 +11,7 @@ namespace {
 
 constexpr int kFailure = 1;
 constexpr int kUsage = 2;
-constexpr int kCannotCompare = 4;  // 1 and 2 are what `halflight compare` has to say
+constexpr int kCannotCompare = 4;  // 1 and 2 are verdicts of `halflight compare`
 
 int fail(int status, const char* what) {
     halflight::put(stderr, fmt::format("halflight: {}\n", halflight::one_line(what)));
@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
     } catch (const compare::SizesDiffer& error) {
         return fail(static_cast<int>(compare::Verdict::sizes_differ), error.what());
     } catch (const Interrupted& error) {
-        return fail(128 + error.signal, error.what());  // shells report a death by signal so
+        return fail(128 + error.signal, error.what());  // the status by which shells report a death by signal
     } catch (const std::bad_alloc&) {
         return fail(failure, "memory: there is not enough of it");
     } catch (const std::exception& error) {

@@ -14,7 +14,7 @@
 namespace halflight {
 namespace {
 
-constexpr double kSecondsPerBar = 0.1;  // readable
+constexpr double kSecondsPerBar = 0.1;  // minimum seconds between bars, so that they are readable
 
 bool is_terminal(std::FILE* stream) {
     const char* term = std::getenv("TERM");

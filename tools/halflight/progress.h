@@ -24,11 +24,11 @@ std::string progress_text(const RenderProgress& progress, double time_limit);
 
 class ProgressDisplay {
   public:
-    /// `quiet` shows nothing. A terminal is detected by isatty() and TERM.
+    /// quiet: shows nothing. A terminal is detected by isatty() and TERM.
     ProgressDisplay(std::FILE* stream, bool quiet, double time_limit);
     ProgressDisplay(const ProgressDisplay&) = delete;
     ProgressDisplay& operator=(const ProgressDisplay&) = delete;
-    ~ProgressDisplay();  ///< clears the bar
+    ~ProgressDisplay();  ///< Clears the bar.
 
     void show(const RenderProgress& progress);
 
@@ -39,7 +39,7 @@ class ProgressDisplay {
     std::FILE* stream_;
     double time_limit_;
     Mode mode_;
-    double drawn_at_ = -1;  // seconds of the last bar
+    double drawn_at_ = -1;  // time of the last bar, seconds; -1: none
     int tenths_ = 0;        // tenths of the work at the last line
     bool bar_shown_ = false;
 };
@@ -64,8 +64,8 @@ class SequenceDisplay {
     bool quiet_;
     bool terminal_;
     std::size_t frames_;
-    std::string line_;      // text about the frames before this one
-    double drawn_at_ = -1;  // seconds since the start of the frame
+    std::string line_;      // text about the earlier frames
+    double drawn_at_ = -1;  // time of the last line, seconds since the start of the frame; -1: none
     bool line_shown_ = false;
 };
 

@@ -41,7 +41,7 @@ void render_picture(const RenderArguments& a) {
     const ColorConfig config = ColorConfig::load(a.ocio);
     check_color(config, a);
 
-    // Another thread reads the scene while this one, to which the context will belong, wakes the driver up.
+    // Another thread reads the scene while this thread, which will own the context, loads the driver.
     auto reading = std::async(std::launch::async, [&] { return LoadedScene(a, a, console); });
     const auto context = std::make_shared<gpu::Context>(gpu::Context::create(device_options(a)));
     times.context = clock.lap();

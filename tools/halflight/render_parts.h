@@ -11,10 +11,10 @@ namespace halflight {
 /// Returns whether any output has this extension.
 bool wants(const RenderArguments& arguments, std::string_view extension);
 
-/// Returns the settings of a picture by this camera: size, view and statistics follow from the arguments.
+/// Returns the settings of a picture by this camera. The arguments decide size, view and statistics.
 RenderSettings make_settings(const RenderArguments& arguments, const Camera& camera);
 
-/// Returns how to open the device of the arguments.
+/// Returns the options that open the device of the arguments.
 gpu::ContextOptions device_options(const RenderArguments& arguments);
 
 /// Throws Error where the config lacks the view or the working space of the arguments.

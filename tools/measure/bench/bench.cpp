@@ -37,7 +37,7 @@ SceneResult measure_scene(const BenchArguments& arguments, const std::string& fi
     result.file = file;
     result.size = parse_size(arguments.size);
     Scene scene = load_lit(file);
-    // Other tracers would need callbacks for alpha tests, so that surfaces are opaque for all of them.
+    // Other tracers would need callbacks for alpha tests, so surfaces are opaque for all tracers.
     for (Material& m : scene.materials) m.alpha_mode = AlphaMode::opaque;
     const NamedCamera camera = pick_camera(scene, arguments.camera);
     result.camera = camera.name;
@@ -80,7 +80,7 @@ FrameReport measure_scene_frames(const BenchArguments& arguments, const std::str
     return report;
 }
 
-/// Accepts the members of a list.
+/// Returns a validator that accepts the members of a list.
 CLI::Validator one_of(const std::vector<std::string>& names) {
     return {[names](std::string& text) {
                 if (std::ranges::find(names, text) != names.end()) return std::string();

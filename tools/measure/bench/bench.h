@@ -18,16 +18,16 @@ using halflight::Clock;
 
 struct BenchArguments {
     std::vector<std::string> scenes;   // glTF files
-    std::string camera;                // name or number; empty: the first, or one that sees the whole scene
+    std::string camera;                // name or number; empty: the first, or one that frames the whole scene
     std::string size = "1280x720";     // WIDTHxHEIGHT, pixels
     std::vector<std::string> kinds;    // members of ray_kinds(); empty: all
     std::vector<std::string> methods;  // members of method_names(); empty: all
     int turns = 9;                     // rounds through all methods, after one to warm up
-    int repeats = 1;                   // runs of a method in each turn, of which the mean counts
+    int repeats = 1;                   // runs of a method in each turn, whose times are averaged
     int tile = 8;                      // side of a tile of rays, pixels: 8 or 16
     int entries = 32;                  // capacity of a tile's list
     bool frames = false;               // whole frames (frames.h) instead of ray sets
-    // Used for frames only; see FrameOrder.
+    // The following members are used for frames only; see FrameOrder.
     std::vector<std::string> variants{"off", "compute", "fresh", "auto"};
     int bounces = 8;
     int samples = 64;

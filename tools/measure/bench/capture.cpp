@@ -158,13 +158,13 @@ RaySet second_bounce(Studio& studio) {
     });
 }
 
-/// Returns the rays of a scene with purely diffuse materials.
+/// Returns connection rays of evenly spread blocks. The scene's materials must be purely diffuse.
 RaySet connection_rays(Studio& studio, const ivec2& size) {
     const std::uint32_t across = (static_cast<std::uint32_t>(size.x) + 15) / 16;
     const std::uint32_t blocks = across * ((static_cast<std::uint32_t>(size.y) + 15) / 16);
     constexpr std::uint32_t kMost = kConnectionRays / kConnectionsPerBlock;
     const std::uint32_t stride = (blocks + kMost - 1) / kMost;
-    std::uint32_t passed = 0;  // blocks of earlier bands
+    std::uint32_t passed = 0;  // number of blocks in earlier bands
     return studio.shoot([&](graph::Graph& graph, const SceneView& view) -> Shot {
         const GBuffer g = add_gbuffer(graph, view);
         PathBuffers paths = create_path_buffers(graph, view);

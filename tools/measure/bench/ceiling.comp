@@ -1,4 +1,4 @@
-// The tracer of shaders/trace.comp with perfect culling, an upper bound of what culling can gain. Each ray is given the
+// The tracer of shaders/trace.comp with perfect culling, an upper bound of the gain of culling. Each ray is given the
 // subtree that contains its hit and traverses nothing else. Rays without a hit traverse nothing.
 //
 // Variants: HALFLIGHT_ANY_HIT, HALFLIGHT_LIST, together with TraceScene::defines().
@@ -8,7 +8,7 @@
 layout(local_size_x = 64) in;
 
 uniform samplerBuffer rays;  // RGBA32F, two texels each
-uniform usamplerBuffer entries;  // RG32UI: reference; within the block if there are instances
+uniform usamplerBuffer entries;  // RG32UI: reference, and reference within the block of an instance
 #ifdef HALFLIGHT_ANY_HIT
 layout(std430) writeonly buffer Occluded { uint occluded[]; };
 #else

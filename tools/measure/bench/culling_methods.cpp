@@ -15,13 +15,13 @@ std::function<Answers()> answers_of(const RaySet& set, const std::shared_ptr<Gra
 
 // --- Tile lists -----------------------------------------------------------------------------------------------------
 
-/// A ray set, a tracer that culls it by tile lists, and what it keeps from run to run.
+/// A ray set, a tracer that culls it by tile lists, and their state from run to run.
 class TileRun {
   public:
-    /// counts: as of Tracer::count().
+    /// counts: calls Tracer::count().
     TileRun(const Bench& bench, const RaySet& set, bool counts)
         : tracer_(bench.trace, rays::Culling::compute, bench.tiles), run_(bench.programs, set, add(counts)) {
-        run();  // only then is there anything to forget
+        run();  // creates the state that forget() clears
         forget();
     }
 
@@ -39,7 +39,7 @@ class TileRun {
         return [this](graph::Graph& graph, const rays::RayBatch& batch, graph::BufferHandle results, bool any) {
             results =
                 any ? rays::any_hit(graph, tracer_, batch, results) : rays::closest_hit(graph, tracer_, batch, results);
-            // Rays of a list have no lasting place in tiles; only here they are the same again in the next run.
+            // Rays of a list change tiles between frames, so the graph carries no lists; here all runs are equal.
             if (batch.list) transient_ = {named(graph, "tile lists")};
             if (batch.list && any) transient_.push_back(named(graph, "blockers"));
             for (const graph::BufferHandle handle : transient_) graph.output(handle);
@@ -52,10 +52,10 @@ class TileRun {
     GraphRun run_;
 };
 
-/// Shares of time: cut, leaves, rest. Lists there are and made by a run, what is in them, and the rays that their
-/// leaves do not suffice for.
+/// Returns shares of time (cut, leaves, rest), numbers of lists in use and made by a run, their entries and leaves, and
+/// the share of rays that need the rest.
 std::vector<Figure> look_at_tiles(const Bench& bench, const RaySet& set, bool keep) {
-    constexpr int kLooks = 3;  // runs whose mean is looked at
+    constexpr int kLooks = 3;  // number of runs that are averaged
     TileRun run(bench, set, true);
     run.run();
     const rays::BatchStatistics before = run.statistics();
@@ -141,7 +141,7 @@ Method kept_method(const Bench& bench) {
 
 Method automatic_method(const Bench& bench) {
     return {"auto", true, [bench](const RaySet& set) -> Prepared {
-                // More than the runs in which it tries what there is.
+                // Number of runs, which suffices for all trials of Culling::automatic.
                 constexpr int kTrials = 8;
                 const auto tracer = std::make_shared<rays::Tracer>(bench.trace, rays::Culling::automatic, bench.tiles);
                 const auto run = std::make_shared<GraphRun>(
@@ -159,7 +159,7 @@ Method automatic_method(const Bench& bench) {
             }};
 }
 
-/// Keeps the state of the warm-up for the turns.
+/// Returns the method `raster`, which keeps the state of the warm-up for the turns.
 Method raster_method(const Bench& bench) {
     const auto culling = std::make_shared<rays::RasterCulling>(bench.packed);
     return {"raster", true, [bench, culling](const RaySet& set) -> Prepared {

@@ -12,7 +12,7 @@ namespace {
 using shared::Hit;
 using shared::Ray;
 
-constexpr std::size_t kGrain = 256;  // rays a task takes: one 16x16 block of pixels
+constexpr std::size_t kGrain = 256;  // rays of a task: one 16x16 block of pixels
 using Paths = std::span<const std::uint32_t>;
 
 /// Arguments of the call that traces a chunk of rays.
@@ -32,7 +32,7 @@ struct Job {
             answers.hits[path] = {t, u, v, first_triangle[instance] + primitive, instance};
         }
     }
-    /// A t_far of -inf marks a hit.
+    /// Stores the answer of an any-hit ray; Embree sets t_far to -inf for a hit.
     void answer_any(std::uint32_t path, float t_far) const {
         const Ray& ray = set.rays[path];
         answers.occluded[path] = t_far < 0 && ray.t_max >= ray.t_min ? shared::kOccluded : shared::kFree;
@@ -88,7 +88,7 @@ void trace_stream(const Job& job, Paths paths) {
 
 // --- Packets: rtcIntersect8, rtcIntersect16, rtcIntersectNM -------------------------------------------------------
 
-/// RayN: RTCRay8 or RTCRay16. A lane without a ray gets a dead one.
+/// Loads ray i into a lane of RTCRay8 or RTCRay16. A lane without a ray gets a dead one.
 template <class RayN>
 void load(const Job& job, Paths paths, std::size_t lane, std::size_t i, RayN& to) {
     static constexpr Ray kDead{vec3(0), 1, vec3(1), 0};
@@ -129,7 +129,7 @@ struct PacketsOf {
     }
 };
 
-/// Lanes that have a live ray.
+/// Returns a mask of the lanes that have a live ray.
 template <std::size_t N, class RayN>
 std::array<int, N> valid_lanes(const RayN& rays) {
     std::array<int, N> valid;
@@ -137,7 +137,7 @@ std::array<int, N> valid_lanes(const RayN& rays) {
     return valid;
 }
 
-/// kIntersect, kOccluded: of one packet.
+/// Traces packet by packet. kIntersect, kOccluded: Embree's functions for one packet.
 template <std::size_t N, class RayN, class RayHitN, auto kIntersect, auto kOccluded>
 void trace_packets(const Job& job, Paths paths) {
     const auto each = [&](auto* queries, std::size_t count, auto rays, auto trace) {

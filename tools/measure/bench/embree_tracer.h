@@ -1,4 +1,4 @@
-// Traces rays with Embree on all threads, as a yardstick for the engine's tracers.
+// Traces rays with Embree on all threads, as a baseline for the engine's tracers.
 #pragma once
 
 #include <embree3/rtcore.h>

@@ -103,7 +103,7 @@ class Rendering {
         series_.frames.push_back(time_of([&] { executor_.run(compiled_); }));
     }
 
-    /// Since forget().
+    /// Returns the times since forget().
     Series series() const {
         Series series = series_;
         series.variant = variant_.name;
@@ -111,7 +111,7 @@ class Rendering {
         return series;
     }
 
-    /// Mean radiance, three values per pixel.
+    /// Returns mean radiance, three values per pixel.
     std::vector<double> picture() {
         const auto read = [&](graph::BufferHandle h) { return h ? executor_.read<double>(h) : std::vector<double>{}; };
         const std::vector<double> emission = read(frame_.sums.emission);
@@ -132,7 +132,7 @@ class Rendering {
     }
 
   private:
-    /// Has the passes of ray batches measured. Those of one batch follow each other.
+    /// Measures the passes of ray batches. Passes of one batch are consecutive.
     void watch_batches() {
         std::map<std::string, int> seen;
         std::string last;
@@ -166,7 +166,7 @@ class Rendering {
 
 using Renderings = std::vector<std::unique_ptr<Rendering>>;
 
-/// One frame of each, in any order.
+/// Renders one frame of each variant, in random order.
 template <class Render>
 void take_turns(const Renderings& renderings, std::mt19937& random, const Render& render) {
     std::vector<Rendering*> order;
@@ -206,7 +206,7 @@ std::size_t count_different(const std::vector<double>& a, const std::vector<doub
 /// Returns the camera after `view` steps to and fro on an arc. Its centre has the depth of the scene's middle.
 Camera moved(const Camera& camera, const TraceTables& tables, int view) {
     constexpr int kTurn = 12;              // steps from one end of the arc to the other
-    constexpr double kStep = kPi / 90;     // radians
+    constexpr double kStep = kPi / 90;     // angle of a step, radians
     constexpr double kNearest = 1.0 / 16;  // least distance, share of the scene's diagonal
     const int phase = (view + kTurn / 2) % (2 * kTurn);
     const double angle = kStep * ((phase < kTurn ? phase : 2 * kTurn - phase) - kTurn / 2);

@@ -7,7 +7,7 @@
 namespace halflight::bench {
 namespace {
 
-constexpr std::size_t kSettled = 8;  // frames before
+constexpr std::size_t kSettled = 8;  // number of frames before the settled ones
 
 std::vector<double> by(Clock clock, const std::vector<Seconds>& seconds) {
     std::vector<double> values;
@@ -31,7 +31,7 @@ std::string ratio(const std::vector<double>& mine, const std::vector<double>& th
     return fmt::format("{:.2f} {:.2f}..{:.2f}", q.median, q.lower, q.upper);
 }
 
-/// First frame, later ones, settled ones; ratios of the settled ones. values(series): seconds by frame.
+/// Returns times of first, later and settled frames, and ratios of settled ones. values(series): seconds by frame.
 template <class Values>
 std::string rows(const std::vector<Series>& all, const Values& values) {
     std::string text = fmt::format("  {:10}{:>10}{:>20}{:>20}{:>16}{:>20}\n", "", "first ms", "later", "settled",

@@ -11,7 +11,7 @@
 
 namespace halflight::bench {
 
-/// Returns how long f() and all GL work that it starts take.
+/// Returns the duration of f() and of all GL work that it starts.
 Seconds time_of(const std::function<void()>& f);
 
 struct MethodResult {
@@ -20,8 +20,8 @@ struct MethodResult {
     bool exact = false;
     std::vector<double> seconds;      // wall time by turn: the mean of its repeats
     std::vector<double> cpu_seconds;  // CPU time by turn, all threads
-    // Rays whose answers differ from the plain tracer's; 0 without a plain tracer. Exact methods differ in any bit;
-    // for others, only one of the two has a hit, or t differs by more than RaySet::tolerance.
+    // Rays whose answers differ from the plain tracer's; 0 without a plain tracer. For exact methods any bit differs;
+    // for others only one of the two has a hit, or t differs by more than RaySet::tolerance.
     std::size_t different = 0;
     std::vector<Figure> figures;
 };
@@ -44,7 +44,7 @@ struct Quartiles {
     double lower = 0, median = 0, upper = 0;
 };
 Quartiles quartiles(const std::vector<double>& values);
-/// Returns the quartiles of theirs / mine, turn by turn: the load of a machine by others changes slowly.
+/// Returns the quartiles of theirs / mine by turn, since the load of other programs changes slowly.
 Quartiles speedup(const std::vector<double>& mine, const std::vector<double>& theirs);
 
 }  // namespace halflight::bench

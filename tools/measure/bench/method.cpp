@@ -20,7 +20,7 @@ namespace {
 
 constexpr std::uint32_t kTreeletTriangles = 64;
 
-/// entries: reference and reference within a block, by path (ceiling.comp).
+/// Returns the passes of ceiling.comp. entries: reference and reference within a block, by path.
 AddTrace add_ceiling(const Bench& bench, gpu::Buffer& entries) {
     return [&trace = bench.trace, &entries](graph::Graph& graph, const rays::RayBatch& batch,
                                             graph::BufferHandle results, bool any_hit) {
@@ -49,7 +49,7 @@ AddTrace add_ceiling(const Bench& bench, gpu::Buffer& entries) {
     };
 }
 
-/// Not exact: within a treelet, t is not raised to where the boxes around it are entered (shaders/lib/traverse.glsl).
+/// Returns a method that is not exact: in a treelet, t is not raised to the entry of enclosing boxes (traverse.glsl).
 Method ceiling_method(const Bench& bench) {
     const auto treelets = std::make_shared<Treelets>(bench.packed, bench.tables.triangles.size(), kTreeletTriangles);
     return {"ceiling", false, [bench, treelets](const RaySet& set) -> Prepared {
@@ -65,7 +65,7 @@ Method ceiling_method(const Bench& bench) {
                 std::vector<std::uint32_t> open;
                 for (const std::uint32_t path : set.order)
                     if (hits[path].triangle != shared::kMiss) open.push_back(path);
-                // A triangle may be split between treelets: search for the one in which the hit is found.
+                // A triangle may be split between treelets; the loop finds the treelet that contains the hit.
                 for (std::size_t candidate = 0; !open.empty(); ++candidate) {
                     std::erase_if(open, [&](std::uint32_t path) {
                         const auto references = treelets->of(hits[path].triangle);

@@ -14,7 +14,7 @@
 
 namespace halflight::bench {
 
-/// A further figure about a method's run.
+/// An additional figure of a method's run.
 struct Figure {
     std::string name;  // "queries", "cull ms"
     double value = 0;
@@ -32,11 +32,11 @@ struct Prepared {
 struct Method {
     std::string name;
     bool exact = false;  // the answers must equal the plain tracer's bit for bit
-    /// The set must outlive the result.
+    /// Prepares the method for a ray set, which must outlive the result.
     std::function<Prepared(const RaySet&)> prepare;
 };
 
-/// Inputs that methods share; must outlive them.
+/// Inputs that methods share and that must outlive them.
 struct Bench {
     const gpu::Context& context;
     gpu::ProgramCache& programs;
@@ -58,7 +58,7 @@ struct Bench {
 ///   packets  Embree, the fastest of its packet and stream modes for that set
 ///   ceiling  plain with perfect culling: traverses only the treelet of up to 64 triangles that contains the hit
 const std::vector<std::string>& method_names();
-/// Throws Error where a method cannot take the scene.
+/// Returns the method of this name. Throws Error where it cannot take the scene.
 Method make_method(const std::string& name, const Bench& bench);
 
 }  // namespace halflight::bench

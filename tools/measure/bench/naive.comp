@@ -1,7 +1,7 @@
-// A usual shader ray tracer, as a yardstick: a binary tree of boxes and the triangles in storage buffers. One thread per
-// ray, in the order of the picture's rows, traverses it by a stack, near child first (if-if of Aila and Laine 2009).
-// Triangles are intersected by Moeller and Trumbore 1997. Like such tracers it is not watertight, and not written for
-// software drivers.
+// A common shader ray tracer, as a baseline: a binary tree of boxes and the triangles are in storage buffers. One thread
+// per ray, in the order of the picture's rows, traverses the tree with a stack, near child first (if-if of Aila and
+// Laine 2009). Triangles are intersected by the method of Moeller and Trumbore 1997. Like most such tracers it is
+// neither watertight nor written for software drivers.
 //
 // Variants:
 //   HALFLIGHT_ANY_HIT
@@ -21,7 +21,7 @@ layout(local_size_x = 64) in;
 
 struct Node {
     vec3 lower;
-    uint first;  // inner node: its two children stand here and behind; leaf: first triangle, or instance
+    uint first;  // inner node: first of two adjacent children; leaf: first triangle, or instance
     vec3 upper;
     uint count;  // triangles of a leaf; 0: inner node
 };
@@ -66,7 +66,7 @@ uniform uint ray_count;
 const float kFar = uintBitsToFloat(0x7f800000u);
 const uint kLeaveBlock = 0xffffffffu;
 
-// Where the ray enters the box; kFar: it does not.
+// Returns the distance at which the ray enters the box; kFar: a miss.
 float enter_box(vec3 origin, vec3 inverse, uint node, float t_min, float t_max) {
     vec3 a = (nodes[node].lower - origin) * inverse;
     vec3 b = (nodes[node].upper - origin) * inverse;

@@ -39,11 +39,11 @@ struct GpuInstance {
 };
 static_assert(sizeof(GpuNode) == 32 && sizeof(GpuTriangle) == 48 && sizeof(GpuInstance) == 64);
 
-/// Nodes made by Embree's callbacks.
+/// A node made by Embree's callbacks.
 struct Built {
     std::array<Bounds, 2> bounds;
     std::array<Built*, 2> children{};
-    std::uint32_t count = 0;  // leaf
+    std::uint32_t count = 0;  // triangles of a leaf; 0: inner node
     std::array<std::uint32_t, kMaxLeaf> primitives{};
 };
 
@@ -69,10 +69,10 @@ void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* pr
     return leaf;
 }
 
-/// All trees, one after the other; siblings side by side.
+/// All trees, one after the other, with siblings side by side.
 class Trees {
   public:
-    /// leaf(primitives) makes a leaf of them and returns what the first one is called. Returns the root.
+    /// Adds a tree and returns its root. leaf(primitives) stores a leaf and returns the index of its first primitive.
     template <class Leaf>
     std::uint32_t add(const std::vector<Bounds>& boxes, std::uint32_t max_leaf, unsigned max_depth, const Leaf& leaf) {
         std::vector<RTCBuildPrimitive> primitives;

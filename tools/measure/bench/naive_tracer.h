@@ -1,4 +1,4 @@
-// The tracer of naive.comp: a usual shader ray tracer.
+// The tracer of naive.comp: a conventional shader ray tracer.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// The rays that tracers are measured with: those of the passes of a frame.
+// Ray sets for measurements: the rays of the passes of a frame.
 #pragma once
 
 #include <cstdint>
@@ -23,10 +23,10 @@ struct RaySet {
     float tolerance = 0;                  // greatest difference of t between methods: 2^-20 of the scene's diagonal
 };
 
-/// A method's answers for a set, by path. One of the two is empty.
+/// A method's answers for a set, by path. Either `hits` or `occluded` is empty.
 struct Answers {
     std::vector<shared::Hit> hits;
-    std::vector<std::uint32_t> occluded;  // kFree, kOccluded, kUnfinished
+    std::vector<std::uint32_t> occluded;  // kFree, kOccluded or kUnfinished
 };
 
 /// Returns the names in the order of reports:

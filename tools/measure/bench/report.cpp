@@ -8,7 +8,7 @@
 namespace halflight::bench {
 namespace {
 
-/// A method that others are compared with, and the words for it.
+/// A method that others are compared with, and the heading of the comparison.
 struct Reference {
     const char* method;
     const char* title;
@@ -22,7 +22,7 @@ const std::vector<double>& times(const MethodResult& m, Clock clock) {
     return clock == Clock::wall ? m.seconds : m.cpu_seconds;
 }
 
-/// Millions of rays per second.
+/// Returns millions of rays per second.
 Quartiles rate(const KindResult& kind, const std::vector<double>& seconds) {
     std::vector<double> rates;
     for (const double s : seconds) rates.push_back(1e-6 * static_cast<double>(kind.live) / s);
@@ -53,7 +53,7 @@ std::string rows(const SceneResult& r, const Cell& cell) {
     return text;
 }
 
-/// A table per method that has figures: a row per kind.
+/// Returns a table with a row per kind for each method that has figures.
 std::string figure_tables(const SceneResult& r, Clock clock) {
     std::string text;
     for (std::size_t m = 0; m < r.kinds.front().methods.size(); ++m) {

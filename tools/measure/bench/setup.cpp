@@ -18,7 +18,7 @@ NamedCamera pick_camera(const Scene& scene, const std::string& wanted) {
 }
 
 ivec2 parse_size(const std::string& text) {
-    constexpr int kGreatest = 65536;  // the limit of halflight render
+    constexpr int kGreatest = 65536;  // largest side, pixels; also the limit of `halflight render`
     ivec2 size(0);
     const char* const end = text.data() + text.size();
     const auto [after_width, wrong_width] = std::from_chars(text.data(), end, size.x);

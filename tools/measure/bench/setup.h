@@ -1,4 +1,4 @@
-// Makes scenes, cameras and hierarchies of a command line's words.
+// Makes scenes, cameras and hierarchies from command-line words.
 #pragma once
 
 #include <string>
@@ -13,8 +13,8 @@ struct NamedCamera {
     std::string name;
     Camera camera;
 };
-/// Returns the camera of this name or number; for an empty name the first one, or one that sees the whole scene. Throws
-/// Error where there is none.
+/// Returns the camera of this name or number; for an empty name the first one, or one that frames the whole scene.
+/// Throws Error where there is none.
 NamedCamera pick_camera(const Scene& scene, const std::string& wanted);
 
 /// Parses "WIDTHxHEIGHT", pixels. Throws Error.

@@ -18,12 +18,12 @@ class Walk {
         if (size(root) <= most_) add(root);
     }
 
-    std::vector<std::pair<std::uint32_t, std::uint32_t>> found;  // triangle, reference
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> found;  // triangle and treelet that contains it
     std::size_t count = 0;
 
   private:
     static bool leaf(std::uint32_t reference) { return (reference & shared::kBvhLeaf) != 0; }
-    /// Returns the number of pairs of triangles.
+    /// Returns the number of triangle pairs in a leaf.
     static std::uint32_t leaf_size(std::uint32_t reference) { return (reference >> shared::kBvhCountShift) & 7u; }
 
     uvec4 children(std::uint32_t reference) const {
@@ -32,8 +32,8 @@ class Walk {
                                                         : packed_.nodes[node * shared::kBvhFloatTexels + 6];
     }
 
-    /// Triangles below, where all are paired; where there are too many, those children that hold few enough are
-    /// treelets.
+    /// Returns the number of triangles below, counting two for each pair. Where it exceeds most_, adds the children
+    /// that are small enough as treelets.
     std::uint32_t size(std::uint32_t reference) {
         if (leaf(reference)) return 2 * leaf_size(reference);
         const uvec4 below = children(reference);

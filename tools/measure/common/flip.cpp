@@ -30,7 +30,7 @@ int radius_of(const Kernel& kernel) {
     return static_cast<int>(kernel.size() / 2);
 }
 
-/// f(-radius) to f(radius); weights above zero are made to sum to 1, those below to -1.
+/// Returns f(-radius) to f(radius), normalized so that positive weights sum to 1 and negative ones to -1.
 template <class F>
 Kernel kernel_of(int radius, const F& f) {
     std::vector<double> values;
@@ -84,7 +84,7 @@ const mat3 kToXyz = [] {
 }();
 const mat3 kFromXyz = glm::inverse(kToXyz);
 
-/// YCxCz, linear in XYZ (Flohr et al. 1993; FLIP, section 4.1).
+/// Returns YCxCz, which is linear in XYZ (Flohr et al. 1993; FLIP, section 4.1).
 vec3 opponent(const vec3& rgb) {
     const vec3 xyz = kToXyz * rgb;
     return {116 * xyz.y - 16, 500 * (xyz.x - xyz.y), 200 * (xyz.y - xyz.z)};
@@ -95,7 +95,7 @@ vec3 rgb_of_opponent(const vec3& c) {
     return kFromXyz * vec3(y + c.y / 500, y, y - c.z / 200);
 }
 
-/// CIE 1976 L*a*b* (CIE 15:2004), with colour weighed by lightness as Hunt's effect wants (FLIP, section 4.1.2).
+/// Returns CIE 1976 L*a*b* (CIE 15:2004), with chroma scaled by lightness for Hunt's effect (FLIP, section 4.1.2).
 vec3 hunt_lab(const vec3& rgb) {
     const vec3 xyz = kToXyz * rgb;
     const auto f = [](float t) {
@@ -107,7 +107,7 @@ vec3 hunt_lab(const vec3& rgb) {
     return {lightness, 0.01f * lightness * 500 * (x - y), 0.01f * lightness * 200 * (y - z)};
 }
 
-/// HyAB (Abasi, Amani Tehran, Fairchild 2020), compressed (FLIP, section 4.1.3).
+/// Returns the HyAB distance (Abasi, Amani Tehran, Fairchild 2020), compressed (FLIP, section 4.1.3).
 float color_distance(const vec3& a, const vec3& b) {
     constexpr float kExponent = 0.7f;
     return std::pow(std::abs(a.x - b.x) + glm::length(vec2(a.y - b.y, a.z - b.z)), kExponent);
@@ -153,7 +153,7 @@ struct Filters {
         for (std::size_t t = 0; t < sensitivity.size(); ++t)
             sensitivity[t].weight = static_cast<float>(sum_of[t] / sums[sensitivity[t].channel]);
 
-        constexpr double kFeatureDegrees = 0.082;  // width of the edge detector of the eye
+        constexpr double kFeatureDegrees = 0.082;  // width of the eye's edge detector, degrees
         const double deviation = 0.5 * kFeatureDegrees * pixels_per_degree;
         const int reach = static_cast<int>(std::ceil(3 * deviation));
         const auto g = [&](int i) { return std::exp(-i * i / (2 * deviation * deviation)); };
@@ -163,13 +163,13 @@ struct Filters {
     }
 };
 
-/// An image as the viewer sees it: colours, and the response to edges and points by pixel.
+/// A filtered image: perceived colours, and the response to edges and points by pixel.
 struct Sight {
-    std::vector<vec3> colors;  // hunt_lab
+    std::vector<vec3> colors;  // colours of hunt_lab()
     std::vector<float> edges, points;
 };
 
-/// Length of the response in x and in y.
+/// Returns the length of the response in x and y by pixel.
 std::vector<float> feature(const Plane& in, const Kernel& derivative, const Kernel& gaussian) {
     const Plane in_x = convolved(in, derivative, gaussian), in_y = convolved(in, gaussian, derivative);
     std::vector<float> length(in_x.values.size());
@@ -208,7 +208,7 @@ float difference(const Sight& a, const Sight& b, std::size_t pixel) {
     return std::pow(color, std::max(1 - std::sqrt(features / std::sqrt(2.0f)), 0.0f));
 }
 
-/// Rec.709 of every pixel; neither NaN nor negative.
+/// Returns linear Rec.709 of every pixel; NaN and negative values become 0.
 std::vector<vec3> colors_of(const Image& image) {
     const auto channels = static_cast<std::size_t>(image.channels);
     assert(image.channels != 2);
@@ -222,7 +222,7 @@ std::vector<vec3> colors_of(const Image& image) {
     return colors;
 }
 
-/// Raises the map to the difference at an exposure, after `curve`.
+/// Raises the map to at least the difference at an exposure. curve: exposure and tone curve.
 template <class Curve>
 void raise(const std::vector<vec3>& a, const std::vector<vec3>& b, const Filters& filters, const Curve& curve,
            Image& map) {
@@ -236,7 +236,7 @@ void raise(const std::vector<vec3>& a, const std::vector<vec3>& b, const Filters
         map.pixels[i] = std::max(map.pixels[i], difference(seen_a, seen_b, i));
 }
 
-// Narkowicz 2016, ACES Filmic Tone Mapping Curve: y = (a x^2 + b x) / (c x^2 + d x + e) of 0.6 x.
+// Tone curve of Narkowicz 2016, ACES Filmic Tone Mapping Curve: (a x^2 + b x) / (c x^2 + d x + e) of 0.6 x.
 constexpr double kA = 0.6 * 0.6 * 2.51, kB = 0.6 * 0.03, kC = 0.6 * 0.6 * 2.43, kD = 0.6 * 0.59, kE = 0.14;
 
 float aces(double x) {

@@ -51,7 +51,7 @@ Pair count_differences(const Image& image, const Image& reference, LayerResult& 
     return pair;
 }
 
-/// IEC 61966-2-1.
+/// Returns the linear value of an sRGB-encoded one (IEC 61966-2-1).
 float srgb_decoded(float v) {
     return v <= 0.04045f ? v / 12.92f : std::pow((v + 0.055f) / 1.055f, 2.4f);
 }

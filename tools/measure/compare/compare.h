@@ -65,8 +65,8 @@ struct LayerResult {
     std::size_t pixels = 0;
     std::size_t different = 0;           // pixels with a difference in any channel
     std::size_t not_finite[2] = {0, 0};  // pixels of each picture that are NaN or infinite in any channel
-    bool not_finite_alike = true;        // both have the same values that are not finite, in the same places
-    Verdict verdict = Verdict::same;     // worst verdict of the metrics; fail where ids or such values differ
+    bool not_finite_alike = true;        // both have equal non-finite values in the same places
+    Verdict verdict = Verdict::same;     // worst verdict of the metrics; fail where ids or non-finite values differ
 };
 
 struct Comparison {

@@ -28,7 +28,7 @@ RunningMoments moments(const std::vector<Image>& pictures, const Rectangle& r) {
     return means;
 }
 
-/// Precondition: neither mean is 0.
+/// Returns theirs / ours - 1 with its standard error. Precondition: neither mean is 0.
 Difference difference(const RunningMoments& ours, const RunningMoments& theirs) {
     const double ratio = theirs.mean() / ours.mean();
     const double a = std::pow(ratio * ours.standard_error() / ours.mean(), 2);

@@ -27,7 +27,7 @@ struct Block {
     int y = 0;
     Difference difference;
     bool beyond = false;          // |relative| > tolerance + standard error
-    double chance_of_beyond = 0;  // probability of `beyond` where the renderers agree and the noise is this one
+    double chance_of_beyond = 0;  // probability of `beyond` for renderers that agree and have this noise
 };
 
 struct Agreement {
@@ -36,7 +36,7 @@ struct Agreement {
     Difference whole;
     std::vector<Block> blocks;   // rows from the top; neither incomplete blocks nor those that are black in either
     std::size_t beyond = 0;      // blocks beyond the tolerance
-    double expected_beyond = 0;  // expected number of these due to noise alone
+    double expected_beyond = 0;  // expected value of `beyond` due to noise alone
 
     bool agrees() const;  ///< Returns whether no block is beyond, and the whole is within kWholeTolerance.
 };
@@ -50,7 +50,7 @@ Agreement compare_pictures(const std::vector<Image>& ours, const std::vector<Ima
 /// Returns a picture of the relative difference theirs / ours - 1 by pixel, display-encoded: from blue at -scale over
 /// white to red at +scale, grey where `ours` is black. 3 channels each, of the same size.
 Image relative_difference_picture(const Image& ours, const Image& theirs, double scale);
-/// Returns the same by block; grey outside of blocks.
+/// Returns a picture of the relative differences of blocks in the same colours; grey outside of blocks.
 Image block_difference_picture(const Agreement& agreement, int width, int height, double scale);
 
 }  // namespace halflight::converge

@@ -32,7 +32,7 @@ std::string filled(const std::string& argument, const std::map<std::string, std:
     return out;
 }
 
-/// Returns the times that a renderer has printed about itself, and `time` for those that it has not.
+/// Returns the times that a renderer has printed about itself; `time` replaces missing ones.
 Seconds printed_times(const std::string& output, Seconds time) {
     std::istringstream lines(output);
     for (std::string line; std::getline(lines, line);) {
@@ -47,7 +47,7 @@ Seconds printed_times(const std::string& output, Seconds time) {
     return time;
 }
 
-/// Returns what the camera's placeholders stand for. Throws Error where the command cannot describe the camera.
+/// Returns the values of the camera's placeholders. Throws Error where the command cannot describe the camera.
 std::map<std::string, std::string> camera_values(const External& external, const Camera& camera) {
     const bool posed = takes(external, "look-from") && takes(external, "look-at");
     if (camera.name.empty() && !posed)
