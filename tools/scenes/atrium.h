@@ -36,7 +36,7 @@ Mesh transverse_arch(const Materials& m);         ///< arch between two vaults, 
 Mesh ceiling(const Materials& m);                 ///< beams and boards over one bay of the gallery, centred
 Mesh balustrade(const Materials& m, double length, int balusters);  ///< balusters and rails along x, centred, on y = 0
 Mesh door_bay(const Materials& m);     ///< outer wall of one bay, 5 m high, facing +z, with a door
-Mesh niche_bay(const Materials& m);    ///< outer wall of one bay with an arched niche and an urn
+Mesh niche_bay(const Materials& m);    ///< outer wall of one bay with an arched niche for an urn
 Mesh window_bay(const Materials& m);   ///< outer wall of the upper storey with a shuttered window
 Mesh shell(const Materials& m);        ///< floors, roofs and end walls
 Mesh stairs(const Materials& m);       ///< steps from the court's floor to the gallery at the west end
@@ -54,11 +54,11 @@ Mesh potted_tree(const Materials& m, std::uint32_t seed);
 Mesh bench(const Materials& m);
 Mesh table(const Materials& m);
 Mesh chair(const Materials& m);
-Mesh lantern(const Materials& m);  ///< hangs from the origin
-Mesh urn(const Materials& m);      ///< brass, on a stone foot
+Mesh lantern(const Materials& m);  ///< lantern that hangs from the origin
+Mesh urn(const Materials& m);      ///< brass urn on a stone foot
 
 /// A wall |x| <= half, 0 <= y <= rise around a half-round opening about the origin, from z = -depth / 2 to depth / 2.
-/// The ring between `radius` and `outer` stands proud by `proud` on the faces that are wanted.
+/// The ring between `radius` and `outer` stands proud by `proud` on the front and, with `back`, on the back.
 struct ArchWall {
     double half, rise, radius, outer, depth, proud;
     bool back;

@@ -63,7 +63,7 @@ Mesh vault(const Materials& m) {
     MeshBuilder mesh("vault");
     mesh.material(m.plaster).texel_size(2);
     constexpr double kRise = 1.45, kX = kBay / 2, kZ = kAisle / 2;
-    // Four webs, each part of a barrel: the height depends on one coordinate only, and creases are on the diagonals.
+    // The vault has four webs, each part of a barrel: the height depends on one coordinate; creases are diagonal.
     for (int side = 0; side < 4; ++side)
         surface(mesh, 8, 4,
                 [side](double u, double v) {

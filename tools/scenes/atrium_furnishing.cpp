@@ -9,7 +9,7 @@
 namespace halflight::scenes::atrium {
 namespace {
 
-/// A card with the picture of a spray of leaves, from `root` along `direction`, its tip hanging by `droop` radians.
+/// Adds a card with a picture of leaves, from `root` along `direction`, its tip hanging by `droop` radians.
 void leaf_card(MeshBuilder& mesh, const dvec3& root, const dvec3& direction, double length, double droop) {
     const dvec3 side = glm::normalize(glm::cross(direction, dvec3(0.1, 1, 0.05))) * (length * 0.42);
     const dvec3 down(0, -1, 0);
@@ -27,7 +27,7 @@ void leaf_card(MeshBuilder& mesh, const dvec3& root, const dvec3& direction, dou
     for (std::uint32_t k = first; k < first + 4; k += 2) mesh.triangle(k, k + 1, k + 3), mesh.triangle(k, k + 3, k + 2);
 }
 
-/// Unit vector at these angles, in degrees, above the horizon and around.
+/// Returns the unit vector at two angles: above the horizon and around the vertical, degrees.
 dvec3 toward(double up, double around) {
     const dvec2 a = cos_sin_degrees(up), b = cos_sin_degrees(around);
     return {a.x * b.x, a.y, -a.x * b.y};

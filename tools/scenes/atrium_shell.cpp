@@ -12,7 +12,7 @@ namespace {
 constexpr double kWest = -kHalfLength - kBay;  // inner face of the west wall
 constexpr double kEast = kHalfLength;          // inner face of the window wall
 
-/// A horizontal rectangle facing up.
+/// Adds a horizontal rectangle facing up.
 void floor_piece(MeshBuilder& mesh, double x0, double x1, double z0, double z1, double y) {
     mesh.quad({x0, y, z1}, {x1, y, z1}, {x1, y, z0}, {x0, y, z0});
 }
@@ -44,7 +44,7 @@ Mesh shell(const Materials& m) {
     mesh.quad({kWest - kWall, 0, -out}, {kWest - kWall, 0, out}, {kWest - kWall, kRoof, out},
               {kWest - kWall, kRoof, -out});
 
-    // End walls of the aisles, inside and out.
+    // The aisles have end walls with an inside and an outside.
     for (const double side : {1.0, -1.0}) {
         const double z0 = std::min(side * kHalfCourt, side * kHalfWidth),
                      z1 = std::max(side * kHalfCourt, side * kHalfWidth);
@@ -120,7 +120,7 @@ Mesh stairs(const Materials& m) {
 Mesh window_wall(const Materials& m) {
     MeshBuilder mesh("window wall");
     constexpr double kLight = 2 * kHalfCourt / 3, kRadius = 1.1, kSill = 0.8, kUp = 6.9;
-    // Built facing +z along x, then turned to face into the court at the east end.
+    // The wall is built facing +z along x, then turned to face into the court at the east end.
     const dmat4 place = move(kEast + kWall / 2, 0, 0) * turn_y(-90);
     for (int light = -1; light <= 1; ++light) {
         const double x = light * kLight;

@@ -42,7 +42,7 @@ vec3 turned(const vec3& v, std::uint32_t quarter_turns) {
     }
 }
 
-/// Turning by quarters and moving is monotonous in each coordinate, also after rounding: boxes go where points go.
+/// Places v in the city. Placing is monotonic in each coordinate, also after rounding, so it maps boxes to boxes.
 vec3 placed(const vec3& v, const Placement& p) {
     return turned(v, p.quarter_turns) + vec3(p.x, 0, p.z);
 }
@@ -74,7 +74,7 @@ struct District {
 };
 
 std::vector<District> districts(const City& city, const CityOptions& options) {
-    // Large enough for the JSON to stay small; at 60 bytes a triangle, small enough for a part to hold some.
+    // The target keeps the JSON small; at 60 bytes a triangle, a part holds several districts.
     const std::uint64_t target =
         std::min(std::max<std::uint64_t>(65536, options.triangles / 256), options.part_bytes / (4 * 60));
     std::vector<District> result;
@@ -93,7 +93,7 @@ std::vector<District> districts(const City& city, const CityOptions& options) {
     return result;
 }
 
-/// One mesh per district, with one part per material; its bytes are made when the file is written.
+/// Adds one mesh for a district, with one part per material; its bytes are made when the file is written.
 void add_district(Document& document, const std::shared_ptr<const City>& city, const District& district,
                   std::size_t number) {
     std::vector<Document::StreamedPart> parts;
@@ -158,7 +158,7 @@ Document start() {
 constexpr std::uint64_t kLandTriangles = 2;
 constexpr int kLandMaterial = static_cast<int>(CityMaterial::grass);
 
-/// Sun, sky, cameras, and the land that the city lies in. Cameras look at the crossing at the origin and along the
+/// Adds sun, sky, cameras, and the land around the city. Cameras look at the crossing at the origin and along the
 /// street that starts there.
 void add_views(Document& document, const Bounds& bounds) {
     MeshBuilder land("land");

@@ -48,7 +48,7 @@ inline constexpr double kLotsX = 77, kLotsZ = 57;        // the block without it
 struct Placement {
     std::uint32_t model;  // index into city_models()
     std::uint32_t quarter_turns;
-    float x, z;  // metres
+    float x, z;  // position on the ground, metres
 };
 
 /// Places models until the remaining triangles are fewer than the smallest model has. Throws Error for fewer triangles

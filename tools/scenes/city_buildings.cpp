@@ -21,11 +21,11 @@ int index(CityMaterial material) {
 struct Windows {
     CityMaterial wall;
     double wide, high, sill;  // share of the cell's width; metres; metres above the floor
-    double recess;            // metres
+    double recess;            // depth of the windows behind the wall, metres
     bool balconies;
 };
 
-/// A wall |x| <= width / 2 at z = 0, facing +z in `frame`, of one storey from y0 to y1 with `bays` windows.
+/// Adds a wall |x| <= width / 2 at z = 0, facing +z in `frame`: one storey from y0 to y1 with `bays` windows.
 void storey(MeshBuilder& mesh, const dmat4& frame, double width, double y0, double y1, int bays, const Windows& w,
             Random& random) {
     const double cell = width / bays, half = cell * w.wide / 2;
@@ -57,7 +57,7 @@ void storey(MeshBuilder& mesh, const dmat4& frame, double width, double y0, doub
     mesh.frame(dmat4(1));
 }
 
-/// Shop windows and a door, then a band above them.
+/// Adds shop windows and a door, then a band above them.
 void shop_floor(MeshBuilder& mesh, const dmat4& frame, double width, double top, int bays, CityMaterial wall) {
     const double cell = width / bays, half = cell * 0.41;
     for (int i = 0; i < bays; ++i) {
@@ -95,7 +95,7 @@ void flat_roof(MeshBuilder& mesh, double width, double depth, double y, CityMate
     }
 }
 
-/// Ridge along x over walls of width x depth, reaching `eave` beyond the gables; dormers towards the front.
+/// Adds a roof with its ridge along x, `eave` beyond the gables of width x depth; dormers face the front.
 void pitched_roof(MeshBuilder& mesh, double width, double depth, double y, double rise, double eave,
                   const BuildingSpec& spec, int dormers) {
     const double x = width / 2, end = x + eave, z = depth / 2 + 0.35, low = y - 0.35 * rise / (depth / 2),

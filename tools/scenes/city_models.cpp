@@ -20,7 +20,7 @@ void flat(MeshBuilder& mesh, double x0, double x1, double z0, double z1, double 
     mesh.quad({x0, y, z1}, {x1, y, z1}, {x1, y, z0}, {x0, y, z0});
 }
 
-/// Asphalt with markings, a raised pavement, and what covers the lots.
+/// Adds asphalt with markings, a raised pavement, and the cover of the lots.
 void ground(MeshBuilder& mesh, CityMaterial cover) {
     constexpr double kCell = kPitchX / 2, kDepth = kPitchZ / 2, kX = kBlockX / 2, kZ = kBlockZ / 2, kPaint = 0.01;
     mesh.material(index(asphalt));
@@ -52,7 +52,7 @@ Mesh block(const char* name, CityMaterial cover) {
     return mesh.take();
 }
 
-/// Grass, two paths that cross, and a pond with a stone rim in the middle.
+/// Makes grass, two paths that cross, and a pond with a stone rim in the middle.
 Mesh park() {
     MeshBuilder mesh("park");
     ground(mesh, grass);
@@ -72,7 +72,7 @@ Mesh park() {
     return mesh.take();
 }
 
-/// A trunk and a few lumpy crowns.
+/// Makes a trunk and a few lumpy crowns.
 Mesh tree(std::uint32_t seed) {
     MeshBuilder mesh("tree");
     Random random(seed);

@@ -10,11 +10,11 @@
 namespace halflight::scenes {
 namespace {
 
-/// Blocks in a square spiral around the origin: 0 at the centre, then ring after ring.
+/// Returns block n of a square spiral around the origin: 0 at the centre, then ring after ring.
 ivec2 spiral(std::uint32_t n) {
     if (n == 0) return {0, 0};
     auto ring = static_cast<int>((std::sqrt(static_cast<double>(n)) + 1) / 2);
-    const auto cells = [](int r) { return (2 * r + 1) * (2 * r + 1); };  // up to and including ring r
+    const auto cells = [](int r) { return (2 * r + 1) * (2 * r + 1); };  // number of blocks up to and including ring r
     while (cells(ring) <= static_cast<int>(n)) ++ring;
     while (cells(ring - 1) > static_cast<int>(n)) --ring;
     const int step = static_cast<int>(n) - cells(ring - 1), side = step / (2 * ring), along = step % (2 * ring) + 1;
@@ -96,7 +96,7 @@ class Planner {
         street(random);
     }
 
-    /// Smooth random field over the blocks, in [0, 1]: quarters of the city.
+    /// Returns a smooth random field over the blocks, in [0, 1]: quarters of the city.
     static double district(const ivec2& cell) {
         const dvec2 at = dvec2(cell) / 5.0 + 1000.0, low = glm::floor(at), f = at - low;
         const auto corner = [&](double i, double j) {
@@ -105,7 +105,7 @@ class Planner {
         return glm::mix(glm::mix(corner(0, 0), corner(1, 0), f.x), glm::mix(corner(0, 1), corner(1, 1), f.x), f.y);
     }
 
-    /// Houses wall to wall around a court.
+    /// Places houses wall to wall around a court.
     void perimeter(Random& random) {
         put(ModelKind::ground_urban, 0, 0, 0);
         for (int i = -2; i <= 2; ++i) {

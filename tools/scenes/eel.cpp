@@ -11,7 +11,7 @@ constexpr int kFrames = 48, kFramesPerSecond = 24;  // frames of one stroke, whi
 constexpr double kSway = 0.2;                       // greatest angle between neighbours, radians
 constexpr double kWaves = 1.5;                      // number of waves along the body
 
-/// The two joints that a place along the body follows, `z` from -kLength / 2, the head.
+/// Returns the two joints that a point of the body follows, and their weights. z: from -kLength / 2, the head.
 Influence influence(double z) {
     const double along = std::clamp((z / kLength + 0.5) * kJoints - 0.5, 0.0, kJoints - 1.0);
     const int first = std::min(static_cast<int>(along), kJoints - 2);
@@ -19,7 +19,7 @@ Influence influence(double z) {
     return {{first, first + 1, 0, 0}, {1 - second, second, 0, 0}};
 }
 
-/// A spheroid of `sides` meridians and `rings` bands, 2 sides (rings - 1) triangles; joint 0 is at the head.
+/// Makes a spheroid of `sides` meridians and `rings` bands, 2 sides (rings - 1) triangles; joint 0 is at the head.
 Mesh body(int sides, int rings, int skin) {
     Part part;
     part.material = skin;
@@ -52,7 +52,7 @@ Mesh body(int sides, int rings, int skin) {
     return {"eel", {std::move(part)}};
 }
 
-/// A wave that runs from the head to the tail: each joint turns a little later than the one before it.
+/// Makes a wave that runs from head to tail: each joint turns a little later than the one before it.
 Skeleton swimming() {
     Skeleton skeleton{.name = "spine", .animation = "swim", .joints = {}, .seconds = {}};
     for (int frame = 0; frame <= kFrames; ++frame)
@@ -73,7 +73,7 @@ Skeleton swimming() {
 }  // namespace
 
 Document eel(std::uint64_t triangles) {
-    // Bands as wide as they are long about the middle of the body.
+    // In the middle of the body, bands are as wide as they are long.
     const double across = 2 * kPi * kRadius / kLength;
     const int sides = std::max(3, static_cast<int>(std::sqrt(0.5 * static_cast<double>(triangles) * across)));
     const int rings = std::max(2, static_cast<int>(triangles / (2 * static_cast<std::uint64_t>(sides))) + 1);

@@ -9,7 +9,7 @@ namespace {
 constexpr double kSide = 60, kHeight = 8;              // metres
 constexpr double kLowest = 3.2;                        // lowest height of a lamp; everything else is below
 constexpr int kKinds = 16;                             // number of lamps' kinds, by radiance and colour
-constexpr double kDecades = 2;                         // between the dimmest and the brightest kind
+constexpr double kDecades = 2;                         // decades between the dimmest and the brightest kind
 constexpr double kLeastEdge = 0.05, kMostEdge = 0.25;  // edges of a lamp, metres
 constexpr double kRadianceTimesArea = 4000;            // approximate sum over all lamps
 constexpr int kBlockTriangles = 10;                    // a box without its bottom
@@ -33,7 +33,7 @@ dvec3 direction(Random& random) {
     return {r * cosine(turn), y, r * sine(turn)};
 }
 
-/// A square that shines on both sides.
+/// Adds a square that shines on both sides.
 void add_lamp(MeshBuilder& mesh, Random& random) {
     const dvec3 normal = direction(random);
     const dvec3 side = glm::normalize(glm::cross(normal, std::abs(normal.y) < 0.9 ? dvec3(0, 1, 0) : dvec3(1, 0, 0)));
@@ -67,7 +67,7 @@ Mesh shell(int walls, int floor) {
     return mesh.take();
 }
 
-/// Crates on the floor, and as many triangles of cloth as are left.
+/// Makes crates on the floor, and cloth of all remaining triangles.
 Mesh clutter(std::uint64_t triangles, const std::vector<int>& materials) {
     MeshBuilder mesh("clutter");
     Random random(72);
@@ -123,7 +123,7 @@ Document emitters(int lights, std::uint64_t triangles) {
         kinds.push_back(document.material(light("lamp " + std::to_string(k), radiance * kTints[k % 3])));
     }
     document.node("lamps", document.mesh(lamps(lights, kinds)));
-    // Below all lamps and looking down: what is seen is what they light, not they themselves.
+    // The camera is below all lamps and looks down, so it shows lit surfaces and no lamp.
     document.camera("camera", {20, 2.9, 50}, {26.5, 0, 44.5}, 25, 16.0 / 9);
     return document;
 }

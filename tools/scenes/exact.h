@@ -23,9 +23,9 @@ std::uint32_t hash(std::uint32_t a, std::uint32_t b = 0);
 class Random {
   public:
     explicit Random(std::uint32_t seed) : key_(hash(seed)) {}
-    double operator()() { return hash(key_, counter_++) * 0x1p-32; }  ///< uniform in [0, 1)
+    double operator()() { return hash(key_, counter_++) * 0x1p-32; }  ///< Returns a uniform number in [0, 1).
     double in(double low, double high) { return low + (high - low) * (*this)(); }
-    int below(int count) { return static_cast<int>((*this)() * count); }  ///< 0 to count - 1
+    int below(int count) { return static_cast<int>((*this)() * count); }  ///< Returns 0 to count - 1.
 
   private:
     std::uint32_t key_;

@@ -27,7 +27,7 @@ Document furnace(double albedo) {
                                   metal("metal 1", dvec3(1), 1)};
     int i = 0;
     for (const Material& material : materials) {
-        // Flat facets: with interpolated normals some light would be sampled into the surface and be lost.
+        // Facets are flat: with interpolated normals some light would be sampled into the surface and be lost.
         MeshBuilder ball(material.name);
         ball.material(document.material(material));
         faceted_sphere(ball, dvec3(0), 0.45, 2);

@@ -72,7 +72,7 @@ int accessor(Glb& glb, const char* type, std::size_t components, const std::vect
         append(glb.json["bufferViews"], {{"buffer", 0}, {"byteOffset", glb.bytes.size()}, {"byteLength", size}});
     glb.bytes.append(reinterpret_cast<const char*>(values.data()), size);
     Json json{{"bufferView", view}, {"componentType", kFloat}, {"count", values.size() / components}, {"type", type}};
-    if (components == 1) json["min"] = {values.front()}, json["max"] = {values.back()};  // glTF wants it of times
+    if (components == 1) json["min"] = {values.front()}, json["max"] = {values.back()};  // glTF requires both of times
     return append(glb.json["accessors"], std::move(json));
 }
 

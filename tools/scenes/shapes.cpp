@@ -158,7 +158,7 @@ void tube(MeshBuilder& mesh, std::span<const dvec3> path, double radius, int sid
 }
 
 void bevelled_box(MeshBuilder& mesh, const dvec3& lower, const dvec3& upper, double bevel) {
-    // corner(sign, axis): the corner's point on the face across `axis`; each corner has three of them.
+    // corner(sign, axis) is the corner's point on the face across `axis`; each corner has three such points.
     const auto corner = [&](const ivec3& sign, int axis) {
         dvec3 p;
         for (int i = 0; i < 3; ++i) {
@@ -210,7 +210,7 @@ void pierced_wall(MeshBuilder& mesh, double half, double y0, double y1, const dv
     mesh.quad({low.x, low.y, 0}, {low.x, low.y, -depth}, {low.x, high.y, -depth}, {low.x, high.y, 0});
     mesh.quad({high.x, low.y, -depth}, {high.x, low.y, 0}, {high.x, high.y, 0}, {high.x, high.y, -depth});
     if (low.y > y0) mesh.quad({low.x, low.y, -depth}, {low.x, low.y, 0}, {high.x, low.y, 0}, {high.x, low.y, -depth});
-    if (high.y == y1) return;  // something else goes on above
+    if (high.y == y1) return;  // the wall continues above
     face(low.x, high.y, high.x, y1);
     mesh.quad({low.x, high.y, 0}, {low.x, high.y, -depth}, {high.x, high.y, -depth}, {high.x, high.y, 0});
 }

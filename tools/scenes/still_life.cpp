@@ -104,7 +104,7 @@ Document still_life() {
     paint.metallic = 0.7, paint.clearcoat = 1, paint.clearcoat_roughness = 0.03;
     place(ball("car paint ball", add(paint), 0.09), move(0.27, 0, 0.00));
 
-    // Foot, belly, neck and lip, then down inside the neck.
+    // The profile has foot, belly, neck and lip, then goes down inside the neck.
     const dvec2 vase[] = {{0.0, 0.0},     {0.045, 0.0},  {0.05, 0.008},  {0.045, 0.02},  {0.075, 0.07},
                           {0.095, 0.13},  {0.082, 0.20}, {0.045, 0.255}, {0.032, 0.295}, {0.04, 0.33},
                           {0.052, 0.342}, {0.05, 0.346}, {0.04, 0.335},  {0.028, 0.29},  {0.0, 0.25}};

@@ -14,9 +14,9 @@ class Gui {
     Gui& operator=(const Gui&) = delete;
     ~Gui();
 
-    void begin();         ///< starts a frame; panels can be declared afterwards
-    Input input() const;  ///< input of the current frame
-    void draw();          ///< draws the declared panels into the window's framebuffer
+    void begin();         ///< Starts a frame; panels can be declared afterwards.
+    Input input() const;  ///< Returns the input of the current frame.
+    void draw();          ///< Draws the declared panels into the window's framebuffer.
 };
 
 }  // namespace halflight::view

@@ -190,7 +190,7 @@ DisplayImage display_image(const LayerView& layer_view, const std::vector<std::s
     const Image& image = layer(view, aovs, result);
     if (aov.is_color()) return {image, false};
     if (aov.is_matte())
-        // Pairs of id and coverage; the first belongs to the object that covers most of the pixel.
+        // Values are pairs of id and coverage; the first belongs to the object that covers most of the pixel.
         return {
             mapped(image, [](const float* p, int,
                              int) { return std::min(p[1], 1.0f) * color_of_id(std::bit_cast<std::uint32_t>(p[0])); }),

@@ -21,7 +21,7 @@ struct LayerView {
     std::string layer = kFinal;                                    // name of the view, from layer_view_names()
     std::array<bool, 5> components{true, true, true, true, true};  // parts of kComponents in the final picture
     bool operator==(const LayerView&) const = default;
-    bool is_sum() const;  ///< whether this is the final picture without some component
+    bool is_sum() const;  ///< Returns whether this is the final picture without some component.
 };
 
 /// Returns "final", "error" and the names of known_aovs().

@@ -12,17 +12,17 @@ enum class NavigationMode : int { orbit, fly, walk };  // walk: horizontal, what
 /// Input since the last frame, without the events that panels used.
 struct Input {
     dvec2 drag{0};  // movement of the mouse to the right and down, relative to the window's height
-    bool left = false, middle = false, right = false, shift = false;  // whether held
+    bool left = false, middle = false, right = false, shift = false;  // whether button or key is held
     double wheel = 0;                                                 // notches, away from the user
     std::optional<dvec2> double_click{};                              // position, pixels of the framebuffer
     dvec3 movement{0};                                                // -1, 0 or 1 by the keys held: right, up, ahead
-    double seconds = 0;                                               // time since the last frame
+    double seconds = 0;                                               // time since the last frame, seconds
 };
 
 class Navigation {
   public:
     NavigationMode mode = NavigationMode::orbit;
-    float speed = 1;  // flying and walking, scene diagonals per ten seconds
+    float speed = 1;  // speed of flying and walking, scene diagonals per ten seconds
 
     /// Moves the session's camera. `size` is the framebuffer's, pixels. Throws what Session::move() throws.
     void steer(Session& session, const Input& input, const ivec2& size);

@@ -14,12 +14,12 @@ class PassHistory {
 
     struct Pass {
         std::string name;
-        std::vector<float> milliseconds;  // per sample, since the picture before; oldest first
+        std::vector<float> milliseconds;  // times per sample since the previous picture, oldest first
     };
 
     /// Adds a whole picture with pass times (Request::measure); ignores other pictures.
     void add(const Picture& picture);
-    const std::vector<Pass>& passes() const { return passes_; }  ///< passes of the last added picture, in its order
+    const std::vector<Pass>& passes() const { return passes_; }  ///< Returns the last picture's passes, in its order.
 
   private:
     std::vector<Pass> passes_;

@@ -163,7 +163,7 @@ void Viewer::execute(const Command& c) {
     if (c.name == "save") session_.save(size);
     if (c.name == "quit") quit_ = true;
     if (c.name == "screenshot") {
-        update_picture(), frame();  // includes the latest changes
+        update_picture(), frame();  // shows the latest changes
         screenshot(c.words[0]);
     }
     if (c.name == "window") {

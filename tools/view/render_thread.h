@@ -41,11 +41,11 @@ struct Request {
     /// Reference scene: the pose of the file at 0 s, before edits; not null. Pictures of all poses depend on it
     /// (PreparedScene::update()), and all poses share its images.
     std::shared_ptr<const Scene> reference;
-    std::shared_ptr<const Scene> scene;  // at the frame, before edits; the reference itself where nothing moves
+    std::shared_ptr<const Scene> scene;  // scene at the frame, before edits; the reference itself where nothing moves
     SceneEdits edits;
     std::uint32_t frame = 0;  // FrameSettings::frame
     Camera camera;
-    ivec2 size{0};  // pixels
+    ivec2 size{0};  // size of the picture, pixels
     int bounces = 8;
     std::vector<std::string> aovs;
     PreviewModes modes{};
@@ -74,7 +74,7 @@ class RenderThread {
     struct Options {
         gpu::ContextOptions context;
         double budget = 0.1;                    // seconds until the first picture of a request
-        std::function<void()> changed = [] {};  // called from the thread whenever there is something new to see
+        std::function<void()> changed = [] {};  // called from the thread after each change of picture() or status()
     };
     RenderThread(ColorConfig colors, Options options);
     RenderThread(const RenderThread&) = delete;
@@ -95,13 +95,13 @@ class RenderThread {
     /// throw. `activity` is the status text meanwhile.
     void perform(std::string activity, std::function<void()> work);
 
-    std::shared_ptr<const Picture> picture() const;  ///< newest picture; null before the first one
+    std::shared_ptr<const Picture> picture() const;  ///< Returns the newest picture; null before the first one.
     struct Status {
         std::string device;         // name of the context's renderer; empty until the context exists
         std::string activity;       // description of the current work; empty: idle
-        std::string error;          // why request `failed` has no picture
+        std::string error;          // reason why request `failed` has no picture
         std::uint64_t failed = 0;   // number of the failed request; 0: none failed since the last picture
-        std::string shader_error;   // why changed shaders are not used; empty: all are used
+        std::string shader_error;   // reason why changed shaders are not used; empty: all are used
         std::uint64_t reloads = 0;  // successful reloads of changed shaders
         bool ended = false;         // the thread has ended for good: there is no device
     };

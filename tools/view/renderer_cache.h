@@ -50,10 +50,10 @@ class RendererCache {
     bool raster_ = false;                // the scene is prepared for raster culling
     std::map<int, Renderer> renderers_;  // keyed by divisor
     PictureHistory history_;             // pictures since the last prepare() that changed more than the camera
-    // For the layer "motion", which is relative to the previous request.
+    // View of the previous request, to which the layer "motion" is relative.
     std::optional<Camera> previous_camera_;
     std::shared_ptr<const Scene> previous_scene_;
-    std::optional<PreviousSurfaces> surfaces_;       // for the current picture, whose scene is that of request_
+    std::optional<PreviousSurfaces> surfaces_;       // surfaces at the previous request; refers to request_.scene
     std::shared_ptr<RadianceCache> radiance_cache_;  // shared by the renderers; null until a request needs it
     Resolution resolution_;
 };

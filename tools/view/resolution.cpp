@@ -8,7 +8,7 @@ namespace halflight::view {
 namespace {
 
 constexpr int kFirst = 8;
-// factor on other sizes' times per picture: twice the budget is tried again after 35 pictures
+// Factor per picture on other sizes' times: a size of twice the budget is tried again after 35 pictures.
 constexpr double kFading = 0.98;
 
 std::size_t pixels_of(const ivec2& size) {

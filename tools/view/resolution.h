@@ -15,7 +15,7 @@ ivec2 divided(const ivec2& size, int divisor);
 
 class Resolution {
   public:
-    /// `budget` in seconds, > 0.
+    /// budget: time of a view's first picture, seconds, > 0.
     explicit Resolution(double budget) : budget_(budget) {}
 
     /// Returns the smallest divisor of 1, 2, 4, 8, 16 with which one sample of the whole picture is expected within the

@@ -15,7 +15,7 @@ namespace {
 constexpr double kAny = std::numeric_limits<double>::max();
 constexpr double kWhole = 1 << 24;
 constexpr double kPixels = 1e6;  // maximum length of a drag, pixels: many turns
-constexpr double kWorld = 1e9;   // world units
+constexpr double kWorld = 1e9;   // largest coordinate, world units
 
 /// Kinds of words: t text, o on or off, n number, i integer, x index, which has no other bounds than 0 and kWhole.
 struct Form {

@@ -195,7 +195,7 @@ void Session::follow_camera() {
 
 void Session::move(const CameraPose& pose) {
     if (pose == pose_) return;
-    camera_of(pose);  // throws where it makes none
+    camera_of(pose);  // throws for an invalid pose
     pose_ = pose;
     scene_camera_.reset();
 }

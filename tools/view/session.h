@@ -39,7 +39,7 @@ class Session {
     /// Loads the scene. Throws Error, also for a view transform that `colors` does not have.
     Session(const PreviewArguments& arguments, ColorConfig colors);
 
-    // Panels write to these.
+    // Panels write to the following members.
     LayerView layer_view;
     ViewTransform transform;
     SceneEdits edits;
@@ -52,9 +52,9 @@ class Session {
     std::vector<Bookmark> bookmarks;
 
     const std::filesystem::path& file() const { return file_; }
-    const Scene& scene() const { return *scene_; }  ///< scene at the current frame, without edits
+    const Scene& scene() const { return *scene_; }  ///< Returns the scene at the current frame, without edits.
     const Timeline& timeline() const { return timeline_; }
-    double diagonal() const { return diagonal_; }  ///< diagonal of the scene's bounds, world units, > 0
+    double diagonal() const { return diagonal_; }  ///< Returns the diagonal of the scene's bounds, world units, > 0.
     /// Result of the slow part of opening a scene, an environment or a pose; open() takes it.
     struct Opened {
         PreviewArguments arguments;
@@ -69,7 +69,7 @@ class Session {
         };
         std::optional<Start> start;  // camera of a new scene; none: only pose or environment are new
     };
-    /// Returns a function that reads a file, on any thread. Both throw Error.
+    /// Returns a function that reads a file, on any thread. The call and the function throw Error.
     std::function<Opened()> opening(const std::filesystem::path& path) const;
     /// Returns a function that poses the scene at a frame of an animation, on any thread. Throws Error without
     /// animations. The function throws Error for an unknown animation or an invalid pose.
@@ -82,7 +82,7 @@ class Session {
     std::optional<std::size_t> scene_camera() const { return scene_camera_; }
     /// Returns the camera; it equals that of `halflight render` bit for bit.
     Camera camera() const;
-    void move(const CameraPose& pose);  ///< Throws Error for an invalid pose and keeps the earlier one then.
+    void move(const CameraPose& pose);  ///< Throws Error for an invalid pose and keeps the earlier one.
     void take_camera(std::size_t index);
     void take_camera(const std::string& name_or_number);  ///< Throws Error that lists the scene's cameras.
     void reset_camera();                                  ///< Restores the camera of the start.
@@ -92,7 +92,7 @@ class Session {
     bool frame_object(const dvec2& point, const ivec2& size);
     void bookmark(const std::string& name);  ///< Saves the pose; replaces a bookmark of this name.
     void bookmark();                         ///< Saves the pose as "view N" with the first free N from 1.
-    void recall(const std::string& name);    ///< Throws Error if no bookmark has this name.
+    void recall(const std::string& name);    ///< Takes the pose of a bookmark. Throws Error if there is none.
 
     Request request(const ivec2& size) const;
     /// Returns a short description of the picture: the layer shown, and the edits and modes that change it.
@@ -101,7 +101,7 @@ class Session {
     std::filesystem::path settings_file() const;
     /// Returns the settings to save. size: size of the picture, pixels; {0, 0} (a minimised window) is not saved.
     SavedSettings saved(const ivec2& size) const;
-    void save(const ivec2& size) const;  ///< Throws Error.
+    void save(const ivec2& size) const;  ///< Writes settings_file(). Throws Error.
 
   private:
     std::optional<PickResult> pick(const dvec2& point, const ivec2& size) const;

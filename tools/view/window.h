@@ -15,15 +15,15 @@ namespace halflight::view {
 /// Owns the window and its context, which is current on the main thread during its lifetime. Only one may exist.
 class Window {
   public:
-    /// `size` in pixels of the framebuffer. Throws Error with the reason where there is no display or no such context.
+    /// size: pixels of the framebuffer. Throws Error with the reason where there is no display or no such context.
     Window(const ivec2& size, const std::string& title);
     Window(const Window&) = delete;
     Window& operator=(const Window&) = delete;
     ~Window();
 
     GLFWwindow* handle() const { return window_; }
-    ivec2 framebuffer_size() const;  ///< {0, 0} while it is minimised
-    bool closing() const;            ///< whether the user has asked to close it
+    ivec2 framebuffer_size() const;  ///< Returns the size, pixels; {0, 0} while minimised.
+    bool closing() const;            ///< Returns whether the user has asked to close it.
     void set_title(const std::string& title);
 
     /// Waits for an event, at most this many seconds; returns whether there was one. Events go to Dear ImGui or to

@@ -32,7 +32,7 @@ void check_external(const External& external);
 ///   {threads}                   hardware threads of the machine
 ///
 /// Times that the program prints as a line of JSON, {"seconds": 1.5, "cpu_seconds": 3}, replace those of the process.
-/// paint() throws Error with the last line that the program has printed where it fails or writes no such picture.
+/// The painter throws Error with the last line of the program where it fails or writes no such picture.
 /// Throws Error where the command cannot describe the camera, or takes no {environment} and the scene's is not black.
 std::unique_ptr<Painter> external_painter(const External& external, const ExternalScene& scene, const View& view);
 

@@ -44,7 +44,7 @@ std::vector<Finding> findings_of_errors(const MethodResult& m) {
     return findings;
 }
 
-/// `explained`: another finding may be the cause of a flat slope.
+/// Returns a finding about the slope. explained: another finding may be the cause of a flat slope.
 std::optional<Finding> finding_of_slope(const MethodResult& m, bool explained) {
     const Interval& slope = m.slope.slope;
     if (!is_known(m.slope))

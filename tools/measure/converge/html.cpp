@@ -17,8 +17,8 @@ namespace halflight::converge {
 namespace {
 
 constexpr int kThumbnail = 640;     // maximum width, pixels
-constexpr std::size_t kWorst = 6;   // blocks named
-constexpr const char* kNone = "–";  // a figure that is not known
+constexpr std::size_t kWorst = 6;   // number of blocks that the page names
+constexpr const char* kNone = "–";  // text for an unknown figure
 
 std::string figure(double value) {
     return std::isfinite(value) ? fmt::format("{:.3g}", value) : kNone;

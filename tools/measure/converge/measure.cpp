@@ -94,7 +94,7 @@ void fit(MethodResult& method, Clock clock) {
     const auto time = [&](const Point& p) { return by(clock, p.time); };
     const auto mse = [&](CurvePoint c, const Point& p) {
         c.y = p.mse.value;
-        // The standard error of a normal distribution with Student's 95 % interval: few seeds must not weigh too much.
+        // A normal distribution with this error has Student's 95 % interval, so few seeds do not weigh too much.
         c.error = std::isfinite(p.mse.half_width) ? p.mse.half_width / kNormalQuantile : 0;
         return c;
     };
@@ -163,7 +163,7 @@ void set_stages(MethodResult& method, const std::vector<Components>& runs) {
     method.stage_lead = over_seeds([&](const auto& of) { return gain(order[0], of) - gain(order[1], of); });
 }
 
-/// Compares the external renderer's pictures of the largest budget with each method's that makes different ones.
+/// Compares the external renderer's pictures of the largest budget with those of each distinct method.
 std::vector<MethodAgreement> agreements(const Plan& plan, const std::vector<std::vector<Pictures>>& pictures) {
     const auto external =
         static_cast<std::size_t>(std::ranges::find(plan.methods, Method::external) - plan.methods.begin());
@@ -189,7 +189,7 @@ std::size_t stage_of(std::string_view pass) {
 double seconds_until(const MethodResult& method, double mse, Clock clock, bool off_edges) {
     const auto error = [&](const Point& p) { return (off_edges ? p.off_edges_mse : p.mse).value; };
     const std::vector<Point>& points = method.points;
-    // Search from the back: a noisy curve may fall below and rise again.
+    // The search starts at the back, since a noisy curve may fall below and rise again.
     std::size_t i = points.size();
     while (i > 0 && error(points[i - 1]) <= mse) --i;
     if (i == points.size()) return std::numeric_limits<double>::infinity();
@@ -222,7 +222,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
         result.runs.push_back({run, painted.picture.samples, painted.time, 0, 0, 0, {}, painted.picture.non_finite});
         RunResult& made = result.runs.back();
 
-        // The pictures of a turn follow each other.
+        // Pictures of one turn are consecutive.
         const std::size_t turn = i / methods * methods;
         const auto like = std::find_if(
             result.runs.begin() + static_cast<std::ptrdiff_t>(turn), result.runs.end() - 1, [&](const RunResult& r) {

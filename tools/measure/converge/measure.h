@@ -14,7 +14,7 @@
 
 namespace halflight::converge {
 
-/// Radius of the blur after which errors are measured again, which shows how they are spread over the picture; pixels.
+/// Radius, pixels, of the blur before a second measurement, which shows the spatial distribution of errors.
 inline constexpr int kBlurRadius = 2;
 
 struct RunResult {
@@ -25,12 +25,12 @@ struct RunResult {
     double relative_mse = 0;  // each squared error divided by the reference's square plus kRelativeEpsilon
     double blurred_mse = 0;   // mse where picture and reference are blurred (kBlurRadius)
     RunErrors errors;
-    std::uint64_t non_finite = 0;  // values that are not finite
+    std::uint64_t non_finite = 0;  // number of values that are NaN or infinite
 };
 
 /// Statistics of one method at one budget, over all seeds.
 struct Point {
-    double samples = 0;         // mean number per pixel
+    double samples = 0;         // mean samples per pixel
     Seconds time;               // mean time of one picture
     Interval paths_per_second;  // pixels times samples, by the plan's clock
     Interval mse, relative_mse, flip;
@@ -39,11 +39,11 @@ struct Point {
     Interval blurred_mse;  // mse where picture and reference are blurred (kBlurRadius)
     Interval bias_squared, variance;                      // parts of mse
     Interval relative_bias;                               // relative bias of the picture's mean
-    double reference_variance = 0;                        // variance of the reference, which no error contains
-    double trimmed_mse = 0;                               // mse without the worst kWorstShare of the pixels, mean
+    double reference_variance = 0;                        // variance of the reference, which is not part of the errors
+    double trimmed_mse = 0;                               // mean mse without the worst kWorstShare of the pixels
     double worst_share = 0;                               // share of the squared error in the worst pixels, [0, 1]
     bool has_components = false;                          // false: `components` is 0
-    std::array<double, kComponents.size()> components{};  // mean mse of each
+    std::array<double, kComponents.size()> components{};  // mean mse of each component
 };
 
 /// A part of the frame's passes, and the components of the error that it is responsible for.
@@ -58,7 +58,7 @@ struct Stage {
 struct Finding {
     enum class Kind : std::uint8_t { bias, heavy_tails, fixed_time, faster, inconclusive, unclear, noisy_reference };
     Kind kind;
-    std::string text;  // a sentence
+    std::string text;  // one sentence
 };
 std::string_view name(Finding::Kind kind);
 
@@ -78,9 +78,9 @@ struct MethodResult {
     Image mean;     // mean over the seeds of the largest budget
 };
 
-/// How the external renderer's pictures of the largest budget differ from a method's.
+/// Difference between the external renderer's pictures of the largest budget and a method's.
 struct MethodAgreement {
-    std::size_t method = 0;  // index
+    std::size_t method = 0;  // index of the method
     Agreement agreement;     // `theirs` are the external renderer's pictures
 };
 
@@ -90,7 +90,7 @@ struct Measurement {
     std::vector<MethodAgreement>
         agreements;              // one per set of methods that make the same pictures; empty for a single seed
     int pictures_compared = 0;   // pictures of GL methods compared with another method's of the same seed and samples
-    int pictures_different = 0;  // number of these that differ in any bit
+    int pictures_different = 0;  // number of compared pictures that differ in any bit
 };
 
 /// Returns the stage that a pass belongs to: 0 camera rays and film, 1 direct light, 2 indirect light.
@@ -100,7 +100,7 @@ struct MeasureHooks {
     Pulse pulse;
     std::function<void(double)> progress;
 };
-/// Runs the plan with one painter per method. Each painter makes a picture beforehand, which does not count. Keeps the
+/// Runs the plan with one painter per method. Each painter first makes a picture that is not measured. Keeps the
 /// pictures of all seeds in memory.
 Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>>& painters, const Reference& reference,
                     Clock clock, const MeasureHooks& hooks);
@@ -113,9 +113,9 @@ std::string text(const Slope& slope);  ///< Returns "none" where it is not known
 /// Returns one sentence for the console: the difference of the whole picture and the number of blocks beyond.
 std::string text(const MethodAgreement& agreement, const std::vector<MethodResult>& methods);
 
-/// Returns the seconds that a method takes until its mse, interpolated between budgets as in the plot, stays at or
-/// below `mse`. These are the first budget's seconds where its mse is below already, and infinity where the last one is
-/// above. off_edges: uses off_edges_mse.
+/// Returns the seconds until a method's mse stays at or below `mse`, interpolated between budgets as in the plot. These
+/// are the first budget's seconds if its mse is low enough, and infinity if the last one's is not. off_edges: uses
+/// off_edges_mse.
 double seconds_until(const MethodResult& method, double mse, Clock clock, bool off_edges = false);
 
 /// Returns the findings about a method, whose slopes, points and picture must be set.

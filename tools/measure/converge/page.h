@@ -27,7 +27,7 @@ class Page {
     /// Adds an item of a list; `label` precedes the text in the colour of `style`: "fine", "open" or "flag".
     void item(const std::string& text, const std::string& label = "", std::string_view style = "");
     void end_list() { markup("</ul>"); }
-    /// Begins a table; `names` says that the second column contains words like the first.
+    /// Begins a table. names: the second column contains words, like the first.
     void begin_table(const Cells& head, const std::string& caption, bool names = false);
     /// Adds a row; `rule` draws a line above it.
     void row(const Cells& cells, bool rule = false);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kManySamples = 1 << 24;  // more than any budget of seconds allows
 
-/// Sets what the settings of both renderers have in common.
+/// Sets the members that the settings of both renderers share.
 template <class Settings>
 void set_view(Settings& settings, const View& view) {
     settings.width = view.width;

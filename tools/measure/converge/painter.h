@@ -26,7 +26,7 @@ struct View {
     PixelFilter filter{};
 };
 
-/// Is called repeatedly during long work; an exception from it ends the work.
+/// Callback that long work calls repeatedly; an exception from it ends the work.
 using Pulse = std::function<void()>;
 
 struct Painted {

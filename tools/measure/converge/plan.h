@@ -22,7 +22,7 @@ enum class Method : std::uint8_t {
 /// Methods that are always available.
 inline constexpr Method kMethods[] = {Method::compute, Method::raster, Method::plain, Method::oracle};
 std::string_view name(Method method);
-/// Returns nothing for an unknown name.
+/// Returns the method of this name; none for an unknown name.
 std::optional<Method> method_named(std::string_view name);
 /// Returns whether the method renders by GL. Such methods make the same picture of the same seed, samples and
 /// estimator.
@@ -36,18 +36,18 @@ struct External {
     std::string command;
 };
 
-/// Exactly one of the two is greater than 0.
+/// Length of a run, given by the one member that is greater than 0.
 struct Budget {
     int samples = 0;     // samples per pixel
     double seconds = 0;  // wall time; at least one sample is taken
 };
-std::string text(const Budget& budget);  ///< "16 samples", "0.5 s"
+std::string text(const Budget& budget);  ///< Returns "16 samples" or "0.5 s".
 
 struct Plan {
     std::vector<Method> methods;          // methods, distinct together with their estimators
     std::vector<Budget> budgets;          // budgets in samples or in seconds, ascending
     int seeds = 8;                        // number of independent pictures of each method and budget, > 0
-    std::uint32_t first_seed = 1;         // [1, kSeedsOfMethods)
+    std::uint32_t first_seed = 1;         // seed of the first picture, [1, kSeedsOfMethods)
     float clamp = 0;                      // RenderSettings::clamp of GL methods, a bias; references are not clamped
     std::vector<Estimator> estimators{};  // one per method; empty: the default one for all
     std::vector<Preview> previews{};      // one per method; empty: none
@@ -56,10 +56,10 @@ struct Plan {
 
     Preview preview(std::size_t method) const { return previews.empty() ? Preview() : previews[method]; }
     Estimator estimator(std::size_t method) const { return estimators.empty() ? Estimator() : estimators[method]; }
-    /// Returns "plain", or "plain lights=tree preview=cache" with what distinguishes it from the other estimators and
-    /// previews.
+    /// Returns "plain", or "plain lights=tree preview=cache" with the choices that distinguish its estimator and
+    /// preview from the others.
     std::string method_name(std::size_t method) const;
-    /// Returns whether both make the same picture of the same seed and samples.
+    /// Returns whether both methods make the same picture of the same seed and samples.
     bool same_pictures(std::size_t method, std::size_t other) const;
 };
 /// Replaces each method that uses GL by one for each estimator.

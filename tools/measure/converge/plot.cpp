@@ -22,7 +22,7 @@ constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7", 
 class Axis {
   public:
     Axis(double low, double high, double from, double to) : from_(from), to_(to) {
-        // Margins of a tenth of a decade; the whole axis spans at least a factor of 3.
+        // The axis has margins of a tenth of a decade and spans at least a factor of 3.
         low_ = std::log10(low) - 0.1, high_ = std::log10(high) + 0.1;
         const double missing = std::log10(3.0) - (high_ - low_);
         if (missing > 0) low_ -= missing / 2, high_ += missing / 2;
@@ -40,8 +40,8 @@ class Axis {
         bool labelled;
         bool decade;
     };
-    /// Returns ticks at powers of ten and their multiples. Axes with fewer than two decades have labels at 2 and 5 as
-    /// well, axes with none at all multiples.
+    /// Returns ticks at powers of ten and their multiples. An axis with one power of ten has labels at 2 and 5, too; an
+    /// axis without any has labels at all odd multiples and 2.
     std::vector<Tick> ticks() const {
         std::vector<Tick> ticks;
         int decades = 0;

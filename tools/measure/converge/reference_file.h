@@ -20,13 +20,13 @@ std::filesystem::path default_reference_folder();
 /// Returns the file of this fingerprint in the folder.
 std::filesystem::path reference_path(const std::filesystem::path& folder, std::uint64_t fingerprint);
 
-/// Creates the folders of the path. Throws Error where it is already clear that save_halves() would.
+/// Creates the folders of the path. Throws Error where save_halves() is certain to fail.
 void prepare_to_save(const std::filesystem::path& path);
 /// Writes the file, complete or not at all, and creates its folders. Throws Error.
 void save_halves(const std::filesystem::path& path, std::uint64_t fingerprint, const Halves& halves);
 
-/// Returns nothing where there is no such file. Throws Error for a file that is damaged, or has another fingerprint or
-/// size.
+/// Returns the halves; none where there is no such file. Throws Error for a file that is damaged, or has another
+/// fingerprint or size.
 std::optional<Halves> load_halves(const std::filesystem::path& path, std::uint64_t fingerprint, int width, int height);
 
 }  // namespace halflight::converge

@@ -132,14 +132,14 @@ Json agreement_json(const Measurement& measured, const MethodAgreement& found) {
             {"blocks", blocks}};
 }
 
-/// Returns the method of the greatest efficiency; null where that of any method is not known, because the reference is
-/// too noisy for its error.
+/// Returns the method of the greatest efficiency; null where any efficiency is unknown, because the reference is too
+/// noisy for the error.
 const MethodResult* most_efficient(const Measurement& measured) {
     const auto [worst, best] = std::ranges::minmax_element(measured.methods, {}, &MethodResult::efficiency);
     return worst == measured.methods.end() || worst->efficiency <= 0 ? nullptr : &*best;
 }
 
-/// Returns which stage's samples lower the error of a method most, as far as its seeds show.
+/// Returns advice on the stage whose samples lower a method's error most, as far as its seeds show it.
 std::string stage_advice(const MethodResult& m) {
     std::vector<const Stage*> order;
     for (const Stage& stage : m.stages) order.push_back(&stage);

@@ -12,7 +12,7 @@ namespace halflight::converge {
 
 inline constexpr int kSchema = 2;  // version of the JSON's layout
 
-/// Describes what was measured.
+/// Description of the measured scene, picture and machine.
 struct Subject {
     std::string program;      // name and version
     std::string scene;        // file
@@ -26,7 +26,7 @@ struct Subject {
     std::vector<std::string> pilots{};  // sentences: the choices of pilots for estimators that were left open
 };
 
-/// Returns all figures; those that are not known, as the intervals of a single seed, are null.
+/// Returns all figures. Unknown figures, such as the intervals of a single seed, are null.
 nlohmann::ordered_json report_json(const Subject& subject, const Reference& reference, const Measurement& measured);
 
 /// Returns a field of a CSV file, quoted where it must be (RFC 4180, section 2).
@@ -41,7 +41,7 @@ std::string report_html(const Subject& subject, const Reference& reference, cons
 /// Returns a sentence for each setting of the plan that keeps pictures from converging to the reference.
 std::vector<std::string> biases(const Plan& plan);
 
-/// Returns sentences about where more time lowers the error most: first among methods, then among each one's stages.
+/// Returns advice on where more time lowers the error most: sentences about methods, then about each method's stages.
 std::vector<std::string> advice(const Subject& subject, const Measurement& measured);
 
 }  // namespace halflight::converge

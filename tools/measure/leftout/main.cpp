@@ -1,6 +1,6 @@
-// halflight-leftout: measures what it saves to leave out work that a scene does not need. Each scene is rendered as it
-// is and with everything kept, or with single items kept, in turns. Reports time per sample, time to start, memory, and
-// whether the pictures are the same bit for bit.
+// halflight-leftout: measures the savings from leaving out work that a scene does not need. Each scene is rendered as
+// it is and with everything kept, or with single items kept, in turns. Reports time per sample, time to start, memory,
+// and whether the pictures are the same bit for bit.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -113,7 +113,7 @@ class Report {
     }
 
     Json rows = Json::array();
-    bool same = true;  // all pictures
+    bool same = true;  // all pictures are the same bit for bit
 
   private:
     Comparison measure(const Scene& scene, const Kept& kept) {
@@ -138,7 +138,7 @@ class Report {
 };
 
 int run(const Options& options) {
-    // Compilation is timed, so that it must not depend on earlier runs.
+    // Compilation is timed, so it must not depend on earlier runs.
     setenv("MESA_SHADER_CACHE_DISABLE", "true", 0);
     setenv("__GL_SHADER_DISK_CACHE", "0", 0);
     gpu::Context context = gpu::Context::create({});
