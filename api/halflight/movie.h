@@ -36,7 +36,7 @@ class Movie {
     Movie(const std::filesystem::path& file, std::string subject, const MovieFormat& format);
     Movie(const Movie&) = delete;
     Movie& operator=(const Movie&) = delete;
-    ~Movie();  ///< ends ffmpeg unless finish() has; the file is then incomplete
+    ~Movie();  ///< Ends ffmpeg unless finish() has; the file is then incomplete.
 
     /// Sends the next frame. Where ffmpeg has ended early, failed() returns true and finish() throws.
     void add(const Image& view);

@@ -78,7 +78,7 @@ class MeshBuilder {
 };
 
 dmat4 move(double x, double y, double z);
-dmat4 turn_y(double degrees);  ///< exact for multiples of 90
+dmat4 turn_y(double degrees);  ///< Returns a rotation, exact for multiples of 90.
 dmat4 turn_x(double degrees);
 dmat4 turn_z(double degrees);
 dmat4 grow(double x, double y, double z);

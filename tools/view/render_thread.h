@@ -122,7 +122,7 @@ class RenderThread {
     void run(ColorConfig colors);
     void serve(RendererCache& renderers, const Job& job);
     Picture coarse(RendererCache& renderers, const Job& job, int divisor);
-    void refine(RendererCache& renderers, Job job, bool shown);  ///< shown: its coarse picture is published
+    void refine(RendererCache& renderers, Job job, bool shown);  ///< shown: the job's coarse picture is published
     void publish(Picture picture);
     void say(std::string activity);
     void fail(std::uint64_t number, std::string error, bool for_good);

@@ -28,7 +28,7 @@ class Viewer {
     void run();
 
   private:
-    void frame(const std::filesystem::path& shot = {});  // `shot`: file to write the window to
+    void frame(const std::filesystem::path& shot = {});  // draws a frame; `shot`: file to write the window to
     void keys();
     void key(char key, const dvec2& point);
     void request_picture();

@@ -138,7 +138,7 @@ Method embree_method(const Bench& bench) {
             }};
 }
 
-/// Each mode runs once to warm up and twice for its time.
+/// Returns the method `packets`. Each mode runs once to warm up and twice for its time.
 Method packets_method(const Bench& bench) {
     return {"packets", false, [&embree = bench.embree](const RaySet& set) {
                 double best = std::numeric_limits<double>::infinity();
