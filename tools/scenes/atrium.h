@@ -25,8 +25,8 @@ inline constexpr double kWall = 0.35;  // thickness of outer walls
 
 // --- atrium_building.cpp, atrium_walls.cpp ---
 
-Mesh column(const Materials& m);        ///< Makes one of the lower storey, standing on the origin, kSpring high.
-Mesh upper_column(const Materials& m);  ///< Makes one of the upper storey, from kGallery to kUpperSpring.
+Mesh column(const Materials& m);        ///< Makes a column of the lower storey on the origin, kSpring high.
+Mesh upper_column(const Materials& m);  ///< Makes a column of the upper storey, from kGallery to kUpperSpring.
 /// Makes one bay of the arcade above the columns, centred on x = 0, z = 0, moulded on both faces.
 Mesh arcade(const Materials& m, const char* name, double span, double spring, double radius, double top,
             double thickness);

@@ -1,4 +1,4 @@
-// Glossy things on a table: metals, coats, ceramics and a frosted pane under two softboxes.
+// Glossy objects on a table: metals, coats, ceramics and a frosted pane under two softboxes.
 #include <cmath>
 
 #include "tools/scenes/exact.h"
