@@ -102,7 +102,7 @@ struct FrameRenderer::State {
     RenderSettings renderer_settings(const FrameSettings& frame) const {
         RenderSettings s = settings;
         static_cast<FrameSettings&>(s) = frame;
-        s.camera = scene.chosen_camera().camera;  // the pilot looks through it
+        s.camera = scene.chosen_camera().camera;  // camera of the pilot's pictures
         s.previous_surfaces = nullptr;            // pointer is valid for one picture
         s.history = nullptr;
         s.radiance_cache = cache;
@@ -126,7 +126,7 @@ struct FrameRenderer::State {
         if (ray_server && !server) server = ray_server(prepared->trace());
         renderer.emplace(*prepared, colors, renderer_settings(frame), server.get());
     }
-    /// Brings scene and renderer to a time.
+    /// Poses the scene at a time, and updates the renderer.
     void pose(double seconds, const FrameSettings& frame) {
         Stopwatch clock;
         prepare();

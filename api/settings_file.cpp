@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr int kVersion = 1;
 constexpr std::uint64_t kMaxBytes = 16 << 20;
 
-/// A value of the file, with its place in it for messages.
+/// A value of the file and its place there, for messages.
 class Element {
   public:
     Element(const fs::path& file, const Json& json, std::string place = "")

@@ -64,7 +64,7 @@ class Mattes {
     struct Layer {
         const AovInfo* aov;
         std::span<const std::string> names;
-        std::vector<float> ids;  // indexed by name
+        std::vector<float> ids;  // id of each name
         IdCoverage coverage;     // coverage per path
     };
     const std::vector<Layer>& layers() const { return layers_; }

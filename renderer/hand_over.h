@@ -19,7 +19,7 @@ inline constexpr int kHandedOver = 32;
 /// Returns the weight of the mean of the cached samples in a picture of `samples` samples, including the cached ones.
 /// It is 1 without unbiased samples and 0 from kHandedOver on. In between it is (1 - x)/(1 + x), where x is the share
 /// of the unbiased samples rendered so far. At first this is inverse variance weighting as if the cached samples were
-/// worth half of kHandedOver; later the unbiased samples make up for the weight that is withdrawn.
+/// worth half of kHandedOver. Later the unbiased samples make up for the lost weight.
 double cached_weight(int samples);
 
 /// Returns cached sample `index` of a picture. Its random numbers are independent of those of sample_view(). All cached

@@ -121,7 +121,7 @@ std::size_t shutter_bytes(const RenderSettings& s) {
 
 std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
     constexpr std::size_t kRows = 256;  // colour rows that are converted at once, to another space and to half
-    constexpr std::size_t kPng = 3 * (sizeof(float) + 1 + 1);  // without alpha, in 8 bits, compressed
+    constexpr std::size_t kPng = 3 * (sizeof(float) + 1 + 1);  // three channels as float, as 8 bits, and compressed
     std::size_t colors = 4;
     for (const std::string& aov : s.aovs)
         if (find_aov(aov)->is_color()) colors += 3;

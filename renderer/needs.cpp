@@ -45,8 +45,8 @@ constexpr std::size_t reuse_bytes(int group_size) {
            std::size_t(group_size) * (kShadowRay + sizeof(float));
 }
 
-/// Returns bytes per path for a scene without instances and a grid hierarchy: a record and a mask per tile, and an
-/// entry of leftover rays.
+/// Returns bytes per path for a scene without instances and with a grid hierarchy. Each tile has a record and a mask,
+/// and each path may have an entry of leftover rays.
 constexpr std::size_t tile_bytes_of_path() {
     constexpr rays::TileSettings tiles;
     constexpr std::size_t texels = shared::kTileHeaderTexels + tiles.capacity * shared::kTileBoxTexels;

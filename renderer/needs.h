@@ -73,7 +73,7 @@ struct FrameSize {
     std::size_t paths = 0;   // paths of a band
     std::size_t pixels = 0;  // pixels of the picture
 };
-/// Lists what is left out: parts of the frame, then of the whole picture, then of the scene's tables and shaders.
+/// Lists the parts left out: those of the frame, then of the whole picture, then of the scene's tables and shaders.
 std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& options, const FrameSize& size);
 
 /// Returns the names that can be kept, in the order of left_out(). A kept name has no effect on a part that an option

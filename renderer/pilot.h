@@ -1,5 +1,5 @@
-// The pilot: settles automatic numbers of camera rays, shadow rays and pixels of a group for a scene, from a few small
-// pictures before the first one.
+// The pilot: a few small pictures of a scene, made before the first picture, which settle automatic numbers of camera
+// rays, shadow rays and pixels of a group.
 #pragma once
 
 #include <functional>
@@ -30,7 +30,7 @@ inline constexpr Estimator kTried{.reuse = Reuse::sixteen, .camera = CameraRays:
 /// than a cheaper one is not taken.
 Estimator settled(const Estimator& asked, const PilotFigures& figures);
 
-/// Share of a pilot's work that is done, [0,1]; false cancels.
+/// Receives the share of a pilot's work that is done, [0,1]; returns false to cancel.
 using PilotProgress = std::function<bool(double share)>;
 
 /// Settles what the scene's estimator leaves open, if anything, by small pictures through the settings' camera. There

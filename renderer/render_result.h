@@ -75,9 +75,9 @@ struct RenderProgress {
     int samples_total = 0;  // expected samples per pixel; with an error target an estimate
     double seconds = 0;     // time since the start of the render
     // Makes the picture of the samples so far. It equals a render of so many samples bit for bit, except with
-    // SamplePoints::blue_noise, which depends on the final number. aovs: layers of the RenderSettings, and any that
-    // AovInfo::at_any_time(). Call it during the callback only. Empty where there is no picture: bands differ in
-    // samples, or the sums of earlier bands are gone (ScheduleSettings::in_turns).
+    // SamplePoints::blue_noise, which depends on the final number. aovs: layers of the RenderSettings, and any for
+    // which AovInfo::at_any_time() holds. Call it during the callback only. Empty where there is no picture: bands
+    // differ in samples, or the sums of earlier bands are gone (ScheduleSettings::in_turns).
     std::function<RenderResult(const std::vector<std::string>& aovs)> picture{};
 };
 /// Called after every sample of a band; returning false stops the render. The result then has the samples so far; bands

@@ -43,7 +43,7 @@ struct CompiledBand {
     std::shared_ptr<Mattes> mattes;  // shared by bands that are rendered one after the other
     CompiledSample sample;
     std::unique_ptr<CompiledSample> cached;  // sample with the radiance cache; null: none
-    // Layers at the pixels' centres; empty unless requested
+    // Graph of layers at the pixels' centres; empty unless requested
     graph::Graph data_graph;
     graph::BufferHandle aov;
     graph::BufferHandle debug;

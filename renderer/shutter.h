@@ -18,7 +18,7 @@ struct ShutterTime {
     int samples = 1;       // > 0
 };
 
-/// Divides the opening time of the shutter into strata as long as their shares of the samples, and draws one random
+/// Divides the opening time of the shutter into strata proportional to their numbers of samples, and draws one random
 /// time in each. The mean of all samples is then unbiased. 1 <= times <= samples. The result depends on the arguments
 /// alone.
 std::vector<ShutterTime> shutter_times(int samples, int times, std::uint32_t seed, std::uint32_t frame);

@@ -9,7 +9,7 @@
 
 namespace halflight {
 
-/// Receives notes and warnings, one line of text each. A default Log discards them. Cheap to copy.
+/// Receives notes and warnings, one line of text each. A default Log discards them. Copies are cheap.
 class Log {
   public:
     enum class Kind { note, warning };

@@ -13,7 +13,7 @@ namespace halflight::python {
 namespace {
 
 using Triple = std::array<double, 3>;
-using Matrix = std::array<std::array<double, 4>, 4>;  // rows
+using Matrix = std::array<std::array<double, 4>, 4>;  // four rows
 using Environment3 = std::variant<std::monostate, Triple, std::filesystem::path>;
 
 dvec3 vec(const Triple& t) {

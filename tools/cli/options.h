@@ -1,4 +1,4 @@
-// Command-line options: how commands declare them, and the options that several commands have.
+// Declarations of command-line options, and options that several commands have.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -77,7 +77,7 @@ void add_view_options(Options& options, std::optional<std::filesystem::path>& oc
 /// Declares --device, --gl-debug, --allow-outside and --quiet.
 void add_device_options(Options& options, ViewArguments& arguments);
 
-/// Declares --fps and --animation; `usual` says in the help text what plays by default.
+/// Declares --fps and --animation; `usual` names the default in the help text.
 void add_animation_options(Options& options, std::optional<std::string>& animation, std::optional<FrameRate>& rate,
                            const std::string& usual);
 /// Declares --shutter.
@@ -88,7 +88,7 @@ void add_sequence_options(Options& options, RenderArguments& arguments);
 void check_sequence_options(const CLI::App& app, const RenderArguments& arguments);
 /// Throws UsageError for options that --preview excludes.
 void check_preview_options(const CLI::App& app, const RenderArguments& arguments);
-/// Returns the output files of all frames; without --frames the outputs as they are.
+/// Returns the output files of all frames; the unchanged outputs without --frames.
 std::vector<std::filesystem::path> output_files(const RenderArguments& arguments);
 
 /// Copies --width and --height, where given, to arguments.width and arguments.height.

@@ -10,7 +10,7 @@ namespace {
 
 using enum CityMaterial;
 
-constexpr double kGround = 0.14;  // top of the pavement
+constexpr double kGround = 0.14;  // height of the pavement, metres
 constexpr unsigned kOnWall = MeshBuilder::kBack;
 
 int index(CityMaterial material) {

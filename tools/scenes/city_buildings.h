@@ -46,8 +46,8 @@ struct BuildingSpec {
     int open_side = 0;  // -1, +1: this side (x) has windows too; 0: neighbours stand wall to wall
 };
 
-/// Makes a building with a shop floor and rows of recessed windows, some with balconies, and with a flat roof with huts
-/// or a pitched one with dormers.
+/// Makes a building with a shop floor and rows of recessed windows, some with balconies. Its roof is flat with huts, or
+/// pitched with dormers.
 Mesh row_building(const BuildingSpec& spec);
 /// Makes a free-standing high-rise: a base, a shaft of glass and fins with a setback, machinery on the roof.
 Mesh tower_building(const BuildingSpec& spec);

@@ -6,7 +6,7 @@
 namespace halflight::scenes {
 namespace {
 
-constexpr double kX = 2, kY = 2.6, kZ = 2.5;  // half width, height, half depth
+constexpr double kX = 2, kY = 2.6, kZ = 2.5;  // half width, height, half depth; metres
 
 Mesh shell(int walls, int accent, int floor, int skirting) {
     MeshBuilder mesh("room");

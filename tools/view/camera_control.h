@@ -23,8 +23,8 @@ CameraPose fly(CameraPose pose, const dvec3& step);
 CameraPose walk(CameraPose pose, const dvec3& step);
 /// Aims the camera at a point without moving it. A point at the camera changes nothing.
 CameraPose look_at(CameraPose pose, const dvec3& point);
-/// Aims at the centre of the box from the same direction, at a distance that shows the whole box in a picture of this
-/// aspect (width / height). An empty box changes nothing.
+/// Aims at the centre of the box from the same direction. The distance is such that a picture of this aspect (width /
+/// height) shows the whole box. An empty box changes nothing.
 CameraPose frame(CameraPose pose, const WorldBounds& box, double aspect);
 
 struct Ray {

@@ -84,7 +84,7 @@ Image positions(const Image& image) {
 }
 
 Image motions(const Image& image) {
-    constexpr float kLeast = 0.1f;  // pixels of motion, minimum scale; less is rounding
+    constexpr float kLeast = 0.1f;  // minimum scale of motion, pixels; less is rounding
     std::vector<float> lengths;
     for (std::size_t i = 0; i + 1 < image.pixels.size(); i += 2)
         lengths.push_back(std::hypot(image.pixels[i], image.pixels[i + 1]));

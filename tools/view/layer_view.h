@@ -59,7 +59,7 @@ struct DisplayImage {
 DisplayImage display_image(const LayerView& layer_view, const std::vector<std::string>& aovs,
                            const RenderResult& result);
 
-/// Returns the biases of what is shown. Biases of preview modes that change the whole picture do not apply to its
+/// Returns the biases of the displayed layer. Biases of preview modes that change the whole picture do not apply to its
 /// components and to other layers.
 const std::vector<std::string>& biases_of(const LayerView& layer_view, const RenderStats& stats);
 

@@ -8,7 +8,7 @@ namespace {
 
 constexpr double kDollyNotch = 0.1, kDollyHeight = 2;  // change of ln(distance) per notch and per window height
 constexpr double kSpeedNotch = 0.1;
-constexpr double kLongest = 0.1;  // seconds, maximum step: before the first one, nothing may have been drawn for long
+constexpr double kLongest = 0.1;  // maximum time step, seconds: drawing may have paused for long
 
 }  // namespace
 

@@ -87,7 +87,7 @@ bool Viewer::play_done(const Command& command) {
     request_picture();
     advance_playback();
     if (!play_ || now() - play_->since < command.numbers[0] || !finish_opening())
-        return false;  // a failed picture does not end the playing
+        return false;  // a failed picture does not end the playback
     set_playing(false);
     return true;
 }

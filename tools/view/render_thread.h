@@ -79,8 +79,8 @@ class RenderThread {
     RenderThread(ColorConfig colors, Options options);
     RenderThread(const RenderThread&) = delete;
     RenderThread& operator=(const RenderThread&) = delete;
-    /// Waits for the current work of the device. It can be a sample of a band, the preparation of a scene, the
-    /// compilation of shaders, a picture made of samples, or work passed to perform().
+    /// Waits for the current work of the device. This is a sample, the preparation of a scene, the compilation of
+    /// shaders, a picture made of samples, or work passed to perform().
     ~RenderThread();
 
     /// Replaces the current request and returns the number of the new one, from 1; never waits. If the first picture of

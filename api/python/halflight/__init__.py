@@ -170,8 +170,8 @@ class Scene:
 
 
 class Picture(_Mapping):
-    """A picture: a mapping from the names of its layers to numpy arrays of shape (height, width, channels), without the
-    last axis for layers of one channel. Rows run from top to bottom.
+    """A picture: a mapping from the names of its layers to numpy arrays of shape (height, width, channels). Layers of
+    one channel lack the last axis. Rows run from top to bottom.
 
       "beauty"  RGBA, float32, scene-linear Rec.709
       "view"    RGBA, float32 in [0,1], through the view transform
@@ -271,8 +271,8 @@ class Renderer:
 
     def find_estimator(self, progress=None):
         """Settles the open choices of estimator="auto" by small pictures, and returns the estimator as text. Calls
-        progress(share) with the share of the work that is done; False cancels, and None is returned. render() settles
-        them before the first picture if need be."""
+        progress(share) with the share of the work that is done; False cancels, and None is returned. The first
+        render() settles them if need be."""
         return self._native.find_estimator(progress)
 
     def change(self, **settings):

@@ -31,12 +31,12 @@ constexpr std::uint32_t kConnectionsPerBlock = 16 * 16 * 16;  // groups, points,
 /// Data read back from one run.
 struct Shot {
     graph::BufferHandle rays;
-    PathList list;          // optional
-    std::size_t count = 0;  // rays
+    PathList list;          // paths that have rays; null: all
+    std::size_t count = 0;  // number of rays
     bool paths_are_pixels = true;
 };
 
-/// One appearance of a scene on the GPU, seen by a camera band by band.
+/// One appearance of a scene on the GPU, captured by a camera band by band.
 class Studio {
   public:
     Studio(const gpu::Context& context, gpu::ProgramCache& programs, const Scene& scene, const TraceTables& tables,

@@ -52,8 +52,8 @@ class TileRun {
     GraphRun run_;
 };
 
-/// Returns shares of time (cut, leaves, rest), numbers of lists in use and made by a run, their entries and leaves, and
-/// the share of rays that need the rest.
+/// Returns shares of time (cut, leaves, rest), and numbers of lists in use and made by a run. Further figures are mean
+/// entries and leaves of a list, and the share of rays that need the rest.
 std::vector<Figure> look_at_tiles(const Bench& bench, const RaySet& set, bool keep) {
     constexpr int kLooks = 3;  // number of runs that are averaged
     TileRun run(bench, set, true);

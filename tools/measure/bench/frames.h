@@ -1,4 +1,4 @@
-// Measures whole frames: the effect of culling and of its state on the samples of a still frame and on the views of a
+// Measures whole frames, with and without culling and its state: the samples of a still frame, and the views of a
 // moving camera.
 #pragma once
 

@@ -33,7 +33,7 @@ struct Answers {
 ///   primary     the G-buffer's camera rays
 ///   hard        shadow rays to the scene's first directional light, else its first punctual one, else to a point above
 ///               the camera
-///   soft        shadow rays to the scene's emissive triangles alone, else to a square of 1/20 of its diagonal there
+///   soft        shadow rays to the scene's emissive triangles alone, else to a square with 1/20 of its diagonal above
 ///   glossy      first bounce, all materials being metal of roughness 0.2
 ///   diffuse     first bounce, all materials being purely diffuse
 ///   ao          diffuse rays cut at 1/20 of the scene's diagonal: any hit

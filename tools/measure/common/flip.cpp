@@ -13,7 +13,7 @@
 namespace halflight {
 namespace {
 
-/// One number per pixel.
+/// An image with one number per pixel.
 struct Plane {
     int width, height;
     std::vector<float> values;
@@ -125,7 +125,7 @@ float spread(float distance) {
 /// Filters, which depend on the viewer only.
 struct Filters {
     /// Contrast sensitivity: per channel of YCxCz a sum of Gaussians a sqrt(pi / b) exp(-pi^2 r^2 / b), r in degrees
-    /// (FLIP, table 1); the weight is a term's share in the sum over all pixels.
+    /// (FLIP, table 1). The weight is a term's share in the sum over all pixels.
     struct Term {
         int channel;
         double a, b;

@@ -27,7 +27,7 @@ const char* name(Metric metric);
 
 /// Largest values of metrics; greater ones are a warning, or a failure.
 struct Thresholds {
-    std::optional<double> all;  // for metrics without a threshold of their own
+    std::optional<double> all;  // threshold of metrics without one of their own
     std::map<Metric, double> of;
     std::optional<double> at(Metric metric) const;
     bool any() const { return all || !of.empty(); }
@@ -61,7 +61,7 @@ struct MetricResult {
 struct LayerResult {
     std::string name;
     LayerKind kind = LayerKind::data;
-    std::vector<MetricResult> metrics;  // applicable metrics in the order asked for; none where no pixel is finite
+    std::vector<MetricResult> metrics;  // applicable metrics in the requested order; none where no pixel is finite
     std::size_t pixels = 0;
     std::size_t different = 0;           // pixels with a difference in any channel
     std::size_t not_finite[2] = {0, 0};  // pixels of each picture that are NaN or infinite in any channel
@@ -75,8 +75,8 @@ struct Comparison {
     Verdict verdict = Verdict::same;
 };
 
-/// Compares two pictures of the same size. Throws Error where one is display-encoded and the other scene-linear, where
-/// primaries differ, where neither has a wanted layer, and where there is nothing to compare.
+/// Compares two pictures of the same size. Throws Error where only one is display-encoded, where primaries differ,
+/// where neither has a wanted layer, and where there is nothing to compare.
 Comparison compare(const PictureFile& image, const PictureFile& reference, const CompareArguments& arguments);
 
 class SizesDiffer : public Error {

@@ -9,8 +9,8 @@
 
 namespace halflight::converge {
 
-// Two renderers agree where the whole picture and each block differ by no more than this, relative to the first one's
-// mean; a block's tolerance grows by one standard error.
+// Largest relative difference of renderers that agree, for the whole picture and for each block, relative to the first
+// one's mean. A block's tolerance grows by one standard error.
 inline constexpr double kWholeTolerance = 0.01;
 inline constexpr double kBlockTolerance = 0.02;
 inline constexpr int kBlockSide = 16;  // pixels
@@ -47,8 +47,8 @@ struct Agreement {
 Agreement compare_pictures(const std::vector<Image>& ours, const std::vector<Image>& theirs, int side = kBlockSide,
                            double tolerance = kBlockTolerance);
 
-/// Returns a picture of the relative difference theirs / ours - 1 by pixel, display-encoded: from blue at -scale over
-/// white to red at +scale, grey where `ours` is black. 3 channels each, of the same size.
+/// Returns a picture of the relative difference theirs / ours - 1 by pixel, display-encoded. Colours go from blue at
+/// -scale over white to red at +scale; grey: `ours` is black. 3 channels each, of the same size.
 Image relative_difference_picture(const Image& ours, const Image& theirs, double scale);
 /// Returns a picture of the relative differences of blocks in the same colours; grey outside of blocks.
 Image block_difference_picture(const Agreement& agreement, int width, int height, double scale);

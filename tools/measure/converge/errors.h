@@ -10,7 +10,7 @@
 
 namespace halflight::converge {
 
-/// Errors of one picture. Squared errors are means over pixels and channels without the reference's own variance, and
+/// Errors of one picture. Squared errors are means over pixels and channels without the reference's own variance. They
 /// may be negative where the reference is noisier than the picture (tools/measure/common/seed_errors.h).
 struct RunErrors {
     double flip = 0;                                      // HDR-FLIP against the reference's mean, [0, 1]
@@ -20,9 +20,9 @@ struct RunErrors {
 };
 RunErrors run_errors(const Picture& picture, const Reference& reference);
 
-/// Returns weights of squared errors: 0 for pixels that an edge of a light crosses, 1 for all others. Such an edge is
-/// where the emission of a pixel and its neighbours in the reference differs by more than a tenth of the greatest of
-/// them. Returns an empty image for a reference without components.
+/// Returns weights of squared errors: 0 for pixels that an edge of a light crosses, 1 for all others. At an edge, the
+/// reference's emission in a pixel and its neighbours differs by more than a tenth of their maximum. Returns an empty
+/// image for a reference without components.
 Image weights_off_edges(const Reference& reference);
 
 /// Returns (mean of the expectation) / (mean of the reference) - 1 over all pixels and channels. The interval contains

@@ -80,8 +80,8 @@ inline constexpr std::uint32_t kSeedsOfMethods = 1u << 31;
 
 /// Returns every picture of the plan. Each budget and repeat has its own seed, which all methods share. Seeds count
 /// from the first one, and continue at 1 after the last one below kSeedsOfMethods. A turn is one run of each method.
-/// The order of methods rotates from turn to turn, and each repeat begins with another budget: the load of the machine
-/// by other programs affects all methods alike.
+/// The order of methods rotates from turn to turn, and each repeat begins with another budget. Thus the load by other
+/// programs affects all methods alike.
 std::vector<Run> runs_of(const Plan& plan);
 
 }  // namespace halflight::converge

@@ -1,6 +1,6 @@
-// halflight-coverage: tests the error that `halflight render --error` reports. Renders many seeds to an error target
-// and counts for how many the reported interval contains the true error, and the reported bound is above it. Both
-// should hold for 95 % of the seeds.
+// halflight-coverage: tests the error that `halflight render --error` reports. Renders many seeds to an error target,
+// and counts how often the interval contains the true error and how often the bound is above it. Both should hold for
+// 95 % of the seeds.
 #include <fmt/format.h>
 
 #include <algorithm>
