@@ -41,7 +41,7 @@ std::size_t find_animation(const std::vector<Animation>& animations, const std::
 void warn_of_conflicts(const std::vector<Animation>& animations, const std::vector<std::size_t>& playing,
                        const Log& log) {
     constexpr std::size_t kMostNamed = 8;
-    std::map<std::pair<int, int>, std::size_t> driver;  // keyed by field and target
+    std::map<std::pair<int, int>, std::size_t> driver;  // animation by field and target
     std::set<std::size_t> in_conflict;
     for (const std::size_t index : playing) {
         for (const AnimationChannel& channel : animations[index].channels) {

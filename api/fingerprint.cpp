@@ -125,7 +125,7 @@ FrameFile examine_frame(const std::filesystem::path& path, const std::string& fi
     std::string found;
     try {
         const std::string bytes = read_file(path, kAnySize);
-        constexpr std::size_t kSignature = 8;  // bytes, of a .png; that of an .exr is shorter
+        constexpr std::size_t kSignature = 8;  // length of a .png's signature, bytes; that of an .exr is shorter
         if (bytes.size() < kSignature || bytes.find_first_not_of('\0') == std::string::npos)
             return FrameFile::incomplete;
         if (is_exr(bytes)) {

@@ -42,7 +42,7 @@ struct FrameRenderer::State {
     RayServerFactory ray_server;
     ColorConfig colors;
     std::shared_ptr<gpu::Context> context;
-    std::optional<GpuDeformer> deformer;  // none where nothing deforms
+    std::optional<GpuDeformer> deformer;  // none where no mesh deforms
     std::optional<DeformCounts> deformed;
     // The uploaded scene and the objects that render it; without them the next picture makes new ones.
     std::unique_ptr<PreparedScene> prepared;
@@ -55,7 +55,7 @@ struct FrameRenderer::State {
     PictureHistory history;                   // light and geometry of the last frame, for RenderSettings::preview
     std::optional<std::uint32_t> last_frame;  // number of the frame rendered last
     double load_seconds = 0;
-    double reference_seconds = 0;  // preparation of the reference pose, counted with the next picture
+    double reference_seconds = 0;  // time to prepare the reference pose, counted with the next picture
     bool at_reference = false;     // `prepared` holds the reference pose
 
     State(LoadedScene& s, RenderSettings r, RendererOptions o)
@@ -197,7 +197,7 @@ struct FrameRenderer::State {
             const bool was_prepared = renderer && !scene.surfaces_move();
             RenderResult result = picture(seconds, part, of_all);
             if (result.stats.interrupted) return result;
-            if (was_prepared) result.stats.prepare_seconds = 0;  // seconds of an earlier picture
+            if (was_prepared) result.stats.prepare_seconds = 0;  // the time counts for an earlier picture
             mean.add(result);
         }
         RenderResult own_time;

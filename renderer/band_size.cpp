@@ -29,7 +29,7 @@ Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t 
 }
 
 Band first_band(const RenderSettings& s, std::size_t paths, int texture_size) {
-    const std::size_t row_paths = (static_cast<std::size_t>(s.width) + 15) / 16 * 256;  // paths of a row of blocks
+    const std::size_t row_paths = (static_cast<std::size_t>(s.width) + 15) / 16 * 256;  // paths in a row of blocks
     if (s.width > texture_size)
         throw Error("render settings", "{} pixels wide: the driver takes {}", s.width, texture_size);
     const int most =

@@ -161,7 +161,7 @@ void Film::add_surface_motion(const Band& band, const std::vector<shared::AovRec
         if (!surfaces.moved(source.instance)) return;
         const dvec3 before = surfaces.before(source.instance, source.triangle, dvec3(r.position) + tables_.origin);
         const dvec4 clip = to_clip * dvec4(before, 1);
-        if (!(clip.w > 0)) return;  // behind the camera, outside the picture
+        if (!(clip.w > 0)) return;  // the point is behind the camera
         const dvec2 there = dvec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w) * size;
         motion->at(x, y)[0] = static_cast<float>(x + 0.5 - there.x);
         motion->at(x, y)[1] = static_cast<float>(y + 0.5 - there.y);

@@ -67,7 +67,7 @@ class Film {
     const TraceTables& tables_;
     Image beauty_;
     Image view_;
-    std::vector<Plane> planes_;  // in the order of the request
+    std::vector<Plane> planes_;  // layers in the order of the request
 };
 
 }  // namespace halflight

@@ -13,7 +13,7 @@ namespace halflight {
 struct SampleView {
     Band band;
     vec2 jitter{0.5f};         // sample point of every pixel, from its upper left corner, pixels
-    std::uint32_t sample = 0;  // index in its sequence
+    std::uint32_t sample = 0;  // index of the sample in its sequence
     std::uint32_t seed = 0;    // seed of the sequences of all pixels
     // Blue noise: number of consecutive samples that each pixel takes from the shared sequence, a power of 2; 0: each
     // pixel has its own sequence.

@@ -35,8 +35,8 @@ struct SumBuffers {
 /// Sums of a band's first samples, whose mean is the picture.
 struct ShownSums {
     SumBuffers sums;
-    int samples = 0;  // samples in the sums
-    int mattes = 0;   // samples in the mattes, which hold the last kind of sample only
+    int samples = 0;  // number of samples in the sums
+    int mattes = 0;   // number of samples in the mattes, which hold only the last kind of sample
 };
 
 /// Blends the sums of cached and unbiased samples. Owns the blended buffers.

@@ -23,7 +23,7 @@ using Source = LayerSource;
 
 constexpr std::size_t kMiB = std::size_t{1} << 20;
 constexpr std::size_t kTexel = sizeof(vec4);
-constexpr std::size_t kLightSums = (4 + 6 + 6) * sizeof(double);  // emission, direct, indirect
+constexpr std::size_t kLightSums = (4 + 6 + 6) * sizeof(double);  // bytes per path: emission, direct and indirect light
 /// Bytes per pixel of IdCoverage: a list head, and an entry for each visible object. Pixels at edges have several
 /// entries. Twice as many entries as pixels are more than the pictures of scenes/ have after many samples. A growing
 /// vector has room for twice as many again.
@@ -75,7 +75,7 @@ std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const R
     if (s.preview.cache) bytes += kLightSums + sizeof(shared::CachePoint);
     if (wants_records(s)) bytes += sizeof(shared::AovRecord);
     if (asked_for(s, {Source::debug})) bytes += sizeof(shared::DebugRecord);
-    return bytes + (s.want_view ? 2 : 1) * kTexel;  // the picture
+    return bytes + (s.want_view ? 2 : 1) * kTexel;  // the last term is the picture
 }
 
 /// Returns the bytes of the tile lists for shadow rays of all bands. Rays to the sun have lists of their own. Entries
@@ -137,7 +137,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
     // These sizes were measured with scenes/ and a city of 10^6 triangles, and rounded up. kProgram is that of a first
     // run, which compiles all shaders.
     constexpr std::size_t kProgram = 160 * kMiB;
-    constexpr std::size_t kTriangle = 320;  // corners, hierarchy, tables
+    constexpr std::size_t kTriangle = 320;  // bytes per triangle: corners, hierarchy, tables
     const Estimator asked = s.estimator;
     settle_for_most(s.estimator);
     s.primary = resolved(s.primary, size.drawn, ivec2(s.width, s.height));
@@ -146,7 +146,7 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
     const FrameNeeds needs = frame_needs(scene, frame_options(s, asked));
     const Band band = band_of(scene, needs, s);
     const std::size_t paths = band.paths(), pixels = std::size_t(s.width) * std::size_t(s.height);
-    constexpr std::size_t kRasterTexel = sizeof(uvec2) + sizeof(float);  // visibility, depth
+    constexpr std::size_t kRasterTexel = sizeof(uvec2) + sizeof(float);  // bytes per texel: visibility, depth
     const bool raster = s.primary == PrimaryVisibility::raster;
     const std::size_t window = raster ? kRasterTexel * std::size_t(s.width) * std::size_t(raster_window(band).rows) : 0;
     const std::size_t copies = size.moves ? 4 : 2;  // textures and geometry of the file and of poses

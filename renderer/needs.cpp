@@ -37,7 +37,7 @@ constexpr const char* kTiles = "tile lists";
 
 constexpr std::size_t kRow = sizeof(vec4);
 constexpr std::size_t kListEntry = sizeof(shared::uint);
-constexpr std::size_t kShadowRay = sizeof(shared::Ray) + sizeof(shared::uint);  // the ray and its result
+constexpr std::size_t kShadowRay = sizeof(shared::Ray) + sizeof(shared::uint);  // bytes of a ray and its result
 
 /// Returns bytes per path for groups of `group_size` pixels.
 constexpr std::size_t reuse_bytes(int group_size) {
@@ -112,7 +112,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options) {
     const bool diffuse = kept(kDiffuse) || (paths && no_transport && !kept(kGlossy));
     const bool shadow = kept(kShadow) || kept(kTiles);
     const char* no_shadow = transport(shadow, no_light);
-    const bool traced = options.primary == PrimaryVisibility::traced;  // needs rays and hits
+    const bool traced = options.primary == PrimaryVisibility::traced;  // traced visibility needs rays and hits
     return {
         .shadow = {kShadow, std::size_t(options.shadow_rays) * (kShadowRay + sizeof(shared::DirectLight)), no_shadow},
         .diffuse = {kDiffuse, kListEntry, transport(diffuse, no_diffuse)},

@@ -17,9 +17,9 @@ namespace halflight {
 /// Requested properties of a frame.
 struct FrameOptions {
     int bounces = 8;             // >= 0
-    bool want_squares = false;   // sums of squares, for the variance
-    bool want_features = false;  // sums of albedo and normal
-    bool want_hits = false;      // hits of camera rays as an output
+    bool want_squares = false;   // requests sums of squares, for the variance
+    bool want_features = false;  // requests sums of albedo and normal
+    bool want_hits = false;      // requests hits of camera rays as an output
     rays::Culling culling = rays::Culling::automatic;
     std::uint64_t runs = 0;  // upper limit of the samples of a band in all pictures; 0: unknown
     Kept kept{};             // parts that are built although they contribute nothing
@@ -38,7 +38,7 @@ struct FrameOptions {
 struct FramePart {
     const char* name;
     std::size_t path_bytes = 0;      // bytes of its own buffers per path of a band
-    const char* left_out = nullptr;  // reason why it contributes nothing; null: it is built
+    const char* left_out = nullptr;  // reason why the part contributes nothing; null: it is built
     explicit operator bool() const { return left_out == nullptr; }
 };
 
@@ -63,15 +63,15 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options);
 /// A part that a frame leaves out.
 struct LeftOut {
     std::string what;
-    std::string fact;       // reason why it contributes nothing
-    std::size_t bytes = 0;  // size of its buffers before passes share memory; 0: code only
+    std::string fact;       // reason why the part contributes nothing
+    std::size_t bytes = 0;  // size of its buffers before passes share memory, bytes; 0: code only
     bool operator==(const LeftOut&) const = default;
 };
 struct FrameSize {
     std::size_t vertices = 0;
     std::size_t triangles = 0;
-    std::size_t paths = 0;   // paths of a band
-    std::size_t pixels = 0;  // pixels of the picture
+    std::size_t paths = 0;   // number of paths of a band
+    std::size_t pixels = 0;  // number of pixels of the picture
 };
 /// Lists the parts left out: those of the frame, then of the whole picture, then of the scene's tables and shaders.
 std::vector<LeftOut> left_out(const SceneNeeds& scene, const FrameOptions& options, const FrameSize& size);

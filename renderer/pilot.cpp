@@ -27,7 +27,7 @@ double shared_and_own(double with_one, double with_tried, double tried, double n
 
 double power_law(double with_one, double with_tried, double tried, double n) {
     if (!(with_one > 0)) return 0;
-    constexpr double kLeast = 1e-3;  // the estimate of so few pictures may be 0
+    constexpr double kLeast = 1e-3;  // minimum ratio, since the estimate of so few pictures may be 0
     return with_one * std::pow(std::clamp(with_tried / with_one, kLeast, 1.0), std::log(n) / std::log(tried));
 }
 

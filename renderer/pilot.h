@@ -43,7 +43,7 @@ using PilotProgress = std::function<bool(double share)>;
 bool find_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
                     const PilotProgress& progress = {});
 inline constexpr double kPilotPixels = 96 * 64;  // approximate number of pixels of a picture
-inline constexpr double kPilotShare = 1.0 / 16;  // share of the settings' pixels, where that is more
+inline constexpr double kPilotShare = 1.0 / 16;  // minimum share of the settings' pixels
 inline constexpr int kPilotPictures = 4;
 inline constexpr int kPilotEmissionPictures = 8;
 inline constexpr int kPilotSamples = 4;

@@ -53,10 +53,10 @@ class PreviewPicture {
                     const PreviousSurfaces& surfaces);
 
     struct Made {
-        std::optional<Image> beauty;      // none: the unbiased mean remains the picture
+        std::optional<Image> beauty;      // picture; none: the unbiased mean remains the picture
         std::vector<std::string> biases;  // reasons for bias, phrases; empty without `beauty`
-        std::uint64_t nans = 0;           // rejected values of the earlier picture
-        std::uint64_t infinities = 0;     // rejected values of the earlier picture
+        std::uint64_t nans = 0;           // number of rejected NaNs of the earlier picture
+        std::uint64_t infinities = 0;     // number of rejected infinities of the earlier picture
     };
     /// Makes the picture from all bands, each with at least `samples` samples. frame: constants of the whole picture
     /// through the pixels' centres, with its own camera as the previous one. origin:

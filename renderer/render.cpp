@@ -91,7 +91,7 @@ RenderResult Renderer::render(const FrameSettings& frame, const ProgressCallback
     RenderStats& stats = result.stats;
     Film film(s.settings, s.scene.tables());
     PictureError error;
-    std::vector<int> done(std::size_t(s.bands));  // samples done per band
+    std::vector<int> done(std::size_t(s.bands));  // number of finished samples by band
     const bool in_turns = s.settings.in_turns && !frame.error;
     const bool sums_are_there = !frame.error && (in_turns || s.bands == 1);
     /// Calls the callback. all: expected number of samples of all bands.

@@ -41,11 +41,11 @@ struct AchievedError {
 struct RenderStats {
     int samples = 0;                                // samples per pixel of the band that has fewest
     bool interrupted = false;                       // the callback stopped the render
-    double prepare_seconds = 0;                     // tables, hierarchies, upload, once for all pictures of a pose
-    double compile_seconds = 0;                     // shaders that this render was the first to need
-    double render_seconds = 0;                      // sampling
-    std::uint64_t paths = 0;                        // width x height x samples
-    std::size_t gpu_bytes = 0;                      // buffers and textures of scene and frame
+    double prepare_seconds = 0;                     // time of tables, hierarchies and upload, once per pose
+    double compile_seconds = 0;                     // time of shaders that this render was the first to need
+    double render_seconds = 0;                      // time of sampling
+    std::uint64_t paths = 0;                        // number of paths: width x height x samples
+    std::size_t gpu_bytes = 0;                      // size of the buffers and textures of scene and frame
     Estimator estimator;                            // estimator with all automatic choices resolved
     PrimaryVisibility primary{};                    // method used; never `automatic`
     std::optional<CacheStatistics> radiance_cache;  // statistics, if used and settings.measure is set
@@ -54,9 +54,9 @@ struct RenderStats {
     std::vector<BadValues> bad_values;              // counts of invalid values, listed by pass
     std::vector<std::string> biases;        // reasons why the picture would not converge to the true light; phrases
     std::vector<std::string> layer_biases;  // biases that affect the layers, too
-    std::optional<AchievedError> error;     // none without an error target or if interrupted
-    std::vector<rays::BatchStatistics> batches;  // statistics of ray batches
-    std::vector<rays::RasterBatch> raster;       // statistics of raster culling
+    std::optional<AchievedError> error;     // achieved error; none without an error target or if interrupted
+    std::vector<rays::BatchStatistics> batches;  // statistics of each ray batch
+    std::vector<rays::RasterBatch> raster;       // statistics of raster culling for each ray batch
     rays::HierarchyCounts hierarchies;           // hierarchies built, refitted or kept for this picture
 };
 

@@ -63,7 +63,7 @@ int Renderer::State::render_band_to_error(const FrameSettings& frame, const Band
     const int most = std::min(frame.samples / kReplicates, kMostReplicateSamples);
     BandReplicates replicates(where);
     int done = 0;
-    int each = 0;  // samples of a replicate
+    int each = 0;  // number of samples of a replicate
     for (int next = kFirstLook; next > each;) {
         for (int r = 0; r < kReplicates; ++r) {
             for (int i = each; i < next; ++i) {

@@ -34,7 +34,7 @@ struct CompiledSample {
     graph::Graph graph;
     Frame frame;
     graph::CompiledGraph compiled;
-    SumBuffers sums;  // set by the first sample
+    SumBuffers sums;  // sums; set by the first sample
 };
 
 /// The graphs of a band, or of several bands that are rendered one after the other.
@@ -51,7 +51,7 @@ struct CompiledBand {
 };
 
 struct Renderer::State {
-    std::unique_ptr<PreparedScene> own;  // null: shares a scene
+    std::unique_ptr<PreparedScene> own;  // prepared scene of its own; null: shares a scene
     PreparedScene& scene;
     const ColorConfig colors;
     const RenderSettings asked;
@@ -62,7 +62,7 @@ struct Renderer::State {
     std::optional<PreviewStage> preview;
     gpu::Buffer frame_constants_buffer{"frame constants", sizeof(shared::Frame)};
     std::vector<gpu::Buffer> seen_constants;  // constants of camera rays for directly visible light
-    std::shared_ptr<RadianceCache> cache;     // null: not used
+    std::shared_ptr<RadianceCache> cache;     // radiance cache; null: not used
     HandOver hand_over;
     std::optional<SampleQueue> in_flight;  // set by the constructor
     Band band;

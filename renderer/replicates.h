@@ -49,7 +49,7 @@ class BandReplicates {
   private:
     Band band_;
     std::vector<double> before_;                  // beauty sums at the last call, by pixel and channel
-    std::vector<std::vector<float>> replicates_;  // beauty sums
+    std::vector<std::vector<float>> replicates_;  // beauty sums by replicate, pixel and channel
 };
 
 /// Returns the number of samples of each replicate at the next error estimate: the expected number, but at most twice

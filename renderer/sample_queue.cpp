@@ -19,7 +19,7 @@ SampleQueue::SampleQueue(std::size_t paths)
       most_uncounted_(std::max<std::uint64_t>(std::numeric_limits<std::uint32_t>::max() / (kMostCounts * paths), 1)) {}
 
 SampleQueue::~SampleQueue() {
-    for (const Slot& slot : slots_) glDeleteSync(slot.fence);  // null is ignored
+    for (const Slot& slot : slots_) glDeleteSync(slot.fence);  // glDeleteSync ignores null
 }
 
 void SampleQueue::push(const gpu::Buffer* hits, Mattes* mattes) {

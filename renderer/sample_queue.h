@@ -39,7 +39,7 @@ class SampleQueue {
 
   private:
     struct Slot {
-        GLsync fence = nullptr;  // null: no sample
+        GLsync fence = nullptr;  // signalled at the end of the sample; null: no sample
         Mattes* mattes = nullptr;
         std::optional<gpu::Buffer> hits;
     };
@@ -50,9 +50,9 @@ class SampleQueue {
     std::size_t next_ = 0;  // slot of the next sample; the oldest sample is in it, or in one of the following
     gpu::Buffer bad_values_{"bad values", kBadValueCounts * sizeof(std::uint32_t)};
     BadValueSums counted_;
-    std::size_t hits_bytes_;        // size of a sample's hits; the graph's buffer may be larger
-    std::uint64_t uncounted_ = 0;   // samples whose bad values are in the buffer
-    std::uint64_t most_uncounted_;  // most samples whose counts cannot overflow 32 bits
+    std::size_t hits_bytes_;        // size of a sample's hits, bytes; the graph's buffer may be larger
+    std::uint64_t uncounted_ = 0;   // number of samples whose bad values are in the buffer
+    std::uint64_t most_uncounted_;  // maximum number of samples whose counts cannot overflow 32 bits
 };
 
 }  // namespace halflight

@@ -123,7 +123,7 @@ void ShutterMean::add_layer(Layer& layer, const Image& image, int samples) {
             break;
     }
     const std::size_t stride = 2 * kCryptomatteRanks, pixels = image.pixels.size() / stride;
-    if (result_.beauty.pixels.empty()) layer.coverage = IdCoverage(pixels);  // first picture
+    if (result_.beauty.pixels.empty()) layer.coverage = IdCoverage(pixels);  // this is the first picture
     for (std::size_t p = 0; p < pixels; ++p) {
         for (std::size_t rank = 0; rank < kCryptomatteRanks; ++rank) {
             const float* const pair = &image.pixels[p * stride + 2 * rank];

@@ -41,8 +41,8 @@ class ShutterMean {
   private:
     struct Layer {
         const AovInfo* aov;
-        std::vector<double> sums;  // weighted by the layer's LayerMerge
-        IdCoverage coverage;       // empty except for mattes
+        std::vector<double> sums;  // sums of values, weighted by the layer's LayerMerge
+        IdCoverage coverage;       // coverage by pixel; empty except for mattes
     };
     void add_layer(Layer& layer, const Image& image, int samples);
 

@@ -140,7 +140,7 @@ def metal(tree, color, alpha):
 
 
 def replacement(tree, inputs):
-    """Returns the node that replaces a Principled one; None if that stays."""
+    """Returns the node that replaces a Principled node; None if the latter stays."""
     metallic, color = inputs["Metallic"].default_value, inputs["Base Color"].default_value
     if metallic not in (0, 1) or any(inputs[i].is_linked for i in ("Base Color", "Metallic", "Roughness", "Normal")):
         return None

@@ -9,14 +9,14 @@ namespace halflight {
 
 /// Defines a view by a few numbers. Equal numbers make equal Cameras, bit for bit.
 struct CameraPose {
-    dvec3 from{0, 0, 1};            // position, world
-    dvec3 at{0};                    // target and centre of orbits, world; differs from `from`
-    dvec3 up{0, 1, 0};              // not parallel to the line of sight; any length but 0
-    double vertical_fov = kPi / 4;  // radians, (0, pi)
+    dvec3 from{0, 0, 1};            // position, world units
+    dvec3 at{0};                    // target and centre of orbits, world units; differs from `from`
+    dvec3 up{0, 1, 0};              // up direction, any length but 0, not parallel to the line of sight
+    double vertical_fov = kPi / 4;  // field of view, radians, (0, pi)
     bool orthographic = false;
-    double ortho_height = 2;  // world units, > 0
-    double near_plane = 0;    // world units; 0: chosen from the scene
-    double far_plane = 0;     // world units; 0: infinite
+    double ortho_height = 2;  // height of the view, world units, > 0
+    double near_plane = 0;    // distance, world units; 0: chosen from the scene
+    double far_plane = 0;     // distance, world units; 0: infinite
     bool operator==(const CameraPose&) const = default;
 };
 

@@ -23,7 +23,7 @@ class TraceScene;
 
 /// Motion blur: the shutter is open for a part of each frame, centred at the frame's time.
 struct Shutter {
-    double open = 0;             // part of a frame, [0,1]; 0: no motion blur
+    double open = 0;             // share of a frame's duration, [0,1]; 0: no motion blur
     std::optional<int> times{};  // number of poses while it is open, >= 1; none: 8, or fewer where samples are few
 };
 
@@ -37,8 +37,8 @@ std::string shutter_text(const Shutter& shutter, const RenderSettings& settings)
 /// Counts of the vertices that a renderer deformed for a frame: by morph targets and skins.
 struct DeformCounts {
     std::size_t vertices = 0;
-    std::size_t vertices_on_cpu = 0;  // vertices beyond the limits of the driver
-    double seconds = 0;               // seconds of the CPU clock
+    std::size_t vertices_on_cpu = 0;  // number of vertices beyond the limits of the driver
+    double seconds = 0;               // CPU time, seconds
 };
 
 /// Makes the ray server of a prepared scene (api/halflight/ray_server.h). Both outlive the renderer's pictures.
@@ -47,7 +47,7 @@ using RayServerFactory = std::function<std::shared_ptr<rays::BatchServer>(const 
 struct RendererOptions {
     gpu::ContextOptions device{};             // options for the context that the renderer makes
     std::shared_ptr<gpu::Context> context{};  // shared context; null: the renderer makes one
-    std::optional<ColorConfig> colors{};      // none: ColorConfig::load()
+    std::optional<ColorConfig> colors{};      // colour config; none: ColorConfig::load()
     Shutter shutter{};
     RayServerFactory ray_server{};  // serves all ray batches in place of RenderSettings::culling; empty: none
 };

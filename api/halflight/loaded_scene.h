@@ -25,14 +25,14 @@ using EnvironmentChoice = std::variant<std::monostate, vec3, std::filesystem::pa
 
 /// Choice of a scene to load: its file, environment, edits and animation.
 struct SceneChoice {
-    std::filesystem::path scene;  // .gltf or .glb
-    bool allow_outside = false;   // the scene may name files outside its folder
+    std::filesystem::path scene;  // file, .gltf or .glb
+    bool allow_outside = false;   // lets the scene name files outside its folder
     EnvironmentChoice environment{};
     SceneEdits edits{};
     // Animation that plays: a name, which comes first since a name may be a number; a number from 0; "all" or "none".
     // Without a value the scene is at rest, at the pose of its nodes, and animations are not read.
     std::optional<std::string> animation{};
-    std::optional<FrameRate> frame_rate{};  // frame 0 is at 0 s; none: that of the scene's extras, else 24
+    std::optional<FrameRate> frame_rate{};  // frame rate; frame 0 is at 0 s; none: that of the scene's extras, else 24
 };
 
 GltfOptions gltf_options(bool allow_outside);
@@ -54,7 +54,7 @@ class SceneFile {
 
     GltfScene& gltf() { return file_; }
     const std::filesystem::path& path() const { return path_; }
-    const std::vector<std::size_t>& playing() const { return playing_; }  ///< indices into GltfScene::animations()
+    const std::vector<std::size_t>& playing() const { return playing_; }  ///< Returns indices of animations.
     const FrameRate& frame_rate() const { return frame_rate_; }
 
     /// Returns the scene at a time. Its environment is that of the file.
@@ -129,7 +129,7 @@ class LoadedScene {
 
     SceneChoice choice_;
     CameraChoice camera_choice_;
-    std::optional<SceneFile> file_;  // none if nothing moves
+    std::optional<SceneFile> file_;  // file that poses scenes; none if nothing moves
     FrameRate frame_rate_;
     std::vector<std::size_t> playing_;
     std::vector<std::filesystem::path> files_;

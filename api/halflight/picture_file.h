@@ -28,7 +28,7 @@ struct PictureInfo {
     LinearSpace working_space;  // space of the colour layers; variances stay linear Rec.709
     bool half = false;          // stores beauty as half floats; other layers have their own types
     std::string comments;
-    std::string filter;         // pixel filter
+    std::string filter;         // name of the pixel filter
     std::string shutter;        // shutter_text(); empty without motion blur
     std::string bias;           // reason why the picture would not converge to the scene's light; empty where it would
     std::string error;          // estimated error, in words; empty where it is not known

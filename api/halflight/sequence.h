@@ -39,9 +39,9 @@ struct SequenceEvents {
 
 /// Counts of a rendered sequence.
 struct SequenceTally {
-    std::size_t frames = 0;  // frames of the part
-    std::size_t kept = 0;    // frames whose files existed already
-    std::size_t made = 0;    // frames rendered
+    std::size_t frames = 0;  // number of frames of the part
+    std::size_t kept = 0;    // number of frames whose files existed already
+    std::size_t made = 0;    // number of frames rendered
     std::vector<std::uint32_t> failed{};
     std::string reason{};                       // error message of the first failed frame
     std::optional<std::uint32_t> stopped_in{};  // frame in which a callback stopped the sequence

@@ -41,7 +41,7 @@ struct RenderArguments : ViewArguments, OutputOptions {
     std::vector<std::uint32_t> frames;  // frames of a sequence, in order; empty: one picture, of settings.frame
     Shutter shutter;
     bool overwrite = false;  // replaces frames that were made with other settings
-    ListPart part;           // the part of `frames` to render
+    ListPart part;           // part of `frames` to render
     bool check = false;      // renders nothing and checks that all frames are there
 
     std::optional<std::filesystem::path> ocio;
@@ -56,7 +56,7 @@ struct PreviewArguments : ViewArguments {
 
     std::optional<std::filesystem::path> settings_file;  // file to load and save; none: the file beside the scene
     std::vector<Bookmark> bookmarks;                     // bookmarks of the settings file
-    double budget = 100;                                 // ms until the first picture of a view
+    double budget = 100;                                 // time until the first picture of a view, ms
     std::optional<std::filesystem::path> script;
     std::optional<std::filesystem::path> ocio;
     bool no_shader_cache = false;

@@ -17,7 +17,7 @@ void check_preview_options(const CLI::App& app, const RenderArguments& a) {
     const Preview& preview = a.settings.preview;
     if (!preview.any()) return;
     exclude(app, "--preview", "--error");    // an error is known for the unbiased mean only
-    exclude(app, "--preview", "--shutter");  // the pictures of single shutter times are never shown
+    exclude(app, "--preview", "--shutter");  // pictures of single shutter times are never shown
     if (!preview.temporal) return;
     if (a.frames.empty()) throw UsageError("--preview", "temporal reuses light of earlier frames and needs --frames");
     exclude(app, "--preview", "--part");

@@ -32,7 +32,7 @@ struct InfoArguments {
     bool device = false;      // lists devices
     bool needs = false;       // lists the parts that rendering leaves out
     bool time = false;        // measures the time that leaving them out saves
-    RenderArguments picture;  // the picture whose memory is estimated: size, camera, layers, ...; without files
+    RenderArguments picture;  // picture whose memory is estimated: size, camera, layers, ...; without files
     bool png = false;         // the picture is written as a .png, too
     bool json = false;
     bool allow_outside = false;

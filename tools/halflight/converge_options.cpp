@@ -10,7 +10,7 @@ using converge::Budget, converge::Method;
 
 constexpr int kMaxSeeds = 1 << 16;
 constexpr std::size_t kMaxBudgets = 1 << 10;         // kMaxBudgets * kMaxSeeds < converge::kSeedsOfMethods
-constexpr double kShortest = 0.001, kLongest = 1e9;  // seconds
+constexpr double kShortest = 0.001, kLongest = 1e9;  // limits of budgets, seconds
 
 /// Parses a comma list of growing budgets.
 std::vector<Budget> budgets(const std::string& option, const std::string& list,
@@ -75,7 +75,7 @@ void set_reference(converge::ReferenceOrder& order, const std::string& text) {
 
 void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     a.plan.methods.assign(std::begin(converge::kMethods), std::end(converge::kMethods));
-    a.usual_width = 320;  // enough to measure error against time
+    a.usual_width = 320;  // pixels; enough to measure error against time
     for (int samples = 1; samples <= 64; samples *= 2) a.plan.budgets.push_back({samples, 0});
     app.add_option("SCENE", a.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
     app.add_option("-o,--output", a.folder, "folder for report.html, report.json and report.csv, created if missing")

@@ -44,7 +44,7 @@ int main(int argc, char** argv) {
     } catch (const compare::SizesDiffer& error) {
         return fail(static_cast<int>(compare::Verdict::sizes_differ), error.what());
     } catch (const Interrupted& error) {
-        return fail(128 + error.signal, error.what());  // the status by which shells report a death by signal
+        return fail(128 + error.signal, error.what());  // shells report a death by signal with this status
     } catch (const std::bad_alloc&) {
         return fail(failure, "memory: there is not enough of it");
     } catch (const std::exception& error) {

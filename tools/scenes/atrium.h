@@ -14,13 +14,13 @@ Materials add_materials(Document& document);
 // The building is a row of bays of 3 m along x; the court is 8.4 m wide between the axes of its columns.
 inline constexpr int kBays = 9;
 inline constexpr double kBay = 3, kHalfLength = 13.5;  // kHalfLength = kBays * kBay / 2
-inline constexpr double kHalfCourt = 4.2;              // column axes at z = +-
-inline constexpr double kHalfWidth = 8;                // inner faces of the outer walls at z = +-
+inline constexpr double kHalfCourt = 4.2;              // column axes at z = +-kHalfCourt
+inline constexpr double kHalfWidth = 8;                // inner faces of the outer walls at z = +-kHalfWidth
 inline constexpr double kAisle = kHalfWidth - kHalfCourt;
 inline constexpr double kSpring = 3;   // height at which the lower arches begin
-inline constexpr double kGallery = 5;  // floor of the upper storey
+inline constexpr double kGallery = 5;  // height of the upper storey's floor
 inline constexpr double kUpperSpring = 7.2;
-inline constexpr double kRoof = 9.4;   // top of the aisles' roofs
+inline constexpr double kRoof = 9.4;   // height of the top of the aisles' roofs
 inline constexpr double kWall = 0.35;  // thickness of outer walls
 
 // --- atrium_building.cpp, atrium_walls.cpp ---

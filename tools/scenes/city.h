@@ -40,10 +40,10 @@ std::vector<Material> city_materials();
 std::vector<Model> city_models();
 
 // Plan, in metres: blocks in a grid, with streets of 12 m between pavements.
-inline constexpr double kBlockX = 84, kBlockZ = 64;  // pavement included
+inline constexpr double kBlockX = 84, kBlockZ = 64;  // size of a block with its pavement
 inline constexpr double kPitchX = kBlockX + 12, kPitchZ = kBlockZ + 12;
 inline constexpr double kLotDepth = 16, kRowLot = 15.4;  // five row houses along a block's long side
-inline constexpr double kLotsX = 77, kLotsZ = 57;        // the block without its pavement
+inline constexpr double kLotsX = 77, kLotsZ = 57;        // size of a block without its pavement
 
 struct Placement {
     std::uint32_t model;  // index into city_models()
@@ -60,7 +60,7 @@ struct CityOptions {
     bool flatten = false;                               // unique geometry instead of nodes that share meshes
     bool gpu_instancing = false;                        // EXT_mesh_gpu_instancing: one node per model
     bool parts = false;                                 // several files; with flatten only
-    std::uint64_t part_bytes = std::uint64_t{1} << 30;  // upper limit of a part
+    std::uint64_t part_bytes = std::uint64_t{1} << 30;  // upper limit of a part's size
 };
 
 /// Writes `path`, or with `parts` its parts beside it ("city.000.glb", ...) and then "city.parts.json", which lists

@@ -39,7 +39,7 @@ enum class CityMaterial : int {
 };
 
 struct BuildingSpec {
-    double width, depth;  // metres, along x and z
+    double width, depth;  // size along x and z, metres
     int floors;
     CityMaterial wall;
     std::uint32_t seed;

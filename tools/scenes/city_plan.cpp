@@ -1,4 +1,4 @@
-// Places everything in the city.
+// Plans the city: places models block by block.
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
@@ -163,11 +163,11 @@ class Planner {
 
     static std::uint32_t random_turn(Random& random) { return static_cast<std::uint32_t>(random.below(4)); }
 
-    std::vector<std::uint64_t> counts_;                // triangles of each model
-    std::vector<std::uint32_t> by_kind_[kModelKinds];  // models of each kind
+    std::vector<std::uint64_t> counts_;                // number of triangles of each model
+    std::vector<std::uint32_t> by_kind_[kModelKinds];  // indices of the models of each kind
     std::uint64_t remaining_;
     dvec2 centre_{0};                      // centre of the current block
-    std::uint32_t key_ = 0, counter_ = 0;  // state of its random choices
+    std::uint32_t key_ = 0, counter_ = 0;  // state of the random choices
     std::vector<Placement> placements_;
 };
 

@@ -20,19 +20,19 @@ class CheckedFile;
 
 namespace halflight::scenes {
 
-inline constexpr int kNothing = -1;  ///< "no texture", "no mesh"
+inline constexpr int kNothing = -1;  ///< index for "no texture" and "no mesh"
 
 /// A material of glTF and its KHR extensions. Only values that differ from glTF's defaults are written.
 struct Material {
     std::string name;
-    dvec3 color{1};  // linear Rec.709
+    dvec3 color{1};  // base colour, linear Rec.709
     double metallic = 0;
     double roughness = 1;
     int color_texture = kNothing;
     int normal_texture = kNothing;
-    int roughness_texture = kNothing;  // G roughness, B metallic
+    int roughness_texture = kNothing;  // texture with G roughness, B metallic
     double normal_scale = 1;
-    dvec3 emission{0};        // radiance
+    dvec3 emission{0};        // radiance, linear Rec.709, >= 0
     double alpha_cutoff = 0;  // 0: opaque
     bool double_sided = false;
     double specular = 1;

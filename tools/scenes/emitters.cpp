@@ -7,7 +7,7 @@ namespace halflight::scenes {
 namespace {
 
 constexpr double kSide = 60, kHeight = 8;              // metres
-constexpr double kLowest = 3.2;                        // lowest height of a lamp; everything else is below
+constexpr double kLowest = 3.2;                        // lowest height of a lamp, metres; everything else is below
 constexpr int kKinds = 16;                             // number of lamps' kinds, by radiance and colour
 constexpr double kDecades = 2;                         // decades between the dimmest and the brightest kind
 constexpr double kLeastEdge = 0.05, kMostEdge = 0.25;  // edges of a lamp, metres
@@ -39,7 +39,7 @@ void add_lamp(MeshBuilder& mesh, Random& random) {
     const dvec3 side = glm::normalize(glm::cross(normal, std::abs(normal.y) < 0.9 ? dvec3(0, 1, 0) : dvec3(1, 0, 0)));
     const double half = 0.5 * random.in(kLeastEdge, kMostEdge);
     const dvec3 u = half * side, v = half * glm::cross(normal, side);
-    constexpr double kAway = kMostEdge;  // distance from walls and ceiling
+    constexpr double kAway = kMostEdge;  // distance from walls and ceiling, metres
     const dvec3 at(random.in(kAway, kSide - kAway), random.in(kLowest, kHeight - kAway),
                    random.in(kAway, kSide - kAway));
     mesh.quad(at - u - v, at + u - v, at + u + v, at - u + v);

@@ -13,8 +13,8 @@ namespace halflight::scenes {
 
 struct Vertex {
     dvec3 position{0};
-    dvec3 normal{0};  // unit
-    dvec2 uv{0};      // v from the top row of the texture down
+    dvec3 normal{0};  // unit vector
+    dvec2 uv{0};      // texture coordinates; v grows downwards from the texture's top row
 };
 
 /// Up to four joints that a vertex of a skinned mesh follows, as indices into the skeleton; weights add up to 1.

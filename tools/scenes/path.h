@@ -8,7 +8,7 @@ namespace halflight::scenes {
 
 struct PathOptions {
     std::string camera;   // camera of the scene at the middle of the flight; empty: the first one
-    int frames = 48;      // > 1; each has a key, frame 0 at 0 s
+    int frames = 48;      // number of frames, > 1; each has a key, frame 0 at 0 s
     double fps = 24;      // frames per second, > 0
     double degrees = 24;  // angle of the arc around the middle of the view, half to each side
 };

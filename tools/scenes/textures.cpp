@@ -81,7 +81,7 @@ double to_edge(double x) {
 }  // namespace
 
 TextureSet marble_tiles() {
-    constexpr double kGrout = 0.011;  // half of its width, in tiles
+    constexpr double kGrout = 0.011;  // half width of the grout, tiles
     const auto gap = [](double u, double v) { return std::min(to_edge(2 * u), to_edge(2 * v)); };
     TextureSet set;
     set.color = png(512, 512, 3, [&](double u, double v) {

@@ -28,8 +28,8 @@ CameraPose look_at(CameraPose pose, const dvec3& point);
 CameraPose frame(CameraPose pose, const WorldBounds& box, double aspect);
 
 struct Ray {
-    dvec3 origin;     // world units
-    dvec3 direction;  // world space, unit length
+    dvec3 origin;     // position, world units
+    dvec3 direction;  // unit vector, world space
 };
 /// Returns the ray through a point of the picture, pixels from its upper left corner.
 Ray ray_through(const Camera& camera, const dvec2& point, const ivec2& size);

@@ -96,7 +96,7 @@ void Display::compose(GLuint framebuffer, int width, int from, int to, float spl
     };
     blit(*picture_);
     if (!comparison_) return;
-    apply_view(*comparison_);  // must precede enabling the scissor test
+    apply_view(*comparison_);  // the scissor test must still be off
     const int first = static_cast<int>(std::lround(split * static_cast<float>(width)));
     glEnable(GL_SCISSOR_TEST);
     glScissor(first, 0, width - first, height);

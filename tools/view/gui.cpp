@@ -15,7 +15,7 @@ namespace halflight::view {
 Gui::Gui(Window& window) {
     IMGUI_CHECKVERSION();
     ImGui::CreateContext();
-    ImGui::GetIO().IniFilename = nullptr;  // no settings file of Dear ImGui
+    ImGui::GetIO().IniFilename = nullptr;  // Dear ImGui writes no settings file
     ImGui::StyleColorsDark();
     ImGui::GetStyle().WindowRounding = 4;
     ImGui_ImplGlfw_InitForOpenGL(window.handle(), true);

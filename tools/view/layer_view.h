@@ -19,7 +19,7 @@ inline constexpr std::array<std::string_view, 5> kComponents = {"emission", "dir
 
 struct LayerView {
     std::string layer = kFinal;                                    // name of the view, from layer_view_names()
-    std::array<bool, 5> components{true, true, true, true, true};  // parts of kComponents in the final picture
+    std::array<bool, 5> components{true, true, true, true, true};  // whether the final picture has each of kComponents
     bool operator==(const LayerView&) const = default;
     bool is_sum() const;  ///< Returns whether this is the final picture without some component.
 };
@@ -43,7 +43,7 @@ struct DisplayImage {
     Image image;
     // display-encoded; otherwise linear Rec.709, to which exposure and view transform are applied
     bool encoded = false;
-    std::optional<Scale> scale{};  // set where colours stand for numbers
+    std::optional<Scale> scale{};  // colour scale; none unless colours stand for numbers
 };
 
 /// Returns the image of a view. `aovs` are the names of the result's AOVs and must contain required_aovs(). Radiance

@@ -13,7 +13,7 @@ enum class NavigationMode : int { orbit, fly, walk };  // walk: horizontal, what
 struct Input {
     dvec2 drag{0};  // movement of the mouse to the right and down, relative to the window's height
     bool left = false, middle = false, right = false, shift = false;  // whether button or key is held
-    double wheel = 0;                                                 // notches, away from the user
+    double wheel = 0;                                                 // wheel movement away from the user, notches
     std::optional<dvec2> double_click{};                              // position, pixels of the framebuffer
     dvec3 movement{0};                                                // -1, 0 or 1 by the keys held: right, up, ahead
     double seconds = 0;                                               // time since the last frame, seconds

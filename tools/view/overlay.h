@@ -21,7 +21,7 @@ struct Overlay {
     std::vector<std::string> notices;     // lines that must be visible, such as biases and errors
     std::string here;                     // short description of the picture
     std::optional<std::string> other;     // short description of the comparison picture; none: no comparison
-    std::optional<LabelArea> label_area;  // none: the whole window
+    std::optional<LabelArea> label_area;  // area for labels; none: the whole window
 };
 
 /// Draws the overlay; call it between Gui::begin() and draw(). `split` is that of Display::draw(); dragging the line

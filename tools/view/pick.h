@@ -10,7 +10,7 @@
 namespace halflight::view {
 
 struct PickResult {
-    dvec3 position;        // world units
+    dvec3 position;        // hit point, world units
     std::size_t instance;  // index into Scene::instances
 };
 
@@ -24,7 +24,7 @@ class Picker {
 
   private:
     std::shared_ptr<const Scene> scene_;
-    std::vector<Bounds> boxes_;  // per mesh, object space
+    std::vector<Bounds> boxes_;  // boxes of the meshes, object space
 };
 
 }  // namespace halflight::view

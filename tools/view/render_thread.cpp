@@ -274,8 +274,8 @@ void RenderThread::refine(RendererCache& renderers, Job job, bool shown) {
     const bool is_new = renderers.is_new(1);
     Renderer& renderer = renderers.renderer(1);
     int published = 0;     // samples of the last published picture
-    double looked = -1e9;  // time of its publication, seconds
-    double cost = 0;       // time to make it from the samples, seconds
+    double looked = -1e9;  // time of the last publication, seconds
+    double cost = 0;       // time to make a picture from the samples, seconds
     bool due = false;      // a picture must be published
     renderer.render(frame, [&](const RenderProgress& progress) {
         for (;;) {

@@ -60,9 +60,9 @@ bool serves(const Request& made, const Request& wanted);
 std::vector<std::string> gathered(const Request& request);
 
 struct Picture {
-    std::uint64_t request = 0;       // number of the request that it was made for
+    std::uint64_t request = 0;       // number of the request that the picture was made for
     int divisor = 1;                 // request's width and height divided by the picture's; 1: whole picture
-    double seconds = 0;              // time since the first request that its samples were made for
+    double seconds = 0;              // time since the first request that its samples were made for, seconds
     Camera camera;                   // camera of the request
     std::vector<std::string> aovs;   // names of the request's AOVs, which the result contains
     std::optional<double> relmse{};  // estimated_relmse() of a whole picture; none for a coarse one
@@ -73,7 +73,7 @@ class RenderThread {
   public:
     struct Options {
         gpu::ContextOptions context;
-        double budget = 0.1;                    // seconds until the first picture of a request
+        double budget = 0.1;                    // time until the first picture of a request, seconds
         std::function<void()> changed = [] {};  // called from the thread after each change of picture() or status()
     };
     RenderThread(ColorConfig colors, Options options);
@@ -102,7 +102,7 @@ class RenderThread {
         std::string error;          // reason why request `failed` has no picture
         std::uint64_t failed = 0;   // number of the failed request; 0: none failed since the last picture
         std::string shader_error;   // reason why changed shaders are not used; empty: all are used
-        std::uint64_t reloads = 0;  // successful reloads of changed shaders
+        std::uint64_t reloads = 0;  // number of successful reloads of changed shaders
         bool ended = false;         // the thread has ended for good: there is no device
     };
     Status status() const;

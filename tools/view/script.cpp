@@ -21,7 +21,7 @@ constexpr double kWorld = 1e9;   // largest coordinate, world units
 struct Form {
     std::string_view name;
     std::string_view words;
-    double lower = -kAny;  // bounds of its numbers
+    double lower = -kAny;  // bounds of the command's numbers
     double upper = kAny;
 };
 constexpr std::array kForms = {

@@ -88,7 +88,7 @@ std::vector<std::string> titles(const std::vector<Animation>& animations) {
 }
 
 std::uint32_t last_frame(double end, const FrameRate& rate) {
-    constexpr double kRounding = 1e-3;  // frames: files have their times as floats
+    constexpr double kRounding = 1e-3;  // tolerance, frames, since files store times as floats
     constexpr double kMost = 1e6;
     const double frames = std::floor(end * rate.numerator / rate.denominator + kRounding);
     return static_cast<std::uint32_t>(std::clamp(frames, 0.0, kMost));
@@ -106,7 +106,7 @@ Session::Opened Session::load(const PreviewArguments& a, const ColorConfig& colo
     Timeline& timeline = opened.timeline;
     const Scene rest = timeline.file->gltf().at_rest();
     for (const std::string& warning : rest.report.warnings) console.warn("{}", warning);
-    colors.view(a.settings.view);  // throws where it is unknown
+    colors.view(a.settings.view);  // throws for an unknown view transform
     take_reference(opened, rest, console);
     take_frame(opened, a.settings.frame);
     if (timeline.animations.empty()) timeline.file.reset();

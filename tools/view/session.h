@@ -21,12 +21,12 @@ namespace halflight::view {
 /// Animations of a scene, and the frame that is shown.
 struct Timeline {
     std::shared_ptr<SceneFile> file{};      // null without animations; used by one opening at a time
-    std::vector<std::string> animations{};  // titles()
+    std::vector<std::string> animations{};  // names of all animations, from titles()
     std::string animation = "none";         // animation that plays: a value of --animation
     std::vector<std::size_t> playing{};     // indices of the animations that play
     FrameRate rate{};
     std::uint32_t frame = 0;        // number of the frame shown
-    std::uint32_t last = 0;         // last_frame()
+    std::uint32_t last = 0;         // number of the last frame, from last_frame()
     std::vector<Camera> cameras{};  // the scene's cameras at that frame
 };
 /// Returns the value of --animation for each animation: its name, or its number if the name is empty or ambiguous.
@@ -88,7 +88,7 @@ class Session {
     void reset_camera();                                  ///< Restores the camera of the start.
     /// Looks at the surface visible at a pixel; returns false if there is none. Throws what move() throws.
     bool focus(const dvec2& point, const ivec2& size);
-    /// Looks at the object visible at a pixel from a distance that shows all of it; otherwise like focus().
+    /// Looks at the object visible at a pixel from a distance that shows the whole object; otherwise like focus().
     bool frame_object(const dvec2& point, const ivec2& size);
     void bookmark(const std::string& name);  ///< Saves the pose; replaces a bookmark of this name.
     void bookmark();                         ///< Saves the pose as "view N" with the first free N from 1.

@@ -37,7 +37,7 @@ void picture_lines(const Picture& picture) {
 
 void time_lines(const PassHistory& history) {
     if (history.passes().empty() || !ImGui::TreeNodeEx("Pass times", ImGuiTreeNodeFlags_DefaultOpen)) return;
-    ImGui::PushTextWrapPos(-1);  // one line per pass
+    ImGui::PushTextWrapPos(-1);  // keeps each pass on one line
     for (const PassHistory::Pass& pass : history.passes()) {
         const std::vector<float>& ms = pass.milliseconds;
         ImGui::PushID(pass.name.c_str());

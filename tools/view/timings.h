@@ -26,10 +26,10 @@ class Timings {
 
   private:
     std::map<std::uint64_t, double> open_;  // times of requests without a picture, by number
-    std::vector<double> latencies_;         // seconds, per first picture
-    std::vector<int> divisors_;             // resolution divisor, per first picture
-    double first_ = 0, last_ = 0;           // times of the earliest and the latest first picture
-    int samples_ = 0;                       // samples of the last whole picture
+    std::vector<double> latencies_;         // latencies of the first pictures, seconds
+    std::vector<int> divisors_;             // resolution divisors of the first pictures
+    double first_ = 0, last_ = 0;           // times of the earliest and the latest first picture, seconds
+    int samples_ = 0;                       // number of samples of the last whole picture
     double age_ = 0;                        // Picture::seconds of the last whole picture
     std::optional<double> relmse_;          // Picture::relmse of the last whole picture
 };

@@ -21,7 +21,7 @@
 namespace halflight::view {
 namespace {
 
-constexpr std::uint64_t kMostScript = 1 << 20;  // bytes
+constexpr std::uint64_t kMostScript = 1 << 20;  // maximum size of a script, bytes
 constexpr double kIdle = 0.5;                   // seconds to wait for events without anything to draw
 constexpr double kMoving = 0.01;                // seconds between frames while a key is held
 
@@ -144,7 +144,7 @@ bool Viewer::finish_opening() {
         attempt([&] {
             Session::Opened opened = opening_.get();
             if (opened.start)
-                next_pose_.reset();  // a frame request for the previous file
+                next_pose_.reset();  // drops a frame request for the previous file
             else
                 play_ = going_on;
             pose_pending_ = true;

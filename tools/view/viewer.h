@@ -80,7 +80,7 @@ class Viewer {
     bool pose_pending_ = false;
     std::future<Session::Opened> opening_;  // valid while something is being opened
     struct Play {
-        double since;         // time of its start, seconds
+        double since;         // start time of the playback, seconds
         std::uint32_t first;  // frame shown at that time
     };
     std::optional<Play> play_;
@@ -92,13 +92,13 @@ class Viewer {
     int frames_due_ = 3;  // frames to draw; Dear ImGui needs some after each event
 
     std::optional<Request> requested_;        // the current request
-    std::uint64_t request_ = 0;               // number of that request
+    std::uint64_t request_ = 0;               // number of `requested_`
     ViewTransform transform_;                 // current transform of the display
     LayerView layer_view_;                    // layer view of the displayed picture
     std::optional<Scale> scale_;              // colour scale of the displayed picture
     std::shared_ptr<const Picture> picture_;  // displayed picture
     std::uint64_t drawn_request_ = 0;         // number of the request of the picture in the window
-    int drawn_samples_ = 0;                   // samples of that picture; 0: a coarse one
+    int drawn_samples_ = 0;                   // number of samples of that picture; 0: a coarse one
     RenderThread thread_;                     // last member, so that it ends first
 };
 

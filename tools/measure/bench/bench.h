@@ -18,7 +18,7 @@ using halflight::Clock;
 
 struct BenchArguments {
     std::vector<std::string> scenes;   // glTF files
-    std::string camera;                // name or number; empty: the first, or one that frames the whole scene
+    std::string camera;                // camera by name or number; empty: the first, or one that frames the whole scene
     std::string size = "1280x720";     // WIDTHxHEIGHT, pixels
     std::vector<std::string> kinds;    // members of ray_kinds(); empty: all
     std::vector<std::string> methods;  // members of method_names(); empty: all
@@ -26,7 +26,7 @@ struct BenchArguments {
     int repeats = 1;                   // runs of a method in each turn, whose times are averaged
     int tile = 8;                      // side of a tile of rays, pixels: 8 or 16
     int entries = 32;                  // capacity of a tile's list
-    bool frames = false;               // whole frames (frames.h) instead of ray sets
+    bool frames = false;               // measures whole frames (frames.h) instead of ray sets
     // The following members are used for frames only; see FrameOrder.
     std::vector<std::string> variants{"off", "compute", "fresh", "auto"};
     int bounces = 8;
@@ -36,9 +36,9 @@ struct BenchArguments {
 
     Clock clock = Clock::wall;
     std::string nodes = "auto";   // format of the hierarchy's nodes: auto, grid, float
-    bool keep_instances = false;  // small scenes are not flattened
-    bool robust = false;          // Embree's watertight mode
-    std::string device;           // ContextOptions::device
+    bool keep_instances = false;  // does not flatten small scenes
+    bool robust = false;          // uses Embree's watertight mode
+    std::string device;           // name of the device (ContextOptions::device)
     std::string json;             // file for the figures; empty: none
 };
 

@@ -26,7 +26,7 @@ namespace {
 using graph::Access;
 using shared::Ray;
 
-constexpr std::uint32_t kConnectionsPerBlock = 16 * 16 * 16;  // groups, points, receivers
+constexpr std::uint32_t kConnectionsPerBlock = 16 * 16 * 16;  // groups x points x receivers
 
 /// Data read back from one run.
 struct Shot {

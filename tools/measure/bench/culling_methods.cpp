@@ -48,7 +48,7 @@ class TileRun {
     }
 
     rays::Tracer tracer_;
-    std::vector<graph::BufferHandle> transient_;  // buffers that last although the graph does not carry them
+    std::vector<graph::BufferHandle> transient_;  // buffers kept between runs although the graph does not carry them
     GraphRun run_;
 };
 

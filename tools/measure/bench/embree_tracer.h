@@ -51,7 +51,7 @@ class EmbreeTracer {
     std::unique_ptr<std::remove_pointer_t<RTCDevice>, Release> device_;
     std::vector<ScenePtr> blocks_;
     ScenePtr scene_;
-    std::vector<std::uint32_t> first_triangle_;  // per geometry of the scene's own triangles; instances: per block
+    std::vector<std::uint32_t> first_triangle_;  // first triangle of each geometry; instances: of each block
     double build_seconds_ = 0;
 };
 

@@ -24,11 +24,11 @@ const std::vector<std::string>& variant_names();
 
 struct FrameOrder {
     std::vector<std::string> variants;  // members of variant_names()
-    ivec2 size{0};                      // pixels
+    ivec2 size{0};                      // size of the picture, pixels
     int bounces = 8;                    // >= 0
-    int samples = 64;                   // samples of the still frame, > 0
-    int views = 48;                     // views of the moving camera, one sample each, >= 0
-    int reference = 0;                  // samples of the reference picture for errors; 0: no errors
+    int samples = 64;                   // number of samples of the still frame, > 0
+    int views = 48;                     // number of views of the moving camera, one sample each, >= 0
+    int reference = 0;                  // number of samples of the reference picture for errors; 0: no errors
 };
 
 /// Times of one variant's frames, or of the samples of its still frame.
@@ -49,7 +49,7 @@ struct ErrorPoint {
 
 struct FrameResult {
     std::vector<Series> still;
-    std::vector<Series> moving;      // in the order of `still`
+    std::vector<Series> moving;      // series in the order of `still`
     std::vector<ErrorPoint> errors;  // errors of the still frame, which all variants share
     // Pixels whose means differ in any bit from the first variant's; "fresh" and "naive" are not compared.
     std::size_t different = 0;

@@ -29,9 +29,9 @@ struct MethodResult {
 struct KindResult {
     std::string kind;
     bool any_hit = false;
-    std::size_t listed = 0;  // rays given to the methods
-    std::size_t live = 0;    // rays that count in rates
-    std::size_t hits = 0;    // hits of the first method
+    std::size_t listed = 0;  // number of rays given to the methods
+    std::size_t live = 0;    // number of rays that count in rates
+    std::size_t hits = 0;    // number of hits of the first method
     std::vector<MethodResult> methods;
 };
 

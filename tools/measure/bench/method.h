@@ -16,7 +16,7 @@ namespace halflight::bench {
 
 /// An additional figure of a method's run.
 struct Figure {
-    std::string name;  // "queries", "cull ms"
+    std::string name;  // quantity and unit, such as "queries" or "cull ms"
     double value = 0;
 };
 

@@ -34,7 +34,7 @@ struct Triangle {
     uint unused;
 };
 struct Instance {
-    vec4 rows[3];  // world to block
+    vec4 rows[3];  // transform from world to block space
     uint root;
     uint unused1;
     uint unused2;

@@ -18,7 +18,7 @@ Image flip_map(const Image& image, const Image& reference, double pixels_per_deg
 /// luminance to 0.85, at the last one the median (2021, section 3).
 struct ExposureRange {
     double first = 0;
-    double last = 0;  // >= first
+    double last = 0;  // last exposure, >= first
     int count = 2;    // >= 2
 };
 /// Returns the exposures for a reference. A median of 0 counts as 2^-23 of the largest luminance, the resolution of

@@ -24,7 +24,7 @@ bool same_value(float a, float b, LayerKind kind) {
 /// Two layers with zeros in place of pixels that are not finite in either.
 struct Pair {
     Image image, reference;
-    std::vector<bool> finite;  // one value per pixel
+    std::vector<bool> finite;  // whether both values of a pixel are finite
 };
 
 Pair count_differences(const Image& image, const Image& reference, LayerResult& result) {
@@ -126,7 +126,7 @@ LayerResult compare_layers(const Layer& image, const Layer& reference, const Pic
 }
 
 bool same_primaries(const Chromaticities& a, const Chromaticities& b) {
-    constexpr double kRounding = 1e-4;  // files hold four digits or floats
+    constexpr double kRounding = 1e-4;  // rounding of coordinates: files hold four digits or floats
     const auto near = [](const dvec2& p, const dvec2& q) { return glm::distance(p, q) < 2 * kRounding; };
     return near(a.red, b.red) && near(a.green, b.green) && near(a.blue, b.blue) && near(a.white, b.white);
 }

@@ -38,7 +38,7 @@ struct CompareArguments {
     std::filesystem::path reference;
     std::vector<Metric> metrics{Metric::mse, Metric::relmse, Metric::flip};
     Thresholds warn, fail;            // if neither is set, any difference fails
-    std::vector<std::string> layers;  // empty: all
+    std::vector<std::string> layers;  // layers to compare; empty: all
     double pixels_per_degree = kPixelsPerDegree;
     std::optional<std::filesystem::path> map;
     bool json = false;
@@ -63,8 +63,8 @@ struct LayerResult {
     LayerKind kind = LayerKind::data;
     std::vector<MetricResult> metrics;  // applicable metrics in the requested order; none where no pixel is finite
     std::size_t pixels = 0;
-    std::size_t different = 0;           // pixels with a difference in any channel
-    std::size_t not_finite[2] = {0, 0};  // pixels of each picture that are NaN or infinite in any channel
+    std::size_t different = 0;           // number of pixels with a difference in any channel
+    std::size_t not_finite[2] = {0, 0};  // number of pixels of each picture that are NaN or infinite in any channel
     bool not_finite_alike = true;        // both have equal non-finite values in the same places
     Verdict verdict = Verdict::same;     // worst verdict of the metrics; fail where ids or non-finite values differ
 };

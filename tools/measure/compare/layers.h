@@ -13,7 +13,7 @@ namespace halflight::compare {
 
 enum class LayerKind {
     color,  // R, G, B
-    data,   // anything else
+    data,   // any other values
     ids,    // whole numbers that are only compared for equality; their bits replace the values (ExrType::uint32)
 };
 

@@ -13,7 +13,7 @@ namespace halflight::converge {
 // one's mean. A block's tolerance grows by one standard error.
 inline constexpr double kWholeTolerance = 0.01;
 inline constexpr double kBlockTolerance = 0.02;
-inline constexpr int kBlockSide = 16;  // pixels
+inline constexpr int kBlockSide = 16;  // side of a block, pixels
 
 /// Relative difference of two means over pixels and channels.
 struct Difference {
@@ -23,7 +23,7 @@ struct Difference {
 };
 
 struct Block {
-    int x = 0;  // upper left pixel
+    int x = 0;  // column of the upper left pixel
     int y = 0;
     Difference difference;
     bool beyond = false;          // |relative| > tolerance + standard error
@@ -35,7 +35,7 @@ struct Agreement {
     double tolerance = 0;  // relative tolerance of blocks
     Difference whole;
     std::vector<Block> blocks;   // rows from the top; neither incomplete blocks nor those that are black in either
-    std::size_t beyond = 0;      // blocks beyond the tolerance
+    std::size_t beyond = 0;      // number of blocks beyond the tolerance
     double expected_beyond = 0;  // expected value of `beyond` due to noise alone
 
     bool agrees() const;  ///< Returns whether no block is beyond, and the whole is within kWholeTolerance.

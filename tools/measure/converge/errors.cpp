@@ -26,7 +26,7 @@ double trimmed_mse(const Image& x, const Image& half0, const Image& half1, const
 
 /// Returns the standard error of the mean of both halves, from blocks of pixels: neighbours may share samples.
 double error_of_mean(const Image& half0, const Image& half1) {
-    constexpr int kBlock = 16;  // pixels; the engine's groups that share samples are not larger
+    constexpr int kBlock = 16;  // side of a block, pixels; the engine's groups that share samples are not larger
     const int columns = (half0.width + kBlock - 1) / kBlock, rows = (half0.height + kBlock - 1) / kBlock;
     std::vector<double> blocks(static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows));
     for (int y = 0; y < half0.height; ++y)

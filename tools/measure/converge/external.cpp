@@ -57,7 +57,7 @@ std::map<std::string, std::string> camera_values(const External& external, const
     const auto text = [](const dvec3& v) { return fmt::format("{},{},{}", v.x + 0.0, v.y + 0.0, v.z + 0.0); };  // no -0
     const dmat4& m = camera.camera_to_world;
     const dvec3 right(m[0]), up(m[1]), back(m[2]), from(m[3]);
-    constexpr double kLevel = 1e-6;  // sine of the angle of roll
+    constexpr double kLevel = 1e-6;  // sine of the largest roll that counts as level
     if (posed && !takes(external, "up") && (std::abs(right.y) > kLevel || up.y < 0))
         throw Error(external.name, "its command lacks {up}, and the camera is rolled");
     return {{"camera", camera.name},

@@ -16,7 +16,7 @@
 namespace halflight::converge {
 namespace {
 
-constexpr int kThumbnail = 640;     // maximum width, pixels
+constexpr int kThumbnail = 640;     // maximum width of a picture, pixels
 constexpr std::size_t kWorst = 6;   // number of blocks that the page names
 constexpr const char* kNone = "–";  // text for an unknown figure
 

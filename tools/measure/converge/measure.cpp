@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t kStages = 3;
 constexpr const char* kStageNames[kStages] = {"camera rays and film", "direct light", "indirect light"};
-constexpr std::size_t kStageOfComponent[kComponents.size()] = {0, 1, 1, 2, 2};  // indexed like kComponents
+constexpr std::size_t kStageOfComponent[kComponents.size()] = {0, 1, 1, 2, 2};  // stage by component
 
 constexpr Interval kUnknown{std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()};
 

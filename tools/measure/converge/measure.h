@@ -49,7 +49,7 @@ struct Point {
 /// A part of the frame's passes, and the components of the error that it is responsible for.
 struct Stage {
     std::string name;
-    double seconds = 0;      // time in one picture
+    double seconds = 0;      // time in one picture, seconds
     double time_share = 0;   // share in the time of all stages, [0, 1]
     double error_share = 0;  // share in the sum of the components' errors, [0, 1]
     Interval gain{1, 0};  // factor of the efficiency, 1 / (mse x seconds), if this stage alone took twice the samples
@@ -74,8 +74,8 @@ struct MethodResult {
     std::vector<Stage> stages;
     Interval stage_lead{0, std::numeric_limits<double>::infinity()};  // greatest gain minus the second greatest
     std::vector<Finding> findings;
-    Image picture;  // first seed of the largest budget
-    Image mean;     // mean over the seeds of the largest budget
+    Image picture;  // picture of the first seed at the largest budget
+    Image mean;     // mean picture of the seeds at the largest budget
 };
 
 /// Difference between the external renderer's pictures of the largest budget and a method's.

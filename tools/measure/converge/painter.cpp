@@ -11,7 +11,7 @@
 namespace halflight::converge {
 namespace {
 
-constexpr int kManySamples = 1 << 24;  // more than any budget of seconds allows
+constexpr int kManySamples = 1 << 24;  // number of samples, more than any budget of seconds allows
 
 /// Sets the members that the settings of both renderers share.
 template <class Settings>
@@ -120,7 +120,7 @@ class OraclePainter final : public Painter {
 
     /// Renders portions of about a tenth of a second, so that it ends in time and can be stopped.
     Painted paint(const Budget& budget, std::uint32_t seed, const Pulse& pulse) override {
-        constexpr double kPortion = 0.1;  // seconds
+        constexpr double kPortion = 0.1;  // time of a portion, seconds
         const CpuStopwatch watch;
         PictureSums sums(view_.width, view_.height);
         std::uint64_t non_finite = 0;

@@ -19,8 +19,8 @@ namespace halflight::converge {
 
 /// Settings of the picture that all methods render.
 struct View {
-    int width = 0;   // pixels
-    int height = 0;  // pixels
+    int width = 0;   // width of the picture, pixels
+    int height = 0;  // height of the picture, pixels
     Camera camera;
     int bounces = 8;
     PixelFilter filter{};

@@ -1,4 +1,4 @@
-// Plans which pictures are rendered, and in which order.
+// Plans the pictures of a measurement and their order.
 #pragma once
 
 #include <cstdint>
@@ -39,7 +39,7 @@ struct External {
 /// Length of a run, given by the one member that is greater than 0.
 struct Budget {
     int samples = 0;     // samples per pixel
-    double seconds = 0;  // wall time; at least one sample is taken
+    double seconds = 0;  // wall time, seconds; at least one sample is taken
 };
 std::string text(const Budget& budget);  ///< Returns "16 samples" or "0.5 s".
 
@@ -49,8 +49,8 @@ struct Plan {
     int seeds = 8;                        // number of independent pictures of each method and budget, > 0
     std::uint32_t first_seed = 1;         // seed of the first picture, [1, kSeedsOfMethods)
     float clamp = 0;                      // RenderSettings::clamp of GL methods, a bias; references are not clamped
-    std::vector<Estimator> estimators{};  // one per method; empty: the default one for all
-    std::vector<Preview> previews{};      // one per method; empty: none
+    std::vector<Estimator> estimators{};  // estimator of each method; empty: the default one for all
+    std::vector<Preview> previews{};      // preview of each method; empty: none
     External external{};                  // renderer of Method::external
     int warm_up = 0;  // samples by another camera that fill the radiance cache before each picture; not timed
 

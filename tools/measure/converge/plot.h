@@ -8,8 +8,8 @@ namespace halflight::converge {
 
 /// A point with the interval of its y. The axes only show positive values.
 struct Dot {
-    double x = 0;     // <= 0: the point is left out
-    double y = 0;     // <= 0: the point has a bar, but no marker
+    double x = 0;     // x coordinate; <= 0: the point is left out
+    double y = 0;     // y coordinate; <= 0: the point has a bar, but no marker
     double low = 0;   // lower end of the bar; <= 0: the axis
     double high = 0;  // upper end of the bar; <= 0 or infinite: no bar
 };

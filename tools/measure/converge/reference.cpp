@@ -54,7 +54,7 @@ Samples gl_source(PreparedScene& scene, const ColorConfig& colors, const View& v
 }
 
 bool is_rec709(const Chromaticities& c) {
-    constexpr double kRounding = 1e-6;  // rounding of the file's floats
+    constexpr double kRounding = 1e-6;  // relative rounding error of the file's floats
     const auto near = [](const dvec2& a, const dvec2& b) { return glm::distance(a, b) < kRounding; };
     return near(c.red, kRec709.red) && near(c.green, kRec709.green) && near(c.blue, kRec709.blue) &&
            near(c.white, kRec709.white);

@@ -15,7 +15,7 @@ namespace halflight::converge {
 struct ReferenceOrder {
     enum class Maker : std::uint8_t { automatic, oracle, gl, file };
     Maker maker = Maker::automatic;
-    std::filesystem::path file;    // for Maker::file: an .exr in scene-linear Rec.709
+    std::filesystem::path file;    // file for Maker::file: an .exr in scene-linear Rec.709
     int samples = 0;               // least number of samples per pixel, both halves together; > 0 except for a file
     std::filesystem::path folder;  // cache of references
 };
@@ -24,11 +24,11 @@ struct Reference {
     std::string maker;   // "oracle", "gl" or the file
     std::string reason;  // phrase that explains the choice of the maker
     std::filesystem::path file;
-    std::uint64_t fingerprint = 0;  // 0 for a file
+    std::uint64_t fingerprint = 0;  // fingerprint of the reference; 0 for a file
     std::int64_t samples = 0;       // samples per pixel, both halves together; 0: not known
     std::int64_t found = 0;         // number of these samples that earlier runs have made
     Seconds time;                   // time of the samples that this run has made
-    std::array<Picture, 2> halves;  // independent of each other; both are the same for a file
+    std::array<Picture, 2> halves;  // halves, independent of each other; both are the same for a file
     Picture mean;
     bool halves_differ = true;   // false: the noise of the reference is not known
     bool has_components = true;  // false: components are empty
@@ -41,8 +41,8 @@ std::pair<ReferenceOrder::Maker, std::string> choose_maker(const Scene& scene, R
 /// Returns the mean of samples [first, first + count) of one half, which must be independent of all other samples.
 using AddSamples = std::function<Picture(int half, std::int64_t first, int count)>;
 struct Portion {
-    int largest = 1;         // most samples per call
-    double save_every = 20;  // seconds between writes of the file
+    int largest = 1;         // maximum number of samples per call
+    double save_every = 20;  // time between writes of the file, seconds
 };
 /// Continues the halves in the file `path` until each has `samples_of_each`, and saves them, also where `more` throws.
 /// A damaged file is replaced after a call of note(). Throws Error where more samples are wanted and the file cannot be

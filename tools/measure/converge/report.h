@@ -15,15 +15,15 @@ inline constexpr int kSchema = 2;  // version of the JSON's layout
 /// Description of the measured scene, picture and machine.
 struct Subject {
     std::string program;      // name and version
-    std::string scene;        // file
-    std::string camera;       // "'front' of the scene"
-    std::string environment;  // "none", a colour or the name of a map
+    std::string scene;        // path of the scene's file
+    std::string camera;       // camera and its source: "'front' of the scene"
+    std::string environment;  // environment: "none", a colour or the name of a map
     std::string device;       // GL renderer; empty where no method needs one
     View view;
     Plan plan;
     Clock clock = Clock::wall;
     double scene_seconds = 0;           // wall time of preparing the scene for the GPU, once for all methods
-    std::vector<std::string> pilots{};  // sentences: the choices of pilots for estimators that were left open
+    std::vector<std::string> pilots{};  // sentences about the choices of pilots for estimators that were left open
 };
 
 /// Returns all figures. Unknown figures, such as the intervals of a single seed, are null.

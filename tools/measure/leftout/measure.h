@@ -12,19 +12,19 @@
 namespace halflight::leftout {
 
 struct Settings {
-    int width = 256, height = 256;  // pixels
+    int width = 256, height = 256;  // size of a picture, pixels
     int samples = 4;                // samples per picture
-    int turns = 9;                  // pictures of each side
+    int turns = 9;                  // number of pictures of each side
     int starts = 1;                 // number of times that each side is prepared and compiled before the turns, > 0
 };
 
 /// Measurements of one of the two sides. Seconds are CPU time of all threads, which the load of other programs does not
 /// prolong.
 struct Side {
-    std::vector<double> sample_seconds;   // per sample, by turn
-    std::vector<double> prepare_seconds;  // tables, hierarchies and upload, by start
+    std::vector<double> sample_seconds;   // time of a sample, by turn
+    std::vector<double> prepare_seconds;  // time of tables, hierarchies and upload, by start
     std::vector<double> compile_seconds;  // time of the first picture beyond its samples, by start
-    std::size_t bytes = 0;                // device memory
+    std::size_t bytes = 0;                // size of the device memory
     std::vector<LeftOut> left_out;
 };
 
