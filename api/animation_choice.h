@@ -1,4 +1,4 @@
-// The choice of animations that play.
+// Selects the animations that play.
 #pragma once
 
 #include <cstddef>

@@ -59,8 +59,8 @@ class PreviewPicture {
         std::uint64_t infinities = 0;     // number of rejected infinities of the earlier picture
     };
     /// Makes the picture from all bands, each with at least `samples` samples. frame: constants of the whole picture
-    /// through the pixels' centres, with its own camera as the previous one. origin:
-    /// TraceTables::origin. May be called again after more samples.
+    /// through the pixels' centres, with its own camera as the previous one. origin: TraceTables::origin. May be called
+    /// again after more samples.
     Made make(const shared::Frame& frame, const dvec3& origin, int samples);
 
     std::size_t bytes() const;  ///< Returns the device memory including the history, bytes.

@@ -10,7 +10,7 @@
 
 namespace halflight {
 
-/// Keeps at most kInFlight samples on the device, so that memory stays bounded and callers are asked for progress after
+/// Keeps at most kInFlight samples on the device, so that memory stays bounded and callers learn of progress after
 /// every sample. Counts bad values on the device and reads them when they are wanted.
 class SampleQueue {
   public:

@@ -1,7 +1,7 @@
 """Reads the channels of an OpenEXR file of scan lines, uncompressed or ZIP, without OpenEXR.
 
-Scripts use it to compare the files of this project with what other programs read. The reader follows "OpenEXR File
-Layout" of openexr.com.
+Scripts use this module to compare the files of this project with what other programs read. The reader follows
+"OpenEXR File Layout" of openexr.com.
 
     width, height, channels = exr_layers.read("picture.exr")   # {"R": array[height, width], ...}, float32 or uint32
 """

@@ -61,8 +61,8 @@ class SceneFile {
     Scene at(double seconds) { return file_.at(seconds, playing_); }
     /// Returns the scene at a time, with images that the caller has already from an earlier scene of this file.
     Scene at(double seconds, std::vector<TextureImage> images);
-    /// Poses `scene`, which has the images of this file, at another time. Its environment stays. Throws Error where the
-    /// pose is at fault, and leaves the scene as it was.
+    /// Poses `scene`, which has the images of this file, at another time. Its environment stays. Throws Error for an
+    /// invalid pose, and then leaves the scene unchanged.
     void pose(Scene& scene, double seconds);
     std::vector<Camera> cameras_at(double seconds) { return file_.cameras_at(seconds, playing_); }
     /// Returns whether meshes, instances, lights or materials differ from time to time.
@@ -105,8 +105,8 @@ class LoadedScene {
     /// Chooses another camera. Throws Error where the scene has none of that name, and keeps the earlier one then.
     void set_camera(const CameraChoice& camera);
 
-    /// Poses scene() at a time. Cameras are returned by camera(). Throws Error where the pose is at fault, and leaves
-    /// scene() as it was.
+    /// Poses scene() at a time. Cameras are returned by camera(). Throws Error for an invalid pose, and then leaves
+    /// scene() unchanged.
     void pose(double seconds);
     /// Returns the scene at another time, without an environment. Needs surfaces_move(). Throws Error like pose().
     Scene posed(double seconds);

@@ -21,7 +21,7 @@ struct MovieFormat {
 };
 
 /// Returns the command line of ffmpeg that writes `file`: H.264 4:2:0 for .mp4, ProRes 422 HQ for .mov, both with the
-/// BT.709 matrix. Neither format allows odd sides: these become one pixel longer.
+/// BT.709 matrix. Neither format allows odd sides: odd sides become one pixel longer.
 std::vector<std::string> ffmpeg_arguments(const MovieFormat& format, const std::filesystem::path& file);
 
 /// Returns a frame as 8-bit RGB, top row first. The last column and row are repeated where a side is odd.

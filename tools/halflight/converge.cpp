@@ -70,7 +70,7 @@ class Progress {
     int tenths_ = 0;
 };
 
-/// Returns the samples of a reference that is much less noisy than any picture, for budgets in samples.
+/// Returns the samples per pixel of a reference that is much less noisy than any picture, for budgets in samples.
 int usual_reference_samples(const Plan& plan) {
     constexpr int kLeast = 1024, kTimes = 16;
     return std::max(

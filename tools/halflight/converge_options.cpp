@@ -51,7 +51,7 @@ converge::External external(const std::string& option, const std::string& text) 
     return made;
 }
 
-/// Parses each of the lists that are joined by newlines with one(option, list).
+/// Parses each of several lists that newlines separate by one(option, list).
 template <class One>
 auto each_given(const std::string& option, const std::string& lists, const One& one) {
     std::vector<decltype(one(option, lists))> wanted;

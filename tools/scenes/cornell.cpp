@@ -19,7 +19,7 @@ Mesh block(const char* name, int material, double height, const dvec2 (&top)[4])
 
 Document cornell(bool metal_boxes) {
     Document document(metal_boxes ? "cornell-metal" : "cornell");
-    // These are the measured spectra under the measured light, converted to linear Rec.709.
+    // Colours are the measured spectra under the measured light, converted to linear Rec.709.
     const int white = document.material(matte("white", {0.725, 0.71, 0.68}));
     const int red = document.material(matte("red", {0.63, 0.065, 0.05}));
     const int green = document.material(matte("green", {0.14, 0.45, 0.091}));

@@ -88,7 +88,7 @@ CameraPose look_at(CameraPose pose, const dvec3& point) {
     const dvec3 up = glm::normalize(pose.up);
     const double sine = glm::length(glm::cross(glm::normalize(sight), up));
     if (sine < kPole) {
-        // The line of sight is vertical: move the camera aside by as little as kPole allows.
+        // The line of sight is vertical, so the camera moves aside by as little as kPole allows.
         const dvec3 aside = glm::normalize(glm::cross(up, std::abs(up.x) < 0.9 ? dvec3(1, 0, 0) : dvec3(0, 1, 0)));
         pose.from = point - rotated(sight, 2 * kPole, aside);
     }
@@ -101,7 +101,7 @@ CameraPose frame(CameraPose pose, const WorldBounds& box, double aspect) {
     double radius = 0.5 * glm::length(box.upper - box.lower);
     if (radius == 0) radius = 1;
     const dvec3 back = glm::normalize(pose.from - pose.at);
-    // The narrower side of the view decides.
+    // The narrower side of the view decides the distance.
     const double slope = std::tan(pose.vertical_fov / 2) * std::min(aspect, 1.0);
     const double distance = pose.orthographic ? 2 * radius : radius / std::sin(std::atan(slope));
     if (pose.orthographic) pose.ortho_height = 2 * radius / std::min(aspect, 1.0);

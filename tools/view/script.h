@@ -1,8 +1,8 @@
 // Scripts: the actions of a user as lines of a file, for tests and for reproducible figures.
 //
-//     wait first               until a picture of the current view is shown, at any resolution
-//     wait samples N           until the picture has N samples; it then pauses until the next `wait`
-//     wait error E             until the estimated relMSE of the picture is below E (layer_view.h)
+//     wait first               waits until a picture of the current view is shown, at any resolution
+//     wait samples N           waits until the picture has N samples, and pauses it until the next `wait`
+//     wait error E             waits until the estimated relMSE of the picture is below E (layer_view.h)
 //     camera NAME              a camera of the scene, by name or number
 //     animation NAME           animation to play, as for --animation; starts at frame 0
 //     frame N                  frame of the animation
@@ -10,10 +10,10 @@
 //     orbit X Y                drag to the right and down, pixels
 //     pan X Y                  drag to the right and down, pixels
 //     turn X Y                 drag to the right and down, pixels; rotates the camera
-//     dolly FACTOR             factor on the distance to the point that the camera looks at
-//     fly X Y Z                to the right, up and ahead, world units
-//     walk X Y Z               to the right, up and ahead, world units; X and Z are horizontal
-//     focus X Y                looks at the surface at that pixel
+//     dolly FACTOR             factor on the distance to the camera's target
+//     fly X Y Z                moves to the right, up and ahead, world units
+//     walk X Y Z               moves to the right, up and ahead, world units; X and Z are horizontal
+//     focus X Y                aims at the surface at that pixel
 //     key K                    a key: F H R 1 to 9
 //     view NAME                layer: final, error, or one of --aov; give `wait first` before saving it
 //     component NAME on|off    component of the final picture, such as direct_diffuse; needs no new samples

@@ -14,7 +14,7 @@ namespace halflight::view {
 
 class Timings {
   public:
-    /// Records that a picture is on the window at `seconds`, by any one clock.
+    /// Records that a picture is on the window at `seconds`; all calls must use one clock.
     void record_shown(const Picture& picture, double seconds);
     /// Records the time of a request, seconds.
     void record_request(std::uint64_t number, double seconds);

@@ -49,7 +49,7 @@ AddTrace add_ceiling(const Bench& bench, gpu::Buffer& entries) {
     };
 }
 
-/// Returns a method that is not exact: in a treelet, t is not raised to the entry of enclosing boxes (traverse.glsl).
+/// Returns the method `ceiling`. It is not exact: in a treelet, t is not raised to the entry of outer boxes.
 Method ceiling_method(const Bench& bench) {
     const auto treelets = std::make_shared<Treelets>(bench.packed, bench.tables.triangles.size(), kTreeletTriangles);
     return {"ceiling", false, [bench, treelets](const RaySet& set) -> Prepared {

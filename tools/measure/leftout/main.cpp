@@ -79,7 +79,7 @@ void print_item(const std::string& name, std::size_t listed_bytes, const Compari
                1e-3 * (static_cast<double>(c.kept.bytes) - static_cast<double>(c.lean.bytes)), verdict(c), others);
 }
 
-/// Measures scenes, prints their rows as they come, and gathers all figures.
+/// Measures scenes, prints each row at once, and gathers all figures.
 class Report {
   public:
     Report(gpu::Context& context, const Options& options) : context_(context), options_(options) {}
