@@ -56,7 +56,7 @@ void warn_of_conflicts(const std::vector<Animation>& animations, const std::vect
     if (in_conflict.size() > kMostNamed) names.push_back(fmt::format("{} more", in_conflict.size() - kMostNamed));
     const std::string last = names.back();
     names.pop_back();
-    log.warn("animations {} and {} drive the same things, of which the last one wins; --animation chooses",
+    log.warn("animations {} and {} drive the same properties, and only the last one counts; see --animation",
              fmt::join(names, ", "), last);
 }
 

@@ -31,7 +31,7 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
         for (std::size_t i = warned; i < scene.report.warnings.size(); ++i) log.warn("{}", scene.report.warnings[i]);
     } else if (!has_light(scene)) {
         scene.environment = default_sky();
-        log.note("no light in the scene: a neutral sky is added (--env chooses another, --env 0,0,0 none)");
+        log.note("the scene has no light: a neutral sky is added (--env replaces it; --env 0,0,0: none)");
     }
 }
 
@@ -44,7 +44,7 @@ void SceneFile::play(const std::string& animation, const Log& log) {
 
 void SceneFile::set_frame_rate(const std::optional<FrameRate>& wanted, const Log& log) {
     const std::optional<FrameRate>& own = file_.frame_rate();
-    if (!wanted && own) log.note("{} frames per second, as the scene's extras say; --fps chooses", text(*own));
+    if (!wanted && own) log.note("{} frames per second, as the scene's extras say; --fps overrides them", text(*own));
     frame_rate_ = wanted.value_or(own.value_or(FrameRate()));
 }
 

@@ -61,9 +61,9 @@ std::vector<std::uint32_t> frames_to_make(const SequenceOptions& o, const std::v
             const FrameFile file = examine_frame(path, fingerprint);
             if (file == FrameFile::other && !o.overwrite)
                 throw Error(path.string(),
-                            "is there and is another frame, of another scene, other settings{} or another version: "
+                            "exists, but belongs to another scene, other settings{} or another version: "
                             "nothing was rendered; --overwrite replaces it",
-                            temporal ? ", other --frames (which --preview temporal goes on from)" : "");
+                            temporal ? ", other --frames (on which --preview temporal depends)" : "");
             if (file == FrameFile::incomplete) damaged.push_back(frame);
             whole = whole && file == FrameFile::whole;
         }
@@ -71,7 +71,7 @@ std::vector<std::uint32_t> frames_to_make(const SequenceOptions& o, const std::v
         not_shown += whole && !shown && !o.outputs.empty() ? 1 : 0;
     }
     if (temporal && !todo.empty() && todo.size() < frames.size()) {
-        log.note("--preview temporal: frames go on from those before them, and all are made again");
+        log.note("--preview temporal: frames depend on earlier ones, and all are made again");
         return frames;
     }
     if (!damaged.empty()) log.note("damaged and made again: frames {}", frames_text(damaged));

@@ -31,7 +31,7 @@ Band first_band(const RenderSettings& s, const SceneBuffers& scene, std::size_t 
 Band first_band(const RenderSettings& s, std::size_t paths, int texture_size) {
     const std::size_t row_paths = (static_cast<std::size_t>(s.width) + 15) / 16 * 256;  // paths in a row of blocks
     if (s.width > texture_size)
-        throw Error("render settings", "{} pixels wide: the driver takes {}", s.width, texture_size);
+        throw Error("render settings", "{} pixels wide: the driver allows {}", s.width, texture_size);
     const int most =
         std::min(static_cast<int>(std::max<std::size_t>(paths / row_paths, 1)) * 16, texture_size / 16 * 16);
     const ivec2 image(s.width, s.height);

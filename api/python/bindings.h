@@ -27,7 +27,7 @@ struct PyScene {
 class Busy {
   public:
     explicit Busy(PyScene& scene) : scene_(scene) {
-        if (scene.busy) throw Error("scene", "a renderer is at work with it");
+        if (scene.busy) throw Error("scene", "is in use by a renderer");
         scene.busy = true;
     }
     Busy(const Busy&) = delete;

@@ -45,7 +45,7 @@ PYBIND11_MODULE(_native, module) {
     namespace py = pybind11;
     module.doc() = "Native part of the package halflight.";
     py::register_exception<halflight::Error>(module, "Error", PyExc_RuntimeError).doc() =
-        "What went wrong, as one line that names file and element.";
+        "Error of the library; its text is one line that names file and element.";
     halflight::python::bind_scene(module);
     halflight::python::bind_picture(module);
     halflight::python::bind_renderer(module);

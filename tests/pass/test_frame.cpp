@@ -334,7 +334,7 @@ TEST_F(FrameTest, SettingsOutOfRangeAreErrors) {
               "render settings: bounces expects a whole number from 0 to 1024, not '-1'");
     EXPECT_NE(message([](RenderSettings& s) { s.time_limit = NAN; }), "");
     EXPECT_EQ(message([](RenderSettings& s) { s.width = 65536; }),
-              "render settings: 65536 pixels wide: the driver takes 16384");
+              "render settings: 65536 pixels wide: the driver allows 16384");
     const std::string unknown = message([](RenderSettings& s) { s.aovs = {"depht"}; });
     EXPECT_NE(unknown.find("aov has no layer 'depht'"), std::string::npos) << unknown;
     EXPECT_NE(unknown.find("depth"), std::string::npos) << unknown;

@@ -71,7 +71,7 @@ std::variant<Help, PreviewArguments> parse_view_arguments(int argc, const char* 
     CLI::App app("Hybrid raster and ray-traced global illumination.", "halflight");
     app.allow_extras();
     PreviewArguments arguments;
-    CLI::App& view = *app.add_subcommand("view", "Show a scene in a window, to walk about in it");
+    CLI::App& view = *app.add_subcommand("view", "Show a scene in an interactive window");
     view.allow_extras();
     add_preview_options(view, arguments);
     try {

@@ -146,7 +146,7 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
         });
     options.value(
         "--reference-samples", "N",
-        "least samples per pixel of the reference (default: 16 times the largest budget, at least 1024; 1024 with "
+        "minimum samples per pixel of the reference (default: 16 times the largest budget, at least 1024; 1024 with "
         "--seconds)",
         [&](const auto& name, const auto& text) { a.reference.samples = whole(name, text, 2, kMaxSamples); });
     options.value("--cache", "DIR",

@@ -72,12 +72,12 @@ void print_devices(const Json& attempts) {
 }
 
 void print_left_out_head(bool timed) {
-    fmt::print("left out with the default settings, and the bytes that it would take");
+    fmt::print("parts left out with the default settings, and the bytes that each would take");
     if (timed)
         fmt::print(
-            "; how many times as long a sample of {} x {} pixels is with it alone, median [quartiles] of {} turns",
+            "; time of a sample of {} x {} pixels with the part relative to without, median [quartiles] of {} turns",
             kTimed.width, kTimed.height, kTimed.turns);
-    fmt::print(". * is not for --keep: the picture would be another one\n");
+    fmt::print(". --keep rejects parts marked *, which would change the picture\n");
 }
 
 /// Prints one item that is left out, its size, and the reason.

@@ -46,7 +46,7 @@ int main(int argc, char** argv) {
     } catch (const Interrupted& error) {
         return fail(128 + error.signal, error.what());  // shells report a death by signal with this status
     } catch (const std::bad_alloc&) {
-        return fail(failure, "memory: there is not enough of it");
+        return fail(failure, "out of memory");
     } catch (const std::exception& error) {
         return fail(failure, error.what());
     }

@@ -12,7 +12,7 @@ void start_viewer(char** argv) {
     const auto own = std::filesystem::read_symlink("/proc/self/exe", none);
     const auto viewer = own.parent_path() / "halflight-view";
     execv(viewer.c_str(), argv);
-    throw Error(viewer.string(), "cannot be started: {}; it is a program of its own, which not every build has",
+    throw Error(viewer.string(), "cannot be started: {}; the viewer is a separate program, which some builds lack",
                 std::generic_category().message(errno));
 }
 

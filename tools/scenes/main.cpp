@@ -30,7 +30,7 @@ int run(int argc, char** argv) {
     furnace->add_option("--albedo", albedo, "albedo of the enclosure, which emits 1 - albedo")
         ->check(CLI::Range(0.0, 0.99));
     CLI::App* atrium = command("atrium", "A courtyard under sun and sky");
-    CLI::App* still_life = command("still-life", "Glossy things on a table");
+    CLI::App* still_life = command("still-life", "Glossy objects on a table");
     CLI::App* room = command("room", "A room lit through one small window");
     int lights = 1000;
     std::uint64_t hall_triangles = 0;

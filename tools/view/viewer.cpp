@@ -295,7 +295,7 @@ void Viewer::screenshot(const std::filesystem::path& path) {
             path, shown,
             {.camera = picture_->camera,
              .working_space = colors_.linear_space(""),
-             .comments = fmt::format("scene {}, seen by halflight view, {} samples, {}",
+             .comments = fmt::format("scene {}, shown by halflight view, {} samples, {}",
                                      session_.file().filename().string(), stats.samples, session_.description()),
              .filter = text(PixelFilter{}),
              .shutter = "",

@@ -49,7 +49,7 @@ std::string rows(const std::vector<Series>& all, const Values& values) {
 
 std::string tables(const std::string& title, const std::vector<Series>& all, Clock clock) {
     std::string text =
-        fmt::format("  {}: whole frames, {}\n", title, clock == Clock::wall ? "by the clock" : "CPU time");
+        fmt::format("  {}: whole frames, {}\n", title, clock == Clock::wall ? "wall-clock time" : "CPU time");
     text += rows(all, [&](const Series& s) { return by(clock, s.frames); });
     for (const auto& batch : all.front().batches) {
         text += fmt::format("  {}: {} rays\n", title, batch.first);

@@ -118,7 +118,7 @@ std::string table(const SceneResult& r, Clock clock) {
     for (const std::string& line : r.left_out) text += "  left out: " + line + '\n';
     if (r.kinds.empty()) return text;
 
-    text += heading(fmt::format("Mrays/s, {}", clock == Clock::wall ? "by the clock" : "by CPU time"), r.kinds.front());
+    text += heading(fmt::format("Mrays/s, {}", clock == Clock::wall ? "wall-clock time" : "CPU time"), r.kinds.front());
     text += rows(r, [&](const KindResult& kind, const MethodResult& m) {
         return fmt::format("{:.2f}", rate(kind, times(m, clock)).median);
     });

@@ -153,7 +153,7 @@ Comparison compare(const PictureFile& image, const PictureFile& reference, const
         throw Error(image.name, "cannot be compared with {}: one is encoded for a display, the other is scene-linear",
                     reference.name);
     if (!same_primaries(image.primaries, reference.primaries))
-        throw Error(image.name, "cannot be compared with {}: their colours are of different primaries", reference.name);
+        throw Error(image.name, "cannot be compared with {}: their colours have different primaries", reference.name);
     const auto wanted = [&](const std::string& layer) {
         return arguments.layers.empty() || std::ranges::find(arguments.layers, layer) != arguments.layers.end();
     };

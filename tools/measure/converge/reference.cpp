@@ -72,7 +72,7 @@ Reference read_reference(const std::filesystem::path& path, const View& view) {
     };
     Reference reference;
     reference.maker = path.string();
-    reference.reason = "it was asked for; its noise is not known and counts as error of the methods";
+    reference.reason = "it was requested; its noise is not known and counts as error of the methods";
     reference.file = path;
     reference.halves_differ = false;
     reference.mean.beauty = exr.image(planes(""));
@@ -88,7 +88,7 @@ Reference read_reference(const std::filesystem::path& path, const View& view) {
 }  // namespace
 
 std::pair<Maker, std::string> choose_maker(const Scene& scene, Maker wanted) {
-    if (wanted != Maker::automatic) return {wanted, "it was asked for"};
+    if (wanted != Maker::automatic) return {wanted, "it was requested"};
     constexpr std::size_t kMostTriangles = 20'000'000;  // the oracle takes about 150 B for each, instances flattened
     std::size_t triangles = 0;
     for (const Instance& instance : scene.instances)

@@ -112,7 +112,7 @@ void run(const Arguments& a) {
 
 int main(int argc, char** argv) {
     using namespace halflight;
-    CLI::App app("Measures how often the error that `halflight render --error` reports is the true one.",
+    CLI::App app("Measures how often the interval of `halflight render --error` contains the true error.",
                  "halflight-coverage");
     Arguments arguments;
     add_options(app, arguments);

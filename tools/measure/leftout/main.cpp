@@ -149,7 +149,7 @@ int run(const Options& options) {
     Report report(context, options);
     for (const std::string& scene : options.scenes) report.add(scene);
     if (!options.json.empty()) write_file(options.json, report.rows.dump(2) + "\n");
-    if (!report.same) throw Error("halflight-leftout", "what was left out would have changed a picture");
+    if (!report.same) throw Error("halflight-leftout", "the parts left out would have changed a picture");
     return 0;
 }
 
@@ -159,7 +159,7 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
     halflight::leftout::Options options;
     halflight::leftout::Settings& settings = options.settings;
-    CLI::App app("Measures what it saves to leave out work that a scene does not need, in turns with --keep-all.",
+    CLI::App app("Measures the savings from leaving out work that a scene does not need, in turns with --keep-all.",
                  "halflight-leftout");
     app.add_option("SCENE", options.scenes, "glTF 2.0 scenes, each seen by its first camera")->required();
     CLI::Option* each = app.add_flag("--items", options.each, "measure each item that is left out by itself, too");
