@@ -210,8 +210,8 @@ struct FrameRenderer::State {
         if (settings.want_view) result.view = colors.view(settings.view).apply(result.beauty);
         return result;
     }
-    /// Sets the properties that differ from frame to frame: its number, its camera and, for the layer "motion", the
-    /// camera of the frame before.
+    /// Sets the properties that differ between frames: number, camera and, for the layer "motion", the camera of the
+    /// frame before.
     void set_frame(std::uint32_t frame) {
         const FrameRate& rate = scene.frame_rate();
         settings.frame = frame;

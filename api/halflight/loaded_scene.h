@@ -65,7 +65,7 @@ class SceneFile {
     /// invalid pose, and then leaves the scene unchanged.
     void pose(Scene& scene, double seconds);
     std::vector<Camera> cameras_at(double seconds) { return file_.cameras_at(seconds, playing_); }
-    /// Returns whether meshes, instances, lights or materials differ from time to time.
+    /// Returns whether meshes, instances, lights or materials depend on time.
     bool surfaces_move() { return file_.surfaces_move(playing_); }
     /// Returns whether light may appear later although there is none at 0 s.
     bool drives_light();
@@ -113,7 +113,7 @@ class LoadedScene {
     /// Lets `deformer` move vertices in later calls of pose() and posed(); null: the CPU. Needs surfaces_move().
     void deform_by(Deformer* deformer);
     Deformer* deformer() const { return deformer_; }
-    /// Returns whether scene() differs from time to time in more than cameras.
+    /// Returns whether more of scene() than its cameras depends on time.
     bool surfaces_move() const { return surfaces_move_; }
 
     /// Returns the chosen camera at a time.

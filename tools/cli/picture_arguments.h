@@ -22,9 +22,9 @@ struct ViewArguments : SceneChoice, CameraChoice {
     /// Values of the options and files for the table of settings (engine/settings/settings_table.h). Camera and size
     /// are chosen later, from the scene and the members below.
     RenderSettings settings;
-    std::optional<int> width;   // pixels, where given
-    std::optional<int> height;  // pixels, where given
-    int usual_width = 1280;     // width where neither is given
+    std::optional<int> width;   // width of the picture, pixels; none: not given
+    std::optional<int> height;  // height of the picture, pixels; none: not given
+    int usual_width = 1280;     // width where neither is given, pixels
 
     std::string device;
     bool gl_debug = false;

@@ -1,4 +1,4 @@
-// `halflight render --frames`: sequences.
+// Sequences: `halflight render --frames`.
 #pragma once
 
 #include "tools/halflight/commands.h"

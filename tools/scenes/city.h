@@ -57,9 +57,9 @@ std::vector<Placement> city_plan(const std::vector<Model>& models, std::uint64_t
 
 struct CityOptions {
     std::uint64_t triangles = 1'000'000;
-    bool flatten = false;                               // unique geometry instead of nodes that share meshes
-    bool gpu_instancing = false;                        // EXT_mesh_gpu_instancing: one node per model
-    bool parts = false;                                 // several files; with flatten only
+    bool flatten = false;                               // writes unique geometry instead of nodes that share meshes
+    bool gpu_instancing = false;                        // writes one node per model (EXT_mesh_gpu_instancing)
+    bool parts = false;                                 // writes several files; with flatten only
     std::uint64_t part_bytes = std::uint64_t{1} << 30;  // upper limit of a part's size
 };
 

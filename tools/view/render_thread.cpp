@@ -14,8 +14,8 @@ namespace halflight::view {
 namespace {
 
 constexpr auto kSettle = std::chrono::milliseconds(100);  // time without a request after which the camera is at rest
-constexpr double kLookEvery = 0.1;                        // least time between whole pictures, seconds
-constexpr double kLookShare = 0.2;                        // largest share of time for making pictures of samples
+constexpr double kLookEvery = 0.1;                        // minimum time between whole pictures, seconds
+constexpr double kLookShare = 0.2;                        // maximum share of time for making pictures of samples
 constexpr auto kWatch = std::chrono::milliseconds(500);   // time between checks of the shader files
 
 }  // namespace

@@ -38,7 +38,7 @@ struct Agreement {
     std::size_t beyond = 0;      // number of blocks beyond the tolerance
     double expected_beyond = 0;  // expected value of `beyond` due to noise alone
 
-    bool agrees() const;  ///< Returns whether no block is beyond, and the whole is within kWholeTolerance.
+    bool agrees() const;  ///< Returns whether the whole and all blocks are within their tolerances.
 };
 
 /// Compares pictures of one renderer with those of another: at least two of each, of the same size and channels. Two

@@ -16,7 +16,7 @@ struct ReferenceOrder {
     enum class Maker : std::uint8_t { automatic, oracle, gl, file };
     Maker maker = Maker::automatic;
     std::filesystem::path file;    // file for Maker::file: an .exr in scene-linear Rec.709
-    int samples = 0;               // least number of samples per pixel, both halves together; > 0 except for a file
+    int samples = 0;               // minimum samples per pixel, both halves together; > 0 except for a file
     std::filesystem::path folder;  // cache of references
 };
 

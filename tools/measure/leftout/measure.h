@@ -13,7 +13,7 @@ namespace halflight::leftout {
 
 struct Settings {
     int width = 256, height = 256;  // size of a picture, pixels
-    int samples = 4;                // samples per picture
+    int samples = 4;                // number of samples of a picture
     int turns = 9;                  // number of pictures of each side
     int starts = 1;                 // number of times that each side is prepared and compiled before the turns, > 0
 };
