@@ -27,7 +27,7 @@ std::string scalar_text(const Json& value) {
     return value.is_number_float() ? fmt::format("{:.6g}", value.get<double>()) : value.dump();
 }
 
-/// Returns one line: "a, b", or "name: x, type: y" of an object.
+/// Returns one line: "a, b" for a list, "name x, type y" for an object.
 std::string flat_text(const Json& value) {
     if (!value.is_structured()) return scalar_text(value);
     std::string text;
@@ -36,7 +36,7 @@ std::string flat_text(const Json& value) {
     return text;
 }
 
-/// Prints indented "key value" lines for people; the JSON has the same contents for programs.
+/// Prints indented "key value" lines for people; programs use the JSON.
 void print_text(const Json& value, int indent) {
     constexpr int kKeyWidth = 32;
     constexpr std::size_t kLineWidth = 80;
@@ -72,15 +72,15 @@ void print_devices(const Json& attempts) {
 }
 
 void print_left_out_head(bool timed) {
-    fmt::print("parts left out with the default settings, and the bytes that each would take");
+    fmt::print("left out with the default settings, and the bytes saved");
     if (timed)
         fmt::print(
-            "; time of a sample of {} x {} pixels with the part relative to without, median [quartiles] of {} turns",
+            "; time of a sample of {} x {} pixels with the part over that without it, median [quartiles] of {} turns",
             kTimed.width, kTimed.height, kTimed.turns);
-    fmt::print(". --keep rejects parts marked *, which would change the picture\n");
+    fmt::print(". --keep refuses items marked *, which would change the picture\n");
 }
 
-/// Prints one item that is left out, its size, and the reason.
+/// Prints a part, the bytes that it would take, and the reason why it is left out.
 void print_left_out(const Json& l) {
     std::string time;
     if (l.contains("time")) {

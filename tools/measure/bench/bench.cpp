@@ -108,7 +108,7 @@ void check_files(const BenchArguments& a) {
 
 void add_options(CLI::App& app, BenchArguments& a) {
     app.add_option("--scene", a.scenes, "glTF files")->type_name("FILE")->required();
-    app.add_option("--camera", a.camera, "name or number (default: the first, or one that frames the whole scene)")
+    app.add_option("--camera", a.camera, "name or number (default: the first, or one that sees the whole scene)")
         ->type_name("NAME|N");
     app.add_option("--size", a.size, "size of the picture in pixels (default " + a.size + ")")
         ->type_name("WIDTHxHEIGHT")
@@ -138,7 +138,7 @@ void add_options(CLI::App& app, BenchArguments& a) {
         ->check(count)
         ->excludes(frames);
     app.add_option("--repeats", a.repeats,
-                   fmt::format("runs of a tracer in each turn, whose times are averaged (default {})", a.repeats))
+                   fmt::format("runs of a tracer in each turn, of which the mean counts (default {})", a.repeats))
         ->type_name("N")
         ->check(count)
         ->excludes(frames);

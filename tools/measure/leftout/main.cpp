@@ -159,7 +159,7 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
     halflight::leftout::Options options;
     halflight::leftout::Settings& settings = options.settings;
-    CLI::App app("Measures the savings from leaving out work that a scene does not need, in turns with --keep-all.",
+    CLI::App app("Measures what it saves to leave out work that a scene does not need, in turns with --keep-all.",
                  "halflight-leftout");
     app.add_option("SCENE", options.scenes, "glTF 2.0 scenes, each seen by its first camera")->required();
     CLI::Option* each = app.add_flag("--items", options.each, "measure each item that is left out by itself, too");
