@@ -106,7 +106,7 @@ class Progress {
 
   private:
     const PilotProgress& told_;
-    int pictures_ = 0;  // finished pictures
+    int pictures_ = 0;  // done
 };
 
 /// Returns the variance of each sum of layers over `pictures` pictures, averaged over pixels and channels.

@@ -80,8 +80,8 @@ struct Renderer::State {
 
     // The following functions are defined in render_graphs.cpp.
 
-    FrameOptions frame_options() const;   ///< Returns options of samples without the radiance cache.
-    FrameOptions cached_options() const;  ///< Returns options of samples with the radiance cache.
+    FrameOptions frame_options() const;   ///< for samples without the radiance cache
+    FrameOptions cached_options() const;  ///< for samples with the radiance cache
     FrameNeeds needs() const;
     Band band_at(int index) const;
     /// Returns the graphs of band `index`; compiles them on first use.

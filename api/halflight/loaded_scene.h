@@ -134,11 +134,11 @@ class LoadedScene {
     std::vector<std::size_t> playing_;
     std::vector<std::filesystem::path> files_;
     Scene scene_;
-    std::unique_ptr<Unedited> unedited_;  // null before the first edit
+    std::unique_ptr<Unedited> unedited_;  // null while there were no edits
     ChosenCamera camera_;
     bool surfaces_move_ = false;
     Deformer* deformer_ = nullptr;
-    std::optional<double> posed_at_ = 0;  // seconds; none: posed by another deformer or with other edits
+    std::optional<double> posed_at_ = 0;  // seconds; none: by another deformer, or with other edits
     std::uint64_t revision_ = 1, transform_revision_ = 1;
 };
 

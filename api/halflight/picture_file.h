@@ -36,7 +36,7 @@ struct PictureInfo {
     // The following members apply to frames of sequences only.
     std::optional<FrameRate> frame_rate{};
     std::uint32_t frame = 0;
-    std::string fingerprint{};  // fingerprint of the frame (fingerprint.h)
+    std::string fingerprint{};  // fingerprint.h
 };
 
 /// Returns whether the file name ends in `.extension`, in any case.

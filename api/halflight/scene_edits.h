@@ -17,13 +17,13 @@ inline constexpr double kFarLight = 1e12;  ///< largest coordinate of a light, m
 struct LightEdit {
     float factor = 1;                  // factor of the intensity, >= 0
     std::optional<vec3> color{};       // linear Rec.709, [0,1]; white has the intensity of the light's largest channel
-    std::optional<dvec3> position{};   // position, world, up to kFarLight; without effect on directional lights
-    std::optional<dvec3> direction{};  // unit vector along which light travels; without effect on point lights
+    std::optional<dvec3> position{};   // world, up to kFarLight; without effect on directional lights
+    std::optional<dvec3> direction{};  // unit, direction in which light travels; without effect on point lights
     bool operator==(const LightEdit&) const = default;
 };
 
 struct SceneEdits {
-    double environment_rotation = 0;  // degrees to the right as seen from inside; rounded to whole texels of the map
+    double environment_rotation = 0;  // degrees to the right, seen from inside; rounded to whole texels of the map
     float environment_intensity = 1;  // factor, >= 0
     vec3 environment_tint{1};         // factor by channel, linear Rec.709, [0,1]
     float emission = 1;               // factor of the emission of all surfaces, >= 0
@@ -47,8 +47,8 @@ LightColor color_of(const PunctualLight& light);
 /// Returns v scaled to length 1; none where v is zero or not finite.
 std::optional<dvec3> unit_direction(const dvec3& v);
 
-/// Applies edits to a scene that has none yet. Throws Error that names the material or instance for an unknown index or
-/// property, or a value outside its range.
+/// Applies edits to a scene that has none yet. Throws Error that names the material or instance: there is none of that
+/// index, no such property, or a value outside its range.
 void apply(const SceneEdits& edits, Scene& scene);
 
 }  // namespace halflight

@@ -61,9 +61,9 @@ class Callback {
     Callback(const Callback&) = delete;
     Callback& operator=(const Callback&) = delete;
 
-    /// Calls the function with the result of make(); takes the GIL. Returns false if the work is to stop.
+    /// Calls the function with what make() returns; takes the GIL. Returns false where the work is to stop.
     bool operator()(const std::function<py::object()>& make);
-    /// Raises the exception that stopped the work; needs the GIL.
+    /// Raises what has stopped the work; needs the GIL.
     void rethrow();
 
   private:

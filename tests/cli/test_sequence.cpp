@@ -222,7 +222,7 @@ TEST_F(Sequence, InPartsAndChecked) {
               std::string::npos)
         << none.err;
     for (const char* part : {"2/3", "1/3", "3/3"}) make("a", "1-5", {"--part", part});
-    EXPECT_NE(make("a", "1-5", {"--check"}).err.find("all 5 frames are complete"), std::string::npos);
+    EXPECT_NE(make("a", "1-5", {"--check"}).err.find("all 5 frames are whole"), std::string::npos);
     EXPECT_NE(make("a", "1-5", {"--part", "2/9"}).err.find("1 of 1 frames are there already"), std::string::npos);
     EXPECT_NE(make("a", "1-5", {"--part", "1/9"}).err.find("fewer frames than parts"), std::string::npos);
     EXPECT_EQ(contents("a").size(), 5u);

@@ -52,7 +52,7 @@ void run_sequence(const RenderArguments& a) {
         if (!bad.empty())
             throw Error(a.outputs[0].string(), "{}: missing, damaged, or of another scene or other settings",
                         of_all(bad, a));
-        console.note("{}: all {} frames are complete", a.outputs[0].string(), frames);
+        console.note("{}: all {} frames are whole", a.outputs[0].string(), frames);
         return;
     }
 

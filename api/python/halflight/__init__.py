@@ -37,7 +37,7 @@ def _log(is_warning, line):
 
 
 def _told(progress):
-    """Returns the callback for the native module, which is called with a tuple."""
+    """Returns the callback for the native module; it gets tuples."""
     return None if progress is None else lambda told: progress(Progress(*told))
 
 
@@ -120,8 +120,8 @@ class Scene:
         self._native.set_camera(None if which is None else str(which), None, None, (0, 1, 0), 45)
 
     def look(self, look_from, look_at, up=(0, 1, 0), vfov=45):
-        """Sets a camera that is not part of the scene: position and target (metres, world), up direction, and vertical
-        field of view in degrees."""
+        """Sets a camera of your own: its position, its target and up direction (metres, world), and its vertical field
+        of view in degrees."""
         self._native.set_camera(None, tuple(look_from), tuple(look_at), tuple(up), vfov)
 
     def material(self, which):
@@ -140,15 +140,15 @@ class Scene:
         self._native.edit_light(self._index(names, which, "light"), factor, color, position, direction)
 
     def edit_environment(self, rotation=None, intensity=None, tint=None):
-        """Rotates the environment to the right (degrees), scales its radiance, and tints it."""
+        """Turns the environment by degrees to the right, scales and tints its radiance."""
         self._native.edit_environment(rotation, intensity, tint)
 
     def edit_emission(self, factor):
-        """Scales the emission of all surfaces."""
+        """Scales the light of all emissive surfaces."""
         self._native.edit_emission(factor)
 
     def set_clay(self, on=True):
-        """Replaces all materials by one rough grey, or restores them."""
+        """Gives all surfaces one rough grey, or their own materials again."""
         self._native.set_clay(on)
 
     def transform(self, which):
