@@ -18,7 +18,7 @@ class AnimatedScene {
                                      {{"baseColorFactor", {color[0], color[1], color[2], 1}}, {"metallicFactor", 0}}},
                                     {"emissiveFactor", emission}});
     }
-    /// Adds a box from -half to half with eight shared corners; returns its primitive.
+    /// Adds a box from -half to half with eight shared vertices; returns its primitive.
     Json& box(const std::string& name, int material, const Json& at, const vec3& half) {
         std::vector<float> positions;
         for (int corner = 0; corner < 8; ++corner)
@@ -59,7 +59,7 @@ void add_room(AnimatedScene& scene) {
     scene.box("lamp", light, {0, 4, 1}, {1, 0.05f, 1});
 }
 
-/// Adds a box whose upper four corners follow the second joint, which leans over and back.
+/// Adds a box whose upper four vertices follow the second joint, which leans over and back.
 void add_bending_box(AnimatedScene& scene) {
     Json& primitive = scene.box("bending", scene.material({0.8, 0.2, 0.1}), {0, 0, 0}, {0.3f, 0.8f, 0.3f});
     std::vector<std::uint8_t> joints(8 * 4, 0), weights(8 * 4, 0);

@@ -1,4 +1,4 @@
-// Small animated scenes as files.
+// Writes small animated scenes to files.
 #pragma once
 
 #include <filesystem>

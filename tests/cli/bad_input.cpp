@@ -16,7 +16,7 @@ const std::map<Fate, std::string> kFates = {{Fate::loaded, "loaded"}, {Fate::ref
                                             {Fate::untidy, "UNTIDY"}, {Fate::crashed, "CRASHED"},
                                             {Fate::hung, "HUNG"},     {Fate::greedy, "GREEDY"}};
 
-/// Owns the table of cases, and the picture that is overwritten by each case.
+/// Owns the table of cases, and the output file that every case overwrites.
 class Records : public testing::Environment {
   public:
     void add(const std::string& name, const Verdict& verdict, const Outcome& outcome) {
@@ -45,13 +45,13 @@ Records& records() {
     return instance;
 }
 
-Records& at_start = records();  // gtest requires it before the first test
+Records& at_start = records();  // gtest requires the registration before the first test
 
 RunOptions limited() {
     RunOptions options;
     options.wrapper = {"prlimit", fmt::format("--cpu={}", kMaxCpuSeconds), "--core=0"};
 #ifndef HALFLIGHT_SANITIZED  // shadow memory takes terabytes of addresses
-    // This also counts address space that the program reserves without using it.
+    // The limit also counts address space that the program reserves without using it.
     options.wrapper.push_back(fmt::format("--as={}", 8 * kMaxBytes));
 #endif
     options.most_seconds = 120;  // ends a program that waits forever without using the CPU
@@ -67,7 +67,7 @@ Fate fate_of(const Outcome& outcome) {
 #ifndef HALFLIGHT_SANITIZED
     if (outcome.peak_bytes > kMaxBytes) return Fate::greedy;
 #endif
-    if (outcome.err.starts_with("halflight: memory:")) return Fate::greedy;  // ended by the limit on address space
+    if (outcome.err.starts_with("halflight: memory:")) return Fate::greedy;  // the limit on address space was reached
     if (outcome.status == 0) return Fate::loaded;
     return one_line ? Fate::refused : Fate::untidy;
 }
@@ -84,7 +84,7 @@ std::ostream& operator<<(std::ostream& out, Fate fate) {
 
 Verdict judge(const std::string& name, const std::vector<std::string>& arguments) {
     const Outcome outcome = run_program(arguments, limited());
-    if (outcome.status == 127) throw std::runtime_error("the program cannot be run");  // set by prlimit
+    if (outcome.status == 127) throw std::runtime_error("the program cannot be run");  // prlimit's own status
     Verdict verdict{fate_of(outcome), outcome.err};
     while (verdict.line.ends_with('\n')) verdict.line.pop_back();
     records().add(name, verdict, outcome);

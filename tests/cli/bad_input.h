@@ -1,4 +1,4 @@
-// Bad input, each case in its own process with limits: it must load, or be refused in one line.
+// Runs each bad input in its own process with limits. The program must load it, or refuse it in one line.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -10,8 +10,8 @@
 
 namespace halflight::test {
 
-inline constexpr double kMaxCpuSeconds = 10;                    ///< limit of CPU time; beyond it, the program hangs
-inline constexpr std::size_t kMaxBytes = std::size_t{1} << 30;  ///< limit of resident memory; more is a failure
+inline constexpr double kMaxCpuSeconds = 10;                    ///< limit of CPU time, seconds
+inline constexpr std::size_t kMaxBytes = std::size_t{1} << 30;  ///< limit of resident memory, bytes
 
 enum class Fate {
     loaded,   // exit status 0

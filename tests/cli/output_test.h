@@ -16,7 +16,7 @@ using Strings = std::vector<std::string>;
 
 class Output : public testing::Test {
   protected:
-    /// Renders the room and expects success; 32 x 32 pixels and one sample unless `more` says otherwise.
+    /// Renders the room and expects success. Defaults: 32 x 32 pixels, one sample; `more` overrides them.
     Outcome render(Strings more, const RunOptions& options = {}) {
         Strings arguments = {"render", scene};
         const auto add = [&](const char* option, const char* value) {

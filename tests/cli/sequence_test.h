@@ -1,4 +1,4 @@
-// Fixture for sequences: frames of a small animated scene, in folders.
+// Fixture that renders frames of a small animated scene into folders.
 #pragma once
 
 #include <fmt/format.h>
@@ -20,7 +20,7 @@ using Strings = std::vector<std::string>;
 
 class Sequence : public testing::Test {
   protected:
-    /// Renders frames to folder/into/f.####.exr, 16 x 16 pixels and two samples unless `more` says otherwise.
+    /// Renders frames to folder/into/f.####.exr. Defaults: 16 x 16 pixels, two samples; `more` overrides them.
     Outcome run(const std::string& into, const std::string& frames, const Strings& more = {},
                 const RunOptions& options = {}) {
         fs::create_directory(folder / into);

@@ -13,7 +13,7 @@ namespace {
 
 class Refusal : public testing::Test {
   protected:
-    /// Runs `render` and expects this status and, as the only line, "halflight: " and `message` (a regular expression).
+    /// Runs `render`; expects the status and "halflight: " with `message` (a regular expression) as the only line.
     void expect(const std::vector<std::string>& arguments, int status, const std::string& message,
                 const RunOptions& options = {}) {
         const auto before = folder.entries();
@@ -26,7 +26,7 @@ class Refusal : public testing::Test {
                                                                                                << outcome.err;
         EXPECT_EQ(folder.entries(), before) << command << " left something behind";
     }
-    /// Expects the same of a render of the room to out.exr, which is short in case it is not refused.
+    /// Calls expect() for a render of the room to out.exr; the render is short in case it is not refused.
     void expect_render(std::vector<std::string> more, int status, const std::string& message,
                        const RunOptions& options = {}) {
         std::vector<std::string> arguments = {"render", scene, folder / "out.exr", "--width", "8", "--height", "8"};
@@ -172,7 +172,7 @@ TEST_F(Refusal, UnwritableFiles) {
 }
 
 TEST_F(Refusal, UnwritableFolder) {
-    // Permissions do not stop root, but /sys does.
+    // Root may write everywhere except in /sys.
     std::filesystem::path unwritable = "/sys";
     if (geteuid() != 0) {
         unwritable = folder / "locked";
@@ -198,7 +198,7 @@ TEST_F(Refusal, NoDevice) {
     expect_render({}, 1, ".*", {.environment = {"__EGL_VENDOR_LIBRARY_DIRS=" + folder.path.string()}});
 }
 
-/// All layers of 64 x 64 noisy pixels need more bytes than this, compressed or not.
+/// All layers of 64 x 64 noisy pixels need more than this number of bytes, compressed or not.
 constexpr int kTooFewBytes = 8192;
 
 TEST_F(Refusal, LimitOfFileSize) {

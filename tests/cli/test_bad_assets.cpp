@@ -16,7 +16,7 @@ using Json = nlohmann::json;
 
 const fs::path kBad = fs::path(HALFLIGHT_SHARED_DIR) / "assets/bad";
 
-/// Errors of the validator with which a scene loads all the same, and the reason why that is right for rendering.
+/// Validation errors with which a scene still loads, each with the reason why that is right for rendering.
 const std::map<std::string, std::string> kTolerated = {
     {"ACCESSOR_ELEMENT_OUT_OF_MAX_BOUND", "bounds are taken from the data"},
     {"ACCESSOR_ELEMENT_OUT_OF_MIN_BOUND", "bounds are taken from the data"},
@@ -56,7 +56,7 @@ const std::map<std::string, std::string> kTolerated = {
     {"UNSATISFIED_DEPENDENCY", "an offset into nothing is not followed"},
 };
 
-/// Files that load only because no node instances the invalid part; instanced, they are refused.
+/// Files that load because no node instances their invalid part. Once instanced, the part is refused.
 const std::set<std::string> kNotRead = {
     "ACCESSOR_INDEX_OOB",
     "ACCESSOR_JOINTS_INDEX_DUPLICATE",
@@ -76,7 +76,7 @@ const std::set<std::string> kNotRead = {
     "MESH_PRIMITIVE_UNEQUAL_ACCESSOR_COUNT",
 };
 
-/// Valid files that are refused all the same.
+/// Valid files that are refused, each with the reason.
 const std::map<std::string, std::string> kRefusedThoughValid = {
     {"accessor/unknown_type.gltf", "a type that glTF 2.0 has not"},
     {"buffer/non_relative_uri.gltf", "nothing is downloaded"},
@@ -93,7 +93,7 @@ class BadAssets : public testing::Test {
 
 /// A file of the validator's own tests, and the errors in its report.
 struct Validated {
-    std::string name;  // "mesh/valid.gltf"
+    std::string name;  // path, for example "mesh/valid.gltf"
     std::set<std::string> errors;
 };
 
@@ -134,7 +134,7 @@ TEST_F(BadAssets, AgreeWithTheValidatorExceptForListedCases) {
     for (const std::string& name : listed) EXPECT_TRUE(surprises.contains(name)) << "no longer: " << name;
 }
 
-/// No node instances most of the validator's meshes. Instanced, they are read.
+/// No node instances most of the validator's meshes, so this test adds a node for each of them.
 TEST_F(BadAssets, InstancedMeshesAreRead) {
     const TemporaryFolder folder;
     int shown = 0;

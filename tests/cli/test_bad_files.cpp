@@ -1,4 +1,4 @@
-// Tests bad files named by scenes, --env and --ocio: truncated, oversized, no regular files, out of bounds.
+// Tests bad files that scenes, --env and --ocio name: truncated, oversized, not regular, or out of bounds.
 #include <fmt/format.h>
 #include <sys/stat.h>
 
@@ -22,7 +22,7 @@ std::string big_endian(std::uint32_t v) {
 }
 
 std::string png_chunk(const std::string& type, const std::string& data) {
-    std::uint32_t checksum = ~0u;  // PNG, annex D
+    std::uint32_t checksum = ~0u;  // CRC-32 (PNG specification, annex D)
     for (const char c : type + data) {
         checksum ^= static_cast<unsigned char>(c);
         for (int bit = 0; bit < 8; ++bit) checksum = checksum >> 1 ^ (checksum & 1 ? 0xedb88320u : 0u);
@@ -41,7 +41,7 @@ class BadFiles : public testing::Test {
     void write(const std::string& name, const std::string& bytes) const { write_text(folder_ / name, bytes); }
     std::string path(const std::string& name) const { return folder_ / name; }
 
-    /// Returns a triangle with a texture from `image` and positions from `buffer`.
+    /// Returns the glTF text of a triangle with a texture from `image` and positions from `buffer`.
     std::string scene(const std::string& image, const std::string& buffer = "good.bin") const {
         write("good.bin", std::string(36, '\0'));
         const Json texture = {{"index", 0}};
@@ -90,7 +90,7 @@ std::string small_jpeg() {
     return encode_jpeg(32, {128, 128, 128});
 }
 
-/// Returns the JPEG with other dimensions in its frame header.
+/// Returns a JPEG whose frame header claims `side` x `side` pixels.
 std::string jpeg_claiming(std::uint16_t side) {
     std::string bytes = small_jpeg();
     const auto frame = bytes.find("\xff\xc0");

@@ -1,4 +1,4 @@
-// Tests scenes that are invalid, or only look so: sizes, numbers, text, structure.
+// Tests scenes that are invalid, and valid ones that look invalid: sizes, numbers, text, structure.
 #include <cmath>
 #include <limits>
 
@@ -15,7 +15,7 @@ class BadScenes : public testing::Test {
     }
     void loaded(const std::string& name, const std::string& bytes) { expect_loaded("scene: " + name, command(bytes)); }
 
-    /// Returns a triangle whose JSON has `value` at `pointer`.
+    /// Returns the glTF text of a triangle, with `value` at the JSON pointer `pointer`.
     static std::string triangle_with(const char* pointer, const Json& value) {
         GltfBuilder b;
         b.add_triangle();

@@ -64,7 +64,7 @@ TEST(Bench, WritesTablesAndJson) {
     }
     const Json& methods = kinds[0]["methods"];
     for (const char* exact : {"plain", "compute", "kept", "auto", "raster"}) EXPECT_EQ(methods[exact]["exact"], true);
-    // 64x48 pixels are 48 tiles.
+    // The picture of 64 x 48 pixels has 8 x 6 tiles.
     EXPECT_EQ(methods["compute"]["figures"]["tiles"], 48);
     EXPECT_EQ(methods["compute"]["figures"]["made"], 48);
     EXPECT_EQ(methods["kept"]["figures"]["made"], 0);
@@ -107,7 +107,7 @@ TEST(Bench, WholeFrames) {
             }
         }
     }
-    // One of them keeps its state, the other does not.
+    // One variant keeps its tile lists, the other one does not.
     const auto lists_made = [&](std::size_t variant) -> int {
         const Json& chosen = frames["still"][variant]["chosen"];
         return std::ranges::find_if(chosen, [](const Json& b) { return b["batch"] == "shadow"; })->at("tiles_culled");

@@ -143,7 +143,7 @@ TEST_F(Compare, IdsAndMissingLayersFailWhateverTheThresholds) {
     expect_error({a, b, "--layer", "beauty"}, 4, "beauty: is a layer of neither picture");
 }
 
-// Some of their floats are ids, whose errors would be meaningless.
+// The Cryptomatte layers hold ids as floats, for which an error would be meaningless.
 TEST_F(Compare, CryptomattesAreIds) {
     const auto matte = [&](const char* name, std::uint32_t id) {
         Image image(kSide, kSide, 2);
@@ -173,7 +173,7 @@ TEST_F(Compare, NonFinitePixelsAreCountedAndExcluded) {
     const std::string a = with("a.exr", nan, inf, 0.1f), b = with("b.exr", nan, inf, 0), c = with("c.exr", 0, inf, 0);
     const Json same = figures({a, b, "--fail", "9", "--map", folder / "map.exr"}, 0)["layers"][0];
     EXPECT_EQ(same["not_finite_pixels"], Json({2, 2}));
-    EXPECT_NEAR(same["metrics"]["mse"]["value"], 0.01, 1e-6);  // over the finite pixels
+    EXPECT_NEAR(same["metrics"]["mse"]["value"], 0.01, 1e-6);  // only the finite pixels count
     const Json other = figures({b, c, "--fail", "9"}, 2)["layers"][0];
     EXPECT_EQ(other["not_finite_pixels"], Json({2, 1}));
     EXPECT_EQ(other["not_finite_alike"], false);

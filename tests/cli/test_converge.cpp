@@ -100,7 +100,7 @@ TEST_F(Converge, ReportsEveryMethodAndContinuesReferences) {
         EXPECT_EQ(method["passes"].empty(), method["method"] == "oracle");
         for (const Json& finding : method["findings"]) EXPECT_NE(finding["kind"], "bias") << finding["text"];
     }
-    // The tracing method does not change a picture, and therefore no error.
+    // The tracing method changes neither a picture nor its error.
     std::map<int, std::set<double>> of_seed;
     for (const Json& run : json["runs"])
         if (run["method"] != "oracle") of_seed[run["seed"]].insert(run["mse"].get<double>());
@@ -243,7 +243,7 @@ TEST_F(Converge, NamesInScenesAreNeverExecuted) {
 }
 
 TEST_F(Converge, BiasIsFlagged) {
-    // A method with direct light only is biased against a reference with all light.
+    // A method that renders direct light only is biased against a reference with all light.
     const std::string direct = folder / "direct.exr";
     const Outcome rendered = run_program({"render", kCornell, direct, "--width", "32", "--height", "32", "--bounces",
                                           "1", "--samples", "256", "--quiet"});
@@ -258,7 +258,7 @@ TEST_F(Converge, BiasIsFlagged) {
     EXPECT_GT(method["points"][2]["relative_bias"]["value"], 0.1);
     EXPECT_NE(biased.err.find("plain: bias"), std::string::npos) << biased.err;
 
-    // A method with direct light has no bias against a reference with direct light only.
+    // A method that renders direct light only is unbiased against a reference with direct light only.
     arguments.insert(arguments.end(), {"--bounces", "1"});
     ASSERT_EQ(run_program(arguments).status, 0);
     EXPECT_LT(std::abs(report()["methods"][0]["points"][2]["relative_bias"]["value"].get<double>()), 0.06);
@@ -274,7 +274,7 @@ TEST_F(Converge, EstimatorsAreCompared) {
     for (const Json& method : json["methods"]) names.push_back(method["method"]);
     EXPECT_EQ(names, (Strings{"plain lights=power", "plain lights=tree", "compute lights=power", "compute lights=tree",
                               "oracle"}));
-    // With one estimator all tracing methods give the same picture; other estimators give other pictures.
+    // With equal estimators, all tracing methods give equal pictures; other estimators give other pictures.
     EXPECT_EQ(json["same_pictures"], (Json{{"compared", 8}, {"different", 0}}));
     EXPECT_NE(json["methods"][0]["points"][1]["mse"], json["methods"][1]["points"][1]["mse"]);
     EXPECT_EQ(json["methods"][0]["points"][1]["mse"], json["methods"][2]["points"][1]["mse"]);

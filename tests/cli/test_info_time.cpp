@@ -1,4 +1,4 @@
-// Tests `halflight info --needs --time`: the cost of each left-out part.
+// Tests `halflight info --needs --time`: it prints the cost of each left-out part.
 #include <gtest/gtest.h>
 
 #include <nlohmann/json.hpp>

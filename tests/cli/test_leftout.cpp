@@ -1,4 +1,4 @@
-// Tests halflight-leftout: rows for scenes and for their left-out parts, each measured with and without.
+// Tests halflight-leftout: rows for scenes and for left-out parts, each measured with and without the part.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -14,7 +14,7 @@ using Json = nlohmann::json;
 
 class LeftOutTool : public testing::Test {
   protected:
-    /// Returns the figures of the room.
+    /// Returns the program's figures for the room.
     Json measure(std::vector<std::string> more) {
         std::vector<std::string> arguments = {scene,       "--width", "32",     "--height", "32",
                                               "--samples", "2",       "--json", file};

@@ -21,14 +21,14 @@ class MovieTest : public testing::Test {
   protected:
     static constexpr int kWidth = 17, kHeight = 15;  // a movie of 18 x 16
 
-    /// Puts a program named ffmpeg first into PATH.
+    /// Puts a folder with a program named ffmpeg first in PATH.
     void install(const std::string& script) {
         fs::create_directories(folder / "bin");
         write_text(folder / "bin" / "ffmpeg", "#!/bin/sh\n" + script);
         fs::permissions(folder / "bin" / "ffmpeg", fs::perms::owner_all);
         path = (folder / "bin").string() + ":/usr/bin:/bin";
     }
-    /// Installs a program that keeps its arguments and input, and writes a file as movie.
+    /// Installs a program that stores its arguments and its input, and writes a file in place of the movie.
     void install_recorder() {
         install("printf '%s\\n' \"$@\" > '" + (folder / "arguments").string() + "'\ncat > '" +
                 (folder / "input").string() + "'\nfor file; do :; done\necho movie > \"${file#file:}\"\n");
@@ -64,7 +64,7 @@ class MovieTest : public testing::Test {
     TemporaryFolder folder;
     const fs::path out_folder = (fs::create_directory(folder / "out"), folder / "out");
     std::string scene = write_animated_scene(folder.path);
-    std::string path = folder.path.string();  // no ffmpeg there
+    std::string path = folder.path.string();  // this folder has no ffmpeg
 };
 
 TEST_F(MovieTest, ReceivesAllFramesInOrder) {
@@ -79,7 +79,7 @@ TEST_F(MovieTest, ReceivesAllFramesInOrder) {
                              "-c:v\nlibx264\n", "-pix_fmt\nyuv420p\n", "-f\nmp4\n"})
         EXPECT_NE(arguments.find(pair), std::string::npos) << pair << arguments;
 
-    // The movie is equal without .exr files; its name selects ProRes.
+    // The movie is the same without .exr files. The name of the second movie selects ProRes.
     fs::remove(folder / "input");
     const Outcome alone = run({"--movie", out("m.MOV"), "--frames", "3,1-2", "--fps", "29.97"});
     ASSERT_EQ(alone.status, 0) << alone.err;
@@ -99,7 +99,7 @@ TEST_F(MovieTest, ResumedMoviesAreEqual) {
     ASSERT_EQ(resumed.status, 0) << resumed.err;
     EXPECT_NE(resumed.err.find("2 of 4 frames are there already"), std::string::npos) << resumed.err;
     EXPECT_EQ(read_text(folder / "input"), input);
-    // All frames are there but the movie is missing; it is made of the .png files without rendering.
+    // All frames exist but the movie is missing, so it is made of the .png files without rendering.
     fs::remove(out("m.mp4"));
     fs::remove(folder / "input");
     const Outcome of_files = run(arguments);
@@ -107,7 +107,7 @@ TEST_F(MovieTest, ResumedMoviesAreEqual) {
     EXPECT_NE(of_files.err.find("4 of 4 frames are there already"), std::string::npos) << of_files.err;
     EXPECT_EQ(of_files.err.find("pixels, camera"), std::string::npos) << of_files.err;
     EXPECT_EQ(read_text(folder / "input"), input);
-    // An .exr does not hold the picture through the view transform.
+    // An .exr file does not contain the picture after the view transform.
     const Outcome again = run({out("f.#.exr"), "--movie", out("m.mp4"), "--frames", "1-4"});
     ASSERT_EQ(again.status, 0) << again.err;
     EXPECT_NE(again.err.find("4 frames are there, but not as .png for the movie"), std::string::npos) << again.err;

@@ -10,7 +10,7 @@
 namespace halflight::test {
 namespace {
 
-/// Returns width and height from a PNG's header; the file must be complete.
+/// Returns width and height from the header of a PNG file, which must be complete.
 std::pair<int, int> png_size(const std::string& path) {
     const std::string bytes = read_text(path);
     EXPECT_TRUE(bytes.starts_with("\x89PNG\r\n\x1a\n"));
@@ -36,13 +36,13 @@ TEST_F(Output, ExrAndPngInOneRun) {
     EXPECT_NE(exr.attributes.software.find("halflight"), std::string::npos);
     EXPECT_NE(exr.attributes.comments.find("1 samples"), std::string::npos) << exr.attributes.comments;
     ASSERT_TRUE(exr.attributes.world_to_camera && exr.attributes.world_to_clip && exr.attributes.chromaticities);
-    // The camera "front" is at (0, 1, 6): this point is the origin of camera space, and straight ahead is the middle of
-    // the picture.
+    // The camera "front" is at (0, 1, 6), which is the origin of camera space. The picture's centre lies straight
+    // ahead.
     EXPECT_NEAR(glm::length(dvec3(*exr.attributes.world_to_camera * dvec4(0, 1, 6, 1))), 0, 1e-6);
     const dvec4 ahead = *exr.attributes.world_to_clip * dvec4(0, 1, 0, 1);
     EXPECT_NEAR(ahead.x / ahead.w, 0, 1e-6);
     EXPECT_NEAR(ahead.y / ahead.w, 0, 1e-6);
-    // The upper edge of its view, 0.4 radians up, is the upper edge of the picture.
+    // The upper edge of the view, 0.4 radians above the axis, is the upper edge of the picture.
     const dvec4 top = *exr.attributes.world_to_clip * dvec4(0, 1 + 6 * std::tan(0.4), 0, 1);
     EXPECT_NEAR(top.y / top.w, 1, 1e-6);
 }
@@ -144,12 +144,12 @@ TEST_F(Output, CameraAndSizeFollowTheScene) {
     render({file("above.exr"), "--width", "24", "--height", "24", "--camera", "above"});
     EXPECT_TRUE(same_pixels(file("front.exr"), file("zero.exr")));
     EXPECT_FALSE(same_pixels(file("front.exr"), file("above.exr")));
-    // "above" is twice as wide as high.
+    // The aspect ratio of "above" is 2:1.
     const Outcome outcome =
         run_program({"render", scene, file("size.exr"), "--camera", "above", "--width", "40", "--samples", "1"});
     EXPECT_EQ(outcome.status, 0) << outcome.err;
     EXPECT_EQ(read_exr(file("size.exr")).height, 20);
-    // Options that give the view of the file's camera.
+    // These options give the view of the file's camera.
     render({file("hand.exr"), "--width", "24", "--height", "24", "--look-from", "0,1,6", "--look-at", "0,1,0", "--vfov",
             "45.836623610465857"});  // 0.8 radians
     const Image front = read_exr(file("front.exr")).image({"R", "G", "B"});
@@ -202,7 +202,7 @@ TEST_F(Output, WorkingSpace) {
     const ExrFile rec709 = read_exr(file("rec709.exr")), acescg = read_exr(file("acescg.exr"));
     ASSERT_TRUE(acescg.attributes.chromaticities);
     EXPECT_NEAR(acescg.attributes.chromaticities->red.x, 0.713, 1e-5);
-    // White stays white, so the rows of the matrix sum to 1 (rgb_conversion()).
+    // White stays white, so each row of the matrix sums to 1 (rgb_conversion()).
     const Image a = rec709.image({"R", "G", "B"}), b = acescg.image({"R", "G", "B"});
     const mat3 matrix(rgb_conversion(kRec709, kAp1));
     for (int y = 0; y < a.height; ++y) {
@@ -215,7 +215,7 @@ TEST_F(Output, WorkingSpace) {
 
 TEST_F(Output, StrictWritesNothingAfterABadValue) {
     render({file("a.exr"), "--strict"});
-    // The sky is near the limit of floats, so its radiance divided by its density overflows.
+    // The sky is near the limit of floats, so its radiance divided by the density overflows.
     const char* const sky = "3e38,3e38,3e38";
     const Outcome warned = render({file("b.exr"), "--env", sky, "--stats", file("stats.json")});
     EXPECT_NE(warned.err.find("shadow gave "), std::string::npos) << warned.err;
@@ -233,7 +233,7 @@ TEST_F(Output, StrictWritesNothingAfterABadValue) {
 }
 
 TEST_F(Output, TimeLimitDecides) {
-    render({file("a.exr"), "--samples", "1"});  // fills the driver's shader cache
+    render({file("a.exr"), "--samples", "1"});  // compiles the shaders, which the driver then caches
     const Outcome outcome = run_program({"render", scene, file("b.exr"), "--width", "32", "--height", "32", "--time",
                                          "2", "--stats", file("stats.json")});
     EXPECT_EQ(outcome.status, 0) << outcome.err;
@@ -297,7 +297,7 @@ TEST_F(Output, CompiledShadersAreKeptForTheNextRun) {
     if (kept == 0) GTEST_SKIP() << "this driver gives no program binaries";
     render({file("warm.exr")}, cached);
     EXPECT_EQ(count(), kept);
-    // Damaged files only cost time.
+    // A damaged cache file costs time but changes no picture.
     int i = 0;
     for (const auto& entry : std::filesystem::directory_iterator(programs)) {
         const std::string good = read_text(entry.path());

@@ -1,4 +1,4 @@
-// Tests preview modes of pictures and sequences: they are named, and reproducible.
+// Tests preview modes of pictures and sequences: the output names them, and it is reproducible.
 #include <nlohmann/json.hpp>
 
 #include "tests/cli/sequence_test.h"

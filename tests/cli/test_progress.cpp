@@ -1,4 +1,4 @@
-// Tests progress messages, and what remains of an interrupted run.
+// Tests progress messages, and what an interrupted run leaves behind.
 #include <signal.h>
 
 #include <nlohmann/json.hpp>

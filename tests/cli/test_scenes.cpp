@@ -28,7 +28,7 @@ const std::map<std::string, std::vector<std::string>> kCommands{
     {"room.glb", {"room"}},
 };
 
-/// A .glb as its JSON and its binary chunk; checks the sizes that it states.
+/// A .glb file as JSON and binary chunk. Loading checks the sizes that the file states.
 struct Glb {
     Json json;
     std::string bytes;
@@ -92,8 +92,8 @@ vec3 triple(const Json& json) {
     return {json[0].get<float>(), json[1].get<float>(), json[2].get<float>()};
 }
 
-/// Expects exact bounds, indices in range, normals of unit length on the side given by the winding, and neither
-/// degenerate nor duplicate triangles in every mesh.
+/// Expects for every mesh: exact bounds, indices in range, unit normals on the side that the winding defines, no
+/// degenerate and no duplicate triangles.
 void expect_sound(const Glb& glb, const std::string& name) {
     for (const Json& mesh : glb.json["meshes"]) {
         std::set<std::array<std::array<float, 3>, 3>> seen;
@@ -219,7 +219,7 @@ TEST_F(City, IsValidInEveryForm) {
 }
 
 TEST_F(City, FlattenedEqualsInstanced) {
-    // sum over all corners in world space; transforms are rotations about +y and translations
+    // Sums all corners in world space; transforms are rotations about +y and translations.
     const auto sum_of = [](const Glb& glb) {
         dvec3 sum(0);
         for (const Json& node : glb.json["nodes"]) {
@@ -385,7 +385,7 @@ TEST(Path, FliesACameraThroughAScene) {
     const Json& node = after.json["nodes"].back();
     EXPECT_EQ(after.json["scenes"][0]["nodes"].back(), after.json["nodes"].size() - 1);
     EXPECT_EQ(after.json["cameras"][node["camera"].get<std::size_t>()]["name"], "path");
-    // The chord of a right angle on a circle is sqrt(2) of its radius; all steps are equal.
+    // The chord of a right angle on a circle is sqrt(2) times the radius. All steps are equal.
     const float step = glm::distance(places[0], places[1]);
     for (std::size_t i = 1; i < 4; ++i) EXPECT_NEAR(glm::distance(places[i], places[i + 1]), step, 1e-4f * step);
     EXPECT_NEAR(glm::distance(places[0], places[4]) / step, std::sqrt(0.5) / std::sin(kPi / 16), 1e-3);

@@ -63,7 +63,7 @@ TEST_F(Sequence, FramesDoNotDependOnTheRun) {
     }
     EXPECT_TRUE(contents("killed") == whole) << "killed and resumed";
 
-    // One frame as a single picture.
+    // Renders one frame as a single picture.
     Strings alone = {"render",   scene, folder / "alone.exr", "--frame", "12", "--width", "16",
                      "--height", "16",  "--samples",          "2"};
     alone.insert(alone.end(), all.begin(), all.end());
@@ -72,7 +72,7 @@ TEST_F(Sequence, FramesDoNotDependOnTheRun) {
 }
 
 TEST_F(Sequence, StatisticsReportHierarchyUpdates) {
-    // Floor and lamp are static and share a hierarchy; three boxes move. Frame 0 is the reference pose.
+    // Floor and lamp are static and share a hierarchy. Three boxes move. Frame 0 is the reference pose.
     make("out", "0-2,24", {"--animation", "all", "--camera", "moving", "--stats", folder / "all.jsonl"});
     std::vector<std::array<int, 3>> found;
     const auto read = [&](const fs::path& file) {
@@ -91,7 +91,7 @@ TEST_F(Sequence, StatisticsReportHierarchyUpdates) {
     EXPECT_EQ(found, (Counts{{0, 0, 1}, {1, 0, 0}, {1, 0, 0}})) << "a camera alone";
 }
 
-/// Copies all shaders; in the copy, deformed vertices are `units` higher, which shows that the GPU deformed them.
+/// Copies all shaders. In the copy, deformed vertices are `units` higher, which shows that the GPU deformed them.
 void write_raised_shaders(const fs::path& folder, double units) {
     fs::copy(fs::path(HALFLIGHT_SOURCE_DIR) / "shaders", folder, fs::copy_options::recursive);
     std::string text = read_text(folder / "deform.comp");
@@ -114,7 +114,7 @@ TEST_F(Sequence, DeformationRunsOnTheGpuInEveryFrame) {
     EXPECT_TRUE(contents("alone") == contents("whole"));
     for (int frame = 0; frame <= 2; ++frame)
         EXPECT_FALSE(same_pixels(file("whole", frame), file("plain", frame))) << frame << " is of the CPU";
-    // Before 0 s the pose is that of 0 s. Any motion would show that only one of both poses was deformed on the GPU.
+    // Before 0 s the pose is that of 0 s. Motion would show that the GPU deformed only one of the two poses.
     const ExrFile first = read_exr(file("whole", 0));
     for (const char* channel : {"motion.X", "motion.Y"})
         for (const float pixels : first.find(channel)->values) EXPECT_NEAR(pixels, 0, 0.01f) << channel;
@@ -130,7 +130,7 @@ TEST_F(Sequence, StatisticsReportDeformation) {
         for (std::string line; std::getline(lines, line);) found.push_back(Json::parse(line).at("deformed"));
         return found;
     };
-    // Two boxes of eight corners; frame 1 needs the reference pose, too.
+    // Two boxes with eight vertices each are deformed. Frame 1 also needs the reference pose.
     const std::vector<Json> all = deformed("all", {});
     ASSERT_EQ(all.size(), 2u);
     EXPECT_EQ(all[0].at("vertices"), 32);
@@ -149,7 +149,7 @@ TEST_F(Sequence, OnlyTheCameraMoves) {
     make("chunks", "0-2", fly);
     EXPECT_TRUE(contents("chunks") == contents("whole")) << "what was learned of visibility shows";
     const ExrFile first = read_exr(file("whole", 0)), last = read_exr(file("whole", 6));
-    // The camera's position is the origin of its own space: (-1, 1, 6) at frame 0, a quarter of the way at frame 6.
+    // The origin of camera space is (-1, 1, 6) at frame 0 and a quarter of the way further at frame 6.
     EXPECT_NEAR(glm::length(dvec3(*first.attributes.world_to_camera * dvec4(-1, 1, 6, 1))), 0, 1e-5);
     EXPECT_NEAR(glm::length(dvec3(*last.attributes.world_to_camera * dvec4(-0.5, 1.125, 5.75, 1))), 0, 1e-5);
     const dvec4 ahead = *last.attributes.world_to_clip * dvec4(-0.5, 1.125, 0, 1);
@@ -205,7 +205,7 @@ TEST_F(Sequence, WholeFramesOfTheSameSettingsAreKept) {
     EXPECT_EQ(make("out", "1-3").err, "halflight: 3 of 3 frames are there already\n");
     EXPECT_EQ(fs::last_write_time(file("out", 2)), time);
 
-    // Truncated in the pixels, in the header, and to nothing.
+    // The files are truncated in the pixels, in the header, and to nothing.
     const std::string second = before.at("f.0002.exr");
     for (const std::size_t length : {second.size() - 100, second.size() / 2, std::size_t{40}, std::size_t{0}}) {
         write_text(file("out", 2), second.substr(0, length));
@@ -266,7 +266,7 @@ TEST_F(Sequence, FramesOfOtherSettingsAreAnError) {
     write_text(file("out", 5), "a letter");
     EXPECT_EQ(run("out", "5").status, 1);
     EXPECT_EQ(read_text(file("out", 5)), "a letter");
-    // A frame under the name of another frame is not kept.
+    // A frame is not kept under the name of another frame.
     fs::copy_file(file("out", 3), file("out", 6));
     EXPECT_EQ(run("out", "6").status, 1);
 }

@@ -1,4 +1,4 @@
-// Tests failures of sequences, their remains, and further inputs that decide whether frames are kept.
+// Tests failures of sequences, what they leave behind, and further inputs that decide whether frames are kept.
 #include <signal.h>
 
 #include <algorithm>
@@ -52,7 +52,7 @@ TEST_F(Sequence, AFailedWriteConcernsItsFrameOnly) {
 }
 
 TEST_F(Sequence, FullDisk) {
-    // Frames of 64 x 64 noisy pixels need more bytes than this; the driver's cache must not reach the limit.
+    // Frames of 64 x 64 noisy pixels exceed the limit. The driver's shader cache must not reach it.
     fs::create_directory(folder / "out");
     const Outcome outcome =
         run_program({"render", scene, folder / "out" / "f.%02d.exr", "--frames", "1-2", "--width", "64", "--height",
@@ -85,7 +85,7 @@ TEST_F(Sequence, StoppedBySignal) {
         << "a temporary is left";
 }
 
-/// Returns a config whose only view is the table.
+/// Returns the path of a config whose only view is the table.
 fs::path write_config_with_table(const fs::path& folder, const std::string& table) {
     write_text(folder / "table.cube", table);
     write_text(folder / "config.ocio", R"(ocio_profile_version: 1
@@ -119,7 +119,7 @@ TEST_F(Sequence, StatisticsAreWrittenInEveryCase) {
 }
 
 TEST_F(Sequence, RemainsOfAKilledRunAreRemoved) {
-    // The run is killed while it writes a movie, which it does all the time.
+    // A movie is written during the whole run, so the run is killed while it writes one.
     fs::create_directory(folder / "bin");
     write_text(folder / "bin" / "ffmpeg", "#!/bin/sh\ncat > /dev/null\n");
     fs::permissions(folder / "bin" / "ffmpeg", fs::perms::owner_all);

@@ -81,7 +81,7 @@ TEST_F(Settings, HaveSizeAndBiases) {
     EXPECT_TRUE(bias(by_file));
     EXPECT_TRUE(same(by_file, picture("b.exr", biased))) << "temporal is for frames";
     EXPECT_FALSE(bias(picture("c.exr", {"--settings", s, "--preview", "none", "--clamp", "0"})));
-    // Options for an error target or a shutter take precedence over incompatible modes of the file.
+    // Options for an error target or a shutter take precedence over modes of the file that exclude them.
     EXPECT_FALSE(bias(picture("d.exr", {"--settings", s, "--clamp", "0", "--error", "1e9", "--samples", "16"})));
     EXPECT_EQ(run("e.#.exr", {"--settings", s, "--frames", "1-2", "--shutter", "0.5", "--shutter-times", "2"}).status,
               0);
@@ -130,7 +130,7 @@ TEST_F(Settings, InvalidFilesAreRefused) {
     const Outcome both = run("s.exr", {"--settings", file("s.exr")});
     EXPECT_EQ(both.status, 2) << "it is both input and output";
 
-    // Contents of the file are checked against the rest of the command line.
+    // The file's contents are checked together with the rest of the command line.
     write_exr(file("sky.exr"), {ExrLayer{{"R", "G", "B"}, Image(2, 1, 3)}}, {});
     const std::string sky = read_text(file("sky.exr"));
     EXPECT_EQ(run("sky.exr", {"--settings", settings(R"("environment": {"map": "sky.exr"})")}).status, 2);

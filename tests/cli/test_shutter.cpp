@@ -20,7 +20,7 @@ namespace {
 using Strings = std::vector<std::string>;
 
 constexpr int kSide = 32;               // pixels
-constexpr double kPixel = 4.0 / kSide;  // world units
+constexpr double kPixel = 4.0 / kSide;  // world units per pixel
 
 class Shutter : public testing::Test {
   protected:
@@ -38,7 +38,7 @@ class Shutter : public testing::Test {
         EXPECT_EQ(outcome.status, 0) << outcome.err;
         return read_exr(file);
     }
-    /// Returns a channel of the middle row.
+    /// Returns the values of a channel in the middle row.
     static std::vector<double> row(const ExrFile& file, const std::string& channel) {
         const std::vector<float>& values = file.find(channel)->values;
         return {values.begin() + kSide * kSide / 2, values.begin() + kSide * (kSide / 2 + 1)};
@@ -48,8 +48,8 @@ class Shutter : public testing::Test {
     const std::string sliding = write_sliding_light(folder.path);
 };
 
-/// Returns the coverage of a pixel, averaged over the shutter's open time, by a square of side 1 that moves from
-/// -travel / 2 to travel / 2 around the middle.
+/// Returns the mean coverage of a pixel, over the shutter interval, by a square of side 1 that moves from -travel / 2
+/// to travel / 2.
 double covered(int pixel, double travel) {
     constexpr int kSteps = 256;
     double sum = 0;
@@ -70,8 +70,8 @@ double rms_error(const std::vector<double>& profile, double travel) {
     return std::sqrt(sum / kSide);
 }
 
-// Each of 32 times is known to 1/32 of 2 units, or half a pixel. Including the pixel's width, four times are uncertain
-// at each edge.
+// Each of the 32 times is known to 1/32 of the path of 2 units, which is half a pixel. A pixel's own width included,
+// four times are uncertain at each edge.
 TEST_F(Shutter, MovingSquareHasTheProfileOfItsPath) {
     const Strings settings = {"--frame", "1", "--samples", "32", "--shutter-times", "32"};
     const auto profile = [&](const Strings& more) {
@@ -115,7 +115,7 @@ TEST_F(Shutter, CameraAndSquareMoveInOppositeDirections) {
 TEST_F(Shutter, MattesHaveTheCoverageOfTheirLight) {
     const ExrFile file =
         picture(sliding, {"--frame", "1", "--samples", "32", "--animation", "slide", "--camera", "still", "--shutter",
-                          "1", "--aov", "cryptoobject,depth", "--estimator", "camera=1"});  // one ray hits both
+                          "1", "--aov", "cryptoobject,depth", "--estimator", "camera=1"});  // both come from one ray
     const auto light = row(file, "R"), coverage = row(file, "CryptoObject00.G"), depth = row(file, "Z");
     const std::vector<float>& ids = file.find("CryptoObject00.R")->values;
     int partly = 0;
@@ -126,13 +126,13 @@ TEST_F(Shutter, MattesHaveTheCoverageOfTheirLight) {
                       std::bit_cast<std::uint32_t>(cryptomatte_id("slider")));
         }
         partly += light[x] > 0 && light[x] < 1 ? 1 : 0;
-        const bool inside = x >= 12 && x < 20;  // at the frame's own time
+        const bool inside = x >= 12 && x < 20;  // coverage at the frame's own time
         EXPECT_NEAR(depth[x], inside ? 5 : 1e10, 1e-4) << x;
     }
     EXPECT_GT(partly, 16);
 }
 
-// The samples are equal; sums of parts are rounded to float32 before they are added.
+// The samples are equal. The sums of the parts are rounded to float32 before they are added.
 TEST_F(Shutter, StaticScenesDoNotChange) {
     const std::string scene = write_animated_scene(folder.path);
     const Strings settings = {
@@ -185,7 +185,7 @@ TEST_F(Shutter, MotionIsOfSquareAndCamera) {
                                                     {"pan", "panning", 8.0},
                                                     {"all", "panning", 16.0},
                                                     {"none", "still", 0.0}}) {
-        // Two frames per second: a frame moves it by one unit, or 8 pixels. At 1 s the square is in the middle.
+        // At two frames per second the square moves by one unit, or 8 pixels, per frame. At 1 s it is in the middle.
         const std::string file = folder / "motion.exr";
         const Outcome outcome =
             run_program({"render", sliding, file, "--width", "32", "--frame", "2", "--fps", "2", "--samples", "1",

@@ -70,7 +70,7 @@ TEST_F(Statistics, DescribeTheTracing) {
             }
             EXPECT_EQ(runs, 8u) << batch;
             EXPECT_LE(alive, 8u * 32 * 32);
-            // The picture is the same, so the rays are, too.
+            // The picture is the same, and so are the rays.
             EXPECT_EQ(rays.emplace(batch.at("batch"), alive).first->second, alive) << batch;
             ASSERT_EQ(batch.contains("tile_lists"), batch.at("ways").contains("tiles"));
             EXPECT_TRUE(culling != "raster" || batch.at("state_bytes") > 0);

@@ -1,4 +1,4 @@
-// The viewer's window, steered by scripts: what is seen is what `render` makes.
+// Tests the viewer's window by scripts: the displayed picture is the one that `render` makes.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
@@ -41,7 +41,7 @@ class View : public testing::Test {
         options.most_seconds = kMostSeconds;
         return options;
     }
-    /// Runs `halflight view` by a script, in whose lines @ stands for the folder.
+    /// Runs `halflight view` with a script, in which @ stands for the test's folder.
     Outcome view(std::string script, const std::vector<std::string>& more = {}) {
         for (std::size_t at = 0; (at = script.find('@')) != std::string::npos;)
             script.replace(at, 1, folder.path.string() + "/");
@@ -77,7 +77,7 @@ class View : public testing::Test {
         const auto bits = [](float v) { return std::bit_cast<std::uint32_t>(v); };
         return std::ranges::equal(a.values, b.values, {}, bits, bits);
     }
-    /// Returns the columns from `first` to before `end`.
+    /// Returns columns [first, end).
     static Image crop(const Image& image, int first, int end) {
         Image part(end - first, image.height, image.channels);
         for (int y = 0; y < image.height; ++y)
@@ -153,7 +153,7 @@ TEST_F(View, EveryLayerCanBeShown) {
         const ExrFile own = read_exr(file(name + ".exr"));
         EXPECT_GT(own.channels.size(), 4u) << "the layer is not in it";
         const AovInfo* const layer = find_aov(name);
-        const bool debug = layer && layer->debug();  // "all" does not include them
+        const bool debug = layer && layer->debug();  // "all" does not include debug layers
         for (const ExrChannel& channel : own.channels) {
             const ExrChannel* expected = all.find(channel.name);
             EXPECT_TRUE(expected ? same_values(channel, *expected) : debug) << channel.name;
@@ -188,7 +188,7 @@ TEST_F(View, ComponentsAndTwoPicturesSideBySide) {
     EXPECT_EQ(difference(crop(both, split, both.width), crop(with, split, both.width)), 0)
         << "in the same exposure, although it was kept before that";
     EXPECT_GT(difference(png("window.png"), both), 50) << "there is no line between them";
-    // The written picture is the displayed one.
+    // The written file holds the displayed picture.
     const ExrFile exr = read_exr(file("without.exr"));
     const auto values = [&](const std::string& name) { return exr.find(name)->values; };
     const auto sum = values("R"), a = values("direct_glossy.R"), b = values("indirect_diffuse.R"),
@@ -288,11 +288,11 @@ TEST_F(View, LightsMaterialsAndBookmarks) {
     render({file("above-render.png"), "--settings", scene + ".halflight.json", "--samples", "2"});
     EXPECT_LE(difference(png("above.png"), png("above-render.png")), 1.01);
     EXPECT_GT(difference(png("above.png"), png("first.png")), 10);
-    // The bookmark's camera differs from the scene's by rounding only.
+    // The bookmark's camera differs from the scene's only by rounding.
     Image first = png("first.png"), again = png("again.png");
     EXPECT_NEAR(mean(first), mean(again), 0.01);
 
-    // Saved settings are used by the next run.
+    // The next run uses the saved settings.
     expect_done(view("wait samples 2\nscreenshot @next.png\nrecall here\n"));
     EXPECT_EQ(difference(png("next.png"), png("above.png")), 0);
     expect_done(view("wait samples 2\nscreenshot @other.png\n", {"--camera", "front", "--bounces", "8"}));
@@ -421,7 +421,7 @@ TEST_F(View, ErrorsNameTheLine) {
 }
 
 TEST_F(View, AMissingDeviceIsAnError) {
-    // The device is opened by another thread, so the window exists before the error.
+    // Another thread opens the device, so the window exists before the error.
     const Outcome outcome = view("wait first\n", {"--device", "no such device"});
     EXPECT_EQ(outcome.status, 1);
     EXPECT_NE(outcome.err.find("script.txt:1: GPU: no OpenGL 4.5 context for device 'no such device'"),

@@ -19,7 +19,7 @@ VirtualDisplay::VirtualDisplay() {
     }
     std::string text;
     try {
-        // setpriv ends the server with this process, however that ends.
+        // setpriv ends the server when this process ends in any way.
         server_.emplace(std::vector<std::string>{"setpriv", "--pdeathsig", "KILL", "Xvfb", "-displayfd", "1", "-screen",
                                                  "0", "1280x1024x24", "-nolisten", "tcp"},
                         ProcessOptions{.output = number[1]});
@@ -42,7 +42,7 @@ VirtualDisplay::VirtualDisplay() {
 
 VirtualDisplay::~VirtualDisplay() {
     if (!server_) return;
-    kill(server_->id(), SIGTERM);  // it removes its lock
+    kill(server_->id(), SIGTERM);  // on SIGTERM the server removes its lock
     server_->wait();
 }
 

@@ -8,7 +8,7 @@
 
 namespace halflight::test {
 
-/// Runs the server during its lifetime, and not longer than the process.
+/// An X server that runs as long as the object exists, and never longer than the process.
 class VirtualDisplay {
   public:
     VirtualDisplay();

@@ -1,4 +1,4 @@
-// The pass of docs/adding-a-pass.md: alone, and in whole pictures through its call in renderer/render_develop.cpp.
+// Tests the pass of docs/adding-a-pass.md: alone, and in whole pictures through renderer/render_develop.cpp.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Reads the checkout's shaders and the page's one, from a folder of its own.
+/// Fixture whose shader folder holds the checkout's shaders and the one of the page.
 class Grey : public GpuTest {
   protected:
     Grey() {

@@ -29,7 +29,7 @@ void command_line(const std::vector<std::string>& words) {
         const auto* render = std::get_if<RenderArguments>(&arguments);
         if (render && (render->scene.empty() || render->outputs.empty())) throw Broken("nothing to render");
     } catch (const Error&) {
-        // main() turns it into one line.
+        // main() prints this error as one line.
     }
 }
 
@@ -40,7 +40,7 @@ void arguments(std::string_view input) {
     for (const char c : input) {
         if (c == '\n')
             lines.emplace_back();
-        else if (c != '\0')  // ends a word of argv
+        else if (c != '\0')  // NUL ends a word of argv
             lines.back() += c;
     }
     frames(lines.front());

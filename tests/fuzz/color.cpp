@@ -18,7 +18,7 @@ void check_view(const ColorConfig& config, const ViewTransform& wanted) {
     if (view.gpu_shader().glsl.find("ocio_view") == std::string::npos) throw Broken("the shader has no function");
 }
 
-/// Calls f; an Error ends this call only.
+/// Calls f and swallows an Error, so that the calls after it still run.
 template <class F>
 void attempt(F f) {
     try {

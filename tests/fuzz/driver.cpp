@@ -1,4 +1,4 @@
-// Entry of libFuzzer; HALFLIGHT_FUZZ_TARGET is one of targets.h.
+// Defines the entry point of libFuzzer; HALFLIGHT_FUZZ_TARGET is one of the functions of targets.h.
 #include <cstddef>
 #include <cstdint>
 

@@ -17,13 +17,13 @@ std::string u32(std::size_t value) {
     return bytes;
 }
 
-/// Packs a .glb with consistent lengths, which random changes would never reach.
+/// Packs a .glb with consistent lengths, which random mutations would hardly ever produce.
 std::string pack_glb(std::string_view json, std::string_view binary) {
     return "glTF" + u32(2) + u32(12 + 8 + json.size() + 8 + binary.size()) + u32(json.size()) + "JSON" +
            std::string(json) + u32(binary.size()) + std::string("BIN\0", 4) + std::string(binary);
 }
 
-/// Poses the file. A pose may be refused for data that the rest pose ignores; otherwise it must be valid.
+/// Poses the file. A pose may be refused because of data that the rest pose ignores; otherwise it must be valid.
 void pose(const std::filesystem::path& path, const GltfOptions& options) {
     GltfScene scene(path, options);
     try {

@@ -1,4 +1,4 @@
-// A file in memory with a name in the file system, for loaders that take names.
+// Owns a file in memory that has a name in the file system, for loaders that take names.
 #pragma once
 
 #include <filesystem>

@@ -14,7 +14,7 @@ void check_pose(const CameraPose& pose) {
     validate(scene);
 }
 
-/// Removes the map, whose name may be written in another form than it was read.
+/// Removes the environment map, whose path may be written in another form than it was read.
 SavedSettings without_map(SavedSettings settings) {
     if (std::holds_alternative<std::filesystem::path>(settings.environment)) settings.environment = {};
     return settings;

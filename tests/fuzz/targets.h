@@ -1,4 +1,4 @@
-// The fuzz targets, for libFuzzer (driver.cpp) and for the test of former findings (test_regressions.cpp).
+// Declares the fuzz targets, for libFuzzer (driver.cpp) and for the test of former findings (test_regressions.cpp).
 #pragma once
 
 #include <stdexcept>
@@ -6,16 +6,16 @@
 
 namespace halflight::fuzz {
 
-/// Thrown where a guarantee about bad input does not hold.
+/// Thrown if a guarantee about bad input does not hold.
 struct Broken : std::logic_error {
     using std::logic_error::logic_error;
 };
 
-/// Takes any bytes, like the targets below. Bad input must throw an Error of one line that starts with the file's name,
-/// and loaded data must be valid. Throws Broken otherwise.
+/// Loads arbitrary bytes, like the targets below. Bad input must throw an Error of one line that starts with the file's
+/// name. Loaded data must be valid. Throws Broken otherwise.
 void gltf(std::string_view input);
 void environment(std::string_view input);  ///< an OpenEXR or Radiance file
-void color(std::string_view input);        ///< lines: display, view, look, colour space; the rest is a config
+void color(std::string_view input);        ///< lines: display, view, look, colour space; then a config
 void arguments(std::string_view input);    ///< lines: a list of frames, then the words of a command line
 void settings(std::string_view input);     ///< contents of a settings file
 

@@ -31,5 +31,5 @@ cp -r "$here/../cli/room" room
 env -i "$halflight" render room/room.gltf a.exr a.png --width 16 --height 16 --samples 1
 [ -s a.exr ] && [ -s a.png ]
 
-# A folder that is not empty is left unchanged.
+# bundle leaves a folder that is not empty unchanged.
 ! "$here/../../tools/bundle" --program "$program" room 2>/dev/null || fail "overwrote a folder"

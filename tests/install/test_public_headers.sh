@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# test_public_headers.sh COMPILER SOURCE_FOLDER: no header of OpenGL can be reached from <halflight/halflight.h>.
+# test_public_headers.sh COMPILER SOURCE_FOLDER: fails if <halflight/halflight.h> includes a header of OpenGL.
 set -euo pipefail
 headers=$(echo '#include <halflight/halflight.h>' |
     "$1" -std=c++20 -I "$2" -I "$2/api" $(pkg-config --cflags epoxy egl) -x c++ -E -M -)

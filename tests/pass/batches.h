@@ -1,4 +1,4 @@
-// Pictures of independent seeds: their mean, and the scatter of single pictures.
+// Means of pictures of independent seeds, and the scatter of single pictures.
 #pragma once
 
 #include "engine/core/image.h"
@@ -6,20 +6,20 @@
 
 namespace halflight::test {
 
-/// Returns the means over whole blocks of `side` pixels, of three channels. The scatter of the blocks gives their
-/// errors even where pixels are correlated: all pixels of a sample use the same point of the pixel, and pixels share
+/// Returns the means of three channels over whole blocks of `side` pixels. The scatter of the blocks gives their
+/// errors even if pixels are correlated. All pixels of a sample use the same point of the pixel, and pixels share
 /// paths.
 Image block_means(const Image& image, int side);
 
-/// Mean over independent batches of samples, and the scatter of the batches. The variance is that of one batch,
-/// whatever correlates its samples.
+/// Sums independent batches of samples for their mean and scatter. The variance is that of one batch, so it includes
+/// any correlation of its samples.
 class Batches {
   public:
     void add(const Image& image);
     const Image& mean() const { return mean_; }
-    /// Returns the estimate of two or more batches; it refers to this object.
+    /// Returns the estimate of two or more batches. The estimate refers to this object.
     Estimate estimate();
-    /// Returns the mean over all values of a batch's variance.
+    /// Returns the variance of a batch, averaged over all values.
     double variance() const;
 
   private:

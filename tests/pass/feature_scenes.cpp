@@ -6,7 +6,7 @@
 namespace halflight::test {
 namespace {
 
-/// Adds a texture of 8 x 6 texels of noise between `lower` and `upper`; returns its index.
+/// Adds a texture of 8 x 6 noise texels between `lower` and `upper`; returns its index.
 int add_texture(Scene& scene, const uvec4& lower, const uvec4& upper) {
     TextureImage& image = scene.images.emplace_back();
     image.width = 8, image.height = 6;
@@ -135,7 +135,7 @@ Scene instanced_scene() {
     Mesh& mesh = scene.meshes[0];
     for (std::size_t i = 0; i < mesh.positions.size(); ++i)
         mesh.colors.emplace_back(0.4f + 0.15f * static_cast<float>(i), 0.9f - 0.1f * static_cast<float>(i), 0.7f, 1);
-    // A second shared mesh, emissive, in three sizes.
+    // This second shared mesh is emissive and has instances of three sizes.
     Mesh lamp = mesh;
     lamp.triangle_material.assign(6, static_cast<std::uint32_t>(add_material(scene, light_material({5, 6, 8}))));
     scene.meshes.push_back(lamp);

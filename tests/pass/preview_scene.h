@@ -1,4 +1,4 @@
-// Planes seen by a camera, as the texels that preview passes read.
+// Makes the texels that preview passes read for planes seen by a camera.
 #pragma once
 
 #include <functional>
@@ -25,18 +25,18 @@ struct Plane {
     float distance = -5;
 };
 
-/// Returns the constants of a whole picture through the pixels' centres, with the previous camera equal to the current
-/// one and the origin at 0.
+/// Returns the frame constants of a whole picture through the pixels' centres. The previous camera equals the current
+/// one, and the origin is 0.
 shared::Frame constants_of(const Camera& camera, const ivec2& size);
 /// Returns a camera at `from` that looks along -z.
 Camera camera_at(const dvec3& from);
 
-/// Returns the texels of a camera that sees, in each pixel, the plane at(x, y). light(x, y, place) is the radiance seen
-/// there, equal in all samples.
+/// Returns the texels of a camera that sees the plane at(x, y) in each pixel. light(x, y, place) is the radiance there,
+/// equal in all samples.
 TexelData seen_planes(const shared::Frame& frame, const std::function<Plane(int, int)>& at,
                       const std::function<vec3(int, int, const vec3&)>& light, float samples);
 
-/// Imported textures with these contents.
+/// Imports textures with the given contents into a graph.
 class TexelTextures {
   public:
     explicit TexelTextures(const TexelData& data);

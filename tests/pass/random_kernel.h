@@ -1,11 +1,11 @@
-// Random numbers for small kernels.
+// Random numbers for the small kernels of tests.
 #pragma once
 
 #include <string>
 
 namespace halflight {
 
-/// GLSL for use after shaders/lib/hash.glsl: random numbers from `state`, which the kernel sets.
+/// GLSL code that follows shaders/lib/hash.glsl: random numbers from `state`, which the kernel sets.
 inline const std::string kRandomNumbers = R"(
 uint state;
 uint next() {

@@ -14,7 +14,7 @@
 
 namespace halflight::view {
 
-/// A render thread, and all pictures that it has published.
+/// Owns a render thread and all pictures that it has published.
 class RecordingThread {
   public:
     explicit RecordingThread(double budget = 1e6)
@@ -31,7 +31,7 @@ class RecordingThread {
     RenderThread& operator*() { return thread_; }
     RenderThread* operator->() { return &thread_; }
 
-    /// Takes pictures one by one until done() holds; returns false if it does not within minutes.
+    /// Takes pictures one by one until done() holds; returns false if it does not hold within minutes.
     template <class F>
     bool until(const F& done) {
         const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(4);
@@ -53,7 +53,7 @@ class RecordingThread {
         });
     }
 
-    std::vector<std::shared_ptr<const Picture>> pictures;  // all pictures, in order
+    std::vector<std::shared_ptr<const Picture>> pictures;  // all pictures taken, in order
 
   private:
     std::mutex mutex_;

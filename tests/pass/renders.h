@@ -1,4 +1,4 @@
-// The whole renderer in tests: pictures, components, and means with their errors.
+// Runs the whole renderer in tests: pictures, components, and means with their errors.
 #pragma once
 
 #include <string>

@@ -5,7 +5,7 @@
 
 namespace halflight::test {
 
-/// Returns a rotated and tilted quad of 3 x 2 around `centre`, completely visible to the camera from about 4 units
+/// Returns a rotated and tilted quad of 3 x 2 around `centre`, which the camera sees completely from about 4 units
 /// away. Its vertex normals differ from the face normal and from each other.
 Scene tilted_quad(const dvec3& centre = dvec3(0));
 /// Returns a perspective camera, or an orthographic one with about the same view.
@@ -16,25 +16,25 @@ Camera camera_on_quad(const dvec3& centre = dvec3(0), bool orthographic = false)
 Scene pyramids();
 Camera camera_on_pyramids();
 
-/// Returns an orthographic camera that looks at a spot of `size` around `at` from direction `towards_camera`.
+/// Returns an orthographic camera with a view of `size` around `at`, which it sees from direction `towards_camera`.
 Camera spot_camera(const dvec3& at, const dvec3& towards_camera, double size);
 
 /// Returns a floor of 2000 x 2000 at y = 0.
 Scene floor_scene(const Material& material);
 
-/// Returns a scene with every texture slot, wrap and transform, normal maps, vertex colours, an environment map and a
-/// camera. The scenes of scenes/ have few of these.
+/// Returns a scene with every texture slot, wrap mode and texture transform, normal maps, vertex colours, an
+/// environment map and a camera. The scenes of scenes/ have few of these.
 Scene textured_scene();
-/// Returns masked and blended curtains, one of them emissive, lit by lamps and sky; with a camera.
+/// Returns masked and blended curtains, one of them emissive, under lamps and a sky, with a camera.
 Scene curtain_scene();
-/// Returns pyramids rotated, scaled and mirrored, one of them emissive, under all kinds of punctual lights; with a
+/// Returns rotated, scaled and mirrored pyramids, one of them emissive, under all kinds of punctual lights, with a
 /// camera.
 Scene instanced_scene();
 
 /// Returns the Cornell box with a tall box of rough metal, under a dim sky.
 Scene shiny_cornell();
 
-/// Returns a closed box [-1, 1]^3 with one material, and a camera inside that sees no symmetry.
+/// Returns a closed box [-1, 1]^3 of one material, and a camera inside without a symmetric view.
 Scene closed_box(const Material& material);
 Camera camera_in_box();
 

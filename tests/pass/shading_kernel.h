@@ -1,4 +1,4 @@
-// Small kernels that use a scene's shading tables.
+// Runs small kernels that use a scene's shading tables.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -17,7 +17,7 @@
 
 namespace halflight {
 
-/// The tables of a scene, bound to their units, without the passes and the tracer.
+/// Owns the tables of a scene, bound to their units, without passes and tracer.
 class ShadingScene {
   public:
     explicit ShadingScene(const Scene& scene, LightChoice choice = LightChoice::automatic)
@@ -41,7 +41,7 @@ class ShadingScene {
     }
 
     /// Runs a kernel for each i in [0, count); returns `rows` vec4 per i, which `main_body` writes to
-    /// result[0..rows-1]. It can use `uint i` and vec4 inputs[]. `library`: includes and functions before it.
+    /// result[0..rows-1]. `main_body` can use `uint i` and vec4 inputs[]; `library` is placed before it.
     std::vector<vec4> run(const std::string& library, const std::string& main_body, std::uint32_t count,
                           std::uint32_t rows = 1, const std::vector<vec4>& inputs = {}) const {
         const std::string text =

@@ -59,7 +59,7 @@ std::size_t Stage::path(int x, int y) const {
 
 namespace {
 
-/// Calls f with each row's vec3 and float members, for packing and unpacking.
+/// Calls f with the vec3 and float member of each row, for packing and unpacking.
 template <class Row>
 void for_each_row(const SceneNeeds& needs, Row&& row) {
     row(&SurfaceRecord::position, &SurfaceRecord::offset);

@@ -1,4 +1,4 @@
-// The inputs of a pass that runs alone: a scene on the GPU, and the constants of one sample of one band.
+// Provides a pass that runs alone with its inputs: a scene on the GPU, and the constants of one sample of one band.
 #pragma once
 
 #include <vector>
@@ -13,15 +13,15 @@
 
 namespace halflight::test {
 
-/// Owns a scene on the GPU and frame constants; both must outlive the graphs that use them.
+/// Owns a scene on the GPU and its frame constants. The object must outlive the graphs that use it.
 class Stage {
   public:
-    /// Creates one band of the whole image, at sample 0 through the pixels' centres.
+    /// Selects one band, the whole image, and sample 0 through the pixels' centres.
     Stage(gpu::ProgramCache& programs, const Scene& scene, const Camera& camera, const ivec2& image);
 
     void select_sample(const SampleView& sample);
     void look_through(const Camera& camera, const Camera& previous);
-    /// Selects sample `index`, which has its own point in the pixels.
+    /// Selects sample `index`, which has its own position in the pixel.
     void select_sample(std::uint32_t index, std::uint32_t seed = 1);
 
     SceneView view(graph::Graph& graph);
@@ -50,7 +50,7 @@ class Stage {
     shared::Frame frame_{};
 };
 
-/// Rows of the G-buffer (shaders/shared/surface.h); rows that the scene does not need stay 0.
+/// A surface as rows of the G-buffer (shaders/shared/surface.h); rows that the scene does not need stay 0.
 struct SurfaceRecord {
     vec3 position{0};  // relative to TraceTables::origin
     float offset = 0;
@@ -71,10 +71,10 @@ struct SurfaceRecord {
     float coat = 0;
 };
 std::vector<SurfaceRecord> unpack_surfaces(const std::vector<vec4>& rows, const SceneNeeds& needs);
-/// Returns the rows of `records`, as input for kernels.
+/// Returns the rows of `records` as input of kernels.
 std::vector<vec4> pack_surfaces(const std::vector<SurfaceRecord>& records, const SceneNeeds& needs);
 
-/// A fixture that runs graphs, with undefined memory poisoned.
+/// Fixture that runs graphs with undefined memory poisoned.
 class PassTest : public GpuTest {
   protected:
     PassTest() { executor.poison(true); }
@@ -84,11 +84,11 @@ class PassTest : public GpuTest {
     graph::Executor executor{programs};
 };
 
-/// The surface that a camera ray hits, found in double by testing every triangle.
+/// Surface that a camera ray hits, found by testing every triangle in double precision.
 struct CameraHit {
     std::uint32_t instance = 0;  // index in the scene
     std::uint32_t triangle = 0;  // index in its mesh
-    double depth = 0;            // along the camera's axis
+    double depth = 0;            // distance along the camera's axis, world units
     double u = 0, v = 0;         // barycentric weights of the second and third corner
     dvec3 position{0};           // world units
     dvec3 geometric_normal{0};   // unit length, towards the camera
@@ -100,7 +100,7 @@ struct CameraRayResult {
     bool clear = true;  // all rays within 1/100 pixel agree on triangle or miss: no edge is near
     CameraHit surface;  // valid for a hit
 };
-/// Returns the result of the ray through point `at` of the image, pixels.
+/// Returns the result of the camera ray through the point `at` of the image, in pixels.
 CameraRayResult trace_camera_ray(const Scene& scene, const Camera& camera, const ivec2& image, const dvec2& at);
 
 }  // namespace halflight::test

@@ -18,7 +18,7 @@ namespace {
 
 using Counts = std::array<std::uint32_t, kBadValueCounts>;
 
-/// Output of the earlier passes for one sample.
+/// Radiances of one sample, as the earlier passes write them.
 struct SampleData {
     std::vector<SurfaceRecord> surfaces;
     std::vector<shared::DirectLight> light;
@@ -27,7 +27,7 @@ struct SampleData {
     std::vector<shared::DirectLight> received;
 };
 
-/// Radiances of all magnitudes; with `broken`, one in fifty is negative or not finite.
+/// Makes radiances of all magnitudes; with `broken`, one in fifty is negative or not finite.
 class RandomSamples {
   public:
     explicit RandomSamples(bool broken) : broken_(broken) {}
@@ -67,7 +67,7 @@ class RandomSamples {
     std::mt19937 random_{3};
 };
 
-/// Sums by path.
+/// Sums per path.
 struct SumsOnCpu {
     std::vector<std::array<double, 4>> emission;
     std::vector<std::array<double, 6>> direct, indirect, features;
@@ -183,7 +183,7 @@ class AccumulateTest : public PassTest {
         stage.select_sample(samples++);
         executor.run(plan);
     }
-    /// Compares bits: sums in double of equal numbers in equal order are equal.
+    /// Compares bits, because sums in double of equal numbers in equal order are equal.
     template <class T>
     void expect_sums(graph::BufferHandle found, const std::vector<T>& expected, const char* what) {
         ASSERT_TRUE(bool(found)) << what;

@@ -1,4 +1,4 @@
-// Tests data layers on known geometry.
+// Tests AOVs on known geometry.
 #include "passes/picture/aov.h"
 
 #include "passes/light/shadow.h"
@@ -101,7 +101,7 @@ TEST_F(AovTest, PointsBehindThePreviousCameraHaveNoMotion) {
 
 class DebugAovTest : public PassTest {
   protected:
-    /// Results of a run of the shadow pass with this tracer, and of a second graph that reads its counters.
+    /// Results of the shadow pass with one tracer, and of a second graph that reads the tracer's counters.
     struct Traced {
         std::vector<shared::DebugRecord> records;
         std::vector<int> surface;  // by path: 1 where a surface is visible
@@ -130,7 +130,7 @@ class DebugAovTest : public PassTest {
         return traced;
     }
 
-    /// Returns a scene whose hierarchy is one leaf, where cutting has no gain.
+    /// Returns a scene whose hierarchy is one leaf, so that a cut gains nothing.
     static Scene lit_quad() {
         Scene scene;
         add_quad(scene, add_material(scene, diffuse_material(vec3(0.5f))), {-1.5f, -1, 0}, {3, 0, 0}, {0, 2, 0});
@@ -151,7 +151,7 @@ TEST_F(DebugAovTest, OneQuadIsOneNodeAndOneEntry) {
         met += surfaces == 64;
         empty += surfaces == 0;
         for (std::size_t path = tile; path < tile + 64; ++path) {
-            // Some rays may all be below the surface.
+            // Tiles with few surfaces may have only rays that start below a surface.
             EXPECT_GE(traced.records[path].leaves, surfaces == 64 ? 1u : 0u) << path;
             EXPECT_LE(traced.records[path].leaves, surfaces == 0 ? 0u : 1u) << path;
             EXPECT_EQ(traced.records[path].leaves, traced.records[tile].leaves);
@@ -176,7 +176,7 @@ TEST_F(DebugAovTest, WithoutListsThereIsNothingToCount) {
     Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
     graph::Graph unused;
     for (const rays::Culling culling : {rays::Culling::off, rays::Culling::automatic}) {
-        rays::Tracer tracer(stage.view(unused).trace, culling);  // automatic: the first run is plain
+        rays::Tracer tracer(stage.view(unused).trace, culling);  // in automatic mode the tracer's first run is plain
         for (const shared::DebugRecord& r : trace(stage, tracer, {.culling = true}).records) EXPECT_EQ(r.leaves, 0u);
     }
 }

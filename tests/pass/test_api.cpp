@@ -1,4 +1,4 @@
-// Tests what only the library interface offers: ray servers of callers, and renderers that share scenes and contexts.
+// Tests features of the library interface alone: callers' ray servers, and renderers that share scenes and contexts.
 #include <gtest/gtest.h>
 
 #include "api/halflight/ray_server.h"
@@ -55,7 +55,7 @@ TEST_F(ApiTest, RayServersOfCallersServeAllBatches) {
 
 TEST_F(ApiTest, RenderersShareScenesAndEditsHold) {
     LoadedScene scene = cornell();
-    FrameRenderer one(scene, settings(), options()), other(scene, settings());  // with a context of its own
+    FrameRenderer one(scene, settings(), options()), other(scene, settings());  // `one` has a context of its own
     const Image before = one.render().beauty;
     EXPECT_TRUE(same_bits(other.render().beauty, before));
 

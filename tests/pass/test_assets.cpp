@@ -55,7 +55,7 @@ TEST_F(Assets, LoadAndRenderCleanly) {
         const std::string name = fs::relative(scenes[i], folder).string();
         SCOPED_TRACE(name);
         Scene scene = load_gltf(scenes[i]);
-        // A sky is added also where the only light is a small lamp, so that everything is visible.
+        // A sky is also added if the only light is a small lamp, so that everything is visible.
         if (scene.lights.empty() && scene.environment.black()) scene.environment = default_sky();
         settings.camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras.front();
         RenderResult result;

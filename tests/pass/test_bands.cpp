@@ -17,7 +17,7 @@ class BandsTest : public GpuTest {
         return render(context, scene, settings);
     }
 
-    /// Compares bands of 16 rows, of 48 rows, and the whole picture.
+    /// Compares pictures in bands of 16 rows, in bands of 48 rows, and in one band.
     void expect_the_same(const Scene& scene, const RenderSettings& settings) {
         const RenderResult whole = in_bands(scene, settings, settings.height + 15);
         for (const int rows : {16, 48}) {
@@ -27,7 +27,7 @@ class BandsTest : public GpuTest {
     }
 };
 
-// Walls, ledges and bases are coplanar and abut without common corners, so rounding decides which one is hit.
+// Walls, ledges and bases are coplanar and abut without common vertices, so rounding decides which one is hit.
 TEST_F(BandsTest, Atrium) {
     const Scene scene = load_gltf(std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/atrium.glb");
     RenderSettings settings = all_settings(scene, 150, 110, 2);
@@ -46,7 +46,7 @@ TEST_F(BandsTest, InstancesBehindVeils) {
     Material veil = diffuse_material(vec3(0.7f));
     veil.alpha_mode = AlphaMode::blend;
     veil.base_color.a = 0.4f;
-    // Veils in front of the whole scene, and across the light's path.
+    // One veil is in front of the whole scene, another across the path of the light.
     const dvec3 eye(camera.camera_to_world[3]), ahead(-camera.camera_to_world[2]);
     const vec3 right(camera.camera_to_world[0]), up(camera.camera_to_world[1]);
     const int material = add_material(scene, veil);

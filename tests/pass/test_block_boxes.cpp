@@ -1,7 +1,7 @@
 // Tests that boxes around boxes of an instance's block are conservative. A ray that meets a box by the block's own test
-// must meet the surrounding box of the instance hierarchy, no later. The shaft of the ray's bundle must meet it, too.
-// A random search in float32 uses instances of all sizes that are rotated, flattened and far away. Its boxes are such
-// that rays just graze them.
+// must also meet the surrounding box of the instance hierarchy, no later. The shaft of the ray's bundle must meet it,
+// too. A random search in float32 uses rotated, flattened and distant instances of all sizes, and boxes that rays just
+// graze.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
@@ -153,7 +153,7 @@ struct Counts {
 
 constexpr int kInstances = 1 << 12;
 
-/// Rows of shaders/shared/instances.h, and the kernel's heads.
+/// Rows of shaders/shared/instances.h, and the heads that the kernel reads.
 struct Instances {
     std::vector<vec4> rows;
     std::vector<vec4> heads;
@@ -180,7 +180,7 @@ Instances any_instances() {
         const glm::mat4 forward(m);
         const dmat4 inverse = glm::inverse(dmat4(forward));
 
-        dvec3 reach(0);  // half extent of the world's box, which is centred
+        dvec3 reach(0);  // half extent of the world's box, which is centred at 0
         double norm = 0, inverse_norm = 0;
         for (int r = 0; r < 3; ++r) {
             double sum = 0, inverse_sum = 0;
@@ -238,7 +238,7 @@ TEST_F(BlockBoxes, LoseNoBoxThatARayMeets) {
     }
 }
 
-// A search with shrunk boxes finds boxes that are too small.
+// Validates the search: with shrunk boxes it finds boxes that are too small.
 TEST_F(BlockBoxes, FindsBoxesThatAreTooSmall) {
     for (const bool floating : {false, true}) EXPECT_GT(search(floating, -1).lost, 0u);
 }

@@ -1,4 +1,4 @@
-// Tests clamped indirect light: which samples it changes, and that its bias is reported.
+// Tests clamped indirect light: which samples the clamp changes, and that its bias is reported.
 #include <gtest/gtest.h>
 
 #include "engine/core/error.h"
@@ -30,7 +30,7 @@ TEST_F(ClampTest, NoClampAndAHighClampChangeNothing) {
     settings.clamp = 1e30f;
     expect_same(render(context, scene, settings), plain);
     settings.clamp = 0;
-    settings.kept = Kept::everything();  // includes the clamping code
+    settings.kept = Kept::everything();  // the clamping code, too
     expect_same(render(context, scene, settings), plain);
 }
 

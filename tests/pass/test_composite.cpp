@@ -14,7 +14,7 @@
 namespace halflight::test {
 namespace {
 
-/// Sums by path; components that the frame leaves out are empty.
+/// Sums per path; components that the frame leaves out are empty.
 struct SumData {
     std::vector<double> emission, direct, indirect;
 };
@@ -77,7 +77,7 @@ TEST_F(CompositeTest, TheBeautyIsTheMeanOfAllComponents) {
                             double sum = d.emission[4 * path + c];
                             if (direct) sum += d.direct[6 * path + c] + d.direct[6 * path + 3 + c];
                             if (indirect) sum += d.indirect[6 * path + c] + d.indirect[6 * path + 3 + c];
-                            ASSERT_NEAR(found[c], sum / 7, 0x1p-24 * sum / 7);  // one rounding to float
+                            ASSERT_NEAR(found[c], sum / 7, 0x1p-24 * sum / 7);  // error of one rounding to float
                         }
                         ASSERT_EQ(found[3], opaque ? 1 : static_cast<float>(d.emission[4 * path + 3] / 7));
                     }
@@ -133,8 +133,8 @@ TEST_F(CompositeTest, EveryViewAgreesWithOpenColorIO) {
                         worst = std::max(worst, std::abs(double(p.view[i]) - expected.pixels[i]));
                     }
                 }
-                // About ten roundings of values up to 1. A display gamma of 2.4 additionally turns differences of
-                // 2.5e-10 next to black into 1e-4.
+                // The bound allows about ten roundings of values up to 1. A display gamma of 2.4 additionally turns
+                // differences of 2.5e-10 next to black into 1e-4.
                 EXPECT_LT(worst, 1e-4);
                 ++views;
             }

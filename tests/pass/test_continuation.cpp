@@ -1,4 +1,4 @@
-// Tests paths of many bounces with a known course, between two mirrors, and the lists that hold them.
+// Tests paths of many bounces with a known course between two mirrors, and the lists of these paths.
 #include "passes/light/continuation.h"
 
 #include <gtest/gtest.h>
@@ -17,8 +17,8 @@ constexpr float kWall = 4;       // height of the mirrors
 constexpr double kSlope = 0.35;  // rise of a ray per unit of horizontal distance
 constexpr int kWidth = 24, kHeight = 96;
 
-/// Mirrors at z = -1 and z = 1 that end at y = kWall, under a sky. The camera is between them and looks up at the first
-/// one. The number of reflections before a ray reaches the sky differs by pixel row.
+/// Mirrors at z = -1 and z = 1 that end at y = kWall, under a sky. The camera is between the mirrors and looks up at
+/// the first one. The number of reflections before a ray reaches the sky differs by pixel row.
 class CorridorTest : public GpuTest {
   protected:
     CorridorTest() {
@@ -31,11 +31,11 @@ class CorridorTest : public GpuTest {
         camera.ortho_height = 4.5;
     }
 
-    /// Returns the number of reflections of the ray through a row's point; -1 where an end of a mirror is too close to
-    /// decide.
+    /// Returns the number of reflections of the ray through a row's point, or -1 if the ray passes too close to an end
+    /// of a mirror.
     int reflections(double row) const {
         const double slant = std::sqrt(1 + kSlope * kSlope);
-        // The camera's plane is tilted, so a pixel's ray starts as far behind the centre in z as it is above it in y.
+        // The camera's plane is tilted, so a pixel's ray starts as far behind the centre in z as above it in y.
         const double up = (1 - 2 * row / kHeight) * camera.ortho_height / 2;
         double y = 2 + up / slant, z = up * kSlope / slant;
         y += kSlope * (z + 1);
@@ -58,10 +58,10 @@ class CorridorTest : public GpuTest {
 };
 
 TEST_F(CorridorTest, EveryPathHasTheProductOfItsReflectances) {
-    for (const int bounces : {0, 1, 2, 3}) {  // without roulette, which starts at the third vertex after the first
+    for (const int bounces : {0, 1, 2, 3}) {  // Russian roulette starts only at the third vertex after the first
         RenderSettings settings = small_settings(camera, kWidth, kHeight, 1, bounces);
         const RenderResult r = render(context, scene, settings);
-        // The sample's point in its pixel is unknown here, so rows that see the end of a mirror anywhere are skipped.
+        // The sample's position in its pixel is unknown here. Rows that may see the end of a mirror are skipped.
         int seen[5] = {0, 0, 0, 0, 0};
         for (int y = 0; y < kHeight; ++y) {
             const int n = reflections(y + 0.5);
@@ -85,7 +85,7 @@ TEST_F(CorridorTest, EveryPathHasTheProductOfItsReflectances) {
 }
 
 TEST_F(CorridorTest, RouletteKeepsTheMean) {
-    // The count is no power of two: with all strata of the roulette's numbers filled, pixels would hardly differ.
+    // The count is no power of two. If all strata of the roulette were filled, pixels would hardly differ.
     const RenderSettings settings = small_settings(camera, kWidth, kHeight, 61, 12);
     const RenderResult r = render(context, scene, settings);
     int deep = 0;
@@ -105,7 +105,7 @@ TEST_F(CorridorTest, RouletteKeepsTheMean) {
 }
 
 TEST_F(CorridorTest, TwelveBouncesAreTwelve) {
-    // The mirrors are endless, so no light arrives.
+    // The mirrors are practically endless, so no light arrives.
     scene.meshes[0].positions[2].y = scene.meshes[0].positions[3].y = 1e3f;
     scene.meshes[1].positions[2].y = scene.meshes[1].positions[3].y = 1e3f;
     const RenderResult r = render(context, scene, small_settings(camera, kWidth, kHeight, 2, 12));

@@ -21,7 +21,7 @@ class CulledPictures : public GpuTest {
         return bits;
     }
 
-    /// Renders enough samples for `automatic` to try all methods.
+    /// Renders enough samples that `automatic` tries all methods.
     void check(const Scene& scene) {
         RenderSettings settings = small_settings(scene.cameras.front(), 40, 24, 8, 3);
         settings.culling = Culling::off;
@@ -58,7 +58,7 @@ TEST_F(CulledPictures, Instances) {
     check(instanced_scene());
 }
 
-// Needles are tested in double.
+// Slivers are tested in double precision.
 TEST_F(CulledPictures, Needles) {
     Scene scene = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
     const int material = add_material(scene, diffuse_material(vec3(0.8f)));

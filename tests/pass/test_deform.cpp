@@ -17,7 +17,7 @@
 namespace halflight::test {
 namespace {
 
-/// Features of a random shape.
+/// Features of a random shape, and the distance of its joints.
 struct Kind {
     std::size_t vertices = 150;
     bool normals = true;
@@ -41,7 +41,7 @@ class RandomShape final : public RestShape {
         for (const vec3& t : vectors(random)) v.tangents.emplace_back(t, random() % 2 == 0 ? 1 : -1);
         return v;
     }
-    /// Weights have any sum; every tenth vertex has none.
+    /// Returns weights with arbitrary sums; every tenth vertex has no weight.
     std::vector<JointSet> read_joints() const override {
         std::mt19937 random(seed_ + 1);
         std::vector<JointSet> sets(kind_.sets);
@@ -85,12 +85,12 @@ class RandomShape final : public RestShape {
     mutable std::uniform_real_distribution<float> uniform_{-1, 1};
 };
 
-/// A random shape in poses; it must outlive the deformations that at() returns.
+/// Owns a random shape with poses; it must outlive the deformations that at() returns.
 class Posable {
   public:
     Posable(const Kind& kind, std::uint32_t seed) : kind_(kind), shape(std::make_shared<RandomShape>(kind, seed)) {}
 
-    /// Returns pose number `pose`; joints rotate, scale, mirror and translate.
+    /// Returns pose number `pose`. Its joints rotate, scale, mirror and translate.
     Deformation at(std::uint32_t pose) {
         std::mt19937 random(pose);
         std::uniform_real_distribution<double> uniform(-1, 1);
@@ -134,7 +134,7 @@ void expect_same(const VertexArrays& found, const VertexArrays& expected) {
     EXPECT_EQ(found.tangents, expected.tangents);
 }
 
-/// Returns the largest difference of any element.
+/// Returns the largest absolute difference of corresponding elements.
 template <class V>
 double difference(const std::vector<V>& a, const std::vector<V>& b) {
     EXPECT_EQ(a.size(), b.size());
@@ -231,9 +231,9 @@ TEST_F(Deform, DoesNotDependOnEarlierPosesOrOtherShapes) {
 
 TEST_F(Deform, LimitsOfTheDriverChangeNothing) {
     gpu::Limits small = context.limits(), tiny = small, narrow = small;
-    small.storage_block_bytes = 40 * 64;  // 64 vertices with normals and tangents
-    tiny.storage_block_bytes = 8;         // less than one vertex
-    narrow.texture_buffer_texels = 108;   // 18 joints: fewer than one shape has, and than all shapes have
+    small.storage_block_bytes = 40 * 64;  // 64 vertices with normals and tangents fit
+    tiny.storage_block_bytes = 8;         // less than one vertex fits
+    narrow.texture_buffer_texels = 108;   // 18 joints fit: fewer than one shape has
     GpuDeformer in_pieces(context, small), on_cpu(context, tiny), part_on_cpu(context, narrow);
     std::vector<Posable> shapes;
     for (const auto& [name, kind] : kKinds) shapes.emplace_back(kind, 3u);
@@ -270,8 +270,8 @@ TEST_F(Deform, TargetsAreReadWhenTheyAreActive) {
     EXPECT_EQ(shape.targets_read, 4) << "once for the GPU, three times for the CPU";
 }
 
-/// Returns a mesh that moves between 0 s and 1 s, two of its three corners following two joints and a morph target, and
-/// a static mesh.
+/// Returns a static mesh and one that moves between 0 s and 1 s: two of its three vertices follow two joints and a
+/// morph target.
 GltfBuilder animated() {
     GltfBuilder b;
     b.add_triangle();
@@ -294,7 +294,7 @@ GltfBuilder animated() {
     };
     channel(3, "translation", b.floats("VEC3", {0, 0, 0, 0.3f, 8, 0}));
     channel(1, "weights", b.floats("SCALAR", {0, 0.9f}));
-    // Primitives without attributes give a warning.
+    // Primitives without attributes cause a warning.
     for (Json& mesh : b.json["meshes"]) mesh["primitives"].push_back({{"attributes", Json::object()}});
     return b;
 }

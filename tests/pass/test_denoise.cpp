@@ -1,4 +1,4 @@
-// Tests the preview filter on planes with synthetic noise: edges, outliers, and its end with many samples.
+// Tests the preview filter on planes with synthetic noise: edges, outliers, and its fading with many samples.
 #include "passes/preview/denoise.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@ namespace halflight::test {
 namespace {
 
 constexpr ivec2 kSize(64, 48);
-constexpr int kEdge = 32;  // column
+constexpr int kEdge = 32;  // column of the edge
 
 class DenoiseTest : public PassTest {
   protected:
@@ -31,14 +31,14 @@ class DenoiseTest : public PassTest {
         return result;
     }
 
-    /// Returns light of 5 left of the edge and 6 right of it, on one plane per side. The noise of +-3 has a known mean
-    /// over any few pixels.
+    /// Returns radiance 5 left of the edge and 6 right of it, with one plane per side. The noise of +-3 has a known
+    /// mean over any few pixels.
     TexelData two_sides(const Plane& left, const Plane& right) {
         return seen_planes(
             frame, [&](int x, int) { return x < kEdge ? left : right; },
             [&](int x, int y, const vec3&) { return vec3((x < kEdge ? 5 : 6) + ((x ^ y) & 1 ? 3 : -3)); }, 1);
     }
-    /// Returns the errors of the means of the eight columns left and right of the edge.
+    /// Returns the error of the mean over the eight columns left of the edge and right of it.
     vec2 mixed(const TexelData& data) const {
         vec2 sum(0);
         for (int y = 0; y < kSize.y; ++y) {
@@ -78,7 +78,7 @@ TEST_F(DenoiseTest, NoiseOfOneSurfaceIsRemoved) {
     const TexelData smooth = filtered(noisy);
     EXPECT_LT(spread(smooth, 0, 16), 0.3 * spread(noisy, 0, 16));
     EXPECT_LT(spread(smooth, 48, 64), 0.3 * spread(noisy, 48, 64));
-    // The light's edge is hidden in the noise. Without an edge of the surfaces, both sides are mixed.
+    // The noise hides the edge of the light. Without an edge of the surfaces, the filter mixes both sides.
     EXPECT_GT(mixed(smooth).x, 0.1f);
     EXPECT_GT(mixed(smooth).y, 0.1f);
 }
@@ -107,7 +107,7 @@ TEST_F(DenoiseTest, ConvergedTexelsAreKept) {
 }
 
 TEST_F(DenoiseTest, OutliersAreClampedToTheirNeighbours) {
-    // The texels have many equal samples, so the filter changes nothing else.
+    // The texels have many equal samples, so the filter changes only the bad ones.
     TexelData data = seen_planes(
         frame, [](int, int) { return Plane{}; }, [](int, int, const vec3&) { return vec3(1, 2, 3); }, 64);
     const vec4 around = data.light[0];

@@ -1,6 +1,6 @@
-// Tests the direct light of a whole scene against the oracle, sample by sample. The points in pixels, light samples and
-// directions of our samples are evaluated with the oracle's formulas and Embree. Such pairs have almost no noise. They
-// show a shift of the mean for which 10^8 independent samples would be needed.
+// Tests the direct light of a whole scene against the oracle, sample by sample. The oracle's formulas and Embree
+// evaluate the same points in pixels, light samples and directions. Such pairs have almost no noise. Independent
+// samples would have to be 10^8 to show the same shift of the mean.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -30,7 +30,7 @@ double power_heuristic(double a, double b) {
     return a > 0 ? 1 / (1 + (b / a) * (b / a)) : 0;
 }
 
-/// A light of the scene: a sun, or a sky of one colour.
+/// Light of the scene: a sun, or a sky of one colour.
 struct Light {
     dvec3 direction{0};  // towards the light, unit length
     dvec3 radiance{0};   // sky: radiance over density; sun: irradiance over probability
@@ -68,8 +68,8 @@ class SunAndSky {
 
 /// Sums of one technique over all pairs.
 struct Pairs {
-    double ours = 0, oracle = 0;              // over all pairs
-    double ours_alike = 0, oracle_alike = 0;  // over pairs that agree on visibility
+    double ours = 0, oracle = 0;              // sums over all pairs
+    double ours_alike = 0, oracle_alike = 0;  // sums over pairs that agree on visibility
     int count = 0, hidden_from_one = 0;
 
     void add(double a, double b) {
@@ -90,7 +90,7 @@ class DirectLightTest : public PassTest {
         std::vector<SurfaceRecord> surfaces;
         std::vector<shared::DirectLight> light;
         std::vector<shared::uint> occluded;
-        std::vector<shared::Ray> rays;  // rays from the surfaces
+        std::vector<shared::Ray> rays;  // rays that leave the surfaces
         std::vector<shared::Hit> met;
         std::vector<shared::PathState> states;
     };
@@ -199,8 +199,8 @@ TEST_F(DirectLightTest, EqualsTheOracleSampleBySample) {
             }
         }
     }
-    // In pixels of this size 0.047 % of the samples hit another triangle (gbuffer.h), and 0.11 % if only the pixel's
-    // own triangle is tested.
+    // With pixels of this size 0.047 % of the samples hit another triangle (gbuffer.h). If only the pixel's own
+    // triangle were tested, 0.11 % would.
     EXPECT_LT(otherwise, seen * 0.0008);
     EXPECT_GT(otherwise, 0) << "no edges in view: these are not the requested pixels";
     ASSERT_EQ(pairs.size(), 4u);
@@ -208,7 +208,7 @@ TEST_F(DirectLightTest, EqualsTheOracleSampleBySample) {
         SCOPED_TRACE(technique);
         ASSERT_GT(p.oracle, 0);
         EXPECT_LT(p.hidden_from_one, 1 + p.count * 1e-4) << "of " << p.count;
-        // Colours of textures are halves (2^-12); in textures with few colours the rounding does not average out.
+        // Texture colours are halves (error 2^-12). In textures of few colours the rounding does not average out.
         EXPECT_NEAR(p.ours_alike / p.oracle_alike, 1, 2e-4);
     }
     EXPECT_NEAR(ours / expected, 1, 1e-3);
@@ -216,7 +216,7 @@ TEST_F(DirectLightTest, EqualsTheOracleSampleBySample) {
     RecordProperty("shift", std::to_string(ours / expected - 1));
 }
 
-/// Rotated so that no coordinate is small along any edge.
+/// Axes of a rotated strip; none of them has a small coordinate.
 struct Strip {
     dvec3 along = glm::normalize(dvec3(0.78, 0.21, 0.59));
     dvec3 across = glm::normalize(glm::cross(along, dvec3(0.1, 1, 0.2)));

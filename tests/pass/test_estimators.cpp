@@ -1,4 +1,4 @@
-// Tests techniques that differ in noise only: their means agree, and each reduces the noise that it is meant for.
+// Tests techniques that differ only in noise: their means agree, and each reduces its own kind of noise.
 #include <gtest/gtest.h>
 
 #include "engine/core/error.h"
@@ -57,8 +57,8 @@ class EstimatorsTest : public GpuTest {
     }
 };
 
-/// Returns slats between a varnished floor and a sun, a sky and a lamp; every surface gets light from some and is
-/// shadowed from others.
+/// Returns slats between a varnished floor and three lights: a sun, a sky and a lamp. Every surface is lit by some of
+/// them and shadowed from others.
 Scene slats_in_the_sun() {
     Scene scene;
     Material floor = diffuse_material({0.7f, 0.6f, 0.5f});
@@ -85,7 +85,7 @@ Scene slats_in_the_sun() {
     return scene;
 }
 
-/// Returns slats between a lamp and a floor, with only the floor in view: there are no edges, hence no noise from them.
+/// Returns slats between a lamp and a floor. Only the floor is in view, so there is no noise from edges.
 Scene penumbra() {
     Scene scene;
     add_quad(scene, add_material(scene, diffuse_material(vec3(0.7f))), {-4, 0, -4}, {0, 0, 8}, {8, 0, 0});
@@ -125,7 +125,7 @@ TEST_F(EstimatorsTest, ASingleSunIsSampledAsBefore) {
 
 TEST_F(EstimatorsTest, ExtraCameraRaysExtendTheSequence) {
     Scene scene = cornell_box();
-    scene.cameras = {look_at_camera({0, 0.3, 0.9}, {0, 0.98, 0}, {0, 0, -1}, 1.2)};  // at the lamp's edges
+    scene.cameras = {look_at_camera({0, 0.3, 0.9}, {0, 0.98, 0}, {0, 0, -1}, 1.2)};  // sees the lamp's edges
     const RenderResult four = picture(scene, {.camera = CameraRays::four}, 4);
     const RenderResult one = picture(scene, {.camera = CameraRays::one}, 4);
     const RenderResult longer = picture(scene, {.camera = CameraRays::one}, 16);
@@ -161,7 +161,7 @@ TEST_F(EstimatorsTest, ShadowRaysOfOnePathShareItsDirectLight) {
 TEST_F(EstimatorsTest, APilotDecidesTheAutomaticTechniques) {
     const Estimator open{.reuse = Reuse::automatic, .camera = CameraRays::automatic, .shadow = ShadowRays::automatic};
     Scene scene = cornell_box();
-    scene.cameras = {look_at_camera({0, 0.3, 0.9}, {0, 0.98, 0}, {0, 0, -1}, 1.2)};  // at the lamp's edges
+    scene.cameras = {look_at_camera({0, 0.3, 0.9}, {0, 0.98, 0}, {0, 0, -1}, 1.2)};  // sees the lamp's edges
     const RenderResult piloted = picture(scene, open, 4);
     const Estimator found = piloted.stats.estimator;
     EXPECT_FALSE(leaves_open(found));
@@ -180,7 +180,7 @@ TEST_F(EstimatorsTest, APilotDecidesTheAutomaticTechniques) {
     EXPECT_TRUE(find_estimator(prepared, ColorConfig::load(), settings));
     EXPECT_EQ(prepared.estimator(), found) << "as for any other renderer";
     EXPECT_EQ(prepared.asked_estimator(), open);
-    settings.camera = look_at_camera({0, 0, 0.9}, {0, -0.98, 0}, {0, 0, -1}, 1.2);  // at the floor
+    settings.camera = look_at_camera({0, 0, 0.9}, {0, -0.98, 0}, {0, 0, -1}, 1.2);  // sees the floor
     EXPECT_EQ(Renderer(prepared, ColorConfig::load(), settings).render().stats.estimator, found);
 
     scene.cameras = {settings.camera};
@@ -206,7 +206,7 @@ TEST_F(EstimatorsTest, IndependentSamplesConvergeAtTheirRate) {
 TEST_F(EstimatorsTest, BlueNoiseCancelsBetweenPixels) {
     const Scene scene = penumbra();
     const Agreement limits{.p_value = 1e-5, .relative_difference = 0.01};
-    // size of the point; all pixels use the same point in the pixel, so its errors are equal
+    // Size of the point light. All pixels use the same point in the pixel, so its errors are equal.
     constexpr float kPoint = 0.0101f;
     for (const int samples : {1, 4}) {
         Layers sobol = layers(scene, {}, samples, 1, kPoint);

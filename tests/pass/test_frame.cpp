@@ -46,7 +46,7 @@ TEST_F(FrameTest, FurtherLayersDoNotChangeThePicture) {
 }
 
 TEST_F(FrameTest, NoUnwrittenMemoryIsRead) {
-    // The sums must not change when undefined memory is poisoned, with or without memory shared by passes.
+    // The sums must not change if undefined memory is poisoned, with or without memory shared by passes.
     const Scene scene = shiny_cornell();
     Stage stage(programs, scene, scene.cameras[0], {45, 37});
     gpu::Buffer bad_values("bad values", kBadValueCounts * sizeof(std::uint32_t));
@@ -129,8 +129,8 @@ TEST_F(FrameTest, DirectLightIsTheSameForAnyNumberOfBounces) {
 }
 
 TEST_F(FrameTest, VarianceIsOfTheMean) {
-    // Compares the scatter of many independent pictures with the variance that each one estimates. Stratified samples
-    // are better than the estimate, which assumes independence, and never worse.
+    // Compares the scatter of many independent pictures with the variance that each one estimates. The estimate assumes
+    // independent samples. Stratified ones are better, and never worse.
     const Scene scene = shiny_cornell();
     RenderSettings settings = small_settings(scene.cameras[0], 24, 24, 4, 3);
     constexpr int kPictures = 32;
@@ -174,7 +174,7 @@ TEST_F(FrameTest, AlphaIsZeroWhereNoSurfaceIsSeen) {
 }
 
 TEST_F(FrameTest, MotionIsRelativeToThePreviousFrame) {
-    // An orthographic camera that has moved by a tenth of its view's height along both axes.
+    // An orthographic camera moves by a tenth of its view's height along both axes.
     Scene scene;
     add_quad(scene, add_material(scene, diffuse_material(vec3(0.5f))), {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
     const Camera camera = spot_camera(dvec3(0), {0, 1, 0}, 2);
@@ -188,7 +188,7 @@ TEST_F(FrameTest, MotionIsRelativeToThePreviousFrame) {
     const Image& motion = layer(r, "motion.X");
     for (int y = 0; y < 20; ++y) {
         for (int x = 0; x < 20; ++x) {
-            // The camera went left and down, so the scene went right and up.
+            // The camera moved left and down, so the scene moves right and up.
             EXPECT_NEAR(motion.at(x, y)[0], 2, 1e-3);
             EXPECT_NEAR(motion.at(x, y)[1], -2, 1e-3);
         }
@@ -264,8 +264,8 @@ TEST_F(FrameTest, EmptyScene) {
 }
 
 TEST_F(FrameTest, BandsJoinWithoutASeam) {
-    // Textures here have at most 16384 rows, so the third band is incomplete. One sun lights one floor, so every pixel
-    // has equal radiance. The camera looks straight down, so z gives the row.
+    // Textures here have at most 16384 rows, so the third band is incomplete. One sun lights one floor, so all pixels
+    // have equal radiance. The camera looks straight down, so z determines the row.
     Scene scene = floor_scene(diffuse_material(vec3(0.5f)));
     PunctualLight& sun = scene.lights.emplace_back();
     sun.type = LightType::directional;
@@ -280,7 +280,7 @@ TEST_F(FrameTest, BandsJoinWithoutASeam) {
         for (int x = 0; x < width; ++x) {
             for (int c = 0; c < 3; ++c)
                 ASSERT_NEAR(r.beauty.at(x, y)[c], 0.5 / kPi * sun.intensity[c], 1e-6) << x << ", " << y;
-            // the camera's up is -z
+            // The camera's up direction is -z.
             const double row = ((y + 0.5) / height - 0.5) * 1900;
             ASSERT_NEAR(position.at(x, y)[2], row, 1e-3) << x << ", " << y;
         }

@@ -123,7 +123,7 @@ TEST_F(FurnaceTest, ClosedWallsKeepTheSkyOut) {
 TEST_F(FurnaceTest, WallsThatMeetAtSharpAnglesKeepTheSkyOut) {
     Scene scene = pyramids();
     scene.instances.resize(1);
-    scene.instances[0].object_to_world[1] *= 0.15;  // sides rise by 12 to 16 degrees
+    scene.instances[0].object_to_world[1] *= 0.15;  // sides with slopes of 12 to 16 degrees
     scene.environment.color = vec3(1);
     const Camera inside = look_at_camera({0.1, 0.06, 0.05}, {1, 0.015, 0.3}, {0, 1, 0}, 2.8);
     const RenderResult r = render(context, scene, small_settings(inside, 64, 64, 512, 4));

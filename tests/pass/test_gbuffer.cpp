@@ -38,7 +38,7 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
         return c;
     }
 
-    /// Expects every pixel without an edge to agree with trace_camera_ray(). At least `clear` pixels have no edge;
+    /// Expects every pixel without an edge to agree with trace_camera_ray(). At least `clear` pixels have no edge, and
     /// `hits` pixels see a surface.
     void expect_as_seen(const Scene& scene, const Camera& camera, const ivec2& image, std::uint32_t sample,
                         double clear, double hits) {
@@ -64,8 +64,8 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
                 const TriangleSource source = source_of(stage.trace_tables(), hit.instance, hit.triangle);
                 ASSERT_EQ(source.instance, s.instance) << x << ", " << y;
                 ASSERT_EQ(source.triangle, s.triangle) << x << ", " << y;
-                // Float error: about ten roundings of coordinates relative to the scene's centre and to the camera,
-                // divided by the cosine of the angle of incidence.
+                // The float error consists of about ten roundings of coordinates relative to the scene's centre and to
+                // the camera, divided by the cosine of the angle of incidence.
                 const double size =
                     glm::length(s.position - eye) + glm::length(s.position - stage.trace_tables().origin);
                 const double grazing = std::abs(glm::dot(s.direction, s.geometric_normal));
@@ -73,7 +73,7 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
                 const dvec3 position = dvec3(record.position) + stage.trace_tables().origin;
                 EXPECT_LT(glm::length(position - s.position), error) << x << ", " << y;
                 EXPECT_NEAR(hit.t, glm::length(s.depth * s.direction / glm::dot(s.direction, forward(camera))), error);
-                // Triangles are about one unit large here, and normals of their corners differ by less than one unit.
+                // Triangles are about one unit large, and the normals of their corners differ by less than one unit.
                 EXPECT_NEAR(hit.u, s.u, 2 * error) << x << ", " << y;
                 EXPECT_NEAR(hit.v, s.v, 2 * error) << x << ", " << y;
                 EXPECT_LT(glm::length(dvec3(record.geometric_normal) - s.geometric_normal), 1e-6);
@@ -89,7 +89,7 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
     }
 
     static dvec3 forward(const Camera& camera) { return -dvec3(camera.camera_to_world[2]); }
-    /// Returns the shading normal of SHADING.md, "Surfaces".
+    /// Returns the shading normal defined by SHADING.md, "Surfaces".
     static dvec3 bent(const CameraHit& s) {
         const double cosine = -glm::dot(s.normal, s.direction);
         return cosine <= 0 ? glm::normalize(s.normal - s.direction * (1e-3 - cosine)) : s.normal;
@@ -164,10 +164,10 @@ TEST_P(GBufferTest, MaterialRowsAndEmission) {
     EXPECT_EQ(m.p_diffuse, 0);
     EXPECT_NEAR(m.alpha, 0.25, 1e-6);
     EXPECT_NEAR(m.coat_alpha, 0.09, 1e-6);
-    // k M(0.04), where M is within 4 % of 1 (Turquin 2019, eq. 16).
+    // The coat has k M(0.04), where M is within 4 % of 1 (Turquin 2019, eq. 16).
     EXPECT_NEAR(m.coat, 0.51, 0.011);
     EXPECT_LT(glm::length(m.coat_normal - vec3(0, 1, 0)), 1e-6f);
-    // (1 - E_coat) c M(c) with M(c) = 1 + c (1 - E_1) / E_1 (SHADING.md); divided by c, it is linear in c.
+    // The metal is (1 - E_coat) c M(c), M(c) = 1 + c (1 - E_1) / E_1 (SHADING.md); divided by c, it is linear in c.
     const vec3 gain = m.specular / vec3(metal.base_color);
     EXPECT_NEAR(gain.g, 0.5f * (gain.r + gain.b), 1e-5f);
     EXPECT_GT(gain.r, gain.b);
@@ -192,7 +192,7 @@ TEST_P(GBufferTest, TheEnvironmentIsVisibleWithoutSurface) {
     Scene scene = tilted_quad();
     scene.environment.color = {0.5f, 1, 2};
     scene.environment.map = Image(64, 32, 3);
-    // The radiance is linear in the direction's height, so bilinear lookups are exact up to the curvature.
+    // The radiance is linear in the direction's height, so bilinear lookups are exact except for its curvature.
     for (int y = 0; y < 32; ++y)
         for (int x = 0; x < 64; ++x)
             for (int c = 0; c < 3; ++c)
@@ -209,8 +209,8 @@ TEST_P(GBufferTest, TheEnvironmentIsVisibleWithoutSurface) {
             ++misses;
             EXPECT_EQ(c.hits[path].triangle, shared::kMiss);
             const double radiance = 2 + c.rays[path].direction.y;
-            // The error of linear interpolation between texel centres is at most h^2 / 8 times the second derivative
-            // (1).
+            // Linear interpolation between texel centres has an error of at most h^2 / 8 times the second derivative,
+            // which is at most 1 here.
             const double error = kPi / 32 * kPi / 32 / 8 + 1e-5;
             for (int i = 0; i < 3; ++i)
                 EXPECT_NEAR(c.surfaces[path].emission[i], radiance * scene.environment.color[i], 2 * error);
@@ -269,8 +269,8 @@ TEST_P(GBufferTest, PathsOutsideThePictureAreEmpty) {
 }
 
 TEST_P(GBufferTest, CloseSurfacesAreDistinguishedThousandsOfUnitsAway) {
-    // Two sheets 1/16 apart, 4000 units away from the camera, with an automatic near plane: depth needs a precision of
-    // 2^-16.
+    // Two sheets are 1/16 apart and 4000 units away from the camera, with an automatic near plane. Depth needs a
+    // precision of 2^-16.
     Scene scene;
     add_quad(scene, add_material(scene, diffuse_material(vec3(0))), {-2000, -2000, 0}, {4000, 0, 0}, {0, 4000, 0});
     add_quad(scene, add_material(scene, diffuse_material(vec3(1))), {-2000, -2000, 0.0625f}, {4000, 0, 0},
@@ -308,12 +308,12 @@ TEST(PrimaryVisibility, IsTracedWhereTrianglesAreSmallerThanPixels) {
 
 // --- Alpha ----------------------------------------------------------------------------------------------------------
 
-/// Returns a quad that faces the camera in front of a white wall; half of it (s < 1/2) has base colour alpha 0.3.
+/// Returns a quad that faces the camera in front of a white wall. Half of the quad (s < 1/2) has alpha 0.3.
 Scene curtain(AlphaMode mode) {
     Scene scene;
     TextureImage& image = scene.images.emplace_back();
     image.width = 2, image.height = 1;
-    image.rgba = {255, 255, 255, 77, 255, 255, 255, 204};  // alpha 0.302, 0.8
+    image.rgba = {255, 255, 255, 77, 255, 255, 255, 204};  // alpha of 0.302 and 0.8
     Material m = diffuse_material(vec3(0.25f));
     m.base_color_texture.image = 0;
     m.base_color_texture.nearest = true;

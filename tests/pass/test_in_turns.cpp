@@ -22,7 +22,7 @@ class InTurns : public GpuTest {
         s.in_turns = true;
         return s;
     }
-    /// Renders without turns: one band after the other.
+    /// Renders one band after the other instead of taking turns.
     RenderResult expected(RenderSettings s) {
         s.in_turns = false;
         return Renderer(prepared, colors, s).render();

@@ -22,7 +22,7 @@ class LeftOutTest : public GpuTest {
         const RenderResult lean = render(context, scene, settings);
         const RenderResult kept = render(context, scene, keeping);
         expect_same(kept, lean);
-        // All parts are built: more memory is used, and the list of left-out parts holds only alternatives.
+        // All parts are built, so more memory is used. The list of left-out parts holds only alternatives.
         EXPECT_GT(kept.stats.gpu_bytes, lean.stats.gpu_bytes);
         EXPECT_GT(lean.stats.left_out.size(), kept.stats.left_out.size());
         static const std::set<std::string> not_requested = {
@@ -43,7 +43,7 @@ class LeftOutTest : public GpuTest {
                 << part.what << ": " << part.fact;
     }
 
-    /// Renders enough samples for `automatic` to try tiles.
+    /// Renders enough samples that `automatic` tries tiles.
     void check(const Scene& scene) {
         const Camera camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras.front();
         RenderSettings settings = small_settings(camera, 48, 32, 6, 4);
@@ -76,7 +76,7 @@ TEST_F(LeftOutTest, ChangesNothingOfSurfaces) {
 }
 
 TEST_F(LeftOutTest, ChangesNothingWhereThereIsNoLightToSample) {
-    // Only paths reach the light: there is no light sampling, but indirect light.
+    // Only paths reach the light, so there is indirect light but no light sampling.
     Scene scene = cornell_box(diffuse_material(vec3(0.5f)));
     for (Material& m : scene.materials) {
         m.unlit = m.emission != vec3(0);

@@ -1,5 +1,5 @@
-// Tests that each left-out part alone would have contributed nothing: the part is built, and pictures are equal bit for
-// bit.
+// Tests each left-out part alone: if it is built, pictures are equal bit for bit, so it would have contributed
+// nothing.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -22,7 +22,7 @@ class LeftOutItemsTest : public GpuTest {
         return names;
     }
 
-    /// Keeps each left-out part of the scene that no earlier scene has tested.
+    /// Keeps, one at a time, the left-out parts of the scene that no earlier scene has tested.
     void keep_each(const Scene& scene) {
         RenderSettings settings = small_settings(scene.cameras.front(), 32, 32, 3, 3);
         settings.pictures = 1;  // one picture, so that tile lists are left out
@@ -43,7 +43,7 @@ class LeftOutItemsTest : public GpuTest {
 };
 
 TEST_F(LeftOutItemsTest, EachChangesNothing) {
-    Scene glowing = tilted_quad();  // emissive; each of its triangles is a light
+    Scene glowing = tilted_quad();  // each triangle of this emissive quad is a light
     glowing.meshes[0].triangles.resize(1);
     glowing.meshes[0].triangle_material.resize(1);
     glowing.cameras = {camera_on_quad()};

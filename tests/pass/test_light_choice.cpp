@@ -1,4 +1,4 @@
-// Tests that pictures by all light selection methods converge to the oracle's picture; only the noise differs.
+// Tests that pictures by all light selection methods converge to the oracle's picture and differ only in noise.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -20,8 +20,8 @@ class LightChoiceTest : public GpuTest {
     }
 };
 
-/// Returns a Cornell box with a glossy block, lit by 40 small squares, bulbs and spots, and a dim sky. MIS weighs
-/// glossy rays that hit lights against the selection.
+/// Returns a Cornell box with a glossy block, lit by 40 small squares, point and spot lights, and a dim sky. MIS weighs
+/// glossy rays that hit lights against light selection.
 Scene lit_by_many() {
     Scene scene = cornell_box(metal_material(vec3(0.9f, 0.8f, 0.6f), 0.3f));
     const int light = add_material(scene, light_material(vec3(20)));
@@ -60,8 +60,8 @@ TEST_F(LightChoiceTest, PicturesAreTheOracles) {
     }
 }
 
-/// Pairs of spots that point away from each other, above a floor. Bounds in which opposite cones cancel would send
-/// samples to lights that do not shine.
+/// Pairs of spot lights point away from each other, above a floor. If bounds let opposite cones cancel, samples would
+/// go to lights that do not shine there.
 TEST_F(LightChoiceTest, OppositeSpotsCostNothing) {
     Scene scene = floor_scene(diffuse_material(vec3(0.5f)));
     for (int i = 0; i < 64; ++i) {
@@ -78,7 +78,7 @@ TEST_F(LightChoiceTest, OppositeSpotsCostNothing) {
         const MeanValue mean = mean_radiance(picture(scene, choice, 64, 1), 0);
         return mean.error / mean.value;
     };
-    // About one of 128 spots lights a place; by power, nearly all selections are wasted.
+    // About one of 128 spot lights reaches a place, so selection by power wastes nearly all samples.
     EXPECT_LT(relative_error(LightChoice::tree), 0.4 * relative_error(LightChoice::power));
 }
 

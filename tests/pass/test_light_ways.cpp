@@ -15,7 +15,7 @@
 namespace halflight {
 namespace {
 
-/// Returns squares, bulbs and spots of all kinds in a box of side 2, and a sun.
+/// Returns squares, point lights and spot lights of all kinds in a box of side 2, and a sun.
 Scene many_lights(int squares, int bulbs, int spots) {
     std::mt19937 random(21);
     const auto in = [&](double low, double high) { return low + (high - low) * random() * 0x1p-32; };
@@ -58,7 +58,7 @@ Scene many_lights(int squares, int bulbs, int spots) {
     return scene;
 }
 
-/// Returns receivers among the lights, and outside with lights in front of them.
+/// Returns receivers among the lights, and receivers outside that face the lights.
 std::vector<vec4> receivers(int count) {
     std::mt19937 random(22);
     std::vector<vec4> rows;  // rows of position and normal
@@ -138,8 +138,8 @@ TEST_F(LightWays, FollowTheirProbabilities) {
                 ++degrees;
             }
             EXPECT_LE(sum, 1 + 1e-5);
-            // Descents that end without a light account for the rest to 1; a share of p has an error of sqrt(p /
-            // kWays).
+            // Descents that end without a light account for the rest to 1. A share of p has a standard error of sqrt(p
+            // / kWays).
             EXPECT_NEAR(dark / kWays, 1 - sum, 6 * std::sqrt(std::max(1 - sum, 1e-4) / kWays));
             EXPECT_GE(degrees, 3);
             EXPECT_LT(chi_square, degrees + 6 * std::sqrt(2 * degrees)) << degrees;

@@ -1,4 +1,4 @@
-// Tests Cryptomattes of whole pictures: objects of known coverage, read like a compositing program reads them.
+// Tests Cryptomattes of whole pictures on objects of known coverage, read as a compositing program reads them.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -14,12 +14,12 @@ namespace halflight::test {
 namespace {
 
 constexpr int kSide = 48;               // pixels
-constexpr double kPixel = 4.0 / kSide;  // world units
+constexpr double kPixel = 4.0 / kSide;  // world units per pixel
 
 class MattesOfPictures : public GpuTest {
   protected:
-    /// Returns squares of side 1.4, 2.25 and 0.5; the camera sees 4 x 4 units from +Z. "front" hides 1 x 1 of "back";
-    /// "twin" has back's material and is separate.
+    /// Returns squares of side 1.4, 2.25 and 0.5; the camera sees 4 x 4 units from +Z. "front" hides 1 x 1 of "back".
+    /// "twin" is a separate object with the material of "back".
     Scene squares() {
         Scene scene;
         Material red = diffuse_material(vec3(0.5f, 0, 0)), blue = diffuse_material(vec3(0, 0, 0.5f));
@@ -40,8 +40,8 @@ class MattesOfPictures : public GpuTest {
         return render(context, scene, settings);
     }
 
-    /// Returns the area of an object in the picture, world units squared: the sum over all ranks with its id in the
-    /// manifest.
+    /// Returns the area of an object in the picture, in world units squared: the sum of its coverage over all
+    /// ranks.
     static double area(const RenderResult& r, const std::string& layer_name, const std::string& name) {
         const std::string* manifest = nullptr;
         for (const auto& [key, value] : r.attributes)
@@ -56,8 +56,8 @@ class MattesOfPictures : public GpuTest {
     }
 };
 
-// All pixels along a side have the same samples, so its position is known to a fraction of a pixel: with 64 samples, to
-// about two of 64 parts.
+// All pixels along a side have the same samples. With 64 samples, the side's position is therefore known to about two
+// of 64 parts of a pixel.
 TEST_F(MattesOfPictures, CoverageEqualsTheGeometry) {
     const RenderResult r = picture(squares(), 64);
     const auto expect_area = [&](const char* layer_name, const char* name, double expected, double outline) {
@@ -96,7 +96,7 @@ TEST_F(MattesOfPictures, BandsAndOtherPicturesChangeNothing) {
     expect_same(renderer.render(), whole);
 }
 
-// Objects without a name get one.
+// Objects without a name are numbered.
 TEST_F(MattesOfPictures, NamelessObjectsAreNumbered) {
     Scene scene = squares();
     scene.instances[1].name.clear();

@@ -1,4 +1,4 @@
-// Tests pixel filters in pictures: an edge is the integral of the weights, in the renderer and in the oracle.
+// Tests pixel filters in the renderer and in the oracle: the profile of an edge is the integral of the weights.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -18,7 +18,7 @@ using PixelFilterTest = GpuTest;
 constexpr int kSide = 12;                   // pixels
 constexpr double kEdge = 5.3, kLine = 6.8;  // edges of the light, pixels from the left and from the top
 
-/// Returns the share of the filter's weights at t <= x / radius, by SHADING.md and the midpoint rule.
+/// Returns the share of the filter's weights at t <= x / radius, by the midpoint rule on the weights of SHADING.md.
 double share_below(const PixelFilter& filter, double x) {
     constexpr int kSteps = 4096;
     double below = 0, all = 0;

@@ -1,4 +1,4 @@
-// Tests renderers that follow animated scenes: pictures depend on the reference pose and the current pose only.
+// Tests renderers of animated scenes: pictures depend only on the reference pose and the current pose.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -17,7 +17,7 @@ using rays::HierarchyCounts;
 
 class Poses : public GpuTest {
   protected:
-    /// Returns the scene with the first instance's mesh bent and the last instance moved.
+    /// Returns the scene with the first instance's mesh bent by `t` and the last instance moved.
     static Scene posed(Scene scene, float t) {
         Mesh& mesh = scene.meshes[static_cast<std::size_t>(scene.instances.front().mesh)];
         mesh.deforms = true;
@@ -70,7 +70,7 @@ TEST_F(Poses, HierarchyUpdatesAreReported) {
     EXPECT_EQ(renderer.render().stats.hierarchies, (HierarchyCounts{.kept = 3}));
 }
 
-/// Expects a renderer that changes from one scene to another to give the picture of a new renderer.
+/// Expects a renderer that changes from one scene to another to make the picture of a new renderer.
 void expect_fresh(gpu::Context& context, const ColorConfig& colors, const Scene& from, const Scene& to,
                   const RenderSettings& settings) {
     Renderer updated(context, from, colors, settings);
@@ -88,7 +88,7 @@ TEST_F(Poses, LightsMaterialsAndNeedsFollowThePose) {
     for (std::size_t i = 0; i < other.materials.size(); ++i) {
         Material& m = other.materials[i];
         m.roughness = 0.3f;
-        m.clearcoat = i == 0 ? 0.5f : 0.0f;  // with and without the textures of clearcoat
+        m.clearcoat = i == 0 ? 0.5f : 0.0f;  // one of the two has clearcoat textures
         m.transmission = 0;
         m.emission = vec3(i == 1 ? 2.0f : 0.0f);
     }

@@ -91,7 +91,7 @@ TEST_F(PreviewPictureTest, FiltersPicturesOfTheRadianceCache) {
         return renderer(prepared, settings, preview).render();
     };
     const Preview filter{.filter = true}, cache{.cache = true}, both{.cache = true, .filter = true};
-    for (const int samples : {1, 6}) {  // 1: cached samples only; 6: both kinds of samples
+    for (const int samples : {1, 6}) {  // 1: cached samples only; 6: cached and unbiased samples
         const RenderResult filtered = render(both, samples);
         EXPECT_EQ(filtered.stats.biases.size(), 2u);
         EXPECT_FALSE(same_bits(filtered.beauty, render(filter, samples).beauty));
@@ -100,7 +100,7 @@ TEST_F(PreviewPictureTest, FiltersPicturesOfTheRadianceCache) {
         EXPECT_FALSE(same_bits(filtered.beauty, found.beauty));
         EXPECT_TRUE(same_bits(layer(filtered, "indirect_diffuse.R"), layer(found, "indirect_diffuse.R")));
     }
-    // The first 4 of 32 samples have faded out.
+    // The first 4 of the 32 samples have faded out.
     EXPECT_TRUE(same_bits(render(both, 32).beauty, render(filter, 28).beauty));
 }
 
@@ -174,12 +174,12 @@ TEST_F(PreviewPictureTest, ErrorTargetsAreRefused) {
               "render settings: an error target cannot be combined with a preview mode");
 }
 
-/// Renders an orbit of one-sample frames, and measures the errors of the last one, whose camera has moved all the time.
+/// Renders an orbit of one-sample frames without a stop, and measures the errors of the last frame.
 class OrbitTest : public PreviewPictureTest {
   protected:
     struct Errors {
         double off = 0, temporal = 0, both = 0;
-        double light = 0;  // mean of the picture with both modes over that of the reference
+        double light = 0;  // mean of the picture with both modes, relative to the reference
     };
     Errors errors_of(const std::string& file) {
         constexpr int kFrames = 12;

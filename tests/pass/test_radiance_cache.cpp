@@ -50,7 +50,7 @@ class RadianceCacheTest : public GpuTest {
     Scene load(const char* name) { return load_gltf(std::string(HALFLIGHT_SOURCE_DIR) + "/scenes/" + name); }
 };
 
-/// Feeds one cell by the kernel alone.
+/// Fixture that feeds one cell by the kernel alone.
 class CacheCells : public GpuTest {
   protected:
     static constexpr std::uint32_t kCell = 5, kKey = 77;
@@ -148,7 +148,7 @@ TEST_F(RadianceCacheTest, ClosedRoomsSumTheSeriesOfTheirAlbedo) {
 TEST_F(RadianceCacheTest, HasLittleBiasAndLittleNoise) {
     const struct {
         const char* name;
-        double cold_error, warm_error;  // maximum error relative to the error without cache
+        double cold_error, warm_error;  // upper limits of the error, relative to the error without cache
     } scenes[] = {{"room.glb", 0.6, 0.5}, {"cornell.glb", 0.85, 0.8}};
     constexpr int kSeeds = 16;
     for (const auto& [name, cold_error, warm_error] : scenes) {
@@ -209,7 +209,7 @@ TEST_F(RadianceCacheTest, HandsOverToTheExactUnbiasedMean) {
     }
 }
 
-/// During the hand-over the picture is the weighted mean of both, and so is its variance.
+/// During the hand-over, the picture is the weighted mean of cached and unbiased samples, and so is its variance.
 TEST_F(RadianceCacheTest, WeightsBothMeansDuringTheHandOver) {
     const Scene scene = shiny_cornell();
     const int others = 10;

@@ -1,5 +1,5 @@
-// Tests that raster culling gives the hits of the plain tracer bit for bit, whatever its visibility state and its
-// queries.
+// Tests that raster culling gives the hits of the plain tracer bit for bit, with any visibility state and any query
+// answers.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -27,7 +27,7 @@ using rays::RasterSettings;
 
 constexpr rays::RayKind kKind = rays::RayKind::primary;
 
-/// One scene with both tracers.
+/// The tables of one scene with the two tracers.
 struct Pair {
     Pair(const TraceTables& t, const RasterSettings& settings, rays::NodeFormat format = rays::NodeFormat::grid,
          const gpu::Defines& shading = {})
@@ -103,7 +103,7 @@ TEST_F(RasterCullingTest, BothNodeFormatsAndInstances) {
     }
 }
 
-// Tiles of 64 rays that are degenerate in several ways.
+// The rays of each tile are degenerate in several ways.
 TEST_F(RasterCullingTest, DegenerateTiles) {
     Pair pair(soup(4000, 0.08f, vec3(1), 3), small_leaves());
     const std::vector<std::vector<Ray>> tiles = degenerate_tiles();
@@ -129,7 +129,7 @@ TEST_F(RasterCullingTest, StaleAndRandomStateChangesNoHit) {
     const std::vector<Ray> rays = mixed_rays(pair.tables.bounds, 2000);
     std::mt19937 random(7);
     for (int turn = 0; turn < 12; ++turn) {
-        // Other rays leave another visibility state.
+        // Different rays leave a different visibility state behind.
         pair.run<Hit>(true, camera_rays(pair.tables.bounds, vec3(std::cos(turn), 0.5f, std::sin(turn))), false,
                       nullptr);
         EXPECT_EQ(pair.different_answers(rays), 0u);
@@ -174,7 +174,7 @@ TEST_F(RasterCullingTest, CoverageIsKeyedByPath) {
     EXPECT_EQ(pair.different_answers(rays, &list), 0u);
 }
 
-/// Returns two walls of many triangles, the second one occluded by the first.
+/// Returns two walls of many triangles; the first one occludes the second.
 Scene walls() {
     Scene scene = height_field(40, 0);
     for (vec3& p : scene.meshes[0].positions) p = {p.x, p.z, 0};
@@ -204,7 +204,7 @@ TEST_F(RasterCullingTest, HiddenNodesAreNotTraced) {
     }
     ASSERT_GT(hidden, leaves / 3);
     EXPECT_EQ(hidden_known, hidden);
-    EXPECT_LT(s.leaves, 24 * (leaves - hidden) + leaves / 8);  // a few were opened before the front wall was known
+    EXPECT_LT(s.leaves, 24 * (leaves - hidden) + leaves / 8);  // a few are opened before the front wall is found
     EXPECT_GT(s.saved_hidden + s.saved_visible, s.queries);
     EXPECT_GT(s.pairs, 0u);
 }
@@ -228,10 +228,10 @@ std::vector<Ray> beams(int tiles) {
 // Narrow tiles can meet more nodes of dense geometry than a list can hold.
 TEST_F(RasterCullingTest, ListsNeverOverflow) {
     Scene scene = soup(20000, 0.2f, vec3(1), 4);
-    std::vector<vec3>& corners = scene.meshes[0].positions;  // made corners of needles below, which few rays hit
+    std::vector<vec3>& corners = scene.meshes[0].positions;  // moved below to make slivers, which few rays hit
     for (std::size_t i = 0; i < corners.size(); i += 3)
         corners[i + 2] = glm::mix(corners[i + 1], corners[i + 2], 0.03f);
-    // Lists of one node of the CPU's tree, and of several.
+    // Lists hold one node of the CPU's tree, or several.
     for (const std::size_t leaf_triangles : {32768, 2048}) {
         RasterSettings settings;
         settings.cut.leaf_triangles = leaf_triangles;
@@ -241,8 +241,8 @@ TEST_F(RasterCullingTest, ListsNeverOverflow) {
         const rays::RasterStatistics& s = pair.culling.statistics(kKind, 0);
         std::size_t longest = 0;
         for (std::size_t first = 0; first < rays.size(); first += 64) {
-            // In the second run most leaves are known to be visible and are traced in one draw, whose pairs are one
-            // tile's list.
+            // In the second run most leaves are known to be visible. One draw traces them, and its pairs are the list
+            // of one tile.
             for (int run = 0; run < 2; ++run) {
                 const rays::RasterStatistics before = s;
                 pair.run<Hit>(true, std::span(rays).subspan(first, 64), false, nullptr);

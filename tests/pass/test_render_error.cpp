@@ -59,7 +59,7 @@ TEST_F(RenderErrorTest, IsReachedAndCorrect) {
             inside += e.lower <= truth && truth <= e.upper;
             below += truth <= target;
         }
-        // at 95 % coverage, fewer than 12 of 16 have a probability of 1 in 1000
+        // With 95 % coverage, fewer than 12 of 16 have a probability of 1 in 1000.
         EXPECT_GE(inside, 12) << name(metric);
         EXPECT_GE(below, 12) << name(metric);
     }
@@ -73,7 +73,7 @@ TEST_F(RenderErrorTest, LowerErrorsTakeMoreSamples) {
         samples[i] = result.stats.samples;
         EXPECT_TRUE(result.stats.error->reached);
     }
-    EXPECT_GT(samples[1], 4 * samples[0]);  // about ten times, apart from rounding up
+    EXPECT_GT(samples[1], 4 * samples[0]);  // ratio of about ten, apart from rounding up
 }
 
 TEST_F(RenderErrorTest, BandsReachItTogether) {
@@ -101,7 +101,7 @@ TEST_F(RenderErrorTest, EndsAtItsLimits) {
     EXPECT_GT(few.stats.error->estimate.lower, 1e-9);
 
     FrameSettings timed = settings;
-    timed.time_limit = 1e9;  // more samples would fit than an int can count
+    timed.time_limit = 1e9;  // the time allows more samples than an int can count
     EXPECT_EQ(renderer.render(timed).stats.samples, few.stats.samples);
     timed.samples = 1 << 20, timed.time_limit = 1e-6;
     EXPECT_EQ(renderer.render(timed).stats.samples, kFirstLook * kReplicates);

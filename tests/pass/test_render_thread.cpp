@@ -1,4 +1,4 @@
-// Tests the viewer's render thread: a coarse picture first, then the picture of `render`, bit for bit.
+// Tests the viewer's render thread: a coarse picture comes first, then the picture of `render`, bit for bit.
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -45,7 +45,7 @@ TEST_F(RenderThreadTest, TheFirstPictureIsCoarse) {
     EXPECT_EQ(thread.pictures[0]->result.beauty.width, 8);
     EXPECT_EQ(thread.pictures[0]->result.beauty.height, 6);
     ASSERT_TRUE(thread.until_samples(1, 1));
-    // The budget is large, so all pictures are whole once a time has been recorded.
+    // The budget is large, so all pictures have full resolution once a time has been recorded.
     r.camera.camera_to_world[3].x += 0.1;
     ASSERT_TRUE(thread.until_samples(thread->show(r), 1));
     r.camera.camera_to_world[3].x += 0.1;
@@ -104,10 +104,10 @@ TEST_F(RenderThreadTest, TheRadianceCacheLivesWhileOnlyTheCameraMoves) {
     Request dark = r;
     dark.edits.emission = 0.25f;
     picture(dark);
-    const RenderResult emptied = picture(r);  // starts with a whole picture, because picture times have been recorded
+    const RenderResult emptied = picture(r);  // the first picture is whole, because times have been recorded
     picture(other);
     picture(dark);
-    expect_same(picture(r), emptied);  // each change of lights has cleared it
+    expect_same(picture(r), emptied);  // each change of lights has emptied the cache
     Request less = r;
     less.bounces = 2;
     picture(less);
@@ -125,7 +125,7 @@ TEST_F(RenderThreadTest, LightsAndMaterialsAreEdited) {
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
     expect_same(thread.pictures.back()->result, expected(r, 2));
     EXPECT_FALSE(same_bits(thread.pictures.back()->result.beauty, plain->result.beauty));
-    // Hierarchies are kept; where only lights change, so are the renderers.
+    // Hierarchies are kept. Renderers are kept, too, if only lights change.
     EXPECT_EQ(thread.pictures.back()->result.stats.hierarchies.built, 0u);
     r.edits.emission = 0.5f;
     ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
@@ -152,7 +152,7 @@ TEST_F(RenderThreadTest, ComponentsNeedNoNewSamples) {
     ASSERT_TRUE(thread.until_samples(number, 3));
     expect_same(thread.pictures.back()->result, expected(parts, 3));
     EXPECT_GT(thread.pictures.back()->seconds, first->seconds) << "their age is that of the samples";
-    // Rendering continues from the samples so far, whose AOVs are still there.
+    // Rendering continues from the samples so far, and their AOVs are kept.
     thread->limit(5);
     ASSERT_TRUE(thread.until_samples(number, 5));
     const std::uint64_t again = thread->show(r);
@@ -208,7 +208,7 @@ TEST_F(RenderThreadTest, OtherWorkIsPerformedBetweenPictures) {
     ASSERT_TRUE(thread.until([&] { return done.load(); })) << "there is no other request";
     EXPECT_EQ(activity, "reading");
     EXPECT_NE(there, here);
-    // Work comes during refinement and after its end; then rendering continues.
+    // Work arrives during refinement and after its end. Rendering continues afterwards.
     Request r = request();
     thread->limit(1 << 24);
     const std::uint64_t number = thread->show(r);

@@ -25,7 +25,7 @@ class RendererTest : public GpuTest {
         return s;
     }
 
-    /// Returns frames with other cameras, seeds, numbers and sample counts; unset values are those of the settings.
+    /// Returns frames with other cameras, seeds, numbers and sample counts; unset fields take the settings' values.
     std::vector<FrameSettings> frames(const FrameSettings& base) const {
         std::vector<FrameSettings> all(5, base);
         all[1].seed = 7;
@@ -58,7 +58,7 @@ TEST_F(RendererTest, PicturesDoNotDependOnEarlierPictures) {
 
     std::mt19937 random(1);
     for (const Culling culling : {Culling::off, Culling::compute, Culling::raster, Culling::automatic}) {
-        // Visibility state for all bands, for two of the four, or for none.
+        // The state fits for all bands, for two of the four, or for none.
         for (const std::size_t state_bytes : {std::size_t{1} << 20, std::size_t{15000}, std::size_t{0}}) {
             if (state_bytes < 1 << 20 && culling != Culling::compute) continue;
             SCOPED_TRACE(fmt::format("{}, {} bytes", rays::name(culling), state_bytes));
@@ -169,7 +169,7 @@ TEST_F(RendererTest, RenderersShareAScene) {
     expect_same(b.render(all[1]), expected[0]);
 }
 
-/// Returns a sheet under a white sky; its texture's alpha removes one half of it.
+/// Returns a sheet under a white sky; the alpha of its texture removes one half.
 Scene half_a_sheet(bool left) {
     Scene scene;
     const std::uint8_t l = left ? 255 : 0, r = left ? 0 : 255;

@@ -1,4 +1,4 @@
-// Tests path reuse across pixels: equal means, less noise, and no effect on paths that cannot take part.
+// Tests path reuse across pixels: equal means, less noise, and no effect on paths without reuse.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -14,7 +14,7 @@ namespace halflight::test {
 namespace {
 
 constexpr int kSeeds = 16;
-constexpr int kBlock = 16;  // pixels; blocks share no paths
+constexpr int kBlock = 16;  // side in pixels; blocks share no paths
 
 /// Indirect light of independent pictures, by component.
 struct Indirect {
@@ -50,7 +50,7 @@ class ReuseTest : public GpuTest {
         return light;
     }
 
-    /// Compares the means of blocks with and without reuse, by component of the receiver.
+    /// Compares block means with and without reuse, per component of the receiver.
     void expect_the_same_mean(const std::string& name, const Scene& scene, int samples = 12, int bounces = 4,
                               std::initializer_list<Reuse> sizes = {Reuse::sixteen}) {
         Indirect own = indirect(scene, Reuse::off, samples, bounces);
@@ -65,7 +65,7 @@ class ReuseTest : public GpuTest {
 };
 
 /// Returns a room divided by slats and lit on one side, so that visibility differs within groups. Patches of the floor
-/// and slats differ in albedo, and a small tent in its normals.
+/// and of the slats differ in albedo, and the sides of a small tent in normals.
 Scene parted_room() {
     Scene scene = closed_box(diffuse_material({0.7f, 0.6f, 0.5f}));
     for (int i = 0; i < 8; ++i) {
@@ -142,7 +142,7 @@ TEST_F(ReuseTest, LowersTheNoise) {
     EXPECT_LT(sixteen, 0.25 * own);
 }
 
-/// Groups have other members in each sample, so no two pixels of a block share much noise.
+/// The members of a group change from sample to sample, so no two pixels of a block share much noise.
 TEST_F(ReuseTest, DecorrelatesTheNoiseOfAGroup) {
     const Scene scene = cornell_box();
     RenderSettings settings = settings_with(Reuse::sixteen, scene.cameras.front(), 16, 4);
@@ -165,7 +165,7 @@ TEST_F(ReuseTest, DecorrelatesTheNoiseOfAGroup) {
     }
 }
 
-/// Reflections of mirrors have no density.
+/// Mirror reflections have no density, so they take no part in reuse.
 TEST_F(ReuseTest, MirrorsKeepTheirPaths) {
     Scene scene = cornell_box();
     add_quad(scene, add_material(scene, metal_material(vec3(0.9f), 0)), {-3, -3, 1.5f}, {6, 0, 0}, {0, 6, 0});

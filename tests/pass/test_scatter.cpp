@@ -62,7 +62,7 @@ class ScatterTest : public PassTest {
         return s;
     }
 
-    /// Checks that lists and states agree; returns the number of paths that scatter in each component.
+    /// Checks that lists and states agree; returns the number of paths that scatter into each component.
     static void expect_consistent(const Scattered& s) {
         std::vector<shared::uint> lobe(s.states.size(), shared::kLobeNone);
         for (const bool is_diffuse : {true, false}) {
@@ -93,7 +93,7 @@ class ScatterTest : public PassTest {
     }
 };
 
-/// A floor seen by an orthographic camera: one BSDF, one direction.
+/// One BSDF and one direction: a floor seen by an orthographic camera.
 struct Case {
     const char* name;
     Material material;
@@ -135,7 +135,7 @@ reference::Bsdf oracle_bsdf(const Material& m, const dvec3& wo) {
 }
 
 /// Returns chi-square of directions against a density per solid angle, over kRows x kColumns cells of equal solid
-/// angle. `total` is the number of samples drawn, including those without direction.
+/// angle. `total` is the number of samples drawn, including those without a direction.
 template <class Density>
 double direction_p_value(const std::vector<dvec3>& directions, double total, Density&& density) {
     constexpr int kRows = 24, kColumns = 24, kFine = 24;
@@ -156,7 +156,7 @@ double direction_p_value(const std::vector<dvec3>& directions, double total, Den
         const int c = std::clamp(static_cast<int>(phi / (2 * kPi) * kColumns), 0, kColumns - 1);
         ++found[static_cast<std::size_t>(r * kColumns + c)];
     }
-    // Samples without direction are a cell of their own; cells with few samples are merged.
+    // Samples without a direction form a cell of their own. Cells with few samples are merged.
     expected.push_back(total), found.push_back(total - static_cast<double>(directions.size()));
     for (std::size_t i = 0; i + 1 < expected.size(); ++i) expected.back() -= expected[i];
     double square = 0, rare_expected = 0, rare_found = 0;
@@ -201,12 +201,12 @@ TEST_F(ScatterTest, DirectionsFollowTheBsdfAndWeightsTheirDensity) {
                     worst_pdf = std::max(worst_pdf, std::abs(s.states[path].pdf / pdf - 1));
                     for (int i = 0; i < 3; ++i)
                         worst_weight = std::max(worst_weight, std::abs(s.states[path].throughput[i] / weight[i] - 1));
-                    // The ray leaves on its side of the floor.
+                    // The ray starts on the side of the floor into which it goes.
                     EXPECT_GT(ray.origin.y * ray.direction.y, 0);
                     EXPECT_LT(std::abs(ray.origin.y), 1e-3);
                 }
-                // The interpolation of the albedo table changes the probabilities of the lobes, and with them density
-                // and weight. At the horizon the cosine is known to 2^-24 of the coordinates only.
+                // Interpolation of the albedo table changes the probabilities of the lobes, and thereby density and
+                // weight. At the horizon the cosine is known only to 2^-24 of the coordinates.
                 EXPECT_LT(worst_pdf, 0.01);
                 EXPECT_LT(worst_weight, 0.01);
                 const double p = direction_p_value(directions, 65536, [&](const dvec3& wi) {
@@ -239,7 +239,7 @@ TEST_F(ScatterTest, MirrorsHaveOneDirection) {
             EXPECT_LT(glm::length(direction - expected), 2e-6);
             through += !reflected;
             for (int i = 0; i < 3; ++i) {
-                // Glass selects either side by its albedo, so both have weight 1.
+                // Glass selects each side in proportion to its albedo, so both sides have weight 1.
                 const double c = m.base_color[i], weight = transmits ? 1 : c + (1 - c) * schlick;
                 EXPECT_NEAR(s.states[path].throughput[i], weight, 1e-5);
             }
@@ -250,7 +250,7 @@ TEST_F(ScatterTest, MirrorsHaveOneDirection) {
 }
 
 TEST_F(ScatterTest, RaysAreTracedAndOtherPathsAreUnchanged) {
-    // Left half: a floor under a ceiling; right half: empty.
+    // The left half is a floor under a ceiling; the right half is empty.
     Scene scene;
     const int grey = add_material(scene, diffuse_material(vec3(0.5f)));
     add_quad(scene, grey, {-50, 0, -50}, {0, 0, 100}, {50, 0, 0});
@@ -262,7 +262,7 @@ TEST_F(ScatterTest, RaysAreTracedAndOtherPathsAreUnchanged) {
     for (const shared::uint path : s.diffuse.paths) {
         const shared::Ray& ray = s.rays[path];
         const shared::Hit& hit = s.hits[path];
-        if (ray.direction.y < 0.05f) continue;  // passes beside the ceiling
+        if (ray.direction.y < 0.05f) continue;  // the ray passes beside the ceiling
         ASSERT_NE(hit.triangle, shared::kMiss);
         EXPECT_EQ(source_of(stage.trace_tables(), hit.instance, hit.triangle).instance, 1u);
         const double t = (3 - (double(ray.origin.y) + stage.trace_tables().origin.y)) / ray.direction.y;

@@ -14,7 +14,7 @@ using test::expect_same;
 
 class ShaderReload : public RenderThreadTest {
   protected:
-    /// Sets the environment before any threads exist that might read it; hence a program of its own.
+    /// Sets the environment before any thread exists that might read it; this requires a program of its own.
     static void SetUpTestSuite() {
         folder = new TemporaryFolder;
         setenv("HALFLIGHT_SHADERS", folder->path.c_str(), 1);
@@ -49,7 +49,7 @@ TEST_F(ShaderReload, ReloadsChangedShaders) {
     ASSERT_TRUE(thread.until_samples(number, 2)) << thread->status().error;
     expect_same(thread.pictures.back()->result, plain);
 
-    // The thread is idle: it renders the picture anew, with twice the light.
+    // The idle thread renders the picture anew, with twice the light.
     const std::string name = "accumulate.comp", good = read(name);
     const std::string from = "vec3 emission = guarded(point.emission, kCountGBuffer);";
     const std::size_t at = good.find(from);

@@ -12,7 +12,7 @@
 namespace halflight {
 namespace {
 
-/// A case as three rows of input.
+/// A material and a pair of directions as three rows of input.
 struct Case {
     float metallic = 0, roughness = 0.5f, r0 = 0.04f, specular = 1;
     float coat = 0, coat_roughness = 0, transmission = 0, cosine = 0.7f;
@@ -133,7 +133,7 @@ TEST_F(ShadingBsdf, WhiteFurnace) {
     RecordProperty("worst", fmt::format("{}", worst));
 }
 
-/// Returns the upper tail probability of chi-square by the cube root's normal approximation (Wilson and Hilferty 1931).
+/// Returns the upper tail probability of chi-square by a normal approximation of its cube root (Wilson, Hilferty 1931).
 double chi_square_tail(double value, double degrees) {
     const double s = 2 / (9 * degrees);
     const double z = (std::cbrt(value / degrees) - (1 - s)) / std::sqrt(s);
@@ -162,7 +162,7 @@ TEST_F(ShadingBsdf, SamplesFollowTheirDensity) {
         {.roughness = 0.5f, .transmission = 0.5f, .cosine = 0.3f, .tilt = -0.9f},
     };
     constexpr std::uint32_t kSamples = 1u << 17;
-    constexpr int kRows = 24, kColumns = 32, kSub = 16;  // bins of cosine and azimuth, points along a bin's edge
+    constexpr int kRows = 24, kColumns = 32, kSub = 16;  // rows and columns of bins; sub-steps per edge of a bin
     for (std::size_t c = 0; c < cases.size(); ++c) {
         for (const bool glossy : {false, true}) {
             const std::vector<Case> one = {cases[c]};
@@ -206,8 +206,8 @@ TEST_F(ShadingBsdf, SamplesFollowTheirDensity) {
                 const int x = std::clamp(static_cast<int>((turn < 0 ? turn + 1 : turn) * kColumns), 0, kColumns - 1);
                 ++found[static_cast<std::size_t>(y * kColumns + x)];
             }
-            // Bins that the lobe's edge crosses are integrated by few points, so they are pooled with their neighbours.
-            // The rest of the unit mass are directions that the side rules or the horizon reject.
+            // Too few points integrate the bins at the lobe's edge, so these are pooled with their neighbours. The rest
+            // of the unit mass belongs to directions that the side rules or the horizon reject.
             double chi_square = 0, degrees = 0, pooled_expected = 0, pooled_found = 0;
             for (std::size_t i = 0; i < expected.size(); ++i) {
                 lost_expected -= expected[i];
@@ -225,7 +225,7 @@ TEST_F(ShadingBsdf, SamplesFollowTheirDensity) {
     }
 }
 
-// Some lobes are too sharp for bins. Their map from the unit square to directions has the Jacobian 1 / pdf.
+// Some lobes are too sharp for bins. Their mapping from the unit square to directions has the Jacobian 1 / pdf.
 TEST_F(ShadingBsdf, DensityIsTheSamplersJacobianDownToTheMirror) {
     std::vector<Case> cases;
     for (const float alpha : {1.5e-4f, 1e-3f, 1e-2f, 0.1f, 1.0f}) {

@@ -1,5 +1,5 @@
-// Tests light sampling against analytic irradiance and solid angles, its own densities, and quadrature of the
-// environment.
+// Tests light sampling against analytic irradiance and solid angles, against its own densities, and against quadrature
+// of the environment.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -77,14 +77,14 @@ Scene emitter_scene(const std::vector<dmat4>& placements, const vec3& emission, 
     return scene;
 }
 
-/// Returns the form factor from a surface element to a parallel rectangle a x b at distance 1, one corner straight
-/// above (Siegel and Howell, configuration 4).
+/// Returns the form factor from a surface element to a parallel rectangle a x b at distance 1, with one corner straight
+/// above the element (Siegel and Howell, configuration 4).
 double corner_form_factor(double a, double b) {
     const double p = std::sqrt(1 + a * a), q = std::sqrt(1 + b * b);
     return (a / p * std::atan(b / p) + b / q * std::atan(a / q)) / (2 * kPi);
 }
 
-/// Returns the solid angle of a triangle from the origin (Van Oosterom and Strackee 1983).
+/// Returns the solid angle that a triangle subtends at the origin (Van Oosterom and Strackee 1983).
 double solid_angle(const dvec3& a, const dvec3& b, const dvec3& c) {
     const double la = glm::length(a), lb = glm::length(b), lc = glm::length(c);
     const double denominator = la * lb * lc + glm::dot(a, b) * lc + glm::dot(b, c) * la + glm::dot(c, a) * lb;
@@ -116,13 +116,13 @@ TEST_F(ShadingLights, IrradianceFromASquareIsItsFormFactor) {
                                    static_cast<std::uint32_t>(points.size()), 1, points);
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double e = kPi * expected[i];
-        EXPECT_NEAR(found[i].x / (3 * e), 1, 0.01) << i;  // near the light, few samples of its area dominate
+        EXPECT_NEAR(found[i].x / (3 * e), 1, 0.01) << i;  // close to the light, few samples of its area dominate
         EXPECT_NEAR(found[i].y / found[i].x, 2 / 3.0, 1e-5) << i;
     }
 }
 
-// Covers merged and shared emitters. Densities of samples equal those of rays that hit the light, they cover the solid
-// angle exactly once, and no shadow ray is blocked by its own light.
+// Covers merged and shared emitters. Sample densities equal those of rays that hit the light, and the samples cover the
+// solid angle exactly once. No light blocks its own shadow rays.
 TEST_F(ShadingLights, DensitiesAndShadowRays) {
     const std::pair<int, LightChoice> cases[] = {
         {1, LightChoice::power}, {3, LightChoice::power}, {1, LightChoice::tree}, {3, LightChoice::tree}};
@@ -192,7 +192,7 @@ TEST_F(ShadingLights, DensitiesAndShadowRays) {
             EXPECT_NEAR(found[i].x / expected[i], 1, 0.02) << copies << ' ' << i;
             EXPECT_LT(found[i].y, 1e-3f) << copies << ' ' << i;
             EXPECT_EQ(found[i].z, 0) << copies << ' ' << i;
-            EXPECT_LT(found[i].w, 3) << copies << ' ' << i;  // hits on edges
+            EXPECT_LT(found[i].w, 3) << copies << ' ' << i;  // rays may hit edges
         }
     }
 }
@@ -281,7 +281,7 @@ TEST_F(ShadingLights, PunctualLights) {
     }
 }
 
-// A texture that is black on most of the light, and a mask that removes a part of it.
+// The texture is black on most of the light, and a mask removes a part of it.
 TEST_F(ShadingLights, EmissionTexturesAndAlpha) {
     Scene scene = emitter_scene({dmat4(1)}, vec3(2), 1, 1);
     TextureImage image{"t", 8, 8, {}};
@@ -305,7 +305,7 @@ TEST_F(ShadingLights, EmissionTexturesAndAlpha) {
         result[0] = vec4(sum / float(kTurns), 0.0);
     )",
                                    1, 1, {vec4(vec3(dvec3(0, 0, 0.5) - shading.trace.origin), 0)});
-    // The corner (0,0) to (3/8, 1/2) remains, and the point is above the corner.
+    // The corner from (0,0) to (3/8, 1/2) remains, and the point is above that corner.
     EXPECT_NEAR(found[0].x / (2 * kPi * corner_form_factor(0.75, 1)), 1, 0.01);
 }
 
@@ -322,7 +322,7 @@ Image test_map(int width, int height) {
     return map;
 }
 
-/// Returns the radiance of the environment (engine/scene/scene.h) in double.
+/// Returns the radiance of the environment in double precision, by its definition in engine/scene/scene.h.
 dvec3 radiance(const Image& map, const dvec3& d) {
     const double u = std::atan2(d.z, d.x) / (2 * kPi) + 0.5, v = std::acos(std::clamp(d.y, -1.0, 1.0)) / kPi;
     const dvec2 at = dvec2(u * map.width, v * map.height) - 0.5;
@@ -355,7 +355,7 @@ TEST_F(ShadingLights, EnvironmentIsBilinear) {
                                    "result[0] = vec4(environment_radiance(inputs[i].xyz), 0.0);", 4096, 1, directions);
     for (std::size_t i = 0; i < found.size(); ++i) {
         const dvec3 expected = radiance(scene.environment.map, dvec3(directions[i])) * dvec3(1, 0.5, 2);
-        // u and v have errors of about 1e-7 of the map, 23 texels wide, with slopes up to 2 * 900 per texel.
+        // u and v have errors of about 1e-7 of the map's 23 texels; its slopes are up to 2 * 900 per texel.
         EXPECT_NEAR(glm::length(dvec3(found[i]) - expected), 0, 0.02) << i;
     }
 }
@@ -365,7 +365,7 @@ TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
         Scene scene = triangle_scene({});
         scene.environment.color = vec3(1, 0.5f, 2);
         if (!constant) scene.environment.map = test_map(36, 18);
-        PunctualLight sun;  // is an alternative of the selection
+        PunctualLight sun;  // gives the selection an alternative to the sky
         sun.type = LightType::directional;
         sun.intensity = vec3(5);
         scene.lights = {sun};
@@ -416,7 +416,7 @@ TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
             ++picked;
             mean += dvec3(r[2]) / double(kSamples);
             const double radiance_scale = 1 + r[0].w * r[2].y;
-            // Another cell after a round trip through sine and arc: at borders only.
+            // A round trip through sine and arc may lead to another cell only at the borders.
             inconsistent +=
                 std::abs(r[1].w / r[0].w - 1) > 1e-4 || glm::length(vec3(r[1])) > 1e-2 * radiance_scale ? 1 : 0;
             const double u = std::atan2(r[0].z, r[0].x) / (2 * kPi) + 0.5, v = std::acos(r[0].y) / kPi;
@@ -438,7 +438,7 @@ TEST_F(ShadingLights, EnvironmentSamplesFollowTheirDensity) {
             ++degrees;
         }
         EXPECT_NEAR(sum, share, 1e-3);
-        // Mean of chi-square plus 5 standard deviations.
+        // The bound is the mean of chi-square plus 5 standard deviations.
         EXPECT_LT(chi_square, degrees + 5 * std::sqrt(2 * degrees)) << constant << ' ' << degrees;
     }
 }

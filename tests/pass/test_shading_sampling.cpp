@@ -53,7 +53,7 @@ TEST(Sobol, PointsAreZeroTwoNets) {
     }
 }
 
-/// In an aligned square of pixels, all points together are a net, and so are those of each pixel.
+/// All points of an aligned square of pixels together form a net, and so do the points of each pixel.
 TEST(Sobol, PixelsThatShareASequenceComplementEachOther) {
     for (const uint count : {1u, 4u, 16u}) {
         for (const uint size : {1u, 2u, 8u}) {
@@ -83,7 +83,7 @@ TEST(Sobol, OneDimensionIsStratified) {
     }
 }
 
-/// The points of one sample number and pairs of dimensions are uniform and independent across pixels.
+/// For one sample number, the points of pairs of dimensions are uniform and independent across pixels.
 TEST(Sobol, PixelsAndDimensionsAreIndependent) {
     constexpr int kBins = 16, kPixels = 1 << 16;
     const auto chi_square = [](const std::vector<int>& bins) {
@@ -103,7 +103,7 @@ TEST(Sobol, PixelsAndDimensionsAreIndependent) {
             ++of_neighbours[bin(here.x, next.x)];
             ++of_dimensions[bin(here.y, other.y)];
         }
-        // 255 degrees of freedom: mean 255, standard deviation 22.6; the bound is 5.5 standard deviations above.
+        // 255 degrees of freedom have mean 255 and standard deviation 22.6; the bound is 5.5 deviations above the mean.
         for (const auto& bins : {of_pixel, of_neighbours, of_dimensions}) EXPECT_LT(chi_square(bins), 380) << dimension;
     }
 }

@@ -1,4 +1,4 @@
-// Tests geometry at hits, and rays that leave it.
+// Tests geometry at hits, and rays that leave surfaces.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -167,8 +167,8 @@ TEST_F(ShadingSurface, DegenerateAttributesGiveUnitNormals) {
     EXPECT_TRUE(all_finite(vec3(found[3])));
 }
 
-/// Returns whether floats near the triangle can represent its normal: its smallest height is at least 100 units in the
-/// last place, or two where normals are computed in double.
+/// Returns whether floats near the triangle can represent its normal. The smallest height must be at least 100 units in
+/// the last place, or two if normals are computed in double precision.
 bool has_normal(const TraceTables& trace, std::uint32_t triangle) {
     const uvec4 corner = trace.triangles[triangle];
     const dvec3 a(trace.positions[corner.x]), b(trace.positions[corner.y]), c(trace.positions[corner.z]);
@@ -194,7 +194,7 @@ TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
         const double size = std::pow(10.0, decade + random.within(-0.5, 0.5));
         Mesh mesh;
         for (int i = 0; i < 16; ++i) {
-            // The triangle is in a plane through the origin, a sliver or needle of aspect 10^3 to 10^7, far away, or
+            // The triangle is in a plane through the origin, a sliver of aspect ratio 10^3 to 10^7, far away, or
             // general.
             vec3 a, b, c;
             do {

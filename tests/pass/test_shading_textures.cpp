@@ -33,7 +33,7 @@ int wrapped(long long i, int size, Wrap wrap) {
     return static_cast<int>(m < size ? m : 2 * size - 1 - m);
 }
 
-/// Returns a lookup by SHADING.md, in texel space.
+/// Returns a texture lookup as defined by SHADING.md, in texel space.
 dvec4 lookup(const TextureImage& image, const TextureRef& ref, const vec2& uv0, const vec2& uv1, bool color) {
     const vec2 uv = ref.uv_transform * vec3(ref.uv_set == 0 ? uv0 : uv1, 1);
     const dvec2 at = dvec2(uv) * dvec2(image.width, image.height) - (ref.nearest ? 0.0 : 0.5);
@@ -90,7 +90,7 @@ TEST_F(ShadingTextures, EveryWrapFilterAndTransform) {
                     const dvec4 color = lookup(scene.images[1], ref, uv0, uv1, true);
                     const dvec4 data =
                         lookup(scene.images[0], scene.materials[0].metallic_roughness_texture, uv0, uv1, false);
-                    // Half floats have errors of 2^-12 of 1; coordinates of 50 by 50 have 2^-24 13 texels = 4e-5.
+                    // Half floats have errors of 2^-12. Coordinates of 50 have errors of 50 * 2^-24 * 13 texels = 4e-5.
                     const double worst = std::max(largest(glm::abs(dvec4(found[2 * i]) - color)) - 0x1p-12,
                                                   largest(glm::abs(dvec4(found[2 * i + 1]) - data)));
                     // A nearest lookup on a border may use either texel.
@@ -136,7 +136,7 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
     m.ior = 2;
     m.normal_scale = 0.5f;
     Scene scene = triangle_scene(m);
-    // Textures of one texel, so that every lookup returns it.
+    // A texture of one texel gives the same value for every lookup.
     const auto add = [&](std::array<std::uint8_t, 4> texel) {
         scene.images.push_back({"texel", 1, 1, {texel[0], texel[1], texel[2], texel[3]}});
         return TextureRef{.image = static_cast<int>(scene.images.size()) - 1};
@@ -182,7 +182,7 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
         EXPECT_NEAR(r[0].w, 0.9 * 102 / 255, 1e-6);
         EXPECT_TRUE(near(vec3(r[1]), m.emission * srgb(10, 20, 30)));
         EXPECT_NEAR(r[1].w, 0.8 * 51 / 255, 1e-6);
-        // The map bends normals equally on both sides; normals of the back are reversed.
+        // The normal map bends normals equally on both sides; normals of the back side are reversed.
         EXPECT_TRUE(near(vec3(r[2]), sign * mapped({192, 64, 230}, 0.5f))) << r[2].x << ' ' << r[2].y << ' ' << r[2].z;
         EXPECT_NEAR(r[2].w, 0.7 * 153 / 255, 1e-6);
         EXPECT_TRUE(near(vec3(r[3]), m.specular_color * srgb(255, 128, 64)));
@@ -190,7 +190,7 @@ TEST_F(ShadingTextures, MaterialsReadTheirSlots) {
         EXPECT_NEAR(r[4].w, 0.6 * 204 / 255, 1e-6);
         EXPECT_NEAR(r[5].x, 0.5 * 25 / 255, 1e-6);
         EXPECT_NEAR(r[5].y, 0.4 * 127 / 255, 1e-6);
-        // The coat's normal is almost in the plane, so it is bent towards wo.
+        // The coat's normal is almost in the surface plane, so it is bent towards wo.
         EXPECT_GT(sign * r[4].z, 0);
     }
 }

@@ -34,7 +34,7 @@ double factor_of_parallel(double a, double b, double c) {
     return (x / p * std::atan(y / p) + y / q * std::atan(x / q)) / (2 * kPi);
 }
 /// Returns the factor to a rectangle perpendicular to the element's plane that stands on that plane, a high and b wide.
-/// One of its lower corners is nearest to the element, at distance c.
+/// One of its lower corners is the point nearest to the element, at distance c.
 double factor_of_perpendicular(double a, double b, double c) {
     const double x = a / b, y = c / b, r = std::sqrt(x * x + y * y);
     return (std::atan(1 / y) - y / r * std::atan(1 / r)) / (2 * kPi);
@@ -42,7 +42,7 @@ double factor_of_perpendicular(double a, double b, double c) {
 
 class ShadowTest : public PassTest {
   protected:
-    /// Mean over all paths and samples of the shadow pass alone.
+    /// Means over all paths and samples of the shadow pass alone.
     struct Found {
         RunningMoments diffuse[3], glossy[3];
     };
@@ -88,8 +88,8 @@ struct Components {
     dvec3 diffuse{0}, glossy{0};
 };
 
-/// Returns the radiance towards wo at the origin of a floor under the light, by the midpoint rule.
-/// `light_sampling_only` multiplies by the power heuristic's weight of light sampling.
+/// Returns the radiance towards wo at the origin of a floor under the light, by the midpoint rule. If
+/// `light_sampling_only` is set, the result is multiplied by the power heuristic's weight of light sampling.
 Components quadrature(const RectangleLight& light, const reference::Bsdf& bsdf, bool light_sampling_only) {
     constexpr int kSteps = 600;
     const dvec3 u(light.u), v(light.v), face = glm::cross(u, v);
@@ -121,7 +121,7 @@ reference::Bsdf oracle_bsdf(const Material& m, const dvec3& wo) {
     return {p, wo, kUp, kUp, kUp};
 }
 
-// Both sampling techniques contribute to lights of medium size. One light is above the point, one beside it.
+// Both sampling techniques contribute to lights of medium size. One light is above the point, the other one beside it.
 const RectangleLight kLights[] = {{{-0.3f, 1.2f, -0.4f}, {0.9f, 0, 0}, {0, 0, 1}},
                                   {{0.8f, 0.1f, -0.3f}, {0, 1, 0}, {0, 0, 0.7f}}};
 
@@ -196,7 +196,7 @@ TEST_F(ShadowTest, FormFactorsOfParallelAndPerpendicularSquares) {
     };
     for (const auto& c : cases) {
         SCOPED_TRACE(c.name);
-        // The published forms are compared with the integral.
+        // The integral validates the published closed forms.
         const Components integral = quadrature(c.light, oracle_bsdf(material, kUp), false);
         EXPECT_NEAR(integral.diffuse.x, 0.2 * c.factor * c.light.radiance.x, 1e-4 * c.factor);
         for (const bool half_hidden : {false, true}) {
@@ -204,7 +204,7 @@ TEST_F(ShadowTest, FormFactorsOfParallelAndPerpendicularSquares) {
             add_light(scene, c.light);
             double factor = c.factor;
             if (half_hidden) {
-                // A card halfway to the light, large beyond z = 1/4, hides the light's z > 1/2.
+                // A card halfway to the light hides the light's part with z > 1/2. The card is large beyond z = 1/4.
                 const vec3 shrunk = 0.5f * c.light.corner + vec3(0, 0, 0.25f);
                 const vec3 step = c.light.u.x > 0 ? vec3(2, 0, 0) : vec3(0, 2, 0);
                 add_quad(scene, add_material(scene, diffuse_material(vec3(0))), shrunk - 0.5f * step, step, {0, 0, 2});
@@ -232,8 +232,8 @@ TEST_F(ShadowTest, ConstantEnvironment) {
     const RenderResult whole = render(context, scene, small_settings(spot_camera(dvec3(0), kUp, 1e-3), 64, 64, 16, 1));
     for (int i = 0; i < 3; ++i) {
         const double reflected = scene.materials[0].base_color[i] * scene.environment.color[i];
-        // Densities: 1 / 4 pi of the light, mu / pi of the surface; the integral is of 2 mu / (1 + 16 mu^2) over mu in
-        // [0, 1].
+        // The light's density is 1 / 4 pi, the surface's mu / pi. The expected value is the integral of 2 mu / (1 + 16
+        // mu^2) over mu in [0, 1].
         expect_mean(found.diffuse[i], reflected * std::log(17.0) / 16, 0.01, "light sampling alone");
         const MeanValue m = mean_of_pixels(whole.beauty, i);
         EXPECT_NEAR(m.value, reflected, 4 * m.error + 1e-5);
@@ -290,7 +290,7 @@ TEST_F(ShadowTest, PunctualLightsAreExactAtEveryPixel) {
                 const std::size_t path = stage.path(x, y);
                 const dvec3 position = dvec3(s.surfaces[path].position) + stage.trace_tables().origin;
                 const dvec3 expected = dvec3(scene.materials[0].base_color) / kPi * irradiance(light, position);
-                // Float error of the cone's edge: cosines have errors of 2^-22, scaled by 1 / 0.13, of a value of up to
+                // At the cone's edge, cosines have errors of 2^-22. They are scaled by 1 / 0.13 and by a value of up to
                 // 4.
                 for (int i = 0; i < 3; ++i)
                     EXPECT_NEAR(s.light[path].diffuse[i], expected[i], 2e-5 * expected[i] + 1e-5) << x << ", " << y;
@@ -316,7 +316,7 @@ TEST_F(ShadowTest, ALightBelowTheFloorHasNoEffect) {
 }
 
 TEST_F(ShadowTest, ManyLightsAreSummedBySelectingOne) {
-    Scene scene;  // small, because lights are selected by power, and the sun's power is what falls on the whole scene
+    Scene scene;  // small, because the sun's power is that on the whole scene, and selection is by power
     add_quad(scene, add_material(scene, diffuse_material(vec3(0.5f))), {-2, 0, -2}, {0, 0, 4}, {4, 0, 0});
     scene.lights = {point_light(), spot_light(), sun()};
     scene.lights[1].position = {0, 1, 0};

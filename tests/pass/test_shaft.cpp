@@ -1,5 +1,5 @@
-// Tests that shafts are conservative: a box that a ray of a bundle meets by the tracer's own test, the bundle's shaft
-// meets, too, and no later. The search is random in float32, on all scales, with boxes that rays just graze.
+// Tests that shafts are conservative. If a ray of a bundle meets a box by the tracer's own test, the bundle's shaft
+// must meet it, too, no later. A random search in float32 covers all scales and uses boxes that rays just graze.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
@@ -12,8 +12,8 @@
 namespace halflight {
 namespace {
 
-// One hierarchy and one bundle of rays per invocation, 64 boxes each. HALFLIGHT_RASTER selects the shafts of raster
-// culling.
+// Each invocation has one hierarchy and one bundle of rays, with 64 boxes each. HALFLIGHT_RASTER selects the shafts of
+// raster culling.
 const std::string kKernel = R"(
 #include "shaders/trace_scene.glsl"
 #include "shaders/shared/rays.h"
@@ -292,16 +292,16 @@ struct Counts {
     std::uint32_t rejected = 0;  // far boxes that the shaft rejects
 };
 
-constexpr float kSlack = 0x1p-20f;  // for hierarchies of triangles; those of instances have more
+constexpr float kSlack = 0x1p-20f;  // for hierarchies of triangles; those of instances have a larger margin
 
-/// Kind of shafts and of nodes.
+/// Kind of shaft and of node.
 struct Kind {
     const char* name;
     bool raster;
     rays::NodeFormat format;
-    float too_much;  // narrowing of shafts, relative to the reach, with which boxes are lost
+    float too_much;  // narrowing, relative to the reach, that loses boxes
 };
-// The shafts lack the part of the margin for rounding, or the padding.
+// The narrowings exceed the part of the margin for rounding, or the padding.
 constexpr Kind kKinds[] = {{"tiles, grid", false, rays::NodeFormat::grid, 0x1p-18f},
                            {"tiles, floating", false, rays::NodeFormat::floating, 0x1p-18f},
                            {"raster, grid", true, rays::NodeFormat::grid, 4 * kSlack + 0x1p-18f},
@@ -309,7 +309,7 @@ constexpr Kind kKinds[] = {{"tiles, grid", false, rays::NodeFormat::grid, 0x1p-1
 
 class ShaftTest : public GpuTest {
   protected:
-    /// `narrower` is a narrowing of the shafts relative to the reach.
+    /// Counts results over `bundles` random bundles. `narrower` is a narrowing of the shafts relative to the reach.
     static Counts search(const Kind& kind, float narrower, std::uint32_t bundles) {
         gpu::Defines defines;
         if (kind.format == rays::NodeFormat::floating) defines.set("HALFLIGHT_NODES_FLOAT");
@@ -333,13 +333,13 @@ TEST_F(ShaftTest, LosesNoBoxThatARayMeets) {
         EXPECT_GE(c.triples, 10'000'000u);
         EXPECT_GT(c.met, c.triples / 5);
         EXPECT_EQ(c.lost, 0u);
-        // Most boxes far from the bundle are rejected.
+        // The shaft rejects most boxes far from the bundle.
         EXPECT_GT(c.far, 100'000u);
         EXPECT_GT(c.rejected, c.far * 4ull / 5);
     }
 }
 
-// A search with narrowed shafts finds the lost boxes.
+// Validates the search: with narrowed shafts it finds lost boxes.
 TEST_F(ShaftTest, FindsShaftsThatAreTooNarrow) {
     for (const Kind& kind : kKinds) {
         EXPECT_GT(search(kind, kind.too_much, 1 << 16).lost, 0u) << kind.name;

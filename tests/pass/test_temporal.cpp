@@ -1,4 +1,4 @@
-// Tests temporal reuse on synthetic pictures of planes: where earlier light is found, and where it must not be used.
+// Tests temporal reuse on synthetic pictures of planes: where the history is found, and where it must be rejected.
 #include "passes/preview/temporal.h"
 
 #include <gtest/gtest.h>
@@ -16,11 +16,11 @@ namespace {
 constexpr ivec2 kSize(48, 32);
 constexpr float kEarlierSamples = 8;
 
-/// Returns light as a linear function of the place, which is therefore known between texels, too.
+/// Returns radiance as a linear function of position, so that interpolation between texels is exact.
 vec3 pattern(const vec3& p) {
     return vec3(20) + vec3(1, 0.5f, -1) * p.x + vec3(0.5f, -1, 1) * p.y;
 }
-/// Adds noise large enough that earlier light is never clipped.
+/// Adds noise large enough that the history is never clipped.
 vec3 with_noise(int x, int y, const vec3& p) {
     return pattern(p) + ((x + y) % 2 == 0 ? 10.0f : -10.0f);
 }
@@ -101,7 +101,7 @@ TEST_F(TemporalTest, DisoccludedSurfacesHaveNoHistory) {
                 ASSERT_NE(light, now.light_at(x, y)) << x << ", " << y;
         }
     }
-    // A surface at the same place with another normal has other light.
+    // A surface at the same position with another normal has other light.
     TexelData turned = earlier;
     for (vec4& guide : turned.guide) guide = vec4(1, 0, 0, guide.w);
     EXPECT_EQ(accumulate(now, turned, still).light, now.light);
@@ -116,7 +116,7 @@ TEST_F(TemporalTest, ACutDiscardsTheHistory) {
     const TexelData result = accumulate(now, earlier, elsewhere);
     EXPECT_EQ(result.light, now.light);
     EXPECT_EQ(result.place, now.place);
-    // The history is also discarded if the earlier camera looked the other way.
+    // The history is also rejected if the earlier camera looked the other way.
     Camera back = camera_at({0, 0, 0});
     back.camera_to_world[0] *= -1.0, back.camera_to_world[2] *= -1.0;
     EXPECT_EQ(accumulate(now, now, constants_of(back, kSize)).light, now.light);
@@ -136,7 +136,7 @@ TEST_F(TemporalTest, NonFiniteValuesAreRejectedAndCounted) {
     earlier.place[10 + 20 * 48].w = kNan;
     earlier.guide[20 + 20 * 48] = vec4(kNan);
     const TexelData result = accumulate(now, earlier, still);
-    // Each bad texel is one of the four texels around four pixels.
+    // Each bad texel is one of the four texels that four pixels interpolate.
     EXPECT_EQ(refused.read<std::uint32_t>(), (std::vector<std::uint32_t>{12, 8}));
     int changed = 0;
     for (std::size_t i = 0; i < result.light.size(); ++i) {

@@ -29,7 +29,7 @@ class TileCulling : public GpuTest {
     gpu::ProgramCache programs;
 };
 
-/// Makes every seventh ray and the first 100 rays dead.
+/// Makes every seventh ray and the first 100 rays inactive.
 void kill_some(std::vector<Ray>& rays) {
     for (std::size_t i = 0; i < rays.size(); ++i) {
         if (i < 100 || i % 7 == 0) rays[i].t_max = -1;
@@ -72,7 +72,7 @@ Scene doubled(Scene scene) {
     return scene;
 }
 
-// The triangle with the lower id wins ties, in whatever leaf it is.
+// The triangle with the lower id wins ties in any leaf.
 TEST_F(TileCulling, TiesDoNotDependOnOrder) {
     for (const Scene& scene : {doubled(height_field(40, 0)), doubled(soup(2000, 0.2f, vec3(1), 5))}) {
         const TraceTables tables = build_trace_tables(scene);
@@ -102,8 +102,8 @@ TEST_F(TileCulling, DegenerateTiles) {
     }
 }
 
-// Tests list capacities with which no child of the root fits, or some do; powers of two and others. Sizes around 32 and
-// 64 are the bits of a word and of a mask. Each runs twice, because lists are kept.
+// Tests list capacities that fit none or some of the root's children, powers of two and others. Sizes around 32 and 64
+// are the bits of a word and of a mask. Each runs twice, because lists are kept.
 TEST_F(TileCulling, TilesAndListsOfAllSizes) {
     const auto expect_same = [&](const Scene& scene, const std::vector<rays::TileSettings>& all) {
         const TraceTables tables = build_trace_tables(scene);
@@ -132,7 +132,7 @@ TEST_F(TileCulling, SettingsOutOfRangeAreErrors) {
     }
 }
 
-// Scales all positions by a power of two; hits must be equal.
+// Scales all positions by powers of two, which must not change a hit.
 TEST_F(TileCulling, ScenesAndRaysOfAllSizes) {
     const auto scaled = [](std::vector<Ray> rays, float s) {
         for (Ray& r : rays) r = {s * r.origin, r.t_min, s * r.direction, r.t_max};
@@ -176,7 +176,7 @@ TEST_F(TileCulling, BatchesOfAnySize) {
     EXPECT_EQ(different_answers(Scene{}, rays_through({vec3(-1), vec3(1)}, 300, 2)), 0u);
 }
 
-// Each group of consecutive rays, one per member of a reuse group, ends in one point.
+// Each group of consecutive rays ends in one point and has one ray per member of a reuse group.
 TEST_F(TileCulling, ConnectionRays) {
     const std::vector<Ray> from = rays_through({vec3(-1), vec3(1)}, 5000, 9);
     for (const Scene& scene : {soup(4000, 0.08f, vec3(1), 3), instanced_spheres()}) {

@@ -47,7 +47,7 @@ class TracerTest : public GpuTest {
     }
 };
 
-// The bounds are the results of these rays, with a margin for Embree on other processors.
+// The bounds are the results for these rays, with a margin for Embree on other processors.
 TEST_F(TracerTest, AgreesWithEmbreeOnASphere) {
     EXPECT_LE(check(sphere(64, vec3(0), 1), 20000), 4u);
 }
@@ -66,7 +66,7 @@ TEST_F(TracerTest, AgreesWithEmbreeOnSlivers) {
 
 TEST_F(TracerTest, AgreesWithEmbreeOnAGridSeenAlongItsPlane) {
     Scene scene = height_field(64, 0.0f);
-    EXPECT_LE(check(scene, 20000), 400u);  // two of the three views and half the rays are in its plane
+    EXPECT_LE(check(scene, 20000), 400u);  // two of the three views and half the rays lie in the plane
 }
 
 TEST_F(TracerTest, AgreesWithEmbreeOnTinyAndHugeScenes) {
@@ -101,7 +101,7 @@ TEST_F(TracerTest, AgreesWithEmbreeOnInstances) {
         dmat4 m = glm::translate(dmat4(1), 20.0 * dvec3(uniform(random), uniform(random), uniform(random)));
         m = glm::rotate(m, 3 * uniform(random), dvec3(uniform(random), 1, uniform(random)));
         m = glm::scale(m,
-                       // condition number below 3 * 9 * 3
+                       // The condition number is below 3 * 9 * 3.
                        dvec3(i % 3 == 0 ? -1.0 : 1.0, 1 + 4 * (uniform(random) + 1), 1));
         add_instance(scene, i % 2 ? cube : 0, m);
     }

@@ -17,7 +17,7 @@ using test::Ray;
 
 constexpr std::uint32_t kRays = 8192;
 
-/// Adds a square over [0, 1]^2 at height z with texture coordinates (x, y) and its own material.
+/// Adds a square over [0, 1]^2 at height z with texture coordinates (x, y) and a material of its own.
 void add_square(Scene& scene, float z, const Material& material) {
     Mesh mesh;
     mesh.positions = {{0, 0, z}, {1, 0, z}, {1, 1, z}, {0, 1, z}};
@@ -99,7 +99,7 @@ TEST_F(TracerAlpha, MasksCutOutByTexture) {
     for (std::size_t i = 0; i < kRays; ++i) EXPECT_NEAR(a.height(i), i % 128 < 64 ? 0.0f : 2.0f, 1e-5f) << i;
 }
 
-// Two triangles share an edge; the upper one is transparent.
+// Two triangles share an edge. The upper triangle is transparent.
 TEST_F(TracerAlpha, BothTrianglesOfAPairAreTested) {
     for (const std::size_t absent : {0u, 1u}) {
         Scene scene;

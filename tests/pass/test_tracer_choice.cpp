@@ -1,4 +1,4 @@
-// Tests the choice of the tracing method: the requested one, or the fastest by measurement. Hits are always equal.
+// Tests the choice of the tracing method: the requested one, or the fastest one by measurement. Hits are always equal.
 #include <gtest/gtest.h>
 
 #include <numeric>
@@ -58,8 +58,8 @@ TEST_F(TracerChoice, ShortRendersStayPlain) {
     EXPECT_FALSE(only(tracer).reason.empty());
 }
 
-// The times on this machine decide whether one method is clearly faster and gets most of the runs. test_choice tests
-// the consequences of given times.
+// The times on the machine decide whether one method is clearly faster and gets most runs. test_choice tests the
+// consequences of given times.
 TEST_F(TracerChoice, LongRendersTryBothMethodsAndReportTheFasterOne) {
     rays::Tracer off(scene), tracer(scene, Culling::automatic);
     const std::vector<Hit> hits = closest(off);
@@ -134,7 +134,7 @@ TEST_F(TracerChoice, EveryKindIsItsOwnBatch) {
     const std::vector<BatchStatistics> all = tracer.statistics();
     ASSERT_EQ(all.size(), 2u);
     for (const BatchStatistics& s : all) EXPECT_EQ(measured(s, TraceMethod::tiles).runs, s.batch == "glossy" ? 2u : 1u);
-    // Two batches of one kind and depth would share their lists.
+    // Two batches of the same kind and depth would share their lists.
     const auto twice = [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
         results = closest_hit(graph, tracer, batch, results);
         return closest_hit(graph, tracer, batch, results);

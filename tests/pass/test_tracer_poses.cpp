@@ -13,8 +13,8 @@ namespace {
 
 class TracerPoses : public GpuTest {};
 
-/// Returns a static height field, a closed sphere that is bent by t and torn from 0.9 on, and instances of another
-/// sphere, some of them moving.
+/// Returns a static height field, a closed sphere that is bent by t and torn for t >= 0.9, and instances of another
+/// sphere, some of which move.
 Scene posed(float t) {
     Scene scene = instanced_spheres();
     const Scene ball = sphere(12, {0, 1.5f, 0}, 0.7f);

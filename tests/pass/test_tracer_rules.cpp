@@ -1,5 +1,5 @@
 // Tests the contract of the plain tracer for single rays: ties, ends, degenerate directions, closed meshes without
-// leaks, and results that depend neither on order nor on the kernel.
+// leaks. Results depend neither on order nor on the kernel.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 
@@ -60,7 +60,7 @@ TEST_F(TracerRules, PairsKeepTheOrderOfEachTrianglesCorners) {
     uvec3 first(0, 1, 2), second(0, 2, 3);
     int others = 0;
     for (int i = 0; i < 36; ++i) {
-        // All six orders of the first triangle's corners, each with all orders of the second one.
+        // All six orders of the first triangle's corners are combined with all orders of the second one's.
         first = i % 2 ? uvec3(first.y, first.x, first.z) : uvec3(first.x, first.z, first.y);
         if (i % 6 == 5) second = i % 4 == 1 ? uvec3(second.y, second.x, second.z) : uvec3(second.x, second.z, second.y);
         const TraceTables tables = build_trace_tables(of_one_mesh(positions, {first, second}));
@@ -128,7 +128,7 @@ TEST_F(TracerRules, BothEndsOfTheRayAreOpen) {
 }
 
 TEST_F(TracerRules, LowestTriangleWinsTies) {
-    // Leaves split twelve copies of one square arbitrarily.
+    // The leaves split twelve copies of one square arbitrarily.
     const TraceTables tables = build_trace_tables(squares(std::vector<float>(12, 0.0f)));
     std::vector<Ray> rays;
     for (int i = 0; i < 200; ++i) {
@@ -150,8 +150,8 @@ TEST_F(TracerRules, LowestInstanceWinsTies) {
 }
 
 TEST_F(TracerRules, AxisAlignedRaysAlongEdgesAndFaces) {
-    // The vertices of a lattice are at integers. Rays parallel to the axes through its vertices and edges must not pass
-    // through.
+    // A lattice has its vertices at integers. Rays parallel to the axes through its vertices and edges must not pass
+    // through it.
     const TraceTables tables = build_trace_tables([] {
         std::vector<vec3> positions;
         std::vector<uvec3> triangles;
@@ -174,8 +174,8 @@ TEST_F(TracerRules, AxisAlignedRaysAlongEdgesAndFaces) {
             across.push_back({p, 0, vec3(0, 0, -1), kInfinity});
             across.push_back({p - vec3(0, 0, 6), 0, vec3(-0.0f, 0.0f, 0.5f), 7});
             across.push_back({p, 0, vec3(1e-30f, -1e-30f, -1), kInfinity});
-            along.push_back({vec3(-9, p.y, 0), 0, vec3(1, 0, 0), kInfinity});     // in the plane itself
-            along.push_back({vec3(-9, p.y, 0.5f), 0, vec3(1, 0, 0), kInfinity});  // beside the plane
+            along.push_back({vec3(-9, p.y, 0), 0, vec3(1, 0, 0), kInfinity});     // rays in the plane
+            along.push_back({vec3(-9, p.y, 0.5f), 0, vec3(1, 0, 0), kInfinity});  // rays beside the plane
         }
     }
     for (const NodeFormat format : kFormats) {
@@ -199,7 +199,7 @@ TEST_F(TracerRules, DeadRaysAndEmptyScenesMiss) {
     EXPECT_EQ(Tracer(tables).any(rays), (std::vector<std::uint32_t>{0, 0}));
 }
 
-// Rays from inside closed meshes, aimed at their vertices, edges and faces, must all hit.
+// Expects all rays from inside closed meshes to hit. They are aimed at vertices, edges and faces.
 void expect_no_leak(const Scene& scene, std::size_t count, std::uint32_t seed) {
     const TraceTables tables = build_trace_tables(scene);
     std::mt19937 random(seed);
@@ -212,7 +212,7 @@ void expect_no_leak(const Scene& scene, std::size_t count, std::uint32_t seed) {
         vec3 target = rays.size() % 4 == 0 ? a : (rays.size() % 4 == 3 ? (a + b + c) / 3.0f : glm::mix(a, b, s));
         const vec3 inside =
             0.3f * (vec3(uniform(random), uniform(random), uniform(random)) - 0.5f) * tables.bounds.extent();
-        if (rays.size() % 8 < 4) target = glm::mix(target, inside, 0.5f);  // hits the vertex with rounding
+        if (rays.size() % 8 < 4) target = glm::mix(target, inside, 0.5f);  // the ray hits the vertex with rounding
         rays.push_back({inside, 0, target - inside, kInfinity});
     }
     for (const NodeFormat format : kFormats) {
@@ -224,7 +224,7 @@ void expect_no_leak(const Scene& scene, std::size_t count, std::uint32_t seed) {
 
 TEST_F(TracerRules, ClosedMeshesDoNotLeak) {
     expect_no_leak(sphere(64, vec3(0), 1), 200000, 1);
-    expect_no_leak(sphere(150, vec3(0), 1), 200000, 2);  // the sphere has needles at its poles
+    expect_no_leak(sphere(150, vec3(0), 1), 200000, 2);  // the sphere has slivers at its poles
     Scene flat = sphere(48, vec3(0), 1);
     flat.instances[0].object_to_world = glm::scale(dmat4(1), dvec3(1, 1e-3, 30));
     expect_no_leak(flat, 100000, 3);
@@ -251,7 +251,7 @@ TEST_F(TracerRules, ClosedInstancesDoNotLeak) {
     EXPECT_EQ(leaks, 0u);
 }
 
-/// Rotates the children of all nodes of a single hierarchy by `turn` places and permutes the nodes.
+/// Permutes the nodes of a single hierarchy, and rotates the children of each node by `turn` places.
 rays::PackedScene shuffled(rays::PackedScene packed, std::uint32_t turn) {
     const std::size_t stride = shared::kBvhFloatTexels;
     const auto nodes = static_cast<std::uint32_t>(packed.node_count);

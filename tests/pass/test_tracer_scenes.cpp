@@ -1,5 +1,5 @@
-// Tests the plain tracer against Embree, and culling by tiles against the plain tracer, on all our scenes and on
-// available scenes of other projects.
+// Tests the plain tracer against Embree, and culling by tiles against the plain tracer. The scenes are all of ours and
+// the available ones of other projects.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -16,13 +16,13 @@ using namespace test;
 
 class TracerScenes : public GpuTest {
   protected:
-    /// `flatten` is that of build_trace_tables(): the renderer's value, or 0 to keep all instances.
+    /// Compares the tracers. `flatten` of build_trace_tables() is the renderer's value, or 0 to keep all instances.
     void check(const fs::path& file, std::size_t flatten) {
         SCOPED_TRACE(file.string());
         const Scene scene = load_gltf(file);
-        const TraceTables tables = opaque_tables(scene, flatten);  // Embree has no coverage
+        const TraceTables tables = opaque_tables(scene, flatten);  // Embree knows no coverage
         if (tables.triangles.empty()) return;
-        std::vector<Ray> rays = rays_through(tables.bounds, 62 * 64, 1);  // whole tiles
+        std::vector<Ray> rays = rays_through(tables.bounds, 62 * 64, 1);  // a multiple of 64
         for (const vec3& from : {vec3(1, 0.4f, 0.3f), vec3(0, 0, 1), vec3(-0.2f, 1, -0.3f)}) {
             const std::vector<Ray> view = camera_rays(tables.bounds, from);
             rays.insert(rays.end(), view.begin(), view.end());

@@ -1,5 +1,5 @@
 // Tests that tile lists kept from run to run save time and change no hit. The lists are garbage, come from other
-// cameras and scenes, or have single wrong bits; cameras move, cut and stop.
+// cameras and scenes, or have single wrong bits. Cameras move, cut and stop.
 #include <gtest/gtest.h>
 
 #include <bit>
@@ -40,7 +40,7 @@ struct Record {
     std::size_t capacity;
 
     std::uint32_t& counts() const { return words[7]; }
-    /// Returns a random word with a meaning: of a corner, the checksum, the counts, or an entry.
+    /// Returns a random word that has a meaning: part of a corner, the checksum, the counts, or an entry.
     std::uint32_t& any_word(std::mt19937& random) const {
         const std::size_t leaves = counts() & 0xffffu, others = counts() >> 16, entries = leaves + others;
         std::size_t i = random() % (14 + entries * entry_words);
@@ -77,7 +77,7 @@ class Steps {
         return {run_trace<Hit>(executor_, {rays}, closest), run_trace<std::uint32_t>(executor_, {rays}, any)};
     }
 
-    /// Runs with `lists` and `blockers` for closest and any hits, and stores their new values. Without `cull` the lists
+    /// Runs closest and any hits with `lists` and `blockers`, and stores the new ones. If `cull` is false, the lists
     /// are used unchanged.
     Answers by_tiles(std::span<const Ray> rays, bool cull = true) {
         const auto before = lists;
@@ -190,7 +190,7 @@ TEST_P(TracerStateOfKind, ListsAreKeptAndUsed) {
     EXPECT_EQ(different(steps.by_tiles(here), plain), 0u);
     EXPECT_EQ(steps.culled, 0u);
 
-    // Validates the tests below: wrong lists give wrong hits if they are used unchecked.
+    // Validates the tests below: wrong lists give wrong hits if nothing checks them.
     const auto good = steps.lists;
     EXPECT_EQ(different(steps.by_tiles(here, false), plain), 0u);
     EXPECT_GT(different(steps.by_tiles(there, false), steps.plain(there)), kRays / 20);
@@ -220,7 +220,7 @@ TEST_P(TracerStateOfKind, GarbageChangesNoHit) {
     for (std::size_t i = 0; i < garbage.size(); ++i) {
         for (int turn = 0; turn < (i < 3 ? 5 : 1); ++turn) {
             fill(garbage[i]);
-            if (turn % 2 == 1) {  // with valid counts
+            if (turn % 2 == 1) {  // the word with valid counts
                 const std::uint32_t half = GetParam().settings.capacity / 2;
                 for (std::size_t t = 0; t < steps.tiles; ++t)
                     steps.record(t).counts() = random() % (half + 1) | random() % half << 16;
@@ -281,7 +281,7 @@ TEST_P(TracerStateOfKind, ListsOfOtherTilesAndCameras) {
     EXPECT_EQ(different(steps.by_tiles(here), steps.plain(here)), 0u);
 }
 
-/// Returns random triangles within fixed bounds.
+/// Returns random triangles inside fixed bounds.
 Scene boxed_soup(std::uint32_t seed) {
     Scene scene = soup(2000, 0.08f, vec3(1), seed);
     for (const float corner : {-1.2f, 1.2f}) {
@@ -304,12 +304,12 @@ TEST_P(TracerStateOfKind, ListsOfOtherScenes) {
     other.blockers = one.blockers;
     EXPECT_EQ(different(other.by_tiles(here), other.plain(here)), 0u);
     EXPECT_EQ(other.culled, other.tiles);
-    // The lists have no other mark of their scene.
+    // Validates the test: if nothing checks the lists of another scene, hits are wrong.
     other.lists = one.lists;
     EXPECT_GT(different(other.by_tiles(here, false), other.plain(here)), kRays / 20);
 }
 
-/// Returns camera rays along a path through [-1, 1]^3 that is cut every 40 frames.
+/// Returns camera rays along a path through [-1, 1]^3 with a cut every 40 frames.
 std::vector<Ray> frame_of_path(int frame) {
     const float a = 0.02f * static_cast<float>(frame) + 2.4f * static_cast<float>(frame / 40);
     const vec3 eye = (1.2f + 0.9f * std::sin(2.3f * a)) * vec3(std::cos(a), 0.3f * std::sin(3 * a), std::sin(a));
@@ -320,7 +320,7 @@ TEST_F(TracerState, MovingCameraWithCuts) {
     PlainAgainstTiles pair(programs, build_trace_tables(instanced_spheres()));
     std::size_t bytes = 0;
     for (int frame = 0; frame < 200; ++frame) {
-        if (frame == 80) {  // the other cuts are not signalled
+        if (frame == 80) {  // only this cut is signalled
             pair.history().invalidate("cut");
             pair.tiles().invalidate();
         }
@@ -349,7 +349,7 @@ TEST_F(TracerState, StillFramesSoonKeepTheirLists) {
     };
     EXPECT_EQ(made_in(1), tiles);
     made_in(31);
-    EXPECT_LT(made_in(16), tiles);  // out of 32 times as many
+    EXPECT_LT(made_in(16), tiles);  // 32 times as many are possible
     pair.history().invalidate("new scene, say");
     EXPECT_EQ(made_in(1), tiles);
 }
@@ -365,7 +365,7 @@ TEST_F(TracerState, RememberedLeavesThatEndRaysAreCounted) {
         Steps(programs, soup(2000, 0.08f, vec3(1), 3), NodeFormat::grid).plain(here).occluded;
     const auto ended = static_cast<std::uint64_t>(std::ranges::count(occluded, shared::kOccluded));
     EXPECT_LE(remembered() - before, ended);
-    EXPECT_GT(remembered() - before, ended / 8);  // the other rays were ended by the rest of their lists
+    EXPECT_GT(remembered() - before, ended / 8);  // the rest of their lists ended the other rays
 }
 
 }  // namespace

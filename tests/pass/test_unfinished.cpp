@@ -1,4 +1,4 @@
-// Tests drivers that end long loops: an unfinished ray is counted, and never taken for lit or shadowed.
+// Tests drivers that end long loops early: an unfinished ray is counted, and never taken for lit or shadowed.
 #include <gtest/gtest.h>
 
 #include "engine/tables/tables.h"
@@ -55,7 +55,7 @@ TEST_F(UnfinishedTest, LongTraversalsAreCorrectOrCounted) {
         if (sheets == 100) {
             EXPECT_EQ(counted, 0u);
         }
-        // The software driver cannot finish this one; another driver may, and must then be correct.
+        // The software driver cannot finish this case. Another driver may, and must then be correct.
         if (sheets == 40000) {
             EXPECT_GT(counted, 0u);
         }

@@ -92,7 +92,7 @@ std::size_t PlainAgainstTiles::different_answers(std::span<const Ray> rays, cons
 EmbreeOracle::EmbreeOracle(const TraceTables& tables)
     : tables_(tables), device_(rtcNewDevice(nullptr)), scene_(rtcNewScene(device_.get())) {
     rtcSetSceneFlags(scene_.get(), RTC_SCENE_FLAG_ROBUST);
-    for (std::uint32_t i = 0; i < tables.instances.size(); ++i) {  // the geometry id is the instance
+    for (std::uint32_t i = 0; i < tables.instances.size(); ++i) {  // Embree's geometry id is the instance
         const Block& block = tables.blocks[tables.instances[i].block];
         RTCGeometry geometry = rtcNewGeometry(device_.get(), RTC_GEOMETRY_TYPE_TRIANGLE);
         auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
@@ -180,7 +180,7 @@ Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, c
         if (theirs.triangle != kMiss) ++result.hits;
         if (mine.triangle == theirs.triangle && mine.instance == theirs.instance && mine.triangle == kMiss) continue;
 
-        // The nearer of the two hits is the one that the other tracer missed.
+        // The nearer of the two hits is the one that the other tracer misses.
         const bool extra = mine.triangle != kMiss && (theirs.triangle == kMiss || mine.t < theirs.t);
         const Hit& claim = extra ? mine : theirs;
         const Hit& other = extra ? theirs : mine;
@@ -193,8 +193,8 @@ Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, c
             for (int a = 0; a < 3; ++a) reach = std::max({reach, std::abs(p[a] - origin[a]), std::abs(p[a])});
         }
         const double error = condition * reach * 0x1p-18;
-        // The error of t is that of the interpolation weights, which grows with the projected triangle's length over
-        // its area.
+        // t has the error of the interpolation weights, which grows with the length of the projected triangle over its
+        // area.
         const dvec3 normal = glm::cross(c[1] - c[0], c[2] - c[0]);
         const double projected = std::abs(glm::dot(normal, direction));
         double longest2 = 0;

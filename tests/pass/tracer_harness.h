@@ -1,4 +1,4 @@
-// Tracers in tests: rays in, hits out; and Embree on the same tables, for comparison.
+// Runs tracers in tests, and Embree on the same tables for comparison.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -24,10 +24,10 @@ namespace halflight::test {
 using shared::Hit;
 using shared::kMiss;
 
-/// How a batch of rays is traced, by any tracer.
+/// Options for tracing a batch of rays by any tracer.
 struct TraceRequest {
     std::span<const Ray> rays;
-    const std::vector<std::uint32_t>* list = nullptr;  // rays to trace; results of others are 0
+    const std::vector<std::uint32_t>* list = nullptr;  // indices of rays to trace; results of others are 0
     gpu::Buffer* frame_constants = nullptr;            // needed for coverage
     rays::RayKind kind = rays::RayKind::primary;
     std::uint32_t rays_of_path = 1;  // number of consecutive rays per path; not with a list
@@ -55,7 +55,7 @@ class Tracer {
     Tracer(const TraceTables& tables, const rays::PackedScene& packed) : scene(tables, packed, {}) {}
     Tracer(const TraceTables& tables, rays::NodeFormat format) : Tracer(tables, rays::pack_scene(tables, format)) {}
 
-    /// Traces closest hits of all rays, or of those in `list`; results of others are 0.
+    /// Traces closest hits of all rays, or of the rays in `list`; results of other rays are 0.
     std::vector<Hit> closest(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr);
     std::vector<std::uint32_t> any(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr);
 
@@ -65,10 +65,10 @@ class Tracer {
     gpu::ProgramCache programs_;
 };
 
-/// Returns the scene with generous stack sizes, so that many scenes share their programs.
+/// Returns the scene with generous stack sizes, so that many scenes can share programs.
 rays::PackedScene roomy(rays::PackedScene packed);
 
-/// One scene, traced by the plain method and by tiles, whose lists persist from call to call.
+/// Traces one scene by the plain method and by tiles, whose lists persist from call to call.
 class PlainAgainstTiles {
   public:
     PlainAgainstTiles(gpu::ProgramCache& programs, const TraceTables& tables, const rays::PackedScene& packed,
@@ -110,14 +110,14 @@ class EmbreeOracle {
     std::unique_ptr<std::remove_pointer_t<RTCScene>, Release> scene_;
 };
 
-/// Differences between hits and the oracle's. A ray is excused if it passes the nearest edge of the triangle, or if t
-/// is near t_min or t_max, within the float error of positions. That is condition x 2^-18 of the largest distance
+/// Differences between hits and the oracle's. A ray is excused if an edge of the triangle, t_min or t_max is
+/// nearer to the hit than the float error of positions. That error is condition x 2^-18 of the largest distance
 /// involved.
 struct Comparison {
     std::size_t rays = 0;
     std::size_t hits = 0;  // hits of the oracle
     std::size_t excused = 0;
-    std::size_t missed = 0;  // hits of the oracle that are missing
+    std::size_t missed = 0;  // hits that only the oracle has
     std::size_t false_hits = 0;
 };
 Comparison compare_hits(const EmbreeOracle& oracle, std::span<const Ray> rays, const std::vector<Hit>& hits,

@@ -11,7 +11,7 @@ namespace fs = std::filesystem;
 std::vector<fs::path> scenes_under(const fs::path& folder) {
     std::vector<fs::path> files;
     for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
-        const bool bad = entry.path().string().find("/bad/") != std::string::npos;  // must not load
+        const bool bad = entry.path().string().find("/bad/") != std::string::npos;  // invalid files
         if (!bad && (entry.path().extension() == ".glb" || entry.path().extension() == ".gltf"))
             files.push_back(entry.path());
     }
@@ -182,7 +182,7 @@ std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction) {
 
 std::vector<Ray> mixed_rays(const Bounds& bounds, std::size_t count, std::uint32_t seed) {
     std::vector<Ray> rays = rays_through(bounds, count, seed);
-    rays.resize(rays.size() / 64 * 64);  // starts at a new tile
+    rays.resize(rays.size() / 64 * 64);  // the next rays start a new tile
     const float radius = 0.5f * glm::length(bounds.extent());
     for (const vec3& from : {vec3(1, 0.4f, 0.3f), vec3(-0.2f, 1, -0.3f)}) {
         const std::vector<Ray> view = camera_rays(bounds, from);

@@ -1,4 +1,4 @@
-// Scenes and rays for tests of tracers.
+// Makes scenes and rays for tests of tracers.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ TraceTables opaque_tables(const Scene& scene, std::size_t flatten);
 int add_mesh(Scene& scene, const std::vector<vec3>& positions, const std::vector<uvec3>& triangles);
 void add_instance(Scene& scene, int mesh, const dmat4& object_to_world = dmat4(1));
 Scene of_one_mesh(const std::vector<vec3>& positions, const std::vector<uvec3>& triangles);
-/// Returns a closed sphere of n x 2n quads, poles included; every edge has two triangles.
+/// Returns a closed sphere of n x 2n quads including the poles; every edge belongs to two triangles.
 Scene sphere(unsigned n, const vec3& centre, float radius);
 /// Returns n x n quads over [-1, 1]^2 in x and z.
 Scene height_field(unsigned n, float height);
@@ -33,21 +33,21 @@ Scene instanced_spheres();
 /// Returns stacked squares over [0, 1]^2, each with its own coverage.
 Scene veils(int count);
 
-/// Returns rays through the scene from all sides: from points in and around its bounds, to points in them.
+/// Returns rays from points in and around the scene's bounds to points in the bounds.
 std::vector<Ray> rays_through(const Bounds& bounds, std::size_t count, std::uint32_t seed);
 /// Returns the rays of 64 x 64 pixels in tiles of 8 x 8, row by row. `jitter` is the position in the pixel, [0, 1]^2.
 std::vector<Ray> camera_rays(const vec3& from, const vec3& to, const vec2& jitter = vec2(0.5f));
 /// Returns camera rays from a point outside towards the centre of the bounds.
 std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction);
-/// Returns rays of all kinds: rays_through(), two cameras, and 100 tiles. The 64 rays of a tile go from near one point
-/// of the bounds to near another, where they may end.
+/// Returns rays of all kinds: rays_through(), two cameras, and 100 tiles. The 64 rays of a tile lead from near one
+/// point of the bounds to near another, where they may end.
 std::vector<Ray> mixed_rays(const Bounds& bounds, std::size_t count, std::uint32_t seed = 1);
-/// Returns tiles of at most 64 rays through [-1, 1]^3. They cover a single ray, equal rays, opposite directions, a
-/// common origin, zero components, t_max 0 or infinite, dead rays, and directions and origins of all magnitudes.
+/// Returns tiles of at most 64 rays through [-1, 1]^3: single, equal and opposite rays, common origins, zero
+/// components, t_max 0 or infinite, inactive rays, and directions and origins of all magnitudes.
 std::vector<std::vector<Ray>> degenerate_tiles();
 
-/// Returns some of the paths 0 to count - 1, most in order, many of them reversed, without duplicates. Precondition:
-/// count >= 6000.
+/// Returns some of the paths 0 to count - 1 without duplicates. Most are in order, many reversed. Precondition: count
+/// >= 6000.
 std::vector<std::uint32_t> uneven_list(std::uint32_t count);
 
 }  // namespace halflight::test

@@ -18,7 +18,7 @@ inside() {
     "$source/tools/slurm/submit" --halflight "$program" --tasks 6 --logs logs --memory 1000 --wait "${render[@]}" &
     local submitted=$!
 
-    # The first worker found is killed, like by a crash.
+    # The first worker found is killed, as if it had crashed.
     local worker= deadline=$((SECONDS + 90))
     until worker=$(pgrep --full --oldest -- "/halflight render walk.glb .*--part") && kill -9 "$worker" 2>/dev/null; do
         if [ $SECONDS -ge $deadline ]; then

@@ -1,4 +1,4 @@
-// Tests the z-test itself: it accepts pictures that differ by noise only, and refuses all others.
+// Tests the z-test itself: it accepts pictures that differ only by noise, and rejects all others.
 #include "tests/support/image_tests.h"
 
 #include <gtest/gtest.h>
@@ -52,12 +52,12 @@ TEST(ImageTests, AcceptsEqualMeans) {
 }
 
 TEST(ImageTests, RefusesSmallBias) {
-    const Noisy a = make(1, 1.02), b = make(2);  // 2 % is a fifth of a pixel's standard error
+    const Noisy a = make(1, 1.02), b = make(2);  // a difference of 2 % is a fifth of a pixel's standard error
     EXPECT_LT(compare_means(a, b, 16).p_value, 1e-4);
     EXPECT_NEAR(compare_means(a, b).relative_difference, 0.02, 3 * compare_means(a, b).relative_error);
     const ::testing::AssertionResult result = agree("image-tests-bias", a, b, {.block = 16});
     ASSERT_FALSE(result);
-    // The files named in the message exist.
+    // The files that the message names exist.
     const std::string message = result.message();
     const std::size_t end = message.find("-image.ppm"), start = message.rfind(' ', end) + 1;
     const std::string base = message.substr(start, end - start);

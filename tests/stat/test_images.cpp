@@ -1,4 +1,4 @@
-// Tests pictures of the engine against those of the oracle: the scenes of scenes/, and small scenes with other
+// Tests pictures of the engine against those of the oracle, for the scenes of scenes/ and for small scenes with other
 // features.
 #include <gtest/gtest.h>
 
@@ -33,8 +33,8 @@ struct Trial {
     Agreement component = {.p_value = 1e-5, .relative_difference = 0.01};
 };
 
-/// Returns the factor on sample counts, $HALFLIGHT_IMAGE_EFFORT. Errors shrink by its root, so that smaller differences
-/// show.
+/// Returns the factor on sample counts, $HALFLIGHT_IMAGE_EFFORT. Errors shrink by its square root, so that smaller
+/// differences become visible.
 int effort() {
     const char* value = std::getenv("HALFLIGHT_IMAGE_EFFORT");
     return value ? std::max(std::atoi(value), 1) : 1;
@@ -42,15 +42,15 @@ int effort() {
 
 constexpr int kBatches = 16;
 constexpr int kBlock = 8;
-constexpr int kGroupBlock = 16;  // pixels; blocks share no paths
+constexpr int kGroupBlock = 16;  // side in pixels; blocks share no paths
 constexpr const char* kComponents[] = {"emission", "direct_diffuse", "direct_glossy", "indirect_diffuse",
                                        "indirect_glossy"};
 
 class ImageTest : public GpuTest {
   protected:
-    /// Compares beauty and every component of both, from kBatches batches each, and indirect light with path reuse,
-    /// too. Without reuse, noise is like the oracle's and independent from pixel to pixel. Rare light then affects the
-    /// tests of single pixels equally on both sides.
+    /// Compares beauty and all components from kBatches batches each, and indirect light with path reuse. Without
+    /// reuse, noise is independent from pixel to pixel, like the oracle's. Rare light then affects the tests of single
+    /// pixels equally on both sides.
     void expect_agreement(const Scene& scene, Trial trial) {
         trial.samples *= effort();
         trial.oracle_samples *= effort();
@@ -108,8 +108,8 @@ class ImageTest : public GpuTest {
         report(agree(trial.name + "-beauty", {ours[5].mean(), our_variance.mean(), static_cast<double>(trial.samples)},
                      {oracle[5].mean(), oracle_variance.mean(), static_cast<double>(trial.oracle_samples)},
                      trial.beauty));
-        // Both weigh the same two sampling techniques. They differ in the selection of lights and in the start of
-        // roulette.
+        // Both renderers weigh the same two sampling techniques. They differ in light selection and in the start of
+        // Russian roulette.
         std::vector<double> ratios;
         for (std::size_t i = 0; i < our_variance.mean().pixels.size(); ++i) {
             const double mine = our_variance.mean().pixels[i], other = oracle_variance.mean().pixels[i];
@@ -119,7 +119,7 @@ class ImageTest : public GpuTest {
         EXPECT_LT(median(ratios), 1.5);
     }
 
-    /// Prints the numbers also for passed tests, because reports quote them.
+    /// Prints the numbers of passed tests, too, because reports quote them.
     static void report(const ::testing::AssertionResult& result) {
         if (result) std::printf("  %s\n", result.message());
         EXPECT_TRUE(result);

@@ -78,7 +78,7 @@ TEST(Reference, WhiteFurnaceIsOneForEveryMaterial) {
         Scene scene;
         scene.environment.color = vec3(1);
         add_quad(scene, add_material(scene, c.material), {-50, 0, -50}, {0, 0, 100}, {100, 0, 0});
-        for (const double height : {0.3, 4.0}) {  // grazing and steep; both sides are front sides
+        for (const double height : {0.3, 4.0}) {  // grazing and steep views; both sides are front sides
             const Camera camera = look_at_camera({2, height == 4.0 ? -height : height, 1}, {0, 0, 0}, {0, 1, 0}, 0.02);
             const std::string what = std::string(c.name) + " roughness " + std::to_string(c.material.roughness) +
                                      " ior " + std::to_string(c.material.ior) + " height " + std::to_string(height);
@@ -89,7 +89,7 @@ TEST(Reference, WhiteFurnaceIsOneForEveryMaterial) {
 }
 
 TEST(Reference, DentedWhiteBoxStaysWhite) {
-    // The shape is concave: light is reflected many times before it reaches the sky.
+    // The shape is concave, so light is reflected many times before it reaches the sky.
     Scene scene;
     scene.environment.color = vec3(1);
     const int white = add_material(scene, diffuse_material(vec3(1)));
@@ -132,7 +132,7 @@ TEST(Reference, ComponentsSumToBeauty) {
     EXPECT_GT(direct_glossy, 0);
     EXPECT_GT(indirect_glossy, 0);
 
-    // With one bounce, the picture has direct components only, and the metal has no diffuse component.
+    // With one bounce, the picture has only direct components, and the metal has no diffuse component.
     const ReferenceResult one = render_oracle(scene, scene.cameras[0], 32, 16, 1);
     for (const float value : one.components.indirect_diffuse.pixels) EXPECT_EQ(value, 0);
     for (std::size_t i = 0; i < r.aovs.instance.size(); ++i) {
@@ -197,7 +197,7 @@ Scene bumpy_box() {
                              128, 90, 240, 255, 150, 150, 230, 255}});
     Mesh& block = scene.meshes.back();
     for (std::size_t i = 0; i < block.normals.size(); i += 4) {
-        // t is along u, and v is along -cross(n, t)
+        // t points along u, and v along -cross(n, t).
         const vec3 t = normalize(block.positions[i + 1] - block.positions[i]);
         block.tangents.insert(block.tangents.end(), 4, vec4(t, 1));
     }
@@ -211,7 +211,7 @@ TEST(Reference, TransformsOfInstancesAndMeshesAreEqual) {
     const dmat4 stretch(dvec4(3, 0, 0, 0), dvec4(0.5, 0.2, 0, 0), dvec4(0, 0, -7, 0), dvec4(0, 5, 0, 1));
     for (const auto& [name, transform] : {std::pair{"reference-mirrored", mirror}, {"reference-stretched", stretch}}) {
         Scene moved = with_baked_transform(scene, transform);
-        if (transform == stretch) {  // not orthogonal: baking changes tangent frames, so the bumps are removed
+        if (transform == stretch) {  // not orthogonal: baking changes tangent frames, so bumps are off
             for (Mesh& mesh : moved.meshes) mesh.tangents.clear();
         }
         Scene flat = scene;
@@ -268,7 +268,7 @@ TEST(Reference, DistantCamerasArePrecise) {
     const dmat4 world_to_camera = glm::inverse(camera.camera_to_world);
     const ReferenceScene prepared(scene);
     for (int y = 0; y < 8; ++y) {
-        for (int x = 0; x < 8; ++x) {  // the hit is on the ray through the pixel's centre, in pixels
+        for (int x = 0; x < 8; ++x) {  // the hit must be on the ray through the pixel's centre
             const dvec3 ray((2 * (x + 0.5) / 8 - 1) * std::tan(0.6e-6), (1 - 2 * (y + 0.5) / 8) * std::tan(0.6e-6), -1);
             const auto hit = prepared.closest_hit({from, dmat3(camera.camera_to_world) * ray});
             ASSERT_TRUE(hit);
@@ -286,7 +286,7 @@ TEST(Reference, DistantCamerasArePrecise) {
 }
 
 TEST(Reference, RaysLeavingASurfaceDoNotHitIt) {
-    // Quads of all sizes, down to slivers, at all distances from the origin; angles down to a millionth of a radian.
+    // Quads have all sizes, down to slivers, at all distances from the origin. Angles are 1e-6 radians or more.
     reference::Random random(5);
     const auto anywhere = [&] {
         const double x = random.uniform(), y = random.uniform();
@@ -301,14 +301,14 @@ TEST(Reference, RaysLeavingASurfaceDoNotHitIt) {
         Scene scene;
         const int material = add_material(scene, diffuse_material(vec3(1)));
         add_quad(scene, material, vec3(p), vec3(u), vec3(v));
-        // shifts the centre of the scene
+        // This quad shifts the centre of the scene.
         add_quad(scene, material, vec3(p + 10 * distance), {0.1f, 0, 0}, {0, 0.1f, 0});
         const reference::Tracer tracer(scene);
         for (int j = 0; j < 1000; ++j) {
             const reference::TriangleId id{0, j % 2};
             const auto corners = tracer.corners(id);
             const dvec3 area = cross(corners[1] - corners[0], corners[2] - corners[0]);
-            if (!(length(area) > 0)) continue;  // rounded to no area: nothing hits it
+            if (!(length(area) > 0)) continue;  // a quad rounded to area 0 is never hit
             const dvec3 n = random.uniform() < 0.5 ? normalize(area) : -normalize(area);
             const double root = std::sqrt(random.uniform()), split = random.uniform();
             const ReferenceHit point{0, root * (1 - split), root * split, id.instance, id.triangle};
@@ -369,7 +369,7 @@ TEST(Reference, OutputsOfThePixelCentre) {
     EXPECT_EQ(r.aovs.instance[0], 0);
     EXPECT_EQ(r.aovs.triangle[0], 1);
 
-    camera.near_plane = 4.5;  // clips the wall
+    camera.near_plane = 4.5;  // the near plane clips the wall
     EXPECT_EQ(*render_oracle(scene, camera, 4, 1, 0).alpha.at(0, 0), 0);
     camera.near_plane = 0;
     camera.far_plane = 3.5;
@@ -382,7 +382,7 @@ TEST(Reference, HitsAreDecidedByTheLowerTriangleAndByTheCaller) {
     Material veil = diffuse_material(vec3(1));
     veil.alpha_mode = AlphaMode::blend;
     veil.base_color.a = 0.5f;
-    for (int i = 0; i < 5; ++i) add_quad(scene, plain, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});  // all at the same place
+    for (int i = 0; i < 5; ++i) add_quad(scene, plain, {-1, -1, 0}, {2, 0, 0}, {0, 2, 0});  // five coincident quads
     add_quad(scene, add_material(scene, veil), {-1, -1, 1}, {2, 0, 0}, {0, 2, 0});
     const ReferenceScene prepared(scene);
     const ReferenceRay ray{{0.25, 0.125, 5}, {0, 0, -2}, 0, 100};

@@ -24,7 +24,7 @@ struct Case {
     BsdfParameters parameters;
 };
 
-/// Returns white materials of every kind, which have albedo 1 (SHADING.md, "White furnace").
+/// Returns white materials of every kind, whose albedo is 1 (SHADING.md, "White furnace").
 std::vector<Case> white_materials() {
     std::vector<Case> cases;
     for (const double roughness : {0.0, 0.1, 0.5, 1.0}) {
@@ -60,7 +60,7 @@ TEST(ReferenceAlbedo, QuadratureAgreesWithMonteCarlo) {
                 b.add(value * schlick(dot(wo, h)));
             }
             const Albedo e = integrate_albedo(mu, alpha);
-            // The error of values that are almost always 1 or 0 is not normal; the tolerance adds one sample.
+            // The error of values that are almost always 1 or 0 is not normal. The tolerance adds one sample.
             EXPECT_NEAR(e.one(), one.mean(), 4 * one.standard_error() + 3e-5) << mu << ' ' << alpha;
             EXPECT_NEAR(e.b, b.mean(), 4 * b.standard_error() + 3e-5) << mu << ' ' << alpha;
         }
@@ -123,7 +123,7 @@ TEST(ReferenceBsdf, ColouredMaterialsNeverGainEnergy) {
     }
 }
 
-/// Compares a histogram of one component's sampled directions with the integral of evaluate()'s density.
+/// Compares a histogram of one component's sampled directions with the integral of the density from evaluate().
 void test_sampling(const Bsdf& bsdf, Component component, Random& random, const std::string& name) {
     constexpr int kRows = 20, kColumns = 24, kSub = 12, kSamples = 100000;
     const auto pdf = [&](double z, double phi) {
@@ -196,7 +196,7 @@ TEST(ReferenceBsdf, BlackWhereTheSidesOfNormalsDiffer) {
         .metallic = 0.3, .roughness = 0.7, .clearcoat = 1, .clearcoat_roughness = 0.5, .transmission = 0.5};
     const Bsdf bsdf(everything, wo, kUp, n, n);
     for (const dvec3& wi :
-         {normalize(dvec3(1, 0, -0.2)), normalize(dvec3(-1, 0, 0.2))}) {  // above one normal and below the other
+         {normalize(dvec3(1, 0, -0.2)), normalize(dvec3(-1, 0, 0.2))}) {  // above one normal, below the other
         const Bsdf::Value value = bsdf.evaluate(wi);
         EXPECT_EQ(value.diffuse, dvec3(0));
         EXPECT_EQ(value.glossy, dvec3(0));

@@ -46,7 +46,7 @@ void compare(const std::string& name) {
     const Image cycles = read_exr(output).image({"R", "G", "B"});
     ASSERT_EQ(cycles.width, kSize);
 
-    // Cycles does not report its variance; the variance of independent samples is an upper bound.
+    // Cycles does not report its variance. The variance of independent samples is an upper bound.
     const Estimate ours{oracle.beauty, oracle.variance, kSamples}, theirs{cycles, oracle.variance, kSamples};
     const ZTest whole = compare_means(ours, theirs, 16);
     std::string report = describe(whole);
@@ -61,7 +61,7 @@ void compare(const std::string& name) {
                     const int px = x + i % 16, py = y + i / 16;
                     sum += cycles.at(px, py)[c];
                     difference += oracle.beauty.at(px, py)[c] - cycles.at(px, py)[c];
-                    // channels are correlated; both sides have noise
+                    // Channels are correlated, and both sides have noise.
                     variance += 3 * 2 * oracle.variance.at(px, py)[c] / kSamples;
                 }
             }
@@ -80,8 +80,8 @@ TEST(ReferenceAgainstCycles, DiffuseCornellBox) {
     compare("cornell");
 }
 
-// Uses our material model, built of Cycles nodes by tools/cycles_materials.py; the importer's materials are up to 4 %
-// darker.
+// Uses our material model, which tools/cycles_materials.py builds of Cycles nodes. The importer's materials are up to 4
+// % darker.
 TEST(ReferenceAgainstCycles, MetalCornellBox) {
     compare("cornell-metal");
 }

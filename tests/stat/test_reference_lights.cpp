@@ -25,7 +25,7 @@ Scene floor_scene() {
     return scene;
 }
 
-/// Returns a camera that sees a tiny area around the origin of the floor, from the side.
+/// Returns a camera that sees a tiny area around the floor's origin from the side.
 Camera at_origin() {
     return look_at_camera({3, 2, 1}, {0, 0, 0}, {0, 1, 0}, 1e-5);
 }
@@ -42,13 +42,13 @@ TEST(ReferenceLights, SquareLightHasItsFormFactor) {
     Scene scene = floor_scene();
     const int light = add_material(scene, light_material({5, 2, 1}));
     add_quad(scene, light, {-0.7f, 1.5f, -0.7f}, {1.4f, 0, 0}, {0, 0, 1.4f});
-    // Factor from a point to a parallel rectangle with a corner above it (Howell, Menguc, Radiation configuration
-    // factors, B-3), four times.
+    // The expected value is four times the factor from a point to a parallel rectangle with a corner above it (Howell,
+    // Menguc, Radiation configuration factors, B-3).
     const double x = 0.7 / 1.5, root = std::sqrt(1 + x * x);
     const double form_factor = 4 * 2 * x / root * std::atan(x / root) / (2 * kPi);
     expect_radiance(render_oracle(scene, at_origin(), 16, 1024, 1), kAlbedo * 5 * form_factor);
 
-    // Twelve instances of a small quad, some mirrored, form the same light.
+    // Twelve instances of a small quad, some of them mirrored, form the same light.
     Scene instanced = floor_scene();
     add_quad(instanced, add_material(instanced, light_material({5, 2, 1})), {0, 0, 0}, {1, 0, 0}, {0, 0, 1});
     const Instance part = instanced.instances.back();
@@ -74,19 +74,19 @@ TEST(ReferenceLights, PointSpotAndDirectionalAreExact) {
     expect_radiance(render_oracle(scene, at_origin(), 4, 4, 1), kAlbedo / kPi * 30 * cosine / distance2, 2);
 
     scene.lights[0].type = LightType::spot;
-    scene.lights[0].direction = vec3(0, -1, 0);  // the origin is off the axis
+    scene.lights[0].direction = vec3(0, -1, 0);  // now the origin is off the axis
     scene.lights[0].inner_cone = 0.3f;
     scene.lights[0].outer_cone = 0.9f;
     const double fade = (cosine - std::cos(0.9f)) / (std::cos(0.3f) - std::cos(0.9f));
     expect_radiance(render_oracle(scene, at_origin(), 4, 4, 1), kAlbedo / kPi * 20 * cosine / distance2 * fade * fade,
                     1);
-    scene.lights[0].outer_cone = 0.5f;  // the point is outside this cone
+    scene.lights[0].outer_cone = 0.5f;  // now the point is outside the cone
     EXPECT_EQ(mean_radiance(render_oracle(scene, at_origin(), 4, 4, 1)).value, 0);
 
     scene.lights[0].type = LightType::directional;
     scene.lights[0].direction = normalize(vec3(-1, -2, 1));
     expect_radiance(render_oracle(scene, at_origin(), 4, 4, 1), kAlbedo / kPi * 10 * cosine);
-    EXPECT_EQ(mean_radiance(render_oracle(scene, at_origin(), 4, 4, 0)).value, 0);  // no bounces: emission only
+    EXPECT_EQ(mean_radiance(render_oracle(scene, at_origin(), 4, 4, 0)).value, 0);  // 0 bounces render emission only
 }
 
 TEST(ReferenceLights, ShadowsOfPunctualLightsAreHard) {
@@ -97,7 +97,7 @@ TEST(ReferenceLights, ShadowsOfPunctualLightsAreHard) {
     add_quad(scene, 0, {-0.1f, 1, -0.1f}, {0.2f, 0, 0}, {0, 0, 0.2f});
     const ReferenceResult result =
         render_oracle(scene, look_at_camera({0, 0.9, 0}, {0, 0, 0}, {0, 0, 1}, 0.9), 16, 8, 1);
-    EXPECT_EQ(*result.beauty.at(8, 8), 0);    // in the shadow, |x| < 0.2
+    EXPECT_EQ(*result.beauty.at(8, 8), 0);    // inside the shadow, |x| < 0.2
     EXPECT_GT(*result.beauty.at(0, 8), 0.1);  // outside the shadow
 }
 
@@ -137,7 +137,7 @@ TEST(ReferenceLights, BlendedLightsAndBlockersCountByAlpha) {
     EXPECT_NEAR(veiled.value, 0.5 * full, 4 * veiled.error + 0.003 * full);
 }
 
-/// Returns a map with values in [0.1, 1.1] that differ in every direction, and one very bright texel.
+/// Returns a map with values in [0.1, 1.1] that differ in every direction, except for one very bright texel.
 Environment test_environment() {
     Environment environment;
     environment.color = {1, 0.5f, 2};
@@ -169,7 +169,7 @@ TEST(ReferenceLights, EnvironmentDensityIsItsSamplesDensity) {
                     integrate_sphere([&](const dvec3& d) { return light.radiance(d).z; }),
                 0.25, 0.1);
 
-    // Importance sampling gives the integral of the radiance and of any function of the direction.
+    // Importance sampling estimates the integral of the radiance and of any function of direction.
     reference::Random random(3);
     RunningMoments radiance, x;
     for (int i = 0; i < 200000; ++i) {
@@ -209,7 +209,7 @@ TEST(ReferenceLights, FloorUnderEnvironmentReceivesTheUpperHalf) {
 }
 
 TEST(ReferenceLights, AllStrategiesAgree) {
-    // A glossy and a coated diffuse plate under an area light, a blended light and a map; two bounces.
+    // A glossy and a coated diffuse plate lie under an area light, a blended light and a map, with two bounces.
     Scene scene = floor_scene();
     scene.environment = test_environment();
     Material coated = diffuse_material({0.7f, 0.4f, 0.2f});
@@ -242,7 +242,7 @@ TEST(ReferenceLights, AllStrategiesAgree) {
             agree(strategy == ReferenceStrategy::lights_only ? "reference-lights-only" : "reference-surfaces-only",
                   {alone.beauty, alone.variance, 1024}, {mis.beauty, mis.variance, 1024},
                   {.block = 4, .relative_difference = 0}));
-        EXPECT_GT(mean_radiance(alone).error, mean_radiance(mis).error);  // otherwise MIS would be useless
+        EXPECT_GT(mean_radiance(alone).error, mean_radiance(mis).error);  // otherwise MIS would gain nothing
     }
 }
 

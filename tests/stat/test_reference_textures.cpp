@@ -1,4 +1,4 @@
-// Tests the oracle's texture lookups, and the effect of every texture of a material.
+// Tests the oracle's texture lookups, and the effect of each texture of a material.
 #include "engine/reference/texture.h"
 
 #include <gtest/gtest.h>
@@ -30,7 +30,7 @@ TEST(ReferenceTextures, BilinearAboutTexelCentres) {
     const Scene scene = ramp();
     TextureRef ref;
     ref.image = 0;
-    EXPECT_NEAR(red(scene, ref, 1.5 / 4, 0.25), 10, 1e-12);  // centre of a texel
+    EXPECT_NEAR(red(scene, ref, 1.5 / 4, 0.25), 10, 1e-12);  // at the centre of a texel
     EXPECT_NEAR(red(scene, ref, 2.0 / 4, 0.25), 15, 1e-12);
     EXPECT_NEAR(red(scene, ref, 1.75 / 4, 0.5), 62.5, 1e-12);
     ref.nearest = true;
@@ -69,7 +69,7 @@ TEST(ReferenceTextures, TransformsAndDecodes) {
     EXPECT_NEAR(decoded.a, 0.8, 1e-12);
 }
 
-/// Returns the surface that a vertical ray hits on a textured quad in the plane z = 0.
+/// Returns the surface where a vertical ray hits a textured quad in the plane z = 0.
 Surface surface_of(const Material& material, std::uint8_t r, std::uint8_t g, std::uint8_t b, std::uint8_t a) {
     Scene scene;
     scene.images.push_back({"flat", 1, 1, {r, g, b, a}});

@@ -1,4 +1,4 @@
-// Runs the stiff cases; with --table or --json as the only argument, prints their records instead of gtest's log.
+// Runs the stiff cases. If --table or --json is the only argument, prints their records instead of gtest's log.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,7 +47,7 @@ void print_json(int skipped) {
     fmt::print("{}\n", nlohmann::ordered_json{{"cases", list}, {"tests_skipped", skipped}}.dump(2));
 }
 
-/// Prints failures other than those of cases to stderr.
+/// Prints to stderr the failures that are not recorded as cases.
 class Failures : public testing::EmptyTestEventListener {
     void OnTestPartResult(const testing::TestPartResult& result) override {
         if (result.failed()) fmt::print(stderr, "{}\n", result.message());

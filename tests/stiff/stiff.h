@@ -1,5 +1,5 @@
 // Stiff and extreme scenes whose result is known from analysis or from an invariance. Each case is recorded with its
-// figure and its bound; tools/stiff-report prints them all.
+// figure and its bound; tools/stiff-report prints all cases.
 #pragma once
 
 #include <fmt/format.h>
@@ -18,7 +18,7 @@
 
 namespace halflight::test {
 
-/// A case passes if figure <= bound.
+/// Record of a case, which passes if figure <= bound.
 struct StiffCase {
     std::string theme;
     std::string name;
@@ -28,12 +28,12 @@ struct StiffCase {
     std::string reason;                             // reason for the bound
     bool holds() const { return figure <= bound; }  // false for NaN
 };
-/// Returns all cases so far, in the order of their execution.
+/// Returns all cases so far, in order of execution.
 const std::vector<StiffCase>& stiff_cases();
 
 class StiffTest : public GpuTest {
   protected:
-    /// Records the case under the test suite's name, and fails the test where the case does not pass.
+    /// Records the case under the name of the test suite, and fails the test if the case does not pass.
     static void expect(const std::string& name, double figure, double bound, const std::string& unit,
                        const std::string& reason);
     /// Expects an estimate within 4 standard errors plus `systematic` of `exact`. The estimate must be precise: +- 2 %
@@ -41,7 +41,7 @@ class StiffTest : public GpuTest {
     static void expect_mean(const std::string& name, const MeanValue& found, double exact, double systematic = 0,
                             const std::string& systematic_reason = "");
 
-    /// Renders a picture and fails the test where a pass produced a NaN, an infinity or a negative radiance.
+    /// Renders a picture and fails the test if a pass produced a NaN, an infinity or a negative radiance.
     RenderResult picture(const Scene& scene, const RenderSettings& settings);
     RenderResult picture(const Scene& scene, const Camera& camera, int size, int samples, int bounces) {
         return picture(scene, small_settings(camera, size, size, samples, bounces));
@@ -56,7 +56,7 @@ MeanValue mean_of(const RenderResult& result, int x0, int x1, int y0, int y1);
 
 /// Returns the number of pixels that differ in any bit of any channel.
 double pixels_that_differ(const Image& a, const Image& b);
-/// Returns the share of pixels with a channel whose difference exceeds `tolerance` times its value in the other
+/// Returns the share of pixels with a channel whose difference exceeds `tolerance` times the value in the other
 /// picture.
 double share_beyond(const Image& a, const Image& b, double tolerance);
 /// Returns the number of pixels whose first channel is not `value`.
@@ -66,8 +66,8 @@ double pixels_other_than(const Image& image, float value);
 /// (Lambert 1760; Baum, Rushmeier, Winget 1989, eq. 3).
 double polygon_irradiance(const dvec3& p, const dvec3& n, const std::vector<dvec3>& corners);
 
-/// Scales or moves instances, lamps and cameras about the origin. Radiances stay; intensities of lamps grow with the
-/// square of distances.
+/// Scales or moves instances, lamps and cameras about the origin. Radiances stay equal; intensities of lamps are scaled
+/// by the square of distances.
 Scene scaled(Scene scene, double factor);
 Scene moved(Scene scene, const dvec3& by);
 

@@ -14,7 +14,7 @@
 namespace halflight::test {
 namespace {
 
-/// The accumulating pass alone, fed with synthetic emission.
+/// Runs the accumulating pass alone on synthetic emission.
 class Accumulation : public StiffTest {
   protected:
     static constexpr std::size_t kSignals = 8;
@@ -47,15 +47,15 @@ class Accumulation : public StiffTest {
 };
 
 TEST_F(Accumulation, AMillionSamples) {
-    // Half of the signals are constant. The other half has a tail so heavy that the variance is infinite (Pareto, index
-    // 1.1).
+    // Half of the signals are constant. The other half has a tail so heavy that the variance is infinite (Pareto
+    // distribution, index 1.1).
     const auto value = [](std::size_t signal, int sample) {
         if (signal < kSignals / 2) return 0.1f + static_cast<float>(signal);
         const std::uint32_t bits =
             shared::hash_u32(static_cast<std::uint32_t>(sample) * kSignals + std::uint32_t(signal));
         return static_cast<float>(std::pow((bits + 0.5) * 0x1p-32, -1 / 1.1));
     };
-    // The CPU adds the samples in the middle instead of the GPU; the stretches before and after show that both agree.
+    // The CPU instead of the GPU adds the samples in the middle. The samples before and after show that both agree.
     const auto on_gpu = [](int sample) { return sample < 1500 || sample >= kSamples - 1500; };
     std::vector<double> sums(kSignals, 0), squares(kSignals, 0);
     std::vector<long double> exact(kSignals, 0);

@@ -1,4 +1,4 @@
-// Tests animations: jumps, times outside all keys, frames of a microsecond, cuts.
+// Tests animations: jumps, times outside the keys, frames of a microsecond, cuts.
 #include <cmath>
 #include <limits>
 

@@ -1,4 +1,4 @@
-// Tests cameras and picture sizes at their limits, in scenes of constant radiance.
+// Tests extreme cameras and picture sizes in scenes of constant radiance.
 #include <algorithm>
 #include <cmath>
 
@@ -9,7 +9,7 @@ namespace {
 
 class View : public StiffTest {
   protected:
-    /// Returns a closed room of emission 1; the sky outside, of 10^6, must not leak in.
+    /// Returns a closed room of emission 1, under a sky of 10^6 that must not leak in.
     static Scene room() {
         Material glowing = diffuse_material(vec3(0.5f));
         glowing.emission = vec3(1);
@@ -53,7 +53,7 @@ TEST_F(View, PositionsOfTheCamera) {
 
 TEST_F(View, FieldsOfView) {
     for (const double degrees : {0.001, 179.0}) {
-        // A wall of radiance 1 is left of the middle and one of 3 right of it; the border is between two columns.
+        // A wall of radiance 1 is left of the centre, one of radiance 3 right of it. They meet between two columns.
         Scene scene;
         const float size = degrees < 1 ? 1.0f : 1e4f;
         add_quad(scene, add_material(scene, light_material(vec3(1))), {-size, -size, -1}, {size, 0, 0},
@@ -99,7 +99,7 @@ TEST_F(View, Orthographic) {
         whole.cameras = {camera};
         whole = scaled(whole, scale);
         RenderSettings settings = small_settings(whole.cameras[0], 32, 32, 16, 0);
-        // Rasterizers snap corners to 1/256 pixel, so a ray that passes a corner closer than that may miss it.
+        // Rasterizers snap corners to 1/256 pixel, so a ray closer than that to a corner may miss it.
         settings.primary = PrimaryVisibility::traced;
         const RenderResult seen = picture(whole, settings);
         double covered = 0;

@@ -1,4 +1,4 @@
-// Tests successive pictures: cuts, repetition, motion from tiny to large.
+// Tests successive pictures: cuts, repetition, and motion from tiny to large.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -71,7 +71,7 @@ TEST_F(Frames, Motion) {
     }
     expect("motion from cameras that teleported: values that are not finite", bad, 0, "values", "exact");
 
-    // 10^-6 metres to the right move a point at depth z by height / (2 tan(fov/2) z) pixels per metre.
+    // A step of 10^-6 metres to the right moves a point at depth z by height / (2 tan(fov/2) z) pixels per metre.
     Camera before = camera;
     before.camera_to_world[3].x -= 1e-6;
     const RenderResult r = motion(before);
@@ -79,12 +79,12 @@ TEST_F(Frames, Motion) {
     for (int y = 0; y < 32; ++y) {
         for (int x = 0; x < 32; ++x) {
             const double z = camera.camera_to_world[3].z - layer(r, "position.X").at(x, y)[2];
-            if (z > 5) continue;  // background
+            if (z > 5) continue;  // the background
             const double exact = -1e-6 * 32 / (2 * std::tan(camera.vertical_fov / 2) * z);
             worst = std::max(worst, std::abs(layer(r, "motion.X").at(x, y)[0] - exact));
         }
     }
-    // A metre is at most 16 / tan(fov / 2) / 2.9 pixels.
+    // One metre is at most 16 / tan(fov / 2) / 2.9 pixels.
     const double roundings = 40 * 0x1p-24 * 4.9 * 16 / std::tan(camera.vertical_fov / 2) / 2.9;
     expect("motion of a camera that moves by 10^-6 m: error", worst, roundings, "pixels",
            "the place and its projection: some forty roundings of 4.9 m, the greatest distance");

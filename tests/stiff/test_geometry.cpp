@@ -16,7 +16,7 @@ namespace {
 class Geometry : public StiffTest {
   protected:
     /// Returns rays from points within a tenth of `radius` around the origin. Half of the directions are random. A
-    /// quarter each leads through vertices and through midpoints of edges of the first mesh, to float precision.
+    /// quarter leads through vertices and a quarter through midpoints of edges of the first mesh, to float precision.
     static std::vector<Ray> rays_within(const Scene& scene, float radius, std::size_t count, std::uint32_t seed) {
         const Mesh& mesh = scene.meshes[0];
         std::mt19937 random(seed);
@@ -47,7 +47,7 @@ class Geometry : public StiffTest {
 };
 
 TEST_F(Geometry, ClosedMeshesAreWatertight) {
-    // 10^7 rays in total.
+    // The nine combinations trace about 10^7 rays in total.
     constexpr std::size_t kRays = 1 << 20;
     std::size_t rays = 0, leaks = 0;
     for (const unsigned rings : {8u, 64u, 256u}) {
@@ -96,8 +96,8 @@ TEST_F(Geometry, Slivers) {
                 mean_of(render_oracle(scene, camera_in_box(), 32, 64, 4)), exact);
 }
 
-/// A strip of 64 bands of two needles of 6 x 3 * 2^-k each, around the origin. All corners are exact floats in one
-/// plane, but no direction is parallel to an axis.
+/// A strip of 64 bands around the origin. Each band has two slivers of 6 x 3 * 2^-k. All corners are exact floats in
+/// one plane, but no direction is parallel to an axis.
 struct NeedleStrip {
     static constexpr int kBands = 64;
     vec3 along{1, 2, 2}, across{2, 1, -2}, up{2, -2, 1};  // length 3 each
@@ -109,7 +109,7 @@ struct NeedleStrip {
     vec3 corner(float end, int band) const {
         return end * along + step * static_cast<float>(band - kBands / 2) * across;
     }
-    /// Adds one mesh, so that no origin is subtracted from its corners.
+    /// Adds the strip as one mesh, so that no origin is subtracted from its vertices.
     void add_to(Scene& scene, int material) const {
         Mesh mesh;
         for (int band = 0; band <= kBands; ++band)
@@ -207,8 +207,8 @@ TEST_F(Geometry, TrianglesWithoutArea) {
 }
 
 TEST_F(Geometry, JunctionsAndSharedEdges) {
-    // Four rooms meet at one edge. Three sheets are shared by two rooms each, and one wall has a vertex where its
-    // neighbours have none. The sky shines on all outsides.
+    // Four rooms meet at one edge. Two rooms share each of three sheets, and one wall has a vertex where its neighbours
+    // have none. The sky lights all outer sides.
     Scene scene;
     const int grey = add_material(scene, diffuse_material(vec3(0.5f)));
     const vec3 x(1, 0, 0), y(0, 1, 0), z(0, 0, 1);
@@ -234,7 +234,7 @@ TEST_F(Geometry, JunctionsAndSharedEdges) {
 TEST_F(Geometry, ThinWalls) {
     struct View {
         const char* name;
-        dvec3 from, to;  // inside the dark room
+        dvec3 from, to;  // both inside the dark room
         double fov;
     };
     const View views[] = {

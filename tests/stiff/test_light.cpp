@@ -21,7 +21,7 @@ class Light : public StiffTest {
         add_quad(scene, add_material(scene, diffuse_material(vec3(kAlbedo))), {-1, 0, -1}, {0, 0, 2}, {2, 0, 0});
         return scene;
     }
-    /// Compares the engine and the oracle with the direct light on a spot of the floor.
+    /// Compares the radiance of a spot of the floor, by the engine and by the oracle, with the exact value.
     void expect_spot(const std::string& name, const Scene& scene, const dvec3& at, double size, double irradiance) {
         const Camera camera = spot_camera(at, {0.3, 0.5, 0.6}, size);
         const double exact = kAlbedo / kPi * irradiance;
@@ -38,7 +38,7 @@ class Light : public StiffTest {
         return static_cast<int>(scene.lights.size()) - 1;
     }
     static double brightest(const Image& image) { return *std::max_element(image.pixels.begin(), image.pixels.end()); }
-    /// Returns the radiance of a map by the definition in engine/scene/scene.h.
+    /// Returns the radiance of a map by its definition in engine/scene/scene.h.
     static double looked_up(const Image& map, double u, double v) {
         const double x = u * map.width - 0.5, y = v * map.height - 0.5;
         const double i = std::floor(x), j = std::floor(y);
@@ -53,7 +53,7 @@ class Light : public StiffTest {
 };
 
 TEST_F(Light, DarkBesideBright) {
-    // There are two closed rooms. The camera is in the dim one, and lights of the other one get nearly all selections.
+    // There are two closed rooms. The camera is in the dim one; nearly all samples select lights of the other one.
     Scene scene;
     for (const float emission : {1e8f, 1.0f}) {
         Material glowing = diffuse_material(vec3(kAlbedo));
@@ -74,7 +74,7 @@ TEST_F(Light, DarkBesideBright) {
 }
 
 TEST_F(Light, ManyOfAllKinds) {
-    // All lights contribute equally, except for spots that do not shine at this place.
+    // All lights contribute equally, except for spot lights that do not reach this place.
     constexpr double kEach = 0.01;
     Scene scene = floor();
     double exact = 0;
@@ -105,7 +105,7 @@ TEST_F(Light, ManyOfAllKinds) {
     }
     expect_spot("64 squares, bulbs and spots", scene, dvec3(0), 0.01, exact);
 
-    // The lamp is dim beside its 40 neighbours behind a wall, which get nearly all selections by power.
+    // The lamp is dim compared to 40 neighbours behind a wall, which nearly all samples select by power.
     Scene rooms = closed_box(diffuse_material(vec3(kAlbedo)));
     add_box(rooms, 0, {3, -1, -1}, {5, 1, 1});
     add_lamp(rooms, LightType::point, {0, 0, 0}, 1);
@@ -179,13 +179,13 @@ TEST_F(Light, InThePlaneOfTheReceiver) {
     expect("floor beside a light of 10^6 in its plane", brightest(rgb(picture(scene, camera, 32, 16, 4).beauty)), 0,
            "radiance", "exact: edge-on it covers no solid angle");
 
-    // The scene is rotated, so that coordinates are rounded.
+    // The scene is rotated, so that coordinates have rounding errors.
     for (Instance& i : scene.instances)
         i.object_to_world = dmat4(dvec4(0.8, 0.6, 0, 0), dvec4(-0.48, 0.64, 0.6, 0), dvec4(0.36, -0.48, 0.8, 0),
                                   dvec4(0.1, 0.2, 0.3, 1));
     const dmat4& m = scene.instances[0].object_to_world;
     const Camera tilted = spot_camera(dvec3(m * dvec4(0.5, 0, 0, 1)), dvec3(m[1]), 0.6);
-    const double e = 0x1p-21;  // eight roundings of coordinates of about 1
+    const double e = 0x1p-21;  // error of eight roundings of coordinates of about 1
     expect("the same, tilted", brightest(rgb(picture(scene, tilted, 32, 16, 1).beauty)), kAlbedo / kPi * 1e6 * e * 8,
            "radiance",
            "planes may differ by 2^-21 of the distance: so much of the light's solid angle, below pi, faces");

@@ -1,4 +1,4 @@
-// Tests that pictures depend neither on the unit of length nor on the place of the origin.
+// Tests that pictures depend neither on the unit of length nor on the position of the origin.
 #include <cmath>
 
 #include "tests/stiff/stiff.h"
@@ -8,7 +8,7 @@ namespace {
 
 class Scale : public StiffTest {
   protected:
-    /// Returns a room with an area light, a lamp, diffuse and glossy surfaces, and a rotated and a tilted block.
+    /// Returns a room with an area light, a lamp, diffuse and glossy surfaces, a rotated block and a tilted block.
     static Scene room() {
         Scene scene = cornell_box(metal_material({0.9f, 0.7f, 0.4f}, 0.3f));
         PunctualLight& lamp = scene.lights.emplace_back();
@@ -16,7 +16,7 @@ class Scale : public StiffTest {
         lamp.intensity = vec3(0.5f);
         return scene;
     }
-    /// Returns a box whose coordinates are multiples of 1/16, and remain so when vertices move by an integer below
+    /// Returns a box whose coordinates are multiples of 1/16. They remain so when vertices move by an integer below
     /// 2^20.
     static Scene exact_box(float by) {
         Scene scene;
@@ -78,7 +78,7 @@ TEST_F(Scale, Translations) {
 }
 
 TEST_F(Scale, DetailBesideExtents) {
-    // A cube of 1 mm is on a floor, under a sun, with hills at 10^7 m.
+    // A cube of 1 mm stands on a floor under a sun, with hills at a distance of 10^7 m.
     const auto at = [this](float floor, float hills, const dvec3& where) {
         Scene scene;
         const int white = add_material(scene, diffuse_material(vec3(0.5f)));

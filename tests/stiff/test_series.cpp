@@ -1,4 +1,4 @@
-// Tests slowly converging series and white furnaces: closed rooms against the sum of their bounces, white surfaces
+// Tests slowly converging series and white furnaces: closed rooms against the sum of their bounces, and white surfaces
 // under a white sky.
 #include <algorithm>
 #include <cmath>
@@ -13,7 +13,7 @@ class Series : public StiffTest {
     static constexpr int kPatch = 8;  // pixels per side
     static constexpr float kRoughnesses[] = {0, 1e-4f, 1e-2f, 0.1f, 1};
 
-    /// Returns the sum of bounces 0 to b in a closed room of emission 1.
+    /// Returns the radiance of bounces 0 to `bounces` in a closed room of emission 1.
     static double truncated(double albedo, int bounces) {
         return albedo == 1 ? bounces + 1 : (1 - std::pow(albedo, bounces + 1)) / (1 - albedo);
     }
@@ -74,8 +74,8 @@ TEST_F(Series, ClosedRooms) {
 
 TEST_F(Series, WhiteFurnace) {
     for (const double elevation : {kPi / 2, std::asin(0.05)}) {
-        // There is a row of patches per family, all in one plane under a sky of 1, so that no patch sees another. From
-        // its elevation each patch looks square.
+        // Each family has a row of patches. All patches are in one plane under a sky of 1, so that none sees another.
+        // Seen from its elevation, each patch is square.
         Scene scene;
         scene.environment.color = vec3(1);
         const auto length = static_cast<float>(1 / std::sin(elevation));

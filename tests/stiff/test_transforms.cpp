@@ -1,4 +1,4 @@
-// Tests transforms that flatten, mirror and stretch, deep hierarchies of them, and very many.
+// Tests transforms that flatten, mirror and stretch, deep hierarchies of transforms, and very many instances.
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -47,8 +47,8 @@ TEST_F(Transforms, Mirrored) {
 }
 
 TEST_F(Transforms, Stretched) {
-    // Tests the furnace of a box that a node scales from 10^-4 x 1 x 10^4 to its shape, and of one that is stretched by
-    // 400. From 2000 on, the float weights of a hit are less precise than the height of such triangles.
+    // One box is scaled by a node from 10^-4 x 1 x 10^4 to its shape, another is stretched by 400. From 2000 on, the
+    // float weights of a hit are less precise than the height of such triangles.
     for (const bool undone : {true, false}) {
         Scene scene;
         const vec3 stretch = undone ? vec3(1e-4f, 1, 1e4f) : vec3(0.05f, 1, 20);
@@ -66,8 +66,8 @@ TEST_F(Transforms, Stretched) {
 }
 
 TEST_F(Transforms, Singular) {
-    // White under a white sky is white in every shape: boxes are flattened to a sheet, to a line and to a point above a
-    // floor.
+    // White surfaces under a white sky are white in every shape. Boxes are flattened to a sheet, a line and a point
+    // above a floor.
     Scene scene;
     scene.environment.color = vec3(1);
     const int white = add_material(scene, diffuse_material(vec3(1)));
@@ -130,8 +130,8 @@ TEST_F(Transforms, CyclesAreRefused) {
 }
 
 TEST_F(Transforms, ManyInstances) {
-    // A plane of 317 x 317 white tiles under a white sky, one per pixel, each an instance of one mesh, rotated or
-    // mirrored. Each has so many triangles that the renderer keeps them as instances.
+    // A plane of 317 x 317 white tiles lies under a white sky, one tile per pixel. Each tile is a rotated or mirrored
+    // instance of one mesh with so many triangles that the renderer keeps it as an instance.
     constexpr int kSide = 317;
     constexpr unsigned kCuts = 4;
     static_assert(2 * kCuts * kCuts * kSide * kSide > kFlattenLimit);

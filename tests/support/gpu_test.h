@@ -1,4 +1,4 @@
-// Fixture of every test that uses OpenGL.
+// Declares the fixture of every test that uses OpenGL.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -9,8 +9,8 @@
 
 namespace halflight {
 
-/// Creates a debug context on the device of the tests (test_device.h). Throws Error that names the device where there
-/// is none: the test fails, it is not skipped.
+/// Creates a debug context on the device of the tests (test_device.h). Throws Error that names the device if there is
+/// none: the test fails instead of being skipped.
 inline gpu::Context test_context() {
     const std::string device = test::test_device();
     try {

@@ -11,7 +11,7 @@
 namespace halflight::test {
 namespace {
 
-/// Mean over a block, and its variance.
+/// Mean of a block, and its variance.
 struct BlockMean {
     double mean = 0;
     double variance = 0;
@@ -30,14 +30,14 @@ BlockMean block_mean(const Estimate& e, int x0, int y0, int block, int channel) 
     return {sum.mean / count, sum.variance / (count * count)};
 }
 
-/// Float32 sums over many samples, summed in different order, differ by some of their last bits.
+/// Returns whether sums differ by rounding only: float32 sums of many samples depend on the order in their last bits.
 bool same_but_for_rounding(double a, double b) {
     return std::abs(a - b) <= 0x1p-18 * std::max(std::abs(a), std::abs(b));
 }
 
 struct Total {
     double sum = 0;
-    double variance = 0;  // variance of the sum, channels fully correlated
+    double variance = 0;  // variance of the sum, with channels fully correlated
 };
 
 Total total_of(const Estimate& e) {
@@ -62,7 +62,7 @@ void require_same_size(const Image& a, const Image& b) {
     }
 }
 
-/// Portable float map: bottom row first, little-endian.
+/// Writes a portable float map: bottom row first, little-endian.
 void write_pfm(const std::filesystem::path& path, const Image& image) {
     std::ofstream file(path, std::ios::binary);
     file << (image.channels == 3 ? "PF\n" : "Pf\n") << image.width << ' ' << image.height << "\n-1\n";

@@ -1,4 +1,4 @@
-// Compares noisy images by z-tests on stored mean and variance. A failure leaves image, reference and z map behind.
+// Compares noisy images by z-tests on stored mean and variance. A failure saves image, reference and z map.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -13,14 +13,14 @@ namespace halflight::test {
 /// k >= 5).
 double chi_square_tail(double x, double k);
 
-/// A Monte Carlo image: per-pixel mean, and unbiased variance of one sample. Same size and channels.
+/// Monte Carlo estimate: per-pixel mean, and unbiased variance of one sample, as images of equal size and channels.
 struct Estimate {
     const Image& mean;
     const Image& variance;
     double samples = 1;  // samples per pixel, >= 1
 };
 
-/// An image without noise.
+/// Image without noise.
 struct Exact {
     const Image& mean;
 };
@@ -29,7 +29,7 @@ struct Exact {
 inline constexpr double kNormalAbove2 = 0.0455;
 inline constexpr double kNormalAbove3 = 0.0027;
 
-/// Welch's test of a against b, per block and channel: z = (mean_a - mean_b) / sqrt(var_a / n_a + var_b / n_b).
+/// Result of Welch's test of a against b by block and channel: z = (mean_a - mean_b) / sqrt(var_a / n_a + var_b / n_b).
 struct ZTest {
     Image z;                    // one pixel per block; the channels are those of the images
     std::size_t tested = 0;     // z values with a variance above 0
@@ -38,35 +38,35 @@ struct ZTest {
     double above_2 = 0;         // share of tested values with |z| > 2
     double above_3 = 0;         // share of tested values with |z| > 3
     double greatest = 0;        // greatest |z|
-    double p_value = 1;  // probability of such a sum of z^2 by chance: the least over channels, times their number
+    double p_value = 1;  // probability of this sum of z^2 by chance: the least over channels, times their number
     double relative_difference = 0;  // (sum a - sum b) / sum b over all pixels and channels
     double relative_error = 0;       // standard error of relative_difference, channels taken as fully correlated
 };
 
-/// Tests means of `block` x `block` pixels; the last row and column of blocks may be smaller. z is about normal for
-/// single pixels of at least 64 samples with light tails.
+/// Tests the means of blocks of `block` x `block` pixels; the last row and column may be smaller. For single pixels, z
+/// is about normal if there are at least 64 samples with light tails.
 ZTest compare_means(const Estimate& a, const Estimate& b, int block = 1);
 ZTest compare_means(const Estimate& a, const Exact& b, int block = 1);
 
-/// Returns one line with all numbers.
+/// Returns one line with all results.
 std::string describe(const ZTest& test);
 
-/// Writes NAME-image, NAME-reference and NAME-z into `folder`: each as .pfm (data) and .ppm (to look at: sRGB; z from
-/// blue at -4 over white to red at 4). Returns a sentence that names them. Creates the folder.
+/// Writes NAME-image, NAME-reference and NAME-z into `folder`, which is created. Each is a .pfm (data) and a .ppm (to
+/// look at: sRGB; z from blue at -4 over white to red at 4). Returns a sentence that names the files.
 std::string save_failure(const std::string& folder, const std::string& name, const Image& image, const Image& reference,
                          const Image& z);
-/// Writes these files into test-failures/ of the build folder.
+/// Writes the three images into test-failures/ of the build folder.
 std::string save_failure(const std::string& name, const Image& image, const Image& reference, const Image& z);
 
 struct Agreement {
     int block = 1;                      // side of a block, pixels
     double p_value = 1e-4;              // least p value
-    double above_3 = 1;                 // greatest share; replaces the p value, set to 0, where tails are heavy
+    double above_3 = 1;                 // greatest share; replaces the p value (then 0) if tails are heavy
     double relative_difference = 0.01;  // greatest difference beyond four standard errors
 };
 
 /// Compares two images, for EXPECT_TRUE(agree("cornell", gl, oracle)). A failure saves the images and reports all
-/// numbers.
+/// results.
 ::testing::AssertionResult agree(const std::string& name, const Estimate& a, const Estimate& b,
                                  const Agreement& limits = {});
 

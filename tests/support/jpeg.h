@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-// Needs <cstdio>.
+// jpeglib.h needs <cstdio>.
 #include <jpeglib.h>
 
 namespace halflight {
 
-/// Returns a picture of one colour of 1, 3 or 4 components, `side` pixels wide and high.
+/// Returns a JPEG of one colour with 1, 3 or 4 components, `side` pixels wide and high.
 inline std::string encode_jpeg(int side, const std::vector<std::uint8_t>& color, bool progressive = false) {
     jpeg_compress_struct info;
     jpeg_error_mgr errors;

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A file descriptor that is closed with the object.
+/// Owns a file descriptor.
 class Descriptor {
   public:
     explicit Descriptor(int fd, const std::string& name) : fd_(fd) {
@@ -58,7 +58,7 @@ Ends make_terminal() {
     return {Descriptor(master, "terminal"), Descriptor(slave, "terminal")};
 }
 
-/// Appends bytes that can be read; returns false at the end, which is EIO for a terminal.
+/// Appends available bytes; returns false at the end, which a terminal reports as EIO.
 bool read_some(int fd, std::string& text) {
     std::array<char, 4096> buffer;
     const ssize_t count = read(fd, buffer.data(), buffer.size());

@@ -1,4 +1,4 @@
-// Runs programs as a user would, and makes small scenes for them.
+// Runs programs as a user would, and provides small scenes for them.
 #pragma once
 
 #include <sys/types.h>
@@ -17,22 +17,22 @@ struct Outcome {
     int status = -1;             // exit status, or 128 + signal
     std::string out;             // stdout
     std::string err;             // stderr; on a terminal both
-    double cpu_seconds = 0;      // user and system time
-    std::size_t peak_bytes = 0;  // greatest resident memory
+    double cpu_seconds = 0;      // user and system time, seconds
+    std::size_t peak_bytes = 0;  // greatest resident memory, bytes
 };
 
 struct RunOptions {
     std::vector<std::string> environment{};  // "NAME=value" sets a variable, "NAME" removes it; others are inherited
-    std::vector<std::string> wrapper{};      // command that is given the program and its arguments, as prlimit
+    std::vector<std::string> wrapper{};      // command that runs the program, given as its last arguments, e.g. prlimit
     std::string stdout_path{};               // file that becomes stdout; empty: Outcome::out
     std::string stderr_path{};               // file that becomes stderr; empty: Outcome::err
-    bool terminal = false;                   // stdout and stderr are a terminal of 80 columns
-    int most_seconds = 0;                    // wall time after which the program is sent SIGALRM; 0: no limit
+    bool terminal = false;                   // whether stdout and stderr are a terminal of 80 columns
+    int most_seconds = 0;                    // wall time after which the program gets SIGALRM, seconds; 0: no limit
     std::function<void(pid_t, const std::string& err)> watch{};  // called whenever stderr has received something
 };
 
-/// Runs command[0], looked up in PATH where it has no slash, in the current folder until it ends. Throws Error where it
-/// cannot be started.
+/// Runs command[0] in the current folder until it ends; a name without slash is looked up in PATH. Throws Error if the
+/// command cannot be started.
 Outcome run(const std::vector<std::string>& command, const RunOptions& options = {});
 
 /// Inserts `--device` and the device of the tests (test_device.h) after a command of halflight that renders, unless the

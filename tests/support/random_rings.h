@@ -1,4 +1,4 @@
-// Random pairs of triangles for tests of hierarchies.
+// Makes random pairs of triangles for tests of hierarchies.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@
 
 namespace halflight::test {
 
-/// Returns rings of four points, each within `size` along every axis of a random centre in [-1, 1]^3: bent pairs.
+/// Returns bent pairs: rings of four points, each within `size` along every axis of a random centre in [-1, 1]^3.
 inline std::vector<rays::Ring> random_rings(std::size_t count, float size, std::uint32_t seed) {
     std::mt19937 random(seed);
     std::uniform_real_distribution<float> uniform(-1, 1);

@@ -1,4 +1,4 @@
-// Renders with the oracle in tests, and measures whole images.
+// Renders with the oracle in tests, and averages whole images.
 #pragma once
 
 #include "engine/reference/reference.h"
@@ -9,7 +9,7 @@ namespace halflight::test {
 ReferenceResult render_oracle(const Scene& scene, const Camera& camera, int size, int samples, int bounces,
                               std::uint64_t seed = 1);
 
-/// Mean over all pixels of one channel.
+/// Mean of one channel over all pixels.
 struct MeanRadiance {
     double value = 0;
     double error = 0;  // standard error, from the variances per sample

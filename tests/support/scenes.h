@@ -1,17 +1,17 @@
-// Small scenes for tests whose answer is known.
+// Small scenes for tests with known results.
 #pragma once
 
 #include "engine/scene/scene.h"
 
 namespace halflight::test {
 
-/// Returns a purely diffuse material, without Fresnel reflection, which would take light from the base.
+/// Returns a purely diffuse material. It has no Fresnel reflection, which would take light from the base.
 Material diffuse_material(const vec3& albedo);
 Material metal_material(const vec3& albedo, float roughness);
 /// Returns a material that emits and reflects nothing.
 Material light_material(const vec3& radiance);
 
-// Each of these functions returns the index of what it adds. Quads and boxes are meshes of their own with one instance.
+// Each of these functions returns the index of what it adds. Each quad and box is a mesh of its own with one instance.
 
 int add_material(Scene& scene, const Material& material);
 /// Adds a quad with corners p, p + u, p + u + v, p + v, facing cross(u, v); texture coordinates (0, 0), (1, 0), (1, 1),
@@ -20,8 +20,8 @@ int add_quad(Scene& scene, int material, const vec3& p, const vec3& u, const vec
 /// Adds an axis-aligned box that faces outwards.
 int add_box(Scene& scene, int material, const vec3& lower, const vec3& upper);
 
-/// Returns a box of 2 units about the origin, open towards +Z. It has red and green walls, two blocks, the taller one
-/// of material `tall`, a light under the ceiling and a camera.
+/// Returns a box of 2 units about the origin, open towards +Z. It has red and green walls, two blocks, a light under
+/// the ceiling and a camera. The taller block is of material `tall`.
 Scene cornell_box(const Material& tall = diffuse_material(vec3(0.73f)));
 
 }  // namespace halflight::test

@@ -6,7 +6,7 @@
 
 namespace halflight::test {
 
-/// Returns the value of HALFLIGHT_TEST_DEVICE, which is what `halflight --device` takes; "software" where it is not
+/// Returns the argument for `halflight --device`: the value of HALFLIGHT_TEST_DEVICE, or "software" if it is not
 /// set.
 inline std::string test_device() {
     const char* device = std::getenv("HALFLIGHT_TEST_DEVICE");

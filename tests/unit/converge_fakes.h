@@ -1,4 +1,4 @@
-// Fake methods whose pictures have a known expectation and known noise.
+// Fake methods for tests of converge: their pictures have a known expectation and known noise.
 #pragma once
 
 #include <cmath>
@@ -10,7 +10,7 @@ namespace halflight::converge::test {
 
 inline constexpr int kWidth = 40, kHeight = 30;
 
-/// Parameters of a fake method. The components have the expectations 0.1, 0.2, ...
+/// Parameters of a fake method. Its components have the expectations 0.1, 0.2, ...
 struct Fake {
     float bias = 0;            // offset of the first component
     double noise = 0.3;        // standard deviation of one sample, per component

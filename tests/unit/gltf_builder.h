@@ -1,4 +1,4 @@
-// Builds small glTF files for tests, in a temporary folder.
+// Builds small glTF files in a temporary folder.
 #pragma once
 
 #include <gtest/gtest.h>
@@ -20,7 +20,7 @@ using Json = nlohmann::json;
 
 enum ComponentType { kI8 = 5120, kU8 = 5121, kI16 = 5122, kU16 = 5123, kU32 = 5125, kF32 = 5126 };
 
-/// A glTF whose only buffer is the binary chunk of a .glb. Tests may change `json` before save().
+/// Builds a glTF whose only buffer is the binary chunk of a .glb. Tests may change `json` before save().
 class GltfBuilder {
   public:
     Json json = {{"asset", {{"version", "2.0"}}}};
@@ -61,7 +61,7 @@ class GltfBuilder {
         push("nodes", {{"mesh", mesh}});
         return json["meshes"].back()["primitives"][0];
     }
-    /// Adds a mesh of a unit right triangle in the plane z = 0, and its node; returns the primitive.
+    /// Adds a mesh of one right triangle in the plane z = 0, and its node; returns the primitive.
     Json& add_triangle() { return add_mesh({{"POSITION", floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0})}}); }
 
     /// Adds the current buffer; glb() calls it where a test has not.
@@ -91,18 +91,18 @@ class GltfBuilder {
     std::string bytes_;
 };
 
-/// A fixture with a folder that is removed after the test.
+/// Fixture with a folder that is removed after the test.
 class GltfTest : public testing::Test {
   protected:
     std::filesystem::path write(const std::string& name, const std::string& bytes) const {
-        std::filesystem::remove(folder_ / name);  // overwriting is slow on file systems that flush overwritten files
+        std::filesystem::remove(folder_ / name);  // some file systems flush overwritten files, which is slow
         std::ofstream(folder_ / name, std::ios::binary) << bytes;
         return folder_ / name;
     }
     Scene load(const GltfBuilder& builder) const { return load_gltf(write("scene.glb", builder.glb())); }
     Scene load_text(const std::string& json) const { return load_gltf(write("scene.gltf", json)); }
 
-    /// Returns the error message of loading, without the file's name.
+    /// Returns the error message of loading, without the name of the file.
     std::string refusal(const GltfBuilder& builder) const {
         return without_name(error_message([&] { load(builder); }));
     }

@@ -38,7 +38,7 @@ std::string glsl_type(int count) {
     return count == 1 ? "float" : fmt::format("vec{}", count);
 }
 
-/// Returns the macro after HALFLIGHT_ of a lobe or texture.
+/// Returns the macro of a lobe or texture without the prefix HALFLIGHT_.
 std::string define_of(bool MaterialNeeds::*need) {
     for (const MaterialLobe& lobe : material_lobes())
         if (lobe.need == need) return lobe.define;
@@ -47,7 +47,7 @@ std::string define_of(bool MaterialNeeds::*need) {
     return "";
 }
 
-/// Describes what each row holds, a line per row.
+/// Describes the contents of the rows, one line per row.
 std::string row_list() {
     std::map<std::pair<int, int>, std::string> parts;
     for (const MaterialProperty& p : material_properties()) {
@@ -68,7 +68,7 @@ std::string row_list() {
     return lines;
 }
 
-/// Returns the assignment of a property to its member of `m`, and of its default where its macro is not defined.
+/// Returns the assignment of a property to its member of `m`, or of its default if its macro is not defined.
 std::string load(const MaterialProperty& p) {
     const bool flag = std::holds_alternative<bool Material::*>(p.field);
     const int count = component_count(p.field);
@@ -108,7 +108,7 @@ std::string default_of(const MaterialProperty& p) {
     return text;
 }
 
-/// Returns the row and components of a packing, "2.w".
+/// Returns the row and components of a packing, for example "2.w".
 std::string place_of(const MaterialPacking& packing, int count) {
     return packing.row == kNone ? "" : fmt::format("{}.{}", packing.row, swizzle(packing, count));
 }

@@ -12,7 +12,7 @@
 namespace halflight {
 namespace {
 
-/// Evaluates the definition in SHADING.md by a midpoint rule over incident directions.
+/// Evaluates the definition of SHADING.md by a midpoint rule over incident directions.
 DirectionalAlbedo by_definition(double mu, double alpha) {
     constexpr int kCosines = 1000, kAzimuths = 1000;
     const double sine = std::sqrt(1 - mu * mu);

@@ -1,4 +1,4 @@
-// Tests which entries alias tables select, and with which frequency.
+// Tests which entries alias tables select, and how often.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -28,7 +28,7 @@ void expect_exact(const std::vector<double>& weights) {
         total += table.probabilities[i];
         EXPECT_DOUBLE_EQ(table.probabilities[i], picked[i]) << i;
         EXPECT_EQ(table.probabilities[i] > 0, weights[i] > 0) << i;
-        // The tolerance is a step of 2^-24 of a column for the entry itself and for each column that it fills up.
+        // The tolerance is a step of 2^-24 of a column, for the entry itself and for each column that it fills up.
         EXPECT_NEAR(table.probabilities[i], weights[i] / sum, 0x1p-23 * (1 / count + weights[i] / sum)) << i;
     }
     EXPECT_NEAR(total, 1, 1e-12);

@@ -1,4 +1,4 @@
-// Counters of bad values with more samples than 32 bits can count.
+// Tests counters of bad values with more samples than 32 bits can count.
 #include "passes/picture/bad_values.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Tests the parts of the bench: rays of real passes, interleaved runs, and the detection of wrong answers.
+// Tests the parts of the benchmark: rays of real passes, interleaved runs, and detection of wrong hits.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using shared::Ray;
 
 class BenchRays : public GpuTest {
   protected:
-    /// Returns rays of all kinds in a scene of scenes/.
+    /// Returns rays of all kinds in a scene of the folder scenes/.
     std::vector<RaySet> rays_of(const std::string& scene_file) {
         Scene scene = load_gltf(std::string(HALFLIGHT_SOURCE_DIR "/scenes/") + scene_file);
         for (Material& m : scene.materials) m.alpha_mode = AlphaMode::opaque;
@@ -38,7 +38,7 @@ class BenchRays : public GpuTest {
         return sets;
     }
 
-    static constexpr ivec2 kSize{70, 50};  // not a multiple of 16
+    static constexpr ivec2 kSize{70, 50};  // no multiples of 16
     gpu::ProgramCache programs;
     float diagonal = 0;
 };
@@ -95,7 +95,7 @@ TEST_F(BenchRays, EveryKindInEveryScene) {
 }
 
 TEST_F(BenchRays, HardShadowsHaveOneApex) {
-    const std::vector<RaySet> point = rays_of("cornell.glb");  // the scene has no punctual light, so one is added
+    const std::vector<RaySet> point = rays_of("cornell.glb");  // adds a light, because the scene has no punctual one
     const RaySet& hard = find(point, "hard");
     const std::vector<Ray> to_point = live_rays(hard);
     ASSERT_FALSE(to_point.empty());

@@ -36,7 +36,7 @@ bool inside(const Bounds& inner, const Bounds& outer) {
            glm::all(glm::lessThanEqual(inner.upper, outer.upper));
 }
 
-/// Calls f(child, depth in deferred children) for all children below a node, and checks that boxes nest.
+/// Calls f(child, depth in deferred children) for all children below a node, and checks that boxes are nested.
 std::uint32_t walk(const Bvh& bvh, std::uint32_t index, const Bounds& around,
                    const std::function<void(const BvhChild&)>& f) {
     const BvhNode& node = bvh.nodes[index];
@@ -69,7 +69,7 @@ void check_rings(const std::vector<Ring>& rings) {
     EXPECT_EQ(entries, bvh.primitives.size());
     EXPECT_LE(entries, static_cast<std::size_t>(kSplitBudget * static_cast<double>(rings.size())) + 1);
 
-    // Each point of a pair lies in a leaf that lists the pair.
+    // Each point of a pair is in a leaf that lists the pair.
     std::mt19937 random(7);
     std::uniform_real_distribution<double> uniform(0, 1);
     std::size_t outside = 0;
@@ -149,7 +149,7 @@ TEST(Bvh, IsTheSameWithAnyNumberOfThreads) {
     }
 }
 
-/// Returns tables of pairs; a third of the pairs consists of its first triangle only.
+/// Returns tables of pairs; every third pair has only its first triangle.
 TraceTables tables_of(const std::vector<Ring>& rings) {
     TraceTables tables;
     Block block;
@@ -167,7 +167,7 @@ TraceTables tables_of(const std::vector<Ring>& rings) {
     return tables;
 }
 
-/// Returns the bounds of child k of a node in a packed scene, decoded as in the kernels.
+/// Returns the bounds of child k of a node in a packed scene, decoded as the kernels do.
 Bounds decoded(const PackedScene& packed, std::size_t node, int k) {
     const auto as_float = [](std::uint32_t word) { return std::bit_cast<float>(word); };
     Bounds box;
@@ -189,7 +189,7 @@ Bounds decoded(const PackedScene& packed, std::size_t node, int k) {
     return box;
 }
 
-/// Checks the first (0) or second (1) triangle of a pair; returns its id.
+/// Checks the first (0) or second (1) triangle of a pair, and returns its id.
 std::uint32_t check_triangle(const TraceTables& tables, const PackedScene& packed, std::size_t slot, int which) {
     const vec4* texels = &packed.pairs[shared::kBvhPairTexels * slot];
     const auto word = [&](int i) { return std::bit_cast<std::uint32_t>(texels[3][i]); };
@@ -256,7 +256,7 @@ INSTANTIATE_TEST_SUITE_P(Formats, Packed, ::testing::Values(NodeFormat::grid, No
 TEST(PackedScene, UsesFloatsWhereTheGridIsTooCoarse) {
     std::vector<Ring> rings = random_rings(2000, 0.05f, 11);
     EXPECT_EQ(pack_scene(tables_of(rings)).format, NodeFormat::grid);
-    // The rings above are now smaller than a grid cell of the whole scene.
+    // After this addition, the rings above are smaller than a grid cell of the whole scene.
     rings.push_back({vec3(0), vec3(1e6f, 0, 0), vec3(0, 1e6f, 1e6f), vec3(0)});
     EXPECT_EQ(pack_scene(tables_of(rings)).format, NodeFormat::floating);
 }

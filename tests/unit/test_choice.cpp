@@ -51,7 +51,7 @@ TEST(Choice, FollowsWorkThatChanges) {
     Choice choice({"plain", "tiles"});
     run(choice, {1, 1.2}, Choice::kFirstRuns + Choice::kTrials);
     EXPECT_EQ(choice.now(), 0u);
-    run(choice, {2, 1}, Choice::kReexamine + Choice::kTrials + 1);  // plain was faster at first only
+    run(choice, {2, 1}, Choice::kReexamine + Choice::kTrials + 1);  // plain was faster only at first
     EXPECT_EQ(choice.now(), 1u);
     EXPECT_FALSE(choice.on_trial());
 }

@@ -1,5 +1,5 @@
 // Tests colour management: the built-in config, display views against published curves, other configs, errors, and the
-// GLSL text.
+// GLSL code.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -102,8 +102,8 @@ TEST(Color, ExposureIsInStops) {
 
 TEST(Color, AcesViewIsPlausibleAndMonotonic) {
     const ViewProcessor view = built_in().view({});
-    // ACES maps middle grey to about 10 of 100 nits, a signal of about 0.1^(1/2.4), below the 0.46 of the plain sRGB
-    // curve.
+    // ACES maps middle grey to about 10 of 100 nits. This is a signal of about 0.1^(1/2.4), below the 0.46 of the plain
+    // sRGB curve.
     const vec3 grey = shown(view, vec3(0.18f));
     EXPECT_GT(grey.y, 0.3f);
     EXPECT_LT(grey.y, 0.45f);
@@ -169,7 +169,7 @@ TEST(Color, LookReplacesTheViewsOwnLooks) {
     const ViewProcessor undone = config.view({"", "Un-tone-mapped", look + ", -" + look, 0});
     EXPECT_EQ(with.look(), look);
     const vec3 saturated(0.02f, 0.9f, 0.02f);
-    const vec3 blue(-0.1f, 0.1f, 0.9f);  // outside Rec.709, so the gamut compression changes it
+    const vec3 blue(-0.1f, 0.1f, 0.9f);  // outside Rec.709: gamut compression changes it
     EXPECT_GT(glm::length(shown(without, blue) - shown(with, blue)), 5e-3f);
     EXPECT_LT(glm::length(shown(without, saturated) - shown(undone, saturated)), 1e-3f);
 }
@@ -276,7 +276,7 @@ TEST(Color, ConfigsOfOtherProjects) {
     EXPECT_GT(loaded, 0);
 }
 
-/// Returns a config in `folder` with two LUT views: a 3D table that swaps red and blue, and a 1D table that halves.
+/// Returns a config with two LUT views: a 3D table swaps red and blue, and a 1D table halves values.
 fs::path config_of_tables(const fs::path& folder) {
     std::ofstream cube(folder / "swap.cube");
     cube << "LUT_3D_SIZE 2\n";
@@ -313,7 +313,7 @@ colorspaces:
 
 TEST(Color, TablesReachCpuAndGpu) {
     const TemporaryFolder folder;
-    const ColorConfig config = ColorConfig::load(config_of_tables(folder.path));  // OCIO 1, without interchange roles
+    const ColorConfig config = ColorConfig::load(config_of_tables(folder.path));  // OCIO 1 without interchange roles
     const ViewProcessor swap = config.view({"", "swap", "", 0});
     const ViewProcessor half = config.view({"", "half", "", 0});
     for (int c = 0; c < 3; ++c) {

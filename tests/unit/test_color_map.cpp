@@ -21,7 +21,7 @@ TEST(Magma, LightnessIsUniform) {
     for (int i = 0; i < 64; ++i) {
         const float t = static_cast<float>(i) / 64;
         const double step = lightness(magma(t + 1.0f / 64)) - lightness(magma(t));
-        EXPECT_GT(step, 0.5 * 98 / 64) << t;  // the slope is smallest next to black
+        EXPECT_GT(step, 0.5 * 98 / 64) << t;  // the slope is smallest close to black
         EXPECT_LT(step, 1.5 * 98 / 64) << t;
     }
     EXPECT_EQ(magma(-1), magma(0));

@@ -1,4 +1,4 @@
-// Tests `halflight converge` on fake methods with known errors: order of runs, slopes, biases, and findings.
+// Tests `halflight converge` on fake methods with known errors: order of runs, slopes, biases and findings.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -21,7 +21,7 @@ TEST(ConvergePlan, RunsEveryPictureOnce) {
     }
     EXPECT_EQ(runs.size(), 60u);
     EXPECT_EQ(seen.size(), 60u);
-    EXPECT_EQ(users.size(), 20u);  // one seed per budget and repeat, shared by all methods
+    EXPECT_EQ(users.size(), 20u);  // per budget and repeat, all methods share one seed
     for (const auto& [seed, user] : users) EXPECT_EQ(user.size(), 1u) << seed;
 }
 
@@ -32,7 +32,7 @@ TEST(ConvergePlan, TurnsRotate) {
     for (std::size_t turn = 0; turn < runs.size(); turn += 3) {
         ++firsts[runs[turn].method];
         if (turn % 12 == 0) ++first_budgets[runs[turn].budget];
-        for (std::size_t i = turn; i < turn + 3; ++i) {  // a turn is one picture by each method
+        for (std::size_t i = turn; i < turn + 3; ++i) {  // in one turn, each method makes one picture
             EXPECT_EQ(runs[i].seed, runs[turn].seed);
             EXPECT_EQ(runs[i].budget, runs[turn].budget);
         }
@@ -77,7 +77,7 @@ TEST(Converge, IndependentSamplesHaveSlopeMinusOne) {
 }
 
 TEST(Converge, NoiseOfTheReferenceIsNotError) {
-    // The reference is as noisy as the pictures. Without its two halves the error would come out at least twice as
+    // The reference is as noisy as the pictures. Without its two halves, the estimated error would be at least twice as
     // high.
     const Measurement measured = measure_fakes({}, {}, kPlan, fake_reference(64));
     const Point& last = measured.methods[0].points.back();
@@ -139,7 +139,7 @@ TEST(Converge, ShareOfTimeAndErrorByStage) {
         EXPECT_GT(stage.gain.half_width, 0);
         EXPECT_LT(stage.gain.half_width, 0.05);
     }
-    // Direct light has an efficiency ratio of 1 / (0.8 * 1.25), emission of 1 / (0.9 * 1.125).
+    // The efficiency ratio is 1 / (0.8 * 1.25) for direct light and 1 / (0.9 * 1.125) for emission.
     EXPECT_NEAR(measured.methods[0].stage_lead.value, 1 / (0.8 * 1.25) - 1 / (0.9 * 1.125), 0.02);
     EXPECT_GT(measured.methods[0].stage_lead.half_width, 0);
     Plan plan = kPlan;
@@ -166,10 +166,10 @@ TEST(Converge, TimeToTheSameErrorIsInterpolated) {
     EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 16, Clock::cpu), 16);
     EXPECT_DOUBLE_EQ(seconds_until(method, 2, Clock::wall), 0.5) << "that of the first budget";
     EXPECT_EQ(seconds_until(method, 1.0 / 17, Clock::wall), std::numeric_limits<double>::infinity());
-    method.points[0].mse.value = 0.1;  // low by chance
+    method.points[0].mse.value = 0.1;  // too low by chance
     EXPECT_GT(seconds_until(method, 0.2, Clock::wall), 0.5);
     EXPECT_LE(seconds_until(method, 0.2, Clock::wall), 8);
-    method.points[2].mse.value = -1e-9;  // estimate of an error near zero
+    method.points[2].mse.value = -1e-9;  // estimates of tiny errors may be negative
     EXPECT_DOUBLE_EQ(seconds_until(method, 0.01, Clock::cpu), 16);
 }
 
@@ -247,8 +247,8 @@ TEST(Converge, UndeterminedSlopesAreInfinite) {
     EXPECT_NE(text(first(two_budgets).slope), "none");
 }
 
-// With two budgets, the interval of each MSE comes from Student's t over the seeds; the logarithm propagates its
-// relative half width.
+// With two budgets, Student's t over the seeds gives the interval of each MSE. The logarithm propagates the relative
+// half width.
 TEST(Converge, FewSeedsWidenSlopes) {
     const Plan plan{{Method::plain, Method::oracle}, {{1, 0}, {4, 0}}, 2};
     const MethodResult method = measure_fakes({}, {}, plan).methods[0];

@@ -10,9 +10,9 @@
 namespace halflight::converge {
 namespace {
 
-constexpr int kSide = 4;  // pixels of a block's side
+constexpr int kSide = 4;  // side of a block, pixels
 
-/// Returns pictures of `blocks` x `blocks` blocks of value `value`. Every block has independent Gaussian noise of
+/// Returns pictures of `blocks` x `blocks` blocks with mean `value`. Every block has independent Gaussian noise of
 /// standard deviation `noise`, like the mean of a converged block.
 std::vector<Image> noisy(int pictures, int blocks, double value, double noise, unsigned seed) {
     std::mt19937 generator(seed);
@@ -32,7 +32,7 @@ std::vector<Image> noisy(int pictures, int blocks, double value, double noise, u
 }
 
 TEST(Agreement, GivesEveryBlockItsOwnError) {
-    // Our pictures are exact; the right block of theirs is noisy: 1.1, 1.3 and 1.2 against 1.
+    // Our pictures are exact. The right block of theirs is noisy: 1.1, 1.3 and 1.2 instead of 1.
     std::vector<Image> ours(3, Image(2 * kSide, kSide + 1, 1)), theirs = ours;
     for (Image& image : ours) image.pixels.assign(image.pixels.size(), 1);
     const float right[] = {1.1f, 1.3f, 1.2f};
@@ -63,16 +63,16 @@ TEST(Agreement, GivesEveryBlockItsOwnError) {
                     a.expected_beyond));
 }
 
-// Errors are estimated from as few as five pictures. The number of blocks beyond the threshold that noise explains must
-// be right on average.
+// Errors are estimated from as few as five pictures. On average, the expected number of blocks beyond the threshold
+// must still be right.
 TEST(Agreement, ExpectsTheOutliersOfNoise) {
     constexpr int kBlocks = 40;
     const Agreement a = compare_pictures(noisy(5, kBlocks, 1, 0.03, 1), noisy(5, kBlocks, 1, 0.01, 2), kSide, 0.01);
     const double n = kBlocks * kBlocks, share = a.expected_beyond / n;
     EXPECT_GT(share, 0.05);
     EXPECT_LT(share, 0.3);
-    // The expectation is noisy itself, because it comes from the same errors; hence six instead of four standard
-    // deviations.
+    // The expectation comes from the same errors and is noisy itself; the bound is six standard deviations instead of
+    // four.
     EXPECT_NEAR(static_cast<double>(a.beyond), a.expected_beyond, 6 * std::sqrt(n * share * (1 - share)));
 }
 
@@ -97,7 +97,7 @@ TEST(Agreement, PicturesShowTheSignOfTheDifference) {
     for (Image& image : theirs) image.pixels.assign(image.pixels.size(), 0.49f);
     const Agreement a = compare_pictures(ours, theirs, kSide, 0.02);
     EXPECT_FALSE(a.blocks.at(0).beyond);
-    // -2 % of +-4 % is half way from white to blue; the column at the right is in no block.
+    // A difference of -2 % on a scale of +-4 % is halfway from white to blue. The right column is in no block.
     const Image by_pixel = relative_difference_picture(ours[0], theirs[0], 0.04),
                 by_block = block_difference_picture(a, kSide + 1, kSide, 0.04);
     for (const Image* picture : {&by_pixel, &by_block}) {

@@ -1,4 +1,4 @@
-// Tests external renderers as methods of `halflight converge`; a script that copies a picture stands in for a renderer.
+// Tests external renderers as methods of `halflight converge`. A script that copies a picture stands for the renderer.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -15,7 +15,7 @@ namespace {
 
 using halflight::test::read_text, halflight::test::write_text;
 
-/// A script stands for the renderer; its $1 is the scene, $2 the output, $3 the environment.
+/// Fixture whose renderer is a script: $1 is the scene, $2 the output, $3 the environment.
 class ExternalTest : public testing::Test {
   protected:
     ExternalTest() { write(4, 3); }
@@ -25,7 +25,7 @@ class ExternalTest : public testing::Test {
         for (std::size_t i = 0; i < image.pixels.size(); ++i) image.pixels[i] = 0.25f * static_cast<float>(i);
         write_exr(scene.file, {{{"R", "G", "B"}, image}}, {});
     }
-    /// Makes the script, and returns the command that calls it.
+    /// Writes the script, and returns the command that calls it.
     std::string command(const std::string& script, const std::string& more = "{environment} {samples} {seed}") const {
         const std::filesystem::path file = folder / "render";
         write_text(file, "#!/bin/sh\n" + script + "\n");
@@ -35,7 +35,7 @@ class ExternalTest : public testing::Test {
     Painted paint_by(const std::string& line, const Pulse& pulse = {}) const {
         return external_painter({"other", line}, scene, view)->paint({7, 0}, 11, pulse);
     }
-    /// Runs the script's `first` lines, then copies the picture to where it is wanted.
+    /// Renders by a script that runs the lines `first` and then copies the picture to the output.
     Painted paint(const std::string& first, const Pulse& pulse = {}) const {
         return paint_by(command(first + "\ncp \"$1\" \"$2\""), pulse);
     }

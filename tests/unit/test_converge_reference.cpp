@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 
 class ConvergeReference : public testing::Test {
   protected:
-    /// Makes samples with a distinct value each, and records the request.
+    /// Makes samples that all have distinct values, and records the request.
     Picture make(int half, std::int64_t first, int count) {
         requests.push_back({half, first, count});
         PictureSums sums(view.width, view.height);
@@ -63,13 +63,13 @@ class ConvergeReference : public testing::Test {
 
 TEST_F(ConvergeReference, MoreSamplesContinueWhatIsKept) {
     expect_samples(continue_to(6), 6);
-    EXPECT_EQ(requests.size(), 4u);  // 4 and 2 per half
+    EXPECT_EQ(requests.size(), 4u);  // requests for 4 and for 2 samples per half
     expect_samples(continue_to(16), 16);
     ASSERT_EQ(requests.size(), 6u);
     for (const Request& a : requests) EXPECT_GE(a.first, 6);
     expect_samples(continue_to(16), 16);
     EXPECT_TRUE(requests.empty());
-    expect_samples(continue_to(3), 16);  // more samples than requested are fine
+    expect_samples(continue_to(3), 16);  // more samples than requested are allowed
     EXPECT_TRUE(requests.empty());
     EXPECT_TRUE(notes.empty());
 }
@@ -103,7 +103,7 @@ TEST_F(ConvergeReference, DamagedFilesAreReplaced) {
         EXPECT_TRUE(notes[0].ends_with("the reference is damaged: begun anew")) << notes[0];
         EXPECT_EQ(read_file(file, 1 << 20), good);
     }
-    EXPECT_THROW(load_halves(file, 8, 3, 2), Error);  // another reference of this name
+    EXPECT_THROW(load_halves(file, 8, 3, 2), Error);  // the file holds another reference
     EXPECT_FALSE(load_halves(folder / "none", 7, 3, 2));
 }
 
@@ -124,7 +124,7 @@ TEST_F(ConvergeReference, SizesInFilesAreNotTrusted) {
         std::memcpy(other.data() + offset, &value, sizeof(value));
         return hashed(other);
     };
-    // magic, fingerprint, samples of both halves, width, height
+    // Damages magic, fingerprint, samples of both halves, width and height in turn.
     for (const std::string& bad :
          {with(32, 1 << 30), with(32, -3), with(36, 3), with(16, std::int64_t{-1}), with(24, std::int64_t{-1}),
           with(16, std::numeric_limits<std::int64_t>::max()), hashed(content.substr(0, 40)),
@@ -134,7 +134,7 @@ TEST_F(ConvergeReference, SizesInFilesAreNotTrusted) {
     }
     write_file(file, good);
     EXPECT_TRUE(load_halves(file, 7, 3, 2));
-    EXPECT_THROW(load_halves(file, 7, 2, 3), Error);  // same number of pixels, other size
+    EXPECT_THROW(load_halves(file, 7, 2, 3), Error);  // same number of pixels in another shape
 }
 
 TEST_F(ConvergeReference, UnwritableFoldersAreReportedBeforehand) {
@@ -220,7 +220,7 @@ TEST(ConvergeOracle, SampleCountsAreExact) {
     const Painted painted = painter->paint({37, 0}, 5, [] {});
     EXPECT_EQ(painted.picture.samples, 37);
     EXPECT_GT(painted.time.cpu, 0);
-    // Samples made in portions equal samples made at once.
+    // Samples made in portions equal samples made in one call.
     const Picture whole = oracle_samples(ReferenceScene(scene), view, 5, 0, 37);
     for (std::size_t i = 0; i < whole.beauty.pixels.size(); ++i)
         EXPECT_NEAR(painted.picture.beauty.pixels[i], whole.beauty.pixels[i], 1e-5 * (1 + whole.beauty.pixels[i]));

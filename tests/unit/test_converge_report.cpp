@@ -1,4 +1,4 @@
-// Tests that reports of `halflight converge` are well-formed, complete, and true to the figures.
+// Tests that reports of `halflight converge` are well-formed and complete, and agree with the figures.
 #include <gtest/gtest.h>
 
 #include <limits>
@@ -42,7 +42,7 @@ TEST(ConvergePlot, IsWellFormedWhateverItShows) {
     EXPECT_NE(xml_error("<svg>"), "");
 }
 
-/// Returns the centres of the circles that mark the points of the first curve; the last one belongs to the legend.
+/// Returns the centres of the circles that mark the points of the first curve; the last circle belongs to the legend.
 std::vector<std::pair<double, double>> circles(const std::string& svg_text) {
     std::vector<std::pair<double, double>> centres;
     for (std::size_t at = svg_text.find("<circle"); at != std::string::npos; at = svg_text.find("<circle", at + 1)) {
@@ -59,14 +59,14 @@ TEST(ConvergePlot, DecadesHaveEqualLength) {
         circles(svg({"", "", "", {{"a", {{0.1, 1, 1, 1}, {1, 0.1, 0.1, 0.1}, {10, 0.01, 0.01, 0.01}}}}, 0}));
     ASSERT_EQ(at.size(), 4u);
     EXPECT_GT(at[1].first, at[0].first);
-    EXPECT_GT(at[1].second, at[0].second);  // y grows downwards in the picture as the error decreases
+    EXPECT_GT(at[1].second, at[0].second);  // y grows downwards, so a smaller error has a larger y
     EXPECT_NEAR(at[2].first - at[1].first, at[1].first - at[0].first, 0.02);
     EXPECT_NEAR(at[2].second - at[1].second, at[1].second - at[0].second, 0.02);
 }
 
 TEST(ConvergePlot, BarsBelowZeroEndAtTheAxis) {
     const std::string text = svg({"", "", "", {{"a", {{1, 1, -5, 2}, {2, 0.5, 0.4, 0.6}}}}, 0});
-    EXPECT_EQ(count(text, " 358.00V"), 1u) << text;  // bottom of the frame
+    EXPECT_EQ(count(text, " 358.00V"), 1u) << text;  // 358 is the bottom of the frame
     // A value that is not positive has a bar but no marker; one of the circles belongs to the legend.
     const std::string none = svg({"", "", "", {{"a", {{1, -1, -5, 2}, {2, 0.5, 0.4, 0.6}}}}, 0});
     EXPECT_EQ(circles(none).size(), 2u);
@@ -87,7 +87,7 @@ TEST(ConvergeMaps, SignedErrorsHaveColours) {
     reference.pixels.assign(9, 1);
     image.pixels = {1, 1, 1, 2, 2, 2, 0, 0, 0};
     const Image map = signed_error_picture(image, reference, 1);
-    for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(map.at(0, 0)[c], 1);  // no error: white
+    for (int c = 0; c < 3; ++c) EXPECT_FLOAT_EQ(map.at(0, 0)[c], 1);  // equal: white
     EXPECT_GT(map.at(1, 0)[0], map.at(1, 0)[2]);                      // brighter: red
     EXPECT_LT(map.at(2, 0)[0], map.at(2, 0)[2]);                      // darker: blue
     EXPECT_NEAR(error_scale(image, reference, 1), 1, 1e-6);
@@ -147,7 +147,7 @@ TEST_F(ConvergeReport, JsonHoldsAllFigures) {
     ASSERT_EQ(biased["points"].size(), 4u);
     EXPECT_NEAR(biased["points"][3]["bias_squared"]["value"], 0.01, 0.001);
     EXPECT_EQ(json["methods"][0]["stages"].size(), 3u);
-    EXPECT_EQ(json["advice"].size(), 3u);  // the methods, and each one's stages
+    EXPECT_EQ(json["advice"].size(), 3u);  // one for the methods, one for each method's stages
 }
 
 TEST_F(ConvergeReport, AdviceFollowsTheStages) {
@@ -164,7 +164,7 @@ TEST_F(ConvergeReport, AdviceFollowsTheStages) {
     EXPECT_NE(line().find("1.50 ± 0.10"), std::string::npos) << line();
     method.stages[0].gain = {0.9, 0.05};
     EXPECT_NE(line().find("does not pay off"), std::string::npos);
-    // An advantage within the interval is undecided.
+    // An advantage within the confidence interval is undecided.
     method.stages[0].gain = {0.95, 0.1};
     EXPECT_NE(line().find("undecided"), std::string::npos);
     method.stages[0].gain = {1.5, 0.1};
@@ -198,7 +198,7 @@ TEST_F(ConvergeReport, AgreementWithAnExternalRendererIsShown) {
     EXPECT_EQ(xml_error(page), "");
     EXPECT_NE(page.find("Agreement of o&lt;t&gt;her with plain"), std::string::npos);
     EXPECT_NE(page.find("The renderers do not agree."), std::string::npos);
-    EXPECT_EQ(count(page, "data:image/png"), 13u);  // four for the agreement
+    EXPECT_EQ(count(page, "data:image/png"), 13u);  // four of these show the agreement
     const auto json = nlohmann::json::parse(report_json(external, reference, with).dump());
     ASSERT_EQ(json["agreements"].size(), 1u);
     const auto& found = json["agreements"][0];
@@ -217,7 +217,7 @@ TEST_F(ConvergeReport, UnknownValuesAreNull) {
     one.plan = plan;
     const auto json = report_json(one, reference, measure_fakes({}, {}, plan));
     EXPECT_TRUE(json["methods"][0]["points"][0]["mse"]["half_width"].is_null());
-    EXPECT_FALSE(json["methods"][0]["slope"]["slope"]["value"].is_null());  // four budgets determine it
+    EXPECT_FALSE(json["methods"][0]["slope"]["slope"]["value"].is_null());  // four budgets determine the slope
     plan.budgets.resize(2);
     one.plan = plan;
     const auto two = report_json(one, reference, measure_fakes({}, {}, plan));
@@ -235,7 +235,7 @@ TEST_F(ConvergeReport, CsvHasARowForEachRun) {
     int rows = 0;
     for (; std::getline(csv, line); ++rows) {
         EXPECT_EQ(count(line, ","), columns) << line;
-        EXPECT_TRUE(line.ends_with(",0\r")) << line;  // number of values that are not finite
+        EXPECT_TRUE(line.ends_with(",0\r")) << line;  // the last field counts values that are not finite
     }
     EXPECT_EQ(rows, 64);
 }
@@ -254,7 +254,7 @@ TEST_F(ConvergeReport, PageIsWellFormedAndSelfContained) {
     EXPECT_EQ(page.find("<script"), std::string::npos);
     for (const char* outside : {"src=\"http", "href=", "url(", "@import"})
         EXPECT_EQ(page.find(outside), std::string::npos) << outside;
-    EXPECT_EQ(count(page, "<svg"), 8u);            // four per method, and two for each method with its own pictures
+    EXPECT_EQ(count(page, "<svg"), 8u);            // four per method, plus two per method with pictures of its own
     EXPECT_EQ(count(page, "data:image/png"), 9u);  // the reference, and four per method
     EXPECT_NE(page.find("More samples do not reduce it"), std::string::npos);  // the bias is reported
 }

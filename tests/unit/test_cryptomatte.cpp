@@ -11,7 +11,7 @@
 namespace halflight {
 namespace {
 
-// Published values of MurmurHash3, for every length modulo 4.
+// The expected values are published ones of MurmurHash3, for every length modulo 4.
 TEST(Cryptomatte, NamesAreHashed) {
     EXPECT_EQ(murmur3(""), 0u);
     EXPECT_EQ(murmur3("a"), 0x3c2569b2u);
@@ -33,7 +33,7 @@ TEST(Cryptomatte, HeadersDescribeTheHash) {
     const std::vector<std::string> names{"gold \"ball\"", "\xff", "hello", "hello"};
     const auto attributes = cryptomatte_attributes("CryptoObject", names);
     ASSERT_EQ(attributes.size(), 4u);
-    // The key contains the first seven digits of the layer's hash, 3ae39a58.
+    // The key contains the first seven digits of the hash of the layer's name, 3ae39a58.
     EXPECT_EQ(attributes.at("cryptomatte/3ae39a5/name"), "CryptoObject");
     EXPECT_EQ(attributes.at("cryptomatte/3ae39a5/hash"), "MurmurHash3_32");
     EXPECT_EQ(attributes.at("cryptomatte/3ae39a5/conversion"), "uint32_to_float32");
@@ -53,7 +53,7 @@ TEST(Cryptomatte, LargestCoverageComesFirst) {
     IdCoverage coverage(2);
     for (int id = 1; id <= 8; ++id)
         for (int sample = 0; sample < id; ++sample) coverage.add(1, static_cast<float>(id));
-    coverage.add(1, 3.0f);  // equals the coverage of id 4, with smaller bits
+    coverage.add(1, 3.0f);  // equal coverage as id 4, and smaller bits
     coverage.rank(1, 64, ranks);
     for (std::size_t i = 0; i < kCryptomatteRanks; ++i) {
         const float ids[] = {8, 7, 6, 5, 3, 4}, samples[] = {8, 7, 6, 5, 4, 4};

@@ -53,7 +53,7 @@ std::string hdr(const std::string& header, const std::string& resolution, const 
 }
 
 TEST_F(EnvironmentMap, RadianceValuesAndOrientation) {
-    // Mantissa * 2^(exponent - 136): (128, 64, 255, 129) is 1, 0.5, 1.9921875.
+    // A value is mantissa * 2^(exponent - 136): (128, 64, 255, 129) is 1, 0.5, 1.9921875.
     const std::vector<int> pixels = {128, 64, 255, 129, 200, 100, 50, 128, 10, 20, 30, 140, 7, 7, 7, 0};
     const std::vector<float> expected = {1, 0.5f, 1.9921875f, 0.78125f, 0.390625f, 0.1953125f, 160, 320, 480, 0, 0, 0};
     Environment e = load_bytes(hdr("", "-Y 1 +X 4", pixels));
@@ -65,7 +65,7 @@ TEST_F(EnvironmentMap, RadianceValuesAndOrientation) {
     ASSERT_EQ(report_.warnings.size(), 1u);
     EXPECT_NE(report_.warnings[0].find("4 x 1 is not 2:1"), std::string::npos);
 
-    e = load_bytes(hdr("", "+Y 2 -X 2", pixels));  // rows bottom to top, columns right to left
+    e = load_bytes(hdr("", "+Y 2 -X 2", pixels));  // rows from bottom to top, columns from right to left
     EXPECT_EQ(e.map.pixels,
               (std::vector<float>{0, 0, 0, 160, 320, 480, 0.78125f, 0.390625f, 0.1953125f, 1, 0.5f, 1.9921875f}));
     load_bytes(hdr("EXPOSURE=2\nEXPOSURE= 2\n", "-Y 1 +X 4", pixels));
@@ -73,7 +73,7 @@ TEST_F(EnvironmentMap, RadianceValuesAndOrientation) {
 }
 
 TEST_F(EnvironmentMap, RadianceRunLengths) {
-    // New encoding, 8 pixels: red is 8 times 9; green is 3 times 1, then 5 literals; blue and exponent are 8 times 130.
+    // New encoding: red is 8 times 9, green is 3 times 1 and 5 literals, blue and exponent are 8 times 130.
     const std::vector<int> row = {2, 2, 0, 8, 136, 9, 131, 1, 5, 11, 12, 13, 14, 15, 136, 3, 136, 136};
     const Environment coded = load_bytes(hdr("", "-Y 1 +X 8", row));
     EXPECT_EQ(coded.map.pixels[0], 9);
@@ -82,7 +82,7 @@ TEST_F(EnvironmentMap, RadianceRunLengths) {
     EXPECT_EQ(coded.map.pixels[3 * 3 + 1], 11);
     EXPECT_EQ(coded.map.pixels[3 * 7 + 1], 15);
     EXPECT_EQ(coded.map.pixels[3 * 7 + 2], 3);
-    // Old encoding: a pixel, 2 repetitions, then a pixel with 1 + 1 * 256 repetitions.
+    // The old encoding holds a pixel, 2 repetitions, then a pixel with 1 + 1 * 256 repetitions.
     std::vector<int> old = {5, 6, 7, 136, 1, 1, 1, 2, 8, 8, 8, 136, 1, 1, 1, 1, 1, 1, 1, 1};
     const Environment repeated = load_bytes(hdr("", "-Y 1 +X 261", old));
     EXPECT_EQ(repeated.map.pixels[3 * 2 + 2], 7);

@@ -1,4 +1,4 @@
-// Tests OpenEXR files: round trips, attributes against the standard's conventions, damaged files, full disks.
+// Tests OpenEXR files: round trips, attributes by the standard's conventions, damaged files, full disks.
 #include <ImfChannelList.h>
 #include <ImfFrameBuffer.h>
 #include <ImfInputFile.h>
@@ -81,7 +81,7 @@ TEST_F(Exr, FloatsAndIdsAreExact) {
 
 TEST_F(Exr, ColourIsConvertedWhileWriting) {
     const mat3 color(vec3(0.5f, 0.25f, 0.1f), vec3(-0.1f, 0.9f, 0.3f), vec3(2, 0, 0.7f));
-    const Image image = noise(19, 600, 4);  // more rows than are converted at a time
+    const Image image = noise(19, 600, 4);  // more rows than one conversion takes
     Image converted = image;
     for (std::size_t i = 0; i < converted.pixels.size(); i += 4) {
         const vec3 c = color * vec3(image.pixels[i], image.pixels[i + 1], image.pixels[i + 2]);
@@ -155,7 +155,7 @@ TEST_F(Exr, BytesDoNotDependOnThreads) {
     const std::vector<ExrLayer> layers = {{{"R", "G", "B"}, noise(300, 200, 3)}};
     std::vector<std::string> files;
     for (int threads : {0, 1, 5}) {
-        write_exr(path_, layers, {});  // starts the thread pool
+        write_exr(path_, layers, {});  // starts OpenEXR's thread pool
         Imf::setGlobalThreadCount(threads);
         write_exr(path_, layers, {});
         files.push_back(read_file(path_, 1 << 30));
@@ -165,7 +165,7 @@ TEST_F(Exr, BytesDoNotDependOnThreads) {
 }
 
 TEST_F(Exr, AttributesFollowTheStandard) {
-    // A camera at (1, 2, 8) that looks down -Z with a field of view of 90 degrees, 2:1.
+    // The camera is at (1, 2, 8), looks down -Z, and has a field of view of 90 degrees and an aspect ratio of 2:1.
     const dmat4 world_to_camera = glm::translate(dmat4(1), dvec3(-1, -2, -8));
     const dmat4 world_to_clip = glm::perspective(kPi / 2, 2.0, 0.1, 100.0) * world_to_camera;
     ExrAttributes attributes;
@@ -180,14 +180,14 @@ TEST_F(Exr, AttributesFollowTheStandard) {
 
     const Imf::InputFile file(path_.c_str());
     const Imf::Header& header = file.header();
-    // Matrices follow ImfStandardAttributes.h: left-handed, x right, y up, positive z in front of the camera, row
-    // vectors.
+    // Matrices follow ImfStandardAttributes.h: row vectors in left-handed coordinates, x to the right, y up, z > 0 in
+    // front of the camera.
     const Imath::V3f point(1 + 4, 2 - 1, 8 - 4);
     Imath::V3f in_camera;
     Imf::worldToCamera(header).multVecMatrix(point, in_camera);
     EXPECT_EQ(in_camera, Imath::V3f(4, -1, 4));
-    // Screen coordinates are (0, 0) upper left and (1, 1) lower right. At depth 4 the image reaches from -8 to 8 and
-    // from 4 to -4.
+    // Screen coordinates are (0, 0) at the upper left and (1, 1) at the lower right. At depth 4 the image spans -8 to 8
+    // and 4 to -4.
     Imath::V3f in_ndc;
     Imf::worldToNDC(header).multVecMatrix(point, in_ndc);
     EXPECT_NEAR(in_ndc.x, (4 + 8) / 16.0, 1e-6);
@@ -343,7 +343,7 @@ TEST_F(Exr, UnwritableFoldersAndFullDisks) {
     EXPECT_EQ(error_message([&] { write_exr(folder_ / "no/a.exr", layers, {}); }),
               (folder_ / "no/a.exr").string() + ": cannot write: No such file or directory");
     write_file(path_, "old");
-    // A limit on file sizes fails in the middle of a write, like a full disk.
+    // A limit on file sizes makes a write fail in the middle, like a full disk.
     std::signal(SIGXFSZ, SIG_IGN);
     rlimit whole{};
     getrlimit(RLIMIT_FSIZE, &whole);
@@ -356,7 +356,7 @@ TEST_F(Exr, UnwritableFoldersAndFullDisks) {
         EXPECT_EQ(read_file(path_, 100), "old");
         EXPECT_EQ(entries(), 1u) << "no temporary is left";
     }
-    // The line offset table is rewritten by a destructor that swallows errors.
+    // A destructor that swallows errors rewrites the line offset table.
     write_exr(path_, layers, {});
     EXPECT_NO_THROW(read_exr(path_));
 }

@@ -91,7 +91,7 @@ TEST_F(Files, ErrorsNameTheFileAndTheReason) {
               folder + "/pipe: cannot read: not a regular file");
 }
 
-/// Drops root's privilege to write everywhere, for the lifetime of the object.
+/// Drops root's privilege to write everywhere as long as the object exists.
 struct Nobody {
     explicit Nobody(const fs::path& folder) {
         if (geteuid() != 0) return;
@@ -161,7 +161,7 @@ TEST_F(Files, TemporariesOfKilledWritersCanBeRemoved) {
     const fs::path other[] = {folder_ / "other.exr", folder_ / "none" / "x"};
     remove_abandoned(other);
     EXPECT_EQ(entries(), 1u);
-    // For a link, the temporary is in the folder of the link's target.
+    // The temporary file of a link is in the folder of the link's target.
     fs::create_directories(folder_ / "far");
     fs::create_symlink("far/target", folder_ / "link");
     const fs::path link[] = {folder_ / "link"};
@@ -173,7 +173,7 @@ TEST_F(Files, TemporariesOfKilledWritersCanBeRemoved) {
 
 TEST_F(Files, AFullDiskFailsAtCloseAtTheLatest) {
     CheckedFile file("/dev/full", "out.exr");
-    file.write("x", 1);  // buffered
+    file.write("x", 1);  // only buffered
     EXPECT_EQ(error_message([&] { file.close(); }), "out.exr: cannot write: No space left on device");
 
     CheckedFile swallowed("/dev/full", "out.exr");

@@ -27,7 +27,7 @@ RenderSettings settings_of(int width, int height, std::vector<std::string> aovs 
     return s;
 }
 
-/// Returns two instances of one triangle each, merged, with materials 3 and 4, 1000 units away from the world's origin.
+/// Returns two merged instances of one triangle each, with materials 3 and 4, 1000 units away from the world's origin.
 TraceTables two_triangles() {
     TraceTables t;
     t.origin = {1000, 0, -2};
@@ -85,7 +85,7 @@ TEST(Film, SumsBecomeMeansPerPixel) {
     const int samples = 8;
     for (const Band& band : bands()) {
         const std::size_t paths = band.paths();
-        const double nan = std::nan("");  // paths outside the picture have NaN
+        const double nan = std::nan("");  // paths outside the picture are NaN
         Film::Sums sums{std::vector<double>(paths * 4, nan), std::vector<double>(paths * 6, nan),
                         std::vector<double>(paths * 6, nan), std::vector<double>(paths * 3, nan),
                         std::vector<double>(paths * 6, nan)};
@@ -147,7 +147,7 @@ TEST(Film, VarianceIsOfTheMean) {
                 std::vector<double> values;
                 double mean = 0;
                 for (int i = 0; i < samples; ++i) {
-                    // Parts of one sample in all five components.
+                    // These are the parts of one sample in all five components.
                     const double emission = normal(random), direct = normal(random), glossy = normal(random),
                                  indirect = normal(random), last = normal(random);
                     sums.emission[path * 4 + c] += emission;

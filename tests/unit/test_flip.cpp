@@ -1,4 +1,4 @@
-// Tests FLIP where its formulas can be evaluated by hand: uniform images, and waves in one direction.
+// Tests FLIP on pictures with a closed form: uniform images, and waves in one direction.
 #include "tools/measure/common/flip.h"
 
 #include <gtest/gtest.h>
@@ -39,7 +39,7 @@ double uniform_flip(const vec3& a, const vec3& b) {
     return mean_of(map);
 }
 
-// L*a*b* of green, blue and red of Rec.709, white D65 (Lindbloom's colour calculator).
+// L*a*b* of the green, blue and red primaries of Rec.709 with white D65 (Lindbloom's colour calculator).
 constexpr std::array<double, 3> kGreen{87.735, -86.183, 83.180}, kBlue{32.297, 79.188, -107.860},
     kRed{53.241, 80.092, 67.203};
 
@@ -48,7 +48,7 @@ double hyab_of_hunt(const std::array<double, 3>& p, const std::array<double, 3>&
     return std::abs(p[0] - q[0]) + std::hypot(hunt(p, 1) - hunt(q, 1), hunt(p, 2) - hunt(q, 2));
 }
 
-/// Returns the colour error of two uniform colours, given as L*a*b*.
+/// Returns FLIP's colour error between two uniform colours, given as L*a*b*.
 double color_error(const std::array<double, 3>& p, const std::array<double, 3>& q) {
     const double e = std::pow(hyab_of_hunt(p, q), 0.7), most = std::pow(hyab_of_hunt(kGreen, kBlue), 0.7);
     return e < 0.4 * most ? e / (0.4 * most) * 0.95 : 0.95 + (e - 0.4 * most) / (0.6 * most) * 0.05;
@@ -61,7 +61,7 @@ TEST(Flip, UniformColorsHaveTheirHuntAdjustedDistance) {
     EXPECT_NEAR(uniform_flip(vec3(0), vec3(1)), 0.967, 1e-3);
     EXPECT_NEAR(uniform_flip({1, 0, 0}, {0, 1, 0}), color_error(kRed, kGreen), 2e-4);
     EXPECT_NEAR(uniform_flip({1, 0, 0}, vec3(0)), color_error(kRed, {0, 0, 0}), 2e-4);
-    // Grey of 18.4187 % has L* = 50 (CIE 15); 1.1260 % has L* = 10.
+    // Grey of 18.4187 % has L* = 50 (CIE 15), grey of 1.1260 % has L* = 10.
     EXPECT_NEAR(uniform_flip(vec3(0.184187f), vec3(0.011260f)), color_error({50, 0, 0}, {10, 0, 0}), 2e-4);
 }
 
@@ -77,7 +77,7 @@ TEST(Flip, IsSymmetricGrowsWithContrastAndStaysInRange) {
         EXPECT_LE(std::ranges::max(forth.pixels), 1);
         before = mean_of(forth);
     }
-    // A black and white edge against its negative: all features are equal, all colours differ.
+    // A black and white edge and its negative have equal features everywhere and equal colours nowhere.
     const auto step = [](bool left) { return picture(64, 8, [=](int x, int) { return vec3((x < 32) == left); }); };
     EXPECT_GT(mean_of(flip_map(step(true), step(false))), 0.9);
 }
@@ -89,7 +89,7 @@ TEST(Flip, IgnoresDetailBeyondTheEyesResolution) {
     };
     const Image a = noise(1), b = noise(2);
     double before = 1;
-    for (const double ppd : {10.0, 20.0, 40.0, 80.0, 160.0}) {  // less is visible from further away
+    for (const double ppd : {10.0, 20.0, 40.0, 80.0, 160.0}) {  // a larger distance hides more
         const double seen = mean_of(flip_map(a, b, ppd));
         EXPECT_LT(seen, before);
         before = seen;
@@ -97,7 +97,7 @@ TEST(Flip, IgnoresDetailBeyondTheEyesResolution) {
 }
 
 /// Returns the error at the crest of a vertical grey wave of `cycles` per degree against its mean grey. Evaluates the
-/// filters' frequency responses in double precision instead of convolving.
+/// frequency responses of the filters in double precision instead of convolving.
 double wave_flip(double mean, double amplitude, double cycles, double ppd) {
     const double step = 2 * std::numbers::pi * cycles / ppd;  // radians per pixel
     const double sensed = amplitude * std::exp(-0.0047 * cycles * cycles);
@@ -129,7 +129,7 @@ TEST(Flip, WavesFollowTheContrastSensitivity) {
         };
         const Image map = flip_map(wave(0.1), wave(0), kPpd);
         const int crest = kWidth / 2 / period * period;
-        // The filter ends at three standard deviations of the widest Gaussian, which is more than four of the luminance
+        // The filter ends at three standard deviations of the widest Gaussian, more than four of the luminance
         // Gaussian.
         EXPECT_NEAR(*map.at(crest, 1), wave_flip(0.4, 0.1, cycles, kPpd), 1e-3) << period;
     }
@@ -166,7 +166,7 @@ TEST(HdrFlip, IsTheMaximumOverExposures) {
     EXPECT_GT(*brighter.at(44, 12), 0.1f);
     EXPECT_LT(*brighter.at(8, 12), 0.01f);
 
-    // the exposure range scales with the scene
+    // The exposure range scales with the scene.
     const Image scaled = hdr_flip_map(scene(0.04f * 8, 20 * 8), scene(0.05f * 8, 20 * 8));
     for (std::size_t i = 0; i < scaled.pixels.size(); ++i) EXPECT_NEAR(scaled.pixels[i], darker.pixels[i], 1e-4);
 }

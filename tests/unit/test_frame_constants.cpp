@@ -14,7 +14,7 @@
 namespace halflight {
 namespace {
 
-constexpr double kRounding = 0x1p-24;  // relative, per float operation
+constexpr double kRounding = 0x1p-24;  // relative error of a float operation
 constexpr double kNear = 0x1p-60;      // near plane of a perspective camera without znear, relative to the reach
 
 struct View {
@@ -24,7 +24,7 @@ struct View {
     SampleView sample;
 };
 
-/// Random cameras near and far from the world's origin, with images, bands and jitters.
+/// Makes random cameras near and far from the world's origin, with images, bands and jitters.
 class RandomViews {
   public:
     View next() {
@@ -60,7 +60,7 @@ class RandomViews {
 };
 
 struct CameraRay {
-    dvec3 origin;  // world
+    dvec3 origin;  // world units
     dvec3 along;   // length 1 per unit of distance along the camera's axis
 };
 
@@ -73,7 +73,7 @@ CameraRay camera_ray(const Camera& camera, const ivec2& image, const dvec2& at) 
                                : CameraRay{place, turn * dvec3(x, y, -1)};
 }
 
-/// Clip coordinates, and a bound for the error of float matrices and sums.
+/// Clip coordinates, and a bound on their error from float matrices and sums.
 struct Projected {
     dvec4 clip;
     dvec4 error;
@@ -84,7 +84,7 @@ Projected project(const mat4& m, const dvec3& p) {
     const dmat4 exact(m);
     Projected out{exact * q, dvec4(0)};
     for (int c = 0; c < 4; ++c) out.error += glm::abs(exact[c] * q[c]);
-    // One rounding per matrix entry, which is computed in double, one per coordinate, and four in the sum.
+    // Each matrix entry, computed in double, is rounded once, each coordinate once, and the sum four times.
     out.error *= 6 * kRounding;
     return out;
 }
@@ -212,7 +212,7 @@ void main() { rays[place] = camera_ray(frame, pixel); }
         const CameraRay ray = camera_ray(v.camera, v.sample.band.image, dvec2(pixels[i]) + dvec2(v.sample.jitter));
         const shared::Ray& r = found[i];
         const double slope = glm::length(ray.along);
-        // Origins are rounded to float, then an offset of at most the view's size is added. Directions have about ten
+        // Origins are rounded to float before an offset of at most the view's size is added. Directions have about ten
         // roundings of components as long as the direction itself, including the image's half size.
         const double size = glm::length(ray.origin - v.origin) + v.camera.ortho_height * v.sample.band.image.x;
         EXPECT_LT(glm::length(dvec3(r.origin) - (ray.origin - v.origin)), 10 * kRounding * size) << i;

@@ -12,7 +12,7 @@ namespace {
 class GltfAnimation : public GltfTest {
   protected:
     GltfScene open(const GltfBuilder& builder) const { return GltfScene(write("scene.glb", builder.glb())); }
-    /// Returns the error message of opening the file, reading its animations and posing by the first one at 0.5 s.
+    /// Returns the error message of opening the file, reading its animations, and posing it by the first one at 0.5 s.
     std::string refusal_in_motion(const GltfBuilder& builder) const {
         return without_name(error_message([&] { open(builder).at(0.5, kFirst); }));
     }
@@ -60,7 +60,7 @@ TEST_F(GltfAnimation, MovesTurnsAndScalesNodes) {
     scene.at(1, kFirst);
     EXPECT_EQ(scene.at_rest().instances.at(0).object_to_world[3], dvec4(9, 9, 9, 1)) << "and so";
 
-    // A rotation by 90 degrees as normalised shorts, and a scale of two.
+    // The keys are a rotation by 90 degrees as normalized shorts, and a scale of two.
     const int times = b.floats("SCALAR", {0, 1});
     const std::vector<std::int16_t> quarter = {0, 0, 0, 32767, 0, 0, 23170, 23170};
     animate(b, 0, "rotation", "LINEAR", times, b.accessor("VEC4", kI16, quarter, true));
@@ -92,7 +92,7 @@ TEST_F(GltfAnimation, TheLastChannelOfAPropertyCounts) {
 TEST_F(GltfAnimation, CubicSplineFollowsTheSpecification) {
     GltfBuilder b;
     b.add_triangle();
-    // Rows of in-tangent, value, out-tangent: y = t^2 (3 - t) / 4 from 0 to 2 s.
+    // Each row holds in-tangent, value and out-tangent: y = t^2 (3 - t) / 4 from 0 to 2 s.
     const int output = b.floats("VEC3", {0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0});
     animate(b, 0, "translation", "CUBICSPLINE", b.floats("SCALAR", {0, 2}), output);
     GltfScene scene = open(b);
@@ -148,7 +148,7 @@ GltfBuilder morphed() {
 
 TEST_F(GltfAnimation, MorphTargetsFollowTheirWeights) {
     GltfBuilder b = morphed();
-    b.push("nodes", {{"mesh", 0}});  // uses the default weights
+    b.push("nodes", {{"mesh", 0}});  // this node uses the default weights
     GltfScene scene = open(b);
     const auto corners = [&](double seconds, GltfScene::Playing playing, std::size_t instance) {
         const Scene s = scene.at(seconds, playing);
@@ -157,7 +157,7 @@ TEST_F(GltfAnimation, MorphTargetsFollowTheirWeights) {
     EXPECT_EQ(corners(0, {}, 0), (std::vector<vec3>{{0, 0.5f, 0}, {1, 0.5f, 0}, {0, 1.5f, 0}}));
     EXPECT_EQ(corners(0, kFirst, 0), (std::vector<vec3>{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
     EXPECT_EQ(corners(1, kFirst, 1), corners(0, {}, 0)) << "the other node";
-    const std::vector<vec3> half = corners(0.5, kFirst, 0);  // at weights 0.5 and 0.1
+    const std::vector<vec3> half = corners(0.5, kFirst, 0);  // weights 0.5 and 0.1
     EXPECT_EQ(half[1], vec3(1, 1, 0));
     EXPECT_LT(glm::distance(half[2], vec3(0, 2, 0.6f)), 1e-6f);
     ASSERT_EQ(scene.deformers().morphed_meshes.size(), 1u);
@@ -259,7 +259,7 @@ TEST_F(GltfAnimation, DamagedAnimationsAreRefusedWhenPlayed) {
 
 TEST_F(GltfAnimation, MovingInstancesAreMarkedInEveryPose) {
     const auto flags = [](const Scene& scene) {
-        std::vector<std::pair<bool, bool>> all;  // moves, deforms
+        std::vector<std::pair<bool, bool>> all;  // whether each animation moves, and deforms
         for (const Instance& i : scene.instances)
             all.emplace_back(i.moves, scene.meshes[static_cast<std::size_t>(i.mesh)].deforms);
         return all;
@@ -281,7 +281,7 @@ TEST_F(GltfAnimation, MovingInstancesAreMarkedInEveryPose) {
 
 TEST_F(GltfAnimation, PosingASceneEqualsPosingTheFile) {
     for (GltfBuilder b : {moving(), skinned_by_two_sets(), morphed()}) {
-        // A second mesh does not move, and needs a repair.
+        // A second mesh stays still and needs a repair.
         const int node = b.push("nodes", Json::object());
         b.add_triangle();
         b.json["nodes"][static_cast<std::size_t>(node)] = {{"mesh", 1}};

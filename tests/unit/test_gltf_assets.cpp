@@ -1,4 +1,4 @@
-// Tests files of other projects. Valid files load completely; invalid files are refused in one line, or load.
+// Tests files of other projects. Valid files load completely; invalid files load, or are refused in one line.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -40,7 +40,7 @@ std::vector<fs::path> scenes_below(const fs::path& folder) {
 }
 
 TEST_F(GltfAssets, LoadWithAllTheirTriangles) {
-    // Lines of STATS.txt: "path sizeMB ... instTri=123 ... inst=4 ...", counted by another program.
+    // Lines of STATS.txt look like "path sizeMB ... instTri=123 ... inst=4 ..."; another program has counted.
     std::ifstream stats(kAssets / "STATS.txt");
     std::size_t loaded = 0;
     for (std::string line; std::getline(stats, line); ++loaded) {
@@ -84,7 +84,7 @@ TEST_F(GltfAssets, SelectedFilesInDetail) {
     EXPECT_EQ(normals.report.tangents_generated, normals.meshes.at(0).tangents.size());
 }
 
-/// The Fox stands on its feet, in units of centimetres; unskinned, it would lie around its joints.
+/// The Fox stands on its feet, in centimetres. Without skinning it would lie around its joints.
 TEST_F(GltfAssets, SkinnedFoxFollowsItsJoints) {
     const Scene fox = load_gltf(kAssets / "animation/Fox.glb");
     const WorldBounds bounds = world_bounds(fox);
@@ -93,7 +93,7 @@ TEST_F(GltfAssets, SkinnedFoxFollowsItsJoints) {
     EXPECT_NEAR(bounds.upper.z - bounds.lower.z, 155, 2);
 }
 
-/// The upper end of the bar follows the second joint, at (0, 1, 0), which is rotated by 90 degrees after one second.
+/// The upper end of the bar follows the second joint, at (0, 1, 0), which has turned by 90 degrees after one second.
 TEST_F(GltfAssets, SimpleSkinBends) {
     GltfScene scene(kAssets / "animation/SimpleSkin/SimpleSkin.gltf");
     ASSERT_EQ(scene.animations().size(), 1u);

@@ -1,4 +1,4 @@
-// Tests that invalid glTF files are refused with a message that names the element, and without reading out of bounds.
+// Tests that invalid glTF files are refused by a message that names the element, without reads out of bounds.
 #include <algorithm>
 
 #include "tests/unit/gltf_builder.h"
@@ -229,7 +229,7 @@ TEST_F(GltfText, UnknownUsedExtensionsGiveAWarning) {
               (std::vector<std::string>{"extension X_b is used but not supported; it is ignored"}));
 }
 
-/// Returns JSON whose buffer is at `uri`.
+/// Returns JSON with a buffer at `uri`.
 std::string with_buffer(const std::string& uri, int length = 36) {
     return Json{{"asset", {{"version", "2.0"}}},
                 {"buffers", {{{"uri", uri}, {"byteLength", length}}}},

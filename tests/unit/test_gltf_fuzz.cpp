@@ -1,4 +1,4 @@
-// Tests that randomly damaged files are refused in one line, or load into a valid scene. The seeds are fixed.
+// Tests that randomly damaged files load into a valid scene or are refused in one line. The seeds are fixed.
 #include <random>
 
 #include "tests/unit/gltf_builder.h"
@@ -63,7 +63,7 @@ GltfBuilder rich_scene() {
 
 class GltfFuzz : public GltfTest {
   protected:
-    /// Poses the file; a pose passes validate(), and an error is one line.
+    /// Poses the file; returns the error, which must be one line. A pose must pass validate().
     static std::string refusal_in_motion(const std::filesystem::path& path) {
         return without_name(error_message([&] {
             GltfScene scene(path);

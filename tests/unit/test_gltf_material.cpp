@@ -11,12 +11,12 @@
 namespace halflight {
 namespace {
 
-/// A 2x1 PNG of 16 bits per channel: (ffff, 8000, 12ff, 0000) and (0100, 00ff, abcd, ffff).
+/// A PNG of 2x1 pixels with 16 bits per channel: (ffff, 8000, 12ff, 0000) and (0100, 00ff, abcd, ffff).
 constexpr const char* kPng16 =
     "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABEAYAAACksqPJAAAAGklEQVR4nGP4/7+BQeg/AwMjA8P/1Wf//wcAPtIIBqaX"
     "8jwAAAAASUVORK5CYII=";
 
-/// A triangle with texture coordinates, and a material that tests fill in.
+/// Fixture with a triangle, its texture coordinates, and a material that tests fill in.
 class GltfMaterials : public GltfTest {
   protected:
     void SetUp() override {
@@ -31,7 +31,7 @@ class GltfMaterials : public GltfTest {
 
     /// Adds a texture whose image is a new file; returns its index.
     int texture(const std::string& uri, std::vector<std::uint8_t> rgba = {255, 255, 255, 255}) {
-        // write_png() waits for the disk, so each picture is written by it only once.
+        // write_png() waits for the disk, so this cache lets it write each picture only once.
         static std::map<std::string, std::string> encoded;
         std::string& bytes = encoded[std::string(rgba.begin(), rgba.end())];
         if (bytes.empty()) {
@@ -217,7 +217,7 @@ TEST_F(GltfMaterials, TextureTransform) {
     b.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"] = 1;
     const TextureRef t = load().materials.at(0).base_color_texture;
     EXPECT_EQ(t.uv_set, 1);
-    // First scale, then a rotation by 90 degrees from +v (down) to +u (right), then the offset.
+    // The transform scales, then rotates by 90 degrees from +v (down) to +u (right), then translates.
     const vec2 u = t.uv_transform * vec3(1, 0, 1), v = t.uv_transform * vec3(0, 1, 1);
     EXPECT_LT(glm::distance(u, vec2(0.5f, -2.25f)), 1e-6f);
     EXPECT_LT(glm::distance(v, vec2(3.5f, -0.25f)), 1e-6f);
@@ -261,7 +261,7 @@ TEST_F(GltfMaterials, TangentsAreMadeForNormalMaps) {
     material()["normalTexture"]["extensions"]["KHR_texture_transform"]["rotation"] = std::numbers::pi;
     EXPECT_LT(glm::distance(load().meshes.at(0).tangents[0], vec4(-1, 0, 0, 1)), 1e-6f);
 
-    // Tangents of the file are used if they are valid and there are normals.
+    // The file's tangents are used if they are valid and there are normals.
     Json& attributes = b.json["meshes"][0]["primitives"][0]["attributes"];
     attributes["NORMAL"] = b.floats("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1});
     attributes["TANGENT"] = b.floats("VEC4", {0, 2, 0, -1, 0, 2, 0, -1, 0, 2, 0, -1});
@@ -347,7 +347,7 @@ TEST_F(GltfLight, OfEveryType) {
     node(0, {{"translation", {1e6, 2, 3}}});
     node(1, {{"name", "stage"}, {"scale", {5, 5, 5}}});
     const double half = std::sqrt(0.5);
-    node(2, {{"rotation", {-half, 0, 0, half}}});  // rotates -Z to -Y
+    node(2, {{"rotation", {-half, 0, 0, half}}});  // a rotation of -Z to -Y
     node(3, Json::object());
     const Scene scene = load(b);
     ASSERT_EQ(scene.lights.size(), 4u);
@@ -395,7 +395,7 @@ TEST_F(GltfCamera, PerspectiveAndOrthographic) {
     EXPECT_EQ(p.aspect, 2);
     EXPECT_EQ(p.near_plane, 0.5);
     EXPECT_EQ(p.far_plane, 0);
-    // Scale does not affect the camera. Its basis stays right-handed, so mirroring y rotates it about its axis.
+    // Scale does not affect the camera. Its basis stays right-handed, so mirroring y rotates it about its own axis.
     EXPECT_EQ(p.camera_to_world, dmat4(dvec4(-1, 0, 0, 0), dvec4(0, -1, 0, 0), dvec4(0, 0, 1, 0), dvec4(1, 2, 3, 1)));
     const Camera& o = scene.cameras[1];
     EXPECT_EQ(o.name, "plan");

@@ -1,4 +1,4 @@
-// Tests geometry of glTF files: accessors, primitive modes, morph targets, skins, instances, nodes.
+// Tests geometry of glTF files: accessors, primitive modes, morph targets, skins, instances and nodes.
 #include <algorithm>
 #include <glm/gtc/matrix_transform.hpp>
 
@@ -35,8 +35,8 @@ TEST_F(GltfAccessor, IndicesOfEveryType) {
 
 TEST_F(GltfAccessor, NormalisedIntegers) {
     GltfBuilder b;
-    // Texture coordinates are unsigned 16 bits, colours unsigned 8 bits, normals signed 8 bits, positions signed 16
-    // bits.
+    // Texture coordinates are unsigned 16-bit, colours unsigned 8-bit, normals signed 8-bit, positions signed 16-bit
+    // numbers.
     b.add_mesh(
         {{"POSITION", b.accessor("VEC3", kI16, std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 0, -32768, 0}, true)},
          {"NORMAL", b.accessor("VEC3", kI8, std::vector<std::int8_t>{0, 0, 127, 127, 0, 0, 0, -128, 0}, true)},
@@ -100,12 +100,12 @@ TEST_F(GltfAccessor, ColoursWithAndWithoutAlpha) {
 }
 
 TEST_F(GltfPrimitive, Modes) {
-    // Five vertices in a zigzag (strip), or around the first one (fan).
+    // Five vertices form a zigzag (strip), or surround the first one (fan).
     const struct {
         int mode;
         std::vector<uvec3> triangles;
     } cases[] = {
-        {4, {{0, 1, 2}}},  // the remaining two form no triangle
+        {4, {{0, 1, 2}}},  // two vertices are left over
         {5, {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}}},
         {6, {{1, 2, 0}, {2, 3, 0}, {3, 4, 0}}},
     };

@@ -1,4 +1,4 @@
-// Tests KHR_animation_pointer: materials, lights, cameras and nodes animated by pointers.
+// Tests KHR_animation_pointer: materials, lights, cameras and nodes that pointers animate.
 #include <cmath>
 
 #include "tests/unit/gltf_builder.h"
@@ -17,7 +17,7 @@ class GltfPointer : public GltfTest {
 };
 
 /// Returns a triangle with a textured material, a point light, a spot light, a perspective and an orthographic camera,
-/// on the nodes 0 to 4 in this order.
+/// on nodes 0 to 4 in this order.
 GltfBuilder everything() {
     GltfBuilder b;
     b.add_triangle()["material"] = b.push("materials", {{"emissiveFactor", {0, 0, 0}}});
@@ -90,7 +90,7 @@ TEST_F(GltfPointer, DrivesMaterialPropertiesThatTheFileOmits) {
         float (*read)(const Material&);
         float rest, half;
     };
-    // The value at 0 s is 0.
+    // The value at 0 s is 0 in all cases.
     const Case cases[] = {
         {"alphaCutoff", {1}, [](const Material& m) { return m.alpha_cutoff; }, 0.5f, 0.5f},
         {"normalTexture/scale", {3}, [](const Material& m) { return m.normal_scale; }, 1, 1.5f},
@@ -213,7 +213,7 @@ TEST_F(GltfPointer, DrivesSpecularGlossiness) {
     EXPECT_EQ(rest.base_color, vec4(1));
     EXPECT_EQ(rest.roughness, 0);
 
-    // With a texture, glossiness has become a roughness image; its transform is animated all the same.
+    // With a texture, glossiness becomes a roughness image. The transform of that texture is still animated.
     b.json["materials"][0]["extensions"]["KHR_materials_pbrSpecularGlossiness"]["specularGlossinessTexture"] = {
         {"index", white_texture(b)}};
     point(b, glossy + "specularGlossinessTexture/extensions/KHR_texture_transform/offset", "VEC2", {0, 0, 1, 1});

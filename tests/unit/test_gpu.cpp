@@ -1,4 +1,4 @@
-// Tests context, buffers, textures and framebuffers.
+// Tests the GL context, buffers, textures and framebuffers.
 #include <epoxy/gl.h>
 #include <gtest/gtest.h>
 

@@ -141,7 +141,7 @@ TEST_F(GraphTest, CarriedBufferIsUpdatedInPlace) {
         EXPECT_EQ(executor.read<std::uint32_t>(sum), Words(kCount, 2 * run));
     }
     EXPECT_EQ(executor.history().bytes(), kCount * sizeof(std::uint32_t)) << "one buffer, not two";
-    // A second graph, which only reads it.
+    // A second graph only reads the buffer.
     Graph reader;
     const BufferHandle seen = reader.carried_buffer("sum", {kCount * sizeof(std::uint32_t)});
     Words values;

@@ -257,7 +257,7 @@ TEST_F(ProgramTest, CompileErrorsNameFileAndLine) {
     EXPECT_EQ(own.find("shaders/kernel.comp:4: "), 0u) << own;
 }
 
-// An include that the preprocessor skips must not hide later includes of the file, and no file may be included twice.
+// An include that the preprocessor skips must not hide later ones, and no file may be included twice.
 TEST_F(ProgramTest, IncludesUnderConditions) {
     const ShaderFolder folder;
     folder.add("lib/deep.glsl", "const uint kDeep = 3u;\n");
@@ -379,7 +379,7 @@ TEST_F(ProgramTest, TheCacheReloadsChangedPrograms) {
     folder.add("lib/value.glsl", "uint from_file() { return 2u; }\n");
     EXPECT_EQ(cache.reload(), 2u);
     EXPECT_EQ(values(), (std::array{112u, 132u}));
-    // One of them does not compile, so neither is replaced.
+    // One of the two does not compile, so neither is replaced.
     folder.add("a.comp", kernel("11u"));
     folder.add("b.comp", kernel("nothing"));
     const std::string message = error_message([&] { cache.reload(); });

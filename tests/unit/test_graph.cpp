@@ -322,7 +322,7 @@ TEST(GraphMemory, FreshResourcesHaveNoContentYet) {
 
 // --- Barriers -------------------------------------------------------------------------------------------------------
 
-/// Returns the barrier bits before the second pass, where the first writes a resource and the second uses it.
+/// Returns the barrier bits before the second pass, if the first writes a resource and the second uses it.
 template <class H>
 GLbitfield barrier_between(Access first, Access second) {
     Graph graph;

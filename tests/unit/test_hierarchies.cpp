@@ -1,4 +1,4 @@
-// Tests hierarchies of animated scenes: reuse, refit, rebuild, and that intermediate poses leave no trace.
+// Tests hierarchies of animated scenes: reuse, refit, rebuild, and independence from intermediate poses.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +18,7 @@ namespace {
 
 using test::random_rings;
 
-/// Returns the bounds below a node; checks that every box is the exact bounds of its contents.
+/// Returns the bounds below a node. Checks that every box is the exact bounds of its contents.
 Bounds check_boxes(const Bvh& bvh, const std::vector<Ring>& rings, std::uint32_t node, std::size_t& pairs) {
     Bounds all;
     for (const BvhChild& child : bvh.nodes[node].children) {
@@ -63,14 +63,14 @@ TEST(Refit, OfAnUnchangedSceneChangesNothing) {
 }
 
 TEST(Refit, CostIsRelativeArea) {
-    // Two unit cubes with 2 and 3 pairs are in the corners of a 2x1x1 box, whose area is 10 and theirs 6.
+    // Two unit cubes with 2 and 3 pairs are in the corners of a 2x1x1 box. Its area is 10, that of a cube 6.
     Bvh bvh;
     bvh.nodes.emplace_back();
     bvh.nodes[0].children[0] = {{vec3(0), vec3(1)}, 0, 2};
     bvh.nodes[0].children[1] = {{vec3(1, 0, 0), vec3(2, 1, 1)}, 2, 3};
     EXPECT_DOUBLE_EQ(expected_cost(bvh), 1 + 0.6 * 2 + 0.6 * 3);
     EXPECT_EQ(expected_cost(Bvh{}), 0);
-    // Both halves of a line of pairs change places, so disjoint boxes all grow to the whole line.
+    // The two halves of a line of pairs change places, so disjoint boxes all grow to the whole line.
     std::vector<Ring> line, shuffled;
     for (int i = 0; i < 256; ++i) {
         const auto at = [](int x) { return Ring{vec3(x, 0, 0), vec3(x + 1, 0, 1), vec3(x + 1, 1, 0), vec3(x, 1, 1)}; };
@@ -84,10 +84,10 @@ TEST(Refit, CostIsRelativeArea) {
     EXPECT_LT(expected_cost(build_pair_bvh(shuffled, Splits::none)), 1.2 * before);
 }
 
-/// Deforms a corner, given the corner and the centre of its tile.
+/// Function that returns the deformed position of a vertex, given the vertex and the centre of its tile.
 using Bend = std::function<vec3(const vec3&, const vec3&)>;
 
-/// Adds n x n tiles, with gaps between them, of a wavy sheet around `centre`.
+/// Adds a wavy sheet of n x n tiles around `centre`, with gaps between the tiles.
 int add_sheet(Scene& scene, int n, const vec3& centre, const Bend& bend) {
     Mesh mesh;
     const auto at = [&](float x, float y) {
@@ -117,8 +117,8 @@ vec3 as_it_is(const vec3& p, const vec3&) {
     return p;
 }
 
-/// Returns a static floor, a sheet that deforms, a box that its instance moves, and two instances of one sheet, one of
-/// them moving; in this order.
+/// Returns, in this order: a static floor, a sheet that deforms, a box that its instance moves, and a static and a
+/// moving instance of one sheet.
 Scene pose(const Bend& bend, const dvec3& step = dvec3(0)) {
     Scene scene;
     scene.materials.emplace_back();
@@ -144,7 +144,7 @@ vec3 lean(const vec3& p, const vec3&) {
     return {p.x + 0.2f * p.z, p.y + 0.3f * p.x * p.x, p.z};
 }
 
-/// Permutes rows and columns of ten by ten tiles, so that neighbours end up three tiles apart.
+/// Permutes rows and columns of ten by ten tiles, so that neighbours end three tiles apart.
 vec3 torn(const vec3& p, const vec3& middle) {
     const auto step = [](float x) {
         const auto place = std::lround((x + 1) * 5 - 0.5f);
@@ -234,7 +234,7 @@ TEST(Hierarchies, IntermediatePosesLeaveNoTrace) {
 }
 
 TEST(Hierarchies, PairsThatSeparateAreRebuilt) {
-    // Both triangles of a tile share positions but not vertices; then they separate.
+    // The two triangles of a tile share positions but no vertices, and then separate.
     const auto soup = [](float apart) {
         Scene scene = pose(as_it_is);
         Mesh& mesh = scene.meshes[1];

@@ -25,7 +25,7 @@ TEST(Jpeg, ColoursAreThoseOfTheFile) {
             ASSERT_EQ(image.rgba.size(), 4u * 17 * 17);
             for (std::size_t i = 0; i < image.rgba.size(); ++i) {
                 const int expected = i % 4 == 3 ? 255 : color[color.size() == 1 ? 0 : i % 4];
-                EXPECT_NEAR(image.rgba[i], expected, 2) << i;  // chroma and luma have quantization steps of two at most
+                EXPECT_NEAR(image.rgba[i], expected, 2) << i;  // quantization steps of chroma and luma are at most two
             }
         }
     }
@@ -34,7 +34,7 @@ TEST(Jpeg, ColoursAreThoseOfTheFile) {
 TEST(Jpeg, EveryTruncationIsAnError) {
     for (const bool progressive : {false, true}) {
         const std::string bytes = encode_jpeg(40, {200, 100, 50}, progressive);
-        // The last two bytes are the end marker, which libjpeg does not need.
+        // The last two bytes are the end marker, without which libjpeg decodes, too.
         for (std::size_t length = 0; length + 2 < bytes.size(); ++length)
             EXPECT_TRUE(refusal(bytes.substr(0, length)).starts_with("a.jpg: cannot be decoded: "))
                 << length << " of " << bytes.size();
@@ -54,7 +54,7 @@ TEST(Jpeg, OversizedFilesAreRefused) {
 
     std::string scans = encode_jpeg(8, {1}, true);
     const std::size_t first = scans.find("\xff\xda"), second = scans.find("\xff\xda", first + 2);
-    const std::string scan = scans.substr(second);  // a refinement scan, which may be repeated arbitrarily often
+    const std::string scan = scans.substr(second);  // a refinement scan may be repeated arbitrarily often
     const std::string body = scan.substr(0, scan.find("\xff\xd9"));
     for (int i = 0; i < 400; ++i) scans.insert(second, body);
     EXPECT_EQ(refusal(scans), "a.jpg: cannot be decoded: has too many scans");

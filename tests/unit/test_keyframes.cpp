@@ -28,7 +28,7 @@ dvec4 turn_at(const Keyframes& keys, double seconds) {
     return {q[0], q[1], q[2], q[3]};
 }
 
-/// Returns a rotation about Z.
+/// Returns the quaternion of a rotation about Z.
 dvec4 turn(double degrees) {
     return {0, 0, std::sin(glm::radians(degrees) / 2), std::cos(glm::radians(degrees) / 2)};
 }
@@ -81,7 +81,7 @@ TEST(Keyframes, TheLastOfSeveralKeysAtOneTimeCounts) {
     EXPECT_EQ(at(scalars(Interpolation::linear, {3, 3}, {1, 2}), 2), 1) << "before all";
 }
 
-/// A Hermite spline is the cubic polynomial with the given values and slopes.
+/// A Hermite spline is the cubic polynomial with the given values and derivatives.
 TEST(Keyframes, CubicSplinesReproduceCubics) {
     const auto f = [](double t) { return t * t * t - 2 * t * t + 3 * t - 5; };
     const auto slope = [](double t) { return 3 * t * t - 4 * t + 3; };

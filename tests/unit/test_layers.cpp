@@ -1,5 +1,5 @@
-// Tests that includes follow rooms.txt: each room may include itself and the rooms listed for it, and no others of
-// ours.
+// Tests that includes follow rooms.txt: each room may include itself and the rooms listed for it, and no other room of
+// the project.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -23,7 +23,7 @@ std::string content(const fs::path& path) {
     return {std::istreambuf_iterator<char>(file), {}};
 }
 
-/// Returns the allowed rooms of each room in rooms.txt, including those allowed indirectly.
+/// Returns for each room of rooms.txt the rooms that it may include directly or indirectly.
 const std::map<std::string, Rooms>& allowed() {
     static const auto table = [] {
         std::map<std::string, Rooms> t;
@@ -111,7 +111,7 @@ TEST(Layers, EveryIncludePointsDown) {
 }
 
 TEST(Layers, EveryRoomIsAFolder) {
-    // A room lists only rooms above it in the file, or allowed() throws. Therefore they form no cycle.
+    // A room lists only rooms above it in the file (otherwise allowed() throws), so there is no cycle.
     EXPECT_GT(allowed().size(), 15u);
     for (const auto& [room, rooms] : allowed()) {
         EXPECT_TRUE(fs::is_directory(fs::path(HALFLIGHT_SOURCE_DIR) / room)) << room;
@@ -125,7 +125,7 @@ TEST(Layers, ErrorsNameFileAndLine) {
               Errors{"engine/core/a.h:2: engine/core must not use renderer (renderer/render.h)"});
     EXPECT_EQ(errors_in("engine/scene/a.cpp", "\n\n  #  include <engine/io/gltf/gltf.h>\n"),
               Errors{"engine/scene/a.cpp:3: engine/scene must not use engine/io/gltf (engine/io/gltf/gltf.h)"});
-    EXPECT_EQ(errors_in("engine/color/a.cpp", "#include \"engine/graph/graph.h\"\n").size(), 1u);  // no room below it
+    EXPECT_EQ(errors_in("engine/color/a.cpp", "#include \"engine/graph/graph.h\"\n").size(), 1u);  // not a listed room
     EXPECT_EQ(errors_in("shaders/lib/a.glsl", "#include \"shaders/trace.glsl\"\n").size(), 1u);
     EXPECT_EQ(errors_in("passes/a.cpp", "#include \"render.h\"\n"),
               Errors{"passes/a.cpp:1: \"render.h\" is not named from the root"});

@@ -1,4 +1,4 @@
-// Tests light trees: conservative bounds, trails that lead to every light, and probabilities that sum to one.
+// Tests light trees: conservative bounds, trails that lead to each light, and probabilities with sum one.
 #include "engine/tables/light_tree.h"
 
 #include <gtest/gtest.h>
@@ -14,7 +14,7 @@
 namespace halflight {
 namespace {
 
-/// Random numbers that are equal on every platform, unlike those of standard distributions.
+/// Random numbers that are equal on all platforms, unlike those of standard distributions.
 class Numbers {
   public:
     explicit Numbers(std::uint32_t seed) : random_(seed) {}
@@ -29,7 +29,7 @@ class Numbers {
     std::mt19937 random_;
 };
 
-/// Returns squares, bulbs and spots of various sizes and intensities.
+/// Returns squares, point lights and spot lights of various sizes and intensities.
 std::vector<LightBounds> mixed_lights(int count, std::uint32_t seed, bool squares_only = false) {
     Numbers random(seed);
     std::vector<LightBounds> lights;
@@ -67,7 +67,7 @@ double angle(const dvec3& a, const dvec3& b) {
     return std::atan2(glm::length(glm::cross(a, b)), glm::dot(a, b));
 }
 
-/// Returns whether light leaving at this angle to a light's axis is inside a cone.
+/// Returns whether the bounds of a node contain those of a light: sphere, emission angle, sides and cone.
 bool holds(const shared::LightNode& node, const LightBounds& light) {
     const auto within = [&](const dvec3& axis) {
         return angle(dvec3(node.axis), axis) + light.theta_o <= std::acos(double(node.cos_o)) + 2e-5;
@@ -79,8 +79,8 @@ bool holds(const shared::LightNode& node, const LightBounds& light) {
            (node.cos_o <= -1 || within(light.axis) || (node.two_sided && within(-light.axis)));
 }
 
-/// Calls f(child, depth, trail) for every child of a node, parents first; `depth` is the number of bits in its node's
-/// trail.
+/// Calls f(child, depth, trail) for every child of a node, parents first. `depth` is the number of bits in the trail of
+/// the child's node.
 void for_each_child(const LightTree& tree,
                     const std::function<void(const LightTreeChild&, std::uint32_t, std::uint32_t)>& f) {
     const std::function<void(std::uint32_t, const vec4&, std::uint32_t, std::uint32_t)> visit =
@@ -95,8 +95,8 @@ void for_each_child(const LightTree& tree,
     visit(0, light_tree_ball(tree.rows), 0, 0);
 }
 
-/// Returns the probability of each light by the traversal of shaders/lib/light_tree.glsl, in double except for the
-/// importances.
+/// Returns the probability of each light by the traversal of shaders/lib/light_tree.glsl, in double precision except
+/// for the importances.
 std::vector<double> probabilities(const LightTree& tree, const vec3& position, const vec3& normal) {
     std::vector<double> all(tree.trails.size());
     const std::function<void(std::uint32_t, const vec4&, double)> visit = [&](std::uint32_t node, const vec4& ball,
@@ -119,7 +119,7 @@ std::vector<double> probabilities(const LightTree& tree, const vec3& position, c
     return all;
 }
 
-/// Checks that every node bounds all lights below it, that every trail ends at its light, and that none is too long.
+/// Checks that every node bounds all lights below it, every trail ends at its light, and no trail is too long.
 void expect_sound(const LightTree& tree, const std::vector<LightBounds>& lights) {
     std::vector<int> found(lights.size(), 0);
     for_each_child(tree, [&](const LightTreeChild& child, std::uint32_t depth, std::uint32_t way) {
@@ -174,7 +174,7 @@ TEST(LightTree, NodesBoundTheirLights) {
     }
 }
 
-/// A square has two triangles, which form one light for the receiver and therefore one leaf.
+/// The two triangles of a square form one light for the receiver, and therefore one leaf.
 TEST(LightTree, SquaresAreLeaves) {
     std::vector<LightBounds> halves;
     for (const LightBounds& square : mixed_lights(256, 13, true)) halves.insert(halves.end(), 2, square);
@@ -213,7 +213,7 @@ TEST(LightTree, CoincidentAndExponentiallySpacedLights) {
     auto together = mixed_lights(300, 3);
     for (LightBounds& b : together) b.lower = b.upper = dvec3(1, 2, 3);
     expect_sound(tree_of(together), together);
-    // The best split of such a row separates one light at a time; trails must not become as long as the row.
+    // The best split of such a row separates one light at a time. Trails must still not become as long as the row.
     auto row = mixed_lights(300, 4);
     double at = 1e-30;
     for (LightBounds& b : row) {
@@ -232,8 +232,8 @@ TEST(LightTree, IsDeterministic) {
 }
 
 TEST(LightTree, ProbabilitiesAddUp) {
-    // Bulbs shine in all directions. Without a receiver's normal no light is behind the surface, so no trail ends at
-    // importance 0.
+    // Point lights shine in all directions. Without a receiver's normal no light is behind the surface, so no trail
+    // ends at importance 0.
     std::vector<LightBounds> bulbs = mixed_lights(200, 6);
     for (LightBounds& b : bulbs) b.theta_o = kPi, b.two_sided = false;
     const LightTree tree = tree_of(bulbs);
@@ -273,7 +273,7 @@ TEST(LightTree, EveryShiningLightIsReachable) {
     EXPECT_GT(lit, 10000);
 }
 
-/// 64 pairs of spots point away from each other; each is selected in proportion to what it contributes.
+/// 64 pairs of spot lights point away from each other. Each light is selected in proportion to its contribution.
 TEST(LightTree, OppositeSpots) {
     std::vector<LightBounds> spots;
     Numbers random(12);
@@ -302,7 +302,7 @@ TEST(LightTree, OppositeSpots) {
 
 // --- Tables ---------------------------------------------------------------------------------------------------------
 
-/// Returns bulbs in a row, with a sky if `sky` is set.
+/// Returns point lights in a row, with a sky if `sky` is set.
 Scene bulbs(int count, bool sky) {
     Scene scene;
     scene.name = "bulbs";
@@ -357,7 +357,7 @@ TEST(LightChoice, EachLightKeepsItsMinimumProbability) {
         }
         for (const double p : tree.probabilities) sum += p;
         EXPECT_NEAR(sum, 1, 1e-9);
-        // The sky has no position and keeps its probability by power.
+        // The sky has no position, so its probability is that by power.
         EXPECT_NEAR(sky ? tree.probabilities[40] : 0, sky ? power.probabilities[40] : 0, 1e-7);
         const shared::LightTreeHeader header = light_tree_header(tree.tree);
         EXPECT_NEAR(header.gain / (tree.tree_share / tree.probabilities[0]), 1, 1e-6);

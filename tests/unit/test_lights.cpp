@@ -13,7 +13,7 @@
 namespace halflight {
 namespace {
 
-/// Returns two triangles of area 1/2 and 2, the first one dark, with `instances` copies along x.
+/// Returns two triangles of area 1/2 and 2, the first of them dark, with `instances` copies along x.
 Scene triangles(int instances) {
     Scene scene;
     scene.name = "triangles";
@@ -111,7 +111,7 @@ TEST(Lights, EmissionTextureWeighsAndExcludes) {
     TextureImage image;
     image.width = image.height = 64;
     image.rgba.assign(4 * 64 * 64, 0);
-    // The texture is bright in one corner, which only the first triangle's texture coordinates reach.
+    // The texture is bright in one corner, and only the first triangle's texture coordinates reach that corner.
     for (int y = 40; y < 60; ++y) {
         for (int x = 2; x < 10; ++x) image.rgba[static_cast<std::size_t>(4 * (64 * y + x))] = 255;
     }
@@ -131,7 +131,7 @@ TEST(LuminanceSums, MeanOverWrappedBoxes) {
     image.height = 8;
     image.rgba.assign(4 * 32 * 8, 0);
     for (std::size_t i = 0; i < image.rgba.size(); i += 4) {
-        const bool white = i / 4 % 32 < 2;  // the first two columns
+        const bool white = i / 4 % 32 < 2;  // the first two columns are white
         for (std::size_t k = 0; k < 3; ++k) image.rgba[i + k] = white ? 255 : 0;
     }
     const LuminanceSums sums(image);
@@ -169,7 +169,7 @@ TEST(EnvironmentCells, IntegralAndPositivity) {
     EXPECT_NEAR(sphere, 4 * kPi, 1e-12);
     for (int y = 0; y < 20; ++y) {
         for (int x = 0; x < 40; ++x) {
-            // A bilinear lookup in a cell reads the cell's texel and its eight neighbours.
+            // A bilinear lookup inside a cell reads the cell's texel and its eight neighbours.
             const bool lit = std::abs(x - 7) <= 1 && std::abs(y - 5) <= 1;
             EXPECT_EQ(cells.weights[static_cast<std::size_t>(y * 40 + x)] > 0, lit) << x << ' ' << y;
         }

@@ -1,5 +1,5 @@
-// Every row of the table of material properties is read from glTF, validated, packed and animated, and the texts that
-// are made from the table are up to date. HALFLIGHT_REWRITE=1 writes these texts anew.
+// Tests that every row of the table of material properties is read from glTF, validated, packed and animated, and that
+// the texts made from the table are up to date. HALFLIGHT_REWRITE=1 rewrites these texts.
 #include <cmath>
 #include <cstdlib>
 #include <set>
@@ -23,7 +23,7 @@ bool is_flag(const MaterialProperty& p) {
     return std::holds_alternative<bool Material::*>(p.field);
 }
 
-/// A value in the range other than the default, a different one for each component.
+/// Returns a value in the range that is not the default and differs from component to component.
 vec4 other_value(const MaterialProperty& p) {
     vec4 value(0);
     if (is_flag(p)) return vec4(1, 0, 0, 0);
@@ -40,7 +40,7 @@ Json json_of(const MaterialProperty& p, const vec4& value) {
     return array;
 }
 
-/// A textured triangle with tangents, of a material in which every lobe and every texture counts.
+/// Returns a textured triangle with tangents and a material in which every lobe and every texture contributes.
 Scene scene_of_everything() {
     Scene scene;
     scene.name = "everything";
@@ -72,13 +72,13 @@ class MaterialTable : public GltfTest {
         primitive["attributes"]["TEXCOORD_0"] = b.floats("VEC2", {0, 1, 1, 1, 0, 0});
         b.push("textures", {{"source", b.push("images", {{"uri", kWhiteTexel}})}});
     }
-    /// Makes the textures that properties are parts of: a scale is one of its textureInfo.
+    /// Adds the textures that a property belongs to; for example, a scale is part of a textureInfo.
     void make_textures_of(const MaterialProperty& p) {
         for (const MaterialTexture& t : material_textures())
             if (std::string_view(p.path).starts_with(std::string(t.path) + "/")) at(t.path) = {{"index", 0}};
     }
     Json& at(const std::string& path) { return b.json["materials"][0][Json::json_pointer(path)]; }
-    /// The material that a pointer drives, half-way from `from` to `to`.
+    /// Returns a material that a pointer animates, halfway from `from` to `to`.
     Material driven(const std::string& path, std::vector<float> from, const std::vector<float>& to) {
         static const char* const kTypes[] = {"SCALAR", "VEC2", "VEC3", "VEC4"};
         const char* type = kTypes[to.size() - 1];
@@ -262,7 +262,7 @@ TEST(MaterialEdits, SetPropertiesByName) {
     EXPECT_EQ(m.roughness, 0.25f);
 }
 
-/// Compares the file's text between `begin` and `end` (empty: all of it) with `text`, or puts it there.
+/// Compares the file's text between `begin` and `end` (empty: all of it) with `text`, or replaces it by `text`.
 void expect_text(const std::string& name, const std::string& begin, const std::string& end, const std::string& text) {
     const std::filesystem::path path = std::filesystem::path(HALFLIGHT_SOURCE_DIR) / name;
     std::string file = std::filesystem::exists(path) ? read_file(path, 1 << 20) : "";

@@ -1,4 +1,4 @@
-// Tests the memory estimate's dependence on settings and scene.
+// Tests how the memory estimate depends on settings and scene.
 #include "renderer/memory.h"
 
 #include <gtest/gtest.h>
@@ -36,7 +36,7 @@ TEST(Memory, FilmsGrowWithPixelsAndLayers) {
     EXPECT_GE(of(settings_of(1280, 720), {.png = true}).writing, small.writing + kPixels * 15);
 }
 
-/// The memory of a band is equal for all large pictures, except for textures as large as the picture.
+/// All large pictures need the same memory for a band, except for textures as large as the picture.
 TEST(Memory, BandsDoNotGrowWithThePicture) {
     const MemoryEstimate small = of(settings_of(320, 180)), large = of(settings_of(3840, 2160)),
                          larger = of(settings_of(7680, 4320));
@@ -57,7 +57,7 @@ TEST(Memory, OmittedPartsTakeNoMemory) {
     EXPECT_LT(of(settings_of(1280, 720), {}, {}).band, all.band);
     shared.estimator.reuse = Reuse::four;
     EXPECT_GT(of(shared).band, all.band + kPixels * 4 * 40);
-    piloted.estimator.reuse = Reuse::automatic;  // groups of 16, and smaller bands
+    piloted.estimator.reuse = Reuse::automatic;  // groups of 16, and therefore smaller bands
     EXPECT_GT(of(piloted).band, all.band / 2);
     SceneNeeds shiny = lit_scene();
     shiny.glossy = shiny.sun = true;

@@ -52,7 +52,7 @@ TEST(WorstShare, DistinguishesFirefliesFromNoise) {
     for (std::size_t i = 0; i < 10; ++i) even[i * 997] = 1000;
     EXPECT_NEAR(worst_share(even), 10000.0 / (10000 + 9990), 1e-6);
     EXPECT_EQ(worst_share(std::vector<float>(5, 0.0f)), 0);
-    EXPECT_EQ(worst_share(std::vector<float>{1, 3}), 0.75);  // at least one pixel
+    EXPECT_EQ(worst_share(std::vector<float>{1, 3}), 0.75);  // at least one pixel counts
     EXPECT_EQ(worst_share({}), 0);
 }
 

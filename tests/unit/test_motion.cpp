@@ -8,7 +8,7 @@
 namespace halflight {
 namespace {
 
-/// Returns two instances, of nodes 3 and 5, of a mesh with two triangles.
+/// Returns two instances, at nodes 3 and 5, of a mesh of two triangles.
 Scene pair_of_squares() {
     Scene scene;
     Mesh mesh;
@@ -29,7 +29,7 @@ TEST(PreviousSurfaces, StaticSurfacesHaveNoMotion) {
 TEST(PreviousSurfaces, FollowsNodesAndCorners) {
     const Scene now = pair_of_squares();
     Scene before = now;
-    std::swap(before.instances[0], before.instances[1]);  // instances are matched by their nodes
+    std::swap(before.instances[0], before.instances[1]);  // nodes identify the instances
     before.instances[0].object_to_world = glm::scale(dmat4(1), dvec3(2, 1, 1));
     PreviousSurfaces turned(now, before);
     EXPECT_FALSE(turned.moved(0));

@@ -1,4 +1,4 @@
-// Tests which parts of a frame follow from facts about scene and settings.
+// Tests which parts of a frame are needed, given facts about scene and settings.
 #include "renderer/needs.h"
 
 #include <gtest/gtest.h>
@@ -110,7 +110,7 @@ TEST(FrameNeeds, EverythingCanBeKept) {
                   {"double precision for needles", "no triangle is more than 2000 times as long as high"}}));
 }
 
-/// Returns the needs that appear in addition if one item is kept.
+/// Returns the items that are needed in addition if one item is kept.
 std::set<std::string> brought_along(const SceneNeeds& scene, const std::string& item) {
     const auto all = facts(scene, {.runs = 1}), rest = facts(scene, {.runs = 1, .kept = Kept({item})});
     EXPECT_TRUE(all.contains(item) && !rest.contains(item)) << item;

@@ -1,4 +1,4 @@
-// Tests the merging of triangles to pairs.
+// Tests the merging of triangles into pairs.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,8 +9,8 @@
 namespace halflight::rays {
 namespace {
 
-/// Checks that every triangle is in one pair, and that the corners of rings match. Returns the number of unpaired
-/// triangles.
+/// Checks that every triangle is in one pair, and that the corners of rings match. Returns the number of triangles left
+/// single.
 std::size_t check(const std::vector<Corners>& triangles) {
     std::vector<int> seen(triangles.size());
     std::size_t alone = 0;
@@ -33,7 +33,7 @@ std::size_t check(const std::vector<Corners>& triangles) {
     return alone;
 }
 
-/// Returns squares of two triangles, side by side.
+/// Returns `n` squares of two triangles each, side by side.
 std::vector<Corners> squares(int n) {
     std::vector<Corners> triangles;
     for (int y = 0; y < n; ++y) {
@@ -60,7 +60,7 @@ TEST(Pairs, AnyOrderOfTrianglesAndCorners) {
     std::mt19937 random(1);
     std::ranges::shuffle(triangles, random);
     for (Corners& t : triangles) std::ranges::shuffle(t, random);
-    EXPECT_LT(check(triangles), triangles.size() / 10);  // some edges are evicted from the hash table
+    EXPECT_LT(check(triangles), triangles.size() / 10);  // the hash table evicts some edges
 }
 
 TEST(Pairs, TrianglesWithoutACommonEdgeStayAlone) {

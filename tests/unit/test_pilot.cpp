@@ -28,7 +28,7 @@ TEST(Pilot, TheLargestErrorGetsMoreSamples) {
     EXPECT_EQ(opening.reuse, Reuse::sixteen);
 }
 
-/// Groups of 16 have a little less than half the error. Smaller groups have little more error and cost less.
+/// Groups of 16 have a little less than half the error. Smaller groups have slightly more error and cost less.
 TEST(Pilot, PrefersSmallerGroupsWithEqualGain) {
     const Estimator some = settled(kRequested, {{0, 0, 1}, {0, 0, 0.45}});
     EXPECT_GE(some.reuse, Reuse::four);
@@ -37,7 +37,7 @@ TEST(Pilot, PrefersSmallerGroupsWithEqualGain) {
     EXPECT_EQ(many.reuse, Reuse::sixteen);
 }
 
-/// Well distributed samples converge faster than 1/n, so extrapolated errors reach zero.
+/// Well distributed samples converge faster than 1/n, so errors extrapolated by 1/n reach zero.
 TEST(Pilot, ErrorsAreNeverNegative) {
     for (const double left : {0.0, 0.05, 0.14, 0.2}) {
         const Estimator found = settled(kRequested, {{0, 1, 0.05}, {0, left, 0.01}});

@@ -1,4 +1,4 @@
-// Tests that sample points are distributed like the weights of the filter.
+// Tests that sample points follow the distribution of the filter's weights.
 #include "engine/core/pixel_filter.h"
 
 #include <gtest/gtest.h>
@@ -32,7 +32,7 @@ TEST(PixelFilter, BoxIsUniform) {
 
 TEST(PixelFilter, BlackmanHarrisPointsFollowItsWeights) {
     const PixelFilter filter{Shape::blackman_harris, 1.5};
-    // Equally spaced numbers give points with equal shares of the weight between them.
+    // Equally spaced numbers u give points with equal shares of the weight between them.
     constexpr int kPoints = 1 << 10;
     double all = 0;
     for (int i = 0; i < kSteps; ++i) all += blackman_harris((2 * i + 1.0) / kSteps - 1);
@@ -47,7 +47,7 @@ TEST(PixelFilter, BlackmanHarrisPointsFollowItsWeights) {
         EXPECT_NEAR(point.x - 0.5, 0.5 - point.y, 1e-6) << "symmetric, and the same in both directions";
         const double t = (point.x - 0.5) / filter.radius;
         for (; (2 * step + 1.0) / kSteps - 1 < t; ++step) below += blackman_harris((2 * step + 1.0) / kSteps - 1);
-        EXPECT_NEAR(below / all, u, 5e-5);  // one step at the peak
+        EXPECT_NEAR(below / all, u, 5e-5);  // tolerance: one step at the peak
     }
     EXPECT_GE(sample_point(filter, {0, 0}).x, -1.0f);
     EXPECT_LE(sample_point(filter, {1 - 0x1p-24f, 0}).x, 2.0f);

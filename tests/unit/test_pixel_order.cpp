@@ -12,7 +12,7 @@
 namespace halflight::shared {
 namespace {
 
-/// Checks that every path has its own pixel within the band's blocks, and that the inverse leads back.
+/// Checks that every path has its own pixel within the band's blocks, and that the inverse mapping returns the path.
 void expect_bijection(const uvec2& tiles) {
     const uvec2 size = tiles * 16u;
     std::vector<char> taken(std::size_t{size.x} * size.y);
@@ -58,7 +58,7 @@ TEST(PixelOrder, FirstHalfOfThePathsHoldsEveryOtherRowOfBlocks) {
     }
 }
 
-/// Checks groups of path reuse: a partner leads back by the same step, and to the same other members.
+/// Checks groups of path reuse: one step leads to a partner and back, and all members find the same group.
 TEST(PixelOrder, GroupsTakeAPixelOfEachCellOfTheirBlock) {
     const uvec2 tiles{2, 3};
     for (const auto& [size, extent] : {std::pair{4u, uvec2(8, 8)}, {8u, uvec2(16, 8)}, {16u, uvec2(16, 16)}}) {

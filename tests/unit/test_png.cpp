@@ -73,7 +73,7 @@ struct Kind {
     int interlace = PNG_INTERLACE_NONE;
 };
 
-/// Encodes rows as they are stored.
+/// Encodes rows without a conversion.
 std::string encode(int side, const Kind& kind, std::vector<std::vector<std::uint8_t>> rows) {
     png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
     png_infop info = png_create_info_struct(png);

@@ -35,7 +35,7 @@ TEST(Preview, UnknownModesAreNamed) {
     for (const char* list : {"", "filter,", ",filter", "Filter", "filter "}) EXPECT_NE(message(list), "") << list;
 }
 
-/// Returns the error if all samples were independent and a cached sample were worth `worth` others.
+/// Returns the error of the mean if all samples are independent and a cached sample is worth `worth` others.
 double error_after(int samples, double worth) {
     const double weight = cached_weight(samples);
     const int cached = std::min(samples, kCachedSamples), others = samples - cached;

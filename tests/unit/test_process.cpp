@@ -1,4 +1,4 @@
-// Child processes, temporary folders, and the runner of the tests' programs.
+// Tests child processes, temporary folders, and the runner of the tests' programs.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <unistd.h>
@@ -15,7 +15,7 @@ namespace {
 
 using Strings = std::vector<std::string>;
 
-/// Returns what a script of the shell prints on stdout.
+/// Returns what a shell script prints on stdout.
 std::string output_of(const std::string& script, ProcessOptions options = {}) {
     const Spool out;
     options.output = out.descriptor();
@@ -61,7 +61,7 @@ TEST(Process, IsKilledWithItsGroup) {
     TemporaryFolder folder;
     const std::string late = folder / "late", script = "(sleep 3; touch '" + late + "') & ";
     { Process killed({"sh", "-c", script + "wait"}); }
-    Process({"sh", "-c", script}).wait();  // ends at once, and leaves its child behind
+    Process({"sh", "-c", script}).wait();  // the script ends at once and leaves a child behind
     std::this_thread::sleep_for(std::chrono::milliseconds(3500));
     EXPECT_FALSE(std::filesystem::exists(late));
 }

@@ -1,4 +1,4 @@
-// Tests cached program binaries: they equal compiled programs, and damaged files are ignored.
+// Tests cached program binaries: they equal compiled programs, and damaged ones are ignored.
 #include "engine/gpu/program_binaries.h"
 
 #include <epoxy/gl.h>
@@ -77,7 +77,7 @@ TEST(ProgramBinaries, DamagedFilesAreIgnored) {
     fs::create_directory(file);
     EXPECT_FALSE(binaries.load("key"));
     fs::remove(file);
-    // A file of another key has this one's name, as after a hash collision.
+    // A file of another key has the name of this one, as after a hash collision.
     binaries.store("other", binary_of('z', 100));
     fs::copy_file(binaries.file("other"), file, fs::copy_options::overwrite_existing);
     EXPECT_FALSE(binaries.load("key"));
@@ -95,7 +95,7 @@ TEST(ProgramBinaries, StayWithinTheirSize) {
     binaries.store("b", binary_of('b', 1500));
     age("a", 200);
     age("b", 100);
-    EXPECT_TRUE(binaries.load("a"));  // marks it as recently used
+    EXPECT_TRUE(binaries.load("a"));  // marks the binary as recently used
     binaries.store("c", binary_of('c', 1500));
     EXPECT_TRUE(binaries.load("a"));
     EXPECT_FALSE(binaries.load("b")) << "not the least recently used";
@@ -156,7 +156,7 @@ TEST_F(StoredPrograms, AreRecompiledWhereTheDriverRefusesThem) {
     const ProgramBinaries binaries(folder.path, "driver");
     make(binaries, "5u");
     const fs::path file = fs::directory_iterator(folder.path)->path();
-    // The key is enough to store another binary under it.
+    // A known key suffices to store another binary under it.
     const std::string text = expand({"writer", kWriter}, {{"VALUE", "5u"}}).text;
     const auto good = binaries.load(text);
     ASSERT_TRUE(good);

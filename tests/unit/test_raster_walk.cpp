@@ -1,5 +1,5 @@
-// Tests the traversal of raster culling alone: every visible leaf is traced, whatever is remembered and however late
-// answers arrive, and hidden nodes cost few queries.
+// Tests the traversal of raster culling alone. It traces every visible leaf, with any visibility state and with late
+// answers, and hidden nodes cost few queries.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -12,7 +12,7 @@
 namespace halflight::rays {
 namespace {
 
-/// Returns a tree with four children per node and `levels` levels below the root; its leaves lie along a line.
+/// Returns a tree of nodes with four children and `levels` levels below the root; its leaves lie along a line.
 CullTree tree_of(int levels) {
     CullTree tree;
     tree.nodes.emplace_back();
@@ -38,7 +38,7 @@ CullTree tree_of(int levels) {
     return tree;
 }
 
-/// Answers queries from a set of visible leaves; some answers are late, and some are "visible" without cause.
+/// Answers queries from a set of visible leaves; some answers are late, and some wrongly say "visible".
 class FakeDevice : public CullDevice {
   public:
     FakeDevice(const CullTree& tree, const std::vector<bool>& visible, double overcount)

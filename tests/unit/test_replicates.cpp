@@ -37,7 +37,7 @@ Outcome look(const std::vector<Picture>& replicates) {
 
 TEST(ReplicateError, IsTheVarianceOfTheMean) {
     const Outcome o = look({{1, 0}, {-1, 0}, {2, 0}, {-2, 0}});
-    // a quarter of the sample variance 10 / 3, averaged over two values
+    // The value is a quarter of the sample variance 10 / 3, averaged over two values.
     EXPECT_DOUBLE_EQ(o.estimate.value, 10.0 / 3 / 4 / 2);
     const Outcome same = look({{1}, {1}, {1}, {1}});
     EXPECT_EQ(same.estimate.value, 0);
@@ -54,7 +54,7 @@ TEST(ReplicateError, WeightsAndPartsAddUp) {
     first.add(second);
     EXPECT_DOUBLE_EQ(first.estimate().value, whole.estimate().value);
     EXPECT_DOUBLE_EQ(first.estimate().bound, whole.estimate().bound);
-    EXPECT_DOUBLE_EQ(whole.estimate().value, (value + second.estimate().value) / 2);  // mean over values
+    EXPECT_DOUBLE_EQ(whole.estimate().value, (value + second.estimate().value) / 2);  // mean of the two values
 }
 
 void expect_coverage(const char* what, const std::function<Picture(std::mt19937&)>& render) {
@@ -71,8 +71,8 @@ void expect_coverage(const char* what, const std::function<Picture(std::mt19937&
         excess.add(e.value - truth);
     }
     EXPECT_NEAR(excess.mean(), 0, 4 * excess.standard_error()) << what;
-    // The bound is 95 % minus three standard errors of a share of 1000 (2.1 %), minus 1 % because products are not
-    // quite normal.
+    // The bound is 95 % minus 2.1 %, three standard errors of a share of 1000, minus 1 % because products are not quite
+    // normal.
     EXPECT_GE(inside, 0.92 * kTrials) << what;
     EXPECT_GE(below, 0.92 * kTrials) << what;
     EXPECT_LE(inside, 0.985 * kTrials) << what;

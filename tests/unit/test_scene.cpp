@@ -1,4 +1,4 @@
-// Tests scene values: validation, bounds, lights, sky, cameras.
+// Tests scenes: validation, bounds, lights, sky, cameras.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -11,7 +11,7 @@
 namespace halflight {
 namespace {
 
-/// Returns a valid scene of one triangle and one instance.
+/// Returns a valid scene with one triangle and one instance.
 Scene good_scene() {
     Scene scene;
     scene.images.push_back({"white", 1, 1, {255, 255, 255, 255}});
@@ -135,7 +135,7 @@ TEST(SceneSky, GivesAHorizontalPlaneAnIrradianceOfPi) {
     double irradiance = 0;
     for (int y = 0; y < sky.map.height; ++y) {
         const double v0 = kPi * y / sky.map.height, v1 = kPi * (y + 1) / sky.map.height;
-        // Integrates cos(theta) over the row's band of the upper hemisphere.
+        // This is the integral of cos(theta) over the row's band of the upper hemisphere.
         const double projected =
             std::pow(std::cos(std::min(v0, kPi / 2)), 2) - std::pow(std::cos(std::min(v1, kPi / 2)), 2);
         irradiance += sky.color.g * sky.map.at(0, y)[1] * kPi * projected;

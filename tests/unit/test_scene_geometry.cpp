@@ -116,7 +116,7 @@ TEST(SceneTangents, OfAMirroredTexture) {
 }
 
 TEST(SceneTangents, SplitVerticesWhereTheTextureIsMirrored) {
-    // Two squares side by side; u increases away from the seam in both.
+    // Two squares lie side by side; u increases away from their seam in both.
     Mesh mesh = triangles({{-1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {-1, 1, 0}, {0, 1, 0}, {1, 1, 0}},
                           {{0, 1, 4}, {0, 4, 3}, {1, 2, 5}, {1, 5, 4}});
     mesh.normals.assign(6, {0, 0, 1});
@@ -156,7 +156,7 @@ TEST(SceneTangents, AreUnitWhereTheTextureHasNoArea) {
         EXPECT_EQ(t.z, 0.0f);
         EXPECT_EQ(std::abs(t.w), 1.0f);
     }
-    // A degenerate triangle beside a valid one follows its neighbour.
+    // A degenerate triangle beside a valid one takes the tangents of its neighbour.
     mesh = square();
     generate_tangents(mesh, {{0, 1}, {1, 1}, {1, 0}, {0, 1}});
     EXPECT_EQ(mesh.tangents[0], vec4(1, 0, 0, 1));
@@ -183,8 +183,8 @@ TEST(SceneTangents, OfAFanTooLargeForRecursion) {
     EXPECT_LT(glm::distance(mesh.tangents[0], vec4(1, 0, 0, 1)), 1e-3f);
 }
 
-// A bent strip of 3 x 2 quads whose texture is mirrored at the third column of vertices. Normals and tangents (one per
-// corner) come from Blender 3.4, which uses Mikkelsen's own code.
+// The strip has 3 x 2 quads, is bent, and mirrors its texture at the third column of vertices. Normals and tangents
+// (one per corner) come from Blender 3.4, which uses Mikkelsen's own code.
 const std::vector<vec3> kBlenderNormals{
     {-0.183050483f, 0.0603946522f, 0.98124665f},
     {-0.409790635f, 0.136103705f, 0.901968658f},

@@ -11,7 +11,7 @@
 namespace halflight {
 namespace {
 
-/// Pictures with the true value 1 + c / 2 in channel c; the channels share their noise, which is Gaussian or
+/// Pictures with the true value 1 + c / 2 in channel c. The channels share their noise, which is Gaussian or
 /// heavy-tailed with equal variance. One of every `apart` pixels has all the noise.
 class Pictures {
   public:
@@ -35,7 +35,7 @@ class Pictures {
     }
 
   private:
-    /// Returns noise of mean 0 and variance 1. Heavy-tailed: one of 64 values is 8 standard deviations.
+    /// Returns noise of mean 0 and variance 1. If it is heavy-tailed, one of 64 values is 8 standard deviations.
     double draw() {
         if (!heavy_) return normal_(generator_);
         return (generator_() % 64 == 0 ? 8 - 1 / 8.0 : -1 / 8.0) / std::sqrt(63.0 / 64);
@@ -68,7 +68,7 @@ TEST(SeedErrors, MseIsTheSumOfBiasAndVariance) {
     const SeedErrors errors = seed_errors(renders, pictures.make(0, 0.3), pictures.make(0, 0.3));
     EXPECT_NEAR(errors.mse.value, errors.squared_bias.value + errors.variance.value, 1e-12);
     EXPECT_EQ(errors.of_render.size(), 5u);
-    EXPECT_NEAR(errors.reference_variance, 0.09 / 2, 0.006);  // 1024 pixels: 4.4 % standard error
+    EXPECT_NEAR(errors.reference_variance, 0.09 / 2, 0.006);  // the standard error of 1024 pixels is 4.4 %
 }
 
 TEST(SeedErrors, OneRenderHasAnErrorButNoInterval) {
@@ -85,12 +85,12 @@ TEST(SeedErrors, DetectHeavyTails) {
         const Image reference = Pictures(5).make(0, 0.01);
         return seed_errors(pictures.renders(1, 0, 0.2), reference, reference).worst_share;
     };
-    // The two worst of 1024 pixels: of 16 pixels that have all the error, or of Gaussian ones.
+    // The two worst of 1024 pixels hold this share: 16 pixels have all the error, or all have Gaussian noise.
     EXPECT_GT(share(true), 0.08);
     EXPECT_LT(share(false), 0.03);
 }
 
-/// Counts, over many experiments, how often the intervals contain the truth; sums the estimates.
+/// Counts how often the intervals of many experiments contain the truth, and sums the estimates.
 struct Tally {
     int trials = 0, mse = 0, bias = 0, variance = 0;
     RunningMoments mean_mse, mean_bias, mean_variance;

@@ -1,4 +1,4 @@
-// Tests settings files: round trips, and messages that name invalid elements.
+// Tests settings files: round trips, and messages that name the invalid element.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,4 +1,4 @@
-// The table of render settings: values as text, ranges, and its page in docs.
+// Tests the table of render settings: values as text, ranges, and its page in docs.
 #include "engine/settings/settings_table.h"
 
 #include <gtest/gtest.h>
@@ -13,7 +13,7 @@
 namespace halflight {
 namespace {
 
-/// Settings whose values all differ from the defaults.
+/// Returns settings whose values all differ from the defaults.
 RenderSettings unusual() {
     RenderSettings s;
     s.width = 3, s.height = 65536;

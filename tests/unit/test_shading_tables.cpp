@@ -71,7 +71,7 @@ TEST(ShadingTables, NeedsFollowMaterials) {
     EXPECT_TRUE(with([](Material& m) { m.transmission = 0.5f; }).needs.transmission);
     EXPECT_FALSE(with([](Material& m) { m.transmission = 1; }).needs.diffuse);
     EXPECT_TRUE(with([](Material& m) { m.clearcoat = 1; }).needs.clearcoat);
-    // has no specular reflection
+    // This material has no specular reflection.
     EXPECT_FALSE(with([](Material& m) { m.specular_color = vec3(0.5f); }).needs.specular_color);
     EXPECT_TRUE(with([](Material& m) { m.specular = 1, m.specular_color = vec3(0.5f); }).needs.specular_color);
     const ShadingTables unlit = with([](Material& m) { m.unlit = true, m.emission = vec3(7); });
@@ -104,7 +104,7 @@ TEST(ShadingTables, TexturesAreStoredOncePerUse) {
     m.metallic = m.specular = 1;
     m.base_color_texture.image = 0;
     m.emission = vec3(1);
-    m.emission_texture = m.base_color_texture;          // equal descriptor
+    m.emission_texture = m.base_color_texture;          // same descriptor
     m.normal_texture.image = 0;                         // same image, as data
     m.metallic_roughness_texture.image = 1;             //
     m.specular_texture = m.metallic_roughness_texture;  //
@@ -141,7 +141,7 @@ TEST(ShadingTables, ColourTexelsAreLinearHalves) {
     for (std::size_t i = 0; i < 256; ++i) {
         const double expected = srgb_to_linear(static_cast<std::uint8_t>(i));
         const float red = glm::unpackHalf1x16(tables.color_texels[i][0]);
-        // The tolerance is half a unit in the last of 11 bits. sRGB has no subnormal halves but 0.
+        // The tolerance is half a unit in the last of 11 bits. No sRGB value except 0 is below the normal halves.
         EXPECT_NEAR(red, expected, expected * 0x1p-11) << i;
         EXPECT_NEAR(glm::unpackHalf1x16(tables.color_texels[i][3]), double(i) / 255, double(i) / 255 * 0x1p-11) << i;
     }
@@ -154,7 +154,7 @@ TEST(ShadingTables, NormalsAndTangentsOfMergedMeshesAreInWorldSpace) {
     scene.images.push_back({"n", 1, 1, {128, 128, 255, 255}});
     scene.materials[0].normal_texture.image = 0;
     scene.meshes[0].colors.assign(3, vec4(0.1f, 0.2f, 0.3f, 0.4f));
-    // A mirroring and a non-uniform scale.
+    // The first transform mirrors, and the second one scales non-uniformly.
     scene.instances[0].object_to_world = glm::scale(glm::rotate(dmat4(1), 0.7, dvec3(1, 2, 3)), dvec3(-2, 1, 0.1));
     const TraceTables trace = build_trace_tables(scene);
     const ShadingTables tables = build_shading_tables(scene, trace);

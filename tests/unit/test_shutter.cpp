@@ -26,7 +26,7 @@ TEST(ShutterTimes, AreOneInEachStratum) {
     }
 }
 
-// On average over frames each stratum's time is its middle, with a standard error of 1 / sqrt(12 n) of a stratum.
+// Averaged over n frames, the time of each stratum is its middle, with a standard error of 1 / sqrt(12 n) of a stratum.
 TEST(ShutterTimes, AreUniformOverFramesAndSeeds) {
     constexpr int kFrames = 4000, kTimes = 3;
     double sums[kTimes] = {}, product = 0;
@@ -51,7 +51,7 @@ Image filled(int channels, std::initializer_list<float> values) {
     return image;
 }
 
-/// Returns a picture of one pixel: `value` in all layers, and object `name` in all samples.
+/// Returns a picture of one pixel with `value` in all layers and object `name` in all samples.
 RenderResult picture(float value, int samples, const std::string& name) {
     RenderResult r;
     r.beauty = filled(4, {value, value, value, 1});

@@ -23,7 +23,7 @@ TEST(Quantile, Interpolates) {
 
 TEST(StudentTails, AgreeWithTables) {
     EXPECT_NEAR(student_tails(0, 7), 1, 1e-9);
-    EXPECT_NEAR(student_tails(1, 1), 0.5, 1e-9);  // the Cauchy distribution
+    EXPECT_NEAR(student_tails(1, 1), 0.5, 1e-9);  // Cauchy distribution
     EXPECT_NEAR(student_tails(3, 1), 1 - 2 / std::acos(-1.0) * std::atan(3.0), 1e-9);
     EXPECT_NEAR(student_tails(std::sqrt(2.0), 2), 1 - std::sqrt(0.5), 1e-9);  // 1 - t / sqrt(2 + t^2)
     EXPECT_NEAR(student_tails(2.364624, 7), 0.05, 1e-6);
@@ -57,12 +57,12 @@ TEST(Slope, OfAPowerLawIsItsExponent) {
     const Slope fit = fit_slope(points);
     EXPECT_NEAR(fit.slope.value, -1, 1e-12);
     EXPECT_NEAR(fit.scatter, 0, 1e-12);
-    // All errors are 2 %. The half width follows from the spread of log x about its mean, in units of log 2: -2, -1, 0,
-    // 3.
+    // All errors are 2 %. The half width follows from the spread of log x about its mean: -2, -1, 0 and 3 times log
+    // 2.
     EXPECT_NEAR(fit.slope.half_width, 4.302653 * 0.02 / (std::log(2.0) * std::sqrt(14.0)), 1e-5);
-    points.push_back({64, 0, 1});  // a zero error has no logarithm
+    points.push_back({64, 0, 1});  // an error of 0 has no logarithm
     EXPECT_EQ(fit_slope(points).points, 4);
-    points.push_back({1e6, 1, 1e6});  // a point of almost no weight
+    points.push_back({1e6, 1, 1e6});  // this point has almost no weight
     EXPECT_NEAR(fit_slope(points).slope.value, -1, 1e-3);
     EXPECT_TRUE(std::isinf(fit_slope(std::vector<CurvePoint>{{1, 1, 0.1}}).slope.half_width));
     EXPECT_TRUE(std::isinf(fit_slope(std::vector<CurvePoint>{{1, 1, 0.1}, {1, 2, 0.1}}).slope.half_width));
@@ -72,7 +72,7 @@ TEST(Slope, IntervalContainsTheTruth) {
     std::mt19937 generator(1);
     std::normal_distribution<double> normal;
     constexpr int kTrials = 2000;
-    for (const double error_scale : {1.0, 0.1}) {  // correct errors, and errors that are far too small
+    for (const double error_scale : {1.0, 0.1}) {  // correct error bars, and ones that are far too small
         int held = 0;
         for (int trial = 0; trial < kTrials; ++trial) {
             std::vector<CurvePoint> points;

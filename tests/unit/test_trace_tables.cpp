@@ -60,11 +60,11 @@ TEST(TraceTables, OriginOfTheReferencePoseIsReusedWherePreciseEnough) {
     const auto origin = [&](double x, const dvec3& reference) {
         return build_trace_tables(scene_of({triangle}, {instance_of(0, moved(x, 0, 0))}), 0, reference).origin;
     };
-    // The triangle's box is 1 x 1, and half its diagonal is 0.71.
+    // The triangle's box is 1 x 1, so half its diagonal is 0.71.
     EXPECT_EQ(origin(11, dvec3(0)), dvec3(0));
     EXPECT_EQ(origin(12, dvec3(0)), dvec3(12, 0, 0)) << "17 sizes away";
     EXPECT_EQ(origin(1e6, dvec3(1e6 + 5, 0, 0)), dvec3(1e6 + 5, 0, 0));
-    // Two distant triangles have no good origin; the reference pose's one is no worse than others.
+    // Two distant triangles have no good origin; that of the reference pose is no worse than others.
     const Scene two = scene_of({triangle, triangle, triangle},
                                {instance_of(0), instance_of(1, moved(1000, 0, 0)), instance_of(2, moved(900, 0, 0))});
     EXPECT_EQ(build_trace_tables(two, 0, dvec3(1000, 0, 0)).origin, dvec3(1000, 0, 0));

@@ -1,4 +1,4 @@
-// Tests camera movements and picking of the viewer.
+// Tests camera movements and picking in the viewer.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ void expect_near(const dvec3& a, const dvec3& b, double tolerance = 1e-12) {
         << a.x << " " << a.y << " " << a.z << ", not " << b.x << " " << b.y << " " << b.z;
 }
 
-/// Returns a pose at z = 2 that looks at the origin.
+/// Returns the pose of a camera at z = 2 that looks at the origin.
 CameraPose front() {
     CameraPose pose;
     pose.from = {0, 0, 2};
@@ -72,7 +72,7 @@ TEST(CameraControl, TheSceneFollowsTheDrag) {
         EXPECT_NEAR(pole.from.y, std::copysign(2, angle), 1e-5);
         EXPECT_NEAR(glm::length(pole.from), 2, 1e-9);
     }
-    // A drag over the window's whole height moves the point at `at` by the view's whole height.
+    // A drag over the whole height of the window moves the point `at` by the whole height of the view.
     CameraPose panned = pan(front(), {0, 1});
     EXPECT_NEAR(panned.from.y, 2 * 2 * std::tan(kPi / 8), 1e-12);
     EXPECT_EQ(panned.at.y, panned.from.y);
@@ -88,7 +88,7 @@ TEST(CameraControl, TurnAndFly) {
     const CameraPose flown = fly(front(), {1, 2, 0.5});
     expect_near(flown.from, {1, 2, 1.5});
     expect_near(flown.at, {1, 2, -0.5});
-    // A walk is horizontal, whatever the line of sight.
+    // A walk is horizontal for any viewing direction.
     const CameraPose walked = walk(down, {1, 2, 0.5});
     expect_near(walked.from, {1, 2, 1.5});
     expect_near(walked.at - walked.from, down.at - down.from);
@@ -181,7 +181,7 @@ TEST(Picker, FindsTheNearestSurface) {
     const int material = test::add_material(*scene, test::diffuse_material(vec3(0.5f)));
     test::add_box(*scene, material, vec3(-1), vec3(1));
     test::add_box(*scene, material, vec3(-1), vec3(1));
-    // The second instance is flat, further away and to the right, and rotated by 45 degrees.
+    // The second instance is flat, is further away and to the right, and is rotated by 45 degrees.
     scene->instances[1].object_to_world = dmat4(1);
     scene->instances[1].object_to_world[0] = dvec4(0.5, 0, 0.5, 0);
     scene->instances[1].object_to_world[2] = dvec4(-0.5, 0, 0.5, 0);

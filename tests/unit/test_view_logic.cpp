@@ -28,7 +28,7 @@ TEST(Resolution, PicturesAreNeverEmpty) {
     EXPECT_EQ(divided({961, 3}, 4), ivec2(241, 1));
 }
 
-/// Returns the divisor that is reached after some pictures that take `fixed` seconds and `each` seconds per pixel.
+/// Returns the divisor of the resolution after some pictures that take `fixed` seconds and `each` seconds per pixel.
 int settled(double budget, double fixed, double each, bool whole_one) {
     Resolution resolution(budget);
     const auto took = [&](int d) {
@@ -204,7 +204,7 @@ TEST(DisplayImage, ErrorsAreOfTheMeanAndRelative) {
     result.aovs[0].image.pixels = {0.012f, 0.012f, 0.012f, 1, 1, 1};
     result.stats.samples = kMinSamples;
     const DisplayImage error = display_image({.layer = kError}, {"variance"}, result);
-    // sqrt(0.012 / 0.01) = 1.1 and sqrt(1 / 4.01) = 0.499, the 99th percentile of both; the scale ends at 0.5.
+    // The 99th percentile of sqrt(0.012 / 0.01) = 1.1 and sqrt(1 / 4.01) = 0.499 is the latter; the scale ends at 0.5.
     EXPECT_FLOAT_EQ(error.scale->top, 0.5f);
     EXPECT_NEAR(error.image.at(0, 0)[2], magma(1).b, 1e-6f);
     EXPECT_NEAR(error.image.at(1, 0)[2], magma(0.49938f / 0.5f).b, 1e-3f);
@@ -215,7 +215,7 @@ TEST(DisplayImage, ErrorsAreOfTheMeanAndRelative) {
 
     ASSERT_TRUE(estimated_relmse({"variance"}, result));
     EXPECT_NEAR(*estimated_relmse({"variance"}, result), 0.5 * (0.012 + 1) / 4.01, 1e-6) << "the upper one of two";
-    // One of nine pixels has met a rare bright sample, which must not make its own relative error small.
+    // One of nine pixels has a rare bright sample, which must not make the pixel's own relative error small.
     RenderResult rare;
     rare.beauty = Image(3, 3, 4);
     std::ranges::fill(rare.beauty.pixels, 1.0f);
@@ -278,7 +278,7 @@ TEST(PassHistory, HoldsEachSamplesTime) {
     EXPECT_EQ(history.passes()[1].milliseconds, (std::vector<float>{1000, 2000}));
     history.add(with_passes(3, {{"a", 3, 0.75}, {"b", 3, 5}}));
     EXPECT_EQ(history.passes()[0].milliseconds.size(), 2u) << "the same samples in another view";
-    // Another view starts anew; passes that it lacks are removed.
+    // Another view starts a new history, without passes that the view lacks.
     history.add(with_passes(1, {{"b", 1, 3}, {"c", 1, 0.25}}));
     ASSERT_EQ(history.passes().size(), 2u);
     EXPECT_EQ(history.passes()[0].milliseconds, (std::vector<float>{1000, 2000, 3000}));

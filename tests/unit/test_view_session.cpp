@@ -47,7 +47,7 @@ TEST_F(ViewSession, TheScenesCameraIsExactUntilItMoves) {
 }
 
 TEST_F(ViewSession, OrbitsAroundTheSurfaceInTheMiddle) {
-    // The point that the camera looks at is the surface in the middle of the picture.
+    // The camera looks at the surface in the middle of the picture.
     const auto picked =
         Picker(std::make_shared<Scene>(session.scene())).pick(ray_through(session.camera(), {256, 256}, kSize));
     ASSERT_TRUE(picked);
@@ -158,7 +158,7 @@ TEST_F(ViewSession, AFailedOpenChangesNothing) {
         EXPECT_TRUE(session.request(kSize) == before) << bad;
     }
     EXPECT_EQ(session.saved(kSize).environment, EnvironmentChoice());
-    // A scene whose settings name an unknown display.
+    // The settings of the scene name an unknown display.
     TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
     test::write_text(settings_file_of(other), R"({"halflight_settings": 1, "display": "nobody's"})");
@@ -180,7 +180,7 @@ TEST_F(ViewSession, FilesAreReadOnAnyThreadAndOpenedLater) {
     EXPECT_EQ(session.file(), other);
     EXPECT_EQ(session.camera().name, "front");
 
-    // An environment changes nothing else.
+    // A new environment changes nothing else.
     ExrLayer sky{{"R", "G", "B"}, Image(2, 1, 3)};
     std::ranges::fill(sky.image.pixels, 0.5f);
     write_exr(folder / "sky.exr", {sky}, {});
@@ -197,7 +197,7 @@ TEST_F(ViewSession, FilesAreReadOnAnyThreadAndOpenedLater) {
 TEST_F(ViewSession, FramesAreOfTheScenesRateUnlessOneIsGiven) {
     TemporaryFolder folder;
     PreviewArguments a = cornell();
-    a.scene = test::write_sliding_light(folder.path, 30);  // 2 s long
+    a.scene = test::write_sliding_light(folder.path, 30);  // an animation of 2 s
     a.animation = "slide";
     a.settings.frame = 45;
     const Session own(a, ColorConfig::load());
@@ -218,7 +218,7 @@ TEST_F(ViewSession, SavesSizeAndModes) {
     EXPECT_EQ(saved.settings.clamp, 2.5f);
     EXPECT_FALSE(session.saved({0, 0}).size) << "of a window that is minimised";
 
-    // A scene with settings replaces these; they stay where a scene has none.
+    // A scene with settings replaces the current ones. A scene without settings leaves them unchanged.
     TemporaryFolder folder;
     const std::filesystem::path other = test::copy_room(folder.path);
     session.open(session.opening(other)());
@@ -268,7 +268,7 @@ TEST(ViewTimeline, AnimationNamesAreUnambiguous) {
     EXPECT_EQ(titles(animations), (std::vector<std::string>{"run", "1", "2", "3", "walk"}));
 }
 
-/// Without a camera in the file, every frame has the view of 0 s, as in `render`.
+/// Without a camera in the file, every frame has the view that `render` chooses at 0 s.
 TEST(ViewTimeline, DefaultCamerasAreThoseOfTheReference) {
     TemporaryFolder folder;
     const std::filesystem::path file = folder / "slide.gltf";
