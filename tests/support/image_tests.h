@@ -38,7 +38,7 @@ struct ZTest {
     double above_2 = 0;         // share of tested values with |z| > 2
     double above_3 = 0;         // share of tested values with |z| > 3
     double greatest = 0;        // greatest |z|
-    double p_value = 1;  // probability of this sum of z^2 by chance: the least over channels, times their number
+    double p_value = 1;         // probability of this sum of z^2 by chance: the least over channels, times their number
     double relative_difference = 0;  // (sum a - sum b) / sum b over all pixels and channels
     double relative_error = 0;       // standard error of relative_difference, channels taken as fully correlated
 };
