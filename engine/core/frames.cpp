@@ -40,7 +40,7 @@ Range parse_range(std::string_view subject, std::string_view entry) {
         whole = take_number(rest, range.last);
         if (whole && take(rest, 'x')) whole = take_number(rest, range.step);
     }
-    if (!whole || !rest.empty()) throw Error(subject, "wants N, A-B or A-BxSTEP between commas, not '{}'", entry);
+    if (!whole || !rest.empty()) throw Error(subject, "expects N, A-B or A-BxSTEP between commas, not '{}'", entry);
     if (range.last < range.first) throw Error(subject, "'{}' ends before it begins", entry);
     if (range.step == 0) throw Error(subject, "'{}' has a step of 0", entry);
     return range;
@@ -104,7 +104,7 @@ ListPart parse_part(std::string_view subject, std::string_view text) {
     const bool slash = number.ec == std::errc() && number.ptr != end && *number.ptr == '/';
     const auto of = slash ? std::from_chars(number.ptr + 1, end, part.of) : number;
     if (!slash || of.ec != std::errc() || of.ptr != end || part.number < 1 || part.number > part.of)
-        throw Error(subject, "wants a part as I/N, from 1/N to N/N, not '{}'", text);
+        throw Error(subject, "expects a part as I/N, from 1/N to N/N, not '{}'", text);
     return part;
 }
 
@@ -125,13 +125,13 @@ FrameRate parse_frame_rate(std::string_view subject, std::string_view text) {
     } else if (good) {
         snap_to_ntsc(numerator, denominator);
     }
-    if (!good || !rest.empty()) throw Error(subject, "wants frames per second as N, N.N or N/D, not '{}'", text);
+    if (!good || !rest.empty()) throw Error(subject, "expects frames per second as N, N.N or N/D, not '{}'", text);
     const std::int64_t common = std::max<std::int64_t>(std::gcd(numerator, denominator), 1);
     numerator /= common, denominator /= common;
     constexpr std::int64_t kMost = std::numeric_limits<std::int32_t>::max();
     const double rate = static_cast<double>(numerator) / static_cast<double>(denominator);
     if (!(rate >= 0.001 && rate <= 1e6) || numerator > kMost || denominator > kMost)
-        throw Error(subject, "wants 0.001 to 1000000 frames per second, not '{}'", text);
+        throw Error(subject, "expects 0.001 to 1000000 frames per second, not '{}'", text);
     return {static_cast<std::int32_t>(numerator), static_cast<std::int32_t>(denominator)};
 }
 

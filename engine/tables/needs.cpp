@@ -14,7 +14,7 @@ constexpr std::array kGeometry = {
     SceneNeed{"instance transforms", &N::instances, "INSTANCES", "all triangles are in world space"},
     SceneNeed{"vertex colours", &N::vertex_colors, "VERTEX_COLORS", "no vertex has any but white"},
     SceneNeed{"alpha tests", &N::alpha, "ALPHA", "alpha decides no hit"},
-    SceneNeed{"double precision for needles", &N::slivers, "SLIVERS",
+    SceneNeed{"double precision for slivers", &N::slivers, "SLIVERS",
               "no triangle is more than 2000 times as long as high"},
 };
 

@@ -20,7 +20,7 @@ struct SceneNeeds : MaterialNeeds {
     bool vertex_colors = false;  // some vertex colour is not white
     bool normal_maps = false;    // some normal map is looked up, on a mesh with tangents
     bool alpha = false;          // alpha decides some hit
-    bool slivers = false;        // some triangle is a needle (is_sliver)
+    bool slivers = false;        // some triangle is a sliver (is_sliver)
     bool area_lights = false;
     bool punctual_lights = false;
     bool spot_lights = false;
@@ -81,7 +81,7 @@ class Kept {
 /// Returns whether the feature can be built without changing a picture. Four cannot:
 ///   - the environment map samples other directions than a constant environment,
 ///   - the light tree and the separate sun choose other lights,
-///   - the test of needles rounds the hits of other triangles.
+///   - the test of slivers rounds the hits of other triangles.
 bool can_be_kept(const SceneNeed& need);
 /// Returns the needs that `kept` names and that can be kept, and those that follow from them.
 SceneNeeds kept_needs(const Kept& kept);

@@ -73,9 +73,9 @@ struct TraceTables {
     bool keep_top_level = false;           // true: a single instance has a hierarchy over instances, too
 };
 
-/// Returns whether a triangle is a needle: more than kSliverAspect times as long as it is high. Float rounding would
+/// Returns whether a triangle is a sliver: more than kSliverAspect times as long as it is high. Float rounding would
 /// move hits on it by more than some thousandths of its height. A triangle whose height is lost in the rounding of its
-/// coordinates (2^-24 of the largest) is no needle: in float it has no area.
+/// coordinates (2^-24 of the largest) is no sliver: in float it has no area.
 bool is_sliver(const vec3& a, const vec3& b, const vec3& c);
 inline constexpr double kSliverAspect = 2000;
 

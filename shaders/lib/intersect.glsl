@@ -5,11 +5,11 @@
 // No doubles are needed: a float edge function, the difference of two rounded products, never has the wrong sign,
 // because rounding is monotone. At worst it is zero, which counts as inside. Therefore the triangle that contains a
 // point is hit, and so are others that the ray passes within the rounding of their corners. To keep those few, the
-// corners' bounds must contain the ray and have an area. A needle with three zero edge functions is hit on that
+// corners' bounds must contain the ray and have an area. A sliver with three zero edge functions is hit on that
 // condition alone.
 //
-// Variant HALFLIGHT_SLIVERS is for scenes with needles. In floats, shearing rounds corners relative to their distance,
-// which loses a needle's height. In doubles (REAL) the corners are exact to 2^-50 of the distance.
+// Variant HALFLIGHT_SLIVERS is for scenes with slivers. In floats, shearing rounds corners relative to their distance,
+// which loses a sliver's height. In doubles (REAL) the corners are exact to 2^-50 of the distance.
 #ifdef HALFLIGHT_SLIVERS
 #define REAL double
 #define REAL2 dvec2

@@ -341,7 +341,7 @@ TEST_F(Sequence, InvalidNames) {
     refused({"f.exr"}, {"--overwrite"}, "--overwrite: needs --frames");
     refused({"f.exr"}, {"--fps", "24"}, "--fps: needs --frames or --animation");
     for (const char* fps : {"0", "-1", "nan", "24/0", "1e3", "24/1.5", "2000000"})
-        refused({"f.#.exr"}, {"--frames", "1", "--fps", fps}, "--fps: wants .* not '.*'");
+        refused({"f.#.exr"}, {"--frames", "1", "--fps", fps}, "--fps: expects .* not '.*'");
     fs::create_symlink(scene, folder / "f.2.exr");
     refused({"f.#.exr"}, frames, ".*f.2.exr: is both input and output");
 }

@@ -59,7 +59,7 @@ TEST_F(CulledPictures, Instances) {
 }
 
 // Slivers are tested in double precision.
-TEST_F(CulledPictures, Needles) {
+TEST_F(CulledPictures, Slivers) {
     Scene scene = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
     const int material = add_material(scene, diffuse_material(vec3(0.8f)));
     for (int i = 0; i < 20; ++i) {

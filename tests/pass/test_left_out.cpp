@@ -39,7 +39,7 @@ class LeftOutTest : public GpuTest {
             "there is no directional light beside others, or another choice was asked for"};
         for (const LeftOut& part : kept.stats.left_out)
             EXPECT_TRUE(part.what == "environment map" || part.what == "light tree" ||
-                        part.what == "double precision for needles" || not_requested.contains(part.fact))
+                        part.what == "double precision for slivers" || not_requested.contains(part.fact))
                 << part.what << ": " << part.fact;
     }
 
@@ -111,7 +111,7 @@ TEST_F(LeftOutTest, ChangesNothingOfManyLights) {
     check(scene, settings);
 }
 
-TEST_F(LeftOutTest, ChangesNothingOfNeedles) {
+TEST_F(LeftOutTest, ChangesNothingOfSlivers) {
     Scene scene = cornell_box(metal_material(vec3(0.9f, 0.7f, 0.5f), 0.2f));
     add_quad(scene, add_material(scene, diffuse_material(vec3(0.8f))), {-0.9f, -0.5f, 0.7f}, {1.8f, 0.4f, 0},
              {0, 1e-5f, 0});

@@ -185,7 +185,7 @@ INSTANTIATE_TEST_SUITE_P(Decades, ShadingSurfaceScales,
                          ::testing::Combine(::testing::Values(-6, -3, 0, 3, 6), ::testing::Bool(), ::testing::Bool()));
 
 TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
-    const auto [decade, instanced, needles] = GetParam();
+    const auto [decade, instanced, slivers] = GetParam();
     Random random(7);
     Scene scene = triangle_scene({});
     scene.meshes.clear();
@@ -200,11 +200,11 @@ TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
             do {
                 a = random.box(size), b = random.box(size), c = random.box(size);
                 if (i % 4 == 0) a.y = b.y = c.y = 0;
-                const double height = needles ? std::pow(10, random.within(-7, -3)) : 1e-3;
+                const double height = slivers ? std::pow(10, random.within(-7, -3)) : 1e-3;
                 if (i % 4 == 1) c = glm::mix(a, b, 0.7f) + static_cast<float>(height) * c;
                 const vec3 far = i % 4 == 2 ? random.direction() * static_cast<float>(size * 300) : vec3(0);
                 a += far, b += far, c += far;
-            } while (!needles && is_sliver(a, b, c));
+            } while (!slivers && is_sliver(a, b, c));
             mesh.positions.insert(mesh.positions.end(), {a, b, c});
         }
         mesh.normals.assign(mesh.positions.size(), vec3(0, 1, 0));
@@ -223,7 +223,7 @@ TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
         }
     }
     const ShadingScene shading(scene);
-    ASSERT_EQ(shading.trace.slivers, needles);
+    ASSERT_EQ(shading.trace.slivers, slivers);
     std::vector<vec4> inputs;
     for (std::uint32_t instance = 0; instance < shading.trace.instances.size(); ++instance) {
         const Block& block = shading.trace.blocks[shading.trace.instances[instance].block];

@@ -98,12 +98,12 @@ TEST_F(Geometry, Slivers) {
 
 /// A strip of 64 bands around the origin. Each band has two slivers of 6 x 3 * 2^-k. All corners are exact floats in
 /// one plane, but no direction is parallel to an axis.
-struct NeedleStrip {
+struct SliverStrip {
     static constexpr int kBands = 64;
     vec3 along{1, 2, 2}, across{2, 1, -2}, up{2, -2, 1};  // length 3 each
     float step;                                           // distance of the bands, in lengths of `across`
 
-    explicit NeedleStrip(int k) : step(std::ldexp(1.0f, -k)) {}
+    explicit SliverStrip(int k) : step(std::ldexp(1.0f, -k)) {}
     double aspect() const { return 6 / (3.0 * step); }
     double width() const { return 3.0 * kBands * step; }
     vec3 corner(float end, int band) const {
@@ -125,13 +125,13 @@ struct NeedleStrip {
     }
 };
 
-TEST_F(Geometry, NeedlesAsReceivers) {
+TEST_F(Geometry, SliversAsReceivers) {
     for (const int k : {9, 13, 17, 22}) {
-        const NeedleStrip strip(k);
+        const SliverStrip strip(k);
         Scene scene;
         strip.add_to(scene, add_material(scene, diffuse_material(vec3(0.5f))));
         scene.environment.color = vec3(1);
-        const std::string name = fmt::format("strip of needles of aspect {:.1e} under a sky of 1", strip.aspect());
+        const std::string name = fmt::format("strip of slivers of aspect {:.1e} under a sky of 1", strip.aspect());
         EXPECT_EQ(build_trace_tables(scene).slivers, strip.aspect() > kSliverAspect) << name;
         for (const float place : {0.0f, 0.9f}) {
             const Camera camera = spot_camera(dvec3(place * strip.along), dvec3(strip.up) / 3.0, 0.5 * strip.width());
@@ -141,9 +141,9 @@ TEST_F(Geometry, NeedlesAsReceivers) {
     }
 }
 
-TEST_F(Geometry, NeedlesAsLights) {
+TEST_F(Geometry, SliversAsLights) {
     for (const int k : {9, 13, 17, 22}) {
-        const NeedleStrip strip(k);
+        const SliverStrip strip(k);
         Scene scene;
         const float radiance = 1e3f / strip.step;
         strip.add_to(scene, add_material(scene, light_material(vec3(radiance))));
@@ -157,22 +157,22 @@ TEST_F(Geometry, NeedlesAsLights) {
         const double irradiance =
             radiance * polygon_irradiance(at, normal, {-end - side, end - side, end + side, side - end});
         const double exact = 0.5 / kPi * irradiance;
-        const std::string name = fmt::format("lit by a strip of needles of aspect {:.1e}", strip.aspect());
+        const std::string name = fmt::format("lit by a strip of slivers of aspect {:.1e}", strip.aspect());
         expect_mean(name, mean_of(picture(scene, spot_camera(at, normal, 0.01), 16, 256, 1)), exact, 1e-3,
                     "1/1000 for the spot's size");
     }
 }
 
-TEST_F(Geometry, TrianglesWithoutAreaAreNoNeedles) {
+TEST_F(Geometry, TrianglesWithoutAreaAreNoSlivers) {
     Scene scene = closed_box(diffuse_material(vec3(0.5f)));
     EXPECT_FALSE(build_trace_tables(scene).slivers);
     const vec3 a(0.1f, 0.2f, 0.3f), b(0.7f, -0.4f, 0.9f);
-    double needles = 0;
-    needles += is_sliver(a, a, b) + is_sliver(a, b, a) + is_sliver(b, a, a) + is_sliver(a, a, a);
-    for (int i = 1; i < 64; ++i) needles += is_sliver(a, b, glm::mix(a, b, static_cast<float>(i) / 64.0f));
-    expect("triangles on a line, as well as floats can tell: tested as needles", needles, 0, "triangles",
+    double slivers = 0;
+    slivers += is_sliver(a, a, b) + is_sliver(a, b, a) + is_sliver(b, a, a) + is_sliver(a, a, a);
+    for (int i = 1; i < 64; ++i) slivers += is_sliver(a, b, glm::mix(a, b, static_cast<float>(i) / 64.0f));
+    expect("triangles on a line, as well as floats can tell: tested as slivers", slivers, 0, "triangles",
            "exact: they cover nothing");
-    expect("needle of 2 m x 5 10^-7 m: tested as one", !is_sliver({-1, 0, 0}, {1, 0, 0}, {0.2f, 5e-7f, 0}), 0,
+    expect("sliver of 2 m x 5 10^-7 m: tested as one", !is_sliver({-1, 0, 0}, {1, 0, 0}, {0.2f, 5e-7f, 0}), 0,
            "triangles not so", "exact: its height is 8 units of its coordinates' last place");
 }
 

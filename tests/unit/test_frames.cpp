@@ -65,7 +65,7 @@ TEST(Frames, AnythingElseIsRefused) {
                              "4294967296",
                              "99999999999999999999",
                              "1:2"})
-        EXPECT_TRUE(refusal(text).starts_with("--frames: wants N, A-B or A-BxSTEP between commas, not '")) << text;
+        EXPECT_TRUE(refusal(text).starts_with("--frames: expects N, A-B or A-BxSTEP between commas, not '")) << text;
     EXPECT_EQ(refusal("1,9-3"), "--frames: '9-3' ends before it begins");
     EXPECT_EQ(refusal("1-9x0"), "--frames: '1-9x0' has a step of 0");
 }
@@ -135,9 +135,9 @@ TEST(FrameRates, InvalidRatesAreRefused) {
     const auto refusal = [](const char* text) { return error_message([&] { parse_frame_rate("--fps", text); }); };
     for (const char* text : {"", ".", "-24", "+24", "24 ", "1e3", "nan", "24/", "/24", "24/0", "24/1.5", "2.5/2",
                              "1.2.3", "1234567890123", "0x18"})
-        EXPECT_TRUE(refusal(text).starts_with("--fps: wants frames per second as N, N.N or N/D, not '")) << text;
+        EXPECT_TRUE(refusal(text).starts_with("--fps: expects frames per second as N, N.N or N/D, not '")) << text;
     for (const char* text : {"0", "0.0009", "1000001", "1/1001", "24.0000000001"})
-        EXPECT_TRUE(refusal(text).starts_with("--fps: wants 0.001 to 1000000 frames per second, not '")) << text;
+        EXPECT_TRUE(refusal(text).starts_with("--fps: expects 0.001 to 1000000 frames per second, not '")) << text;
 }
 
 }  // namespace
