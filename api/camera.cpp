@@ -19,13 +19,14 @@ std::string list_of_cameras(const Scene& scene) {
 }
 
 /// Returns the number of a camera. Names come before numbers, since a name may be a number.
-std::size_t find_camera(const Scene& scene, const std::string& wanted) {
+std::size_t find_camera(const Scene& scene, const std::string& wanted, const std::string& source) {
     const auto named = std::ranges::find(scene.cameras, wanted, &Camera::name);
     if (named != scene.cameras.end()) return static_cast<std::size_t>(named - scene.cameras.begin());
     std::size_t index = 0;
     const auto [end, error] = std::from_chars(wanted.data(), wanted.data() + wanted.size(), index);
     if (error == std::errc() && end == wanted.data() + wanted.size() && index < scene.cameras.size()) return index;
-    throw Error(scene.name, "no camera '{}': {}", wanted, list_of_cameras(scene));
+    const std::string subject = source.empty() ? scene.name : fmt::format("{}: {}", source, scene.name);
+    throw Error(subject, "no camera '{}': {}", wanted, list_of_cameras(scene));
 }
 
 }  // namespace
@@ -38,7 +39,7 @@ ChosenCamera choose_camera(const Scene& scene, const CameraChoice& c) {
     }
     if (c.pose) return {camera_of(*c.pose), std::nullopt, "of the settings"};
     if (c.camera) {
-        const std::size_t index = find_camera(scene, *c.camera);
+        const std::size_t index = find_camera(scene, *c.camera, c.source);
         const Camera& camera = scene.cameras[index];
         return {camera, index, fmt::format("'{}' of the scene", camera.name)};
     }

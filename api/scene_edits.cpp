@@ -55,13 +55,15 @@ std::optional<dvec3> unit_direction(const dvec3& v) {
 void apply(const SceneEdits& edits, Scene& scene) {
     for (const auto& [index, properties] : edits.materials) {
         if (index >= scene.materials.size())
-            throw Error(scene.name, "there is no material {}, only {}", index, scene.materials.size());
+            throw Error(scene.name, "there is no material {}; the scene has {}, numbered from 0", index,
+                        scene.materials.size());
         for (const auto& [name, values] : properties)
             set_property(scene.materials[index], name, values, fmt::format("{}: material {}", scene.name, index));
     }
     for (const auto& [index, transform] : edits.transforms) {
         if (index >= scene.instances.size())
-            throw Error(scene.name, "there is no instance {}, only {}", index, scene.instances.size());
+            throw Error(scene.name, "there is no instance {}; the scene has {}, numbered from 0", index,
+                        scene.instances.size());
         scene.instances[index].object_to_world = transform;
     }
     turn(scene.environment.map, edits.environment_rotation);

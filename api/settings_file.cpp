@@ -83,6 +83,19 @@ class Element {
     std::string place_;
 };
 
+/// Parses JSON. Throws Error that names the file, and the line and column of a syntax error.
+Json parse_json(std::string_view text, const fs::path& path) {
+    try {
+        return Json::parse(text);
+    } catch (const Json::parse_error& error) {
+        const std::string_view before = text.substr(0, error.byte - 1);
+        throw Error(path.string(), "is not valid JSON at line {}, column {}", 1 + std::ranges::count(before, '\n'),
+                    before.size() - before.rfind('\n'));  // npos is -1
+    } catch (const Json::out_of_range&) {
+        throw Error(path.string(), "is not valid JSON: a number is too large");
+    }
+}
+
 constexpr double kFar = 1e30;    // largest coordinate and radiance
 constexpr double kBright = 1e9;  // largest factor
 
@@ -256,8 +269,7 @@ SavedSettings read_settings(const fs::path& path) {
 }
 
 SavedSettings parse_settings(std::string_view text, const fs::path& path) {
-    const Json json = Json::parse(text, nullptr, false);
-    if (json.is_discarded()) throw Error(path.string(), "is no JSON");
+    const Json json = parse_json(text, path);
     const Element file(path, json);
     std::set<std::string> keys{"halflight_settings", "camera",   "size", "environment", "emission", "lights", "clay",
                                "animation",          "bookmarks"};

@@ -19,6 +19,7 @@ struct CameraChoice {
     dvec3 up{0, 1, 0};                    // up direction of look_from
     double vertical_fov = 45;             // field of view of look_from, degrees, (0, 180)
     std::optional<CameraPose> pose{};     // camera of a settings file or of the caller
+    std::string source{};                 // settings file that names `camera`, for errors; empty: none
 };
 
 /// The chosen camera and its source.

@@ -69,7 +69,8 @@ void edit_light(PyScene& s, std::size_t index, std::optional<float> factor, cons
                 const std::optional<Triple>& position, const std::optional<Triple>& direction) {
     edit(s, [&](SceneEdits& edits, const Scene& scene) {
         if (index >= scene.lights.size())
-            throw Error(scene.name, "there is no light {}, only {}", index, scene.lights.size());
+            throw Error(scene.name, "there is no light {}; the scene has {}, numbered from 0", index,
+                        scene.lights.size());
         if (edits.lights.size() <= index) edits.lights.resize(index + 1);
         LightEdit& light = edits.lights[index];
         if (factor && !(*factor >= 0)) throw Error("light", "the factor of an intensity is never negative");
@@ -85,7 +86,8 @@ void edit_light(PyScene& s, std::size_t index, std::optional<float> factor, cons
 py::dict material(const PyScene& s, std::size_t index) {
     const Scene& scene = s.scene.scene();
     if (index >= scene.materials.size())
-        throw Error(scene.name, "there is no material {}, only {}", index, scene.materials.size());
+        throw Error(scene.name, "there is no material {}; the scene has {}, numbered from 0", index,
+                    scene.materials.size());
     py::dict values;
     for (const MaterialProperty& p : material_properties()) {
         const vec4 v = value_of(scene.materials[index], p.field);
@@ -111,7 +113,8 @@ py::dict light(const PunctualLight& l) {
 Matrix transform(const PyScene& s, std::size_t index) {
     const Scene& scene = s.scene.scene();
     if (index >= scene.instances.size())
-        throw Error(scene.name, "there is no instance {}, only {}", index, scene.instances.size());
+        throw Error(scene.name, "there is no instance {}; the scene has {}, numbered from 0", index,
+                    scene.instances.size());
     const dmat4 m = glm::transpose(scene.instances[index].object_to_world);
     Matrix rows{};
     for (int r = 0; r < 4; ++r)

@@ -60,7 +60,8 @@ constexpr std::array kLayers = {
             "motion since the previous frame of the surface at the pixel's centre, pixels, x right, y down", 0,
             [](const AovRecord& r, const TraceTables&, float* to) { std::copy_n(&r.motion.x, 2, to); }},
     AovInfo{"ids", "ids.", "instance,primitive,material", LayerStorage::ids, Merge::none, record,
-            "numbers at the pixel's centre; 4294967295 where there is no surface", 0, read_ids},
+            "indices of instance, primitive and material at the pixel's centre; 4294967295 where there is no surface",
+            0, read_ids},
     AovInfo{"cryptoobject", "CryptoObject", "", matte, Merge::coverage, objects,
             "Cryptomatte of the objects: ids and coverage of 6 ranks"},
     AovInfo{"cryptomaterial", "CryptoMaterial", "", matte, Merge::coverage, materials,
@@ -68,13 +69,15 @@ constexpr std::array kLayers = {
     AovInfo{"nodes", "nodes.", "Y", data, Merge::none, LayerSource::debug,
             "inner hierarchy nodes that the camera ray at the pixel's centre visits without culling", 0, nullptr,
             [](const DebugRecord& r, float* to) { *to = static_cast<float>(r.nodes); }},
-    AovInfo{"culling", "culling.", "leaves,others", data, Merge::none, LayerSource::debug,
-            "length of the tile's list for first shadow rays, of the last sample that had such rays; 0 without a list",
-            0, nullptr,
-            [](const DebugRecord& r, float* to) {
-                to[0] = static_cast<float>(r.leaves);
-                to[1] = static_cast<float>(r.others);
-            }},
+    AovInfo{
+        "culling", "culling.", "leaves,others", data, Merge::none, LayerSource::debug,
+        "number of leaves and of other entries in the tile's list for first shadow rays, in the last sample with such "
+        "rays; 0 without a list",
+        0, nullptr,
+        [](const DebugRecord& r, float* to) {
+            to[0] = static_cast<float>(r.leaves);
+            to[1] = static_cast<float>(r.others);
+        }},
 };
 
 const char* name(LayerStorage storage) {

@@ -271,7 +271,7 @@ std::string settings_markdown() {
         "`--NAME` is the option of a setting.\n\n"
         "- *file*: settings files hold it, and `halflight view` has the option, too.\n"
         "- *frame*: it is part of the fingerprint of a frame. `--overwrite` replaces frames with another value.\n"
-        "- *memory*: the memory estimate of `halflight info SCENE`, which has the option, too, depends on it.\n\n"
+        "- *memory*: the memory estimate of `halflight info SCENE` depends on it; `info` has the option, too.\n\n"
         "| Setting | Values | Default | Used in | Purpose |\n|---|---|---|---|---|\n";
     const auto escaped = [](const std::string& cell) {
         std::string text_of_cell;

@@ -126,7 +126,7 @@ TEST_F(Settings, InvalidFilesAreRefused) {
     EXPECT_EQ(refused(settings("\"samples\": 0")),
               "halflight: " + file("s.json") + ": samples: is no number from 1 to 16777216\n");
     EXPECT_EQ(refused(settings("\"camera\": \"nobody\"")),
-              "halflight: " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'\n");
+              "halflight: " + file("s.json") + ": " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'\n");
     const Outcome both = run("s.exr", {"--settings", file("s.exr")});
     EXPECT_EQ(both.status, 2) << "it is both input and output";
 

@@ -384,7 +384,8 @@ TEST_F(View, LightsAreMoved) {
     EXPECT_TRUE(same_bits(exr("moved.exr"), exr("render.exr")));
     EXPECT_FALSE(same_bits(exr("moved.exr"), exr("first.exr")));
     EXPECT_EQ(view("place 1 0 0 0\n", {"--quiet"}).err,
-              fmt::format("halflight: {}1: place: there is no light 1; the scene has 1 lights\n", file("script.txt:")));
+              fmt::format("halflight: {}1: place: there is no light 1; the scene has 1, numbered from 0\n",
+                          file("script.txt:")));
 }
 
 TEST_F(View, ErrorsNameTheLine) {
@@ -397,7 +398,7 @@ TEST_F(View, ErrorsNameTheLine) {
     expect_error(view("camera nobody\n"), 1, at + "1: " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'");
     expect_error(view("screenshot @a.png\n"), 1, at + "1: " + file("a.png: not written: there is no picture yet"));
     expect_error(view("recall there\n"), 1, at + "1: bookmarks: there is no 'there'");
-    expect_error(view("light 0 1 0 0\n"), 1, at + "1: light: there is no light 0; the scene has 0 lights");
+    expect_error(view("light 0 1 0 0\n"), 1, at + "1: light: there is no light 0; the scene has 0, numbered from 0");
     expect_error(view("component light on\n"), 1,
                  at + "1: component: unknown component 'light'; valid are emission, direct_diffuse, direct_glossy, "
                       "indirect_diffuse, indirect_glossy");
@@ -408,7 +409,7 @@ TEST_F(View, ErrorsNameTheLine) {
               std::string::npos);
     expect_error(view("wait first\nopen @no.glb\nquit\n"), 1,
                  at + "2: " + file("no.glb: cannot read: No such file or directory"));
-    expect_error(view("light 0 1\n"), 1, at + "1: light: there is no light 0; the scene has 0 lights");
+    expect_error(view("light 0 1\n"), 1, at + "1: light: there is no light 0; the scene has 0, numbered from 0");
     expect_error(view("open @script.txt\n"), 1,
                  at + "1: " + file("script.txt: is neither a scene (.glb, .gltf) nor an environment (.exr, .hdr)"));
     expect_error(run_program({"view", scene, "--size", "640"}), 2, "--size: expects WIDTHxHEIGHT in pixels, not '640'");

@@ -125,7 +125,7 @@ class Edits(InFolder):
         self.scene.edit_emission(2)
         np.testing.assert_allclose(self.renderer.render()["beauty"][..., :3], 2 * self.before[..., :3], rtol=1e-5)
         self.check_undone()
-        with self.assertRaisesRegex(hl.Error, "there is no light"):
+        with self.assertRaisesRegex(hl.Error, "there is no light 99; the scene has 0, numbered from 0"):
             self.scene.edit_light(99, factor=1)
 
     def test_transforms(self):

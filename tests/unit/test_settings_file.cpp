@@ -100,7 +100,9 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
         return said.substr(std::min(path.size() + 2, said.size()));
     };
     const auto with = [&](const std::string& more) { return message("{\"halflight_settings\": 1, " + more + "}"); };
-    EXPECT_EQ(message("{"), "is no JSON");
+    EXPECT_EQ(message("{"), "is not valid JSON at line 1, column 2");
+    EXPECT_EQ(message("{\n  \"size\": [640,]}"), "is not valid JSON at line 2, column 16");
+    EXPECT_EQ(message("[1e999]"), "is not valid JSON: a number is too large");
     EXPECT_EQ(message("[]"), "is no object");
     EXPECT_EQ(message("{}"), "has no 'halflight_settings', the version of its format");
     EXPECT_EQ(message("{\"halflight_settings\": 2}"), "halflight_settings: is not 1, the version that is known");

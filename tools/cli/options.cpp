@@ -116,6 +116,8 @@ void add_environment_option(Options& options, EnvironmentChoice& environment) {
                   [&](const auto& name, const auto& text) {
                       if (text.empty()) throw UsageError(name, "expects the name of a file or R,G,B");
                       const auto color = triple(text);
+                      if (!color && text.find_first_not_of("0123456789+-.,eE ") == std::string::npos)
+                          throw UsageError(name, "expects the name of a file or R,G,B, not '{}'", text);
                       if (color && glm::any(glm::lessThan(*color, dvec3(0))))
                           throw UsageError(name, "expects no negative radiance, not '{}'", text);
                       if (color)
@@ -144,11 +146,13 @@ void exclude(const CLI::App& app, const char* one, const char* other) {
     if (app.count(one) > 0 && app.count(other) > 0) throw UsageError(one, "cannot be given together with {}", other);
 }
 
-void check_camera_options(const CLI::App& app) {
+void check_camera_options(const CLI::App& app, const CameraChoice& choice) {
     const auto given = [&](const char* option) { return app.count(option) > 0; };
     exclude(app, "--camera", "--look-from");
     if (given("--look-from") != given("--look-at"))
         throw UsageError("--look-from", "needs --look-at, and --look-at needs it");
+    if (given("--look-from") && choice.look_from == choice.look_at)
+        throw UsageError("--look-from", "expects another point than --look-at");
     for (const char* option : {"--up", "--vfov"})
         if (given(option) && !given("--look-from")) throw UsageError(option, "needs --look-from and --look-at");
 }

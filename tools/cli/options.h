@@ -107,7 +107,7 @@ void use_settings(const CLI::App& app, PreviewArguments& arguments);
 /// Throws UsageError where both options were given.
 void exclude(const CLI::App& app, const char* one, const char* other);
 /// Throws UsageError for camera options that contradict each other.
-void check_camera_options(const CLI::App& app);
+void check_camera_options(const CLI::App& app, const CameraChoice& choice);
 
 /// Checks the options of `halflight view` after parsing, and reads its settings file.
 void finish_preview_options(const CLI::App& app, PreviewArguments& arguments);

@@ -38,12 +38,12 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
     options.settings(a.settings, &Setting::saved);
     options.value(
         "--budget", "MS",
-        fmt::format("milliseconds until a changed view is shown; where the time is short, it is shown at a lower "
-                    "resolution first (default {:g})",
+        fmt::format("time until a changed view is shown, in milliseconds; slow views are shown at a lower resolution "
+                    "first (default {:g})",
                     a.budget),
         [&](const auto& name, const auto& text) { a.budget = real(name, text, 1, 1e6); });
     options.path("--settings", "FILE.json",
-                 "settings file, read at the start if it exists, and saved to (default: SCENE.halflight.json)",
+                 "settings file: read at the start if it exists, written by Ctrl-S (default: SCENE.halflight.json)",
                  a.settings_file);
     options.group("Animation");
     add_animation_options(options, a.animation, a.frame_rate, "none, the scene at rest");
@@ -62,7 +62,7 @@ void add_preview_options(CLI::App& app, PreviewArguments& a) {
 
 void finish_preview_options(const CLI::App& app, PreviewArguments& a) {
     check_leftovers(app, "halflight view");
-    check_camera_options(app);
+    check_camera_options(app, a);
     use_settings(app, a);
     check_preview_options(app, a);
 }

@@ -29,9 +29,12 @@ constexpr Override kOverrides[] = {{"display", "--view"},  {"view", "--display"}
 
 /// Takes the values of the file, except where given(option) says that an option was given.
 template <class A, class Given>
-void take(const SavedSettings& s, const Given& given, A& a) {
+void take(const SavedSettings& s, const std::filesystem::path& file, const Given& given, A& a) {
     if (!given("--camera") && !given("--look-from")) {
-        if (const auto* name = std::get_if<std::string>(&s.camera)) a.camera = *name;
+        if (const auto* name = std::get_if<std::string>(&s.camera)) {
+            a.camera = *name;
+            a.source = file.string();
+        }
         if (const auto* pose = std::get_if<CameraPose>(&s.camera)) a.pose = *pose;
     }
     for (const Setting& setting : known_settings()) {
@@ -63,7 +66,7 @@ void take_file(const Given& given, PreviewArguments& a) {
     std::error_code none;
     if (!std::filesystem::exists(file, none)) return;
     const SavedSettings settings = read_settings(file);
-    take(settings, given, a);
+    take(settings, file, given, a);
     for (std::optional<int>* side : {&a.width, &a.height})
         if (*side) *side = std::clamp(**side, kMinWindow, kMaxWindow);
     a.bookmarks = settings.bookmarks;
@@ -97,7 +100,7 @@ void use_settings(const CLI::App& app, RenderArguments& a) {
                              a.settings_file->string());
         temporal = !a.frames.empty();  // a single picture has no earlier frames
     }
-    take(saved, given, a);
+    take(saved, *a.settings_file, given, a);
 }
 
 void use_settings(const CLI::App& app, PreviewArguments& a) {

@@ -110,7 +110,7 @@ void check(const RenderArguments& a, const CLI::App& app) {
         throw UsageError("--samples", "{} are too few to estimate an error: it takes {}", a.settings.samples,
                          kFirstLook * kReplicates);
     check_kept(a.settings.kept);
-    check_camera_options(app);
+    check_camera_options(app, a);
     const bool exr = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
     for (const char* option : {"--aov", "--half", "--working-space"})
         if (given(option) && !exr) throw UsageError(option, "needs an .exr output");
@@ -133,7 +133,7 @@ void add_memory_options(Options& options, InfoArguments& a) {
     add_camera_options(options, a.picture);
     options.group("Picture");
     options.settings(a.picture.settings, &Setting::memory);
-    options.flag("--png", a.png, "the picture is written as a .png, too");
+    options.flag("--png", a.png, "includes a .png output in the memory estimate");
     options.group("Sequence");
     add_shutter_option(options, a.picture);
     add_light_options(options, a.picture);
@@ -145,12 +145,27 @@ void check(const InfoArguments& a, const CLI::App& app) {
     if (a.needs && !a.scene) throw UsageError("--needs", "needs a SCENE");
     for (const std::string& option : memory_options())
         if (app.count(option) > 0 && !a.scene) throw UsageError(option, "needs a SCENE");
-    check_camera_options(app);
+    check_camera_options(app, a.picture);
     exclude(app, "--shutter", "--error");
     exclude(app, "--preview", "--error");
     exclude(app, "--preview", "--shutter");
     if (a.time && !a.needs) throw UsageError("--time", "needs --needs");
     if (!a.scene && !a.device) throw UsageError("SCENE", "is missing; see halflight info --help");
+}
+
+/// Returns the names of the commands, separated by commas.
+std::string commands_of(const CLI::App& app) {
+    std::vector<std::string> names;
+    for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+    return fmt::format("{}", fmt::join(names, ", "));
+}
+
+/// Throws UsageError for an unknown command, and for an unknown option before the command.
+void check_command(const CLI::App& app) {
+    const auto extras = app.remaining();
+    if (!extras.empty() && !extras.front().starts_with('-'))
+        throw UsageError(extras.front(), "is no command; commands are: {}", commands_of(app));
+    check_leftovers(app, "halflight");
 }
 
 }  // namespace
@@ -231,7 +246,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
                                  : compare_app.parsed()  ? "halflight compare"
                                                          : "halflight info");
     }
-    check_leftovers(app, "halflight");
+    check_command(app);
     if (render_app.parsed()) {
         check_leftovers(render_app, "halflight render");
         check_files(render);  // precedes reading: the settings file may be one of the files
@@ -274,7 +289,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         if (compare.map) check_files({compare.image, compare.reference}, {*compare.map});
         return compare;
     }
-    throw UsageError("command", "is missing; see halflight --help");
+    throw UsageError("command", "is missing; commands are: {}", commands_of(app));
 }
 
 }  // namespace halflight

@@ -184,7 +184,7 @@ void check_converge_options(const CLI::App& app, ConvergeArguments& a) {
     if (a.require_agreement && (a.plan.external.name.empty() || a.plan.seeds < 2))
         throw UsageError("--require-agreement", "needs --external and at least two --seeds");
     exclude(app, "--samples", "--seconds");
-    check_camera_options(app);
+    check_camera_options(app, a);
     if (a.reference.maker == converge::ReferenceOrder::Maker::file) {
         exclude(app, "--reference-samples", "--reference");
         exclude(app, "--cache", "--reference");

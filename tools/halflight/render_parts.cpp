@@ -30,7 +30,11 @@ gpu::ContextOptions device_options(const RenderArguments& a) {
 
 void check_color(const ColorConfig& config, const RenderArguments& a) {
     if (wants(a, "png") || a.movie) config.view(a.settings.view);
-    working_space(config, a.working_space);
+    try {
+        working_space(config, a.working_space);
+    } catch (const Error& error) {
+        throw Error("--working-space", "expects rec709, acescg or a linear space of the config; {}", error.what());
+    }
 }
 
 }  // namespace halflight

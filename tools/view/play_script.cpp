@@ -138,7 +138,7 @@ void Viewer::execute(const Command& c) {
     if (c.name == "light" || c.name == "place" || c.name == "aim") {
         const std::size_t lights = session_.scene().lights.size();
         if (n(0) < 0 || n(0) >= static_cast<double>(lights))
-            throw Error(c.name, "there is no light {}; the scene has {} lights", n(0), lights);
+            throw Error(c.name, "there is no light {}; the scene has {}, numbered from 0", n(0), lights);
         session_.edits.lights.resize(lights);
         LightEdit& light = session_.edits.lights[static_cast<std::size_t>(n(0))];
         if (c.numbers.size() == 2) {

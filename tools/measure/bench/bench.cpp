@@ -108,7 +108,8 @@ void check_files(const BenchArguments& a) {
 
 void add_options(CLI::App& app, BenchArguments& a) {
     app.add_option("--scene", a.scenes, "glTF files")->type_name("FILE")->required();
-    app.add_option("--camera", a.camera, "name or number (default: the first, or one that sees the whole scene)")
+    app.add_option("--camera", a.camera,
+                   "camera by name or number (default: the first, or one that sees the whole scene)")
         ->type_name("NAME|N");
     app.add_option("--size", a.size, "size of the picture in pixels (default " + a.size + ")")
         ->type_name("WIDTHxHEIGHT")
@@ -133,12 +134,12 @@ void add_options(CLI::App& app, BenchArguments& a) {
         ->excludes(frames);
     const CLI::Validator count = whole_number(1, 10000);
     app.add_option("--turns", a.turns,
-                   fmt::format("rounds through all tracers, after one to warm up (default {})", a.turns))
+                   fmt::format("rounds through all tracers, after a warm-up round (default {})", a.turns))
         ->type_name("N")
         ->check(count)
         ->excludes(frames);
     app.add_option("--repeats", a.repeats,
-                   fmt::format("runs of a tracer in each turn, of which the mean counts (default {})", a.repeats))
+                   fmt::format("runs of a tracer in each turn, which are averaged (default {})", a.repeats))
         ->type_name("N")
         ->check(count)
         ->excludes(frames);

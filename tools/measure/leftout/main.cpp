@@ -159,7 +159,7 @@ int run(const Options& options) {
 int main(int argc, char** argv) {
     halflight::leftout::Options options;
     halflight::leftout::Settings& settings = options.settings;
-    CLI::App app("Measures what it saves to leave out work that a scene does not need, in turns with --keep-all.",
+    CLI::App app("Measures what leaving out unneeded parts of a scene saves, in turns with --keep-all.",
                  "halflight-leftout");
     app.add_option("SCENE", options.scenes, "glTF 2.0 scenes, each seen by its first camera")->required();
     CLI::Option* each = app.add_flag("--items", options.each, "measure each item that is left out by itself, too");
@@ -176,10 +176,10 @@ int main(int argc, char** argv) {
     app.add_option("--samples", settings.samples, "samples per picture")
         ->check(CLI::Range(1, 1 << 16))
         ->capture_default_str();
-    app.add_option("--turns", settings.turns, "pictures of each side")
+    app.add_option("--turns", settings.turns, "pictures of each variant")
         ->check(CLI::Range(1, 1 << 16))
         ->capture_default_str();
-    app.add_option("--starts", settings.starts, "number of times that each side is prepared and compiled anew")
+    app.add_option("--starts", settings.starts, "number of times that each variant is prepared and compiled anew")
         ->check(CLI::Range(1, 1 << 16))
         ->capture_default_str();
     app.add_option("--json", options.json, "write all figures to this file");
