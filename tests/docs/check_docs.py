@@ -46,7 +46,7 @@ def check(root):
             if target.parent.name == "pictures":
                 pictures.add(target)
         for path in re.findall(rf"(?<![\w/.-])((?:{'|'.join(FOLDERS)})/[\w./-]*\w)", text):
-            if not (root / path).exists() and not re.search(r"/grey\.|/[A-Z]+$", path):  # names of the tutorial
+            if not (root / path).exists() and not re.search(r"grey\.|/[A-Z]+$", path):  # names of the tutorial
                 yield f"{name}: {path} does not exist"
     ci = (root / ".ci/run").read_text()
     for block in re.findall(r"^```console\n(.*?)^```$", (root / "README.md").read_text(), re.M | re.S):

@@ -2,8 +2,7 @@
 """extract_pass.py CHECKOUT OUTPUT: writes what docs/adding-a-pass.md prints into a folder.
 
 "Create `FILE`:" is followed by a block with the content of a new file, "Change `FILE`" by ```diff blocks. Each of these
-replaces its lines with ` ` and `-`, which must stand exactly once in FILE, by its lines with ` ` and `+`. The tests of
-the page go to grey_test.inc.
+replaces its lines with ` ` and `-`, which must stand exactly once in FILE, by its lines with ` ` and `+`.
 """
 import pathlib
 import re
@@ -27,8 +26,6 @@ def main():
             if text.count(old) != 1:
                 sys.exit(f"docs/adding-a-pass.md: these lines stand {text.count(old)} times in {name}:\n{old}")
             files[name] = text.replace(old, new)
-        elif language == "cpp":
-            files["grey_test.inc"] = code
     for path, text in files.items():
         (output / path).parent.mkdir(parents=True, exist_ok=True)
         (output / path).write_text(text)

@@ -1,4 +1,5 @@
-// Tests the pass of docs/adding-a-pass.md: alone, and in whole pictures through renderer/render_develop.cpp.
+// Tests the pass of docs/adding-a-pass.md in whole pictures, through renderer/render_develop.cpp. The page's own test
+// of the pass is part of this program.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -6,10 +7,7 @@
 #include <vector>
 
 #include "engine/color/color.h"
-#include "engine/graph/compile.h"
-#include "engine/graph/execute.h"
 #include "engine/io/gltf/gltf.h"
-#include "passes/picture/grey.h"
 #include "renderer/render.h"
 #include "tests/support/gpu_test.h"
 
@@ -18,24 +16,25 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Fixture whose shader folder holds the checkout's shaders and the one of the page.
-class Grey : public GpuTest {
-  protected:
-    Grey() {
-        fs::remove_all(folder);
-        fs::create_directories(folder);
-        fs::copy(HALFLIGHT_SOURCE_DIR "/shaders", folder, fs::copy_options::recursive);
-        fs::copy(PAGE_FOLDER "/shaders/grey.comp", folder);
-        setenv("HALFLIGHT_SHADERS", folder.c_str(), 1);
+/// Makes a shader folder of the checkout's shaders and the one of the page.
+class Shaders : public testing::Environment {
+    void SetUp() override {
+        fs::remove_all(folder_);
+        fs::create_directories(folder_);
+        fs::copy(HALFLIGHT_SOURCE_DIR "/shaders", folder_, fs::copy_options::recursive);
+        fs::copy(PAGE_FOLDER "/shaders/grey.comp", folder_);
+        setenv("HALFLIGHT_SHADERS", folder_.c_str(), 1);
     }
-    ~Grey() override { fs::remove_all(folder); }
+    void TearDown() override { fs::remove_all(folder_); }
 
-    fs::path folder = fs::path(PAGE_FOLDER) / "all" / "shaders";
+    fs::path folder_ = fs::path(PAGE_FOLDER) / "all" / "shaders";
 };
 
-#include <grey_test.inc>
+const testing::Environment* const shaders = testing::AddGlobalTestEnvironment(new Shaders);
 
-TEST_F(Grey, TakesTheColourOutOfTheView) {
+using GreyPicture = GpuTest;
+
+TEST_F(GreyPicture, HasNoColour) {
     const Scene scene = load_gltf(HALFLIGHT_SOURCE_DIR "/scenes/cornell.glb");
     RenderSettings settings;
     settings.camera = scene.cameras.at(0);

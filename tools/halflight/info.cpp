@@ -75,8 +75,7 @@ void print_left_out_head(bool timed) {
     fmt::print("left out with the default settings, and the bytes saved");
     if (timed)
         fmt::print(
-            "; time of a sample of {} x {} pixels with this part, relative to without it, median [quartiles] of {} "
-            "turns",
+            "; time of a sample of {} x {} pixels with the part over that without it, median [quartiles] of {} turns",
             kTimed.width, kTimed.height, kTimed.turns);
     fmt::print(". --keep refuses items marked *, which would change the picture\n");
 }
