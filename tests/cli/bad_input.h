@@ -27,8 +27,8 @@ struct Verdict {
     std::string line;  // message on stderr
 };
 
-/// Runs the program under the limits. Where the environment variable HALFLIGHT_BAD_INPUT_TABLE is set, a table with a
-/// row per case is printed at the end.
+/// Runs the program under the limits. If the environment variable HALFLIGHT_BAD_INPUT_TABLE is set, a table with a row
+/// per case is printed at the end.
 Verdict judge(const std::string& name, const std::vector<std::string>& arguments);
 
 /// Prints a fate in messages of gtest.

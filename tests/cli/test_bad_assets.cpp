@@ -1,5 +1,5 @@
-// Tests bad files of other projects in ../shared/assets/bad: invalid ones by Khronos' glTF validator, and former
-// crashers of OpenEXR.
+// Tests bad files of other projects in ../shared/assets/bad: invalid scenes from the tests of Khronos' glTF validator,
+// and files that once crashed OpenEXR.
 #include <fmt/format.h>
 
 #include <map>

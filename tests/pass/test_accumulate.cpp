@@ -224,7 +224,7 @@ class AccumulateTest : public PassTest {
     gpu::Buffer counts{"bad values", sizeof(Counts)};
     Accumulated sums;
     graph::CompiledGraph plan;
-    std::uint32_t samples = 0;  // samples fed
+    std::uint32_t samples = 0;  // number of samples fed
 };
 
 TEST_F(AccumulateTest, SumsEqualDoublePrecision) {

@@ -104,7 +104,7 @@ class DebugAovTest : public PassTest {
     /// Results of the shadow pass with one tracer, and of a second graph that reads the tracer's counters.
     struct Traced {
         std::vector<shared::DebugRecord> records;
-        std::vector<int> surface;  // by path: 1 where a surface is visible
+        std::vector<int> surface;  // 1 where a surface is visible, by path
     };
     Traced trace(Stage& stage, rays::Tracer& tracer, const DebugOptions& options) {
         const auto view_of = [&](graph::Graph& graph) {
@@ -176,7 +176,7 @@ TEST_F(DebugAovTest, WithoutListsThereIsNothingToCount) {
     Stage stage(programs, lit_quad(), camera_on_quad(), {60, 45});
     graph::Graph unused;
     for (const rays::Culling culling : {rays::Culling::off, rays::Culling::automatic}) {
-        rays::Tracer tracer(stage.view(unused).trace, culling);  // in automatic mode the tracer's first run is plain
+        rays::Tracer tracer(stage.view(unused).trace, culling);  // the automatic tracer's first run is plain
         for (const shared::DebugRecord& r : trace(stage, tracer, {.culling = true}).records) EXPECT_EQ(r.leaves, 0u);
     }
 }

@@ -25,14 +25,14 @@ namespace {
 double mean(const dvec3& c) {
     return (c.x + c.y + c.z) / 3;
 }
-/// Power heuristic (Veach 1997, eq. 9.13, beta = 2).
+/// Returns the power heuristic (Veach 1997, eq. 9.13, beta = 2).
 double power_heuristic(double a, double b) {
     return a > 0 ? 1 / (1 + (b / a) * (b / a)) : 0;
 }
 
 /// Light of the scene: a sun, or a sky of one colour.
 struct Light {
-    dvec3 direction{0};  // towards the light, unit length
+    dvec3 direction{0};  // unit length, towards the light
     dvec3 radiance{0};   // sky: radiance over density; sun: irradiance over probability
     double density = 0;  // 0 for a sun
     double weight(double surface) const { return density > 0 ? power_heuristic(density, surface) : 1; }

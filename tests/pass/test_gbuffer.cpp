@@ -15,7 +15,7 @@ namespace {
 class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryVisibility> {
   protected:
     struct Content {
-        std::vector<float> depth;  // for rasterized visibility
+        std::vector<float> depth;  // used by rasterized visibility
         std::vector<shared::Ray> rays;
         std::vector<shared::Hit> hits;
         std::vector<vec4> rows;
@@ -64,8 +64,8 @@ class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryV
                 const TriangleSource source = source_of(stage.trace_tables(), hit.instance, hit.triangle);
                 ASSERT_EQ(source.instance, s.instance) << x << ", " << y;
                 ASSERT_EQ(source.triangle, s.triangle) << x << ", " << y;
-                // The float error consists of about ten roundings of coordinates relative to the scene's centre and to
-                // the camera, divided by the cosine of the angle of incidence.
+                // The float error is about ten roundings of coordinates relative to the scene's centre and to the
+                // camera. It is divided by the cosine of the angle of incidence.
                 const double size =
                     glm::length(s.position - eye) + glm::length(s.position - stage.trace_tables().origin);
                 const double grazing = std::abs(glm::dot(s.direction, s.geometric_normal));

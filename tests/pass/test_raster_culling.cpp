@@ -86,7 +86,7 @@ TEST_F(RasterCullingTest, OurScenes) {
             Pair pair(tables, small_leaves());
             const std::vector<Ray> rays = mixed_rays(pair.tables.bounds, 4000);
             EXPECT_EQ(pair.different_answers(rays), 0u);
-            EXPECT_EQ(pair.different_answers(rays), 0u);  // with the visibility state of the first run
+            EXPECT_EQ(pair.different_answers(rays), 0u);  // uses the first run's state
         }
     }
 }

@@ -77,7 +77,7 @@ Scene emitter_scene(const std::vector<dmat4>& placements, const vec3& emission, 
     return scene;
 }
 
-/// Returns the form factor from a surface element to a parallel rectangle a x b at distance 1, with one corner straight
+/// Returns the form factor from a surface element to a parallel rectangle a x b at distance 1. One corner is straight
 /// above the element (Siegel and Howell, configuration 4).
 double corner_form_factor(double a, double b) {
     const double p = std::sqrt(1 + a * a), q = std::sqrt(1 + b * b);
@@ -100,9 +100,9 @@ TEST_F(ShadingLights, IrradianceFromASquareIsItsFormFactor) {
     std::vector<vec4> points;
     std::vector<double> expected;
     for (const double h : {0.3, 1.0, 5.0}) {
-        points.emplace_back(vec3(dvec3(0, 0, -h) - o), 0);  // below a corner, at the back
+        points.emplace_back(vec3(dvec3(0, 0, -h) - o), 0);  // the point is below a corner, at the back
         expected.push_back(corner_form_factor(1 / h, 1 / h));
-        points.emplace_back(vec3(dvec3(0.5, 0.5, h) - o), 0);  // above the centre
+        points.emplace_back(vec3(dvec3(0.5, 0.5, h) - o), 0);  // the point is above the centre
         expected.push_back(4 * corner_form_factor(0.5 / h, 0.5 / h));
     }
     const auto found = shading.run(kLibrary, R"(
@@ -116,7 +116,7 @@ TEST_F(ShadingLights, IrradianceFromASquareIsItsFormFactor) {
                                    static_cast<std::uint32_t>(points.size()), 1, points);
     for (std::size_t i = 0; i < points.size(); ++i) {
         const double e = kPi * expected[i];
-        EXPECT_NEAR(found[i].x / (3 * e), 1, 0.01) << i;  // close to the light, few samples of its area dominate
+        EXPECT_NEAR(found[i].x / (3 * e), 1, 0.01) << i;  // few samples dominate close to the light
         EXPECT_NEAR(found[i].y / found[i].x, 2 / 3.0, 1e-5) << i;
     }
 }

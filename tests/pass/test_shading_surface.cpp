@@ -138,7 +138,7 @@ TEST_F(ShadingSurface, GeometryOfHits) {
         const dvec3 texel = 2.0 * dvec3(200, 40, 220) / 255.0 - 1.0;
         dvec3 mapped = side * glm::normalize(0.7f * texel.x * tangent + 0.7f * texel.y * bitangent + texel.z * normal);
         const double seen = glm::dot(mapped, wo);
-        if (std::abs(seen) < 1e-4) continue;  // near the tangent plane, rounding decides whether the normal is bent
+        if (std::abs(seen) < 1e-4) continue;  // rounding decides whether the normal is bent
         if (seen < 0) mapped = glm::normalize(mapped + wo * (1e-3 - seen));
         EXPECT_NEAR(glm::length(dvec3(r[5]) - mapped), 0, 2e-4) << i;
         EXPECT_GT(r[5].w, 0) << i;
@@ -290,7 +290,7 @@ TEST_P(ShadingSurfaceScales, RaysThatLeaveMissTheirOrigin) {
         bare += found[i].y;
         furthest = std::max(furthest, double(found[i].z) / std::pow(10.0, decade));
     }
-    EXPECT_GT(bare, 0.05 * 64 * count);  // without the offset many rays hit
+    EXPECT_GT(bare, 0.05 * 64 * count);  // many rays hit without the offset
     RecordProperty("bare", std::to_string(bare / (64.0 * count)));
     RecordProperty("furthest", std::to_string(furthest));
 }

@@ -76,7 +76,7 @@ TEST_F(ShadingTextures, EveryWrapFilterAndTransform) {
                 for (std::size_t i = 0; i < uvs.size(); ++i) {
                     const double range = i % 4 == 0 ? 50 : i % 4 == 1 ? 1 : 3;
                     uvs[i] = vec4(uniform(-range, range), uniform(-range, range), uniform(-2, 2), uniform(-2, 2));
-                    if (i % 16 == 2) uvs[i] = glm::round(uvs[i]);  // on texel borders and on the seams of the wraps
+                    if (i % 16 == 2) uvs[i] = glm::round(uvs[i]);  // lookup on texel borders and on seams of the wraps
                 }
                 uvs[0] = vec4(-1e-9f, -1e-9f, -1e-9f, -1e-9f);
                 const auto found = shading.run("#include \"shaders/lib/texture.glsl\"", R"(

@@ -17,7 +17,7 @@ namespace {
 
 const dvec3 kUp(0, 1, 0);
 
-/// A rectangle of constant radiance.
+/// Rectangle of constant radiance.
 struct RectangleLight {
     vec3 corner, u, v;
     vec3 radiance{3, 5, 7};

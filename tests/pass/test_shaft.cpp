@@ -287,12 +287,12 @@ void main() {
 struct Counts {
     std::uint32_t triples = 0;   // number of tested combinations of a ray, a box, and the shaft of the ray's bundle
     std::uint32_t met = 0;       // the ray meets the box
-    std::uint32_t lost = 0;      // such boxes that the shaft misses or meets later
+    std::uint32_t lost = 0;      // boxes that a ray meets, and that the shaft misses or meets later
     std::uint32_t far = 0;       // random boxes that no ray of a coherent bundle meets
     std::uint32_t rejected = 0;  // far boxes that the shaft rejects
 };
 
-constexpr float kSlack = 0x1p-20f;  // for hierarchies of triangles; those of instances have a larger margin
+constexpr float kSlack = 0x1p-20f;  // margin for hierarchies of triangles; instances have a larger one
 
 /// Kind of shaft and of node.
 struct Kind {

@@ -33,7 +33,7 @@ std::size_t different(const Answers& a, const Answers& b) {
     return test::different(a.hits, b.hits) + test::different(a.occluded, b.occluded);
 }
 
-/// A record of a tile list, in words.
+/// Record of a tile list, in words.
 struct Record {
     std::span<std::uint32_t> words;
     std::size_t entry_words;

@@ -80,7 +80,7 @@ class PlainAgainstTiles {
     std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr,
                                   gpu::Buffer* frame_constants = nullptr);
     rays::RayKind kind = rays::RayKind::primary;
-    std::uint32_t rays_of_path = 1;  // for calls without a list
+    std::uint32_t rays_of_path = 1;  // consecutive rays per path in calls without a list
     rays::Tracer& tiles() { return tiles_; }
     graph::History& history() { return executor_.history(); }
 

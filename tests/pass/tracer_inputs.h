@@ -42,8 +42,8 @@ std::vector<Ray> camera_rays(const Bounds& bounds, const vec3& from_direction);
 /// Returns rays of all kinds: rays_through(), two cameras, and 100 tiles. The 64 rays of a tile lead from near one
 /// point of the bounds to near another, where they may end.
 std::vector<Ray> mixed_rays(const Bounds& bounds, std::size_t count, std::uint32_t seed = 1);
-/// Returns tiles of at most 64 rays through [-1, 1]^3: single, equal and opposite rays, common origins, zero
-/// components, t_max 0 or infinite, inactive rays, and directions and origins of all magnitudes.
+/// Returns tiles of at most 64 rays through [-1, 1]^3. Rays are single, equal, opposite, inactive or of common origin,
+/// have zero components or t_max 0 or infinite, and have all magnitudes.
 std::vector<std::vector<Ray>> degenerate_tiles();
 
 /// Returns some of the paths 0 to count - 1 without duplicates. Most are in order, many reversed. Precondition: count

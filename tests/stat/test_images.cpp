@@ -55,7 +55,7 @@ class ImageTest : public GpuTest {
         trial.samples *= effort();
         trial.oracle_samples *= effort();
         std::array<Batches, 6> ours, oracle;
-        std::array<Batches, 2> reused, oracle_indirect;  // by component: diffuse, glossy
+        std::array<Batches, 2> reused, oracle_indirect;  // one per component: diffuse, glossy
         Batches our_variance, oracle_variance;           // variance of one sample
         std::uint64_t bad_values = 0;
         for (int b = 0; b < kBatches; ++b) {

@@ -85,7 +85,7 @@ TEST(ReferenceAlbedo, LimitsAreKnown) {
     EXPECT_DOUBLE_EQ(directional_albedo(0.3, 0).one(), 1);
     EXPECT_DOUBLE_EQ(directional_albedo(0.3, 0).b, std::pow(0.7, 5));
     EXPECT_NEAR(integrate_albedo(0.5, 2 * kMirrorAlpha).one(), 1, 1e-5);
-    EXPECT_NEAR(integrate_albedo(0, 0.5).one(), 1, 1e-5);  // at grazing angles all visible microfacets are lit
+    EXPECT_NEAR(integrate_albedo(0, 0.5).one(), 1, 1e-5);  // all visible microfacets are lit at grazing angles
 }
 
 TEST(ReferenceBsdf, WhiteMaterialsLoseNoEnergy) {
@@ -196,7 +196,7 @@ TEST(ReferenceBsdf, BlackWhereTheSidesOfNormalsDiffer) {
         .metallic = 0.3, .roughness = 0.7, .clearcoat = 1, .clearcoat_roughness = 0.5, .transmission = 0.5};
     const Bsdf bsdf(everything, wo, kUp, n, n);
     for (const dvec3& wi :
-         {normalize(dvec3(1, 0, -0.2)), normalize(dvec3(-1, 0, 0.2))}) {  // above one normal, below the other
+         {normalize(dvec3(1, 0, -0.2)), normalize(dvec3(-1, 0, 0.2))}) {  // each normal sees one of them
         const Bsdf::Value value = bsdf.evaluate(wi);
         EXPECT_EQ(value.diffuse, dvec3(0));
         EXPECT_EQ(value.glossy, dvec3(0));

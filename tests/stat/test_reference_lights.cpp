@@ -74,13 +74,13 @@ TEST(ReferenceLights, PointSpotAndDirectionalAreExact) {
     expect_radiance(render_oracle(scene, at_origin(), 4, 4, 1), kAlbedo / kPi * 30 * cosine / distance2, 2);
 
     scene.lights[0].type = LightType::spot;
-    scene.lights[0].direction = vec3(0, -1, 0);  // now the origin is off the axis
+    scene.lights[0].direction = vec3(0, -1, 0);  // the origin is off the spot light's axis
     scene.lights[0].inner_cone = 0.3f;
     scene.lights[0].outer_cone = 0.9f;
     const double fade = (cosine - std::cos(0.9f)) / (std::cos(0.3f) - std::cos(0.9f));
     expect_radiance(render_oracle(scene, at_origin(), 4, 4, 1), kAlbedo / kPi * 20 * cosine / distance2 * fade * fade,
                     1);
-    scene.lights[0].outer_cone = 0.5f;  // now the point is outside the cone
+    scene.lights[0].outer_cone = 0.5f;  // the point is outside this cone
     EXPECT_EQ(mean_radiance(render_oracle(scene, at_origin(), 4, 4, 1)).value, 0);
 
     scene.lights[0].type = LightType::directional;
@@ -97,8 +97,8 @@ TEST(ReferenceLights, ShadowsOfPunctualLightsAreHard) {
     add_quad(scene, 0, {-0.1f, 1, -0.1f}, {0.2f, 0, 0}, {0, 0, 0.2f});
     const ReferenceResult result =
         render_oracle(scene, look_at_camera({0, 0.9, 0}, {0, 0, 0}, {0, 0, 1}, 0.9), 16, 8, 1);
-    EXPECT_EQ(*result.beauty.at(8, 8), 0);    // inside the shadow, |x| < 0.2
-    EXPECT_GT(*result.beauty.at(0, 8), 0.1);  // outside the shadow
+    EXPECT_EQ(*result.beauty.at(8, 8), 0);    // the pixel is in the shadow, |x| < 0.2
+    EXPECT_GT(*result.beauty.at(0, 8), 0.1);  // the pixel is outside the shadow
 }
 
 TEST(ReferenceLights, EmissionTextureIsSampledAsItIsHit) {
@@ -242,7 +242,7 @@ TEST(ReferenceLights, AllStrategiesAgree) {
             agree(strategy == ReferenceStrategy::lights_only ? "reference-lights-only" : "reference-surfaces-only",
                   {alone.beauty, alone.variance, 1024}, {mis.beauty, mis.variance, 1024},
                   {.block = 4, .relative_difference = 0}));
-        EXPECT_GT(mean_radiance(alone).error, mean_radiance(mis).error);  // otherwise MIS would gain nothing
+        EXPECT_GT(mean_radiance(alone).error, mean_radiance(mis).error);  // MIS must reduce the noise
     }
 }
 

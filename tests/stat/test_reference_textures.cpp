@@ -30,7 +30,7 @@ TEST(ReferenceTextures, BilinearAboutTexelCentres) {
     const Scene scene = ramp();
     TextureRef ref;
     ref.image = 0;
-    EXPECT_NEAR(red(scene, ref, 1.5 / 4, 0.25), 10, 1e-12);  // at the centre of a texel
+    EXPECT_NEAR(red(scene, ref, 1.5 / 4, 0.25), 10, 1e-12);  // the point is the centre of a texel
     EXPECT_NEAR(red(scene, ref, 2.0 / 4, 0.25), 15, 1e-12);
     EXPECT_NEAR(red(scene, ref, 1.75 / 4, 0.5), 62.5, 1e-12);
     ref.nearest = true;

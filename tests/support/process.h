@@ -35,8 +35,8 @@ struct RunOptions {
 /// command cannot be started.
 Outcome run(const std::vector<std::string>& command, const RunOptions& options = {});
 
-/// Inserts `--device` and the device of the tests (test_device.h) after a command of halflight that renders, unless the
-/// arguments choose a device or ask for help.
+/// Inserts `--device` and the device of the tests (test_device.h) after a command of halflight that renders. Arguments
+/// that choose a device or ask for help stay unchanged.
 std::vector<std::string> on_test_device(std::vector<std::string> arguments);
 
 #ifdef HALFLIGHT_PROGRAM

@@ -32,7 +32,7 @@ TEST(ConvergePlan, TurnsRotate) {
     for (std::size_t turn = 0; turn < runs.size(); turn += 3) {
         ++firsts[runs[turn].method];
         if (turn % 12 == 0) ++first_budgets[runs[turn].budget];
-        for (std::size_t i = turn; i < turn + 3; ++i) {  // in one turn, each method makes one picture
+        for (std::size_t i = turn; i < turn + 3; ++i) {  // each method makes one picture per turn
             EXPECT_EQ(runs[i].seed, runs[turn].seed);
             EXPECT_EQ(runs[i].budget, runs[turn].budget);
         }

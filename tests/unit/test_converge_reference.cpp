@@ -134,7 +134,7 @@ TEST_F(ConvergeReference, SizesInFilesAreNotTrusted) {
     }
     write_file(file, good);
     EXPECT_TRUE(load_halves(file, 7, 3, 2));
-    EXPECT_THROW(load_halves(file, 7, 2, 3), Error);  // same number of pixels in another shape
+    EXPECT_THROW(load_halves(file, 7, 2, 3), Error);  // the number of pixels is the same
 }
 
 TEST_F(ConvergeReference, UnwritableFoldersAreReportedBeforehand) {

@@ -321,7 +321,7 @@ TEST_F(GltfDeformed, SkinsAtRest) {
     ASSERT_EQ(scene.instances.size(), 1u);
     EXPECT_EQ(scene.instances[0].object_to_world, dmat4(1));
     const Mesh& mesh = scene.meshes.at(0);
-    // Joint 0: z + 5. Joint 1: twice (x, y, z - 1), then z + 5. Weights are normalized.
+    // Joint 0 adds 5 to z. Joint 1 adds 5 to the z of twice (x, y, z - 1). Weights are normalized.
     EXPECT_EQ(mesh.positions, (std::vector<vec3>{{0, 0, 5}, {2, 0, 3}, {0, 1.5f, 4}}));
     EXPECT_EQ(mesh.normals, (std::vector<vec3>{{0, 0, 1}, {0, 0, 1}, {1, 0, 0}}));
 }

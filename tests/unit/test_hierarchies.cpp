@@ -117,8 +117,8 @@ vec3 as_it_is(const vec3& p, const vec3&) {
     return p;
 }
 
-/// Returns, in this order: a static floor, a sheet that deforms, a box that its instance moves, and a static and a
-/// moving instance of one sheet.
+/// Returns a static floor, a sheet that deforms, a box that its instance moves, and a static and a moving instance of
+/// one sheet, in this order.
 Scene pose(const Bend& bend, const dvec3& step = dvec3(0)) {
     Scene scene;
     scene.materials.emplace_back();

@@ -153,7 +153,7 @@ TEST(LuminanceSums, MeanOverWrappedBoxes) {
     EXPECT_EQ(mean(-0.2f, Wrap::mirrored_repeat), 0);
     EXPECT_GT(mean(-5, Wrap::clamp_to_edge), 0);
     EXPECT_EQ(mean(5, Wrap::clamp_to_edge), 0);
-    EXPECT_GT(mean(1e9f, Wrap::repeat), 0);  // where coordinates have lost their fraction, all texels count
+    EXPECT_GT(mean(1e9f, Wrap::repeat), 0);  // all texels count if coordinates have no fraction left
     EXPECT_NEAR(sums.mean(texture, {vec2(0), vec2(1), vec2(0, 1)}), 2 / 32.0, 1e-6);
 }
 

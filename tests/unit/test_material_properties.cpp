@@ -1,5 +1,5 @@
-// Tests that every row of the table of material properties is read from glTF, validated, packed and animated, and that
-// the texts made from the table are up to date. HALFLIGHT_REWRITE=1 rewrites these texts.
+// Tests that every row of the table of material properties is read from glTF, validated, packed and animated. Also
+// tests the texts made from the table. HALFLIGHT_REWRITE=1 rewrites these texts.
 #include <cmath>
 #include <cstdlib>
 #include <set>

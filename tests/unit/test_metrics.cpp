@@ -21,7 +21,7 @@ TEST(RelativeMse, IsRelativeToTheReference) {
     EXPECT_EQ(relative_mse(Values{}, Values{}), 0);
     EXPECT_NEAR(relative_mse(Values{110, 0}, Values{100, 0}), 0.5 * 0.01, 1e-7);
     EXPECT_NEAR(relative_mse(Values{0, 0.1}, Values{0, 0}), 0.5, 1e-12);
-    EXPECT_NEAR(relative_mse(Values{0.1, 9, 0, 0.1}, Values{0, 0, 0, 0}, 0.25), 2.0 / 3, 1e-12);  // without the value 9
+    EXPECT_NEAR(relative_mse(Values{0.1, 9, 0, 0.1}, Values{0, 0, 0, 0}, 0.25), 2.0 / 3, 1e-12);  // drops the value 9
 }
 
 TEST(ErrorMaps, AreMeansOverChannels) {
@@ -52,7 +52,7 @@ TEST(WorstShare, DistinguishesFirefliesFromNoise) {
     for (std::size_t i = 0; i < 10; ++i) even[i * 997] = 1000;
     EXPECT_NEAR(worst_share(even), 10000.0 / (10000 + 9990), 1e-6);
     EXPECT_EQ(worst_share(std::vector<float>(5, 0.0f)), 0);
-    EXPECT_EQ(worst_share(std::vector<float>{1, 3}), 0.75);  // at least one pixel counts
+    EXPECT_EQ(worst_share(std::vector<float>{1, 3}), 0.75);  // one pixel counts at least
     EXPECT_EQ(worst_share({}), 0);
 }
 

@@ -130,7 +130,7 @@ TEST(RasterWalk, AnUnchangedSceneCostsFewQueries) {
     EXPECT_EQ(steady.leaves, 20 * leaves);             // hidden leaves are not traced
     EXPECT_LT(steady.queries, steady.nodes / 4);       // hidden nodes are queried in groups
     EXPECT_GT(steady.saved_visible, 20 * leaves / 2);  // visible nodes are re-tested rarely
-    EXPECT_GT(steady.queries, steady.multi_queries);   // but they are re-tested
+    EXPECT_GT(steady.queries, steady.multi_queries);   // visible nodes are re-tested at all
 }
 
 TEST(RasterWalk, NothingToWalk) {

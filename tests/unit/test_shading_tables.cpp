@@ -104,11 +104,11 @@ TEST(ShadingTables, TexturesAreStoredOncePerUse) {
     m.metallic = m.specular = 1;
     m.base_color_texture.image = 0;
     m.emission = vec3(1);
-    m.emission_texture = m.base_color_texture;          // same descriptor
-    m.normal_texture.image = 0;                         // same image, as data
+    m.emission_texture = m.base_color_texture;          // equals an earlier descriptor
+    m.normal_texture.image = 0;                         // the image exists, but holds data here
     m.metallic_roughness_texture.image = 1;             //
     m.specular_texture = m.metallic_roughness_texture;  //
-    m.specular_texture.wrap_v = Wrap::mirrored_repeat;  // same texels, different descriptor
+    m.specular_texture.wrap_v = Wrap::mirrored_repeat;  // the texels exist, with another descriptor
     m.specular_texture.uv_set = 1;
     m.specular_texture.uv_transform[2] = vec2(0.5f, 0.25f);
     const ShadingTables tables = tables_of(scene);
