@@ -1,4 +1,4 @@
-// Fixture that renders a small room with the program, for tests of its files and messages.
+// Renders a small room with the program, for tests of its files and messages.
 #pragma once
 
 #include <gtest/gtest.h>

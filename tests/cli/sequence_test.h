@@ -1,4 +1,4 @@
-// Fixture that renders frames of a small animated scene into folders.
+// Renders frames of a small animated scene into folders, for tests of sequences.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// An X server without a screen, for tests of windows.
+// Starts an X server without a screen, for tests of windows.
 #pragma once
 
 #include <optional>

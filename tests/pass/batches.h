@@ -1,4 +1,4 @@
-// Means of pictures of independent seeds, and the scatter of single pictures.
+// Averages pictures of independent seeds, and measures the scatter of single pictures.
 #pragma once
 
 #include "engine/core/image.h"

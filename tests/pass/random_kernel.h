@@ -1,4 +1,4 @@
-// Random numbers for the small kernels of tests.
+// Provides the small kernels of tests with random numbers.
 #pragma once
 
 #include <string>

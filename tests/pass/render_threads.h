@@ -1,4 +1,4 @@
-// Helpers for tests of the viewer's render thread.
+// Runs the viewer's render thread and records its pictures, for tests.
 #pragma once
 
 #include <chrono>

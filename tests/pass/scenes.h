@@ -1,4 +1,4 @@
-// Scenes for tests of passes: few triangles, known answers.
+// Makes scenes of few triangles with known results, for tests of passes.
 #pragma once
 
 #include "tests/support/scenes.h"

@@ -30,7 +30,7 @@ TEST_F(ClampTest, NoClampAndAHighClampChangeNothing) {
     settings.clamp = 1e30f;
     expect_same(render(context, scene, settings), plain);
     settings.clamp = 0;
-    settings.kept = Kept::everything();  // the clamping code, too
+    settings.kept = Kept::everything();  // builds the clamping code, too
     expect_same(render(context, scene, settings), plain);
 }
 

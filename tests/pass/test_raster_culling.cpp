@@ -27,7 +27,7 @@ using rays::RasterSettings;
 
 constexpr rays::RayKind kKind = rays::RayKind::primary;
 
-/// The tables of one scene with the two tracers.
+/// Tables of one scene, and both tracers.
 struct Pair {
     Pair(const TraceTables& t, const RasterSettings& settings, rays::NodeFormat format = rays::NodeFormat::grid,
          const gpu::Defines& shading = {})

@@ -52,7 +52,7 @@ struct Record {
     }
 };
 
-/// The steps of culling by compute on lists and blockers that the test owns.
+/// Runs the steps of culling by compute on lists and blockers that the test owns.
 class Steps {
   public:
     Steps(gpu::ProgramCache& programs, const Scene& scene, NodeFormat format, const rays::TileSettings& settings = {})

@@ -1,5 +1,5 @@
-// Stiff and extreme scenes whose result is known from analysis or from an invariance. Each case is recorded with its
-// figure and its bound; tools/stiff-report prints all cases.
+// Records stiff cases: extreme scenes whose result is known from analysis or from an invariance. Each case has a figure
+// and a bound; tools/stiff-report prints all cases.
 #pragma once
 
 #include <fmt/format.h>

@@ -1,4 +1,4 @@
-// JPEG files for tests.
+// Makes JPEG files for tests.
 #pragma once
 
 #include <cstdint>

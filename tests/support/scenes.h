@@ -1,4 +1,4 @@
-// Small scenes for tests with known results.
+// Makes small scenes with known results, for tests.
 #pragma once
 
 #include "engine/scene/scene.h"

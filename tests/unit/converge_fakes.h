@@ -1,4 +1,4 @@
-// Fake methods for tests of converge: their pictures have a known expectation and known noise.
+// Fakes methods for tests of converge: their pictures have a known expectation and known noise.
 #pragma once
 
 #include <cmath>
