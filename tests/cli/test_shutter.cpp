@@ -70,8 +70,8 @@ double rms_error(const std::vector<double>& profile, double travel) {
     return std::sqrt(sum / kSide);
 }
 
-// Each of the 32 times is known to 1/32 of the path of 2 units, which is half a pixel. A pixel's own width included,
-// four times are uncertain at each edge.
+// Each of the 32 times is known to 1/32 of the path of 2 units, which is half a pixel. The width of a pixel adds to
+// this, so four times are uncertain at each edge.
 TEST_F(Shutter, MovingSquareHasTheProfileOfItsPath) {
     const Strings settings = {"--frame", "1", "--samples", "32", "--shutter-times", "32"};
     const auto profile = [&](const Strings& more) {

@@ -34,8 +34,8 @@ struct TraceRequest {
 };
 /// Adds the passes that fill the results.
 using AddTrace = std::function<graph::BufferHandle(graph::Graph&, const rays::RayBatch&, graph::BufferHandle results)>;
-/// Traces rays. Result is Hit, or std::uint32_t for any-hit rays. The batch is padded with dead rays to a multiple of
-/// 256.
+/// Traces rays. Result is Hit, or std::uint32_t for any-hit rays. The batch is padded with inactive rays to a multiple
+/// of 256.
 template <class Result>
 std::vector<Result> run_trace(graph::Executor& executor, const TraceRequest& request, const AddTrace& add);
 

@@ -40,7 +40,7 @@ std::vector<fs::path> scenes_below(const fs::path& folder) {
 }
 
 TEST_F(GltfAssets, LoadWithAllTheirTriangles) {
-    // Lines of STATS.txt look like "path sizeMB ... instTri=123 ... inst=4 ..."; another program has counted.
+    // Lines of STATS.txt look like "path sizeMB ... instTri=123 ... inst=4 ..."; another program wrote them.
     std::ifstream stats(kAssets / "STATS.txt");
     std::size_t loaded = 0;
     for (std::string line; std::getline(stats, line); ++loaded) {

@@ -63,7 +63,7 @@ TEST(Refit, OfAnUnchangedSceneChangesNothing) {
 }
 
 TEST(Refit, CostIsRelativeArea) {
-    // Two unit cubes with 2 and 3 pairs are in the corners of a 2x1x1 box. Its area is 10, that of a cube 6.
+    // Two unit cubes with 2 and 3 pairs are in the corners of a 2x1x1 box. The box has area 10, a cube 6.
     Bvh bvh;
     bvh.nodes.emplace_back();
     bvh.nodes[0].children[0] = {{vec3(0), vec3(1)}, 0, 2};
