@@ -96,7 +96,7 @@ TEST_F(Refusal, OptionsOutOfRange) {
     expect_render({"--camera", "0", "--look-from", "0,0,1", "--look-at", "0,0,0"}, 2,
                   "--camera: cannot be given together with --look-from");
     for (const char* env : {"1,2", "0.5", "1, 2, 3"})
-        expect_render({"--env", env}, 2, fmt::format("--env: expects the name of a file or R,G,B, not '{}'", env));
+        expect_render({"--env", env}, 2, "--env: expects the name of a file or R,G,B, not '" + std::string(env) + "'");
     expect_render({"--env", "1,-1,1"}, 2, "--env: expects no negative radiance, not '1,-1,1'");
     expect_render({"--culling", "nonsense"}, 2, "--culling: expects one of auto, .*off, not 'nonsense'");
     expect_render({"--culling", "off", "--culling", "raster"}, 2, "--culling: expects exactly one value");
