@@ -288,10 +288,6 @@ void FrameRenderer::set_frame_settings(const FrameSettings& settings) {
     state_->set_frame(frame);
 }
 
-void FrameRenderer::expect_pictures(int pictures) {
-    state_->settings.pictures = pictures;
-}
-
 LoadedScene& FrameRenderer::scene() const {
     return state_->scene;
 }

@@ -87,9 +87,6 @@ class FrameRenderer {
     const RenderSettings& settings() const;
     /// Changes samples, seed, error target, time limit or filter of later pictures.
     void set_frame_settings(const FrameSettings& settings);
-    /// Sets the upper limit of the pictures that will be rendered; 0: unknown (ScheduleSettings::pictures). The limit
-    /// holds from the next preparation of the scene on.
-    void expect_pictures(int pictures);
     LoadedScene& scene() const;
     const Shutter& shutter() const;
     const ColorConfig& colors() const;
