@@ -23,15 +23,15 @@ double ratio(std::uint64_t part, std::uint64_t whole) {
 }
 
 Json batch_statistics(const rays::BatchStatistics& b) {
-    Json ways = Json::object();
+    Json methods = Json::object();
     for (std::size_t i = 0; i < rays::kTraceMethods; ++i) {
         const auto& m = b.measured[i];
         if (m.runs > 0) {
-            ways[rays::name(static_cast<rays::TraceMethod>(i))] = {
+            methods[rays::name(static_cast<rays::TraceMethod>(i))] = {
                 {"runs", m.runs}, {"rays", m.rays}, {"seconds", m.seconds}, {"fastest_run_seconds", m.best}};
         }
     }
-    Json json{{"batch", b.batch}, {"next_way", rays::name(b.method)}, {"reason", b.reason}, {"ways", ways}};
+    Json json{{"batch", b.batch}, {"next_method", rays::name(b.method)}, {"reason", b.reason}, {"methods", methods}};
     const auto& plain = b.measured[static_cast<std::size_t>(rays::TraceMethod::plain)];
     const auto& tiles = b.measured[static_cast<std::size_t>(rays::TraceMethod::tiles)];
     if (plain.runs > 0 && tiles.runs > 0) json["speed_of_tiles_to_plain"] = plain.best / std::max(tiles.best, 1e-9);

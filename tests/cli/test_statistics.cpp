@@ -50,10 +50,10 @@ TEST_F(Statistics, DescribeTheTracing) {
         render({file("a.exr"), "--samples", "8", "--culling", culling, "--stats", file("stats.json")});
         return nlohmann::json::parse(read_text(file("stats.json")));
     };
-    const std::map<std::string, Strings> ways = {
+    const std::map<std::string, Strings> methods = {
         {"off", {"plain"}}, {"compute", {"tiles"}}, {"raster", {"raster"}}, {"auto", {"plain", "tiles"}}};
     std::map<std::string, std::uint64_t> rays;
-    for (const auto& [culling, names] : ways) {
+    for (const auto& [culling, names] : methods) {
         SCOPED_TRACE(culling);
         const auto stats = run(culling);
         std::set<std::string> batches;
@@ -61,8 +61,8 @@ TEST_F(Statistics, DescribeTheTracing) {
             batches.insert(batch.at("batch"));
             EXPECT_FALSE(batch.at("reason").get<std::string>().empty());
             std::uint64_t runs = 0, alive = 0;
-            for (const auto& [way, measured] : batch.at("ways").items()) {
-                EXPECT_EQ(std::ranges::count(names, way), 1) << way;
+            for (const auto& [method, measured] : batch.at("methods").items()) {
+                EXPECT_EQ(std::ranges::count(names, method), 1) << method;
                 EXPECT_GT(measured.at("seconds"), 0);
                 EXPECT_LE(measured.at("fastest_run_seconds"), measured.at("seconds"));
                 runs += measured.at("runs").get<std::uint64_t>();
@@ -72,7 +72,7 @@ TEST_F(Statistics, DescribeTheTracing) {
             EXPECT_LE(alive, 8u * 32 * 32);
             // The picture is the same, and so are the rays.
             EXPECT_EQ(rays.emplace(batch.at("batch"), alive).first->second, alive) << batch;
-            ASSERT_EQ(batch.contains("tile_lists"), batch.at("ways").contains("tiles"));
+            ASSERT_EQ(batch.contains("tile_lists"), batch.at("methods").contains("tiles"));
             EXPECT_TRUE(culling != "raster" || batch.at("state_bytes") > 0);
             if (!batch.contains("tile_lists")) continue;
             const auto& lists = batch.at("tile_lists");

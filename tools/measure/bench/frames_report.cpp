@@ -100,7 +100,7 @@ nlohmann::json series_json(const std::vector<Series>& all, Clock clock) {
         nlohmann::json chosen = nlohmann::json::array();
         for (const rays::BatchStatistics& b : series.chosen) {
             chosen.push_back({{"batch", b.batch},
-                              {"way", rays::name(b.method)},
+                              {"method", rays::name(b.method)},
                               {"reason", b.reason},
                               {"tiles", b.tiles},
                               {"tiles_culled", b.tiles_culled},
