@@ -156,9 +156,9 @@ class FrameMaker {
         times.load = renderer_.load_seconds();
         times.render = clock.lap() - times.load;
         if (result.stats.interrupted) throw Stopped();
-        if (result.stats.biases != told_biases_) {
+        if (result.stats.biases != logged_biases_) {
             for (const std::string& bias : result.stats.biases) log_.note("biased: {}", bias);
-            told_biases_ = result.stats.biases;
+            logged_biases_ = result.stats.biases;
         }
         const Paths outputs = files_of(options_, frame);
         const std::string error = judge(result.stats, options_.output, main_file(options_, frame), log_);
@@ -186,7 +186,7 @@ class FrameMaker {
     const Log& log_;
     std::string fingerprint_;
     FrameRenderer renderer_;
-    std::vector<std::string> told_biases_;  // biases of the previous frame
+    std::vector<std::string> logged_biases_;  // biases of the previous frame
 };
 
 /// Makes the frames of `todo`. A movie gets all frames in their order, existing ones included. Throws Stopped.

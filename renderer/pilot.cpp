@@ -94,18 +94,18 @@ struct Cancelled {};
 /// Reports the progress of the pilot, to which each of its pictures contributes equally.
 class Progress {
   public:
-    explicit Progress(const PilotProgress& told) : told_(told) {}
+    explicit Progress(const PilotProgress& callback) : callback_(callback) {}
 
     /// Reports a sample of the current picture. Throws Cancelled where the callback cancels.
     void sample(const RenderProgress& picture) const {
         constexpr double kPictures = 2 * (kPilotPictures + kPilotEmissionPictures);
         const double share = double(picture.samples_done) / std::max(picture.samples_total, 1);
-        if (told_ && !told_(std::min((pictures_ + share) / kPictures, 1.0))) throw Cancelled();
+        if (callback_ && !callback_(std::min((pictures_ + share) / kPictures, 1.0))) throw Cancelled();
     }
     void end_picture() { ++pictures_; }
 
   private:
-    const PilotProgress& told_;
+    const PilotProgress& callback_;
     int pictures_ = 0;  // done
 };
 
@@ -168,13 +168,13 @@ Estimator settled(const Estimator& asked, const PilotFigures& figures) {
 }
 
 bool find_estimator(PreparedScene& scene, const ColorConfig& colors, const RenderSettings& settings,
-                    const PilotProgress& told) {
+                    const PilotProgress& callback) {
     const Estimator asked = scene.estimator();
     if (!leaves_open(asked)) return true;
     const Stopwatch watch;
     const RenderSettings pilot = pilot_settings(settings);
     PilotFigures figures;
-    Progress progress(told);
+    Progress progress(callback);
     try {
         scene.settle(filled(asked, {}), 0);
         figures.plain = measure(scene, colors, pilot, progress);

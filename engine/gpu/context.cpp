@@ -257,10 +257,10 @@ std::uint64_t Context::error_count() const {
 
 void Context::check(std::string_view subject) {
     if (glGetGraphicsResetStatus() != GL_NO_ERROR) throw Error(subject, "the GPU's context was lost");
-    const bool told = state_->unseen > 0;  // a debug context has already reported each error with its text
+    const bool counted = state_->unseen > 0;  // a debug context has counted every error already, with its text
     for (GLenum error = glGetError(); error != GL_NO_ERROR; error = glGetError()) {
         if (error == GL_CONTEXT_LOST) throw Error(subject, "the GPU's context was lost");
-        if (!told) state_->add_error(error_name(error));
+        if (!counted) state_->add_error(error_name(error));
     }
     if (state_->unseen == 0) return;
     const std::uint64_t more = std::exchange(state_->unseen, 0) - 1;

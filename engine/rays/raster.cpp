@@ -398,13 +398,13 @@ graph::BufferHandle RasterCulling::add(graph::Graph& graph, const TraceScene& sc
                    Access::storage_write);
     pass.execute([=, this, &scene](graph::Resources& r) {
         const Stopwatch watch;
-        RasterStatistics& told = statistics(batch.kind, batch.depth);
+        RasterStatistics& sums = statistics(batch.kind, batch.depth);
         RasterMemory& memory = parts_->memories[key_of(batch)];
         if (memory.starts) memory.state.eye = eye_of(memory.starts->read<vec4>());
         RasterRun run(r, scene, *this, batch, targets, any_hit);
         run.keep_starts(memory.starts);
-        walk(tree(), memory.state, run, told);
-        told.seconds += watch.seconds();
+        walk(tree(), memory.state, run, sums);
+        sums.seconds += watch.seconds();
     });
     return targets.results;
 }

@@ -6,7 +6,7 @@ void BadValueSums::add(std::span<const std::uint32_t, kBadValueCounts> counts) {
     for (std::size_t i = 0; i < counts.size(); ++i) sums_[i] += counts[i];
 }
 
-std::vector<BadValues> BadValueSums::told() const {
+std::vector<BadValues> BadValueSums::by_component() const {
     const char* names[shared::kCountedPasses] = {"gbuffer", "shadow", "diffuse and glossy", "continuation",
                                                  "path reuse"};
     std::vector<BadValues> all;

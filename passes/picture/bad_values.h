@@ -30,8 +30,8 @@ class BadValueSums {
     void reset() { sums_ = {}; }
     /// Adds the counts of one sample, laid out as in shaders/shared/path.h.
     void add(std::span<const std::uint32_t, kBadValueCounts> counts);
-    /// Returns the sums by component.
-    std::vector<BadValues> told() const;
+    /// Returns the sums, one element per component.
+    std::vector<BadValues> by_component() const;
 
   private:
     std::array<std::uint64_t, kBadValueCounts> sums_{};

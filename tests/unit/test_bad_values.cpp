@@ -13,16 +13,16 @@ TEST(BadValues, SumsDoNotWrap) {
     counts[1 * shared::kBadKinds + shared::kBadNegative] = 1;
     counts[3 * shared::kBadKinds + shared::kBadInfinite] = 0x80000000u;
     for (int sample = 0; sample < 4; ++sample) sums.add(counts);
-    const std::vector<BadValues> told = sums.told();
-    ASSERT_EQ(told.size(), shared::kCountedPasses);
-    EXPECT_EQ(told[1].component, "shadow");
-    EXPECT_EQ(told[1].nans, 4 * 0xffffffffull);
-    EXPECT_EQ(told[1].negatives, 4u);
-    EXPECT_EQ(told[3].infinities, 0x200000000ull);
-    EXPECT_EQ(told[0].total() + told[2].total(), 0u);
-    EXPECT_EQ(told[1].total(), 4 * 0x100000000ull);
+    const std::vector<BadValues> bad = sums.by_component();
+    ASSERT_EQ(bad.size(), shared::kCountedPasses);
+    EXPECT_EQ(bad[1].component, "shadow");
+    EXPECT_EQ(bad[1].nans, 4 * 0xffffffffull);
+    EXPECT_EQ(bad[1].negatives, 4u);
+    EXPECT_EQ(bad[3].infinities, 0x200000000ull);
+    EXPECT_EQ(bad[0].total() + bad[2].total(), 0u);
+    EXPECT_EQ(bad[1].total(), 4 * 0x100000000ull);
     sums.reset();
-    for (const BadValues& n : sums.told()) EXPECT_EQ(n.total(), 0u);
+    for (const BadValues& n : sums.by_component()) EXPECT_EQ(n.total(), 0u);
 }
 
 }  // namespace

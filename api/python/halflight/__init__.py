@@ -36,9 +36,9 @@ def _log(is_warning, line):
     _logger.log(_logging.WARNING if is_warning else _logging.INFO, "%s", line)
 
 
-def _told(progress):
+def _callback(progress):
     """Returns the callback for the native module; it gets tuples."""
-    return None if progress is None else lambda told: progress(Progress(*told))
+    return None if progress is None else lambda values: progress(Progress(*values))
 
 
 def _text(value):
@@ -262,7 +262,7 @@ class Renderer:
         progress(Progress) is called after each sample. If it returns False, the picture ends with its samples so
         far. Its exceptions are passed on. Raises Error, also for an error target that was not reached (unless
         best_effort)."""
-        return Picture(self._native.render(frame, _told(progress), _log))
+        return Picture(self._native.render(frame, _callback(progress), _log))
 
     def frames(self, frames, progress=None):
         """Yields (frame, Picture) for each frame number."""
@@ -301,6 +301,6 @@ def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None
     frames = _native.parse_frames(frames) if isinstance(frames, str) else list(frames)
     if all(str(path).lower().endswith(".png") for path in outputs):
         layers = None
-    told = None if progress is None else lambda t: progress(t[0], Progress(*t[1:]))
+    callback = None if progress is None else lambda values: progress(values[0], Progress(*values[1:]))
     return _native.render_files(scene._native, _texts(settings, layers), options, output, outputs, frames, movie, stats,
-                                overwrite, told, _log)
+                                overwrite, callback, _log)
