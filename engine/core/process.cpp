@@ -102,7 +102,8 @@ ProcessEnd Process::wait(const std::function<void()>& pulse) {
 }
 
 Spool::Spool() : file_(std::tmpfile(), &std::fclose) {
-    if (!file_) throw Error("temporary file", "cannot be made: {}", reason(errno));
+    if (!file_ || fcntl(descriptor(), F_SETFD, FD_CLOEXEC) != 0)
+        throw Error("temporary file", "cannot be made: {}", reason(errno));
 }
 
 std::string Spool::text(std::size_t limit) const {

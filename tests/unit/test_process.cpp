@@ -30,6 +30,11 @@ TEST(Process, ArgumentsArriveAsTheyAre) {
     EXPECT_THROW(out.text(3), Error);
 }
 
+TEST(Process, SpoolsAreNotInherited) {
+    const Spool other;
+    EXPECT_EQ(output_of(fmt::format("test -e /proc/self/fd/{} && echo open; true", other.descriptor())), "");
+}
+
 TEST(Process, TellsHowItEnds) {
     const ProcessEnd exited = Process({"sh", "-c", "exit 3"}).wait();
     EXPECT_EQ(exited.status, 3);
