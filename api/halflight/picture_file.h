@@ -36,7 +36,7 @@ struct PictureInfo {
     // The following members apply to frames of sequences only.
     std::optional<FrameRate> frame_rate{};
     std::uint32_t frame = 0;
-    std::string fingerprint{};  // fingerprint.h
+    std::string fingerprint{};  // digest of scene, settings and frame; render_sequence() keeps files that have it
 };
 
 /// Returns whether the file name ends in `.extension`, in any case.

@@ -42,7 +42,7 @@ std::filesystem::path settings_file_of(const std::filesystem::path& scene);
 SavedSettings read_settings(const std::filesystem::path& path);
 /// Parses the contents of the file at `path`, which is not read.
 SavedSettings parse_settings(std::string_view text, const std::filesystem::path& path);
-/// Writes the file completely or not at all (files.h).
+/// Writes the file completely or not at all: under a temporary name, then renamed. Throws Error where it cannot.
 void write_settings(const std::filesystem::path& path, const SavedSettings& settings);
 /// Returns the contents of the file; paths of maps are relative to `folder`.
 std::string settings_text(const SavedSettings& settings, const std::filesystem::path& folder);
