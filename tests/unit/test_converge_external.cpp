@@ -87,6 +87,13 @@ TEST_F(ExternalTest, NamesAreNeverExecuted) {
     std::filesystem::current_path(before);
 }
 
+TEST_F(ExternalTest, NamesOfCamerasAreNoOptions) {
+    view.camera.name = "--help";
+    EXPECT_EQ(refusal(command("cp \"$1\" \"$2\"", "{environment} {samples} {seed} --camera {camera}")),
+              "other: would take the camera's name '--help' for an option; write --camera={camera}");
+    EXPECT_EQ(refusal(command("cp \"$1\" \"$2\"", "{environment} {samples} {seed} --camera={camera}")), "none");
+}
+
 TEST_F(ExternalTest, CamerasWithoutANameAreDescribedByTheirPose) {
     const std::string told = folder / "told";
     const std::string posed = "{environment} {samples} {seed} {look-from} {look-at} {vfov}";
