@@ -14,6 +14,11 @@ struct LoadedScene::Unedited {
     std::vector<PunctualLight> lights;
     std::vector<Instance> instances;
     Environment environment;
+    void take_surfaces(const Scene& scene) {
+        materials = scene.materials;
+        lights = scene.lights;
+        instances = scene.instances;
+    }
 };
 
 GltfOptions gltf_options(bool allow_outside) {
@@ -114,8 +119,9 @@ LoadedScene::~LoadedScene() = default;
 void LoadedScene::apply_edits() {
     if (!unedited_) {
         if (choice_.edits == SceneEdits()) return;
-        unedited_ =
-            std::make_unique<Unedited>(Unedited{scene_.materials, scene_.lights, scene_.instances, scene_.environment});
+        unedited_ = std::make_unique<Unedited>();
+        unedited_->take_surfaces(scene_);
+        unedited_->environment = scene_.environment;
     }
     apply(choice_.edits, scene_);
 }
@@ -141,7 +147,6 @@ void LoadedScene::edit(SceneEdits edits) {
     }
     ++revision_;
     if (choice_.edits.transforms != earlier.transforms) ++transform_revision_;
-    if (surfaces_move_) posed_at_.reset();
 }
 
 void LoadedScene::set_camera(const CameraChoice& camera) {
@@ -152,6 +157,7 @@ void LoadedScene::set_camera(const CameraChoice& camera) {
 void LoadedScene::pose(double seconds) {
     if (!surfaces_move_ || seconds == posed_at_) return;
     file_->pose(scene_, seconds);
+    if (unedited_) unedited_->take_surfaces(scene_);
     Environment edited = std::exchange(scene_.environment, {});
     apply(choice_.edits, scene_);
     scene_.environment = std::move(edited);

@@ -99,7 +99,7 @@ class LoadedScene {
     /// Returns a number that changes with each edit of transforms. Earlier hierarchies are invalid afterwards.
     std::uint64_t transform_revision() const { return transform_revision_; }
 
-    /// Replaces all edits. Throws Error as apply() does, and keeps the earlier edits then.
+    /// Replaces all edits, in the last pose. Throws Error as apply() does, and keeps the earlier edits then.
     void edit(SceneEdits edits);
     const SceneEdits& edits() const { return choice_.edits; }
     /// Chooses another camera. Throws Error where the scene has none of that name, and keeps the earlier one then.
@@ -134,11 +134,11 @@ class LoadedScene {
     std::vector<std::size_t> playing_;
     std::vector<std::filesystem::path> files_;
     Scene scene_;
-    std::unique_ptr<Unedited> unedited_;  // null while there were no edits
+    std::unique_ptr<Unedited> unedited_;  // of the last pose; null while there were no edits
     ChosenCamera camera_;
     bool surfaces_move_ = false;
     Deformer* deformer_ = nullptr;
-    std::optional<double> posed_at_ = 0;  // seconds; none: by another deformer, or with other edits
+    std::optional<double> posed_at_ = 0;  // seconds; none: by another deformer
     std::uint64_t revision_ = 1, transform_revision_ = 1;
 };
 

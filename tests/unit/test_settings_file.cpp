@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "tests/cli/animated_scenes.h"
 #include "tests/support/error_message.h"
 #include "tests/support/process.h"
 #include "tests/support/scenes.h"
@@ -221,6 +222,26 @@ TEST(SceneEdits, ClayKeepsLightsAndHoles) {
     EXPECT_EQ(scene.lights[0].intensity, 3.0f * light.intensity);
     EXPECT_EQ(scene.lights[1].intensity, light.intensity);
     EXPECT_NO_THROW(validate(scene));
+}
+
+TEST(SceneEdits, HoldInTheLastPose) {
+    const TemporaryFolder folder;
+    LoadedScene scene({.scene = test::write_sliding_light(folder.path), .animation = "slide"});
+    const auto expect = [&](double x, float radiance) {
+        EXPECT_EQ(scene.scene().instances.at(0).object_to_world[3].x, x);
+        EXPECT_EQ(scene.scene().materials.at(0).emission, vec3(radiance));
+    };
+    expect(-2, 1);
+    scene.edit({.emission = 2});
+    expect(-2, 2);
+    scene.pose(1);
+    expect(0, 2);
+    scene.edit({.emission = 3});
+    expect(0, 3);
+    scene.edit({});
+    expect(0, 1);
+    scene.pose(0);
+    expect(-2, 1);
 }
 
 }  // namespace
