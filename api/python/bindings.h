@@ -61,8 +61,9 @@ class Callback {
     Callback(const Callback&) = delete;
     Callback& operator=(const Callback&) = delete;
 
-    /// Calls the function with what make() returns; takes the GIL. Returns false where the work is to stop.
-    bool operator()(const std::function<py::object()>& make);
+    /// Calls the function with what make() returns; takes the GIL. Without `make`, only signals are looked for. Returns
+    /// false where the work is to stop.
+    bool operator()(const std::function<py::object()>& make = {});
     /// Raises what has stopped the work; needs the GIL.
     void rethrow();
 

@@ -23,7 +23,7 @@ bool Callback::operator()(const std::function<py::object()>& make) {
     if (error_) return false;
     try {
         if (PyErr_CheckSignals() != 0) throw py::error_already_set();
-        if (function_.is_none()) return true;
+        if (function_.is_none() || !make) return true;
         const py::object answer = function_(make());
         return answer.is_none() || answer.cast<bool>();
     } catch (py::error_already_set& error) {

@@ -163,6 +163,7 @@ py::dict render_files(const std::shared_ptr<PyScene>& scene, const SettingTexts&
     const RenderSettings settings = settings_of(texts, scene->scene.chosen_camera().camera);
     const Log sink = log_to(std::move(log));
     SequenceEvents events;
+    events.go_on = [&] { return progress(); };
     events.progress = [&](std::uint32_t frame, const RenderProgress& p) {
         return progress([&] { return py::make_tuple(frame, p.samples_done, p.samples_total, p.seconds); });
     };

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import unittest
 
 import halflight as hl
@@ -181,6 +182,18 @@ class Callbacks(InFolder):
         with self.assertRaises(KeyboardInterrupt):
             while True:
                 self.renderer.render()
+
+    def test_ctrl_c_stops_pilots_of_sequences(self):
+        scene = hl.load(CORNELL)
+        settings = dict(layers=[], width=1280, height=720, samples=1, estimator="auto", device=DEVICE)
+        start = time.monotonic()
+        hl.Renderer(scene, **settings).find_estimator()
+        pilot = time.monotonic() - start
+        start = time.monotonic()
+        threading.Timer(0.1, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+        with self.assertRaises(KeyboardInterrupt):
+            hl.render_sequence(scene, self.folder / "a.#.exr", [1], **settings)
+        self.assertLess(time.monotonic() - start, 0.6 * pilot)
 
     def test_a_scene_at_work_is_refused(self):
         def nested(progress):
