@@ -215,6 +215,15 @@ class Errors(InFolder):
         with self.assertRaisesRegex(hl.Error, "a.tiff"):
             hl.render(scene, layers=[], **SMALL).save(self.folder / "a.tiff")
 
+    def test_wrong_types_are_told_in_one_line(self):
+        scene = hl.load(CORNELL)
+        for call in [lambda: scene.edit_emission("bright"), lambda: scene.look((0, 0), (1, 1, 1)),
+                     lambda: hl.load(CORNELL, allow_outside=[]), lambda: hl.render(scene, shutter="half", **SMALL),
+                     lambda: hl.render(scene, frame=1.5, **SMALL), lambda: hl.render(scene, measure="no", **SMALL)]:
+            with self.assertRaisesRegex(TypeError, "^one argument has the wrong type: [^\n]*$"):
+                call()
+        self.assertEqual(repr(hl.Error), "<class 'halflight.Error'>")
+
     def test_warnings_are_logged(self):
         with self.assertLogs("halflight", logging.INFO) as logged:
             hl.load(ROOT / "tests" / "cli" / "room" / "room.gltf", animation="none", fps=None)

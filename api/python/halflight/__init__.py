@@ -21,6 +21,7 @@ from ._native import Error
 __all__ = ["Error", "Picture", "Progress", "Renderer", "Scene", "devices", "layers", "load", "render",
            "render_sequence", "settings"]
 
+Error.__module__ = "halflight"
 _logger = _logging.getLogger("halflight")
 
 Progress = _namedtuple("Progress", "samples_done samples_total seconds")
@@ -39,6 +40,18 @@ def _log(is_warning, line):
 def _callback(progress):
     """Returns the callback for the native module; it gets tuples."""
     return None if progress is None else lambda values: progress(Progress(*values))
+
+
+def _call(function, **arguments):
+    """Calls a native function with the arguments by position. Raises TypeError of one line for wrong types."""
+    try:
+        return function(*arguments.values())
+    except TypeError as error:
+        if "(): incompatible " not in str(error):
+            raise
+        given = ", ".join(f"{name}={value!r}" for name, value in arguments.items()
+                          if value is not None and not callable(value))
+        raise TypeError(f"one argument has the wrong type: {given}") from None
 
 
 def _text(value):
@@ -84,8 +97,9 @@ def load(path, environment=None, animation=None, fps=None, allow_outside=False):
     """
     if environment is not None and not isinstance(environment, (str, _os.PathLike)):
         environment = tuple(map(float, environment))
-    return Scene(_native.load(path, environment, None if animation is None else str(animation),
-                              None if fps is None else str(fps), allow_outside, _log))
+    return Scene(_call(_native.load, path=path, environment=environment,
+                       animation=None if animation is None else str(animation),
+                       fps=None if fps is None else str(fps), allow_outside=allow_outside, log=_log))
 
 
 class Scene:
@@ -122,7 +136,8 @@ class Scene:
     def look(self, look_from, look_at, up=(0, 1, 0), vfov=45):
         """Sets a camera of your own: its position, its target and up direction (metres, world), and its vertical field
         of view in degrees."""
-        self._native.set_camera(None, tuple(look_from), tuple(look_at), tuple(up), vfov)
+        _call(self._native.set_camera, name=None, look_from=tuple(look_from), look_at=tuple(look_at), up=tuple(up),
+              vfov=vfov)
 
     def material(self, which):
         """Returns the properties of a material, given by name or number, with its edits, as a dict."""
@@ -137,19 +152,20 @@ class Scene:
         """Edits a light, given by name or number: factor of its intensity, colour (linear Rec.709, [0,1]), position
         (metres) and direction in which light travels."""
         names = [light["name"] for light in self.lights]
-        self._native.edit_light(self._index(names, which, "light"), factor, color, position, direction)
+        _call(self._native.edit_light, which=self._index(names, which, "light"), factor=factor, color=color,
+              position=position, direction=direction)
 
     def edit_environment(self, rotation=None, intensity=None, tint=None):
         """Turns the environment by degrees to the right, scales and tints its radiance."""
-        self._native.edit_environment(rotation, intensity, tint)
+        _call(self._native.edit_environment, rotation=rotation, intensity=intensity, tint=tint)
 
     def edit_emission(self, factor):
         """Scales the light of all emissive surfaces."""
-        self._native.edit_emission(factor)
+        _call(self._native.edit_emission, factor=factor)
 
     def set_clay(self, on=True):
         """Gives all surfaces one rough grey, or their own materials again."""
-        self._native.set_clay(on)
+        _call(self._native.set_clay, on=on)
 
     def transform(self, which):
         """Returns the transform of an instance, given by name or number, with its edits: four rows of four numbers."""
@@ -221,11 +237,11 @@ class Picture(_Mapping):
 
 
 def _options(device="", shader_cache=True, ocio=None, shutter=0, shutter_times=None):
-    return _native.RendererOptions(device, shader_cache, ocio, shutter, shutter_times)
+    return _call(_native.RendererOptions, **locals())
 
 
 def _output(working_space="", reproducible=False, strict=False, best_effort=False):
-    return _native.OutputOptions(working_space, reproducible, strict, best_effort)
+    return _call(_native.OutputOptions, **locals())
 
 
 def _split(keywords, function):
@@ -251,8 +267,8 @@ class Renderer:
     def __init__(self, scene, layers="all", measure=False, pictures=0, **settings):
         options, output = _split(settings, _options), _split(settings, _output)
         self.scene = scene
-        self._native = _native.Renderer(scene._native, _texts(settings, layers), options, output, measure,
-                                        pictures)
+        self._native = _call(_native.Renderer, scene=scene._native, settings=_texts(settings, layers), options=options,
+                             output=output, measure=measure, pictures=pictures)
 
     device = property(lambda self: self._native.device, doc="Name of the device.")
 
@@ -262,7 +278,7 @@ class Renderer:
         progress(Progress) is called after each sample. If it returns False, the picture ends with its samples so
         far. Its exceptions are passed on. Raises Error, also for an error target that was not reached (unless
         best_effort)."""
-        return Picture(self._native.render(frame, _callback(progress), _log))
+        return Picture(_call(self._native.render, frame=frame, progress=_callback(progress), log=_log))
 
     def frames(self, frames, progress=None):
         """Yields (frame, Picture) for each frame number."""
@@ -302,5 +318,6 @@ def render_sequence(scene, outputs, frames, layers="all", movie=None, stats=None
     if all(str(path).lower().endswith(".png") for path in outputs):
         layers = None
     callback = None if progress is None else lambda values: progress(values[0], Progress(*values[1:]))
-    return _native.render_files(scene._native, _texts(settings, layers), options, output, outputs, frames, movie, stats,
-                                overwrite, callback, _log)
+    return _call(_native.render_files, scene=scene._native, settings=_texts(settings, layers), options=options,
+                 output=output, outputs=outputs, frames=frames, movie=movie, stats=stats, overwrite=overwrite,
+                 progress=callback, log=_log)
