@@ -1,10 +1,14 @@
 #include "renderer/settings_check.h"
 
+#include <fmt/ranges.h>
+
+#include <algorithm>
 #include <limits>
 
 #include "engine/core/error.h"
 #include "engine/settings/layers.h"
 #include "engine/settings/settings_table.h"
+#include "renderer/needs.h"
 #include "renderer/replicates.h"
 
 namespace halflight {
@@ -20,6 +24,7 @@ void check_settings(const RenderSettings& s) {
     check_setting_ranges(s);
     for (const std::string& layer : s.aovs)  // names of groups, such as "all", are not accepted
         if (!find_aov(layer)) throw Error("render settings", "unknown AOV \"{}\"", layer);
+    if (const std::string problem = kept_problem(s.kept); !problem.empty()) throw Error("render settings", problem);
     require(s.first_sample >= 0 && s.first_sample <= std::numeric_limits<int>::max() - s.samples,
             "the first sample must be at least 0, and the last one must be a 32-bit number");
     require(
@@ -35,6 +40,15 @@ void check_settings(const RenderSettings& settings, const FrameSettings& frame) 
     RenderSettings all = settings;
     static_cast<FrameSettings&>(all) = frame;
     check_settings(all);
+}
+
+std::string kept_problem(const Kept& kept) {
+    if (kept.names().empty()) return "";
+    const std::vector<std::string> known = keepable_names();
+    for (const std::string& name : kept.names())
+        if (std::ranges::find(known, name) == known.end())
+            return fmt::format("cannot keep '{}'; known names are: {}", name, fmt::join(known, ", "));
+    return "";
 }
 
 }  // namespace halflight

@@ -1,6 +1,8 @@
 // Checks of settings before rendering.
 #pragma once
 
+#include <string>
+
 #include "engine/settings/render_settings.h"
 
 namespace halflight {
@@ -9,5 +11,7 @@ namespace halflight {
 void check_settings(const RenderSettings& settings);
 /// Checks the settings with those of another frame.
 void check_settings(const RenderSettings& settings, const FrameSettings& frame);
+/// Returns "cannot keep 'NAME'; ..." for the first name that is none of keepable_names(); empty where all are.
+std::string kept_problem(const Kept& kept);
 
 }  // namespace halflight

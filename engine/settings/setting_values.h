@@ -201,7 +201,7 @@ struct Value<std::vector<std::string>> {
     }
 };
 
-/// Names of parts. They are not checked, since renderer/needs.h lists them.
+/// Names of parts. renderer/settings_check.h checks them, since renderer/needs.h knows them.
 template <>
 struct Value<Kept> {
     static constexpr Setting::Type type = Setting::Type::list;

@@ -209,7 +209,8 @@ class Errors(InFolder):
         scene = hl.load(CORNELL)
         for settings, text in [(dict(bounce=1), "there is no setting 'bounce'"), (dict(samples=0), "samples"),
                                (dict(layers=["colour"]), "colour"), (dict(device="no such device"), "device"),
-                               (dict(shutter=0, estimator="best"), "estimator")]:
+                               (dict(shutter=0, estimator="best"), "estimator"),
+                               (dict(keep="shadow,smell"), "cannot keep 'smell'")]:
             with self.subTest(settings), self.assertRaisesRegex(hl.Error, text):
                 hl.render(scene, **{**SMALL, **settings})
         with self.assertRaisesRegex(hl.Error, "a.tiff"):

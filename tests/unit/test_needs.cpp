@@ -7,6 +7,9 @@
 #include <map>
 #include <set>
 
+#include "renderer/settings_check.h"
+#include "tests/support/error_message.h"
+
 namespace halflight {
 namespace {
 
@@ -152,6 +155,12 @@ TEST(LeftOut, ListsWhatCanBeKept) {
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), expected);
     EXPECT_EQ(names.size(), expected.size()) << "no name stands for two items";
     EXPECT_EQ(facts({}, {.kept = Kept({"light tree"})}), facts({}));
+    RenderSettings settings;
+    settings.kept = Kept({names.begin(), names.end()});
+    EXPECT_NO_THROW(check_settings(settings));
+    settings.kept = Kept({"light tree", "shadow"});
+    EXPECT_TRUE(error_message([&] { check_settings(settings); })
+                    .starts_with("render settings: cannot keep 'light tree'; known names are: "));
     EXPECT_EQ(Kept().text(), "nothing");
     EXPECT_EQ(Kept::everything().text(), "everything");
     EXPECT_EQ(Kept({"vertex colours", "alpha tests"}).text(), "alpha tests,vertex colours");

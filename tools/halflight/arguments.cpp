@@ -6,19 +6,12 @@
 #include "engine/core/error.h"
 #include "renderer/render.h"
 #include "renderer/replicates.h"
+#include "renderer/settings_check.h"
 #include "tools/cli/options.h"
 #include "tools/halflight/converge_options.h"
 
 namespace halflight {
 namespace {
-
-/// Throws UsageError for names of --keep that cannot be kept.
-void check_kept(const Kept& kept) {
-    const std::vector<std::string> known = keepable_names();
-    for (const std::string& name : kept.names())
-        if (std::ranges::find(known, name) == known.end())
-            throw UsageError("--keep", "cannot keep '{}'; known names are: {}", name, fmt::join(known, ", "));
-}
 
 void add_picture_options(Options& options, RenderArguments& a) {
     options.group("Picture");
@@ -109,7 +102,8 @@ void check(const RenderArguments& a, const CLI::App& app) {
     if (error && a.settings.samples < kFirstLook * kReplicates)
         throw UsageError("--samples", "{} are too few to estimate an error: it takes {}", a.settings.samples,
                          kFirstLook * kReplicates);
-    check_kept(a.settings.kept);
+    if (const std::string problem = kept_problem(a.settings.kept); !problem.empty())
+        throw UsageError("--keep", problem);
     check_camera_options(app, a);
     const bool exr = std::ranges::any_of(a.outputs, [](const auto& path) { return has_extension(path, "exr"); });
     for (const char* option : {"--aov", "--half", "--working-space"})
