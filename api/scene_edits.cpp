@@ -39,6 +39,32 @@ Material clay(const Material& of) {
     return clay;
 }
 
+void check(const std::string& subject, const char* what, double value, const EditRange& range) {
+    if (!(value >= range.lower && value <= range.upper))
+        throw Error(subject, "{}: {} is outside [{}, {}]", what, value, range.lower, range.upper);
+}
+
+void check(const std::string& subject, const char* what, const dvec3& value, const EditRange& range) {
+    for (int i = 0; i < 3; ++i) check(subject, what, value[i], range);
+}
+
+/// Throws Error for values of lights and environment outside their ranges.
+void check(const SceneEdits& edits, const std::string& scene) {
+    check(scene, "rotation of the environment", edits.environment_rotation, kEditRotation);
+    check(scene, "intensity of the environment", edits.environment_intensity, kEditFactor);
+    check(scene, "tint of the environment", dvec3(edits.environment_tint), kEditColor);
+    check(scene, "factor of emission", edits.emission, kEditFactor);
+    for (std::size_t i = 0; i < edits.lights.size(); ++i) {
+        const LightEdit& edit = edits.lights[i];
+        const std::string light = fmt::format("{}: light {}", scene, i);
+        check(light, "factor", edit.factor, kEditFactor);
+        check(light, "color", dvec3(edit.color.value_or(vec3(1))), kEditColor);
+        check(light, "position", edit.position.value_or(dvec3(0)), kEditPosition);
+        if (edit.direction && !(std::abs(glm::length(*edit.direction) - 1) <= 1e-6))
+            throw Error(light, "direction: is not of unit length");
+    }
+}
+
 }  // namespace
 
 LightColor color_of(const PunctualLight& light) {
@@ -53,6 +79,7 @@ std::optional<dvec3> unit_direction(const dvec3& v) {
 }
 
 void apply(const SceneEdits& edits, Scene& scene) {
+    check(edits, scene.name);
     for (const auto& [index, properties] : edits.materials) {
         if (index >= scene.materials.size())
             throw Error(scene.name, "there is no material {}; the scene has {}, numbered from 0", index,
@@ -64,6 +91,8 @@ void apply(const SceneEdits& edits, Scene& scene) {
         if (index >= scene.instances.size())
             throw Error(scene.name, "there is no instance {}; the scene has {}, numbered from 0", index,
                         scene.instances.size());
+        if (!is_affine(transform))
+            throw Error(scene.name, "instance {}: its transform is not finite, or not affine", index);
         scene.instances[index].object_to_world = transform;
     }
     turn(scene.environment.map, edits.environment_rotation);

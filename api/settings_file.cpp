@@ -61,6 +61,7 @@ class Element {
         if (!json_.is_boolean()) fail("is neither true nor false");
         return json_.get<bool>();
     }
+    double number(const EditRange& range) const { return number(range.lower, range.upper); }
     double number(double lower, double upper) const {
         const double value = json_.is_number() ? json_.get<double>() : NAN;
         if (!(value >= lower && value <= upper)) fail("is no number from {} to {}", lower, upper);
@@ -71,6 +72,7 @@ class Element {
         if (value != std::floor(value)) fail("is no whole number");
         return static_cast<int>(value);
     }
+    dvec3 triple(const EditRange& range) const { return triple(range.lower, range.upper); }
     dvec3 triple(double lower, double upper) const {
         const auto numbers = items();
         if (numbers.size() != 3) fail("is no list of three numbers");
@@ -96,8 +98,7 @@ Json parse_json(std::string_view text, const fs::path& path) {
     }
 }
 
-constexpr double kFar = 1e30;    // largest coordinate and radiance
-constexpr double kBright = 1e9;  // largest factor
+constexpr double kFar = 1e30;  // largest coordinate and radiance
 
 /// Calls f with the value of a key if the object has it.
 template <class F>
@@ -177,26 +178,26 @@ void read_environment(const Element& e, const fs::path& folder, SavedSettings& s
         if (name.empty() || name.find('\0') != std::string::npos) v.fail("is no name of a file");
         s.environment = folder / name;
     });
-    with(e, "color", [&](const Element& v) { s.environment = vec3(v.triple(0, 1e30)); });
-    with(e, "rotation", [&](const Element& v) { s.edits.environment_rotation = v.number(-1e6, 1e6); });
+    with(e, "color", [&](const Element& v) { s.environment = vec3(v.triple(0, kFar)); });
+    with(e, "rotation", [&](const Element& v) { s.edits.environment_rotation = v.number(kEditRotation); });
     with(e, "intensity",
-         [&](const Element& v) { s.edits.environment_intensity = static_cast<float>(v.number(0, kBright)); });
-    with(e, "tint", [&](const Element& v) { s.edits.environment_tint = vec3(v.triple(0, 1)); });
+         [&](const Element& v) { s.edits.environment_intensity = static_cast<float>(v.number(kEditFactor)); });
+    with(e, "tint", [&](const Element& v) { s.edits.environment_tint = vec3(v.triple(kEditColor)); });
 }
 
 /// Reads an edit of a light: a factor alone, or an object with further members.
 LightEdit read_light(const Element& e) {
     LightEdit light;
     if (!e.is_object()) {
-        light.factor = static_cast<float>(e.number(0, kBright));
+        light.factor = static_cast<float>(e.number(kEditFactor));
         return light;
     }
     e.check_keys({"factor", "color", "position", "direction"});
-    with(e, "factor", [&](const Element& v) { light.factor = static_cast<float>(v.number(0, kBright)); });
-    with(e, "color", [&](const Element& v) { light.color = vec3(v.triple(0, 1)); });
-    with(e, "position", [&](const Element& v) { light.position = v.triple(-kFarLight, kFarLight); });
+    with(e, "factor", [&](const Element& v) { light.factor = static_cast<float>(v.number(kEditFactor)); });
+    with(e, "color", [&](const Element& v) { light.color = vec3(v.triple(kEditColor)); });
+    with(e, "position", [&](const Element& v) { light.position = v.triple(kEditPosition); });
     with(e, "direction", [&](const Element& v) {
-        light.direction = unit_direction(v.triple(-kFarLight, kFarLight));
+        light.direction = unit_direction(v.triple(kEditPosition));
         if (!light.direction) v.fail("is no direction");
     });
     return light;
@@ -290,7 +291,7 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
         if (setting.saved) with(file, setting.name, [&](const Element& v) { read_setting(v, setting, s); });
     with(file, "size", [&](const Element& v) { s.size = read_size(v); });
     with(file, "environment", [&](const Element& v) { read_environment(v, path.parent_path(), s); });
-    with(file, "emission", [&](const Element& v) { s.edits.emission = static_cast<float>(v.number(0, kBright)); });
+    with(file, "emission", [&](const Element& v) { s.edits.emission = static_cast<float>(v.number(kEditFactor)); });
     with(file, "lights", [&](const Element& v) {
         for (const Element& one : v.items()) s.edits.lights.push_back(read_light(one));
     });

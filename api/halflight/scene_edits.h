@@ -11,22 +11,29 @@
 
 namespace halflight {
 
-inline constexpr double kFarLight = 1e12;  ///< largest coordinate of a light, metres
+/// Range of a number of an edit, inclusive.
+struct EditRange {
+    double lower, upper;
+};
+inline constexpr EditRange kEditFactor{0, 1e9};         ///< factors of intensities and of emission
+inline constexpr EditRange kEditColor{0, 1};            ///< channels of colours and tints, linear Rec.709
+inline constexpr EditRange kEditPosition{-1e12, 1e12};  ///< coordinates of lights, metres
+inline constexpr EditRange kEditRotation{-1e6, 1e6};    ///< degrees
 
 /// Edit of one punctual light. Optional members replace the light's own value.
 struct LightEdit {
-    float factor = 1;                  // factor of the intensity, >= 0
-    std::optional<vec3> color{};       // linear Rec.709, [0,1]; white has the intensity of the light's largest channel
-    std::optional<dvec3> position{};   // world, up to kFarLight; without effect on directional lights
+    float factor = 1;                  // factor of the intensity, kEditFactor
+    std::optional<vec3> color{};       // kEditColor; white has the intensity of the light's largest channel
+    std::optional<dvec3> position{};   // world, kEditPosition; without effect on directional lights
     std::optional<dvec3> direction{};  // unit, direction in which light travels; without effect on point lights
     bool operator==(const LightEdit&) const = default;
 };
 
 struct SceneEdits {
-    double environment_rotation = 0;  // degrees to the right, seen from inside; rounded to whole texels of the map
-    float environment_intensity = 1;  // factor, >= 0
-    vec3 environment_tint{1};         // factor by channel, linear Rec.709, [0,1]
-    float emission = 1;               // factor of the emission of all surfaces, >= 0
+    double environment_rotation = 0;  // degrees to the right, seen from inside, kEditRotation; rounded to whole texels
+    float environment_intensity = 1;  // factor, kEditFactor
+    vec3 environment_tint{1};         // factor by channel, kEditColor
+    float emission = 1;               // factor of the emission of all surfaces, kEditFactor
     std::vector<LightEdit> lights{};  // edits of Scene::lights, by index; surplus entries are ignored
     bool clay = false;                // gives every surface one rough grey without texture; lights stay
     // Properties by index into Scene::materials, then by name (engine/scene/material_properties.h: "roughness",
@@ -47,8 +54,9 @@ LightColor color_of(const PunctualLight& light);
 /// Returns v scaled to length 1; none where v is zero or not finite.
 std::optional<dvec3> unit_direction(const dvec3& v);
 
-/// Applies edits to a scene that has none yet. Throws Error that names the material or instance: there is none of that
-/// index, no such property, or a value outside its range.
+/// Applies edits to a scene that has none yet. Throws Error that names the light, material or instance: there is none
+/// of that index, no such property, a value outside its range, a direction that is not unit, a transform that is not
+/// affine.
 void apply(const SceneEdits& edits, Scene& scene);
 
 }  // namespace halflight

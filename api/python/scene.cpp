@@ -73,7 +73,6 @@ void edit_light(PyScene& s, std::size_t index, std::optional<float> factor, cons
                         scene.lights.size());
         if (edits.lights.size() <= index) edits.lights.resize(index + 1);
         LightEdit& light = edits.lights[index];
-        if (factor && !(*factor >= 0)) throw Error("light", "the factor of an intensity is never negative");
         if (factor) light.factor = *factor;
         if (color) light.color = vec3(vec(*color));
         if (position) light.position = vec(*position);

@@ -114,6 +114,9 @@ WorldBounds world_bounds(const Scene& scene);
 /// Checks indices, lengths and ranges against the comments above. Throws Error that names the first bad element.
 void validate(const Scene& scene);
 
+/// Returns whether all elements are finite and the last row is 0, 0, 0, 1.
+bool is_affine(const dmat4& m);
+
 /// Returns whether the scene has a light source: an emissive or unlit triangle, a punctual light, an environment.
 bool has_light(const Scene& scene);
 /// Returns a neutral sky for scenes without any light; the caller reports that it was added. It is the CIE overcast sky

@@ -42,10 +42,6 @@ bool is_finite(const dmat4& m) {
     return true;
 }
 
-bool is_affine(const dmat4& m) {
-    return is_finite(m) && m[0].w == 0 && m[1].w == 0 && m[2].w == 0 && m[3].w == 1;
-}
-
 void check(const TextureImage& image, const Element& e) {
     if (image.width < 1 || image.height < 1) throw Error(e.at("width"), "an image has at least one texel");
     const std::size_t expected = 4 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height);
@@ -165,6 +161,10 @@ void check(const Environment& environment) {
 }
 
 }  // namespace
+
+bool is_affine(const dmat4& m) {
+    return is_finite(m) && m[0].w == 0 && m[1].w == 0 && m[2].w == 0 && m[3].w == 1;
+}
 
 void validate(const Scene& scene) {
     const auto each = [](const char* list, const auto& elements, auto... counts) {

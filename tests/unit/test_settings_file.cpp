@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "tests/cli/animated_scenes.h"
 #include "tests/support/error_message.h"
@@ -194,6 +195,29 @@ TEST(SceneEdits, LightsAreMovedAndRotated) {
     EXPECT_EQ(scene.lights[1].position, spot.position);
     EXPECT_EQ(scene.lights[1].direction, vec3(0, -1, 0));
     EXPECT_EQ(scene.lights[2].direction, spot.direction);
+}
+
+TEST(SceneEdits, AreCheckedWhenTheyAreApplied) {
+    Scene scene = test::cornell_box(test::diffuse_material(vec3(0.5f)));
+    scene.name = "box";
+    scene.lights.resize(2);
+    const auto message = [&](const SceneEdits& edits) { return error_message([&] { apply(edits, scene); }); };
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    EXPECT_EQ(message({.environment_rotation = 2e6}),
+              "box: rotation of the environment: 2000000 is outside [-1000000, 1000000]");
+    EXPECT_EQ(message({.environment_intensity = -1}),
+              "box: intensity of the environment: -1 is outside [0, 1000000000]");
+    EXPECT_EQ(message({.environment_tint = {0, 2, 0}}), "box: tint of the environment: 2 is outside [0, 1]");
+    EXPECT_EQ(message({.emission = kNan}), "box: factor of emission: nan is outside [0, 1000000000]");
+    EXPECT_EQ(message({.lights = {{}, {-1}}}), "box: light 1: factor: -1 is outside [0, 1000000000]");
+    EXPECT_EQ(message({.lights = {{1, vec3(0, 0, -1)}}}), "box: light 0: color: -1 is outside [0, 1]");
+    EXPECT_EQ(message({.lights = {{1, {}, dvec3(kNan)}}}),
+              "box: light 0: position: nan is outside [-1000000000000, 1000000000000]");
+    EXPECT_EQ(message({.lights = {{1, {}, {}, dvec3(0)}}}), "box: light 0: direction: is not of unit length");
+    EXPECT_EQ(message({.transforms = {{0, dmat4(kNan)}}}),
+              "box: instance 0: its transform is not finite, or not affine");
+    EXPECT_EQ(message({.materials = {{0, {{"roughness", {2}}}}}}), "box: material 0: roughness: 2 is outside [0, 1]");
+    EXPECT_EQ(message({.lights = {{2, vec3(1), dvec3(1e12), dvec3(0, 0, 1)}}}), "");
 }
 
 TEST(SceneEdits, ClayKeepsLightsAndHoles) {

@@ -187,7 +187,7 @@ void punctual_light(const PunctualLight& light, float diagonal, LightEdit& edit)
         dvec3 position = edit.position.value_or(light.position);
         if (ImGui::DragScalarN("Position", ImGuiDataType_Double, &position.x, 3, 0.002f * diagonal, nullptr, nullptr,
                                "%.3f"))
-            edit.position = glm::clamp(position, -kFarLight, kFarLight);
+            edit.position = glm::clamp(position, kEditPosition.lower, kEditPosition.upper);
     }
     if (light.type != LightType::point) {
         // The angles point towards the source. The zenith is excluded, because the azimuth would be lost there.
