@@ -1,13 +1,16 @@
 #include "api/halflight/settings_file.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <tuple>
 
 #include "engine/core/error.h"
 #include "engine/io/files.h"
+#include "engine/scene/material_properties.h"
 #include "engine/settings/settings_table.h"
 
 namespace halflight {
@@ -34,6 +37,7 @@ class Element {
 
     bool is_string() const { return json_.is_string(); }
     bool is_object() const { return json_.is_object(); }
+    bool is_list() const { return json_.is_array(); }
     std::optional<Element> find(const char* key) const {
         const auto found = json_.find(key);
         if (found == json_.end()) return std::nullopt;
@@ -44,6 +48,23 @@ class Element {
         if (!json_.is_object()) fail("is no object");
         for (const auto& [key, unused] : json_.items())
             if (!known.contains(key)) fail("there is no setting '{}'", key);
+    }
+    std::vector<std::pair<std::string, Element>> members() const {
+        if (!json_.is_object()) fail("is no object");
+        std::vector<std::pair<std::string, Element>> all;
+        for (const auto& [key, value] : json_.items()) all.emplace_back(key, Element(file_, value, place_ + "." + key));
+        return all;
+    }
+    /// Returns the members of an object whose keys are indices.
+    std::vector<std::pair<std::size_t, Element>> indexed() const {
+        std::vector<std::pair<std::size_t, Element>> all;
+        for (const auto& [key, value] : members()) {
+            std::size_t index = 0;
+            std::from_chars(key.data(), key.data() + key.size(), index);
+            if (key != std::to_string(index)) fail("'{}' is no index", key);
+            all.emplace_back(index, value);
+        }
+        return all;
     }
     std::vector<Element> items() const {
         if (!json_.is_array()) fail("is no list");
@@ -212,6 +233,47 @@ Json light_json(const LightEdit& light) {
     return json;
 }
 
+/// Reads properties of a material: a number, or a list of numbers, by the name of each.
+std::map<std::string, std::vector<float>> read_material(const Element& e) {
+    constexpr double kMost = std::numeric_limits<float>::max();
+    std::map<std::string, std::vector<float>> properties;
+    Material scratch;
+    for (const auto& [name, value] : e.members()) {
+        std::vector<float>& values = properties[name];
+        if (value.is_list())
+            for (const Element& one : value.items()) values.push_back(static_cast<float>(one.number(-kMost, kMost)));
+        else
+            values.push_back(static_cast<float>(value.number(-kMost, kMost)));
+        set_property(scratch, name, values, e.where());  // for its errors
+    }
+    return properties;
+}
+
+Json material_json(const std::map<std::string, std::vector<float>>& properties) {
+    Json json = Json::object();
+    for (const auto& [name, values] : properties) json[name] = values.size() == 1 ? Json(values[0]) : Json(values);
+    return json;
+}
+
+/// Reads an affine matrix: a list of its four rows.
+dmat4 read_transform(const Element& e) {
+    constexpr double kMost = std::numeric_limits<double>::max();
+    const auto rows = e.items();
+    dmat4 m{0};
+    for (int r = 0; r < 4; ++r) {
+        if (rows.size() != 4 || rows[std::size_t(r)].items().size() != 4) e.fail("is no list of four rows of four");
+        for (int c = 0; c < 4; ++c) m[c][r] = rows[std::size_t(r)].items()[std::size_t(c)].number(-kMost, kMost);
+    }
+    if (!is_affine(m)) e.fail("is not affine");
+    return m;
+}
+
+Json transform_json(const dmat4& m) {
+    Json rows = Json::array();
+    for (int r = 0; r < 4; ++r) rows.push_back({m[0][r], m[1][r], m[2][r], m[3][r]});
+    return rows;
+}
+
 Json environment_json(const SavedSettings& s, const fs::path& folder) {
     Json json = Json::object();
     if (const auto* map = std::get_if<fs::path>(&s.environment)) {
@@ -272,8 +334,9 @@ SavedSettings read_settings(const fs::path& path) {
 SavedSettings parse_settings(std::string_view text, const fs::path& path) {
     const Json json = parse_json(text, path);
     const Element file(path, json);
-    std::set<std::string> keys{"halflight_settings", "camera",   "size", "environment", "emission", "lights", "clay",
-                               "animation",          "bookmarks"};
+    std::set<std::string> keys{"halflight_settings", "camera",    "size",     "environment",
+                               "emission",           "lights",    "clay",     "materials",
+                               "transforms",         "animation", "bookmarks"};
     for (const std::string_view name : saved_settings()) keys.emplace(name);
     file.check_keys(keys);
     const auto version = file.find("halflight_settings");
@@ -296,6 +359,12 @@ SavedSettings parse_settings(std::string_view text, const fs::path& path) {
         for (const Element& one : v.items()) s.edits.lights.push_back(read_light(one));
     });
     with(file, "clay", [&](const Element& v) { s.edits.clay = v.truth(); });
+    with(file, "materials", [&](const Element& v) {
+        for (const auto& [index, one] : v.indexed()) s.edits.materials[index] = read_material(one);
+    });
+    with(file, "transforms", [&](const Element& v) {
+        for (const auto& [index, one] : v.indexed()) s.edits.transforms[index] = read_transform(one);
+    });
     with(file, "animation", [&](const Element& v) { s.moment = read_moment(v); });
     with(file, "bookmarks", [&](const Element& v) {
         for (const Element& one : v.items()) {
@@ -324,6 +393,9 @@ std::string settings_text(const SavedSettings& s, const fs::path& folder) {
     json["lights"] = Json::array();
     for (const LightEdit& light : s.edits.lights) json["lights"].push_back(light_json(light));
     json["clay"] = s.edits.clay;
+    for (const auto& [index, properties] : s.edits.materials)
+        json["materials"][std::to_string(index)] = material_json(properties);
+    for (const auto& [index, m] : s.edits.transforms) json["transforms"][std::to_string(index)] = transform_json(m);
     if (s.moment)
         json["animation"] = {{"name", s.moment->animation},
                              {"frame", s.moment->frame},

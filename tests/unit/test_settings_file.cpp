@@ -35,6 +35,8 @@ SavedSettings all_kinds() {
     s.edits.lights = {
         {}, {0.3f}, {2, vec3(0.2f, 0, 1)}, {1, {}, dvec3(0.1, -2e5, 3)}, {1, {}, {}, dvec3(0, -0.6, 0.8)}};
     s.edits.clay = true;
+    s.edits.materials = {{0, {{"roughness", {0.2f}}, {"base_color", {0.1f, 0.5f, 1, 1}}}}, {12, {{"ior", {1.3f}}}}};
+    s.edits.transforms[3] = dmat4(dvec4(1, 2, 3, 0), dvec4(0, 1, 0, 0), dvec4(0.1, 0, 1, 0), dvec4(4, 1.0 / 3, 6, 1));
     s.moment = {{"run", 13, {30000, 1001}}};
     pose.orthographic = true;
     pose.ortho_height = 3;
@@ -120,6 +122,14 @@ TEST(SettingsFile, InvalidElementsAreNamed) {
     EXPECT_EQ(with("\"lights\": [1, -1]"), "lights[1]: is no number from 0 to 1000000000");
     EXPECT_EQ(with("\"lights\": [{\"factor\": 1, \"colour\": 1}]"), "lights[0]: there is no setting 'colour'");
     EXPECT_EQ(with("\"lights\": [{\"color\": [0, 0, 2]}]"), "lights[0].color[2]: is no number from 0 to 1");
+    EXPECT_EQ(with(R"("materials": {"1st": {}})"), "materials: '1st' is no index");
+    EXPECT_EQ(with(R"("materials": [{}])"), "materials: is no object");
+    EXPECT_EQ(with(R"("materials": {"1": {"rough": 1}})"), "materials.1: materials have no property 'rough'");
+    EXPECT_EQ(with(R"("materials": {"1": {"roughness": 2}})"), "materials.1: roughness: 2 is outside [0, 1]");
+    EXPECT_EQ(with(R"("materials": {"1": {"emission": [1]}})"), "materials.1: emission takes 3 numbers, not 1");
+    EXPECT_EQ(with(R"("transforms": {"0": [1, 2, 3]})"), "transforms.0: is no list of four rows of four");
+    EXPECT_EQ(with(R"("transforms": {"0": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]]})"),
+              "transforms.0: is not affine");
     EXPECT_EQ(with("\"animation\": {\"frame\": 1}"), "animation: needs a name");
     EXPECT_EQ(with("\"animation\": {\"name\": \"a\", \"frame\": -1}"),
               "animation.frame: is no number from 0 to 4294967295");

@@ -280,6 +280,8 @@ std::string Session::description() const {
         if (edits.lights[i].position || edits.lights[i].direction) words.push_back(fmt::format("light {} moved", i));
     }
     if (edits.clay) words.emplace_back("clay");
+    for (const auto& [index, properties] : edits.materials) words.push_back(fmt::format("material {} edited", index));
+    for (const auto& [index, matrix] : edits.transforms) words.push_back(fmt::format("instance {} moved", index));
     if (modes.preview.any()) words.push_back(fmt::format("preview {}", text(modes.preview)));
     if (modes.clamp > 0) words.push_back(fmt::format("clamped to {:g}", modes.clamp));
     words.push_back(fmt::format("{} bounces", bounces));
