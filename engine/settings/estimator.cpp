@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/core/names.h"
 
 namespace halflight {
 namespace {
@@ -139,10 +140,9 @@ std::string difference(const Estimator& estimator, std::span<const Estimator> ot
 Estimator estimator_named(std::string_view list) {
     Estimator estimator;
     std::vector<std::string> given;
-    for (std::size_t from = 0, to = 0; from <= list.size(); from = to + 1) {
-        to = std::min(list.find(',', from), list.size());
-        const std::string_view one = list.substr(from, to - from);
-        if (one == kPilot && from == 0) {
+    const std::vector<std::string> words = split_names(list);
+    for (const std::string& one : words) {
+        if (one == kPilot && &one == &words.front()) {
             estimator.reuse = Reuse::automatic;
             estimator.camera = CameraRays::automatic;
             estimator.shadow = ShadowRays::automatic;

@@ -7,6 +7,7 @@
 #include <array>
 #include <bit>
 
+#include "engine/core/names.h"
 #include "engine/tables/tables.h"
 #include "shaders/shared/aov.h"
 #include "shaders/shared/rays.h"
@@ -145,10 +146,7 @@ std::vector<std::string> AovInfo::channel_names() const {
             names.push_back(fmt::format("{}{:02}.{}", prefix, i / 4, "RGBA"[i % 4]));
         return names;
     }
-    for (std::size_t from = 0, to = 0; from <= channels.size(); from = to + 1) {
-        to = std::min(channels.find(',', from), channels.size());
-        names.push_back(fmt::format("{}{}", prefix, channels.substr(from, to - from)));
-    }
+    for (const std::string& channel : split_names(channels)) names.push_back(fmt::format("{}{}", prefix, channel));
     return names;
 }
 

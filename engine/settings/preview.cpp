@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/core/names.h"
 
 namespace halflight {
 namespace {
@@ -35,16 +36,13 @@ std::string text(const Preview& preview) {
 Preview preview_named(std::string_view list) {
     Preview preview;
     if (list == kNone) return preview;
-    for (std::size_t from = 0; from <= list.size();) {
-        const std::size_t to = std::min(list.find(',', from), list.size());
-        const std::string_view name = list.substr(from, to - from);
+    for (const std::string& name : split_names(list)) {
         if (name == kNone) throw Error(std::string(list), "'{}' stands alone", kNone);
         const auto mode = std::ranges::find(kModes, name, &PreviewMode::name);
         if (mode == kModes.end())
             throw Error(std::string(list), "'{}' is no preview mode; there are: {}", name, known_previews());
         if (preview.*mode->flag) throw Error(std::string(list), "'{}' is given twice", name);
         preview.*mode->flag = true;
-        from = to + 1;
     }
     return preview;
 }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "engine/core/error.h"
+#include "engine/core/names.h"
 #include "engine/settings/layers.h"
 #include "engine/settings/settings_table.h"
 
@@ -24,15 +25,8 @@ inline constexpr rays::Culling kCullings[] = {rays::Culling::automatic, rays::Cu
 inline constexpr PrimaryVisibility kPrimaries[] = {PrimaryVisibility::automatic, PrimaryVisibility::raster,
                                                    PrimaryVisibility::traced};
 
-/// Returns the names in a list that commas or newlines separate.
-inline std::vector<std::string> split(const std::string& list) {
-    std::vector<std::string> names;
-    for (std::size_t from = 0, to = 0; from <= list.size(); from = to + 1) {
-        to = std::min(list.find_first_of(",\n", from), list.size());
-        names.push_back(list.substr(from, to - from));
-    }
-    return names;
-}
+/// Separators of lists. Newlines join the values of an option that is given several times.
+inline constexpr const char* kSeparators = ",\n";
 
 template <class Choices>
 std::string names_of(const Choices& choices) {
@@ -188,7 +182,7 @@ struct Value<std::vector<std::string>> {
     static std::string parse(const Setting&, const std::string& text, std::vector<std::string>& value) {
         std::vector<std::string> layers;
         if (text == kNone) return value.clear(), "";
-        for (const std::string& wanted : split(text)) {
+        for (const std::string& wanted : split_names(text, kSeparators)) {
             if (wanted != "all" && !find_aov(wanted))
                 return fmt::format("has no layer '{}'; known layers are: {}", wanted, names());
             for (const AovInfo& aov : known_aovs())
@@ -208,7 +202,7 @@ struct Value<Kept> {
     static std::string names() { return ""; }
     static std::string text(const Kept& kept) { return kept.text(); }
     static std::string parse(const Setting&, const std::string& text, Kept& value) {
-        const std::vector<std::string> names = split(text);
+        const std::vector<std::string> names = split_names(text, kSeparators);
         value = text == Kept::everything().text() ? Kept::everything()
                 : text == Kept().text()           ? Kept()
                                                   : Kept({names.begin(), names.end()});

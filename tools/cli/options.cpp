@@ -43,17 +43,6 @@ Preview preview(const std::string& option, const std::string& list) {
     }
 }
 
-std::vector<std::string> split_names(const std::string& list) {
-    std::vector<std::string> names;
-    std::size_t from = 0;
-    while (from <= list.size()) {
-        const std::size_t to = std::min(list.find_first_of(",\n", from), list.size());
-        names.push_back(list.substr(from, to - from));
-        from = to + 1;
-    }
-    return names;
-}
-
 CLI::Option* Options::value(const std::string& name, const char* metavar, const std::string& description,
                             std::function<void(const std::string& name, const std::string& text)> parse) {
     return app_

@@ -38,8 +38,6 @@ inline double real(const std::string& option, const std::string& text, double lo
 Estimator estimator(const std::string& option, const std::string& list);
 Preview preview(const std::string& option, const std::string& list);
 
-/// Returns the names in a comma list; newlines, which join the values of a repeated option, separate names, too.
-std::vector<std::string> split_names(const std::string& list);
 
 /// Declares the options of a command.
 class Options {

@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "engine/core/names.h"
 #include "tools/halflight/converge_options.h"
 #include "tools/measure/converge/external.h"
 

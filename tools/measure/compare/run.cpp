@@ -5,22 +5,12 @@
 #include <cstdio>
 
 #include "engine/core/error.h"
+#include "engine/core/names.h"
 #include "tools/measure/compare/compare.h"
 #include "tools/measure/compare/report.h"
 
 namespace halflight::compare {
 namespace {
-
-/// Returns the parts of a comma list.
-std::vector<std::string> parts(const std::string& list) {
-    std::vector<std::string> result;
-    for (std::size_t from = 0; from <= list.size();) {
-        const std::size_t to = std::min(list.find(',', from), list.size());
-        result.push_back(list.substr(from, to - from));
-        from = to + 1;
-    }
-    return result;
-}
 
 Metric metric_named(const std::string& text) {
     for (const Metric metric : {Metric::mse, Metric::relmse, Metric::flip, Metric::max})
@@ -39,7 +29,7 @@ double number(const std::string& text, double lower) {
 /// Parses thresholds: X, or METRIC=X,...
 Thresholds thresholds(const std::string& text) {
     Thresholds result;
-    for (const std::string& part : parts(text)) {
+    for (const std::string& part : split_names(text)) {
         const std::size_t equals = part.find('=');
         if (equals == std::string::npos)
             result.all = number(part, 0);
@@ -71,7 +61,7 @@ void add_options(CLI::App& app, CompareArguments& a) {
     value("--metric", "NAME,...", "error metrics: mse, relmse, flip, max (default: all but max)",
           [&](const std::string& text) {
               a.metrics.clear();
-              for (const std::string& part : parts(text)) {
+              for (const std::string& part : split_names(text)) {
                   const Metric metric = metric_named(part);
                   if (std::ranges::find(a.metrics, metric) == a.metrics.end()) a.metrics.push_back(metric);
               }
@@ -82,7 +72,7 @@ void add_options(CLI::App& app, CompareArguments& a) {
     value("--fail", kThreshold, "threshold above which the exit status is 2 (default: 0 without --warn)",
           [&](const std::string& text) { a.fail = thresholds(text); });
     value("--layer", "NAME,...", "compares only these layers, by the names in the table",
-          [&](const std::string& text) { a.layers = parts(text); });
+          [&](const std::string& text) { a.layers = split_names(text); });
     value("--ppd", "N", "pixels per degree of visual angle, for FLIP (default 67)",
           [&](const std::string& text) { a.pixels_per_degree = number(text, 1); });
     value("--map", "FILE", "writes error maps: all of them as .exr, or the FLIP map of the first layer as .png",
