@@ -1,27 +1,12 @@
 #include "engine/rays/kinds.h"
 
+#include "engine/core/names.h"
+
 namespace halflight::rays {
 
 const char* name(RayKind kind) {
-    switch (kind) {
-        case RayKind::primary:
-            return "primary";
-        case RayKind::shadow:
-            return "shadow";
-        case RayKind::sun:
-            return "sun";
-        case RayKind::diffuse:
-            return "diffuse";
-        case RayKind::glossy:
-            return "glossy";
-        case RayKind::continuation:
-            return "continuation";
-        case RayKind::occlusion:
-            return "occlusion";
-        case RayKind::connection:
-            return "connection";
-    }
-    return "unknown";
+    return name_among(
+        kRayKinds, {"primary", "shadow", "sun", "diffuse", "glossy", "continuation", "occlusion", "connection"}, kind);
 }
 
 const char* name(TraceMethod method) {

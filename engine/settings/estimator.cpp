@@ -59,65 +59,19 @@ bool every(const Key&) {
 }  // namespace
 
 const char* name(Reuse reuse) {
-    switch (reuse) {
-        case Reuse::automatic:
-            return "auto";
-        case Reuse::off:
-            return "off";
-        case Reuse::four:
-            return "4";
-        case Reuse::eight:
-            return "8";
-        case Reuse::sixteen:
-            return "16";
-    }
-    return "unknown";
+    return name_among(kReuses, {"auto", "off", "4", "8", "16"}, reuse);
 }
 
 const char* name(CameraRays rays) {
-    switch (rays) {
-        case CameraRays::automatic:
-            return "auto";
-        case CameraRays::one:
-            return "1";
-        case CameraRays::two:
-            return "2";
-        case CameraRays::four:
-            return "4";
-        case CameraRays::eight:
-            return "8";
-        case CameraRays::sixteen:
-            return "16";
-    }
-    return "unknown";
+    return name_among(kCameraRays, {"auto", "1", "2", "4", "8", "16"}, rays);
 }
 
 const char* name(ShadowRays rays) {
-    switch (rays) {
-        case ShadowRays::automatic:
-            return "auto";
-        case ShadowRays::one:
-            return "1";
-        case ShadowRays::two:
-            return "2";
-        case ShadowRays::four:
-            return "4";
-        case ShadowRays::eight:
-            return "8";
-    }
-    return "unknown";
+    return name_among(kShadowRays, {"auto", "1", "2", "4", "8"}, rays);
 }
 
 const char* name(SamplePoints points) {
-    switch (points) {
-        case SamplePoints::sobol:
-            return "sobol";
-        case SamplePoints::blue_noise:
-            return "blue-noise";
-        case SamplePoints::independent:
-            return "independent";
-    }
-    return "unknown";
+    return name_among(kSamplePoints, {"sobol", "blue-noise", "independent"}, points);
 }
 
 bool leaves_open(const Estimator& e) {

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "engine/core/error.h"
+#include "engine/core/names.h"
 #include "engine/scene/light_types.h"
 #include "engine/tables/alias_table.h"
 #include "engine/tables/light_textures.h"
@@ -324,27 +325,11 @@ class Builder {
 }  // namespace
 
 const char* name(LightChoice choice) {
-    switch (choice) {
-        case LightChoice::automatic:
-            return "auto";
-        case LightChoice::power:
-            return "power";
-        case LightChoice::tree:
-            return "tree";
-        case LightChoice::uniform:
-            return "uniform";
-    }
-    return "unknown";
+    return name_among(kLightChoices, {"auto", "power", "tree", "uniform"}, choice);
 }
 
 const char* name(SunChoice choice) {
-    switch (choice) {
-        case SunChoice::apart:
-            return "apart";
-        case SunChoice::among:
-            return "among";
-    }
-    return "unknown";
+    return name_among(kSunChoices, {"apart", "among"}, choice);
 }
 
 LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoice choice, SunChoice sun) {

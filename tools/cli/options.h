@@ -38,7 +38,6 @@ inline double real(const std::string& option, const std::string& text, double lo
 Estimator estimator(const std::string& option, const std::string& list);
 Preview preview(const std::string& option, const std::string& list);
 
-
 /// Declares the options of a command.
 class Options {
   public:
