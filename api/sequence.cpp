@@ -110,14 +110,6 @@ void add_failure(const std::filesystem::path& stats, std::uint32_t frame, const 
     }
 }
 
-/// Returns "frames 3,7-9 of 24" or "frame 4 of part 2/5", for messages.
-std::string of_all(std::vector<std::uint32_t> frames, const SequenceOptions& o) {
-    std::ranges::sort(frames);
-    const std::string whole =
-        o.part.of == 1 ? std::to_string(o.frames.size()) : fmt::format("part {}/{}", o.part.number, o.part.of);
-    return fmt::format("frame{} {} of {}", frames.size() == 1 ? "" : "s", frames_text(frames), whole);
-}
-
 std::string fingerprint_of(const LoadedScene& scene, const RenderSettings& settings, const Shutter& shutter,
                            const ColorConfig& colors, const SequenceOptions& o) {
     return sequence_fingerprint(scene, settings, shutter, colors, o.output, part_of(o.frames, o.part));
@@ -221,7 +213,7 @@ void make_frames(const SequenceOptions& o, const std::vector<std::uint32_t>& fra
     }
     tally.stopped_in.reset();
     if (!tally.failed.empty())
-        throw Error(main_name(o), "{} failed{}: {}", of_all(tally.failed, o),
+        throw Error(main_name(o), "{} failed{}: {}", frames_of_all(tally.failed, o.frames.size(), o.part),
                     o.movie && !o.outputs.empty() ? ", and there is no movie" : "", tally.reason);
 }
 

@@ -115,6 +115,12 @@ std::vector<std::uint32_t> part_of(const std::vector<std::uint32_t>& frames, con
     return {begin(part.number - 1), begin(part.number)};
 }
 
+std::string frames_of_all(std::vector<std::uint32_t> frames, std::size_t all, const ListPart& part) {
+    std::ranges::sort(frames);
+    const std::string whole = part.of == 1 ? std::to_string(all) : fmt::format("part {}/{}", part.number, part.of);
+    return fmt::format("frame{} {} of {}", frames.size() == 1 ? "" : "s", frames_text(frames), whole);
+}
+
 FrameRate parse_frame_rate(std::string_view subject, std::string_view text) {
     std::string_view rest = text;
     std::int64_t numerator = 0, denominator = 1;

@@ -140,5 +140,10 @@ TEST(FrameRates, InvalidRatesAreRefused) {
         EXPECT_TRUE(refusal(text).starts_with("--fps: expects 0.001 to 1000000 frames per second, not '")) << text;
 }
 
+TEST(Frames, AreToldAmongAll) {
+    EXPECT_EQ(frames_of_all({9, 3, 8, 7}, 24, {}), "frames 3,7-9 of 24");
+    EXPECT_EQ(frames_of_all({4}, 24, {2, 5}), "frame 4 of part 2/5");
+}
+
 }  // namespace
 }  // namespace halflight

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "api/halflight/sequence.h"
 #include "engine/core/stopwatch.h"
 #include "tools/cli/console.h"
@@ -16,13 +14,6 @@ namespace {
 
 std::string counted(std::size_t frames) {
     return fmt::format("{} frame{}", frames, frames == 1 ? "" : "s");
-}
-
-/// Returns "frames 3,7-9 of 24" or "frame 4 of part 2/5", for messages.
-std::string of_all(const std::vector<std::uint32_t>& frames, const RenderArguments& a) {
-    const std::string whole =
-        a.part.of == 1 ? std::to_string(a.frames.size()) : fmt::format("part {}/{}", a.part.number, a.part.of);
-    return fmt::format("frame{} {} of {}", frames.size() == 1 ? "" : "s", frames_text(frames), whole);
 }
 
 }  // namespace
@@ -47,11 +38,10 @@ void run_sequence(const RenderArguments& a) {
     LoadedScene scene(a, a, console);
     const RenderSettings settings = make_settings(a, scene.chosen_camera().camera);
     if (a.check) {
-        std::vector<std::uint32_t> bad = incomplete_frames(scene, settings, a.shutter, *renderer.colors, options);
-        std::ranges::sort(bad);
+        const auto bad = incomplete_frames(scene, settings, a.shutter, *renderer.colors, options);
         if (!bad.empty())
             throw Error(a.outputs[0].string(), "{}: missing, damaged, or of another scene or other settings",
-                        of_all(bad, a));
+                        frames_of_all(bad, a.frames.size(), a.part));
         console.note("{}: all {} frames are whole", a.outputs[0].string(), frames);
         return;
     }
