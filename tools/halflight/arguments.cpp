@@ -18,10 +18,10 @@ void add_picture_options(Options& options, RenderArguments& a) {
     options.settings(a.settings);
     options.value("--error-metric", "NAME", "metric of --error: relmse, mse (default relmse)",
                   [&](const auto& name, const auto& text) {
-                      if (text != "mse" && text != "relmse")
-                          throw UsageError(name, "expects one of relmse, mse, not '{}'", text);
                       if (!a.settings.error) throw UsageError(name, "needs --error");
-                      a.settings.error->metric = text == "mse" ? ErrorMetric::mse : ErrorMetric::relmse;
+                      const std::string target = fmt::format("{} {}", a.settings.error->error, text);
+                      const std::string problem = setting("error").set(a.settings, target);
+                      if (!problem.empty()) throw UsageError(name, problem);
                   });
     options.flag("--best-effort", a.best_effort, "writes the picture even if its error target was not reached");
 }

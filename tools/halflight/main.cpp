@@ -13,11 +13,6 @@ constexpr int kFailure = 1;
 constexpr int kUsage = 2;
 constexpr int kCannotCompare = 4;  // 1 and 2 are verdicts of `halflight compare`
 
-int fail(int status, const char* what) {
-    halflight::put(stderr, fmt::format("halflight: {}\n", halflight::one_line(what)));
-    return status;
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {

@@ -10,15 +10,6 @@
 #include "tools/cli/signals.h"
 #include "tools/view/viewer.h"
 
-namespace {
-
-int fail(int status, const char* what) {
-    halflight::put(stderr, fmt::format("halflight: {}\n", halflight::one_line(what)));
-    return status;
-}
-
-}  // namespace
-
 int main(int argc, char** argv) {
     using namespace halflight;
     hold_standard_streams();
