@@ -130,7 +130,7 @@ void add_to_key(std::string& key, const Defines& defines) {
 }  // namespace
 
 Program::Program(std::string name, std::string text, GLuint id)
-    : name_(std::move(name)), text_(std::move(text)), object_(id), slots_(assign_slots(id)) {}
+    : name_(std::move(name)), text_(std::move(text)), object_(id), slots_(assign_slots(name_, id)) {}
 
 Program Program::compute(const ShaderSource& source, const Defines& defines, const ProgramBinaries* binaries) {
     ExpandedSource expanded = expand(source, defines);
@@ -154,6 +154,13 @@ Program Program::graphics(const ShaderSource& vertex, const ShaderSource& fragme
 }
 
 void Program::bind() const {
+    static thread_local const Program* current = nullptr;
+    if (std::exchange(current, this) != this)
+        for (const Slot& s : slots_)
+            if (!s.shared && !std::exchange(s.bound, false)) {
+                current = nullptr;
+                throw Error(name_, "runs with nothing bound to {} '{}'", gpu::name(s.kind), s.name);
+            }
     glUseProgram(id());
 }
 
@@ -222,10 +229,10 @@ bool Program::declares(std::string_view identifier) const {
     return false;
 }
 
-/// Returns the slot of that name and kind, or null where it is not active.
+/// Returns the slot of that name and kind, marked as bound, or null where it is not active.
 const Slot* Program::slot(std::string_view name, SlotKind kind, const std::string& resource) const {
     const auto found = std::ranges::find(slots_, name, &Slot::name);
-    if (found != slots_.end() && found->kind == kind) return &*found;
+    if (found != slots_.end() && found->kind == kind) return found->bound = true, &*found;
     if (found == slots_.end() && declares(name)) return nullptr;
     throw Error(name_, "has no {} '{}' to bind '{}' to", gpu::name(kind), name, resource);
 }

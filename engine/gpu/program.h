@@ -26,7 +26,8 @@ class Program {
   public:
     /// Compiles and links a program. `binaries`, if not null, stores linked programs for later runs. Throws
     /// Error("shaders/x.comp:12", message) where a shader does not compile. Throws Error(name, ...) where the program
-    /// does not link or needs more storage blocks than the driver allows.
+    /// does not link, needs more storage blocks than the driver allows, or has resources that cannot be bound by name
+    /// (program_slots.h).
     static Program compute(const ShaderSource& source, const Defines& defines = {},
                            const ProgramBinaries* binaries = nullptr);
     static Program graphics(const ShaderSource& vertex, const ShaderSource& fragment, const Defines& defines = {},
@@ -35,6 +36,8 @@ class Program {
     GLuint id() const { return object_.id(); }
     const std::string& name() const { return name_; }
     const std::string& text() const { return text_; }  ///< Returns the source of all stages as compiled.
+    /// Makes this program current. Throws Error naming program and resource where nothing was bound to an active
+    /// resource since another program was current. Scene tables are not checked.
     void bind() const;
 
     /// Returns the location of a uniform, -1 where the name is declared but not active. Throws Error where the name
@@ -69,7 +72,7 @@ class Program {
     /// Returns whether the identifier occurs in the source, active or not.
     bool declares(std::string_view identifier) const;
 
-    /// Binds the program and starts workgroups. The graph places the memory barriers.
+    /// Binds the program, as bind() does, and starts workgroups. The graph places the memory barriers.
     void dispatch(std::uint32_t x, std::uint32_t y = 1, std::uint32_t z = 1) const;
     /// Binds the program and starts workgroups; their counts are three uints at `offset` bytes of the buffer.
     void dispatch_indirect(const Buffer& arguments, std::size_t offset = 0) const;

@@ -1,5 +1,6 @@
 #include "engine/gpu/program_slots.h"
 
+#include "engine/core/error.h"
 #include "shaders/shared/bindings.h"
 
 namespace halflight::gpu {
@@ -23,6 +24,30 @@ bool is_sampler(GLint type) {
 
 bool is_image(GLint type) {
     return type == GL_IMAGE_2D || type == GL_IMAGE_3D || type == GL_INT_IMAGE_2D || type == GL_UNSIGNED_INT_IMAGE_2D;
+}
+
+/// Returns whether Program::set() takes values of the type.
+bool is_value(GLint type) {
+    switch (type) {
+        case GL_BOOL:
+        case GL_INT:
+        case GL_INT_VEC2:
+        case GL_INT_VEC3:
+        case GL_INT_VEC4:
+        case GL_UNSIGNED_INT:
+        case GL_UNSIGNED_INT_VEC2:
+        case GL_UNSIGNED_INT_VEC3:
+        case GL_UNSIGNED_INT_VEC4:
+        case GL_FLOAT:
+        case GL_FLOAT_VEC2:
+        case GL_FLOAT_VEC3:
+        case GL_FLOAT_VEC4:
+        case GL_FLOAT_MAT3:
+        case GL_FLOAT_MAT4:
+            return true;
+        default:
+            return false;
+    }
 }
 
 /// The resources of one kind that the program uses.
@@ -51,21 +76,32 @@ class ActiveResources {
     GLint count_ = 0;
 };
 
-void assign_uniforms(GLuint program, std::vector<Slot>& slots) {
+/// Adds a slot. Throws Error for an element of an array, which has no name of its own in a pass.
+void add(std::vector<Slot>& slots, std::string_view program, Slot slot) {
+    if (slot.name.ends_with(']'))
+        throw Error(program, "{} '{}' is part of an array, which cannot be bound", name(slot.kind), slot.name);
+    slots.push_back(std::move(slot));
+}
+
+void assign_uniforms(std::string_view program_name, GLuint program, std::vector<Slot>& slots) {
     const ActiveResources uniforms(program, GL_UNIFORM);
     GLuint next_unit = UNIT_FREE, next_image = 0;
     for (GLuint i = 0; i < uniforms.count(); ++i) {
         const GLint type = uniforms.value(i, GL_TYPE);
         const bool image = is_image(type);
-        if (!image && !is_sampler(type)) continue;
+        if (is_value(type) || uniforms.value(i, GL_BLOCK_INDEX) >= 0) continue;
+        if (!image && !is_sampler(type))
+            throw Error(program_name, "uniform '{}' has a type that can neither be bound nor set", uniforms.name(i));
         const GLint location = uniforms.value(i, GL_LOCATION);
         GLint unit = 0;
         glGetUniformiv(program, location, &unit);
-        if (image || unit == 0) {
+        const bool shared = !image && unit != 0;
+        if (!shared) {
             unit = static_cast<GLint>(image ? next_image++ : next_unit++);
             glProgramUniform1i(program, location, unit);
         }
-        slots.push_back({uniforms.name(i), image ? SlotKind::image : SlotKind::sampler, static_cast<GLuint>(unit)});
+        const SlotKind kind = image ? SlotKind::image : SlotKind::sampler;
+        add(slots, program_name, {uniforms.name(i), kind, static_cast<GLuint>(unit), shared});
     }
 }
 
@@ -85,18 +121,18 @@ const char* name(SlotKind kind) {
     return "";
 }
 
-std::vector<Slot> assign_slots(GLuint program) {
+std::vector<Slot> assign_slots(std::string_view name, GLuint program) {
     std::vector<Slot> slots;
     const ActiveResources storage(program, GL_SHADER_STORAGE_BLOCK), uniform(program, GL_UNIFORM_BLOCK);
     for (GLuint i = 0; i < storage.count(); ++i) {
         glShaderStorageBlockBinding(program, i, i);
-        slots.push_back({storage.name(i), SlotKind::storage_block, i});
+        add(slots, name, {storage.name(i), SlotKind::storage_block, i});
     }
     for (GLuint i = 0; i < uniform.count(); ++i) {
         glUniformBlockBinding(program, i, i);
-        slots.push_back({uniform.name(i), SlotKind::uniform_block, i});
+        add(slots, name, {uniform.name(i), SlotKind::uniform_block, i});
     }
-    assign_uniforms(program, slots);
+    assign_uniforms(name, program, slots);
     return slots;
 }
 

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace halflight::gpu {
@@ -15,12 +16,15 @@ const char* name(SlotKind kind);
 struct Slot {
     std::string name;  // name of the block or uniform
     SlotKind kind;
-    GLuint index;  // binding point or unit
+    GLuint index;                // binding point or unit
+    bool shared = false;         // a scene table, which is bound for all programs at once
+    mutable bool bound = false;  // by its name, since the program began to run last
 };
 
 /// Gives each active block, sampler and image of a linked program a slot, and returns the slots. Blocks and images are
 /// numbered from 0, samplers from UNIT_FREE. Samplers of scene tables keep the unit that their layout names
-/// (shaders/shared/bindings.h).
-std::vector<Slot> assign_slots(GLuint program);
+/// (shaders/shared/bindings.h). Throws Error that names program and resource for arrays of resources, and for uniforms
+/// that Program can neither bind nor set.
+std::vector<Slot> assign_slots(std::string_view name, GLuint program);
 
 }  // namespace halflight::gpu

@@ -223,6 +223,56 @@ void main() {
               "names: has no sampler 'Ten' to bind 'thousand' to");
 }
 
+TEST_F(ProgramTest, ResourcesThatNobodyBindsAreErrors) {
+    const std::string head = "layout(local_size_x = 1) in;\nlayout(std430) buffer Out { float sum; };\n";
+    const Buffer out("out", sizeof(float));
+    const std::pair<const char*, const char*> resources[] = {
+        {"layout(std430) buffer More { float more; };\nvoid main() { sum = more; }\n", "storage block 'More'"},
+        {"layout(std140) uniform Ten { float ten; };\nvoid main() { sum = ten; }\n", "uniform block 'Ten'"},
+        {"uniform sampler2D s;\nvoid main() { sum = texelFetch(s, ivec2(0), 0).x; }\n", "sampler 's'"},
+        {"layout(r32f) uniform image2D i;\nvoid main() { sum = imageLoad(i, ivec2(0)).x; }\n", "image 'i'"}};
+    const Program other = Program::compute({"other", head + "void main() { sum = 1; }\n"});
+    for (const auto& [text, resource] : resources) {
+        const Program program = Program::compute({"kernel", head + text});
+        const auto run = [&] {
+            program.bind_storage("Out", out);
+            program.dispatch(1);
+        };
+        const std::string message = fmt::format("kernel: runs with nothing bound to {}", resource);
+        EXPECT_EQ(error_message(run), message);
+        EXPECT_EQ(error_message(run), message) << "again";
+    }
+    const auto run = [&] { other.dispatch(1); };
+    EXPECT_EQ(error_message(run), "other: runs with nothing bound to storage block 'Out'");
+    other.bind_storage("Out", out);
+    EXPECT_NO_THROW(run());
+    EXPECT_NO_THROW(run()) << "bindings hold until another program runs";
+    const Program third = Program::compute({"third", "layout(local_size_x = 1) in;\nvoid main() {}\n"});
+    third.dispatch(1);
+    EXPECT_EQ(error_message(run), "other: runs with nothing bound to storage block 'Out'");
+}
+
+TEST_F(ProgramTest, ResourcesThatCannotBeBoundAreErrors) {
+    const auto message = [](const std::string& text) {
+        return error_message([&] {
+            Program::compute(
+                {"kernel", "layout(local_size_x = 1) in;\nlayout(std430) buffer Out { float sum; };\n" + text});
+        });
+    };
+    EXPECT_EQ(message("uniform samplerCube s;\nvoid main() { sum = textureLod(s, vec3(1), 0).x; }\n"),
+              "kernel: uniform 's' has a type that can neither be bound nor set");
+    EXPECT_EQ(message("layout(r32f) uniform image1D i;\nvoid main() { sum = imageLoad(i, 0).x; }\n"),
+              "kernel: uniform 'i' has a type that can neither be bound nor set");
+    EXPECT_EQ(message("uniform sampler2D s[2];\nvoid main() { sum = texelFetch(s[1], ivec2(0), 0).x; }\n"),
+              "kernel: sampler 's[0]' is part of an array, which cannot be bound");
+    EXPECT_EQ(
+        message("layout(std430) buffer B { float b; } blocks[2];\nvoid main() { sum = blocks[1].b; }\n").substr(0, 25),
+        "kernel: storage block 'B[");
+    EXPECT_EQ(message("layout(std140) uniform U { mat2 m; double d; };\nvoid main() { sum = m[0].x + float(d); }\n"),
+              "")
+        << "members of blocks may have any type";
+}
+
 TEST_F(ProgramTest, MoreStorageBlocksThanTheDriverHasAreAnError) {
     GLint limit = 0;
     glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &limit);
