@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <iterator>
 #include <optional>
+#include <regex>
 #include <span>
 #include <utility>
 #include <vector>
@@ -80,18 +82,34 @@ GLuint loaded_or_made(std::string_view name, std::string_view key, const Program
     return made;
 }
 
-Error link_error(std::string_view name, GLuint program) {
+/// Returns a remark where a stage declares more storage blocks than the driver allows. Declarations under conditions
+/// that do not hold count, too.
+std::string crowded_stage(std::span<const Shader> shaders) {
+    static const std::regex block(R"(\bbuffer\s+\w+\s*\{)");
+    for (const Shader& shader : shaders) {
+        GLint stage = 0, length = 0, limit = 0;
+        glGetShaderiv(shader.id(), GL_SHADER_TYPE, &stage);
+        glGetIntegerv(stage == GL_COMPUTE_SHADER  ? GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS
+                      : stage == GL_VERTEX_SHADER ? GL_MAX_VERTEX_SHADER_STORAGE_BLOCKS
+                                                  : GL_MAX_FRAGMENT_SHADER_STORAGE_BLOCKS,
+                      &limit);
+        glGetShaderiv(shader.id(), GL_SHADER_SOURCE_LENGTH, &length);
+        std::string text(static_cast<std::size_t>(length), '\0');
+        glGetShaderSource(shader.id(), length, nullptr, text.data());
+        const auto count = std::distance(std::sregex_iterator(text.begin(), text.end(), block), std::sregex_iterator());
+        if (count > limit)
+            return fmt::format("it declares {} storage blocks, the driver allows {} in a shader; ", count, limit);
+    }
+    return "";
+}
+
+Error link_error(std::string_view name, GLuint program, std::span<const Shader> shaders) {
     GLint log_length = value_of(program, GL_INFO_LOG_LENGTH);
     std::string log(static_cast<std::size_t>(log_length), '\0');
     glGetProgramInfoLog(program, log_length, &log_length, log.data());
     log.resize(static_cast<std::size_t>(log_length));
     while (!log.empty() && log.back() == '\n') log.pop_back();
-    if (log.find("storage block") != std::string::npos) {
-        GLint limit = 0;
-        glGetIntegerv(GL_MAX_COMPUTE_SHADER_STORAGE_BLOCKS, &limit);
-        return Error(name, "needs more storage blocks than the driver allows (compute shaders: {}): {}", limit, log);
-    }
-    return Error(name, "does not link: {}", log);
+    return Error(name, "does not link: {}{}", crowded_stage(shaders), log);
 }
 
 GLuint linked(std::string_view name, std::span<const Shader> shaders) {
@@ -101,7 +119,7 @@ GLuint linked(std::string_view name, std::span<const Shader> shaders) {
     for (const Shader& shader : shaders) glAttachShader(program.id(), shader.id());
     glLinkProgram(program.id());
     for (const Shader& shader : shaders) glDetachShader(program.id(), shader.id());
-    if (value_of(program.id(), GL_LINK_STATUS) == 0) throw link_error(name, program.id());
+    if (value_of(program.id(), GL_LINK_STATUS) == 0) throw link_error(name, program.id(), shaders);
     return program.release();
 }
 
