@@ -145,7 +145,6 @@ struct FrameRenderer::State {
         guarded([&] {
             if (prepared->update(scene.scene())) {
                 renderer->follow_scene();
-                if (server) server->invalidate();
             } else {
                 renderer.reset();
                 server.reset();

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/rays/culling.h"
 #include "engine/settings/preview.h"
 #include "engine/settings/visibility.h"
 #include "engine/tables/needs.h"

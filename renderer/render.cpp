@@ -61,7 +61,7 @@ void Renderer::update(const Scene& scene) {
 void Renderer::follow_scene() {
     State& s = state();
     if (s.cache) s.cache->clear();
-    if (s.raster) s.raster->set_tree(s.scene.cull_tree());
+    if (s.server) s.server->follow(s.served());
     s.hierarchies_reported = false;
 }
 

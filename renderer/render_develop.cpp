@@ -103,7 +103,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
                                std::size_t(settings.width) * std::size_t(settings.height)});
     for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.batches = tracer->statistics();
-    if (raster) stats.raster = raster->batches();
+    if (const auto* raster = dynamic_cast<const rays::RasterCulling*>(server)) stats.raster = raster->batches();
     stats.bad_values = in_flight->counted().by_component();
     if (preview) preview->fill_stats(stats);
     if (settings.clamp > 0 && settings.bounces > 1)

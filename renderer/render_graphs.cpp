@@ -13,30 +13,27 @@
 namespace halflight {
 
 Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& c,
-                       std::optional<ViewKernel> view, RenderSettings r, rays::BatchServer* server)
+                       std::optional<ViewKernel> view, RenderSettings r, rays::BatchServer* callers_server)
     : own(std::move(o)),
       scene(s),
       colors(c),
       asked(std::move(r)),
       settings(asked),
+      server(callers_server),
       view_kernel(std::move(view)),
       executor(scene.programs()),
       composer(scene.programs()) {
     if (leaves_open(scene.estimator()))
         throw Error("render settings", "the estimator is left open: a pilot has to settle it first");
     scene.check_usable();
-    if (server) {
-        tracer.emplace(scene.trace(), *server);
-    } else if (settings.culling == rays::Culling::raster) {
-        if (scene.cull_tree().nodes.empty() && !scene.tables().triangles.empty())
-            throw Error("render settings", "raster culling of a scene that was prepared without it");
-        rays::RasterSettings raster_settings;
-        raster_settings.measure = settings.measure;
-        raster.emplace(scene.cull_tree(), raster_settings);
-        tracer.emplace(scene.trace(), *raster);
-    } else {
-        tracer.emplace(scene.trace(), settings.culling);
+    if (const auto make = row_of(settings.culling).make_server; make && !server) {
+        own_server = make(served());
+        server = own_server.get();
     }
+    if (server)
+        tracer.emplace(scene.trace(), *server);
+    else
+        tracer.emplace(scene.trace(), settings.culling);
     settings.kept = scene.kept();
     settings.estimator = scene.estimator();
     settings.primary = resolved(settings.primary, scene.drawn_triangles(), ivec2(settings.width, settings.height));
@@ -71,6 +68,10 @@ Renderer::State::State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const
     if (bytes > 0) states = std::clamp<std::size_t>(settings.state_bytes / bytes, 1, std::size_t(bands));
     places.resize(settings.in_turns ? std::size_t(bands) : states);
     scene.context().check("compiling the frame");
+}
+
+rays::ServedScene Renderer::State::served() const {
+    return {scene.tables(), scene.trace(), scene.cull_tree(), settings.measure};
 }
 
 FrameOptions Renderer::State::frame_options() const {

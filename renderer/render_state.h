@@ -56,7 +56,8 @@ struct Renderer::State {
     const ColorConfig colors;
     const RenderSettings asked;
     RenderSettings settings;  // settings with all automatic choices resolved
-    std::optional<rays::RasterCulling> raster;
+    std::unique_ptr<rays::BatchServer> own_server;  // that of the culling method; null: it has none
+    rays::BatchServer* server;                      // the caller's, or own_server.get()
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
     std::optional<PreviewStage> preview;
@@ -76,10 +77,11 @@ struct Renderer::State {
     bool hierarchies_reported = false;  // an earlier picture's statistics count the hierarchies of this pose
 
     State(std::unique_ptr<PreparedScene> o, PreparedScene& s, const ColorConfig& c, std::optional<ViewKernel> view,
-          RenderSettings r, rays::BatchServer* server);
+          RenderSettings r, rays::BatchServer* callers_server);
 
     // The following functions are defined in render_graphs.cpp.
 
+    rays::ServedScene served() const;
     FrameOptions frame_options() const;   ///< for samples without the radiance cache
     FrameOptions cached_options() const;  ///< for samples with the radiance cache
     FrameNeeds needs() const;

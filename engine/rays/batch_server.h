@@ -4,6 +4,7 @@
 #include <cstddef>
 
 #include "engine/gpu/program.h"
+#include "engine/rays/culling.h"
 #include "engine/rays/kinds.h"
 #include "engine/rays/rays.h"
 
@@ -18,6 +19,8 @@ class BatchServer {
     /// outlive the graph's runs.
     virtual graph::BufferHandle add(graph::Graph& graph, const TraceScene& scene, const RayBatch& batch,
                                     graph::BufferHandle results, bool any_hit) = 0;
+    /// Takes up another pose of the scene.
+    virtual void follow(const ServedScene&) { invalidate(); }
     /// Discards remembered visibility after a camera cut, scene edit or resize.
     virtual void invalidate() {}
     virtual void reset_statistics() {}

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/core/stopwatch.h"
+#include "engine/core/error.h"
 #include "engine/gpu/context.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/raster_layout.h"
@@ -74,6 +75,14 @@ RasterCulling::RasterCulling(CullTree tree, const RasterSettings& settings) {
         Parts{settings, std::move(tree), std::move(boxes), {}, {}, {}, gpu::Object<gpu::delete_vertex_array>(id)});
 }
 RasterCulling::~RasterCulling() = default;
+
+std::unique_ptr<BatchServer> make_raster_server(const ServedScene& scene) {
+    if (scene.cull_tree.nodes.empty() && !scene.tables.triangles.empty())
+        throw Error("render settings", "raster culling of a scene that was prepared without it");
+    RasterSettings settings;
+    settings.measure = scene.measure;
+    return std::make_unique<RasterCulling>(scene.cull_tree, settings);
+}
 
 void RasterCulling::set_tree(CullTree tree) {
     parts_->boxes = gpu::Buffer::from("culling boxes", box_rows(tree));

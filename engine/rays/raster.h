@@ -51,6 +51,7 @@ class RasterCulling final : public BatchServer {
 
     /// Sets the tree of another pose. The visibility state is kept if the number of nodes is the same.
     void set_tree(CullTree tree);
+    void follow(const ServedScene& scene) override { set_tree(scene.cull_tree); }
 
     const RasterSettings& settings() const;
     const CullTree& tree() const;
@@ -73,5 +74,8 @@ class RasterCulling final : public BatchServer {
     struct Parts;
     std::unique_ptr<Parts> parts_;
 };
+
+/// Makes the server of Culling::raster. Throws Error where the scene was prepared without a tree.
+std::unique_ptr<BatchServer> make_raster_server(const ServedScene& scene);
 
 }  // namespace halflight::rays

@@ -39,7 +39,7 @@ void check_storage_block(std::size_t bytes) {
 
 Tracer::Tracer(const TraceScene& scene, Culling culling, const TileSettings& tiles)
     : scene_(scene), culling_(culling), tiles_(tiles) {
-    if (culling == Culling::raster) throw Error("rays", "raster culling is a server of its own");
+    if (row_of(culling).make_server) throw Error("rays", "{} culling is a server of its own", name(culling));
     if (tiles.side != 8 && tiles.side != 16) throw Error("rays", "tiles of {0}x{0} pixels", tiles.side);
     if (tiles.capacity < 1 || tiles.capacity > std::uint32_t{shared::kMostTileEntries}) {
         throw Error("rays", "tile lists of {} entries", tiles.capacity);

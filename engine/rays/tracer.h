@@ -12,9 +12,9 @@
 #include "engine/graph/graph.h"
 #include "engine/rays/batch_server.h"
 #include "engine/rays/batch_statistics.h"
+#include "engine/rays/culling.h"
 #include "engine/rays/rays.h"
 #include "engine/rays/tiles.h"
-#include "engine/settings/visibility.h"
 
 namespace halflight::rays {
 
@@ -22,8 +22,8 @@ namespace halflight::rays {
 /// method may differ between parts of the picture.
 class Tracer {
   public:
-    /// Serves batches of the scene, which must outlive the tracer. Throws Error for Culling::raster, which is a server,
-    /// and for tile settings out of range.
+    /// Serves batches of the scene, which must outlive the tracer. Throws Error for methods that are servers
+    /// (culling.h), and for tile settings out of range.
     explicit Tracer(const TraceScene& scene, Culling culling = Culling::off, const TileSettings& tiles = {});
     /// Leaves all batches to a server, which must outlive the tracer.
     Tracer(const TraceScene& scene, BatchServer& server);

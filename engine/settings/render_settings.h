@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/core/view_transform.h"
+#include "engine/rays/culling.h"
 #include "engine/settings/estimator.h"
 #include "engine/settings/frame_settings.h"
 #include "engine/settings/preview.h"

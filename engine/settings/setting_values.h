@@ -20,8 +20,6 @@
 namespace halflight::setting_values {
 
 inline constexpr const char* kNone = "none";
-inline constexpr rays::Culling kCullings[] = {rays::Culling::automatic, rays::Culling::compute, rays::Culling::raster,
-                                              rays::Culling::off};
 inline constexpr PrimaryVisibility kPrimaries[] = {PrimaryVisibility::automatic, PrimaryVisibility::raster,
                                                    PrimaryVisibility::traced};
 
@@ -97,9 +95,26 @@ struct Choice {
     }
 };
 template <>
-struct Value<rays::Culling> : Choice<rays::Culling, kCullings> {};
-template <>
 struct Value<PrimaryVisibility> : Choice<PrimaryVisibility, kPrimaries> {};
+
+/// Value of the setting "culling": the name of a row of the table of methods.
+template <>
+struct Value<rays::Culling> {
+    static constexpr Setting::Type type = Setting::Type::text;
+    static std::string names() {
+        std::vector<std::string> names;
+        for (const rays::CullingMethod& method : rays::culling_methods()) names.emplace_back(method.name);
+        return fmt::format("{}", fmt::join(names, ", "));
+    }
+    static std::string text(rays::Culling culling) { return name(culling); }
+    static std::string parse(const Setting&, const std::string& text, rays::Culling& value) {
+        const auto methods = rays::culling_methods();
+        const auto found = std::ranges::find(methods, text, &rays::CullingMethod::name);
+        if (found == methods.end()) return fmt::format("expects one of {}, not '{}'", names(), text);
+        value = static_cast<rays::Culling>(found - methods.begin());
+        return "";
+    }
+};
 
 /// Value of the setting "filter": the name of a shape. Parsing also sets the usual radius of the shape.
 template <>

@@ -1,23 +1,5 @@
 #include "engine/settings/visibility.h"
 
-namespace halflight::rays {
-
-const char* name(Culling culling) {
-    switch (culling) {
-        case Culling::automatic:
-            return "auto";
-        case Culling::off:
-            return "off";
-        case Culling::compute:
-            return "compute";
-        case Culling::raster:
-            return "raster";
-    }
-    return "unknown";
-}
-
-}  // namespace halflight::rays
-
 namespace halflight {
 
 const char* name(PrimaryVisibility primary) {

@@ -1,23 +1,9 @@
-// Methods of visibility: the culling method of rays, and the method for camera rays. Culling never changes a picture.
+// The method of primary visibility.
 #pragma once
 
 #include <cstdint>
 
 #include "engine/core/math.h"
-
-namespace halflight::rays {
-
-/// Culling method of a ray tracer (engine/rays/tracer.h). The hits of all methods are equal, bit for bit.
-enum class Culling : std::uint8_t {
-    automatic,  // per batch, the method that has been fastest so far
-    off,        // plain traversal of the scene's hierarchy
-    compute,    // per-tile lists made by compute shaders (engine/rays/tiles.h)
-    raster,     // occlusion queries of the rasterizer (engine/rays/raster.h)
-};
-/// Returns "auto", "off", "compute" or "raster".
-const char* name(Culling culling);
-
-}  // namespace halflight::rays
 
 namespace halflight {
 

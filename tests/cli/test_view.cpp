@@ -404,7 +404,7 @@ TEST_F(View, ErrorsNameTheLine) {
                       "indirect_diffuse, indirect_glossy");
     expect_error(view("compare on\n"), 1, at + "1: compare: there is no picture yet");
     expect_error(view("culling some\n"), 1,
-                 at + "1: culling: unknown method 'some'; valid are auto, off, compute and raster");
+                 at + "1: culling: expects one of auto, compute, raster, off, not 'some'");
     EXPECT_NE(view("clay on\ntransform nothing \"Un-tone-mapped\"\nquit\n").err.find("script.txt:2: "),
               std::string::npos);
     expect_error(view("wait first\nopen @no.glb\nquit\n"), 1,

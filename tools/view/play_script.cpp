@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "engine/io/files.h"
+#include "engine/settings/settings_table.h"
 #include "tools/view/clock.h"
 #include "tools/view/viewer.h"
 
@@ -13,9 +14,10 @@ namespace halflight::view {
 namespace {
 
 rays::Culling culling_named(const std::string& name) {
-    for (const auto one : {rays::Culling::automatic, rays::Culling::off, rays::Culling::compute, rays::Culling::raster})
-        if (name == rays::name(one)) return one;
-    throw Error("culling", "unknown method '{}'; valid are auto, off, compute and raster", name);
+    RenderSettings settings;
+    if (const std::string problem = setting("culling").set(settings, name); !problem.empty())
+        throw Error("culling", problem);
+    return settings.culling;
 }
 
 }  // namespace

@@ -53,8 +53,9 @@ void time_lines(const PassHistory& history) {
 
 void choose_culling(rays::Culling& chosen) {
     if (!ImGui::BeginCombo("Culling", rays::name(chosen))) return;
-    for (const auto one : {rays::Culling::automatic, rays::Culling::off, rays::Culling::compute, rays::Culling::raster})
-        if (ImGui::Selectable(rays::name(one), one == chosen)) chosen = one;
+    for (const rays::CullingMethod& one : rays::culling_methods())
+        if (ImGui::Selectable(one.name, &one == &row_of(chosen)))
+            chosen = static_cast<rays::Culling>(&one - rays::culling_methods().data());
     ImGui::EndCombo();
 }
 

@@ -1,0 +1,50 @@
+// The table of culling methods. The setting "culling", its help and the viewer's menu follow it: a new ray server needs
+// a row in culling.cpp. No OpenGL.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+namespace halflight {
+struct TraceTables;
+}
+
+namespace halflight::rays {
+
+class BatchServer;
+class TraceScene;
+struct CullTree;
+
+/// Culling method of a ray tracer (engine/rays/tracer.h): a row of culling_methods(). The hits of all methods are
+/// equal, bit for bit. Rows that no code has to know have no name here.
+enum class Culling : std::uint8_t {
+    automatic,  // for each batch the method that has been fastest so far
+    compute,    // per-tile lists made by compute shaders (engine/rays/tiles.h)
+    raster,     // occlusion queries of the rasterizer (engine/rays/raster.h)
+    off,        // plain traversal of the scene's hierarchy
+};
+
+/// A pose of a scene, as ray servers take it up.
+struct ServedScene {
+    const TraceTables& tables;
+    const TraceScene& trace;
+    const CullTree& cull_tree;  // empty unless it was prepared for Culling::raster
+    bool measure = false;       // RenderSettings::measure
+};
+
+struct CullingMethod {
+    const char* name;  // value of the setting
+    // Makes the server of all batches, which outlives neither tables nor trace. Throws Error where it cannot serve the
+    // scene. Null: Tracer serves them itself.
+    std::unique_ptr<BatchServer> (*make_server)(const ServedScene& scene) = nullptr;
+};
+
+/// Returns the methods, in the order of Culling.
+std::span<const CullingMethod> culling_methods();
+const CullingMethod& row_of(Culling culling);
+inline const char* name(Culling culling) {
+    return row_of(culling).name;
+}
+
+}  // namespace halflight::rays
