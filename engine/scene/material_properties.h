@@ -1,7 +1,7 @@
 // The table of material properties: one row per property, texture and lobe. It drives glTF reading, schema and
 // animation pointers (engine/io/gltf), validation, edits by name, the packing for the GPU (engine/tables), the
 // unpacking in shaders/lib/material_properties.glsl and the tables of docs/materials.md. The last two are text that
-// tests/unit/test_material_properties.cpp compares with this table, and rewrites on request.
+// tests/unit/scene/test_material_properties.cpp compares with this table, and rewrites on request.
 #pragma once
 
 #include <limits>

@@ -4,7 +4,7 @@
 // Light over albedo is averaged with that of neighbours on the same surface, as far as noise explains their difference.
 // The reach of the filter shrinks with the pixel's standard error, so that the picture converges to the mean. Single
 // outliers are then clamped to the range of their neighbours. Light is lost where few samples hold much of it: 6 % with
-// one sample in the scenes room and atrium (tests/pass/test_preview_picture.cpp).
+// one sample in the scenes room and atrium (tests/pass/picture/test_preview_picture.cpp).
 #pragma once
 
 #include "passes/preview/preview_texels.h"

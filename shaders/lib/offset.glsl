@@ -12,7 +12,7 @@ float rounding_bound(float n) {
 // the corners relative to the hit; their distances are r_i. An edge function, the difference of two products, has an
 // error of roundings of r_j r_k. The error of a weight is that divided by the doubled area. The hit's error is the sum
 // of the weights' errors times r_i, which exceeds roundings of the hit's length only in slivers. The worst case is some
-// thirty roundings; many independent ones stay within five (tests/pass/test_direct_light.cpp, test_shading_surface.cpp).
+// thirty roundings; many independent ones stay within five (tests/pass/light/test_direct_light.cpp, test_shading_surface.cpp).
 // The bound is at most the triangle's smallest height, so that slivers send no ray far away.
 #ifdef HALFLIGHT_SLIVERS
 // With doubles the tracer uses the triangle's true plane. The remaining errors are those of the offset direction in

@@ -4,7 +4,7 @@
 #include <limits>
 
 #include "tests/support/process.h"
-#include "tests/unit/gltf_builder.h"
+#include "tests/unit/io/gltf_builder.h"
 
 namespace halflight::test {
 namespace {

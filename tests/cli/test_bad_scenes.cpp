@@ -3,7 +3,7 @@
 #include <limits>
 
 #include "tests/cli/bad_input.h"
-#include "tests/unit/gltf_builder.h"
+#include "tests/unit/io/gltf_builder.h"
 
 namespace halflight::test {
 namespace {

@@ -11,7 +11,7 @@
 #include "engine/core/statistics.h"
 #include "engine/io/gltf/gltf.h"
 #include "engine/reference/reference.h"
-#include "tests/pass/batches.h"
+#include "tests/pass/rays/batches.h"
 #include "tests/pass/renders.h"
 #include "tests/pass/scenes.h"
 #include "tests/support/gpu_test.h"

@@ -5,7 +5,7 @@
 #include "engine/core/frames.h"
 #include "engine/io/gltf/gltf.h"
 #include "tests/stiff/stiff.h"
-#include "tests/unit/gltf_builder.h"
+#include "tests/unit/io/gltf_builder.h"
 #include "tools/common/temporary_folder.h"
 
 namespace halflight::test {

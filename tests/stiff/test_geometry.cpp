@@ -4,10 +4,10 @@
 #include <random>
 
 #include "engine/io/gltf/gltf.h"
-#include "tests/pass/tracer_harness.h"
+#include "tests/pass/rays/tracer_harness.h"
 #include "tests/stiff/stiff.h"
 #include "tests/support/error_message.h"
-#include "tests/unit/gltf_builder.h"
+#include "tests/unit/io/gltf_builder.h"
 #include "tools/common/temporary_folder.h"
 
 namespace halflight::test {

@@ -8,7 +8,7 @@
 #include "engine/tables/tables.h"
 #include "tests/stiff/stiff.h"
 #include "tests/support/error_message.h"
-#include "tests/unit/gltf_builder.h"
+#include "tests/unit/io/gltf_builder.h"
 #include "tools/common/temporary_folder.h"
 
 namespace halflight::test {

@@ -1,0 +1,347 @@
+// Tests the BSDF of shaders/lib/bsdf.glsl: energy, densities, sampling, extremes.
+#include <gtest/gtest.h>
+
+#include <fmt/format.h>
+#include <cmath>
+#include <random>
+
+#include "engine/core/statistics.h"
+#include "tests/pass/light/shading_kernel.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight {
+namespace {
+
+/// A material and a pair of directions as three rows of input.
+struct Case {
+    float metallic = 0, roughness = 0.5f, r0 = 0.04f, specular = 1;
+    float coat = 0, coat_roughness = 0, transmission = 0, cosine = 0.7f;
+    float base_color = 1, specular_color = 1, tilt = 0;  // radians between n_g (+z) and n, towards wo if > 0
+};
+
+/// Returns a scene with all lobes, so that all code is compiled.
+Scene full_scene() {
+    Material m;
+    m.metallic = 0.5f;
+    m.clearcoat = 1;
+    m.transmission = 0.5f;
+    m.specular_color = vec3(0.5f);
+    return triangle_scene(m);
+}
+
+const char* const kLibrary = R"(
+#include "shaders/lib/resolve.glsl"
+#include "shaders/lib/sobol.glsl"
+vec3 wo_of(uint c) {
+    float cosine = inputs[3u * c + 1u].w;
+    return vec3(sqrt((1.0 - cosine) * (1.0 + cosine)) * vec2(0.6, 0.8), cosine);
+}
+Bsdf bsdf_of(uint c) {
+    vec4 a = inputs[3u * c];
+    vec4 b = inputs[3u * c + 1u];
+    vec4 d = inputs[3u * c + 2u];
+    Material m;
+    m.base_color = vec3(d.x);
+    m.metallic = a.x;
+    m.emission = vec3(0.0);
+    m.roughness = a.y;
+    m.normal = bend_normal(vec3(sin(d.z) * vec2(0.6, 0.8), cos(d.z)), wo_of(c));
+    m.specular = a.w;
+    m.specular_color = vec3(d.y);
+    m.dielectric_f0 = a.z;
+    m.coat_normal = m.normal;
+    m.coat = b.x;
+    m.coat_roughness = b.y;
+    m.transmission = b.z;
+    return make_bsdf(m, vec3(0.0, 0.0, 1.0), wo_of(c));
+}
+float random_at(uint n, uint dimension) { return unit_float(hash_combine(hash_u32(n), dimension)); }
+)";
+
+std::vector<vec4> rows_of(const std::vector<Case>& cases) {
+    std::vector<vec4> rows;
+    for (const Case& c : cases) {
+        rows.emplace_back(c.metallic, c.roughness, c.r0, c.specular);
+        rows.emplace_back(c.coat, c.coat_roughness, c.transmission, c.cosine);
+        rows.emplace_back(c.base_color, c.specular_color, c.tilt, 0);
+    }
+    return rows;
+}
+
+std::string describe(const Case& c) {
+    return fmt::format(
+        "metallic {} roughness {} r0 {} specular {} coat {} coat roughness {} transmission {} cosine {} tilt {}",
+        c.metallic, c.roughness, c.r0, c.specular, c.coat, c.coat_roughness, c.transmission, c.cosine, c.tilt);
+}
+
+class ShadingBsdf : public GpuTest {
+  protected:
+    ShadingScene scene{full_scene()};
+    std::vector<vec4> run(const std::string& body, std::uint32_t count, std::uint32_t rows,
+                          const std::vector<Case>& cases) const {
+        return scene.run(kLibrary, body, count, rows, rows_of(cases));
+    }
+};
+
+TEST_F(ShadingBsdf, WhiteFurnace) {
+    std::vector<Case> cases;
+    for (const float cosine : {0.02f, 0.1f, 0.4f, 0.8f, 1.0f}) {
+        for (const float roughness : {0.0f, 0.011f, 0.05f, 0.2f, 0.35f, 0.5f, 0.7f, 0.85f, 1.0f}) {
+            cases.push_back({.metallic = 1, .roughness = roughness, .cosine = cosine});
+            for (const float r0 : {0.0f, 0.04f, 0.2f}) {
+                cases.push_back({.roughness = roughness, .r0 = r0, .cosine = cosine});
+            }
+            cases.push_back({.metallic = 0.4f, .roughness = roughness, .specular = 0.5f, .cosine = cosine});
+            cases.push_back({.roughness = roughness, .transmission = 1, .cosine = cosine});
+            cases.push_back({.metallic = 0.3f, .roughness = roughness, .transmission = 0.6f, .cosine = cosine});
+            for (const float coat_roughness : {0.0f, 0.3f, 0.9f}) {
+                cases.push_back({.metallic = 0.5f,
+                                 .roughness = roughness,
+                                 .coat = 0.8f,
+                                 .coat_roughness = coat_roughness,
+                                 .transmission = 0.5f,
+                                 .cosine = cosine});
+            }
+        }
+    }
+    const auto albedo = run(R"(
+        Bsdf b = bsdf_of(i);
+        vec3 wo = wo_of(i);
+        vec3 sum = vec3(0.0);
+        float bad = 0.0;
+        float rest = 1.0 - b.p_coat - b.p_transmission;
+        for (uint n = 0u; n < 16384u; ++n) {
+            Sampler s = make_sampler(i, 0u, n, 7u);
+            vec2 xi = sample_2d(s, 0u);
+            // Every lobe, times its probability.
+            BsdfSample d = sample_diffuse(b, wo, xi);
+            BsdfSample coat = sample_glossy(b, wo, xi, 0.5 * b.p_coat);
+            BsdfSample through = sample_glossy(b, wo, xi, b.p_coat + 0.5 * b.p_transmission);
+            BsdfSample specular = sample_glossy(b, wo, xi, b.p_coat + b.p_transmission + 0.5 * rest);
+            sum += d.weight + b.p_coat * coat.weight + b.p_transmission * through.weight + rest * specular.weight;
+            bad += abs(length(specular.direction) - 1.0) > 1e-6 ? 1.0 : 0.0;
+        }
+        result[0] = vec4(sum / 16384.0, bad);
+    )",
+                            static_cast<std::uint32_t>(cases.size()), 1, cases);
+    double worst = 0;
+    for (std::size_t c = 0; c < cases.size(); ++c) {
+        EXPECT_EQ(albedo[c].w, 0) << describe(cases[c]);
+        EXPECT_NEAR(albedo[c].x, 1, 1e-3) << describe(cases[c]);
+        worst = std::max(worst, std::abs(albedo[c].x - 1.0));
+    }
+    RecordProperty("worst", fmt::format("{}", worst));
+}
+
+/// Returns the upper tail probability of chi-square by a normal approximation of its cube root (Wilson, Hilferty 1931).
+double chi_square_tail(double value, double degrees) {
+    const double s = 2 / (9 * degrees);
+    const double z = (std::cbrt(value / degrees) - (1 - s)) / std::sqrt(s);
+    return 0.5 * std::erfc(z / std::sqrt(2.0));
+}
+
+TEST_F(ShadingBsdf, SamplesFollowTheirDensity) {
+    const std::vector<Case> cases = {
+        {.metallic = 1, .roughness = 0.3f, .cosine = 0.9f},
+        {.metallic = 1, .roughness = 0.5f, .cosine = 0.15f},
+        {.metallic = 1, .roughness = 1, .cosine = 0.5f},
+        {.roughness = 0.6f, .transmission = 0.8f, .cosine = 0.6f},
+        {.metallic = 0.2f,
+         .roughness = 0.8f,
+         .coat = 0.9f,
+         .coat_roughness = 0.35f,
+         .transmission = 0.5f,
+         .cosine = 0.4f},
+        {.metallic = 0.2f,
+         .roughness = 0.8f,
+         .coat = 0.9f,
+         .coat_roughness = 0.35f,
+         .transmission = 0.5f,
+         .cosine = 0.4f,
+         .tilt = 0.5f},
+        {.roughness = 0.5f, .transmission = 0.5f, .cosine = 0.3f, .tilt = -0.9f},
+    };
+    constexpr std::uint32_t kSamples = 1u << 17;
+    constexpr int kRows = 24, kColumns = 32, kSub = 16;  // rows and columns of bins; sub-steps per edge of a bin
+    for (std::size_t c = 0; c < cases.size(); ++c) {
+        for (const bool glossy : {false, true}) {
+            const std::vector<Case> one = {cases[c]};
+            const auto samples = run(std::string(R"(
+                Bsdf b = bsdf_of(0u);
+                vec2 xi = vec2(random_at(i, 0u), random_at(i, 1u));
+                BsdfSample s = )") +
+                                         (glossy ? "sample_glossy(b, wo_of(0u), xi, random_at(i, 2u))"
+                                                 : "sample_diffuse(b, wo_of(0u), xi)") +
+                                         R"(;
+                result[0] = vec4(s.direction, s.pdf);
+            )",
+                                     kSamples, 1, one);
+            const auto densities = run(R"(
+                uint x = i % 512u;
+                uint y = i / 512u;
+                float z = -1.0 + 2.0 * (float(y) + 0.5) / 384.0;
+                float phi = 6.28318530718 * (float(x) + 0.5) / 512.0;
+                vec3 wi = vec3(sqrt(1.0 - z * z) * vec2(cos(phi), sin(phi)), z);
+                BsdfValue v = evaluate_bsdf(bsdf_of(0u), wo_of(0u), wi);
+                result[0] = vec4(v.pdf_diffuse, v.pdf_glossy, 0.0, 0.0);
+            )",
+                                       kRows * kSub * kColumns * kSub, 1, one);
+
+            std::vector<double> expected(kRows * kColumns, 0), found(kRows * kColumns, 0);
+            for (int y = 0; y < kRows * kSub; ++y) {
+                for (int x = 0; x < kColumns * kSub; ++x) {
+                    const vec4& d = densities[static_cast<std::size_t>(y * kColumns * kSub + x)];
+                    expected[static_cast<std::size_t>(y / kSub * kColumns + x / kSub)] +=
+                        (glossy ? d.y : d.x) * 4 * kPi / (kRows * kSub * kColumns * kSub) * kSamples;
+                }
+            }
+            double lost = 0, lost_expected = kSamples;
+            for (const vec4& s : samples) {
+                if (s.w <= 0) {
+                    ++lost;
+                    continue;
+                }
+                const int y = std::clamp(static_cast<int>((s.z + 1) / 2 * kRows), 0, kRows - 1);
+                const double turn = std::atan2(s.y, s.x) / (2 * kPi);
+                const int x = std::clamp(static_cast<int>((turn < 0 ? turn + 1 : turn) * kColumns), 0, kColumns - 1);
+                ++found[static_cast<std::size_t>(y * kColumns + x)];
+            }
+            // Too few points integrate the bins at the lobe's edge, so these are pooled with their neighbours. The rest
+            // of the unit mass belongs to directions that the side rules or the horizon reject.
+            double chi_square = 0, degrees = 0, pooled_expected = 0, pooled_found = 0;
+            for (std::size_t i = 0; i < expected.size(); ++i) {
+                lost_expected -= expected[i];
+                pooled_expected += expected[i];
+                pooled_found += found[i];
+                if (pooled_expected < 100) continue;
+                chi_square += (pooled_found - pooled_expected) * (pooled_found - pooled_expected) / pooled_expected;
+                ++degrees;
+                pooled_expected = pooled_found = 0;
+            }
+            const std::string what = fmt::format("{}, {}", describe(cases[c]), glossy ? "glossy" : "diffuse");
+            EXPECT_GT(chi_square_tail(chi_square, degrees), 1e-4) << what << ": " << chi_square << " of " << degrees;
+            EXPECT_NEAR(lost, lost_expected, 5 * std::sqrt(std::max(lost, 100.0)) + 1e-3 * kSamples) << what;
+        }
+    }
+}
+
+// Some lobes are too sharp for bins. Their mapping from the unit square to directions has the Jacobian 1 / pdf.
+TEST_F(ShadingBsdf, DensityIsTheSamplersJacobianDownToTheMirror) {
+    std::vector<Case> cases;
+    for (const float alpha : {1.5e-4f, 1e-3f, 1e-2f, 0.1f, 1.0f}) {
+        for (const float cosine : {0.05f, 0.5f, 0.99f}) {
+            cases.push_back({.metallic = 1, .roughness = std::sqrt(alpha), .cosine = cosine});
+        }
+    }
+    constexpr std::uint32_t kPoints = 256;
+    const auto ratios = run(R"(
+        uint c = i / 256u;
+        Bsdf b = bsdf_of(c);
+        vec3 wo = wo_of(c);
+        vec2 xi = 0.1 + 0.8 * vec2(random_at(i, 0u), random_at(i, 1u));
+        const float d = 0.03;
+        vec3 dx = sample_glossy(b, wo, xi + vec2(d, 0.0), 0.5).direction -
+                  sample_glossy(b, wo, xi - vec2(d, 0.0), 0.5).direction;
+        vec3 dy = sample_glossy(b, wo, xi + vec2(0.0, d), 0.5).direction -
+                  sample_glossy(b, wo, xi - vec2(0.0, d), 0.5).direction;
+        BsdfSample s = sample_glossy(b, wo, xi, 0.5);
+        result[0] = vec4(length(cross(dx, dy)) / (4.0 * d * d) * s.pdf, dot(s.weight, s.weight), 0.0, 0.0);
+    )",
+                            static_cast<std::uint32_t>(cases.size()) * kPoints, 1, cases);
+    for (std::size_t c = 0; c < cases.size(); ++c) {
+        std::vector<double> of_case;
+        for (std::size_t i = 0; i < kPoints; ++i) {
+            const vec4& r = ratios[c * kPoints + i];
+            if (r.y > 0) of_case.push_back(r.x);
+        }
+        ASSERT_GT(of_case.size(), kPoints / 4) << describe(cases[c]);
+        EXPECT_NEAR(median(of_case), 1, 0.02) << describe(cases[c]);
+    }
+}
+
+TEST_F(ShadingBsdf, AlbedoOfColouredLobesAgreesWithTheTables) {
+    std::vector<Case> cases;
+    std::vector<double> expected;
+    for (const float roughness : {0.1f, 0.4f, 1.0f}) {
+        for (const float cosine : {0.1f, 0.6f}) {
+            const auto [a, b] = ggx_albedo(cosine, roughness * roughness);
+            const auto gain = [&, whole = a + b](double f0) { return 1 + f0 * (1 - whole) / whole; };
+            cases.push_back({.metallic = 1, .roughness = roughness, .cosine = cosine, .base_color = 0.3f});
+            expected.push_back(gain(0.3) * (0.3 * a + b));
+            cases.push_back({.roughness = roughness,
+                             .r0 = 0.1f,
+                             .specular = 0.7f,
+                             .cosine = cosine,
+                             .base_color = 0,
+                             .specular_color = 0.5f});
+            expected.push_back(gain(0.035) * (0.035 * a + 0.7 * b));
+            const double e_d = gain(0.04) * (0.04 * a + b);
+            cases.push_back({.roughness = roughness, .transmission = 0.25f, .cosine = cosine, .base_color = 0.5f});
+            expected.push_back(e_d + 0.5 * (1 - e_d) * 0.25);
+        }
+    }
+    const auto albedo = run(R"(
+        Bsdf b = bsdf_of(i);
+        vec3 sum = vec3(0.0);
+        float rest = 1.0 - b.p_transmission;
+        for (uint n = 0u; n < 16384u; ++n) {
+            vec2 xi = sample_2d(make_sampler(i, 0u, n, 3u), 0u);
+            sum += b.p_transmission * sample_glossy(b, wo_of(i), xi, 0.5 * b.p_transmission).weight +
+                   rest * sample_glossy(b, wo_of(i), xi, b.p_transmission + 0.5 * rest).weight;
+        }
+        result[0] = vec4(sum / 16384.0, 0.0);
+    )",
+                            static_cast<std::uint32_t>(cases.size()), 1, cases);
+    for (std::size_t i = 0; i < cases.size(); ++i) EXPECT_NEAR(albedo[i].x, expected[i], 1e-3) << describe(cases[i]);
+}
+
+TEST_F(ShadingBsdf, EverythingStaysFiniteAndNonNegative) {
+    std::mt19937 random(1);
+    const auto uniform = [&] { return static_cast<float>(random() >> 8) * 0x1p-24f; };
+    const auto extreme = [&] {
+        return std::array{0.0f, 1.0f, uniform(), std::pow(10.0f, -6 * uniform())}[random() % 4];
+    };
+    std::vector<Case> cases(4096);
+    for (Case& c : cases) {
+        c = {extreme(), extreme(), extreme(),           extreme(),
+             extreme(), extreme(), extreme(),           std::max(extreme(), 1e-7f),
+             extreme(), extreme(), 3 * uniform() - 1.5f};
+    }
+    const auto found = run(R"(
+        Bsdf b = bsdf_of(i);
+        vec3 wo = wo_of(i);
+        float worst = 0.0;
+        float bad = 0.0;
+        for (uint n = 0u; n < 64u; ++n) {
+            vec2 xi = vec2(random_at(64u * i + n, 0u), random_at(64u * i + n, 1u));
+            if (n == 0u) xi = vec2(0.0);
+            if (n == 1u) xi = vec2(0.99999994);
+            BsdfSample g = sample_glossy(b, wo, xi, random_at(64u * i + n, 2u));
+            BsdfSample d = sample_diffuse(b, wo, xi);
+            vec3 wi = n % 4u == 0u ? reflect(-wo, b.normal) : n % 4u == 1u ? -wo : n % 4u == 2u ? g.direction
+                      : sphere_direction(2.0 * xi.x - 1.0, xi.y);
+            if (n == 2u) wi = normalize(vec3(wi.xy, 1e-7));
+            BsdfValue v = evaluate_bsdf(b, wo, wi);
+            float smallest = min(min(min(v.pdf_diffuse, v.pdf_glossy), min(g.pdf, d.pdf)),
+                                 min(min(v.glossy.x, v.diffuse.x), min(g.weight.x, d.weight.x)));
+            float largest = max(max(max(v.pdf_diffuse, v.pdf_glossy), max(g.pdf, d.pdf)),
+                                max(max(v.glossy.x, v.diffuse.x), max(g.weight.x, d.weight.x)));
+            bad += smallest >= 0.0 && largest < 1e30 ? 0.0 : 1.0;  // false for NaN
+            worst = max(worst, max(g.weight.x, d.weight.x));
+            bool is_dark = v.diffuse + v.glossy == vec3(0.0);
+            bool between = dot(wi, b.geometric_normal) * dot(wi, b.normal) <= 0.0;  // the sides of n_g and n
+            bad += between && !is_dark && b.coat == 0.0 ? 1.0 : 0.0;
+        }
+        result[0] = vec4(bad, worst, b.p_diffuse, b.p_coat + b.p_transmission);
+    )",
+                           static_cast<std::uint32_t>(cases.size()), 1, cases);
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+        EXPECT_EQ(found[i].x, 0) << describe(cases[i]);
+        EXPECT_LT(found[i].y, 100) << describe(cases[i]);
+        EXPECT_TRUE(found[i].z >= 0 && found[i].z <= 1 && found[i].w >= 0 && found[i].w <= 1.000001f)
+            << describe(cases[i]);
+    }
+}
+
+}  // namespace
+}  // namespace halflight

@@ -1,0 +1,260 @@
+// Tests that raster culling gives the hits of the plain tracer bit for bit, with any visibility state and any query
+// answers.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <filesystem>
+#include <random>
+
+#include "engine/device/scene_buffers.h"
+#include "engine/io/gltf/gltf.h"
+#include "engine/rays/raster.h"
+#include "shaders/shared/frame.h"
+#include "shaders/shared/raster.h"
+#include "tests/pass/rays/tracer_harness.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight {
+namespace {
+
+namespace fs = std::filesystem;
+using namespace test;
+using rays::RasterCulling;
+using rays::RasterSettings;
+
+constexpr rays::RayKind kKind = rays::RayKind::primary;
+
+/// Tables of one scene, and both tracers.
+struct Pair {
+    Pair(const TraceTables& t, const RasterSettings& settings, rays::NodeFormat format = rays::NodeFormat::grid,
+         const gpu::Defines& shading = {})
+        : tables(t),
+          packed(rays::pack_scene(tables, format)),
+          scene(tables, packed, shading),
+          culling(packed, settings) {}
+    Pair(const Scene& s, const RasterSettings& settings) : Pair(build_trace_tables(s), settings) {}
+
+    template <class Result>
+    std::vector<Result> run(bool raster, std::span<const Ray> rays, bool any_hit,
+                            const std::vector<std::uint32_t>* list) {
+        graph::Executor executor(programs);
+        executor.poison(true);
+        const TraceRequest request{rays, list, frame_constants, kKind};
+        return run_trace<Result>(executor, request,
+                                 [&](graph::Graph& graph, const rays::RayBatch& batch, auto results) {
+                                     if (raster) return culling.add(graph, scene, batch, results, any_hit);
+                                     return any_hit ? rays::any_hit(graph, scene, batch, results)
+                                                    : rays::closest_hit(graph, scene, batch, results);
+                                 });
+    }
+
+    /// Returns the number of rays whose closest or any hits differ in any bit.
+    std::size_t different_answers(std::span<const Ray> rays, const std::vector<std::uint32_t>* list = nullptr) {
+        const std::vector<Hit> plain = run<Hit>(false, rays, false, list), culled = run<Hit>(true, rays, false, list);
+        const auto free = run<std::uint32_t>(false, rays, true, list),
+                   hidden = run<std::uint32_t>(true, rays, true, list);
+        return different(plain, culled) + different(free, hidden);
+    }
+
+    TraceTables tables;
+    rays::PackedScene packed;
+    rays::TraceScene scene;
+    RasterCulling culling;
+    gpu::Buffer* frame_constants = nullptr;
+    gpu::ProgramCache programs;
+};
+
+/// Returns settings with small leaves, so that small scenes have many nodes.
+RasterSettings small_leaves() {
+    RasterSettings settings;
+    settings.cut.leaf_triangles = 24;
+    return settings;
+}
+
+class RasterCullingTest : public GpuTest {};
+
+TEST_F(RasterCullingTest, OurScenes) {
+    for (const fs::path& file : scenes_under(fs::path(HALFLIGHT_SOURCE_DIR) / "scenes")) {
+        SCOPED_TRACE(file.string());
+        const Scene scene = load_gltf(file);
+        for (const std::size_t flatten : {kFlattenLimit, std::size_t{0}}) {
+            const TraceTables tables = opaque_tables(scene, flatten);
+            if (tables.triangles.empty()) continue;
+            Pair pair(tables, small_leaves());
+            const std::vector<Ray> rays = mixed_rays(pair.tables.bounds, 4000);
+            EXPECT_EQ(pair.different_answers(rays), 0u);
+            EXPECT_EQ(pair.different_answers(rays), 0u);  // uses the first run's state
+        }
+    }
+}
+
+TEST_F(RasterCullingTest, BothNodeFormatsAndInstances) {
+    for (const rays::NodeFormat format : {rays::NodeFormat::grid, rays::NodeFormat::floating}) {
+        for (const Scene& scene :
+             {instanced_spheres(), soup(3000, 0.1f, vec3(1), 1), soup(500, 1, vec3(1, 1e-4f, 1), 2)}) {
+            Pair pair(build_trace_tables(scene), small_leaves(), format);
+            const std::vector<Ray> rays = mixed_rays(pair.tables.bounds, 8000);
+            EXPECT_EQ(pair.different_answers(rays), 0u);
+            EXPECT_EQ(pair.different_answers(rays), 0u);
+        }
+    }
+}
+
+// The rays of each tile are degenerate in several ways.
+TEST_F(RasterCullingTest, DegenerateTiles) {
+    Pair pair(soup(4000, 0.08f, vec3(1), 3), small_leaves());
+    const std::vector<std::vector<Ray>> tiles = degenerate_tiles();
+    for (std::size_t i = 0; i < tiles.size(); ++i) EXPECT_EQ(pair.different_answers(tiles[i]), 0u) << i;
+    std::vector<Ray> together;
+    for (const std::vector<Ray>& tile : tiles) together.insert(together.end(), tile.begin(), tile.end());
+    EXPECT_EQ(pair.different_answers(together), 0u);
+}
+
+TEST_F(RasterCullingTest, ListsTraceExactlyTheListedRays) {
+    Pair pair(soup(4000, 0.08f, vec3(1), 3), small_leaves());
+    const std::vector<Ray> rays = rays_through(pair.tables.bounds, 9000, 6);
+    std::vector<std::uint32_t> list = uneven_list(static_cast<std::uint32_t>(rays.size()));
+    EXPECT_EQ(pair.different_answers(rays, &list), 0u);
+    list.resize(1);
+    EXPECT_EQ(pair.different_answers(rays, &list), 0u);
+    list.clear();
+    EXPECT_EQ(pair.different_answers(rays, &list), 0u);
+}
+
+TEST_F(RasterCullingTest, StaleAndRandomStateChangesNoHit) {
+    Pair pair(height_field(60, 0.6f), small_leaves());
+    const std::vector<Ray> rays = mixed_rays(pair.tables.bounds, 2000);
+    std::mt19937 random(7);
+    for (int turn = 0; turn < 12; ++turn) {
+        // Different rays leave a different visibility state behind.
+        pair.run<Hit>(true, camera_rays(pair.tables.bounds, vec3(std::cos(turn), 0.5f, std::sin(turn))), false,
+                      nullptr);
+        EXPECT_EQ(pair.different_answers(rays), 0u);
+        rays::CullState& state = pair.culling.state({kKind});
+        const std::size_t bytes = pair.culling.bytes();
+        const auto any_word = [&] { return static_cast<std::uint32_t>(random()); };
+        const auto any_float = [&] { return std::bit_cast<float>(any_word()); };
+        for (rays::CullMemory& m : state.nodes) m = {any_word(), any_word(), any_word() % (turn % 2 ? 2 : 1000)};
+        state.run = any_word();
+        state.eye = {any_float(), turn % 3 ? any_float() : kInfinity, any_float()};
+        EXPECT_EQ(pair.different_answers(rays), 0u);
+        EXPECT_EQ(pair.culling.bytes(), bytes);
+    }
+    pair.culling.invalidate();
+    EXPECT_EQ(pair.different_answers(rays), 0u);
+}
+
+TEST_F(RasterCullingTest, OvercountedQueriesChangeNoHit) {
+    RasterSettings settings = small_leaves();
+    settings.believe_queries = false;
+    Pair pair(instanced_spheres(), settings);
+    const std::vector<Ray> rays = mixed_rays(pair.tables.bounds, 4000);
+    EXPECT_EQ(pair.different_answers(rays), 0u);
+    EXPECT_EQ(pair.different_answers(rays), 0u);
+}
+
+TEST_F(RasterCullingTest, CoverageIsKeyedByPath) {
+    const Scene scene = veils(60);
+    const TraceTables tables = build_trace_tables(scene);
+    const SceneBuffers buffers(tables, build_shading_tables(scene, tables));
+    buffers.bind();
+    shared::Frame frame{};
+    frame.seed = 5;
+    frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // each path has its own pixel
+    gpu::Buffer frame_constants("frame constants", sizeof(frame), &frame);
+    Pair pair(tables, small_leaves(), rays::NodeFormat::grid, buffers.defines());
+    pair.frame_constants = &frame_constants;
+    const std::vector<Ray> rays = mixed_rays(tables.bounds, 4000);
+    std::vector<std::uint32_t> list(3000);
+    for (std::uint32_t i = 0; i < list.size(); ++i) list[i] = 2 * i;
+    EXPECT_EQ(pair.different_answers(rays), 0u);
+    EXPECT_EQ(pair.different_answers(rays, &list), 0u);
+}
+
+/// Returns two walls of many triangles; the first one occludes the second.
+Scene walls() {
+    Scene scene = height_field(40, 0);
+    for (vec3& p : scene.meshes[0].positions) p = {p.x, p.z, 0};
+    Scene behind = scene;
+    for (vec3& p : behind.meshes[0].positions) p = {0.3f * p.x, 0.3f * p.y, -1};
+    add_instance(scene, add_mesh(scene, behind.meshes[0].positions, behind.meshes[0].triangles));
+    return scene;
+}
+
+TEST_F(RasterCullingTest, HiddenNodesAreNotTraced) {
+    RasterSettings settings = small_leaves();
+    settings.measure = true;
+    Pair pair(walls(), settings);
+    const std::vector<Ray> rays = camera_rays(pair.tables.bounds, vec3(0, 0, 1));
+    for (int run = 0; run < 24; ++run) pair.run<Hit>(true, rays, false, nullptr);
+    const rays::RasterStatistics& s = pair.culling.statistics(kKind, 0);
+    const std::vector<rays::CullNode>& nodes = pair.culling.tree().nodes;
+    const float between = 0.5f * (pair.tables.bounds.lower.z + pair.tables.bounds.upper.z);
+    std::size_t leaves = 0, hidden = 0, hidden_known = 0;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+        if (nodes[i].child_count != 0) continue;
+        ++leaves;
+        if (nodes[i].box.upper.z < between) {
+            ++hidden;
+            hidden_known += pair.culling.state({kKind}).nodes[i].visible == 1 ? 0 : 1;
+        }
+    }
+    ASSERT_GT(hidden, leaves / 3);
+    EXPECT_EQ(hidden_known, hidden);
+    EXPECT_LT(s.leaves, 24 * (leaves - hidden) + leaves / 8);  // a few are opened before the front wall is found
+    EXPECT_GT(s.saved_hidden + s.saved_visible, s.queries);
+    EXPECT_GT(s.pairs, 0u);
+}
+
+/// Returns narrow tiles of 64 rays from above through [-1, 1]^3.
+std::vector<Ray> beams(int tiles) {
+    std::mt19937 random(8);
+    std::uniform_real_distribution<float> uniform(-1, 1);
+    const auto point = [&](float z) { return vec3(uniform(random), uniform(random), z); };
+    std::vector<Ray> rays;
+    for (int tile = 0; tile < tiles; ++tile) {
+        const vec3 from = point(2), to = point(-1);
+        for (int i = 0; i < 64; ++i) {
+            const vec3 origin = from + 1e-4f * point(0);
+            rays.push_back({origin, 0, to + 1e-4f * point(0) - origin, kInfinity});
+        }
+    }
+    return rays;
+}
+
+// Narrow tiles can meet more nodes of dense geometry than a list can hold.
+TEST_F(RasterCullingTest, ListsNeverOverflow) {
+    Scene scene = soup(20000, 0.2f, vec3(1), 4);
+    std::vector<vec3>& corners = scene.meshes[0].positions;  // moved below to make slivers, which few rays hit
+    for (std::size_t i = 0; i < corners.size(); i += 3)
+        corners[i + 2] = glm::mix(corners[i + 1], corners[i + 2], 0.03f);
+    // Lists hold one node of the CPU's tree, or several.
+    for (const std::size_t leaf_triangles : {32768, 2048}) {
+        RasterSettings settings;
+        settings.cut.leaf_triangles = leaf_triangles;
+        settings.measure = true;
+        Pair pair(scene, settings);
+        const std::vector<Ray> rays = beams(16);
+        const rays::RasterStatistics& s = pair.culling.statistics(kKind, 0);
+        std::size_t longest = 0;
+        for (std::size_t first = 0; first < rays.size(); first += 64) {
+            // In the second run most leaves are known to be visible. One draw traces them, and its pairs are the list
+            // of one tile.
+            for (int run = 0; run < 2; ++run) {
+                const rays::RasterStatistics before = s;
+                pair.run<Hit>(true, std::span(rays).subspan(first, 64), false, nullptr);
+                if (s.traces == before.traces + 1) longest = std::max(longest, s.pairs - before.pairs);
+            }
+        }
+        EXPECT_EQ(longest, shared::kRasterList);
+        // Lists are adjacent in memory, so an overflow would damage the next one.
+        EXPECT_EQ(pair.different_answers(rays), 0u);
+        EXPECT_EQ(pair.different_answers(rays), 0u);
+    }
+}
+
+}  // namespace
+}  // namespace halflight

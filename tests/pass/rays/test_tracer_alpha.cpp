@@ -1,0 +1,166 @@
+// Tests coverage: masks and stochastic transparency, independent of the order of traversal.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "engine/device/scene_buffers.h"
+#include "shaders/shared/frame.h"
+#include "tests/pass/rays/tracer_harness.h"
+#include "tests/support/gpu_test.h"
+
+namespace halflight {
+namespace {
+
+using test::Hit;
+using test::kMiss;
+using test::Ray;
+
+constexpr std::uint32_t kRays = 8192;
+
+/// Adds a square over [0, 1]^2 at height z with texture coordinates (x, y) and a material of its own.
+void add_square(Scene& scene, float z, const Material& material) {
+    Mesh mesh;
+    mesh.positions = {{0, 0, z}, {1, 0, z}, {1, 1, z}, {0, 1, z}};
+    mesh.normals.assign(4, vec3(0, 0, 1));
+    mesh.uvs[0] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    mesh.triangles = {{0, 1, 2}, {0, 2, 3}};
+    mesh.triangle_material.assign(2, static_cast<std::uint32_t>(scene.materials.size()));
+    scene.materials.push_back(material);
+    scene.instances.emplace_back().mesh = static_cast<int>(scene.meshes.size());
+    scene.meshes.push_back(mesh);
+}
+
+Material covering(AlphaMode mode, float alpha) {
+    Material material;
+    material.alpha_mode = mode;
+    material.base_color.a = alpha;
+    return material;
+}
+
+class TracerAlpha : public GpuTest {
+  protected:
+    struct Answers {
+        std::vector<Hit> hits;
+        std::vector<std::uint32_t> occluded;
+        std::vector<Ray> rays;
+        TraceTables tables;
+        /// Returns the height of ray i's hit.
+        float height(std::size_t i) const { return rays[i].origin.z - hits[i].t + static_cast<float>(tables.origin.z); }
+    };
+
+    /// Traces rays straight down on a grid above the squares.
+    Answers trace(const Scene& scene, std::uint32_t salt = 0, std::uint32_t sample = 0) {
+        Answers a;
+        a.tables = build_trace_tables(scene);
+        const SceneBuffers buffers(a.tables, build_shading_tables(scene, a.tables));
+        const rays::TraceScene trace(a.tables, buffers.defines());
+        for (std::uint32_t i = 0; i < kRays; ++i) {
+            const vec3 from((static_cast<float>(i % 128) + 0.4f) / 128.0f, (static_cast<float>(i / 128) + 0.6f) / 64.0f,
+                            9);
+            a.rays.push_back({from - vec3(a.tables.origin), 0, vec3(0, 0, -1), kInfinity});
+        }
+        gpu::Buffer rays = gpu::Buffer::from("rays", a.rays);
+        gpu::Buffer hits("hits", kRays * sizeof(Hit)), occluded("occluded", kRays * sizeof(std::uint32_t));
+        shared::Frame frame{};
+        frame.seed = 5;
+        frame.size = {16, 4096}, frame.tiles_x = 1, frame.tiles_y = 256;  // each path has its own pixel
+        frame.sample_index = sample;
+        gpu::Buffer frame_constants("frame constants", sizeof(frame), &frame);
+        graph::Graph graph;
+        rays::RayBatch batch;
+        batch.capacity = kRays;
+        batch.rays = graph.import_buffer("rays", rays);
+        batch.frame_constants = graph.import_buffer("frame constants", frame_constants);
+        batch.alpha_salt = salt;
+        graph.output(rays::closest_hit(graph, trace, batch, graph.import_buffer("hits", hits)));
+        graph.output(rays::any_hit(graph, trace, batch, graph.import_buffer("occluded", occluded)));
+        buffers.bind();
+        graph::Executor(programs_).run(graph::compile(graph));
+        a.hits = hits.read<Hit>();
+        a.occluded = occluded.read<std::uint32_t>();
+        for (std::size_t i = 0; i < kRays; ++i) EXPECT_EQ(a.occluded[i] == 1, a.hits[i].triangle != kMiss) << i;
+        return a;
+    }
+
+    gpu::ProgramCache programs_;
+};
+
+TEST_F(TracerAlpha, MasksCutOutByTexture) {
+    Scene scene;
+    scene.name = "mask";
+    Material mask = covering(AlphaMode::mask, 1);
+    mask.base_color_texture.image = 0;
+    mask.base_color_texture.nearest = true;
+    scene.images.push_back({"half", 2, 1, {255, 255, 255, 0, 255, 255, 255, 255}});
+    add_square(scene, 2, mask);
+    add_square(scene, 1, covering(AlphaMode::mask, 0.4f));  // transparent, because it is below the cutoff
+    add_square(scene, 0, Material{});
+    const Answers a = trace(scene);
+    for (std::size_t i = 0; i < kRays; ++i) EXPECT_NEAR(a.height(i), i % 128 < 64 ? 0.0f : 2.0f, 1e-5f) << i;
+}
+
+// Two triangles share an edge. The upper triangle is transparent.
+TEST_F(TracerAlpha, BothTrianglesOfAPairAreTested) {
+    for (const std::size_t absent : {0u, 1u}) {
+        Scene scene;
+        scene.name = "bent";
+        add_square(scene, 0, covering(AlphaMode::mask, 1));
+        scene.materials.push_back(covering(AlphaMode::mask, 0.4f));
+        Mesh& mesh = scene.meshes[0];
+        mesh.positions = {{0, 0, 0}, {2, 0, 0}, {0, 2, 0}, {0, 2, 0.5f}};
+        mesh.triangles = {{0, 1, 2}, {1, 0, 3}};
+        mesh.triangle_material = {0, 0};
+        mesh.triangle_material[absent] = 1;
+        for (const bool both : {false, true}) {
+            if (both) mesh.triangle_material[1 - absent] = 1;
+            const Answers a = trace(scene);
+            ASSERT_EQ(rays::pack_scene(a.tables).pairs.size(), 4u);
+            for (std::size_t i = 0; i < kRays; ++i) {
+                EXPECT_EQ(a.hits[i].triangle, both ? kMiss : static_cast<std::uint32_t>(1 - absent)) << i;
+            }
+        }
+    }
+}
+
+TEST_F(TracerAlpha, BlendHitsWithProbabilityAlpha) {
+    Scene scene;
+    scene.name = "blend";
+    add_square(scene, 2, covering(AlphaMode::blend, 0.3f));
+    add_square(scene, 1, covering(AlphaMode::blend, 0.6f));
+    const Answers a = trace(scene), again = trace(scene), other_salt = trace(scene, 1),
+                  other_sample = trace(scene, 0, 1);
+    EXPECT_TRUE(test::bits_of(a.hits) == test::bits_of(again.hits));
+    std::size_t upper = 0, lower = 0, salted = 0, sampled = 0;
+    for (std::size_t i = 0; i < kRays; ++i) {
+        const bool hit = a.hits[i].triangle != kMiss;
+        upper += hit && a.height(i) > 1.5f;
+        lower += hit && a.height(i) < 1.5f;
+        salted += a.hits[i].triangle != other_salt.hits[i].triangle;
+        sampled += a.hits[i].triangle != other_sample.hits[i].triangle;
+    }
+    const auto expect_share = [](std::size_t count, double share) {
+        EXPECT_NEAR(static_cast<double>(count) / kRays, share, 5 * std::sqrt(share * (1 - share) / kRays));
+    };
+    expect_share(upper, 0.3);
+    expect_share(lower, 0.7 * 0.6);
+    // Two independent results out of {upper, lower, none} differ with probability 1 - sum of squares.
+    const double differ = 1 - 0.3 * 0.3 - 0.42 * 0.42 - 0.28 * 0.28;
+    expect_share(salted, differ);
+    expect_share(sampled, differ);
+}
+
+TEST_F(TracerAlpha, SurfacesBehindAHitDoNotChangeIt) {
+    Scene few, many;
+    few.name = many.name = "layers";
+    add_square(few, 5, covering(AlphaMode::blend, 0.5f));
+    add_square(many, 5, covering(AlphaMode::blend, 0.5f));
+    for (int i = 0; i < 30; ++i) add_square(many, 0.1f * static_cast<float>(i), covering(AlphaMode::blend, 0.5f));
+    const Answers a = trace(few), b = trace(many);
+    for (std::size_t i = 0; i < kRays; ++i) {
+        const bool first = b.hits[i].triangle < 2;
+        EXPECT_EQ(a.hits[i].triangle != kMiss, first) << i;
+    }
+}
+
+}  // namespace
+}  // namespace halflight

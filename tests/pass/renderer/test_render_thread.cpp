@@ -1,0 +1,322 @@
+// Tests the viewer's render thread: a coarse picture comes first, then the picture of `render`, bit for bit.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <thread>
+
+#include "tests/pass/renderer/render_threads.h"
+
+namespace halflight::view {
+namespace {
+
+using test::expect_same;
+using test::layer;
+using test::small_settings;
+
+TEST_F(RenderThreadTest, ThePictureEqualsThatOfRender) {
+    RecordingThread thread;
+    Request r = request();
+    for (const AovInfo& aov : known_aovs())
+        if (!aov.debug()) r.aovs.emplace_back(aov.name);
+    thread->limit(5);
+    const std::uint64_t number = thread->show(r);
+    EXPECT_EQ(number, 1u);
+    ASSERT_TRUE(thread.until_samples(number, 5)) << thread->status().error;
+    expect_same(thread.pictures.back()->result, expected(r, 5));
+    EXPECT_EQ(thread.pictures.back()->aovs, r.aovs);
+    EXPECT_TRUE(thread.pictures.back()->result.stats.passes.empty()) << "times were not requested";
+    // Rendering continues from the samples so far.
+    thread->limit(7);
+    ASSERT_TRUE(thread.until_samples(number, 7));
+    expect_same(thread.pictures.back()->result, expected(r, 7));
+    for (const auto& picture : thread.pictures) {
+        EXPECT_EQ(picture->request, number);
+        EXPECT_LE(picture->result.stats.samples, 7);
+    }
+}
+
+TEST_F(RenderThreadTest, TheFirstPictureIsCoarse) {
+    RecordingThread thread;
+    Request r = request();
+    thread->show(r);
+    ASSERT_TRUE(thread.until([&] { return !thread.pictures.empty(); })) << thread->status().error;
+    EXPECT_EQ(thread.pictures[0]->divisor, 8) << "no time has been recorded";
+    EXPECT_EQ(thread.pictures[0]->result.beauty.width, 8);
+    EXPECT_EQ(thread.pictures[0]->result.beauty.height, 6);
+    ASSERT_TRUE(thread.until_samples(1, 1));
+    // The budget is large, so all pictures have full resolution once a time has been recorded.
+    r.camera.camera_to_world[3].x += 0.1;
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 1));
+    r.camera.camera_to_world[3].x += 0.1;
+    const std::uint64_t third = thread->show(r);
+    ASSERT_TRUE(thread.until_samples(third, 1));
+    expect_same(thread.pictures.back()->result, expected(r, 1));
+    for (const auto& picture : thread.pictures) EXPECT_TRUE(picture->request != third || picture->divisor == 1);
+
+    RecordingThread hasty(1e-9);
+    for (int i = 0; i < 3; ++i) {
+        r.camera.camera_to_world[3].x += 0.1;
+        ASSERT_TRUE(hasty.until_samples(hasty->show(r), 1));
+    }
+    hasty->show(request());
+    ASSERT_TRUE(hasty.until([&] { return hasty.pictures.back()->request == 4; }));
+    EXPECT_EQ(hasty.pictures.back()->divisor, 16) << "no resolution is within the budget";
+}
+
+TEST_F(RenderThreadTest, TheNewestRequestIsRendered) {
+    RecordingThread thread;
+    thread->limit(1 << 24);
+    Request r = request();
+    std::uint64_t last = 0;
+    for (int i = 0; i < 20; ++i) {
+        r.camera.camera_to_world[3].x += 0.01;
+        last = thread->show(r);
+    }
+    EXPECT_EQ(last, 20u);
+    ASSERT_TRUE(thread.until([&] { return !thread.pictures.empty() && thread.pictures.back()->request == last; }));
+    // A new request ends the refinement of the previous picture.
+    r.camera.camera_to_world[3].y += 0.1;
+    last = thread->show(r);
+    ASSERT_TRUE(thread.until([&] { return thread.pictures.back()->request == last; }));
+    thread->limit(1);
+    for (std::size_t i = 1; i < thread.pictures.size(); ++i)
+        EXPECT_LE(thread.pictures[i - 1]->request, thread.pictures[i]->request);
+}
+
+TEST_F(RenderThreadTest, TheRadianceCacheLivesWhileOnlyTheCameraMoves) {
+    RecordingThread thread;
+    Request r = request();
+    r.modes.preview.cache = true;
+    thread->limit(2);
+    const auto picture = [&](const Request& wanted) {
+        const std::uint64_t number = thread->show(wanted);
+        EXPECT_TRUE(thread.until_samples(number, 2)) << thread->status().error;
+        return thread.pictures.back()->result;
+    };
+    const RenderResult cold = picture(r);
+    EXPECT_EQ(cold.stats.biases.size(), 1u);
+    Request other = r;
+    other.camera.camera_to_world[3].x += 0.1;
+    picture(other);
+    const RenderResult warm = picture(r);
+    EXPECT_FALSE(same_bits(warm.beauty, cold.beauty));
+    Request dark = r;
+    dark.edits.emission = 0.25f;
+    picture(dark);
+    const RenderResult emptied = picture(r);  // the first picture is whole, because times have been recorded
+    picture(other);
+    picture(dark);
+    expect_same(picture(r), emptied);  // each change of lights has emptied the cache
+    Request less = r;
+    less.bounces = 2;
+    picture(less);
+    expect_same(picture(r), cold);
+}
+
+TEST_F(RenderThreadTest, LightsAndMaterialsAreEdited) {
+    RecordingThread thread;
+    thread->limit(2);
+    Request r = request();
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    const auto plain = thread.pictures.back();
+    r.edits.clay = true;
+    r.edits.emission = 0.25f;
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    expect_same(thread.pictures.back()->result, expected(r, 2));
+    EXPECT_FALSE(same_bits(thread.pictures.back()->result.beauty, plain->result.beauty));
+    // Hierarchies are kept. Renderers are kept, too, if only lights change.
+    EXPECT_EQ(thread.pictures.back()->result.stats.hierarchies.built, 0u);
+    r.edits.emission = 0.5f;
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    expect_same(thread.pictures.back()->result, expected(r, 2));
+    EXPECT_EQ(thread.pictures.back()->result.stats.hierarchies.built, 0u);
+    r.edits = {};
+    r.measure = true;
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    expect_same(thread.pictures.back()->result, plain->result);
+    EXPECT_FALSE(thread.pictures.back()->result.stats.passes.empty());
+}
+
+TEST_F(RenderThreadTest, ComponentsNeedNoNewSamples) {
+    RecordingThread thread;
+    thread->limit(3);
+    Request r = request();
+    r.aovs = {"variance"};
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 3));
+    const auto first = thread.pictures.back();
+    EXPECT_FALSE(first->relmse) << "too few samples for an estimate";
+    Request parts = r;
+    parts.aovs = {"direct_diffuse", "indirect_diffuse"};
+    const std::uint64_t number = thread->show(parts);
+    ASSERT_TRUE(thread.until_samples(number, 3));
+    expect_same(thread.pictures.back()->result, expected(parts, 3));
+    EXPECT_GT(thread.pictures.back()->seconds, first->seconds) << "their age is that of the samples";
+    // Rendering continues from the samples so far, and their AOVs are kept.
+    thread->limit(5);
+    ASSERT_TRUE(thread.until_samples(number, 5));
+    const std::uint64_t again = thread->show(r);
+    ASSERT_TRUE(thread.until_samples(again, 5));
+    expect_same(thread.pictures.back()->result, expected(r, 5));
+    EXPECT_GT(thread.pictures.back()->relmse.value(), 0);
+    for (const auto& picture : thread.pictures) {
+        EXPECT_TRUE(picture->request != number || picture->result.stats.samples >= 3) << "rendering has restarted";
+        EXPECT_TRUE(picture->request != again || picture->result.stats.samples == 5) << "rendering has restarted";
+    }
+}
+
+TEST_F(RenderThreadTest, PreviewModesReportTheirBias) {
+    RecordingThread thread;
+    thread->limit(2);
+    Request r = request();
+    r.modes.clamp = 0.01f;
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    EXPECT_EQ(thread.pictures.back()->result.stats.biases.size(), 1u);
+    const auto clamped = thread.pictures.back();
+    r.modes = {};
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    EXPECT_TRUE(thread.pictures.back()->result.stats.biases.empty());
+    EXPECT_FALSE(same_bits(thread.pictures.back()->result.beauty, clamped->result.beauty));
+}
+
+TEST_F(RenderThreadTest, CullingIsChosen) {
+    RecordingThread thread;
+    thread->limit(2);
+    Request r = request();
+    r.measure = true;
+    for (const auto culling : {rays::Culling::raster, rays::Culling::off, rays::Culling::compute}) {
+        SCOPED_TRACE(rays::name(culling));
+        r.culling = culling;
+        ASSERT_TRUE(thread.until_samples(thread->show(r), 2)) << thread->status().error;
+        expect_same(thread.pictures.back()->result, expected(r, 2));
+        EXPECT_EQ(thread.pictures.back()->result.stats.raster.empty(), culling != rays::Culling::raster);
+    }
+}
+
+TEST_F(RenderThreadTest, OtherWorkIsPerformedBetweenPictures) {
+    RecordingThread thread;
+    std::string activity;
+    const std::thread::id here = std::this_thread::get_id();
+    std::thread::id there = here;
+    std::atomic<bool> done = false;
+    const auto work = [&] {
+        activity = thread->status().activity;
+        there = std::this_thread::get_id();
+        done = true;
+    };
+    thread->perform("reading", work);
+    ASSERT_TRUE(thread.until([&] { return done.load(); })) << "there is no other request";
+    EXPECT_EQ(activity, "reading");
+    EXPECT_NE(there, here);
+    // Work arrives during refinement and after its end. Rendering continues afterwards.
+    Request r = request();
+    thread->limit(1 << 24);
+    const std::uint64_t number = thread->show(r);
+    ASSERT_TRUE(thread.until([&] { return !thread.pictures.empty(); }));
+    done = false;
+    thread->perform("reading", work);
+    ASSERT_TRUE(thread.until([&] { return done.load(); }));
+    thread->limit(1);
+    const std::size_t before = thread.pictures.size();
+    ASSERT_TRUE(thread.until([&] { return thread.pictures.size() > before && thread.pictures.back()->divisor == 1; }));
+    EXPECT_EQ(thread.pictures.back()->request, number);
+    done = false;
+    thread->perform("reading", work);
+    ASSERT_TRUE(thread.until([&] { return done.load(); }));
+    thread->limit(2);
+    ASSERT_TRUE(thread.until_samples(number, 2));
+    expect_same(thread.pictures.back()->result, expected(r, 2));
+}
+
+TEST_F(RenderThreadTest, PosesFollowFromTheirReference) {
+    Scene moved = *scene;
+    moved.instances[1].object_to_world[3].x += 0.2;
+    const auto posed = std::make_shared<const Scene>(moved);
+    const auto expected_pose = [&](const Request& r) {
+        RenderSettings s = small_settings(r.camera, r.size.x, r.size.y, 2, r.bounces);
+        s.aovs = r.aovs;
+        s.frame = r.frame;
+        Renderer renderer(context, *r.reference, ColorConfig::load(), s);
+        renderer.update(*r.scene);
+        return renderer.render();
+    };
+    Request r = request();
+    r.scene = posed;
+    r.frame = 3;
+    {
+        RecordingThread thread;  // a thread that has not rendered the reference
+        thread->limit(2);
+        ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+        expect_same(thread.pictures.back()->result, expected_pose(r));
+    }
+    RecordingThread thread;
+    thread->limit(2);
+    ASSERT_TRUE(thread.until_samples(thread->show(request()), 2));
+    const auto first = thread.pictures.back();
+    ASSERT_TRUE(thread.until_samples(thread->show(r), 2));
+    const auto second = thread.pictures.back();
+    expect_same(second->result, expected_pose(r));
+    EXPECT_FALSE(same_bits(first->result.beauty, second->result.beauty));
+    ASSERT_TRUE(thread.until_samples(thread->show(request()), 2));
+    expect_same(thread.pictures.back()->result, first->result);
+}
+
+TEST_F(RenderThreadTest, MotionIsRelativeToThePreviousView) {
+    RecordingThread thread;
+    Request r = request();
+    r.aovs = {"motion"};
+    const auto largest = [&](const Request& wanted) {
+        EXPECT_TRUE(thread.until_samples(thread->show(wanted), 1));
+        float most = 0;
+        for (const float v : layer(thread.pictures.back()->result, "motion.X").pixels)
+            most = std::max(most, std::abs(v));
+        return most;
+    };
+    EXPECT_LT(largest(r), 0.01f);
+    r.camera.camera_to_world[3] += 0.1 * r.camera.camera_to_world[0];
+    EXPECT_GT(largest(r), 1.0f);
+    const auto of_camera = thread.pictures.back();
+    Scene moved = *scene;
+    moved.instances[1].object_to_world[3].x += 0.2;
+    r.scene = std::make_shared<const Scene>(moved);
+    EXPECT_GT(largest(r), 1.0f);
+    EXPECT_FALSE(same_bits(layer(of_camera->result, "motion.X"), layer(thread.pictures.back()->result, "motion.X")));
+}
+
+TEST_F(RenderThreadTest, AnErrorKeepsThePicture) {
+    RecordingThread thread;
+    Request good = request();
+    ASSERT_TRUE(thread.until_samples(thread->show(good), 1));
+    const auto before = thread.pictures.back();
+    Request bad = good;
+    Scene broken = *scene;
+    broken.instances[0].mesh = 1000;
+    bad.scene = std::make_shared<const Scene>(broken);
+    const std::uint64_t number = thread->show(bad);
+    ASSERT_TRUE(thread.until([&] { return thread->status().failed == number; }));
+    EXPECT_NE(thread->status().error, "");
+    EXPECT_FALSE(thread->status().ended);
+    EXPECT_EQ(thread->picture(), before);
+    ASSERT_TRUE(thread.until_samples(thread->show(good), 1));
+    EXPECT_EQ(thread->status().error, "");
+    EXPECT_EQ(thread->status().failed, 0u);
+}
+
+TEST_F(RenderThreadTest, NoDeviceIsAnError) {
+    RenderThread thread(ColorConfig::load(), {.context = {.device = "no such device"}});
+    while (!thread.status().ended) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    EXPECT_NE(thread.status().error.find("no such device"), std::string::npos) << thread.status().error;
+    thread.show(request());  // has no effect
+}
+
+TEST_F(RenderThreadTest, EndsWhileRendering) {
+    RecordingThread thread;
+    thread->limit(1 << 24);
+    Request r = request();
+    r.size = {512, 512};
+    thread->show(r);
+    ASSERT_TRUE(thread.until([&] { return !thread.pictures.empty(); }));
+}
+
+}  // namespace
+}  // namespace halflight::view

@@ -1,0 +1,419 @@
+// Tests materials, textures, images, lights and cameras of glTF files.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numbers>
+
+#include "engine/io/files.h"
+#include "engine/io/png.h"
+#include "tests/unit/io/gltf_builder.h"
+
+namespace halflight {
+namespace {
+
+/// A PNG of 2x1 pixels with 16 bits per channel: (ffff, 8000, 12ff, 0000) and (0100, 00ff, abcd, ffff).
+constexpr const char* kPng16 =
+    "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAABEAYAAACksqPJAAAAGklEQVR4nGP4/7+BQeg/AwMjA8P/1Wf//wcAPtIIBqaX"
+    "8jwAAAAASUVORK5CYII=";
+
+/// Fixture with a triangle, its texture coordinates, and a material that tests fill in.
+class GltfMaterials : public GltfTest {
+  protected:
+    void SetUp() override {
+        GltfTest::SetUp();
+        Json& primitive = b.add_triangle();
+        primitive["material"] = 0;
+        primitive["attributes"]["TEXCOORD_0"] = b.floats("VEC2", {0, 1, 1, 1, 0, 0});
+        b.json["materials"] = {Json::object()};
+    }
+    Json& material() { return b.json["materials"][0]; }
+    Json& extension(const char* name) { return material()["extensions"][name]; }
+
+    /// Adds a texture whose image is a new file; returns its index.
+    int texture(const std::string& uri, std::vector<std::uint8_t> rgba = {255, 255, 255, 255}) {
+        // write_png() waits for the disk, so this cache lets it write each picture only once.
+        static std::map<std::string, std::string> encoded;
+        std::string& bytes = encoded[std::string(rgba.begin(), rgba.end())];
+        if (bytes.empty()) {
+            write_png(folder_ / uri, static_cast<int>(rgba.size() / 4), 1, 4, rgba);
+            bytes = read_file(folder_ / uri, 10000);
+        }
+        write(uri, bytes);
+        return b.push("textures", {{"source", b.push("images", {{"uri", uri}})}});
+    }
+    Scene load() { return GltfTest::load(b); }
+    std::string refusal() { return GltfTest::refusal(b); }
+
+    GltfBuilder b;
+};
+
+TEST_F(GltfMaterials, DefaultsFollowTheSpecification) {
+    const Material m = load().materials.at(0);
+    EXPECT_EQ(m.base_color, vec4(1));
+    EXPECT_EQ(m.metallic, 1);
+    EXPECT_EQ(m.roughness, 1);
+    EXPECT_EQ(m.emission, vec3(0));
+    EXPECT_EQ(m.alpha_mode, AlphaMode::opaque);
+    EXPECT_EQ(m.ior, 1.5f);
+    EXPECT_EQ(m.specular, 1);
+    EXPECT_EQ(m.clearcoat, 0);
+    EXPECT_EQ(m.transmission, 0);
+    EXPECT_FALSE(m.unlit || m.double_sided || m.base_color_texture || m.normal_texture);
+}
+
+TEST_F(GltfMaterials, FactorsAndExtensions) {
+    material().update(
+        {{"name", "all"},
+         {"alphaMode", "MASK"},
+         {"alphaCutoff", 0.25},
+         {"doubleSided", true},
+         {"emissiveFactor", {1, 0.5, 0}},
+         {"pbrMetallicRoughness",
+          {{"baseColorFactor", {0.1, 0.2, 0.3, 0.4}}, {"metallicFactor", 0}, {"roughnessFactor", 0.75}}}});
+    extension("KHR_materials_emissive_strength") = {{"emissiveStrength", 3000000000}};
+    extension("KHR_materials_ior") = {{"ior", 2}};
+    extension("KHR_materials_specular") = {{"specularFactor", 0.5}, {"specularColorFactor", {1, 2, 0}}};
+    extension("KHR_materials_clearcoat") = {{"clearcoatFactor", 1}, {"clearcoatRoughnessFactor", 0.125}};
+    extension("KHR_materials_transmission") = {{"transmissionFactor", 0.875}};
+    const Scene scene = load();
+    const Material& m = scene.materials.at(0);
+    EXPECT_EQ(m.name, "all");
+    EXPECT_EQ(m.alpha_mode, AlphaMode::mask);
+    EXPECT_EQ(m.alpha_cutoff, 0.25f);
+    EXPECT_TRUE(m.double_sided);
+    EXPECT_EQ(m.emission, vec3(3e9f, 1.5e9f, 0));
+    EXPECT_EQ(m.base_color, vec4(0.1f, 0.2f, 0.3f, 0.4f));
+    EXPECT_EQ(m.metallic, 0);
+    EXPECT_EQ(m.roughness, 0.75f);
+    EXPECT_EQ(m.ior, 2);
+    EXPECT_EQ(m.specular, 0.5f);
+    EXPECT_EQ(m.specular_color, vec3(1, 2, 0));
+    EXPECT_EQ(m.clearcoat, 1);
+    EXPECT_EQ(m.clearcoat_roughness, 0.125f);
+    EXPECT_EQ(m.transmission, 0.875f);
+    EXPECT_TRUE(scene.report.warnings.empty());
+}
+
+TEST_F(GltfMaterials, UnlitShowsItsColourOnly) {
+    extension("KHR_materials_unlit") = Json::object();
+    material()["emissiveFactor"] = {1, 1, 1};
+    const Material m = load().materials.at(0);
+    EXPECT_TRUE(m.unlit);
+    EXPECT_EQ(m.emission, vec3(0));
+}
+
+TEST_F(GltfMaterials, ValuesOutsideTheirRangesAreClampedAndReported) {
+    material().update(
+        {{"alphaMode", "GLASS"}, {"pbrMetallicRoughness", {{"roughnessFactor", -1}, {"metallicFactor", 7}}}});
+    extension("KHR_materials_ior") = {{"ior", 0.5}};
+    const Scene scene = load();
+    EXPECT_EQ(scene.materials[0].roughness, 0);
+    EXPECT_EQ(scene.materials[0].metallic, 1);
+    EXPECT_EQ(scene.materials[0].ior, 1);
+    EXPECT_EQ(scene.report.warnings.size(), 4u);
+    EXPECT_EQ(scene.report.warnings.at(1), "materials[0]: metallicFactor is outside [0, 1], clamped");
+}
+
+TEST_F(GltfMaterials, AnIndexOfRefractionOfZeroReflectsAll) {
+    extension("KHR_materials_ior") = {{"ior", 0}};
+    const Material m = load().materials.at(0);
+    const float f0 = std::pow((m.ior - 1) / (m.ior + 1), 2.0f) * m.specular_color.r;
+    EXPECT_FLOAT_EQ(f0, 1);
+}
+
+TEST_F(GltfMaterials, SpecularGlossinessKeepsItsReflectances) {
+    const int image = texture("sg.png", {255, 0, 0, 0, 0, 255, 0, 255, 0, 0, 0, 102});
+    extension("KHR_materials_pbrSpecularGlossiness") = {{"diffuseFactor", {0.5, 0.25, 0, 1}},
+                                                        {"specularFactor", {0.02, 0.5, 1}},
+                                                        {"glossinessFactor", 0.5},
+                                                        {"specularGlossinessTexture", {{"index", image}}}};
+    const Scene scene = load();
+    const Material& m = scene.materials.at(0);
+    EXPECT_EQ(m.base_color, vec4(0.5f, 0.25f, 0, 1));
+    EXPECT_EQ(m.metallic, 0);
+    EXPECT_EQ(m.roughness, 1);
+    EXPECT_LT(glm::distance(m.specular_color * 0.04f, vec3(0.02f, 0.5f, 1)), 1e-6f);
+    ASSERT_EQ(scene.images.size(), 2u);
+    EXPECT_EQ(m.specular_color_texture.image, 0);
+    ASSERT_EQ(m.metallic_roughness_texture.image, 1);
+    const auto& roughness = scene.images[1].rgba;
+    EXPECT_EQ(roughness[1], 255) << "no glossiness";
+    EXPECT_EQ(roughness[5], 128) << "half of it";
+    EXPECT_EQ(roughness[9], 204);
+}
+
+TEST_F(GltfMaterials, TexturesOfEveryKind) {
+    const auto info = [&](const char* uri) { return Json{{"index", texture(uri)}}; };
+    Json normal = info("normal.png");
+    normal["scale"] = 0.5;
+    Json coat_normal = info("coat_normal.png");
+    coat_normal["scale"] = 2;
+    material().update({{"pbrMetallicRoughness",
+                        {{"baseColorTexture", info("base.png")}, {"metallicRoughnessTexture", info("mr.png")}}},
+                       {"normalTexture", normal},
+                       {"emissiveTexture", info("emission.png")},
+                       {"occlusionTexture", info("unused.png")}});
+    extension("KHR_materials_specular") = {{"specularTexture", info("specular.png")},
+                                           {"specularColorTexture", info("specular_color.png")}};
+    extension("KHR_materials_clearcoat") = {{"clearcoatTexture", info("coat.png")},
+                                            {"clearcoatRoughnessTexture", info("coat_roughness.png")},
+                                            {"clearcoatNormalTexture", coat_normal}};
+    extension("KHR_materials_transmission") = {{"transmissionTexture", info("transmission.png")}};
+    const Scene scene = load();
+    const Material& m = scene.materials.at(0);
+    const auto name = [&](const TextureRef& t) { return scene.images.at(static_cast<std::size_t>(t.image)).name; };
+    EXPECT_EQ(name(m.base_color_texture), "base.png");
+    EXPECT_EQ(name(m.metallic_roughness_texture), "mr.png");
+    EXPECT_EQ(name(m.normal_texture), "normal.png");
+    EXPECT_EQ(name(m.emission_texture), "emission.png");
+    EXPECT_EQ(name(m.specular_texture), "specular.png");
+    EXPECT_EQ(name(m.specular_color_texture), "specular_color.png");
+    EXPECT_EQ(name(m.clearcoat_texture), "coat.png");
+    EXPECT_EQ(name(m.clearcoat_roughness_texture), "coat_roughness.png");
+    EXPECT_EQ(name(m.clearcoat_normal_texture), "coat_normal.png");
+    EXPECT_EQ(name(m.transmission_texture), "transmission.png");
+    EXPECT_EQ(m.normal_scale, 0.5f);
+    EXPECT_EQ(m.clearcoat_normal_scale, 2);
+    EXPECT_EQ(scene.images.size(), 10u) << "images that nothing uses are not loaded";
+}
+
+TEST_F(GltfMaterials, TexelsAreKeptUnchanged) {
+    const std::vector<std::uint8_t> rgba{1, 2, 3, 4, 250, 128, 0, 255};
+    material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture("a b.png", rgba);
+    b.json["images"][0]["uri"] = "a%20b.png";
+    Scene scene = load();
+    ASSERT_EQ(scene.images.size(), 1u);
+    EXPECT_EQ(scene.images[0].width, 2);
+    EXPECT_EQ(scene.images[0].height, 1);
+    EXPECT_EQ(scene.images[0].rgba, rgba);
+    const std::string bytes = read_file(folder_ / "a b.png", 10000);
+    b.json["images"][0] = {{"mimeType", "image/png"},
+                           {"bufferView", b.view(std::vector<char>(bytes.begin(), bytes.end()))}};
+    EXPECT_EQ(load().images.at(0).rgba, rgba);
+    b.json["images"][0] = {{"uri", kPng16}};
+    EXPECT_EQ(load().images.at(0).rgba, (std::vector<std::uint8_t>{0xff, 0x80, 0x13, 0x00, 0x01, 0x01, 0xab, 0xff}))
+        << "of 16 bits, rounded: 0x12ff is 18.99 / 255, 0x00ff nearly 1 / 255";
+}
+
+TEST_F(GltfMaterials, Samplers) {
+    const int index = texture("t.png");
+    material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = index;
+    b.json["textures"][0]["sampler"] = b.push("samplers", {{"wrapS", 33071}, {"wrapT", 33648}, {"magFilter", 9728}});
+    TextureRef t = load().materials.at(0).base_color_texture;
+    EXPECT_EQ(t.wrap_u, Wrap::clamp_to_edge);
+    EXPECT_EQ(t.wrap_v, Wrap::mirrored_repeat);
+    EXPECT_TRUE(t.nearest);
+    b.json["samplers"][0] = {{"minFilter", 9728}};
+    t = load().materials.at(0).base_color_texture;
+    EXPECT_EQ(t.wrap_u, Wrap::repeat);
+    EXPECT_FALSE(t.nearest) << "only magnification counts";
+}
+
+TEST_F(GltfMaterials, TextureTransform) {
+    Json& info = material()["pbrMetallicRoughness"]["baseColorTexture"];
+    info = {{"index", texture("t.png")}};
+    info["extensions"]["KHR_texture_transform"] = {
+        {"offset", {0.5, -0.25}}, {"rotation", std::numbers::pi / 2}, {"scale", {2, 3}}, {"texCoord", 1}};
+    b.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"] = 1;
+    const TextureRef t = load().materials.at(0).base_color_texture;
+    EXPECT_EQ(t.uv_set, 1);
+    // The transform scales, then rotates by 90 degrees from +v (down) to +u (right), then translates.
+    const vec2 u = t.uv_transform * vec3(1, 0, 1), v = t.uv_transform * vec3(0, 1, 1);
+    EXPECT_LT(glm::distance(u, vec2(0.5f, -2.25f)), 1e-6f);
+    EXPECT_LT(glm::distance(v, vec2(3.5f, -0.25f)), 1e-6f);
+    EXPECT_TRUE(load().report.warnings.empty());
+}
+
+TEST_F(GltfMaterials, TwoOfManyTextureCoordinates) {
+    Json& attributes = b.json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["TEXCOORD_4"] = b.floats("VEC2", {4, 4, 4, 4, 4, 4});
+    attributes["TEXCOORD_7"] = b.floats("VEC2", {7, 7, 7, 7, 7, 7});
+    material() = {{"pbrMetallicRoughness", {{"baseColorTexture", {{"index", texture("a.png")}, {"texCoord", 7}}}}},
+                  {"emissiveTexture", {{"index", 0}, {"texCoord", 4}}}};
+    Scene scene = load();
+    EXPECT_EQ(scene.materials[0].base_color_texture.uv_set, 0);
+    EXPECT_EQ(scene.materials[0].emission_texture.uv_set, 1);
+    EXPECT_EQ(scene.meshes.at(0).uvs[0][0], vec2(7));
+    EXPECT_EQ(scene.meshes[0].uvs[1][0], vec2(4));
+    EXPECT_TRUE(scene.report.warnings.empty());
+    material()["pbrMetallicRoughness"]["metallicRoughnessTexture"] = {{"index", 0}};
+    scene = load();
+    ASSERT_EQ(scene.report.warnings.size(), 1u);
+    EXPECT_NE(scene.report.warnings[0].find("more than two sets"), std::string::npos);
+}
+
+TEST_F(GltfMaterials, MissingTextureCoordinatesAreReported) {
+    material() = {{"emissiveTexture", {{"index", texture("a.png")}, {"texCoord", 1}}}};
+    const Scene scene = load();
+    ASSERT_EQ(scene.report.warnings.size(), 1u);
+    EXPECT_EQ(scene.report.warnings[0],
+              "meshes[0].primitives[0]: has no TEXCOORD_1, which its material's textures need");
+}
+
+TEST_F(GltfMaterials, TangentsAreMadeForNormalMaps) {
+    EXPECT_TRUE(load().meshes.at(0).tangents.empty());
+    material()["normalTexture"]["index"] = texture("n.png");
+    Scene scene = load();
+    EXPECT_EQ(scene.meshes.at(0).tangents, std::vector<vec4>(3, vec4(1, 0, 0, 1)));
+    EXPECT_EQ(scene.report.tangents_generated, 3u);
+
+    // A transform that rotates the texture rotates its tangents.
+    material()["normalTexture"]["extensions"]["KHR_texture_transform"]["rotation"] = std::numbers::pi;
+    EXPECT_LT(glm::distance(load().meshes.at(0).tangents[0], vec4(-1, 0, 0, 1)), 1e-6f);
+
+    // The file's tangents are used if they are valid and there are normals.
+    Json& attributes = b.json["meshes"][0]["primitives"][0]["attributes"];
+    attributes["NORMAL"] = b.floats("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1});
+    attributes["TANGENT"] = b.floats("VEC4", {0, 2, 0, -1, 0, 2, 0, -1, 0, 2, 0, -1});
+    scene = load();
+    EXPECT_EQ(scene.meshes.at(0).tangents, std::vector<vec4>(3, vec4(0, 1, 0, -1)));
+    EXPECT_EQ(scene.report.tangents_generated, 0u);
+    attributes["TANGENT"] = b.floats("VEC4", {0, 2, 0, -1, 0, 2, 0, -1, 0, 0, 0, -1});
+    EXPECT_EQ(load().report.tangents_generated, 3u);
+
+    material().erase("normalTexture");
+    EXPECT_TRUE(load().meshes.at(0).tangents.empty());
+    extension("KHR_materials_clearcoat")["clearcoatNormalTexture"]["index"] = 0;
+    EXPECT_EQ(load().report.tangents_generated, 3u);
+}
+
+TEST_F(GltfMaterials, UnusableImagesAreNamed) {
+    material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = texture("wood.png");
+    const std::string png = read_file(folder_ / "wood.png", 10000);
+    write("wood.png", png.substr(0, png.size() / 2));
+    EXPECT_TRUE(refusal().starts_with("images[0] (wood.png): cannot be decoded")) << refusal();
+    write("wood.png", "RIFF....WEBPVP8 ");
+    EXPECT_EQ(refusal(), "images[0] (wood.png): is neither PNG nor JPEG");
+    write("wood.png", "version https://git-lfs.github.com/spec/v1\noid sha256:12\nsize 3\n");
+    EXPECT_TRUE(refusal().starts_with("images[0] (wood.png): 'wood.png' is a Git LFS pointer")) << refusal();
+    std::filesystem::remove(folder_ / "wood.png");
+    EXPECT_TRUE(refusal().starts_with("images[0] (wood.png): ")) << refusal();
+    EXPECT_NE(refusal().find("No such file"), std::string::npos);
+    write_png(folder_ / "wood.png", 5, 1, 1, std::vector<std::uint8_t>(5));
+    GltfOptions options;
+    options.max_image_side = 4;
+    const auto path = write("scene.glb", b.glb());
+    EXPECT_NE(error_message([&] { load_gltf(path, options); }).find("5 x 1 texels are more than 4 a side"),
+              std::string::npos);
+    b.json["images"][0] = {
+        {"bufferView", b.push("bufferViews", {{"buffer", 0}, {"byteOffset", 60}, {"byteLength", 1000}})}};
+    EXPECT_EQ(refusal(),
+              fmt::format("bufferViews[2]: ends at byte 1060 of buffers[0], which has {}", b.bytes().size()));
+}
+
+TEST_F(GltfMaterials, ATextureWithoutReadableImageIsIgnored) {
+    material()["pbrMetallicRoughness"]["baseColorTexture"]["index"] = b.push("textures", Json::object());
+    b.json["extensionsUsed"] = {"EXT_texture_webp"};
+    const Scene scene = load();
+    EXPECT_FALSE(scene.materials[0].base_color_texture);
+    EXPECT_EQ(scene.report.warnings,
+              (std::vector<std::string>{"extension EXT_texture_webp is used but not supported; it is ignored",
+                                        "textures[0]: has no PNG or JPEG image, it is not used"}));
+}
+
+using GltfSky = GltfTest;
+using GltfLight = GltfTest;
+using GltfCamera = GltfTest;
+
+TEST_F(GltfSky, InsideTheFile) {
+    GltfBuilder b;
+    EXPECT_TRUE(load(b).environment.black());
+    b.json["extensionsUsed"] = {"HALFLIGHT_environment"};
+    b.json["extensions"]["HALFLIGHT_environment"]["color"] = {0.5, 1, 2};
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.environment.color, vec3(0.5f, 1, 2));
+    EXPECT_TRUE(scene.environment.map.pixels.empty() && scene.report.warnings.empty());
+    b.json["extensions"]["HALFLIGHT_environment"]["color"] = {0.5, -1, 2};
+    EXPECT_EQ(refusal(b), "extensions.HALFLIGHT_environment: color is negative or not finite");
+    b.json["extensions"]["HALFLIGHT_environment"]["color"] = {0.5, 1e200, 2};
+    EXPECT_EQ(refusal(b), "extensions.HALFLIGHT_environment: color is negative or not finite");
+    b.json["extensions"]["HALFLIGHT_environment"].erase("color");
+    EXPECT_NE(refusal(b), "");
+}
+
+TEST_F(GltfLight, OfEveryType) {
+    GltfBuilder b;
+    b.json["extensionsUsed"] = b.json["extensionsRequired"] = {"KHR_lights_punctual"};
+    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {
+        {{"type", "point"}, {"name", "lamp"}, {"color", {1, 0.5, 0}}, {"intensity", 20}, {"range", 3}},
+        {{"type", "spot"}, {"spot", {{"innerConeAngle", 0.25}, {"outerConeAngle", 0.5}}}},
+        {{"type", "directional"}, {"intensity", 100000}},
+        {{"type", "spot"}, {"spot", {{"innerConeAngle", 0.75}, {"outerConeAngle", 0.5}}}},
+    };
+    const auto node = [&](int light, Json extra) {
+        extra["extensions"]["KHR_lights_punctual"]["light"] = light;
+        b.push("nodes", extra);
+    };
+    node(0, {{"translation", {1e6, 2, 3}}});
+    node(1, {{"name", "stage"}, {"scale", {5, 5, 5}}});
+    const double half = std::sqrt(0.5);
+    node(2, {{"rotation", {-half, 0, 0, half}}});  // a rotation of -Z to -Y
+    node(3, Json::object());
+    const Scene scene = load(b);
+    ASSERT_EQ(scene.lights.size(), 4u);
+    EXPECT_EQ(scene.lights[0].type, LightType::point);
+    EXPECT_EQ(scene.lights[0].name, "lamp");
+    EXPECT_EQ(scene.lights[0].intensity, vec3(20, 10, 0));
+    EXPECT_EQ(scene.lights[0].position, dvec3(1e6, 2, 3));
+    EXPECT_EQ(scene.lights[1].type, LightType::spot);
+    EXPECT_EQ(scene.lights[1].name, "stage");
+    EXPECT_EQ(scene.lights[1].inner_cone, 0.25f);
+    EXPECT_EQ(scene.lights[1].outer_cone, 0.5f);
+    EXPECT_EQ(scene.lights[1].direction, vec3(0, 0, -1));
+    EXPECT_EQ(scene.lights[2].type, LightType::directional);
+    EXPECT_EQ(scene.lights[2].intensity, vec3(100000));
+    EXPECT_LT(glm::distance(scene.lights[2].direction, vec3(0, -1, 0)), 1e-6f);
+    EXPECT_LT(scene.lights[3].inner_cone, scene.lights[3].outer_cone);
+    EXPECT_EQ(scene.report.warnings.size(), 1u);
+}
+
+TEST_F(GltfLight, UnknownOrMissingOnesAreRefused) {
+    GltfBuilder b;
+    b.push("nodes", {{"extensions", {{"KHR_lights_punctual", {{"light", 1}}}}}});
+    b.json["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "sphere"}}};
+    EXPECT_EQ(refusal(b), "nodes[0].extensions.KHR_lights_punctual.light: 1 is not an index into lights, which has 1");
+    b.json["nodes"][0]["extensions"]["KHR_lights_punctual"]["light"] = 0;
+    EXPECT_EQ(refusal(b), "extensions.KHR_lights_punctual.lights[0]: light type 'sphere' is unknown");
+}
+
+TEST_F(GltfCamera, PerspectiveAndOrthographic) {
+    GltfBuilder b;
+    b.json["cameras"] = {
+        {{"type", "perspective"},
+         {"name", "main"},
+         {"perspective", {{"yfov", 0.75}, {"znear", 0.5}, {"aspectRatio", 2}}}},
+        {{"type", "orthographic"}, {"orthographic", {{"xmag", 8}, {"ymag", -4}, {"znear", 0}, {"zfar", 100}}}}};
+    b.push("nodes", {{"camera", 0}, {"scale", {3, -2, 5}}, {"translation", {1, 2, 3}}});
+    b.push("nodes", {{"camera", 1}, {"name", "plan"}});
+    b.push("nodes", {{"camera", 0}, {"name", "copy"}});
+    const Scene scene = load(b);
+    ASSERT_EQ(scene.cameras.size(), 3u);
+    const Camera& p = scene.cameras[0];
+    EXPECT_EQ(p.name, "main");
+    EXPECT_FALSE(p.orthographic);
+    EXPECT_EQ(p.vertical_fov, 0.75);
+    EXPECT_EQ(p.aspect, 2);
+    EXPECT_EQ(p.near_plane, 0.5);
+    EXPECT_EQ(p.far_plane, 0);
+    // Scale does not affect the camera. Its basis stays right-handed, so mirroring y rotates it about its own axis.
+    EXPECT_EQ(p.camera_to_world, dmat4(dvec4(-1, 0, 0, 0), dvec4(0, -1, 0, 0), dvec4(0, 0, 1, 0), dvec4(1, 2, 3, 1)));
+    const Camera& o = scene.cameras[1];
+    EXPECT_EQ(o.name, "plan");
+    EXPECT_TRUE(o.orthographic);
+    EXPECT_EQ(o.ortho_height, 8);
+    EXPECT_EQ(o.aspect, 2);
+    EXPECT_EQ(o.far_plane, 100);
+    EXPECT_EQ(scene.cameras[2].name, "copy") << "a second use of a camera goes by its node's name";
+}
+
+TEST_F(GltfCamera, WithoutViewIsRefused) {
+    GltfBuilder b;
+    b.push("nodes", {{"camera", 0}});
+    b.json["cameras"] = {{{"type", "perspective"}, {"perspective", {{"yfov", 0}, {"znear", 1}}}}};
+    EXPECT_EQ(refusal(b), "cameras[0]: yfov 0 is not between 0 and pi");
+    b.json["cameras"][0]["perspective"].erase("yfov");
+    EXPECT_EQ(refusal(b), "cameras[0].perspective: has no 'yfov'");
+}
+
+}  // namespace
+}  // namespace halflight

@@ -1,0 +1,348 @@
+// Tests geometry of glTF files: accessors, primitive modes, morph targets, skins, instances and nodes.
+#include <algorithm>
+#include <glm/gtc/matrix_transform.hpp>
+
+#include "tests/unit/io/gltf_builder.h"
+
+namespace halflight {
+namespace {
+
+const std::vector<vec3> kTriangle{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+
+using GltfAccessor = GltfTest;
+using GltfPrimitive = GltfTest;
+using GltfNode = GltfTest;
+using GltfDeformed = GltfTest;
+
+TEST_F(GltfAccessor, IndicesOfEveryType) {
+    const auto check = [&](GltfBuilder b, int indices) {
+        b.json["meshes"][0]["primitives"][0]["indices"] = indices;
+        const Scene scene = load(b);
+        ASSERT_EQ(scene.meshes.size(), 1u);
+        EXPECT_EQ(scene.meshes[0].triangles, (std::vector<uvec3>{{0, 2, 1}, {1, 2, 3}}));
+        EXPECT_EQ(scene.meshes[0].positions[3], vec3(1, 1, 0));
+    };
+    GltfBuilder base;
+    base.add_mesh({{"POSITION", base.floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 0, 1, 1, 0})},
+                   {"NORMAL", base.floats("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1})}});
+    GltfBuilder b = base;
+    check(b, b.accessor("SCALAR", kU8, std::vector<std::uint8_t>{0, 2, 1, 1, 2, 3}));
+    b = base;
+    check(b, b.accessor("SCALAR", kU16, std::vector<std::uint16_t>{0, 2, 1, 1, 2, 3}));
+    b = base;
+    check(b, b.accessor("SCALAR", kU32, std::vector<std::uint32_t>{0, 2, 1, 1, 2, 3}));
+}
+
+TEST_F(GltfAccessor, NormalisedIntegers) {
+    GltfBuilder b;
+    // Texture coordinates are unsigned 16-bit, colours unsigned 8-bit, normals signed 8-bit, positions signed 16-bit
+    // numbers.
+    b.add_mesh(
+        {{"POSITION", b.accessor("VEC3", kI16, std::vector<std::int16_t>{0, 0, 0, 32767, 0, 0, 0, -32768, 0}, true)},
+         {"NORMAL", b.accessor("VEC3", kI8, std::vector<std::int8_t>{0, 0, 127, 127, 0, 0, 0, -128, 0}, true)},
+         {"TEXCOORD_0", b.accessor("VEC2", kU16, std::vector<std::uint16_t>{0, 0, 65535, 0, 13107, 65535}, true)},
+         {"TEXCOORD_1", b.accessor("VEC2", kU8, std::vector<std::uint8_t>{0, 51, 102, 153, 204, 255}, true)},
+         {"COLOR_0",
+          b.accessor("VEC4", kU8, std::vector<std::uint8_t>{255, 0, 51, 102, 0, 0, 0, 0, 1, 2, 3, 255}, true)}});
+    const Mesh mesh = load(b).meshes.at(0);
+    EXPECT_EQ(mesh.positions, (std::vector<vec3>{{0, 0, 0}, {1, 0, 0}, {0, -1, 0}}));
+    EXPECT_EQ(mesh.normals, (std::vector<vec3>{{0, 0, 1}, {1, 0, 0}, {0, -1, 0}}));
+    EXPECT_EQ(mesh.uvs[0], (std::vector<vec2>{{0, 0}, {1, 0}, {13107 / 65535.0f, 1}}));
+    EXPECT_EQ(mesh.uvs[1], (std::vector<vec2>{{0, 51 / 255.0f}, {102 / 255.0f, 153 / 255.0f}, {204 / 255.0f, 1}}));
+    EXPECT_EQ(mesh.colors[0], vec4(1, 0, 51 / 255.0f, 102 / 255.0f));
+    EXPECT_EQ(mesh.colors[2], vec4(1 / 255.0f, 2 / 255.0f, 3 / 255.0f, 1));
+}
+
+TEST_F(GltfAccessor, QuantisedPositionsAreExact) {
+    GltfBuilder b;
+    b.json["extensionsRequired"] = b.json["extensionsUsed"] = {"KHR_mesh_quantization"};
+    b.add_mesh({{"POSITION", b.accessor("VEC3", kU8, std::vector<std::uint8_t>{0, 0, 0, 200, 0, 0, 0, 100, 0})}});
+    EXPECT_EQ(load(b).meshes.at(0).positions, (std::vector<vec3>{{0, 0, 0}, {200, 0, 0}, {0, 100, 0}}));
+}
+
+TEST_F(GltfAccessor, InterleavedWithAStride) {
+    GltfBuilder b;
+    const int view = b.view(std::vector<float>{9, 0, 0, 0, 0.5f, 0.25f, 9, 1, 0, 0, 1, 0, 9, 0, 1, 0, 0, 1});
+    b.json["bufferViews"][0]["byteStride"] = 24;
+    const int position =
+        b.push("accessors",
+               {{"bufferView", view}, {"byteOffset", 4}, {"componentType", kF32}, {"count", 3}, {"type", "VEC3"}});
+    const int uv =
+        b.push("accessors",
+               {{"bufferView", view}, {"byteOffset", 16.0}, {"componentType", kF32}, {"count", 3}, {"type", "VEC2"}});
+    b.add_mesh({{"POSITION", position}, {"TEXCOORD_0", uv}});
+    const Mesh mesh = load(b).meshes.at(0);
+    EXPECT_EQ(mesh.positions, kTriangle);
+    EXPECT_EQ(mesh.uvs[0], (std::vector<vec2>{{0.5f, 0.25f}, {1, 0}, {0, 1}}));
+}
+
+TEST_F(GltfAccessor, Sparse) {
+    for (const bool has_base : {true, false}) {
+        GltfBuilder b;
+        const int position = b.floats("VEC3", {0, 0, 0, 5, 0, 0, 0, 1, 0});
+        if (!has_base) b.json["accessors"][0].erase("bufferView");
+        b.json["accessors"][0]["sparse"] = {
+            {"count", 2},
+            {"indices", {{"bufferView", b.view(std::vector<std::uint16_t>{1, 2})}, {"componentType", kU16}}},
+            {"values", {{"bufferView", b.view(std::vector<float>{1, 0, 0, 0, 7, 0})}}}};
+        b.add_mesh({{"POSITION", position}});
+        EXPECT_EQ(load(b).meshes.at(0).positions, (std::vector<vec3>{{0, 0, 0}, {1, 0, 0}, {0, 7, 0}}));
+    }
+}
+
+TEST_F(GltfAccessor, ColoursWithAndWithoutAlpha) {
+    GltfBuilder b;
+    b.add_triangle()["attributes"]["COLOR_0"] = b.floats("VEC3", {1, 0.5f, 0, 0, 2, -1, NAN, 0, 0});
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.meshes.at(0).colors, (std::vector<vec4>{{1, 0.5f, 0, 1}, {0, 1, 0, 1}, {1, 0, 0, 1}}));
+    ASSERT_EQ(scene.report.warnings.size(), 1u);
+    EXPECT_NE(scene.report.warnings[0].find("colours"), std::string::npos);
+}
+
+TEST_F(GltfPrimitive, Modes) {
+    // Five vertices form a zigzag (strip), or surround the first one (fan).
+    const struct {
+        int mode;
+        std::vector<uvec3> triangles;
+    } cases[] = {
+        {4, {{0, 1, 2}}},  // two vertices are left over
+        {5, {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}}},
+        {6, {{1, 2, 0}, {2, 3, 0}, {3, 4, 0}}},
+    };
+    for (const auto& [mode, expected] : cases) {
+        GltfBuilder b;
+        b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1, 1, 1, 1, 0, 0, 2, 0})},
+                    {"NORMAL", b.floats("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1, 0, 0, 1})}})["mode"] = mode;
+        EXPECT_EQ(load(b).meshes.at(0).triangles, expected) << mode;
+    }
+}
+
+TEST_F(GltfPrimitive, PointsAndLinesAreIgnoredAndReported) {
+    GltfBuilder b;
+    b.add_triangle();
+    Json& primitives = b.json["meshes"][0]["primitives"];
+    for (const int mode : {0, 0, 1, 2, 3}) {
+        primitives.push_back(primitives[0]);
+        primitives.back()["mode"] = mode;
+    }
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.meshes.at(0).triangles.size(), 1u);
+    EXPECT_EQ(scene.report.point_primitives_skipped, 2u);
+    EXPECT_EQ(scene.report.line_primitives_skipped, 3u);
+    EXPECT_EQ(scene.report.warnings,
+              (std::vector<std::string>{"2 primitives of points are left out", "3 primitives of lines are left out"}));
+}
+
+TEST_F(GltfPrimitive, DegenerateTrianglesAreDroppedAndCounted) {
+    GltfBuilder b;
+    b.add_mesh({{"POSITION", b.floats("VEC3", {0, 0, 0, 1, 0, 0, 0, 1,   0,  // valid
+                                               0, 0, 0, 1, 0, 0, 2, 0,   0,  // collinear
+                                               3, 3, 3, 3, 3, 3, 0, 1,   0,  // two equal corners
+                                               0, 0, 0, 1, 0, 0, 0, NAN, 0})}});
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.meshes.at(0).triangles.size(), 1u);
+    EXPECT_EQ(scene.meshes[0].positions, kTriangle);
+    EXPECT_EQ(scene.report.degenerate_triangles_dropped, 2u);
+    EXPECT_EQ(scene.report.non_finite_triangles_dropped, 1u);
+}
+
+TEST_F(GltfPrimitive, NormalsAreGeneratedOrRepaired) {
+    GltfBuilder b;
+    b.add_triangle();
+    Scene scene = load(b);
+    EXPECT_EQ(scene.meshes.at(0).normals, std::vector<vec3>(3, {0, 0, 1}));
+    EXPECT_EQ(scene.report.normals_generated, 3u);
+    b = {};
+    b.add_triangle()["attributes"]["NORMAL"] = b.floats("VEC3", {0, 3, 0, 0, 0, 0, INFINITY, 0, 0});
+    scene = load(b);
+    EXPECT_EQ(scene.meshes.at(0).normals, (std::vector<vec3>{{0, 1, 0}, {0, 0, 1}, {0, 0, 1}}));
+    EXPECT_EQ(scene.report.normals_generated, 2u);
+}
+
+TEST_F(GltfPrimitive, OnlyUsedVerticesAreKept) {
+    GltfBuilder b;
+    Json& primitive =
+        b.add_mesh({{"POSITION", b.floats("VEC3", {9, 9, 9, 0, 0, 0, 8, 8, 8, 1, 0, 0, 0, 1, 0, NAN, 7, 7})}});
+    primitive["indices"] = b.accessor("SCALAR", kU8, std::vector<std::uint8_t>{1, 3, 4});
+    EXPECT_EQ(load(b).meshes.at(0).positions, kTriangle);
+}
+
+TEST_F(GltfPrimitive, AMeshHasAllItsPrimitives) {
+    GltfBuilder b;
+    b.push("materials", {{"name", "red"}});
+    Json& first = b.add_triangle();
+    first["attributes"]["COLOR_0"] = b.floats("VEC3", {0, 0, 0, 0, 0, 0, 0, 0, 0});
+    Json second = first;
+    second["material"] = 0;
+    second["attributes"].erase("COLOR_0");
+    b.json["meshes"][0]["primitives"].push_back(second);
+    const Scene scene = load(b);
+    const Mesh& mesh = scene.meshes.at(0);
+    EXPECT_EQ(mesh.triangles, (std::vector<uvec3>{{0, 1, 2}, {3, 4, 5}}));
+    EXPECT_EQ(mesh.triangle_material, (std::vector<std::uint32_t>{1, 0}));
+    ASSERT_EQ(scene.materials.size(), 2u) << "one more, for triangles that have none";
+    EXPECT_EQ(scene.materials[1].name, "default");
+    EXPECT_EQ(mesh.colors[0], vec4(0, 0, 0, 1));
+    EXPECT_EQ(mesh.colors[5], vec4(1));
+}
+
+TEST_F(GltfNode, TransformsAndInstances) {
+    GltfBuilder b;
+    b.add_triangle();
+    b.json["nodes"][0]["name"] = "parent";
+    b.json["nodes"][0]["translation"] = {1e6, 0, 0.1};
+    b.json["nodes"][0]["children"] = {1};
+    b.push("nodes",
+           {{"mesh", 0}, {"rotation", {0, 0, 2, 2}}, {"scale", {2, 3, -4}}});  // rotation by 90 degrees, not normalized
+    b.push("nodes", {{"mesh", 0}, {"matrix", {0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0, 5, 6, 7, 1}}});
+    b.push("scenes", {{"nodes", {2, 0}}});
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.meshes.size(), 1u);
+    ASSERT_EQ(scene.instances.size(), 3u);
+    EXPECT_EQ(scene.instances[0].object_to_world[3], dvec4(5, 6, 7, 1));
+    EXPECT_EQ(scene.instances[0].object_to_world[0], dvec4(0, 1, 0, 0));
+    EXPECT_EQ(scene.instances[1].name, "parent");
+    EXPECT_EQ(scene.instances[1].object_to_world[3], dvec4(1e6, 0, 0.1, 1)) << "in double";
+    EXPECT_EQ(scene.instances[2].name, "mesh0");
+    EXPECT_EQ(scene.instances[2].node, 1);
+    const dmat4 expected(dvec4(0, 2, 0, 0), dvec4(-3, 0, 0, 0), dvec4(0, 0, -4, 0), dvec4(1e6, 0, 0.1, 1));
+    for (int column = 0; column < 4; ++column)
+        EXPECT_LT(glm::distance(scene.instances[2].object_to_world[column], expected[column]), 1e-14) << column;
+}
+
+TEST_F(GltfNode, TheDefaultSceneIsShown) {
+    GltfBuilder b;
+    b.add_triangle();
+    b.push("nodes", {{"mesh", 0}, {"name", "second"}});
+    EXPECT_EQ(load(b).instances.size(), 2u) << "all roots where there is no scene";
+    b.json["scenes"] = {{{"nodes", {0}}}, {{"nodes", {1}}}};
+    EXPECT_EQ(load(b).instances.at(0).node, 0);
+    b.json["scene"] = 1;
+    const Scene scene = load(b);
+    ASSERT_EQ(scene.instances.size(), 1u);
+    EXPECT_EQ(scene.instances[0].name, "second");
+}
+
+TEST_F(GltfNode, NestedDeeply) {
+    GltfBuilder b;
+    constexpr int kDepth = 5000;
+    for (int i = 0; i < kDepth; ++i) b.push("nodes", {{"translation", {0, 1, 0}}, {"children", {i + 1}}});
+    b.add_triangle();
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.instances.at(0).object_to_world[3].y, kDepth);
+}
+
+TEST_F(GltfNode, FlatAndVanishingTransforms) {
+    GltfBuilder b;
+    b.add_triangle();
+    b.json["nodes"][0]["scale"] = {2, 2, 0};
+    b.json["nodes"][0]["translation"] = {0, 0, 5};
+    b.push("nodes", {{"mesh", 0}, {"scale", {0, 0, 0}}});
+    b.push("nodes", {{"mesh", 0}});
+    const Scene scene = load(b);
+    ASSERT_EQ(scene.instances.size(), 2u);
+    EXPECT_EQ(scene.instances[0].object_to_world, dmat4(1)) << "moved into the mesh";
+    EXPECT_EQ(scene.meshes[0].positions[1], vec3(2, 0, 5));
+    EXPECT_EQ(scene.meshes[1].positions[1], vec3(1, 0, 0));
+    ASSERT_EQ(scene.report.warnings.size(), 1u);
+    EXPECT_EQ(scene.report.warnings[0], "nodes[1]: its transform leaves no area, it is left out");
+}
+
+TEST_F(GltfNode, GpuInstancing) {
+    GltfBuilder b;
+    b.add_triangle();
+    b.json["extensionsRequired"] = b.json["extensionsUsed"] = {"EXT_mesh_gpu_instancing"};
+    b.json["nodes"][0]["translation"] = {10, 0, 0};
+    b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"] = {
+        {"TRANSLATION", b.floats("VEC3", {0, 0, 0, 1, 2, 3})},
+        {"ROTATION", b.accessor("VEC4", kI8, std::vector<std::int8_t>{0, 0, 0, 127, 0, 0, 127, 0}, true)},
+        {"SCALE", b.floats("VEC3", {1, 1, 1, 2, 2, 2})},
+        {"_ID", b.floats("SCALAR", {1, 2})}};
+    const Scene scene = load(b);
+    EXPECT_EQ(scene.meshes.size(), 1u);
+    ASSERT_EQ(scene.instances.size(), 2u);
+    EXPECT_EQ(scene.instances[0].object_to_world, glm::translate(dmat4(1), dvec3(10, 0, 0)));
+    const dmat4 half_turn(dvec4(-2, 0, 0, 0), dvec4(0, -2, 0, 0), dvec4(0, 0, 2, 0), dvec4(11, 2, 3, 1));
+    EXPECT_EQ(scene.instances[1].object_to_world, half_turn);
+    b.json["accessors"].back()["count"] = 1;
+    b.json["nodes"][0]["extensions"]["EXT_mesh_gpu_instancing"]["attributes"]["SCALE"] = 4;
+    EXPECT_NE(refusal(b).find("nodes[0]: instance attributes differ in number"), std::string::npos);
+}
+
+TEST_F(GltfDeformed, MorphTargetsAtTheirDefaultWeights) {
+    GltfBuilder b;
+    Json& primitive = b.add_triangle();
+    primitive["attributes"]["NORMAL"] = b.floats("VEC3", {0, 0, 1, 0, 0, 1, 0, 0, 1});
+    primitive["targets"] = {{{"POSITION", b.floats("VEC3", {0, 0, 2, 0, 0, 4, 0, 0, 6})}},
+                            {{"POSITION", b.floats("VEC3", {8, 0, 0, 0, 0, 0, 0, 0, 0})},
+                             {"NORMAL", b.floats("VEC3", {4, 0, -4, 0, 0, 0, 0, 0, 0})}}};
+    b.json["meshes"][0]["weights"] = {0.5, 0};
+    b.push("nodes", {{"mesh", 0}, {"weights", {0, 0.25}}});
+    b.push("nodes", {{"mesh", 0}});
+    const Scene scene = load(b);
+    ASSERT_EQ(scene.meshes.size(), 2u) << "nodes with the same weights share a mesh";
+    ASSERT_EQ(scene.instances.size(), 3u);
+    EXPECT_EQ(scene.instances[2].mesh, 0);
+    EXPECT_EQ(scene.meshes[0].positions, (std::vector<vec3>{{0, 0, 1}, {1, 0, 2}, {0, 1, 3}}));
+    EXPECT_EQ(scene.meshes[1].positions, (std::vector<vec3>{{2, 0, 0}, {1, 0, 0}, {0, 1, 0}}));
+    EXPECT_EQ(scene.meshes[1].normals[0], vec3(1, 0, 0));
+}
+
+TEST_F(GltfDeformed, UnsupportedMorphTargetsAreReported) {
+    GltfBuilder b;
+    b.add_triangle()["targets"] = {{{"COLOR_0", b.floats("VEC3", std::vector<float>(9, 0))}}};
+    EXPECT_TRUE(load(b).report.warnings.empty()) << "its weight is zero";
+    b.json["meshes"][0]["weights"] = {1};
+    EXPECT_EQ(load(b).report.warnings,
+              (std::vector<std::string>{"meshes[0].primitives[0]: morphing of COLOR_0 is not supported"}));
+}
+
+/// Returns a triangle whose corners follow joint 0, joint 1, and both.
+GltfBuilder skinned() {
+    GltfBuilder b;
+    Json& primitive = b.add_triangle();
+    primitive["attributes"]["NORMAL"] = b.floats("VEC3", {0, 0, 1, 0, 0, 1, 1, 0, 0});
+    primitive["attributes"]["JOINTS_0"] =
+        b.accessor("VEC4", kU8, std::vector<std::uint8_t>{0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0});
+    primitive["attributes"]["WEIGHTS_0"] = b.floats("VEC4", {1, 0, 0, 0, 2, 0, 0, 0, 0.5f, 0.5f, 0, 0});
+    b.json["nodes"][0]["skin"] = 0;
+    b.json["nodes"][0]["translation"] = {100, 100, 100};  // must have no effect
+    b.push("nodes", {{"translation", {0, 0, 5}}, {"children", {2}}});
+    b.push("nodes", {{"scale", {2, 2, 2}}});
+    b.push("skins", {{"joints", {1, 2}},
+                     {"inverseBindMatrices", b.floats("MAT4", {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0,  1,  //
+                                                               1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, -1, 1})}});
+    return b;
+}
+
+TEST_F(GltfDeformed, SkinsAtRest) {
+    GltfBuilder b = skinned();
+    const Scene scene = load(b);
+    ASSERT_EQ(scene.instances.size(), 1u);
+    EXPECT_EQ(scene.instances[0].object_to_world, dmat4(1));
+    const Mesh& mesh = scene.meshes.at(0);
+    // Joint 0 adds 5 to z. Joint 1 adds 5 to the z of twice (x, y, z - 1). Weights are normalized.
+    EXPECT_EQ(mesh.positions, (std::vector<vec3>{{0, 0, 5}, {2, 0, 3}, {0, 1.5f, 4}}));
+    EXPECT_EQ(mesh.normals, (std::vector<vec3>{{0, 0, 1}, {0, 0, 1}, {1, 0, 0}}));
+}
+
+TEST_F(GltfDeformed, SkinsWithoutBindMatrices) {
+    GltfBuilder b = skinned();
+    b.json["skins"][0].erase("inverseBindMatrices");
+    EXPECT_EQ(load(b).meshes.at(0).positions, (std::vector<vec3>{{0, 0, 5}, {2, 0, 5}, {0, 1.5f, 5}}));
+}
+
+TEST_F(GltfDeformed, InconsistentSkinsAreRefused) {
+    GltfBuilder b = skinned();
+    b.json["skins"][0]["joints"] = {1};
+    EXPECT_EQ(refusal(b), "meshes[0].primitives[0]: JOINTS_0 refers to joint 1 of 1");
+    b = skinned();
+    b.json["skins"][0]["joints"] = {1, 2, 1};
+    EXPECT_EQ(refusal(b), "skins[0]: 2 inverse bind matrices for 3 joints");
+    b = skinned();
+    b.json["meshes"][0]["primitives"][0]["attributes"].erase("WEIGHTS_0");
+    EXPECT_EQ(refusal(b), "meshes[0].primitives[0]: is skinned, but has no JOINTS_0 and WEIGHTS_0");
+}
+
+}  // namespace
+}  // namespace halflight

@@ -1,0 +1,300 @@
+// Tests `halflight converge` on fake methods with known errors: order of runs, slopes, biases and findings.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+#include <set>
+
+#include "tests/unit/tools/converge_fakes.h"
+
+namespace halflight::converge::test {
+namespace {
+
+TEST(ConvergePlan, RunsEveryPictureOnce) {
+    const Plan plan{{Method::compute, Method::plain, Method::oracle}, {{1, 0}, {2, 0}, {4, 0}, {8, 0}}, 5};
+    const std::vector<converge::Run> runs = runs_of(plan);
+    std::set<std::array<int, 3>> seen;
+    std::map<std::uint32_t, std::set<std::pair<int, int>>> users;
+    for (const converge::Run& run : runs) {
+        seen.insert({run.method, run.budget, run.repeat});
+        users[run.seed].insert({run.budget, run.repeat});
+    }
+    EXPECT_EQ(runs.size(), 60u);
+    EXPECT_EQ(seen.size(), 60u);
+    EXPECT_EQ(users.size(), 20u);  // per budget and repeat, all methods share one seed
+    for (const auto& [seed, user] : users) EXPECT_EQ(user.size(), 1u) << seed;
+}
+
+TEST(ConvergePlan, TurnsRotate) {
+    const Plan plan{{Method::compute, Method::plain, Method::oracle}, {{1, 0}, {2, 0}, {4, 0}, {8, 0}}, 6};
+    const std::vector<converge::Run> runs = runs_of(plan);
+    std::map<int, int> firsts, first_budgets;
+    for (std::size_t turn = 0; turn < runs.size(); turn += 3) {
+        ++firsts[runs[turn].method];
+        if (turn % 12 == 0) ++first_budgets[runs[turn].budget];
+        for (std::size_t i = turn; i < turn + 3; ++i) {  // each method makes one picture per turn
+            EXPECT_EQ(runs[i].seed, runs[turn].seed);
+            EXPECT_EQ(runs[i].budget, runs[turn].budget);
+        }
+    }
+    for (int method = 0; method < 3; ++method) EXPECT_EQ(firsts[method], 8);
+    EXPECT_EQ(first_budgets.size(), 4u);
+}
+
+TEST(ConvergePlan, NamesRoundTrip) {
+    for (const Method method : kMethods) EXPECT_EQ(method_named(name(method)), method);
+    EXPECT_FALSE(method_named("Compute"));
+    EXPECT_EQ(text(Budget{1, 0}), "1 sample");
+    EXPECT_EQ(text(Budget{0, 0.5}), "0.5 s");
+}
+
+const Finding* find(const MethodResult& method, Finding::Kind kind) {
+    const auto found = std::ranges::find(method.findings, kind, &Finding::kind);
+    return found == method.findings.end() ? nullptr : &*found;
+}
+
+TEST(Converge, IndependentSamplesHaveSlopeMinusOne) {
+    const Measurement measured = measure_fakes({}, {.sample_seconds = 4e-3});
+    ASSERT_EQ(measured.methods.size(), 2u);
+    ASSERT_EQ(measured.runs.size(), 64u);
+    for (const MethodResult& method : measured.methods) {
+        EXPECT_NEAR(method.slope.slope.value, -1, 0.05);
+        EXPECT_LT(method.slope.slope.half_width, 0.1);
+        EXPECT_TRUE(method.findings.empty()) << method.findings.front().text;
+        for (std::size_t b = 0; b < kPlan.budgets.size(); ++b) {
+            const Point& point = method.points[b];
+            const double variance = 5 * 0.09 / kPlan.budgets[b].samples;  // variance of the sum of five components
+            EXPECT_NEAR(point.variance.value, variance, 0.1 * variance);
+            EXPECT_NEAR(point.mse.value, point.variance.value + point.bias_squared.value, 1e-9);
+            EXPECT_LT(std::abs(point.bias_squared.value), 0.03 * variance);
+            EXPECT_LT(std::abs(point.relative_bias.value), 3 * point.relative_bias.half_width);
+            EXPECT_NEAR(point.components[2], variance / 5, 0.1 * variance);
+            EXPECT_DOUBLE_EQ(point.time.cpu, 2 * point.time.wall);
+        }
+    }
+    // The second method takes four times as long for the same error.
+    EXPECT_NEAR(measured.methods[0].efficiency / measured.methods[1].efficiency, 4, 1e-6);
+}
+
+TEST(Converge, NoiseOfTheReferenceIsNotError) {
+    // The reference is as noisy as the pictures. Without its two halves, the estimated error would be at least twice as
+    // high.
+    const Measurement measured = measure_fakes({}, {}, kPlan, fake_reference(64));
+    const Point& last = measured.methods[0].points.back();
+    EXPECT_NEAR(last.mse.value, 5 * 0.09 / 64, 0.15 * 5 * 0.09 / 64);
+    EXPECT_NEAR(last.reference_variance, 5 * 0.09 / 64, 0.15 * 5 * 0.09 / 64);
+    EXPECT_NEAR(measured.methods[0].slope.slope.value, -1, 0.1);
+}
+
+TEST(Converge, BiasIsFlagged) {
+    const Measurement measured = measure_fakes({}, {.bias = 0.1f});
+    EXPECT_FALSE(find(measured.methods[0], Finding::Kind::bias));
+    const MethodResult& biased = measured.methods[1];
+    EXPECT_TRUE(find(biased, Finding::Kind::bias));
+    EXPECT_NEAR(biased.points.back().bias_squared.value, 0.01, 0.001);
+    EXPECT_NEAR(biased.points.back().relative_bias.value, 0.1 / 1.5, 0.002);
+    EXPECT_GT(biased.slope.slope.value, -0.9);
+}
+
+TEST(Converge, UnexpectedSlopesAreExplained) {
+    Plan fine = kPlan;
+    fine.budgets = {{1, 0}, {2, 0}, {4, 0}, {8, 0}, {16, 0}, {32, 0}, {64, 0}};
+    const Measurement slow = measure_fakes({.noise = 10, .decay = 0.3, .rare = 0.001}, {.decay = 0.8}, fine);
+    EXPECT_TRUE(find(slow.methods[0], Finding::Kind::heavy_tails));
+    EXPECT_GT(slow.methods[0].points.back().worst_share, 0.9);
+    EXPECT_TRUE(find(slow.methods[1], Finding::Kind::faster));
+
+    const Measurement fixed = measure_fakes({.fixed_seconds = 8e-3}, {.decay = 0.3});
+    EXPECT_TRUE(find(fixed.methods[0], Finding::Kind::fixed_time));
+    EXPECT_NEAR(fixed.methods[0].slope_by_samples.slope.value, -1, 0.05);
+    EXPECT_TRUE(find(fixed.methods[1], Finding::Kind::unclear));
+
+    const Plan few{{Method::plain, Method::oracle}, {{1, 0}, {2, 0}}, 2};
+    EXPECT_TRUE(find(measure_fakes({.rare = 0.002}, {}, few).methods[0], Finding::Kind::inconclusive));
+}
+
+TEST(Converge, PicturesOfGlMethodsAreCompared) {
+    Plan plan = kPlan;
+    plan.methods = {Method::plain, Method::compute};
+    const Measurement same = measure_fakes({}, {.sample_seconds = 2e-3}, plan);
+    EXPECT_EQ(same.pictures_compared, 32);
+    EXPECT_EQ(same.pictures_different, 0);
+    for (std::size_t b = 0; b < plan.budgets.size(); ++b)
+        EXPECT_EQ(same.methods[0].points[b].mse.value, same.methods[1].points[b].mse.value);
+    EXPECT_EQ(measure_fakes({}, {.bias = 0.1f}, plan).pictures_different, 32);
+    EXPECT_EQ(measure_fakes({}, {.bias = 0.1f}).pictures_compared, 0);  // the oracle's noise is independent
+}
+
+TEST(Converge, ShareOfTimeAndErrorByStage) {
+    const Measurement measured = measure_fakes({}, {});
+    const std::vector<Stage>& stages = measured.methods[0].stages;
+    ASSERT_EQ(stages.size(), 3u);
+    const double time[] = {1 / 8.0, 2 / 8.0, 5 / 8.0}, error[] = {1 / 5.0, 2 / 5.0, 2 / 5.0};
+    for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(stages[i].time_share, time[i], 1e-9);
+        EXPECT_NEAR(stages[i].error_share, error[i], 0.02);
+        EXPECT_NEAR(stages[i].gain.value, 1 / ((1 - error[i] / 2) * (1 + time[i])), 0.02);
+    }
+    for (const Stage& stage : stages) {
+        EXPECT_GT(stage.gain.half_width, 0);
+        EXPECT_LT(stage.gain.half_width, 0.05);
+    }
+    // The efficiency ratio is 1 / (0.8 * 1.25) for direct light and 1 / (0.9 * 1.125) for emission.
+    EXPECT_NEAR(measured.methods[0].stage_lead.value, 1 / (0.8 * 1.25) - 1 / (0.9 * 1.125), 0.02);
+    EXPECT_GT(measured.methods[0].stage_lead.half_width, 0);
+    Plan plan = kPlan;
+    plan.seeds = 1;
+    EXPECT_TRUE(std::isinf(measure_fakes({}, {}, plan).methods[0].stage_lead.half_width));
+    for (const char* pass : {"gbuffer: resolve", "primary rays: closest hit", "accumulate"})
+        EXPECT_EQ(stage_of(pass), 0u);
+    EXPECT_EQ(stage_of("shadow: sample lights"), 1u);
+    for (const char* pass : {"diffuse: sample", "glossy rays: closest hit", "continuation: last vertex",
+                             "later shadow rays: any hit", "connection rays: any hit", "reuse: gather"})
+        EXPECT_EQ(stage_of(pass), 2u) << pass;
+}
+
+TEST(Converge, TimeToTheSameErrorIsInterpolated) {
+    MethodResult method;
+    for (const double samples : {1.0, 4.0, 16.0}) {
+        Point& point = method.points.emplace_back();
+        point.time = {0.5 * samples, samples};
+        point.mse.value = 1 / samples, point.off_edges_mse.value = 0.5 / samples;
+    }
+    EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 8, Clock::wall), 4);  // halfway on a log-log plot
+    EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 8, Clock::cpu), 8);
+    EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 16, Clock::cpu, true), 8);
+    EXPECT_DOUBLE_EQ(seconds_until(method, 1.0 / 16, Clock::cpu), 16);
+    EXPECT_DOUBLE_EQ(seconds_until(method, 2, Clock::wall), 0.5) << "that of the first budget";
+    EXPECT_EQ(seconds_until(method, 1.0 / 17, Clock::wall), std::numeric_limits<double>::infinity());
+    method.points[0].mse.value = 0.1;  // too low by chance
+    EXPECT_GT(seconds_until(method, 0.2, Clock::wall), 0.5);
+    EXPECT_LE(seconds_until(method, 0.2, Clock::wall), 8);
+    method.points[2].mse.value = -1e-9;  // estimates of tiny errors may be negative
+    EXPECT_DOUBLE_EQ(seconds_until(method, 0.01, Clock::cpu), 16);
+}
+
+TEST(Converge, EdgesOfLightsAreFoundInTheReferencesEmission) {
+    Reference reference = fake_reference(2);
+    Image& emission = reference.mean.components[0];
+    emission = Image(kWidth, kHeight, 3);
+    for (int y = 10; y < 20; ++y)
+        for (int x = 10; x < 20; ++x) emission.at(x, y)[1] = 5;
+    const Image weights = weights_off_edges(reference);
+    for (int y = 0; y < kHeight; ++y) {
+        for (int x = 0; x < kWidth; ++x) {
+            const bool near = x >= 9 && x <= 20 && y >= 9 && y <= 20;
+            const bool inside = x >= 11 && x <= 18 && y >= 11 && y <= 18;
+            for (int c = 0; c < 3; ++c) EXPECT_EQ(weights.at(x, y)[c], near && !inside ? 0 : 1) << x << ", " << y;
+        }
+    }
+    reference.has_components = false;
+    EXPECT_TRUE(weights_off_edges(reference).pixels.empty());
+}
+
+TEST(Converge, PicturesWithoutComponentsHaveNoShares) {
+    struct Plain final : Painter {
+        FakePainter fake{{}};
+        Painted paint(const Budget& budget, std::uint32_t seed, const Pulse& pulse) override {
+            Painted painted = fake.paint(budget, seed, pulse);
+            painted.picture.components = {};
+            return painted;
+        }
+        std::vector<PassTime> passes(const Budget&, std::uint32_t, const Pulse&) override { return {}; }
+        Seconds preparation() const override { return {}; }
+    };
+    Plan plan = kPlan;
+    plan.methods[1] = Method::external, plan.external = {"other", "render"};
+    std::vector<std::unique_ptr<Painter>> painters;
+    painters.push_back(std::make_unique<FakePainter>(Fake{}));
+    painters.push_back(std::make_unique<Plain>());
+    const Measurement measured = measure(plan, painters, fake_reference(4096), Clock::wall, {[] {}, [](double) {}});
+    const Point &ours = measured.methods[0].points[0], &others = measured.methods[1].points[0];
+    EXPECT_EQ(measured.methods[1].name, "other");
+    EXPECT_TRUE(ours.has_components);
+    EXPECT_FALSE(others.has_components);
+    EXPECT_EQ(ours.mse.value, others.mse.value) << "the same pictures";
+    EXPECT_EQ(others.components, decltype(others.components){});
+    EXPECT_TRUE(measured.methods[1].stages.empty());
+    EXPECT_EQ(measured.pictures_compared, 0) << "they need not be the same";
+    EXPECT_NEAR(ours.paths_per_second.value, kWidth * kHeight / 1e-3, 1e-3);
+    ASSERT_EQ(measured.agreements.size(), 1u);
+    EXPECT_EQ(measured.agreements[0].method, 0u);
+    EXPECT_EQ(measured.agreements[0].agreement.blocks.size(), 2u) << "whole blocks of 16 x 16 pixels";
+    EXPECT_EQ(measured.agreements[0].agreement.whole.relative, 0) << "the same pictures";
+    EXPECT_TRUE(measured.agreements[0].agreement.agrees());
+}
+
+TEST(Converge, OneSeedHasNoIntervals) {
+    Plan plan = kPlan;
+    plan.seeds = 1;
+    const Point point = measure_fakes({}, {}, plan).methods[0].points[0];
+    EXPECT_NEAR(point.mse.value, 0.45, 0.05);
+    EXPECT_TRUE(std::isinf(point.mse.half_width));
+    EXPECT_TRUE(std::isinf(point.bias_squared.half_width));
+    EXPECT_TRUE(std::isinf(point.paths_per_second.half_width));
+}
+
+TEST(Converge, UndeterminedSlopesAreInfinite) {
+    const auto first = [](Plan plan) { return measure_fakes({}, {}, plan).methods[0]; };
+    const Plan one_budget{{Method::plain, Method::oracle}, {{4, 0}}, 8},
+        two_pictures{one_budget.methods, {{1, 0}, {4, 0}}, 1}, two_budgets{one_budget.methods, {{1, 0}, {4, 0}}, 4};
+    for (const Plan& plan : {one_budget, two_pictures}) {
+        const MethodResult method = first(plan);
+        EXPECT_EQ(text(method.slope), "none");
+        ASSERT_EQ(method.findings.size(), 1u);
+        EXPECT_EQ(method.findings[0].kind, Finding::Kind::inconclusive);
+    }
+    EXPECT_NE(text(first(two_budgets).slope), "none");
+}
+
+// With two budgets, Student's t over the seeds gives the interval of each MSE. The logarithm propagates the relative
+// half width.
+TEST(Converge, FewSeedsWidenSlopes) {
+    const Plan plan{{Method::plain, Method::oracle}, {{1, 0}, {4, 0}}, 2};
+    const MethodResult method = measure_fakes({}, {}, plan).methods[0];
+    const auto relative = [&](std::size_t b) { return method.points[b].mse.half_width / method.points[b].mse.value; };
+    EXPECT_NEAR(method.slope.slope.half_width, std::hypot(relative(0), relative(1)) / std::log(4.0), 1e-9);
+}
+
+TEST(Converge, HeavyTailsUseAtLeastOnePixel) {
+    MethodResult method;
+    Point& point = method.points.emplace_back();
+    point.mse = {1, 0.1};
+    point.worst_share = 0.9;
+    const auto has_tails = [&] {
+        method.findings = findings_of(method);
+        return find(method, Finding::Kind::heavy_tails) != nullptr;
+    };
+    method.picture = Image(10, 99, 3);
+    EXPECT_FALSE(has_tails());
+    method.picture = Image(10, 100, 3);
+    EXPECT_TRUE(has_tails());
+}
+
+TEST(Converge, NoisyReferencesAreReported) {
+    EXPECT_TRUE(find(measure_fakes({}, {}, kPlan, fake_reference(32)).methods[0], Finding::Kind::noisy_reference));
+    EXPECT_FALSE(find(measure_fakes({}, {}, kPlan, fake_reference(128)).methods[0], Finding::Kind::noisy_reference));
+}
+
+TEST(Converge, StopsWhenThePulseThrows) {
+    std::vector<std::unique_ptr<Painter>> painters;
+    painters.push_back(std::make_unique<FakePainter>(Fake{}));
+    Plan plan = kPlan;
+    plan.methods = {Method::plain};
+    int pulses = 0;
+    const Pulse pulse = [&] {
+        if (++pulses == 5) throw std::runtime_error("stop");
+    };
+    EXPECT_THROW(measure(plan, painters, fake_reference(64), Clock::wall, {pulse, [](double) {}}), std::runtime_error);
+    EXPECT_EQ(pulses, 5);
+}
+
+TEST(Converge, FiguresAsText) {
+    EXPECT_EQ(text(Interval{-1.0213, 0.0343}), "-1.021 ± 0.034");
+    EXPECT_EQ(text(Interval{2.314e-5, 1.24e-6}), "(2.31 ± 0.12)·10⁻⁵");
+    EXPECT_EQ(text(Interval{0.5, std::numeric_limits<double>::infinity()}), "0.5");
+    EXPECT_EQ(text(Interval{0, 0}), "0");
+}
+
+}  // namespace
+}  // namespace halflight::converge::test
