@@ -55,7 +55,7 @@ struct Renderer::State {
     PreparedScene& scene;
     const ColorConfig colors;
     const RenderSettings asked;
-    RenderSettings settings;  // settings with all automatic choices resolved
+    RenderSettings settings;                        // settings with all automatic choices resolved
     std::unique_ptr<rays::BatchServer> own_server;  // that of the culling method; null: it has none
     rays::BatchServer* server;                      // the caller's, or own_server.get()
     std::optional<rays::Tracer> tracer;

@@ -9,8 +9,8 @@
 #include <optional>
 #include <utility>
 
-#include "engine/core/stopwatch.h"
 #include "engine/core/error.h"
+#include "engine/core/stopwatch.h"
 #include "engine/gpu/context.h"
 #include "engine/graph/execute.h"
 #include "engine/rays/raster_layout.h"

@@ -72,7 +72,8 @@ TEST_F(PreviewModes, IncompatibleOptionsAreErrors) {
     refused("1-2", {"--preview", "filter", "--error", "1"}, "--preview: cannot be given together with --error");
     const Outcome alone = run_program({"render", scene, folder / "a.exr", "--preview", "temporal"});
     EXPECT_EQ(alone.status, 2);
-    EXPECT_NE(alone.err.find("--preview: temporal reuses light of earlier frames and needs --frames"), std::string::npos)
+    EXPECT_NE(alone.err.find("--preview: temporal reuses light of earlier frames and needs --frames"),
+              std::string::npos)
         << alone.err;
 }
 

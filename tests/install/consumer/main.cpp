@@ -1,6 +1,6 @@
 // Renders a picture and a sequence of two frames through the public headers: consumer SCENE PICTURE.exr FRAMES.##.exr
-#include <cstdio>
 #include <halflight/halflight.h>
+#include <cstdio>
 
 int main(int argc, char** argv) {
     if (argc != 4) return 2;
