@@ -115,7 +115,7 @@ struct FrameRenderer::State {
         Stopwatch clock;
         scene.pose(0);
         load_seconds += clock.lap();
-        const PrepareOptions options{settings.culling == rays::Culling::raster, settings.kept, settings.estimator};
+        const PrepareOptions options{row_of(settings.culling).needs_cull_tree, settings.kept, settings.estimator};
         guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });
         if (found) prepared->settle(*found, 0);
         uploaded = scene.revision();

@@ -61,9 +61,9 @@ std::vector<std::uint32_t> frames_to_make(const SequenceOptions& o, const std::v
             const FrameFile file = examine_frame(path, fingerprint);
             if (file == FrameFile::other && !o.overwrite)
                 throw Error(path.string(),
-                            "exists, but belongs to another scene, other settings{} or another version: "
+                            "exists, but is not this frame of this scene with these settings{} and this version: "
                             "nothing was rendered; --overwrite replaces it",
-                            temporal ? ", other --frames (on which --preview temporal depends)" : "");
+                            temporal ? ", these --frames (on which --preview temporal depends)" : "");
             if (file == FrameFile::incomplete) damaged.push_back(frame);
             whole = whole && file == FrameFile::whole;
         }

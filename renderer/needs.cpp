@@ -58,7 +58,7 @@ constexpr std::size_t kFilterBytes = (kDenoiseLevels + 2) * kRow;  // variance, 
 
 const char* no_tiles(const FrameOptions& options) {
     using enum rays::Culling;
-    if (options.culling == off || options.culling == raster) return "culling by tiles is off";
+    if (options.culling == off || row_of(options.culling).make_server) return "culling by tiles is off";
     const bool few = options.runs > 0 && options.runs <= rays::Choice::kFirstRuns;
     return options.culling == automatic && few && !options.kept.has(kTiles) ? "too few samples for culling to pay"
                                                                             : nullptr;

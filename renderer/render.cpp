@@ -28,7 +28,7 @@ Renderer::Renderer(PreparedScene& scene, const ColorConfig& colors, RenderSettin
 Renderer::Renderer(gpu::Context& context, const Scene& scene, const ColorConfig& colors,
                    const RenderSettings& settings) {
     check_settings(settings);
-    const bool raster = settings.culling == rays::Culling::raster;
+    const bool raster = row_of(settings.culling).needs_cull_tree;
     auto own =
         std::make_unique<PreparedScene>(context, scene, PrepareOptions{raster, settings.kept, settings.estimator});
     PreparedScene& prepared = *own;

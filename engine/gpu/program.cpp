@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cctype>
 #include <iterator>
+#include <map>
 #include <optional>
 #include <regex>
 #include <span>
@@ -82,8 +84,8 @@ GLuint loaded_or_made(std::string_view name, std::string_view key, const Program
     return made;
 }
 
-/// Returns a remark where a stage declares more storage blocks than the driver allows. Declarations under conditions
-/// that do not hold count, too.
+/// Returns a remark where the text of a stage has more storage blocks than the driver allows. Blocks that the
+/// preprocessor leaves out count, too.
 std::string crowded_stage(std::span<const Shader> shaders) {
     static const std::regex block(R"(\bbuffer\s+\w+\s*\{)");
     for (const Shader& shader : shaders) {
@@ -98,7 +100,7 @@ std::string crowded_stage(std::span<const Shader> shaders) {
         glGetShaderSource(shader.id(), length, nullptr, text.data());
         const auto count = std::distance(std::sregex_iterator(text.begin(), text.end(), block), std::sregex_iterator());
         if (count > limit)
-            return fmt::format("it declares {} storage blocks, the driver allows {} in a shader; ", count, limit);
+            return fmt::format(" (a stage declares up to {} storage blocks, and the driver allows {})", count, limit);
     }
     return "";
 }
@@ -109,7 +111,7 @@ Error link_error(std::string_view name, GLuint program, std::span<const Shader> 
     glGetProgramInfoLog(program, log_length, &log_length, log.data());
     log.resize(static_cast<std::size_t>(log_length));
     while (!log.empty() && log.back() == '\n') log.pop_back();
-    return Error(name, "does not link: {}{}", crowded_stage(shaders), log);
+    return Error(name, "does not link: {}{}", log, crowded_stage(shaders));
 }
 
 GLuint linked(std::string_view name, std::span<const Shader> shaders) {
@@ -145,10 +147,26 @@ void add_to_key(std::string& key, const Defines& defines) {
     }
 }
 
+std::uint64_t next_serial() {
+    static std::atomic<std::uint64_t> last = 0;
+    return ++last;
+}
+
+/// Returns the serial of the program that has bound a resource to the slot last on this thread; 0: none has. Slots are
+/// state of a context. A thread that uses several contexts may see owners of another one, never itself by mistake.
+std::uint64_t& owner_of(const Slot& slot) {
+    static thread_local std::map<std::pair<SlotKind, GLuint>, std::uint64_t> owners;
+    return owners[{slot.kind, slot.index}];
+}
+
 }  // namespace
 
 Program::Program(std::string name, std::string text, GLuint id)
-    : name_(std::move(name)), text_(std::move(text)), object_(id), slots_(assign_slots(name_, id)) {}
+    : name_(std::move(name)),
+      text_(std::move(text)),
+      object_(id),
+      serial_(next_serial()),
+      slots_(assign_slots(name_, id)) {}
 
 Program Program::compute(const ShaderSource& source, const Defines& defines, const ProgramBinaries* binaries) {
     ExpandedSource expanded = expand(source, defines);
@@ -172,13 +190,9 @@ Program Program::graphics(const ShaderSource& vertex, const ShaderSource& fragme
 }
 
 void Program::bind() const {
-    static thread_local const Program* current = nullptr;
-    if (std::exchange(current, this) != this)
-        for (const Slot& s : slots_)
-            if (!s.shared && !std::exchange(s.bound, false)) {
-                current = nullptr;
-                throw Error(name_, "runs with nothing bound to {} '{}'", gpu::name(s.kind), s.name);
-            }
+    for (const Slot& s : slots_)
+        if (!s.shared && owner_of(s) != serial_)
+            throw Error(name_, "runs with nothing bound to {} '{}'", gpu::name(s.kind), s.name);
     glUseProgram(id());
 }
 
@@ -247,10 +261,10 @@ bool Program::declares(std::string_view identifier) const {
     return false;
 }
 
-/// Returns the slot of that name and kind, marked as bound, or null where it is not active.
+/// Returns the slot of that name and kind, which this program owns from then on, or null where it is not active.
 const Slot* Program::slot(std::string_view name, SlotKind kind, const std::string& resource) const {
     const auto found = std::ranges::find(slots_, name, &Slot::name);
-    if (found != slots_.end() && found->kind == kind) return found->bound = true, &*found;
+    if (found != slots_.end() && found->kind == kind) return owner_of(*found) = serial_, &*found;
     if (found == slots_.end() && declares(name)) return nullptr;
     throw Error(name_, "has no {} '{}' to bind '{}' to", gpu::name(kind), name, resource);
 }

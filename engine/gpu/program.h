@@ -36,8 +36,8 @@ class Program {
     GLuint id() const { return object_.id(); }
     const std::string& name() const { return name_; }
     const std::string& text() const { return text_; }  ///< Returns the source of all stages as compiled.
-    /// Makes this program current. Throws Error naming program and resource where nothing was bound to an active
-    /// resource since another program was current. Scene tables are not checked.
+    /// Makes this program current. Throws Error naming program and resource where an active resource was never bound,
+    /// or where another program has taken its slot since. Scene tables are not checked.
     void bind() const;
 
     /// Returns the location of a uniform, -1 where the name is declared but not active. Throws Error where the name
@@ -86,6 +86,7 @@ class Program {
     std::string name_;
     std::string text_;  // source of all stages
     Object<delete_program> object_;
+    std::uint64_t serial_;  // unique in the process
     std::vector<Slot> slots_;
     mutable std::set<std::string, std::less<>> declared_;  // identifiers that were found in the text
     mutable std::map<std::string, GLint, std::less<>> uniforms_;

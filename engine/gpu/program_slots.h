@@ -16,9 +16,8 @@ const char* name(SlotKind kind);
 struct Slot {
     std::string name;  // name of the block or uniform
     SlotKind kind;
-    GLuint index;                // binding point or unit
-    bool shared = false;         // a scene table, which is bound for all programs at once
-    mutable bool bound = false;  // by its name, since the program began to run last
+    GLuint index;         // binding point or unit
+    bool shared = false;  // a scene table, which is bound for all programs at once
 };
 
 /// Gives each active block, sampler and image of a linked program a slot, and returns the slots. Blocks and images are

@@ -1,15 +1,17 @@
 #include "engine/rays/culling.h"
 
+#include <algorithm>
+
 #include "engine/rays/raster.h"
 
 namespace halflight::rays {
 namespace {
 
 constexpr CullingMethod kMethods[] = {
-    {"auto"},
-    {"compute"},
-    {"raster", make_raster_server},
-    {"off"},
+    {Culling::automatic, "auto"},
+    {Culling::compute, "compute"},
+    {Culling::raster, "raster", make_raster_server, true},
+    {Culling::off, "off"},
 };
 
 }  // namespace
@@ -19,7 +21,7 @@ std::span<const CullingMethod> culling_methods() {
 }
 
 const CullingMethod& row_of(Culling culling) {
-    return culling_methods()[static_cast<std::size_t>(culling)];
+    return *std::ranges::find(kMethods, culling, &CullingMethod::culling);
 }
 
 }  // namespace halflight::rays

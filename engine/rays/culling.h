@@ -17,7 +17,7 @@ class TraceScene;
 struct CullTree;
 
 /// Culling method of a ray tracer (engine/rays/tracer.h): a row of culling_methods(). The hits of all methods are
-/// equal, bit for bit. Rows that no code has to know have no name here.
+/// equal, bit for bit.
 enum class Culling : std::uint8_t {
     automatic,  // for each batch the method that has been fastest so far
     compute,    // per-tile lists made by compute shaders (engine/rays/tiles.h)
@@ -29,19 +29,22 @@ enum class Culling : std::uint8_t {
 struct ServedScene {
     const TraceTables& tables;
     const TraceScene& trace;
-    const CullTree& cull_tree;  // empty unless it was prepared for Culling::raster
+    const CullTree& cull_tree;  // empty unless it was prepared for a method that needs it
     bool measure = false;       // RenderSettings::measure
 };
 
 struct CullingMethod {
+    Culling culling;
     const char* name;  // value of the setting
     // Makes the server of all batches, which outlives neither tables nor trace. Throws Error where it cannot serve the
     // scene. Null: Tracer serves them itself.
     std::unique_ptr<BatchServer> (*make_server)(const ServedScene& scene) = nullptr;
+    bool needs_cull_tree = false;  // whether make_server reads ServedScene::cull_tree
 };
 
-/// Returns the methods, in the order of Culling.
+/// Returns the methods, in the order of help texts.
 std::span<const CullingMethod> culling_methods();
+/// Returns the row of a method.
 const CullingMethod& row_of(Culling culling);
 inline const char* name(Culling culling) {
     return row_of(culling).name;

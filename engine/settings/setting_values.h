@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -101,18 +102,11 @@ struct Value<PrimaryVisibility> : Choice<PrimaryVisibility, kPrimaries> {};
 template <>
 struct Value<rays::Culling> {
     static constexpr Setting::Type type = Setting::Type::text;
-    static std::string names() {
-        std::vector<std::string> names;
-        for (const rays::CullingMethod& method : rays::culling_methods()) names.emplace_back(method.name);
-        return fmt::format("{}", fmt::join(names, ", "));
-    }
+    static auto choices() { return rays::culling_methods() | std::views::transform(&rays::CullingMethod::culling); }
+    static std::string names() { return names_of(choices()); }
     static std::string text(rays::Culling culling) { return name(culling); }
     static std::string parse(const Setting&, const std::string& text, rays::Culling& value) {
-        const auto methods = rays::culling_methods();
-        const auto found = std::ranges::find(methods, text, &rays::CullingMethod::name);
-        if (found == methods.end()) return fmt::format("expects one of {}, not '{}'", names(), text);
-        value = static_cast<rays::Culling>(found - methods.begin());
-        return "";
+        return parse_name(choices(), text, value);
     }
 };
 

@@ -247,7 +247,7 @@ TEST_F(Sequence, FramesOfOtherSettingsAreAnError) {
     const auto refused = [&](const std::string& what, const Strings& more) {
         const Outcome outcome = run("out", "3-4", more);
         EXPECT_EQ(outcome.status, 1) << what;
-        EXPECT_TRUE(std::regex_match(last_line(outcome), std::regex("halflight: .*f.0003.exr: is there and .*")))
+        EXPECT_TRUE(std::regex_match(last_line(outcome), std::regex("halflight: .*f.0003.exr: exists, but is not .*")))
             << what << ": " << outcome.err;
         EXPECT_TRUE(contents("out") == before) << what;
     };

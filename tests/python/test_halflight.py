@@ -198,7 +198,7 @@ class Callbacks(InFolder):
     def test_a_scene_at_work_is_refused(self):
         def nested(progress):
             self.renderer.scene.edit_emission(2)
-        with self.assertRaisesRegex(hl.Error, "at work"):
+        with self.assertRaisesRegex(hl.Error, "in use by a renderer"):
             self.renderer.render(progress=nested)
 
 

@@ -56,12 +56,9 @@ converge::External external(const std::string& option, const std::string& text) 
 template <class One>
 auto each_given(const std::string& option, const std::string& lists, const One& one) {
     std::vector<decltype(one(option, lists))> wanted;
-    for (std::size_t from = 0; from <= lists.size();) {
-        const std::size_t to = std::min(lists.find('\n', from), lists.size());
-        const std::string list = lists.substr(from, to - from);
+    for (const std::string& list : split_names(lists, "\n")) {
         wanted.push_back(one(option, list));
         if (std::ranges::count(wanted, wanted.back()) > 1) throw UsageError(option, "'{}' is given twice", list);
-        from = to + 1;
     }
     return wanted;
 }

@@ -12,7 +12,7 @@ constexpr std::size_t kHardwareBand = std::size_t{1} << 20;
 }  // namespace
 
 bool RendererCache::needs_scene(const Request& r) const {
-    const bool raster = r.culling == rays::Culling::raster;
+    const bool raster = row_of(r.culling).needs_cull_tree;
     return !scene_ || r.reference != request_.reference || r.scene != request_.scene || r.edits != request_.edits ||
            (raster && !raster_);
 }
@@ -30,7 +30,7 @@ void RendererCache::prepare_scene(const Request& r) {
         apply(r.edits, *other);
         return std::shared_ptr<const Scene>(std::move(other));
     };
-    const bool raster = r.culling == rays::Culling::raster;
+    const bool raster = row_of(r.culling).needs_cull_tree;
     const bool known = scene_ && r.reference == request_.reference && (!raster || raster_);
     try {
         if (!known) {

@@ -54,8 +54,7 @@ void time_lines(const PassHistory& history) {
 void choose_culling(rays::Culling& chosen) {
     if (!ImGui::BeginCombo("Culling", rays::name(chosen))) return;
     for (const rays::CullingMethod& one : rays::culling_methods())
-        if (ImGui::Selectable(one.name, &one == &row_of(chosen)))
-            chosen = static_cast<rays::Culling>(&one - rays::culling_methods().data());
+        if (ImGui::Selectable(one.name, one.culling == chosen)) chosen = one.culling;
     ImGui::EndCombo();
 }
 
