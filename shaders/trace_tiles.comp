@@ -28,7 +28,9 @@ layout(local_size_x = kGroupRays) in;
 #ifdef HALFLIGHT_ANY_HIT
 const bool kAnyHit = true;
 layout(std430) buffer Occluded { uint occluded[]; };
+#ifndef TILE_REST
 layout(std430) buffer Blockers { TileBlockers blockers_of[]; };
+#endif
 #else
 const bool kAnyHit = false;
 layout(std430) buffer Hits { Hit hits[]; };
