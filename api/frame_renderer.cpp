@@ -103,7 +103,7 @@ struct FrameRenderer::State {
         RenderSettings s = settings;
         static_cast<FrameSettings&>(s) = frame;
         s.camera = scene.chosen_camera().camera;  // camera of the pilot's pictures
-        s.previous_surfaces = nullptr;            // pointer is valid for one picture
+        s.previous_surfaces = nullptr;            // the pointer is valid for one picture
         s.history = nullptr;
         s.radiance_cache = cache;
         s.want_view = s.want_view && shutter.open == 0;  // with motion blur, the view is made from the mean

@@ -244,7 +244,7 @@ std::map<std::string, std::vector<float>> read_material(const Element& e) {
             for (const Element& one : value.items()) values.push_back(static_cast<float>(one.number(-kMost, kMost)));
         else
             values.push_back(static_cast<float>(value.number(-kMost, kMost)));
-        set_property(scratch, name, values, e.where());  // for its errors
+        set_property(scratch, name, values, e.where());  // throws the errors of invalid values
     }
     return properties;
 }

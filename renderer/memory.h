@@ -21,7 +21,7 @@ struct SceneSize {
 struct PictureUse {
     bool exr = true;       // the picture is written as .exr
     bool png = false;      // the picture is written as .png
-    bool shutter = false;  // it is the mean of pictures at several shutter times (renderer/shutter.h)
+    bool shutter = false;  // the picture is the mean of pictures at several shutter times (renderer/shutter.h)
 };
 
 /// Bytes of a process that renders with a software driver, which keeps buffers and textures in main memory. Each field

@@ -39,13 +39,13 @@ constexpr std::size_t kRow = sizeof(vec4);
 constexpr std::size_t kListEntry = sizeof(shared::uint);
 constexpr std::size_t kShadowRay = sizeof(shared::Ray) + sizeof(shared::uint);  // bytes of a ray and its result
 
-/// Returns bytes per path for groups of `group_size` pixels.
+/// Returns the bytes per path for groups of `group_size` pixels.
 constexpr std::size_t reuse_bytes(int group_size) {
     return sizeof(shared::ReusePoint) + sizeof(shared::DirectLight) +
            std::size_t(group_size) * (kShadowRay + sizeof(float));
 }
 
-/// Returns bytes per path for a scene without instances and with a grid hierarchy. Each tile has a record and a mask,
+/// Returns the bytes per path for a scene without instances and with a grid hierarchy. Tiles have a record and a mask,
 /// and each path may have an entry of leftover rays.
 constexpr std::size_t tile_bytes_of_path() {
     constexpr rays::TileSettings tiles;

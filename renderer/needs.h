@@ -35,7 +35,7 @@ struct FrameOptions {
     Preview preview{};            // modes of the whole picture
 };
 
-/// A part of a frame.
+/// A part of a frame that is built or left out as a whole: passes, buffers or shader code.
 struct FramePart {
     const char* name;
     std::size_t path_bytes = 0;      // bytes of its own buffers per path of a band

@@ -80,8 +80,8 @@ struct RenderProgress {
     // differ in samples, or the sums of earlier bands are gone (ScheduleSettings::in_turns).
     std::function<RenderResult(const std::vector<std::string>& aovs)> picture{};
 };
-/// Called after every sample of a band; returning false stops the render. The result then has the samples so far; bands
-/// that were not begun have no samples and are black. Exceptions are passed on, and the renderer can be used again.
+/// Callback after every sample of a band; false stops the render. The result then has the samples so far; bands that
+/// were not begun have no samples and are black. Exceptions are passed on, and the renderer can be used again.
 using ProgressCallback = std::function<bool(const RenderProgress&)>;
 
 }  // namespace halflight

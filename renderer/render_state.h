@@ -56,8 +56,8 @@ struct Renderer::State {
     const ColorConfig colors;
     const RenderSettings asked;
     RenderSettings settings;                        // settings with all automatic choices resolved
-    std::unique_ptr<rays::BatchServer> own_server;  // that of the culling method; null: it has none
-    rays::BatchServer* server;                      // the caller's, or own_server.get()
+    std::unique_ptr<rays::BatchServer> own_server;  // server of the culling method; null: none
+    rays::BatchServer* server;                      // server in use: the caller's, or own_server.get()
     std::optional<rays::Tracer> tracer;
     std::optional<ViewKernel> view_kernel;
     std::optional<PreviewStage> preview;
@@ -82,8 +82,8 @@ struct Renderer::State {
     // The following functions are defined in render_graphs.cpp.
 
     rays::ServedScene served() const;
-    FrameOptions frame_options() const;   ///< for samples without the radiance cache
-    FrameOptions cached_options() const;  ///< for samples with the radiance cache
+    FrameOptions frame_options() const;   ///< Returns options of samples without the radiance cache.
+    FrameOptions cached_options() const;  ///< Returns options of samples with the radiance cache.
     FrameNeeds needs() const;
     Band band_at(int index) const;
     /// Returns the graphs of band `index`; compiles them on first use.
@@ -103,7 +103,7 @@ struct Renderer::State {
     /// Adds sample `done` of a picture, from 0, to a band.
     void add_sample(const FrameSettings& frame, const Band& where, int done, CompiledBand& with);
     void add_sample(const FrameSettings& frame, const SampleView& at, CompiledBand& with, CompiledSample& sample);
-    /// Called with the finished and the expected number of samples of a band; returns false to stop.
+    /// Callback that receives the finished and the expected number of samples of a band; returns false to stop.
     using AfterSample = std::function<bool(int done, int total)>;
     /// Adds samples to a band until there are enough, time is up, or the callback returns false. Returns their number.
     int render_band(const FrameSettings& frame, const Band& where, CompiledBand& with, double time_limit,

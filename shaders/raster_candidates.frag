@@ -2,7 +2,7 @@
 // query tells whether any tile needs any candidate. The depth test has dropped tiles whose rays all end before the
 // block's nearest candidate. Here each candidate is compared with the tile's own depth.
 //
-// HALFLIGHT_WIDE: fragments pass if rays can meet more candidates than this; the tile's list is then the whole scene.
+// HALFLIGHT_WIDE: fragments pass if rays can meet more candidates than this number; the list is then the whole scene.
 #include "shaders/lib/raster_boxes.glsl"
 
 uniform sampler2D tile_depth;  // maximum reach of the tile's rays

@@ -7,8 +7,8 @@
 //   otherwise                the visibility buffer; HALFLIGHT_STORE_RAYS and HALFLIGHT_STORE_HITS store rays and hits, too
 // Variants by what is stored:
 //   HALFLIGHT_SEEN           instead of a record, the emission is added to a mean
-//   HALFLIGHT_LAST_VERTEX    only emission and geometric normal
-//   HALFLIGHT_REUSE_POINTS   with each record, the point for path reuse, all but its light
+//   HALFLIGHT_LAST_VERTEX    only emission and geometric normal are stored
+//   HALFLIGHT_REUSE_POINTS   each record is followed by the point for path reuse, without its light
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"

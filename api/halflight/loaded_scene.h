@@ -134,11 +134,11 @@ class LoadedScene {
     std::vector<std::size_t> playing_;
     std::vector<std::filesystem::path> files_;
     Scene scene_;
-    std::unique_ptr<Unedited> unedited_;  // of the last pose; null while there were no edits
+    std::unique_ptr<Unedited> unedited_;  // values of the last pose before edits; null while there were no edits
     ChosenCamera camera_;
     bool surfaces_move_ = false;
     Deformer* deformer_ = nullptr;
-    std::optional<double> posed_at_ = 0;  // seconds; none: by another deformer
+    std::optional<double> posed_at_ = 0;  // time of the last pose, seconds; none: a former deformer made it
     std::uint64_t revision_ = 1, transform_revision_ = 1;
 };
 

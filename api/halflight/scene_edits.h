@@ -54,8 +54,8 @@ LightColor color_of(const PunctualLight& light);
 /// Returns v scaled to length 1; none where v is zero or not finite.
 std::optional<dvec3> unit_direction(const dvec3& v);
 
-/// Applies edits to a scene that has none yet. Throws Error that names the light, material or instance: there is none
-/// of that index, no such property, a value outside its range, a direction that is not unit, a transform that is not
+/// Applies edits to a scene that has none yet. Throws Error that names the light, material or instance for unknown
+/// indices and properties, values outside their ranges, directions that are not unit, and transforms that are not
 /// affine.
 void apply(const SceneEdits& edits, Scene& scene);
 

@@ -53,7 +53,7 @@ struct GpuDeformer::Job {
     const Deformation& deformation;
     const Resident* shape;  // null: deformed on the CPU
     int first_matrix;
-    ivec4 targets;             // active_targets of deform.comp
+    ivec4 targets;             // value of active_targets in deform.comp
     std::size_t first_result;  // index of the first result of the shape's pieces
 };
 

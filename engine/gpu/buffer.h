@@ -84,7 +84,7 @@ void replace(Buffer& buffer, const std::vector<T>& values, const std::vector<T>*
         return;
     }
     std::size_t first = 0, end = now.size();
-    if (last && last->size() == now.size()) {  // compared bit by bit: some floats hold words
+    if (last && last->size() == now.size()) {  // bits are compared, because some floats hold words
         const auto same = [&](std::size_t i) { return std::memcmp(&now[i], &(*last)[i], sizeof(T)) == 0; };
         while (first < end && same(first)) ++first;
         while (first < end && same(end - 1)) --end;

@@ -14,8 +14,8 @@ namespace halflight::gpu {
 class ProgramBinaries;
 
 struct ContextOptions {
-    /// Device: "" is hardware if available, else software; "hardware" or "software" is only such a device. A number is
-    /// an index into attempts(); other text is part of a device's name or GL renderer, in either case.
+    /// Device: "" selects hardware if available, else software; "hardware" and "software" exclude the other kind. A
+    /// number is an index into attempts(). Other text is part of a device's name or GL renderer, in either case.
     std::string device;
     /// Folder that keeps linked programs for later runs (program_binaries.h); empty: none.
     std::filesystem::path binaries_folder = {};
@@ -89,8 +89,8 @@ void finish();
 /// are meaningless.
 class Stopwatch {
   public:
-    Stopwatch();             ///< Waits for earlier work.
-    double seconds() const;  ///< Waits for all work so far.
+    Stopwatch();             ///< Waits for earlier work, then starts.
+    double seconds() const;  ///< Waits for all work so far; returns the seconds since construction.
   private:
     std::int64_t start_;  // CPU clock, nanoseconds
 };

@@ -17,7 +17,7 @@ struct Slot {
     std::string name;  // name of the block or uniform
     SlotKind kind;
     GLuint index;         // binding point or unit
-    bool shared = false;  // a scene table, which is bound for all programs at once
+    bool shared = false;  // true: a scene table, which is bound for all programs at once
 };
 
 /// Gives each active block, sampler and image of a linked program a slot, and returns the slots. Blocks and images are

@@ -65,7 +65,7 @@ struct TraceStatistics {
 class TraceScene {
   public:
     /// Builds one BVH4 per block with Embree's builder and, unless all triangles are in world space, one over the
-    /// instances. `shading` is SceneBuffers::defines(), needed where tables.alpha_tested, since kernels then read
+    /// instances. `shading` is SceneBuffers::defines(); needed if tables.alpha_tested is set, since kernels then read
     /// coverage (shaders/lib/alpha.glsl). The texture units of the scene must then be bound whenever a graph runs.
     /// Throws Error where a table exceeds what the driver can address.
     explicit TraceScene(const TraceTables& tables, const gpu::Defines& shading = {});

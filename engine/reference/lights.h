@@ -13,7 +13,7 @@ namespace halflight::reference {
 
 struct LightSample {
     dvec3 wi{0};            // unit direction towards the light
-    dvec3 radiance{0};      // punctual lights: irradiance over cosine
+    dvec3 radiance{0};      // emitted radiance; punctual lights: irradiance at normal incidence
     double pdf = 0;         // solid angle density times selection probability; punctual lights: the probability alone
     bool punctual = false;  // true: no sampled ray can hit the light
     bool infinite = false;  // true: the shadow ray has no end
@@ -25,7 +25,7 @@ class Lights {
     explicit Lights(const Tracer& tracer);  ///< Keeps a reference to the tracer.
 
     bool empty() const { return table_.empty(); }
-    /// Selects a light and a point on it for a surface; returns none where its contribution is certainly zero.
+    /// Samples a light, and a point on it, for a surface; returns none where the light certainly contributes nothing.
     std::optional<LightSample> sample(const Surface& surface, Random& random) const;
 
     /// Returns the density with which sample() selects, from `from`, this point of a triangle or direction to the sky.

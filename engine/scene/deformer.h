@@ -42,7 +42,7 @@ class RestShape {
     virtual ~RestShape() = default;
     virtual std::size_t vertices() const = 0;
     virtual VertexArrays read() const = 0;
-    virtual std::vector<JointSet> read_joints() const = 0;  ///< Is empty where nothing is skinned.
+    virtual std::vector<JointSet> read_joints() const = 0;  ///< Returns none where nothing is skinned.
     virtual std::size_t targets() const = 0;
     virtual MorphTarget read_target(std::size_t target) const = 0;
     /// Flags that tell which arrays of read_target() are not empty.

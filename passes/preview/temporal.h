@@ -19,7 +19,7 @@ struct EarlierPicture {
     PreviewTexels texels;         // accumulated texels, in the picture's own size
     graph::TextureHandle before;  // RGBA32F, size of the new picture; xyz: earlier position of the surface at a pixel,
                                   // relative to the earlier picture's origin. Empty: only the camera has moved
-    mat4 to_clip{1};              // from the earlier origin to clip space, +y down, without jitter
+    mat4 to_clip{1};              // matrix from the earlier origin to clip space, +y down, without jitter
     vec3 origin_shift{0};         // new picture's origin minus earlier origin, world units
     float pixel = 0;              // height of an earlier pixel where clip space's w is 1, world units, > 0
     float share = 1;              // weight of the earlier samples, (0,1]; < 1 where earlier pixels are larger

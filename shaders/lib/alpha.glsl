@@ -31,7 +31,7 @@ Coverage coverage_at(uint triangle, float u, float v) {
 #endif
 
 // Returns whether a ray that meets the triangle at barycentrics (u, v) hits it, independently of earlier hits. `key`:
-// ray_key(). True for opaque triangles. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never.
+// ray_key(). Opaque triangles accept all rays. Blend accepts u < alpha, u in [0, 1): alpha 1 always, 0 never.
 bool alpha_accept(uint triangle, uint instance, float u, float v, uint key) {
 #ifdef HALFLIGHT_ALPHA
     Coverage c = coverage_at(triangle, u, v);

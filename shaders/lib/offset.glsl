@@ -2,7 +2,7 @@
 // 6.8).
 #include "shaders/shared/rays.h"
 
-// Returns the bound for n float roundings, each of relative error 2^-24 (Higham 2002, section 3.1).
+// Returns a bound of the relative error of n float roundings, each of at most 2^-24 (Higham 2002, section 3.1).
 float rounding_bound(float n) {
     float e = n * 5.9604644775390625e-8;
     return e / (1.0 - e);

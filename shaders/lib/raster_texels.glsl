@@ -11,11 +11,11 @@ uniform uint block_columns;
 uint morton(uvec2 p) { return (morton_spread(p.y) << 1) | morton_spread(p.x); }
 uvec2 from_morton(uint m) { return uvec2(morton_even_bits(m), morton_even_bits(m >> 1)); }
 
-uint tile_of_texel(uvec2 texel) {  // Maps targets with one texel per tile.
+uint tile_of_texel(uvec2 texel) {  // Returns the tile of a texel in targets with one texel per tile.
     uvec2 block = texel >> 3u;
     return ((block.y * block_columns + block.x) << 6) | morton(texel & 7u);
 }
-uint entry_of_texel(uvec2 texel) {  // Maps targets with one texel per ray.
+uint entry_of_texel(uvec2 texel) {  // Returns the entry of a texel in targets with one texel per ray.
     return (tile_of_texel(texel >> 3u) << 6) | morton(texel & 7u);
 }
 uvec2 texel_of_block(uint block) { return uvec2(block % block_columns, block / block_columns); }
@@ -23,7 +23,7 @@ uvec2 texel_of_tile(uint tile) { return texel_of_block(tile >> 6) * 8u + from_mo
 
 const float kDeadDepth = 0.0;
 
-float depth_of(float t) {  // Maps t >= 0 or +inf.
+float depth_of(float t) {  // Returns the depth of t, which is >= 0 or +inf.
     return uintBitsToFloat((min(floatBitsToUint(t), 0x7e000000u) >> 1) + 0x00800000u);
 }
 

@@ -180,7 +180,7 @@ Hit traverse_from(Ray ray, int entries, Hit known, uint alpha_key, const bool an
                         asks = true;
                         done = place & 1;
                         uint left = uint(end - (place - done)) >> 1;
-                        node = kBvhTag | kBvhLeaf | (left << kBvhCountShift) | uint(place >> 1);  // continued later
+                        node = kBvhTag | kBvhLeaf | (left << kBvhCountShift) | uint(place >> 1);  // rest of the leaf
                         hit.nearer = false;
                         place = end;
                     }

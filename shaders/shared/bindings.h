@@ -3,7 +3,7 @@
 #ifndef HALFLIGHT_SHARED_BINDINGS_H
 #define HALFLIGHT_SHARED_BINDINGS_H
 
-// The textures are texture buffers unless said otherwise. Unit 0 stays free: samplers without a layout unit have it.
+// The textures are texture buffers unless said otherwise. Unit 0 stays free: samplers without a layout unit read it.
 #define UNIT_NODES 1               // RGBA32UI or RGBA32F: BVH4 nodes of all blocks and of the top level
 #define UNIT_TRIANGLE_VERTICES 2   // RGBA32F: pairs of triangles in leaf order
 #define UNIT_BLOCK_HEADS 3         // R32UI: node index of the head of each instance's block

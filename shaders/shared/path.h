@@ -14,7 +14,7 @@ HALFLIGHT_SHARED_CONST uint kLobeGlossy = 2u;
 struct PathState {
     vec3 throughput;     // throughput of the current ray, including all selection probabilities
     float pdf;           // solid-angle density of the ray in its component times the component's probability; 0: delta
-    vec3 direct;         // radiance hit by the first surface's own ray, including the MIS weight
+    vec3 direct;         // radiance that the ray from the first surface hits, including the MIS weight
     uint lobe;           // kLobe* of the first surface
     vec3 indirect;       // radiance of all later vertices
     uint pending_light;  // 1: `pending` waits for the result of a shadow ray

@@ -14,7 +14,7 @@ using Json = nlohmann::json;
 
 class LeftOutTool : public testing::Test {
   protected:
-    /// Returns the program's figures for the room.
+    /// Runs the program on the room with the options `more`; returns its figures.
     Json measure(std::vector<std::string> more) {
         std::vector<std::string> arguments = {scene,       "--width", "32",     "--height", "32",
                                               "--samples", "2",       "--json", file};

@@ -115,7 +115,7 @@ TEST_F(Shutter, CameraAndSquareMoveInOppositeDirections) {
 TEST_F(Shutter, MattesHaveTheCoverageOfTheirLight) {
     const ExrFile file =
         picture(sliding, {"--frame", "1", "--samples", "32", "--animation", "slide", "--camera", "still", "--shutter",
-                          "1", "--aov", "cryptoobject,depth", "--estimator", "camera=1"});  // both come from one ray
+                          "1", "--aov", "cryptoobject,depth", "--estimator", "camera=1"});  // one ray gives both
     const auto light = row(file, "R"), coverage = row(file, "CryptoObject00.G"), depth = row(file, "Z");
     const std::vector<float>& ids = file.find("CryptoObject00.R")->values;
     int partly = 0;

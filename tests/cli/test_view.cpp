@@ -77,7 +77,7 @@ class View : public testing::Test {
         const auto bits = [](float v) { return std::bit_cast<std::uint32_t>(v); };
         return std::ranges::equal(a.values, b.values, {}, bits, bits);
     }
-    /// Returns columns [first, end).
+    /// Returns columns [first, end) of a picture.
     static Image crop(const Image& image, int first, int end) {
         Image part(end - first, image.height, image.channels);
         for (int y = 0; y < image.height; ++y)

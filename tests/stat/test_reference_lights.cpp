@@ -42,8 +42,8 @@ TEST(ReferenceLights, SquareLightHasItsFormFactor) {
     Scene scene = floor_scene();
     const int light = add_material(scene, light_material({5, 2, 1}));
     add_quad(scene, light, {-0.7f, 1.5f, -0.7f}, {1.4f, 0, 0}, {0, 0, 1.4f});
-    // The expected value is four times the factor from a point to a parallel rectangle with a corner above it (Howell,
-    // Menguc, Radiation configuration factors, B-3).
+    // The expected value is four times the configuration factor to a parallel rectangle with a corner above the point
+    // (Howell, Menguc, Radiation configuration factors, B-3).
     const double x = 0.7 / 1.5, root = std::sqrt(1 + x * x);
     const double form_factor = 4 * 2 * x / root * std::atan(x / root) / (2 * kPi);
     expect_radiance(render_oracle(scene, at_origin(), 16, 1024, 1), kAlbedo * 5 * form_factor);

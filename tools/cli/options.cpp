@@ -89,14 +89,14 @@ void add_camera_options(Options& options, ViewArguments& a) {
     options.group("Camera");
     options.value("--camera", "NAME|N", "camera of the scene, by name or by number from 0 (default: the first)",
                   [&](const auto&, const auto& text) { a.camera = text; });
-    options.value("--look-from", "X,Y,Z", "position of a camera of your own, in metres",
+    options.value("--look-from", "X,Y,Z", "position of a free camera, in metres",
                   [&](const auto& name, const auto& text) { a.look_from = point(name, text); });
-    options.value("--look-at", "X,Y,Z", "point that this camera looks at",
+    options.value("--look-at", "X,Y,Z", "point that the free camera looks at",
                   [&](const auto& name, const auto& text) { a.look_at = point(name, text); });
-    options.value("--up", "X,Y,Z", "upward direction of this camera (default 0,1,0)",
+    options.value("--up", "X,Y,Z", "upward direction of the free camera (default 0,1,0)",
                   [&](const auto& name, const auto& text) { a.up = point(name, text); });
     options.value("--vfov", "DEGREES",
-                  fmt::format("vertical field of view of this camera (default {})", a.vertical_fov),
+                  fmt::format("vertical field of view of the free camera (default {})", a.vertical_fov),
                   [&](const auto& name, const auto& text) { a.vertical_fov = real(name, text, 0.01, 179); });
 }
 

@@ -50,7 +50,7 @@ Material light(std::string name, const dvec3& radiance);
 
 /// A joint of a skeleton, the child of the joint before it; the first one is the child of the skeleton's node.
 struct Joint {
-    dvec3 offset{0};          // vector from the joint before, in the mesh's bind pose (without rotations); metres
+    dvec3 offset{0};          // vector from the previous joint, in the mesh's bind pose (without rotations); metres
     std::vector<vec4> turns;  // rotations at the skeleton's `seconds`, quaternions x, y, z, w
 };
 

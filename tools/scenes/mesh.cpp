@@ -35,7 +35,7 @@ MeshBuilder& MeshBuilder::texel_size(double metres) {
 }
 
 Part& MeshBuilder::part() {
-    if (current_ >= mesh_.parts.size()) {  // delayed, so that a material without triangles leaves no empty part
+    if (current_ >= mesh_.parts.size()) {  // a material without triangles leaves no empty part
         current_ = mesh_.parts.size();
         mesh_.parts.push_back({.material = material_, .vertices = {}, .influences = {}, .indices = {}});
     }

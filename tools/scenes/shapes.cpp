@@ -139,7 +139,7 @@ void tube(MeshBuilder& mesh, std::span<const dvec3> path, double radius, int sid
             side = std::abs(along.y) < 0.9 ? dvec3(0, 1, 0) : dvec3(1, 0, 0);
         else
             length += glm::length(path[k] - path[k - 1]);
-        side = glm::normalize(side - along * glm::dot(side, along));  // carried along, so that the tube does not twist
+        side = glm::normalize(side - along * glm::dot(side, along));  // keeps the tube from twisting
         const dvec3 other = glm::cross(along, side);
         for (int i = 0; i <= sides; ++i) {
             const dvec2 t = cos_sin_degrees(360.0 * (i % sides) / sides);

@@ -155,7 +155,7 @@ class RenderThread {
     bool stop_ = false;
     std::shared_ptr<const Picture> picture_;
     Status status_;
-    std::thread thread_;  // last, so that all other members exist when it starts
+    std::thread thread_;  // last member, so that all others exist when it starts
 };
 
 }  // namespace halflight::view

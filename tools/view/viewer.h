@@ -28,17 +28,17 @@ class Viewer {
     void run();
 
   private:
-    void frame(const std::filesystem::path& shot = {});  // draws a frame; `shot`: file to write the window to
+    void frame(const std::filesystem::path& shot = {});  // Draws a frame; `shot`: file to write the window to.
     void keys();
     void key(char key, const dvec2& point);
     void request_picture();
     void update_picture();
     void open_dropped_files();
     void start_opening(const std::string& activity, std::function<Session::Opened()> opening);
-    void open_next();       // starts the next waiting file or frame on the render thread
-    bool finish_opening();  // returns whether nothing is waiting or being opened
+    void open_next();       // Starts the next waiting file or frame on the render thread.
+    bool finish_opening();  // Returns whether nothing is waiting or being opened.
     void set_playing(bool on);
-    void advance_playback();  // requests the frame that is due, once the previous one is visible
+    void advance_playback();  // Requests the frame that is due, once the previous one is visible.
     std::uint32_t next_frame() const;
     void compare(bool on);
     void reload_shaders();

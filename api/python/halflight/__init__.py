@@ -134,7 +134,7 @@ class Scene:
         self._native.set_camera(None if which is None else str(which), None, None, (0, 1, 0), 45)
 
     def look(self, look_from, look_at, up=(0, 1, 0), vfov=45):
-        """Sets a camera of your own: its position, its target and up direction (metres, world), and its vertical field
+        """Sets a free camera: its position, its target and up direction (metres, world), and its vertical field
         of view in degrees."""
         _call(self._native.set_camera, name=None, look_from=tuple(look_from), look_at=tuple(look_at), up=tuple(up),
               vfov=vfov)

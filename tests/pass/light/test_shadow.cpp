@@ -28,13 +28,13 @@ void add_light(Scene& scene, const RectangleLight& l) {
 
 // Configuration factors of a surface element follow Siegel and Howell, Thermal Radiation Heat Transfer, appendix C.
 
-/// Returns the factor to a rectangle a x b parallel to the element at distance c, with one corner straight above it.
+/// Returns the factor to a rectangle a x b parallel to the element, with one corner straight above it at distance c.
 double factor_of_parallel(double a, double b, double c) {
     const double x = a / c, y = b / c, p = std::sqrt(1 + x * x), q = std::sqrt(1 + y * y);
     return (x / p * std::atan(y / p) + y / q * std::atan(x / q)) / (2 * kPi);
 }
-/// Returns the factor to a rectangle perpendicular to the element's plane that stands on that plane, a high and b wide.
-/// One of its lower corners is the point nearest to the element, at distance c.
+/// Returns the factor to a rectangle, a high and b wide, that stands perpendicularly on the element's plane. One of its
+/// lower corners is the point nearest to the element, at distance c.
 double factor_of_perpendicular(double a, double b, double c) {
     const double x = a / b, y = c / b, r = std::sqrt(x * x + y * y);
     return (std::atan(1 / y) - y / r * std::atan(1 / r)) / (2 * kPi);

@@ -220,7 +220,7 @@ TEST_P(TracerStateOfKind, GarbageChangesNoHit) {
     for (std::size_t i = 0; i < garbage.size(); ++i) {
         for (int turn = 0; turn < (i < 3 ? 5 : 1); ++turn) {
             fill(garbage[i]);
-            if (turn % 2 == 1) {  // the word with valid counts
+            if (turn % 2 == 1) {  // the counts are valid
                 const std::uint32_t half = GetParam().settings.capacity / 2;
                 for (std::size_t t = 0; t < steps.tiles; ++t)
                     steps.record(t).counts() = random() % (half + 1) | random() % half << 16;

@@ -74,7 +74,7 @@ class RenderThreadTest : public GpuTest {
         r.bounces = 3;
         return r;
     }
-    /// Returns the picture of `render` for the same request.
+    /// Returns the picture that `halflight render` makes for the request, with this number of samples.
     RenderResult expected(const Request& r, int samples) {
         Scene edited = *r.scene;
         apply(r.edits, edited);

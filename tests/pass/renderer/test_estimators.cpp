@@ -125,7 +125,7 @@ TEST_F(EstimatorsTest, ASingleSunIsSampledAsBefore) {
 
 TEST_F(EstimatorsTest, ExtraCameraRaysExtendTheSequence) {
     Scene scene = cornell_box();
-    scene.cameras = {look_at_camera({0, 0.3, 0.9}, {0, 0.98, 0}, {0, 0, -1}, 1.2)};  // sees the lamp's edges
+    scene.cameras = {look_at_camera({0, 0.3, 0.9}, {0, 0.98, 0}, {0, 0, -1}, 1.2)};  // the camera sees the lamp's edges
     const RenderResult four = picture(scene, {.camera = CameraRays::four}, 4);
     const RenderResult one = picture(scene, {.camera = CameraRays::one}, 4);
     const RenderResult longer = picture(scene, {.camera = CameraRays::one}, 16);
@@ -161,7 +161,7 @@ TEST_F(EstimatorsTest, ShadowRaysOfOnePathShareItsDirectLight) {
 TEST_F(EstimatorsTest, APilotDecidesTheAutomaticTechniques) {
     const Estimator open{.reuse = Reuse::automatic, .camera = CameraRays::automatic, .shadow = ShadowRays::automatic};
     Scene scene = cornell_box();
-    scene.cameras = {look_at_camera({0, 0.3, 0.9}, {0, 0.98, 0}, {0, 0, -1}, 1.2)};  // sees the lamp's edges
+    scene.cameras = {look_at_camera({0, 0.3, 0.9}, {0, 0.98, 0}, {0, 0, -1}, 1.2)};  // the camera sees the lamp's edges
     const RenderResult piloted = picture(scene, open, 4);
     const Estimator found = piloted.stats.estimator;
     EXPECT_FALSE(leaves_open(found));
@@ -180,7 +180,7 @@ TEST_F(EstimatorsTest, APilotDecidesTheAutomaticTechniques) {
     EXPECT_TRUE(find_estimator(prepared, ColorConfig::load(), settings));
     EXPECT_EQ(prepared.estimator(), found) << "as for any other renderer";
     EXPECT_EQ(prepared.asked_estimator(), open);
-    settings.camera = look_at_camera({0, 0, 0.9}, {0, -0.98, 0}, {0, 0, -1}, 1.2);  // sees the floor
+    settings.camera = look_at_camera({0, 0, 0.9}, {0, -0.98, 0}, {0, 0, -1}, 1.2);  // this camera sees the floor
     EXPECT_EQ(Renderer(prepared, ColorConfig::load(), settings).render().stats.estimator, found);
 
     scene.cameras = {settings.camera};

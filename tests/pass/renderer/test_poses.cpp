@@ -121,7 +121,7 @@ TEST_F(Poses, PreviewModesContinue) {
     RenderSettings s = settings(scene, Culling::off);
     s.preview = {.cache = true, .filter = true};
     Scene other = scene;
-    other.lights.push_back({.name = "lamp", .position = dvec3(0, 3, 2)});  // needs other shaders
+    other.lights.push_back({.name = "lamp", .position = dvec3(0, 3, 2)});  // point lights need other shaders
     expect_fresh(context, colors, scene, other, s);
     Scene dimmer = scene;
     for (Material& m : dimmer.materials) m.base_color *= 0.5f;

@@ -73,7 +73,7 @@ TEST_F(RenderErrorTest, LowerErrorsTakeMoreSamples) {
         samples[i] = result.stats.samples;
         EXPECT_TRUE(result.stats.error->reached);
     }
-    EXPECT_GT(samples[1], 4 * samples[0]);  // ratio of about ten, apart from rounding up
+    EXPECT_GT(samples[1], 4 * samples[0]);  // the ratio is about ten, apart from rounding up
 }
 
 TEST_F(RenderErrorTest, BandsReachItTogether) {

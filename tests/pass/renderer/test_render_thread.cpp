@@ -306,7 +306,7 @@ TEST_F(RenderThreadTest, NoDeviceIsAnError) {
     RenderThread thread(ColorConfig::load(), {.context = {.device = "no such device"}});
     while (!thread.status().ended) std::this_thread::sleep_for(std::chrono::milliseconds(5));
     EXPECT_NE(thread.status().error.find("no such device"), std::string::npos) << thread.status().error;
-    thread.show(request());  // has no effect
+    thread.show(request());  // the call has no effect
 }
 
 TEST_F(RenderThreadTest, EndsWhileRendering) {

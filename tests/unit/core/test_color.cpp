@@ -169,7 +169,7 @@ TEST(Color, LookReplacesTheViewsOwnLooks) {
     const ViewProcessor undone = config.view({"", "Un-tone-mapped", look + ", -" + look, 0});
     EXPECT_EQ(with.look(), look);
     const vec3 saturated(0.02f, 0.9f, 0.02f);
-    const vec3 blue(-0.1f, 0.1f, 0.9f);  // gamut compression changes it
+    const vec3 blue(-0.1f, 0.1f, 0.9f);  // gamut compression changes this colour
     EXPECT_GT(glm::length(shown(without, blue) - shown(with, blue)), 5e-3f);
     EXPECT_LT(glm::length(shown(without, saturated) - shown(undone, saturated)), 1e-3f);
 }

@@ -125,7 +125,7 @@ TEST(Layers, ErrorsNameFileAndLine) {
               Errors{"engine/core/a.h:2: engine/core must not use renderer (renderer/render.h)"});
     EXPECT_EQ(errors_in("engine/scene/a.cpp", "\n\n  #  include <engine/io/gltf/gltf.h>\n"),
               Errors{"engine/scene/a.cpp:3: engine/scene must not use engine/io/gltf (engine/io/gltf/gltf.h)"});
-    EXPECT_EQ(errors_in("engine/color/a.cpp", "#include \"engine/graph/graph.h\"\n").size(), 1u);  // not a listed room
+    EXPECT_EQ(errors_in("engine/color/a.cpp", "#include \"engine/graph/graph.h\"\n").size(), 1u);  // an unlisted room
     EXPECT_EQ(errors_in("shaders/lib/a.glsl", "#include \"shaders/trace.glsl\"\n").size(), 1u);
     EXPECT_EQ(errors_in("passes/a.cpp", "#include \"render.h\"\n"),
               Errors{"passes/a.cpp:1: \"render.h\" is not named from the root"});

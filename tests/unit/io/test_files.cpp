@@ -173,7 +173,7 @@ TEST_F(Files, TemporariesOfKilledWritersCanBeRemoved) {
 
 TEST_F(Files, AFullDiskFailsAtCloseAtTheLatest) {
     CheckedFile file("/dev/full", "out.exr");
-    file.write("x", 1);  // only buffered
+    file.write("x", 1);  // the byte is only buffered
     EXPECT_EQ(error_message([&] { file.close(); }), "out.exr: cannot write: No space left on device");
 
     CheckedFile swallowed("/dev/full", "out.exr");

@@ -82,7 +82,7 @@ TEST_F(SampleQueueTest, BadValuesAreReadWhenTheyAreWanted) {
 
 TEST_F(SampleQueueTest, FailuresToWaitAreErrors) {
     push(0, mattes);
-    gpu::Context other = test_context();  // has no such fence
+    gpu::Context other = test_context();  // this context lacks the fence
     EXPECT_EQ(error_message([&] { queue.wait(); }), "rendering: the driver failed to wait for a sample");
     EXPECT_THROW(other.check("the test"), Error);
     context.make_current();

@@ -21,7 +21,7 @@ TEST(RelativeMse, IsRelativeToTheReference) {
     EXPECT_EQ(relative_mse(Values{}, Values{}), 0);
     EXPECT_NEAR(relative_mse(Values{110, 0}, Values{100, 0}), 0.5 * 0.01, 1e-7);
     EXPECT_NEAR(relative_mse(Values{0, 0.1}, Values{0, 0}), 0.5, 1e-12);
-    EXPECT_NEAR(relative_mse(Values{0.1, 9, 0, 0.1}, Values{0, 0, 0, 0}, 0.25), 2.0 / 3, 1e-12);  // drops the value 9
+    EXPECT_NEAR(relative_mse(Values{0.1, 9, 0, 0.1}, Values{0, 0, 0, 0}, 0.25), 2.0 / 3, 1e-12);  // omits the value 9
 }
 
 TEST(ErrorMaps, AreMeansOverChannels) {

@@ -170,7 +170,7 @@ void add_options(CLI::App& app, BenchArguments& a) {
         ->type_name("N")
         ->check(whole_number(0, 10000))
         ->needs(frames);
-    app.add_option("--reference", a.reference, "samples of a reference picture for errors (default: no errors)")
+    app.add_option("--reference", a.reference, "samples of the reference picture for errors (default: no errors)")
         ->type_name("N")
         ->check(whole_number(0, 1000000))
         ->needs(frames);

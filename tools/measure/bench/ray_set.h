@@ -18,7 +18,7 @@ struct RaySet {
     std::vector<shared::Ray> rays;        // one ray per path, with unit directions; a multiple of 256
     bool listed = false;                  // true: only the paths in `order` are traced; false: all
     std::vector<std::uint32_t> order;     // paths to trace, in the order of the pass
-    std::vector<std::uint32_t> scanline;  // paths of `order` by row of the picture; `order` if paths are not pixels
+    std::vector<std::uint32_t> scanline;  // `order` sorted by row of the picture; unsorted if paths are not pixels
     std::size_t live = 0;                 // number of rays in `order` that are not dead
     float tolerance = 0;                  // greatest difference of t between methods: 2^-20 of the scene's diagonal
 };

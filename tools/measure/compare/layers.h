@@ -14,7 +14,7 @@ namespace halflight::compare {
 enum class LayerKind {
     color,  // R, G, B
     data,   // any other values
-    ids,    // whole numbers that are only compared for equality; their bits replace the values (ExrType::uint32)
+    ids,    // whole numbers, compared for equality only; the image's floats hold their bits (ExrType::uint32)
 };
 
 /// Channels that belong together: "albedo" for albedo.R, albedo.G, albedo.B; "RGB", "Z" or "A" for channels without a
