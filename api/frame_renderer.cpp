@@ -49,8 +49,8 @@ struct FrameRenderer::State {
     std::shared_ptr<rays::BatchServer> server;
     std::shared_ptr<RadianceCache> cache;  // null without RenderSettings::preview.cache
     std::optional<Renderer> renderer;
-    std::uint64_t uploaded = 0;               // LoadedScene::revision()
-    std::uint64_t transforms = 0;             // LoadedScene::transform_revision()
+    std::uint64_t uploaded = 0;               // LoadedScene::revision() of the uploaded scene
+    std::uint64_t transforms = 0;             // LoadedScene::transform_revision() of the uploaded scene
     std::optional<Estimator> found;           // result of the pilot
     PictureHistory history;                   // light and geometry of the last frame, for RenderSettings::preview
     std::optional<std::uint32_t> last_frame;  // number of the frame rendered last

@@ -103,7 +103,7 @@ std::size_t reading_bytes(const FrameNeeds& needs, const RenderSettings& s) {
     return bytes;
 }
 
-/// Returns bytes per pixel; see PreviewPicture.
+/// Returns the bytes per pixel; see PreviewPicture.
 std::size_t preview_bytes(const Preview& p) {
     if (!p.of_picture()) return 0;
     constexpr std::size_t kPixels = 5 + 2;       // textures light, guide, place, albedo, beauty; new beauty twice
@@ -111,7 +111,7 @@ std::size_t preview_bytes(const Preview& p) {
     return (kPixels + (p.temporal ? kEarlier : 0) + (p.filter ? kDenoiseLevels + 2 : 0)) * kTexel;
 }
 
-/// Returns bytes per pixel: sums in double, and the first picture. A picture at the frame's own time counts separately.
+/// Returns the bytes per pixel: sums in double, and the first picture. Pictures at the frame's own time count apart.
 std::size_t shutter_bytes(const RenderSettings& s) {
     std::size_t channels = 4;
     for (const std::string& aov : s.aovs)

@@ -30,8 +30,8 @@ class PictureHistory {
     struct Kept {
         Kept(const shared::Frame& frame, const dvec3& origin);
         gpu::Texture light, guide, place;  // see PreviewTexels
-        shared::Frame frame;               // constants of the whole picture; its previous camera is its own
-        dvec3 origin;                      // TraceTables::origin
+        shared::Frame frame;  // constants of the whole picture; the previous camera in them is the current one
+        dvec3 origin;         // TraceTables::origin
         bool filled = false;
     };
     std::optional<Kept> earlier_;  // picture before the current one, which the current one reads

@@ -51,7 +51,7 @@ struct CompiledBand {
 };
 
 struct Renderer::State {
-    std::unique_ptr<PreparedScene> own;  // prepared scene of its own; null: shares a scene
+    std::unique_ptr<PreparedScene> own;  // prepared scene of its own; null: the scene is shared
     PreparedScene& scene;
     const ColorConfig colors;
     const RenderSettings asked;

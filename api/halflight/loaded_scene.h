@@ -121,7 +121,7 @@ class LoadedScene {
     const ChosenCamera& chosen_camera() const { return camera_; }  ///< Returns the camera at 0 s.
     const FrameRate& frame_rate() const { return frame_rate_; }
     const std::vector<std::size_t>& playing() const { return playing_; }        ///< Returns indices of animations.
-    const std::vector<std::filesystem::path>& files() const { return files_; }  ///< Returns its files, glTF first.
+    const std::vector<std::filesystem::path>& files() const { return files_; }  ///< Returns the files, glTF first.
 
   private:
     struct Unedited;

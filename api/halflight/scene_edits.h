@@ -23,8 +23,8 @@ inline constexpr EditRange kEditRotation{-1e6, 1e6};    ///< degrees
 /// Edit of one punctual light. Optional members replace the light's own value.
 struct LightEdit {
     float factor = 1;                  // factor of the intensity, kEditFactor
-    std::optional<vec3> color{};       // kEditColor; white has the intensity of the light's largest channel
-    std::optional<dvec3> position{};   // world, kEditPosition; without effect on directional lights
+    std::optional<vec3> color{};       // colour, kEditColor; white has the intensity of the light's largest channel
+    std::optional<dvec3> position{};   // world position, kEditPosition; without effect on directional lights
     std::optional<dvec3> direction{};  // unit, direction in which light travels; without effect on point lights
     bool operator==(const LightEdit&) const = default;
 };

@@ -18,7 +18,7 @@ struct ProcessOptions {
     int input = -1;                          // descriptor that becomes stdin; -1: /dev/null
     int output = -1;                         // descriptor that becomes stdout; -1: /dev/null
     int errors = -1;                         // descriptor that becomes stderr; -1: /dev/null
-    bool own_group = true;                   // true: in its own process group, out of reach of a terminal's Ctrl-C
+    bool own_group = true;  // true: the program has its own process group, which a terminal's Ctrl-C does not reach
 };
 
 /// Result of a process that has ended.

@@ -42,7 +42,7 @@ struct GpuDeformer::Resident {
     bool has_tangents = false;
     std::size_t sets = 0;
     std::vector<Target> targets;
-    std::vector<Piece> pieces;  // empty: deformed on the CPU
+    std::vector<Piece> pieces;  // all vertices in pieces; empty: deformed on the CPU
 
     std::size_t result_bytes() const {  // Returns the bytes per vertex.
         return sizeof(vec3) + (has_normals ? sizeof(vec3) : 0) + (has_tangents ? sizeof(vec4) : 0);
@@ -51,7 +51,7 @@ struct GpuDeformer::Resident {
 
 struct GpuDeformer::Job {
     const Deformation& deformation;
-    const Resident* shape;  // null: deformed on the CPU
+    const Resident* shape;  // shape on the device; null: deformed on the CPU
     int first_matrix;
     ivec4 targets;             // value of active_targets in deform.comp
     std::size_t first_result;  // index of the first result of the shape's pieces

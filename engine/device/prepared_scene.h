@@ -47,13 +47,13 @@ class PreparedScene {
     const TraceTables& tables() const { return tables_; }
     const SceneBuffers& buffers() const { return *buffers_; }
     const rays::TraceScene& trace() const { return *trace_; }
-    const rays::CullTree& cull_tree() const { return cull_tree_; }                      ///< Is empty unless prepared.
+    const rays::CullTree& cull_tree() const { return cull_tree_; }  ///< Returns an empty tree unless prepared.
     const std::vector<std::string>& object_names() const { return object_names_; }      ///< Returns instances' names.
     const std::vector<std::string>& material_names() const { return material_names_; }  ///< Returns materials' names.
     std::uint64_t drawn_triangles() const;                                              ///< Sums over all instances.
     bool has_environment() const { return has_environment_; }  ///< Returns whether an environment is visible.
     const Kept& kept() const { return options_.kept; }
-    const Estimator& estimator() const { return estimator_; }              ///< Has automatic choices resolved.
+    const Estimator& estimator() const { return estimator_; }              ///< Returns the resolved one.
     const Estimator& asked_estimator() const { return asked_estimator_; }  ///< Returns the requested one.
     /// Sets the estimator that a pilot (renderer/pilot.h) found or is to try, for renderers made from here on, and adds
     /// the seconds that it took.

@@ -33,7 +33,7 @@ struct SceneView {
     std::uint32_t place = 0;                  // value for RayBatch::place
     const Band* current = nullptr;            // band of the frame constants; null: rows of other bands are drawn, too
     std::uint32_t sums = 0;                   // index of the sums that samples are added to, where bands have their own
-    RadianceCache* radiance_cache = nullptr;  // null: paths do not use the radiance cache
+    RadianceCache* radiance_cache = nullptr;  // radiance cache of the paths; null: none
     std::uint32_t shadow_rays = 1;            // shadow rays per path, from its first surface to chosen lights
     std::uint32_t group_size = 1;             // pixels that share their paths
 };

@@ -160,7 +160,7 @@ struct Search {
     }
 
   private:
-    /// Returns hardware first, unless software is requested: creating a hardware context may be slow.
+    /// Returns the order of attempts: hardware first, unless software is requested. Hardware contexts may be slow.
     std::vector<std::size_t> order() const {
         std::vector<std::size_t> indices(devices_.size());
         std::iota(indices.begin(), indices.end(), std::size_t{0});

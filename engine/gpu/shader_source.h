@@ -27,7 +27,7 @@ struct ShaderSource {
     ShaderSource(std::string own_name, std::string own_text) : name(std::move(own_name)), text(std::move(own_text)) {}
 
     std::string name;
-    std::string text;  // empty: the text of the file
+    std::string text;  // GLSL text; empty: that of the file `name`
 };
 
 /// Names and values of macros; their order does not matter.

@@ -43,7 +43,7 @@ struct TimeCode {
     int hours = 0;    // [0, 23]
     int minutes = 0;  // [0, 59]
     int seconds = 0;  // [0, 59]
-    int frame = 0;    // [0, 29]; above 30 frames per second, number of the pair
+    int frame = 0;    // frame in the second, [0, 29]; above 30 frames per second, number of the pair
     bool second_of_pair = false;
     bool operator==(const TimeCode&) const = default;
 };

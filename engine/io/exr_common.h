@@ -1,4 +1,4 @@
-// Shared by the reader and the writer of OpenEXR files: streams over our files, camera spaces of the standard.
+// Code that reader and writer of OpenEXR files share: streams over our files, camera spaces of the standard.
 #pragma once
 
 #include <ImfIO.h>

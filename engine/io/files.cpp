@@ -96,7 +96,7 @@ Temporary create_beside(const fs::path& target, const std::string& subject) {
         Descriptor file(path, O_CREAT | O_EXCL | O_WRONLY, 0666);
         if (file < 0 && errno != EEXIST) throw Error(subject, "cannot write: {}", reason(errno));
         if (file < 0) continue;
-        // Before it is locked, other processes may take it for abandoned and remove it.
+        // Before the file is locked, other processes may take it for abandoned and remove it.
         const bool locked = flock(file, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK;
         struct stat info {};
         if (locked && fstat(file, &info) == 0 && info.st_nlink > 0) return {path, std::move(file)};

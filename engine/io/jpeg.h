@@ -1,4 +1,4 @@
-// JPEG files to texels, by libjpeg-turbo.
+// Decoding of JPEG files to texels, by libjpeg-turbo.
 #pragma once
 
 #include <string>

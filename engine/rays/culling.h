@@ -19,7 +19,7 @@ struct CullTree;
 /// Culling method of a ray tracer (engine/rays/tracer.h): a row of culling_methods(). The hits of all methods are
 /// equal, bit for bit.
 enum class Culling : std::uint8_t {
-    automatic,  // for each batch the method that has been fastest so far
+    automatic,  // fastest method so far, chosen for each batch
     compute,    // per-tile lists made by compute shaders (engine/rays/tiles.h)
     raster,     // occlusion queries of the rasterizer (engine/rays/raster.h)
     off,        // plain traversal of the scene's hierarchy
@@ -37,7 +37,7 @@ struct CullingMethod {
     Culling culling;
     const char* name;  // value of the setting
     // Makes the server of all batches, which outlives neither tables nor trace. Throws Error where it cannot serve the
-    // scene. Null: Tracer serves them itself.
+    // scene. Null: Tracer itself serves the batches.
     std::unique_ptr<BatchServer> (*make_server)(const ServedScene& scene) = nullptr;
     bool needs_cull_tree = false;  // whether make_server reads ServedScene::cull_tree
 };

@@ -69,7 +69,7 @@ class Hierarchies {
     void update(const TraceTables& last, const TraceTables& now);
 
     const std::vector<Part>& parts() const { return parts_; }
-    const std::vector<PartTree>& trees() const { return trees_; }  ///< Returns a tree per part, in the order of parts().
+    const std::vector<PartTree>& trees() const { return trees_; }  ///< Returns the tree of each part.
     /// Returns the counts of the last update, or of the constructor.
     const HierarchyCounts& counts() const { return counts_; }
     double seconds() const { return seconds_; }  ///< Returns CPU clock seconds.

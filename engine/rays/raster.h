@@ -31,7 +31,7 @@ namespace halflight::rays {
 struct RasterSettings {
     CutSizes cut;
     bool believe_queries = true;  // false: every answer is "visible", like from a driver that overcounts
-    bool measure = false;         // true: RasterStatistics::pairs and ::stages are filled in; waits for every draw
+    bool measure = false;         // true: fills in RasterStatistics::pairs and ::stages, and waits for every draw
 };
 
 /// Server of batches by raster culling. It owns the culling tree of a scene, and the visibility state of batches. add()

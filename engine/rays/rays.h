@@ -25,14 +25,14 @@ struct RayBatch {
     std::uint32_t depth = 0;
     std::uint32_t place = 0;     // part of the picture; state carried between runs is separate for each place
     std::uint32_t capacity = 0;  // number of rays, a multiple of 256
-    // If > 0, ray i belongs to path i % paths. If 0, each path has `rays_of_path` consecutive rays, a power of two, at
-    // most 16; 1 with a list.
+    // Period of the paths: ray i belongs to path i % paths. 0: each path has `rays_of_path` consecutive rays, a power
+    // of two, at most 16; 1 with a list.
     std::uint32_t paths = 0;
     std::uint32_t rays_of_path = 1;
     graph::BufferHandle rays;         // `capacity` Ray structs
     graph::BufferHandle list;         // optional: `capacity` path indices, uint
     graph::BufferHandle list_header;  // ListHeader of shaders/shared/rays.h, if there is a list
-    // Key of the alpha test of blended surfaces, read only where TraceTables::alpha_tested
+    // Key of the alpha test of blended surfaces, read only if TraceTables::alpha_tested is set
     // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame.h) and a salt. The frame's seed
     // and sample_index change from run to run; the salt differs between the batches of one run.
     graph::BufferHandle frame_constants;
@@ -56,7 +56,7 @@ struct TraceStatistics {
     std::size_t nodes = 0;  // four-wide nodes of all hierarchies
     NodeFormat node_format = NodeFormat::grid;
     bool two_level = false;
-    std::uint32_t stack_entries = 0;  // entries, stack size that the deepest traversal needs
+    std::uint32_t stack_entries = 0;  // stack size of the deepest traversal, entries
     std::size_t bytes = 0;            // size in device memory, bytes
     double build_seconds = 0;
 };

@@ -27,10 +27,10 @@ struct TileSettings {
 struct TileBuffers {
     TileSettings settings;
     graph::BufferHandle lists;        // a record of shaders/shared/tile_list.h per tile; any content is valid
-    graph::BufferHandle blockers;     // for any_hit: TileBlockers per tile; any content is valid
+    graph::BufferHandle blockers;     // TileBlockers per tile, for any_hit() only; any content is valid
     graph::BufferHandle rest_header;  // one RestHeader
     graph::BufferHandle rest;         // rest_bytes() bytes of rays for search_rest()
-    bool counts = false;              // true: fill in RestHeader::remembered
+    bool counts = false;              // true: RestHeader::remembered is filled in
 };
 
 /// Returns the rays per tile: side^2, or 16 where paths have several rays. These 16 connect the receivers of a group

@@ -37,11 +37,11 @@ struct SceneSettings {
 /// Settings that may differ between the pictures of one renderer. settings_table.h describes the public ones.
 struct FrameSettings : SceneSettings {
     int samples = 64;        // samples per pixel, > 0; an upper limit where time_limit or error is set
-    int first_sample = 0;    // >= 0; number of the picture's first sample in the frame's sequence
+    int first_sample = 0;    // number of the picture's first sample in the frame's sequence, >= 0
     int of_samples = 0;      // length of the frame's sequence where the picture is a part of it; 0: unknown
     PixelFilter filter{};    // reconstruction filter of radiance; layers at pixel centres are not filtered
     double time_limit = 0;   // seconds; > 0: samples are added until this time, at least one; 0: no limit
-    std::uint32_t seed = 0;  // pictures of one frame with different seeds have independent noise
+    std::uint32_t seed = 0;  // seed of the noise; different seeds give independent noise
     /// Samples are added until the error is below the target at kConfidence (engine/core/statistics.h). The number of
     /// samples is then a multiple of kReplicates, and at least twice as many (renderer/replicates.h).
     std::optional<ErrorTarget> error{};

@@ -10,7 +10,7 @@ namespace halflight {
 /// An entry, chosen uniformly, stands for itself where a uniform number in [0, 1) is below `threshold`, else for
 /// `alias`.
 struct AliasEntry {
-    float threshold = 1;  // [0, 1], a multiple of 2^-24 like the shaders' uniform numbers
+    float threshold = 1;  // share of the entry itself, [0, 1], a multiple of 2^-24 like the shaders' numbers
     std::uint32_t alias = 0;
 };
 

@@ -338,7 +338,7 @@ LightTables build_lights(const Scene& scene, const TraceTables& trace, LightChoi
 
 EnvironmentCells environment_cells(const Image& map, int max_cells) {
     const std::int64_t width = map.width, height = map.height;
-    std::int64_t edge = 1;  // texels along a cell's edge, at most
+    std::int64_t edge = 1;  // maximum number of texels along a cell's edge
     while (((width + edge - 1) / edge) * ((height + edge - 1) / edge) > max_cells) ++edge;
     const std::int64_t columns = (width + edge - 1) / edge, rows = (height + edge - 1) / edge;
 

@@ -68,7 +68,7 @@ class Kept {
     static Kept everything();
     bool has(std::string_view name) const { return everything_ || names_.contains(name); }
     bool is_everything() const { return everything_; }
-    const std::set<std::string, std::less<>>& names() const { return names_; }  ///< Is empty for everything().
+    const std::set<std::string, std::less<>>& names() const { return names_; }  ///< Returns none for everything().
     /// Returns "nothing", "everything", or the names joined by commas.
     std::string text() const;
     bool operator==(const Kept&) const = default;

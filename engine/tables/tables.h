@@ -67,7 +67,7 @@ struct TraceTables {
     std::vector<uvec4> triangles;  // xyz: indices into positions (and vertex attributes); w: flags | material
     std::vector<MeshRange> ranges;
     std::vector<Block> blocks;
-    std::vector<BlockInstance> instances;  // at least one where there is a triangle; identity first, then scene order
+    std::vector<BlockInstance> instances;  // the identity, if any, then instances in scene order; >= 1 with triangles
     bool alpha_tested = false;             // kernels test alpha: some triangle has kTriangleAlpha, or the test is kept
     bool slivers = false;                  // kernels test triangles in double: some is_sliver()
     bool keep_top_level = false;           // true: a single instance has a hierarchy over instances, too

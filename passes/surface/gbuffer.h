@@ -10,7 +10,7 @@ namespace halflight {
 
 /// Results of primary visibility. Buffers are in path order (shaders/shared/pixel_order.h).
 struct GBuffer {
-    // These two exist only if rasterized.
+    // The textures exist only if visibility is rasterized.
     graph::TextureHandle visibility;  // RG32UI, size of the raster window: triangle + 1 (0: nothing), block instance
     graph::TextureHandle depth;       // D32F, equal size, reversed depth, infinite far plane
     graph::BufferHandle rays;         // one Ray per path: the camera ray through the sample point, unit direction

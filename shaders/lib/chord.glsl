@@ -25,8 +25,8 @@ ShaftSpace shaft_space(BvhHead head) {
 }
 
 // Returns an upper bound of the error of box_ray()'s test for a ray from `origin`, relative to exact arithmetic. It
-// covers its slack, the 2^-21 of its slabs, and the roundings of the chord and of the shaft's test, each a few 2^-24 of
-// the reach. All are below slack + 2^-18.
+// covers the test's slack and its slabs' 2^-21, and the roundings of chord and shaft test, each a few 2^-24 of the
+// reach. All are below slack + 2^-18.
 vec3 shaft_margin(ShaftSpace space, vec3 origin_lower, vec3 origin_upper) {
     vec3 reach = max(abs(space.upper - origin_lower), abs(origin_upper - space.lower)) * space.cell;
     reach = max(reach, max(abs(origin_lower - space.lower), abs(space.upper - origin_upper)) * space.cell);
@@ -37,7 +37,7 @@ Chord chord_of(ShaftSpace space, vec3 world_origin, vec3 world_direction, float 
     vec3 origin = (world_origin - space.base) / space.cell;
     vec3 direction = world_direction / space.cell;
     vec3 magnitude = abs(direction);
-    float least = max(magnitude.x, max(magnitude.y, magnitude.z)) * 9.094947017729282e-13;  // like box_ray()'s, in cells; their sides differ by 2^20 at most (grid_over)
+    float least = max(magnitude.x, max(magnitude.y, magnitude.z)) * 9.094947017729282e-13;  // 2^-40: the bound of box_ray(), here in cells, whose sides differ by 2^20 at most (grid_over)
     bvec3 backward = lessThan(direction, vec3(0.0));
     vec3 raised = mix(vec3(1.0), vec3(-1.0), backward) * max(magnitude, vec3(least));
     vec3 margin = shaft_margin(space, origin, origin);

@@ -8,7 +8,7 @@ struct NextEvent {
     Ray ray;       // shadow ray that decides visibility
 };
 
-bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // Is true for NaN, which must be found.
+bool contributes(vec3 radiance) { return any(notEqual(radiance, vec3(0.0))); }  // Returns true for NaN, too.
 
 // Weights a light sample. Each of `count` such samples has this weight in the sum of all techniques' samples.
 NextEvent event_of(LightSample light, vec3 position, float offset, Bsdf b, vec3 wo, uint count) {

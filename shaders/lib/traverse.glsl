@@ -25,8 +25,8 @@
 #endif
 
 const uint kStackDone = 0xffffffffu;
-const uint kStackLeaveBlock = 0x7fffffffu;  // returns to the top level
-const uint kStackInstance = 0x70000000u;    // | instance, to be entered at the node below it on the stack
+const uint kStackLeaveBlock = 0x7fffffffu;  // entry that returns to the top level
+const uint kStackInstance = 0x70000000u;    // | instance; it is entered at the node below on the stack
 
 // Returns the first place of a leaf. A place counts pairs of triangles in leaf order: twice the pair's index, plus 1
 // after its first triangle.
@@ -38,7 +38,7 @@ struct PlaceHit {
     bool nearer;        // true: nearer than `nearest`, or equal t and a lower (instance, triangle)
     bool alpha_tested;
     int next;           // next place: few rays hit both triangles of a pair
-    Hit hit;            // for any_hit, valid only with HALFLIGHT_ALPHA
+    Hit hit;            // hit on the triangle; for any_hit, valid only with HALFLIGHT_ALPHA
 };
 
 // Intersects one triangle. `leaf_near` is the entry of the ray into the boxes of leaf and instance.

@@ -38,7 +38,7 @@ struct ReusePoint {
     float share;            // diffuse_share() towards the ray's origin, > 0
     vec3 normal;            // shading normal, on the side of the geometric one
     float alpha;            // roughness of the specular lobe
-    vec3 light;             // radiance leaving y diffusely to the ray's origin, without the first surface's BSDF
+    vec3 light;             // radiance that leaves y diffusely to the ray's origin, without the first surface's BSDF
     float f0;               // largest component of the dielectric's f0
     vec3 pending;           // additional radiance if the last light sample is visible
     float f90;              // f90 of the dielectric

@@ -13,7 +13,7 @@
 HALFLIGHT_SHARED_BEGIN
 
 HALFLIGHT_SHARED_CONST int kTextureStride = 3;
-HALFLIGHT_SHARED_CONST uint kNoTexture = 0x1fffffffu;  // in place of a descriptor's index
+HALFLIGHT_SHARED_CONST uint kNoTexture = 0x1fffffffu;  // value in place of a descriptor's index
 
 HALFLIGHT_SHARED_CONST uint kWrapRepeat = 0u;  // values of Wrap in engine/scene/scene.h
 HALFLIGHT_SHARED_CONST uint kWrapMirroredRepeat = 1u;

@@ -149,7 +149,7 @@ Scene instanced_scene() {
 
     PunctualLight point;
     point.intensity = {8, 4, 2};
-    point.position = {-1, 2.13, 3};  // not in the plane of any face
+    point.position = {-1, 2.13, 3};  // the point is in no plane of a face
     PunctualLight spot = point;
     spot.type = LightType::spot;
     spot.intensity = {20, 40, 30};

@@ -43,7 +43,7 @@ TEST(ReferenceTextures, WrapsAsOpenGL) {
     TextureRef ref;
     ref.image = 0;
     ref.wrap_v = Wrap::clamp_to_edge;
-    EXPECT_NEAR(red(scene, ref, 0, -3), 15, 1e-12);  // between columns 3 and 0
+    EXPECT_NEAR(red(scene, ref, 0, -3), 15, 1e-12);  // the point is between columns 3 and 0
     EXPECT_NEAR(red(scene, ref, 7, 5), 115, 1e-12);
     EXPECT_NEAR(red(scene, ref, -2 + 1.5 / 4, 0), 10, 1e-12);
     ref.wrap_u = Wrap::mirrored_repeat;

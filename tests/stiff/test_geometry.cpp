@@ -234,7 +234,7 @@ TEST_F(Geometry, JunctionsAndSharedEdges) {
 TEST_F(Geometry, ThinWalls) {
     struct View {
         const char* name;
-        dvec3 from, to;  // both inside the dark room
+        dvec3 from, to;  // two points inside the dark room
         double fov;
     };
     const View views[] = {

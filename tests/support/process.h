@@ -16,7 +16,7 @@ namespace halflight::test {
 struct Outcome {
     int status = -1;             // exit status, or 128 + signal
     std::string out;             // stdout
-    std::string err;             // stderr; on a terminal both
+    std::string err;             // stderr; on a terminal stdout, too
     double cpu_seconds = 0;      // user and system time, seconds
     std::size_t peak_bytes = 0;  // greatest resident memory, bytes
 };

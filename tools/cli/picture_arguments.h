@@ -33,10 +33,10 @@ struct ViewArguments : SceneChoice, CameraChoice {
 
 /// Arguments of `halflight render`; names of displays are not checked yet.
 struct RenderArguments : ViewArguments, OutputOptions {
-    std::optional<std::filesystem::path> settings_file;  // settings_file.h; its contents are in `settings` already
+    std::optional<std::filesystem::path> settings_file;  // settings file, whose contents are in `settings` already
     // distinct .exr or .png files; names of sequences have placeholders; not empty without a movie
     std::vector<std::filesystem::path> outputs;
-    std::optional<std::filesystem::path> movie;  // .mp4 or .mov, of all frames
+    std::optional<std::filesystem::path> movie;  // movie of all frames, .mp4 or .mov
 
     std::vector<std::uint32_t> frames;  // frames of a sequence, in order; empty: one picture, of settings.frame
     Shutter shutter;

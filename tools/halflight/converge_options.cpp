@@ -108,7 +108,7 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
     options.flag(
         "--require-agreement", a.require_agreement,
         "fails if the external renderer's picture differs by more than 1 % in the mean, or in a block of 16x16 "
-        "pixels by more than 2 % and its standard error");
+        "pixels by more than 2 % plus a standard error");
     options.value("--samples", "N,...", "budgets in samples per pixel (default 1,2,4,... 64)",
                   [&](const auto& name, const auto& text) {
                       a.plan.budgets = budgets(name, text, [&](const std::string& one) {

@@ -82,7 +82,7 @@ void ProgressDisplay::show(const RenderProgress& progress) {
 
 void ProgressDisplay::draw_bar(const RenderProgress& progress) {
     const std::string text = progress_text(progress, time_limit_);
-    const int width = std::max(0, columns(stream_) - static_cast<int>(text.size()) - 4);  // for "[", "] ", last column
+    const int width = std::max(0, columns(stream_) - static_cast<int>(text.size()) - 4);  // 4: "[", "] ", last column
     const int filled = static_cast<int>(std::lround(fraction(progress, time_limit_) * width));
     const std::string bar = width < 4 ? "" : fmt::format("[{:#<{}}{:.<{}}] ", "", filled, "", width - filled);
     put(stream_, fmt::format("\r{}{}\033[K", bar, text));

@@ -178,7 +178,7 @@ Mesh garden(const Materials& m) {
     mesh.material(m.lawn);
     floor_piece(mesh, kEast + kWall, 90, -70, 70, -0.05);
     const auto hedge = [&](double x, double z, double length, double height) {
-        surface(mesh, 24, 8, [&](double u, double v) {  // over the top from foot to foot
+        surface(mesh, 24, 8, [&](double u, double v) {  // an arch from foot to foot
             const dvec2 t = cos_sin_degrees(180 * v);
             const double bump = 1 + 0.06 * sine(23 * u * length + 9 * v) * sine(17 * v + 5 * u * length);
             return dvec3(x - 0.6 * t.x * bump, height * t.y * bump - 0.05, z + length * (u - 0.5));

@@ -21,7 +21,7 @@ namespace halflight {
 /// The location of an encoded image.
 struct GltfImageSource {
     std::string label;  // URI or name of the image, for messages
-    std::string uri;    // empty: the image is in `buffer_view`
+    std::string uri;    // URI of the image; empty: the image is in `buffer_view`
     int buffer_view = kNone;
 };
 

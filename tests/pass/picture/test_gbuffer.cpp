@@ -15,7 +15,7 @@ namespace {
 class GBufferTest : public PassTest, public testing::WithParamInterface<PrimaryVisibility> {
   protected:
     struct Content {
-        std::vector<float> depth;  // used by rasterized visibility
+        std::vector<float> depth;  // depth of each pixel; empty if visibility is traced
         std::vector<shared::Ray> rays;
         std::vector<shared::Hit> hits;
         std::vector<vec4> rows;

@@ -56,7 +56,7 @@ TEST_F(CityTest, HitsDoNotDependOnTheMethod) {
         const std::vector<Hit> hits = answers<Hit>(plain, executor, rays);
         const std::vector<std::uint32_t> occluded = answers<std::uint32_t>(plain, executor, rays);
         EXPECT_GT(std::ranges::count_if(hits, [](const Hit& h) { return h.triangle != kMiss; }), rays.size() / 4);
-        for (int turn = 0; turn < 2; ++turn) {  // first without state, then with the state kept
+        for (int turn = 0; turn < 2; ++turn) {  // the second turn uses the state of the first
             EXPECT_EQ(different(hits, answers<Hit>(compute, by_tiles, rays)), 0u);
             EXPECT_EQ(different(occluded, answers<std::uint32_t>(compute, by_tiles, rays)), 0u);
             EXPECT_EQ(different(hits, answers<Hit>(rasterizing, by_queries, rays)), 0u);

@@ -228,7 +228,7 @@ std::vector<Ray> beams(int tiles) {
 // Narrow tiles can meet more nodes of dense geometry than a list can hold.
 TEST_F(RasterCullingTest, ListsNeverOverflow) {
     Scene scene = soup(20000, 0.2f, vec3(1), 4);
-    std::vector<vec3>& corners = scene.meshes[0].positions;  // moved below to make slivers, which few rays hit
+    std::vector<vec3>& corners = scene.meshes[0].positions;  // the moves below make slivers, which few rays hit
     for (std::size_t i = 0; i < corners.size(); i += 3)
         corners[i + 2] = glm::mix(corners[i + 1], corners[i + 2], 0.03f);
     // Lists hold one node of the CPU's tree, or several.

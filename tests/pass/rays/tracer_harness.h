@@ -28,7 +28,7 @@ using shared::kMiss;
 struct TraceRequest {
     std::span<const Ray> rays;
     const std::vector<std::uint32_t>* list = nullptr;  // indices of rays to trace; results of others are 0
-    gpu::Buffer* frame_constants = nullptr;            // needed for coverage
+    gpu::Buffer* frame_constants = nullptr;            // buffer of struct Frame, needed for coverage
     rays::RayKind kind = rays::RayKind::primary;
     std::uint32_t rays_of_path = 1;  // number of consecutive rays per path; not with a list
 };

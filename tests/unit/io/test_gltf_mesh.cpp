@@ -306,7 +306,7 @@ GltfBuilder skinned() {
         b.accessor("VEC4", kU8, std::vector<std::uint8_t>{0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0});
     primitive["attributes"]["WEIGHTS_0"] = b.floats("VEC4", {1, 0, 0, 0, 2, 0, 0, 0, 0.5f, 0.5f, 0, 0});
     b.json["nodes"][0]["skin"] = 0;
-    b.json["nodes"][0]["translation"] = {100, 100, 100};  // must have no effect
+    b.json["nodes"][0]["translation"] = {100, 100, 100};  // skins ignore this translation
     b.push("nodes", {{"translation", {0, 0, 5}}, {"children", {2}}});
     b.push("nodes", {{"scale", {2, 2, 2}}});
     b.push("skins", {{"joints", {1, 2}},

@@ -21,7 +21,7 @@ class Treelets {
     std::size_t count() const { return count_; }
 
   private:
-    std::vector<std::uint32_t> first_;  // indexed by triangle; one entry more than triangles
+    std::vector<std::uint32_t> first_;  // by triangle, first index into references_; one more entry than triangles
     std::vector<std::uint32_t> references_;
     std::size_t count_ = 0;
 };
