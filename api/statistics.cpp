@@ -79,7 +79,7 @@ Json raster_statistics(const rays::RasterBatch& batch) {
 std::uint64_t peak_memory_bytes() {
     rusage usage{};
     getrusage(RUSAGE_SELF, &usage);
-    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // getrusage(2): kilobytes
+    return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;  // getrusage(2) counts kilobytes
 }
 
 std::string environment_name(const Environment& environment) {

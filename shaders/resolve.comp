@@ -21,7 +21,7 @@ layout(local_size_x = 64) in;
 layout(std140) uniform FrameBlock { Frame frame; };
 #ifdef HALFLIGHT_LIST
 #define HALFLIGHT_TRACED
-uniform usamplerBuffer list;    // R32UI
+uniform usamplerBuffer list;    // R32UI: path indices
 uniform usamplerBuffer header;  // RGBA32UI: ListHeader
 #endif
 #ifdef HALFLIGHT_TRACED

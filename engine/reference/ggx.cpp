@@ -48,7 +48,7 @@ dvec3 sample_visible_normal(const dvec3& wo, double alpha, double u1, double u2)
 }
 
 double reflection_pdf(const dvec3& wo, const dvec3& h, double alpha) {
-    // D G1 dot(wo, h) / wo.z, divided by 4 dot(wo, h); G1 = 2 mu / (mu + root).
+    // The density is D G1 dot(wo, h) / wo.z, divided by 4 dot(wo, h); G1 = 2 mu / (mu + root).
     return ggx_distribution(h, alpha) / (2 * (wo.z + smith_root(wo.z, alpha)));
 }
 

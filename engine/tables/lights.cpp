@@ -131,8 +131,8 @@ class Builder {
         const dvec3 e2 = p[2] - p[0];
         const dvec3 cross = glm::cross(e1, e2);
         const double area = 0.5 * glm::length(cross);
-        // Roundings of the row and of the point on it, and of the tracer's plane through it (surface_at gives the
-        // reasons).
+        // The error consists of the roundings of the row, of the point on it, and of the tracer's plane (surface_at
+        // gives the reasons).
         constexpr double kUlp = 0x1p-24;
         dvec3 error = 8 * kUlp * (glm::abs(p[0]) + glm::abs(e1) + glm::abs(e2));
         if (!instance.identity) {

@@ -44,7 +44,7 @@ struct BlockInstance {
 struct MeshRange {
     std::uint32_t mesh = 0;      // index into Scene::meshes
     std::uint32_t instance = 0;  // index into Scene::instances; shared: the mesh's first instance
-    bool merged = false;         // transformed into block 0; otherwise in object space minus Block::origin
+    bool merged = false;         // true: transformed into block 0; false: in object space minus Block::origin
     bool moves = false;          // changes in block space with the pose of the scene
     std::uint32_t block = 0;
     std::uint32_t first_vertex = 0;

@@ -7,10 +7,10 @@
 
 uniform samplerBuffer points;  // RGBA32F, kReusePointTexels for each path
 #ifdef HALFLIGHT_PENDING
-uniform usamplerBuffer occluded;  // R32UI
+uniform usamplerBuffer occluded;  // R32UI: answers to shadow rays
 #ifdef HALFLIGHT_SUN
-uniform usamplerBuffer sun_occluded;  // R32UI
-uniform samplerBuffer sun_light;      // RGBA32F
+uniform usamplerBuffer sun_occluded;  // R32UI: answers to sun rays
+uniform samplerBuffer sun_light;      // RGBA32F: radiance of sun samples
 #endif
 #endif
 

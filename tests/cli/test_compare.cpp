@@ -96,7 +96,7 @@ TEST_F(Compare, FiguresEqualThoseOfTheLibrary) {
 }
 
 TEST_F(Compare, ThresholdsDecide) {
-    const std::string a = exr("a.exr", 0.25f), b = exr("b.exr", 0);  // mse 0.0208
+    const std::string a = exr("a.exr", 0.25f), b = exr("b.exr", 0);  // the mse is 0.0208
     const Strings mse{a, b, "--metric", "mse"};
     const auto with = [&](const Strings& more) {
         Strings all = mse;

@@ -69,9 +69,10 @@ void finish_preview_options(const CLI::App& app, PreviewArguments& a) {
 
 std::variant<Help, PreviewArguments> parse_view_arguments(int argc, const char* const* argv) {
     CLI::App app("Hybrid raster and ray-traced global illumination.", "halflight");
+    app.set_help_flag("-h,--help", "prints this help and exits");
     app.allow_extras();
     PreviewArguments arguments;
-    CLI::App& view = *app.add_subcommand("view", "Show a scene in an interactive window");
+    CLI::App& view = *app.add_subcommand("view", "Shows a scene in an interactive window");
     view.allow_extras();
     add_preview_options(view, arguments);
     try {

@@ -166,12 +166,13 @@ void check_command(const CLI::App& app) {
 
 Arguments parse_arguments(int argc, const char* const* argv) {
     CLI::App app("Hybrid raster and ray-traced global illumination.", "halflight");
-    app.set_version_flag("--version", "halflight " HALFLIGHT_VERSION, "Print the version and exit");
+    app.set_help_flag("-h,--help", "prints this help and exits");
+    app.set_version_flag("--version", "halflight " HALFLIGHT_VERSION, "prints the version and exits");
     app.allow_extras();
     app.require_subcommand(0, 1);  // later words may be files with the name of a command
 
     RenderArguments render;
-    CLI::App& render_app = *app.add_subcommand("render", "Render a glTF scene to .exr and .png");
+    CLI::App& render_app = *app.add_subcommand("render", "Renders a glTF scene to .exr and .png");
     render_app.allow_extras();
     render_app.add_option("SCENE", render.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("")->required();
     render_app
@@ -187,18 +188,18 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     add_run_options(options, render);
 
     PreviewArguments preview;
-    CLI::App& preview_app = *app.add_subcommand("view", "Show a scene in an interactive window");
+    CLI::App& preview_app = *app.add_subcommand("view", "Shows a scene in an interactive window");
     preview_app.allow_extras();
     add_preview_options(preview_app, preview);
 
     ConvergeArguments converge;
-    CLI::App& converge_app = *app.add_subcommand("converge", "Measure error against run time and write a report");
+    CLI::App& converge_app = *app.add_subcommand("converge", "Measures error against run time and writes a report");
     converge_app.allow_extras();
     add_converge_options(converge_app, converge);
 
     InfoArguments info;
     bool settings_page = false;
-    CLI::App& info_app = *app.add_subcommand("info", "List the contents of a scene, or the devices");
+    CLI::App& info_app = *app.add_subcommand("info", "Lists the contents of a scene, or the devices");
     info_app.allow_extras();
     info_app.add_option("SCENE", info.scene, "glTF 2.0 scene, .gltf or .glb")->type_name("");
     info_app.add_flag("--device", info.device, "lists the devices, and why each was or was not chosen");
@@ -217,12 +218,12 @@ Arguments parse_arguments(int argc, const char* const* argv) {
     add_memory_options(info_options, info);
 
     BenchArguments bench;
-    CLI::App& bench_app = *app.add_subcommand("bench", "Measure rays per second of several tracers, interleaved");
+    CLI::App& bench_app = *app.add_subcommand("bench", "Measures rays per second of several tracers, interleaved");
     bench_app.allow_extras();
     bench::add_options(bench_app, bench);
 
     CompareArguments compare;
-    CLI::App& compare_app = *app.add_subcommand("compare", "Measure the difference of two pictures, layer by layer");
+    CLI::App& compare_app = *app.add_subcommand("compare", "Measures the difference of two pictures, layer by layer");
     compare_app.allow_extras();
     compare::add_options(compare_app, compare);
 

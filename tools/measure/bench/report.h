@@ -18,7 +18,7 @@ struct SceneResult {
     ivec2 size{0};
     rays::TraceStatistics statistics;
     double embree_build_seconds = 0;
-    std::vector<std::string> left_out;  // "method: why it cannot take the scene", "kind: no rays"
+    std::vector<std::string> left_out;  // lines "method: why it cannot take the scene", "kind: no rays"
     std::vector<KindResult> kinds;
 
     /// Returns the number of rays for which an exact method differs from the plain tracer.
