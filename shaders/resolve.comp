@@ -8,7 +8,7 @@
 // Variants by what is stored:
 //   HALFLIGHT_SEEN           instead of a record, the emission is added to a mean
 //   HALFLIGHT_LAST_VERTEX    only emission and geometric normal are stored
-//   HALFLIGHT_REUSE_POINTS   each record is followed by the point for path reuse, without its light
+//   HALFLIGHT_REUSE_POINTS   the point for path reuse is stored, too, without its light
 #include "shaders/shared/frame.h"
 #include "shaders/shared/pixel_order.h"
 #include "shaders/shared/rays.h"

@@ -51,7 +51,7 @@ class Movie {
     std::filesystem::path file_;
     Spool errors_;                   // ffmpeg's stderr
     int input_ = -1;                 // write end of the pipe to ffmpeg's stdin; -1: closed
-    std::optional<Process> ffmpeg_;  // terminated by the destructor
+    std::optional<Process> ffmpeg_;  // ffmpeg itself, which the destructor terminates
     bool failed_ = false;
 };
 

@@ -47,7 +47,7 @@ class Lights {
     const Tracer& tracer_;
     EnvironmentLight environment_;
     std::vector<Emitter> emitters_;
-    std::vector<std::vector<int>> emitter_of_;  // per instance, per triangle; empty where an instance does not emit
+    std::vector<std::vector<int>> emitter_of_;  // emitter of each triangle, by instance; empty where none emits
     AliasTable table_;                          // emitters, then Scene::lights, then the environment
 };
 

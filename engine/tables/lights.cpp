@@ -281,7 +281,7 @@ class Builder {
             float& head = tables_.rows[std::size_t{light} * shared::kLightStride].w;
             head = shared::float_of_word(shared::word_of_float(head) | tree.trails[i] << shared::kLightKindBits);
         }
-        // A multiple of 2^-24, like the random numbers that it is compared with.
+        // The share is a multiple of 2^-24, like the random numbers that it is compared with.
         tables_.tree_share = std::round(share * 0x1p24) * 0x1p-24;
         tables_.tree = std::move(tree.rows);
     }

@@ -69,8 +69,8 @@ struct EnvironmentCells {
     int columns = 0;
     int rows = 0;
     std::vector<double> weights;       // weight of each cell, row-major from the top
-    std::vector<double> solid_angles;  // sr, of one cell per row
-    double integral = 0;               // nit sr, of the luminance over the sphere
+    std::vector<double> solid_angles;  // solid angle of a cell of each row, sr
+    double integral = 0;               // integral of the luminance over the sphere, nit sr
 };
 /// Returns one cell per texel, or larger cells where these would be more than max_cells.
 EnvironmentCells environment_cells(const Image& map, int max_cells = 1 << 21);

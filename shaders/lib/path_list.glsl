@@ -10,7 +10,7 @@ struct AppendRank {
     uint total;  // number of invocations that append
 };
 
-// Returns the ranks. It contains barriers: all 64 invocations of the group must call it.
+// Returns the ranks. The function contains barriers: all 64 invocations of the group must call it.
 AppendRank rank_in_group(bool wanted) {
     uint lane = gl_LocalInvocationIndex;
     barrier();  // all invocations have read earlier values

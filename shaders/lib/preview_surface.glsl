@@ -17,7 +17,7 @@ float pixel_extent(Frame frame, float depth) {
 const float kLikenessSlope = 0.5;
 
 // Returns the similarity, in [0,1], of the surfaces at pixels q and p; `place` is that of p at its depth. It has the
-// edge-stopping functions of normal and depth of Schied et al. 2017 (SVGF), equations 3 and 4. That of depth uses the
+// edge-stopping functions of normal and depth of Schied et al. 2017 (SVGF), equations 3 and 4. The second one uses the
 // distance from either tangent plane, which needs no derivative of the depth.
 float likeness(Frame frame, ivec2 p, vec4 guide_p, vec3 place, ivec2 q, vec4 guide_q) {
     vec3 between = place_at_depth(frame, q, guide_q.w) - place;

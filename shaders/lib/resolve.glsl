@@ -58,7 +58,7 @@ Bsdf make_bsdf(Material m, vec3 geometric_normal, vec3 wo) {
     float specular = average(b.specular * whole + b.specular_edge * albedo.y);
     float glossy = specular + transmission + coat_albedo;
     float sum = diffuse + glossy;
-    b.p_diffuse = glossy > 0.0 ? diffuse / sum : 1.0;  // a black surface may pick either
+    b.p_diffuse = glossy > 0.0 ? diffuse / sum : 1.0;  // a black surface may pick either component
     b.p_transmission = glossy > 0.0 ? transmission / glossy : 0.0;
     b.p_coat = glossy > 0.0 ? coat_albedo / glossy : 0.0;
 #endif

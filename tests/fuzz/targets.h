@@ -14,9 +14,9 @@ struct Broken : std::logic_error {
 /// Loads arbitrary bytes, like the targets below. Bad input must throw an Error of one line that starts with the file's
 /// name. Loaded data must be valid. Throws Broken otherwise.
 void gltf(std::string_view input);
-void environment(std::string_view input);  ///< an OpenEXR or Radiance file
-void color(std::string_view input);        ///< lines: display, view, look, colour space; then a config
-void arguments(std::string_view input);    ///< lines: a list of frames, then the words of a command line
-void settings(std::string_view input);     ///< contents of a settings file
+void environment(std::string_view input);  ///< Loads an OpenEXR or Radiance file.
+void color(std::string_view input);        ///< Loads lines with display, view, look and colour space, then a config.
+void arguments(std::string_view input);    ///< Parses a line with a list of frames, then the words of a command line.
+void settings(std::string_view input);     ///< Parses the contents of a settings file.
 
 }  // namespace halflight::fuzz

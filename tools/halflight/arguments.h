@@ -31,7 +31,7 @@ struct InfoArguments {
     std::optional<std::filesystem::path> scene;
     bool device = false;      // lists devices
     bool needs = false;       // lists the parts that rendering leaves out
-    bool time = false;        // measures the time that leaving them out saves
+    bool time = false;        // measures the time that leaving parts out saves
     RenderArguments picture;  // picture whose memory is estimated: size, camera, layers, ...; without files
     bool png = false;         // the picture is written as a .png, too
     bool json = false;

@@ -60,8 +60,8 @@ class RandomViews {
 };
 
 struct CameraRay {
-    dvec3 origin;  // world units
-    dvec3 along;   // length 1 per unit of distance along the camera's axis
+    dvec3 origin;  // origin, world units
+    dvec3 along;   // direction, of length 1 per unit of distance along the camera's axis
 };
 
 CameraRay camera_ray(const Camera& camera, const ivec2& image, const dvec2& at) {
