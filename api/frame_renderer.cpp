@@ -42,12 +42,12 @@ struct FrameRenderer::State {
     RayServerFactory ray_server;
     ColorConfig colors;
     std::shared_ptr<gpu::Context> context;
-    std::optional<GpuDeformer> deformer;  // none where no mesh deforms
+    std::optional<GpuDeformer> deformer;  // deformer on the device; none where no mesh deforms
     std::optional<DeformCounts> deformed;
     // The uploaded scene and the objects that render it; without them the next picture makes new ones.
     std::unique_ptr<PreparedScene> prepared;
     std::shared_ptr<rays::BatchServer> server;
-    std::shared_ptr<RadianceCache> cache;  // null without RenderSettings::preview.cache
+    std::shared_ptr<RadianceCache> cache;  // radiance cache; null without RenderSettings::preview.cache
     std::optional<Renderer> renderer;
     std::uint64_t uploaded = 0;               // LoadedScene::revision() of the uploaded scene
     std::uint64_t transforms = 0;             // LoadedScene::transform_revision() of the uploaded scene

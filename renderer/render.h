@@ -53,7 +53,7 @@ class Renderer {
     struct State;
     /// Throws Error where an update has failed.
     State& state() const;
-    std::unique_ptr<State> state_;  // null where an update has failed
+    std::unique_ptr<State> state_;  // state; null where an update has failed
 };
 
 }  // namespace halflight

@@ -65,7 +65,7 @@ struct Renderer::State {
     std::vector<gpu::Buffer> seen_constants;  // constants of camera rays for directly visible light
     std::shared_ptr<RadianceCache> cache;     // radiance cache; null: not used
     HandOver hand_over;
-    std::optional<SampleQueue> in_flight;  // set by the constructor
+    std::optional<SampleQueue> in_flight;  // samples on the device; set by the constructor
     Band band;
     Band current;  // band of the uploaded constants
     int bands = 0;

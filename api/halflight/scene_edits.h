@@ -46,7 +46,7 @@ struct SceneEdits {
 
 /// Colour and intensity (cd or lux) of a light, whose product is PunctualLight::intensity.
 struct LightColor {
-    vec3 color;       // largest channel 1; white where the light is off
+    vec3 color;       // colour, largest channel 1; white where the light is off
     float intensity;  // >= 0
 };
 LightColor color_of(const PunctualLight& light);

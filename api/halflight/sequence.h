@@ -29,7 +29,7 @@ struct SequenceOptions {
 
 /// Callbacks of render_sequence(). All may be empty; they must not throw.
 struct SequenceEvents {
-    std::function<void(std::size_t frames)> started{};  // called with the number of frames to make
+    std::function<void(std::size_t frames)> started{};  // receives the number of frames to make
     std::function<bool(std::uint32_t frame, const RenderProgress& progress)> progress{};  // false stops
     std::function<bool()> go_on{};  // called before each frame and while a pilot runs; false stops
     std::function<void(std::uint32_t frame, std::size_t made, std::size_t failed)> made{};

@@ -31,7 +31,7 @@ struct ColorConfig::Data {
     std::string source;
     std::vector<std::filesystem::path> files;
     std::string rendering_space;       // name of the config's colour space that `from_rec709` converts to
-    ocio::TransformRcPtr from_rec709;  // null where rendering_space is linear Rec.709 itself
+    ocio::TransformRcPtr from_rec709;  // conversion; null where rendering_space is linear Rec.709
 };
 
 struct ViewProcessor::Data {

@@ -81,10 +81,10 @@ class PreparedScene {
     std::optional<SceneBuffers> buffers_;
     std::optional<rays::TraceScene> trace_;
     rays::CullTree cull_tree_;
-    std::unique_ptr<Memory> memory_;  // null unless something moves
+    std::unique_ptr<Memory> memory_;  // state of the last pose; null unless something moves
     gpu::ProgramCache programs_;
     bool has_environment_ = false;
-    bool usable_ = true;  // false after a failed update
+    bool usable_ = true;  // false: an update has failed
     Estimator estimator_;
     const Estimator asked_estimator_;
     rays::HierarchyCounts hierarchies_;

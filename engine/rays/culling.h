@@ -29,7 +29,7 @@ enum class Culling : std::uint8_t {
 struct ServedScene {
     const TraceTables& tables;
     const TraceScene& trace;
-    const CullTree& cull_tree;  // empty unless it was prepared for a method that needs it
+    const CullTree& cull_tree;  // tree for raster culling; empty unless prepared for a method that needs it
     bool measure = false;       // RenderSettings::measure
 };
 

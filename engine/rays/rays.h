@@ -30,7 +30,7 @@ struct RayBatch {
     std::uint32_t paths = 0;
     std::uint32_t rays_of_path = 1;
     graph::BufferHandle rays;         // `capacity` Ray structs
-    graph::BufferHandle list;         // optional: `capacity` path indices, uint
+    graph::BufferHandle list;         // `capacity` path indices, uint; optional
     graph::BufferHandle list_header;  // ListHeader of shaders/shared/rays.h, if there is a list
     // Key of the alpha test of blended surfaces, read only if TraceTables::alpha_tested is set
     // (shaders/lib/alpha_key.glsl). It consists of struct Frame (shaders/shared/frame.h) and a salt. The frame's seed
@@ -104,7 +104,7 @@ class TraceScene {
     gpu::Buffer nodes_;
     gpu::Buffer triangles_;
     gpu::Buffer heads_;          // per instance: node index of its block's head
-    gpu::Buffer own_instances_;  // empty where instance rows are shared
+    gpu::Buffer own_instances_;  // instance rows; empty where they are shared
     const gpu::Buffer* shared_instances_;
 };
 

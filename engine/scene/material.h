@@ -40,7 +40,7 @@ struct Material {
     std::string name;
     AlphaMode alpha_mode = AlphaMode::opaque;
     float alpha_cutoff = 0.5f;
-    bool double_sided = false;  // kept for tools: light transport treats every surface as two-sided
+    bool double_sided = false;  // glTF's flag, for tools: light transport is always two-sided
     bool unlit = false;         // true: the base colour is emitted, nothing is reflected
     vec4 base_color{1};         // linear rgb; a: coverage
     TextureRef base_color_texture;

@@ -21,7 +21,7 @@ struct Setting {
     double upper = 0;          // largest number allowed
     bool zero = false;         // 0 is allowed below `lower`, too, and disables the setting
     bool fingerprint = true;   // decides pixels, so frames made with another value differ
-    bool saved = false;        // part of settings files, and an option of `halflight view`
+    bool saved = false;        // true: part of settings files, and an option of `halflight view`
     bool memory = false;       // an option of `halflight info`, whose memory estimate depends on it
     double slider_from = 0;    // range of the viewer's slider; empty: the viewer has none
     double slider_to = 0;

@@ -12,7 +12,7 @@ HALFLIGHT_SHARED_CONST float kNoDepth = 1e10f;
 struct AovRecord {
     vec3 position;  // position relative to TraceTables::origin; 0 without a surface
     float depth;    // distance along the camera's axis, world units; kNoDepth where there is no surface
-    vec2 motion;    // pixels, x right, y down: position relative to that of the same point in the previous frame
+    vec2 motion;    // motion of the point since the previous frame, pixels, x right, y down
     uint triangle;  // id in the tables; kMiss where there is no surface
     uint instance;  // index of the block instance
 };

@@ -9,7 +9,7 @@ HALFLIGHT_SHARED_BEGIN
 struct Ray {
     vec3 origin;     // start relative to SceneTables::origin, world units
     float t_min;     // >= 0, in units of |direction|
-    vec3 direction;  // need not be unit length; not zero
+    vec3 direction;  // any length but zero
     float t_max;     // +inf allowed; < t_min: a dead ray, never traced, always a miss
 };
 HALFLIGHT_SHARED_SIZE(Ray, 32)

@@ -98,7 +98,7 @@ struct CameraHit {
 struct CameraRayResult {
     bool hit = false;
     bool clear = true;  // all rays within 1/100 pixel agree on triangle or miss: no edge is near
-    CameraHit surface;  // valid for a hit
+    CameraHit surface;  // surface that is hit; valid for a hit
 };
 /// Returns the result of the camera ray through the point `at` of the image, in pixels.
 CameraRayResult trace_camera_ray(const Scene& scene, const Camera& camera, const ivec2& image, const dvec2& at);

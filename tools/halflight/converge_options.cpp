@@ -86,15 +86,15 @@ void add_converge_options(CLI::App& app, ConvergeArguments& a) {
                   [&](const auto& name, const auto& text) { a.plan.methods = methods(name, text); });
     options
         .value("--estimator", "KEY=VALUE,...",
-               "sampling techniques of the GL methods; give the option several times to compare them: " +
+               "sampling techniques of the GL methods (give the option several times to compare them): " +
                    known_estimators(),
                [&](const auto& name, const auto& text) { a.estimators = each_given(name, text, estimator); })
         ->multi_option_policy(CLI::MultiOptionPolicy::Join);
     options
-        .value(
-            "--preview", "NAME,...",
-            "preview modes of the GL methods; give the option several times to compare them: none, " + known_previews(),
-            [&](const auto& name, const auto& text) { a.previews = each_given(name, text, preview); })
+        .value("--preview", "NAME,...",
+               "preview modes of the GL methods (give the option several times to compare them): none, " +
+                   known_previews(),
+               [&](const auto& name, const auto& text) { a.previews = each_given(name, text, preview); })
         ->multi_option_policy(CLI::MultiOptionPolicy::Join);
     options.value("--warm-up", "N",
                   "samples from a neighbouring camera that fill the radiance cache before each picture (default 0)",

@@ -20,7 +20,7 @@ namespace halflight::view {
 
 /// Animations of a scene, and the frame that is shown.
 struct Timeline {
-    std::shared_ptr<SceneFile> file{};      // null without animations; used by one opening at a time
+    std::shared_ptr<SceneFile> file{};      // file for poses, used by one opening at a time; null: no animations
     std::vector<std::string> animations{};  // names of all animations, from titles()
     std::string animation = "none";         // animation that plays: a value of --animation
     std::vector<std::size_t> playing{};     // indices of the animations that play

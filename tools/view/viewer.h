@@ -78,7 +78,7 @@ class Viewer {
     std::optional<PanelRequests::FrameRequest> opening_pose_;  // frame being opened
     // no picture of the session's current frame has been drawn yet
     bool pose_pending_ = false;
-    std::future<Session::Opened> opening_;  // valid while something is being opened
+    std::future<Session::Opened> opening_;  // result of the opening; valid while something is being opened
     struct Play {
         double since;         // start time of the playback, seconds
         std::uint32_t first;  // frame shown at that time
