@@ -38,8 +38,8 @@ struct FrameOptions {
 /// A part of a frame that is built or left out as a whole: passes, buffers or shader code.
 struct FramePart {
     const char* name;
-    std::size_t path_bytes = 0;      // bytes of its own buffers per path of a band
-    const char* left_out = nullptr;  // reason why the part contributes nothing; null: it is built
+    std::size_t path_bytes = 0;      // bytes of the part's own buffers per path of a band
+    const char* left_out = nullptr;  // reason why the part contributes nothing; null: the part is built
     explicit operator bool() const { return left_out == nullptr; }
 };
 
@@ -65,7 +65,7 @@ FrameNeeds frame_needs(const SceneNeeds& scene, const FrameOptions& options);
 struct LeftOut {
     std::string what;
     std::string fact;       // reason why the part contributes nothing
-    std::size_t bytes = 0;  // size of its buffers before passes share memory, bytes; 0: code only
+    std::size_t bytes = 0;  // size of the part's buffers before passes share memory, bytes; 0: code only
     bool operator==(const LeftOut&) const = default;
 };
 struct FrameSize {

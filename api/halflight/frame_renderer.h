@@ -24,7 +24,7 @@ class TraceScene;
 /// Motion blur: the shutter is open for a part of each frame, centred at the frame's time.
 struct Shutter {
     double open = 0;             // share of a frame's duration, [0,1]; 0: no motion blur
-    std::optional<int> times{};  // number of poses while it is open, >= 1; none: 8, or fewer where samples are few
+    std::optional<int> times{};  // number of poses in the opening time, >= 1; none: 8, or fewer where samples are few
 };
 
 /// Returns the number of shutter times of a picture of `samples` samples per pixel; 1 without motion blur. The layer

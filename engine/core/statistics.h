@@ -37,7 +37,7 @@ double student_quantile(double chance, double freedom);
 
 /// Confidence of all intervals in reports.
 inline constexpr double kConfidence = 0.95;
-/// a standard normal |z| does not exceed it with probability kConfidence
+/// Quantile that a standard normal |z| does not exceed with probability kConfidence.
 inline constexpr double kNormalQuantile = 1.959964;
 
 /// Interval value +- half_width at confidence kConfidence. half_width is infinite where too few values give no spread.

@@ -27,8 +27,8 @@ struct CulledPass {
 struct PlannedResource {
     ResourceNode node;
     bool used = false;        // true: a pass of the plan uses the resource
-    std::uint32_t first = 0;  // index of the first pass of the plan that uses it
-    std::uint32_t last = 0;   // index of the last pass that uses it; outputs last until the end
+    std::uint32_t first = 0;  // index of the first pass of the plan that uses the resource
+    std::uint32_t last = 0;   // index of the last pass that uses the resource; outputs last until the end
     std::uint32_t slot = kNoSlot;
     static constexpr std::uint32_t kNoSlot = ~0u;  // slot of imported, history and unused resources
 };

@@ -19,7 +19,7 @@ namespace halflight {
 void write_atomically(const std::filesystem::path& path,
                       const std::function<void(const std::filesystem::path& temporary)>& write);
 
-/// Removes temporaries that killed processes have left of write_atomically() for these files. Temporaries of live
+/// Removes temporaries of write_atomically() for these files that killed processes have left. Temporaries of live
 /// processes and on file systems without locks are kept, and so are those that cannot be removed.
 void remove_abandoned(std::span<const std::filesystem::path> paths);
 

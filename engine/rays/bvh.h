@@ -14,7 +14,7 @@ namespace halflight::rays {
 inline constexpr std::uint32_t kMaxLeafPrimitives = 4;
 
 struct BvhChild {
-    Bounds bounds;            // bounds of all boxes below it; empty: no child
+    Bounds bounds;            // bounds of all boxes below the child; empty: no child
     std::uint32_t first = 0;  // leaf: first entry in Bvh::primitives; inner node: index into Bvh::nodes
     std::uint32_t count = 0;  // primitives of a leaf, 1 to kMaxLeafPrimitives; 0: inner node
 

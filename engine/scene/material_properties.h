@@ -64,7 +64,7 @@ struct MaterialTexture {
     TextureRef Material::*field;
     const char* path;  // JSON pointer of the textureInfo within a glTF material
     TextureUse use;
-    std::vector<TexturedProperty> multiplies;  // properties that it multiplies; none for normal maps
+    std::vector<TexturedProperty> multiplies;  // properties that the texture multiplies; none for normal maps
     bool (*matters)(const Material&);          // whether the texture can change the material's appearance
     MaterialPacking packing;                   // place of the slot: a word (shaders/shared/word.h)
     bool MaterialNeeds::*need;
@@ -81,7 +81,7 @@ struct MaterialLobe {
     const char* define;                // name of the macro after HALFLIGHT_
     const char* fact;                  // statement that is true if the need is false
     bool (*present)(const Material&);  // returns whether a material has the lobe
-    bool MaterialNeeds::*implies;      // a need that comes with it and implies none itself; null: none
+    bool MaterialNeeds::*implies;      // a need that comes with the lobe and implies none itself; null: none
 };
 
 std::span<const MaterialProperty> material_properties();

@@ -61,7 +61,7 @@ struct AovInfo {
     void (*read)(const shared::AovRecord&, const TraceTables&, float* to) = nullptr;
     void (*read_debug)(const shared::DebugRecord&, float* to) = nullptr;
 
-    bool debug() const { return source == LayerSource::debug; }  ///< Returns whether it may vary between runs.
+    bool debug() const { return source == LayerSource::debug; }  ///< Returns whether values vary between runs.
     bool at_centre() const { return merge == LayerMerge::none; }
     bool is_color() const { return storage == LayerStorage::color; }
     bool is_matte() const { return storage == LayerStorage::matte; }

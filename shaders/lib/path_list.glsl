@@ -26,7 +26,7 @@ AppendRank rank_in_group(bool wanted) {
 }
 
 // Defines `uint name(bool wanted)`: the invocation's place in the list whose ListHeader is the block member `header`.
-// It is a macro, because atomics take no function arguments, and contains barriers.
+// DEFINE_APPEND is a macro, because atomics take no function arguments. The function contains barriers.
 #define DEFINE_APPEND(name, header)                                                                    \
     uint name(bool wanted) {                                                                           \
         AppendRank r = rank_in_group(wanted);                                                          \

@@ -18,7 +18,7 @@ uint cell_low(uint cell, int channel) { return cells[cell].low[channel]; }
 uint cell_high(uint cell, int channel) { return cells[cell].high[channel]; }
 #endif
 
-// A cell's length over its distance from the camera, before it is rounded up to a power of two.
+// A cell's length, before it is rounded up to a power of two, over the cell's distance from the camera.
 const float kCacheAngle = 1.0 / 16.0;
 
 // Returns the finest level; cells are 2^level long.

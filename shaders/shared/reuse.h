@@ -34,7 +34,7 @@ struct ReusePoint {
     float offset;           // Surface::offset of the position
     vec3 geometric_normal;  // normal on the side of the incoming path
     float distance;         // distance from the first vertex, > 0
-    vec3 direction;         // direction of the ray that found it: unit length, bit for bit as sampled
+    vec3 direction;         // direction of the ray that found y: unit length, bit for bit as sampled
     float share;            // diffuse_share() towards the ray's origin, > 0
     vec3 normal;            // shading normal, on the side of the geometric one
     float alpha;            // roughness of the specular lobe

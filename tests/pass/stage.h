@@ -87,7 +87,7 @@ class PassTest : public GpuTest {
 /// Surface that a camera ray hits, found by testing every triangle in double precision.
 struct CameraHit {
     std::uint32_t instance = 0;  // index in the scene
-    std::uint32_t triangle = 0;  // index in its mesh
+    std::uint32_t triangle = 0;  // index in the instance's mesh
     double depth = 0;            // distance along the camera's axis, world units
     double u = 0, v = 0;         // barycentric weights of the second and third corner
     dvec3 position{0};           // world units

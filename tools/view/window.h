@@ -23,7 +23,7 @@ class Window {
 
     GLFWwindow* handle() const { return window_; }
     ivec2 framebuffer_size() const;  ///< Returns the size, pixels; {0, 0} while minimised.
-    bool closing() const;            ///< Returns whether the user has asked to close it.
+    bool closing() const;            ///< Returns whether the user has asked to close the window.
     void set_title(const std::string& title);
 
     /// Waits for an event, at most this many seconds; returns whether there was one. Events go to Dear ImGui or to

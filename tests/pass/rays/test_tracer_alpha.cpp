@@ -93,7 +93,7 @@ TEST_F(TracerAlpha, MasksCutOutByTexture) {
     mask.base_color_texture.nearest = true;
     scene.images.push_back({"half", 2, 1, {255, 255, 255, 0, 255, 255, 255, 255}});
     add_square(scene, 2, mask);
-    add_square(scene, 1, covering(AlphaMode::mask, 0.4f));  // transparent, because it is below the cutoff
+    add_square(scene, 1, covering(AlphaMode::mask, 0.4f));  // the alpha is below the cutoff
     add_square(scene, 0, Material{});
     const Answers a = trace(scene);
     for (std::size_t i = 0; i < kRays; ++i) EXPECT_NEAR(a.height(i), i % 128 < 64 ? 0.0f : 2.0f, 1e-5f) << i;

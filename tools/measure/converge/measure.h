@@ -109,7 +109,7 @@ Measurement measure(const Plan& plan, const std::vector<std::unique_ptr<Painter>
 std::string text(const Interval& interval);
 /// Returns whether the slope has at least two points and a finite interval.
 bool is_known(const Slope& slope);
-std::string text(const Slope& slope);  ///< Returns "none" where it is not known.
+std::string text(const Slope& slope);  ///< Returns "none" for an unknown slope.
 /// Returns one sentence for the console: the difference of the whole picture and the number of blocks beyond.
 std::string text(const MethodAgreement& agreement, const std::vector<MethodResult>& methods);
 
