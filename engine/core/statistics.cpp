@@ -73,7 +73,7 @@ Interval jackknife_interval(double value, std::span<const double> without_one) {
     RunningMoments moments;
     for (const double v : without_one) moments.add(v);
     const auto n = static_cast<double>(without_one.size());
-    // Jackknife variance: (n - 1) / n times the sum of squared deviations.
+    // The jackknife variance is (n - 1) / n times the sum of squared deviations.
     const double variance = (n - 1) * (n - 1) / n * moments.variance();
     return {value, student_quantile(kConfidence, n - 1) * std::sqrt(variance)};
 }

@@ -63,7 +63,7 @@ struct ActiveTarget {
 struct Deformation {
     std::shared_ptr<const RestShape> rest;  // the shape at rest, which a Deformer may keep
     std::vector<ActiveTarget> targets;      // active targets by ascending index
-    std::span<const dmat4> joints;  // affine; without joint sets the first one transforms all vertices; empty: none
+    std::span<const dmat4> joints;  // affine matrices; without joint sets the first one moves all vertices; empty: none
 };
 
 /// Returns the deformed vertices. A vertex is transformed by the weighted mean of its joints, or by its first joint

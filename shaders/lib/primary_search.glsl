@@ -33,8 +33,8 @@ PrimarySearch search_seen(Frame frame, ivec2 pixel, Ray ray, uint alpha_key) {
     uvec2 right = seen_at(frame, neighbour(pixel, 1)), left = seen_at(frame, neighbour(pixel, 2));
     uvec2 below = seen_at(frame, neighbour(pixel, 3)), above = seen_at(frame, neighbour(pixel, 4));
     bool open = drawn.x == 0u || right.x == 0u || left.x == 0u || below.x == 0u || above.x == 0u;
-    // The pixel's own triangle, and those not equal to earlier ones. Software drivers pay for each iteration of the
-    // loop below by the maximum over eight pixels.
+    // The bits select the pixel's own triangle, and those not equal to earlier ones. Software drivers pay for each
+    // iteration of the loop below by the maximum over eight pixels.
     uint asked = 1u | (right != drawn ? 2u : 0u) | (left != drawn && left != right ? 4u : 0u) |
                  (below != drawn && below != right && below != left ? 8u : 0u) |
                  (above != drawn && above != right && above != left && above != below ? 16u : 0u);
