@@ -2,9 +2,9 @@
 //
 // Variants: HALFLIGHT_FIRST_HIT (vertex 1, where light met is direct; HALFLIGHT_SHADOW_RAYS lights were sampled for
 // it), HALFLIGHT_PENDING (the last vertex sampled a light), HALFLIGHT_LAST_VERTEX (all paths end),
-// HALFLIGHT_LIGHT_SAMPLES (it samples lights), HALFLIGHT_REUSE (vertex 1 keeps diffuse light apart for its group;
-// SHADING.md, Path reuse), HALFLIGHT_RADIANCE_CACHE (a cell gives this light, and the path's own is kept apart for
-// cells), HALFLIGHT_CACHE_TAKEN (a cell that knows it gives it to a later vertex, which keeps none apart).
+// HALFLIGHT_LIGHT_SAMPLES (this one samples lights), HALFLIGHT_REUSE (vertex 1 keeps diffuse light apart for its group;
+// SHADING.md, Path reuse), HALFLIGHT_RADIANCE_CACHE (a cell gives this light; the path's own light is kept apart for
+// cells), HALFLIGHT_CACHE_TAKEN (a later vertex takes this light from a known cell, and keeps no light apart).
 #include "shaders/shared/frame.h"
 #include "shaders/shared/light.h"
 #include "shaders/shared/path.h"
@@ -267,7 +267,7 @@ void main() {
         goes_on = false;
     }
 #ifndef HALFLIGHT_FIRST_HIT
-    // Roulette starts at depth 3. This is not a variant, which would take longer to compile than it saves.
+    // Roulette starts at depth 3. The test is no variant, which would take longer to compile than it saves.
     float survival = min(max(state.throughput.r, max(state.throughput.g, state.throughput.b)), 0.95);
     bool survives = sample_1d(random, vertex_dimension(depth, kDimensionRoulette)) < survival;
     goes_on = goes_on && (depth < 3u || survives);

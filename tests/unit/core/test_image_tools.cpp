@@ -70,7 +70,7 @@ TEST(CacheFolder, FollowsTheEnvironment) {
 }
 
 TEST(HashOfBytes, IsFnv1a) {
-    // These are the test vectors of draft-eastlake-fnv.
+    // The expected values are test vectors of draft-eastlake-fnv.
     EXPECT_EQ(hash_of(""), 0xcbf29ce484222325u);
     EXPECT_EQ(hash_of("a"), 0xaf63dc4c8601ec8cu);
     EXPECT_EQ(hash_of("foobar"), 0x85944171f73967e8u);

@@ -147,7 +147,7 @@ TEST(Film, VarianceIsOfTheMean) {
                 std::vector<double> values;
                 double mean = 0;
                 for (int i = 0; i < samples; ++i) {
-                    // These are the parts of one sample in all five components.
+                    // The values are the parts of one sample in all five components.
                     const double emission = normal(random), direct = normal(random), glossy = normal(random),
                                  indirect = normal(random), last = normal(random);
                     sums.emission[path * 4 + c] += emission;

@@ -135,7 +135,7 @@ TEST(SceneSky, GivesAHorizontalPlaneAnIrradianceOfPi) {
     double irradiance = 0;
     for (int y = 0; y < sky.map.height; ++y) {
         const double v0 = kPi * y / sky.map.height, v1 = kPi * (y + 1) / sky.map.height;
-        // This is the integral of cos(theta) over the row's band of the upper hemisphere.
+        // The value is the integral of cos(theta) over the row's band of the upper hemisphere.
         const double projected =
             std::pow(std::cos(std::min(v0, kPi / 2)), 2) - std::pow(std::cos(std::min(v1, kPi / 2)), 2);
         irradiance += sky.color.g * sky.map.at(0, y)[1] * kPi * projected;
