@@ -47,9 +47,9 @@ def _call(function, **arguments):
     try:
         return function(*arguments.values())
     except TypeError as error:
-        if "(): incompatible " not in str(error):
+        if error.__traceback__.tb_next or "(): incompatible " not in str(error):  # a callback's error has a next frame
             raise
-        given = ", ".join(f"{name}={value!r}" for name, value in arguments.items()
+        given = ", ".join(f"{name}={' '.join(repr(value).split())}" for name, value in arguments.items()
                           if value is not None and not callable(value))
         raise TypeError(f"one argument has the wrong type: {given}") from None
 
