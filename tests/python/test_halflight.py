@@ -10,8 +10,6 @@ import threading
 import time
 import unittest
 
-import numpy as np
-
 import halflight as hl
 import numpy as np
 
