@@ -123,28 +123,21 @@ void LoadedScene::apply_edits() {
         unedited_->take_surfaces(scene_);
         unedited_->environment = scene_.environment;
     }
-    apply(choice_.edits, scene_);
+    apply(choice_.edits, scene_, choice_.edits_source);
 }
 
 void LoadedScene::edit(SceneEdits edits) {
     if (edits == choice_.edits) return;
-    SceneEdits earlier = std::exchange(choice_.edits, std::move(edits));
-    const auto take = [&] {
-        if (unedited_) {
-            scene_.materials = unedited_->materials;
-            scene_.lights = unedited_->lights;
-            scene_.instances = unedited_->instances;
-            scene_.environment = unedited_->environment;
-        }
-        apply_edits();
-    };
-    try {
-        take();
-    } catch (...) {
-        choice_.edits = std::move(earlier);
-        take();
-        throw;
+    check_edits(edits, scene_);
+    const SceneEdits earlier = std::exchange(choice_.edits, std::move(edits));
+    choice_.edits_source.clear();
+    if (unedited_) {
+        scene_.materials = unedited_->materials;
+        scene_.lights = unedited_->lights;
+        scene_.instances = unedited_->instances;
+        scene_.environment = unedited_->environment;
     }
+    apply_edits();
     ++revision_;
     if (choice_.edits.transforms != earlier.transforms) ++transform_revision_;
 }
@@ -159,7 +152,7 @@ void LoadedScene::pose(double seconds) {
     file_->pose(scene_, seconds);
     if (unedited_) unedited_->take_surfaces(scene_);
     Environment edited = std::exchange(scene_.environment, {});
-    apply(choice_.edits, scene_);
+    apply(choice_.edits, scene_, choice_.edits_source);
     scene_.environment = std::move(edited);
     posed_at_ = seconds;
     ++revision_;
@@ -174,7 +167,7 @@ void LoadedScene::deform_by(Deformer* deformer) {
 
 Scene LoadedScene::posed(double seconds) {
     Scene posed = file_->at(seconds);
-    apply(choice_.edits, posed);
+    apply(choice_.edits, posed, choice_.edits_source);
     return posed;
 }
 

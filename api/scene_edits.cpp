@@ -48,23 +48,6 @@ void check(const std::string& subject, const char* what, const dvec3& value, con
     for (int i = 0; i < 3; ++i) check(subject, what, value[i], range);
 }
 
-/// Throws Error for values of lights and environment outside their ranges.
-void check(const SceneEdits& edits, const std::string& scene) {
-    check(scene, "rotation of the environment", edits.environment_rotation, kEditRotation);
-    check(scene, "intensity of the environment", edits.environment_intensity, kEditFactor);
-    check(scene, "tint of the environment", dvec3(edits.environment_tint), kEditColor);
-    check(scene, "factor of emission", edits.emission, kEditFactor);
-    for (std::size_t i = 0; i < edits.lights.size(); ++i) {
-        const LightEdit& edit = edits.lights[i];
-        const std::string light = fmt::format("{}: light {}", scene, i);
-        check(light, "factor", edit.factor, kEditFactor);
-        check(light, "color", dvec3(edit.color.value_or(vec3(1))), kEditColor);
-        check(light, "position", edit.position.value_or(dvec3(0)), kEditPosition);
-        if (edit.direction && !(std::abs(glm::length(*edit.direction) - 1) <= 1e-6))
-            throw Error(light, "direction: is not of unit length");
-    }
-}
-
 }  // namespace
 
 LightColor color_of(const PunctualLight& light) {
@@ -78,23 +61,43 @@ std::optional<dvec3> unit_direction(const dvec3& v) {
     return glm::normalize(v / most);  // scaling keeps squares from vanishing or overflowing
 }
 
-void apply(const SceneEdits& edits, Scene& scene) {
-    check(edits, scene.name);
+void check_edits(const SceneEdits& edits, const Scene& scene, const std::string& source) {
+    const std::string subject = source.empty() ? scene.name : fmt::format("{}: {}", source, scene.name);
+    check(subject, "rotation of the environment", edits.environment_rotation, kEditRotation);
+    check(subject, "intensity of the environment", edits.environment_intensity, kEditFactor);
+    check(subject, "tint of the environment", dvec3(edits.environment_tint), kEditColor);
+    check(subject, "factor of emission", edits.emission, kEditFactor);
+    for (std::size_t i = 0; i < std::min(edits.lights.size(), scene.lights.size()); ++i) {
+        const LightEdit& edit = edits.lights[i];
+        const std::string light = fmt::format("{}: light {}", subject, i);
+        check(light, "factor", edit.factor, kEditFactor);
+        check(light, "color", dvec3(edit.color.value_or(vec3(1))), kEditColor);
+        check(light, "position", edit.position.value_or(dvec3(0)), kEditPosition);
+        if (edit.direction && !(std::abs(glm::length(*edit.direction) - 1) <= 1e-6))
+            throw Error(light, "direction: is not of unit length");
+    }
     for (const auto& [index, properties] : edits.materials) {
         if (index >= scene.materials.size())
-            throw Error(scene.name, "there is no material {}; the scene has {}, numbered from 0", index,
+            throw Error(subject, "there is no material {}; the scene has {}, numbered from 0", index,
                         scene.materials.size());
+        Material material = scene.materials[index];
         for (const auto& [name, values] : properties)
-            set_property(scene.materials[index], name, values, fmt::format("{}: material {}", scene.name, index));
+            set_property(material, name, values, fmt::format("{}: material {}", subject, index));
     }
     for (const auto& [index, transform] : edits.transforms) {
         if (index >= scene.instances.size())
-            throw Error(scene.name, "there is no instance {}; the scene has {}, numbered from 0", index,
+            throw Error(subject, "there is no instance {}; the scene has {}, numbered from 0", index,
                         scene.instances.size());
         if (!is_affine(transform))
-            throw Error(scene.name, "instance {}: its transform is not finite, or not affine", index);
-        scene.instances[index].object_to_world = transform;
+            throw Error(subject, "instance {}: its transform is not finite, or not affine", index);
     }
+}
+
+void apply(const SceneEdits& edits, Scene& scene, const std::string& source) {
+    check_edits(edits, scene, source);
+    for (const auto& [index, properties] : edits.materials)
+        for (const auto& [name, values] : properties) set_property(scene.materials[index], name, values, scene.name);
+    for (const auto& [index, transform] : edits.transforms) scene.instances[index].object_to_world = transform;
     turn(scene.environment.map, edits.environment_rotation);
     scene.environment.color *= edits.environment_intensity * edits.environment_tint;
     if (edits.clay) std::ranges::transform(scene.materials, scene.materials.begin(), clay);

@@ -29,6 +29,7 @@ struct SceneChoice {
     bool allow_outside = false;   // lets the scene name files outside its folder
     EnvironmentChoice environment{};
     SceneEdits edits{};
+    std::string edits_source{};  // settings file of `edits`, for errors; empty: none
     // Animation that plays: a name, which comes first since a name may be a number; a number from 0; "all" or "none".
     // Without a value the scene is at rest, at the pose of its nodes, and animations are not read.
     std::optional<std::string> animation{};
@@ -99,7 +100,7 @@ class LoadedScene {
     /// Returns a number that changes with each edit of transforms. Earlier hierarchies are invalid afterwards.
     std::uint64_t transform_revision() const { return transform_revision_; }
 
-    /// Replaces all edits, in the last pose. Throws Error as apply() does, and keeps the earlier edits then.
+    /// Replaces all edits, in the last pose. Throws Error as check_edits() does, and keeps the earlier edits then.
     void edit(SceneEdits edits);
     const SceneEdits& edits() const { return choice_.edits; }
     /// Chooses another camera. Throws Error where the scene has none of that name, and keeps the earlier one then.

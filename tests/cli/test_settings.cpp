@@ -127,6 +127,9 @@ TEST_F(Settings, InvalidFilesAreRefused) {
               "halflight: " + file("s.json") + ": samples: is no number from 1 to 16777216\n");
     EXPECT_EQ(refused(settings("\"camera\": \"nobody\"")),
               "halflight: " + file("s.json") + ": " + scene + ": no camera 'nobody': it has 0 'front', 1 'above'\n");
+    EXPECT_EQ(
+        refused(settings(R"("materials": {"2": {"roughness": 0.5}})")),
+        "halflight: " + file("s.json") + ": " + scene + ": there is no material 2; the scene has 2, numbered from 0\n");
     const Outcome both = run("s.exr", {"--settings", file("s.exr")});
     EXPECT_EQ(both.status, 2) << "it is both input and output";
 

@@ -46,6 +46,7 @@ void take(const SavedSettings& s, const std::filesystem::path& file, const Given
     if (s.size) take_size(*s.size, given, a);
     if (!given("--env")) a.environment = s.environment;
     a.edits = s.edits;
+    a.edits_source = file.string();
     if (s.moment) {
         if (!given("--animation")) a.animation = s.moment->animation;
         if (!given("--fps")) a.frame_rate = s.moment->rate;

@@ -50,6 +50,7 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
         scene.environment = o.reference->environment;  // avoids reading its file again
     else if (chosen || !t.file->drives_light())
         set_environment(scene, o.arguments.environment, console);
+    check_edits(o.arguments.edits, scene, o.arguments.edits_source);
     o.reference = std::make_shared<const Scene>(std::move(scene));
     o.scene.reset();
     t.last = last_frame(t.file->end(), t.rate);

@@ -228,6 +228,7 @@ TEST(SceneEdits, AreCheckedWhenTheyAreApplied) {
               "box: instance 0: its transform is not finite, or not affine");
     EXPECT_EQ(message({.materials = {{0, {{"roughness", {2}}}}}}), "box: material 0: roughness: 2 is outside [0, 1]");
     EXPECT_EQ(message({.lights = {{2, vec3(1), dvec3(1e12), dvec3(0, 0, 1)}}}), "");
+    EXPECT_EQ(message({.lights = {{}, {}, {-1}}}), "") << "surplus lights are ignored";
 }
 
 TEST(SceneEdits, ClayKeepsLightsAndHoles) {

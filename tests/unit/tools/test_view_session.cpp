@@ -163,6 +163,12 @@ TEST_F(ViewSession, AFailedOpenChangesNothing) {
     const std::filesystem::path other = test::copy_room(folder.path);
     test::write_text(settings_file_of(other), R"({"halflight_settings": 1, "display": "nobody's"})");
     EXPECT_NE(error_message([&] { session.open(session.opening(other)()); }).find("nobody's"), std::string::npos);
+    // The settings were saved when the scene had more instances.
+    test::write_text(settings_file_of(other), R"({"halflight_settings": 1, "transforms":
+        {"2": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]]}})");
+    EXPECT_EQ(error_message([&] { session.open(session.opening(other)()); }),
+              settings_file_of(other).string() + ": " + other.string() +
+                  ": there is no instance 2; the scene has 2, numbered from 0");
     EXPECT_TRUE(session.request(kSize) == before);
     EXPECT_EQ(session.transform, ViewTransform());
     EXPECT_EQ(session.file(), cornell().scene);
