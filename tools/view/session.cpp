@@ -41,6 +41,12 @@ Timeline timeline_of(const PreviewArguments& a, const Console& console) {
     return t;
 }
 
+/// Moves the instances that the settings file moves, so that picking, bounds and motion agree with the picture. Panels
+/// do not change these edits. RendererCache applies all others.
+void take_transforms(const PreviewArguments& a, Scene& scene) {
+    apply({.transforms = a.edits.transforms}, scene, a.edits_source);
+}
+
 /// Poses the reference at 0 s of the animation that plays. The new scene takes the images of `images`.
 void take_reference(Session::Opened& o, const Scene& images, const Console& console) {
     Timeline& t = o.timeline;
@@ -51,6 +57,7 @@ void take_reference(Session::Opened& o, const Scene& images, const Console& cons
     else if (chosen || !t.file->drives_light())
         set_environment(scene, o.arguments.environment, console);
     check_edits(o.arguments.edits, scene, o.arguments.edits_source);
+    take_transforms(o.arguments, scene);
     o.reference = std::make_shared<const Scene>(std::move(scene));
     o.scene.reset();
     t.last = last_frame(t.file->end(), t.rate);
@@ -69,6 +76,7 @@ void take_frame(Session::Opened& o, std::uint32_t frame) {
         if (t.file->surfaces_move()) {
             Scene scene = t.file->at(seconds, o.reference->images);
             scene.environment = o.reference->environment;
+            take_transforms(o.arguments, scene);
             o.scene = std::make_shared<const Scene>(std::move(scene));
         }
     }

@@ -42,7 +42,7 @@ class Session {
     // Panels write to the following members.
     LayerView layer_view;
     ViewTransform transform;
-    SceneEdits edits;
+    SceneEdits edits;  // its transforms stay those of the settings file
     int bounces = 8;
     int samples = 1024;           // samples per pixel after which rendering stops
     bool estimate_error = false;  // requests Picture::relmse
@@ -52,7 +52,8 @@ class Session {
     std::vector<Bookmark> bookmarks;
 
     const std::filesystem::path& file() const { return file_; }
-    const Scene& scene() const { return *scene_; }  ///< Returns the scene at the current frame, without edits.
+    /// Returns the scene at the current frame, with the transforms of `edits` and without the other edits.
+    const Scene& scene() const { return *scene_; }
     const Timeline& timeline() const { return timeline_; }
     double diagonal() const { return diagonal_; }  ///< Returns the diagonal of the scene's bounds, world units, > 0.
     /// Result of the slow part of opening a scene, an environment or a pose; open() takes it.

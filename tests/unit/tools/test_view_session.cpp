@@ -216,6 +216,36 @@ TEST_F(ViewSession, FramesAreOfTheScenesRateUnlessOneIsGiven) {
     EXPECT_NEAR(given.scene().instances.at(0).object_to_world[3].x, 0, 1e-6);
 }
 
+TEST_F(ViewSession, TransformsMoveWhatIsPicked) {
+    const Ray ahead = ray_through(session.camera(), {256, 256}, kSize);
+    const auto still = Picker(std::make_shared<Scene>(session.scene())).pick(ahead);
+    ASSERT_TRUE(still);
+    dmat4 nearer = session.scene().instances[still->instance].object_to_world;
+    nearer[3] -= dvec4(0.1 * ahead.direction, 0);
+    PreviewArguments a = cornell();
+    a.edits.transforms[still->instance] = nearer;
+    Session moved(a, ColorConfig::load());
+    EXPECT_NEAR(glm::length(moved.pose().at - moved.pose().from), distance() - 0.1, 1e-6);
+    ASSERT_TRUE(moved.focus({256, 256}, kSize));
+    EXPECT_LT(glm::length(moved.pose().at - (still->position - 0.1 * ahead.direction)), 1e-6);
+}
+
+/// Motion compares the scenes of two requests.
+TEST_F(ViewSession, TransformsHoldInAllPoses) {
+    TemporaryFolder folder;
+    PreviewArguments a = cornell();
+    a.scene = test::write_sliding_light(folder.path);
+    a.animation = "slide";
+    a.edits.transforms[0] = dmat4(dvec4(1, 0, 0, 0), dvec4(0, 1, 0, 0), dvec4(0, 0, 1, 0), dvec4(7, 0, 0, 1));
+    Session moved(a, ColorConfig::load());
+    for (const char* animation : {"slide", "none"}) {
+        moved.open(moved.posing(animation, 24)());
+        const Request r = moved.request(kSize);
+        for (const auto& scene : {r.reference, r.scene})
+            EXPECT_EQ(scene->instances.at(0).object_to_world, a.edits.transforms[0]) << animation;
+    }
+}
+
 TEST_F(ViewSession, SavesSizeAndModes) {
     session.modes = {{.cache = true, .filter = true}, 2.5f};
     const SavedSettings saved = session.saved({640, 480});
