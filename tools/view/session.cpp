@@ -289,8 +289,11 @@ std::string Session::description() const {
         if (edits.lights[i].position || edits.lights[i].direction) words.push_back(fmt::format("light {} moved", i));
     }
     if (edits.clay) words.emplace_back("clay");
-    for (const auto& [index, properties] : edits.materials) words.push_back(fmt::format("material {} edited", index));
-    for (const auto& [index, matrix] : edits.transforms) words.push_back(fmt::format("instance {} moved", index));
+    const auto count = [&](std::size_t number, const char* what, const char* how) {
+        if (number > 0) words.push_back(fmt::format("{} {}{} {}", number, what, number == 1 ? "" : "s", how));
+    };
+    count(edits.materials.size(), "material", "edited");
+    count(edits.transforms.size(), "instance", "moved");
     if (modes.preview.any()) words.push_back(fmt::format("preview {}", text(modes.preview)));
     if (modes.clamp > 0) words.push_back(fmt::format("clamped to {:g}", modes.clamp));
     words.push_back(fmt::format("{} bounces", bounces));

@@ -283,12 +283,12 @@ TEST_F(ViewSession, DescribesThePicture) {
     session.edits.lights = {{}, {2, vec3(1, 0, 0), dvec3(0)}};
     session.edits.clay = true;
     session.edits.materials[2]["roughness"] = {0.5f};
-    session.edits.transforms[4] = dmat4(1);
+    session.edits.transforms = {{3, dmat4(1)}, {4, dmat4(1)}};
     session.modes.clamp = 3;
     session.bounces = 1;
     EXPECT_EQ(session.description(),
-              "final, no emission, emission x 0.5, light 1 x 2, light 1 coloured, light 1 moved, clay, material 2 "
-              "edited, instance 4 moved, clamped to 3, 1 bounces");
+              "final, no emission, emission x 0.5, light 1 x 2, light 1 coloured, light 1 moved, clay, 1 material "
+              "edited, 2 instances moved, clamped to 3, 1 bounces");
 }
 
 TEST(ViewTimeline, ReachesTheLastKey) {
