@@ -54,9 +54,9 @@ LightColor color_of(const PunctualLight& light);
 /// Returns v scaled to length 1; none where v is zero or not finite.
 std::optional<dvec3> unit_direction(const dvec3& v);
 
-/// Throws Error if the edits cannot be applied to the scene: unknown indices and properties, values outside their
-/// ranges, directions that are not unit, and transforms that are not affine. The error names `source` (the file of the
-/// edits; empty: none), the scene, and the light, material or instance.
+/// Checks whether edits suit a scene. Throws Error for unknown indices and properties, values outside their ranges,
+/// directions that are not unit, and transforms that are not affine. The error names `source` (the file of the edits;
+/// empty: none), the scene, and the light, material or instance.
 void check_edits(const SceneEdits& edits, const Scene& scene, const std::string& source = {});
 
 /// Applies edits to a scene that has none yet, except for the same transforms. Throws Error as check_edits() does, and

@@ -42,7 +42,7 @@ Timeline timeline_of(const PreviewArguments& a, const Console& console) {
 }
 
 /// Moves the instances that the settings file moves, so that picking, bounds and motion agree with the picture. Panels
-/// do not change these edits. RendererCache applies all others.
+/// do not change these edits. RendererCache applies all edits later; it sets the same transforms again.
 void take_transforms(const PreviewArguments& a, Scene& scene) {
     apply({.transforms = a.edits.transforms}, scene, a.edits_source);
 }
