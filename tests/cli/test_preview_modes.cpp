@@ -54,7 +54,7 @@ TEST_F(PreviewModes, FramesContinueEarlierFramesAndAreReproducible) {
     const Outcome others = run("on", "3-4", temporal);
     EXPECT_EQ(others.status, 1) << "of other frames before them";
     EXPECT_NE(others.err.find("exists, but is not this frame"), std::string::npos) << others.err;
-    EXPECT_NE(others.err.find("other --frames"), std::string::npos) << others.err;
+    EXPECT_NE(others.err.find("these --frames"), std::string::npos) << others.err;
     EXPECT_EQ(run("on", "1-4", {"--animation", "all", "--camera", "moving"}).status, 1) << "of no preview mode";
     EXPECT_TRUE(contents("on") == before);
 }

@@ -5,6 +5,7 @@
 
 #include "engine/core/image_tools.h"
 #include "engine/core/statistics.h"
+#include "renderer/settings_check.h"
 
 namespace halflight::leftout {
 namespace {
@@ -67,6 +68,7 @@ bench::Quartiles Comparison::time_ratio() const {
 
 Comparison compare(gpu::Context& context, const Scene& scene, const ColorConfig& colors, const Kept& kept,
                    const Settings& settings, const std::function<void()>& between) {
+    if (!kept_problem(kept).empty()) return {};  // a part that cannot be kept by its name
     RenderSettings picture;
     picture.width = settings.width, picture.height = settings.height;
     picture.camera = scene.cameras.empty() ? framing_camera(scene) : scene.cameras.front();
