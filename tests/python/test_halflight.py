@@ -118,6 +118,8 @@ class Edits(InFolder):
         self.assertGreater(picture["albedo"][..., 1].mean(), 1.5 * picture["albedo"][..., 0].mean())
         with self.assertRaisesRegex(hl.Error, "roughness"):
             self.scene.edit_material(0, roughness=2)
+        with self.assertRaisesRegex(hl.Error, "there is no material '-1'"):
+            self.scene.edit_material(-1, roughness=1)
         with self.assertRaisesRegex(hl.Error, "there is no material 'gold'"):
             self.scene.edit_material("gold", roughness=0)
         self.check_undone()

@@ -118,7 +118,7 @@ class Scene:
     frame_rate = property(lambda self: self._native.frame_rate, doc="Frames per second, as text.")
 
     def _index(self, names, which, what):
-        if isinstance(which, int):
+        if isinstance(which, int) and which >= 0:
             return which
         if which not in names:
             raise Error(f"{self.file}: there is no {what} '{which}', only {', '.join(names) or 'none'}")
@@ -146,7 +146,7 @@ class Scene:
     def edit_material(self, which, **properties):
         """Replaces properties of a material: edit_material("floor", roughness=0.2, base_color=(1, 0, 0, 1))."""
         values = {name: list(map(float, v)) if hasattr(v, "__len__") else [float(v)] for name, v in properties.items()}
-        self._native.edit_material(self._index(self.materials, which, "material"), values)
+        _call(self._native.edit_material, which=self._index(self.materials, which, "material"), values=values)
 
     def edit_light(self, which, factor=None, color=None, position=None, direction=None):
         """Edits a light, given by name or number: factor of its intensity, colour (linear Rec.709, [0,1]), position
@@ -175,7 +175,7 @@ class Scene:
         """Replaces the transform of an instance by a matrix of four rows from object to world space, at all times.
         None restores its own transform."""
         rows = None if matrix is None else [[float(x) for x in row] for row in matrix]
-        self._native.edit_transform(self._index(self.instances, which, "instance"), rows)
+        _call(self._native.edit_transform, which=self._index(self.instances, which, "instance"), rows=rows)
 
     def reset_edits(self):
         """Removes all edits. The camera stays."""
