@@ -109,7 +109,7 @@ std::string sequence_fingerprint(const LoadedScene& scene, const RenderSettings&
     add_color(print, output, config);
     add_settings(print, settings);
     print.values("best effort {}", output.best_effort);
-    // With temporal accumulation, frames depend on the frames before them.
+    // Frames depend on the frames before them where temporal accumulation is on.
     if (settings.preview.temporal) print.values("frames {}", fmt::join(frames, ","));
     print.values("shutter {}, {} times", shutter.open, shutter_count(shutter, settings.aovs, settings.samples));
     return print.hex();

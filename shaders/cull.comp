@@ -275,7 +275,7 @@ void main() {
                         uint sum = checksum(leaf ? sums.x : sums.y, child);
                         sums = leaf ? uvec2(sum, sums.y) : uvec2(sums.x, sum);
 #ifdef HALFLIGHT_ANY_HIT
-                        // With instances, a block's leaf may occur several times.
+                        // A block's leaf may occur several times where there are instances.
                         if (leaf && reference == blockers.latest) blockers.entries |= first_word(entry_bit(leaves));
 #endif
                         leaves += leaf ? 1 : 0;

@@ -16,7 +16,7 @@ namespace halflight::rays {
 /// A set of rays to be traced together. Rays and hits (structs Ray and Hit of shaders/shared/rays.h) lie at the index
 /// of their path, `capacity` of each. `paths` and `rays_of_path` place the rays of paths that have several.
 ///
-/// With `list`, the first `count` entries of that list of path indices are traced, in tile order. 64 consecutive
+/// The first `count` entries of `list`, path indices in tile order, are traced where a list is given. 64 consecutive
 /// entries are one 8x8 tile, or the remains of several. Without a list all rays are traced. A ray with t_max < t_min is
 /// dead: it is not traced and reports a miss.
 struct RayBatch {

@@ -15,7 +15,7 @@ float rounding_bound(float n) {
 // thirty roundings; many independent ones stay within five (tests/pass/light/test_direct_light.cpp, test_shading_surface.cpp).
 // The bound is at most the triangle's smallest height, so that slivers send no ray far away.
 #ifdef HALFLIGHT_SLIVERS
-// With doubles the tracer uses the triangle's true plane. The remaining errors are those of the offset direction in
+// The tracer with doubles uses the triangle's true plane. The remaining errors are those of the offset direction in
 // floats. The normal has three roundings of its products and three of its length, and the test of a direction's side has
 // four more. A ray with these errors comes closer by as much of its length, which ends at the triangle's furthest corner.
 float sliver_bound(vec3 a, vec3 b, vec3 c) {

@@ -12,7 +12,7 @@
 // one. Probability and density are then those of the alias table alone, which makes the selections that the tree does
 // not.
 //
-// With HALFLIGHT_SUN the last row is a directional light outside the selection. Its probability is 1, and it has no
+// The last row is a directional light outside the selection with HALFLIGHT_SUN. Its probability is 1, and it has no
 // entry in the alias table.
 //
 // Alias table (UNIT_LIGHT_ALIAS, RG32F; Walker 1977), one entry per light: keep this light if a uniform number is below

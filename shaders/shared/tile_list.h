@@ -12,7 +12,7 @@
 //   grid format   (lower | upper << 16 per axis, word), one texel
 //   float format  (lower, word), (upper, unused), two texels
 //
-// With instances, entries have two more boxes. Entries inside an instance add the instance's own box with its index,
+// Entries have two more boxes with instances. Entries inside an instance add the instance's own box with its index,
 // and the box in the units of its block with the block's head. Their first box surrounds the latter, in the tile list's
 // units. Other entries add their box again, with kNoInstance or the instance that they are, and any third box.
 #ifndef HALFLIGHT_SHARED_TILE_LIST_H

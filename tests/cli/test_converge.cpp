@@ -274,7 +274,7 @@ TEST_F(Converge, EstimatorsAreCompared) {
     for (const Json& method : json["methods"]) names.push_back(method["method"]);
     EXPECT_EQ(names, (Strings{"plain lights=power", "plain lights=tree", "compute lights=power", "compute lights=tree",
                               "oracle"}));
-    // With equal estimators, all tracing methods give equal pictures; other estimators give other pictures.
+    // All tracing methods give equal pictures with equal estimators; other estimators give other pictures.
     EXPECT_EQ(json["same_pictures"], (Json{{"compared", 8}, {"different", 0}}));
     EXPECT_NE(json["methods"][0]["points"][1]["mse"], json["methods"][1]["points"][1]["mse"]);
     EXPECT_EQ(json["methods"][0]["points"][1]["mse"], json["methods"][2]["points"][1]["mse"]);

@@ -132,7 +132,7 @@ TEST(Reference, ComponentsSumToBeauty) {
     EXPECT_GT(direct_glossy, 0);
     EXPECT_GT(indirect_glossy, 0);
 
-    // With one bounce, the picture has only direct components, and the metal has no diffuse component.
+    // The picture of one bounce has only direct components, and the metal has no diffuse component.
     const ReferenceResult one = render_oracle(scene, scene.cameras[0], 32, 16, 1);
     for (const float value : one.components.indirect_diffuse.pixels) EXPECT_EQ(value, 0);
     for (std::size_t i = 0; i < r.aovs.instance.size(); ++i) {
@@ -221,7 +221,7 @@ TEST(Reference, TransformsOfInstancesAndMeshesAreEqual) {
         const ReferenceResult result = render_oracle(moved, scene.cameras[0], 32, 64, 4, 2);
         EXPECT_TRUE(agree(name, {result.beauty, result.variance, 64}, {expected.beauty, expected.variance, 64},
                           {.block = 8, .relative_difference = 0}));
-        // With equal seeds the paths are equal except for rounding.
+        // Paths of equal seeds are equal except for rounding.
         const ReferenceResult twin = render_oracle(moved, scene.cameras[0], 32, 64, 4, 1);
         EXPECT_NEAR(mean_radiance(twin).value, mean_radiance(expected).value, 1e-3 * mean_radiance(expected).value);
         int same_normals = 0;

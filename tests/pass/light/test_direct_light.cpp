@@ -199,7 +199,7 @@ TEST_F(DirectLightTest, EqualsTheOracleSampleBySample) {
             }
         }
     }
-    // With pixels of this size 0.047 % of the samples hit another triangle (gbuffer.h). If only the pixel's own
+    // Another triangle is hit by 0.047 % of the samples at this pixel size (gbuffer.h). If only the pixel's own
     // triangle were tested, 0.11 % would.
     EXPECT_LT(otherwise, seen * 0.0008);
     EXPECT_GT(otherwise, 0) << "no edges in view: these are not the requested pixels";

@@ -59,7 +59,7 @@ TEST_F(RenderErrorTest, IsReachedAndCorrect) {
             inside += e.lower <= truth && truth <= e.upper;
             below += truth <= target;
         }
-        // With 95 % coverage, fewer than 12 of 16 have a probability of 1 in 1000.
+        // Fewer than 12 of 16 have a probability of 1 in 1000 at 95 % coverage.
         EXPECT_GE(inside, 12) << name(metric);
         EXPECT_GE(below, 12) << name(metric);
     }

@@ -213,7 +213,7 @@ TEST_F(GltfPointer, DrivesSpecularGlossiness) {
     EXPECT_EQ(rest.base_color, vec4(1));
     EXPECT_EQ(rest.roughness, 0);
 
-    // With a texture, glossiness becomes a roughness image. The transform of that texture is still animated.
+    // Glossiness with a texture becomes a roughness image. The transform of that texture is still animated.
     b.json["materials"][0]["extensions"]["KHR_materials_pbrSpecularGlossiness"]["specularGlossinessTexture"] = {
         {"index", white_texture(b)}};
     point(b, glossy + "specularGlossinessTexture/extensions/KHR_texture_transform/offset", "VEC2", {0, 0, 1, 1});

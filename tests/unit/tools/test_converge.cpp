@@ -247,8 +247,8 @@ TEST(Converge, UndeterminedSlopesAreInfinite) {
     EXPECT_NE(text(first(two_budgets).slope), "none");
 }
 
-// With two budgets, Student's t over the seeds gives the interval of each MSE. The logarithm propagates the relative
-// half width.
+// Student's t over the seeds gives the interval of each MSE where there are two budgets. The logarithm propagates
+// the relative half width.
 TEST(Converge, FewSeedsWidenSlopes) {
     const Plan plan{{Method::plain, Method::oracle}, {{1, 0}, {4, 0}}, 2};
     const MethodResult method = measure_fakes({}, {}, plan).methods[0];
