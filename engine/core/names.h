@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -24,6 +25,14 @@ template <class Enum, std::size_t N>
 const char* name_among(const Enum (&values)[N], const char* const (&names)[N], Enum value) {
     const auto found = std::ranges::find(values, value);
     return found == std::ranges::end(values) ? "unknown" : names[found - values];
+}
+
+/// Returns the first N enumerators, for tables with rows in their order.
+template <class Enum, std::size_t N>
+constexpr std::array<Enum, N> first_enumerators() {
+    std::array<Enum, N> all{};
+    for (std::size_t i = 0; i < N; ++i) all[i] = static_cast<Enum>(i);
+    return all;
 }
 
 }  // namespace halflight

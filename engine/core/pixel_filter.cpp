@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include "engine/core/names.h"
+
 namespace halflight {
 namespace {
 
@@ -45,11 +47,7 @@ const ShapeInfo& info(PixelFilter::Shape shape) {
 }  // namespace
 
 std::span<const PixelFilter::Shape> filter_shapes() {
-    static const auto shapes = [] {
-        std::array<PixelFilter::Shape, kShapes.size()> all{};
-        for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<PixelFilter::Shape>(i);
-        return all;
-    }();
+    static constexpr auto shapes = first_enumerators<PixelFilter::Shape, kShapes.size()>();
     return shapes;
 }
 

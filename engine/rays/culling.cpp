@@ -1,27 +1,30 @@
 #include "engine/rays/culling.h"
 
-#include <algorithm>
+#include <array>
 
+#include "engine/core/names.h"
 #include "engine/rays/raster.h"
 
 namespace halflight::rays {
 namespace {
 
-constexpr CullingMethod kMethods[] = {
-    {Culling::automatic, "auto"},
-    {Culling::compute, "compute"},
-    {Culling::raster, "raster", make_raster_server, true},
-    {Culling::off, "off"},
+/// Rows in the order of Culling.
+constexpr std::array kMethods = {
+    CullingMethod{"auto"},
+    CullingMethod{"compute"},
+    CullingMethod{"raster", make_raster_server, true},
+    CullingMethod{"off"},
 };
 
 }  // namespace
 
-std::span<const CullingMethod> culling_methods() {
-    return kMethods;
+std::span<const Culling> culling_methods() {
+    static constexpr auto methods = first_enumerators<Culling, kMethods.size()>();
+    return methods;
 }
 
 const CullingMethod& row_of(Culling culling) {
-    return *std::ranges::find(kMethods, culling, &CullingMethod::culling);
+    return kMethods.at(static_cast<std::size_t>(culling));
 }
 
 }  // namespace halflight::rays

@@ -1,5 +1,5 @@
-// The table of culling methods. The setting "culling", its help and the viewer's menu follow it: a new ray server needs
-// a row in culling.cpp. No OpenGL.
+// The table of culling methods. The setting "culling", its help and the viewer's menu follow it. A new ray server needs
+// a row at the end of the table in culling.cpp, and an enumerator only if other code names it. No OpenGL.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ class BatchServer;
 class TraceScene;
 struct CullTree;
 
-/// Culling method of a ray tracer (engine/rays/tracer.h): a row of culling_methods(). The hits of all methods are
+/// Culling method of a ray tracer (engine/rays/tracer.h): the index of a row of the table. The hits of all methods are
 /// equal, bit for bit.
 enum class Culling : std::uint8_t {
     automatic,  // fastest method so far, chosen for each batch
@@ -34,7 +34,6 @@ struct ServedScene {
 };
 
 struct CullingMethod {
-    Culling culling;
     const char* name;  // value of the setting
     // Makes the server of all batches, which outlives neither tables nor trace. Throws Error where it cannot serve the
     // scene. Null: Tracer itself serves the batches.
@@ -43,7 +42,7 @@ struct CullingMethod {
 };
 
 /// Returns the methods, in the order of help texts.
-std::span<const CullingMethod> culling_methods();
+std::span<const Culling> culling_methods();
 /// Returns the row of a method.
 const CullingMethod& row_of(Culling culling);
 inline const char* name(Culling culling) {

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <charconv>
 #include <optional>
-#include <ranges>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -102,11 +101,10 @@ struct Value<PrimaryVisibility> : Choice<PrimaryVisibility, kPrimaries> {};
 template <>
 struct Value<rays::Culling> {
     static constexpr Setting::Type type = Setting::Type::text;
-    static auto choices() { return rays::culling_methods() | std::views::transform(&rays::CullingMethod::culling); }
-    static std::string names() { return names_of(choices()); }
+    static std::string names() { return names_of(rays::culling_methods()); }
     static std::string text(rays::Culling culling) { return name(culling); }
     static std::string parse(const Setting&, const std::string& text, rays::Culling& value) {
-        return parse_name(choices(), text, value);
+        return parse_name(rays::culling_methods(), text, value);
     }
 };
 

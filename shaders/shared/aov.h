@@ -1,4 +1,5 @@
-// Data layers per pixel, by path index.
+// Data layers per pixel, by path index. A layer that needs a new value at the pixel's centre adds a field to AovRecord
+// and fills it in aov_record(); its row in engine/settings/layers.cpp reads it.
 #ifndef HALFLIGHT_SHARED_AOV_H
 #define HALFLIGHT_SHARED_AOV_H
 
@@ -17,6 +18,29 @@ struct AovRecord {
     uint instance;  // index of the block instance
 };
 HALFLIGHT_SHARED_SIZE(AovRecord, 32)
+
+// Returns the record of a path, for kernels that have the frame and shaders/lib/surface_record.glsl.
+#ifdef HALFLIGHT_MAKE_AOV_RECORD
+AovRecord aov_record(uint path, SurfacePoint point, Hit hit) {
+    bool seen = point.is_surface;
+    vec3 position = point.position;
+    AovRecord record;
+    record.position = seen ? position : vec3(0.0);
+    record.depth = seen ? dot(position - frame.camera_position.xyz, frame.camera_forward.xyz)
+                        : kNoDepth;
+    record.motion = vec2(0.0);
+#ifdef HALFLIGHT_MOTION
+    vec4 before = frame.previous_view_projection * vec4(position, 1.0);
+    vec2 here = vec2(pixel_of_path(path, uvec2(frame.tiles_x, frame.tiles_y))) + vec2(0.0, frame.band_y) + frame.jitter;
+    vec2 there = (before.xy / before.w * 0.5 + 0.5) * vec2(frame.size);
+    // A point that was behind the camera had no place in the picture before.
+    if (seen && before.w > 0.0) record.motion = here - there;
+#endif
+    record.triangle = hit.triangle;
+    record.instance = hit.instance;
+    return record;
+}
+#endif
 
 // Cost of tracing per pixel, by path index.
 struct DebugRecord {

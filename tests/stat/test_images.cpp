@@ -58,14 +58,17 @@ class ImageTest : public GpuTest {
         std::array<Batches, 2> reused, oracle_indirect;  // one per component: diffuse, glossy
         Batches our_variance, oracle_variance;           // variance of one sample
         std::uint64_t bad_values = 0;
+        RenderSettings settings =
+            small_settings(trial.camera, trial.width, trial.height, trial.samples / kBatches, trial.bounces);
+        const ColorConfig colors = ColorConfig::load();
+        settings.estimator.reuse = Reuse::off;
+        Renderer plain(context, scene, colors, settings);
+        settings.estimator.reuse = Reuse::sixteen;
+        Renderer reusing(context, scene, colors, settings);
         for (int b = 0; b < kBatches; ++b) {
-            RenderSettings settings =
-                small_settings(trial.camera, trial.width, trial.height, trial.samples / kBatches, trial.bounces);
             settings.seed = static_cast<std::uint32_t>(b);
-            settings.estimator.reuse = Reuse::off;
-            const RenderResult r = render(context, scene, settings);
-            settings.estimator.reuse = Reuse::sixteen;
-            const RenderResult with_reuse = render(context, scene, settings);
+            const RenderResult r = plain.render(settings);
+            const RenderResult with_reuse = reusing.render(settings);
             for (std::size_t c = 0; c < 2; ++c)
                 reused[c].add(block_means(layer(with_reuse, std::string(kComponents[3 + c]) + ".R"), kGroupBlock));
             for (const BadValues& n : with_reuse.stats.bad_values) bad_values += n.total();
@@ -79,13 +82,13 @@ class ImageTest : public GpuTest {
         }
         const ReferenceScene reference(scene);
         for (int b = 0; b < kBatches; ++b) {
-            ReferenceSettings settings;
-            settings.width = trial.width, settings.height = trial.height;
-            settings.samples = trial.oracle_samples / kBatches;
-            settings.first_sample = b * settings.samples;
-            settings.bounces = trial.bounces;
-            settings.camera = trial.camera;
-            const ReferenceResult r = render_reference(reference, settings);
+            ReferenceSettings to_compare;
+            to_compare.width = trial.width, to_compare.height = trial.height;
+            to_compare.samples = trial.oracle_samples / kBatches;
+            to_compare.first_sample = b * to_compare.samples;
+            to_compare.bounces = trial.bounces;
+            to_compare.camera = trial.camera;
+            const ReferenceResult r = render_reference(reference, to_compare);
             const ReferenceComponents& k = r.components;
             const Image* images[] = {&k.emission, &k.direct_diffuse, &k.direct_glossy, &k.indirect_diffuse,
                                      &k.indirect_glossy};

@@ -53,8 +53,8 @@ void time_lines(const PassHistory& history) {
 
 void choose_culling(rays::Culling& chosen) {
     if (!ImGui::BeginCombo("Culling", rays::name(chosen))) return;
-    for (const rays::CullingMethod& one : rays::culling_methods())
-        if (ImGui::Selectable(one.name, one.culling == chosen)) chosen = one.culling;
+    for (const rays::Culling one : rays::culling_methods())
+        if (ImGui::Selectable(name(one), one == chosen)) chosen = one;
     ImGui::EndCombo();
 }
 
