@@ -15,3 +15,21 @@ layout(binding = UNIT_ENVIRONMENT) uniform sampler2D environment_map;
 layout(binding = UNIT_ENVIRONMENT_ALIAS) uniform samplerBuffer environment_cells;
 layout(binding = UNIT_LIGHT_TREE) uniform usamplerBuffer light_tree;
 layout(binding = UNIT_ALBEDO) uniform sampler2D albedo_table;
+#ifdef HALFLIGHT_COLOR_BANK_1
+layout(binding = UNIT_COLOR_BANKS) uniform samplerBuffer color_bank_1;
+#endif
+#ifdef HALFLIGHT_COLOR_BANK_2
+layout(binding = UNIT_COLOR_BANKS + 1) uniform samplerBuffer color_bank_2;
+#endif
+#ifdef HALFLIGHT_COLOR_BANK_3
+layout(binding = UNIT_COLOR_BANKS + 2) uniform samplerBuffer color_bank_3;
+#endif
+#ifdef HALFLIGHT_DATA_BANK_1
+layout(binding = UNIT_DATA_BANKS) uniform samplerBuffer data_bank_1;
+#endif
+#ifdef HALFLIGHT_DATA_BANK_2
+layout(binding = UNIT_DATA_BANKS + 1) uniform samplerBuffer data_bank_2;
+#endif
+#ifdef HALFLIGHT_DATA_BANK_3
+layout(binding = UNIT_DATA_BANKS + 2) uniform samplerBuffer data_bank_3;
+#endif

@@ -138,7 +138,7 @@ void PreparedScene::prepare(const Scene& scene) {
             memory_ ? std::optional(SceneBuffers::Content{tables_, memory_->shading}) : std::nullopt;
         buffers_->update(tables, shading, last ? &*last : nullptr);
     } else {
-        buffers_.emplace(tables, shading);
+        buffers_.emplace(tables, shading, options_.bank_shift);
     }
     rays::PackedScene packed = packing.get();
     if (same) {

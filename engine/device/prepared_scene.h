@@ -21,6 +21,7 @@ struct PrepareOptions {
     bool raster_culling = true;  // whether to prepare for rays::Culling::raster
     Kept kept{};                 // parts to keep although the scene does not need them (SceneNeeds)
     Estimator estimator{};
+    unsigned bank_shift = shared::kMostBankShift;  // SceneBuffers; pictures do not depend on it
 };
 
 /// A scene prepared for rendering. It changes by update(), and by settle() before the first picture; programs are added

@@ -1,8 +1,12 @@
 #include "engine/device/scene_buffers.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <bit>
 #include <numeric>
 
+#include "engine/core/error.h"
 #include "engine/tables/instance_rows.h"
 #include "shaders/shared/bindings.h"
 #include "shaders/shared/path.h"
@@ -20,6 +24,13 @@ gpu::Texture table_texture(const char* name, const Image& image, GLenum format) 
     if (!image.pixels.empty()) texture.upload(std::span<const float>(image.pixels));
     texture.set_filter(GL_LINEAR);
     return texture;
+}
+
+/// Returns the logarithm of the texels that a texture buffer can have, rounded down.
+unsigned texture_buffer_shift() {
+    GLint texels = 0;
+    glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &texels);
+    return static_cast<unsigned>(std::bit_width(static_cast<unsigned>(texels))) - 1;
 }
 
 std::vector<uvec3> corner_indices(const TraceTables& trace) {
@@ -44,16 +55,15 @@ bool same_image(const Image& a, const Image& b) {
 
 }  // namespace
 
-SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shading)
-    : positions_("positions", 0),
+SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shading, unsigned bank_shift)
+    : bank_shift_(std::min(bank_shift, texture_buffer_shift())),
+      positions_("positions", 0),
       indices_("triangle indices", 0),
       instance_rows_("block instances", 0),
       instances_("instances by block", 0),
       environment_(table_texture("environment", shading.environment, GL_RGB32F)),
       albedo_(table_texture("directional albedo", shading.albedo, GL_RG32F)) {
-    const auto add = [&](GLuint unit, GLenum format, const char* name) {
-        views_.push_back({unit, format, gpu::Buffer(name, 0)});
-    };
+    const auto add = [&](GLuint unit, GLenum format, const char* name) { view(unit, format, name); };
     add(UNIT_TRIANGLES, GL_RGBA32UI, "triangles");
     add(UNIT_VERTICES, GL_RGBA32F, "vertex attributes");
     add(UNIT_MATERIALS, GL_RGBA32F, "materials");
@@ -66,6 +76,26 @@ SceneBuffers::SceneBuffers(const TraceTables& trace, const ShadingTables& shadin
     add(UNIT_LIGHT_OF_TRIANGLE, GL_R32UI, "light of triangle");
     add(UNIT_ENVIRONMENT_ALIAS, GL_RGBA32F, "environment cells");
     update_tables(trace, shading, nullptr);
+}
+
+gpu::Buffer& SceneBuffers::view(GLuint unit, GLenum format, const char* name) {
+    const auto known = std::ranges::find(views_, unit, &View::unit);
+    return known != views_.end() ? known->buffer : views_.emplace_back(unit, format, gpu::Buffer(name, 0)).buffer;
+}
+
+template <class T>
+void SceneBuffers::bring_pool(const char* name, GLuint unit, GLuint more_units, GLenum format,
+                              const std::vector<T>& texels) {
+    const std::size_t bank = std::size_t{1} << bank_shift_, banks = (texels.size() + bank - 1) / bank;
+    if (banks > shared::kMostBanks)
+        throw Error(name, "{} texels; {} texture buffers of the driver end at {}", texels.size(), shared::kMostBanks,
+                    shared::kMostBanks * bank);
+    const GLuint end = more_units + shared::kMostBanks - 1;
+    std::erase_if(views_, [&](const View& v) { return v.unit >= more_units && v.unit < end; });
+    gpu::replace(view(unit, format, name), std::span(texels).first(std::min(bank, texels.size())));
+    for (std::size_t b = 1; b < banks; ++b)
+        gpu::replace(view(more_units + static_cast<GLuint>(b) - 1, format, name),
+                     std::span(texels).subspan(b * bank, std::min(bank, texels.size() - b * bank)));
 }
 
 void SceneBuffers::update(const TraceTables& trace, const ShadingTables& shading, const Content* last) {
@@ -84,8 +114,7 @@ void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& 
                  std::to_string(shared::surface_rows(needs_.glossy, needs_.transmission, needs_.clearcoat)) + "u");
 
     const auto bring = [&](GLuint unit, const auto& values, const auto& known) {
-        const auto view = std::ranges::find(views_, unit, &View::unit);
-        gpu::replace(view->buffer, values, known);
+        gpu::replace(std::ranges::find(views_, unit, &View::unit)->buffer, values, known);
     };
     const TraceTables* const traced = last ? &last->trace : nullptr;
     const ShadingTables* const shaded = last ? &last->shading : nullptr;
@@ -99,8 +128,15 @@ void SceneBuffers::update_tables(const TraceTables& trace, const ShadingTables& 
     bring(UNIT_MATERIALS, shading.materials, shaded ? &shaded->materials : nullptr);
     bring(UNIT_TEXTURES, shading.textures, shaded ? &shaded->textures : nullptr);
     if (!shading.texels_left_out) {
-        bring(UNIT_COLOR_TEXELS, shading.color_texels, shaded ? &shaded->color_texels : nullptr);
-        bring(UNIT_DATA_TEXELS, shading.data_texels, shaded ? &shaded->data_texels : nullptr);
+        bring_pool("colour texels", UNIT_COLOR_TEXELS, UNIT_COLOR_BANKS, GL_RGBA16F, shading.color_texels);
+        bring_pool("data texels", UNIT_DATA_TEXELS, UNIT_DATA_BANKS, GL_RGBA8, shading.data_texels);
+    }
+    for (const View& v : views_) {
+        const bool color = v.unit >= UNIT_COLOR_BANKS && v.unit < UNIT_DATA_BANKS;
+        if (v.unit < UNIT_COLOR_BANKS) continue;
+        defines_.set(fmt::format("HALFLIGHT_{}_BANK_{}", color ? "COLOR" : "DATA",
+                                 1 + v.unit - (color ? UNIT_COLOR_BANKS : UNIT_DATA_BANKS)));
+        defines_.set("HALFLIGHT_BANK_SHIFT", std::to_string(bank_shift_));
     }
     bring(UNIT_LIGHTS, shading.lights, shaded ? &shaded->lights : nullptr);
     bring(UNIT_LIGHT_ALIAS, shading.light_alias, shaded ? &shaded->light_alias : nullptr);

@@ -10,14 +10,16 @@
 #include "engine/gpu/texture.h"
 #include "engine/tables/shading_tables.h"
 #include "engine/tables/tables.h"
+#include "shaders/shared/texture.h"
 
 namespace halflight {
 
 /// Owns the scene tables on the device. Tables that the scene does not need are empty.
 class SceneBuffers {
   public:
-    /// Throws Error where an array exceeds what the driver can address.
-    SceneBuffers(const TraceTables& trace, const ShadingTables& shading);
+    /// Throws Error where an array exceeds what the driver can address. bank_shift: largest logarithm of the texels of
+    /// a bank of a texel pool (shaders/shared/texture.h); banks are never larger than the driver's texture buffers.
+    SceneBuffers(const TraceTables& trace, const ShadingTables& shading, unsigned bank_shift = shared::kMostBankShift);
 
     /// Tables that the buffers hold.
     struct Content {
@@ -53,6 +55,10 @@ class SceneBuffers {
     };
     void update_tables(const TraceTables& trace, const ShadingTables& shading, const Content* last);
     void set_draws(const TraceTables& trace);
+    gpu::Buffer& view(GLuint unit, GLenum format, const char* name);
+    /// Uploads a texel pool: its first bank to `unit`, others from `more_units` on.
+    template <class T>
+    void bring_pool(const char* name, GLuint unit, GLuint more_units, GLenum format, const std::vector<T>& texels);
     struct Draw {
         std::uint32_t first_triangle;
         std::uint32_t triangle_count;
@@ -61,6 +67,7 @@ class SceneBuffers {
     };
     SceneNeeds needs_;
     gpu::Defines defines_;
+    unsigned bank_shift_;
     std::vector<View> views_;
     std::vector<Draw> draws_;
     gpu::Buffer positions_;

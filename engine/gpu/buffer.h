@@ -76,9 +76,8 @@ class Buffer {
 /// Replaces the contents of a buffer. If `last` holds the current contents, writes only the range from the first to the
 /// last different value. A buffer of another size is created anew, with the same name.
 template <class T>
-void replace(Buffer& buffer, const std::vector<T>& values, const std::vector<T>* last = nullptr) {
+void replace(Buffer& buffer, std::span<const T> now, const std::vector<T>* last = nullptr) {
     static_assert(std::is_trivially_copyable_v<T>);
-    const std::span<const T> now(values);
     if (buffer.bytes() != now.size_bytes()) {
         buffer = Buffer::from(buffer.name(), now);
         return;
@@ -90,6 +89,10 @@ void replace(Buffer& buffer, const std::vector<T>& values, const std::vector<T>*
         while (first < end && same(end - 1)) --end;
     }
     if (first < end) buffer.write(now.subspan(first, end - first), first);
+}
+template <class T>
+void replace(Buffer& buffer, const std::vector<T>& values, const std::vector<T>* last = nullptr) {
+    replace(buffer, std::span<const T>(values), last);
 }
 
 }  // namespace halflight::gpu

@@ -15,7 +15,9 @@ std::uint32_t TexturePools::first_texel(int image, bool is_color) {
     std::size_t& used = is_color ? color_texels_ : data_texels_;
     const std::size_t first = used;
     used += scene_.images[static_cast<std::size_t>(image)].rgba.size() / 4;
-    if (used > (1u << 31)) throw Error(scene_.name, "textures of more than 2^31 texels");
+    constexpr std::size_t kMost = std::size_t{shared::kMostBanks} << shared::kMostBankShift;
+    if (used > kMost)
+        throw Error(scene_.name, "has textures of more than {} texels of {}", kMost, is_color ? "colour" : "data");
     tables_.pooled.push_back({image, is_color});
     return found->second = static_cast<std::uint32_t>(first);
 }

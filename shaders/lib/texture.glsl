@@ -59,18 +59,48 @@ vec4 blend_footprint(TexelFootprint f, vec4 a, vec4 b, vec4 c, vec4 d) {
     return mix(mix(a, b, f.weight.x), mix(c, d, f.weight.x), f.weight.y);
 }
 
+vec4 color_texel(int index) {
+#ifdef HALFLIGHT_COLOR_BANK_1
+    int bank = index >> HALFLIGHT_BANK_SHIFT;
+    index &= (1 << HALFLIGHT_BANK_SHIFT) - 1;
+    if (bank == 1) return texelFetch(color_bank_1, index);
+#endif
+#ifdef HALFLIGHT_COLOR_BANK_2
+    if (bank == 2) return texelFetch(color_bank_2, index);
+#endif
+#ifdef HALFLIGHT_COLOR_BANK_3
+    if (bank == 3) return texelFetch(color_bank_3, index);
+#endif
+    return texelFetch(color_texels, index);
+}
+
+vec4 data_texel(int index) {
+#ifdef HALFLIGHT_DATA_BANK_1
+    int bank = index >> HALFLIGHT_BANK_SHIFT;
+    index &= (1 << HALFLIGHT_BANK_SHIFT) - 1;
+    if (bank == 1) return texelFetch(data_bank_1, index);
+#endif
+#ifdef HALFLIGHT_DATA_BANK_2
+    if (bank == 2) return texelFetch(data_bank_2, index);
+#endif
+#ifdef HALFLIGHT_DATA_BANK_3
+    if (bank == 3) return texelFetch(data_bank_3, index);
+#endif
+    return texelFetch(data_texels, index);
+}
+
 // Returns linear colour and alpha; 1 where the slot is empty.
 vec4 color_texture(uint descriptor, vec2 uv0, vec2 uv1) {
     if (descriptor == kNoTexture) return vec4(1.0);
     TexelFootprint f = texture_footprint(descriptor, uv0, uv1);
-    return blend_footprint(f, texelFetch(color_texels, f.texel.x), texelFetch(color_texels, f.texel.y),
-                           texelFetch(color_texels, f.texel.z), texelFetch(color_texels, f.texel.w));
+    return blend_footprint(f, color_texel(f.texel.x), color_texel(f.texel.y), color_texel(f.texel.z),
+                           color_texel(f.texel.w));
 }
 
 // Returns data in [0, 1]; 1 where the slot is empty.
 vec4 data_texture(uint descriptor, vec2 uv0, vec2 uv1) {
     if (descriptor == kNoTexture) return vec4(1.0);
     TexelFootprint f = texture_footprint(descriptor, uv0, uv1);
-    return blend_footprint(f, texelFetch(data_texels, f.texel.x), texelFetch(data_texels, f.texel.y),
-                           texelFetch(data_texels, f.texel.z), texelFetch(data_texels, f.texel.w));
+    return blend_footprint(f, data_texel(f.texel.x), data_texel(f.texel.y), data_texel(f.texel.z),
+                           data_texel(f.texel.w));
 }

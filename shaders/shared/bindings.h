@@ -13,8 +13,8 @@
 #define UNIT_VERTICES 7            // RGBA32F: vertex attribute rows
 #define UNIT_MATERIALS 8           // RGBA32F: material rows
 #define UNIT_TEXTURES 9            // RGBA32UI: texture descriptors
-#define UNIT_COLOR_TEXELS 10       // RGBA16F: linear colour
-#define UNIT_DATA_TEXELS 11        // RGBA8: normals, roughness, masks
+#define UNIT_COLOR_TEXELS 10       // RGBA16F: linear colour; further banks below
+#define UNIT_DATA_TEXELS 11        // RGBA8: normals, roughness, masks; further banks below
 #define UNIT_LIGHTS 12             // RGBA32F: light rows
 #define UNIT_LIGHT_ALIAS 13        // RG32F: alias table over lights
 #define UNIT_LIGHT_OF_TRIANGLE 14  // R32UI: light of an emissive triangle
@@ -22,6 +22,8 @@
 #define UNIT_ENVIRONMENT_ALIAS 16  // RGBA32F: alias table over environment cells
 #define UNIT_ALBEDO 17             // 2D RG32F: directional albedo (E_A, E_B)
 #define UNIT_LIGHT_TREE 18         // RGBA32F: light tree
-#define UNIT_FREE 19               // first unit for a kernel's own textures
+#define UNIT_COLOR_BANKS 19        // RGBA16F: banks 1 to 3 of the colour texels
+#define UNIT_DATA_BANKS 22         // RGBA8: banks 1 to 3 of the data texels
+#define UNIT_FREE 25               // first unit for a kernel's own textures
 
 #endif

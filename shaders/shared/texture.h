@@ -4,7 +4,9 @@
 //   texel 1   transform: bits of m00, m01, m02 and 0, u = m00 s + m01 t + m02
 //   texel 2   transform: bits of m10, m11, m12 and 0, v = m10 s + m11 t + m12
 //
-// Pools hold level 0 only, row-major, top row first: colour as linear half floats, everything else as 8-bit unorm.
+// Pools hold level 0 only, row-major, top row first: colour as linear half floats, everything else as 8-bit unorm. A
+// pool with more texels than a texture buffer can address has several banks, texture buffers of 2^HALFLIGHT_BANK_SHIFT
+// texels each. HALFLIGHT_COLOR_BANK_n and HALFLIGHT_DATA_BANK_n tell whether bank n > 0 exists.
 #ifndef HALFLIGHT_SHARED_TEXTURE_H
 #define HALFLIGHT_SHARED_TEXTURE_H
 
@@ -14,6 +16,9 @@ HALFLIGHT_SHARED_BEGIN
 
 HALFLIGHT_SHARED_CONST int kTextureStride = 3;
 HALFLIGHT_SHARED_CONST uint kNoTexture = 0x1fffffffu;  // value in place of a descriptor's index
+
+HALFLIGHT_SHARED_CONST uint kMostBanks = 4u;
+HALFLIGHT_SHARED_CONST uint kMostBankShift = 27u;
 
 HALFLIGHT_SHARED_CONST uint kWrapRepeat = 0u;  // values of Wrap in engine/scene/scene.h
 HALFLIGHT_SHARED_CONST uint kWrapMirroredRepeat = 1u;
