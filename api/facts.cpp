@@ -6,8 +6,10 @@
 #include <functional>
 
 #include "engine/core/error.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/device/scene_view.h"
 #include "engine/scene/light_types.h"
+#include "engine/scene/scene_size.h"
 #include "engine/tables/shading_tables.h"
 #include "renderer/render.h"
 
@@ -15,16 +17,6 @@ namespace halflight {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-template <class T>
-std::size_t bytes_of(const std::vector<T>& values) {
-    return values.size() * sizeof(T);
-}
-
-std::size_t geometry_bytes(const Mesh& mesh) {
-    return bytes_of(mesh.positions) + bytes_of(mesh.normals) + bytes_of(mesh.tangents) + bytes_of(mesh.uvs[0]) +
-           bytes_of(mesh.uvs[1]) + bytes_of(mesh.colors) + bytes_of(mesh.triangles) + bytes_of(mesh.triangle_material);
-}
 
 std::size_t instanced_triangles(const Scene& scene, const std::function<bool(const Material&)>& wanted) {
     std::vector<std::size_t> of_mesh;
@@ -46,24 +38,15 @@ Json bounds(const Scene& scene) {
     return {{"lower", triple(box.lower)}, {"upper", triple(box.upper)}, {"size", triple(box.upper - box.lower)}};
 }
 
-struct SceneBytes {
-    std::size_t geometry = 0, textures = 0;
-};
-
-SceneBytes scene_bytes(const Scene& scene) {
-    SceneBytes bytes;
-    for (const Mesh& mesh : scene.meshes) bytes.geometry += geometry_bytes(mesh);
-    for (const TextureImage& image : scene.images) bytes.textures += image.rgba.size();
-    return bytes;
-}
-
 Json memory_facts(const Scene& scene, const RenderSettings& settings, const MemoryEstimate& m) {
-    const SceneBytes bytes = scene_bytes(scene);
-    Json parts{{"program", m.program}, {"scene", m.scene},     {"band", m.band},       {"reading", m.reading},
-               {"film", m.film},       {"preview", m.preview}, {"shutter", m.shutter}, {"writing", m.writing}};
-    return {{"geometry_bytes", bytes.geometry},
-            {"texture_bytes", bytes.textures},
+    const SceneSize size = size_of(scene);
+    Json parts{{"program", m.program},       {"scene", m.scene},     {"band", m.band},
+               {"visibility", m.visibility}, {"reading", m.reading}, {"film", m.film},
+               {"preview", m.preview},       {"shutter", m.shutter}, {"writing", m.writing}};
+    return {{"geometry_bytes", size.geometry_bytes},
+            {"texture_bytes", size.texture_bytes},
             {"render_bytes", m.total()},
+            {"limit_bytes", MemoryLedger::process().limit()},
             {"render_size", {settings.width, settings.height}},
             {"render_parts", parts}};
 }
@@ -164,21 +147,12 @@ Json scene_counts(const Scene& scene) {
 }
 
 MemoryEstimate scene_memory(const Scene& scene, bool moves, const RenderSettings& settings, const PictureUse& use) {
-    const SceneBytes bytes = scene_bytes(scene);
-    std::size_t stored = 0;
-    for (const Mesh& mesh : scene.meshes) stored += mesh.triangles.size();
-    const std::size_t drawn = instanced_triangles(scene, [](const Material&) { return true; });
+    SceneSize size = size_of(scene);
+    size.moves = moves;
     const SceneNeeds needs = build_shading_tables(scene, build_trace_tables(scene, kFlattenLimit), {},
                                                   settings.estimator.lights, settings.estimator.sun)
                                  .needs;
-    return estimate_memory(
-        needs,
-        {.geometry_bytes = bytes.geometry,
-         .texture_bytes = bytes.textures + 2 * bytes_of(scene.environment.map.pixels),  // map and its sampling table
-         .traced = std::min(drawn, std::max(stored, kFlattenLimit)),
-         .drawn = drawn,
-         .moves = moves},
-        settings, use);
+    return estimate_memory(needs, size, settings, use);
 }
 
 Json scene_facts(const Scene& scene, const RenderSettings& settings, const MemoryEstimate& memory) {

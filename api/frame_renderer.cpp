@@ -11,6 +11,7 @@
 #include "engine/rays/batch_server.h"
 #include "engine/scene/motion.h"
 #include "passes/light/radiance_cache.h"
+#include "renderer/memory.h"
 #include "renderer/pilot.h"
 #include "renderer/preview_picture.h"
 #include "renderer/render.h"
@@ -49,6 +50,7 @@ struct FrameRenderer::State {
     std::shared_ptr<rays::BatchServer> server;
     std::shared_ptr<RadianceCache> cache;  // radiance cache; null without RenderSettings::preview.cache
     std::optional<Renderer> renderer;
+    MemoryLedger::Entry tables_memory, picture_memory, bands_memory, visibility_memory;
     std::uint64_t uploaded = 0;               // LoadedScene::revision() of the uploaded scene
     std::uint64_t transforms = 0;             // LoadedScene::transform_revision() of the uploaded scene
     std::optional<Estimator> found;           // result of the pilot
@@ -116,6 +118,8 @@ struct FrameRenderer::State {
         scene.pose(0);
         load_seconds += clock.lap();
         const PrepareOptions options{row_of(settings.culling).needs_cull_tree, settings.kept, settings.estimator};
+        tables_memory = {MemoryLedger::process(), MemoryPart::tables,
+                         scene_bytes(scene.size()) - scene.size().contents()};
         guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });
         if (found) prepared->settle(*found, 0);
         uploaded = scene.revision();
@@ -124,7 +128,23 @@ struct FrameRenderer::State {
     }
     void make_renderer(const FrameSettings& frame) {
         if (ray_server && !server) server = ray_server(prepared->trace());
-        renderer.emplace(*prepared, colors, renderer_settings(frame), server.get());
+        RenderSettings s = renderer_settings(frame);
+        take_memory(s);
+        renderer.emplace(*prepared, colors, s, server.get());
+    }
+    /// Chooses bands that fit into the memory budget, and enters the picture into the ledger.
+    void take_memory(RenderSettings& s) {
+        for (MemoryLedger::Entry* entry : {&picture_memory, &bands_memory, &visibility_memory}) *entry = {};
+        MemoryLedger& ledger = MemoryLedger::process();
+        const PictureUse use{.png = settings.want_view, .shutter = shutter.open > 0};
+        const MemoryEstimate m = fit_into_memory(prepared->buffers().needs(), scene.size(), s, use, ledger.free());
+        const std::size_t whole = m.film + m.preview + m.shutter + m.writing;
+        ledger.check(m.picture(), "render settings",
+                     fmt::format("{} x {} pixels: picture {}, the smallest bands {}", s.width, s.height,
+                                 text_of_bytes(whole), text_of_bytes(m.picture() - whole)));
+        picture_memory = {ledger, MemoryPart::picture, whole};
+        bands_memory = {ledger, MemoryPart::bands, m.band + m.reading};
+        visibility_memory = {ledger, MemoryPart::visibility, m.visibility};
     }
     /// Poses the scene at a time, and updates the renderer.
     void pose(double seconds, const FrameSettings& frame) {

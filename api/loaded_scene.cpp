@@ -5,6 +5,7 @@
 
 #include "api/animation_choice.h"
 #include "engine/io/environment.h"
+#include "renderer/memory.h"
 
 namespace halflight {
 
@@ -27,12 +28,27 @@ GltfOptions gltf_options(bool allow_outside) {
     return options;
 }
 
+void check_fits(const SceneSize& size, const std::filesystem::path& file, std::size_t picture_bytes) {
+    const std::size_t scene = scene_bytes(size);
+    MemoryLedger::process().check(scene + picture_bytes, file.string(),
+                                  fmt::format("geometry {}, textures {}, their tables and buffers {}, picture {}{}",
+                                              text_of_bytes(size.geometry_bytes + size.instance_bytes),
+                                              text_of_bytes(size.texture_bytes), text_of_bytes(scene - size.contents()),
+                                              picture_bytes > 0 ? "at least " : "", text_of_bytes(picture_bytes)));
+}
+
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log) {
     if (const auto* color = std::get_if<vec3>(&choice)) {
         scene.environment = {"constant", *color, {}};
     } else if (const auto* file = std::get_if<std::filesystem::path>(&choice)) {
         const std::size_t warned = scene.report.warnings.size();
-        scene.environment = load_environment(*file, scene.report);
+        // A map has 12 bytes per texel, and as many in its table and in the buffers of both.
+        ExrLimits limits;
+        if (const std::uint64_t most = MemoryLedger::process().free() / 4; most < limits.max_bytes) {
+            limits.max_bytes = most;
+            limits.reason = ", a quarter of what the memory budget has left (--memory)";
+        }
+        scene.environment = load_environment(*file, scene.report, limits);
         for (std::size_t i = warned; i < scene.report.warnings.size(); ++i) log.warn("{}", scene.report.warnings[i]);
     } else if (!has_light(scene)) {
         scene.environment = default_sky();
@@ -40,8 +56,12 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
     }
 }
 
-SceneFile::SceneFile(const std::filesystem::path& path, bool allow_outside)
-    : path_(path), file_(path, gltf_options(allow_outside)) {}
+SceneFile::SceneFile(const std::filesystem::path& path, bool allow_outside, std::size_t picture_bytes, bool moves)
+    : path_(path), file_(path, gltf_options(allow_outside)) {
+    SceneSize size = file_.size();
+    size.moves = moves;
+    check_fits(size, path, picture_bytes);
+}
 
 void SceneFile::play(const std::string& animation, const Log& log) {
     playing_ = choose_animations(file_, path_, animation, log);
@@ -89,7 +109,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     : choice_(std::move(choice)), camera_choice_(camera) {
     bool lit_later = false;
     if (choice_.animation) {
-        file_.emplace(choice_.scene, choice_.allow_outside);
+        file_.emplace(choice_.scene, choice_.allow_outside, choice_.picture_bytes);
         file_->set_frame_rate(choice_.frame_rate, log);
         file_->play(*choice_.animation, log);
         frame_rate_ = file_->frame_rate();
@@ -101,7 +121,7 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
         if (playing_.empty()) file_.reset();  // frees its copy of the images
     } else {
         frame_rate_ = choice_.frame_rate.value_or(FrameRate());
-        SceneFile file(choice_.scene, choice_.allow_outside);
+        SceneFile file(choice_.scene, choice_.allow_outside, choice_.picture_bytes, false);
         scene_ = file.gltf().at_rest();
         files_ = file.gltf().files();
     }
@@ -110,6 +130,9 @@ LoadedScene::LoadedScene(SceneChoice choice, const CameraChoice& camera, const L
     if (chosen || !lit_later) set_environment(scene_, choice_.environment, log);
     apply_edits();
     camera_ = choose_camera(scene_, camera);
+    size_ = size_of(scene_);
+    size_.moves = surfaces_move_;
+    memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.contents()};
 }
 
 LoadedScene::LoadedScene(LoadedScene&&) noexcept = default;

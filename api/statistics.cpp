@@ -11,6 +11,7 @@
 #include "api/halflight/loaded_scene.h"
 
 #include "engine/core/metrics.h"
+#include "engine/core/names.h"
 #include "engine/core/statistics.h"
 
 namespace halflight {
@@ -75,6 +76,12 @@ Json raster_statistics(const rays::RasterBatch& batch) {
 }
 
 }  // namespace
+
+nlohmann::ordered_json memory_json(const MemoryLedger& ledger) {
+    Json parts;
+    for (const MemoryPart part : first_enumerators<MemoryPart, kMemoryParts>()) parts[name(part)] = ledger.bytes(part);
+    return {{"limit_bytes", ledger.limit()}, {"free_bytes", ledger.free()}, {"part_bytes", parts}};
+}
 
 std::uint64_t peak_memory_bytes() {
     rusage usage{};
@@ -184,6 +191,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
         {"error", error},
         {"biases", stats.biases},
         {"gpu_bytes", stats.gpu_bytes},
+        {"memory", memory_json(MemoryLedger::process())},
         {"peak_memory_bytes", peak_memory_bytes()},
         {"seconds",
          {{"total", times.total},

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "engine/core/memory_ledger.h"
 #include "passes/preview/denoise.h"
 #include "passes/surface/raster_window.h"
 #include "renderer/band_size.h"
@@ -28,6 +29,11 @@ constexpr std::size_t kLightSums = (4 + 6 + 6) * sizeof(double);  // bytes per p
 /// entries. Twice as many entries as pixels are more than the pictures of scenes/ have after many samples. A growing
 /// vector has room for twice as many again.
 constexpr std::size_t kMatte = sizeof(std::uint32_t) + 2 * 2 * 3 * sizeof(std::uint32_t);
+
+/// Returns the triangles in hierarchies (engine/tables/tables.h), shared ones counted once.
+std::size_t traced(const SceneSize& size) {
+    return std::min(size.drawn, std::max(size.stored, kFlattenLimit));
+}
 
 bool is_matte(const std::string& aov) {
     return find_aov(aov)->is_matte();
@@ -84,7 +90,7 @@ std::size_t path_bytes(const SceneNeeds& scene, const FrameNeeds& needs, const R
 std::size_t state_bytes(const SceneNeeds& scene, const SceneSize& size, const FrameNeeds& needs, const Band& band,
                         const RenderSettings& s) {
     if (!needs.tiles) return 0;
-    const std::size_t boxes = size.drawn > size.traced ? 3 : 1;
+    const std::size_t boxes = size.drawn > traced(size) ? 3 : 1;
     const std::size_t each = (scene.sun ? 2 : 1) * boxes * needs.tiles.path_bytes * band.paths();
     const auto bands = static_cast<std::size_t>((s.height + band.rows - 1) / band.rows);
     return std::max(each, std::min(each * bands, s.state_bytes));
@@ -130,14 +136,31 @@ std::size_t writing_bytes(const RenderSettings& s, const PictureUse& use) {
     return (use.exr ? exr : 0) + (use.png ? width * height * kPng : 0);
 }
 
+/// Fills in the parts that belong to the whole picture.
+void add_whole_picture(MemoryEstimate& m, const RenderSettings& s, const PictureUse& use) {
+    const std::size_t pixels = std::size_t(s.width) * std::size_t(s.height);
+    m.film = film_bytes(s) * pixels;
+    m.preview = preview_bytes(s.preview) * pixels +
+                (s.preview.cache ? std::size_t{shared::kCacheCells} * sizeof(shared::CacheCell) : 0);
+    m.shutter = use.shutter ? (shutter_bytes(s) + film_bytes(s)) * pixels : 0;
+    m.writing = writing_bytes(s, use);
+}
+
 }  // namespace
+
+std::size_t scene_bytes(const SceneSize& size) {
+    // Measured with scenes/ and a city of 10^6 triangles, and rounded up.
+    constexpr std::size_t kTriangle = 320;  // bytes per triangle: corners, hierarchy, tables
+    constexpr std::size_t kPools = 4;  // bytes of half floats per byte of an image, in the tables and on the device
+    const std::size_t copies = size.moves ? 4 : 2;  // contents of the file and of poses
+    const std::size_t images = size.moves ? 2 : 1;
+    return std::max(kTriangle * traced(size) + copies * (size.contents() - size.texture_bytes) +
+                        (images + kPools) * size.texture_bytes,
+                    size.contents() + size.decoding_bytes);
+}
 
 MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, RenderSettings s,
                                const PictureUse& use) {
-    // These sizes were measured with scenes/ and a city of 10^6 triangles, and rounded up. kProgram is that of a first
-    // run, which compiles all shaders.
-    constexpr std::size_t kProgram = 160 * kMiB;
-    constexpr std::size_t kTriangle = 320;  // bytes per triangle: corners, hierarchy, tables
     const Estimator asked = s.estimator;
     settle_for_most(s.estimator);
     s.primary = resolved(s.primary, size.drawn, ivec2(s.width, s.height));
@@ -145,20 +168,40 @@ MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, R
     s.pictures = 0;
     const FrameNeeds needs = frame_needs(scene, frame_options(s, asked));
     const Band band = band_of(scene, needs, s);
-    const std::size_t paths = band.paths(), pixels = std::size_t(s.width) * std::size_t(s.height);
+    const std::size_t paths = band.paths();
     constexpr std::size_t kRasterTexel = sizeof(uvec2) + sizeof(float);  // bytes per texel: visibility, depth
     const bool raster = s.primary == PrimaryVisibility::raster;
     const std::size_t window = raster ? kRasterTexel * std::size_t(s.width) * std::size_t(raster_window(band).rows) : 0;
-    const std::size_t copies = size.moves ? 4 : 2;  // textures and geometry of the file and of poses
-    return {.program = kProgram,
-            .scene = kTriangle * size.traced + copies * (size.geometry_bytes + size.texture_bytes),
-            .band = path_bytes(scene, needs, s) * paths + window + state_bytes(scene, size, needs, band, s),
-            .reading = reading_bytes(needs, s) * paths,
-            .film = film_bytes(s) * pixels,
-            .preview = preview_bytes(s.preview) * pixels +
-                       (s.preview.cache ? std::size_t{shared::kCacheCells} * sizeof(shared::CacheCell) : 0),
-            .shutter = use.shutter ? (shutter_bytes(s) + film_bytes(s)) * pixels : 0,
-            .writing = writing_bytes(s, use)};
+    MemoryEstimate m{.program = kProgramBytes,
+                     .scene = scene_bytes(size),
+                     .band = path_bytes(scene, needs, s) * paths + window,
+                     .visibility = state_bytes(scene, size, needs, band, s),
+                     .reading = reading_bytes(needs, s) * paths};
+    add_whole_picture(m, s, use);
+    return m;
+}
+
+std::size_t least_picture_bytes(const RenderSettings& settings, const PictureUse& use) {
+    RenderSettings s = settings;
+    s.width = std::max(s.width, 1), s.height = std::max(s.height, 1);
+    s.want_view = use.png;
+    MemoryEstimate m;
+    add_whole_picture(m, s, use);
+    return m.picture();
+}
+
+MemoryEstimate fit_into_memory(const SceneNeeds& scene, const SceneSize& size, RenderSettings& settings,
+                               const PictureUse& use, std::size_t bytes) {
+    constexpr std::size_t kSmallestBand = std::size_t{1} << 12;  // pixels; one row of blocks where that is more
+    const auto too_large = [&](const MemoryEstimate& m) { return m.picture() > bytes; };
+    MemoryEstimate m = estimate_memory(scene, size, settings, use);
+    if (!too_large(m)) return m;
+    const std::size_t others = m.picture() - m.visibility;
+    settings.state_bytes = bytes - std::min(bytes, others);  // at least the lists of one band are kept
+    m = estimate_memory(scene, size, settings, use);
+    for (; too_large(m) && settings.band_pixels > kSmallestBand; m = estimate_memory(scene, size, settings, use))
+        settings.band_pixels /= 2;
+    return m;
 }
 
 }  // namespace halflight

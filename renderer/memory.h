@@ -3,19 +3,11 @@
 
 #include <cstddef>
 
+#include "engine/scene/scene_size.h"
 #include "engine/tables/needs.h"
 #include "renderer/render.h"
 
 namespace halflight {
-
-/// Size of a scene.
-struct SceneSize {
-    std::size_t geometry_bytes = 0;  // meshes
-    std::size_t texture_bytes = 0;   // images and the environment map
-    std::size_t traced = 0;          // triangles in hierarchies (tables.h), shared ones counted once
-    std::size_t drawn = 0;           // triangles of all instances
-    bool moves = false;              // the scene is animated
-};
 
 /// Use of a picture: files and motion blur.
 struct PictureUse {
@@ -27,20 +19,36 @@ struct PictureUse {
 /// Bytes of a process that renders with a software driver, which keeps buffers and textures in main memory. Each field
 /// is a peak; not all peaks coincide.
 struct MemoryEstimate {
-    std::size_t program = 0;  // program, driver and compiled shaders
-    std::size_t scene = 0;    // scene as read, tables, hierarchies, and buffers of these
-    std::size_t band = 0;     // buffers of a band, and its visibility state
-    std::size_t reading = 0;  // copies of a band's results: sums, records, counts of mattes
-    std::size_t film = 0;     // the picture and its layers
-    std::size_t preview = 0;  // textures of picture size (RenderSettings::preview), and the radiance cache
-    std::size_t shutter = 0;  // sums of the pictures at several times, and the first of them
-    std::size_t writing = 0;  // buffers for writing files
-    std::size_t total() const { return program + scene + band + reading + film + preview + shutter + writing; }
+    std::size_t program = 0;     // program, driver and compiled shaders
+    std::size_t scene = 0;       // scene_bytes()
+    std::size_t band = 0;        // buffers of a band
+    std::size_t visibility = 0;  // tile lists that are carried from sample to sample, of all bands
+    std::size_t reading = 0;     // copies of a band's results: sums, records, counts of mattes
+    std::size_t film = 0;        // the picture and its layers
+    std::size_t preview = 0;     // textures of picture size (RenderSettings::preview), and the radiance cache
+    std::size_t shutter = 0;     // sums of the pictures at several times, and the first of them
+    std::size_t writing = 0;     // buffers for writing files
+    /// Returns the bytes that depend on the picture.
+    std::size_t picture() const { return band + visibility + reading + film + preview + shutter + writing; }
+    std::size_t total() const { return program + scene + picture(); }
 };
+
+/// Returns the bytes that a scene takes from loading to rendering: contents, tables, hierarchies, buffers.
+std::size_t scene_bytes(const SceneSize& size);
 
 /// Returns an upper estimate for any number of samples. What the estimator leaves to a pilot counts as its most
 /// expensive choice. scene: includes kept parts. Raster culling is not counted.
 MemoryEstimate estimate_memory(const SceneNeeds& scene, const SceneSize& size, RenderSettings settings,
                                const PictureUse& use);
+
+/// Returns the bytes that every picture of these settings takes, whatever the scene and the bands. Sides that are not
+/// set yet count as 1 pixel.
+std::size_t least_picture_bytes(const RenderSettings& settings, const PictureUse& use);
+
+/// Makes the bands and the visibility state of `settings` small enough for the picture to take `bytes` at most. The
+/// picture does not depend on them. Returns its estimate, which is larger than `bytes` where even the smallest bands do
+/// not fit.
+MemoryEstimate fit_into_memory(const SceneNeeds& scene, const SceneSize& size, RenderSettings& settings,
+                               const PictureUse& use, std::size_t bytes);
 
 }  // namespace halflight

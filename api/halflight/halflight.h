@@ -25,6 +25,7 @@
 #include "api/halflight/statistics.h"
 #include "engine/core/error.h"
 #include "engine/core/frames.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/settings/layers.h"
 #include "engine/settings/render_settings.h"
 #include "engine/settings/settings_table.h"

@@ -14,6 +14,7 @@
 #include "api/halflight/log.h"
 #include "api/halflight/scene_edits.h"
 #include "engine/core/frames.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/io/gltf/gltf.h"
 #include "engine/scene/scene.h"
 
@@ -34,9 +35,14 @@ struct SceneChoice {
     // Without a value the scene is at rest, at the pose of its nodes, and animations are not read.
     std::optional<std::string> animation{};
     std::optional<FrameRate> frame_rate{};  // frame rate; frame 0 is at 0 s; none: that of the scene's extras, else 24
+    std::size_t picture_bytes = 0;          // memory to leave free for pictures (renderer/memory.h), bytes
 };
 
 GltfOptions gltf_options(bool allow_outside);
+
+/// Throws Error about the file where the memory budget (MemoryLedger::process()) has too little left for loading and
+/// rendering a scene of this size and a picture of at least `picture_bytes`.
+void check_fits(const SceneSize& size, const std::filesystem::path& file, std::size_t picture_bytes = 0);
 
 /// Sets the environment of `choice`. A scene without any light gets a neutral sky, which the log notes.
 void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& log);
@@ -44,8 +50,9 @@ void set_environment(Scene& scene, const EnvironmentChoice& choice, const Log& l
 /// A glTF file, its playing animations and its frame rate. It poses scenes; it holds none itself.
 class SceneFile {
   public:
-    /// Reads the file. Throws Error as GltfScene() does.
-    SceneFile(const std::filesystem::path& path, bool allow_outside);
+    /// Reads the file. Throws Error as GltfScene() and check_fits() do. moves: poses other than at_rest() are wanted,
+    /// for which contents of the file are kept.
+    SceneFile(const std::filesystem::path& path, bool allow_outside, std::size_t picture_bytes = 0, bool moves = true);
 
     /// Selects animations (SceneChoice::animation). The log names ignored channels and animations that drive the same
     /// properties. Throws Error for damaged animations, and for unknown names (the error lists the names).
@@ -85,7 +92,8 @@ class SceneFile {
 /// scene; it must not be used by two threads at a time.
 class LoadedScene {
   public:
-    /// Reads the files; the log gets the warnings. Throws Error that names file and element.
+    /// Reads the files; the log gets the warnings. Throws Error that names file and element, before anything is decoded
+    /// where the scene does not fit into memory (check_fits()).
     explicit LoadedScene(SceneChoice choice, const CameraChoice& camera = {}, const Log& log = {});
     LoadedScene(LoadedScene&&) noexcept;
     LoadedScene& operator=(LoadedScene&&) noexcept;
@@ -123,6 +131,7 @@ class LoadedScene {
     const FrameRate& frame_rate() const { return frame_rate_; }
     const std::vector<std::size_t>& playing() const { return playing_; }        ///< Returns indices of animations.
     const std::vector<std::filesystem::path>& files() const { return files_; }  ///< Returns the files, glTF first.
+    const SceneSize& size() const { return size_; }                             ///< Returns the size at 0 s.
 
   private:
     struct Unedited;
@@ -135,6 +144,8 @@ class LoadedScene {
     std::vector<std::size_t> playing_;
     std::vector<std::filesystem::path> files_;
     Scene scene_;
+    SceneSize size_;
+    MemoryLedger::Entry memory_;
     std::unique_ptr<Unedited> unedited_;  // values of the last pose before edits; null while there were no edits
     ChosenCamera camera_;
     bool surfaces_move_ = false;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "api/halflight/frame_renderer.h"
+#include "engine/core/memory_ledger.h"
 #include "engine/scene/scene.h"
 #include "renderer/render_result.h"
 
@@ -24,6 +25,9 @@ struct StepTimes {
 
 /// Returns the largest resident memory of the process so far, bytes.
 std::uint64_t peak_memory_bytes();
+
+/// Returns the memory budget, and what its parts hold, bytes.
+nlohmann::ordered_json memory_json(const MemoryLedger& ledger);
 
 /// Returns the name of the environment, with its radiance where it is constant; "none" where there is none.
 std::string environment_name(const Environment& environment);

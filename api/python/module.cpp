@@ -1,5 +1,6 @@
 // The native module halflight._native, which api/python/halflight/__init__.py wraps.
 #include "api/python/bindings.h"
+#include "engine/core/memory_ledger.h"
 
 namespace halflight::python {
 
@@ -46,6 +47,11 @@ PYBIND11_MODULE(_native, module) {
     module.doc() = "Native part of the package halflight.";
     py::register_exception<halflight::Error>(module, "Error", PyExc_RuntimeError).doc() =
         "Error of the library; its text is one line that names file and element.";
+    module.def("limit_memory", [](const std::string& size) {
+        const std::optional<std::size_t> bytes = halflight::parse_bytes(size);
+        if (!bytes) throw halflight::Error("memory", "expects a size such as 2GiB, 1.5G or 800M, not '{}'", size);
+        halflight::MemoryLedger::process().set_limit(*bytes);
+    });
     halflight::python::bind_scene(module);
     halflight::python::bind_picture(module);
     halflight::python::bind_renderer(module);

@@ -81,7 +81,7 @@ Environment load_environment(const std::filesystem::path& path, SceneReport& rep
     std::string bytes = read_file(path, limits.max_bytes);
     if (is_lfs_pointer(bytes)) throw Error(subject, "is a Git LFS pointer, not the file itself");
     if (is_radiance(bytes)) {
-        RadiancePicture picture = read_radiance(subject, bytes, limits.max_side);
+        RadiancePicture picture = read_radiance(subject, bytes, limits);
         if (picture.exposure != 1)
             report.warnings.push_back(fmt::format("{}: EXPOSURE {} is not divided out", subject, picture.exposure));
         environment.map = std::move(picture.image);

@@ -104,6 +104,7 @@ bool is_exr(std::string_view bytes);
 struct ExrLimits {
     int max_side = 16384;                              // pixels along x and y
     std::uint64_t max_bytes = std::uint64_t{4} << 30;  // bytes of the file, and of its pixels as floats
+    std::string reason{};                              // phrase after the limit in errors, such as " (--memory)"
 };
 
 /// Reads the first part of a file with scan lines or tiles (the finest level). Throws Error for damaged, truncated,

@@ -226,7 +226,8 @@ ExrFile read_exr(const std::filesystem::path& path, const ExrLimits& limits) {
         const std::uint64_t size = sizeof(float) * result.channels.size() * static_cast<std::uint64_t>(result.width) *
                                    static_cast<std::uint64_t>(result.height);
         if (size > limits.max_bytes)
-            throw Error(subject, "has {} bytes of pixels, more than the limit of {}", size, limits.max_bytes);
+            throw Error(subject, "has {} bytes of pixels, more than the limit of {}{}", size, limits.max_bytes,
+                        limits.reason);
         result.attributes = attributes_of(header);
         read_pixels(file, result);
         return result;

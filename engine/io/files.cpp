@@ -5,9 +5,12 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <array>
 #include <atomic>
+#include <cassert>
 #include <cerrno>
 #include <map>
+#include <optional>
 #include <random>
 #include <set>
 #include <system_error>
@@ -63,10 +66,34 @@ struct ReadableFile {
         if (S_ISDIR(info.st_mode)) throw Error(subject, "cannot read: {}", reason(EISDIR));
         if (!S_ISREG(info.st_mode)) throw Error(subject, "cannot read: not a regular file");
         bytes = static_cast<std::uint64_t>(info.st_size);
+        version = version_of(info);
+    }
+
+    /// Returns numbers that differ after the file has been written or replaced.
+    static std::array<std::uint64_t, 5> version_of(const struct stat& info) {
+        return {info.st_dev, info.st_ino, static_cast<std::uint64_t>(info.st_size),
+                static_cast<std::uint64_t>(info.st_mtim.tv_sec), static_cast<std::uint64_t>(info.st_mtim.tv_nsec)};
+    }
+    std::array<std::uint64_t, 5> version_now() const {
+        struct stat info {};
+        return fstat(descriptor, &info) == 0 ? version_of(info) : std::array<std::uint64_t, 5>{};
+    }
+
+    /// Reads bytes [offset, offset + to.size()).
+    void read(std::uint64_t offset, std::span<char> to, const std::string& subject) const {
+        for (std::size_t done = 0; done < to.size();) {
+            const ssize_t got =
+                pread(descriptor, to.data() + done, to.size() - done, static_cast<off_t>(offset + done));
+            if (got < 0 && errno == EINTR) continue;
+            if (got < 0) throw Error(subject, "cannot read: {}", reason(errno));
+            if (got == 0) throw Error(subject, "cannot read: became shorter while it was read");
+            done += static_cast<std::size_t>(got);
+        }
     }
 
     Descriptor descriptor;
     std::uint64_t bytes = 0;
+    std::array<std::uint64_t, 5> version{};  // version_now() when it was opened
 };
 
 /// Follows symbolic links from `path`; the last one may point to a file that does not exist.
@@ -188,17 +215,57 @@ std::string read_file(const fs::path& path, std::uint64_t max_bytes) {
     const ReadableFile file(path);
     const std::uint64_t size = file.bytes;
     if (size > max_bytes) throw Error(subject, "has {} bytes, more than the limit of {}", size, max_bytes);
-
     std::string bytes(size, '\0');
-    std::size_t done = 0;
-    while (done < bytes.size()) {
-        const ssize_t got = read(file.descriptor, bytes.data() + done, bytes.size() - done);
-        if (got < 0 && errno == EINTR) continue;
-        if (got < 0) throw Error(subject, "cannot read: {}", reason(errno));
-        if (got == 0) throw Error(subject, "cannot read: became shorter while it was read");
-        done += static_cast<std::size_t>(got);
-    }
+    file.read(0, bytes, subject);
     return bytes;
+}
+
+/// A file that is opened once, so that it may be replaced by another one of its name; those beyond kKeptOpen are opened
+/// for each read.
+struct ByteSource::File {
+    static constexpr int kKeptOpen = 256;
+    static inline std::atomic<int> kept{0};
+
+    explicit File(const fs::path& p) : path(p), open(std::in_place, p), version(open->version), size(open->bytes) {
+        if (++kept > kKeptOpen) close();
+    }
+    File(const File&) = delete;
+    ~File() { close(); }
+    void close() {
+        if (open) --kept;
+        open.reset();
+    }
+
+    fs::path path;
+    std::optional<ReadableFile> open;
+    std::array<std::uint64_t, 5> version;
+    std::uint64_t size;
+};
+
+ByteSource::ByteSource(std::string text)
+    : text_(std::make_shared<const std::string>(std::move(text))), size_(text_->size()) {}
+
+ByteSource::ByteSource(const fs::path& path) : file_(std::make_shared<const File>(path)), size_(file_->size) {}
+
+ByteSource ByteSource::part(std::uint64_t offset, std::uint64_t size) const {
+    assert(offset <= size_ && size <= size_ - offset);
+    ByteSource part = *this;
+    part.offset_ += offset;
+    part.size_ = size;
+    return part;
+}
+
+std::string_view ByteSource::read(std::uint64_t offset, std::uint64_t count, std::string& buffer) const {
+    assert(offset <= size_ && count <= size_ - offset);
+    if (!file_) return text_ ? std::string_view(*text_).substr(offset_ + offset, count) : std::string_view();
+    const std::string subject = file_->path.string();
+    std::optional<ReadableFile> again;
+    if (!file_->open) again.emplace(file_->path);
+    const ReadableFile& file = again ? *again : *file_->open;
+    buffer.resize(count);
+    file.read(offset_ + offset, buffer, subject);
+    if (file.version_now() != file_->version) throw Error(subject, "cannot read: was changed while it was read");
+    return buffer;
 }
 
 bool is_lfs_pointer(std::string_view bytes) {

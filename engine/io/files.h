@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -35,6 +36,30 @@ std::string read_file(const std::filesystem::path& path, std::uint64_t max_bytes
 
 /// Throws the Error of read_file() for a file that is missing, unreadable or not regular.
 void check_readable(const std::filesystem::path& path);
+
+/// Bytes that are read in ranges: those of a regular file, which may be larger than memory, or of a text. Copies share
+/// them. A scene may have any number of files.
+class ByteSource {
+  public:
+    ByteSource() = default;  ///< Makes an empty source.
+    explicit ByteSource(std::string text);
+    /// Throws the Error of check_readable().
+    explicit ByteSource(const std::filesystem::path& file);
+
+    std::uint64_t size() const { return size_; }  ///< Returns the number of bytes.
+    /// Returns a part of the source, which must lie within it.
+    ByteSource part(std::uint64_t offset, std::uint64_t size) const;
+    /// Returns a range of the source, which must lie within it, as a view of the text or of `buffer`. Throws Error that
+    /// names the file where it cannot be read or has been written to since this source was made.
+    std::string_view read(std::uint64_t offset, std::uint64_t count, std::string& buffer) const;
+
+  private:
+    struct File;
+    std::shared_ptr<const File> file_;  // null: a text
+    std::shared_ptr<const std::string> text_;
+    std::uint64_t offset_ = 0;
+    std::uint64_t size_ = 0;
+};
 
 /// Returns whether these are the first bytes of a Git LFS pointer, which replaces the file in a checkout without LFS.
 bool is_lfs_pointer(std::string_view bytes);

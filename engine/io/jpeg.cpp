@@ -63,6 +63,14 @@ class Decoder {
 
     std::size_t width() const { return info_.image_width; }
     std::size_t height() const { return info_.image_height; }
+    /// Returns the bytes of the coefficients, which progressive files keep until their last scan.
+    std::size_t coefficient_bytes() {
+        if (!jpeg_has_multiple_scans(&info_)) return 0;
+        std::size_t blocks = 0;
+        for (int i = 0; i < info_.num_components; ++i)
+            blocks += std::size_t{info_.comp_info[i].width_in_blocks} * info_.comp_info[i].height_in_blocks;
+        return blocks * sizeof(JBLOCK);
+    }
     const char* message() const { return message_; }
 
   private:
@@ -83,23 +91,35 @@ class Decoder {
     const char* message_ = "";
 };
 
+/// Reads the header and checks that the picture is within the limit and not larger than the file can hold.
+void open(Decoder& decoder, const std::string& subject, std::uint64_t bytes, int max_side) {
+    if (!decoder.read_header()) throw Error(subject, "cannot be decoded: {}", decoder.message());
+    const std::size_t width = decoder.width(), height = decoder.height(), limit = static_cast<std::size_t>(max_side);
+    if (width > limit || height > limit)
+        throw Error(subject, "{} x {} texels are more than {} a side", width, height, limit);
+    if (width * height / kPixelsPerByte > bytes)
+        throw Error(subject, "is truncated: {} bytes cannot hold {} x {} texels", bytes, width, height);
+}
+
 }  // namespace
 
 bool is_jpeg(std::string_view bytes) {
     return bytes.starts_with("\xff\xd8\xff");
 }
 
+ImageHeader read_jpeg_header(const std::string& subject, std::string_view bytes, std::uint64_t file_bytes,
+                             int max_side) {
+    Decoder decoder(bytes);
+    open(decoder, subject, file_bytes, max_side);
+    return {decoder.width(), decoder.height(), decoder.coefficient_bytes()};
+}
+
 void read_jpeg(const std::string& subject, std::string_view bytes, int max_side, TextureImage& image) {
     Decoder decoder(bytes);
-    if (!decoder.read_header()) throw Error(subject, "cannot be decoded: {}", decoder.message());
-    const std::size_t width = decoder.width(), height = decoder.height(), limit = static_cast<std::size_t>(max_side);
-    if (width > limit || height > limit)
-        throw Error(subject, "{} x {} texels are more than {} a side", width, height, limit);
-    if (width * height / kPixelsPerByte > bytes.size())
-        throw Error(subject, "is truncated: {} bytes cannot hold {} x {} texels", bytes.size(), width, height);
-    image.width = static_cast<int>(width);
-    image.height = static_cast<int>(height);
-    image.rgba.resize(4 * width * height);
+    open(decoder, subject, bytes.size(), max_side);
+    image.width = static_cast<int>(decoder.width());
+    image.height = static_cast<int>(decoder.height());
+    image.rgba.resize(4 * decoder.width() * decoder.height());
     if (!decoder.read_texels(image.rgba.data())) throw Error(subject, "cannot be decoded: {}", decoder.message());
 }
 

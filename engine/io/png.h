@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/core/image.h"
+#include "engine/io/image_header.h"
 #include "engine/scene/scene.h"
 
 namespace halflight {
@@ -39,6 +40,10 @@ bool is_png(std::string_view bytes);
 
 /// Returns the first text (chunk tEXt) with this keyword; empty if there is none.
 std::string text_of_png(std::string_view png, std::string_view keyword);
+
+/// Reads the size of a PNG from its first bytes; `file_bytes` is the size of the whole file. Throws Error like
+/// read_png().
+ImageHeader read_png_header(const std::string& subject, std::string_view bytes, std::uint64_t file_bytes, int max_side);
 
 /// Reads display-encoded values in [0,1] from 8 or 16 bits, with the channels of the file (palettes are resolved).
 /// Ignores gamma and profiles. Throws Error with `subject` for damaged and truncated files, and for sides longer than

@@ -69,7 +69,7 @@ class Decoder : public PngErrors {
 };
 
 /// Reads the header and checks that the picture is within the limit and not larger than the file can hold.
-void open(Decoder& decoder, const std::string& subject, std::size_t bytes, int max_side) {
+void open(Decoder& decoder, const std::string& subject, std::uint64_t bytes, int max_side) {
     if (!decoder.read_header()) throw Error(subject, "cannot be decoded: {}", decoder.message());
     const std::size_t width = decoder.width(), height = decoder.height(), limit = static_cast<std::size_t>(max_side);
     if (width > limit || height > limit)
@@ -92,6 +92,13 @@ void read(Decoder& decoder, const std::string& subject, std::vector<T>& values) 
 
 bool is_png(std::string_view bytes) {
     return bytes.starts_with("\x89PNG\r\n\x1a\n");
+}
+
+ImageHeader read_png_header(const std::string& subject, std::string_view bytes, std::uint64_t file_bytes,
+                            int max_side) {
+    Decoder decoder(bytes, true);
+    open(decoder, subject, file_bytes, max_side);
+    return {decoder.width(), decoder.height(), 0};
 }
 
 void read_png(const std::string& subject, std::string_view bytes, int max_side, TextureImage& image) {

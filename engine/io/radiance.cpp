@@ -32,6 +32,8 @@ class Reader {
         return text;
     }
 
+    std::size_t left() const { return bytes_.size() - position_; }
+
     Rgbe pixel() { return {byte(), byte(), byte(), byte()}; }
 
     [[noreturn]] void damaged(std::string_view what) const { throw Error(subject_, "is damaged: {}", what); }
@@ -118,7 +120,7 @@ bool is_radiance(std::string_view bytes) {
     return bytes.starts_with("#?");
 }
 
-RadiancePicture read_radiance(const std::string& subject, std::string_view bytes, int max_side) {
+RadiancePicture read_radiance(const std::string& subject, std::string_view bytes, const ExrLimits& limits) {
     Reader reader(subject, bytes);
     if (!is_radiance(reader.line())) throw Error(subject, "is not a Radiance picture");
     RadiancePicture picture;
@@ -128,9 +130,14 @@ RadiancePicture read_radiance(const std::string& subject, std::string_view bytes
         if (line.starts_with("EXPOSURE="))
             picture.exposure *= std::strtod(std::string(line.substr(9)).c_str(), nullptr);
     }
-    const Resolution resolution = parse_resolution(subject, reader.line(), max_side);
+    const Resolution resolution = parse_resolution(subject, reader.line(), limits.max_side);
     const auto width = static_cast<std::size_t>(resolution.width);
     const auto height = static_cast<std::size_t>(resolution.height);
+    if (reader.left() < sizeof(Rgbe) * height) throw Error(subject, "is truncated");  // a row has one pixel at least
+    const std::uint64_t size = 3 * sizeof(float) * width * height;
+    if (size > limits.max_bytes)
+        throw Error(subject, "has {} bytes of pixels, more than the limit of {}{}", size, limits.max_bytes,
+                    limits.reason);
 
     std::vector<Rgbe> rows;  // grows with the rows read, not with the header's size
     std::vector<Rgbe> row(width);

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "engine/core/image.h"
+#include "engine/io/exr.h"
 
 namespace halflight {
 
@@ -17,7 +18,7 @@ bool is_radiance(std::string_view bytes);
 
 /// Reads the format of Ward, "Real Pixels", Graphics Gems II, 1991, and the Radiance manual, "picture files": flat, old
 /// and new run lengths, rows in either order. Throws Error with `subject` for damaged, truncated, XYZE and column-first
-/// files, and for sides longer than `max_side`.
-RadiancePicture read_radiance(const std::string& subject, std::string_view bytes, int max_side);
+/// files, and for pictures beyond the limits, which are those of environments of any format.
+RadiancePicture read_radiance(const std::string& subject, std::string_view bytes, const ExrLimits& limits);
 
 }  // namespace halflight

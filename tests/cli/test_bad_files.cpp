@@ -1,6 +1,7 @@
 // Tests bad files that scenes, --env and --ocio name: truncated, oversized, not regular, or out of bounds.
 #include <fmt/format.h>
 #include <sys/stat.h>
+#include <zlib.h>
 
 #include <nlohmann/json.hpp>
 
@@ -163,6 +164,72 @@ TEST_F(BadFiles, OversizedEnvironments) {
     for (const std::int32_t last :
          {-2, 16383, 16384, std::numeric_limits<std::int32_t>::max(), std::numeric_limits<std::int32_t>::min()})
         map_refused(fmt::format("OpenEXR up to {}", last), with_window(last, last));
+}
+
+/// Small valid files that become large in memory are refused from their headers, under a budget of 512 MiB.
+TEST_F(BadFiles, BombsAreRefusedByTheMemoryBudget) {
+    const auto limited = [](std::vector<std::string> arguments) {
+        arguments.insert(arguments.end(), {"--memory", "512MiB"});
+        return arguments;
+    };
+    const auto refused = [&](const std::string& name, const std::vector<std::string>& arguments,
+                             const std::vector<std::string>& words) {
+        std::vector<std::string> all = {"--memory", "budget"};
+        all.insert(all.end(), words.begin(), words.end());
+        expect_refused("bomb: " + name, limited(arguments), all);
+    };
+    write("image", small_png());
+    expect_loaded("no bomb", limited(with_scene(scene("image"))));
+    expect_refused("bomb: picture of 4096 x 4096",
+                   {"render", scene("image"), path("picture.exr"), "--width", "4096", "--height", "4096", "--aov",
+                    "all", "--memory", "1GiB"},
+                   {"/scene.gltf: ", "picture at least", "--memory"});
+
+    constexpr std::uint32_t kSide = 16384;
+    std::string rows((kSide / 8 + 1) * kSide, '\0'), deflated(compressBound(rows.size()), '\0');
+    uLongf length = deflated.size();
+    ASSERT_EQ(compress(reinterpret_cast<Bytef*>(deflated.data()), &length, reinterpret_cast<const Bytef*>(rows.data()),
+                       rows.size()),
+              Z_OK);
+    deflated.resize(length);
+    write("image", "\x89PNG\r\n\x1a\n" +
+                       png_chunk("IHDR", big_endian(kSide) + big_endian(kSide) + std::string("\1\0\0\0\0", 5)) +
+                       png_chunk("IDAT", deflated) + png_chunk("IEND", ""));
+    refused("PNG of 16384 x 16384", with_scene(scene("image")), {"/scene.gltf: ", "textures 1.0 GiB"});
+    // The header tells the size. The rest of the file only makes it long enough to hold so many texels.
+    write("image", jpeg_claiming(kSide) + std::string(std::size_t{1} << 20, 'x'));
+    refused("JPEG of 16384 x 16384", with_scene(scene("image")), {"/scene.gltf: ", "textures 1.0 GiB"});
+
+    std::string row{2, 2, kSide >> 8, 0};
+    for (std::uint32_t left = 4 * kSide, run = 0; left > 0; left -= run) {
+        run = std::min({left, 127u, (left - 1) % kSide + 1});
+        row += {static_cast<char>(128 + run), '\x80'};
+    }
+    std::string map = "#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 8192 +X 16384\n";
+    for (int y = 0; y < 8192; ++y) map += row;
+    write("map", map);
+    refused("Radiance of 16384 x 8192", with_environment(path("map")), {"/map: ", "1610612736 bytes"});
+
+    Json many = Json::parse(read_text(scene("image")));
+    many["nodes"] = Json::array();
+    for (int i = 0; i < 1000000; ++i) many["nodes"].push_back({{"mesh", 0}, {"translation", {i, 0, 0}}});
+    write("scene.gltf", many.dump());
+    refused("10^6 nodes", with_scene(path("scene.gltf")), {"/scene.gltf: ", "objects and arrays of JSON"});
+}
+
+/// A file of which the scene uses a few bytes takes memory for those only.
+TEST_F(BadFiles, HugeBuffersOfWhichLittleIsUsed) {
+    write("huge.bin", std::string(36, '\0'));
+    std::error_code none;
+    fs::resize_file(path("huge.bin"), std::uint64_t{7} << 30, none);
+    if (none) GTEST_SKIP() << "the file system has no files of 7 GiB";
+    write("image", small_png());
+    Json json = Json::parse(read_text(scene("image", "huge.bin")));
+    json["buffers"][0]["byteLength"] = std::uint64_t{7} << 30;
+    write("scene.gltf", json.dump());
+    std::vector<std::string> arguments = with_scene(path("scene.gltf"));
+    arguments.insert(arguments.end(), {"--memory", "512MiB"});
+    expect_loaded("7 GiB of which 36 bytes are used", arguments);
 }
 
 TEST_F(BadFiles, NoRegularFiles) {

@@ -41,6 +41,19 @@ class Pictures(InFolder):
         with self.assertRaises(KeyError):
             picture["colour"]
 
+    def test_memory_is_limited(self):
+        scene = hl.load(CORNELL)
+        self.addCleanup(hl.limit_memory, "1024GiB")
+        hl.limit_memory("100MiB")
+        with self.assertRaisesRegex(hl.Error, "cornell.glb: needs .* of the budget of 100 MiB are left"):
+            hl.load(CORNELL)
+        with self.assertRaisesRegex(hl.Error, "render settings: needs .*24 x 16 pixels"):
+            hl.render(scene, **SMALL)
+        hl.limit_memory(2**30)
+        hl.render(scene, **SMALL)
+        with self.assertRaisesRegex(hl.Error, "expects a size"):
+            hl.limit_memory("much")
+
     def test_arrays_outlive_their_picture(self):
         array = hl.render(hl.load(CORNELL), layers=[], **SMALL)["beauty"]
         copy = array.copy()

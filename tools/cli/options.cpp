@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "engine/core/memory_ledger.h"
+
 namespace halflight {
 namespace {
 
@@ -122,12 +124,23 @@ void add_view_options(Options& options, std::optional<std::filesystem::path>& oc
     options.settings(settings);
 }
 
+void add_memory_option(Options& options) {
+    options.value("--memory", "SIZE",
+                  "memory that the program may take, such as 2GiB or 800M; by default three quarters of what is free",
+                  [](const auto& name, const auto& text) {
+                      const std::optional<std::size_t> bytes = parse_bytes(text);
+                      if (!bytes) throw UsageError(name, "expects a size such as 2GiB, 1.5G or 800M, not '{}'", text);
+                      MemoryLedger::process().set_limit(*bytes);
+                  });
+}
+
 void add_device_options(Options& options, ViewArguments& a) {
     options.group("Run");
     options.value("--device", "NAME|N", "device to render on; `halflight info --device` lists devices",
                   [&](const auto&, const auto& text) { a.device = text; });
     options.flag("--gl-debug", a.gl_debug, "lets the driver check every call and explain its errors (slower)");
     options.flag("--allow-outside", a.allow_outside, "allows the scene to name files outside its folder");
+    add_memory_option(options);
     options.flag("--quiet", a.quiet, "prints errors only, neither progress nor notes");
 }
 

@@ -71,8 +71,10 @@ void add_camera_options(Options& options, ViewArguments& arguments);
 void add_environment_option(Options& options, EnvironmentChoice& environment);
 /// Declares --ocio and the settings of the view transform.
 void add_view_options(Options& options, std::optional<std::filesystem::path>& ocio, RenderSettings& settings);
-/// Declares --device, --gl-debug, --allow-outside and --quiet.
+/// Declares --device, --gl-debug, --allow-outside, --memory and --quiet.
 void add_device_options(Options& options, ViewArguments& arguments);
+/// Declares --memory, which sets the limit of MemoryLedger::process() when it is parsed.
+void add_memory_option(Options& options);
 
 /// Declares --fps and --animation; `usual` names the default in the help text.
 void add_animation_options(Options& options, std::optional<std::string>& animation, std::optional<FrameRate>& rate,

@@ -9,6 +9,7 @@
 #include "renderer/settings_check.h"
 #include "tools/cli/options.h"
 #include "tools/halflight/converge_options.h"
+#include "tools/halflight/render_parts.h"
 
 namespace halflight {
 namespace {
@@ -133,6 +134,7 @@ void add_memory_options(Options& options, InfoArguments& a) {
     add_light_options(options, a.picture);
     options.group("Run");
     options.settings(a.picture.settings, &Setting::memory);
+    add_memory_option(options);
 }
 
 void check(const InfoArguments& a, const CLI::App& app) {
@@ -250,6 +252,7 @@ Arguments parse_arguments(int argc, const char* const* argv) {
         const RenderSettings& s = render.settings;
         if ((s.time_limit > 0 || s.error) && render_app.count("--samples") == 0) render.settings.samples = kMaxSamples;
         check(render, render_app);
+        render.picture_bytes = picture_bytes(render);
         if (!render.frames.empty() && !render.animation) render.animation = "all";
         return render;
     }

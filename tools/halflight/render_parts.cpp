@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "engine/gpu/program_binaries.h"
+#include "renderer/memory.h"
 
 namespace halflight {
 
@@ -20,6 +21,13 @@ RenderSettings make_settings(const RenderArguments& a, const Camera& camera) {
     settings.want_view = wants(a, "png") || a.movie;
     settings.measure = a.stats.has_value();
     return settings;
+}
+
+std::size_t picture_bytes(const RenderArguments& a) {
+    RenderSettings settings = a.settings;
+    settings.width = a.width.value_or(a.height ? 1 : a.usual_width);
+    settings.height = a.height.value_or(1);
+    return least_picture_bytes(settings, {.png = wants(a, "png") || a.movie, .shutter = a.shutter.open > 0});
 }
 
 gpu::ContextOptions device_options(const RenderArguments& a) {

@@ -14,6 +14,9 @@ bool wants(const RenderArguments& arguments, std::string_view extension);
 /// Returns the settings of a picture by this camera. The arguments decide size, view and statistics.
 RenderSettings make_settings(const RenderArguments& arguments, const Camera& camera);
 
+/// Returns the memory that every picture of these arguments takes, bytes, as far as it is known without the scene.
+std::size_t picture_bytes(const RenderArguments& arguments);
+
 /// Returns the options that open the device of the arguments.
 gpu::ContextOptions device_options(const RenderArguments& arguments);
 

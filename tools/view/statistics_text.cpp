@@ -68,8 +68,11 @@ std::vector<std::string> left_out_lines(const RenderStats& stats) {
 std::vector<std::string> memory_lines(const RenderStats& stats) {
     std::size_t saved = 0;
     for (const LeftOut& l : stats.left_out) saved += l.bytes;
-    return {fmt::format("{:.1f} MiB on the device; {:.1f} MiB left out", mebibytes(stats.gpu_bytes), mebibytes(saved)),
-            fmt::format("{:.1f} MiB peak memory of the program", mebibytes(peak_memory_bytes()))};
+    const MemoryLedger& ledger = MemoryLedger::process();
+    return {
+        fmt::format("{:.1f} MiB on the device; {:.1f} MiB left out", mebibytes(stats.gpu_bytes), mebibytes(saved)),
+        fmt::format("{:.1f} MiB peak memory of the program", mebibytes(peak_memory_bytes())),
+        fmt::format("{} of the budget of {} are left", text_of_bytes(ledger.free()), text_of_bytes(ledger.limit()))};
 }
 
 }  // namespace halflight::view

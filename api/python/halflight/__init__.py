@@ -18,8 +18,8 @@ from collections.abc import Mapping as _Mapping
 from . import _native
 from ._native import Error
 
-__all__ = ["Error", "Picture", "Progress", "Renderer", "Scene", "devices", "layers", "load", "render",
-           "render_sequence", "settings"]
+__all__ = ["Error", "Picture", "Progress", "Renderer", "Scene", "devices", "layers", "limit_memory", "load",
+           "render", "render_sequence", "settings"]
 
 Error.__module__ = "halflight"
 _logger = _logging.getLogger("halflight")
@@ -83,6 +83,12 @@ def layers():
 def devices():
     """Returns all devices, whether each would be taken, and the reason."""
     return [Device(*row) for row in _native.devices()]
+
+
+def limit_memory(size):
+    """Limits the memory of the process: a number of bytes, or a text such as "2GiB". Scenes and pictures that need more
+    raise Error. By default the limit is three quarters of what is free."""
+    _native.limit_memory(str(size))
 
 
 def load(path, environment=None, animation=None, fps=None, allow_outside=False):

@@ -81,7 +81,7 @@ int GltfAccessors::components(int accessor) const {
 
 GltfAccessors::View GltfAccessors::packed(int buffer_view, std::uint64_t offset, std::uint64_t count,
                                           std::size_t element_size, const std::string& element) const {
-    const std::string_view bytes = document_.view_bytes(buffer_view);
+    const ByteSource bytes = document_.view_bytes(buffer_view);
     const std::size_t given = document_.model.bufferViews[static_cast<std::size_t>(buffer_view)].byteStride;
     const std::size_t stride = given == 0 ? element_size : given;
     if (stride < element_size)
@@ -90,7 +90,7 @@ GltfAccessors::View GltfAccessors::packed(int buffer_view, std::uint64_t offset,
     const std::uint64_t end = count == 0 ? offset : offset + (count - 1) * stride + element_size;
     if (end > bytes.size())
         document_.fail(element, "ends at byte {} of bufferViews[{}], which has {}", end, buffer_view, bytes.size());
-    return {reinterpret_cast<const unsigned char*>(bytes.data()) + offset, stride};
+    return {bytes.part(offset, end - offset), element_size, stride};
 }
 
 GltfAccessors::View GltfAccessors::view(int accessor) const {
@@ -98,19 +98,31 @@ GltfAccessors::View GltfAccessors::view(int accessor) const {
     const std::size_t size = component_size(a.componentType) * static_cast<std::size_t>(components(accessor));
     if (size == 0) document_.fail(name(accessor), "componentType {} is unknown", a.componentType);
     if (a.bufferView != kNone) return packed(a.bufferView, a.byteOffset, a.count, size, name(accessor));
-    if (a.count > std::max<std::uint64_t>(kFewZeros, document_.bytes_read))
+    if (a.count > std::max<std::uint64_t>(kFewZeros, document_.bytes_of_files))
         document_.fail(name(accessor), "{} elements without a bufferView in a scene of {} bytes", a.count,
-                       document_.bytes_read);
+                       document_.bytes_of_files);
     return {};
+}
+
+template <class Read>
+void GltfAccessors::for_each_in(const View& view, std::size_t first, std::size_t count, Read read) {
+    constexpr std::size_t kBlock = std::size_t{1} << 20;  // bytes that are in memory at once
+    const std::size_t most = kBlock / view.stride;
+    std::string buffer;
+    for (std::size_t done = 0; done < count; done += most) {
+        const std::size_t now = std::min(most, count - done);
+        const std::string_view bytes =
+            view.bytes.read((first + done) * view.stride, (now - 1) * view.stride + view.element_size, buffer);
+        for (std::size_t i = 0; i < now; ++i)
+            read(done + i, reinterpret_cast<const unsigned char*>(bytes.data()) + i * view.stride);
+    }
 }
 
 template <class Read>
 void GltfAccessors::for_each_element(int accessor, std::size_t first, std::size_t count, Read read) const {
     const auto& a = document_.model.accessors[static_cast<std::size_t>(accessor)];
     const View base = view(accessor);
-    if (base.data) {
-        for (std::size_t i = 0; i < count; ++i) read(i, base.data + (first + i) * base.stride);
-    }
+    if (base.stride > 0) for_each_in(base, first, count, read);
     if (!a.sparse.isSparse) return;
 
     const std::size_t size = component_size(a.componentType) * static_cast<std::size_t>(components(accessor));
@@ -122,11 +134,15 @@ void GltfAccessors::for_each_element(int accessor, std::size_t first, std::size_
                                 replaced, component_size(index_type), name(accessor) + ".sparse.indices");
     const View values = packed(a.sparse.values.bufferView, static_cast<std::uint64_t>(a.sparse.values.byteOffset),
                                replaced, size, name(accessor) + ".sparse.values");
-    for (std::size_t i = 0; i < replaced; ++i) {
-        const std::size_t index = load_unsigned(indices.data + i * indices.stride, index_type);
-        if (index >= a.count) document_.fail(name(accessor), "sparse index {} of {} elements", index, a.count);
-        if (index >= first && index - first < count) read(index - first, values.data + i * values.stride);
-    }
+    std::vector<std::uint32_t> places;
+    for_each_in(indices, 0, replaced, [&](std::size_t, const unsigned char* from) {
+        places.push_back(load_unsigned(from, index_type));
+        if (places.back() >= a.count)
+            document_.fail(name(accessor), "sparse index {} of {} elements", places.back(), a.count);
+    });
+    for_each_in(values, 0, replaced, [&](std::size_t i, const unsigned char* from) {
+        if (places[i] >= first && places[i] - first < count) read(places[i] - first, from);
+    });
 }
 
 std::size_t GltfAccessors::check_range(int accessor, std::size_t first, std::size_t count) const {

@@ -40,11 +40,14 @@ class GltfAccessors {
                                              std::string_view purpose) const;
 
   private:
-    /// Elements at data + i * stride; null: all zero.
+    /// Elements, `stride` bytes apart.
     struct View {
-        const unsigned char* data = nullptr;
-        std::size_t stride = 0;
+        ByteSource bytes;
+        std::size_t element_size = 0;
+        std::size_t stride = 0;  // 0: all elements are zero
     };
+    template <class Read>
+    static void for_each_in(const View& view, std::size_t first, std::size_t count, Read read);
     template <class Read>
     void for_each_element(int accessor, std::size_t first, std::size_t count, Read read) const;
     View view(int accessor) const;

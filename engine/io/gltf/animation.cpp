@@ -6,6 +6,7 @@
 #include <optional>
 #include <tuple>
 
+#include "engine/core/memory_ledger.h"
 #include "engine/io/gltf/accessor.h"
 #include "engine/io/gltf/driven.h"
 #include "engine/io/gltf/schema.h"
@@ -130,6 +131,9 @@ class Reader {
         if (accessors_.count(output) != expected)
             document_.fail(element, "its output has {} elements for {} keys, {} expected", accessors_.count(output),
                            accessors_.count(input), expected);
+        const std::size_t bytes = sizeof(float) * (accessors_.count(input) +
+                                                   expected * static_cast<std::size_t>(accessors_.components(output)));
+        MemoryLedger::process().check(2 * bytes, document_.file, element);  // while they are read there is a copy
         keys.times = accessors_.read<float>(input, element + ".input");
         const std::string purpose = element + ".output";
         if (weights || keys.components == 1)

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <set>
 
+#include "engine/core/memory_ledger.h"
 #include "engine/io/files.h"
 #include "engine/io/gltf/extras.h"
 #include "engine/io/gltf/material_keys.h"
@@ -49,39 +50,57 @@ void check_version(const Json& root, const std::string& file) {
 }
 
 struct Chunks {
-    std::string_view json;
-    std::string_view binary;  // binary chunk; empty: none
+    ByteSource json;
+    ByteSource binary;  // binary chunk; empty: none
 };
 
-std::uint32_t read_u32(std::string_view bytes, std::size_t offset) {
+std::uint32_t read_u32(const ByteSource& bytes, std::uint64_t offset) {
+    std::string buffer;
     std::uint32_t value = 0;
-    std::memcpy(&value, bytes.data() + offset, sizeof value);
+    std::memcpy(&value, bytes.read(offset, sizeof value, buffer).data(), sizeof value);
     return value;
 }
 
 /// Returns the chunks of a .glb file (glTF 2.0, section 4.4). Unknown chunks are skipped.
-Chunks split_glb(std::string_view bytes, const std::string& file) {
+Chunks split_glb(ByteSource bytes, const std::string& file) {
     constexpr std::uint32_t kJson = 0x4e4f534a, kBinary = 0x004e4942;
     if (bytes.size() < 12) throw Error(file, "is truncated: {} bytes are no GLB header", bytes.size());
     if (read_u32(bytes, 4) != 2) throw Error(file, "is GLB version {}, only 2 is supported", read_u32(bytes, 4));
     const std::uint32_t length = read_u32(bytes, 8);
     if (length > bytes.size())
         throw Error(file, "is truncated: it has {} of the {} bytes in its header", bytes.size(), length);
-    bytes = bytes.substr(0, length);
+    bytes = bytes.part(0, length);
 
     Chunks chunks;
-    std::size_t offset = 12;
+    std::uint64_t offset = 12;
     for (int i = 0; offset + 8 <= bytes.size(); ++i) {
         const std::uint32_t size = read_u32(bytes, offset), type = read_u32(bytes, offset + 4);
         offset += 8;
         if (size > bytes.size() - offset) throw Error(file, "is damaged: chunk {} does not fit into the file", i);
         if ((i == 0) != (type == kJson)) throw Error(file, "is damaged: its first chunk and no other must be JSON");
-        if (type == kJson) chunks.json = bytes.substr(offset, size);
-        if (type == kBinary && chunks.binary.empty()) chunks.binary = bytes.substr(offset, size);
+        if (type == kJson) chunks.json = bytes.part(offset, size);
+        if (type == kBinary && chunks.binary.size() == 0) chunks.binary = bytes.part(offset, size);
         offset += size;
     }
-    if (chunks.json.empty()) throw Error(file, "is damaged: it has no JSON");
+    if (chunks.json.size() == 0) throw Error(file, "is damaged: it has no JSON");
     return chunks;
+}
+
+/// Returns the first bytes of a source, enough to tell formats apart.
+std::string first_bytes(const ByteSource& bytes) {
+    std::string buffer;
+    return std::string(bytes.read(0, std::min<std::uint64_t>(bytes.size(), 64), buffer));
+}
+
+/// Throws Error where the memory budget has too little left for parsing the JSON. Measured for lists of 10^6 nodes and
+/// materials, and rounded up: the parsers take 1600 bytes for each, which are two objects or arrays.
+void check_json_fits(std::string_view json, const std::string& file) {
+    constexpr std::size_t kObject = 800;
+    constexpr std::size_t kCopies = 3;  // copies of the text
+    const auto objects =
+        static_cast<std::size_t>(std::ranges::count_if(json, [](char c) { return c == '{' || c == '['; }));
+    MemoryLedger::process().check(kCopies * json.size() + kObject * objects, file,
+                                  fmt::format("{} objects and arrays of JSON", objects));
 }
 
 /// Refuses paths that lead out of the scene's folder, also through symbolic links.
@@ -98,49 +117,25 @@ fs::path locate(const GltfDocument& document, const std::string& uri, const std:
     return path;
 }
 
-/// State of tinygltf's file callbacks. A name replaces the URI of every buffer, so that no path reaches tinygltf.
-struct BufferFiles {
-    GltfDocument& document;
-    std::string_view binary_chunk;
-    std::vector<std::string> uris{};  // URI per buffer; empty: the binary chunk
-    std::vector<std::uint64_t> byte_lengths{};
-
-    /// Length of a buffer without URI and chunk, which is allowed while nothing reads it. tinygltf still needs one
-    /// byte.
-    static constexpr std::uint64_t kNothing = 0;
-
-    static std::string name(std::size_t buffer) { return std::to_string(buffer); }
-
-    std::vector<unsigned char> read(const std::string& name) const {
-        const std::size_t i = std::stoul(name);
-        if (byte_lengths[i] == kNothing) return {0};
-        const std::string element = fmt::format("buffers[{}]", i);
-        const std::string file = uris[i].empty() ? "" : document.read_uri(uris[i], element);
-        const std::string_view bytes = uris[i].empty() ? binary_chunk : std::string_view(file);
-        if (bytes.size() < byte_lengths[i])
-            document.fail(element, "{} bytes, but byteLength is {}", bytes.size(), byte_lengths[i]);
-        // Files may be longer than the buffer, and the binary chunk is padded.
-        return {bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(byte_lengths[i])};
+/// Takes the buffers out of the JSON and opens them, so that no path reaches tinygltf. Files may be longer than the
+/// buffer, and the binary chunk is padded.
+void take_buffers(Json& root, GltfDocument& document, const ByteSource& binary_chunk) {
+    if (!root.contains("buffers")) return;
+    for (const Json& buffer : root["buffers"]) {
+        const std::size_t i = document.buffers.size();
+        const std::string element = fmt::format("buffers[{}]", i), uri = buffer.value("uri", "");
+        const std::uint64_t length = buffer.at("byteLength");
+        if (length == 0) document.fail(element, "byteLength is 0");
+        ByteSource bytes;
+        if (!uri.empty()) bytes = document.open_uri(uri, element);
+        if (uri.empty() && i == 0) bytes = binary_chunk;
+        // A buffer without bytes is allowed while nothing reads it.
+        const bool missing = uri.empty() && bytes.size() == 0;
+        if (!missing && bytes.size() < length)
+            document.fail(element, "{} bytes, but byteLength is {}", bytes.size(), length);
+        document.buffers.push_back(missing ? bytes : bytes.part(0, length));
     }
-};
-
-/// Takes the URIs out of the JSON, so that none reaches tinygltf.
-BufferFiles take_buffers(Json& root, GltfDocument& document, std::string_view binary_chunk) {
-    BufferFiles files{document, binary_chunk};
-    if (!root.contains("buffers")) return files;
-    for (Json& buffer : root["buffers"]) {
-        const std::size_t i = files.uris.size();
-        const std::string element = fmt::format("buffers[{}]", i);
-        files.uris.push_back(buffer.value("uri", ""));
-        files.byte_lengths.push_back(buffer.at("byteLength"));
-        if (files.byte_lengths[i] == 0) document.fail(element, "byteLength is 0");
-        if (files.uris[i].empty() && (i != 0 || binary_chunk.empty())) {
-            files.byte_lengths[i] = BufferFiles::kNothing;
-            buffer["byteLength"] = 1;
-        }
-        buffer["uri"] = BufferFiles::name(i);
-    }
-    return files;
+    root.erase("buffers");
 }
 
 std::vector<GltfImageSource> take_images(Json& root, const GltfDocument& document) {
@@ -192,18 +187,9 @@ std::vector<std::vector<int>> take_indices(Json& root) {
     return indices;
 }
 
-void parse_model(GltfDocument& document, Json& root, BufferFiles& files) {
+void parse_model(GltfDocument& document, Json& root) {
     const std::vector<std::vector<int>> indices = take_indices(root);
-    tinygltf::FsCallbacks callbacks{};
-    callbacks.user_data = &files;
-    callbacks.FileExists = [](const std::string&, void*) { return true; };
-    callbacks.ExpandFilePath = [](const std::string& path, void*) { return path; };
-    callbacks.ReadWholeFile = [](std::vector<unsigned char>* out, std::string*, const std::string& path, void* data) {
-        *out = static_cast<const BufferFiles*>(data)->read(path);
-        return true;
-    };
     tinygltf::TinyGLTF parser;
-    parser.SetFsCallbacks(callbacks);
     const std::string json = root.dump();
     if (json.size() > std::numeric_limits<unsigned>::max()) throw Error(document.file, "has more than 4 GiB of JSON");
     std::string error, warning;
@@ -245,41 +231,42 @@ void GltfWarnings::write_to(SceneReport& report) const {
     }
 }
 
-std::string_view GltfDocument::view_bytes(int buffer_view) const {
+ByteSource GltfDocument::view_bytes(int buffer_view) const {
     // schema.h limits sizes to 2^53, so their sum does not overflow.
     const auto& view = model.bufferViews[static_cast<std::size_t>(buffer_view)];
-    const auto& data = model.buffers[static_cast<std::size_t>(view.buffer)].data;
-    if (data.empty()) fail(fmt::format("buffers[{}]", view.buffer), "has no URI, and there is no binary chunk for it");
-    if (view.byteOffset + view.byteLength > data.size())
+    const ByteSource& buffer = buffers[static_cast<std::size_t>(view.buffer)];
+    if (buffer.size() == 0)
+        fail(fmt::format("buffers[{}]", view.buffer), "has no URI, and there is no binary chunk for it");
+    if (view.byteOffset + view.byteLength > buffer.size())
         fail(fmt::format("bufferViews[{}]", buffer_view), "ends at byte {} of buffers[{}], which has {}",
-             view.byteOffset + view.byteLength, view.buffer, data.size());
-    return {reinterpret_cast<const char*>(data.data()) + view.byteOffset, view.byteLength};
+             view.byteOffset + view.byteLength, view.buffer, buffer.size());
+    return buffer.part(view.byteOffset, view.byteLength);
 }
 
-std::string GltfDocument::read_uri(const std::string& uri, const std::string& element) {
-    std::string bytes;
+ByteSource GltfDocument::open_uri(const std::string& uri, const std::string& element) {
+    ByteSource bytes;
+    std::string start;
     if (uri_scheme(uri) == "data") {
         std::optional<std::string> data = decode_data_uri(uri);
         if (!data) fail(element, "its data URI is malformed");
-        bytes = std::move(*data);
+        bytes = ByteSource(std::move(*data));
     } else {
         try {
             const fs::path path = locate(*this, uri, element);
             try {
-                bytes = read_file(path, options.max_file_bytes);
-                files.push_back(path);
+                bytes = ByteSource(path);
+                start = first_bytes(bytes);
             } catch (const Error& e) {
                 fail(element, "{}", e.what());
             }
+            files.push_back(path);
         } catch (const fs::filesystem_error& e) {
             fail(element, "'{}': {}", uri, e.code().message());
         }
-        if (is_lfs_pointer(bytes))
+        if (is_lfs_pointer(start))
             fail(element, "'{}' is a Git LFS pointer, not the file itself (git lfs pull fetches it)", uri);
     }
-    bytes_read += bytes.size();
-    if (bytes_read > options.max_total_bytes)
-        fail(element, "exceeds the limit of {} bytes for all files together", options.max_total_bytes);
+    bytes_of_files += bytes.size();
     return bytes;
 }
 
@@ -289,19 +276,26 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     document.folder = path.parent_path().empty() ? fs::path(".") : path.parent_path();
     document.options = options;
 
-    const std::string bytes = read_file(path, options.max_file_bytes);
+    const ByteSource bytes(path);
     document.files.push_back(path);
-    document.bytes_read = bytes.size();
-    if (bytes.empty()) throw Error(document.file, "is empty");
-    if (is_lfs_pointer(bytes))
+    document.bytes_of_files = bytes.size();
+    if (bytes.size() == 0) throw Error(document.file, "is empty");
+    const std::string start_of_file = first_bytes(bytes);
+    if (is_lfs_pointer(start_of_file))
         throw Error(document.file, "is a Git LFS pointer, not the file itself (git lfs pull fetches it)");
-    const bool binary = bytes.starts_with("glTF");
-    const Chunks chunks = binary ? split_glb(bytes, document.file) : Chunks{bytes, {}};
+    const Chunks chunks =
+        start_of_file.starts_with("glTF") ? split_glb(bytes, document.file) : Chunks{bytes, ByteSource()};
+    if (chunks.json.size() > options.max_json_bytes)
+        throw Error(document.file, "has {} bytes of JSON, more than the limit of {}", chunks.json.size(),
+                    options.max_json_bytes);
 
-    const std::size_t start = chunks.json.find_first_not_of("\xef\xbb\xbf \t\r\n");  // a byte order mark is skipped
-    if (start == std::string_view::npos || chunks.json[start] != '{')
+    std::string buffer;
+    const std::string_view json = chunks.json.read(0, chunks.json.size(), buffer);
+    check_json_fits(json, document.file);
+    const std::size_t start = json.find_first_not_of("\xef\xbb\xbf \t\r\n");  // a byte order mark is skipped
+    if (start == std::string_view::npos || json[start] != '{')
         throw Error(document.file, "is neither GLB nor glTF's JSON");
-    Json root = parse_gltf_json(chunks.json, document.file);
+    Json root = parse_gltf_json(json, document.file);
     document.frame_rate = frame_rate_in_extras(root, document.warnings);
     check_gltf(root, document.file);
     check_version(root, document.file);
@@ -316,11 +310,8 @@ GltfDocument open_gltf(const fs::path& path, const GltfOptions& options) {
     }
     check_layout(root, document);
     document.images = take_images(root, document);
-    BufferFiles files = take_buffers(root, document, chunks.binary);
-    parse_model(document, root, files);
-    for (std::size_t i = 0; i < files.uris.size(); ++i) {
-        if (files.byte_lengths[i] == BufferFiles::kNothing) document.model.buffers[i].data.clear();
-    }
+    take_buffers(root, document, chunks.binary);
+    parse_model(document, root);
     return document;
 }
 

@@ -14,6 +14,7 @@
 
 #include "engine/core/error.h"
 #include "engine/core/frames.h"
+#include "engine/io/files.h"
 #include "engine/io/gltf/gltf.h"
 
 namespace halflight {
@@ -43,14 +44,15 @@ class GltfWarnings {
     std::map<std::string, Places> places_;
 };
 
-/// The model that tinygltf has parsed, with buffers in memory, each as long as its byteLength. All indices are in range
-/// or kNone (schema.h). Images stay encoded, so that unused images need not be readable.
+/// The model that tinygltf has parsed. All indices are in range or kNone (schema.h). Buffers and images stay where they
+/// are until they are read, so that a scene needs only the bytes that it uses.
 struct GltfDocument {
     std::string file;  // file name, subject of messages
     std::filesystem::path folder;
     GltfOptions options;
-    std::uint64_t bytes_read = 0;  // bytes that count towards max_total_bytes
-    tinygltf::Model model;
+    std::uint64_t bytes_of_files = 0;  // bytes of the scene's file, buffers and images opened so far
+    tinygltf::Model model;             // without buffers and images
+    std::vector<ByteSource> buffers;   // each as long as its byteLength; empty: neither URI nor binary chunk
     std::vector<GltfImageSource> images;
     std::optional<FrameRate> frame_rate;                 // frame rate in the scene's extras
     nlohmann::json materials = nlohmann::json::array();  // materials of the file, checked; `model` has none
@@ -63,13 +65,14 @@ struct GltfDocument {
         throw Error(fmt::format("{}: {}", file, element), "{}", fmt::format(format, std::forward<Args>(args)...));
     }
     /// Returns the bytes of a buffer view. Throws Error where its buffer is too short.
-    std::string_view view_bytes(int buffer_view) const;
+    ByteSource view_bytes(int buffer_view) const;
     /// Returns the bytes behind a URI. Throws Error about `element`, which the URI belongs to.
-    std::string read_uri(const std::string& uri, const std::string& element);
+    ByteSource open_uri(const std::string& uri, const std::string& element);
 };
 
-/// Reads file and buffers. Throws Error for files that are unreadable, too large, outside the folder or a Git LFS
-/// pointer. Also throws it for content that is not glTF 2.0, breaks the schema or requires an unknown extension.
+/// Reads the JSON and opens the buffers. Throws Error for files that are unreadable, outside the folder or a Git LFS
+/// pointer, and for JSON that is too large. Also throws it for content that is not glTF 2.0, breaks the schema or
+/// requires an unknown extension.
 GltfDocument open_gltf(const std::filesystem::path& path, const GltfOptions& options);
 
 }  // namespace halflight

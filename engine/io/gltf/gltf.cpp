@@ -10,6 +10,7 @@
 #include <tuple>
 #include <utility>
 
+#include "engine/core/memory_ledger.h"
 #include "engine/io/gltf/accessor.h"
 #include "engine/io/gltf/animation.h"
 #include "engine/io/gltf/driven.h"
@@ -17,6 +18,7 @@
 #include "engine/io/gltf/material.h"
 #include "engine/io/gltf/mesh.h"
 #include "engine/io/gltf/nodes.h"
+#include "engine/io/gltf/size.h"
 #include "engine/io/gltf/value.h"
 
 namespace halflight {
@@ -144,6 +146,10 @@ struct GltfScene::State {
             SceneReport report;
             document.warnings.write_to(report);
             animation_warnings = std::move(report.warnings);
+            std::size_t numbers = 0;
+            for (const Animation& animation : *animations)
+                for (const Keyframes& keys : animation.keyframes) numbers += keys.times.size() + keys.values.size();
+            animation_memory = {MemoryLedger::process(), MemoryPart::scene, numbers * sizeof(float)};
             document.warnings = before;
         }
         return *animations;
@@ -207,6 +213,7 @@ struct GltfScene::State {
     GltfWarnings opening_warnings = document.warnings;
     std::optional<std::vector<Animation>> animations;
     std::vector<std::string> animation_warnings;
+    MemoryLedger::Entry animation_memory;
     std::optional<MaterialSet> material_set;
     GltfPoseCache kept;
     // Values of the file for every target that has been driven.
@@ -244,6 +251,10 @@ GltfDeformers GltfScene::deformers() const {
         if (targets > 0) deformers.morphed_meshes.push_back({mesh.name, targets});
     }
     return deformers;
+}
+
+SceneSize GltfScene::size() {
+    return guarded(state_->path, [&] { return measure_gltf(state_->document); });
 }
 
 Scene GltfScene::at(double seconds, Playing playing) {

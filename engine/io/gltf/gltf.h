@@ -13,15 +13,15 @@
 #include "engine/scene/animation.h"
 #include "engine/scene/deformer.h"
 #include "engine/scene/scene.h"
+#include "engine/scene/scene_size.h"
 
 namespace halflight {
 
 /// Limits for the contents of a file.
 struct GltfOptions {
-    std::uint64_t max_file_bytes = std::uint64_t{8} << 30;    // bytes per file
-    std::uint64_t max_total_bytes = std::uint64_t{32} << 30;  // bytes of all files together
-    int max_image_side = 16384;                               // texels along an edge
-    bool allow_outside_folder = false;                        // whether URIs may point outside the scene's folder
+    std::uint64_t max_json_bytes = 0xffffffffu;  // bytes of the JSON, which is parsed in memory
+    int max_image_side = 16384;                  // texels along an edge
+    bool allow_outside_folder = false;           // whether URIs may point outside the scene's folder
 };
 
 /// Loads the default scene in its rest pose. A file without a default gives its first scene; one without scenes gives
@@ -73,6 +73,8 @@ class GltfScene {
     /// its asset.
     const std::optional<FrameRate>& frame_rate() const;
     GltfDeformers deformers() const;
+    /// Returns the size that at_rest() will have, from headers alone (engine/io/gltf/size.h).
+    SceneSize size();
     /// Returns the scene at a time, with finite skins, morph targets, nodes, cameras, lights and materials; without
     /// animations, the scene of load_gltf(). Animated parts are marked (Instance::moves, Mesh::deforms), even if they
     /// are at rest at that time. Throws what load_gltf() throws, also for an invalid pose: "nodes[3]: its transform

@@ -26,6 +26,15 @@ void for_each_texture(M& m, F f) {
 /// Returns the materials in the file's order. Texture references hold glTF image indices until load_images() has run.
 std::vector<GltfMaterial> convert_materials(GltfDocument& document);
 
+struct ImageSizes {
+    std::size_t texels = 0;           // bytes of all textures
+    std::size_t largest_decoder = 0;  // bytes that one decoder needs at most besides its texels
+};
+
+/// Returns the sizes of the images that materials refer to, from the headers of the files. Images that load_images()
+/// refuses count as empty.
+ImageSizes measure_images(GltfDocument& document, const std::vector<GltfMaterial>& materials);
+
 /// Decodes the images that materials refer to (PNG, JPEG) and points the materials at them. Throws Error that names
 /// image and URI where one is missing, cannot be decoded, is too large or has another format.
 std::vector<TextureImage> load_images(GltfDocument& document, std::vector<GltfMaterial>& materials);

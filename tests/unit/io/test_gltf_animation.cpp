@@ -11,7 +11,11 @@ namespace {
 
 class GltfAnimation : public GltfTest {
   protected:
-    GltfScene open(const GltfBuilder& builder) const { return GltfScene(write("scene.glb", builder.glb())); }
+    /// Replaces the file. Scenes that were opened before keep reading the file that they opened.
+    GltfScene open(const GltfBuilder& builder) const {
+        std::filesystem::remove(folder_ / "scene.glb");
+        return GltfScene(write("scene.glb", builder.glb()));
+    }
     /// Returns the error message of opening the file, reading its animations, and posing it by the first one at 0.5 s.
     std::string refusal_in_motion(const GltfBuilder& builder) const {
         return without_name(error_message([&] { open(builder).at(0.5, kFirst); }));

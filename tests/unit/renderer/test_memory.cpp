@@ -97,14 +97,42 @@ TEST(Memory, WholePictureStepsGrowWithThePicture) {
 
 TEST(Memory, ScenesCountTheirContents) {
     const RenderSettings s = settings_of(64, 64);
-    const SceneSize size{.geometry_bytes = 1000, .texture_bytes = 10000, .traced = 10};
+    const SceneSize size{.geometry_bytes = 1000, .texture_bytes = 10000, .stored = 10, .drawn = 10};
     const std::size_t bytes = of(s, {}, lit_scene(), size).scene;
     EXPECT_GE(bytes, 2u * 11000 + 10 * 200);
     SceneSize moving = size;
     moving.moves = true;
     EXPECT_GT(of(s, {}, lit_scene(), moving).scene, bytes);
     const MemoryEstimate all = of(s, {}, lit_scene(), size);
-    EXPECT_EQ(all.total(), all.program + all.scene + all.band + all.reading + all.film + all.writing);
+    EXPECT_EQ(all.total(), all.program + all.scene + all.band + all.visibility + all.reading + all.film + all.writing);
+    SceneSize decoded = size;
+    decoded.decoding_bytes = 1 << 20;
+    EXPECT_EQ(scene_bytes(decoded), 11000u + (1 << 20));
+}
+
+/// Bands and visibility state shrink before a picture is too large, and pictures need the same whatever the scene.
+TEST(Memory, PicturesAreFitted) {
+    RenderSettings s = settings_of(1920, 1080);
+    s.aovs = {"normal"};
+    const MemoryEstimate usual = of(s);
+    const auto fitted = [&](std::size_t bytes) {
+        RenderSettings own = s;
+        const MemoryEstimate m = fit_into_memory(lit_scene(), {}, own, {}, bytes);
+        EXPECT_EQ(m.picture(), of(own).picture());
+        EXPECT_EQ(m.film, usual.film);
+        return std::pair(own, m);
+    };
+    EXPECT_EQ(fitted(usual.picture()).second.picture(), usual.picture());
+    EXPECT_EQ(fitted(usual.picture()).first.band_pixels, s.band_pixels);
+    for (const std::size_t divisor : {2, 4, 8}) {
+        const std::size_t bytes = usual.film + usual.writing + (usual.picture() - usual.film - usual.writing) / divisor;
+        EXPECT_LE(fitted(bytes).second.picture(), bytes) << divisor;
+    }
+    const std::size_t least = least_picture_bytes(s, {});
+    EXPECT_EQ(least, usual.film + usual.writing);
+    EXPECT_GT(fitted(least).second.picture(), least);
+    EXPECT_LT(fitted(least).second.picture(), least + (64 << 20));
+    EXPECT_LT(least_picture_bytes(settings_of(0, 1080), {}), least / 100);
 }
 
 }  // namespace

@@ -115,7 +115,7 @@ PictureFile read_picture(const std::filesystem::path& path) {
         image = read_png(file.name, bytes, limits.max_side);
         file.encoded = true;
     } else if (is_radiance(bytes)) {
-        image = read_radiance(file.name, bytes, limits.max_side).image;
+        image = read_radiance(file.name, bytes, limits).image;
     } else {
         throw Error(file.name, "is neither an OpenEXR, a PNG nor a Radiance file");
     }

@@ -1,0 +1,27 @@
+// The size of a scene, from which memory is estimated (renderer/memory.h).
+#pragma once
+
+#include <cstddef>
+
+namespace halflight {
+
+struct Scene;
+
+struct SceneSize {
+    std::size_t geometry_bytes = 0;     // meshes
+    std::size_t instance_bytes = 0;     // instances
+    std::size_t texture_bytes = 0;      // images
+    std::size_t environment_bytes = 0;  // environment map and the table for its samples
+    std::size_t decoding_bytes = 0;     // working memory of image decoders, which ends with loading
+    std::size_t stored = 0;             // number of triangles of all meshes
+    std::size_t drawn = 0;              // number of triangles of all instances
+    bool moves = false;                 // contents are kept for other poses
+
+    /// Returns the bytes of a Scene.
+    std::size_t contents() const { return geometry_bytes + instance_bytes + texture_bytes + environment_bytes; }
+};
+
+/// Returns the size of a loaded scene; `moves` stays false.
+SceneSize size_of(const Scene& scene);
+
+}  // namespace halflight
