@@ -112,6 +112,33 @@ TEST_F(Info, EstimatesTheMemoryOfThePicture) {
     EXPECT_GE(bytes(small), stats.at("peak_memory_bytes").get<std::size_t>());
 }
 
+/// A smaller budget gives smaller bands, less memory and the same picture.
+TEST_F(Info, PicturesFitIntoTheBudget) {
+    constexpr std::size_t kBudget = std::size_t{280} << 20;
+    const auto stats_of = [&](const std::string& picture, const Strings& more) {
+        Strings render{"render",    scene,       file(picture), "--width",         "480",           "--height",
+                       "360",       "--samples", "1",           "--aov",           "all",           "--quiet",
+                       "--bounces", "2",         "--stats",     file("fits.json"), "--reproducible"};
+        render.insert(render.end(), more.begin(), more.end());
+        const Outcome rendered = run_program(render);
+        EXPECT_EQ(rendered.status, 0) << rendered.err;
+        return nlohmann::json::parse(read_text(file("fits.json")));
+    };
+    const auto usual = stats_of("usual.exr", {}), fitted = stats_of("fitted.exr", {"--memory", "280MiB"});
+    EXPECT_EQ(read_text(file("usual.exr")), read_text(file("fitted.exr")));
+    const auto bands = [](const nlohmann::json& stats) {
+        return stats.at("memory").at("part_bytes").at("bands").get<std::size_t>();
+    };
+    EXPECT_LT(bands(fitted), bands(usual));
+    EXPECT_EQ(fitted.at("memory").at("limit_bytes"), kBudget);
+    EXPECT_LE(fitted.at("peak_memory_bytes").get<std::size_t>(), kBudget);
+    const Outcome refused = run_program(
+        {"render", scene, file("b.exr"), "--width", "4000", "--height", "4000", "--aov", "all", "--memory", "280MiB"});
+    EXPECT_EQ(refused.status, 1);
+    EXPECT_NE(refused.err.find(scene + ": needs "), std::string::npos) << refused.err;
+    EXPECT_EQ(std::ranges::count(refused.err, '\n'), 1) << refused.err;
+}
+
 TEST_F(Info, ListsDevices) {
     const Outcome text = run_program({"info", "--device"});
     EXPECT_EQ(text.status, 0) << text.err;
