@@ -7,7 +7,7 @@
 #include "engine/core/memory_ledger.h"
 #include "engine/io/files.h"
 #include "engine/io/gltf/extras.h"
-#include "engine/io/gltf/material_keys.h"
+#include "engine/io/gltf/rules.h"
 #include "engine/io/gltf/schema.h"
 #include "engine/io/gltf/uri.h"
 
@@ -17,27 +17,17 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 
-const std::set<std::string>& supported_extensions() {
-    static const std::set<std::string> names = [] {
-        std::set<std::string> all = gltf_material_extensions();
-        all.insert({"EXT_mesh_gpu_instancing", "HALFLIGHT_environment", "KHR_animation_pointer", "KHR_lights_punctual",
-                    "KHR_mesh_quantization", "KHR_texture_transform"});
-        return all;
-    }();
-    return names;
-}
-
 void check_extensions(const Json& root, GltfDocument& document) {
     std::string unknown;
     for (const std::string name : root.value("extensionsRequired", Json::array())) {
-        if (supported_extensions().contains(name)) continue;
+        if (gltf_extensions().contains(name)) continue;
         unknown += (unknown.empty() ? "" : ", ") + name;
     }
     if (!unknown.empty()) throw Error(document.file, "requires what is not supported: {}", unknown);
     std::set<std::string> used;
     for (const std::string name : root.value("extensionsUsed", Json::array())) used.insert(name);
     for (const std::string& name : used) {
-        if (!supported_extensions().contains(name))
+        if (!gltf_extensions().contains(name))
             document.warnings.add(fmt::format("extension {} is used but not supported; it is ignored", name));
     }
 }

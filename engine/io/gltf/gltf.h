@@ -28,11 +28,9 @@ struct GltfOptions {
 /// all root nodes. Morph targets and skins are applied; skinned meshes are in world space. Nodes that share a mesh
 /// become instances of one Mesh.
 ///
-/// Supported extensions: those of materials (gltf_material_keys() in material_keys.h), KHR_animation_pointer (nodes,
-/// weights of meshes, cameras, lights and materials), KHR_lights_punctual, KHR_mesh_quantization, KHR_texture_transform
-/// and EXT_mesh_gpu_instancing. Our own root extension HALFLIGHT_environment {"color": [r, g, b]} is a constant
-/// radiance (linear Rec.709) from all directions, which glTF lacks. Other extensions are refused if the file requires
-/// them, otherwise named in a warning.
+/// docs/gltf.md lists the supported extensions. Our own root extension HALFLIGHT_environment {"color": [r, g, b]} is a
+/// constant radiance (linear Rec.709) from all directions, which glTF lacks. Extensions that are not supported are
+/// refused if the file requires them, otherwise named in a warning.
 ///
 /// Repairs are made where possible and reported. Everything else throws Error, one line that names file and element.
 /// The result has passed validate().

@@ -54,14 +54,4 @@ const std::vector<GltfMaterialKey>& gltf_material_keys() {
     return keys;
 }
 
-std::set<std::string> gltf_material_extensions() {
-    std::set<std::string> names;
-    for (const GltfMaterialKey& key : gltf_material_keys()) {
-        if (!key.path.starts_with(kExtensions)) continue;
-        const std::size_t end = key.path.find('/', kExtensions.size());
-        names.insert(key.path.substr(kExtensions.size(), end - kExtensions.size()));
-    }
-    return names;
-}
-
 }  // namespace halflight

@@ -2,7 +2,6 @@
 // extensions are made from this list.
 #pragma once
 
-#include <set>
 #include <string>
 #include <vector>
 
@@ -24,8 +23,5 @@ struct GltfMaterialKey {
 /// Returns the rows of material_properties() and material_textures() (engine/scene/material_properties.h), and the
 /// properties that are converted to them: emissiveStrength and KHR_materials_pbrSpecularGlossiness.
 const std::vector<GltfMaterialKey>& gltf_material_keys();
-
-/// Returns the names of the extensions that the keys belong to.
-std::set<std::string> gltf_material_extensions();
 
 }  // namespace halflight

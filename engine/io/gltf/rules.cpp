@@ -187,4 +187,15 @@ const GltfRules& gltf_rules() {
     return rules;
 }
 
+const std::set<std::string>& gltf_extensions() {
+    static const std::set<std::string> names = [] {
+        std::set<std::string> all{"KHR_mesh_quantization"};
+        for (const auto& [type, rules] : gltf_rules())
+            if (type.ends_with("extensions"))
+                for (const GltfRule& rule : rules) all.insert(rule.key);
+        return all;
+    }();
+    return names;
+}
+
 }  // namespace halflight

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <map>
+#include <set>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -38,5 +39,9 @@ using GltfRules = std::map<std::string, std::vector<GltfRule>, std::less<>>;
 /// Returns the rules of all types (glTF 2.0, section 5, and the extensions' schemas). Those of materials come from
 /// gltf_material_keys().
 const GltfRules& gltf_rules();
+
+/// Returns the names of the supported extensions: those of the objects "extensions" in the rules, and
+/// KHR_mesh_quantization, which needs no rule.
+const std::set<std::string>& gltf_extensions();
 
 }  // namespace halflight
