@@ -4,89 +4,111 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include "engine/core/error.h"
+#include "engine/core/release.h"
 
 namespace halflight::rays {
 namespace {
 
-/// A node made by the builder's callbacks, in the builder's memory until it is flattened.
+/// A node made by the builder's callbacks, in the builder's memory until it is flattened. It is followed by
+/// `child_count` objects of type BuiltChild, or by the `primitive_count` primitives of a leaf. There are several leaves
+/// for each inner node, so that both are only as large as needed.
 struct BuiltNode {
-    std::uint32_t child_count = 0;  // number of children of an inner node
-    BuiltNode* children[4] = {};
-    Bounds bounds[4];
-    std::uint32_t primitive_count = 0;  // number of primitives of a leaf
-    std::uint32_t primitives[kMaxLeafPrimitives] = {};
+    std::uint32_t child_count = 0;
+    std::uint32_t primitive_count = 0;
+};
+struct BuiltChild {
+    const BuiltNode* node;
+    Bounds bounds;
 };
 
-BuiltNode* allocate(RTCThreadLocalAllocator allocator) {
-    return new (rtcThreadLocalAlloc(allocator, sizeof(BuiltNode), alignof(BuiltNode))) BuiltNode;
+BuiltChild* children_of(void* node) {
+    return reinterpret_cast<BuiltChild*>(static_cast<BuiltNode*>(node) + 1);
+}
+std::span<const BuiltChild> children_of(const BuiltNode& node) {
+    return {reinterpret_cast<const BuiltChild*>(&node + 1), node.child_count};
+}
+std::span<const std::uint32_t> primitives_of(const BuiltNode& leaf) {
+    return {reinterpret_cast<const std::uint32_t*>(&leaf + 1), leaf.primitive_count};
 }
 
-void* create_node(RTCThreadLocalAllocator allocator, unsigned child_count, void*) {
-    BuiltNode* node = allocate(allocator);
+/// What the builder's callbacks share. The builder has one thread.
+struct Building {
+    const Ring* pairs = nullptr;
+    std::size_t nodes = 0;       // number of inner nodes
+    std::size_t primitives = 0;  // number of primitives in leaves
+};
+
+template <class T>
+BuiltNode* allocate(RTCThreadLocalAllocator allocator, std::size_t count) {
+    void* const at = rtcThreadLocalAlloc(allocator, sizeof(BuiltNode) + count * sizeof(T), alignof(BuiltChild));
+    return new (at) BuiltNode;
+}
+
+void* create_node(RTCThreadLocalAllocator allocator, unsigned child_count, void* building) {
+    BuiltNode* node = allocate<BuiltChild>(allocator, child_count);
     node->child_count = child_count;
+    std::uninitialized_default_construct_n(children_of(node), child_count);
+    ++static_cast<Building*>(building)->nodes;
     return node;
 }
 
 void set_children(void* node, void** children, unsigned child_count, void*) {
-    for (unsigned i = 0; i < child_count; ++i)
-        static_cast<BuiltNode*>(node)->children[i] = static_cast<BuiltNode*>(children[i]);
+    for (unsigned i = 0; i < child_count; ++i) children_of(node)[i].node = static_cast<const BuiltNode*>(children[i]);
 }
 
 void set_bounds(void* node, const RTCBounds** bounds, unsigned child_count, void*) {
     for (unsigned i = 0; i < child_count; ++i) {
         const RTCBounds& b = *bounds[i];
-        static_cast<BuiltNode*>(node)->bounds[i] = {{b.lower_x, b.lower_y, b.lower_z},
-                                                    {b.upper_x, b.upper_y, b.upper_z}};
+        children_of(node)[i].bounds = {{b.lower_x, b.lower_y, b.lower_z}, {b.upper_x, b.upper_y, b.upper_z}};
     }
 }
 
-void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count, void*) {
-    BuiltNode* leaf = allocate(allocator);
-    for (std::size_t i = 0; i < count; ++i) leaf->primitives[i] = primitives[i].primID;
-    std::sort(leaf->primitives, leaf->primitives + count);
-    const auto* end = std::unique(leaf->primitives, leaf->primitives + count);  // parts of one pair
-    leaf->primitive_count = static_cast<std::uint32_t>(end - leaf->primitives);
+void* create_leaf(RTCThreadLocalAllocator allocator, const RTCBuildPrimitive* primitives, std::size_t count,
+                  void* building) {
+    std::array<std::uint32_t, kMaxLeafPrimitives> ids{};
+    for (std::size_t i = 0; i < count; ++i) ids[i] = primitives[i].primID;
+    const auto last = ids.begin() + static_cast<std::ptrdiff_t>(count);
+    std::sort(ids.begin(), last);
+    const auto end = std::unique(ids.begin(), last);  // parts of one pair
+    const auto unique = static_cast<std::size_t>(end - ids.begin());
+    BuiltNode* leaf = allocate<std::uint32_t>(allocator, unique);
+    leaf->primitive_count = static_cast<std::uint32_t>(unique);
+    std::uninitialized_copy_n(ids.begin(), unique, reinterpret_cast<std::uint32_t*>(leaf + 1));
+    static_cast<Building*>(building)->primitives += unique;
     return leaf;
 }
 
-/// Appends a node and its subtree; returns the maximum number of children that a traversal below it defers.
-std::uint32_t flatten(const BuiltNode& built, Bvh& bvh) {
+/// Appends a node with these children and their subtrees; returns the maximum number of children that a traversal below
+/// it defers.
+std::uint32_t flatten(std::span<const BuiltChild> children, Bvh& bvh) {
     const std::size_t index = bvh.nodes.size();
     bvh.nodes.emplace_back();
     std::uint32_t deepest = 0;
-    for (std::uint32_t i = 0; i < built.child_count; ++i) {
-        const BuiltNode& below = *built.children[i];
-        BvhChild child{built.bounds[i], static_cast<std::uint32_t>(bvh.nodes.size()), below.primitive_count};
+    for (std::size_t i = 0; i < children.size(); ++i) {
+        const BuiltNode& below = *children[i].node;
+        BvhChild child{children[i].bounds, static_cast<std::uint32_t>(bvh.nodes.size()), below.primitive_count};
         if (child.leaf()) {
             child.first = static_cast<std::uint32_t>(bvh.primitives.size());
-            bvh.primitives.insert(bvh.primitives.end(), below.primitives, below.primitives + below.primitive_count);
+            const std::span<const std::uint32_t> primitives = primitives_of(below);
+            bvh.primitives.insert(bvh.primitives.end(), primitives.begin(), primitives.end());
         } else {
-            deepest = std::max(deepest, flatten(below, bvh));
+            deepest = std::max(deepest, flatten(children_of(below), bvh));
         }
         bvh.nodes[index].children[i] = child;
     }
-    return deepest + built.child_count - 1;
-}
-
-/// Returns a node above a root that is a leaf, so that every traversal starts at a node.
-BuiltNode above(BuiltNode& leaf, std::span<const RTCBuildPrimitive> primitives) {
-    BuiltNode root;
-    root.child_count = 1;
-    root.children[0] = &leaf;
-    for (const RTCBuildPrimitive& p : primitives) {
-        root.bounds[0].add(Bounds{{p.lower_x, p.lower_y, p.lower_z}, {p.upper_x, p.upper_y, p.upper_z}});
-    }
-    return root;
+    return deepest + static_cast<std::uint32_t>(children.size()) - 1;
 }
 
 /// Computes the boxes, rounded outwards, of the parts of a pair on either side of a plane.
 void split_pair(const RTCBuildPrimitive* primitive, unsigned dimension, float position, RTCBounds* left,
-                RTCBounds* right, void* pairs) {
-    const Ring& corner = static_cast<const Ring*>(pairs)[primitive->primID];
+                RTCBounds* right, void* building) {
+    const Ring& corner = static_cast<const Building*>(building)->pairs[primitive->primID];
     const auto axis = static_cast<int>(dimension);
     Bounds sides[2];
     static constexpr std::size_t kEdges[][2] = {{0, 1}, {1, 2}, {2, 3}, {3, 0}, {0, 2}};
@@ -118,13 +140,17 @@ void split_pair(const RTCBuildPrimitive* primitive, unsigned dimension, float po
 }
 
 /// Builds a hierarchy. `primitives` has `count` elements, and spare capacity if `pairs` are given.
-Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::uint32_t max_leaf, const Ring* pairs) {
+Bvh build(std::vector<RTCBuildPrimitive> primitives, std::size_t count, std::uint32_t max_leaf, const Ring* pairs) {
     Bvh bvh;
     if (count == 0) return bvh;
+    Bounds all;
+    for (const RTCBuildPrimitive& p : std::span(primitives).first(count))
+        all.add(Bounds{{p.lower_x, p.lower_y, p.lower_z}, {p.upper_x, p.upper_y, p.upper_z}});
     const std::unique_ptr<RTCDeviceTy, decltype(&rtcReleaseDevice)> device(rtcNewDevice(nullptr), rtcReleaseDevice);
     const std::unique_ptr<RTCBVHTy, decltype(&rtcReleaseBVH)> storage(rtcNewBVH(device.get()), rtcReleaseBVH);
     if (!storage)
         throw Error("bvh", "Embree cannot start: error {}", static_cast<int>(rtcGetDeviceError(device.get())));
+    Building building{pairs};
     RTCBuildArguments arguments = rtcDefaultBuildArguments();
     arguments.bvh = storage.get();
     arguments.buildQuality = RTC_BUILD_QUALITY_HIGH;
@@ -141,18 +167,19 @@ Bvh build(std::vector<RTCBuildPrimitive>& primitives, std::size_t count, std::ui
     arguments.setNodeBounds = set_bounds;
     arguments.createLeaf = create_leaf;
     arguments.splitPrimitive = pairs ? split_pair : nullptr;
-    arguments.userPtr = const_cast<Ring*>(pairs);
+    arguments.userPtr = &building;
     // One thread is used, because several would number the parts of split pairs in the order of their arrival.
     tbb::task_arena one_thread(1);
-    auto* built = one_thread.execute([&] { return static_cast<BuiltNode*>(rtcBuildBVH(&arguments)); });
+    const auto* built = one_thread.execute([&] { return static_cast<const BuiltNode*>(rtcBuildBVH(&arguments)); });
     if (built == nullptr) {
         throw Error("bvh", "Embree failed with error {}", static_cast<int>(rtcGetDeviceError(device.get())));
     }
-    if (built->primitive_count != 0) {
-        bvh.stack_entries = flatten(above(*built, {primitives.data(), count}), bvh);
-    } else {
-        bvh.stack_entries = flatten(*built, bvh);
-    }
+    release(primitives);
+    bvh.nodes.reserve(std::max(building.nodes, std::size_t{1}));
+    bvh.primitives.reserve(building.primitives);
+    // Every traversal starts at a node, so a root that is a leaf gets a node above it.
+    const BuiltChild root{built, all};
+    bvh.stack_entries = flatten(built->primitive_count != 0 ? std::span(&root, 1) : children_of(*built), bvh);
     return bvh;
 }
 
@@ -171,7 +198,7 @@ int BvhNode::child_count() const {
 Bvh build_bvh(std::span<const Bounds> boxes) {
     std::vector<RTCBuildPrimitive> primitives(boxes.size());
     for (std::size_t i = 0; i < boxes.size(); ++i) primitives[i] = primitive_of(boxes[i], i);
-    return build(primitives, boxes.size(), 1, nullptr);
+    return build(std::move(primitives), boxes.size(), 1, nullptr);
 }
 
 Bvh build_pair_bvh(std::span<const Ring> pairs, Splits splits) {
@@ -183,7 +210,7 @@ Bvh build_pair_bvh(std::span<const Ring> pairs, Splits splits) {
         for (const vec3& p : pairs[i]) box.add(p);
         primitives[i] = primitive_of(box, i);
     }
-    return build(primitives, pairs.size(), kMaxLeafPrimitives, whole ? nullptr : pairs.data());
+    return build(std::move(primitives), pairs.size(), kMaxLeafPrimitives, whole ? nullptr : pairs.data());
 }
 
 }  // namespace halflight::rays

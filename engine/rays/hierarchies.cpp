@@ -6,7 +6,9 @@
 #include <cstring>
 #include <iterator>
 #include <optional>
+#include <span>
 
+#include "engine/core/release.h"
 #include "engine/core/stopwatch.h"
 #include "engine/rays/refit.h"
 
@@ -14,8 +16,10 @@ namespace halflight::rays {
 namespace {
 
 std::vector<Corners> corners_of(const TraceTables& tables, const Part& part) {
+    const std::vector<std::uint32_t> triangles = triangles_of(part);
     std::vector<Corners> corners;
-    for (const std::uint32_t triangle : triangles_of(part)) {
+    corners.reserve(triangles.size());
+    for (const std::uint32_t triangle : triangles) {
         const uvec4& t = tables.triangles[triangle];
         corners.push_back({tables.positions[t.x], tables.positions[t.y], tables.positions[t.z]});
     }
@@ -23,12 +27,14 @@ std::vector<Corners> corners_of(const TraceTables& tables, const Part& part) {
 }
 
 PartTree build(const TraceTables& tables, const Part& part) {
-    const std::vector<Corners> corners = corners_of(tables, part);
+    std::vector<Corners> corners = corners_of(tables, part);
     PartTree tree;
     tree.pairs = pair_triangles(corners);
+    tree.pairs.shrink_to_fit();
     tree.rings.reserve(tree.pairs.size());
     for (const TrianglePair& pair : tree.pairs) tree.rings.push_back(ring_of(pair, corners));
-    tree.bvh = build_pair_bvh(tree.rings, part.moves ? Splits::none : Splits::allowed);
+    release(corners);  // Embree needs the memory
+    tree.bvh = build_pair_bvh(tree.rings, part.moves || part.cut ? Splits::none : Splits::allowed);
     if (part.moves) tree.cost = expected_cost(tree.bvh);
     return tree;
 }
@@ -72,14 +78,63 @@ bool same_places(const TraceTables& a, const Part& pa, const TraceTables& b, con
     return std::ranges::equal(ta, tb, same);
 }
 
+struct Centred {
+    vec3 centre;  // twice the centre of the triangle's box
+    std::uint32_t triangle;
+};
+
+/// Appends a part of these triangles, or halves of it with at most `most` triangles. Changes the order of `triangles`.
+void add_cut(std::uint32_t block, std::span<Centred> triangles, std::size_t most, std::vector<Part>& parts) {
+    if (triangles.size() > most) {
+        Bounds centres;
+        for (const Centred& t : triangles) centres.add(t.centre);
+        const vec3 extent = centres.extent();
+        const int axis = extent.x >= extent.y && extent.x >= extent.z ? 0 : extent.y >= extent.z ? 1 : 2;
+        const auto before = [axis](const Centred& a, const Centred& b) {  // a total order makes the halves unique
+            return std::pair(a.centre[axis], a.triangle) < std::pair(b.centre[axis], b.triangle);
+        };
+        const std::size_t half = triangles.size() / 2;
+        std::ranges::nth_element(triangles, triangles.begin() + static_cast<std::ptrdiff_t>(half), before);
+        add_cut(block, triangles.first(half), most, parts);
+        add_cut(block, triangles.subspan(half), most, parts);
+        return;
+    }
+    std::ranges::sort(triangles, {}, &Centred::triangle);
+    Part part{.block = block, .cut = true};
+    for (const Centred& t : triangles) {
+        if (part.spans.empty() || part.spans.back().first + part.spans.back().count != t.triangle)
+            part.spans.push_back({t.triangle, 0});
+        ++part.spans.back().count;
+    }
+    parts.push_back(std::move(part));
+}
+
+/// Appends a static part, cut where it has more than `most` triangles.
+void add_cut(const TraceTables& tables, Part part, std::size_t most, std::vector<Part>& parts) {
+    std::size_t count = 0;
+    for (const Part::Span& span : part.spans) count += span.count;
+    if (count <= most) {
+        parts.push_back(std::move(part));
+        return;
+    }
+    std::vector<Centred> triangles;
+    triangles.reserve(count);
+    for (const std::uint32_t triangle : triangles_of(part)) {
+        const uvec4& t = tables.triangles[triangle];
+        const vec3 &a = tables.positions[t.x], &b = tables.positions[t.y], &c = tables.positions[t.z];
+        triangles.push_back({glm::min(a, glm::min(b, c)) + glm::max(a, glm::max(b, c)), triangle});
+    }
+    add_cut(part.block, triangles, most, parts);
+}
+
 }  // namespace
 
-std::vector<Part> parts_of(const TraceTables& tables) {
+std::vector<Part> parts_of(const TraceTables& tables, std::size_t most) {
     std::vector<Part> parts;
     auto range = tables.ranges.begin();  // ranges are in the order of blocks
     for (std::uint32_t block = 0; block < tables.blocks.size(); ++block) {
         const std::uint32_t end = tables.blocks[block].first_triangle + tables.blocks[block].triangle_count;
-        Part still{block, false, {}, {}};
+        Part still{.block = block};
         std::vector<Part> moving;
         std::uint32_t next = tables.blocks[block].first_triangle;
         const auto stand_still_until = [&](std::uint32_t triangle) {
@@ -88,27 +143,31 @@ std::vector<Part> parts_of(const TraceTables& tables) {
         for (; range != tables.ranges.end() && range->block == block; ++range) {
             if (!range->moves) continue;
             stand_still_until(range->first_triangle);
-            moving.push_back({block,
-                              true,
-                              {range->merged, range->merged ? range->instance : range->mesh},
-                              {{range->first_triangle, range->triangle_count}}});
+            moving.push_back({.block = block,
+                              .moves = true,
+                              .key = {range->merged, range->merged ? range->instance : range->mesh},
+                              .spans = {{range->first_triangle, range->triangle_count}}});
             next = range->first_triangle + range->triangle_count;
         }
         stand_still_until(end);
-        if (!still.spans.empty()) parts.push_back(std::move(still));
+        if (!still.spans.empty()) add_cut(tables, std::move(still), most, parts);
         std::ranges::move(moving, std::back_inserter(parts));
     }
     return parts;
 }
 
 std::vector<std::uint32_t> triangles_of(const Part& part) {
+    std::size_t count = 0;
+    for (const Part::Span& span : part.spans) count += span.count;
     std::vector<std::uint32_t> triangles;
+    triangles.reserve(count);
     for (const Part::Span& span : part.spans)
         for (std::uint32_t i = 0; i < span.count; ++i) triangles.push_back(span.first + i);
     return triangles;
 }
 
-Hierarchies::Hierarchies(const TraceTables& tables) : parts_(parts_of(tables)), trees_(parts_.size()) {
+Hierarchies::Hierarchies(const TraceTables& tables, std::size_t most_in_part)
+    : most_in_part_(most_in_part), parts_(parts_of(tables, most_in_part)), trees_(parts_.size()) {
     const Stopwatch watch;
     tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t i) { trees_[i] = build(tables, parts_[i]); });
     for (std::size_t i = 0; i < parts_.size(); ++i)
@@ -133,7 +192,7 @@ Hierarchies::Fate Hierarchies::bring(const TraceTables& now, const Part& part, P
 
 void Hierarchies::update(const TraceTables& last, const TraceTables& now) {
     const Stopwatch watch;
-    std::vector<Part> parts = parts_of(now);
+    std::vector<Part> parts = parts_of(now, most_in_part_);
     std::vector<PartTree> trees(parts.size());
     std::vector<Fate> fates(parts.size(), Fate::built);
     tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t i) {

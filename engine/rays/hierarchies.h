@@ -1,7 +1,8 @@
 // The hierarchies of a scene, and their updates for animated scenes. No OpenGL is used.
 //
-// Static triangles of a block (engine/tables/tables.h) form one part, and each moving mesh forms another one. Each part
-// has its own hierarchy; the hierarchies of a block are side by side under one root.
+// Static triangles of a block (engine/tables/tables.h) form one part, or several where they are many, and each moving
+// mesh forms another one. Each part has its own hierarchy; the hierarchies of a block are side by side under one root.
+// Parts are built in parallel, and a build takes memory for its part alone.
 //
 // Hits depend slightly on leaves: a hit that rounding puts before the box of its leaf is moved to the entry of the ray
 // into that box (shaders/lib/traverse.glsl). Therefore the hierarchy of a part must be a function of the reference pose
@@ -28,6 +29,11 @@ namespace halflight::rays {
 /// that.
 inline constexpr double kMostRefitCost = 1.5;
 
+/// Maximum number of triangles in a static part. Blocks with more are cut along the longest axis, at the median of the
+/// triangles' centres, until their parts are small enough. Pairs in such parts are not split between leaves: in a city
+/// of 4 10^6 triangles that saves a third of the time to build and costs no time to trace.
+inline constexpr std::size_t kMostInPart = std::size_t{1} << 20;
+
 /// Triangles of a block that share a hierarchy.
 struct Part {
     struct Span {
@@ -36,13 +42,14 @@ struct Part {
     };
     std::uint32_t block = 0;
     bool moves = false;
+    bool cut = false;  // shares the block's static triangles with other parts
     // identity of moving parts: whether merged, and the index of the instance or of the shared mesh
-    std::pair<bool, std::uint32_t> key;
-    std::vector<Span> spans;  // spans in ascending order
+    std::pair<bool, std::uint32_t> key{};
+    std::vector<Span> spans{};  // spans in ascending order
 };
 
 /// Returns the parts in the order of blocks, static parts first.
-std::vector<Part> parts_of(const TraceTables& tables);
+std::vector<Part> parts_of(const TraceTables& tables, std::size_t most = kMostInPart);
 /// Returns the triangles of a part, indices into TraceTables::triangles.
 std::vector<std::uint32_t> triangles_of(const Part& part);
 
@@ -63,13 +70,15 @@ struct HierarchyCounts {
 
 class Hierarchies {
   public:
-    /// Builds all hierarchies. `tables` are those of the reference pose. Throws Error where Embree fails.
-    explicit Hierarchies(const TraceTables& tables);
+    /// Builds all hierarchies, with static parts of at most `most_in_part` triangles. `tables` are those of the
+    /// reference pose. Throws Error where Embree fails.
+    explicit Hierarchies(const TraceTables& tables, std::size_t most_in_part = kMostInPart);
     /// Updates the hierarchies from their current pose, `last`, to another one. Throws Error where Embree fails.
     void update(const TraceTables& last, const TraceTables& now);
 
     const std::vector<Part>& parts() const { return parts_; }
-    const std::vector<PartTree>& trees() const { return trees_; }  ///< Returns the tree of each part.
+    const std::vector<PartTree>& trees() const& { return trees_; }  ///< Returns the tree of each part.
+    std::vector<PartTree> trees() && { return std::move(trees_); }
     /// Returns the counts of the last update, or of the constructor.
     const HierarchyCounts& counts() const { return counts_; }
     double seconds() const { return seconds_; }  ///< Returns CPU clock seconds.
@@ -78,6 +87,7 @@ class Hierarchies {
     enum class Fate : std::uint8_t { kept, refitted, built };
     Fate bring(const TraceTables& now, const Part& part, PartTree& tree) const;
 
+    std::size_t most_in_part_;
     std::vector<Part> parts_;
     std::vector<PartTree> trees_;
     std::map<std::pair<bool, std::uint32_t>, PartTree> shapes_;  // shapes of the reference pose, by Part::key

@@ -7,6 +7,7 @@
 #include <deque>
 
 #include "engine/core/error.h"
+#include "engine/core/release.h"
 #include "engine/core/stopwatch.h"
 #include "shaders/shared/bvh.h"
 
@@ -102,6 +103,7 @@ struct Tree {
     Leaves leaves = Leaves::pairs;
     std::uint32_t first_node = 0;  // index of the first node, as in references
     std::uint32_t first_pair = 0;  // first slot in PackedScene::pairs
+    PartTree* spent = nullptr;     // object of `bvh`, to be freed once it is packed
 };
 
 /// A hierarchy with a head: over all instances, or of a block.
@@ -143,18 +145,25 @@ Bounds box_of(const Bvh& bvh) {
 
 class Packer {
   public:
-    Packer(const TraceTables& tables, const Hierarchies& hierarchies) : tables_(tables), hierarchies_(hierarchies) {
+    /// The contents of `spent`, which is null or `trees`, are freed as soon as they are packed.
+    Packer(const TraceTables& tables, const std::vector<Part>& parts, const std::vector<PartTree>& trees,
+           std::vector<PartTree>* spent = nullptr)
+        : tables_(tables), parts_(parts), trees_(trees), spent_(spent) {
         packed_.two_level = tables.instances.size() > 1 ||
                             (!tables.instances.empty() && (tables.keep_top_level || !tables.instances[0].identity));
         if (packed_.two_level) add_top_level();
-        for (std::size_t first = 0; first < parts().size();) first = add_block(first);
+        std::size_t pairs = 0;
+        for (const PartTree& tree : trees_) pairs += tree.bvh.primitives.size();
+        packed_.pairs.reserve(pairs * shared::kBvhPairTexels);
+        for (std::size_t first = 0; first < parts_.size();) first = add_block(first);
         if (spaces_.empty()) add_nothing();
         packed_.looseness = looseness_of(spaces_);
     }
 
     double looseness() const { return packed_.looseness; }
 
-    PackedScene pack(NodeFormat format) {
+    /// `seconds` is the time that the hierarchies took.
+    PackedScene pack(NodeFormat format, double seconds) {
         packed_.format = format;
         place_nodes();
         for (const BlockInstance& instance : tables_.instances) {
@@ -163,12 +172,11 @@ class Packer {
         const std::size_t stride = on_grid() ? shared::kBvhGridTexels : shared::kBvhFloatTexels;
         packed_.nodes.reserve((packed_.node_count + spaces_.size()) * stride);
         for (const Space& space : spaces_) pack_space(space, stride);
-        packed_.build_seconds = hierarchies_.seconds() + watch_.seconds();
+        packed_.build_seconds = seconds + watch_.seconds();
         return std::move(packed_);
     }
 
   private:
-    const std::vector<Part>& parts() const { return hierarchies_.parts(); }
     bool on_grid() const { return packed_.format == NodeFormat::grid; }
 
     void add_top_level() {
@@ -190,25 +198,32 @@ class Packer {
     std::size_t add_block(std::size_t first) {
         std::size_t end = first;
         std::vector<Bounds> boxes;
-        for (; end < parts().size() && parts()[end].block == parts()[first].block; ++end)
-            boxes.push_back(box_of(hierarchies_.trees()[end].bvh));
+        for (; end < parts_.size() && parts_[end].block == parts_[first].block; ++end)
+            boxes.push_back(box_of(trees_[end].bvh));
         Space& space = spaces_.emplace_back();
-        space.grid = grid_over(tables_.blocks[parts()[first].block].bounds);
+        space.grid = grid_over(tables_.blocks[parts_[first].block].bounds);
         if (boxes.size() > 1) space.trees.push_back({keep(build_bvh(boxes)), Tree::Leaves::roots, 0, 0});
-        for (std::size_t i = first; i < end; ++i) space.trees.push_back(add_pairs(parts()[i], hierarchies_.trees()[i]));
+        for (std::size_t i = first; i < end; ++i) space.trees.push_back(add_pairs(i));
         return end;
     }
 
-    Tree add_pairs(const Part& part, const PartTree& tree) {
+    Tree add_pairs(std::size_t index) {
+        const PartTree& tree = trees_[index];
         const std::size_t slot = packed_.pairs.size() / shared::kBvhPairTexels;
         index_word(slot + tree.bvh.primitives.size(), "pairs of triangles");
-        const std::vector<std::uint32_t> triangles = triangles_of(part);
+        const std::vector<std::uint32_t> triangles = triangles_of(parts_[index]);
         for (const std::uint32_t primitive : tree.bvh.primitives) {
             const Ring& ring = tree.rings[primitive];
             for (int a = 0; a < 3; ++a) packed_.pairs.emplace_back(ring[0][a], ring[1][a], ring[2][a], ring[3][a]);
             packed_.pairs.push_back(ids_of(tree.pairs[primitive], triangles));
         }
-        return {&tree.bvh, Tree::Leaves::pairs, 0, static_cast<std::uint32_t>(slot)};
+        PartTree* const spent = spent_ ? &(*spent_)[index] : nullptr;
+        if (spent) {
+            release(spent->pairs);
+            release(spent->rings);
+            release(spent->bvh.primitives);
+        }
+        return {&tree.bvh, Tree::Leaves::pairs, 0, static_cast<std::uint32_t>(slot), spent};
     }
 
     vec4 ids_of(const TrianglePair& pair, const std::vector<std::uint32_t>& triangles) const {
@@ -282,8 +297,10 @@ class Packer {
         packed_.nodes.emplace_back(bits(grid.base.x), bits(grid.base.y), bits(grid.base.z), bits(space.slack));
         packed_.nodes.emplace_back(bits(grid.cell.x), bits(grid.cell.y), bits(grid.cell.z), 0u);
         packed_.nodes.resize((space.head + 1) * stride);
-        for (const Tree& tree : space.trees)
+        for (const Tree& tree : space.trees) {
             for (const BvhNode& node : tree.bvh->nodes) pack_node(node, space, tree, stride);
+            if (tree.spent) release(tree.spent->bvh.nodes);
+        }
     }
 
     void pack_node(const BvhNode& node, const Space& space, const Tree& tree, std::size_t stride) {
@@ -313,17 +330,28 @@ class Packer {
 
     const Stopwatch watch_;
     const TraceTables& tables_;
-    const Hierarchies& hierarchies_;
+    const std::vector<Part>& parts_;
+    const std::vector<PartTree>& trees_;
+    std::vector<PartTree>* spent_;
     PackedScene packed_;
     std::deque<Bvh> made_;       // hierarchies over parts and instances
     std::vector<Space> spaces_;  // the space of instances first, if there is one, then the blocks
 };
 
+PackedScene packed(Packer packer, const Hierarchies& hierarchies) {
+    const NodeFormat format = packer.looseness() <= kMaxLooseness ? NodeFormat::grid : NodeFormat::floating;
+    return packer.pack(format, hierarchies.seconds());
+}
+
 }  // namespace
 
 PackedScene pack_scene(const TraceTables& tables, const Hierarchies& hierarchies) {
-    Packer packer(tables, hierarchies);
-    return packer.pack(packer.looseness() <= kMaxLooseness ? NodeFormat::grid : NodeFormat::floating);
+    return packed(Packer(tables, hierarchies.parts(), hierarchies.trees()), hierarchies);
+}
+
+PackedScene pack_scene(const TraceTables& tables, Hierarchies&& hierarchies) {
+    std::vector<PartTree> trees = std::move(hierarchies).trees();
+    return packed(Packer(tables, hierarchies.parts(), trees, &trees), hierarchies);
 }
 
 PackedScene pack_scene(const TraceTables& tables) {
@@ -331,7 +359,8 @@ PackedScene pack_scene(const TraceTables& tables) {
 }
 
 PackedScene pack_scene(const TraceTables& tables, NodeFormat format) {
-    return Packer(tables, Hierarchies(tables)).pack(format);
+    const Hierarchies hierarchies(tables);
+    return Packer(tables, hierarchies.parts(), hierarchies.trees()).pack(format, hierarchies.seconds());
 }
 
 }  // namespace halflight::rays

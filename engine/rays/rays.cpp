@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cassert>
+#include <utility>
 
 #include "engine/core/error.h"
 #include "engine/graph/execute.h"
@@ -49,22 +50,37 @@ void check_groups(std::uint32_t groups, std::uint32_t rays) {
 TraceScene::TraceScene(const TraceTables& tables, const gpu::Defines& shading)
     : TraceScene(tables, pack_scene(tables), shading) {}
 
-TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
-                       const gpu::Buffer* instances)
+TraceScene::TraceScene(const gpu::Buffer* instances)
     : nodes_("hierarchy nodes", 0),
       triangles_("hierarchy triangles", 0),
       heads_("heads of instances' blocks", 0),
       own_instances_("block instances", 0),
-      shared_instances_(instances) {
+      shared_instances_(instances) {}
+
+TraceScene::TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
+                       const gpu::Buffer* instances)
+    : TraceScene(instances) {
     update(tables, packed, shading, nullptr);
+}
+
+TraceScene::TraceScene(const TraceTables& tables, PackedScene&& packed, const gpu::Defines& shading,
+                       const gpu::Buffer* instances)
+    : TraceScene(instances) {
+    gpu::replace(triangles_, std::exchange(packed.pairs, {}));
+    gpu::replace(nodes_, std::exchange(packed.nodes, {}));
+    finish_update(tables, packed, shading);
 }
 
 void TraceScene::update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
                         const PackedScene* last) {
-    serial_ = next_serial();
-    alpha_tested_ = tables.alpha_tested;
     gpu::replace(nodes_, packed.nodes, last ? &last->nodes : nullptr);
     gpu::replace(triangles_, packed.pairs, last ? &last->pairs : nullptr);
+    finish_update(tables, packed, shading);
+}
+
+void TraceScene::finish_update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading) {
+    serial_ = next_serial();
+    alpha_tested_ = tables.alpha_tested;
     gpu::replace(heads_, packed.instance_head);
     if (shared_instances_ == nullptr) gpu::replace(own_instances_, instance_rows(tables));
     slivers_ = tables.slivers;

@@ -74,6 +74,9 @@ class TraceScene {
     /// makes its own table.
     TraceScene(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading,
                const gpu::Buffer* instances = nullptr);
+    /// Also frees each table of `packed` as soon as it is uploaded, because large scenes need the memory.
+    TraceScene(const TraceTables& tables, PackedScene&& packed, const gpu::Defines& shading,
+               const gpu::Buffer* instances = nullptr);
 
     /// Updates the scene to another pose. `last` is the packed scene that the buffers hold, or null; where it is given,
     /// only differences are written. Throws Error like the constructor. After a failed update the object may only be
@@ -96,6 +99,10 @@ class TraceScene {
     std::uint32_t serial() const { return serial_; }
 
   private:
+    explicit TraceScene(const gpu::Buffer* instances);
+    /// Sets what does not depend on nodes and pairs.
+    void finish_update(const TraceTables& tables, const PackedScene& packed, const gpu::Defines& shading);
+
     std::uint32_t serial_ = 0;
     bool alpha_tested_ = false;
     bool slivers_ = false;

@@ -128,6 +128,14 @@ std::size_t repair_normals(Mesh& mesh) {
     return bad.size();
 }
 
+void reserve(Mesh& mesh, std::size_t vertices, std::size_t triangles) {
+    for_each_array(mesh, [&](auto& values) {
+        if (!values.empty()) values.reserve(vertices);
+    });
+    mesh.triangles.reserve(triangles);
+    mesh.triangle_material.reserve(triangles);
+}
+
 void append(Mesh& mesh, const Mesh& part) {
     const std::size_t old_size = mesh.positions.size();
     const std::size_t part_size = part.positions.size();

@@ -33,6 +33,9 @@ std::size_t generate_flat_normals(Mesh& mesh);
 /// them; returns their number. Precondition: no degenerate triangles, every vertex is used and has a normal.
 std::size_t repair_normals(Mesh& mesh);
 
+/// Makes room for so many vertices and triangles in the arrays that `mesh` has.
+void reserve(Mesh& mesh, std::size_t vertices, std::size_t triangles);
+
 /// Appends `part` to `mesh`. An array that only one of them has is filled for the other: uvs with 0, colours with 1,
 /// tangents with any unit tangent. Throws Error where 32-bit indices cannot address all vertices.
 void append(Mesh& mesh, const Mesh& part);

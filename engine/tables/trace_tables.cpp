@@ -45,6 +45,7 @@ class Builder {
         find_origin();
         classify();
         find_alpha();
+        reserve();
         add_merged();
         add_shared();
         return std::move(tables_);
@@ -172,6 +173,21 @@ class Builder {
             words[m] = m | (decides ? kTriangleAlpha : 0u);
         }
         return words;
+    }
+
+    /// Makes room for all meshes. Tables that grow would take twice the memory.
+    void reserve() {
+        std::vector<char> counted(scene_.meshes.size(), 0);
+        std::size_t vertices = 0, triangles = 0;
+        for (std::size_t i = 0; i < scene_.instances.size(); ++i) {
+            char& once = counted[static_cast<std::size_t>(scene_.instances[i].mesh)];
+            if (shared_[i] && once) continue;
+            once = once || shared_[i];
+            vertices += mesh_of(scene_.instances[i]).positions.size();
+            triangles += mesh_of(scene_.instances[i]).triangles.size();
+        }
+        tables_.positions.reserve(vertices);
+        tables_.triangles.reserve(std::min(triangles, kTriangleLimit));
     }
 
     /// Appends a mesh. `place` transforms its positions to block space in double.

@@ -74,6 +74,11 @@ GltfUnposedMesh GltfMeshes::open(std::size_t index, std::span<const double> weig
 Mesh GltfMeshes::finish(GltfUnposedMesh from, std::span<VertexArrays> moved) {
     Mesh mesh;
     mesh.name = from.name;
+    std::size_t most_vertices = 0, most_triangles = 0;  // upper bounds, since bad triangles are dropped
+    for (const GltfUnposedMesh::Part& part : from.parts) {
+        most_vertices += part.deformation.rest->vertices();
+        most_triangles += part.still.triangles.size();
+    }
     for (std::size_t i = 0; i < from.parts.size(); ++i) {
         GltfUnposedMesh::Part& part = from.parts[i];
         VertexArrays vertices = moved.empty() ? deform(part.deformation) : std::move(moved[i]);
@@ -84,9 +89,11 @@ Mesh GltfMeshes::finish(GltfUnposedMesh from, std::span<VertexArrays> moved) {
         if (mesh.triangles.empty()) {
             part.still.name = mesh.name;
             mesh = std::move(part.still);
+            if (from.parts.size() > 1) reserve(mesh, most_vertices, most_triangles);
         } else {
             append(mesh, part.still);
         }
+        part.still = {};
     }
     return mesh;
 }

@@ -17,7 +17,7 @@ using namespace test;
 class TracerScenes : public GpuTest {
   protected:
     /// Compares the tracers. `flatten` of build_trace_tables() is the renderer's value, or 0 to keep all instances.
-    void check(const fs::path& file, std::size_t flatten) {
+    void check(const fs::path& file, std::size_t flatten, std::size_t most_in_part = rays::kMostInPart) {
         SCOPED_TRACE(file.string());
         const Scene scene = load_gltf(file);
         const TraceTables tables = opaque_tables(scene, flatten);  // Embree knows no coverage
@@ -29,7 +29,7 @@ class TracerScenes : public GpuTest {
         }
         // Some instances are scaled non-uniformly, by 1:4 at most.
         const double condition = tables.instances.size() > 1 ? 12 : 1;
-        const rays::PackedScene packed = roomy(rays::pack_scene(tables));
+        const rays::PackedScene packed = roomy(rays::pack_scene(tables, rays::Hierarchies(tables, most_in_part)));
         Tracer tracer(tables, packed);
         const EmbreeOracle oracle(tables);
         const std::vector<Hit> hits = check(tracer, oracle, rays, condition);
@@ -62,6 +62,11 @@ TEST_F(TracerScenes, OurOwn) {
         check(file, kFlattenLimit);
         check(file, 0);
     }
+}
+
+TEST_F(TracerScenes, OurOwnInManyParts) {
+    for (const fs::path& file : scenes_under(fs::path(HALFLIGHT_SOURCE_DIR) / "scenes"))
+        check(file, kFlattenLimit, 300);
 }
 
 TEST_F(TracerScenes, OfOtherProjects) {

@@ -178,6 +178,27 @@ TEST(Parts, StaticAndMovingPartsAreSeparate) {
     EXPECT_EQ(flat[0].spans.size(), 2u);
 }
 
+TEST(Parts, LargeStaticPartsAreCut) {
+    const TraceTables tables = tables_of(pose(as_it_is));
+    const std::vector<Part> whole = parts_of(tables), cut = parts_of(tables, 50);
+    std::vector<std::uint32_t> all, again;
+    for (const Part& part : whole) std::ranges::copy(triangles_of(part), std::back_inserter(all));
+    for (const Part& part : cut) {
+        const std::vector<std::uint32_t> triangles = triangles_of(part);
+        if (!part.moves) {
+            EXPECT_LE(triangles.size(), 50u);
+        }
+        EXPECT_TRUE(std::ranges::is_sorted(triangles));
+        std::ranges::copy(triangles, std::back_inserter(again));
+    }
+    EXPECT_EQ(cut.size(), 2u + 8u + 2u) << "288 and 72 static triangles, two moving parts";
+    std::ranges::sort(all), std::ranges::sort(again);
+    EXPECT_EQ(all, again);
+    EXPECT_TRUE(same(pack_scene(tables, Hierarchies(tables, 50)), pack_scene(tables, Hierarchies(tables, 50))));
+    const Hierarchies kept(tables, 50);
+    EXPECT_TRUE(same(pack_scene(tables, kept), pack_scene(tables, Hierarchies(tables, 50)))) << "freed while packed";
+}
+
 TEST(Hierarchies, AreKeptRefittedOrRebuilt) {
     const TraceTables reference = tables_of(pose(as_it_is)), bent = tables_of(pose(lean)),
                       apart = tables_of(pose(torn)), stepped = tables_of(pose(lean, {0.5, 0, 0}));
