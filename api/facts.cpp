@@ -134,14 +134,12 @@ Json passes(const Scene& scene) {
 
 }  // namespace
 
-Json scene_counts(const Scene& scene) {
-    std::size_t vertices = 0, triangles = 0;
-    for (const Mesh& mesh : scene.meshes) vertices += mesh.positions.size(), triangles += mesh.triangles.size();
+Json scene_counts(const Scene& scene, const SceneSize& size) {
     return {{"meshes", scene.meshes.size()},
             {"instances", scene.instances.size()},
-            {"vertices", vertices},
-            {"triangles", triangles},
-            {"triangles_with_instances", instanced_triangles(scene, [](const Material&) { return true; })},
+            {"vertices", size.vertices},
+            {"triangles", size.stored},
+            {"triangles_with_instances", size.drawn},
             {"materials", scene.materials.size()},
             {"textures", scene.images.size()}};
 }
@@ -156,7 +154,7 @@ MemoryEstimate scene_memory(const Scene& scene, bool moves, const RenderSettings
 }
 
 Json scene_facts(const Scene& scene, const RenderSettings& settings, const MemoryEstimate& memory) {
-    return {{"counts", scene_counts(scene)},
+    return {{"counts", scene_counts(scene, size_of(scene))},
             {"bounds", bounds(scene)},
             {"memory", memory_facts(scene, settings, memory)},
             {"cameras", cameras(scene)},

@@ -13,7 +13,7 @@
 namespace halflight {
 
 /// Returns counts of meshes, instances, triangles (stored and instanced), materials, lights and so on.
-nlohmann::ordered_json scene_counts(const Scene& scene);
+nlohmann::ordered_json scene_counts(const Scene& scene, const SceneSize& size);
 
 /// Estimates the memory for rendering the scene with its lights. `moves`: the scene has animations.
 MemoryEstimate scene_memory(const Scene& scene, bool moves, const RenderSettings& settings, const PictureUse& use);

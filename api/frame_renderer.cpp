@@ -41,6 +41,7 @@ struct FrameRenderer::State {
     RenderSettings settings;
     Shutter shutter;
     RayServerFactory ray_server;
+    bool frees_scene;
     ColorConfig colors;
     std::shared_ptr<gpu::Context> context;
     std::optional<GpuDeformer> deformer;  // deformer on the device; none where no mesh deforms
@@ -65,6 +66,7 @@ struct FrameRenderer::State {
           settings(std::move(r)),
           shutter(o.shutter),
           ray_server(std::move(o.ray_server)),
+          frees_scene(o.frees_scene && !s.surfaces_move()),
           colors(o.colors ? std::move(*o.colors) : ColorConfig::load()),
           context(o.context ? std::move(o.context) : std::make_shared<gpu::Context>(gpu::Context::create(o.device))) {
         context->make_current();
@@ -115,9 +117,11 @@ struct FrameRenderer::State {
     void prepare() {
         if (prepared) return;
         Stopwatch clock;
+        scene.check_surfaces();
         scene.pose(0);
         load_seconds += clock.lap();
-        const PrepareOptions options{row_of(settings.culling).needs_cull_tree, settings.kept, settings.estimator};
+        PrepareOptions options{row_of(settings.culling).needs_cull_tree, settings.kept, settings.estimator};
+        if (frees_scene) options.scene_read = [this] { scene.free_surfaces(); };
         tables_memory = {MemoryLedger::process(), MemoryPart::tables,
                          scene_bytes(scene.size()) - scene.size().contents()};
         guarded([&] { prepared = std::make_unique<PreparedScene>(*context, scene.scene(), options); });

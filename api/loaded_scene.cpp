@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "api/animation_choice.h"
+#include "engine/core/error.h"
+#include "engine/core/release.h"
 #include "engine/io/environment.h"
 #include "renderer/memory.h"
 
@@ -179,6 +181,22 @@ void LoadedScene::pose(double seconds) {
     scene_.environment = std::move(edited);
     posed_at_ = seconds;
     ++revision_;
+}
+
+void LoadedScene::free_surfaces() {
+    for (Mesh& mesh : scene_.meshes) {
+        Mesh empty;
+        empty.name = std::move(mesh.name);
+        mesh = std::move(empty);
+    }
+    for (TextureImage& image : scene_.images) release(image.rgba);
+    trim_memory();
+    memory_ = {MemoryLedger::process(), MemoryPart::scene, size_.instance_bytes + size_.environment_bytes};
+    freed_ = true;
+}
+
+void LoadedScene::check_surfaces() const {
+    if (freed_) throw Error(choice_.scene.string(), "its meshes were freed after their upload; load it again");
 }
 
 void LoadedScene::deform_by(Deformer* deformer) {

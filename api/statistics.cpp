@@ -160,7 +160,7 @@ Json run_statistics(const FrameRenderer& renderer, const RenderStats& stats, con
         {"version", HALFLIGHT_VERSION},
         {"scene",
          {{"file", scene.choice().scene.string()}, {"environment", environment_name(scene.scene().environment)}}},
-        {"counts", scene_counts(scene.scene())},
+        {"counts", scene_counts(scene.scene(), scene.size())},
         {"settings",
          {{"width", s.width},
           {"height", s.height},

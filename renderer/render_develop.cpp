@@ -99,7 +99,7 @@ void Renderer::State::finish(RenderResult& result, Film& film, const FrameSettin
                                 first.cached ? first.cached->compiled.slot_bytes : 0});
     const TraceTables& tables = scene.tables();
     stats.left_out = left_out(scene.buffers().needs(), cache ? cached_options() : frame_options(),
-                              {tables.positions.size(), tables.triangles.size(), band.paths(),
+                              {tables.vertex_count(), tables.triangles.size(), band.paths(),
                                std::size_t(settings.width) * std::size_t(settings.height)});
     for (const graph::PassTime& t : executor.times()) stats.passes.push_back({t.name, t.count, t.seconds});
     stats.batches = tracer->statistics();

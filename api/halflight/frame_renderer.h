@@ -50,6 +50,9 @@ struct RendererOptions {
     std::optional<ColorConfig> colors{};      // colour config; none: ColorConfig::load()
     Shutter shutter{};
     RayServerFactory ray_server{};  // serves all ray batches in place of RenderSettings::culling; empty: none
+    // Frees meshes and images of the scene once they are uploaded (LoadedScene::free_surfaces()), for programs that use
+    // the scene for nothing else. The scene must not be edited. No effect on scenes whose surfaces move.
+    bool frees_scene = false;
 };
 
 /// Returns options whose context keeps compiled shaders in the default folder, $XDG_CACHE_HOME/halflight/programs.

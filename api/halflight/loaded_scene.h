@@ -119,6 +119,11 @@ class LoadedScene {
     void pose(double seconds);
     /// Returns the scene at another time, without an environment. Needs surfaces_move(). Throws Error like pose().
     Scene posed(double seconds);
+    /// Frees the contents of meshes and images, which large scenes need after their upload. Renderers that have
+    /// uploaded the scene go on; others throw Error. Precondition: not surfaces_move().
+    void free_surfaces();
+    /// Throws Error where free_surfaces() was called.
+    void check_surfaces() const;
     /// Lets `deformer` move vertices in later calls of pose() and posed(); null: the CPU. Needs surfaces_move().
     void deform_by(Deformer* deformer);
     Deformer* deformer() const { return deformer_; }
@@ -149,6 +154,7 @@ class LoadedScene {
     std::unique_ptr<Unedited> unedited_;  // values of the last pose before edits; null while there were no edits
     ChosenCamera camera_;
     bool surfaces_move_ = false;
+    bool freed_ = false;  // free_surfaces() was called
     Deformer* deformer_ = nullptr;
     std::optional<double> posed_at_ = 0;  // time of the last pose, seconds; none: a former deformer made it
     std::uint64_t revision_ = 1, transform_revision_ = 1;

@@ -8,6 +8,7 @@
 #include <future>
 
 #include "engine/core/error.h"
+#include "engine/core/release.h"
 #include "engine/core/stopwatch.h"
 #include "engine/tables/shading_tables.h"
 
@@ -83,6 +84,7 @@ std::uint64_t PreparedScene::drawn_triangles() const {
 
 bool PreparedScene::update(const Scene& scene) {
     check_usable();
+    if (options_.scene_read) throw Error("prepared scene", "it was made for one pose only");
     const Shape before = shape();
     usable_ = false;
     prepare(scene);
@@ -114,21 +116,25 @@ void PreparedScene::prepare(const Scene& scene) {
     tables.alpha_tested |= kept.alpha;
     tables.keep_top_level = kept.instances;
 
-    // Another thread builds the hierarchies while this one packs and uploads the rest.
+    // Another thread builds the hierarchies while this one packs and uploads the rest. Large scenes have several parts
+    // that are built in parallel, later, when the rest has been freed.
     const bool same = trace_ && same_geometry(tables_, tables);
+    const bool keeps = !memory_ && !origin_ && !options_.scene_read && anything_moves(tables);
     std::optional<rays::Hierarchies> made;
-    auto packing = std::async(std::launch::async, [&]() -> rays::PackedScene {
+    const auto launch = tables.triangles.size() > rays::kMostInPart ? std::launch::deferred : std::launch::async;
+    auto packing = std::async(launch, [&]() -> rays::PackedScene {
         if (same) return {};
         if (memory_)
             memory_->hierarchies.update(tables_, tables);
         else
             made.emplace(tables);
-        const rays::Hierarchies& hierarchies = memory_ ? memory_->hierarchies : *made;
-        hierarchies_ = hierarchies.counts();
-        return rays::pack_scene(tables, hierarchies);
+        hierarchies_ = (memory_ ? memory_->hierarchies : *made).counts();
+        if (memory_ || keeps) return rays::pack_scene(tables, memory_ ? memory_->hierarchies : *made);
+        return rays::pack_scene(tables, std::move(*made));
     });
     ShadingTables shading = build_shading_tables(scene, tables, kept, options_.estimator.lights, options_.estimator.sun,
                                                  buffers_ ? &pooled_ : nullptr);
+    if (options_.scene_read) options_.scene_read();
     estimator_ = options_.estimator;
     estimator_.lights = shading.light_choice;
     has_environment_ = !shading.environment.pixels.empty();
@@ -140,23 +146,28 @@ void PreparedScene::prepare(const Scene& scene) {
     } else {
         buffers_.emplace(tables, shading, options_.bank_shift);
     }
+    const bool moves = memory_ || keeps;
+    if (!moves) shading = {};  // hierarchies need the memory
     rays::PackedScene packed = packing.get();
+    if (options_.scene_read) release(tables.positions);
+    if (!same && options_.raster_culling) cull_tree_ = rays::build_cull_tree(packed);
     if (same) {
-        hierarchies_ = {.kept = rays::parts_of(tables).size()};
+        hierarchies_ = {.kept = hierarchies_.kept + hierarchies_.refitted + hierarchies_.built};
         trace_->set_shading(buffers_->defines());
     } else if (trace_) {
         trace_->update(tables, packed, buffers_->defines(), memory_ ? &memory_->packed : nullptr);
-    } else {
+    } else if (moves) {
         trace_.emplace(tables, packed, buffers_->defines(), &buffers_->instance_rows());
+    } else {
+        trace_.emplace(tables, std::move(packed), buffers_->defines(), &buffers_->instance_rows());
     }
-    if (!same && options_.raster_culling) cull_tree_ = rays::build_cull_tree(packed);
 
-    shading.color_texels = {};
-    shading.data_texels = {};
+    release(shading.color_texels);
+    release(shading.data_texels);
     if (memory_) {
         memory_->shading = std::move(shading);
         if (!same) memory_->packed = std::move(packed);
-    } else if (made && !origin_ && anything_moves(tables)) {
+    } else if (keeps) {
         memory_ = std::make_unique<Memory>(Memory{std::move(*made), std::move(packed), std::move(shading)});
     }
     tables_ = std::move(tables);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,6 +23,9 @@ struct PrepareOptions {
     Kept kept{};                 // parts to keep although the scene does not need them (SceneNeeds)
     Estimator estimator{};
     unsigned bank_shift = shared::kMostBankShift;  // SceneBuffers; pictures do not depend on it
+    // Called by the constructor once it does not read the scene any more, so that the caller can free it while
+    // hierarchies are built. A scene prepared with it keeps nothing for update(), which throws Error.
+    std::function<void()> scene_read{};
 };
 
 /// A scene prepared for rendering. It changes by update(), and by settle() before the first picture; programs are added

@@ -20,6 +20,7 @@ SceneSize size_of(const Scene& scene) {
         size.geometry_bytes += bytes_of(mesh.positions) + bytes_of(mesh.normals) + bytes_of(mesh.tangents) +
                                bytes_of(mesh.uvs[0]) + bytes_of(mesh.uvs[1]) + bytes_of(mesh.colors) +
                                bytes_of(mesh.triangles) + bytes_of(mesh.triangle_material);
+        size.vertices += mesh.positions.size();
         size.stored += mesh.triangles.size();
     }
     for (const Instance& instance : scene.instances)

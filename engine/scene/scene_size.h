@@ -13,6 +13,7 @@ struct SceneSize {
     std::size_t texture_bytes = 0;      // images
     std::size_t environment_bytes = 0;  // environment map and the table for its samples
     std::size_t decoding_bytes = 0;     // working memory of image decoders, which ends with loading
+    std::size_t vertices = 0;           // number of vertices of all meshes
     std::size_t stored = 0;             // number of triangles of all meshes
     std::size_t drawn = 0;              // number of triangles of all instances
     bool moves = false;                 // contents are kept for other poses

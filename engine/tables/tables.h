@@ -63,7 +63,7 @@ struct TriangleSource {
 struct TraceTables {
     dvec3 origin{0};               // world position of the tables' origin
     Bounds bounds;                 // bounds of all triangles, relative to origin; empty without any
-    std::vector<vec3> positions;   // positions in block space
+    std::vector<vec3> positions;   // positions in block space; PrepareOptions::scene_read frees them after use
     std::vector<uvec4> triangles;  // xyz: indices into positions (and vertex attributes); w: flags | material
     std::vector<MeshRange> ranges;
     std::vector<Block> blocks;
@@ -71,6 +71,11 @@ struct TraceTables {
     bool alpha_tested = false;             // kernels test alpha: some triangle has kTriangleAlpha, or the test is kept
     bool slivers = false;                  // kernels test triangles in double: some is_sliver()
     bool keep_top_level = false;           // true: a single instance has a hierarchy over instances, too
+
+    /// Returns the number of vertices, also after `positions` were freed.
+    std::size_t vertex_count() const {
+        return ranges.empty() ? 0 : std::size_t{ranges.back().first_vertex} + ranges.back().vertex_count;
+    }
 };
 
 /// Returns whether a triangle is a sliver: more than kSliverAspect times as long as it is high. Float rounding would

@@ -48,7 +48,7 @@ void render_picture(const RenderArguments& a) {
     LoadedScene scene = reading.get();
     const ChosenCamera chosen = scene.camera(scene.frame_rate().seconds(a.settings.frame));
     FrameRenderer renderer(scene, make_settings(a, chosen.camera),
-                           {.context = context, .colors = config, .shutter = a.shutter});
+                           {.context = context, .colors = config, .shutter = a.shutter, .frees_scene = true});
     const RenderSettings& settings = renderer.settings();
     times.load = clock.lap();
     stop_point(a.outputs[0], "before rendering");

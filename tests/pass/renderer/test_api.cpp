@@ -78,6 +78,23 @@ TEST_F(ApiTest, RenderersShareScenesAndEditsHold) {
     EXPECT_TRUE(same_bits(other.render().beauty, before));
 }
 
+TEST_F(ApiTest, FreedScenesGoOnWithTheirRendererAlone) {
+    LoadedScene scene = cornell();
+    const RenderResult expected = FrameRenderer(scene, settings(), options()).render();
+    RendererOptions frees = options();
+    frees.frees_scene = true;
+    FrameRenderer renderer(scene, settings(), frees);
+    EXPECT_TRUE(same_bits(renderer.render().beauty, expected.beauty));
+    EXPECT_TRUE(scene.scene().meshes[0].positions.empty());
+    EXPECT_TRUE(same_bits(renderer.render().beauty, expected.beauty));
+    FrameRenderer late(scene, settings(), options());
+    EXPECT_THROW(late.render(), Error);
+    SceneEdits edits;
+    edits.emission = 2;
+    scene.edit(edits);
+    EXPECT_THROW(renderer.render(), Error);
+}
+
 TEST_F(ApiTest, OpenEstimatorsAreRefusedUntilTheyAreFound) {
     LoadedScene scene = cornell();
     RenderSettings open = settings();
