@@ -5,6 +5,7 @@
 
 #include "engine/scene/material_properties.h"
 
+#include "shaders/shared/reuse.h"
 namespace halflight {
 namespace {
 
@@ -89,6 +90,14 @@ std::string Kept::text() const {
 }
 
 bool can_be_kept(const SceneNeed& need) {
+std::size_t SceneNeeds::surface_record_bytes() const {
+    return static_cast<std::size_t>(record_rows(*this)) * sizeof(vec4);
+}
+
+std::size_t SceneNeeds::reuse_point_bytes() const {
+    return sizeof(shared::ReusePoint) + static_cast<std::size_t>(layer_rows(*this)) * sizeof(vec4);
+}
+
     return need.flag != &N::environment_map && need.flag != &N::light_tree && need.flag != &N::sun &&
            need.flag != &N::slivers;
 }
@@ -98,6 +107,8 @@ SceneNeeds kept_needs(const Kept& kept) {
     for (const SceneNeed& need : known_scene_needs()) needs.*need.flag = can_be_kept(need) && kept.has(need.name);
     return completed(needs);
 }
+    define("SURFACE_ROWS", std::to_string(record_rows(needs)) + "u");
+    define("LAYER_ROWS", std::to_string(layer_rows(needs)));
 
 int SceneNeeds::vertex_stride() const {
     return 1 + (texture_coordinates ? 1 : 0) + (normal_maps ? 1 : 0) + (vertex_colors ? 1 : 0);

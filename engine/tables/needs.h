@@ -1,6 +1,7 @@
 // The features of shaders and tables that a scene needs; all others are left out. This code uses no OpenGL.
 #pragma once
 
+#include <cstddef>
 #include <functional>
 #include <set>
 #include <span>
@@ -35,6 +36,8 @@ struct SceneNeeds : MaterialNeeds {
     bool texture_transforms = false;
     bool texture_uv_set_1 = false;
     bool texture_mirrored = false;  // some axis repeats mirrored
+    std::size_t surface_record_bytes() const;  ///< Returns the bytes of a surface record (shaders/shared/surface.h).
+    std::size_t reuse_point_bytes() const;     ///< Returns the bytes of a ReusePoint with its layers.
     bool texture_clamped = false;   // some axis is clamped to its edges
     bool texture_nearest = false;
 

@@ -51,8 +51,11 @@ bool defines(const ShadingTables& tables, const std::string& name) {
 
 TEST(ShadingTables, DiffuseSceneNeedsDiffuseOnly) {
     const ShadingTables tables = tables_of(plain_scene());
-    EXPECT_EQ(shader_defines(tables.needs), (std::vector<std::pair<std::string, std::string>>{
-                                                {"HALFLIGHT_DIFFUSE", "1"}, {"HALFLIGHT_VERTEX_STRIDE", "1"}}));
+    EXPECT_EQ(shader_defines(tables.needs),
+              (std::vector<std::pair<std::string, std::string>>{{"HALFLIGHT_DIFFUSE", "1"},
+                                                                {"HALFLIGHT_LAYER_ROWS", "1"},
+                                                                {"HALFLIGHT_SURFACE_ROWS", "5u"},
+                                                                {"HALFLIGHT_VERTEX_STRIDE", "1"}}));
     EXPECT_TRUE(tables.textures.empty() && tables.color_texels.empty() && tables.data_texels.empty());
     EXPECT_TRUE(tables.lights.empty() && tables.environment.pixels.empty() && tables.albedo.pixels.empty());
     EXPECT_EQ(tables.vertices.size(), 3u);
