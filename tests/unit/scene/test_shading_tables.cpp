@@ -195,8 +195,8 @@ TEST(ShadingTables, EveryLightTypeHasARow) {
         const ShadingTables tables = tables_of(scene);
         EXPECT_EQ(shared::light_kind(shared::word_of_float(tables.lights.at(0).w)), row.kind);
         for (const LightTypeRow& other : light_types()) {
-            if (other.feature) {
-                EXPECT_EQ(defines(tables, std::string("HALFLIGHT_") + other.feature), &other == &row) << other.name;
+            if (other.need) {
+                EXPECT_EQ(tables.needs.*other.need, &other == &row) << other.name;
             }
         }
     }
